@@ -1,0 +1,92 @@
+# kr5_module(<name> [DEPENDS kr5 modules] [PACKAGES private third-party] [LINKS targets])
+# Describes one module, whose sources are src/<name>/*.cpp; nothing is searched for or built until
+# kr5_build_modules() asks for it.
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+
+macro(kr5_module name)
+  cmake_parse_arguments(_m "" "" "DEPENDS;PACKAGES;LINKS" ${ARGN})
+  foreach(_d IN LISTS _m_DEPENDS)
+    if(NOT _d IN_LIST KR5_ALL_MODULES)
+      message(FATAL_ERROR "kr5: module '${name}' uses '${_d}', which is not declared above it")
+    endif()
+  endforeach()
+  list(APPEND KR5_ALL_MODULES ${name})
+  foreach(_f DEPENDS PACKAGES LINKS)
+    set(KR5_${name}_${_f} ${_m_${_f}})
+  endforeach()
+endmacro()
+
+# Every target of a module gets the same language level, warnings and position-independent code.
+function(kr5_compile_settings target)
+  target_compile_features(${target} PUBLIC cxx_std_20)
+  set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON CXX_EXTENSIONS OFF)
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wconversion -Wno-sign-conversion
+    -Wno-restrict  # GCC 12 warns falsely about std::string operator+
+    $<$<BOOL:${KR5_WARNINGS_AS_ERRORS}>:-Werror>)
+endfunction()
+
+function(_kr5_build name)
+  if(TARGET kr5_${name})
+    return()
+  endif()
+  if(NOT name IN_LIST KR5_ALL_MODULES)
+    message(FATAL_ERROR "kr5: unknown module '${name}'; there are ${KR5_ALL_MODULES}")
+  endif()
+  foreach(dep IN LISTS KR5_${name}_DEPENDS)
+    _kr5_build(${dep})
+  endforeach()
+  foreach(package IN LISTS KR5_${name}_PACKAGES)
+    string(REPLACE " " ";" package "${package}")  # "PCL COMPONENTS common" is one entry
+    find_package(${package} REQUIRED)  # in a function: what a package does to the flags ends here
+  endforeach()
+  file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/libkr5/src/${name}/*.cpp)
+  add_library(kr5_${name} ${sources})
+  add_library(kr5::${name} ALIAS kr5_${name})
+  kr5_compile_settings(kr5_${name})
+  set_target_properties(kr5_${name} PROPERTIES EXPORT_NAME ${name})
+  target_include_directories(kr5_${name} PUBLIC
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/libkr5/include> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>
+    PRIVATE ${PROJECT_SOURCE_DIR}/libkr5/src)
+  list(TRANSFORM KR5_${name}_DEPENDS PREPEND kr5:: OUTPUT_VARIABLE deps)
+  target_link_libraries(kr5_${name} PUBLIC ${deps} PRIVATE ${KR5_${name}_LINKS})
+  if(name STREQUAL "core")
+    target_link_libraries(kr5_core PUBLIC Eigen3::Eigen)
+  endif()
+  set_property(GLOBAL APPEND PROPERTY KR5_BUILT_MODULES ${name})
+  message(STATUS "kr5 module ${name}  <- ${KR5_${name}_DEPENDS} | ${KR5_${name}_PACKAGES}")
+endfunction()
+
+# Installs headers, library and one export file a module, so that find_package(kr5 COMPONENTS x)
+# searches only for what x needs.
+function(_kr5_install)
+  set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/kr5)
+  get_property(built GLOBAL PROPERTY KR5_BUILT_MODULES)
+  set(KR5_COMPONENT_TABLE "")
+  foreach(name IN LISTS built)
+    install(TARGETS kr5_${name} EXPORT kr5-${name})
+    install(EXPORT kr5-${name} NAMESPACE kr5:: DESTINATION ${package_dir})
+    install(DIRECTORY ${PROJECT_SOURCE_DIR}/libkr5/include/kr5/${name} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/kr5)
+    string(APPEND KR5_COMPONENT_TABLE
+      "set(_kr5_${name}_depends ${KR5_${name}_DEPENDS})\nset(_kr5_${name}_packages \"${KR5_${name}_PACKAGES}\")\n")
+  endforeach()
+  set(KR5_INSTALLED_MODULES ${built})
+  configure_package_config_file(${PROJECT_SOURCE_DIR}/libkr5/cmake/kr5Config.cmake.in
+    ${PROJECT_BINARY_DIR}/kr5Config.cmake INSTALL_DESTINATION ${package_dir})
+  write_basic_package_version_file(${PROJECT_BINARY_DIR}/kr5ConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+  install(FILES ${PROJECT_BINARY_DIR}/kr5Config.cmake ${PROJECT_BINARY_DIR}/kr5ConfigVersion.cmake
+    DESTINATION ${package_dir})
+endfunction()
+
+function(kr5_build_modules)
+  set(wanted ${ARGN})
+  if(wanted STREQUAL "all")
+    set(wanted ${KR5_ALL_MODULES})
+  endif()
+  foreach(name IN LISTS wanted)
+    _kr5_build(${name})
+  endforeach()
+  if(KR5_INSTALL_LIBRARY)
+    _kr5_install()
+  endif()
+endfunction()

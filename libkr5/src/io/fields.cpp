@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/io/fields.hpp>
+
+#include <algorithm>
+#include <charconv>
+#include <limits>
+
+#include <kr5/geometry/pose.hpp>
+
+namespace kr5::io {
+namespace {
+
+std::string describe(const Node& node) {
+  switch (node.kind) {
+    case Node::Kind::Null:
+      return "nothing";
+    case Node::Kind::Scalar:
+      return "'" + node.scalar + "'";
+    case Node::Kind::Sequence:
+      return "a list of " + std::to_string(node.items.size());
+    case Node::Kind::Map:
+      return "a map of " + std::to_string(node.entries.size());
+  }
+  return "?";
+}
+
+std::size_t edit_distance(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t change = diagonal + (a[i - 1] != b[j - 1]);
+      diagonal = row[j];
+      row[j] = std::min({change, row[j] + 1, row[j - 1] + 1});
+    }
+  }
+  return row.back();
+}
+
+bool parse_number(std::string_view text, double& value) {
+  if (text == ".inf" || text == "+.inf") return value = std::numeric_limits<double>::infinity(), true;
+  if (text == "-.inf") return value = -std::numeric_limits<double>::infinity(), true;
+  if (text == ".nan") return value = std::numeric_limits<double>::quiet_NaN(), true;
+  if (text.starts_with('+')) text.remove_prefix(1);
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  // from_chars takes "nan" and "inf" too; in YAML these are words.
+  return !text.empty() && error == std::errc{} && end == text.data() + text.size() && std::isfinite(value);
+}
+
+}  // namespace
+
+std::string Problem::text() const {
+  std::string out = file;
+  if (line > 0) out += ":" + std::to_string(line);
+  out += ": ";
+  if (!field.empty()) out += field + ": ";
+  return out + "found " + found + ", expected " + expected;
+}
+
+void Reader::problem(const Node& node, const std::string& field, const std::string& expected) {
+  problems_.push_back({file_, node.line, field, describe(node), expected});
+}
+
+void Reader::finish() const {
+  if (problems_.empty()) return;
+  std::string text;
+  for (const Problem& p : problems_) text += (text.empty() ? "" : "\n") + p.text();
+  throw IoError(text);
+}
+
+bool Reader::read(const Node& node, const std::string& field, double& value) {
+  if (node.kind == Node::Kind::Scalar && !node.quoted && parse_number(node.scalar, value)) {
+    if (!std::isnan(value)) return true;
+    return problem(node, field, "a number, not NaN"), false;
+  }
+  return problem(node, field, "a number"), false;
+}
+
+bool Reader::read(const Node& node, const std::string& field, int& value) {
+  const char* begin = node.scalar.data();
+  const char* end = begin + node.scalar.size();
+  if (node.kind == Node::Kind::Scalar && !node.quoted && !node.scalar.empty()) {
+    const auto [stop, error] = std::from_chars(begin, end, value);
+    if (error == std::errc{} && stop == end) return true;
+  }
+  return problem(node, field, "a whole number"), false;
+}
+
+bool Reader::read(const Node& node, const std::string& field, bool& value) {
+  if (node.kind == Node::Kind::Scalar && !node.quoted && (node.scalar == "true" || node.scalar == "false"))
+    return value = node.scalar == "true", true;
+  return problem(node, field, "true or false"), false;
+}
+
+bool Reader::read(const Node& node, const std::string& field, std::string& value) {
+  if (node.kind == Node::Kind::Scalar) return value = node.scalar, true;
+  return problem(node, field, "text"), false;
+}
+
+bool Reader::read(const Node& node, const std::string& field, Eigen::Isometry3d& value) {
+  const auto wanted = "a pose: six numbers x y z roll pitch yaw [m, rad], or a 4x4 matrix";
+  if (node.kind != Node::Kind::Sequence) return problem(node, field, wanted), false;
+  if (node.items.size() == 6) {
+    Vector6 v;
+    if (!read(node, field, v)) return false;
+    value = from_xyzrpy(v);
+    return true;
+  }
+  if (node.items.size() != 4) return problem(node, field, wanted), false;
+  Eigen::MatrixXd m;
+  if (!read_matrix(node, field, m)) return false;
+  if (m.cols() != 4 || m.row(3) != Eigen::RowVector4d(0, 0, 0, 1) || !is_rotation(m.topLeftCorner<3, 3>()))
+    return problem(node, field, "a 4x4 pose: proper rotation, last row 0 0 0 1"), false;
+  value.matrix() = m;
+  return true;
+}
+
+bool Reader::read_matrix(const Node& node, const std::string& field, Eigen::MatrixXd& value) {
+  std::vector<std::vector<double>> rows;
+  if (!read(node, field, rows)) return false;
+  const std::size_t cols = rows.empty() ? 0 : rows[0].size();
+  value.resize(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(cols));
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (rows[i].size() != cols) return problem(node, field, "rows of one length"), false;
+    for (std::size_t j = 0; j < cols; ++j)
+      value(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = rows[i][j];
+  }
+  return true;
+}
+
+std::string Reader::size_text(int rows, int cols) {
+  const auto side = [](int n) { return n == Eigen::Dynamic ? std::string("n") : std::to_string(n); };
+  return cols == 1 ? "a list of " + side(rows) + " numbers" : "a " + side(rows) + " x " + side(cols) + " matrix";
+}
+
+void Reader::report_unknown(const Node& node, const std::string& field, const std::vector<std::string>& known) {
+  for (const auto& [key, entry] : node.entries) {
+    if (std::find(known.begin(), known.end(), key) != known.end()) continue;
+    std::string expected = "no such key";
+    if (!known.empty()) {
+      const auto near = std::min_element(known.begin(), known.end(), [&key = key](const auto& a, const auto& b) {
+        return edit_distance(key, a) < edit_distance(key, b);
+      });
+      expected += edit_distance(key, *near) <= 1 + near->size() / 3 ? "; did you mean '" + *near + "'?" : "; remove it";
+    }
+    Problem p{file_, entry.line, field.empty() ? key : field + "." + key, "an unknown key", expected};
+    problems_.push_back(std::move(p));
+  }
+}
+
+Node to_node(double value) { return Node::of(value); }
+Node to_node(int value) { return Node::of(std::to_string(value)); }
+Node to_node(bool value) { return Node::of(std::string(value ? "true" : "false")); }
+
+Node to_node(const std::string& value) {
+  double number = 0;
+  const bool looks_other = parse_number(value, number) || value == "true" || value == "false" || value == "null" ||
+                           value == "~" || value.empty();
+  return Node::of(value, looks_other);
+}
+
+Node to_node(const Eigen::Isometry3d& T) { return to_node(Eigen::MatrixXd(T.matrix())); }
+
+}  // namespace kr5::io

@@ -1,0 +1,307 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/io/node.hpp>
+
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <set>
+#include <sstream>
+#include <system_error>
+
+#include <yaml-cpp/eventhandler.h>
+#include <yaml-cpp/yaml.h>
+
+#include <kr5/core/error.hpp>
+
+namespace kr5::io {
+namespace {
+
+constexpr std::size_t max_nodes = 5'000'000;  // bounds what nested aliases can blow up to
+
+std::size_t count_nodes(const Node& node) {
+  std::size_t n = 1;
+  for (const Node& item : node.items) n += count_nodes(item);
+  for (const auto& [key, entry] : node.entries) n += count_nodes(entry);
+  return n;
+}
+
+/// Builds a tree from yaml-cpp's events; its own node class would drop lines and duplicate keys.
+class TreeBuilder : public YAML::EventHandler {
+ public:
+  explicit TreeBuilder(std::string source) : source_(std::move(source)) {}
+  Node root;
+
+  void OnDocumentStart(const YAML::Mark&) override {}
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override { add(Node{}, mark, anchor); }
+
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
+    const auto found = anchors_.find(anchor);
+    if (found == anchors_.end()) fail(mark, "an alias to something that is not complete");
+    nodes_ += count_nodes(found->second);
+    add(found->second, mark, 0);
+  }
+
+  void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                const std::string& value) override {
+    Node node = Node::of(value, tag == "!");  // yaml-cpp tags quoted scalars "!"
+    if (!node.quoted && (value == "~" || value == "null")) node = Node{};
+    add(std::move(node), mark, anchor);
+  }
+
+  void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor,
+                       YAML::EmitterStyle::value style) override {
+    open(Node::Kind::Sequence, mark, anchor, style);
+  }
+  void OnMapStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor,
+                  YAML::EmitterStyle::value style) override {
+    open(Node::Kind::Map, mark, anchor, style);
+  }
+  void OnSequenceEnd() override { close(); }
+  void OnMapEnd() override { close(); }
+
+ private:
+  struct Open {
+    Node node;
+    YAML::anchor_t anchor = 0;
+    bool has_key = false;
+    std::string key;
+    std::set<std::string> keys;
+  };
+
+  [[noreturn]] void fail(const YAML::Mark& mark, const std::string& what) const {
+    throw IoError(source_ + ":" + std::to_string(mark.line + 1) + ": " + what);
+  }
+
+  void open(Node::Kind kind, const YAML::Mark& mark, YAML::anchor_t anchor, YAML::EmitterStyle::value style) {
+    Open o;
+    o.node.kind = kind;
+    o.node.line = mark.line + 1;
+    o.node.flow = style == YAML::EmitterStyle::Flow;
+    o.anchor = anchor;
+    stack_.push_back(std::move(o));
+  }
+
+  void close() {
+    Open o = std::move(stack_.back());
+    stack_.pop_back();
+    YAML::Mark mark;
+    mark.line = o.node.line - 1;
+    add(std::move(o.node), mark, o.anchor);
+  }
+
+  void add(Node node, const YAML::Mark& mark, YAML::anchor_t anchor) {
+    if (++nodes_ > max_nodes) fail(mark, "the document is too large");
+    node.line = mark.line + 1;
+    if (anchor) anchors_[anchor] = node;
+    if (stack_.empty()) {
+      root = std::move(node);
+      return;
+    }
+    Open& top = stack_.back();
+    if (top.node.kind == Node::Kind::Sequence) {
+      top.node.items.push_back(std::move(node));
+    } else if (!top.has_key) {
+      if (node.kind != Node::Kind::Scalar) fail(mark, "a key must be a word");
+      if (!top.keys.insert(node.scalar).second) fail(mark, "the key '" + node.scalar + "' stands here twice");
+      top.key = node.scalar;
+      top.has_key = true;
+    } else {
+      top.node.entries.emplace_back(std::move(top.key), std::move(node));
+      top.has_key = false;
+    }
+  }
+
+  std::string source_;
+  std::vector<Open> stack_;
+  std::map<YAML::anchor_t, Node> anchors_;
+  std::size_t nodes_ = 0;
+};
+
+void emit(YAML::Emitter& out, const Node& node) {
+  switch (node.kind) {
+    case Node::Kind::Null:
+      out << YAML::Null;
+      break;
+    case Node::Kind::Scalar:
+      if (node.quoted) out << YAML::DoubleQuoted;
+      out << node.scalar;
+      break;
+    case Node::Kind::Sequence:
+      if (node.flow || node.items.empty()) out << YAML::Flow;
+      out << YAML::BeginSeq;
+      for (const Node& item : node.items) emit(out, item);
+      out << YAML::EndSeq;
+      break;
+    case Node::Kind::Map:
+      if (node.flow || node.entries.empty()) out << YAML::Flow;
+      out << YAML::BeginMap;
+      for (const auto& [key, entry] : node.entries) {
+        out << YAML::Key << key << YAML::Value;
+        emit(out, entry);
+      }
+      out << YAML::EndMap;
+      break;
+  }
+}
+
+void json_string(std::string& out, const std::string& text) {
+  out += '"';
+  for (const char c : text) {
+    if (c == '"' || c == '\\') {
+      out += '\\';
+      out += c;
+    } else if (static_cast<unsigned char>(c) < 0x20) {
+      char buffer[8];
+      std::snprintf(buffer, sizeof buffer, "\\u%04x", static_cast<unsigned>(c));
+      out += buffer;
+    } else {
+      out += c;
+    }
+  }
+  out += '"';
+}
+
+void json_scalar(std::string& out, const Node& node) {
+  const std::string& s = node.scalar;
+  double value = 0;
+  const auto [end, error] = std::from_chars(s.data(), s.data() + s.size(), value);
+  const bool number = !s.empty() && error == std::errc{} && end == s.data() + s.size();
+  if (node.quoted || (!number && s != "true" && s != "false" && s != ".nan" && s != ".inf" && s != "-.inf"))
+    json_string(out, s);
+  else if (number || s == "true" || s == "false")
+    out += std::isfinite(value) ? s : "null";
+  else
+    out += "null";
+}
+
+void json(std::string& out, const Node& node, int indent, int depth) {
+  const auto line = [&](int d) {
+    if (indent > 0 && !node.flow) out += '\n' + std::string(static_cast<std::size_t>(indent * d), ' ');
+  };
+  if (node.kind == Node::Kind::Null) {
+    out += "null";
+  } else if (node.kind == Node::Kind::Scalar) {
+    json_scalar(out, node);
+  } else if (node.kind == Node::Kind::Sequence) {
+    out += '[';
+    for (std::size_t i = 0; i < node.items.size(); ++i) {
+      if (i) out += node.flow ? ", " : ",";
+      line(depth + 1);
+      json(out, node.items[i], indent, depth + 1);
+    }
+    if (!node.items.empty()) line(depth);
+    out += ']';
+  } else {
+    out += '{';
+    for (std::size_t i = 0; i < node.entries.size(); ++i) {
+      if (i) out += node.flow ? ", " : ",";
+      line(depth + 1);
+      json_string(out, node.entries[i].first);
+      out += ": ";
+      json(out, node.entries[i].second, indent, depth + 1);
+    }
+    if (!node.entries.empty()) line(depth);
+    out += '}';
+  }
+}
+
+}  // namespace
+
+const Node* Node::find(std::string_view key) const {
+  for (const auto& [name, entry] : entries)
+    if (name == key) return &entry;
+  return nullptr;
+}
+
+Node& Node::operator[](std::string_view key) {
+  if (kind == Kind::Null) kind = Kind::Map;
+  for (auto& [name, entry] : entries)
+    if (name == key) return entry;
+  return entries.emplace_back(std::string(key), Node{}).second;
+}
+
+Node Node::of(std::string text, bool quoted) {
+  Node node;
+  node.kind = Kind::Scalar;
+  node.scalar = std::move(text);
+  node.quoted = quoted;
+  return node;
+}
+
+Node Node::of(double value) {
+  if (std::isnan(value)) return of(std::string(".nan"));
+  if (std::isinf(value)) return of(std::string(value > 0 ? ".inf" : "-.inf"));
+  char buffer[64];
+  const auto end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
+  std::string text(buffer, end);
+  // YAML 1.1 readers take "2e-05" for text: a number needs its point.
+  if (text.find('.') == std::string::npos) {
+    const std::size_t e = text.find('e');
+    text.insert(e == std::string::npos ? text.size() : e, ".0");
+  }
+  return of(std::move(text));
+}
+
+Node parse_yaml(std::string_view text, const std::string& source) {
+  TreeBuilder builder(source);
+  try {
+    std::istringstream stream{std::string(text)};
+    YAML::Parser parser(stream);
+    if (!parser.HandleNextDocument(builder)) throw IoError(source + ": the file is empty");
+  } catch (const YAML::Exception& e) {
+    throw IoError(source + ":" + std::to_string(e.mark.line + 1) + ": not valid YAML: " + e.msg);
+  }
+  return std::move(builder.root);
+}
+
+Node load_yaml(const std::filesystem::path& file) { return parse_yaml(read_text(file), file.string()); }
+
+std::string to_yaml(const Node& node) {
+  YAML::Emitter out;
+  out.SetIndent(2);
+  emit(out, node);
+  return std::string(out.c_str()) + "\n";
+}
+
+std::string to_json(const Node& node, int indent) {
+  std::string out;
+  json(out, node, indent, 0);
+  return out + "\n";
+}
+
+std::string read_text(const std::filesystem::path& file) {
+  std::error_code error;
+  if (!std::filesystem::exists(file, error)) throw IoError(file.string() + ": no such file");
+  if (std::filesystem::is_directory(file, error)) throw IoError(file.string() + ": is a folder, expected a file");
+  std::ifstream stream(file, std::ios::binary);
+  std::ostringstream text;
+  if (!stream || !(text << stream.rdbuf() || stream.eof())) {
+    if (std::filesystem::file_size(file, error) == 0) return {};
+    throw IoError(file.string() + ": cannot be read");
+  }
+  return std::move(text).str();
+}
+
+void write_text(const std::filesystem::path& file, std::string_view text) {
+  std::filesystem::path beside = file;
+  beside += ".part";
+  std::error_code error;
+  {
+    std::ofstream stream(beside, std::ios::binary | std::ios::trunc);
+    stream << text;
+    if (!stream.flush()) {
+      std::filesystem::remove(beside, error);
+      throw IoError(file.string() + ": cannot be written");
+    }
+  }
+  std::filesystem::rename(beside, file, error);
+  if (error) {
+    const std::string why = error.message();
+    std::filesystem::remove(beside, error);
+    throw IoError(file.string() + ": cannot be written: " + why);
+  }
+}
+
+}  // namespace kr5::io
