@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <kr5/core/fields.hpp>
+
+namespace kr5::cell {
+
+/// Standard deviation of one reading of each sensor of the cell.
+struct Noise {
+  double position = 0.0;       ///< [rad or m]
+  double current = 0.0;        ///< [A]
+  double force = 0.0;          ///< [N]
+  double torque = 0.0;         ///< [N m]
+  double pose_position = 0.0;  ///< [m]
+  double pose_rotation = 0.0;  ///< [rad]
+  double pixel = 0.0;          ///< [px]
+  double laser = 0.0;          ///< [m]
+  double depth = 0.0;          ///< [m]
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("position", self.position, "Joint reading [rad or m], and z of step and press [m].");
+    visit("current", self.current, "Motor current [A].");
+    visit("force", self.force, "Force component [N].");
+    visit("torque", self.torque, "Torque component [N m].");
+    visit("pose_position", self.pose_position, "Position of the measured tool, per axis [m].");
+    visit("pose_rotation", self.pose_rotation, "Orientation of the measured tool, per axis [rad].");
+    visit("pixel", self.pixel, "Image coordinate [px].");
+    visit("laser", self.laser, "Range of the line scanner [m].");
+    visit("depth", self.depth, "Depth z of a profile [m].");
+  }
+};
+
+}  // namespace kr5::cell

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Core>
+
+#include <kr5/core/fields.hpp>
+
+/// @file
+/// What a covariance or a count allows one to say.
+
+namespace kr5::uncertainty {
+
+/// Value that a chi-square variable with `dof` degrees of freedom stays below with probability `p`.
+double chi_square_quantile(double p, double dof);
+/// Probability that a chi-square variable with `dof` degrees of freedom stays below `x`.
+double chi_square_cdf(double x, double dof);
+/// Two-sided factor of a standard normal variable: |x| stays below it with probability `confidence`.
+double normal_factor(double confidence = 0.95);
+/// The same for Student's t.
+double student_factor(double dof, double confidence = 0.95);
+
+/// An interval of a number.
+struct Interval {
+  double low = 0.0;
+  double high = 0.0;
+  bool contains(double x) const { return low <= x && x <= high; }
+  static void each_field(auto& self, auto&& visit) {
+    visit("low", self.low, "Lower end.");
+    visit("high", self.high, "Upper end.");
+  }
+};
+
+/// Exact (Clopper-Pearson) interval of a rate from `successes` in `trials`.
+/// @throws InvalidArgument unless 0 <= successes <= trials, trials > 0, 0 < confidence < 1.
+Interval binomial_interval(int successes, int trials, double confidence = 0.95);
+
+/// The region that holds a normal vector with a given probability (Hayat et al. 2022, eq. 3.14 and 3.15).
+struct Ellipsoid {
+  Eigen::VectorXd semi_axes;   ///< Longest first, in the unit of the vector.
+  Eigen::MatrixXd directions;  ///< Unit columns, in the order of `semi_axes`.
+};
+/// @throws InvalidArgument when the matrix is not square, not symmetric, or has a negative eigenvalue.
+Ellipsoid confidence_ellipsoid(const Eigen::MatrixXd& covariance, double confidence = 0.95);
+
+}  // namespace kr5::uncertainty

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/vision/image.hpp>
+
+#include <opencv2/imgcodecs.hpp>
+
+#include <kr5/core/error.hpp>
+
+namespace kr5::vision {
+
+Image::Image(int w, int h, std::uint8_t grey) : width(w), height(h) {
+  require(w > 0 && h > 0, "image: width and height must be positive [px]");
+  pixels.assign(static_cast<std::size_t>(w) * static_cast<std::size_t>(h), grey);
+}
+
+Image load_image(const std::filesystem::path& file) {
+  std::error_code error;
+  if (!std::filesystem::exists(file, error)) throw IoError(file.string() + ": no such image");
+  cv::Mat m;
+  try {
+    m = cv::imread(file.string(), cv::IMREAD_GRAYSCALE);
+  } catch (const cv::Exception& e) {
+    throw IoError(file.string() + ": the image cannot be decoded: " + e.err);
+  }
+  if (m.empty())
+    throw IoError(file.string() + ": is no image that can be decoded, or is cut off; expected PNG, JPEG, TIFF, BMP or PGM");
+  Image image(m.cols, m.rows);
+  for (int y = 0; y < m.rows; ++y)
+    std::copy_n(m.ptr<std::uint8_t>(y), m.cols, image.pixels.begin() + static_cast<std::ptrdiff_t>(y) * m.cols);
+  return image;
+}
+
+void save_image(ImageView image, const std::filesystem::path& file) {
+  const cv::Mat m(image.height, image.width, CV_8UC1, const_cast<std::uint8_t*>(image.data),
+                  static_cast<std::size_t>(image.stride));
+  bool good = false;
+  try {
+    good = cv::imwrite(file.string(), m);
+  } catch (const cv::Exception&) {
+  }
+  if (!good) throw IoError(file.string() + ": the image cannot be written; is the folder there and the ending known?");
+}
+
+}  // namespace kr5::vision

@@ -1,0 +1,50 @@
+#include <catch2/catch.hpp>
+
+#include <kr5/core/error.hpp>
+#include <kr5/core/random.hpp>
+#include <kr5/uncertainty/confidence.hpp>
+
+using namespace kr5;
+using namespace kr5::uncertainty;
+
+TEST_CASE("factors of the confidence ellipsoid agree with the book's table") {
+  // Hayat et al. 2022, eq. 3.15: C for K = 1, 2, 3 at 95 % and 99 %.
+  const double table[3][2] = {{1.960, 2.576}, {2.448, 3.035}, {2.796, 3.368}};
+  for (int k = 1; k <= 3; ++k) {
+    CHECK(std::sqrt(chi_square_quantile(0.95, k)) == Approx(table[k - 1][0]).margin(6e-4));
+    CHECK(std::sqrt(chi_square_quantile(0.99, k)) == Approx(table[k - 1][1]).margin(6e-4));
+  }
+  CHECK(chi_square_cdf(chi_square_quantile(0.37, 5), 5) == Approx(0.37));
+}
+
+TEST_CASE("binomial interval is exact at its ends") {
+  CHECK(binomial_interval(0, 10).low == 0.0);
+  CHECK(binomial_interval(0, 10).high == Approx(1 - std::pow(0.025, 0.1)));
+  CHECK(binomial_interval(10, 10).low == Approx(std::pow(0.025, 0.1)));
+  CHECK(binomial_interval(10, 10).high == 1.0);
+  CHECK_THROWS_AS(binomial_interval(3, 2), InvalidArgument);
+  CHECK_THROWS_AS(binomial_interval(0, 0), InvalidArgument);
+}
+
+TEST_CASE("ellipsoid holds a normal vector as often as it says") {
+  Eigen::Matrix3d L;
+  L << 2, 0, 0, 0.5, 1, 0, -1, 0.3, 0.2;
+  const Ellipsoid e = confidence_ellipsoid(L * L.transpose(), 0.9);
+  CHECK(e.semi_axes[0] >= e.semi_axes[1]);
+  CHECK(e.semi_axes[1] >= e.semi_axes[2]);
+  Random random(11);
+  int inside = 0;
+  const int trials = 4000;
+  for (int i = 0; i < trials; ++i) {
+    const Eigen::Vector3d x = L * random.normal_vector(3);
+    inside += (e.directions.transpose() * x).cwiseQuotient(e.semi_axes).norm() < 1;
+  }
+  CHECK(binomial_interval(inside, trials, 0.999).contains(0.9));
+}
+
+TEST_CASE("a matrix that is no covariance is refused") {
+  Eigen::Matrix2d m;
+  m << 1, 2, 2, 1;
+  CHECK_THROWS_AS(confidence_ellipsoid(m), InvalidArgument);
+  CHECK_THROWS_AS(confidence_ellipsoid(Eigen::MatrixXd::Zero(2, 3)), InvalidArgument);
+}
