@@ -6,6 +6,7 @@
 #include <Eigen/Eigenvalues>
 #include <boost/math/distributions/beta.hpp>
 #include <boost/math/distributions/chi_squared.hpp>
+#include <boost/math/distributions/fisher_f.hpp>
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
 
@@ -40,6 +41,17 @@ double student_factor(double dof, double confidence) {
   require_probability(confidence, "confidence");
   require(dof > 0, "dof must be positive");
   return boost::math::quantile(boost::math::students_t(dof), 0.5 + confidence / 2);
+}
+
+double fisher_quantile(double p, double dof1, double dof2) {
+  require_probability(p, "p");
+  require(dof1 > 0 && dof2 > 0, "dof1 and dof2 must be positive");
+  return boost::math::quantile(boost::math::fisher_f(dof1, dof2), p);
+}
+
+double fisher_cdf(double x, double dof1, double dof2) {
+  require(dof1 > 0 && dof2 > 0, "dof1 and dof2 must be positive");
+  return x <= 0 ? 0.0 : boost::math::cdf(boost::math::fisher_f(dof1, dof2), x);
 }
 
 Interval binomial_interval(int successes, int trials, double confidence) {

@@ -18,6 +18,11 @@ double chi_square_cdf(double x, double dof);
 double normal_factor(double confidence = 0.95);
 /// The same for Student's t.
 double student_factor(double dof, double confidence = 0.95);
+/// Value that Fisher's F stays below with probability `p`: with a covariance C estimated on `dof2` degrees of freedom,
+/// the region of an n-vector is e' C^-1 e <= n F(n, dof2).
+double fisher_quantile(double p, double dof1, double dof2);
+/// Probability that Fisher's F stays below `x`.
+double fisher_cdf(double x, double dof1, double dof2);
 
 /// An interval of a number.
 struct Interval {
