@@ -16,12 +16,15 @@
 namespace kr5::vision {
 
 enum class TargetKind {
-  Chessboard,  ///< `rows` x `cols` inner corners, squares of `size`; first inner corner at the origin.
-  CircleGrid,  ///< `rows` x `cols` dots, `size` apart; first dot at the origin.
+  Chessboard,  ///< `rows` x `cols` inner corners, squares of `size`; first inner corner at the origin. The outermost
+               ///< square beside the first corner, top left, is black.
+  CircleGrid,  ///< `rows` x `cols` dots, `size` apart; first dot at the origin. If one corner dot is bigger, it is the
+               ///< first (ROS-Industrial's "modified" grid).
   Tag,         ///< One square marker of side `size`, numbered `first_id`; origin at its centre.
   TagGrid,     ///< `rows` x `cols` markers of side `size` with `gap` between, ids row by row from `first_id`;
                ///< origin at the first corner of the first marker.
-  Charuco,     ///< `rows` x `cols` squares of `size` with markers of side `marker` in the white ones.
+  Charuco,     ///< `rows` x `cols` squares of `size` with markers of side `marker` in the white ones, ids row by row
+               ///< from `first_id`; origin at the outer corner of the first square, points are the inner corners.
   MarkerMap,   ///< Markers anywhere in space, listed in `map`.
 };
 
@@ -56,6 +59,7 @@ struct Target {
   double marker = 0.0;  ///< [m]
   std::string family = "36h11";
   int first_id = 0;
+  bool legacy = false;  ///< ChArUco as OpenCV drew it up to 4.6: with an even number of rows the first square is white.
   std::vector<MapMarker> map;
 
   /// @throws InvalidArgument naming the field.
@@ -71,21 +75,31 @@ struct Target {
     visit("family", self.family,
           "Marker family: 36h11 | 25h9 | 16h5 | 41h12, or an ArUco dictionary such as aruco_4x4_50, aruco_6x6_250.");
     visit("first_id", self.first_id, "Number of the (first) marker.");
+    visit("legacy", self.legacy,
+          "ChArUco drawn by OpenCV up to 4.6: with an even number of rows the first square is white, not black.");
     visit("map", self.map, "Markers of a marker map.");
   }
 };
 
 /// Every point of a target that a detector may find, with its number: the ids of a View index this list.
-/// Corners of markers are numbered 4 * marker + corner (clockwise from the top left as printed).
+/// Chessboard corners, dots and ChArUco corners are numbered row by row; corners of markers 4 * id + corner, with the id
+/// the marker shows (corners clockwise from the top left as printed).
 struct TargetPoints {
   Eigen::Matrix3Xd points;  ///< [m]
   std::vector<int> ids;
 };
 TargetPoints target_points(const Target& target);
 
+/// The markers a target carries (Tag, TagGrid, Charuco, MarkerMap; none otherwise), posed in its frame.
+std::vector<MapMarker> target_markers(const Target& target);
+
+/// Corners of a square of side `size` in its own frame, clockwise from the top left [m].
+Eigen::Matrix<double, 3, 4> square_corners(double size);
+
 /// Reads the short form of the command line, e.g. `chessboard:6x9:0.0236`, `circles:10x10:0.0254`,
 /// `tag:36h11:10:0.048` (family, id, side), `grid:36h11:5x7:0.03:0.01` (rows x cols, side, gap),
-/// `charuco:aruco_6x6_250:7x5:0.036195:0.018256`; rows first, lengths in metres.
+/// `charuco:aruco_6x6_250:7x5:0.036195:0.018256` (family, squares, square, marker; `charuco_legacy:` for boards drawn by
+/// OpenCV up to 4.6); rows first, lengths in metres. Marker maps are read from a file instead.
 /// @throws InvalidArgument that shows the form.
 Target parse_target(const std::string& text);
 
