@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/geometry/resection.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include <Eigen/Dense>
+
+#include <kr5/core/error.hpp>
+
+namespace kr5 {
+namespace {
+
+struct Problem {
+  const Eigen::Matrix3Xd& points;
+  const Eigen::Matrix2Xd& pixels;
+  const Pinhole& camera;
+  const ResectionOptions& options;
+};
+
+/// Squared distances of seen and predicted points; empty when a point lies behind the camera.
+std::optional<Eigen::VectorXd> squared_errors(const Problem& p, const Pose& T) {
+  Eigen::VectorXd e(p.points.cols());
+  for (int i = 0; i < p.points.cols(); ++i) {
+    const Eigen::Vector3d q = T * p.points.col(i);
+    if (!(q.z() > 1e-9)) return std::nullopt;
+    e[i] = (p.camera.project(q) - p.pixels.col(i)).squaredNorm();
+  }
+  return e;
+}
+
+/// Huber weights against a scale that outlying points do not move. The median of a Rayleigh variable is 1.1774 sigma.
+Eigen::VectorXd huber_weights(const Eigen::VectorXd& squared, double huber) {
+  const Eigen::Index n = squared.size();
+  Eigen::VectorXd weights = Eigen::VectorXd::Ones(n);
+  if (huber <= 0) return weights;
+  std::vector<double> sorted(squared.data(), squared.data() + n);
+  std::nth_element(sorted.begin(), sorted.begin() + n / 2, sorted.end());
+  // Six parameters have absorbed part of the noise.
+  const double readings = 2.0 * static_cast<double>(n), shrink = std::sqrt(readings / std::max(readings - 6.0, 1.0));
+  const double limit = huber * std::max(std::sqrt(sorted[n / 2]) / 1.1774 * shrink, 1e-6);
+  for (Eigen::Index i = 0; i < n; ++i) weights[i] = std::min(1.0, limit / std::max(std::sqrt(squared[i]), 1e-300));
+  return weights;
+}
+
+void normal_equations(const Problem& p, const Pose& T, const Eigen::VectorXd& weights, Matrix6& H, Vector6& g) {
+  H.setZero();
+  g.setZero();
+  for (int i = 0; i < p.points.cols(); ++i) {
+    Eigen::Matrix<double, 2, 3> P;
+    const Eigen::Vector2d r = p.pixels.col(i) - p.camera.project(T * p.points.col(i), &P, nullptr);
+    Eigen::Matrix<double, 2, 6> J;
+    J.leftCols<3>() = P * T.linear();
+    J.rightCols<3>() = -J.leftCols<3>() * skew(p.points.col(i));
+    H += weights[i] * J.transpose() * J;
+    g += weights[i] * J.transpose() * r;
+  }
+}
+
+/// Levenberg-Marquardt on the weighted reprojection error, weights renewed at every accepted step.
+std::optional<Resection> refine(const Problem& p, Pose T) {
+  auto errors = squared_errors(p, T);
+  if (!errors) return std::nullopt;
+  Resection out;
+  out.weights = huber_weights(*errors, p.options.huber);
+  double damping = 1e-4;
+  Vector6 g;
+  for (int k = 0; k < p.options.max_iterations; ++k) {
+    normal_equations(p, T, out.weights, out.information, g);
+    Matrix6 A = out.information;
+    A.diagonal() *= 1 + damping;
+    const Vector6 step = A.ldlt().solve(g);
+    if (!step.allFinite()) return std::nullopt;
+    const Pose next = T * to_pose(step);
+    const auto next_errors = squared_errors(p, next);
+    if (!next_errors || !(out.weights.dot(*next_errors) <= out.weights.dot(*errors))) {
+      damping *= 10;
+      if (damping > 1e8) break;
+      continue;
+    }
+    const double gain = out.weights.dot(*errors) - out.weights.dot(*next_errors);
+    const bool settled = gain <= 1e-12 * out.weights.dot(*errors) || step.norm() < 1e-12;
+    T = next;
+    errors = next_errors;
+    out.weights = huber_weights(*errors, p.options.huber);
+    damping = std::max(damping * 0.1, 1e-12);
+    if (settled) break;
+  }
+  T.linear() = nearest_rotation(T.linear());
+  normal_equations(p, T, out.weights, out.information, g);
+  out.T_camera_points = T;
+  out.cost = out.weights.dot(*errors);
+  out.rms_px = std::sqrt(errors->mean());
+  return out;
+}
+
+/// Moves the origin to the mean and the mean distance to sqrt(dimension): without it the linear solution is noisy.
+template <int D>
+Eigen::Matrix<double, D + 1, D + 1> normaliser(const Eigen::Matrix<double, D, Eigen::Dynamic>& x) {
+  const Eigen::Matrix<double, D, 1> mean = x.rowwise().mean();
+  const double scale = std::sqrt(double(D)) / (x.colwise() - mean).colwise().norm().mean();
+  Eigen::Matrix<double, D + 1, D + 1> N = Eigen::Matrix<double, D + 1, D + 1>::Identity() * scale;
+  N(D, D) = 1;
+  N.template topRightCorner<D, 1>() = -scale * mean;
+  return N;
+}
+
+/// Least-squares P with (x, 1) ~ P (X, 1): the direct linear transform.
+template <int D>
+Eigen::Matrix<double, 3, D + 1> linear_transform(const Eigen::Matrix<double, D, Eigen::Dynamic>& X,
+                                                 const Eigen::Matrix2Xd& x) {
+  const auto N_X = normaliser<D>(X);
+  const auto N_x = normaliser<2>(x);
+  const int n = D + 1;
+  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(2 * X.cols(), 3 * n);
+  for (int i = 0; i < X.cols(); ++i) {
+    const Eigen::Matrix<double, 1, D + 1> h = (N_X * X.col(i).homogeneous()).transpose();
+    const Eigen::Vector3d y = N_x * x.col(i).homogeneous();
+    A.row(2 * i) << h, 0 * h, -y.x() * h;
+    A.row(2 * i + 1) << 0 * h, h, -y.y() * h;
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(A.transpose() * A);
+  const Eigen::VectorXd v = eigen.eigenvectors().col(0);
+  Eigen::Matrix<double, 3, D + 1> P;
+  for (int r = 0; r < 3; ++r) P.row(r) = v.segment(r * n, n).transpose();
+  return N_x.inverse() * P * N_X;
+}
+
+Pose pose_from(const Eigen::Matrix3d& M, const Eigen::Vector3d& t) {
+  Pose T = Pose::Identity();
+  T.linear() = nearest_rotation(M);
+  T.translation() = t;
+  return T;
+}
+
+/// Start for points on the plane z = 0 of their own frame.
+Pose planar_start(const Eigen::Matrix2Xd& plane, const Eigen::Matrix2Xd& rays) {
+  Eigen::Matrix3d H = linear_transform<2>(plane, rays);
+  H /= std::sqrt(H.col(0).norm() * H.col(1).norm());
+  if ((H * Eigen::Vector3d(plane.rowwise().mean().homogeneous())).z() < 0) H = -H;
+  Eigen::Matrix3d M = H;
+  M.col(2) = H.col(0).cross(H.col(1));
+  return pose_from(M, H.col(2));
+}
+
+/// The other pose in which a plane looks almost the same: its normal mirrored on the line of sight.
+Pose mirrored(const Pose& T, const Eigen::Vector3d& normal, const Eigen::Vector3d& middle) {
+  const Eigen::Vector3d n = T.linear() * normal, c = T * middle, sight = c.normalized();
+  const Eigen::Vector3d n2 = 2 * n.dot(sight) * sight - n;
+  Pose out = Pose::Identity();
+  // n2 points to the other side of the plane when n does: take the sign that turns least.
+  out.linear() = Eigen::Quaterniond::FromTwoVectors(n, n2.dot(n) < 0 ? Eigen::Vector3d(-n2) : n2) * T.linear();
+  out.translation() = c - out.linear() * middle;
+  return out;
+}
+
+Pose spatial_start(const Eigen::Matrix3Xd& points, const Eigen::Matrix2Xd& rays) {
+  Eigen::Matrix<double, 3, 4> P = linear_transform<3>(points, rays);
+  if (P.leftCols<3>().determinant() < 0) P = -P;
+  P /= std::cbrt(P.leftCols<3>().determinant());
+  return pose_from(P.leftCols<3>(), P.col(3));
+}
+
+/// Starts over the whole of the rotations, for four or five points in space, where nothing linear is determined.
+std::vector<Pose> spread_starts(const Eigen::Matrix3Xd& points, const Eigen::Matrix2Xd& rays) {
+  const Eigen::Vector3d middle = points.rowwise().mean();
+  const Eigen::Vector2d seen = rays.rowwise().mean();
+  const double distance = std::sqrt((points.colwise() - middle).squaredNorm() * 2 / 3 /
+                                    std::max((rays.colwise() - seen).squaredNorm(), 1e-18));
+  std::vector<Pose> starts;
+  for (int face = 0; face < 6; ++face)
+    for (int turn = 0; turn < 4; ++turn) {
+      const Eigen::Vector3d axis = Eigen::Vector3d::Unit(face % 3) * (face < 3 ? 1 : -1);
+      Pose T = Pose::Identity();
+      T.linear() = (Eigen::AngleAxisd(turn * std::numbers::pi / 2, Eigen::Vector3d::UnitZ()) *
+                    Eigen::Quaterniond::FromTwoVectors(axis, Eigen::Vector3d::UnitZ()))
+                       .toRotationMatrix();
+      T.translation() = distance * seen.homogeneous() - T.linear() * middle;
+      starts.push_back(T);
+    }
+  return starts;
+}
+
+std::optional<Eigen::Matrix2Xd> undistorted(const Eigen::Matrix2Xd& pixels, const Pinhole& camera) {
+  Eigen::Matrix2Xd rays(2, pixels.cols());
+  for (int i = 0; i < pixels.cols(); ++i) {
+    const auto ray = camera.ray(pixels.col(i));
+    if (!ray) return std::nullopt;
+    rays.col(i) = ray->head<2>();
+  }
+  return rays;
+}
+
+/// Keeps the better of optima that are the same pose; sorts the best to the front.
+void add(std::vector<Resection>& found, const std::optional<Resection>& candidate) {
+  if (!candidate) return;
+  for (Resection& other : found)
+    if (pose_difference(other.T_camera_points, candidate->T_camera_points).tail<3>().norm() < 1e-3) {
+      if (candidate->cost < other.cost) other = *candidate;
+      return;
+    }
+  found.push_back(*candidate);
+  std::sort(found.begin(), found.end(), [](const Resection& a, const Resection& b) { return a.cost < b.cost; });
+}
+
+void check(const Eigen::Matrix3Xd& points, const Eigen::Matrix2Xd& pixels, const ResectionOptions& options) {
+  options.validate();
+  require(points.cols() == pixels.cols(),
+          "resect: " + std::to_string(points.cols()) + " points, but " + std::to_string(pixels.cols()) + " pixels");
+  require(points.cols() >= 4, "resect: at least four points are needed, found " + std::to_string(points.cols()));
+  require(points.allFinite() && pixels.allFinite(), "resect: points and pixels must be finite");
+}
+
+}  // namespace
+
+void ResectionOptions::validate() const {
+  require(max_iterations >= 1, "max_iterations must be at least 1");
+  require(huber >= 0, "huber must not be negative [-]; 0 switches it off");
+}
+
+std::vector<Resection> resect(const Eigen::Matrix3Xd& points, const Eigen::Matrix2Xd& pixels, const Pinhole& camera,
+                              const ResectionOptions& options) {
+  check(points, pixels, options);
+  const auto rays = undistorted(pixels, camera);
+  if (!rays) return {};
+  const Eigen::Vector3d middle = points.rowwise().mean();
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd((points.colwise() - middle) * (points.colwise() - middle).transpose(),
+                                              Eigen::ComputeFullU);
+  const Eigen::Vector3d spread = svd.singularValues().cwiseSqrt();
+  if (!(spread[1] > 1e-6 * spread[0])) return {};
+  const Problem problem{points, pixels, camera, options};
+  std::vector<Resection> found;
+  if (spread[2] > 1e-4 * spread[0]) {
+    if (points.cols() >= 6) add(found, refine(problem, spatial_start(points, *rays)));
+    // A cheap second opinion where the linear start is weak.
+    if (points.cols() < 8 || found.empty())
+      for (const Pose& start : spread_starts(points, *rays)) add(found, refine(problem, start));
+    if (found.size() > 1) found.resize(1);
+    return found;
+  }
+  Pose T_points_plane = Pose::Identity();
+  T_points_plane.linear() = svd.matrixU();
+  if (T_points_plane.linear().determinant() < 0) T_points_plane.linear().col(2) *= -1;
+  T_points_plane.translation() = middle;
+  const Eigen::Matrix2Xd plane = (T_points_plane.inverse() * points).topRows<2>();
+  add(found, refine(problem, planar_start(plane, *rays) * T_points_plane.inverse()));
+  if (!found.empty()) {
+    const Pose first = found.front().T_camera_points;
+    add(found, refine(problem, mirrored(first, T_points_plane.linear().col(2), middle)));
+  }
+  return found;
+}
+
+}  // namespace kr5
