@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/geometry/pinhole.hpp>
+#include <kr5/geometry/view.hpp>
+
+#include "struct_binder.hpp"
+
+namespace py = pybind11;
+using namespace kr5;
+
+static void bind_poses(py::module_& m) {
+  m.def("skew", &skew, py::arg("v"), "Cross-product matrix: skew(a) @ b = a x b.");
+  m.def("exp_rotation", &exp_rotation, py::arg("w"), "Rotation matrix of the rotation vector w [rad].");
+  m.def("log_rotation", &log_rotation, py::arg("R"), "Rotation vector of a rotation matrix [rad], angle in [0, pi].");
+  m.def("to_pose", &to_pose, py::arg("d"), "4x4 pose of [x y z, rotation vector] [m, rad], taken separately.");
+  m.def("to_vector", &to_vector, py::arg("T"), "Inverse of to_pose.");
+  m.def("pose_difference", &pose_difference, py::arg("T_a"), py::arg("T_b"),
+        "Right perturbation that takes T_a to T_b: T_b = T_a @ to_pose(d) [m, rad].");
+  m.def("adjoint", &adjoint, py::arg("T"), "Moves a right perturbation across a pose: T d = (adjoint(T) d) T.");
+  m.def("from_xyzrpy", &from_xyzrpy, py::arg("v"), "4x4 pose of x y z roll pitch yaw [m, rad], R = Rz Ry Rx.");
+  m.def("to_xyzrpy", &to_xyzrpy, py::arg("T"), "Inverse of from_xyzrpy.");
+  m.def("nearest_rotation", &nearest_rotation, py::arg("M"), "Proper rotation nearest to M.");
+  m.def("is_rotation", &is_rotation, py::arg("R"), py::arg("tolerance") = 1e-6, "Orthonormal with determinant +1.");
+  m.def(
+      "mean_pose", [](const std::vector<Pose>& poses) { return mean_pose(poses); }, py::arg("poses"),
+      "Mean of the translations with the chordal mean of the rotations.");
+}
+
+/// Pixels of many points, 3 x n, or their rays.
+static Eigen::Matrix2Xd project(const Pinhole& camera, const Eigen::Matrix3Xd& points) {
+  Eigen::Matrix2Xd pixels(2, points.cols());
+  for (Eigen::Index i = 0; i < points.cols(); ++i) pixels.col(i) = camera.project(points.col(i));
+  return pixels;
+}
+
+static Eigen::Matrix3Xd rays(const Pinhole& camera, const Eigen::Matrix2Xd& pixels) {
+  Eigen::Matrix3Xd out(3, pixels.cols());
+  for (Eigen::Index i = 0; i < pixels.cols(); ++i)
+    out.col(i) = camera.ray(pixels.col(i)).value_or(Eigen::Vector3d::Constant(std::nan("")));
+  return out;
+}
+
+void bind_geometry(py::module_& m) {
+  bind_poses(m);
+  python::bind_struct<Pinhole>(m, "Pinhole", "Pinhole camera with the rational lens model; z out of the lens, x right.")
+      .def("project", &project, py::arg("points"), "Pixels (2 x n) of points in the camera frame (3 x n) [m].")
+      .def("rays", &rays, py::arg("pixels"), "Directions (3 x n, z = 1) of pixels (2 x n); NaN where there is none.");
+  python::bind_struct<View>(m, "View", "What one image shows of a target.");
+}

@@ -1,0 +1,25 @@
+"""Calibrate, simulate and diagnose a robot cell.
+
+Poses are 4x4 arrays, `T_a_b` is the pose of b in a, everything is in SI units; see CONVENTIONS.md.
+`kr5.vision` (ViSP, OpenCV) is imported when it is first used.
+"""
+
+import importlib
+
+from ._kr5 import *  # noqa: F403
+from ._kr5 import __version__
+
+_MODULES = ("calibration", "cell", "io", "kinematics", "uncertainty", "vision")
+
+for _name in _MODULES:
+    globals().pop(_name, None)  # of the extension; __getattr__ imports the Python module of that name
+
+
+def __getattr__(name: str):
+    if name in _MODULES:
+        return importlib.import_module(f"{__name__}.{name}")
+    raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+
+
+def __dir__():
+    return sorted({*globals(), *_MODULES})

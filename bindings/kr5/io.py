@@ -1,0 +1,3 @@
+"""Files of structs and numbers."""
+
+from ._kr5.io import *  # noqa: F403

@@ -1,0 +1,3 @@
+"""Targets, their detection, their poses, and camera calibration (ViSP, OpenCV, AprilTag)."""
+
+from ._kr5_vision import *  # noqa: F403

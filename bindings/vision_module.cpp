@@ -1,0 +1,10 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <pybind11/pybind11.h>
+
+#include "_kr5_vision_modules.hpp"
+
+PYBIND11_MODULE(_kr5_vision, m) {
+  pybind11::module_::import("kr5._kr5");  // poses, cameras, views and exceptions are bound there
+  m.doc() = "The vision module of the C++ library. Import it as kr5.vision.";
+  bind_modules(m);
+}
