@@ -26,35 +26,94 @@ std::string_view take(std::string_view& rest, char separator) {
   return part;
 }
 
-[[noreturn]] void fail(const std::string& source, std::size_t line, const std::string& what) {
-  throw IoError(source + ":" + std::to_string(line) + ": " + what);
-}
+/// Collects rows and complaints.
+class CsvParser {
+ public:
+  explicit CsvParser(const std::string& source) : source_(source) {}
 
-std::vector<std::string> parse_header(std::string_view line, const std::string& source, std::size_t number) {
-  std::vector<std::string> columns;
-  const auto count = static_cast<std::size_t>(std::count(line.begin(), line.end(), ',')) + 1;
-  for (std::size_t i = 0; i < count; ++i) {
-    std::string name(trim(take(line, ',')));
-    double value = 0;
-    if (name.empty()) fail(source, number, "column " + std::to_string(i + 1) + " of the header has no name");
-    if (std::from_chars(name.data(), name.data() + name.size(), value).ptr == name.data() + name.size())
-      fail(source, number, "found the number '" + name + "' in the header, expected a line of column names");
-    if (std::find(columns.begin(), columns.end(), name) != columns.end())
-      fail(source, number, "the column '" + name + "' stands in the header twice");
-    columns.push_back(std::move(name));
+  ParsedCsv parse(std::string_view text) {
+    if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // byte-order mark of some spreadsheets
+    std::vector<double> values;
+    while (!text.empty()) {
+      const std::string_view line = trim(take(text, '\n'));
+      ++line_;
+      if (line.empty()) continue;
+      if (out_.table.columns.empty()) {
+        if (!header(line)) return std::move(out_);
+      } else if (row(line, text.empty())) {
+        values.insert(values.end(), row_.begin(), row_.end());
+        out_.lines.push_back(line_);
+      }
+    }
+    finish(values);
+    return std::move(out_);
   }
-  return columns;
-}
 
-double parse_value(std::string_view text, const std::string& column, const std::string& source, std::size_t line) {
-  text = trim(text);
-  if (text.starts_with('+')) text.remove_prefix(1);
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (text.empty() || error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value))
-    fail(source, line, column + ": found '" + std::string(text) + "', expected a finite number");
-  return value;
-}
+ private:
+  void problem(int line, const std::string& field, const std::string& found, const std::string& expected) {
+    out_.problems.push_back({source_, line, field, found, expected});
+  }
+
+  bool header(std::string_view line) {
+    std::vector<std::string>& columns = out_.table.columns;
+    const auto count = static_cast<std::size_t>(std::count(line.begin(), line.end(), ',')) + 1;
+    for (std::size_t i = 1; i <= count; ++i) {
+      std::string name(trim(take(line, ',')));
+      double value = 0;
+      const std::string field = "column " + std::to_string(i);
+      if (name.empty())
+        problem(line_, field, "no name", "a name for every column of the header");
+      else if (std::from_chars(name.data(), name.data() + name.size(), value).ptr == name.data() + name.size())
+        problem(line_, field, "the number '" + name + "'", "a header line of column names");
+      else if (std::find(columns.begin(), columns.end(), name) != columns.end())
+        problem(line_, field, "'" + name + "' a second time", "every column once");
+      columns.push_back(std::move(name));
+    }
+    return out_.problems.empty();  // without names the rows mean nothing
+  }
+
+  bool row(std::string_view line, bool last) {
+    const std::vector<std::string>& columns = out_.table.columns;
+    const auto count = static_cast<std::size_t>(std::count(line.begin(), line.end(), ',')) + 1;
+    if (count != columns.size()) {
+      problem(line_, "", std::to_string(count) + (count == 1 ? " value" : " values"),
+              std::to_string(columns.size()) + " as in the header" + (last ? "; is the file cut off?" : ""));
+      return false;
+    }
+    row_.clear();
+    for (const std::string& column : columns) {
+      const std::string_view text = trim(take(line, ','));
+      double value = 0;
+      if (!parse_number(text, value)) {
+        problem(line_, column, "'" + std::string(text) + "'", "a finite number");
+        return false;
+      }
+      row_.push_back(value);
+    }
+    return true;
+  }
+
+  void finish(const std::vector<double>& values) {
+    if (out_.table.columns.empty())
+      problem(0, "", "an empty file", "a header line of column names and rows of numbers");
+    else if (out_.lines.empty() && out_.problems.empty())
+      problem(line_, "", "a header without rows", "rows of numbers");
+    out_.table.values = Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
+        values.data(), static_cast<Eigen::Index>(out_.lines.size()),
+        static_cast<Eigen::Index>(out_.table.columns.size()));
+  }
+
+  static bool parse_number(std::string_view text, double& value) {
+    if (text.starts_with('+')) text.remove_prefix(1);
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    return !text.empty() && error == std::errc{} && end == text.data() + text.size() && std::isfinite(value);
+  }
+
+  std::string source_;
+  int line_ = 0;
+  std::vector<double> row_;
+  ParsedCsv out_;
+};
 
 }  // namespace
 
@@ -71,33 +130,12 @@ Eigen::VectorXd Table::column(std::string_view name) const {
   throw InvalidArgument("no column '" + std::string(name) + "'; there are " + all);
 }
 
+ParsedCsv examine_csv(std::string_view text, const std::string& source) { return CsvParser(source).parse(text); }
+
 Table parse_csv(std::string_view text, const std::string& source) {
-  Table table;
-  std::vector<double> values;
-  std::size_t line_number = 0, rows = 0;
-  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // byte-order mark of some spreadsheets
-  while (!text.empty()) {
-    std::string_view line = trim(take(text, '\n'));
-    ++line_number;
-    if (line.empty()) continue;
-    if (table.columns.empty()) {
-      table.columns = parse_header(line, source, line_number);
-      continue;
-    }
-    const auto found = static_cast<std::size_t>(std::count(line.begin(), line.end(), ',')) + 1;
-    if (found != table.columns.size())
-      fail(source, line_number, "found " + std::to_string(found) + " values, expected " +
-                                    std::to_string(table.columns.size()) + " as in the header" +
-                                    (text.empty() ? "; is the file cut off?" : ""));
-    for (const std::string& column : table.columns)
-      values.push_back(parse_value(take(line, ','), column, source, line_number));
-    ++rows;
-  }
-  if (table.columns.empty()) throw IoError(source + ": the file is empty, expected a header line and rows of numbers");
-  if (rows == 0) throw IoError(source + ": a header without rows");
-  table.values = Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
-      values.data(), static_cast<Eigen::Index>(rows), static_cast<Eigen::Index>(table.columns.size()));
-  return table;
+  ParsedCsv parsed = examine_csv(text, source);
+  throw_problems(parsed.problems);
+  return std::move(parsed.table);
 }
 
 Table load_csv(const std::filesystem::path& file) { return parse_csv(read_text(file), file.string()); }

@@ -2,8 +2,11 @@
 #include <kr5/io/fields.hpp>
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
+#include <cmath>
 #include <limits>
+#include <set>
 
 #include <kr5/geometry/pose.hpp>
 
@@ -15,28 +18,13 @@ std::string describe(const Node& node) {
     case Node::Kind::Null:
       return "nothing";
     case Node::Kind::Scalar:
-      return "'" + node.scalar + "'";
+      return node.quoted ? "the quoted text '" + node.scalar + "'" : "'" + node.scalar + "'";
     case Node::Kind::Sequence:
       return "a list of " + std::to_string(node.items.size());
     case Node::Kind::Map:
       return "a map of " + std::to_string(node.entries.size());
   }
   return "?";
-}
-
-std::size_t edit_distance(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t change = diagonal + (a[i - 1] != b[j - 1]);
-      diagonal = row[j];
-      row[j] = std::min({change, row[j] + 1, row[j - 1] + 1});
-    }
-  }
-  return row.back();
 }
 
 bool parse_number(std::string_view text, double& value) {
@@ -51,24 +39,19 @@ bool parse_number(std::string_view text, double& value) {
 
 }  // namespace
 
-std::string Problem::text() const {
-  std::string out = file;
-  if (line > 0) out += ":" + std::to_string(line);
-  out += ": ";
-  if (!field.empty()) out += field + ": ";
-  return out + "found " + found + ", expected " + expected;
-}
-
 void Reader::problem(const Node& node, const std::string& field, const std::string& expected) {
   problems_.push_back({file_, node.line, field, describe(node), expected});
 }
 
-void Reader::finish() const {
-  if (problems_.empty()) return;
-  std::string text;
-  for (const Problem& p : problems_) text += (text.empty() ? "" : "\n") + p.text();
-  throw IoError(text);
+void Reader::missing(const Node& map, const std::string& field, const std::string& expected) {
+  problems_.push_back({file_, map.line, field, "nothing", expected});
 }
+
+std::string Reader::join(const std::string& field, const std::string& name) {
+  return field.empty() ? name : field + "." + name;
+}
+
+void Reader::finish() const { throw_problems(problems_); }
 
 bool Reader::read(const Node& node, const std::string& field, double& value) {
   if (node.kind == Node::Kind::Scalar && !node.quoted && parse_number(node.scalar, value)) {
@@ -111,10 +94,19 @@ bool Reader::read(const Node& node, const std::string& field, Eigen::Isometry3d&
   if (node.items.size() != 4) return problem(node, field, wanted), false;
   Eigen::MatrixXd m;
   if (!read_matrix(node, field, m)) return false;
-  if (m.cols() != 4 || m.row(3) != Eigen::RowVector4d(0, 0, 0, 1) || !is_rotation(m.topLeftCorner<3, 3>()))
-    return problem(node, field, "a 4x4 pose: proper rotation, last row 0 0 0 1"), false;
+  if (m.cols() != 4 || m.row(3) != Eigen::RowVector4d(0, 0, 0, 1))
+    return problem(node, field, "a 4x4 pose with the last row 0 0 0 1"), false;
+  if (!is_rotation(m.topLeftCorner<3, 3>())) return not_a_rotation(field, node, m.topLeftCorner<3, 3>()), false;
   value.matrix() = m;
   return true;
+}
+
+void Reader::not_a_rotation(const std::string& field, const Node& node, const Eigen::Matrix3d& R) {
+  const bool mirrored = is_rotation(-R);
+  problems_.push_back({file_, node.line, field,
+                       mirrored ? "a mirrored rotation (determinant -1)" : "a matrix that is no rotation",
+                       mirrored ? "a proper rotation; is an axis negated, or a left-handed frame meant?"
+                                : "orthonormal columns in the upper left 3x3 part"});
 }
 
 bool Reader::read_matrix(const Node& node, const std::string& field, Eigen::MatrixXd& value) {
@@ -138,15 +130,11 @@ std::string Reader::size_text(int rows, int cols) {
 void Reader::report_unknown(const Node& node, const std::string& field, const std::vector<std::string>& known) {
   for (const auto& [key, entry] : node.entries) {
     if (std::find(known.begin(), known.end(), key) != known.end()) continue;
-    std::string expected = "no such key";
-    if (!known.empty()) {
-      const auto near = std::min_element(known.begin(), known.end(), [&key = key](const auto& a, const auto& b) {
-        return edit_distance(key, a) < edit_distance(key, b);
-      });
-      expected += edit_distance(key, *near) <= 1 + near->size() / 3 ? "; did you mean '" + *near + "'?" : "; remove it";
-    }
-    Problem p{file_, entry.line, field.empty() ? key : field + "." + key, "an unknown key", expected};
-    problems_.push_back(std::move(p));
+    const std::string near = nearest_name(key, known);
+    std::string expected = "one of";
+    for (const std::string& name : known) expected += " " + name;
+    if (!near.empty()) expected = "no such key; did you mean '" + near + "'?";
+    problems_.push_back({file_, entry.line, join(field, key), "an unknown key", expected});
   }
 }
 
@@ -155,10 +143,14 @@ Node to_node(int value) { return Node::of(std::to_string(value)); }
 Node to_node(bool value) { return Node::of(std::string(value ? "true" : "false")); }
 
 Node to_node(const std::string& value) {
-  double number = 0;
-  const bool looks_other = parse_number(value, number) || value == "true" || value == "false" || value == "null" ||
-                           value == "~" || value.empty();
-  return Node::of(value, looks_other);
+  // What any YAML reader could take for a number, a date, a truth value or nothing is quoted.
+  static const std::set<std::string> words = {"true", "false", "yes", "no", "on", "off", "y", "n", "null"};
+  std::string lower = value;
+  std::transform(lower.begin(), lower.end(), lower.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const bool plain =
+      !value.empty() && (std::isalpha(static_cast<unsigned char>(value[0])) || value[0] == '_' || value[0] == '/');
+  return Node::of(value, !plain || words.contains(lower));
 }
 
 Node to_node(const Eigen::Isometry3d& T) { return to_node(Eigen::MatrixXd(T.matrix())); }

@@ -66,6 +66,7 @@ class TreeBuilder : public YAML::EventHandler {
     Node node;
     YAML::anchor_t anchor = 0;
     bool has_key = false;
+    int key_line = 0;  // a complaint about `camera` points at its key, not at the first line below it
     std::string key;
     std::set<std::string> keys;
   };
@@ -106,8 +107,10 @@ class TreeBuilder : public YAML::EventHandler {
       if (node.kind != Node::Kind::Scalar) fail(mark, "a key must be a word");
       if (!top.keys.insert(node.scalar).second) fail(mark, "the key '" + node.scalar + "' stands here twice");
       top.key = node.scalar;
+      top.key_line = node.line;
       top.has_key = true;
     } else {
+      node.line = top.key_line;
       top.node.entries.emplace_back(std::move(top.key), std::move(node));
       top.has_key = false;
     }
@@ -143,67 +146,6 @@ void emit(YAML::Emitter& out, const Node& node) {
       }
       out << YAML::EndMap;
       break;
-  }
-}
-
-void json_string(std::string& out, const std::string& text) {
-  out += '"';
-  for (const char c : text) {
-    if (c == '"' || c == '\\') {
-      out += '\\';
-      out += c;
-    } else if (static_cast<unsigned char>(c) < 0x20) {
-      char buffer[8];
-      std::snprintf(buffer, sizeof buffer, "\\u%04x", static_cast<unsigned>(c));
-      out += buffer;
-    } else {
-      out += c;
-    }
-  }
-  out += '"';
-}
-
-void json_scalar(std::string& out, const Node& node) {
-  const std::string& s = node.scalar;
-  double value = 0;
-  const auto [end, error] = std::from_chars(s.data(), s.data() + s.size(), value);
-  const bool number = !s.empty() && error == std::errc{} && end == s.data() + s.size();
-  if (node.quoted || (!number && s != "true" && s != "false" && s != ".nan" && s != ".inf" && s != "-.inf"))
-    json_string(out, s);
-  else if (number || s == "true" || s == "false")
-    out += std::isfinite(value) ? s : "null";
-  else
-    out += "null";
-}
-
-void json(std::string& out, const Node& node, int indent, int depth) {
-  const auto line = [&](int d) {
-    if (indent > 0 && !node.flow) out += '\n' + std::string(static_cast<std::size_t>(indent * d), ' ');
-  };
-  if (node.kind == Node::Kind::Null) {
-    out += "null";
-  } else if (node.kind == Node::Kind::Scalar) {
-    json_scalar(out, node);
-  } else if (node.kind == Node::Kind::Sequence) {
-    out += '[';
-    for (std::size_t i = 0; i < node.items.size(); ++i) {
-      if (i) out += node.flow ? ", " : ",";
-      line(depth + 1);
-      json(out, node.items[i], indent, depth + 1);
-    }
-    if (!node.items.empty()) line(depth);
-    out += ']';
-  } else {
-    out += '{';
-    for (std::size_t i = 0; i < node.entries.size(); ++i) {
-      if (i) out += node.flow ? ", " : ",";
-      line(depth + 1);
-      json_string(out, node.entries[i].first);
-      out += ": ";
-      json(out, node.entries[i].second, indent, depth + 1);
-    }
-    if (!node.entries.empty()) line(depth);
-    out += '}';
   }
 }
 
@@ -250,6 +192,9 @@ Node parse_yaml(std::string_view text, const std::string& source) {
     std::istringstream stream{std::string(text)};
     YAML::Parser parser(stream);
     if (!parser.HandleNextDocument(builder)) throw IoError(source + ": the file is empty");
+    TreeBuilder second(source);
+    if (parser.HandleNextDocument(second))
+      throw IoError(source + ":" + std::to_string(second.root.line) + ": a second document (---), expected one");
   } catch (const YAML::Exception& e) {
     throw IoError(source + ":" + std::to_string(e.mark.line + 1) + ": not valid YAML: " + e.msg);
   }
@@ -263,12 +208,6 @@ std::string to_yaml(const Node& node) {
   out.SetIndent(2);
   emit(out, node);
   return std::string(out.c_str()) + "\n";
-}
-
-std::string to_json(const Node& node, int indent) {
-  std::string out;
-  json(out, node, indent, 0);
-  return out + "\n";
 }
 
 std::string read_text(const std::filesystem::path& file) {

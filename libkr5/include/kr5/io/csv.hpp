@@ -8,6 +8,8 @@
 
 #include <Eigen/Core>
 
+#include <kr5/io/problem.hpp>
+
 namespace kr5::io {
 
 /// A table of numbers with named columns.
@@ -21,8 +23,17 @@ struct Table {
   Eigen::VectorXd column(std::string_view name) const;
 };
 
+/// A table with the line each row stood on, and all that was wrong. Rows with a problem are left out.
+struct ParsedCsv {
+  Table table;
+  std::vector<int> lines;
+  std::vector<Problem> problems;
+};
+ParsedCsv examine_csv(std::string_view text, const std::string& source);
+
 /// Reads comma-separated numbers under one header line. Blank lines are passed over.
-/// @throws IoError with file, line and remedy: missing or empty file, no header, a duplicate or empty column name,
+/// @throws IoError with file, line and remedy of everything that is wrong: missing or empty file, no header, a
+/// duplicate or empty column name,
 ///         a row with too few or too many values, a value that is no finite number (NaN and inf are refused).
 Table load_csv(const std::filesystem::path& file);
 Table parse_csv(std::string_view text, const std::string& source);

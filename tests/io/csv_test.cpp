@@ -1,0 +1,89 @@
+#include <cstring>
+#include <filesystem>
+#include <limits>
+
+#include <catch2/catch.hpp>
+
+#include <kr5/core/error.hpp>
+#include <kr5/core/random.hpp>
+#include <kr5/io/csv.hpp>
+#include <kr5/io/node.hpp>
+
+using namespace kr5;
+using namespace kr5::io;
+using Catch::Matchers::Contains;
+
+namespace {
+std::string complaint(const std::string& text) {
+  try {
+    parse_csv(text, "log.csv");
+  } catch (const IoError& e) {
+    return e.what();
+  }
+  return "none";
+}
+}  // namespace
+
+TEST_CASE("a table of any doubles reads back bit for bit") {
+  Random random(3);
+  Table table{{"t", "q1", "fx"}, Eigen::MatrixXd(400, 3)};
+  for (double& v : table.values.reshaped()) v = random.normal() * std::pow(10.0, random.uniform(-320, 300));
+  table.values(0, 0) = -0.0;
+  table.values(1, 0) = std::numeric_limits<double>::denorm_min();
+  table.values(2, 0) = std::numeric_limits<double>::max();
+  const auto file = std::filesystem::temp_directory_path() / "kr5_io_exact.csv";
+  save_csv(table, file);
+  const Table back = load_csv(file);
+  std::filesystem::remove(file);
+  REQUIRE(back.columns == table.columns);
+  REQUIRE(back.values.rows() == 400);
+  CHECK(std::memcmp(back.values.data(), table.values.data(), sizeof(double) * 1200) == 0);
+}
+
+TEST_CASE("the shortest text of each number is written") {
+  const auto file = std::filesystem::temp_directory_path() / "kr5_io_short.csv";
+  save_csv({{"a", "b"}, Eigen::RowVector2d(0.1, 25.0)}, file);
+  CHECK(read_text(file) == "a,b\n0.1,25\n");
+  std::filesystem::remove(file);
+}
+
+TEST_CASE("spreadsheets' marks, blanks, plus signs and missing last newlines are taken") {
+  const Table table = parse_csv("\xEF\xBB\xBFt, z\r\n0,+1.5\r\n\r\n 1 , -2e-3", "log.csv");
+  CHECK(table.columns == std::vector<std::string>{"t", "z"});
+  CHECK(table.values == (Eigen::Matrix2d() << 0, 1.5, 1, -2e-3).finished());
+  CHECK(table.column("z")[1] == -2e-3);
+  CHECK_THROWS_WITH(table.column("x"), Contains("no column 'x'; there are t, z"));
+}
+
+TEST_CASE("a bad header is refused with line and column") {
+  CHECK_THAT(complaint(""), Contains("log.csv: found an empty file"));
+  CHECK_THAT(complaint("\n\n"), Contains("log.csv: found an empty file"));
+  CHECK_THAT(complaint("t,z\n"), Contains("log.csv:1: found a header without rows"));
+  CHECK_THAT(complaint("t,z,t\n1,2,3\n"), Contains("log.csv:1: column 3: found 't' a second time"));
+  CHECK_THAT(complaint("t,,z\n1,2,3\n"), Contains("log.csv:1: column 2: found no name"));
+  CHECK_THAT(complaint("1,2\n3,4\n"), Contains("log.csv:1: column 1: found the number '1'"));
+}
+
+TEST_CASE("bad rows are refused with line and column, all of them at once") {
+  CHECK_THAT(complaint("t,z\n0,1\n1\n"),
+             Contains("log.csv:3: found 1 value, expected 2 as in the header; is the file cut off?"));
+  CHECK_THAT(complaint("t,z\n0,1,2\n1,2\n"), Contains("log.csv:2: found 3 values, expected 2 as in the header"));
+  CHECK_THAT(complaint("t,z\n0,nan\n"), Contains("log.csv:2: z: found 'nan', expected a finite number"));
+  CHECK_THAT(complaint("t,z\n0,inf\n"), Contains("log.csv:2: z: found 'inf'"));
+  CHECK_THAT(complaint("t,z\n0,\n"), Contains("log.csv:2: z: found ''"));
+  CHECK_THAT(complaint("t,z\n0,1.2.3\n"), Contains("log.csv:2: z: found '1.2.3'"));
+  CHECK_THAT(complaint("t,z\n0,1e999\n"), Contains("log.csv:2: z: found '1e999'"));
+  const std::string both = complaint("t,z\n0,a\n1,2\n2\n");
+  CHECK_THAT(both, Contains("log.csv:2: z: found 'a'") && Contains("log.csv:4: found 1 value"));
+}
+
+TEST_CASE("good rows keep their line when others are left out") {
+  const ParsedCsv parsed = examine_csv("t,z\n0,1\n\nx,2\n3,4\n", "log.csv");
+  CHECK(parsed.problems.size() == 1);
+  CHECK(parsed.lines == std::vector<int>{2, 5});
+  CHECK(parsed.table.values(1, 1) == 4);
+}
+
+TEST_CASE("a table whose names and values disagree is not written") {
+  CHECK_THROWS_AS(save_csv({{"a"}, Eigen::RowVector2d(1, 2)}, "unused.csv"), InvalidArgument);
+}

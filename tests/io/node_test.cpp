@@ -1,0 +1,112 @@
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+
+#include <catch2/catch.hpp>
+
+#include <kr5/core/error.hpp>
+#include <kr5/core/random.hpp>
+#include <kr5/io/fields.hpp>
+#include <kr5/io/form.hpp>
+#include <kr5/io/node.hpp>
+
+using namespace kr5;
+using namespace kr5::io;
+using Catch::Matchers::Contains;
+
+namespace {
+std::string complaint(const std::string& yaml) {
+  try {
+    parse_yaml(yaml, "cell.yaml");
+  } catch (const IoError& e) {
+    return e.what();
+  }
+  return "none";
+}
+std::filesystem::path scratch(const std::string& name) {
+  return std::filesystem::temp_directory_path() / ("kr5_io_" + name);
+}
+}  // namespace
+
+TEST_CASE("a tree written as YAML reads back the same") {
+  const std::string text =
+      "name: arm\nrows: [[1.0, 2.5], [3.0, -4.0e-05]]\nlinks:\n  - {mass: 1.0, com: [0, 0, 1]}\n"
+      "  - mass: 2\nempty: []\nnothing: ~\nquoted: '12'\nwords: \"a: b # c\"\n";
+  const Node tree = parse_yaml(text, "t");
+  const Node again = parse_yaml(to_yaml(tree), "t");
+  CHECK(same(tree, again));
+  CHECK(again.find("quoted")->quoted);
+  CHECK(again.find("words")->scalar == "a: b # c");
+}
+
+TEST_CASE("numbers read back bit for bit, and carry a point for readers of YAML 1.1") {
+  Random random(7);
+  for (int i = 0; i < 2000; ++i) {
+    const double value = random.normal() * std::pow(10.0, random.uniform(-300, 300));
+    const Node node = Node::of(value);
+    CHECK(node.scalar.find('.') != std::string::npos);
+    Reader reader("t");
+    double back = 0;
+    REQUIRE(reader.read(parse_yaml(to_yaml(node), "t"), "x", back));
+    CHECK(back == value);
+  }
+  CHECK(Node::of(2e-5).scalar == "2.0e-05");
+  CHECK(std::signbit(std::strtod(Node::of(-0.0).scalar.c_str(), nullptr)));
+}
+
+TEST_CASE("every node knows its line, an entry that of its key") {
+  const Node tree = parse_yaml("a: 1\nb:\n  c: [1,\n    2]\n  d:\n    - x: 3\n", "t");
+  CHECK(tree.find("b")->line == 2);
+  CHECK(tree.find("b")->find("c")->items[1].line == 4);
+  CHECK(tree.find("b")->find("d")->items[0].find("x")->line == 6);
+}
+
+TEST_CASE("malformed YAML is refused with file and line") {
+  CHECK_THAT(complaint("a: 1\nb: [1, 2\n"), Contains("cell.yaml:") && Contains("not valid YAML"));
+  CHECK_THAT(complaint("a: 1\nb: 2\na: 3\n"), Contains("cell.yaml:3: the key 'a' stands here twice"));
+  CHECK_THAT(complaint("# only a comment\n"), Contains("cell.yaml: the file is empty"));
+  CHECK_THAT(complaint("a: 1\n---\nb: 2\n"), Contains("cell.yaml:3: a second document"));
+  CHECK_THAT(complaint("? [1, 2]\n: 3\n"), Contains("a key must be a word"));
+  CHECK_THAT(complaint(std::string(5000, '[')), Contains("cell.yaml:1:"));
+}
+
+TEST_CASE("aliases that multiply beyond reason are refused before they fill the memory") {
+  std::string text = "a0: &a0 [x, x, x, x, x, x, x, x, x, x]\n";
+  for (int i = 1; i < 9; ++i) {
+    const std::string last = "*a" + std::to_string(i - 1);
+    text += "a" + std::to_string(i) + ": &a" + std::to_string(i) + " [" + last;
+    for (int k = 0; k < 9; ++k) text += ", " + last;
+    text += "]\n";
+  }
+  CHECK_THAT(complaint(text), Contains("too large"));
+}
+
+TEST_CASE("a file that is missing, empty or a folder is named") {
+  CHECK_THROWS_WITH(load_yaml(scratch("missing.yaml")), Contains("kr5_io_missing.yaml: no such file"));
+  const auto folder = std::filesystem::temp_directory_path();
+  CHECK_THROWS_WITH(load_yaml(folder), Contains("is a folder"));
+  const auto file = scratch("empty.yaml");
+  std::ofstream(file).close();
+  CHECK_THROWS_WITH(load_yaml(file), Contains("kr5_io_empty.yaml") && Contains("empty"));
+  std::filesystem::remove(file);
+}
+
+TEST_CASE("a file that cannot be written leaves the old one and no rest") {
+  const auto folder = scratch("no_such_folder");
+  CHECK_THROWS_AS(write_text(folder / "x.yaml", "a"), IoError);
+  const auto file = scratch("kept.yaml");
+  write_text(file, "old");
+  write_text(file, "new");
+  CHECK(read_text(file) == "new");
+  CHECK_FALSE(std::filesystem::exists(file.string() + ".part"));
+  std::filesystem::remove(file);
+}
+
+TEST_CASE("JSON shows numbers as numbers, quoted numbers as text and what is not finite as null") {
+  Node tree =
+      parse_yaml("a: 1\nb: '1'\nc: .5\nd: .inf\ne: nan\nf: true\ng: [1.0, -2e-7]\nh: \"x\\\"y\\n\"\ni: 007\n", "t");
+  CHECK(to_json(tree, 0) ==
+        "{\"a\": 1,\"b\": \"1\",\"c\": 0.5,\"d\": null,\"e\": \"nan\",\"f\": true,\"g\": [1.0, -2.0e-07],"
+        "\"h\": \"x\\\"y\\u000a\",\"i\": 7.0}\n");
+}
