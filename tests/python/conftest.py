@@ -1,0 +1,39 @@
+"""Shared by the tests of the Python surface and of the command."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture(scope="session")
+def share() -> Path:
+    """The data that ship with the project."""
+    return ROOT / "share"
+
+
+@pytest.fixture(scope="session")
+def reference() -> Path:
+    """Public data kept beside the checkout; absent data skip a test, except in CI."""
+    folder = Path(os.environ.get("KR5_REFERENCE_DIR", ROOT.parent / "shared"))
+    if not folder.is_dir():
+        text = f"reference data are absent: no folder {folder} (name another one in KR5_REFERENCE_DIR)"
+        if os.environ.get("CI"):
+            pytest.fail(text)
+        pytest.skip(text)
+    return folder
+
+
+@pytest.fixture
+def run_kr5(tmp_path):
+    """Runs the command `kr5 ARGS...` in an empty folder; gives returncode, stdout and stderr."""
+
+    def run(*args, cwd=tmp_path, timeout=600) -> subprocess.CompletedProcess:
+        command = [sys.executable, "-m", "kr5_tools", *map(str, args)]
+        return subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=timeout)
+
+    return run

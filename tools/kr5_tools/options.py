@@ -1,0 +1,63 @@
+"""Command line options made from the field list of a struct: name, type, default and help are written once, in C++."""
+
+import functools
+import inspect
+from collections.abc import Callable
+from typing import Annotated, Any, Literal
+
+import typer
+
+SCALARS = {"float": float, "int": int, "bool": bool, "str": str}
+
+
+def _parameter(field: dict[str, Any], flag: str) -> inspect.Parameter:
+    kind = field["type"].removesuffix(" | None")
+    if field["choices"]:
+        annotation: Any = Literal[tuple(field["choices"])]
+    elif kind in SCALARS:
+        annotation = SCALARS[kind]
+    else:
+        raise TypeError(f"{field['name']} is of type {field['type']}, which no option can give: leave it out with skip=")
+    default = field["default"]
+    shown = "" if default is None or default == "" else f"  [dim](default: {str(default).lower() if kind == 'bool' else default})[/dim]"
+    text = field["doc"].replace("[", r"\[") + shown
+    flags = f"--{flag}/--no-{flag}" if kind == "bool" else f"--{flag}"
+    option = typer.Option(flags, help=text, show_default=False, rich_help_panel="Settings")
+    name = flag.replace("-", "_")
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=Annotated[annotation | None, option])
+
+
+def options_from(struct: type, skip: tuple[str, ...] = (), prefix: str = "") -> Callable[[Callable], Callable]:
+    """Gives a command one --flag for every field of `struct`; the command gets them as the keyword argument `options`.
+
+    @app.command()
+    @options_from(kr5.calibration.HandEyeOptions, skip=("start",))
+    def hand_eye(folder: Path, options: kr5.calibration.HandEyeOptions): ...
+
+    Flags that are not given leave the struct's own default. With `prefix` the flags are --PREFIX-FIELD, and the
+    argument is PREFIX_options, so that one command may take several structs.
+    """
+    argument = f"{prefix}_options" if prefix else "options"
+    fields = {f["name"]: f for f in struct.fields() if f["name"] not in skip}
+    dashed = {f"{prefix}_{name}".strip("_"): name for name in fields}
+    added = [_parameter(fields[name], flag.replace("_", "-")) for flag, name in dashed.items()]
+
+    def decorate(command: Callable) -> Callable:
+        signature = inspect.signature(command, eval_str=True)
+        own = [p for p in signature.parameters.values() if p.name != argument]
+        if len(own) == len(signature.parameters):
+            raise TypeError(f"{command.__name__} has no argument '{argument}'")
+
+        @functools.wraps(command)
+        def with_options(**given: Any) -> Any:
+            chosen = {name: given.pop(flag) for flag, name in dashed.items()}
+            given[argument] = struct(**{name: value for name, value in chosen.items() if value is not None})
+            return command(**given)
+
+        keyword_only = [p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in own]
+        with_options.__signature__ = signature.replace(parameters=[*keyword_only, *added])
+        del with_options.__wrapped__
+        with_options.__annotations__ = {p.name: p.annotation for p in [*keyword_only, *added]}
+        return with_options
+
+    return decorate
