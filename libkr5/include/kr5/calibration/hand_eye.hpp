@@ -38,8 +38,9 @@ struct HandEyeOptions {
   double sigma_robot_position = 0.0;  ///< [m]
   double sigma_robot_rotation = 0.0;  ///< [rad]
   double min_rotation = 0.1;          ///< [rad]
+  double outlier_false_alarm = 0.01;  ///< [-]
   int max_iterations = 100;
-  std::optional<Pose> start;          ///< T_mount_camera
+  std::optional<Pose> start;  ///< T_mount_camera
 
   /// @throws InvalidArgument naming the offending field.
   void validate() const;
@@ -52,6 +53,8 @@ struct HandEyeOptions {
     visit("sigma_robot_rotation", self.sigma_robot_rotation,
           "Noise of a robot orientation per axis [rad]; 0: estimated from the data.");
     visit("min_rotation", self.min_rotation, "Least turn of the wrist, about two axes, to attempt an answer [rad].");
+    visit("outlier_false_alarm", self.outlier_false_alarm,
+          "Chance that views without an outlier get one named, all views together [-].");
     visit("max_iterations", self.max_iterations, "At most so many steps of the refinement.");
     visit("start", self.start, "First guess of T_mount_camera; by default from a closed form.");
   }
@@ -60,10 +63,10 @@ struct HandEyeOptions {
 /// How one view agrees with the result.
 struct HandEyeViewReport {
   std::string name;
-  double rms_px = 0.0;         ///< [px]
-  double robot_position = 0.0; ///< [m]
-  double robot_rotation = 0.0; ///< [rad]
-  double weight = 1.0;         ///< [-]
+  double rms_px = 0.0;          ///< [px]
+  double robot_position = 0.0;  ///< [m]
+  double robot_rotation = 0.0;  ///< [rad]
+  double weight = 1.0;          ///< [-]
   bool outlier = false;
 
   static void each_field(auto& self, auto&& visit) {
@@ -78,22 +81,27 @@ struct HandEyeViewReport {
 
 struct HandEyeResult {
   Mount mount = Mount::EyeInHand;
-  Pose T_mount_camera = Pose::Identity();  ///< T_flange_camera (in hand) or T_base_camera (to hand).
-  Pose T_fixed_target = Pose::Identity();  ///< T_base_target (in hand) or T_flange_target (to hand).
-  Matrix6 covariance = Matrix6::Zero();    ///< Of T_mount_camera, right perturbation [m, rad].
+  Pose T_mount_camera = Pose::Identity();       ///< T_flange_camera (in hand) or T_base_camera (to hand).
+  Pose T_fixed_target = Pose::Identity();       ///< T_base_target (in hand) or T_flange_target (to hand).
+  Matrix6 covariance = Matrix6::Zero();         ///< Of T_mount_camera, right perturbation [m, rad].
   Matrix6 covariance_target = Matrix6::Zero();  ///< Of T_fixed_target, right perturbation [m, rad].
-  double sigma_pixel = 0.0;                ///< [px]
-  double sigma_robot_position = 0.0;       ///< [m]
-  double sigma_robot_rotation = 0.0;       ///< [rad]
-  std::vector<HandEyeViewReport> views;    ///< In input order.
-  FitReport fit;                           ///< Look at `fit.usable()` before the poses.
+  double covariance_dof = 0.0;                  ///< [-]
+  double sigma_pixel = 0.0;                     ///< [px]
+  double sigma_robot_position = 0.0;            ///< [m]
+  double sigma_robot_rotation = 0.0;            ///< [rad]
+  std::vector<HandEyeViewReport> views;         ///< In input order.
+  FitReport fit;                                ///< Look at `fit.usable()` before the poses.
 
   static void each_field(auto& self, auto&& visit) {
     visit("mount", self.mount, "What carries the camera.");
-    visit("T_mount_camera", self.T_mount_camera, "Pose of the camera on the flange (in hand) or in the base (to hand).");
-    visit("T_fixed_target", self.T_fixed_target, "Pose of the target in the base (in hand) or on the flange (to hand).");
+    visit("T_mount_camera", self.T_mount_camera,
+          "Pose of the camera on the flange (in hand) or in the base (to hand).");
+    visit("T_fixed_target", self.T_fixed_target,
+          "Pose of the target in the base (in hand) or on the flange (to hand).");
     visit("covariance", self.covariance, "Of T_mount_camera, right perturbation [m, rad].");
     visit("covariance_target", self.covariance_target, "Of T_fixed_target, right perturbation [m, rad].");
+    visit("covariance_dof", self.covariance_dof,
+          "Degrees of freedom behind the covariance, for which it is widened already; a million: noise given [-].");
     visit("sigma_pixel", self.sigma_pixel, "Noise of a detected point, given or estimated [px].");
     visit("sigma_robot_position", self.sigma_robot_position, "Noise of a robot position, given or estimated [m].");
     visit("sigma_robot_rotation", self.sigma_robot_rotation, "Noise of a robot orientation, given or estimated [rad].");
@@ -103,6 +111,13 @@ struct HandEyeResult {
 };
 
 /// Estimates camera and target pose together from pixels and robot poses, both with their noise.
+///
+/// The true robot pose of a view is the reported one times to_pose(e), e normal; each view's e is eliminated, which
+/// leaves twelve unknowns. Noise levels that are not given are estimated by restricted maximum likelihood, the ratio of
+/// robot position and rotation noise being held loosely near the arm's reach (else three views could not part them).
+/// The covariances are widened for that doubt (Kenward and Roger 1997): their normal 95 % regions, as from
+/// uncertainty::confidence_ellipsoid, hold the truth with 95 %. Views that contradict the others get weight 0 and are
+/// named, at a false-alarm rate per set of `outlier_false_alarm`; at least six in ten views stay in the fit.
 ///
 /// Data that cannot determine the answer give `fit.status == FitStatus::Degenerate` and say why in `fit.message`.
 /// @throws InvalidArgument for fewer than three views, a view with fewer than four points, NaN, or invalid options.
