@@ -48,3 +48,10 @@ TEST_CASE("a matrix that is no covariance is refused") {
   CHECK_THROWS_AS(confidence_ellipsoid(m), InvalidArgument);
   CHECK_THROWS_AS(confidence_ellipsoid(Eigen::MatrixXd::Zero(2, 3)), InvalidArgument);
 }
+
+TEST_CASE("Fisher's F agrees with its tables, and becomes the chi-square for many degrees of freedom") {
+  using namespace kr5::uncertainty;
+  CHECK(fisher_quantile(0.95, 3, 6) == Approx(4.757).epsilon(1e-3));
+  CHECK(fisher_cdf(fisher_quantile(0.9, 2, 7), 2, 7) == Approx(0.9));
+  CHECK(3 * fisher_quantile(0.95, 3, 1e7) == Approx(chi_square_quantile(0.95, 3)).epsilon(1e-4));
+}
