@@ -17,7 +17,10 @@ for _name in _MODULES:
 
 def __getattr__(name: str):
     if name in _MODULES:
-        return importlib.import_module(f"{__name__}.{name}")
+        try:
+            return importlib.import_module(f"{__name__}.{name}")
+        except ModuleNotFoundError as error:
+            raise AttributeError(f"this kr5 was built without the module '{name}' ({error})") from error
     raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
 
 

@@ -1,0 +1,133 @@
+"""The frame of the command `kr5`: flags from field lists, complaints, result files. Commands have tests of their own."""
+
+import json
+import math
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import typer
+from typer.testing import CliRunner
+
+import kr5
+from kr5_tools import cli, common
+from kr5_tools.options import options_from
+
+
+def run(command, *args):
+    app = typer.Typer(cls=cli.CleanErrors)
+    app.command("go")(command)
+    app.callback()(lambda: None)
+    return CliRunner().invoke(app, ["go", *args])
+
+
+@options_from(kr5.FitReport, skip=("message",))
+def show(options: kr5.FitReport) -> None:
+    print(json.dumps(options.to_dict()))
+
+
+def test_every_field_is_a_flag_and_what_is_not_given_keeps_the_default_of_the_struct():
+    done = run(show, "--status", "converged", "--final-rms", "1.5")
+    assert json.loads(done.stdout) == {**kr5.FitReport().to_dict(), "status": "converged", "final_rms": 1.5}
+
+
+def test_help_shows_flag_unit_choices_and_default():
+    text = " ".join(run(show, "--help").stdout.split())
+    for words in ("--final-rms", "[-]", "converged|max_iterations", "(default: 0.0)"):
+        assert words in text
+    assert "--message" not in text
+
+
+def test_a_flag_of_the_wrong_type_is_refused_with_exit_code_2():
+    assert run(show, "--iterations", "many").exit_code == 2
+    assert run(show, "--status", "nope").exit_code == 2
+
+
+def test_a_field_no_flag_can_give_must_be_left_out_by_name():
+    with pytest.raises(TypeError, match="points is of type numpy.ndarray"):
+        options_from(kr5.View)(lambda options: None)
+
+
+@pytest.mark.parametrize("error", [kr5.InvalidArgument("sigma: [px] negative"), kr5.IoError("a.yaml: gone"), OSError("disk full")])
+def test_bad_input_is_one_line_on_standard_error_with_exit_code_2(error):
+    def command() -> None:
+        raise error
+
+    done = run(command)
+    assert (done.exit_code, done.stdout, done.stderr) == (2, "", f"error: {error}\n")
+
+
+def test_a_bug_is_not_hidden_as_bad_input():
+    def command() -> None:
+        raise ZeroDivisionError
+
+    assert isinstance(run(command).exception, ZeroDivisionError)
+
+
+def test_help_is_quick_because_it_imports_neither_the_library_nor_numpy():
+    code = ("import sys; sys.argv = ['kr5', '--help']\nfrom kr5_tools.cli import main\n"
+            "try: main()\nexcept SystemExit: pass\nassert not {'kr5', 'numpy', 'matplotlib'} & set(sys.modules)")
+    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+
+
+def test_every_command_of_the_table_is_there_and_has_help_with_an_example(run_kr5):
+    names = [(n,) if isinstance(e, str) else (n, c) for n, e in cli.COMMANDS.items() for c in (("",) if isinstance(e, str) else e)]
+    for words in names:
+        done = run_kr5(*words, "--help")
+        assert done.returncode == 0, (words, done.stderr)
+        assert "Example" in done.stdout or "Commands" in done.stdout, words
+
+
+def test_version_is_that_of_the_library(run_kr5):
+    assert run_kr5("--version").stdout == f"kr5 {kr5.__version__}\n"
+
+
+def test_a_result_file_is_read_back_and_says_what_made_it(tmp_path):
+    file = tmp_path / "r.json"
+    common.write_result(file, "kr5-camera/1", result=kr5.Pinhole(fx=500.0), figures=[common.figure("fx", math.nan, None, "px")])
+    data = common.read_result(file, "kr5-camera/1")
+    assert data["version"] == kr5.__version__ and data["result"]["fx"] == 500.0
+    assert data["figures"][0]["value"] is None  # JSON has no NaN
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_a_failed_write_leaves_the_old_file(tmp_path):
+    file = tmp_path / "r.json"
+    file.write_text("old")
+    with pytest.raises(RuntimeError):
+        common.write_json({"a": Unwritable()}, file)
+    assert file.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [file]
+
+
+class Unwritable:
+    def __str__(self):
+        raise RuntimeError
+
+
+@pytest.mark.parametrize("text, complaint", [("{", "is no JSON"), ('{"format": "x"}', "format: found 'x', expected one of"), ("[]", "format")])
+def test_what_is_no_result_file_is_named(tmp_path, capsys, text, complaint):
+    file = tmp_path / "r.json"
+    file.write_text(text)
+    with pytest.raises(typer.Exit) as caught:
+        common.read_result(file)
+    assert caught.value.exit_code == 2
+    said = capsys.readouterr().err
+    assert str(file) in said and complaint in said
+
+
+def test_pose_figures_agree_with_a_monte_carlo_of_the_covariance():
+    rng = np.random.default_rng(5)
+    A = rng.normal(size=(6, 6)) * 1e-3
+    covariance = A @ A.T
+    T = kr5.to_pose(np.array([0.1, 0.2, 0.3, 0.4, -0.5, 2.0]))
+    drawn = [kr5.to_xyzrpy(T @ kr5.to_pose(d)) for d in rng.multivariate_normal(np.zeros(6), covariance, 4000)]
+    expected = np.std(drawn, axis=0) * ([1e3] * 3 + [180 / np.pi] * 3)
+    std = [f["std"] for f in common.pose_figures("camera", T, covariance)]
+    assert np.allclose(std, expected, rtol=4 / math.sqrt(2 * 4000))  # four deviations of a sample deviation
+
+
+@pytest.mark.parametrize("value, std, text", [(12.3456, 0.123, "12.35"), (1234.5, 20.0, "1234"), (0.5, None, "0.5"), (math.nan, 1.0, "–")])
+def test_numbers_show_as_many_digits_as_their_doubt_allows(value, std, text):
+    assert common.number(value, std) == text
