@@ -11,6 +11,7 @@ namespace kr5::calibration::hand_eye {
 namespace {
 
 constexpr double kStudentDof = 4.0;
+constexpr int kVarianceSteps = 4;  // at each step of the poses; they settle together
 
 Poses moved(const Poses& poses, const Vector12& b) {
   Poses out{poses.X * to_pose(b.head<6>()), poses.Z * to_pose(b.tail<6>())};
@@ -82,7 +83,7 @@ void Fit::settle(int max_iterations, bool student) {
       }
     }
     const Eigen::Vector3d before = variances.value;
-    estimate_variances(views, variances);
+    estimate_variances(views, variances, kVarianceSteps);
     estimate = solve(views, variances);
     const bool moving = move(views, index);
     double reweighted = 0;
@@ -94,7 +95,7 @@ void Fit::settle(int max_iterations, bool student) {
       weights[index[k]] = weight;
     }
     const double varied = (variances.value.cwiseQuotient(before).array() - 1).abs().maxCoeff();
-    settled = !moving && reweighted < 1e-2 && varied < 1e-3;
+    settled = !moving && reweighted < 0.05 && varied < 1e-3;
   }
 }
 

@@ -25,14 +25,13 @@ Matrix6 derivative(const LinearView& view, int k) {
   return E;
 }
 
-/// What REML, its information matrix and Kenward-Roger need of the data, at given variances.
+/// What REML and its information matrix need of the data, at given variances.
 struct Moments {
   Estimate estimate;
   Eigen::Vector3d trace = Eigen::Vector3d::Zero();        ///< tr(P V_k)
   Eigen::Vector3d quadratic = Eigen::Vector3d::Zero();    ///< y' P V_k P y
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  ///< tr(P V_k P V_l) / 2
   std::array<Matrix12, 3> P;                              ///< F' V^-1 V_k V^-1 F
-  std::array<std::array<Matrix12, 3>, 3> Q;               ///< F' V^-1 V_k V^-1 V_l V^-1 F
 };
 
 /// The pixels inside each view tell their own variance, whatever the robot does.
@@ -47,41 +46,55 @@ void add_pixels(std::span<const WeightedView> views, const Variances& v, Moments
   m.information(2, 2) += 0.5 * dof / (v.value[2] * v.value[2]);
 }
 
+/// tr(A B)
+double trace_of(const auto& A, const auto& B) { return A.cwiseProduct(B.transpose()).sum(); }
+
+// Eigen's general product is slow for matrices of this size, hence lazyProduct.
 Moments moments(std::span<const WeightedView> views, const Variances& v) {
   Moments m;
   m.estimate = solve(views, v);
-  for (auto& row : m.Q)
-    for (auto& q : row) q.setZero();
+  const Matrix12& C = m.estimate.covariance;
   for (auto& p : m.P) p.setZero();
   for (const auto& [view, weight] : views) {
     const Matrix6 V_inverse = weight * v.of(view).ldlt().solve(Matrix6::Identity());
-    const Matrix6x12 G = V_inverse * view.F;
+    const Matrix6x12 G = V_inverse.lazyProduct(view.F);
     const Vector6 r = V_inverse * (view.y - view.F * m.estimate.b);
-    std::array<Matrix6, 3> D;
-    std::array<Matrix6x12, 3> DG;
+    const Matrix6 fitted = G.lazyProduct(C).eval().lazyProduct(G.transpose());
+    std::array<Matrix6, 3> VD, fitted_D;
     for (int k = 0; k < 3; ++k) {
-      D[k] = derivative(view, k) / weight;
-      DG[k] = D[k] * G;
-      m.P[k] += G.transpose() * DG[k];
-      m.trace[k] += V_inverse.cwiseProduct(D[k]).sum();
-      m.quadratic[k] += r.dot(D[k] * r);
+      const Matrix6 D = derivative(view, k) / weight;
+      m.P[k] += G.transpose().lazyProduct(D.lazyProduct(G).eval());
+      VD[k] = V_inverse.lazyProduct(D);
+      fitted_D[k] = fitted.lazyProduct(D);
+      m.trace[k] += VD[k].trace() - fitted_D[k].trace();
+      m.quadratic[k] += r.dot(D * r);
     }
     for (int k = 0; k < 3; ++k)
-      for (int l = 0; l < 3; ++l) {
-        m.Q[k][l] += DG[k].transpose() * V_inverse * DG[l];
-        m.information(k, l) += 0.5 * (V_inverse * D[k]).cwiseProduct((D[l] * V_inverse)).sum();
-      }
+      for (int l = 0; l < 3; ++l) m.information(k, l) += 0.5 * trace_of(VD[k], VD[l]) - trace_of(fitted_D[k], VD[l]);
   }
-  const Matrix12& C = m.estimate.covariance;
   std::array<Matrix12, 3> CP;
-  for (int k = 0; k < 3; ++k) CP[k] = C * m.P[k];
-  for (int k = 0; k < 3; ++k) {
-    m.trace[k] -= CP[k].trace();
-    for (int l = 0; l < 3; ++l)
-      m.information(k, l) += -(C * m.Q[k][l]).trace() + 0.5 * (CP[k].cwiseProduct(CP[l].transpose())).sum();
-  }
+  for (int k = 0; k < 3; ++k) CP[k] = C.lazyProduct(m.P[k]);
+  for (int k = 0; k < 3; ++k)
+    for (int l = 0; l < 3; ++l) m.information(k, l) += 0.5 * trace_of(CP[k], CP[l]);
   add_pixels(views, v, m);
   return m;
+}
+
+/// What doubt W of the variances adds to C, to first order: sum of W_kl (Q_kl - P_k C P_l) with
+/// Q_kl = F' V^-1 V_k V^-1 V_l V^-1 F.
+Matrix12 spread_of_variances(std::span<const WeightedView> views, const Variances& v, const Moments& m,
+                             const Eigen::Matrix3d& W) {
+  Matrix12 sum = Matrix12::Zero();
+  for (const auto& [view, weight] : views) {
+    const Matrix6 V_inverse = weight * v.of(view).ldlt().solve(Matrix6::Identity());
+    const Matrix6x12 G = V_inverse * view.F;
+    for (int k = 0; k < 3; ++k)
+      for (int l = 0; l < 3; ++l)
+        sum += W(k, l) / (weight * weight) * G.transpose() * derivative(view, k) * V_inverse * derivative(view, l) * G;
+  }
+  for (int k = 0; k < 3; ++k)
+    for (int l = 0; l < 3; ++l) sum -= W(k, l) * m.P[k] * m.estimate.covariance * m.P[l];
+  return sum;
 }
 
 /// Adds the loose expectation of the ratio of robot position and rotation noise to score and information in
@@ -126,7 +139,7 @@ Estimate solve(std::span<const WeightedView> views, const Variances& variances) 
   Vector12 h = Vector12::Zero();
   for (const auto& [view, weight] : views) {
     const Matrix6x12 G = weight * variances.of(view).ldlt().solve(view.F);
-    N += view.F.transpose() * G;
+    N += view.F.transpose().lazyProduct(G);
     h += G.transpose() * view.y;
   }
   // Metres and radians differ in size: judge the rank with a unit diagonal.
@@ -142,10 +155,10 @@ Estimate solve(std::span<const WeightedView> views, const Variances& variances) 
   return out;
 }
 
-void estimate_variances(std::span<const WeightedView> views, Variances& v) {
+void estimate_variances(std::span<const WeightedView> views, Variances& v, int max_steps) {
   for (int k = 0; k < 3; ++k)
     if (v.free[k]) v.value[k] = std::max(v.value[k], kFloor[k]);
-  for (int step = 0; step < 60; ++step) {
+  for (int step = 0; step < max_steps; ++step) {
     const Moments m = moments(views, v);
     const Eigen::Matrix3d scale = v.value.asDiagonal();
     Eigen::Vector3d score = 0.5 * scale * (m.quadratic - m.trace);
@@ -173,9 +186,7 @@ WidenedCovariance widened_covariance(std::span<const WeightedView> views, const 
   WidenedCovariance out{C.block<6, 6>(first, first), kLargestDof};
   if (!v.free[0] && !v.free[1] && !v.free[2]) return out;
   const Eigen::Matrix3d W = variance_covariance(m, v);
-  Matrix12 bias = Matrix12::Zero();
-  for (int k = 0; k < 3; ++k)
-    for (int l = 0; l < 3; ++l) bias += W(k, l) * (m.Q[k][l] - m.P[k] * C * m.P[l]);
+  const Matrix12 bias = spread_of_variances(views, v, m, W);
   const Matrix6 T = C.block<6, 6>(first, first).ldlt().solve(Matrix6::Identity());
   std::array<Matrix6, 3> S;
   for (int k = 0; k < 3; ++k) S[k] = T * (C * m.P[k] * C).block<6, 6>(first, first);

@@ -41,8 +41,8 @@ struct Estimate {
 };
 Estimate solve(std::span<const WeightedView> views, const Variances& variances);
 
-/// Moves the free variances to their REML values (Fisher scoring).
-void estimate_variances(std::span<const WeightedView> views, Variances& variances);
+/// Moves the free variances towards their REML values (Fisher scoring).
+void estimate_variances(std::span<const WeightedView> views, Variances& variances, int max_steps);
 
 /// Covariance of a six-vector widened so that its normal 95 % region holds the truth in 95 %, although variances were
 /// estimated; `dof` belongs to the F distribution behind it.
