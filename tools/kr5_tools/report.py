@@ -1,0 +1,256 @@
+"""`kr5 report`: one self-contained page for any result file, and every plot as PNG."""
+
+import base64
+import contextlib
+import io
+import json
+import math
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from . import common
+
+app = typer.Typer()
+
+TITLES = {
+    "kr5-camera/1": "Camera calibration", "kr5-hand-eye/1": "Hand-eye calibration", "kr5-tool/1": "Tool centre point",
+    "kr5-timed-hand-eye/1": "Hand-eye calibration with clocks", "kr5-marker-map/1": "Marker map",
+    "kr5-detection/1": "Detection",
+}
+MOST_THUMBNAILS = 60
+# Columns of the table of views: key, heading, factor, what rounds it.
+VIEW_COLUMNS = (
+    ("points", "points", 1.0, "{:.0f}"), ("rms_px", "RMS [px]", 1.0, "{:.3f}"), ("weight", "weight [-]", 1.0, "{:.2f}"),
+    ("robot_position", "robot off by [mm]", 1e3, "{:.3f}"), ("robot_rotation", "turned by [deg]", 180 / math.pi, "{:.3f}"),
+    ("distance", "tip off by [mm]", 1e3, "{:.3f}"), ("tilt", "tilt [deg]", 180 / math.pi, "{:.1f}"),
+)
+
+
+@app.command(epilog="Example: kr5 report result.json -o report.html --png plots")
+def report(
+    result: Annotated[Path, typer.Argument(metavar="RESULT.json", help="Result file, as any kr5 command writes with -o.")],
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="The page.")] = Path("report.html"),
+    png: Annotated[Path | None, typer.Option(metavar="DIR", help="Write every plot as PNG into this folder.")] = None,
+    json_file: common.Json = None,
+) -> None:
+    """Turns a result file into one self-contained page (no network, nothing beside it), and its plots into PNG."""
+    written = write_report(common.read_result(result), result, output, png)
+    common.write_json({"report": str(output), "png": [str(f) for f in written]}, json_file)
+    out = common.console(json_file)
+    out.print(f"report: {output}", soft_wrap=True)
+    for file in written:
+        out.print(f"plot:   {file}", soft_wrap=True)
+
+
+def write_report(data: dict[str, Any], source: Path, output: Path, png: Path | None = None) -> list[Path]:
+    """Writes the page and, if asked, the plots; returns the files of the plots."""
+    import matplotlib.pyplot as plt
+
+    from . import plots
+
+    check(data, source)
+    with common.working("Drawing the plots …"):
+        try:
+            drawn = plots.plots_of(data)
+        except (TypeError, ValueError, KeyError, AttributeError, IndexError) as error:
+            common.fail(f"{source}: is no sound result file ({type(error).__name__}: {error}); write it anew with its kr5 command")
+    try:
+        with plt.rc_context(plots.STYLE):
+            page = make_page(data, source, drawn)
+            common.write_text(page, output)
+            return _write_png(drawn, png) if png else []
+    finally:
+        for plot in drawn:
+            plt.close(plot.figure)
+
+
+def _write_png(drawn: list, folder: Path) -> list[Path]:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        files = [folder / f"{plot.name}.png" for plot in drawn]
+        for plot, file in zip(drawn, files):
+            plot.figure.savefig(file, dpi=150, metadata={"Software": None})
+    except OSError as error:
+        common.fail(f"{folder}: the plots cannot be written: {error.strerror}")
+    return files
+
+
+# What stands at the top level of a result file, and of which type it is.
+SHAPES: dict[str, type | tuple[type, ...]] = {
+    "verdict": dict, "causes": list, "figures": list, "views": list, "residuals": list, "frames": list, "held_out": dict,
+    "result": dict, "input": dict, "image_size": list, "alignment": dict,
+}
+# What every entry of a list must have.
+ENTRIES: dict[str, dict[str, type | tuple[type, ...]]] = {
+    "causes": {"cause": str, "text": str}, "figures": {"name": str, "unit": str}, "views": {"name": (str, int)},
+    "residuals": {"u": list, "v": list, "du": list, "dv": list}, "frames": {"name": str, "T": list},
+}
+# Numbers that may be left out or null.
+NUMBERS = {"figures": ("value", "std"), "causes": ("probability",), "views": tuple(c[0] for c in VIEW_COLUMNS)}
+
+
+def check(data: dict[str, Any], source: Path) -> None:
+    """Complains about a part of the file that is not of the documented shape."""
+    words = {dict: "a map", list: "a list", str: "a text", (str, int): "a text", (int, float): "a number"}
+
+    def need(value: Any, kind: Any, field: str) -> None:
+        if not isinstance(value, kind):
+            shown = json.dumps(value, ensure_ascii=False)
+            common.fail(f"{source}: {field}: found {shown[:60]}, expected {words[kind]}; see 'result files' in CONVENTIONS.md")
+
+    for key, kind in SHAPES.items():
+        if key in data:
+            need(data[key], kind, key)
+    for key, fields in ENTRIES.items():
+        for i, entry in enumerate(data.get(key, ())):
+            need(entry, dict, f"{key}[{i}]")
+            for field, kind in fields.items():
+                need(entry.get(field), kind, f"{key}[{i}].{field}")
+            for field in NUMBERS.get(key, ()):
+                if entry.get(field) is not None:
+                    need(entry[field], (int, float), f"{key}[{i}].{field}")
+    for i, view in enumerate(data.get("residuals", ())):
+        if len({len(view[k]) for k in ("u", "v", "du", "dv")}) != 1:
+            common.fail(f"{source}: residuals[{i}]: u, v, du and dv have different lengths")
+    for i, frame in enumerate(data.get("frames", ())):
+        if [len(row) if isinstance(row, list) else 0 for row in frame["T"]] != [4] * 4:
+            common.fail(f"{source}: frames[{i}].T: expected a 4 x 4 matrix")
+    if data.get("verdict") and data["verdict"].get("word") not in common.COLOURS:
+        common.fail(f"{source}: verdict.word: found {data['verdict'].get('word')!r}, expected good, doubtful or unusable")
+
+
+def make_page(data: dict[str, Any], source: Path, drawn: list) -> str:
+    """The HTML of the page."""
+    import jinja2
+
+    env = jinja2.Environment(loader=jinja2.FileSystemLoader(Path(__file__).parent / "templates"), autoescape=True,
+                             trim_blocks=True, lstrip_blocks=True)
+    env.filters["number"] = common.number
+    env.filters["phrase"] = phrase
+    views, columns = view_table(data, source)
+    return env.get_template("report.html").render(
+        title=TITLES[data["format"]], data=data, source=source.name, plots=[_embed(p) for p in drawn if p.name != "frames"],
+        views=views, columns=columns, held_out=flat(data.get("held_out", {})), input=flat(data.get("input", {})),
+        models=model_table(data), scene=script_json(scene(data)), icon=ICONS.get(data.get("verdict", {}).get("word"), ""),
+        fit=data.get("result", {}).get("fit"),
+    )
+
+
+UNITS = {"px", "mm", "deg", "m", "rad", "s", "ms"}
+
+
+def phrase(name: Any) -> str:
+    """A name from the file as words: `rms_px` is rms [px]."""
+    *words, last = str(name).split("_")
+    return " ".join([*words, f"[{last}]" if words and last in UNITS else last])
+
+
+ICONS = {"good": "✓", "doubtful": "!", "unusable": "✗"}  # beside the colour, for those who do not see it
+
+
+def _embed(plot: Any) -> dict[str, Any]:
+    buffer = io.BytesIO()
+    plot.figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None}, transparent=True, dpi=120)
+    return {"name": plot.name, "title": plot.title, "text": plot.text, "wide": plot.wide,
+            "src": "data:image/svg+xml;base64," + base64.b64encode(buffer.getvalue()).decode()}
+
+
+def flat(values: dict[str, Any], prefix: str = "") -> list[tuple[str, str]]:
+    """Nested values as pairs of name and text; long lists by their length."""
+    out = []
+    for key, value in values.items():
+        name = f"{prefix}{key}"
+        if isinstance(value, dict):
+            out += flat(value, f"{name}.")
+        elif isinstance(value, float):
+            out.append((name, common.number(value)))
+        elif isinstance(value, list) and (len(value) > 4 or any(isinstance(v, (list, dict)) for v in value)):
+            out.append((name, f"{len(value)} entries"))
+        elif isinstance(value, list):
+            out.append((name, ", ".join(common.number(v) if isinstance(v, float) else str(v) for v in value)))
+        elif value is not None:
+            out.append((name, str(value)))
+    return out
+
+
+def view_table(data: dict[str, Any], source: Path) -> tuple[list[dict[str, Any]], list[str]]:
+    """Rows of the table of views with thumbnails, and the headings of its columns."""
+    views = data.get("views", [])
+    used = [c for c in VIEW_COLUMNS if any(isinstance(v.get(c[0]), (int, float)) for v in views)]
+    seen = {r.get("view"): r for r in data.get("residuals", ())}
+    keep = {id(v) for v in sorted(views, key=lambda v: not v.get("outlier"))[:MOST_THUMBNAILS]}
+    rows = []
+    for view in views:
+        cells = [f.format(factor * view[key]) if isinstance(view.get(key), (int, float)) else "–" for key, _, factor, f in used]
+        rows.append({"name": view["name"], "outlier": bool(view.get("outlier")), "reason": view.get("reason") or "",
+                     "cells": cells, "thumbnail": thumbnail(view, source, seen.get(view["name"])) if id(view) in keep else None})
+    return rows, [heading for _, heading, _, _ in used]
+
+
+def thumbnail(view: dict[str, Any], source: Path, residual: dict[str, Any] | None) -> dict[str, Any] | None:
+    """A small picture of the view with the points that were seen, if its image can still be found."""
+    if not view.get("image"):
+        return None
+    from PIL import Image
+
+    places = [Path(view["image"]), source.parent / view["image"]]
+    file = next((p for p in places if p.is_file()), None)
+    if file is None:
+        return None
+    with contextlib.suppress(OSError), Image.open(file) as image:
+        width, height = image.size
+        small = image.convert("L")
+        small.thumbnail((220, 220))
+        buffer = io.BytesIO()
+        small.save(buffer, format="JPEG", quality=55)
+        points = list(zip(residual["u"], residual["v"])) if residual else view.get("pixels") or []
+        return {"src": "data:image/jpeg;base64," + base64.b64encode(buffer.getvalue()).decode(), "width": width,
+                "height": height, "radius": round(width / 110), "points": [(round(u), round(v)) for u, v in points[:150]]}
+    return None
+
+
+def model_table(data: dict[str, Any]) -> list[dict[str, Any]]:
+    """Camera models compared, best first."""
+    from .plots import model_name
+
+    rows = data.get("result", {}).get("models") or []
+    rows = sorted(rows, key=lambda m: m.get("held_out_rms") or math.inf)
+    return [{"name": model_name(m), "parameters": m.get("parameters"), "chosen": bool(m.get("chosen")),
+             "held_out": common.number(m.get("held_out_rms")), "fitted": common.number(m.get("fitted_rms"))} for m in rows]
+
+
+def scene(data: dict[str, Any]) -> dict[str, Any] | None:
+    """What the 3D view draws: frames in the root, lines to their parents, and the doubt of their place."""
+    from .plots import root_poses
+
+    frames = data.get("frames")
+    if not frames:
+        return None
+    poses = root_poses(frames)
+    names = list(poses)
+    out = []
+    for frame in frames:
+        out.append({"name": frame["name"], "T": poses[frame["name"]].round(6).tolist(), "kind": frame_kind(frame),
+                    "parent": names.index(frame["parent"]) if frame.get("parent") in poses else None,
+                    "size": frame.get("size")})
+    return {"frames": out}
+
+
+def frame_kind(frame: dict[str, Any]) -> str:
+    """What a frame stands for: said in the file, else guessed from its name."""
+    if frame.get("kind"):
+        return str(frame["kind"])
+    name = frame["name"].lower()
+    for kind, words in {"camera": ("camera",), "board": ("target", "board"), "marker": ("marker", "tag"),
+                        "tool": ("tool", "tip"), "station": ("view", "pose", ".png", ".jpg", "station"),
+                        "base": ("base", "world"), "flange": ("flange",)}.items():
+        if any(word in name for word in words):
+            return kind
+    return "frame"
+
+
+def script_json(value: Any) -> str:
+    """JSON that may stand inside a script element."""
+    return json.dumps(value, allow_nan=False, ensure_ascii=False).replace("</", "<\\/")
