@@ -41,6 +41,12 @@ function(_kr5_build name)
     find_package(${package} REQUIRED)  # in a function: what a package does to the flags ends here
   endforeach()
   file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/libkr5/src/${name}/*.cpp)
+  # ViSP 3.5's headers are not C++20 (vpArray2D<Type>() as a constructor): their users are files of their own.
+  set(visp_sources ${sources})
+  list(FILTER visp_sources INCLUDE REGEX "/visp_[a-z_]*\\.cpp$")
+  if(visp_sources)
+    set_source_files_properties(${visp_sources} PROPERTIES COMPILE_OPTIONS -std=c++17)
+  endif()
   add_library(kr5_${name} ${sources})
   add_library(kr5::${name} ALIAS kr5_${name})
   kr5_compile_settings(kr5_${name})
