@@ -25,6 +25,14 @@ struct Node {
   std::vector<std::pair<std::string, Node>> entries;  ///< Of a map.
   int line = 0;                                       ///< First line is 1; 0 when made in memory.
 
+  // Written in node.cpp: Clang cannot make them here, where the pair that holds a Node is not complete.
+  Node();
+  Node(const Node& other);
+  Node(Node&& other) noexcept;
+  Node& operator=(const Node& other);
+  Node& operator=(Node&& other) noexcept;
+  ~Node();
+
   /// Entry of a map, or null when absent.
   const Node* find(std::string_view key) const;
   /// Entry of a map, made when absent. Turns a null node into a map.
