@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <kr5/core/fields.hpp>
+#include <kr5/io/reader.hpp>
+
+namespace kr5::cell {
+
+/// Friction on the joint side: coulomb * tanh(qd / 0.002) + viscous * qd.
+struct Friction {
+  Eigen::VectorXd coulomb;  ///< [N m or N]
+  Eigen::VectorXd viscous;  ///< [N m s/rad or N s/m]
+
+  static constexpr std::array<std::string_view, 2> required = {"coulomb", "viscous"};
+  static void each_field(auto& self, auto&& visit) {
+    visit("coulomb", self.coulomb, "Level of the dry friction of each joint [N m or N].");
+    visit("viscous", self.viscous, "Slope of the friction over joint speed [N m s/rad or N s/m].");
+  }
+};
+
+/// Motors and gears of n joints.
+struct Drives {
+  Eigen::MatrixXd structure;        ///< S, n x n: motor angle phi = S q, joint torque = S^T motor torque [-].
+  Eigen::VectorXd rotor_inertia;    ///< Motor side [kg m^2].
+  Eigen::VectorXd torque_constant;  ///< Motor side [N m/A].
+  Friction friction;
+
+  static constexpr std::array<std::string_view, 4> required = {"structure", "rotor_inertia", "torque_constant",
+                                                               "friction"};
+  static void each_field(auto& self, auto&& visit) {
+    visit("structure", self.structure, "S, n x n: motor angle = S q; joint torque = S^T motor torque [-].");
+    visit("rotor_inertia", self.rotor_inertia, "Inertia of each rotor, motor side [kg m^2].");
+    visit("torque_constant", self.torque_constant, "Torque of each motor over its current, motor side [N m/A].");
+    visit("friction", self.friction, "Joint friction.");
+  }
+};
+
+/// x'' = wn^2 (u - x) - 2 xi wn x', with u the command `delay` earlier.
+struct SecondOrder {
+  double natural_frequency = 0.0;  ///< [rad/s]
+  double damping_ratio = 0.0;      ///< [-]
+  double delay = 0.0;              ///< [s]
+
+  static constexpr std::array<std::string_view, 3> required = {"natural_frequency", "damping_ratio", "delay"};
+  static void each_field(auto& self, auto&& visit) {
+    visit("natural_frequency", self.natural_frequency, "Natural frequency wn [rad/s].");
+    visit("damping_ratio", self.damping_ratio, "Damping ratio xi [-].");
+    visit("delay", self.delay, "From the command to its effect [s].");
+  }
+};
+
+/// How commands become motion.
+struct Servo {
+  double cycle = 0.0;               ///< [s]
+  std::vector<SecondOrder> joint;   ///< One for all joints, or one a joint.
+  std::optional<SecondOrder> tool;  ///< Path correction.
+
+  /// The servo of joint `index` (from 0).
+  const SecondOrder& of_joint(int index) const {
+    return joint.at(joint.size() == 1 ? 0 : static_cast<std::size_t>(index));
+  }
+
+  /// In a file `joint` is one map for all joints, a list of maps, or a map whose values are lists.
+  bool read_form(io::Reader& reader, const io::Node& node, const std::string& field);
+  io::Node write_form() const;
+
+  static constexpr std::array<std::string_view, 1> required = {"cycle"};
+  static void each_field(auto& self, auto&& visit) {
+    visit("cycle", self.cycle, "Period of the controller [s].");
+    visit("joint", self.joint, "Joint servo: one for all joints, or one a joint; none when not known.");
+    visit("tool", self.tool, "Servo of the path correction.");
+  }
+};
+
+}  // namespace kr5::cell

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/SVD>
+
+#include <kr5/cell/effect.hpp>
+
+#include "cell/check_cell.hpp"
+
+namespace kr5::cell {
+namespace {
+
+void check_inertia(Complaints& c, const std::string& body, const Eigen::Matrix3d& I) {
+  constexpr double slack = 1e-3;  // printed inertias are rounded
+  const Eigen::Vector3d l = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(I, Eigen::EigenvaluesOnly).eigenvalues();
+  if (l[0] <= 0)
+    c.add(body + ".inertia", "a positive definite matrix; least principal moment found " + text_of(l[0]) + " kg m^2");
+  else if (l[0] + l[1] < l[2] * (1 - slack))
+    c.add(body + ".inertia",
+          "principal moments of which two add up to no less than the third, as of any real body; found " +
+              text_of(l[0]) + " + " + text_of(l[1]) + " < " + text_of(l[2]) + " kg m^2");
+}
+
+void check_masses(const Cell& cell, Complaints& c) {
+  for (std::size_t i = 0; i < cell.robot.links.size(); ++i) {
+    const Link& link = cell.robot.links[i];
+    const std::string field = item("robot.links", static_cast<Eigen::Index>(i));
+    c.expect(link.mass > 0, field + ".mass", "a positive mass [kg]");
+    check_inertia(c, field, link.inertia_matrix());
+  }
+  if (!cell.tool) return;
+  const Tool& tool = *cell.tool;
+  const bool any = tool.mass != 0 || !tool.com.isZero(0) || !tool.inertia.isZero(0);
+  c.expect(!any || tool.mass > 0, "tool.mass", "a positive mass [kg], or no mass, com and inertia at all");
+  if (any) check_inertia(c, "tool", tool.inertia_matrix());
+}
+
+void check_limits(const Cell& cell, Complaints& c) {
+  if (!cell.robot.limits) return;
+  const Limits& limits = *cell.robot.limits;
+  for (Eigen::Index i = 0; i < limits.lower.size(); ++i)
+    c.expect(limits.lower[i] < limits.upper[i], item("robot.limits.lower", i),
+             "less than the upper limit " + text_of(limits.upper[i]) + "; are lower and upper swapped?",
+             text_of(limits.lower[i]));
+  for (Eigen::Index i = 0; i < limits.velocity.size(); ++i)
+    c.expect(limits.velocity[i] > 0, item("robot.limits.velocity", i), "a positive speed [rad/s or m/s]");
+  for (Eigen::Index i = 0; i < limits.effort.size(); ++i)
+    c.expect(limits.effort[i] > 0, item("robot.limits.effort", i), "a positive torque or force [N m or N]");
+}
+
+void check_drives(const Cell& cell, Complaints& c) {
+  if (!cell.drives) return;
+  const Drives& d = *cell.drives;
+  const Eigen::VectorXd s = Eigen::JacobiSVD<Eigen::MatrixXd>(d.structure).singularValues();
+  c.expect(s.minCoeff() > 1e-9 * s.maxCoeff(), "drives.structure",
+           "a matrix that can be inverted: motor angles must tell joint angles", "a singular matrix");
+  for (Eigen::Index i = 0; i < d.rotor_inertia.size(); ++i) {
+    c.expect(d.rotor_inertia[i] >= 0, item("drives.rotor_inertia", i), "an inertia, not negative [kg m^2]");
+    c.expect(d.torque_constant[i] > 0, item("drives.torque_constant", i), "a positive torque constant [N m/A]");
+    c.expect(d.friction.coulomb[i] >= 0, item("drives.friction.coulomb", i), "a friction level, not negative [N m]");
+    c.expect(d.friction.viscous[i] >= 0, item("drives.friction.viscous", i), "a slope, not negative [N m s/rad]");
+  }
+}
+
+void check_servo_loop(Complaints& c, const std::string& field, const SecondOrder& s) {
+  c.expect(s.natural_frequency > 0, field + ".natural_frequency", "a positive frequency [rad/s]");
+  c.expect(s.damping_ratio > 0, field + ".damping_ratio", "a positive damping ratio [-]");
+  c.expect(s.delay >= 0, field + ".delay", "a delay, not negative [s]");
+}
+
+void check_servo(const Cell& cell, Complaints& c) {
+  if (!cell.servo) return;
+  const Servo& servo = *cell.servo;
+  c.expect(servo.cycle > 0, "servo.cycle", "a positive period [s]");
+  for (std::size_t i = 0; i < servo.joint.size(); ++i)
+    check_servo_loop(c, servo.joint.size() == 1 ? "servo.joint" : item("servo.joint", static_cast<Eigen::Index>(i)),
+                     servo.joint[i]);
+  if (servo.tool) check_servo_loop(c, "servo.tool", *servo.tool);
+}
+
+void check_target(Complaints& c, const std::string& field, const std::string& side, const Target& t) {
+  const bool map = t.kind == TargetKind::MarkerMap, tag = t.kind == TargetKind::Tag;
+  if (!map && !tag) {
+    c.expect(t.rows > 0, field + ".rows", "at least one row");
+    c.expect(t.cols > 0, field + ".cols", "at least one column");
+  }
+  c.expect(map || t.size > 0, field + "." + side, "a positive length [m]");
+  c.expect(t.gap >= 0, field + ".gap", "a distance, not negative [m]");
+  if (t.kind == TargetKind::Charuco)
+    c.expect(t.marker > 0 && t.marker < t.size, field + ".marker", "a marker smaller than its square [m]");
+  c.expect(!map || !t.map.empty(), field + ".map", "at least one marker");
+  for (std::size_t i = 0; i < t.map.size(); ++i) {
+    const std::string marker = field + "." + item("map", static_cast<Eigen::Index>(i));
+    c.expect(t.map[i].size > 0, marker + ".size", "a positive length [m]");
+    for (std::size_t k = 0; k < i; ++k) c.expect(t.map[k].id != t.map[i].id, marker + ".id", "every id once in a map");
+  }
+}
+
+void check_sensors(const Cell& cell, Complaints& c) {
+  if (const auto& camera = cell.camera) {
+    c.expect(camera->width > 0, "camera.width", "a positive number of pixels");
+    c.expect(camera->height > 0, "camera.height", "a positive number of pixels");
+    c.expect(camera->fx > 0, "camera.fx", "a positive focal length [px]");
+    c.expect(camera->fy > 0, "camera.fy", "a positive focal length [px]");
+    c.expect(camera->cx >= 0 && camera->cx <= camera->width, "camera.cx", "a principal point inside the image [px]");
+    c.expect(camera->cy >= 0 && camera->cy <= camera->height, "camera.cy", "a principal point inside the image [px]");
+  }
+  if (cell.board) check_target(c, "board", "marker", cell.board->target());
+  for (std::size_t i = 0; i < cell.targets.size(); ++i)
+    check_target(c, item("targets", static_cast<Eigen::Index>(i)), "size", cell.targets[i]);
+  if (cell.laser && cell.laser->target)
+    c.expect(cell.laser->target->radius > 0, "laser.target.radius", "a positive radius [m]");
+  Noise::each_field(cell.noise, [&](const char* name, double value, const char*) {
+    c.expect(value >= 0, std::string("noise.") + name, "a standard deviation, not negative");
+  });
+}
+
+void check_task(const Cell& cell, Complaints& c) {
+  if (const auto& contact = cell.contact) {
+    c.expect(contact->stiffness > 0, "contact.stiffness", "a positive stiffness [N/m]");
+    c.expect(contact->damping >= 0, "contact.damping", "a damping, not negative [N s/m]");
+    c.expect(contact->friction >= 0, "contact.friction", "a friction coefficient, not negative");
+  }
+  if (const auto& peg = cell.peg) {
+    c.expect(peg->radius > 0, "peg.radius", "a positive radius [m]");
+    c.expect(peg->length > 0, "peg.length", "a positive length [m]");
+    c.expect(peg->chamfer >= 0 && peg->chamfer < peg->radius, "peg.chamfer", "a width between 0 and the radius [m]");
+  }
+  if (const auto& tube = cell.tube) {
+    c.expect(tube->inner_radius > 0, "tube.inner_radius", "a positive radius [m]");
+    c.expect(tube->outer_radius > tube->inner_radius, "tube.outer_radius",
+             "more than the inner radius " + text_of(tube->inner_radius) + " m");
+    c.expect(tube->depth > 0, "tube.depth", "a positive depth [m]");
+    c.expect(tube->chamfer >= 0 && tube->chamfer < tube->outer_radius, "tube.chamfer",
+             "a width between 0 and the outer radius [m]");
+    c.expect(!cell.peg || cell.peg->radius <= tube->inner_radius, "peg.radius",
+             "no more than the inner radius of the tube, " + text_of(tube->inner_radius) + " m: it does not go in");
+  }
+}
+
+void check_bounds(const Cell& cell, Complaints& c) {
+  for (const ActiveEffect& active : active_effects(cell.effects)) {
+    const Effect& effect = find_effect(active.id);
+    for (const auto& [name, value] : active.parameters) {
+      const auto p = std::find_if(effect.parameters.begin(), effect.parameters.end(),
+                                  [&name = name](const EffectParameter& q) { return q.name == name; });
+      const auto inside = [&](double x) { return x >= p->lower && x <= p->upper; };
+      bool good = true;
+      if (const auto* x = std::get_if<double>(&value)) good = inside(*x);
+      if (const auto* v = std::get_if<Eigen::VectorXd>(&value)) good = std::all_of(v->begin(), v->end(), inside);
+      c.expect(good, "effects." + active.id + "." + active.target + "." + name,
+               text_of(p->lower) + " to " + text_of(p->upper) + " " + p->unit);
+    }
+  }
+}
+
+}  // namespace
+
+void check_physics(const Cell& cell, Complaints& c) {
+  check_masses(cell, c);
+  check_limits(cell, c);
+  check_drives(cell, c);
+  check_servo(cell, c);
+  check_sensors(cell, c);
+  check_task(cell, c);
+  check_bounds(cell, c);
+}
+
+}  // namespace kr5::cell

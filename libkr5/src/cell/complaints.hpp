@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <kr5/io/node.hpp>
+#include <kr5/io/problem.hpp>
+
+namespace kr5::cell {
+
+/// Collects what is wrong with a document, finding line and text of each field by its path.
+class Complaints {
+ public:
+  Complaints(std::string file, const io::Node& root) : file_(std::move(file)), root_(root) {}
+
+  /// `field` such as `robot.dh[2].alpha`. Without `found` the text of the document is shown.
+  void add(const std::string& field, const std::string& expected, std::string found = "");
+  /// add() unless `condition` holds.
+  void expect(bool condition, const std::string& field, const std::string& expected, std::string found = "") {
+    if (!condition) add(field, expected, std::move(found));
+  }
+  std::vector<io::Problem> take() { return std::move(problems_); }
+
+ private:
+  std::string file_;
+  const io::Node& root_;
+  std::vector<io::Problem> problems_;
+};
+
+/// `name[3]`
+std::string item(const std::string& name, Eigen::Index index);
+/// Shortest text of a number.
+std::string text_of(double value);
+
+}  // namespace kr5::cell

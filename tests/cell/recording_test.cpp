@@ -1,0 +1,191 @@
+#include <chrono>
+#include <cstring>
+#include <filesystem>
+
+#include <catch2/catch.hpp>
+
+#include <kr5/cell/check.hpp>
+#include <kr5/cell/recording.hpp>
+#include <kr5/core/error.hpp>
+#include <kr5/core/random.hpp>
+
+#include "cell/sample_recording.hpp"
+#include "support/reference.hpp"
+
+using namespace kr5;
+using namespace kr5::cell;
+using Catch::Matchers::Contains;
+namespace fs = std::filesystem;
+
+namespace {
+
+bool identical(const io::Table& a, const io::Table& b) {
+  return a.columns == b.columns && a.values.rows() == b.values.rows() &&
+         std::memcmp(a.values.data(), b.values.data(), sizeof(double) * static_cast<std::size_t>(a.values.size())) == 0;
+}
+
+void check_identical(const Recording& a, const Recording& b) {
+  CHECK(to_yaml(a.cell) == to_yaml(b.cell));
+  REQUIRE(a.experiments.size() == b.experiments.size());
+  for (std::size_t i = 0; i < a.experiments.size(); ++i) {
+    const Experiment &x = a.experiments[i], &y = b.experiments[i];
+    CAPTURE(x.name);
+    CHECK((x.name == y.name && x.kind == y.kind && x.file == y.file && x.split == y.split));
+    CHECK(identical(x.data, y.data));
+  }
+}
+
+std::string complaint(const fs::path& folder) {
+  try {
+    load_recording(folder);
+  } catch (const IoError& e) {
+    return e.what();
+  }
+  return "none";
+}
+
+}  // namespace
+
+TEST_CASE("a recording of every kind is written and reads back bit for bit") {
+  const test::Folder folder("exact");
+  Recording recording = test::sample_recording();
+  Random random(9);
+  for (Experiment& e : recording.experiments)
+    for (double& v : e.data.values.reshaped()) v += 1e-9 * random.normal();  // digits no format would guess
+  save_recording(recording, folder.path);
+  const Recording back = load_recording(folder.path);
+  check_identical(back, recording);
+  CHECK(back.folder == folder.path);
+  CHECK(back.experiment("views-1").kind == Kind::Views);
+  CHECK_THROWS_WITH(back.experiment("views-9"), Contains("no experiment 'views-9'; there are motion-1, motion-2"));
+}
+
+TEST_CASE("all reference cases load within seconds, are clean and round trip exactly") {
+  const auto cases = test::reference("cases");
+  if (cases.empty()) return;
+  const test::Folder folder("case");
+  int count = 0;
+  const auto start = std::chrono::steady_clock::now();
+  for (const auto& entry : fs::directory_iterator(cases)) {
+    if (!entry.is_directory()) continue;
+    CAPTURE(entry.path());
+    const Recording recording = load_recording(entry.path());
+    CHECK(recording.experiments.size() == 17);
+    for (const io::Problem& p : check(recording)) FAIL_CHECK(p.text());
+    save_recording(recording, folder.path);
+    check_identical(load_recording(folder.path), recording);
+    ++count;
+  }
+  CHECK(count == 14);
+  CHECK(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() < 60);  // 1.5 s of one core
+}
+
+TEST_CASE("columns say unit, role and noise, for any number of joints") {
+  const auto motion = columns(Kind::Motion, 3);
+  CHECK(motion.size() == 1 + 3 * 4 + 6);
+  CHECK(motion[4].name == "q1");
+  CHECK(motion[4].role == Role::Predicted);
+  CHECK(motion[4].noise == "position");
+  for (const auto& [kind, name] : enum_names(Kind{}))
+    for (const Column& c : columns(kind, 6)) {
+      CAPTURE(name, c.name);
+      CHECK_FALSE(c.unit.empty());
+      CHECK((c.noise.empty() || c.role == Role::Predicted));
+      bool known = c.noise.empty();
+      const Noise none;
+      Noise::each_field(none, [&](const char* key, double, const char*) { known |= c.noise == key; });
+      CHECK(known);
+    }
+  CHECK(columns(Kind::Profile, 6)[7].noise == "depth");
+  CHECK(columns(Kind::Scan, 6)[10].noise == "laser");
+  CHECK(columns(Kind::Press, 6)[3].noise == "position");
+}
+
+TEST_CASE("joint torques instead of currents, and a cell without a force sensor, are recordings too") {
+  const test::Folder folder("torques");
+  Recording recording = test::sample_recording();
+  io::Table& data = recording.experiments[0].data;
+  for (std::string& name : data.columns)
+    if (name[0] == 'i') name = "tau" + name.substr(1);
+  data.columns.resize(data.columns.size() - 6);
+  data.values.conservativeResize(Eigen::NoChange, data.values.cols() - 6);
+  save_recording(recording, folder.path);
+  check_identical(load_recording(folder.path), recording);
+}
+
+TEST_CASE("missing, unknown and half groups of columns are named") {
+  const test::Folder folder("columns");
+  const Recording good = test::sample_recording();
+  const auto told = [&](std::size_t experiment, const std::string& column, const std::string& name) {
+    Recording bad = good;
+    auto& columns = bad.experiments[experiment].data.columns;
+    *std::find(columns.begin(), columns.end(), column) = name;
+    save_recording(bad, folder.path);
+    return complaint(folder.path);
+  };
+  CHECK_THAT(told(0, "qc3", "qx3"),
+             Contains("motion-1.csv:1: qc3: found no such column, expected qc3 [rad or m], required") &&
+                 Contains("motion-1.csv:1: qx3: found an unknown column"));
+  CHECK_THAT(told(0, "i4", "i9"),
+             Contains("i4: found only i1 i2 i3 i5 i6 of the currents, expected all of them, or none") &&
+                 Contains("i9: found an unknown column, expected columns of 6 joints, as the cell has"));
+  CHECK_THAT(told(2, "qw", "q0"), Contains("qw: found only qx qy qz of the orientation"));
+  CHECK_THAT(told(3, "marker", "markr"),
+             Contains("markr: found an unknown column, expected no such column; did you mean 'marker'?"));
+}
+
+TEST_CASE("a recording of another number of joints is refused") {
+  const test::Folder folder("joints");
+  save_recording(test::sample_recording(), folder.path);
+  fs::copy_file(KR5_SHARE_DIR "/cells/gantry_rrp.yaml", folder.path / "cell.yaml",
+                fs::copy_options::overwrite_existing);
+  CHECK_THAT(complaint(folder.path),
+             Contains("motion-1.csv:1: q6: found an unknown column, expected columns of 4 joints, as the cell has"));
+}
+
+TEST_CASE("what is wrong with recording.yaml is named with line and field") {
+  const test::Folder folder("index");
+  save_recording(test::sample_recording(), folder.path);
+  const std::string text = io::read_text(folder.path / "recording.yaml");
+  const auto told = [&](const std::string& what, const std::string& by) {
+    std::string changed = text;
+    const auto at = changed.find(what);
+    REQUIRE(at != std::string::npos);
+    io::write_text(folder.path / "recording.yaml", changed.replace(at, what.size(), by));
+    return complaint(folder.path);
+  };
+  CHECK_THAT(told("kr5-recording/1", "kr5-recording/9"),
+             Contains("recording.yaml:1: format: found kr5-recording/9, expected kr5-recording/1"));
+  CHECK_THAT(told("kind: motion", "kind: moton"),
+             Contains("experiments[0].kind: found 'moton', expected one of motion | poses"));
+  CHECK_THAT(told("split: fit", "splt: fit"),
+             Contains("experiments[0].splt: found an unknown key, expected no such key; did you mean 'split'?"));
+  CHECK_THAT(told("name: motion-2", "name: motion-1"), Contains("experiments[1].name: found 'motion-1' a second time"));
+  CHECK_THAT(told("file: motion-2.csv", "file: motion-1.csv"), Contains("rows that are used to fit may not judge"));
+  CHECK_THAT(told("file: motion-2.csv", "file: ../motion-2.csv"), Contains("a file in the folder of the recording"));
+  CHECK_THAT(told("file: motion-2.csv", "file: motion-3.csv"), Contains("motion-3.csv: found no such file"));
+  CHECK_THAT(told("cell: cell.yaml", "cell: cel.yaml"), Contains("cel.yaml: found no such file"));
+  CHECK_THAT(complaint(folder.path / "nowhere"), Contains("recording.yaml: found no such file"));
+}
+
+TEST_CASE("every bad row of every file is told at once") {
+  const test::Folder folder("rows");
+  save_recording(test::sample_recording(), folder.path);
+  const auto spoil = [&](const std::string& file, const std::string& line) {
+    io::write_text(folder.path / file, io::read_text(folder.path / file) + line);
+  };
+  spoil("step-1.csv", "0,1,0\n");
+  spoil("press-1.csv", "0,1,0,nan,0,0,0,0,0,0\n");
+  CHECK_THAT(complaint(folder.path),
+             Contains("step-1.csv:22: found 3 values, expected 4 as in the header; is the file cut off?") &&
+                 Contains("press-1.csv:22: z: found 'nan', expected a finite number"));
+}
+
+TEST_CASE("a recording is not written outside its folder, nor two experiments into one file") {
+  const test::Folder folder("outside");
+  Recording bad = test::sample_recording();
+  bad.experiments[0].file = "../motion-1.csv";
+  CHECK_THROWS_AS(save_recording(bad, folder.path), InvalidArgument);
+  bad.experiments[0].file = bad.experiments[1].file;
+  CHECK_THROWS_AS(save_recording(bad, folder.path), InvalidArgument);
+}
