@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <limits>
+
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "vision/cv_view.hpp"
+#include "vision/find_board.hpp"
+#include "vision/refine.hpp"
+
+namespace kr5::vision {
+namespace {
+
+using Eigen::Vector2d;
+
+/// Mean grey of the squares that should be white over that of those that should be black (the one at the first
+/// corner is), the ones around the corners included.
+double colour_order(ImageView image, const PixelGrid& g) {
+  double sum = 0;
+  for (int r = -1; r < g.rows; ++r)
+    for (int c = -1; c < g.cols; ++c) {
+      const int i = std::clamp(r, 0, g.rows - 2), j = std::clamp(c, 0, g.cols - 2);
+      const Vector2d dx = g.at(i, j + 1) - g.at(i, j), dy = g.at(i + 1, j) - g.at(i, j);
+      const Vector2d p = (g.at(i, j) + g.at(i + 1, j) + g.at(i, j + 1) + g.at(i + 1, j + 1)) / 4 + (c - j) * dx + (r - i) * dy;
+      const int x = static_cast<int>(std::lround(p.x())), y = static_cast<int>(std::lround(p.y()));
+      if (x < 0 || y < 0 || x >= image.width || y >= image.height) continue;
+      sum += (r + c) % 2 == 0 ? -image.at(x, y) : image.at(x, y);
+    }
+  return sum;
+}
+
+std::optional<PixelGrid> corners_by_opencv(ImageView image, int rows, int cols) {
+  const cv::Mat picture = cv_view(image);
+  const cv::Size size(cols, rows);
+  std::vector<cv::Point2f> corners;
+  bool found = rows > 2 && cols > 2 && cv::findChessboardCornersSB(picture, size, corners, cv::CALIB_CB_NORMALIZE_IMAGE);
+  if (!found)
+    found = rows > 2 && cols > 2 &&
+            cv::findChessboardCorners(picture, size, corners,
+                                      cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK);
+  if (!found && rows > 2 && cols > 2)
+    found = cv::findChessboardCornersSB(picture, size, corners,
+                                        cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_EXHAUSTIVE | cv::CALIB_CB_ACCURACY);
+  if (!found || corners.size() != static_cast<std::size_t>(rows * cols)) return std::nullopt;
+  PixelGrid grid{rows, cols, {}};
+  for (const cv::Point2f& p : corners) grid.points.emplace_back(p.x, p.y);
+  return grid;
+}
+
+}  // namespace
+
+Vector2d PixelGrid::along_x(int r, int c) const {
+  const int a = std::max(c - 1, 0), b = std::min(c + 1, cols - 1);
+  return (at(r, b) - at(r, a)) / (b - a);
+}
+
+Vector2d PixelGrid::along_y(int r, int c) const {
+  const int a = std::max(r - 1, 0), b = std::min(r + 1, rows - 1);
+  return (at(b, c) - at(a, c)) / (b - a);
+}
+
+std::vector<PixelGrid> PixelGrid::turned() const {
+  PixelGrid g = *this;
+  const Vector2d x = g.at(0, g.cols - 1) - g.at(0, 0), y = g.at(g.rows - 1, 0) - g.at(0, 0);
+  if (x.x() * y.y() - x.y() * y.x() < 0)  // numbered as in a mirror
+    for (int r = 0; r < rows; ++r)
+      std::reverse(g.points.begin() + r * cols, g.points.begin() + (r + 1) * cols);
+  std::vector<PixelGrid> all{g, g};
+  std::reverse(all[1].points.begin(), all[1].points.end());
+  if (rows != cols) return all;
+  for (int k = 0; k < 2; ++k) {
+    PixelGrid quarter = all[static_cast<std::size_t>(k)];
+    for (int r = 0; r < rows; ++r)
+      for (int c = 0; c < cols; ++c)
+        quarter.points[static_cast<std::size_t>(r * cols + c)] = all[static_cast<std::size_t>(k)].at(rows - 1 - c, r);
+    all.push_back(quarter);
+  }
+  return all;
+}
+
+std::optional<SeenPoints> find_chessboard(ImageView image, const Target& target, Refinement refine) {
+  const auto raw = corners_by_opencv(image, target.rows, target.cols);
+  if (!raw) return std::nullopt;
+  const std::vector<PixelGrid> ways = raw->turned();
+  const auto& grid = *std::min_element(ways.begin(), ways.end(), [&](const PixelGrid& a, const PixelGrid& b) {
+    const bool good_a = colour_order(image, a) > 0, good_b = colour_order(image, b) > 0;
+    return good_a != good_b ? good_a : a.at(0, 0).sum() < b.at(0, 0).sum();
+  });
+  SeenPoints seen;
+  for (int r = 0; r < grid.rows; ++r)
+    for (int c = 0; c < grid.cols; ++c) {
+      const Vector2d dx = grid.along_x(r, c), dy = grid.along_y(r, c);
+      const double sine = std::abs(dx.x() * dy.y() - dx.y() * dy.x()) / (dx.norm() * dy.norm());
+      const double radius = std::clamp(0.45 * std::min(dx.norm(), dy.norm()) * std::max(sine, 0.5), 2.0, 12.0);
+      const auto better = refine == Refinement::Model ? refine_saddle(image, grid.at(r, c), dx, dy, radius) : std::nullopt;
+      seen.add(r * grid.cols + c, better ? better->pixel : grid.at(r, c), better ? better->sigma : 0.0);
+    }
+  return seen;
+}
+
+std::optional<std::pair<int, int>> seen_chessboard(ImageView image) {
+  std::vector<cv::Point2f> corners;
+  cv::Mat meta;
+  if (!cv::findChessboardCornersSB(cv_view(image), cv::Size(3, 3), corners,
+                                   cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_LARGER, meta))
+    return std::nullopt;
+  return std::pair{meta.rows, meta.cols};
+}
+
+}  // namespace kr5::vision

@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <vector>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
+#include "vision/refine.hpp"
+#include "vision/small_fit.hpp"
+
+namespace kr5::vision {
+namespace {
+
+using Corners = Eigen::Matrix<double, 2, 4>;
+constexpr int size = 14;  // 8 of the homography, log of the blur, black, white - black, its slope along x, y, lens
+constexpr int lens = 13;  // radial distortion about the middle of the image at half its diagonal: bends long sides
+constexpr double usual_lens = 0.1;  // its standard deviation over lenses, for markers too small to tell
+using Vector = Eigen::Matrix<double, size, 1>;
+constexpr double pixel_variance = 1.0 / 12;  // a pixel averages over its own square
+constexpr double model_error = 0.003;        // [px] what the approximations below leave, measured without noise
+
+/// Image to cells of the pattern: u = (g0 x + g1 y + g2) / (g6 x + g7 y + 1), v likewise, with x, y from the middle of
+/// the marker in units of half its side.
+struct Cell {
+  Eigen::Vector2d uv;
+  Eigen::Matrix2d by_xy;
+  double w;  ///< denominator
+};
+
+Cell to_cell(const Vector& p, double x, double y) {
+  const double w = p[6] * x + p[7] * y + 1;
+  Cell c{{(p[0] * x + p[1] * y + p[2]) / w, (p[3] * x + p[4] * y + p[5]) / w}, {}, w};
+  c.by_xy << (p[0] - p[6] * c.uv.x()) / w, (p[1] - p[7] * c.uv.x()) / w, (p[3] - p[6] * c.uv.y()) / w,
+      (p[4] - p[7] * c.uv.y()) / w;
+  return c;
+}
+
+/// Homography through four pairs of points, last entry 1.
+Eigen::Matrix<double, 8, 1> through(const Corners& from, const Corners& to) {
+  Eigen::Matrix<double, 8, 8> A = Eigen::Matrix<double, 8, 8>::Zero();
+  Eigen::Matrix<double, 8, 1> b;
+  for (int i = 0; i < 4; ++i) {
+    const double x = from(0, i), y = from(1, i), u = to(0, i), v = to(1, i);
+    A.row(2 * i) << x, y, 1, 0, 0, 0, -u * x, -u * y;
+    A.row(2 * i + 1) << 0, 0, 0, x, y, 1, -v * x, -v * y;
+    b.segment<2>(2 * i) << u, v;
+  }
+  return A.fullPivLu().solve(b);
+}
+
+/// Share of one row or column of cells in a blurred point: how much of each cell it sees, and the derivatives of that
+/// by the place and by the width of the blur.
+struct Share {
+  static constexpr int most = 14;
+  int first = 0, count = 0;
+  std::array<double, most> a, by_place, by_width;
+
+  Share(double place, double width) {
+    const NormalTable& normal = NormalTable::get();
+    first = static_cast<int>(std::floor(place - 3.2 * width));
+    count = std::min(static_cast<int>(std::floor(place + 3.2 * width)) - first + 1, most);
+    double cdf0, pdf0, z0 = (first - place) / width;
+    normal(z0, cdf0, pdf0);
+    for (int i = 0; i < count; ++i) {
+      const double z1 = z0 + 1 / width;
+      double cdf1, pdf1;
+      normal(z1, cdf1, pdf1);
+      const auto k = static_cast<std::size_t>(i);
+      a[k] = cdf1 - cdf0;
+      by_place[k] = (pdf0 - pdf1) / width;
+      by_width[k] = (z0 * pdf0 - z1 * pdf1) / width;
+      z0 = z1, cdf0 = cdf1, pdf0 = pdf1;
+    }
+  }
+};
+
+struct Sample {
+  double x, y;    ///< Normalised.
+  double bx, by;  ///< By how much a unit of distortion moves the pixel, normalised.
+  double grey;
+};
+
+class MarkerModel {
+ public:
+  MarkerModel(ImageView image, const MarkerPattern& pattern, const Corners& corners)
+      : image_(image), pattern_(pattern), middle_(corners.rowwise().mean()) {
+    half_ = 0.25 * ((corners.col(1) - corners.col(0)).norm() + (corners.col(2) - corners.col(1)).norm());
+    const int rim = (pattern.cells - pattern.square) / 2;
+    square_ << rim, rim + pattern.square, rim + pattern.square, rim, rim, rim, rim + pattern.square, rim + pattern.square;
+    lowest_ = std::min(0, rim - 1);
+  }
+
+  Vector start(const Corners& corners) {
+    Vector p;
+    p.head<8>() = through((corners.colwise() - middle_) / half_, square_);
+    p[8] = std::log(0.9);
+    p.tail<5>().setZero();
+    return p;
+  }
+
+  /// Chooses at most `most` pixels near edges of the pattern, and some on flat ground for the two greys; then sets the
+  /// greys of `p`.
+  void choose(Vector& p, const Corners& corners, double reach, int most) {
+    std::vector<Sample> edge, flat;
+    std::vector<double> black, white;
+    const Eigen::Vector2d cell = (corners.rowwise().maxCoeff() - corners.rowwise().minCoeff()) / pattern_.square;
+    const Eigen::Vector2d low = corners.rowwise().minCoeff() - 2.0 * cell, high = corners.rowwise().maxCoeff() + 2.0 * cell;
+    const int x0 = std::max(0, static_cast<int>(low.x())), x1 = std::min(image_.width - 1, static_cast<int>(high.x()));
+    const int y0 = std::max(0, static_cast<int>(low.y())), y1 = std::min(image_.height - 1, static_cast<int>(high.y()));
+    for (int y = y0; y <= y1; ++y)
+      for (int x = x0; x <= x1; ++x) {
+        const Sample s = sample({x, y});
+        const int kind = classify(p, s, reach);
+        if (kind == 1) edge.push_back(s);
+        if (kind == 2) (pattern_at(p, s) ? white : black).push_back(s.grey), flat.push_back(s);
+      }
+    thin(edge, most);
+    thin(flat, most / 6);
+    if (p[10] == 0.0) set_greys(p, edge, black, white);
+    samples_ = std::move(edge);
+    samples_.insert(samples_.end(), flat.begin(), flat.end());
+  }
+
+  Normal<size> sums(const Vector& p, double scale) const {
+    Normal<size> out;
+    const double blur = std::exp(p[8]), s = std::sqrt(blur * blur + pixel_variance) / half_;
+    for (const Sample& raw : samples_) {
+      const Sample sample = straight(p, raw);
+      const Cell c = to_cell(p, sample.x, sample.y);
+      const double nu = c.by_xy.row(0).norm(), nv = c.by_xy.row(1).norm();
+      if (!(c.w > 0.05) || s * nu > 2 || s * nv > 2) continue;
+      double f, fu, fv, fs;
+      white_share(c, s * nu, s * nv, s * s * c.by_xy.row(0).dot(c.by_xy.row(1)), f, fu, fv, fs);
+      const double contrast = p[10] + p[11] * sample.x + p[12] * sample.y;
+      const double model = p[9] + contrast * f;
+      if (sample.grey >= 254 && model >= 254) continue;  // saturated: all that is known is "at least"
+      Vector J;
+      const double a = contrast * fu / c.w, b = contrast * fv / c.w, t = a * c.uv.x() + b * c.uv.y();
+      const Eigen::Vector2d by_xy = contrast * c.by_xy.transpose() * Eigen::Vector2d(fu, fv);
+      J << a * sample.x, a * sample.y, a, b * sample.x, b * sample.y, b, -t * sample.x, -t * sample.y,
+          contrast * fs * blur * blur / (blur * blur + pixel_variance), 1.0, f, f * sample.x, f * sample.y,
+          by_xy.x() * sample.bx + by_xy.y() * sample.by;
+      out.add(J, model - sample.grey, scale);
+    }
+    Vector prior = Vector::Zero();
+    prior[lens] = 2.0 / usual_lens;  // as one more pixel, whose noise is taken as 2 grey levels
+    out.add(prior, prior[lens] * p[lens], scale);
+    return out;
+  }
+
+  RefinedMarker corners(const SmallFit<size>& fit) const {
+    const Vector& p = fit.x;
+    Eigen::Matrix3d G;
+    G << p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], 1;
+    const Eigen::Matrix3d H = G.inverse();
+    RefinedMarker out;
+    for (int i = 0; i < 4; ++i) {
+      const Eigen::Vector2d xy = (H * square_.col(i).homogeneous()).hnormalized();
+      Sample at = sample(middle_ + half_ * xy);
+      for (int pass = 0; pass < 4; ++pass)  // the pixel that, made straight, lies at xy
+        at = sample(middle_ + half_ * (xy - p[lens] * Eigen::Vector2d(at.bx, at.by)));
+      const Cell c = to_cell(p, xy.x(), xy.y());
+      Eigen::Matrix<double, 2, size> by_p = Eigen::Matrix<double, 2, size>::Zero();
+      by_p.leftCols<8>() << xy.x(), xy.y(), 1, 0, 0, 0, -c.uv.x() * xy.x(), -c.uv.x() * xy.y(), 0, 0, 0, xy.x(), xy.y(), 1,
+          -c.uv.y() * xy.x(), -c.uv.y() * xy.y();
+      Eigen::Matrix<double, 2, size> J = c.by_xy.inverse() * by_p / c.w;
+      J.col(lens) << at.bx, at.by;
+      out.corners.col(i) = middle_ + half_ * Eigen::Vector2d(at.x, at.y);
+      const double variance = (J * fit.covariance * J.transpose()).trace() / 2;
+      out.sigma[i] = std::hypot(half_ * std::sqrt(variance), model_error);
+    }
+    return out;
+  }
+
+  double half() const { return half_; }
+
+ private:
+  Sample sample(const Eigen::Vector2d& pixel) const {
+    const Eigen::Vector2d centre((image_.width - 1) / 2.0, (image_.height - 1) / 2.0), r = pixel - centre;
+    const Eigen::Vector2d bend = r * r.squaredNorm() / (centre.squaredNorm() * half_), xy = (pixel - middle_) / half_;
+    const int x = std::clamp(static_cast<int>(std::lround(pixel.x())), 0, image_.width - 1);
+    const int y = std::clamp(static_cast<int>(std::lround(pixel.y())), 0, image_.height - 1);
+    return {xy.x(), xy.y(), bend.x(), bend.y(), static_cast<double>(image_.at(x, y))};
+  }
+
+  static Sample straight(const Vector& p, Sample s) {
+    s.x += p[lens] * s.bx;
+    s.y += p[lens] * s.by;
+    return s;
+  }
+
+  bool pattern_at(const Vector& p, const Sample& raw) const {
+    const Sample s = straight(p, raw);
+    const Cell c = to_cell(p, s.x, s.y);
+    return pattern_.at(static_cast<int>(std::floor(c.uv.y())), static_cast<int>(std::floor(c.uv.x())));
+  }
+
+  /// 0: of no use, 1: within `reach` [px] of an edge, 2: on flat ground.
+  int classify(const Vector& p, const Sample& raw, double reach) const {
+    const Sample s = straight(p, raw);
+    const Cell c = to_cell(p, s.x, s.y);
+    if (!(c.w > 0.05)) return 0;
+    const double du = reach / half_ * c.by_xy.row(0).norm(), dv = reach / half_ * c.by_xy.row(1).norm();
+    const double u = c.uv.x(), v = c.uv.y(), low = lowest_, high = pattern_.cells - low;
+    // Beyond the rim somebody else's paper begins: stay clear of it, yet keep half a cell.
+    const double mu = std::min(0.5, du), mv = std::min(0.5, dv);
+    if (u < low + mu || u > high - mu || v < low + mv || v > high - mv) return 0;
+    const bool here = cell(u, v);
+    const double eu = std::min(du, 1.0), ev = std::min(dv, 1.0);
+    const bool near = cell(u - eu, v) != here || cell(u + eu, v) != here || cell(u, v - ev) != here || cell(u, v + ev) != here;
+    if (near) return 1;
+    return cell(u - 2 * eu, v) == here && cell(u + 2 * eu, v) == here && cell(u, v - 2 * ev) == here && cell(u, v + 2 * ev) == here
+               ? 2
+               : 0;
+  }
+
+  bool cell(double u, double v) const {
+    return pattern_.at(static_cast<int>(std::floor(v)), static_cast<int>(std::floor(u)));
+  }
+
+  static void thin(std::vector<Sample>& list, int most) {
+    const auto n = list.size(), keep = static_cast<std::size_t>(most);
+    if (n <= keep) return;
+    for (std::size_t i = 0; i < keep; ++i) list[i] = list[i * n / keep];
+    list.resize(keep);
+  }
+
+  static void set_greys(Vector& p, const std::vector<Sample>& edge, std::vector<double>& black, std::vector<double>& white) {
+    const auto median = [](std::vector<double>& v) {
+      std::nth_element(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2), v.end());
+      return v[v.size() / 2];
+    };
+    double dark = 255, light = 0;
+    for (const Sample& s : edge) dark = std::min(dark, s.grey), light = std::max(light, s.grey);
+    if (black.size() > 8) dark = median(black);
+    if (white.size() > 8) light = median(white);
+    p[9] = dark;
+    p[10] = std::max(light - dark, 1.0);
+  }
+
+  /// White seen at a place, f, with its derivatives by u, v and by the logarithm of the blur. Seen from the side the
+  /// blur is no longer the same along u and v and the two are correlated: two terms of Mehler's series account for it.
+  void white_share(const Cell& c, double su, double sv, double uv, double& f, double& fu, double& fv, double& fs) const {
+    const Share a(c.uv.x(), su), b(c.uv.y(), sv);
+    const double second = 0.5 * uv * uv / (su * sv);
+    f = 1, fu = fv = fs = 0;
+    for (int j = 0; j < b.count; ++j) {
+      double row = 0, row_place = 0, row_width = 0;
+      for (int i = 0; i < a.count; ++i) {
+        if (pattern_.at(b.first + j, a.first + i)) continue;
+        const auto k = static_cast<std::size_t>(i);
+        row += a.a[k], row_place += a.by_place[k], row_width += a.by_width[k];
+      }
+      const auto k = static_cast<std::size_t>(j);
+      f -= row * b.a[k] + uv * row_place * b.by_place[k] + second * row_width * b.by_width[k];
+      fu -= row_place * b.a[k];
+      fv -= row * b.by_place[k];
+      fs -= su * row_width * b.a[k] + sv * row * b.by_width[k];
+    }
+  }
+
+  ImageView image_;
+  const MarkerPattern& pattern_;
+  Eigen::Vector2d middle_;
+  double half_;
+  Corners square_;
+  int lowest_;
+  std::vector<Sample> samples_;
+};
+
+}  // namespace
+
+std::optional<RefinedMarker> refine_marker(ImageView image, const MarkerPattern& pattern, const Corners& corners) {
+  MarkerModel model(image, pattern, corners);
+  const double half = model.half();
+  if (!(half > 3)) return std::nullopt;
+  Vector p = model.start(corners);
+  const auto sums = [&](const Vector& x, double scale) { return model.sums(x, scale); };
+  const auto below = [&](double shift) {  // [px], by a step of the homography in cells
+    return [=, &pattern](const Vector& step) {
+      return step.head<8>().cwiseAbs().maxCoeff() * 2 * half < shift * pattern.square;
+    };
+  };
+  model.choose(p, corners, 2.5, 400);
+  SmallFit<size> fit = small_fit<size>(p, sums, below(0.1), 25);
+  if (!fit.good || !(fit.x[10] > 5)) return std::nullopt;
+  RefinedMarker result = model.corners(fit);
+  const double blur = std::exp(fit.x[8]);
+  model.choose(fit.x, result.corners, std::clamp(2.2 * std::hypot(blur, 0.3), 1.2, 5.0), 1500);
+  fit = small_fit<size>(fit.x, sums, below(0.005), 15);
+  if (!fit.good || !(fit.x[10] > 5) || fit.sigma > 0.2 * fit.x[10]) return std::nullopt;
+  result = model.corners(fit);
+  const double moved = (result.corners - corners).colwise().norm().maxCoeff();
+  if (!(moved < std::max(2.5, 0.1 * half))) return std::nullopt;
+  return result;
+}
+
+}  // namespace kr5::vision

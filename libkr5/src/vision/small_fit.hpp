@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+
+namespace kr5::vision {
+
+/// Sums of a least-squares step.
+template <int N>
+struct Normal {
+  Eigen::Matrix<double, N, N> A = Eigen::Matrix<double, N, N>::Zero();
+  Eigen::Matrix<double, N, 1> g = Eigen::Matrix<double, N, 1>::Zero();
+  double cost = 0.0;
+  int count = 0;
+
+  /// One residual (model - seen), down-weighted beyond 3 `scale` (Huber).
+  void add(const Eigen::Matrix<double, N, 1>& J, double residual, double scale) {
+    const double size = std::abs(residual), w = size > 3 * scale ? 3 * scale / size : 1.0;
+    A.template selfadjointView<Eigen::Lower>().rankUpdate(J, w);
+    g += w * residual * J;
+    cost += w * residual * residual;
+    ++count;
+  }
+};
+
+template <int N>
+struct SmallFit {
+  Eigen::Matrix<double, N, 1> x;
+  Eigen::Matrix<double, N, N> covariance;
+  double sigma = 0.0;  ///< Of one residual.
+  bool good = false;
+};
+
+/// Levenberg-Marquardt for a handful of parameters. `sums(x, scale)` returns the Normal at x; `settled(step)` says
+/// when a step no longer matters.
+template <int N, class Sums, class Settled>
+SmallFit<N> small_fit(Eigen::Matrix<double, N, 1> x, const Sums& sums, const Settled& settled, int max_steps = 12) {
+  SmallFit<N> fit;
+  fit.x = x;
+  double scale = 1e6, lambda = 1e-4;
+  Normal<N> now = sums(x, scale);
+  if (now.count <= N) return fit;
+  for (int i = 0; i < max_steps; ++i) {
+    Eigen::Matrix<double, N, N> A = now.A.template selfadjointView<Eigen::Lower>();
+    A.diagonal() *= 1 + lambda;
+    const Eigen::Matrix<double, N, 1> step = -A.ldlt().solve(now.g);
+    if (!step.allFinite()) return fit;
+    const Normal<N> next = sums(x + step, scale);
+    if (!(next.cost <= now.cost * (1 + 1e-12)) || next.count <= N) {
+      fit.good = settled(step);  // so small a step that leads nowhere: this is the minimum
+      if (fit.good || (lambda *= 20) > 1e6) break;
+      continue;
+    }
+    // Parameters that can stand in for each other wander on along the bottom of the valley: the height counts as well.
+    fit.good = settled(step) || now.cost - next.cost < 1e-5 * next.cost;
+    x += step;
+    now = next;
+    lambda = std::max(lambda * 0.1, 1e-9);
+    if (fit.good && scale < 1e5) break;
+    const double robust = std::max(std::sqrt(now.cost / (now.count - N)), 0.5);
+    if (std::abs(robust - scale) > 0.05 * scale) {
+      scale = robust;
+      now = sums(x, scale);
+    } else if (fit.good) {
+      break;
+    }
+  }
+  const Eigen::Matrix<double, N, N> A = now.A.template selfadjointView<Eigen::Lower>();
+  fit.x = x;
+  fit.sigma = std::sqrt(now.cost / (now.count - N));
+  fit.covariance = fit.sigma * fit.sigma * A.ldlt().solve(Eigen::Matrix<double, N, N>::Identity());
+  fit.good = fit.good && fit.covariance.allFinite();
+  return fit;
+}
+
+/// Normal distribution function and density from a table (error below 3e-6).
+class NormalTable {
+ public:
+  static const NormalTable& get() {
+    static const NormalTable table;
+    return table;
+  }
+  void operator()(double z, double& cdf, double& pdf) const {
+    if (z <= -limit) return void((cdf = 0, pdf = 0));
+    if (z >= limit) return void((cdf = 1, pdf = 0));
+    const double position = (z + limit) * per_unit;
+    const auto i = static_cast<std::size_t>(position);
+    const double t = position - static_cast<double>(i);
+    cdf = cdf_[i] + t * (cdf_[i + 1] - cdf_[i]);
+    pdf = pdf_[i] + t * (pdf_[i + 1] - pdf_[i]);
+  }
+
+ private:
+  static constexpr int per_unit = 128;
+  static constexpr double limit = 4.5;
+  static constexpr std::size_t size = static_cast<std::size_t>(2 * limit * per_unit) + 2;
+  std::array<double, size> cdf_, pdf_;
+
+  NormalTable() {
+    for (std::size_t i = 0; i < size; ++i) {
+      const double z = static_cast<double>(i) / per_unit - limit;
+      cdf_[i] = 0.5 * std::erfc(-z * M_SQRT1_2);
+      pdf_[i] = std::exp(-z * z / 2) * 0.3989422804014327;
+    }
+  }
+};
+
+}  // namespace kr5::vision
