@@ -53,7 +53,7 @@ class DataCheck {
     }
     if (count > 0)
       complain(first, name,
-               text_of(values[first]) + (count > 1 ? ", and " + std::to_string(count - 1) + " more rows" : ""),
+               rounded_text(values[first]) + (count > 1 ? ", and " + std::to_string(count - 1) + " more rows" : ""),
                expected);
   }
   /// |value| of every row.
@@ -108,7 +108,7 @@ class DataCheck {
         const bool wide = q.size() > 0 && q.cwiseAbs().maxCoeff() > 4 * std::max(std::abs(low), std::abs(high));
         each_row(
             name, [&](Row i) { return q[i] >= low - margin && q[i] <= high + margin; },
-            "a value within the limits " + text_of(low) + " to " + text_of(high) + (slides(j) ? " m" : " rad") +
+            "a value within the limits " + rounded_text(low) + " to " + rounded_text(high) + (slides(j) ? " m" : " rad") +
                 (wide ? "; is it in degrees or millimetres?"
                       : "; is this another column, of another joint or a current?"));
       }
@@ -134,7 +134,7 @@ class DataCheck {
       for (int k = 1; k <= n; ++k)
         if (k != j && median_distance(q, column("qc" + std::to_string(k))) < clearly * own)
           hint += "; it follows qc" + std::to_string(k) + ", are columns swapped?";
-      complain(0, "q" + std::to_string(j), "a median distance of " + text_of(own) + " from the command", hint);
+      complain(0, "q" + std::to_string(j), "a median distance of " + rounded_text(own) + " from the command", hint);
     }
   }
 
@@ -153,7 +153,7 @@ class DataCheck {
     std::nth_element(off.begin(), off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2), off.end());
     if (off[off.size() / 2] > near)
       complain(
-          0, "x", "a tool " + text_of(off[off.size() / 2]) + " m (median) from where the cell puts it",
+          0, "x", "a tool " + rounded_text(off[off.size() / 2]) + " m (median) from where the cell puts it",
           "agreement within 0.2 m; are columns swapped, lengths in mm, angles in degrees, or is this another cell?");
     if (w.size() == 0) return;
     const Eigen::VectorXd a = column("qx"), b = column("qy"), c = column("qz");

@@ -16,11 +16,11 @@ void check_inertia(Complaints& c, const std::string& body, const Eigen::Matrix3d
   constexpr double slack = 1e-3;  // printed inertias are rounded
   const Eigen::Vector3d l = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(I, Eigen::EigenvaluesOnly).eigenvalues();
   if (l[0] <= 0)
-    c.add(body + ".inertia", "a positive definite matrix; least principal moment found " + text_of(l[0]) + " kg m^2");
+    c.add(body + ".inertia", "a positive definite matrix; least principal moment found " + rounded_text(l[0]) + " kg m^2");
   else if (l[0] + l[1] < l[2] * (1 - slack))
     c.add(body + ".inertia",
           "principal moments of which two add up to no less than the third, as of any real body; found " +
-              text_of(l[0]) + " + " + text_of(l[1]) + " < " + text_of(l[2]) + " kg m^2");
+              rounded_text(l[0]) + " + " + rounded_text(l[1]) + " < " + rounded_text(l[2]) + " kg m^2");
 }
 
 void check_masses(const Cell& cell, Complaints& c) {

@@ -34,5 +34,7 @@ class Complaints {
 std::string item(const std::string& name, Eigen::Index index);
 /// Shortest text of a number.
 std::string text_of(double value);
+/// The same to six digits, for measured values.
+std::string rounded_text(double value);
 
 }  // namespace kr5::cell
