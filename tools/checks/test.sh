@@ -59,7 +59,6 @@ run_all_tests() {
   if need_tool; then test_python; else count 0 1; fi
   check "format of the C++ files" "$python" tools/checks/style.py format
   check "clang-tidy on changed files" "$python" tools/checks/style.py tidy --build "$build/release"
-  source tools/checks/demo.sh
   check "the demo of the README" demo
   echo "$passed passed, $failed failed"
   [ "$failed" -eq 0 ]

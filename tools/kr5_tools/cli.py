@@ -11,10 +11,12 @@ from typer.core import TyperGroup
 # What `kr5 --help` says; a file that is not there is left out. Each file has `app`, a typer.Typer: with one command and
 # no callback it is that command, otherwise a group of commands.
 COMMANDS = {
+    "demo": "The whole job on images whose truth is known.",
     "cell": "Check a cell or a recording, and show it.",
     "dataset": "Describe a folder of images and robot poses.",
     "detect": "Find targets in images and draw what was seen.",
     "target": "Make a target to print, and list its points.",
+    "render": "A picture of targets with known truth.",
     "calibrate": {
         "camera": "Lens and sensor of a camera, from images of a target.",
         "hand-eye": "Where the camera sits on the arm, or beside it.",
