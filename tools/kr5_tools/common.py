@@ -20,7 +20,7 @@ from rich.table import Table
 FORMATS = ("kr5-camera/1", "kr5-hand-eye/1", "kr5-tool/1", "kr5-timed-hand-eye/1", "kr5-marker-map/1", "kr5-detection/1")
 COLOURS = {"good": "green", "doubtful": "yellow", "unusable": "red"}
 
-errors = Console(stderr=True, highlight=False)
+errors = Console(stderr=True, highlight=False, emoji=False)
 
 Json = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Write JSON here; - for standard output.")]
 Output = Annotated[Path | None, typer.Option("-o", "--output", metavar="RESULT.json", help="Write the result file here.")]
@@ -43,7 +43,7 @@ def is_users_to_mend(error: Exception) -> bool:
 
 def console(json_file: Path | None = None) -> Console:
     """Where people read. With `--json -` standard output belongs to the JSON, and people read standard error."""
-    return errors if str(json_file) == "-" else Console(highlight=False)
+    return errors if str(json_file) == "-" else Console(highlight=False, emoji=False)
 
 
 def track(items: Iterable, what: str) -> Iterable:
