@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/vision/camera_calibration.hpp>
+#include <kr5/vision/camera_peers.hpp>
+#include <kr5/vision/family.hpp>
+#include <kr5/vision/render.hpp>
+
+#include "struct_binder.hpp"
+
+namespace py = pybind11;
+using namespace kr5;
+using namespace kr5::vision;
+
+static void bind_camera_calibration(py::module_& m) {
+  python::bind_enum<LensModel>(m, "LensModel", "Which lens parameters are free.");
+  python::bind_struct<CameraOptions>(m, "CameraOptions", "Options of calibrate_camera.");
+  python::bind_struct<CameraViewReport>(m, "CameraViewReport", "One view under a camera calibration.");
+  python::bind_struct<CameraModelScore>(m, "CameraModelScore", "One camera model among those compared.");
+  python::bind_struct<CameraCoverage>(m, "CameraCoverage", "What of the image and of the directions the views cover.");
+  python::bind_struct<CameraFinding>(m, "CameraFinding", "Something a person should know of a camera calibration.");
+  python::bind_struct<CameraCalibration>(m, "CameraCalibration", "What calibrate_camera returns.");
+  m.def(
+      "calibrate_camera",
+      [](const std::vector<View>& views, int width, int height, const CameraOptions& options) {
+        return calibrate_camera(views, width, height, options);
+      },
+      py::arg("views"), py::arg("width"), py::arg("height"), py::arg("options") = CameraOptions(),
+      py::call_guard<py::gil_scoped_release>(),
+      "Camera from views of targets: start, robust bundle adjustment, spoiling views named, model chosen by error on\n"
+      "held-out views. Look at `fit.usable()` and `findings` before using `camera`.");
+}
+
+static void bind_camera_peers(py::module_& m) {
+  const auto define = [&m](const char* name, auto function, LensModel lens, const char* doc) {
+    m.def(
+        name,
+        [function](const std::vector<View>& views, int width, int height, LensModel model) {
+          return function(views, width, height, model);
+        },
+        py::arg("views"), py::arg("width"), py::arg("height"), py::arg("lens") = lens,
+        py::call_guard<py::gil_scoped_release>(), doc);
+  };
+  define("calibrate_camera_opencv", &calibrate_camera_opencv, LensModel::Brown5, "OpenCV's calibrateCamera on the same views.");
+  define("calibrate_camera_visp", &calibrate_camera_visp, LensModel::K1, "ViSP's vpCalibration on the same views; lens none or k1.");
+}
+
+/// Grey images are arrays of bytes, rows by columns.
+using GreyArray = py::array_t<std::uint8_t, py::array::c_style>;
+
+static ImageView view_of(const GreyArray& image) {
+  if (image.ndim() != 2 || image.size() == 0)
+    throw py::value_error("image: expected a grey image, an array of uint8 of shape (height, width)");
+  return {image.data(), static_cast<int>(image.shape(1)), static_cast<int>(image.shape(0)), image.shape(1)};
+}
+
+static GreyArray to_array(const Image& image) {
+  GreyArray out({image.height, image.width});
+  std::copy(image.pixels.begin(), image.pixels.end(), out.mutable_data());
+  return out;
+}
+
+static void bind_images(py::module_& m) {
+  m.def(
+      "load_image", [](const std::string& file) { return to_array(load_image(file)); }, py::arg("file"),
+      "Image as grey, uint8 of shape (height, width).");
+  m.def(
+      "save_image", [](const GreyArray& image, const std::string& file) { save_image(view_of(image), file); },
+      py::arg("image"), py::arg("file"), "Writes PNG, or what the ending says.");
+}
+
+static void bind_targets(py::module_& m) {
+  python::bind_enum<TargetKind>(m, "TargetKind", "What a camera may look at.");
+  python::bind_struct<MapMarker>(m, "MapMarker", "One marker of a map.");
+  python::bind_struct<Target>(m, "Target", "What a camera may look at; X along the columns, Y down, Z into the board.");
+  m.def("parse_target", &parse_target, py::arg("text"), "Target from its short form, such as chessboard:6x9:0.0236.");
+  m.def(
+      "target_points",
+      [](const Target& target) {
+        TargetPoints all = target_points(target);
+        return std::make_pair(std::move(all.points), std::move(all.ids));
+      },
+      py::arg("target"), "Points of a target (3 x n) [m] and their numbers.");
+  m.def("target_markers", &target_markers, py::arg("target"), "Markers that a target carries, posed in its frame.");
+  m.def("marker_families", &marker_families, "Every marker family by name.");
+  m.def("marker_count", &marker_count, py::arg("family"), "Number of different markers of a family.");
+}
+
+static void bind_render(py::module_& m) {
+  python::bind_struct<PlacedTarget>(m, "PlacedTarget", "A target in front of a camera.");
+  python::bind_struct<RenderOptions>(m, "RenderOptions", "Options of render and draw_target.");
+  m.def(
+      "render",
+      [](const std::vector<PlacedTarget>& targets, const Pinhole& camera, const RenderOptions& options) {
+        Image image;
+        {
+          py::gil_scoped_release release;
+          image = render(targets, camera, options);
+        }
+        return to_array(image);
+      },
+      py::arg("targets"), py::arg("camera"), py::arg("options") = RenderOptions(),
+      "What the camera sees of the targets, uint8 of shape (height, width); edges lie where Pinhole.project says.");
+  m.def("visible_points", &visible_points, py::arg("target"), py::arg("T_camera_target"), py::arg("camera"),
+        "The truth of such an image: points that face the camera inside the image, and where they are seen.");
+  m.def("printed_area", &printed_area, py::arg("target"), py::arg("options") = RenderOptions(),
+        "Lowest and highest x, y of a planar target with its margin, in columns [m].");
+  m.def(
+      "draw_target",
+      [](const Target& target, double pixels_per_metre, const RenderOptions& options) {
+        return to_array(draw_target(target, pixels_per_metre, options));
+      },
+      py::arg("target"), py::arg("pixels_per_metre"), py::arg("options") = RenderOptions(),
+      "The target to scale for a printer, uint8 of shape (height, width).");
+}
+
+void bind_vision(py::module_& m) {
+  bind_images(m);
+  bind_targets(m);
+  bind_render(m);
+  bind_camera_calibration(m);
+  bind_camera_peers(m);
+}

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <kr5/core/fields.hpp>
+#include <kr5/geometry/view.hpp>
+#include <kr5/vision/camera_calibration_result.hpp>
+
+/// @file
+/// Camera calibration: focal length, principal point and lens distortion from views of targets.
+
+namespace kr5::vision {
+
+struct CameraOptions {
+  std::optional<LensModel> lens;      ///< Empty: chosen by error on held-out views.
+  std::optional<bool> square_pixels;  ///< Empty: chosen by error on held-out views.
+  std::optional<bool> bent_target;    ///< Empty: chosen by error on held-out views.
+  bool robust = true;
+  bool reject_views = true;
+  double false_alarm = 0.01;  ///< [-]
+  int folds = 5;
+  int max_iterations = 60;
+
+  /// @throws InvalidArgument naming the offending field.
+  void validate() const;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("lens", self.lens,
+          "none | k1 | k1k2 | brown4 | brown5 | radial6 | rational8; by default chosen by held-out views.");
+    visit("square_pixels", self.square_pixels, "fx = fy; by default chosen by held-out views.");
+    visit("bent_target", self.bent_target,
+          "Estimate how far a flat target is bent or stretched; by default chosen by held-out views.");
+    visit("robust", self.robust, "Weigh points beyond 3 sigma down, and views by their own noise.");
+    visit("reject_views", self.reject_views,
+          "Leave views that spoil the result out of it (they are named in any case).");
+    visit("false_alarm", self.false_alarm, "Chance to name any view of a sound set as spoiling [-].");
+    visit("folds", self.folds,
+          "Parts into which the views are split to judge models; 0: fit the given lens alone, judge nothing.");
+    visit("max_iterations", self.max_iterations, "At most so many steps of each refinement.");
+  }
+};
+
+/// Estimates the camera from views of one target (or of several: each view brings its own points).
+///
+/// 1. Start: homography or DLT of each view; the focal length is that of a logarithmic scan under which they are best
+///    explained by poses (principal point in the middle, cf. Zhang 2000).
+/// 2. Refinement: Levenberg-Marquardt over camera and poses, poses eliminated by Schur complement; Huber weights.
+/// 3. Views that contradict the others are named. The test compares what a view says of the camera with what all other
+///    views say, in units of both covariances (an F statistic); `false_alarm` is shared among the views.
+/// 4. The model is chosen by k-fold cross-validation over views. A camera fitted to the other folds judges a held-out
+///    view by leave-one-out over its points: each point is predicted from the pose fitted to the view's other points
+///    (hat matrix). All models are judged so, on the same points. Chosen is the one with the fewest parameters whose
+///    error exceeds the least one by no more than a standard error of the difference, paired over views, nor by 1 %.
+/// 5. Covariance from the information matrix, poses marginalised, noise estimated from the residuals; widened by
+///    `dispersion` when views disagree more than their noise allows (the lens is not quite of the model, or corners of
+///    one image err together), by which the test of 3. is scaled too.
+///
+/// Data that cannot determine the camera give `fit.status == FitStatus::Degenerate` and say why in `findings`: fewer
+/// than three views (of flat targets; one suffices for a spatial one), all views alike or all parallel to the image.
+/// @throws InvalidArgument for no view, a view with fewer than 6 points, NaN, sizes that differ, points outside the
+/// image, or invalid options.
+CameraCalibration calibrate_camera(std::span<const View> views, int width, int height,
+                                   const CameraOptions& options = {});
+
+}  // namespace kr5::vision

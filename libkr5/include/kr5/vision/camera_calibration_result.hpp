@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <kr5/core/fit_report.hpp>
+#include <kr5/geometry/pinhole.hpp>
+#include <kr5/geometry/pose.hpp>
+
+/// @file
+/// What a camera calibration returns.
+
+namespace kr5::vision {
+
+/// Which lens parameters are free; the others are 0. Fewest first.
+enum class LensModel {
+  None,       ///< No distortion.
+  K1,         ///< k1.
+  K1K2,       ///< k1 k2.
+  Brown4,     ///< k1 k2 p1 p2.
+  Brown5,     ///< k1 k2 p1 p2 k3: OpenCV's default.
+  Radial6,    ///< k1 to k6: rational, without tangential terms.
+  Rational8,  ///< k1 to k6, p1 p2: the book's.
+};
+
+constexpr auto enum_names(LensModel) {
+  return names<LensModel>({{LensModel::None, "none"},
+                           {LensModel::K1, "k1"},
+                           {LensModel::K1K2, "k1k2"},
+                           {LensModel::Brown4, "brown4"},
+                           {LensModel::Brown5, "brown5"},
+                           {LensModel::Radial6, "radial6"},
+                           {LensModel::Rational8, "rational8"}});
+}
+
+/// One view under the result.
+struct CameraViewReport {
+  std::string name;
+  Pose T_camera_target = Pose::Identity();
+  Matrix6 covariance = Matrix6::Zero();  ///< Right perturbation [m, rad].
+  double rms_px = 0.0;                   ///< [px]
+  double noise_px = 0.0;                 ///< [px]
+  double weight = 1.0;                   ///< [-]
+  double influence = 0.0;                ///< [-]
+  double probability = 1.0;              ///< [-]
+  double tilt = 0.0;                     ///< [rad]
+  bool outlier = false;
+  std::string reason;
+  Eigen::Matrix2Xd residuals;  ///< [px]
+  Eigen::VectorXd weights;     ///< [-]
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("name", self.name, "Name of the view.");
+    visit("T_camera_target", self.T_camera_target, "Pose of the target in the camera.");
+    visit("covariance", self.covariance,
+          "Of T_camera_target, right perturbation, the camera's doubt included [m, rad].");
+    visit("rms_px", self.rms_px, "RMS distance of seen and predicted points [px].");
+    visit("noise_px", self.noise_px, "Noise of the view's points per axis, by a robust scale [px].");
+    visit("weight", self.weight, "Weight of the view in the fit; 1 for one of average noise, 0 when left out [-].");
+    visit("influence", self.influence,
+          "How far the view's camera lies from that of all others, squared, in units of doubt and per parameter: about "
+          "1 for a sound view [-].");
+    visit("probability", self.probability, "Chance that a sound view lies as far off or further [-].");
+    visit("tilt", self.tilt, "Between the optical axis and the target's normal [rad].");
+    visit("outlier", self.outlier, "Contradicts the others beyond the noise.");
+    visit("reason", self.reason, "Why it is an outlier, in words.");
+    visit("residuals", self.residuals, "Seen minus predicted, 2 x n [px].");
+    visit("weights", self.weights, "Weight of each point within its view [-].");
+  }
+};
+
+/// One model among those compared.
+struct CameraModelScore {
+  LensModel lens = LensModel::None;
+  bool square_pixels = false;
+  bool bent_target = false;
+  int parameters = 0;
+  double held_out_rms = 0.0;  ///< [px]
+  double fitted_rms = 0.0;    ///< [px]
+  double excess = 0.0;        ///< [px^2]
+  double excess_std = 0.0;    ///< [px^2]
+  bool chosen = false;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("lens", self.lens, "Lens model.");
+    visit("square_pixels", self.square_pixels, "fx = fy.");
+    visit("bent_target", self.bent_target, "Shape of the target estimated too.");
+    visit("parameters", self.parameters, "Free parameters, poses not counted.");
+    visit("held_out_rms", self.held_out_rms, "RMS distance of points in held-out views [px].");
+    visit("fitted_rms", self.fitted_rms, "RMS distance of points in the views it was fitted to [px].");
+    visit("excess", self.excess, "Mean squared held-out error above that of the best model [px^2].");
+    visit("excess_std", self.excess_std, "Standard error of `excess`, paired over views [px^2].");
+    visit("chosen", self.chosen, "The result uses this model.");
+  }
+};
+
+/// What of the image and of the possible directions the views cover.
+struct CameraCoverage {
+  Eigen::MatrixXd counts;                                ///< Points per cell.
+  double cells_hit = 0.0;                                ///< [-]
+  double largest_gap = 0.0;                              ///< [-]
+  Eigen::Vector4d gap_region = Eigen::Vector4d::Zero();  ///< [px]
+  double tilt_min = 0.0;                                 ///< [rad]
+  double tilt_max = 0.0;                                 ///< [rad]
+  double distance_ratio = 1.0;                           ///< [-]
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("counts", self.counts, "Points seen in each cell of a grid of 8 rows and 10 columns over the image.");
+    visit("cells_hit", self.cells_hit, "Share of the cells with a point [-].");
+    visit("largest_gap", self.largest_gap, "Share of the image in the largest rectangle without a point [-].");
+    visit("gap_region", self.gap_region, "That rectangle: left, top, right, bottom [px].");
+    visit("tilt_min", self.tilt_min, "Least tilt of the target against the image [rad].");
+    visit("tilt_max", self.tilt_max, "Largest tilt [rad].");
+    visit("distance_ratio", self.distance_ratio, "Farthest over nearest target [-].");
+  }
+};
+
+/// Something a person should know.
+struct CameraFinding {
+  std::string cause;  ///< Identifier, e.g. `views_alike`.
+  std::string text;
+  std::string remedy;
+  std::string evidence;
+  bool severe = false;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("cause", self.cause,
+          "too_few_views | views_alike | fronto_parallel | uncertain | coverage | spoiling_view | mirrored_view | "
+          "noisy_corners | views_disagree | bent_target.");
+    visit("text", self.text, "What is wrong, in words.");
+    visit("remedy", self.remedy, "What to do.");
+    visit("evidence", self.evidence, "The figures behind it.");
+    visit("severe", self.severe, "The result must not be used as it is.");
+  }
+};
+
+struct CameraCalibration {
+  using Covariance = Eigen::Matrix<double, Pinhole::parameter_count, Pinhole::parameter_count>;
+
+  Pinhole camera;
+  LensModel lens = LensModel::None;
+  bool square_pixels = false;
+  bool bent_target = false;
+  std::vector<std::string> free;               ///< Names of the free parameters; with square pixels fy follows fx.
+  Covariance covariance = Covariance::Zero();  ///< Order of Pinhole::parameters; fixed ones are 0.
+  Eigen::Matrix<double, 5, 1> target_shape = Eigen::Matrix<double, 5, 1>::Zero();  ///< [-]
+  double sigma_pixel = 0.0;                                                        ///< [px]
+  double dispersion = 1.0;                                                         ///< [-]
+  double rms_px = 0.0;                                                             ///< [px]
+  double held_out_rms = 0.0;                                                       ///< [px]
+  std::vector<CameraViewReport> views;                                             ///< In input order.
+  std::vector<CameraModelScore> models;
+  CameraCoverage coverage;
+  std::vector<CameraFinding> findings;
+  FitReport fit;  ///< Look at `fit.usable()` before the camera.
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("camera", self.camera, "The camera.");
+    visit("lens", self.lens, "Lens model used.");
+    visit("square_pixels", self.square_pixels, "fx = fy.");
+    visit("bent_target", self.bent_target, "The target's shape was estimated too.");
+    visit("free", self.free, "Names of the free parameters; with square pixels fy follows fx.");
+    visit("covariance", self.covariance, "Of fx fy cx cy k1 k2 p1 p2 k3 k4 k5 k6; fixed ones are 0.");
+    visit("target_shape", self.target_shape, "Bow xx, xy, yy; stretch; shear of a flat target, in half its size [-].");
+    visit("sigma_pixel", self.sigma_pixel, "Noise of a point per axis [px].");
+    visit("dispersion", self.dispersion,
+          "Disagreement of the views over what their noise allows; the covariance is widened by it [-].");
+    visit("rms_px", self.rms_px, "RMS distance of seen and predicted points of the views used [px].");
+    visit("held_out_rms", self.held_out_rms, "The same in held-out views; 0 with too few views to tell [px].");
+    visit("views", self.views, "How each view agrees, in input order.");
+    visit("models", self.models, "Models compared.");
+    visit("coverage", self.coverage, "What the views cover.");
+    visit("findings", self.findings, "What a person should know.");
+    visit("fit", self.fit, "How the estimation ended.");
+  }
+};
+
+}  // namespace kr5::vision
