@@ -14,6 +14,8 @@
 
 #include <kr5/core/error.hpp>
 
+#include "utf8.hpp"
+
 namespace kr5::io {
 namespace {
 
@@ -194,6 +196,7 @@ Node Node::of(double value) {
 }
 
 Node parse_yaml(std::string_view text, const std::string& source) {
+  require_utf8(text, source);
   TreeBuilder builder(source);
   try {
     std::istringstream stream{std::string(text)};

@@ -57,7 +57,10 @@ Node to_node(const Eigen::Matrix<double, R, C>& value) {
       node.items.push_back(to_node(value(i)));
     } else {
       node.flow = false;
-      node.items.push_back(to_node(Eigen::VectorXd(value.row(i))));
+      Node& row = node.items.emplace_back();  // by hand: a row of a matrix without columns points nowhere in Eigen
+      row.kind = Node::Kind::Sequence;
+      row.flow = true;
+      for (Eigen::Index j = 0; j < value.cols(); ++j) row.items.push_back(to_node(value(i, j)));
     }
   }
   return node;
