@@ -30,6 +30,11 @@ constexpr auto enum_names(Mount) {
 struct HandEyeView {
   Pose T_base_flange = Pose::Identity();  ///< From the robot controller.
   View view;                              ///< Target points and their pixels.
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("T_base_flange", self.T_base_flange, "From the robot controller.");
+    visit("view", self.view, "Target points and their pixels.");
+  }
 };
 
 struct HandEyeOptions {

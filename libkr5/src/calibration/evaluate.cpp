@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/calibration/evaluate.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <kr5/core/error.hpp>
+#include <kr5/geometry/resection.hpp>
+
+#include "hand_eye_model.hpp"
+
+namespace kr5::calibration {
+namespace {
+
+using hand_eye::Poses;
+using hand_eye::Sight;
+
+/// T_fixed_target as the views see it through T_mount_camera.
+Pose mean_target(Mount mount, const Pose& X, std::span<const HandEyeView> views, std::span<const Pose> targets) {
+  std::vector<Pose> Z;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const Pose& T = views[i].T_base_flange;
+    Z.push_back((mount == Mount::EyeInHand ? T : Pose(T.inverse())) * X * targets[i]);
+  }
+  return mean_pose(Z);
+}
+
+HeldOutView judge(Mount mount, const Poses& poses, const Sight& sight, const Pinhole& camera) {
+  const Pose M = hand_eye::predict(mount, poses, sight.input->T_base_flange);
+  HeldOutView out;
+  out.name = sight.input->view.name;
+  double best = std::numeric_limits<double>::infinity();
+  for (const Resection& r : sight.found) {
+    if (r.cost > 25 * std::max(sight.found.front().cost, 1e-6)) continue;  // plainly not what was seen
+    const Vector6 d = pose_difference(r.T_camera_points, M);
+    if (d.tail<3>().norm() >= best) continue;
+    best = d.tail<3>().norm();
+    out.position = d.head<3>().norm();
+    out.rotation = best;
+  }
+  const double n = static_cast<double>(sight.input->view.points.cols());
+  const double diagonal = std::hypot(camera.width, camera.height);
+  const double squares = hand_eye::pixel_squares(mount, poses, sight, camera, Vector6::Zero());
+  out.rms_px = std::min(std::sqrt(squares / n), diagonal);
+  return out;
+}
+
+double rms(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double v : values) sum += v * v;
+  return std::sqrt(sum / static_cast<double>(values.size()));
+}
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  const std::size_t n = values.size();
+  return 0.5 * (values[(n - 1) / 2] + values[n / 2]);
+}
+
+void summarise(HandEyeEvaluation& out) {
+  if (out.views.empty()) return;
+  std::vector<double> position, rotation;
+  for (const HeldOutView& v : out.views) {
+    position.push_back(v.position);
+    rotation.push_back(v.rotation);
+  }
+  out.position_rms = rms(position);
+  out.rotation_rms = rms(rotation);
+  out.position_median = median(position);
+  out.rotation_median = median(rotation);
+}
+
+}  // namespace
+
+void EvaluateOptions::validate() const {
+  require(folds == 0 || folds >= 2, "folds must be 0 (every view alone) or at least 2");
+}
+
+HandEyeEvaluation evaluate_hand_eye(std::span<const HandEyeView> views, const Pinhole& camera,
+                                    const HandEyeSolver& solver, const EvaluateOptions& options) {
+  options.validate();
+  require(views.size() >= 4, "evaluate_hand_eye needs at least four views, found " + std::to_string(views.size()));
+  std::vector<Sight> sights;
+  for (const HandEyeView& v : views) {
+    require(v.T_base_flange.matrix().allFinite(), "view " + v.view.name + ": T_base_flange must be finite");
+    sights.push_back({.input = &v, .found = resect(v.view.points, v.view.pixels, camera), .chosen = 0});
+  }
+  const std::size_t folds = options.folds == 0 ? views.size() : static_cast<std::size_t>(options.folds);
+  HandEyeEvaluation out;
+  std::vector<std::optional<HeldOutView>> judged(views.size());
+  for (std::size_t fold = 0; fold < folds; ++fold) {
+    std::vector<HandEyeView> rest;
+    std::vector<Pose> targets;
+    for (std::size_t i = 0; i < views.size(); ++i)
+      if (i % folds != fold && !sights[i].found.empty()) {
+        rest.push_back(views[i]);
+        targets.push_back(sights[i].pose().T_camera_points);
+      }
+    if (rest.size() < 3) continue;
+    const auto found = solver(rest, targets);
+    if (!found || !found->T_mount_camera.matrix().allFinite()) continue;
+    const Poses poses{found->T_mount_camera,
+                      found->T_fixed_target.value_or(mean_target(options.mount, found->T_mount_camera, rest, targets))};
+    for (std::size_t i = fold; i < views.size(); i += folds)
+      if (!sights[i].found.empty()) judged[i] = judge(options.mount, poses, sights[i], camera);
+  }
+  for (const auto& view : judged) {
+    if (view)
+      out.views.push_back(*view);
+    else
+      ++out.unjudged;
+  }
+  summarise(out);
+  return out;
+}
+
+HandEyeEvaluation evaluate_hand_eye(std::span<const HandEyeView> views, const Pinhole& camera,
+                                    const HandEyeOptions& calibration, int folds) {
+  const HandEyeSolver ours = [&](std::span<const HandEyeView> rest,
+                                 std::span<const Pose>) -> std::optional<HandEyePoses> {
+    const HandEyeResult result = calibrate_hand_eye(rest, camera, calibration);
+    if (!result.fit.usable()) return std::nullopt;
+    return HandEyePoses{result.T_mount_camera, result.T_fixed_target};
+  };
+  return evaluate_hand_eye(views, camera, ours, {.mount = calibration.mount, .folds = folds});
+}
+
+}  // namespace kr5::calibration
