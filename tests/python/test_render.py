@@ -1,0 +1,94 @@
+"""The renderer from Python and from the command line, and targets to print."""
+
+import json
+import subprocess
+import sys
+
+import kr5
+import kr5.vision
+import numpy as np
+import pytest
+
+CAMERA = {"width": 320, "height": 240, "fx": 300.0, "fy": 300.0, "cx": 159.5, "cy": 119.5}
+SCENE = """
+camera: {width: 320, height: 240, fx: 300, fy: 300, cx: 159.5, cy: 119.5, k1: -0.1}
+targets:
+- {target: "chessboard:3x4:0.03", T_camera_target: [-0.04, -0.03, 0.4, 0.2, 0.1, 0.1]}
+options: {blur: 0.7, noise: 2, seed: 4}
+"""
+
+
+def command(*arguments, cwd):
+    return subprocess.run([sys.executable, "-m", "kr5_tools", *map(str, arguments)], cwd=cwd, capture_output=True, text=True)
+
+
+def square_on(z):
+    T = np.eye(4)
+    T[2, 3] = z
+    return T
+
+
+def test_an_image_is_an_array_and_agrees_with_its_truth():
+    target, camera = kr5.vision.parse_target("chessboard:3x4:0.03"), kr5.Pinhole(**CAMERA)
+    image = kr5.vision.render([kr5.vision.PlacedTarget(target=target, T_camera_target=square_on(0.4))], camera)
+    assert image.shape == (240, 320) and image.dtype == np.uint8
+    truth = kr5.vision.visible_points(target, square_on(0.4), camera)
+    assert truth.ids == list(range(12))
+    u, v = np.round(truth.pixels[:, 5]).astype(int)  # an inner corner: black and white across from each other
+    assert image[v - 5, u - 5] == image[v + 5, u + 5] != image[v - 5, u + 5] == image[v + 5, u - 5]
+
+
+def test_options_are_keywords_and_checked():
+    options = kr5.vision.RenderOptions(noise=3.0, seed=7)
+    assert options.noise == 3.0 and "[px]" in kr5.vision.RenderOptions.blur.__doc__
+    camera = kr5.Pinhole(**CAMERA)
+    assert (kr5.vision.render([], camera, options) == kr5.vision.render([], camera, options)).all()
+    with pytest.raises(kr5.InvalidArgument, match="noise"):
+        kr5.vision.render([], camera, kr5.vision.RenderOptions(noise=-1.0))
+
+
+def test_an_image_goes_to_a_file_and_back(tmp_path):
+    image = np.arange(12, dtype=np.uint8).reshape(3, 4)
+    kr5.vision.save_image(image, str(tmp_path / "a.png"))
+    assert (kr5.vision.load_image(str(tmp_path / "a.png")) == image).all()
+    with pytest.raises(kr5.IoError, match="none.png"):
+        kr5.vision.load_image(str(tmp_path / "none.png"))
+    with pytest.raises(ValueError, match="grey"):
+        kr5.vision.save_image(np.zeros((3, 4, 3), np.uint8), str(tmp_path / "a.png"))
+
+
+def test_kr5_render_writes_image_and_truth(tmp_path):
+    (tmp_path / "scene.yaml").write_text(SCENE)
+    done = command("render", "scene.yaml", "-o", "view.png", "--truth", "view.json", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert kr5.vision.load_image(str(tmp_path / "view.png")).shape == (240, 320)
+    assert len(json.loads((tmp_path / "view.json").read_text())[0]["ids"]) == 12
+
+
+@pytest.mark.parametrize("old,new,complaint", [
+    ("width:", "widht:", "width"), ("chessboard:3x4", "chess:3x4", "chess:3x4"), ("0.2, 0.1, 0.1]", "0.2]", "T_camera_target"),
+    ("targets:", "boards:", "targets"), ("blur: 0.7", "blur: -1", "blur"), ("options:", "opitons:", "opitons"),
+])
+def test_a_bad_scene_is_refused(tmp_path, old, new, complaint):
+    assert old in SCENE
+    (tmp_path / "scene.yaml").write_text(SCENE.replace(old, new))
+    done = command("render", "scene.yaml", "-o", "view.png", cwd=tmp_path)
+    assert done.returncode == 2 and complaint in done.stderr and "Traceback" not in done.stderr
+    assert not (tmp_path / "view.png").exists()
+
+
+def test_a_target_is_printed_to_scale(tmp_path):
+    done = command("target", "print", "--board", "chessboard:3x4:0.0254", "-o", "board.png", "--dpi", 200, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    image = kr5.vision.load_image(str(tmp_path / "board.png"))
+    edges = np.flatnonzero(np.diff((image[200] < 128).astype(int)))  # along the first row of squares: 5 of one inch
+    assert np.abs(np.diff(edges) - 200).max() <= 1 and len(edges) == 6
+    assert command("target", "print", "--board", "chessboard:3x4:0.0254", "-o", "board.pdf", cwd=tmp_path).returncode == 0
+    assert (tmp_path / "board.pdf").read_bytes().startswith(b"%PDF")
+
+
+@pytest.mark.parametrize("board,file", [("chessboard:3x4", "b.png"), ("chessboard:3x4:0.02", "b.gif"), ("none.yaml", "b.png"),
+                                        ("chessboard:3x4:0.02", "no/such/b.png")])
+def test_a_target_that_cannot_be_printed_is_named(tmp_path, board, file):
+    done = command("target", "print", "--board", board, "-o", file, cwd=tmp_path)
+    assert done.returncode == 2 and "Traceback" not in done.stderr and (board in done.stderr or file in done.stderr)

@@ -1,0 +1,95 @@
+"""`kr5 target`: targets to print, and their points."""
+
+import math
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from . import common
+
+app = typer.Typer(no_args_is_help=True)
+
+Board = Annotated[str, typer.Option(metavar="TARGET", help="Short form, such as charuco:aruco_4x4_250:7x5:0.03:0.022, or a YAML file.")]
+MM = 1000.0
+
+
+def load_target(text: str) -> Any:
+    """A target from its short form or from a YAML file with its fields."""
+    import kr5.vision
+    import yaml
+
+    if not text.endswith((".yaml", ".yml")):
+        return kr5.vision.parse_target(text)
+    try:
+        fields = yaml.safe_load(Path(text).read_text(encoding="utf-8"))
+        return kr5.vision.Target.from_dict(fields)
+    except OSError as error:
+        common.fail(f"{text}: {error.strerror}; expected a YAML file with the fields of a target")
+    except (yaml.YAMLError, TypeError, ValueError) as error:
+        common.fail(f"{text}: is no target: {' '.join(str(error).split())}")
+
+
+@app.command("print", epilog="Example: kr5 target print --board chessboard:6x9:0.025 -o board.pdf")
+def print_target(
+    board: Board,
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="PNG or PDF to write.")],
+    dpi: Annotated[int, typer.Option(min=50, max=1200, help="Dots per inch.")] = 300,
+    json_file: common.Json = None,
+) -> None:
+    """Draws a target to scale, with a ruler of 100 mm to check the printer by."""
+    import kr5.vision
+    import numpy as np
+
+    if output.suffix.lower() not in (".png", ".pdf"):
+        common.fail(f"{output}: found the ending '{output.suffix}', expected .png or .pdf")
+    target = load_target(board)
+    picture = kr5.vision.draw_target(target, dpi / 0.0254)
+    size = [MM * float(v) for v in np.diff(kr5.vision.printed_area(target), axis=1).ravel()]
+    _page(picture, size, board, dpi, output)
+    common.write_json({"file": str(output), "width_mm": size[0], "height_mm": size[1] + RULER, "dpi": dpi}, json_file)
+    common.console(json_file).print(
+        f"{output}: {size[0]:.1f} x {size[1] + RULER:.1f} mm at {dpi} dpi. Print at 100 % (no 'fit to page'), then measure the ruler.",
+        soft_wrap=True)
+
+
+RULER = 16.0  # height of the strip below the target that holds ruler and text [mm]
+
+
+def _page(picture: Any, size: list[float], board: str, dpi: int, output: Path) -> None:
+    """One page as large as the target and its ruler."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    width, height = max(size[0], 20.0), size[1] + RULER
+    figure = plt.figure(figsize=(width / 25.4, height / 25.4), dpi=dpi)
+    try:
+        sheet = figure.add_axes((0, RULER / height, size[0] / width, size[1] / height))
+        sheet.imshow(picture, cmap="gray", vmin=0, vmax=255, interpolation="none", aspect="auto")
+        sheet.set_axis_off()
+        axes = figure.add_axes((0, 0, 1, RULER / height), xlim=(0, width), ylim=(0, RULER))
+        axes.set_axis_off()
+        length = min(100, 10 * math.floor((width - 6) / 10))
+        for mm in range(0, length + 1):
+            axes.plot([3 + mm] * 2, [11, 11 - (3.5 if mm % 10 == 0 else 2 if mm % 5 == 0 else 1.2)], color="black", linewidth=0.4)
+        axes.plot([3, 3 + length], [11, 11], color="black", linewidth=0.4)
+        text = f"{length} mm · {board} · lengths in metres" if len(board) < 80 else f"{length} mm"
+        axes.text(3, 3, text, fontsize=max(3.0, min(7.0, 1.5 * width / len(text) / 0.3528)), va="center")
+        figure.savefig(output, dpi=dpi)
+    except OSError as error:
+        common.fail(f"{output}: cannot be written: {error.strerror}; is its folder there?")
+    finally:
+        plt.close(figure)
+
+
+@app.command("points", epilog="Example: kr5 target points --board grid:36h11:5x7:0.03:0.01 --json -")
+def points(board: Board, json_file: common.Json = None) -> None:
+    """Lists the points of a target that detectors find, in its own frame."""
+    import kr5.vision
+
+    where, ids = kr5.vision.target_points(load_target(board))
+    common.write_json({"ids": ids, "points": where.T.tolist()}, json_file)
+    rows = ([str(i), *(f"{MM * float(v):.3f}" for v in p)] for i, p in zip(ids, where.T))
+    common.console(json_file).print(common.table(board, ["point", "x [mm]", "y [mm]", "z [mm]"], rows))
