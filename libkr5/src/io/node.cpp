@@ -19,7 +19,7 @@
 namespace kr5::io {
 namespace {
 
-constexpr std::size_t max_nodes = 5'000'000;  // bounds what nested aliases can blow up to
+constexpr std::size_t max_copied_nodes = 100'000;  // bounds what nested aliases can blow up to
 
 std::size_t count_nodes(const Node& node) {
   std::size_t n = 1;
@@ -41,7 +41,8 @@ class TreeBuilder : public YAML::EventHandler {
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
     const auto found = anchors_.find(anchor);
     if (found == anchors_.end()) fail(mark, "an alias to something that is not complete");
-    nodes_ += count_nodes(found->second);
+    copied_nodes_ += count_nodes(found->second);
+    if (copied_nodes_ > max_copied_nodes) fail(mark, "the aliases make the document too large");
     add(found->second, mark, 0);
   }
 
@@ -95,7 +96,6 @@ class TreeBuilder : public YAML::EventHandler {
   }
 
   void add(Node node, const YAML::Mark& mark, YAML::anchor_t anchor) {
-    if (++nodes_ > max_nodes) fail(mark, "the document is too large");
     node.line = mark.line + 1;
     if (anchor) anchors_[anchor] = node;
     if (stack_.empty()) {
@@ -121,7 +121,7 @@ class TreeBuilder : public YAML::EventHandler {
   std::string source_;
   std::vector<Open> stack_;
   std::map<YAML::anchor_t, Node> anchors_;
-  std::size_t nodes_ = 0;
+  std::size_t copied_nodes_ = 0;
 };
 
 void emit(YAML::Emitter& out, const Node& node) {
