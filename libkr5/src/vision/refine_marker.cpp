@@ -14,7 +14,8 @@ namespace {
 using Corners = Eigen::Matrix<double, 2, 4>;
 constexpr int size = 14;  // 8 of the homography, log of the blur, black, white - black, its slope along x, y, lens
 constexpr int lens = 13;  // radial distortion about the middle of the image at half its diagonal: bends long sides
-constexpr double usual_lens = 0.1;  // its standard deviation over lenses, for markers too small to tell
+// What lenses are like, for markers too small to tell: deviation of the distortion, middle and deviation of log blur.
+constexpr double usual_lens = 0.1, usual_blur = -0.2, blur_range = 1.0;
 using Vector = Eigen::Matrix<double, size, 1>;
 constexpr double pixel_variance = 1.0 / 12;  // a pixel averages over its own square
 constexpr double model_error = 0.003;        // [px] what the approximations below leave, measured without noise
@@ -93,7 +94,7 @@ class MarkerModel {
   Vector start(const Corners& corners) {
     Vector p;
     p.head<8>() = through((corners.colwise() - middle_) / half_, square_);
-    p[8] = std::log(0.9);
+    p[8] = usual_blur;
     p.tail<5>().setZero();
     return p;
   }
@@ -142,9 +143,9 @@ class MarkerModel {
           by_xy.x() * sample.bx + by_xy.y() * sample.by;
       out.add(J, model - sample.grey, scale);
     }
-    Vector prior = Vector::Zero();
-    prior[lens] = 2.0 / usual_lens;  // as one more pixel, whose noise is taken as 2 grey levels
-    out.add(prior, prior[lens] * p[lens], scale);
+    const double noise = std::min(scale, 4.0);  // [grey] each is one more pixel
+    out.add(Vector::Unit(lens) * noise / usual_lens, p[lens] * noise / usual_lens, scale);
+    out.add(Vector::Unit(8) * noise / blur_range, (p[8] - usual_blur) * noise / blur_range, scale);
     return out;
   }
 
@@ -176,8 +177,11 @@ class MarkerModel {
 
  private:
   Sample sample(const Eigen::Vector2d& pixel) const {
-    const Eigen::Vector2d centre((image_.width - 1) / 2.0, (image_.height - 1) / 2.0), r = pixel - centre;
-    const Eigen::Vector2d bend = r * r.squaredNorm() / (centre.squaredNorm() * half_), xy = (pixel - middle_) / half_;
+    const Eigen::Vector2d centre((image_.width - 1) / 2.0, (image_.height - 1) / 2.0);
+    const Eigen::Vector2d r = pixel - centre, m = middle_ - centre, d = pixel - middle_, xy = d / half_;
+    // Without its value and slope at the middle, which the homography has as well: what is left bends.
+    const Eigen::Vector2d bend = (r * r.squaredNorm() - m * m.squaredNorm() - m.squaredNorm() * d - 2 * m * m.dot(d)) /
+                                 (centre.squaredNorm() * half_);
     const int x = std::clamp(static_cast<int>(std::lround(pixel.x())), 0, image_.width - 1);
     const int y = std::clamp(static_cast<int>(std::lround(pixel.y())), 0, image_.height - 1);
     return {xy.x(), xy.y(), bend.x(), bend.y(), static_cast<double>(image_.at(x, y))};
@@ -282,12 +286,12 @@ std::optional<RefinedMarker> refine_marker(ImageView image, const MarkerPattern&
     };
   };
   model.choose(p, corners, 2.5, 400);
-  SmallFit<size> fit = small_fit<size>(p, sums, below(0.1), 25);
+  SmallFit<size> fit = small_fit<size>(p, sums, below(0.1));
   if (!fit.good || !(fit.x[10] > 5)) return std::nullopt;
   RefinedMarker result = model.corners(fit);
   const double blur = std::exp(fit.x[8]);
   model.choose(fit.x, result.corners, std::clamp(2.2 * std::hypot(blur, 0.3), 1.2, 5.0), 1500);
-  fit = small_fit<size>(fit.x, sums, below(0.005), 15);
+  fit = small_fit<size>(fit.x, sums, below(0.005));
   if (!fit.good || !(fit.x[10] > 5) || fit.sigma > 0.2 * fit.x[10]) return std::nullopt;
   result = model.corners(fit);
   const double moved = (result.corners - corners).colwise().norm().maxCoeff();

@@ -89,7 +89,7 @@ std::optional<RefinedPoint> refine_saddle(ImageView image, const Vector2d& pixel
     correlation += (side > 0 ? 1 : -1) * (grey - p[5]);
   });
   p[6] = (correlation > 0 ? 0.5 : -0.5) * (g.high - g.low);
-  const auto fit = small_fit<size>(p, sums, [](const Vector& step) { return step.head<2>().norm() < 0.002; }, 25);
+  const auto fit = small_fit<size>(p, sums, [](const Vector& step) { return step.head<2>().norm() < 0.002; });
   const bool sound = fit.good && fit.x.head<2>().norm() < std::max(1.5, 0.4 * radius) && fit.x[6] * p[6] > 0 &&
                      std::abs(fit.x[6]) > 4 && fit.sigma < 0.35 * std::abs(fit.x[6]);
   if (!sound) return std::nullopt;
@@ -130,7 +130,7 @@ std::optional<RefinedDot> refine_dot(ImageView image, const Vector2d& centre, do
                                  std::clamp(static_cast<int>(std::lround(centre.y())), 0, image.height - 1));
   const double out = middle < g.mean ? g.high : g.low;
   p << 0, 0, 1 / radius, 0, 1 / radius, std::log(0.8), out, middle - out, 0, 0;
-  const auto fit = small_fit<size>(p, sums, [](const Vector& step) { return step.head<2>().norm() < 0.002; }, 30);
+  const auto fit = small_fit<size>(p, sums, [](const Vector& step) { return step.head<2>().norm() < 0.002; });
   Eigen::Matrix2d A;
   A << fit.x[2], fit.x[3], fit.x[3], fit.x[4];
   const bool sound = fit.good && fit.x.head<2>().norm() < std::max(1.0, 0.4 * radius) && std::abs(fit.x[7]) > 5 &&

@@ -19,10 +19,10 @@ struct Normal {
 
   /// One residual (model - seen), down-weighted beyond 3 `scale` (Huber).
   void add(const Eigen::Matrix<double, N, 1>& J, double residual, double scale) {
-    const double size = std::abs(residual), w = size > 3 * scale ? 3 * scale / size : 1.0;
+    const double size = std::abs(residual), bound = 3 * scale, w = size > bound ? bound / size : 1.0;
     A.template selfadjointView<Eigen::Lower>().rankUpdate(J, w);
     g += w * residual * J;
-    cost += w * residual * residual;
+    cost += size > bound ? bound * (2 * size - bound) : size * size;
     ++count;
   }
 };
@@ -38,7 +38,7 @@ struct SmallFit {
 /// Levenberg-Marquardt for a handful of parameters. `sums(x, scale)` returns the Normal at x; `settled(step)` says
 /// when a step no longer matters.
 template <int N, class Sums, class Settled>
-SmallFit<N> small_fit(Eigen::Matrix<double, N, 1> x, const Sums& sums, const Settled& settled, int max_steps = 12) {
+SmallFit<N> small_fit(Eigen::Matrix<double, N, 1> x, const Sums& sums, const Settled& settled, int max_steps = 30) {
   SmallFit<N> fit;
   fit.x = x;
   double scale = 1e6, lambda = 1e-4;

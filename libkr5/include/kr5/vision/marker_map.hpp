@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include <kr5/core/fit_report.hpp>
+#include <kr5/geometry/pinhole.hpp>
+#include <kr5/vision/detect.hpp>
+#include <kr5/vision/target.hpp>
+
+/// @file
+/// Where markers sit relative to each other, from images that show several of them at once.
+
+namespace kr5::vision {
+
+/// The markers seen in one image.
+struct MarkerSighting {
+  std::string name;
+  std::vector<TagDetection> tags;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("name", self.name, "File or number of the image.");
+    visit("tags", self.tags, "Markers seen in it.");
+  }
+};
+
+struct MarkerMapOptions {
+  double size = 0.0;         ///< [m]
+  int reference = -1;
+  double sigma_pixel = 0.0;  ///< [px]
+  int max_iterations = 50;
+
+  /// @throws InvalidArgument naming the field.
+  void validate() const;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("size", self.size, "Side of the markers' squares [m].");
+    visit("reference", self.reference, "Marker whose frame is that of the map; -1: the one of lowest number.");
+    visit("sigma_pixel", self.sigma_pixel, "Noise of a corner per axis [px]; 0: estimated from the data.");
+    visit("max_iterations", self.max_iterations, "At most so many steps of the refinement.");
+  }
+};
+
+struct MarkerMapResult {
+  Target target;                            ///< The map; its frame is that of the reference marker.
+  std::vector<Matrix6> covariance;          ///< Of each T_target_marker, in the order of `target.map` [m, rad].
+  std::vector<std::vector<int>> islands;    ///< Ids that images connect; one list when all is well.
+  std::vector<std::string> views;
+  std::vector<Pose> T_target_camera;        ///< In the order of `views`.
+  std::vector<double> view_rms_px;          ///< [px]
+  double rms_px = 0.0;                      ///< [px]
+  double sigma_pixel = 0.0;                 ///< [px]
+  FitReport fit;                            ///< Look at `fit.usable()` first.
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("target", self.target, "The map, a target of kind marker_map; its frame is that of the reference marker.");
+    visit("covariance", self.covariance, "Of each T_target_marker, right perturbation, in the order of the map [m, rad].");
+    visit("islands", self.islands, "Ids that images connect with each other; one list when all is well.");
+    visit("views", self.views, "Images used.");
+    visit("T_target_camera", self.T_target_camera, "Pose of the camera in the map for each of them.");
+    visit("view_rms_px", self.view_rms_px, "RMS distance of seen and predicted corners in each of them [px].");
+    visit("rms_px", self.rms_px, "The same over all [px].");
+    visit("sigma_pixel", self.sigma_pixel, "Noise of a corner per axis, given or estimated [px].");
+    visit("fit", self.fit, "How the estimation ended.");
+  }
+};
+
+/// Map of all markers of one family by joint adjustment of marker and camera poses on the pixels. Markers that no chain
+/// of images connects to the reference make the status Degenerate, with the islands named; so do images without two
+/// markers. Of markers with equal ids in one image none is used there.
+/// @throws InvalidArgument for a bad camera or option, a reference that is nowhere seen, markers of two families.
+MarkerMapResult estimate_marker_map(std::span<const MarkerSighting> images, const Pinhole& camera,
+                                    const MarkerMapOptions& options);
+
+}  // namespace kr5::vision
