@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/core/error.hpp>
+#include <kr5/io/csv.hpp>
+#include <kr5/io/problem.hpp>
+
+#include "struct_binder.hpp"
+
+namespace py = pybind11;
+using namespace kr5::io;
+
+void bind_io(py::module_& m) {
+  m.doc() = "Tables of numbers, and what is wrong with files.";
+  kr5::python::bind_struct<Problem>(m, "Problem", "One thing wrong with a file.")
+      .def("text", &Problem::text, "`file:line: field: found ..., expected ...`")
+      .def("__str__", &Problem::text);
+  py::class_<Table>(m, "Table", "Numbers in named columns.")
+      .def(py::init([](std::vector<std::string> columns, Eigen::MatrixXd values) {
+             kr5::require(values.cols() == static_cast<Eigen::Index>(columns.size()), "as many names as columns of values");
+             return Table{std::move(columns), std::move(values)};
+           }),
+           py::arg("columns"), py::arg("values"))
+      .def_property_readonly("columns", [](const Table& t) { return t.columns; }, "Names, in the order of the file.")
+      .def_property_readonly("values", [](const Table& t) { return t.values; }, "One row a line (a copy).")
+      .def("__contains__", [](const Table& t, const std::string& name) { return t.find(name) >= 0; }, py::arg("name"))
+      .def("__getitem__", [](const Table& t, const std::string& name) { return t.column(name); }, py::arg("name"),
+           "One column as an array. Raises InvalidArgument naming the columns there are.")
+      .def("__len__", [](const Table& t) { return t.values.rows(); }, "Number of rows.")
+      .def("__repr__", [](const Table& t) {
+        return "Table(" + std::to_string(t.values.rows()) + " rows of " + std::to_string(t.columns.size()) + " columns)";
+      });
+  m.def("load_csv", &load_csv, py::arg("file"), py::call_guard<py::gil_scoped_release>(),
+        "Reads numbers under a header line. Raises IoError naming file, line and column of all that is wrong.");
+  m.def("save_csv", &save_csv, py::arg("table"), py::arg("file"), py::call_guard<py::gil_scoped_release>(),
+        "Writes a table so that it reads back bit for bit.");
+}
