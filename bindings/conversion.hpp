@@ -177,6 +177,9 @@ struct Convert<Pose> {
 };
 
 template <HasFields T>
+T struct_from_python(const py::handle& value, const std::string& where);  // struct_binder.hpp
+
+template <HasFields T>
 struct Convert<T> {
   static std::string text() { return class_text<T>(); }
   static std::string argument() { return text() + " | dict[str, typing.Any]"; }
@@ -187,7 +190,7 @@ struct Convert<T> {
     });
     return out;
   }
-  static T from_python(const py::handle& value, const std::string& where);  // struct_binder.hpp
+  static T from_python(const py::handle& value, const std::string& where) { return struct_from_python<T>(value, where); }
 };
 
 /// What a property hands out: a copy, and an array that cannot be written, lest somebody believe it changes the struct.

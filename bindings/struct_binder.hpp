@@ -176,7 +176,7 @@ py::class_<T> bind_struct(py::module_& m, const char* name, const char* doc) {
 }
 
 template <HasFields T>
-T Convert<T>::from_python(const py::handle& value, const std::string& where) {
+T struct_from_python(const py::handle& value, const std::string& where) {
   if (py::isinstance<py::dict>(value)) {
     T out;
     set_fields(out, py::reinterpret_borrow<py::dict>(value), where);
