@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include <kr5/calibration/hand_eye.hpp>
+#include <kr5/calibration/pose_format.hpp>
+
+/// @file
+/// How good a hand-eye calibration is, and if it is bad, why. Every cause is a competing way of reading the same data,
+/// fitted and compared with the sound reading by its likelihood, with a price for what it leaves free, and by its
+/// error on views left out. Nothing is named that a sound set would show by chance more often than `false_alarm`.
+
+namespace kr5::calibration {
+
+enum class HandEyeCause {
+  TooLittleRotation,
+  OneAxisRotation,
+  PosesInverted,
+  WrongRotationForm,
+  QuaternionOrder,
+  DegreesForRadians,
+  MillimetresForMetres,
+  TargetSizeWrong,
+  OutOfOrder,
+  ShiftedByOne,
+  TargetMoved,
+  ClockOffset,
+  CameraModelWrong,
+  OutlierViews,
+};
+
+constexpr auto enum_names(HandEyeCause) {
+  using enum HandEyeCause;
+  return names<HandEyeCause>({{TooLittleRotation, "too_little_rotation"},
+                              {OneAxisRotation, "one_axis_rotation"},
+                              {PosesInverted, "poses_inverted"},
+                              {WrongRotationForm, "wrong_rotation_form"},
+                              {QuaternionOrder, "quaternion_order"},
+                              {DegreesForRadians, "degrees_for_radians"},
+                              {MillimetresForMetres, "millimetres_for_metres"},
+                              {TargetSizeWrong, "target_size_wrong"},
+                              {OutOfOrder, "out_of_order"},
+                              {ShiftedByOne, "shifted_by_one"},
+                              {TargetMoved, "target_moved"},
+                              {ClockOffset, "clock_offset"},
+                              {CameraModelWrong, "camera_model_wrong"},
+                              {OutlierViews, "outlier_views"}});
+}
+
+/// What was recorded, before anything was concluded from it.
+struct HandEyeRecording {
+  Eigen::MatrixXd rows;       ///< One row of numbers per view, as the robot wrote them.
+  PoseFormat format;          ///< How they are believed to be meant.
+  std::vector<View> views;    ///< In the order taken.
+  std::vector<double> times;  ///< Of the views [s]; empty: evenly spaced.
+  Pinhole camera;
+  Mount mount = Mount::EyeInHand;
+
+  /// @throws InvalidArgument when rows, views and times do not match.
+  void validate() const;
+};
+
+struct HandEyeDiagnosisOptions {
+  double false_alarm = 0.02;      ///< [-]
+  double tolerance = 0.002;       ///< [m]
+  double working_distance = 0.0;  ///< [m]
+  double min_rotation = 0.05;     ///< [rad]
+  int seed = 1;
+
+  /// @throws InvalidArgument naming the offending field.
+  void validate() const;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("false_alarm", self.false_alarm, "Rate at which a cause may be named on a sound set [-].");
+    visit("tolerance", self.tolerance, "Error at the tool that still does (95 %) [m].");
+    visit("working_distance", self.working_distance,
+          "Distance in front of the camera at which the error is stated [m]; 0: that of the target.");
+    visit("min_rotation", self.min_rotation, "Least RMS turn about the second axis [rad].");
+    visit("seed", self.seed, "Of the search for the order of the views.");
+  }
+};
+
+/// One cause, with what speaks for it.
+struct NamedCause {
+  HandEyeCause cause = HandEyeCause::OutlierViews;
+  double probability = 0.0;  ///< [-]
+  std::string text;          ///< What is wrong.
+  std::string evidence;
+  std::string remedy;
+  double value = 0.0;  ///< Its size, in `unit`.
+  std::string unit;
+  double held_out_before = 0.0;  ///< [m]
+  double held_out_after = 0.0;   ///< [m]
+  std::vector<int> views;        ///< Those concerned, from 0.
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("cause", self.cause, "What is wrong.");
+    visit("probability", self.probability, "Of this cause among all that were tried [-].");
+    visit("text", self.text, "What is wrong, in words.");
+    visit("evidence", self.evidence, "What speaks for it.");
+    visit("remedy", self.remedy, "What to do.");
+    visit("value", self.value, "Size of the fault, in `unit`.");
+    visit("unit", self.unit, "Unit of `value`.");
+    visit("held_out_before", self.held_out_before,
+          "RMS error of a point at the target's distance on views left out, as read [m].");
+    visit("held_out_after", self.held_out_after, "The same once this cause is allowed for [m].");
+    visit("views", self.views, "Views concerned, from 0.");
+  }
+};
+
+enum class Verdict { Good, Doubtful, Unusable };
+
+constexpr auto enum_names(Verdict) {
+  return names<Verdict>({{Verdict::Good, "good"}, {Verdict::Doubtful, "doubtful"}, {Verdict::Unusable, "unusable"}});
+}
+
+struct HandEyeDiagnosis {
+  Verdict verdict = Verdict::Unusable;
+  std::string text;                ///< The verdict in plain words.
+  std::vector<NamedCause> causes;  ///< Most probable first; empty for a sound set.
+  double tool_error = 0.0;         ///< [m]
+  double tool_error_95 = 0.0;      ///< [m]
+  double working_distance = 0.0;   ///< [m]
+  double held_out_rms = 0.0;       ///< [m]
+  double rotation_major = 0.0;     ///< [rad]
+  double rotation_minor = 0.0;     ///< [rad]
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("verdict", self.verdict, "good | doubtful | unusable.");
+    visit("text", self.text, "The verdict in plain words.");
+    visit("causes", self.causes, "What is wrong, most probable first; empty for a sound set.");
+    visit("tool_error", self.tool_error, "Expected (RMS) error of a point at the working distance [m].");
+    visit("tool_error_95", self.tool_error_95, "Error that 95 % stay below [m].");
+    visit("working_distance", self.working_distance, "Distance in front of the camera for which that holds [m].");
+    visit("held_out_rms", self.held_out_rms, "RMS error of a point at the target's distance on views left out [m].");
+    visit("rotation_major", self.rotation_major, "RMS turn of the wrist about the axis it turned most about [rad].");
+    visit("rotation_minor", self.rotation_minor, "The same about the second axis; both are needed [rad].");
+  }
+};
+
+/// Judges `result`, which `calibrate_hand_eye` gave for this recording, and looks for what is wrong with the recording.
+/// @throws InvalidArgument for fewer than three views, or when rows, views and times do not match.
+HandEyeDiagnosis diagnose_hand_eye(const HandEyeRecording& recording, const HandEyeResult& result,
+                                   const HandEyeDiagnosisOptions& options = {});
+
+}  // namespace kr5::calibration

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/calibration/hand_eye_diagnosis.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Dense>
+
+#include <kr5/core/error.hpp>
+#include <kr5/uncertainty/confidence.hpp>
+
+#include "hand_eye_hypotheses.hpp"
+#include "hand_eye_words.hpp"
+
+namespace kr5::calibration {
+namespace {
+
+using evidence::Case;
+using evidence::Hypothesis;
+
+constexpr double families = 8;  // of hypotheses, which share the false alarms
+
+/// RMS turn about the axes, most first, of rotations relative to their mean.
+Eigen::Vector3d turns(const std::vector<Pose>& poses) {
+  const Pose mean = mean_pose(poses);
+  Eigen::Matrix3d M = Eigen::Matrix3d::Zero();
+  for (const Pose& T : poses) {
+    const Eigen::Vector3d w = log_rotation(mean.linear().transpose() * T.linear());
+    M += w * w.transpose() / static_cast<double>(poses.size());
+  }
+  const Eigen::Vector3d values = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(M).eigenvalues();
+  return values.reverse().cwiseMax(0.0).cwiseSqrt();
+}
+
+/// The same as the camera saw them, which does not depend on how the robot's numbers are read.
+Eigen::Vector3d turns(const evidence::Sightings& sightings) {
+  std::vector<Pose> seen;
+  for (const auto& s : sightings.views) seen.push_back(s.solutions.front().T_camera_target);
+  return turns(seen);
+}
+
+/// The gain in -2 log likelihood that a sound set exceeds with probability `alpha`.
+double chance_gain(const Hypothesis& h, double alpha) {
+  // A fixed wrong reading beats the right one by 2 log(1/alpha) no more often than alpha (Markov's inequality).
+  if (h.freedom == 0) return 2 * (h.choices - std::log(alpha));
+  // Likelihood ratio with the variance estimated: Fisher's F. Three of the six components of a pose may carry it all.
+  const double n = 3.0 * h.reading.size(), rest = n - 6 - h.freedom;
+  if (rest < 1) return std::numeric_limits<double>::infinity();
+  const double a = std::max(alpha * std::exp(-h.choices), 1e-12);
+  return n * std::log1p(h.freedom * uncertainty::fisher_quantile(1 - a, h.freedom, rest) / rest);
+}
+
+/// What a hypothesis gains over the sound one after paying for its freedom (Schwarz) and its choices.
+double net_gain(const Hypothesis& sound, const Hypothesis& h) {
+  return sound.score - h.score - h.freedom * std::log(6.0 * h.reading.size()) - 2 * h.choices;
+}
+
+struct Candidate {
+  Hypothesis hypothesis;
+  double gain = 0.0;  ///< Net.
+  double held_out = 0.0;
+};
+
+double held_out(const Case& c, const Hypothesis& h) {
+  const bool camera = !h.causes.empty() && h.causes.front() == HandEyeCause::CameraModelWrong;
+  return held_out_rms(h.reading, camera ? evidence::see(c.recording.views, h.camera) : c.sightings);
+}
+
+/// Significant hypotheses, the best of each kind, best first.
+std::vector<Candidate> compete(const Case& c, const HandEyeDiagnosisOptions& options, double held_out_sound) {
+  std::vector<Candidate> out;
+  const auto consider = [&](std::vector<Hypothesis> family) {
+    const Hypothesis* best = nullptr;
+    for (const Hypothesis& h : family)
+      if (!best || net_gain(c.sound, h) > net_gain(c.sound, *best)) best = &h;
+    if (!best || c.sound.score - best->score < chance_gain(*best, options.false_alarm / families)) return;
+    const double error = held_out(c, *best);
+    if (error < held_out_sound) out.push_back({*best, net_gain(c.sound, *best), error});
+  };
+  consider(evidence::other_formats(c));
+  consider(evidence::other_size(c));
+  consider(evidence::shifted(c));
+  consider(evidence::reordered(c, options.seed));
+  consider(evidence::moved(c));
+  consider(evidence::delayed(c));
+  consider(evidence::spoiled(c));
+  consider(evidence::other_camera(c));
+  std::sort(out.begin(), out.end(), [](const auto& a, const auto& b) { return a.gain > b.gain; });
+  return out;
+}
+
+/// Causes with their probabilities; those that the best one makes improbable are left out.
+std::vector<NamedCause> name_causes(const Case& c, const std::vector<Candidate>& candidates, double held_out_sound) {
+  std::vector<NamedCause> out;
+  double total = candidates.empty() ? 1.0 : std::exp(-0.5 * candidates.front().gain);
+  for (const Candidate& k : candidates) total += std::exp(0.5 * (k.gain - candidates.front().gain));
+  for (const Candidate& k : candidates) {
+    const double probability = std::exp(0.5 * (k.gain - candidates.front().gain)) / total;
+    if (probability < 0.01) continue;
+    for (const HandEyeCause cause : k.hypothesis.causes) {
+      NamedCause named;
+      named.cause = cause;
+      named.probability = probability;
+      named.held_out_before = held_out_sound;
+      named.held_out_after = k.held_out;
+      named.views = k.hypothesis.views;
+      named.value = k.hypothesis.value;
+      evidence::describe(c, k.hypothesis, named);
+      out.push_back(std::move(named));
+    }
+  }
+  return out;
+}
+
+/// Expected error of a point in front of the camera, from the covariance of T_mount_camera.
+void judge_tool_error(const HandEyeResult& result, HandEyeDiagnosis& out) {
+  Eigen::Matrix<double, 3, 6> J;
+  J << Eigen::Matrix3d::Identity(), -skew(Eigen::Vector3d(0, 0, out.working_distance));
+  const Eigen::Matrix3d covariance = J * result.covariance * J.transpose();
+  out.tool_error = std::sqrt(covariance.trace());
+  // Radius of the ball: between that of one and that of three equal axes, by matching the first two moments.
+  const double mean = covariance.trace(), square = covariance.squaredNorm();
+  const double dof = square > 0 ? mean * mean / square : 3.0;
+  out.tool_error_95 = std::sqrt(mean / dof * uncertainty::chi_square_quantile(0.95, dof));
+}
+
+double target_distance(const evidence::Sightings& sightings) {
+  double sum = 0;
+  for (const auto& s : sightings.views) sum += s.solutions.front().T_camera_target.translation().norm();
+  return sum / static_cast<double>(sightings.views.size());
+}
+
+bool fatal(const NamedCause& c) { return c.cause != HandEyeCause::OutlierViews && c.probability > 0.5; }
+
+void decide(const HandEyeResult& result, const HandEyeDiagnosisOptions& options, HandEyeDiagnosis& out) {
+  const bool broken = std::any_of(out.causes.begin(), out.causes.end(), fatal);
+  if (!result.fit.usable() || broken || out.tool_error_95 > 10 * options.tolerance)
+    out.verdict = Verdict::Unusable;
+  else if (!out.causes.empty() || out.tool_error_95 > options.tolerance)
+    out.verdict = Verdict::Doubtful;
+  else
+    out.verdict = Verdict::Good;
+  out.text = evidence::verdict_text(result, options, out);
+}
+
+bool too_little_rotation(const evidence::Sightings& sightings, const HandEyeDiagnosisOptions& options,
+                         HandEyeDiagnosis& out) {
+  const Eigen::Vector3d seen = turns(sightings);
+  // A camera's noise looks like a little turning, and a flat target may be seen mirrored: the robot must agree.
+  if (out.rotation_minor >= options.min_rotation || seen[1] >= 2 * options.min_rotation) return false;
+  NamedCause named;
+  const bool none = out.rotation_major < 2 * options.min_rotation;
+  named.cause = none ? HandEyeCause::TooLittleRotation : HandEyeCause::OneAxisRotation;
+  named.probability = 1.0;
+  named.value = none ? out.rotation_major : out.rotation_minor;
+  named.unit = "rad";
+  evidence::describe_rotation(out, options, named);
+  out.causes.push_back(std::move(named));
+  return true;
+}
+
+}  // namespace
+
+void HandEyeRecording::validate() const {
+  const std::string n = std::to_string(views.size());
+  require(views.size() >= 3, "at least three views are needed, found " + n);
+  require(rows.rows() == static_cast<Eigen::Index>(views.size()),
+          "found " + std::to_string(rows.rows()) + " robot poses for " + n + " views; one pose belongs to each");
+  require(times.empty() || times.size() == views.size(),
+          "found " + std::to_string(times.size()) + " time stamps for " + n + " views");
+  camera.validate();
+}
+
+void HandEyeDiagnosisOptions::validate() const {
+  require(false_alarm > 0 && false_alarm < 0.5, "false_alarm must lie between 0 and 0.5");
+  require(tolerance > 0, "tolerance must be positive [m]");
+  require(working_distance >= 0, "working_distance must not be negative [m]; 0 means that of the target");
+  require(min_rotation > 0 && min_rotation < 1, "min_rotation must lie between 0 and 1 [rad]");
+}
+
+HandEyeDiagnosis diagnose_hand_eye(const HandEyeRecording& recording, const HandEyeResult& result,
+                                   const HandEyeDiagnosisOptions& options) {
+  recording.validate();
+  options.validate();
+  Case c{recording, evidence::see(recording.views, recording.camera), to_poses(recording.rows, recording.format), {}};
+  require(c.sightings.views.size() >= 3, "the target's pose could be found in fewer than three views");
+  c.sound.reading = evidence::as_recorded(c, c.poses);
+  HandEyeDiagnosis out;
+  out.rotation_major = turns(c.sound.reading.robot)[0];
+  out.rotation_minor = turns(c.sound.reading.robot)[1];
+  out.working_distance = options.working_distance > 0 ? options.working_distance : target_distance(c.sightings);
+  if (result.fit.usable()) judge_tool_error(result, out);
+  if (!too_little_rotation(c.sightings, options, out)) {
+    c.sound.fit = evidence::fit(c.sound.reading, c.sightings);
+    c.sound.score = c.sound.fit.score;
+    out.held_out_rms = evidence::held_out_rms(c.sound.reading, c.sightings);
+    if (c.sound.fit.usable) out.causes = name_causes(c, compete(c, options, out.held_out_rms), out.held_out_rms);
+  }
+  decide(result, options, out);
+  return out;
+}
+
+}  // namespace kr5::calibration

@@ -1,0 +1,125 @@
+#include <cstdlib>
+#include <fstream>
+#include <functional>
+#include <map>
+
+#include <catch2/catch.hpp>
+
+#include <kr5/calibration/hand_eye_diagnosis.hpp>
+#include <kr5/core/error.hpp>
+#include <kr5/uncertainty/confidence.hpp>
+
+#include <support/hand_eye_faults.hpp>
+
+using namespace kr5;
+using namespace kr5::calibration;
+using namespace kr5::test;
+
+namespace {
+
+bool full() { return std::getenv("KR5_FULL") != nullptr; }
+
+std::string first_cause(const Draw& d) {
+  const HandEyeDiagnosis diagnosis = diagnose_hand_eye(d.recording, HandEyeResult{});
+  return diagnosis.causes.empty() ? "none" : std::string(name_of(diagnosis.causes.front().cause));
+}
+
+/// Appends a row to the table that tools/bench/named_cause.py shows.
+void record(const std::string& truth, const std::map<std::string, int>& named) {
+  const char* file = std::getenv("KR5_CONFUSION");
+  if (!file) return;
+  std::ofstream out(file, std::ios::app);
+  for (const auto& [name, count] : named) out << truth << ',' << name << ',' << count << '\n';
+}
+
+std::map<std::string, int> confusion(const std::string& truth, int trials,
+                                     const std::function<Draw(std::uint64_t)>& draw) {
+  std::map<std::string, int> named;
+  for (int t = 0; t < trials; ++t) ++named[first_cause(draw(900'000 + static_cast<std::uint64_t>(t)))];
+  record(truth, named);
+  return named;
+}
+
+/// Fewer successes than this are rarer than 0.1 % at the given rate.
+int least_successes(int trials, double rate) {
+  double below = 0, log_term = trials * std::log1p(-rate);
+  for (int k = 0; k < trials; ++k) {
+    below += std::exp(log_term);
+    if (below > 1e-3) return k;
+    log_term += std::log((trials - k) * rate / ((k + 1) * (1 - rate)));
+  }
+  return trials;
+}
+
+}  // namespace
+
+TEST_CASE("sound recordings have no cause named") {
+  const int trials = full() ? 400 : 30;
+  std::map<std::string, int> named = confusion("sound", trials, [](std::uint64_t seed) { return draw_sound(seed); });
+  const auto interval = uncertainty::binomial_interval(named["none"], trials);
+  CAPTURE(named, interval.low);
+  CHECK(named["none"] >= least_successes(trials, 0.98));
+  if (full()) CHECK(interval.low >= 0.95);
+}
+
+TEST_CASE("the right cause comes first, whatever the fault") {
+  for (const auto& [cause, name] : enum_names(HandEyeCause{})) {
+    const std::string truth(name);
+    const int trials = full() ? 80 : 6;
+    std::map<std::string, int> named = confusion(truth, trials, [cause = cause](std::uint64_t seed) {
+      return draw_fault(cause, seed + 77'000 * (1 + static_cast<int>(cause)));
+    });
+    const auto interval = uncertainty::binomial_interval(named[truth], trials);
+    CAPTURE(truth, named, interval.low);
+    CHECK(named[truth] >= least_successes(trials, 0.97));
+    if (full()) CHECK(interval.low >= 0.90);
+  }
+}
+
+TEST_CASE("the size of a fault is found with it") {
+  Draw d = draw_sound(31);
+  for (View& v : d.recording.views) v.points *= 1.07;
+  const HandEyeDiagnosis diagnosis = diagnose_hand_eye(d.recording, HandEyeResult{});
+  REQUIRE(diagnosis.causes.size() == 1);
+  CHECK(diagnosis.causes[0].cause == HandEyeCause::TargetSizeWrong);
+  CHECK(diagnosis.causes[0].value == Approx(1 / 1.07).epsilon(0.005));
+  CHECK(diagnosis.causes[0].probability > 0.99);
+  CHECK(diagnosis.causes[0].held_out_after < 0.5 * diagnosis.causes[0].held_out_before);
+  CHECK_THAT(diagnosis.causes[0].text, Catch::Contains("0.934"));
+  CHECK_FALSE(diagnosis.causes[0].remedy.empty());
+  CHECK(diagnosis.verdict == Verdict::Unusable);
+}
+
+TEST_CASE("the stated error at the tool holds the true one 95 % of the time, and a sound set is not called unusable") {
+  const int trials = full() ? 300 : 40;
+  int inside = 0;
+  for (int t = 0; t < trials; ++t) {
+    const Draw d = draw_sound(700'000 + static_cast<std::uint64_t>(t));
+    HandEyeOptions options;
+    options.mount = d.recording.mount;
+    const HandEyeResult result = calibrate_hand_eye(d.world.views, d.recording.camera, options);
+    const HandEyeDiagnosis diagnosis = diagnose_hand_eye(d.recording, result);
+    const Eigen::Vector3d tool(0, 0, diagnosis.working_distance);
+    const double error = (result.T_mount_camera * tool - d.world.T_mount_camera * tool).norm();
+    CAPTURE(t, diagnosis.text, error);
+    CHECK(diagnosis.verdict != Verdict::Unusable);
+    CHECK(diagnosis.tool_error < diagnosis.tool_error_95);
+    inside += error < diagnosis.tool_error_95;
+  }
+  CAPTURE(inside, trials);
+  CHECK(uncertainty::binomial_interval(inside, trials, 0.99).contains(0.95));
+}
+
+TEST_CASE("recordings that do not fit together are refused") {
+  Draw d = draw_sound(32);
+  HandEyeRecording r = d.recording;
+  r.rows.conservativeResize(r.rows.rows() - 1, r.rows.cols());
+  CHECK_THROWS_WITH(diagnose_hand_eye(r, {}), Catch::Contains("one pose belongs to each"));
+  r = d.recording;
+  r.times = {1.0, 2.0};
+  CHECK_THROWS_WITH(diagnose_hand_eye(r, {}), Catch::Contains("2 time stamps"));
+  r = d.recording;
+  r.views.resize(2);
+  CHECK_THROWS_WITH(diagnose_hand_eye(r, {}), Catch::Contains("three views"));
+  CHECK_THROWS_WITH(diagnose_hand_eye(d.recording, {}, {.tolerance = -1}), Catch::Contains("tolerance"));
+}
