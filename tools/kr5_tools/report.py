@@ -24,7 +24,8 @@ MOST_THUMBNAILS = 60
 VIEW_COLUMNS = (
     ("points", "points", 1.0, "{:.0f}"), ("rms_px", "RMS [px]", 1.0, "{:.3f}"), ("weight", "weight [-]", 1.0, "{:.2f}"),
     ("robot_position", "robot off by [mm]", 1e3, "{:.3f}"), ("robot_rotation", "turned by [deg]", 180 / math.pi, "{:.3f}"),
-    ("distance", "tip off by [mm]", 1e3, "{:.3f}"), ("tilt", "tilt [deg]", 180 / math.pi, "{:.1f}"),
+    ("distance", "tip off by [mm]", 1e3, "{:.3f}"), ("noise_px", "noise [px]", 1.0, "{:.3f}"),
+    ("tilt_deg", "tilt [deg]", 1.0, "{:.1f}"), ("influence", "influence [-]", 1.0, "{:.1f}"),
 )
 
 
@@ -217,6 +218,7 @@ def model_table(data: dict[str, Any]) -> list[dict[str, Any]]:
 
     rows = data.get("result", {}).get("models") or []
     rows = sorted(rows, key=lambda m: m.get("held_out_rms") or math.inf)
+    rows = [m for i, m in enumerate(rows) if i < 8 or m.get("chosen")]
     return [{"name": model_name(m), "parameters": m.get("parameters"), "chosen": bool(m.get("chosen")),
              "held_out": common.number(m.get("held_out_rms")), "fitted": common.number(m.get("fitted_rms"))} for m in rows]
 
@@ -229,26 +231,47 @@ def scene(data: dict[str, Any]) -> dict[str, Any] | None:
     if not frames:
         return None
     poses = root_poses(frames)
-    names = list(poses)
+    names, box = list(poses), board_box(data)
     out = []
     for frame in frames:
-        out.append({"name": frame["name"], "T": poses[frame["name"]].round(6).tolist(), "kind": frame_kind(frame),
+        kind = frame_kind(frame, data["format"])
+        out.append({"name": frame["name"], "T": poses[frame["name"]].round(6).tolist(), "kind": kind,
                     "parent": names.index(frame["parent"]) if frame.get("parent") in poses else None,
-                    "size": frame.get("size")})
+                    "box": box if kind in ("board", "boards") else marker_box(frame)})
     return {"frames": out}
 
 
-def frame_kind(frame: dict[str, Any]) -> str:
+def board_box(data: dict[str, Any]) -> list[float] | None:
+    """Lowest x, y and highest x, y of the board named in the input, in its own frame [m]."""
+    board = data.get("input", {}).get("board") or data.get("input", {}).get("target")
+    if not isinstance(board, str):
+        return None
+    import kr5.vision
+
+    with contextlib.suppress(kr5.Error):
+        return [float(v) for v in kr5.vision.printed_area(kr5.vision.parse_target(board)).T.ravel()]
+    return None
+
+
+def marker_box(frame: dict[str, Any]) -> list[float] | None:
+    """The same for one marker, whose frame lies in its middle."""
+    size = frame.get("size")
+    return [-size[0] / 2, -size[1] / 2, size[0] / 2, size[1] / 2] if size else None
+
+
+# What a frame stands for, by words in its name. Stations, boards and poses are many, drawn small and without names.
+KINDS = {"camera": ("camera",), "station": ("view", "station", ".png", ".jpg"), "pose": ("pose",), "board": ("target", "board"),
+         "marker": ("marker", "tag"), "tool": ("tool", "tip"), "base": ("base", "world"), "flange": ("flange",)}
+
+
+def frame_kind(frame: dict[str, Any], format: str) -> str:
     """What a frame stands for: said in the file, else guessed from its name."""
     if frame.get("kind"):
         return str(frame["kind"])
+    if format == "kr5-camera/1" and frame.get("parent"):
+        return "boards"
     name = frame["name"].lower()
-    for kind, words in {"camera": ("camera",), "board": ("target", "board"), "marker": ("marker", "tag"),
-                        "tool": ("tool", "tip"), "station": ("view", "pose", ".png", ".jpg", "station"),
-                        "base": ("base", "world"), "flange": ("flange",)}.items():
-        if any(word in name for word in words):
-            return kind
-    return "frame"
+    return next((kind for kind, words in KINDS.items() if any(word in name for word in words)), "frame")
 
 
 def script_json(value: Any) -> str:

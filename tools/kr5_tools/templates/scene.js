@@ -19,9 +19,8 @@
   const lines = [], labels = [];
   const line = (a, b, colour, width = 1.5) => lines.push({ a, b, colour, width });
   const loop = (T, points, colour, width) => points.forEach((p, i) => line(at(T, p), at(T, points[(i + 1) % points.length]), colour, width));
-  const stations = frames.filter((f) => f.kind === "station").length;
   for (const f of frames) {
-    const small = f.kind === "station" || (many && f.kind === "marker");
+    const small = ["station", "pose", "boards"].includes(f.kind) || (many && f.kind === "marker");
     const s = small ? unit * 0.5 : unit;
     const o = origin(f.T);
     [[s, 0, 0], [0, s, 0], [0, 0, s]].forEach((p, i) => line(o, at(f.T, p), ["#D55E00", "#009E73", "#0072B2"][i], small ? 1.2 : 2.4));
@@ -32,13 +31,16 @@
       loop(f.T, corners, colour, 1.2);
       corners.forEach((c) => line(o, at(f.T, c), colour, 1.2));
     }
-    if (f.kind === "board" || f.kind === "marker") {
-      const [w, h] = f.size || [1.6 * unit, 1.2 * unit], c = f.kind === "marker" ? [-w / 2, -h / 2] : [0, 0];
-      loop(f.T, [[c[0], c[1], 0], [c[0] + w, c[1], 0], [c[0] + w, c[1] + h, 0], [c[0], c[1] + h, 0]], "#111827", 1.6);
+    if (["board", "boards", "marker"].includes(f.kind)) {
+      const [x0, y0, x1, y1] = f.box || [-unit, -unit, unit, unit];
+      loop(f.T, [[x0, y0, 0], [x1, y0, 0], [x1, y1, 0], [x0, y1, 0]], f.kind === "boards" ? "#9ca3af" : "#111827", 1.6);
     }
     if (!small) labels.push({ p: o, text: f.name });
   }
-  if (stations) labels.push({ p: origin(frames.find((f) => f.kind === "station").T), text: stations + " camera stations", soft: true });
+  for (const [kind, word] of [["station", "camera stations"], ["pose", "poses"], ["boards", "views of the board"]]) {
+    const all = frames.filter((f) => f.kind === kind);
+    if (all.length) labels.push({ p: origin(all[0].T), text: all.length + " " + word, soft: true });
+  }
 
   const content = lines.flatMap((l) => [l.a, l.b]);
   const grid = Math.pow(10, Math.floor(Math.log10(span / 3)));  // a floor to stand on
