@@ -100,6 +100,12 @@ void report_view(const Problem& problem, const RobustFit& fit, const Eigen::Matr
                  std::size_t i, CameraViewReport& report) {
   const Pose& T = report.T_camera_target = state.poses[i];
   report.residuals = residuals(problem, state, i);
+  if (report.residuals.cols() == 0) {
+    report.outlier = true;
+    report.weight = 0;
+    if (report.reason.empty()) report.reason = "under this camera its points would lie behind it or outside the lens";
+    return;
+  }
   report.rms_px = std::sqrt(report.residuals.colwise().squaredNorm().mean());
   report.noise_px = noise_of(report.residuals, true, 6);
   const Eigen::Vector3d normal = T.linear() * problem.plane.basis.col(2);

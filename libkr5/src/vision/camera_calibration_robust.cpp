@@ -14,10 +14,11 @@
 namespace kr5::vision::detail {
 namespace {
 
-constexpr double huber_threshold = 3.0;      // in sigma, of the length of a residual
-constexpr double huber_consistency = 0.994;  // E[w |e|^2] / 2 sigma^2 of normal noise under that threshold
-constexpr double prior_freedom = 20.0;       // a view's own noise is drawn to that of all with this many residuals
-constexpr double noisy_ratio = 3.0;          // a view this much noisier than the others is named
+constexpr double huber_threshold = 3.0;          // in sigma, of the length of a residual
+constexpr double huber_consistency = 0.994;      // E[w |e|^2] / 2 sigma^2 of normal noise under that threshold
+constexpr double clipped_consistency = 0.98889;  // E[min(|e|^2, 9 sigma^2)] / 2 sigma^2 of normal noise
+constexpr double prior_freedom = 20.0;           // a view's own noise is drawn to that of all with this many residuals
+constexpr double noisy_ratio = 3.0;              // a view this much noisier than the others is named
 
 double median(std::vector<double> v) {
   const auto middle = v.begin() + std::ptrdiff_t(v.size() / 2);
@@ -85,9 +86,10 @@ double noise_of(const Eigen::Matrix2Xd& e, bool robust, double lost) {
   std::vector<double> size(static_cast<std::size_t>(e.size()));
   for (std::size_t i = 0; i < size.size(); ++i) size[i] = std::abs(e.data()[i]);
   double sigma = 1.4826 * median(size) + 1e-12;
-  for (int k = 0; k < 3; ++k)
-    sigma =
-        std::sqrt(e.colwise().squaredNorm().dot(huber_weights(e, sigma).transpose()) / n / huber_consistency) + 1e-12;
+  for (int k = 0; k < 3; ++k) {  // lengths beyond the threshold count as the threshold: wrong points hardly matter
+    const double limit = huber_threshold * huber_threshold * sigma * sigma;
+    sigma = std::sqrt(e.colwise().squaredNorm().cwiseMin(limit).sum() / n / clipped_consistency) + 1e-12;
+  }
   return sigma * std::sqrt(correction);
 }
 
