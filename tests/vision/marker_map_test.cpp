@@ -1,0 +1,132 @@
+#include <cstdlib>
+
+#include <catch2/catch.hpp>
+
+#include <kr5/core/error.hpp>
+#include <kr5/core/random.hpp>
+#include <kr5/uncertainty/confidence.hpp>
+#include <kr5/vision/marker_map.hpp>
+#include <kr5/vision/render.hpp>
+
+using namespace kr5;
+using namespace kr5::vision;
+
+namespace {
+
+const Pinhole lens{.width = 1280, .height = 960, .fx = 1100, .fy = 1100, .cx = 639.5, .cy = 479.5};
+
+/// Five markers on the faces and beside a box.
+Target truth() {
+  Target map;
+  map.kind = TargetKind::MarkerMap;
+  const auto place = [](double x, double y, double z, double rx, double ry) {
+    Pose T = Pose::Identity();
+    T.translation() = Eigen::Vector3d(x, y, z);
+    T.linear() = exp_rotation(Eigen::Vector3d(rx, ry, 0.2 * x));
+    return T;
+  };
+  map.map = {{2, 0.05, Pose::Identity()},
+             {5, 0.05, place(0.10, 0.01, 0.03, 0, 0.8)},
+             {7, 0.05, place(-0.10, 0.0, 0.03, 0, -0.7)},
+             {9, 0.05, place(0.0, 0.10, 0.03, -0.8, 0)},
+             {11, 0.05, place(0.09, 0.11, 0.0, 0.2, 0.1)}};
+  return map;
+}
+
+Pose camera_pose(Random& random) {
+  Pose T = Pose::Identity();  // of the map in the camera
+  T.linear() = exp_rotation(Eigen::Vector3d(random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), random.uniform(-1, 1)));
+  T.translation() = Eigen::Vector3d(random.uniform(-0.03, 0.03), random.uniform(-0.03, 0.03), random.uniform(0.4, 0.6));
+  return T;
+}
+
+/// Corners with noise; three of the markers in each image.
+std::vector<MarkerSighting> sightings(int images, double sigma, Random& random) {
+  std::vector<MarkerSighting> all;
+  const Target map = truth();
+  for (int i = 0; i < images; ++i) {
+    MarkerSighting image{std::to_string(i), {}};
+    const Pose T = camera_pose(random);
+    for (std::size_t k = 0; k < map.map.size(); ++k) {
+      if ((static_cast<int>(k) + i) % 5 > 2) continue;
+      TagDetection tag;
+      tag.family = map.family;
+      tag.id = map.map[k].id;
+      const Eigen::Matrix<double, 3, 4> corners = map.map[k].T_target_marker * square_corners(0.05);
+      for (int c = 0; c < 4; ++c)
+        tag.corners.col(c) = lens.project(T * corners.col(c)) + Eigen::Vector2d(random.normal(sigma), random.normal(sigma));
+      image.tags.push_back(tag);
+    }
+    all.push_back(image);
+  }
+  return all;
+}
+
+}  // namespace
+
+TEST_CASE("the map of markers in space lies within its stated doubt") {
+  const int trials = std::getenv("KR5_FULL") ? 500 : 60;
+  Random random(4);
+  const Target map = truth();
+  int inside = 0, total = 0;
+  for (int i = 0; i < trials; ++i) {
+    const auto result = estimate_marker_map(sightings(10, 0.2, random), lens, {.size = 0.05, .sigma_pixel = 0.2});
+    INFO(result.fit.message);
+    REQUIRE(result.fit.usable());
+    REQUIRE(result.target.map.size() == 5);
+    CHECK(result.covariance[0].isZero());
+    const std::size_t k = 1 + static_cast<std::size_t>(random.integer(4));
+    const Vector6 d = pose_difference(result.target.map[k].T_target_marker, map.map[k].T_target_marker);
+    inside += d.dot(result.covariance[k].ldlt().solve(d)) < uncertainty::chi_square_quantile(0.95, 6);
+    ++total;
+  }
+  CAPTURE(inside, total);
+  CHECK(uncertainty::binomial_interval(inside, total, 0.999).contains(0.95));
+}
+
+TEST_CASE("a map is estimated from rendered images") {
+  Random random(9);
+  std::vector<MarkerSighting> images;
+  for (int i = 0; i < 6; ++i) {
+    const PlacedTarget p{truth(), camera_pose(random)};
+    const Image image = render(std::span(&p, 1), lens, {.blur = 0.7, .noise = 2});
+    images.push_back({std::to_string(i), find_tags(image)});
+  }
+  const auto result = estimate_marker_map(images, lens, {.size = 0.05});
+  INFO(result.fit.message);
+  REQUIRE(result.fit.usable());
+  REQUIRE(result.target.map.size() == 5);
+  CHECK(result.rms_px < 0.1);
+  for (std::size_t k = 0; k < 5; ++k) {
+    CHECK(result.target.map[k].id == truth().map[k].id);
+    const Vector6 d = pose_difference(result.target.map[k].T_target_marker, truth().map[k].T_target_marker);
+    CHECK(d.head<3>().norm() < 3e-4);
+    CHECK(d.tail<3>().norm() < 5e-3);
+  }
+  CHECK_NOTHROW(result.target.validate());
+}
+
+TEST_CASE("images that do not connect the markers are refused with the islands named") {
+  Random random(2);
+  auto images = sightings(1, 0.1, random);
+  MarkerSighting apart = images[0];
+  for (TagDetection& tag : apart.tags) tag.id += 20;
+  images.push_back(apart);
+  const auto result = estimate_marker_map(images, lens, {.size = 0.05});
+  CHECK_FALSE(result.fit.usable());
+  CHECK(result.islands.size() == 2);
+  CHECK_THAT(result.fit.message, Catch::Contains("{2, 5, 7} {22, 25, 27}"));
+}
+
+TEST_CASE("no marker, one marker, two families, a wrong reference and a size of zero are each told") {
+  Random random(2);
+  auto images = sightings(2, 0.1, random);
+  CHECK_THROWS_WITH(estimate_marker_map(images, lens, {}), Catch::Contains("size"));
+  CHECK_THROWS_WITH(estimate_marker_map(images, lens, {.size = 0.05, .reference = 99}), Catch::Contains("99"));
+  CHECK_FALSE(estimate_marker_map({}, lens, {.size = 0.05}).fit.usable());
+  auto single = images;
+  for (auto& image : single) image.tags.resize(1), image.tags[0].id = 2;
+  CHECK_THAT(estimate_marker_map(single, lens, {.size = 0.05}).fit.message, Catch::Contains("only marker 2"));
+  images[1].tags[0].family = "25h9";
+  CHECK_THROWS_WITH(estimate_marker_map(images, lens, {.size = 0.05}), Catch::Contains("25h9"));
+}

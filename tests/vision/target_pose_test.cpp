@@ -1,0 +1,120 @@
+#include <cstdlib>
+
+#include <catch2/catch.hpp>
+
+#include <kr5/core/error.hpp>
+#include <kr5/core/random.hpp>
+#include <kr5/uncertainty/confidence.hpp>
+#include <kr5/vision/target.hpp>
+#include <kr5/vision/target_pose.hpp>
+
+using namespace kr5;
+using namespace kr5::vision;
+
+namespace {
+
+Pinhole camera() {
+  Pinhole c{.width = 1280, .height = 960, .fx = 1200, .fy = 1195, .cx = 630, .cy = 485};
+  c.k1 = -0.15;
+  return c;
+}
+
+View seen(const Target& target, const Pose& T, double sigma, Random& random) {
+  const TargetPoints all = target_points(target);
+  View view{.name = "synthetic", .points = all.points, .pixels = Eigen::Matrix2Xd(2, all.points.cols()), .ids = all.ids};
+  for (Eigen::Index i = 0; i < all.points.cols(); ++i)
+    view.pixels.col(i) = camera().project(T * all.points.col(i)) + Eigen::Vector2d(random.normal(sigma), random.normal(sigma));
+  return view;
+}
+
+Pose random_pose(Random& random, double distance) {
+  Pose T = Pose::Identity();
+  const double azimuth = random.uniform(0, 6.28);
+  T.linear() = exp_rotation(random.uniform(0.3, 0.9) * Eigen::Vector3d(std::cos(azimuth), std::sin(azimuth), 0)) *
+               exp_rotation(random.uniform(-3, 3) * Eigen::Vector3d::UnitZ());
+  T.translation() = Eigen::Vector3d(random.uniform(-0.1, 0.1), random.uniform(-0.1, 0.1), 1) * distance;
+  return T;
+}
+
+}  // namespace
+
+TEST_CASE("the 95 % region of a pose holds the truth in 95 % of the trials") {
+  const bool given = GENERATE(true, false);
+  const int trials = std::getenv("KR5_FULL") ? 2000 : 500;
+  const Target board = parse_target("chessboard:5x7:0.02");
+  Random random(7);
+  int inside = 0;
+  const double sigma = 0.2, dof = 2.0 * 35 - 6;
+  for (int i = 0; i < trials; ++i) {
+    const Pose T = random_pose(random, 0.4);
+    const TargetPose pose = estimate_target_pose(seen(board, T, sigma, random), camera(),
+                                                 {.sigma_pixel = given ? sigma : 0.0, .huber = 0});
+    REQUIRE(pose.fit.usable());
+    const Vector6 d = pose_difference(pose.T_camera_target, T);
+    const double m = d.dot(pose.covariance.ldlt().solve(d));
+    // With an estimated sigma the distance follows 6 F(6, dof): its 95 % quantile is 13.5 at 64 degrees of freedom.
+    inside += m < (given ? uncertainty::chi_square_quantile(0.95, 6) : 6 * 2.2427);
+    CHECK(is_rotation(pose.T_camera_target.linear()));
+    CHECK(pose.T_camera_target.translation().z() > 0);
+  }
+  CAPTURE(given, inside, trials, dof);
+  CHECK(uncertainty::binomial_interval(inside, trials, 0.999).contains(0.95));
+}
+
+TEST_CASE("of two poses the right one comes first unless the view is called ambiguous") {
+  const Target tag = parse_target("tag:36h11:0:0.05");
+  Random random(21);
+  int sure = 0, right = 0, doubtful = 0;
+  for (int i = 0; i < 600; ++i) {
+    const Pose T = random_pose(random, random.uniform(0.3, 3.0));
+    const TargetPose pose = estimate_target_pose(seen(tag, T, 0.15, random), camera(), {.sigma_pixel = 0.15});
+    REQUIRE(pose.fit.usable());
+    if (pose.ambiguous) {
+      REQUIRE(pose.T_camera_target_second.has_value());
+      CHECK(pose.error_ratio >= 1);
+      ++doubtful;
+      continue;
+    }
+    ++sure;
+    const double error = pose_difference(pose.T_camera_target, T).tail<3>().norm();
+    const double other = pose.T_camera_target_second ? pose_difference(*pose.T_camera_target_second, T).tail<3>().norm() : 1e9;
+    right += error < other;
+  }
+  CAPTURE(sure, right, doubtful);
+  CHECK(doubtful > 20);
+  CHECK(sure > 200);
+  CHECK(uncertainty::binomial_interval(right, sure, 0.95).low > 0.97);
+}
+
+TEST_CASE("a target in space has one pose") {
+  Target map;
+  map.kind = TargetKind::MarkerMap;
+  Pose side = Pose::Identity();
+  side.linear() = exp_rotation(Eigen::Vector3d(0, 0.9, 0));
+  side.translation() = Eigen::Vector3d(0.09, 0, 0.03);
+  map.map = {{0, 0.05, Pose::Identity()}, {1, 0.05, side}};
+  Random random(3);
+  Pose T = Pose::Identity();
+  T.translation().z() = 0.4;
+  const TargetPose pose = estimate_target_pose(seen(map, T, 0.1, random), camera());
+  REQUIRE(pose.fit.usable());
+  CHECK_FALSE(pose.ambiguous);
+  CHECK(pose_difference(pose.T_camera_target, T).norm() < 0.01);
+}
+
+TEST_CASE("views that hold no pose get a status, broken ones an exception") {
+  View view;
+  view.points = Eigen::Matrix3Xd::Zero(3, 3);
+  view.pixels = Eigen::Matrix2Xd::Zero(2, 3);
+  CHECK_FALSE(estimate_target_pose(view, camera()).fit.usable());
+  view.points = Eigen::Matrix3Xd::Zero(3, 5);
+  view.points.row(0) = Eigen::RowVectorXd::LinSpaced(5, 0, 0.1);
+  view.pixels = Eigen::Matrix2Xd::Constant(2, 5, 400);
+  view.pixels.row(0) = Eigen::RowVectorXd::LinSpaced(5, 500, 700);
+  CHECK_FALSE(estimate_target_pose(view, camera()).fit.usable());
+  view.pixels(0, 0) = std::nan("");
+  CHECK_THROWS_AS(estimate_target_pose(view, camera()), InvalidArgument);
+  view.pixels = Eigen::Matrix2Xd::Zero(2, 4);
+  CHECK_THROWS_AS(estimate_target_pose(view, camera()), InvalidArgument);
+  CHECK_THROWS_AS(estimate_target_pose(view, camera(), {.ambiguous_from = 0.9}), InvalidArgument);
+}
