@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/calibration/evaluate.hpp>
 #include <kr5/calibration/hand_eye.hpp>
 
 #include "struct_binder.hpp"
@@ -25,7 +26,37 @@ static void bind_hand_eye(py::module_& m) {
       "Raises\n------\nkr5.InvalidArgument\n    Fewer than three views, a view with fewer than four points, or NaN.");
 }
 
+static void bind_evaluation(py::module_& m) {
+  kr5::python::bind_struct<HeldOutView>(m, "HeldOutView", "One view, predicted from a calibration made without it.");
+  kr5::python::bind_struct<HandEyeEvaluation>(m, "HandEyeEvaluation", "How good a method is on views left out.");
+  m.def(
+      "evaluate_hand_eye",
+      [](const std::vector<HandEyeView>& views, const kr5::Pinhole& camera, const HandEyeOptions& options, int folds) {
+        return evaluate_hand_eye(views, camera, options, folds);
+      },
+      py::arg("views"), py::arg("camera"), py::arg("options") = HandEyeOptions(), py::arg("folds") = 0,
+      py::call_guard<py::gil_scoped_release>(),
+      "Error of calibrate_hand_eye on views left out; folds 0: every view alone.");
+  m.def(
+      "evaluate_hand_eye_method",
+      [](const std::vector<HandEyeView>& views, const kr5::Pinhole& camera, const py::function& solver, Mount mount,
+         int folds) {
+        const HandEyeSolver call = [&](std::span<const HandEyeView> rest, std::span<const kr5::Pose> targets) {
+          std::optional<HandEyePoses> out;
+          const py::object found = solver(std::vector<HandEyeView>(rest.begin(), rest.end()),
+                                          std::vector<kr5::Pose>(targets.begin(), targets.end()));
+          if (!found.is_none()) out = HandEyePoses{found.cast<kr5::Pose>(), std::nullopt};
+          return out;
+        };
+        return evaluate_hand_eye(views, camera, call, {.mount = mount, .folds = folds});
+      },
+      py::arg("views"), py::arg("camera"), py::arg("solver"), py::arg("mount") = Mount::EyeInHand, py::arg("folds") = 0,
+      "Error of any method on views left out. `solver(views, T_camera_target)` gets the views and the poses of the\n"
+      "target seen in them and returns T_mount_camera (4x4), or None. T_fixed_target is the mean over the views.");
+}
+
 void bind_calibration(py::module_& m) {
   m.doc() = "Hand-eye, tool and clock calibration, and their evaluation.";
   bind_hand_eye(m);
+  bind_evaluation(m);
 }

@@ -2,6 +2,7 @@
 #include <kr5/vision/camera_calibration.hpp>
 #include <kr5/vision/camera_peers.hpp>
 #include <kr5/vision/family.hpp>
+#include <kr5/vision/hand_eye_closed_form.hpp>
 #include <kr5/vision/render.hpp>
 
 #include "struct_binder.hpp"
@@ -112,7 +113,20 @@ static void bind_render(py::module_& m) {
       "The target to scale for a printer, uint8 of shape (height, width).");
 }
 
+static void bind_hand_eye(py::module_& m) {
+  python::bind_enum<HandEyeMethod>(m, "HandEyeMethod", "Hand-eye solvers of OpenCV and ViSP.");
+  python::bind_struct<HandEyeSample>(m, "HandEyeSample", "One stop of the robot.");
+  m.def(
+      "closed_form_hand_eye",
+      [](const std::vector<HandEyeSample>& samples, HandEyeMethod method) {
+        return closed_form_hand_eye(samples, method);
+      },
+      py::arg("samples"), py::arg("method"), py::call_guard<py::gil_scoped_release>(),
+      "T_flange_camera (4x4), or T_base_camera from inverted robot poses, by a solver of OpenCV or ViSP.");
+}
+
 void bind_vision(py::module_& m) {
+  bind_hand_eye(m);
   bind_images(m);
   bind_targets(m);
   bind_render(m);
