@@ -1,0 +1,199 @@
+"""`kr5 calibrate camera`: lens and sensor of a camera, from images of a target."""
+
+from collections import Counter
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+import typer
+
+from kr5 import vision
+
+from .common import Json, Output, console, fail, figure, number, show_result, table, track, working, write_json, write_result
+from .options import options_from
+
+app = typer.Typer()
+LENSES = Literal["auto", "none", "k1", "k1k2", "brown4", "brown5", "radial6", "rational8"]
+PARAMETERS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
+DOUBTS = ("uncertain", "noisy_corners", "coverage", "few_views", "views_lost")
+REMEDIES = {
+    "mirrored": "The picture is mirrored: switch off the mirroring in the camera driver.",
+    "wrong_size": "Count the inner corners (squares less one), rows first, and correct --board.",
+    "wrong_family": "Name the marker family that is printed in --board.",
+    "wrong_marker": "Name the marker that is printed in --board.",
+    "too_dark": "Expose longer.", "overexposed": "Expose shorter.",
+    "blurred": "Hold camera and board still, focus, expose shorter.",
+}
+FEW = 8  # views; with fewer the held-out errors say little
+
+
+@app.command(epilog="Example:  kr5 calibrate camera left*.jpg --board chessboard:6x9:0.025 -o camera.json")
+@options_from(vision.CameraOptions, skip=("lens", "max_iterations"))
+def camera(
+    images: Annotated[list[Path], typer.Argument(help="Images of one camera, or folders of them.")],
+    board: Annotated[str, typer.Option(help="The target, e.g. chessboard:6x9:0.025 (inner corners, rows first; squares in m).")],
+    options: vision.CameraOptions,
+    model: Annotated[LENSES, typer.Option(help="Lens model; auto: chosen by error on held-out views.")] = "auto",
+    output: Output = None,
+    json_file: Json = None,
+    peers: Annotated[bool, typer.Option("--peers", help="Show OpenCV's and ViSP's calibration of the same points.")] = False,
+) -> None:
+    """Calibrates a camera, says how well it is known, and what is wrong with the images."""
+    target = vision.parse_target(board)
+    if model != "auto":
+        options.lens = model
+    options.validate()
+    files, views, size, lost = _detect(_files(images), target)
+    with working("Fitting and comparing lens models"):
+        result = vision.calibrate_camera(views, *size, options)
+    out = console(json_file)
+    data = write_result(output, "kr5-camera/1", **_keys(result, files, views, size, lost, board))
+    write_json(data, json_file)
+    _show(result, data, out)
+    if peers:
+        _show_peers(result, views, size, out)
+    if not result.fit.usable:
+        raise typer.Exit(2)
+
+
+def _files(given: list[Path]) -> list[Path]:
+    endings = {".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm"}
+    files = []
+    for path in given:
+        if not path.exists():
+            fail(f"{path}: no such file or folder")
+        inside = sorted(f for f in path.iterdir() if f.suffix.lower() in endings) if path.is_dir() else [path]
+        if not inside:
+            fail(f"{path}: the folder holds no image ({', '.join(sorted(endings))})")
+        files += inside
+    if doubled := [str(f) for f, n in Counter(files).items() if n > 1]:
+        fail(f"given twice: {', '.join(doubled)}; a view that counts twice makes the result look better known than it is")
+    return files
+
+
+def _detect(files: list[Path], target: Any) -> tuple[list[Path], list, tuple[int, int], list[dict[str, str]]]:
+    """Views of the images in which the target was found, and why the others were lost."""
+    seen, views, lost, sizes = [], [], [], {}
+    names = [f.name for f in files] if len({f.name for f in files}) == len(files) else [str(f) for f in files]
+    for file, name in track(list(zip(files, names)), "Looking for the target"):
+        image = vision.load_image(str(file))
+        height, width = np.asarray(image).shape
+        sizes.setdefault((width, height), name)
+        if len(sizes) > 1:
+            (a, first), (b, second) = sizes.items()
+            fail(f"{second} is {b[0]} x {b[1]} px, {first} {a[0]} x {a[1]}: images of one camera at one setting are needed")
+        found = vision.find_target(image, target)
+        if str(found.status) != "found":
+            lost.append({"name": name, "status": str(found.status), "message": found.message})
+            continue
+        view = found.view
+        view.name = name
+        if view.pixels.shape[1] < 6:
+            lost.append({"name": name, "status": "few_points", "message": "fewer than 6 points seen"})
+            continue
+        seen.append(file)
+        views.append(view)
+    if not views:
+        reasons = "; ".join(f"{item['name']}: {item['message']}" for item in lost[:3])
+        fail(f"the target was found in none of {len(files)} images. {reasons}")
+    return seen, views, next(iter(sizes)), lost
+
+
+def _lost_causes(lost: list[dict[str, str]], total: int) -> list[dict[str, str]]:
+    causes = []
+    for status, count in Counter(item["status"] for item in lost).most_common():
+        names = ", ".join(item["name"] for item in lost if item["status"] == status)
+        cause = {"wrong_size": "wrong_board", "blurred": "blur"}.get(status, status)
+        message = next(item["message"] for item in lost if item["status"] == status)
+        causes.append({"cause": cause, "text": f"{count} of {total} images gave no points ({names}): {message}",
+                       "remedy": REMEDIES.get(status, "Look at these images with `kr5 detect`."), "evidence": f"{count} of {total}"})
+    return causes
+
+
+def _verdict(result: Any, causes: list[dict[str, str]]) -> dict[str, str]:
+    if not result.fit.usable:
+        return {"word": "unusable", "text": result.fit.message}
+    doubts = [c["text"] for c in causes if c["cause"] in DOUBTS]
+    left_out = sum(v.outlier for v in result.views)
+    known = f"Points of new images are predicted to {number(result.held_out_rms)} px." if result.held_out_rms else ""
+    out = f" {left_out} view(s) were left out as contradicting the others." if left_out else ""
+    if doubts:
+        return {"word": "doubtful", "text": f"{' '.join(doubts)} {known}{out}".strip()}
+    return {"word": "good", "text": f"The views agree and determine the camera. {known}{out}".strip()}
+
+
+def _figures(result: Any) -> list[dict[str, Any]]:
+    std = np.sqrt(np.diag(result.covariance))
+    rows = []
+    for i, name in enumerate(PARAMETERS):
+        if name in result.free or (name == "fy" and result.square_pixels):
+            rows.append(figure(name, getattr(result.camera, name), std[i], "px" if i < 4 else "-"))
+    rows.append(figure("noise of a point per axis", result.sigma_pixel, None, "px"))
+    rows.append(figure("RMS error, views used", result.rms_px, None, "px"))
+    if result.held_out_rms:
+        rows.append(figure("RMS error, views held out", result.held_out_rms, None, "px"))
+    return rows
+
+
+def _keys(result: Any, files: list, views: list, size: tuple[int, int], lost: list, board: str) -> dict[str, Any]:
+    causes = [{k: v for k, v in f.to_dict().items() if k != "severe"} for f in result.findings]
+    causes += _lost_causes(lost, len(views) + len(lost))
+    if len(lost) > len(views):
+        causes.append({"cause": "views_lost", "text": "The target was found in less than half of the images.",
+                       "remedy": "Check --board, light and focus.", "evidence": f"{len(lost)} of {len(lost) + len(views)}"})
+    if result.fit.usable and len(views) < FEW:
+        causes.append({"cause": "few_views", "text": f"Only {len(views)} views: the error on held-out views says little.",
+                       "remedy": "Take 10 to 20 images.", "evidence": f"{len(views)} views"})
+    reports = [{**{k: getattr(v, k) for k in ("name", "rms_px", "noise_px", "weight", "outlier", "reason", "influence",
+                                              "probability")}, "tilt_deg": float(np.degrees(v.tilt)), "image": str(file.resolve())}
+               for v, file in zip(result.views, files)]
+    residuals = [{"view": v.name, "u": view.pixels[0], "v": view.pixels[1], "du": r.residuals[0], "dv": r.residuals[1]}
+                 for v, view, r in zip(result.views, views, result.views) if r.residuals.shape[1]]
+    frames = [{"name": "camera", "parent": None, "T": np.eye(4)}]
+    frames += [{"name": v.name, "parent": "camera", "T": v.T_camera_target} for v in result.views]
+    held_out = {"rms_px": result.held_out_rms, "folds": "by views; each point from the pose of the view's other points"}
+    return {
+        "input": {"board": board, "images": [str(f) for f in files], "without_target": lost},
+        "verdict": _verdict(result, causes), "causes": causes, "figures": _figures(result), "image_size": list(size),
+        "views": reports, "residuals": residuals, "frames": frames,
+        **({"held_out": held_out} if result.held_out_rms else {}), "result": result.to_dict(),
+    }
+
+
+def _model_name(m: Any) -> str:
+    return str(m.lens) + (", fx = fy" if m.square_pixels else "") + (", bent target" if m.bent_target else "")
+
+
+def _show(result: Any, data: dict[str, Any], out: Any) -> None:
+    out.print(table("Views", ["view", "rms [px]", "noise [px]", "weight [-]", "tilt [deg]", "influence [-]", ""], (
+        [v.name, v.rms_px, v.noise_px, v.weight, float(np.degrees(v.tilt)), v.influence, v.reason if v.outlier else ""]
+        for v in result.views)))
+    if result.models:
+        best = sorted(result.models, key=lambda m: m.held_out_rms)[:8]
+        if not any(m.chosen for m in best):
+            best += [m for m in result.models if m.chosen]
+        out.print(table("Models (best on held-out views first)", ["model", "free", "held out [px]", "fitted [px]", "excess ± std [px²]", ""], (
+            [_model_name(m), m.parameters, f"{m.held_out_rms:.4f}", f"{m.fitted_rms:.4f}",
+             f"{m.excess:.2g} ± {m.excess_std:.1g}", "chosen" if m.chosen else ""] for m in best)))
+    c = result.coverage
+    out.print(f"Coverage: {100 * c.cells_hit:.0f} % of the image's cells, largest empty rectangle {100 * c.largest_gap:.0f} %; "
+              f"tilt {np.degrees(c.tilt_min):.0f} to {np.degrees(c.tilt_max):.0f} deg, farthest / nearest {c.distance_ratio:.2f}")
+    show_result(data, out)
+
+
+def _show_peers(result: Any, views: list, size: tuple[int, int], out: Any) -> None:
+    lens = "rational8" if str(result.lens) == "radial6" else str(result.lens)
+    visp_lens = "none" if lens == "none" else "k1"
+    answers = {f"kr5 {result.lens}": result, f"OpenCV {lens}": vision.calibrate_camera_opencv(views, *size, lens),
+               "OpenCV brown5 (default)": vision.calibrate_camera_opencv(views, *size, "brown5"),
+               f"ViSP {visp_lens}": vision.calibrate_camera_visp(views, *size, visp_lens)}
+    rows = []
+    for name, r in answers.items():
+        if not r.fit.usable:
+            rows.append([name, "–", *["–"] * 5, r.fit.message])
+            continue
+        std = np.sqrt(np.diag(r.covariance))
+        cells = [number(getattr(r.camera, p), s) + (f" ± {number(s, s)}" if s else "") for p, s in zip(PARAMETERS[:5], std)]
+        rows.append([name, f"{r.rms_px:.4f}", *cells, ""])
+    out.print(table("Beside peers (same points)", ["calibration", "rms [px]", "fx [px]", "fy [px]", "cx [px]", "cy [px]",
+                                                   "k1 [-]", ""], rows))
