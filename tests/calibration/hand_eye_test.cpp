@@ -1,0 +1,215 @@
+#include <catch2/catch.hpp>
+
+#include <cstdlib>
+
+#include <kr5/calibration/evaluate.hpp>
+#include <kr5/calibration/hand_eye.hpp>
+#include <kr5/core/error.hpp>
+#include <kr5/uncertainty/confidence.hpp>
+#include <support/hand_eye_world.hpp>
+
+using namespace kr5;
+using namespace kr5::calibration;
+using test::HandEyeWorld;
+using test::HandEyeWorldOptions;
+using uncertainty::binomial_interval;
+
+namespace {
+
+constexpr double kPosition = 0.003, kRotation = 0.005;
+
+HandEyeWorldOptions noisy(int views, Mount mount, std::uint64_t seed) {
+  return {.mount = mount,
+          .views = views,
+          .sigma_robot_position = kPosition,
+          .sigma_robot_rotation = kRotation,
+          .seed = seed};
+}
+
+HandEyeResult solve(const HandEyeWorld& w, HandEyeOptions options) {
+  return calibrate_hand_eye(w.views, w.camera, options);
+}
+
+bool inside_95(const Pose& estimate, const Pose& truth, const Matrix6& covariance) {
+  const Vector6 d = pose_difference(estimate, truth);
+  return d.dot(covariance.ldlt().solve(d)) < uncertainty::chi_square_quantile(0.95, 6);
+}
+
+/// Trials of a Monte-Carlo test: all of them on request, else a part with wider limits.
+int trials(int all) { return std::getenv("KR5_FULL") ? all : all / 20; }
+
+/// Moves the robot pose of a view so far that nothing but a blunder explains it.
+void spoil(HandEyeWorld& w, std::size_t view, Random& random) {
+  Vector6 d;
+  d << random.uniform(0.03, 0.2) * random.direction(), random.uniform(0.05, 0.5) * random.direction();
+  w.views[view].T_base_flange = w.views[view].T_base_flange * to_pose(d);
+}
+
+}  // namespace
+
+TEST_CASE("exact data give the exact answer, for both mounts and many points or one tag") {
+  for (const Mount mount : {Mount::EyeInHand, Mount::EyeToHand})
+    for (const int side : {2, 6}) {
+      const HandEyeWorld w = test::make_hand_eye_world(
+          {.mount = mount, .views = 8, .rows = side, .cols = side, .square = 0.18 / side, .sigma_pixel = 0});
+      const HandEyeResult r = solve(w, {.mount = mount});
+      CAPTURE(name_of(mount), side, r.fit.message);
+      REQUIRE(r.fit.usable());
+      CHECK(pose_difference(r.T_mount_camera, w.T_mount_camera).norm() < 1e-7);
+      CHECK(pose_difference(r.T_fixed_target, w.T_fixed_target).norm() < 1e-7);
+      for (const HandEyeViewReport& v : r.views) CHECK_FALSE(v.outlier);
+    }
+}
+
+TEST_CASE("the 95 % regions of camera and target hold the truth in 95 %, noise given or estimated") {
+  const bool given = GENERATE(false, true);
+  const int views = GENERATE(8, 15, 30);
+  const Mount mount = views == 15 ? Mount::EyeToHand : Mount::EyeInHand;
+  int camera = 0, target = 0;
+  const int n = trials(2000);
+  for (int i = 0; i < n; ++i) {
+    const HandEyeWorld w = test::make_hand_eye_world(noisy(views, mount, 5000 + i));
+    HandEyeOptions options{.mount = mount};
+    if (given)
+      options.sigma_pixel = 0.2, options.sigma_robot_position = kPosition, options.sigma_robot_rotation = kRotation;
+    const HandEyeResult r = solve(w, options);
+    REQUIRE(r.fit.usable());
+    camera += inside_95(r.T_mount_camera, w.T_mount_camera, r.covariance);
+    target += inside_95(r.T_fixed_target, w.T_fixed_target, r.covariance_target);
+  }
+  CAPTURE(views, given, camera, target, n);
+  // The promise is 93 to 97 %: the interval of the rate must reach into it.
+  for (const int count : {camera, target}) {
+    CHECK(binomial_interval(count, n, 0.999).high > 0.93);
+    CHECK(binomial_interval(count, n, 0.999).low < 0.97);
+  }
+}
+
+TEST_CASE("noise levels are estimated without bias") {
+  double position = 0, rotation = 0, pixel = 0;
+  const int n = trials(400);
+  for (int i = 0; i < n; ++i) {
+    const HandEyeResult r = solve(test::make_hand_eye_world(noisy(15, Mount::EyeInHand, 100 + i)), {});
+    position += r.sigma_robot_position / n;
+    rotation += r.sigma_robot_rotation / n;
+    pixel += r.sigma_pixel / n;
+  }
+  // One estimate scatters by about 1 / sqrt(2 * 39) = 11 %.
+  const double margin = 4 * 0.11 / std::sqrt(n) + 0.01;
+  CHECK(position == Approx(kPosition).epsilon(margin));
+  CHECK(rotation == Approx(kRotation).epsilon(margin));
+  CHECK(pixel == Approx(0.2).epsilon(0.01));
+}
+
+TEST_CASE("views that contradict the others are named, lose their weight and hardly hurt") {
+  for (const Mount mount : {Mount::EyeInHand, Mount::EyeToHand})
+    for (int trial = 0; trial < 10; ++trial) {
+      HandEyeWorld w = test::make_hand_eye_world(noisy(15, mount, 300 + trial));
+      const HandEyeResult sound = solve(w, {.mount = mount});
+      Random random(trial);
+      for (const std::size_t i : {2, 7, 12}) spoil(w, i, random);
+      const HandEyeResult r = solve(w, {.mount = mount});
+      CAPTURE(trial, r.fit.message);
+      for (const std::size_t i : {2, 7, 12}) {
+        CHECK(r.views[i].outlier);
+        CHECK(r.views[i].weight < 0.1);
+        CHECK(r.views[i].robot_position > 0.01);
+        CHECK(r.fit.message.find(r.views[i].name) != std::string::npos);
+      }
+      const Vector6 moved = pose_difference(sound.T_mount_camera, r.T_mount_camera);
+      CHECK(moved.dot(r.covariance.ldlt().solve(moved)) < uncertainty::chi_square_quantile(0.999, 6));
+    }
+}
+
+TEST_CASE("sound sets have a view named no more often than stated") {
+  const double stated = 0.05;
+  int alarms = 0;
+  const int n = trials(1000);
+  for (int i = 0; i < n; ++i) {
+    const HandEyeResult r =
+        solve(test::make_hand_eye_world(noisy(10, Mount::EyeInHand, 9000 + i)), {.outlier_false_alarm = stated});
+    alarms += std::any_of(r.views.begin(), r.views.end(), [](const auto& v) { return v.outlier; });
+  }
+  CAPTURE(alarms, n);
+  CHECK(binomial_interval(alarms, n, 0.999).low < stated);
+}
+
+TEST_CASE("points far off inside a view do not spoil it") {
+  HandEyeWorld w = test::make_hand_eye_world({.views = 10, .sigma_pixel = 0.1});
+  const HandEyeResult clean = solve(w, {});
+  for (auto& v : w.views) v.view.pixels.col(5) += Eigen::Vector2d(12, -9);
+  const HandEyeResult r = solve(w, {});
+  REQUIRE(r.fit.usable());
+  const double error = pose_difference(clean.T_mount_camera, r.T_mount_camera).head<3>().norm();
+  CHECK(error < 1e-3);
+}
+
+TEST_CASE("a wrist that does not turn, or about one axis only, is called degenerate with the numbers") {
+  for (const int axes : {0, 1}) {
+    HandEyeWorldOptions o = noisy(12, Mount::EyeInHand, 4);
+    o.axes = axes;
+    o.sigma_robot_rotation = 1e-4;
+    const HandEyeResult r = solve(test::make_hand_eye_world(o), {});
+    CAPTURE(axes, r.fit.message);
+    CHECK(r.fit.status == FitStatus::Degenerate);
+    CHECK(r.fit.message.find(axes == 0 ? "at most" : "one axis only") != std::string::npos);
+    CHECK(r.fit.message.find("deg") != std::string::npos);
+  }
+}
+
+TEST_CASE("a wrist that hardly turns gives a large covariance, not nonsense") {
+  HandEyeWorldOptions o = noisy(12, Mount::EyeInHand, 5);
+  const HandEyeResult wide = solve(test::make_hand_eye_world(o), {});
+  o.tilt = 0.12;
+  const HandEyeWorld w = test::make_hand_eye_world(o);
+  const HandEyeResult narrow = solve(w, {});
+  REQUIRE(narrow.fit.usable());
+  CHECK(narrow.covariance.topLeftCorner<3, 3>().trace() > 4 * wide.covariance.topLeftCorner<3, 3>().trace());
+  const Vector6 d = pose_difference(narrow.T_mount_camera, w.T_mount_camera);
+  CHECK(d.dot(narrow.covariance.ldlt().solve(d)) < uncertainty::chi_square_quantile(0.9999, 6));
+}
+
+TEST_CASE("the same data give the same answer, and a start of one's own leads to it") {
+  const HandEyeWorld w = test::make_hand_eye_world(noisy(12, Mount::EyeToHand, 6));
+  const HandEyeResult a = solve(w, {.mount = Mount::EyeToHand}), b = solve(w, {.mount = Mount::EyeToHand});
+  CHECK(a.T_mount_camera.matrix() == b.T_mount_camera.matrix());
+  CHECK(a.covariance == b.covariance);
+  Vector6 off;
+  off << 0.05, -0.05, 0.05, 0.1, 0.1, -0.1;
+  const HandEyeResult c = solve(w, {.mount = Mount::EyeToHand, .start = w.T_mount_camera * to_pose(off)});
+  CHECK(pose_difference(a.T_mount_camera, c.T_mount_camera).norm() < 1e-4);
+}
+
+TEST_CASE("too little or malformed input is refused by name") {
+  HandEyeWorld w = test::make_hand_eye_world({.views = 5});
+  const auto run = [&](std::span<const HandEyeView> views, HandEyeOptions o = {}) {
+    return calibrate_hand_eye(views, w.camera, o);
+  };
+  CHECK_THROWS_WITH(run(std::span(w.views).first(2)), Catch::Contains("three views"));
+  CHECK_THROWS_WITH(run(w.views, {.sigma_pixel = -1}), Catch::Contains("sigma_pixel"));
+  auto views = w.views;
+  views[3].view.pixels(0, 0) = std::nan("");
+  CHECK_THROWS_WITH(run(views), Catch::Contains("view3") && Catch::Contains("finite"));
+  views = w.views;
+  views[1].T_base_flange.linear() *= -1;
+  CHECK_THROWS_WITH(run(views), Catch::Contains("view1") && Catch::Contains("rotation"));
+  views = w.views;
+  views[2].view.points = Eigen::Matrix3Xd(views[2].view.points.leftCols(3));
+  views[2].view.pixels = Eigen::Matrix2Xd(views[2].view.pixels.leftCols(3));
+  CHECK_THROWS_WITH(run(views), Catch::Contains("view2") && Catch::Contains("four points"));
+}
+
+TEST_CASE("held-out error is that of the noise, and a wrong method is found out") {
+  const HandEyeWorld w = test::make_hand_eye_world(noisy(15, Mount::EyeInHand, 7));
+  const HandEyeEvaluation good = evaluate_hand_eye(w.views, w.camera, HandEyeOptions{});
+  REQUIRE(good.views.size() == 15);
+  CHECK(good.unjudged == 0);
+  CHECK(good.rotation_rms > 0.5 * std::sqrt(3) * kRotation);
+  CHECK(good.rotation_rms < 2 * std::sqrt(3) * kRotation);
+  const HandEyeEvaluation bad = evaluate_hand_eye(w.views, w.camera, [&](auto, auto) {
+    return HandEyePoses{w.T_mount_camera.inverse(), std::nullopt};
+  });
+  CHECK(bad.position_rms > 5 * good.position_rms);
+  CHECK(evaluate_hand_eye(w.views, w.camera, HandEyeOptions{}, 5).views.size() == 15);
+  CHECK_THROWS_AS(evaluate_hand_eye(std::span(w.views).first(3), w.camera, HandEyeOptions{}), InvalidArgument);
+}
