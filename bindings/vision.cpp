@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <kr5/vision/camera_calibration.hpp>
 #include <kr5/vision/camera_peers.hpp>
+#include <kr5/vision/detect.hpp>
 #include <kr5/vision/family.hpp>
 #include <kr5/vision/hand_eye_closed_form.hpp>
+#include <kr5/vision/marker_map.hpp>
 #include <kr5/vision/render.hpp>
+#include <kr5/vision/target_pose.hpp>
 
 #include "struct_binder.hpp"
 
@@ -27,7 +30,7 @@ static void bind_camera_calibration(py::module_& m) {
       py::arg("views"), py::arg("width"), py::arg("height"), py::arg("options") = CameraOptions(),
       py::call_guard<py::gil_scoped_release>(),
       "Camera from views of targets: start, robust bundle adjustment, spoiling views named, model chosen by error on\n"
-      "held-out views. Look at `fit.usable()` and `findings` before using `camera`.");
+      "held-out views. Look at `fit.usable` and `findings` before using `camera`.");
 }
 
 static void bind_camera_peers(py::module_& m) {
@@ -113,6 +116,51 @@ static void bind_render(py::module_& m) {
       "The target to scale for a printer, uint8 of shape (height, width).");
 }
 
+static void bind_detect(py::module_& m) {
+  python::bind_enum<Refinement>(m, "Refinement", "How points are made exact.");
+  python::bind_enum<DetectStatus>(m, "DetectStatus", "Whether a target was found, and why not.");
+  python::bind_struct<TagOptions>(m, "TagOptions", "Options of find_tags.");
+  python::bind_struct<TagDetection>(m, "TagDetection", "One marker in an image.");
+  python::bind_struct<DetectOptions>(m, "DetectOptions", "Options of find_target.");
+  python::bind_struct<Detection>(m, "Detection", "What was seen of a target.").def("found", &Detection::found);
+  m.def(
+      "find_tags",
+      [](const GreyArray& image, const TagOptions& options) {
+        const ImageView view = view_of(image);
+        py::gil_scoped_release release;
+        return find_tags(view, options);
+      },
+      py::arg("image"), py::arg("options") = TagOptions(),
+      "Every marker of the families in a grey image (uint8, height x width); several with one number are all given.");
+  m.def(
+      "find_target",
+      [](const GreyArray& image, const Target& target, const DetectOptions& options) {
+        const ImageView view = view_of(image);
+        py::gil_scoped_release release;
+        return find_target(view, target, options);
+      },
+      py::arg("image"), py::arg("target"), py::arg("options") = DetectOptions(),
+      "Looks for one target in a grey image (uint8, height x width). When it is not found, `status` and `message` say why.");
+}
+
+static void bind_poses(py::module_& m) {
+  python::bind_struct<TargetPoseOptions>(m, "TargetPoseOptions", "Options of estimate_target_pose.");
+  python::bind_struct<TargetPose>(m, "TargetPose", "Where a target stands in the camera.");
+  m.def("estimate_target_pose", &estimate_target_pose, py::arg("view"), py::arg("camera"),
+        py::arg("options") = TargetPoseOptions(), py::call_guard<py::gil_scoped_release>(),
+        "Pose of a target from one view, with covariance and, for a flat one, the second pose. Look at fit.usable().");
+  python::bind_struct<MarkerSighting>(m, "MarkerSighting", "The markers seen in one image.");
+  python::bind_struct<MarkerMapOptions>(m, "MarkerMapOptions", "Options of estimate_marker_map.");
+  python::bind_struct<MarkerMapResult>(m, "MarkerMapResult", "What estimate_marker_map returns.");
+  m.def(
+      "estimate_marker_map",
+      [](const std::vector<MarkerSighting>& images, const Pinhole& camera, const MarkerMapOptions& options) {
+        return estimate_marker_map(images, camera, options);
+      },
+      py::arg("images"), py::arg("camera"), py::arg("options"), py::call_guard<py::gil_scoped_release>(),
+      "Where markers sit relative to each other, from images that show several at once. Look at fit.usable().");
+}
+
 static void bind_hand_eye(py::module_& m) {
   python::bind_enum<HandEyeMethod>(m, "HandEyeMethod", "Hand-eye solvers of OpenCV and ViSP.");
   python::bind_struct<HandEyeSample>(m, "HandEyeSample", "One stop of the robot.");
@@ -130,6 +178,8 @@ void bind_vision(py::module_& m) {
   bind_images(m);
   bind_targets(m);
   bind_render(m);
+  bind_detect(m);
+  bind_poses(m);
   bind_camera_calibration(m);
   bind_camera_peers(m);
 }
