@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 #include <catch2/catch.hpp>
@@ -152,6 +153,18 @@ TEST_CASE("values no real cell has are named") {
   CHECK_THAT(told("friction: 0.18", "friction: -0.18"), Contains("contact.friction: found -0.18,"));
   CHECK_THAT(told("force: 0.15", "force: -0.15"), Contains("noise.force: found -0.15,"));
   CHECK_THAT(told("damping: 40.0", "damping: .inf"), Contains("contact.damping: found .inf, expected a finite number"));
+}
+
+TEST_CASE("what was changed in memory is checked as it is now, in order of lines") {
+  Cell cell = load_cell(arc_file);
+  cell.board->T_B_W.translation().x() = 620.0;
+  cell.robot.links[1].mass = std::nan("");
+  cell.robot.dh[0].b = 400.0;
+  const auto problems = check(cell);
+  REQUIRE(problems.size() == 3);
+  CHECK(std::is_sorted(problems.begin(), problems.end(), [](const auto& a, const auto& b) { return a.line < b.line; }));
+  CHECK_THAT(told(problems), Contains("robot.dh[0].b: found 400.0") && Contains("robot.links[1].mass: found .nan") &&
+                                 Contains("board.T_B_W[0]: found 620.0, expected a length in metres"));
 }
 
 TEST_CASE("effects out of bounds are named with the bounds") {

@@ -139,6 +139,11 @@ TEST_CASE("a value of the wrong type is named with line, field, what stands ther
   CHECK(complaint("vector: [1, x]") == "x.yaml:1: vector[1]: found 'x', expected a number\n");
 }
 
+TEST_CASE("a text as long as a file is shown by its beginning") {
+  CHECK(complaint("number: " + std::string(500, 'x')) ==
+        "x.yaml:1: number: found '" + std::string(80, 'x') + "...', expected a number\n");
+}
+
 TEST_CASE("a key that a struct requires is missed by name") {
   CHECK(complaint("parts:\n  - {com: [0, 0, 0]}") ==
         "x.yaml:2: parts[0].mass: found nothing, expected this key, it is required\n");

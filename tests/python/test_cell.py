@@ -181,7 +181,7 @@ def test_show_draws_the_arm_and_prints_tables(run_kr5, share, tmp_path):
         assert word in shown.stdout
     data = json.loads((tmp_path / "cell.json").read_text())
     assert data["q"][3] == pytest.approx(0.1)
-    assert {f["name"].split()[0] for f in data["frames"]} >= {"F", "S", "E", "C", "L", "W", "T"}
+    assert {f["name"].split()[0] for f in data["frames"]} >= {"F", "S", "E", "C", "L", "W1", "W3", "T"}
 
 
 def test_show_of_a_recording_lists_its_experiments(run_kr5, motion):

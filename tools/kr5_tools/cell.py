@@ -100,7 +100,7 @@ def parse_posture(text: str, cell: Any) -> list[float]:
 
 
 def posture_text(q: list[float], cell: Any) -> str:
-    return ", ".join(f"{1000 * v:.1f} mm" if is_slide(cell, i) else f"{DEG * v:.1f}°" for i, v in enumerate(q))
+    return ", ".join(f"{1000 * v:.1f} mm" if is_slide(cell, i) else f"{round(DEG * v, 1) + 0.0:.1f}°" for i, v in enumerate(q))
 
 
 def rest_posture(cell: Any, recording: Any) -> list[float]:

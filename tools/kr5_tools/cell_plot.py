@@ -28,40 +28,42 @@ def arm_figure(cell: Any, q: list[float], fixed: dict[str, Any], carried: dict[s
     with plt.rc_context({**STYLE, "figure.constrained_layout.use": False}):
         figure = plt.figure(figsize=(13, 7))
         figure.suptitle(title, fontsize=12, y=0.975)
-        whole = figure.add_axes((0.0, 0.09, 0.5, 0.84), projection="3d")
-        near = figure.add_axes((0.5, 0.09, 0.5, 0.84), projection="3d")
+        whole = figure.add_axes((0.01, 0.12, 0.47, 0.8), projection="3d")
+        near = figure.add_axes((0.5, 0.12, 0.47, 0.8), projection="3d")
         labels = {**fixed, "F flange": carried["F flange"]}
-        _draw(whole, links, cell, {**fixed, **carried}, labels, 0.07, [T[:3, 3] for T in links])
-        _draw(near, links, cell, carried, carried, 0.09, [])
-        whole.set_title("the cell", y=0.97)
-        near.set_title("at the flange", y=0.97)
+        _draw(whole, links, {**fixed, **carried}, labels, 0.07, range(len(links) - 1))
+        _draw(near, links, carried, carried, 0.09, range(0))
+        whole.set_title("the cell", y=1.0)
+        near.set_title("at the flange", y=1.0)
         _legend(figure, [*fixed, *carried])
     return figure
 
 
-def _draw(axes: Any, links: list[np.ndarray], cell: Any, shown: dict[str, np.ndarray], labelled: dict[str, np.ndarray],
-          size: float, more: list[np.ndarray]) -> None:
-    """Links, axes and frames in a cube around the origins of all that is `shown` and the points `more`."""
-    origins = np.array([T[:3, 3] for T in shown.values()] + more)
+def _draw(axes: Any, links: list[np.ndarray], shown: dict[str, np.ndarray], labelled: dict[str, np.ndarray],
+          size: float, joints: range) -> None:
+    """Frames, and the links behind `joints`, in a cube around them; without joints the last link as far as it lies there."""
+    near = len(joints) == 0
+    origins = np.array([T[:3, 3] for T in [*shown.values(), *(links[i + 1] for i in joints)]])
     low, high = origins.min(axis=0), origins.max(axis=0)
     span = max(float((high - low).max()), 0.1)
     length = size * span
     middle, half = (low + high) / 2, 0.5 * span + 1.1 * length
     box = np.array([middle - half, middle + half])
     axes.set(xlim=box[:, 0], ylim=box[:, 1], zlim=box[:, 2], xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
-    axes.set_box_aspect((1, 1, 1), zoom=1.12)
+    axes.set_box_aspect((1, 1, 1))
     axes.view_init(elev=18, azim=-60)
     axes.tick_params(labelsize=8)
     axes.locator_params(nbins=6)
-    numbers = _draw_links(axes, links, cell, length, box)
+    numbers = _draw_links(axes, links, joints or range(len(links) - 2, len(links) - 1), length, box)
     for name, T in shown.items():
-        if not more and name != "F flange":
+        if near and name != "F flange":
             axes.plot(*np.array([shown["F flange"][:3, 3], T[:3, 3]]).T, color=GREY, linewidth=0.8, linestyle=":")
-        if more:
+        if not near:
             axes.plot(*np.array([T[:3, 3], [*T[:2, 3], box[0, 2]]]).T, color=GREY, linewidth=0.5, alpha=0.4)
         for k, colour in enumerate(AXES):
             axes.plot(*np.array([T[:3, 3], T[:3, 3] + length * T[:3, k]]).T, color=colour, linewidth=1.8)
-    _place_labels(axes, {name.split(" ")[0]: T[:3, 3] for name, T in labelled.items()}, numbers)
+    lines = [T[:3, 3] + part * length * T[:3, k] for T in shown.values() for k in range(3) for part in (0.4, 0.7, 1.0)]
+    _place_labels(axes, {name.split(" ")[0]: T[:3, 3] for name, T in labelled.items()}, numbers, lines)
 
 
 def _inside(line: np.ndarray, box: np.ndarray) -> np.ndarray:
@@ -71,10 +73,10 @@ def _inside(line: np.ndarray, box: np.ndarray) -> np.ndarray:
     return points[np.all((points >= box[0]) & (points <= box[1]), axis=1)]
 
 
-def _draw_links(axes: Any, links: list[np.ndarray], cell: Any, length: float, box: np.ndarray) -> dict[str, np.ndarray]:
+def _draw_links(axes: Any, links: list[np.ndarray], joints: range, length: float, box: np.ndarray) -> dict[str, np.ndarray]:
     """Links as the way along b and then a of each row, joint axes as short thick lines. Gives places for the numbers."""
     numbers = {}
-    for i in range(len(cell.robot.dh)):
+    for i in joints:
         start, end, z = links[i][:3, 3], links[i + 1][:3, 3], links[i][:3, 2]
         knee = start + np.dot(end - start, z) * z  # along the axis; the rest is along a
         way = _inside(np.array([start, knee, end]), box)
@@ -87,8 +89,9 @@ def _draw_links(axes: Any, links: list[np.ndarray], cell: Any, length: float, bo
     return numbers
 
 
-def _place_labels(axes: Any, frames: dict[str, np.ndarray], numbers: dict[str, np.ndarray]) -> None:
-    """Each label at the nearest place around its origin where it covers neither another label nor an origin."""
+def _place_labels(axes: Any, frames: dict[str, np.ndarray], numbers: dict[str, np.ndarray],
+                  lines: list[np.ndarray]) -> None:
+    """Each label at the nearest place around its origin where it covers no other label and little of the drawing."""
     figure = axes.get_figure()
     axes.apply_aspect()
     figure.canvas.draw()
@@ -99,7 +102,7 @@ def _place_labels(axes: Any, frames: dict[str, np.ndarray], numbers: dict[str, n
         x, y, _ = proj3d.proj_transform(*p, axes.get_proj())
         return to_pixels((x, y))
 
-    origins = [pixel(p) for p in [*frames.values(), *numbers.values()]]
+    drawn = np.array([pixel(p) for p in [*frames.values(), *numbers.values(), *lines]])
     taken: list[np.ndarray] = []
     for text, p, bold in [(t, p, True) for t, p in frames.items()] + [(t, p, False) for t, p in numbers.items()]:
         at = pixel(p)
@@ -108,8 +111,8 @@ def _place_labels(axes: Any, frames: dict[str, np.ndarray], numbers: dict[str, n
         def cost(offset: np.ndarray) -> float:
             centre = at + offset
             over = sum(np.all(np.abs(centre - other) < half + other_half) for other, other_half in taken)
-            covers = sum(np.all(np.abs(centre - o) < half) for o in origins)
-            return 1000 * over + 300 * covers + float(np.hypot(*offset))
+            covers = np.sum(np.all(np.abs(centre - drawn) < half, axis=1))
+            return 1000 * over + 30 * points * covers + float(np.hypot(*offset))
 
         turns = np.deg2rad([225, 315, 135, 45, 180, 0, 270, 90])
         places = [points * radius * np.array([np.cos(a), np.sin(a)]) for radius in (15, 24, 36, 50) for a in turns]

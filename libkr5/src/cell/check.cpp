@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <set>
+#include <tuple>
 
 #include <kr5/cell/recording.hpp>
 #include <kr5/core/error.hpp>
@@ -83,7 +84,12 @@ void check_recording(const ReadRecording& read, const Node& root, const std::str
     }
 }
 
-Node root_of(const Cell& cell) { return cell.source ? *cell.source : cell_node(cell); }
+/// File by file from the top, as a person mends them.
+void sort_by_place(std::vector<Problem>& problems) {
+  std::stable_sort(problems.begin(), problems.end(), [](const Problem& a, const Problem& b) {
+    return std::tie(a.file, a.line) < std::tie(b.file, b.line);
+  });
+}
 
 /// Text of a key of a YAML file; when it cannot be had, the first of `guesses` that stands anywhere in the file.
 std::string value_of(const fs::path& file, const char* key, const std::vector<std::string>& guesses) {
@@ -152,22 +158,24 @@ std::vector<Problem> check(const fs::path& path) {
     else
       check_cell_file(file, problems);
   }
+  sort_by_place(problems);
   return problems;
 }
 
 std::vector<Problem> check(const Cell& cell) {
   std::vector<Problem> problems;
-  const Node root = root_of(cell);
+  const Node root = cell_node(cell);
   Complaints c(cell.name, root);
   check_form(cell, c);
   append(problems, c.take());
   if (problems.empty()) check_values(cell, root, cell.name, problems);
+  sort_by_place(problems);
   return problems;
 }
 
 std::vector<Problem> check(const Recording& recording) {
   std::vector<Problem> problems;
-  const Node root = root_of(recording.cell);
+  const Node root = cell_node(recording.cell);
   const std::string cell_file = (recording.folder / recording.cell_file).string();
   Complaints form(cell_file, root);
   check_form(recording.cell, form);
@@ -180,6 +188,7 @@ std::vector<Problem> check(const Recording& recording) {
     read.usable.push_back(e.data.values.rows() > 0 && check_columns(e, recording.cell.robot.joints(), file, problems));
   }
   check_recording(read, root, cell_file, problems);
+  sort_by_place(problems);
   return problems;
 }
 

@@ -108,7 +108,8 @@ class DataCheck {
         const bool wide = q.size() > 0 && q.cwiseAbs().maxCoeff() > 4 * std::max(std::abs(low), std::abs(high));
         each_row(
             name, [&](Row i) { return q[i] >= low - margin && q[i] <= high + margin; },
-            "a value within the limits " + rounded_text(low) + " to " + rounded_text(high) + (slides(j) ? " m" : " rad") +
+            "a value within the limits " + rounded_text(low) + " to " + rounded_text(high) +
+                (slides(j) ? " m" : " rad") +
                 (wide ? "; is it in degrees or millimetres?"
                       : "; is this another column, of another joint or a current?"));
       }

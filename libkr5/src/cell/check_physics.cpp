@@ -16,7 +16,8 @@ void check_inertia(Complaints& c, const std::string& body, const Eigen::Matrix3d
   constexpr double slack = 1e-3;  // printed inertias are rounded
   const Eigen::Vector3d l = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(I, Eigen::EigenvaluesOnly).eigenvalues();
   if (l[0] <= 0)
-    c.add(body + ".inertia", "a positive definite matrix; least principal moment found " + rounded_text(l[0]) + " kg m^2");
+    c.add(body + ".inertia",
+          "a positive definite matrix; least principal moment found " + rounded_text(l[0]) + " kg m^2");
   else if (l[0] + l[1] < l[2] * (1 - slack))
     c.add(body + ".inertia",
           "principal moments of which two add up to no less than the third, as of any real body; found " +

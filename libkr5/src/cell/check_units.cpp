@@ -51,7 +51,7 @@ void check_joint_limits(const Cell& cell, Complaints& c) {
 void check_body(Complaints& c, const std::string& field, double mass, double heavy, const Eigen::Vector3d& com,
                 const Eigen::Matrix3d& I) {
   constexpr double wide = 3.0;  // [m] radius of gyration
-  c.expect(mass <= heavy, field + ".mass", "a mass in kilograms; is it in grams?");
+  c.expect(!(mass > heavy), field + ".mass", "a mass in kilograms; is it in grams?");
   c.expect(com.cwiseAbs().maxCoeff() <= long_arm, field + ".com", "a centre of mass in metres; is it in millimetres?");
   if (mass > 0 && mass <= heavy)
     c.expect(I.diagonal().maxCoeff() <= mass * wide * wide, field + ".inertia",

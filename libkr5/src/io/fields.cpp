@@ -13,12 +13,18 @@
 namespace kr5::io {
 namespace {
 
+/// The whole of another kind of file may be one scalar to YAML.
+std::string shortened(const std::string& text) {
+  constexpr std::size_t most = 80;
+  return text.size() <= most ? text : text.substr(0, most) + "...";
+}
+
 std::string describe(const Node& node) {
   switch (node.kind) {
     case Node::Kind::Null:
       return "nothing";
     case Node::Kind::Scalar:
-      return node.quoted ? "the quoted text '" + node.scalar + "'" : "'" + node.scalar + "'";
+      return (node.quoted ? "the quoted text '" : "'") + shortened(node.scalar) + "'";
     case Node::Kind::Sequence:
       return "a list of " + std::to_string(node.items.size());
     case Node::Kind::Map:

@@ -14,6 +14,7 @@ Node merge_maps(const Node& now, const Node& then, const Node& source) {
   Node out;
   out.kind = Node::Kind::Map;
   out.flow = source.flow;
+  out.line = source.line;
   for (const auto& [key, written] : source.entries) {
     const Node *wanted = now.find(key), *had = then.find(key);
     if (wanted && had)
