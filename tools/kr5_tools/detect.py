@@ -1,0 +1,180 @@
+"""`kr5 detect`: targets and markers in images, drawn where they were seen."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from kr5 import vision
+
+from .camera import load_camera
+from .common import Json, console, fail, figure, pose_figures, table, track, write_json, write_result
+from .options import options_from
+
+app = typer.Typer()
+ENDINGS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm")
+
+
+@app.command(epilog="Example:  kr5 detect photos/ --target tag:36h11:0:0.05 --camera camera.json -o seen/")
+@options_from(vision.DetectOptions, skip=("explain",))
+def detect(
+    images: Annotated[list[Path], typer.Argument(help="Images, or folders of them.")],
+    options: vision.DetectOptions,
+    target: Annotated[str | None, typer.Option(help="What to look for, e.g. chessboard:6x9:0.025 or tag:36h11:0:0.05.")] = None,
+    family: Annotated[list[str] | None, typer.Option(help="Or: every marker of this family, e.g. 36h11 or aruco_4x4_50.")] = None,
+    camera: Annotated[Path | None, typer.Option(help="Camera file; poses are given with it.")] = None,
+    size: Annotated[float | None, typer.Option(help="Side of the markers of --family [m]; with --camera gives their poses.")] = None,
+    drawings: Annotated[Path | None, typer.Option("-o", "--output", metavar="FOLDER", help="Draw what was seen into PNGs here.")] = None,
+    json_file: Json = None,
+) -> None:
+    """Finds a target, or every marker of a family, and says why when it does not."""
+    if (target is None) == (family is None):
+        fail("give either --target or --family")
+    options.validate()
+    wanted = vision.parse_target(target) if target else None
+    for name in family or ():
+        vision.marker_count(name)
+    if size is not None and not size > 0:
+        fail(f"--size: found {size}, expected the side of the markers in metres, above 0")
+    found, lost = [], []
+    for file in track(_files(images), "Looking"):
+        try:
+            image = np.asarray(vision.load_image(str(file)))
+        except Exception as error:  # one bad file does not spoil the others
+            if len(images) == 1 and not images[0].is_dir():
+                raise
+            lost.append({"image": str(file), "status": "unreadable", "message": str(error)})
+            continue
+        height, width = image.shape
+        lens = load_camera(camera, (width, height)) if camera else None
+        if lens and (lens.width, lens.height) != (width, height):
+            fail(f"{file}: is {width} x {height} px, but {camera} is a camera of {lens.width} x {lens.height} px")
+        items, missed = _in_target(image, wanted, lens, options) if wanted else _in_family(image, family, size, lens, options)
+        found += [{"image": str(file), **item} for item in items]
+        if missed:
+            lost.append({"image": str(file), **missed})
+        if drawings and items:
+            _draw(image, items, lens, drawings, file)
+    out = console(json_file)
+    _show(found, lost, out)
+    if not found:
+        fail("nothing was found: " + "; ".join(f"{x['image']}: {x['message']}" for x in lost[:3]))
+    keys = {"target": target, "families": family, "camera": camera and str(camera), "images": [str(i) for i in images]}
+    write_json(write_result(None, "kr5-detection/1", input=keys, found=found, not_found=lost, figures=_figures(found)), json_file)
+
+
+def _files(given: list[Path]) -> list[Path]:
+    files = []
+    for path in given:
+        if not path.exists():
+            fail(f"{path}: no such file or folder")
+        inside = sorted(f for f in path.iterdir() if f.suffix.lower() in ENDINGS) if path.is_dir() else [path]
+        if not inside:
+            fail(f"{path}: the folder holds no image ({', '.join(ENDINGS)})")
+        files += inside
+    return files
+
+
+def _pose(points: Any, pixels: Any, ids: Any, lens: Any) -> dict[str, Any]:
+    from kr5 import View
+
+    view = View(points=points, pixels=pixels, ids=ids)
+    pose = vision.estimate_target_pose(view, lens)
+    if not pose.fit.usable:
+        return {"pose_message": pose.fit.message}
+    return {"pose": pose.to_dict(), "rms_px": pose.rms_px}
+
+
+def _in_target(image: Any, target: Any, lens: Any, options: Any) -> tuple[list, dict | None]:
+    seen = vision.find_target(image, target, options)
+    if str(seen.status) != "found":
+        return [], {"status": str(seen.status), "message": seen.message}
+    view = seen.view
+    item = {"what": str(target.kind), "message": seen.message, "points": view.points, "pixels": view.pixels, "ids": view.ids,
+            "sigma": seen.sigma, "size": target.size or max(m.size for m in target.map)}
+    if lens:
+        item |= _pose(view.points, view.pixels, view.ids, lens)
+    return [item], None
+
+
+def _in_family(image: Any, families: list[str], size: float | None, lens: Any, options: Any) -> tuple[list, dict | None]:
+    choice = vision.TagOptions(families=families, decimate=options.decimate, threads=options.threads, refine=options.refine)
+    items = []
+    for tag in vision.find_tags(image, choice):
+        half = (size or 1.0) / 2
+        points = half * np.array([[-1, 1, 1, -1], [-1, -1, 1, 1], [0, 0, 0, 0]], float)
+        item = {"what": tag.family, "id": tag.id, "points": points, "pixels": tag.corners, "ids": [4 * tag.id + k for k in range(4)],
+                "sigma": tag.sigma, "hamming": tag.hamming, "margin": tag.margin, "size": size}
+        if lens and size:
+            item |= _pose(points, tag.corners, item["ids"], lens)
+        items.append(item)
+    return items, None if items else {"status": "not_found", "message": f"no marker of {', '.join(families)} is seen"}
+
+
+def _figures(found: list) -> list[dict[str, Any]]:
+    rows = []
+    for item in found:
+        if pose := item.get("pose"):
+            name = f"{Path(item['image']).name} {item['what']} {item.get('id', '')}".strip()
+            rows += pose_figures(name, np.array(pose["T_camera_target"]), np.array(pose["covariance"]))
+        else:
+            rows.append(figure(f"{Path(item['image']).name} {item['what']} points", len(item["ids"]), None, "-"))
+    return rows
+
+
+def _show(found: list, lost: list, out: Any) -> None:
+    rows = []
+    for item in found:
+        pixels = np.asarray(item["pixels"])
+        pose = item.get("pose")
+        place = item.get("pose_message", "")
+        if pose:
+            parts = pose_figures("", np.array(pose["T_camera_target"]), np.array(pose["covariance"]))
+            place = " ".join(f"{p['value']:.1f}±{p['std']:.1g}" for p in parts) + (" ambiguous" if pose["ambiguous"] else "")
+        corners = " ".join(f"({u:.2f} {v:.2f})" for u, v in pixels.T) if pixels.shape[1] <= 4 else f"{pixels.shape[1]} points"
+        sigma = np.asarray(item["sigma"])
+        rows.append([Path(item["image"]).name, item["what"], str(item.get("id", "")), corners,
+                     f"{np.median(sigma[sigma > 0]):.3f}" if (sigma > 0).any() else "–", float(item.get("rms_px", np.nan)), place])
+    if rows:
+        out.print(table("Seen", ["image", "what", "id", "corners [px]", "± [px]", "rms [px]",
+                                 "pose in the camera: x y z [mm] roll pitch yaw [deg]"], rows))
+    if lost:
+        out.print(table("Not seen", ["image", "why", "in words"], [[Path(x["image"]).name, x["status"], x["message"]] for x in lost]))
+
+
+def _draw(image: Any, items: list, lens: Any, folder: Path, file: Path) -> None:
+    """The image with outlines, numbers and, when a pose is known, the axes X red, Y green, Z blue."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    height, width = image.shape
+    fig = plt.figure(figsize=(max(width, 640) / 100, max(width, 640) / 100 * height / width), dpi=100)
+    ax = fig.add_axes((0, 0, 1, 1))
+    ax.imshow(image, cmap="gray", vmin=0, vmax=255)
+    for item in items:
+        p = np.asarray(item["pixels"])
+        if "id" in item or p.shape[1] == 4:
+            ax.plot(*np.c_[p, p[:, :1]], color="#0072B2", lw=1.5)
+            ax.text(*p.mean(axis=1), str(item.get("id", item["ids"][0] // 4)), color="#D55E00", ha="center", va="center", fontweight="bold")
+            ax.plot(*p[:, 0], "o", ms=4, color="#D55E00")
+        else:
+            ax.plot(*p, "+", ms=7, mew=1.2, color="#D55E00")
+            ax.plot(*p, lw=0.5, color="#0072B2")
+            for k in {0, p.shape[1] - 1}:
+                ax.annotate(str(item["ids"][k]), p[:, k], xytext=(4, -4), textcoords="offset points", color="#0072B2", fontweight="bold")
+        if lens and item.get("pose"):
+            T = np.array(item["pose"]["T_camera_target"])
+            length = float(item["size"]) * (1.0 if p.shape[1] == 4 else 2.0)
+            origin = np.asarray(lens.project(T[:3, 3]))
+            for axis, colour in enumerate(("#e41a1c", "#009E73", "#3b6fff")):
+                tip = T[:3, 3] + length * T[:3, axis]
+                if tip[2] > 0:
+                    ax.plot(*np.c_[origin, np.asarray(lens.project(tip))], color=colour, lw=2.5)
+    ax.set(xlim=(-0.5, width - 0.5), ylim=(height - 0.5, -0.5))
+    ax.axis("off")
+    folder.mkdir(parents=True, exist_ok=True)
+    fig.savefig(folder / f"{file.stem}_seen.png")
+    plt.close(fig)
