@@ -16,7 +16,8 @@ std::size_t character_length(std::string_view text) {
   const auto byte = [&](std::size_t i) { return static_cast<std::uint8_t>(text[i]); };
   const int ones = std::countl_one(byte(0));
   if (ones == 0) {
-    const bool printable = (byte(0) >= 0x20 && byte(0) != 0x7F) || byte(0) == '\t' || byte(0) == '\n' || byte(0) == '\r';
+    const bool line_end = byte(0) == '\n' || text.starts_with("\r\n");  // yaml-cpp takes a lone CR as part of a word
+    const bool printable = (byte(0) >= 0x20 && byte(0) != 0x7F) || byte(0) == '\t' || line_end;
     return printable ? 1 : 0;
   }
   const auto length = static_cast<std::size_t>(ones);
