@@ -161,7 +161,7 @@ def residual_cloud(data: dict) -> Figure | None:
         axes.add_patch(plt.Circle((0, 0), k * sigma, fill=False, color="#111827", linewidth=1, linestyle="-" if k == 1 else "--"))
         axes.annotate(f"{k}σ", (0, -k * sigma), fontsize=9, ha="center", va="bottom")
     beyond = int((~inside).sum())
-    title = f"σ = {sigma:.3f} px per axis" + (f", {beyond} of {len(points)} beyond the frame" if beyond else "")
+    title = f"σ = {sigma:.3f} px per axis" + (f"\n{beyond} of {len(points)} beyond the frame" if beyond else "")
     axes.set(xlim=(-limit, limit), ylim=(limit, -limit), aspect="equal", xlabel="du [px]", ylabel="dv [px]", title=title)
     return figure
 
