@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/calibration/dataset.hpp>
 #include <kr5/calibration/evaluate.hpp>
 #include <kr5/calibration/hand_eye.hpp>
+#include <kr5/calibration/hand_eye_diagnosis.hpp>
+#include <kr5/calibration/pose_format.hpp>
+#include <kr5/calibration/timed_hand_eye.hpp>
+#include <kr5/calibration/tool.hpp>
 
 #include "struct_binder.hpp"
 
@@ -55,8 +60,87 @@ static void bind_evaluation(py::module_& m) {
       "target seen in them and returns T_mount_camera (4x4), or None. T_fixed_target is the mean over the views.");
 }
 
+static void bind_pose_format(py::module_& m) {
+  kr5::python::bind_enum<LengthUnit>(m, "LengthUnit", "Unit of positions.");
+  kr5::python::bind_enum<AngleUnit>(m, "AngleUnit", "Unit of angles.");
+  kr5::python::bind_enum<RotationForm>(m, "RotationForm", "What follows the position in a row.");
+  kr5::python::bind_enum<PoseMeaning>(m, "PoseMeaning", "Which pose of what in what.");
+  kr5::python::bind_struct<PoseFormat>(m, "PoseFormat", "The convention of pose rows.");
+  m.def("to_poses", &to_poses, py::arg("rows"), py::arg("format"), "Poses T_base_flange (4x4) from rows of numbers.");
+  m.def("to_row", &to_row, py::arg("T_base_flange"), py::arg("format"), "The row that to_poses reads back.");
+  m.def("doubts", &doubts, py::arg("rows"), py::arg("format"),
+        "What speaks against reading the rows like this, in words; empty when nothing does.");
+  m.def("plausible_formats", &plausible_formats, py::arg("rows"), "Every convention without doubts, usual ones first.");
+}
+
+static void bind_tool(py::module_& m) {
+  kr5::python::bind_struct<ToolOptions>(m, "ToolOptions", "Options of calibrate_tool.");
+  kr5::python::bind_struct<ToolPoseReport>(m, "ToolPoseReport", "How one pose agrees with the result.");
+  kr5::python::bind_struct<ToolResult>(m, "ToolResult", "Where the tool tip sits, and how well that is known.");
+  m.def(
+      "calibrate_tool",
+      [](const std::vector<kr5::Pose>& poses, const ToolOptions& options) { return calibrate_tool(poses, options); },
+      py::arg("T_base_flange"), py::arg("options") = ToolOptions(), py::call_guard<py::gil_scoped_release>(),
+      "Tool centre point from poses of the flange (list of 4x4) whose tip touches one fixed point.\n\n"
+      "Raises\n------\nkr5.InvalidArgument\n    Fewer than four poses, or a pose that is not finite or not proper.");
+}
+
+static void bind_timed_hand_eye(py::module_& m) {
+  kr5::python::bind_struct<PoseStream>(m, "PoseStream", "Poses and when they were taken.");
+  kr5::python::bind_struct<TimedHandEyeOptions>(m, "TimedHandEyeOptions", "Options of calibrate_timed_hand_eye.");
+  kr5::python::bind_struct<SpeedAlignment>(m, "SpeedAlignment", "Speed of turning of both streams.");
+  kr5::python::bind_struct<TimedHandEyeResult>(m, "TimedHandEyeResult", "Clock offset and hand-eye, with their doubt.");
+  m.def("calibrate_timed_hand_eye", &calibrate_timed_hand_eye, py::arg("hand"), py::arg("camera"),
+        py::arg("options") = TimedHandEyeOptions(), py::call_guard<py::gil_scoped_release>(),
+        "Estimates t_camera = t_hand + offset together with T_hand_camera and T_base_world.\n\n"
+        "Raises\n------\nkr5.InvalidArgument\n    A stream of fewer than ten poses, or not finite.");
+  m.def("world_in_base", &world_in_base, py::arg("hand"), py::arg("camera"), py::arg("result"),
+        py::arg("max_gap") = TimedHandEyeOptions().max_gap, py::call_guard<py::gil_scoped_release>(),
+        "Where each camera pose puts the world in the base with a given result.");
+  m.def("position_spread", &position_spread, py::arg("poses"),
+        "Median and RMS distance of positions from their mean [m].");
+}
+
+static void bind_dataset(py::module_& m) {
+  kr5::python::bind_enum<Pairing>(m, "Pairing", "How images and poses are brought together.");
+  kr5::python::bind_struct<Dataset>(m, "Dataset", "A data set with its poses read.")
+      .def("poses", &Dataset::poses, "Poses T_base_flange (list of 4x4), the tool offset taken off.");
+  m.def(
+      "load_dataset",
+      [](const std::string& file, const std::string& folder) { return load_dataset(file, folder); }, py::arg("file"),
+      py::arg("folder") = "", "Reads a dataset.yaml and the poses it names below `folder` (default: where it lies).");
+  m.def(
+      "load_poses",
+      [](const std::string& file, RotationForm rotation) { return load_poses(file, rotation).rows; }, py::arg("file"),
+      py::arg("rotation"), "Rows of numbers in a pose file: YAML, JSON, CSV or plain text.");
+}
+
+static void bind_diagnosis(py::module_& m) {
+  kr5::python::bind_enum<HandEyeCause>(m, "HandEyeCause", "What may be wrong with a hand-eye recording.");
+  kr5::python::bind_enum<Verdict>(m, "Verdict", "Whether to trust a result.");
+  kr5::python::bind_struct<HandEyeDiagnosisOptions>(m, "HandEyeDiagnosisOptions", "Options of diagnose_hand_eye.");
+  kr5::python::bind_struct<NamedCause>(m, "NamedCause", "One cause, with what speaks for it.");
+  kr5::python::bind_struct<HandEyeDiagnosis>(m, "HandEyeDiagnosis", "How good a calibration is, and if bad, why.");
+  m.def(
+      "diagnose_hand_eye",
+      [](const Eigen::MatrixXd& rows, const PoseFormat& format, const std::vector<kr5::View>& views,
+         const kr5::Pinhole& camera, Mount mount, const HandEyeResult& result, const std::vector<double>& times,
+         const HandEyeDiagnosisOptions& options) {
+        return diagnose_hand_eye({rows, format, views, times, camera, mount}, result, options);
+      },
+      py::arg("rows"), py::arg("format"), py::arg("views"), py::arg("camera"), py::arg("mount"), py::arg("result"),
+      py::arg("times") = std::vector<double>{}, py::arg("options") = HandEyeDiagnosisOptions(),
+      py::call_guard<py::gil_scoped_release>(),
+      "Judges the result of calibrate_hand_eye, and looks for what is wrong with the recording.");
+}
+
 void bind_calibration(py::module_& m) {
   m.doc() = "Hand-eye, tool and clock calibration, and their evaluation.";
+  bind_pose_format(m);
   bind_hand_eye(m);
+  bind_dataset(m);
+  bind_diagnosis(m);
   bind_evaluation(m);
+  bind_tool(m);
+  bind_timed_hand_eye(m);
 }

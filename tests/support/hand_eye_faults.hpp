@@ -6,6 +6,8 @@
 #include <optional>
 #include <string>
 
+#include <Eigen/SVD>
+
 #include <kr5/calibration/hand_eye_diagnosis.hpp>
 
 #include "hand_eye_world.hpp"
@@ -60,10 +62,21 @@ inline void sweep(Draw& d, const HandEyeWorldOptions& o, double interval, double
   const Eigen::Vector3d middle = points.rowwise().mean();
   Vector6 size, phase, period;
   size << 0.12, 0.09, 0.12, 0.4, 0.4, 0.5;
-  for (int k = 0; k < 6; ++k) phase[k] = d.random.uniform(0, 6.28), period[k] = d.random.uniform(7, 14);
-  const auto seen_at = [&](double t) {
+  const auto place_at = [&](double t) {
     Vector6 v;
     for (int k = 0; k < 6; ++k) v[k] = size[k] * std::sin(2 * std::numbers::pi * t / period[k] + phase[k]);
+    return v;
+  };
+  // A short sweep may turn about one axis alone, which is a fault of its own.
+  for (double second = 0; second < 0.07;) {
+    for (int k = 0; k < 6; ++k) phase[k] = d.random.uniform(0, 6.28), period[k] = d.random.uniform(7, 14);
+    Eigen::MatrixX3d turns(o.views, 3);
+    for (int i = 0; i < o.views; ++i) turns.row(i) = place_at(interval * i).tail<3>();
+    turns.rowwise() -= turns.colwise().mean().eval();
+    second = Eigen::JacobiSVD<Eigen::MatrixXd>(turns).singularValues()[1] / std::sqrt(o.views);
+  }
+  const auto seen_at = [&](double t) {
+    const Vector6 v = place_at(t);
     Pose T = Pose::Identity();
     T.linear() = exp_rotation(v.tail<3>());
     T.translation() = v.head<3>() + Eigen::Vector3d(0, 0, 0.65) - T.linear() * middle;
