@@ -24,7 +24,6 @@ COMMANDS = {
         "timed": "Hand-eye with clocks: from time-stamped pose streams.",
         "map": "Where the markers of a marker map sit.",
     },
-    "evaluate": "Judge a result on data that were not used for it.",
     "report": "Turn a result file into one self-contained page.",
 }
 GROUP_HELP = {"calibrate": "Estimate where things are, how well that is known, and whether to trust it."}
