@@ -119,8 +119,9 @@ def _poses(folder: Path, images: list[Path], reasons: list) -> tuple[list[Path],
 def _hints(folder: Path) -> tuple[str, dict[str, Any]]:
     """Words and keys about a target in small texts of the folder."""
     text, keys = "", {}
+    many = {f for family in _families(folder, POSES) if len(family) > 2 for f in family}  # poses
     for file in sorted(folder.glob("*")):
-        if file.suffix.lower() not in {".txt", ".yaml", ".yml", ".md"} or file.name == "dataset.yaml" or file.stat().st_size > 20000:
+        if file in many or file.suffix.lower() not in {".txt", ".yaml", ".yml", ".md"} or file.name == "dataset.yaml" or file.stat().st_size > 20000:
             continue
         content = file.read_text(encoding="utf-8", errors="replace")
         text += content + "\n"
@@ -209,8 +210,12 @@ def _convention(images: list, poses: list[Path], forms: list[str], views: dict[i
     for form in forms:
         rows = np.vstack([calibration.load_poses(str(f), form) for f in poses])
         work += [(rows, f) for f in calibration.plausible_formats(rows) if str(f.rotation) == form and str(f.meaning) == "T_base_flange"]
+    tried: list[np.ndarray] = []
     for rows, form in work:
         all_poses = calibration.to_poses(rows, form)
+        if any(np.allclose(all_poses, other) for other in tried):  # named values have one order only
+            continue
+        tried.append(np.array(all_poses))
         for mount in ("eye_in_hand", "eye_to_hand"):
             data = [calibration.HandEyeView(T_base_flange=all_poses[i], view=v) for i, v in views.items()]
             with working("Trying conventions"):
