@@ -1,0 +1,115 @@
+"""`kr5 calibrate tool` and `kr5 calibrate timed`, and their Python surface."""
+
+import json
+
+import numpy as np
+import pytest
+
+import kr5
+from kr5 import calibration
+
+TIP = np.array([0.01, -0.02, 0.15])
+
+
+def touches(count=8, noise=1e-4, axis=None, seed=1):
+    random = np.random.default_rng(seed)
+    poses = []
+    for _ in range(count):
+        direction = random.normal(size=3) if axis is None else np.array(axis, dtype=float)
+        w = direction / np.linalg.norm(direction) * random.uniform(0.3, 0.9)
+        T = kr5.to_pose(np.concatenate([np.zeros(3), w]))
+        T[:3, 3] = np.array([0.5, 0.1, 0.3]) - T[:3, :3] @ TIP + noise * random.normal(size=3)
+        poses.append(T)
+    return poses
+
+
+def write_kuka(file, poses, scale=1e3, turn=180 / np.pi):
+    rows = ["x,y,z,a,b,c"]
+    for T in poses:
+        x, y, z, roll, pitch, yaw = kr5.to_xyzrpy(T)
+        rows.append(",".join(map(repr, map(float, [scale * x, scale * y, scale * z, turn * yaw, turn * pitch, turn * roll]))))
+    file.write_text("\n".join(rows) + "\n")
+
+
+def write_stream(file, t, poses):
+    rows = ["t,x,y,z,qx,qy,qz,qw"]
+    form = calibration.PoseFormat()
+    rows += [",".join(map(repr, [float(s), *map(float, calibration.to_row(T, form))])) for s, T in zip(t, poses)]
+    file.write_text("\n".join(rows) + "\n")
+
+
+def streams(offset=0.123):
+    X, Z = kr5.to_pose([0.05, 0.02, 0.1, 0.1, 0.2, 1.5]), kr5.to_pose([1, 0.3, 0.2, 1, 2, 0.5])
+
+    def hand(t):
+        return kr5.to_pose([0.2 * np.sin(t), 0.2 * np.cos(1.3 * t), 0.1 * np.sin(0.7 * t), 0.5 * np.sin(1.7 * t),
+                            0.4 * np.cos(1.1 * t), 0.3 * np.sin(2.3 * t)])
+
+    th, tc = np.arange(0, 20, 0.02), np.arange(1, 19, 1 / 30)
+    return th, [hand(t) for t in th], tc + offset, [np.linalg.inv(Z) @ hand(t) @ X for t in tc]
+
+
+def test_tool_in_python_gives_tip_covariance_and_residuals():
+    result = calibration.calibrate_tool(touches(), calibration.ToolOptions(height_at_calibration=0.05, height_now=0.07))
+    assert np.linalg.norm(result.tip - TIP) < 1e-3
+    assert result.covariance.shape == (3, 3) and len(result.poses) == 8
+    assert "height" in result.warnings[0]
+    with pytest.raises(kr5.InvalidArgument, match="at least 4"):
+        calibration.calibrate_tool(touches(3))
+
+
+def test_tool_command_reads_kuka_poses_and_writes_a_result(tmp_path, run_kr5):
+    write_kuka(tmp_path / "touches.csv", touches())
+    done = run_kr5("calibrate", "tool", "touches.csv", "-o", "tool.json")
+    assert done.returncode == 0, done.stderr
+    assert "mm" in done.stdout
+    data = json.loads((tmp_path / "tool.json").read_text())
+    assert data["format"] == "kr5-tool/1" and data["verdict"]["word"] == "good"
+    assert np.linalg.norm(np.array(data["result"]["tip"]) - TIP) < 1e-3
+    assert [f["unit"] for f in data["figures"]] == ["mm"] * 3
+
+
+def test_tool_command_notices_metres_for_millimetres_and_radians_for_degrees(tmp_path, run_kr5):
+    write_kuka(tmp_path / "touches.csv", touches(), scale=1e3)
+    done = run_kr5("calibrate", "tool", "touches.csv", "--length", "m", "-o", "tool.json")
+    assert done.returncode == 2 and "--length" in done.stderr
+    assert not (tmp_path / "tool.json").exists()
+    done = run_kr5("calibrate", "tool", "touches.csv", "--angle", "rad")
+    assert done.returncode == 2 and "--angle" in done.stderr
+
+
+def test_tool_command_says_which_motion_is_missing(tmp_path, run_kr5):
+    write_kuka(tmp_path / "touches.csv", touches(axis=(0, 0, 1)))
+    done = run_kr5("calibrate", "tool", "touches.csv")
+    assert done.returncode == 2
+    assert "one axis" in done.stdout
+
+
+def test_tool_command_refuses_columns_it_does_not_know(tmp_path, run_kr5):
+    (tmp_path / "touches.csv").write_text("x,y,z\n1,2,3\n")
+    done = run_kr5("calibrate", "tool", "touches.csv")
+    assert done.returncode == 2 and "quaternion" in done.stderr and "touches.csv" in done.stderr
+
+
+def test_timed_command_finds_the_offset_and_draws_it(tmp_path, run_kr5):
+    th, hands, tc, cameras = streams()
+    write_stream(tmp_path / "hand.csv", th, hands)
+    write_stream(tmp_path / "camera.csv", tc, cameras)
+    done = run_kr5("calibrate", "timed", "hand.csv", "camera.csv", "-o", "timed.json", "--png", "a.png")
+    assert done.returncode == 0, done.stderr
+    data = json.loads((tmp_path / "timed.json").read_text())
+    assert data["format"] == "kr5-timed-hand-eye/1"
+    assert abs(data["result"]["offset"] - 0.123) < 1e-4
+    assert data["figures"][0]["unit"] == "ms"
+    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_timed_command_names_streams_that_do_not_overlap_and_quaternions_that_are_none(tmp_path, run_kr5):
+    th, hands, tc, cameras = streams()
+    write_stream(tmp_path / "hand.csv", th, hands)
+    write_stream(tmp_path / "camera.csv", tc + 100, cameras)
+    done = run_kr5("calibrate", "timed", "hand.csv", "camera.csv")
+    assert done.returncode == 2 and "overlap" in done.stdout
+    (tmp_path / "camera.csv").write_text("t,x,y,z,qx,qy,qz,qw\n0,0,0,0,1,1,0,0\n")
+    done = run_kr5("calibrate", "timed", "hand.csv", "camera.csv")
+    assert done.returncode == 2 and "row 1" in done.stderr

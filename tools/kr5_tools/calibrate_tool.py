@@ -1,0 +1,103 @@
+"""`kr5 calibrate tool`: where the tool tip sits on the flange, from touches of one fixed point."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from kr5 import calibration, io
+
+from .common import Json, Output, console, fail, figure, show_result, table, write_json, write_result
+from .options import options_from
+
+app = typer.Typer()
+
+CONVENTIONS = {  # name: columns after x y z, form, unit of angles
+    "quaternion": (("qx", "qy", "qz", "qw"), "quaternion_xyzw", "rad"),
+    "rotation_vector": (("rx", "ry", "rz"), "rotation_vector", "rad"),
+    "rpy": (("roll", "pitch", "yaw"), "rpy", "rad"),
+    "kuka": (("a", "b", "c"), "kuka_abc", "deg"),
+}
+Convention = Annotated[str | None, typer.Option(
+    help="quaternion | rotation_vector | rpy | kuka; by default from the names of the columns.")]
+
+
+@app.command(epilog="Example:  kr5 calibrate tool touches.csv --convention kuka -o tool.json")
+@options_from(calibration.ToolOptions, skip=("previous",))
+def tool(
+    poses: Annotated[Path, typer.Argument(help="CSV of flange poses in the base that touch one point.")],
+    options: calibration.ToolOptions,
+    convention: Convention = None,
+    length: Annotated[str | None, typer.Option(help="Unit of x y z: m | mm; by default mm for kuka, else m.")] = None,
+    angle: Annotated[str | None, typer.Option(help="Unit of angles: rad | deg; by default deg for kuka, else rad.")] = None,
+    previous: Annotated[tuple[float, float, float] | None,
+                        typer.Option(help=r"Tip in use before, in the flange frame \[m].")] = None,
+    output: Output = None,
+    json_file: Json = None,
+) -> None:
+    """Finds the tool centre point, says how well it is known, and names touches that missed."""
+    if previous is not None:
+        options.previous = np.array(previous)
+    options.validate()
+    T, used = read_poses(poses, convention, length, angle)
+    result = calibration.calibrate_tool(T, options)
+    data = write_result(output, "kr5-tool/1", **_keys(result, T, poses, used))
+    write_json(data, json_file)
+    _show(result, data, console(json_file))
+    if not result.fit.usable:
+        raise typer.Exit(2)
+
+
+def read_poses(file: Path, convention: str | None, length: str | None, angle: str | None) -> tuple[list, dict[str, str]]:
+    """Poses of a CSV and the convention they were read in; numbers that speak against it are an error."""
+    csv = io.load_csv(file)
+    columns = [c.lower() for c in csv.columns]
+    name = convention or next((n for n, (want, *_) in CONVENTIONS.items() if set(want) <= set(columns)), None)
+    if name not in CONVENTIONS:
+        fail(f"{file}: convention: found {convention or ', '.join(csv.columns)}, expected one of {', '.join(CONVENTIONS)}")
+    rotation, form, unit = CONVENTIONS[name]
+    if missing := [c for c in ("x", "y", "z", *rotation) if c not in columns]:
+        fail(f"{file}: found the columns {', '.join(csv.columns)}, expected x, y, z, {', '.join(rotation)} for --convention "
+             f"{name}; missing: {', '.join(missing)}")
+    rows = np.asarray(csv.values)[:, [columns.index(c) for c in ("x", "y", "z", *rotation)]]
+    used = {"position": length or ("mm" if name == "kuka" else "m"), "rotation": form, "angle": angle or unit}
+    pose_format = calibration.PoseFormat.from_dict(used)
+    if doubts := calibration.doubts(rows, pose_format):
+        fail(f"{file}: read as {used['position']}, {form}, {used['angle']}: {'; '.join(doubts)}; see --convention, --length, --angle")
+    return calibration.to_poses(rows, pose_format), used
+
+
+def _keys(result: Any, T: list, file: Path, used: dict[str, str]) -> dict[str, Any]:
+    std = 1e3 * np.sqrt(np.diag(result.covariance))
+    figures = [figure(f"tip {axis} in the flange", 1e3 * v, s, "mm") for axis, v, s in zip("xyz", result.tip, std)]
+    keys = {"input": {"poses": str(file), **used}, "verdict": _verdict(result, std), "result": result.to_dict()}
+    if not result.fit.usable:
+        return keys
+    touch = np.eye(4)
+    touch[:3, 3] = result.point
+    frames = [{"name": "base", "parent": None, "T": np.eye(4)}, {"name": "point", "parent": "base", "T": touch}]
+    frames += [{"name": f"pose {i + 1}", "parent": "base", "T": pose} for i, pose in enumerate(T)]
+    views = [{"name": f"pose {i + 1}", **p.to_dict()} for i, p in enumerate(result.poses)]
+    return {**keys, "figures": figures, "views": views, "frames": frames}
+
+
+def _verdict(result: Any, std: np.ndarray) -> dict[str, str]:
+    if not result.fit.usable:
+        return {"word": "unusable", "text": result.fit.message}
+    worst = float(np.linalg.norm(std))
+    doubts = list(result.warnings)
+    if missed := [str(i + 1) for i, p in enumerate(result.poses) if p.outlier]:
+        doubts.append(f"pose {', '.join(missed)} missed the point and was left out: touch again")
+    if worst > 1:
+        doubts.append("the tip is known to no better than 1 mm: touch from more, and more tilted, directions")
+    text = f"the tip is known to {worst:.2f} mm (one standard deviation)"
+    return {"word": "doubtful" if doubts else "good", "text": "; ".join([text, *doubts])}
+
+
+def _show(result: Any, data: dict[str, Any], out: Any) -> None:
+    if result.fit.usable:
+        rows = [[f"{i + 1}", *(1e3 * r for r in p.residual), 1e3 * p.distance, "missed" if p.outlier else ""]
+                for i, p in enumerate(result.poses)]
+        out.print(table("Where each pose puts the tip, less the point", ["pose", "x [mm]", "y [mm]", "z [mm]", "distance [mm]", ""], rows))
+    show_result(data, out)
