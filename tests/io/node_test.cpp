@@ -117,4 +117,5 @@ TEST_CASE("bytes that are no UTF-8 text are refused with their line") {
     CHECK_THROWS_WITH(parse_yaml("a: 1\nb: " + bad, "t"), Catch::StartsWith("t:2: found the byte 0x") && Catch::Contains("UTF-8"));
   }
   CHECK(parse_yaml("a: \xc3\xa9\xe2\x82\xac\xf0\x9f\xa4\x96", "t").find("a")->scalar == "\xc3\xa9\xe2\x82\xac\xf0\x9f\xa4\x96");
+  CHECK_THROWS_WITH(parse_yaml("a: 1\nb: \"\\N\"", "t"), Catch::StartsWith("t:2: an escape that is no character"));
 }

@@ -48,6 +48,7 @@ class TreeBuilder : public YAML::EventHandler {
 
   void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
                 const std::string& value) override {
+    if (!is_utf8(value)) fail(mark, "an escape that is no character; write the character itself");
     Node node = Node::of(value, tag == "!");  // yaml-cpp tags quoted scalars "!"
     if (!node.quoted && (value == "~" || value == "null")) node = Node{};
     add(std::move(node), mark, anchor);

@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <kr5/vision/image.hpp>
 
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <string_view>
+
 #include <opencv2/imgcodecs.hpp>
 
 #include <kr5/core/error.hpp>
@@ -12,12 +17,23 @@ Image::Image(int w, int h, std::uint8_t grey) : width(w), height(h) {
   pixels.assign(static_cast<std::size_t>(w) * static_cast<std::size_t>(h), grey);
 }
 
+/// OpenCV reads more kinds, some by libraries that end the program on a damaged file (DICOM).
+static bool is_known_kind(const std::filesystem::path& file) {
+  using namespace std::string_view_literals;
+  char head[4] = {};
+  std::ifstream(file, std::ios::binary).read(head, sizeof head);
+  const std::string_view start(head, sizeof head);
+  if (head[0] == 'P' && head[1] >= '1' && head[1] <= '6') return true;
+  const std::array kinds = {"\x89PNG"sv, "\xFF\xD8\xFF"sv, "II*\0"sv, "MM\0*"sv, "BM"sv};
+  return std::any_of(kinds.begin(), kinds.end(), [&](std::string_view kind) { return start.starts_with(kind); });
+}
+
 Image load_image(const std::filesystem::path& file) {
   std::error_code error;
   if (!std::filesystem::exists(file, error)) throw IoError(file.string() + ": no such image");
   cv::Mat m;
   try {
-    m = cv::imread(file.string(), cv::IMREAD_GRAYSCALE);
+    if (is_known_kind(file)) m = cv::imread(file.string(), cv::IMREAD_GRAYSCALE);
   } catch (const cv::Exception& e) {
     throw IoError(file.string() + ": the image cannot be decoded: " + e.err);
   }
