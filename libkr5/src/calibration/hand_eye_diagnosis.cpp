@@ -55,6 +55,15 @@ double net_gain(const Hypothesis& sound, const Hypothesis& h) {
   return sound.score - h.score - h.freedom * std::log(6.0 * h.reading.size()) - 2 * h.choices;
 }
 
+/// Thousands of corners show any lens to be a little different. That is a cause only when it moves the camera beyond
+/// the doubt that is stated anyway.
+bool matters(const Case& c, const Hypothesis& h) {
+  if (h.causes.front() != HandEyeCause::CameraModelWrong) return true;
+  const Vector6 moved = pose_difference(c.sound.fit.X, h.fit.X);
+  const Matrix6 doubt = c.sound.fit.covariance.topLeftCorner<6, 6>();
+  return moved.dot(doubt.ldlt().solve(moved)) > uncertainty::chi_square_quantile(0.99, 6);
+}
+
 struct Candidate {
   Hypothesis hypothesis;
   double gain = 0.0;  ///< Net.
@@ -74,6 +83,7 @@ std::vector<Candidate> compete(const Case& c, const HandEyeDiagnosisOptions& opt
     for (const Hypothesis& h : family)
       if (!best || net_gain(c.sound, h) > net_gain(c.sound, *best)) best = &h;
     if (!best || c.sound.score - best->score < chance_gain(*best, options.false_alarm / families)) return;
+    if (!matters(c, *best)) return;
     const double error = held_out(c, *best);
     if (error < held_out_sound) out.push_back({*best, net_gain(c.sound, *best), error});
   };
