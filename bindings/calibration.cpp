@@ -106,13 +106,12 @@ static void bind_dataset(py::module_& m) {
   kr5::python::bind_struct<Dataset>(m, "Dataset", "A data set with its poses read.")
       .def("poses", &Dataset::poses, "Poses T_base_flange (list of 4x4), the tool offset taken off.");
   m.def(
-      "load_dataset",
-      [](const std::string& file, const std::string& folder) { return load_dataset(file, folder); }, py::arg("file"),
-      py::arg("folder") = "", "Reads a dataset.yaml and the poses it names below `folder` (default: where it lies).");
+      "load_dataset", [](const std::string& file, const std::string& folder) { return load_dataset(file, folder); },
+      py::arg("file"), py::arg("folder") = "",
+      "Reads a dataset.yaml and the poses it names below `folder` (default: where it lies).");
   m.def(
-      "load_poses",
-      [](const std::string& file, RotationForm rotation) { return load_poses(file, rotation).rows; }, py::arg("file"),
-      py::arg("rotation"), "Rows of numbers in a pose file: YAML, JSON, CSV or plain text.");
+      "load_poses", [](const std::string& file, RotationForm rotation) { return load_poses(file, rotation).rows; },
+      py::arg("file"), py::arg("rotation"), "Rows of numbers in a pose file: YAML, JSON, CSV or plain text.");
 }
 
 static void bind_diagnosis(py::module_& m) {

@@ -25,7 +25,8 @@ static void bind_parts(py::module_& m) {
   bind_struct<SecondOrder>(m, "SecondOrder", "x'' = wn^2 (u - x) - 2 xi wn x', u the command `delay` earlier.");
   bind_struct<Servo>(m, "Servo", "How commands become motion.")
       .def("of_joint", &Servo::of_joint, py::arg("index"), "The servo of a joint, counted from 0.");
-  bind_struct<Tool>(m, "Tool", "What the flange carries.").def("inertia_matrix", &Tool::inertia_matrix, "3x3 [kg m^2].");
+  bind_struct<Tool>(m, "Tool", "What the flange carries.")
+      .def("inertia_matrix", &Tool::inertia_matrix, "3x3 [kg m^2].");
   bind_struct<Peg>(m, "Peg", "The part that is inserted.");
   bind_struct<Tube>(m, "Tube", "The hole.");
   bind_struct<Contact>(m, "Contact", "Contact of the tool with what it presses on.");
@@ -45,43 +46,61 @@ static void bind_effects(py::module_& m) {
   bind_enum<EffectValueKind>(m, "EffectValueKind", "Form of a parameter.");
   bind_struct<EffectParameter>(m, "EffectParameter", "One parameter of an effect, with unit, off value and bounds.");
   bind_struct<Effect>(m, "Effect", "One row of the catalogue.");
-  py::class_<Effects>(m, "Effects", "What a cell carries beyond its nominal model: {effect: {target: {parameter: value}}}.")
-      .def(py::init([](const py::dict& effects) { return kr5::python::Convert<Effects>::from_python(effects, "effects"); }),
-           py::arg("effects") = py::dict(), "Raises InvalidArgument for an effect, target or parameter that is not known.")
-      .def("get",
-           [](const Effects& self, const std::string& effect, const std::string& target, const std::string& parameter) {
-             return kr5::python::effect_value(get_effect(self, effect, target, parameter),
-                                              kr5::python::kind_of(find_effect(effect), parameter));
-           },
-           py::arg("effect"), py::arg("target"), py::arg("parameter"), "Value, or None when off means: as in the cell.")
+  py::class_<Effects>(m, "Effects",
+                      "What a cell carries beyond its nominal model: {effect: {target: {parameter: value}}}.")
+      .def(py::init(
+               [](const py::dict& effects) { return kr5::python::Convert<Effects>::from_python(effects, "effects"); }),
+           py::arg("effects") = py::dict(),
+           "Raises InvalidArgument for an effect, target or parameter that is not known.")
+      .def(
+          "get",
+          [](const Effects& self, const std::string& effect, const std::string& target, const std::string& parameter) {
+            return kr5::python::effect_value(get_effect(self, effect, target, parameter),
+                                             kr5::python::kind_of(find_effect(effect), parameter));
+          },
+          py::arg("effect"), py::arg("target"), py::arg("parameter"), "Value, or None when off means: as in the cell.")
       .def("to_dict", &kr5::python::Convert<Effects>::to_plain, "Nested dict of what is on.")
-      .def("__repr__", [](const Effects& self) { return "Effects(" + py::repr(kr5::python::Convert<Effects>::to_plain(self)).cast<std::string>() + ")"; })
-      .def("__len__", [](const Effects& self) { return active_effects(self).size(); }, "Number of effects that are on.");
-  m.def("effect_catalogue", [] { return std::vector<Effect>(effect_catalogue().begin(), effect_catalogue().end()); },
-        "Every effect a cell may carry.");
+      .def("__repr__",
+           [](const Effects& self) {
+             return "Effects(" + py::repr(kr5::python::Convert<Effects>::to_plain(self)).cast<std::string>() + ")";
+           })
+      .def(
+          "__len__", [](const Effects& self) { return active_effects(self).size(); }, "Number of effects that are on.");
+  m.def(
+      "effect_catalogue", [] { return std::vector<Effect>(effect_catalogue().begin(), effect_catalogue().end()); },
+      "Every effect a cell may carry.");
   m.def("find_effect", &find_effect, py::arg("id"), "Row of an effect. Raises InvalidArgument naming the nearest.");
 }
 
 static void bind_cell_itself(py::module_& m) {
   bind_struct<Cell>(m, "Cell", "What is believed about a robot cell, and every effect it may carry (kr5-cell/1).")
-      .def("flange", [](const Cell& self, const Eigen::VectorXd& q) { return chain(self).flange(q); }, py::arg("q"),
-           "T_B_F of the nominal arm for joint values q [rad or m].")
-      .def("link_poses", [](const Cell& self, const Eigen::VectorXd& q) { return chain(self).link_poses(q); }, py::arg("q"),
-           "Poses of link frames 1..n in B for joint values q [rad or m].")
+      .def(
+          "flange", [](const Cell& self, const Eigen::VectorXd& q) { return chain(self).flange(q); }, py::arg("q"),
+          "T_B_F of the nominal arm for joint values q [rad or m].")
+      .def(
+          "link_poses", [](const Cell& self, const Eigen::VectorXd& q) { return chain(self).link_poses(q); },
+          py::arg("q"), "Poses of link frames 1..n in B for joint values q [rad or m].")
       .def("T_B_E", &T_B_E, py::arg("q"), "Nominal tool tip in the base for joint values q [rad or m].")
       .def("T_F_C", &T_F_C, "Nominal camera in the flange, or None.")
       .def("T_F_L", &T_F_L, "Nominal scanner in the flange, or None.")
       .def("chain", &chain, "The nominal arm.")
-      .def("effect_targets", [](const Cell& self, const std::string& effect) { return effect_targets(find_effect(effect), self); },
-           py::arg("effect"), "Names of what an effect may sit on in this cell.")
-      .def("set_effect",
-           [](Cell& self, const std::string& effect, const std::string& target, const std::string& parameter,
-              const py::object& value) { set_effect(self, effect, target, parameter, kr5::python::effect_value(value)); },
-           py::arg("effect"), py::arg("target"), py::arg("parameter"), py::arg("value"),
-           "Sets one parameter; None switches it off. Raises InvalidArgument naming what could be set.")
-      .def("to_yaml", static_cast<std::string (*)(const Cell&)>(&to_yaml), "The file, in the form in which it was read.");
+      .def(
+          "effect_targets",
+          [](const Cell& self, const std::string& effect) { return effect_targets(find_effect(effect), self); },
+          py::arg("effect"), "Names of what an effect may sit on in this cell.")
+      .def(
+          "set_effect",
+          [](Cell& self, const std::string& effect, const std::string& target, const std::string& parameter,
+             const py::object& value) {
+            set_effect(self, effect, target, parameter, kr5::python::effect_value(value));
+          },
+          py::arg("effect"), py::arg("target"), py::arg("parameter"), py::arg("value"),
+          "Sets one parameter; None switches it off. Raises InvalidArgument naming what could be set.")
+      .def("to_yaml", static_cast<std::string (*)(const Cell&)>(&to_yaml),
+           "The file, in the form in which it was read.");
   m.def("load_cell", &load_cell, py::arg("file"),
-        "Reads a cell in any of its forms. Raises IoError with file, line and field of everything that is wrong in form.");
+        "Reads a cell in any of its forms. Raises IoError with file, line and field of everything that is wrong in "
+        "form.");
   m.def("parse_cell", &parse_cell, py::arg("yaml"), py::arg("source") = "text", "The same from a text.");
   m.def("save_cell", &save_cell, py::arg("cell"), py::arg("file"),
         "Writes a cell in the form in which it was read; reads back bit for bit.");
@@ -94,10 +113,12 @@ static void bind_recording(py::module_& m) {
   bind_struct<Column>(m, "Column", "One column of a kind of experiment.");
   m.def("columns", &columns, py::arg("kind"), py::arg("joints"), "Columns of a kind for so many joints.");
   bind_struct<Experiment>(m, "Experiment", "One file of a recording.")
-      .def_property("data", [](const Experiment& e) { return e.data; }, [](Experiment& e, const kr5::io::Table& t) { e.data = t; },
-                    "Its numbers (a copy).")
-      .def("__getitem__", [](const Experiment& e, const std::string& name) { return e.data.column(name); }, py::arg("column"),
-           "One column as an array.");
+      .def_property(
+          "data", [](const Experiment& e) { return e.data; },
+          [](Experiment& e, const kr5::io::Table& t) { e.data = t; }, "Its numbers (a copy).")
+      .def(
+          "__getitem__", [](const Experiment& e, const std::string& name) { return e.data.column(name); },
+          py::arg("column"), "One column as an array.");
   py::class_<Recording>(m, "Recording", "What a cell did and what its sensors showed (kr5-recording/1).")
       .def(py::init([](Cell cell, std::vector<Experiment> experiments) {
              Recording r;
@@ -106,19 +127,23 @@ static void bind_recording(py::module_& m) {
              return r;
            }),
            py::arg("cell"), py::arg("experiments"))
-      .def_property("cell", [](const Recording& r) { return r.cell; }, [](Recording& r, const Cell& c) { r.cell = c; },
-                    "What is believed about the cell (a copy).")
-      .def_property("experiments", [](const Recording& r) { return r.experiments; },
-                    [](Recording& r, std::vector<Experiment> e) { r.experiments = std::move(e); }, "All of them (copies).")
-      .def_property_readonly("folder", [](const Recording& r) { return r.folder; }, "Where it was read from.")
-      .def("__getitem__", &Recording::experiment, py::arg("name"), py::return_value_policy::copy, "One experiment by name.")
+      .def_property(
+          "cell", [](const Recording& r) { return r.cell; }, [](Recording& r, const Cell& c) { r.cell = c; },
+          "What is believed about the cell (a copy).")
+      .def_property(
+          "experiments", [](const Recording& r) { return r.experiments; },
+          [](Recording& r, std::vector<Experiment> e) { r.experiments = std::move(e); }, "All of them (copies).")
+      .def_property_readonly(
+          "folder", [](const Recording& r) { return r.folder; }, "Where it was read from.")
+      .def("__getitem__", &Recording::experiment, py::arg("name"), py::return_value_policy::copy,
+           "One experiment by name.")
       .def("__repr__", [](const Recording& r) {
         return "Recording(" + r.cell.name + ", " + std::to_string(r.experiments.size()) + " experiments)";
       });
   m.def("load_recording", &load_recording, py::arg("folder"), py::call_guard<py::gil_scoped_release>(),
         "Reads a folder. Raises IoError with file, line and field of everything that is wrong in form.");
-  m.def("save_recording", &save_recording, py::arg("recording"), py::arg("folder"), py::call_guard<py::gil_scoped_release>(),
-        "Writes a folder; reads back bit for bit.");
+  m.def("save_recording", &save_recording, py::arg("recording"), py::arg("folder"),
+        py::call_guard<py::gil_scoped_release>(), "Writes a folder; reads back bit for bit.");
 }
 
 void bind_cell(py::module_& m) {
@@ -128,10 +153,12 @@ void bind_cell(py::module_& m) {
   bind_cell_itself(m);
   bind_recording(m);
   using Problems = std::vector<kr5::io::Problem>;
-  m.def("check", static_cast<Problems (*)(const fs::path&)>(&check), py::arg("path"), py::call_guard<py::gil_scoped_release>(),
+  m.def("check", static_cast<Problems (*)(const fs::path&)>(&check), py::arg("path"),
+        py::call_guard<py::gil_scoped_release>(),
         "Everything that is wrong, or looks wrong, with a cell file, a recording, or all of them below a folder.\n\n"
         "Returns\n-------\nlist of kr5.io.Problem\n    Empty when clean.");
   m.def("check", static_cast<Problems (*)(const Cell&)>(&check), py::arg("cell"));
   m.def("check", static_cast<Problems (*)(const Recording&)>(&check), py::arg("recording"));
-  m.def("find_documents", &find_documents, py::arg("path"), "The cell files and recording.yaml files that check looks at.");
+  m.def("find_documents", &find_documents, py::arg("path"),
+        "The cell files and recording.yaml files that check looks at.");
 }

@@ -190,7 +190,9 @@ struct Convert<T> {
     });
     return out;
   }
-  static T from_python(const py::handle& value, const std::string& where) { return struct_from_python<T>(value, where); }
+  static T from_python(const py::handle& value, const std::string& where) {
+    return struct_from_python<T>(value, where);
+  }
 };
 
 /// What a property hands out: a copy, and an array that cannot be written, lest somebody believe it changes the struct.

@@ -15,18 +15,25 @@ void bind_io(py::module_& m) {
       .def("__str__", &Problem::text);
   py::class_<Table>(m, "Table", "Numbers in named columns.")
       .def(py::init([](std::vector<std::string> columns, Eigen::MatrixXd values) {
-             kr5::require(values.cols() == static_cast<Eigen::Index>(columns.size()), "as many names as columns of values");
+             kr5::require(values.cols() == static_cast<Eigen::Index>(columns.size()),
+                          "as many names as columns of values");
              return Table{std::move(columns), std::move(values)};
            }),
            py::arg("columns"), py::arg("values"))
-      .def_property_readonly("columns", [](const Table& t) { return t.columns; }, "Names, in the order of the file.")
-      .def_property_readonly("values", [](const Table& t) { return t.values; }, "One row a line (a copy).")
-      .def("__contains__", [](const Table& t, const std::string& name) { return t.find(name) >= 0; }, py::arg("name"))
-      .def("__getitem__", [](const Table& t, const std::string& name) { return t.column(name); }, py::arg("name"),
-           "One column as an array. Raises InvalidArgument naming the columns there are.")
-      .def("__len__", [](const Table& t) { return t.values.rows(); }, "Number of rows.")
+      .def_property_readonly(
+          "columns", [](const Table& t) { return t.columns; }, "Names, in the order of the file.")
+      .def_property_readonly(
+          "values", [](const Table& t) { return t.values; }, "One row a line (a copy).")
+      .def(
+          "__contains__", [](const Table& t, const std::string& name) { return t.find(name) >= 0; }, py::arg("name"))
+      .def(
+          "__getitem__", [](const Table& t, const std::string& name) { return t.column(name); }, py::arg("name"),
+          "One column as an array. Raises InvalidArgument naming the columns there are.")
+      .def(
+          "__len__", [](const Table& t) { return t.values.rows(); }, "Number of rows.")
       .def("__repr__", [](const Table& t) {
-        return "Table(" + std::to_string(t.values.rows()) + " rows of " + std::to_string(t.columns.size()) + " columns)";
+        return "Table(" + std::to_string(t.values.rows()) + " rows of " + std::to_string(t.columns.size()) +
+               " columns)";
       });
   m.def("load_csv", &load_csv, py::arg("file"), py::call_guard<py::gil_scoped_release>(),
         "Reads numbers under a header line. Raises IoError naming file, line and column of all that is wrong.");

@@ -43,8 +43,10 @@ static void bind_camera_peers(py::module_& m) {
         py::arg("views"), py::arg("width"), py::arg("height"), py::arg("lens") = lens,
         py::call_guard<py::gil_scoped_release>(), doc);
   };
-  define("calibrate_camera_opencv", &calibrate_camera_opencv, LensModel::Brown5, "OpenCV's calibrateCamera on the same views.");
-  define("calibrate_camera_visp", &calibrate_camera_visp, LensModel::K1, "ViSP's vpCalibration on the same views; lens none or k1.");
+  define("calibrate_camera_opencv", &calibrate_camera_opencv, LensModel::Brown5,
+         "OpenCV's calibrateCamera on the same views.");
+  define("calibrate_camera_visp", &calibrate_camera_visp, LensModel::K1,
+         "ViSP's vpCalibration on the same views; lens none or k1.");
 }
 
 /// Grey images are arrays of bytes, rows by columns.
@@ -140,7 +142,8 @@ static void bind_detect(py::module_& m) {
         return find_target(view, target, options);
       },
       py::arg("image"), py::arg("target"), py::arg("options") = DetectOptions(),
-      "Looks for one target in a grey image (uint8, height x width). When it is not found, `status` and `message` say why.");
+      "Looks for one target in a grey image (uint8, height x width). When it is not found, `status` and `message` say "
+      "why.");
 }
 
 static void bind_poses(py::module_& m) {

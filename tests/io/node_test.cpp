@@ -112,10 +112,13 @@ TEST_CASE("JSON shows numbers as numbers, quoted numbers as text and what is not
 }
 
 TEST_CASE("bytes that are no UTF-8 text are refused with their line") {
-  for (const std::string& bad : {std::string("\xff"), std::string("\xc0\x80"), std::string("\xed\xa0\x80"), std::string("\xe2\x82"),
-                                 std::string(1, '\0'), std::string("\x01"), std::string("\x7f"), std::string("\rc\n")}) {
-    CHECK_THROWS_WITH(parse_yaml("a: 1\nb: " + bad, "t"), Catch::StartsWith("t:2: found the byte 0x") && Catch::Contains("UTF-8"));
+  for (const std::string& bad :
+       {std::string("\xff"), std::string("\xc0\x80"), std::string("\xed\xa0\x80"), std::string("\xe2\x82"),
+        std::string(1, '\0'), std::string("\x01"), std::string("\x7f"), std::string("\rc\n")}) {
+    CHECK_THROWS_WITH(parse_yaml("a: 1\nb: " + bad, "t"),
+                      Catch::StartsWith("t:2: found the byte 0x") && Catch::Contains("UTF-8"));
   }
-  CHECK(parse_yaml("a: \xc3\xa9\xe2\x82\xac\xf0\x9f\xa4\x96", "t").find("a")->scalar == "\xc3\xa9\xe2\x82\xac\xf0\x9f\xa4\x96");
+  CHECK(parse_yaml("a: \xc3\xa9\xe2\x82\xac\xf0\x9f\xa4\x96", "t").find("a")->scalar ==
+        "\xc3\xa9\xe2\x82\xac\xf0\x9f\xa4\x96");
   CHECK_THROWS_WITH(parse_yaml("a: 1\nb: \"\\N\"", "t"), Catch::StartsWith("t:2: an escape that is no character"));
 }

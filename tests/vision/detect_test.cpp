@@ -29,7 +29,8 @@ PlacedTarget placed(const Target& target, double distance, double tilt, double a
                                exp_rotation(roll * Eigen::Vector3d::UnitZ());
   const Eigen::Matrix2d area = printed_area(target);
   const Eigen::Vector2d middle = area.rowwise().mean();
-  p.T_camera_target.translation() = Eigen::Vector3d(0, 0, distance) - p.T_camera_target.linear() * Eigen::Vector3d(middle.x(), middle.y(), 0);
+  p.T_camera_target.translation() =
+      Eigen::Vector3d(0, 0, distance) - p.T_camera_target.linear() * Eigen::Vector3d(middle.x(), middle.y(), 0);
   return p;
 }
 
@@ -39,7 +40,8 @@ double worst_error(const View& seen, const View& truth) {
   for (std::size_t i = 0; i < seen.ids.size(); ++i) {
     const auto it = std::find(truth.ids.begin(), truth.ids.end(), seen.ids[i]);
     if (it == truth.ids.end()) return 1e9;
-    worst = std::max(worst, (seen.pixels.col(static_cast<Eigen::Index>(i)) - truth.pixels.col(it - truth.ids.begin())).norm());
+    worst = std::max(worst,
+                     (seen.pixels.col(static_cast<Eigen::Index>(i)) - truth.pixels.col(it - truth.ids.begin())).norm());
   }
   return worst;
 }
@@ -56,7 +58,8 @@ std::vector<fs::path> images(const fs::path& folder, const std::string& prefix =
   }
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string ending = entry.path().extension();
-    if ((ending == ".png" || ending == ".jpg") && entry.path().filename().string().starts_with(prefix)) files.push_back(entry.path());
+    if ((ending == ".png" || ending == ".jpg") && entry.path().filename().string().starts_with(prefix))
+      files.push_back(entry.path());
   }
   return files;
 }
@@ -74,10 +77,10 @@ int found_in(const std::vector<fs::path>& files, const std::string& target, std:
 }  // namespace
 
 TEST_CASE("every kind of target is found where it was rendered") {
-  const std::string form = GENERATE("chessboard:6x9:0.02", "chessboard:5x5:0.02", "tag:36h11:10:0.05", "tag:25h9:3:0.05",
-                                    "tag:16h5:7:0.05", "tag:41h12:100:0.05", "tag:aruco_5x5_100:9:0.05",
-                                    "grid:36h11:3x4:0.03:0.01", "grid:aruco_4x4_50:3x4:0.03:0.01",
-                                    "charuco:aruco_6x6_250:7x5:0.036:0.018", "circles:7x9:0.02", "circles:8x8:0.02");
+  const std::string form = GENERATE(
+      "chessboard:6x9:0.02", "chessboard:5x5:0.02", "tag:36h11:10:0.05", "tag:25h9:3:0.05", "tag:16h5:7:0.05",
+      "tag:41h12:100:0.05", "tag:aruco_5x5_100:9:0.05", "grid:36h11:3x4:0.03:0.01", "grid:aruco_4x4_50:3x4:0.03:0.01",
+      "charuco:aruco_6x6_250:7x5:0.036:0.018", "circles:7x9:0.02", "circles:8x8:0.02");
   CAPTURE(form);
   const Target target = parse_target(form);
   const Pinhole lens = camera(800, 600, 800, -0.1);
@@ -104,8 +107,10 @@ TEST_CASE("the stated doubt of tag corners covers their error, below the error o
     Target target = parse_target("tag:36h11:0:0.1");
     target.first_id = random.integer(587);
     const double side = random.uniform(40, 100);
-    const PlacedTarget p = placed(target, 0.1 * 400 / side, random.uniform(0, 0.8), random.uniform(0, 6.28), random.uniform(0, 6.28));
-    RenderOptions look{.blur = random.uniform(0.5, 2.0) * std::min(1.0, side / 60), .noise = random.uniform(0, 8), .seed = trial};
+    const PlacedTarget p =
+        placed(target, 0.1 * 400 / side, random.uniform(0, 0.8), random.uniform(0, 6.28), random.uniform(0, 6.28));
+    RenderOptions look{
+        .blur = random.uniform(0.5, 2.0) * std::min(1.0, side / 60), .noise = random.uniform(0, 8), .seed = trial};
     const Image image = render(std::span(&p, 1), lens, look);
     const View truth = visible_points(target, p.T_camera_target, lens);
     TagOptions plain;
@@ -194,7 +199,8 @@ TEST_CASE("all 47 tags of the AprilTag reference images are found with default o
     for (std::string line; std::getline(list, line);) {
       int id = 0;
       double c[8];
-      if (std::sscanf(line.c_str(), "%d, (%lf %lf), (%lf %lf), (%lf %lf), (%lf %lf)", &id, c, c + 1, c + 2, c + 3, c + 4, c + 5, c + 6, c + 7) == 9)
+      if (std::sscanf(line.c_str(), "%d, (%lf %lf), (%lf %lf), (%lf %lf), (%lf %lf)", &id, c, c + 1, c + 2, c + 3,
+                      c + 4, c + 5, c + 6, c + 7) == 9)
         truth.emplace_back(id, Eigen::Vector2d(c[0] + c[2] + c[4] + c[6], c[1] + c[3] + c[5] + c[7]) / 4);
     }
     expected += static_cast<int>(truth.size());

@@ -35,7 +35,8 @@ Target truth() {
 
 Pose camera_pose(Random& random) {
   Pose T = Pose::Identity();  // of the map in the camera
-  T.linear() = exp_rotation(Eigen::Vector3d(random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), random.uniform(-1, 1)));
+  T.linear() =
+      exp_rotation(Eigen::Vector3d(random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), random.uniform(-1, 1)));
   T.translation() = Eigen::Vector3d(random.uniform(-0.03, 0.03), random.uniform(-0.03, 0.03), random.uniform(0.4, 0.6));
   return T;
 }
@@ -54,7 +55,8 @@ std::vector<MarkerSighting> sightings(int images, double sigma, Random& random) 
       tag.id = map.map[k].id;
       const Eigen::Matrix<double, 3, 4> corners = map.map[k].T_target_marker * square_corners(0.05);
       for (int c = 0; c < 4; ++c)
-        tag.corners.col(c) = lens.project(T * corners.col(c)) + Eigen::Vector2d(random.normal(sigma), random.normal(sigma));
+        tag.corners.col(c) =
+            lens.project(T * corners.col(c)) + Eigen::Vector2d(random.normal(sigma), random.normal(sigma));
       image.tags.push_back(tag);
     }
     all.push_back(image);

@@ -21,9 +21,11 @@ Pinhole camera() {
 
 View seen(const Target& target, const Pose& T, double sigma, Random& random) {
   const TargetPoints all = target_points(target);
-  View view{.name = "synthetic", .points = all.points, .pixels = Eigen::Matrix2Xd(2, all.points.cols()), .ids = all.ids};
+  View view{
+      .name = "synthetic", .points = all.points, .pixels = Eigen::Matrix2Xd(2, all.points.cols()), .ids = all.ids};
   for (Eigen::Index i = 0; i < all.points.cols(); ++i)
-    view.pixels.col(i) = camera().project(T * all.points.col(i)) + Eigen::Vector2d(random.normal(sigma), random.normal(sigma));
+    view.pixels.col(i) =
+        camera().project(T * all.points.col(i)) + Eigen::Vector2d(random.normal(sigma), random.normal(sigma));
   return view;
 }
 
@@ -47,8 +49,8 @@ TEST_CASE("the 95 % region of a pose holds the truth in 95 % of the trials") {
   const double sigma = 0.2, dof = 2.0 * 35 - 6;
   for (int i = 0; i < trials; ++i) {
     const Pose T = random_pose(random, 0.4);
-    const TargetPose pose = estimate_target_pose(seen(board, T, sigma, random), camera(),
-                                                 {.sigma_pixel = given ? sigma : 0.0, .huber = 0});
+    const TargetPose pose =
+        estimate_target_pose(seen(board, T, sigma, random), camera(), {.sigma_pixel = given ? sigma : 0.0, .huber = 0});
     REQUIRE(pose.fit.usable());
     const Vector6 d = pose_difference(pose.T_camera_target, T);
     const double m = d.dot(pose.covariance.ldlt().solve(d));
@@ -77,7 +79,8 @@ TEST_CASE("of two poses the right one comes first unless the view is called ambi
     }
     ++sure;
     const double error = pose_difference(pose.T_camera_target, T).tail<3>().norm();
-    const double other = pose.T_camera_target_second ? pose_difference(*pose.T_camera_target_second, T).tail<3>().norm() : 1e9;
+    const double other =
+        pose.T_camera_target_second ? pose_difference(*pose.T_camera_target_second, T).tail<3>().norm() : 1e9;
     right += error < other;
   }
   CAPTURE(sure, right, doubtful);

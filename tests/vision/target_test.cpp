@@ -28,10 +28,11 @@ TEST_CASE("every short form is read") {
 }
 
 TEST_CASE("a wrong short form is refused and the right ones are shown") {
-  const char* text = GENERATE("", "chess:6x9:0.02", "chessboard:6:0.02", "chessboard:6x9", "chessboard:6x9:0.02:1",
-                              "chessboard:6x9:-0.02", "chessboard:6x9:nan", "tag:36h12:0:0.05", "tag:36h11:587:0.05",
-                              "tag:36h11:-1:0.05", "grid:36h11:5x7:0.03:-1", "grid:16h5:9x9:0.03:0.01", "chessboard:1x9:0.02",
-                              "charuco:aruco_6x6_250:7x5:0.02:0.02", "tag:36h11:zero:0.05", "chessboard:99999999999x2:1");
+  const char* text =
+      GENERATE("", "chess:6x9:0.02", "chessboard:6:0.02", "chessboard:6x9", "chessboard:6x9:0.02:1",
+               "chessboard:6x9:-0.02", "chessboard:6x9:nan", "tag:36h12:0:0.05", "tag:36h11:587:0.05",
+               "tag:36h11:-1:0.05", "grid:36h11:5x7:0.03:-1", "grid:16h5:9x9:0.03:0.01", "chessboard:1x9:0.02",
+               "charuco:aruco_6x6_250:7x5:0.02:0.02", "tag:36h11:zero:0.05", "chessboard:99999999999x2:1");
   CAPTURE(text);
   CHECK_THROWS_AS(parse_target(text), InvalidArgument);
   CHECK_THROWS_WITH(parse_target("chess:6x9:0.02"), Catch::Contains("chessboard:6x9:0.0236"));

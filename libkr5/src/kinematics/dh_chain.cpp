@@ -10,8 +10,9 @@ namespace kr5::kinematics {
 namespace {
 
 void require_size(const DhChain& chain, const Eigen::VectorXd& q) {
-  require(q.size() == static_cast<Eigen::Index>(chain.joints.size()),
-          "q has " + std::to_string(q.size()) + " values, the chain " + std::to_string(chain.joints.size()) + " joints");
+  require(
+      q.size() == static_cast<Eigen::Index>(chain.joints.size()),
+      "q has " + std::to_string(q.size()) + " values, the chain " + std::to_string(chain.joints.size()) + " joints");
 }
 
 }  // namespace

@@ -10,7 +10,8 @@ namespace kr5::vision {
 
 /// The same pixels as OpenCV's matrix; must not be written to.
 inline cv::Mat cv_view(ImageView image) {
-  return {image.height, image.width, CV_8UC1, const_cast<std::uint8_t*>(image.data), static_cast<std::size_t>(image.stride)};
+  return {image.height, image.width, CV_8UC1, const_cast<std::uint8_t*>(image.data),
+          static_cast<std::size_t>(image.stride)};
 }
 
 inline void require_image(ImageView image) {

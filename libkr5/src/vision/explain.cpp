@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vision/explain.hpp"
 
-#include <cmath>
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 
@@ -33,8 +33,8 @@ std::string list(const std::set<int>& ids) {
 
 /// Markers of other families; one dictionary of each size holds the smaller ones of that size.
 bool wrong_family(ImageView image, const Target& target, Detection& result) {
-  TagOptions options{.families = {"36h11", "25h9", "41h12", "16h5", "aruco_4x4_1000", "aruco_5x5_1000", "aruco_6x6_1000",
-                                  "aruco_7x7_1000", "aruco_original"}};
+  TagOptions options{.families = {"36h11", "25h9", "41h12", "16h5", "aruco_4x4_1000", "aruco_5x5_1000",
+                                  "aruco_6x6_1000", "aruco_7x7_1000", "aruco_original"}};
   options.refine = Refinement::None;
   options.max_hamming = 0;
   options.min_margin = 50;
@@ -50,7 +50,8 @@ bool wrong_family(ImageView image, const Target& target, Detection& result) {
   std::string family = most->first;
   if (family.starts_with("aruco") && family.ends_with("_1000")) family = family.substr(0, 9) + "_*";
   say(result, DetectStatus::WrongFamily,
-      "no marker of family " + target.family + ", but of " + family + ": ids " + list(most->second) + "; give that family");
+      "no marker of family " + target.family + ", but of " + family + ": ids " + list(most->second) +
+          "; give that family");
   return true;
 }
 
@@ -62,11 +63,14 @@ bool wrong_marker(const Target& target, Detection& result) {
   bool ours = false;
   for (const int id : ids) ours = ours || wanted.contains(id);
   if (ours) {
-    say(result, DetectStatus::NotFound, "markers of the target are seen (ids " + list(ids) + "), but they do not lie on it "
-        "as described; check rows, columns, sizes and, for an older ChArUco board, charuco_legacy");
+    say(result, DetectStatus::NotFound,
+        "markers of the target are seen (ids " + list(ids) +
+            "), but they do not lie on it "
+            "as described; check rows, columns, sizes and, for an older ChArUco board, charuco_legacy");
   } else {
-    say(result, DetectStatus::WrongMarker, "markers of family " + target.family + " are seen, but with ids " + list(ids) +
-        " where " + list(wanted) + " belong to the target; give the right id");
+    say(result, DetectStatus::WrongMarker,
+        "markers of family " + target.family + " are seen, but with ids " + list(ids) + " where " + list(wanted) +
+            " belong to the target; give the right id");
   }
   return true;
 }
@@ -76,14 +80,16 @@ bool wrong_size(ImageView image, const Target& target, Detection& result) {
   if (target.kind == TargetKind::Chessboard) {
     const auto size = seen_chessboard(image);
     if (!size || *size == std::pair(target.rows, target.cols)) return false;
-    say(result, DetectStatus::WrongSize, "a chessboard of " + std::to_string(size->first) + "x" + std::to_string(size->second) +
-        " inner corners is seen, where " + expected + " was expected; give that size, or show the whole board");
+    say(result, DetectStatus::WrongSize,
+        "a chessboard of " + std::to_string(size->first) + "x" + std::to_string(size->second) +
+            " inner corners is seen, where " + expected + " was expected; give that size, or show the whole board");
     return true;
   }
   const int dots = seen_dots(image), wanted = target.rows * target.cols;
   if (dots < 4 || dots == wanted || dots > 3 * wanted || 3 * dots < wanted) return false;
-  say(result, DetectStatus::WrongSize, std::to_string(dots) + " dots are seen, where " + expected + " = " +
-      std::to_string(wanted) + " were expected; give the right size, or show the whole grid");
+  say(result, DetectStatus::WrongSize,
+      std::to_string(dots) + " dots are seen, where " + expected + " = " + std::to_string(wanted) +
+          " were expected; give the right size, or show the whole grid");
   return true;
 }
 
@@ -113,13 +119,19 @@ void bad_picture(ImageView image, Detection& result) {
     if (low < 0 && below > 0.005) low = i;
     if (below < 0.995) high = i + 1;
   }
-  if (high < 40) return say(result, DetectStatus::TooDark, "the image is too dark: 99.5 % of it is below grey " +
-                            std::to_string(static_cast<int>(high)) + " of 255; add light, or expose longer");
-  if (white > 0.5) return say(result, DetectStatus::Overexposed, "the image is overexposed: " +
-                              std::to_string(static_cast<int>(100 * white)) + " % of it is white; expose less");
+  if (high < 40)
+    return say(result, DetectStatus::TooDark,
+               "the image is too dark: 99.5 % of it is below grey " + std::to_string(static_cast<int>(high)) +
+                   " of 255; add light, or expose longer");
+  if (white > 0.5)
+    return say(result, DetectStatus::Overexposed,
+               "the image is overexposed: " + std::to_string(static_cast<int>(100 * white)) +
+                   " % of it is white; expose less");
   if (high - low > 20 && sharpness(picture, high - low) < 0.12)
-    return say(result, DetectStatus::Blurred, "the image is blurred: no sharp edge in it; focus, hold still, or expose less");
-  say(result, DetectStatus::NotFound, "nothing like the target is seen; is all of it in the picture, large enough, and with "
+    return say(result, DetectStatus::Blurred,
+               "the image is blurred: no sharp edge in it; focus, hold still, or expose less");
+  say(result, DetectStatus::NotFound,
+      "nothing like the target is seen; is all of it in the picture, large enough, and with "
       "a white border round it?");
 }
 
@@ -127,7 +139,8 @@ void bad_picture(ImageView image, Detection& result) {
 
 void explain(ImageView image, const Target& target, Detection& result) {
   const bool markers = target.kind != TargetKind::Chessboard && target.kind != TargetKind::CircleGrid;
-  if (markers ? wrong_marker(target, result) || wrong_family(image, target, result) : wrong_size(image, target, result)) return;
+  if (markers ? wrong_marker(target, result) || wrong_family(image, target, result) : wrong_size(image, target, result))
+    return;
   bad_picture(image, result);
 }
 

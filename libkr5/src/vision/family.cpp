@@ -20,10 +20,11 @@ struct AprilTagFamily {
   apriltag_family_t* (*create)();
   void (*destroy)(apriltag_family_t*);
 };
-constexpr std::array<AprilTagFamily, 4> apriltag_families{{{"36h11", tag36h11_create, tag36h11_destroy},
-                                                           {"25h9", tag25h9_create, tag25h9_destroy},
-                                                           {"16h5", tag16h5_create, tag16h5_destroy},
-                                                           {"41h12", tagStandard41h12_create, tagStandard41h12_destroy}}};
+constexpr std::array<AprilTagFamily, 4> apriltag_families{
+    {{"36h11", tag36h11_create, tag36h11_destroy},
+     {"25h9", tag25h9_create, tag25h9_destroy},
+     {"16h5", tag16h5_create, tag16h5_destroy},
+     {"41h12", tagStandard41h12_create, tagStandard41h12_destroy}}};
 
 struct ArucoFamily {
   const char* name;
@@ -54,8 +55,8 @@ constexpr std::array<ArucoFamily, 17> aruco_families{{{"aruco_4x4_50", cv::aruco
 }
 
 void require_id(const std::string& family, int id, int count) {
-  require(id >= 0 && id < count, "family " + family + " has the ids 0 to " + std::to_string(count - 1) + ", found " +
-                                     std::to_string(id));
+  require(id >= 0 && id < count,
+          "family " + family + " has the ids 0 to " + std::to_string(count - 1) + ", found " + std::to_string(id));
 }
 
 MarkerPattern apriltag_pattern(const std::string& family, int id) {

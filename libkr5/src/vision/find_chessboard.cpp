@@ -22,7 +22,8 @@ double colour_order(ImageView image, const PixelGrid& g) {
     for (int c = -1; c < g.cols; ++c) {
       const int i = std::clamp(r, 0, g.rows - 2), j = std::clamp(c, 0, g.cols - 2);
       const Vector2d dx = g.at(i, j + 1) - g.at(i, j), dy = g.at(i + 1, j) - g.at(i, j);
-      const Vector2d p = (g.at(i, j) + g.at(i + 1, j) + g.at(i, j + 1) + g.at(i + 1, j + 1)) / 4 + (c - j) * dx + (r - i) * dy;
+      const Vector2d p =
+          (g.at(i, j) + g.at(i + 1, j) + g.at(i, j + 1) + g.at(i + 1, j + 1)) / 4 + (c - j) * dx + (r - i) * dy;
       const int x = static_cast<int>(std::lround(p.x())), y = static_cast<int>(std::lround(p.y()));
       if (x < 0 || y < 0 || x >= image.width || y >= image.height) continue;
       sum += (r + c) % 2 == 0 ? -image.at(x, y) : image.at(x, y);
@@ -34,11 +35,13 @@ std::optional<PixelGrid> corners_by_opencv(ImageView image, int rows, int cols) 
   const cv::Mat picture = cv_view(image);
   const cv::Size size(cols, rows);
   std::vector<cv::Point2f> corners;
-  bool found = rows > 2 && cols > 2 && cv::findChessboardCornersSB(picture, size, corners, cv::CALIB_CB_NORMALIZE_IMAGE);
+  bool found =
+      rows > 2 && cols > 2 && cv::findChessboardCornersSB(picture, size, corners, cv::CALIB_CB_NORMALIZE_IMAGE);
   if (!found)
     found = rows > 2 && cols > 2 &&
-            cv::findChessboardCorners(picture, size, corners,
-                                      cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK);
+            cv::findChessboardCorners(
+                picture, size, corners,
+                cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK);
   if (!found && rows > 2 && cols > 2)
     found = cv::findChessboardCornersSB(picture, size, corners,
                                         cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_EXHAUSTIVE | cv::CALIB_CB_ACCURACY);
@@ -64,8 +67,7 @@ std::vector<PixelGrid> PixelGrid::turned() const {
   PixelGrid g = *this;
   const Vector2d x = g.at(0, g.cols - 1) - g.at(0, 0), y = g.at(g.rows - 1, 0) - g.at(0, 0);
   if (x.x() * y.y() - x.y() * y.x() < 0)  // numbered as in a mirror
-    for (int r = 0; r < rows; ++r)
-      std::reverse(g.points.begin() + r * cols, g.points.begin() + (r + 1) * cols);
+    for (int r = 0; r < rows; ++r) std::reverse(g.points.begin() + r * cols, g.points.begin() + (r + 1) * cols);
   std::vector<PixelGrid> all{g, g};
   std::reverse(all[1].points.begin(), all[1].points.end());
   if (rows != cols) return all;
@@ -93,7 +95,8 @@ std::optional<SeenPoints> find_chessboard(ImageView image, const Target& target,
       const Vector2d dx = grid.along_x(r, c), dy = grid.along_y(r, c);
       const double sine = std::abs(dx.x() * dy.y() - dx.y() * dy.x()) / (dx.norm() * dy.norm());
       const double radius = std::clamp(0.45 * std::min(dx.norm(), dy.norm()) * std::max(sine, 0.5), 2.0, 12.0);
-      const auto better = refine == Refinement::Model ? refine_saddle(image, grid.at(r, c), dx, dy, radius) : std::nullopt;
+      const auto better =
+          refine == Refinement::Model ? refine_saddle(image, grid.at(r, c), dx, dy, radius) : std::nullopt;
       seen.add(r * grid.cols + c, better ? better->pixel : grid.at(r, c), better ? better->sigma : 0.0);
     }
   return seen;

@@ -63,7 +63,8 @@ std::optional<PixelGrid> find_grid(ImageView image, int rows, int cols) {
     }
   std::vector<cv::Point2f> centres;
   for (const bool dark : {true, false})
-    for (const int flags : {static_cast<int>(cv::CALIB_CB_SYMMETRIC_GRID), cv::CALIB_CB_SYMMETRIC_GRID | cv::CALIB_CB_CLUSTERING}) {
+    for (const int flags :
+         {static_cast<int>(cv::CALIB_CB_SYMMETRIC_GRID), cv::CALIB_CB_SYMMETRIC_GRID | cv::CALIB_CB_CLUSTERING}) {
       const bool found = cv::findCirclesGrid(large, cv::Size(cols, rows), centres, flags, dot_detector(large, dark));
       if (!found || centres.size() != static_cast<std::size_t>(rows * cols)) continue;
       PixelGrid grid{rows, cols, {}};
@@ -180,8 +181,6 @@ std::optional<SeenPoints> find_circles(ImageView image, const Target& target, Re
   return seen;
 }
 
-int seen_dots(ImageView image) {
-  return static_cast<int>(dots_of(cv_view(image), true).size());
-}
+int seen_dots(ImageView image) { return static_cast<int>(dots_of(cv_view(image), true).size()); }
 
 }  // namespace kr5::vision

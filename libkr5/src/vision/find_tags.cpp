@@ -44,8 +44,13 @@ class AprilTagDetector {
       apriltag_detection_t* d = nullptr;
       zarray_get(found, i, &d);
       if (d->decision_margin < options.min_margin) continue;
-      TagDetection tag{.family = names_.at(d->family->name), .id = d->id, .corners = {}, .sigma = Eigen::Vector4d::Zero(),
-                       .refined = false, .hamming = d->hamming, .margin = d->decision_margin};
+      TagDetection tag{.family = names_.at(d->family->name),
+                       .id = d->id,
+                       .corners = {},
+                       .sigma = Eigen::Vector4d::Zero(),
+                       .refined = false,
+                       .hamming = d->hamming,
+                       .margin = d->decision_margin};
       // The library goes from the lower left corner counter-clockwise, with the first pixel's centre at (0.5, 0.5).
       for (int k = 0; k < 4; ++k) tag.corners.col(k) << d->p[3 - k][0] - 0.5, d->p[3 - k][1] - 0.5;
       tags.push_back(std::move(tag));
@@ -70,7 +75,8 @@ std::vector<TagDetection> find_apriltags(ImageView image, const std::vector<std:
 
 std::vector<TagDetection> find_aruco(ImageView image, const std::string& family, double decimate) {
   cv::Mat picture = cv_view(image), small;
-  if (decimate != 1) cv::resize(picture, small, {}, 1 / decimate, 1 / decimate, decimate > 1 ? cv::INTER_AREA : cv::INTER_CUBIC);
+  if (decimate != 1)
+    cv::resize(picture, small, {}, 1 / decimate, 1 / decimate, decimate > 1 ? cv::INTER_AREA : cv::INTER_CUBIC);
   std::vector<std::vector<cv::Point2f>> corners;
   std::vector<int> ids;
   cv::aruco::detectMarkers(decimate != 1 ? small : picture, aruco_dictionary_of(family), corners, ids);

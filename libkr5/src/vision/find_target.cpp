@@ -67,7 +67,9 @@ std::optional<SeenPoints> corners_of(const Target& target, const std::vector<Tag
   return seen;
 }
 
-bool has_markers(const Target& target) { return target.kind != TargetKind::Chessboard && target.kind != TargetKind::CircleGrid; }
+bool has_markers(const Target& target) {
+  return target.kind != TargetKind::Chessboard && target.kind != TargetKind::CircleGrid;
+}
 
 void fill(Detection& result, const Target& target, const SeenPoints& seen) {
   const TargetPoints all = target_points(target);
@@ -96,8 +98,10 @@ Detection search_once(ImageView image, const Target& target, const DetectOptions
     result.tags = find_tags(image, tag_options);
     int doubles = 0;
     const std::vector<TagDetection> ours = markers_of(target, result.tags, &doubles);
-    if (doubles > 0) result.message = "; " + std::to_string(doubles) + " more with the same numbers, smaller in the image, left out";
-    seen = target.kind == TargetKind::Charuco ? find_charuco(image, target, ours, options.refine) : corners_of(target, ours);
+    if (doubles > 0)
+      result.message = "; " + std::to_string(doubles) + " more with the same numbers, smaller in the image, left out";
+    seen = target.kind == TargetKind::Charuco ? find_charuco(image, target, ours, options.refine)
+                                              : corners_of(target, ours);
   } else {
     seen = target.kind == TargetKind::Chessboard ? find_chessboard(image, target, options.refine)
                                                  : find_circles(image, target, options.refine);
@@ -145,8 +149,9 @@ Detection find_target(ImageView image, const Target& target, const DetectOptions
     plain.refine = Refinement::None;
     if (search(mirrored, target, plain).found()) {
       result.status = DetectStatus::Mirrored;
-      result.message = "the image is mirrored: the target is found in it when left and right are exchanged; switch off "
-                       "mirroring in the camera driver, or look for a mirror in the light path";
+      result.message =
+          "the image is mirrored: the target is found in it when left and right are exchanged; switch off "
+          "mirroring in the camera driver, or look for a mirror in the light path";
       return result;
     }
   }

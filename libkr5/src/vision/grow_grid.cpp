@@ -25,7 +25,8 @@ int nearest(const std::vector<Vector2d>& points, const Vector2d& p, double withi
   return best;
 }
 
-/// From one point to its neighbours, to theirs, and so on; steps are those of the last pair, so they follow perspective.
+/// From one point to its neighbours, to theirs, and so on; steps are those of the last pair, so they follow
+/// perspective.
 std::map<Place, int> grow(const std::vector<Vector2d>& points, int seed) {
   const Vector2d p = points[static_cast<std::size_t>(seed)];
   const int next = nearest(points, p, 1e9, seed);
@@ -65,7 +66,8 @@ std::map<Place, int> grow(const std::vector<Vector2d>& points, int seed) {
 }
 
 /// The only full window of rows x cols, or nothing.
-std::optional<PixelGrid> window(const std::vector<Vector2d>& points, const std::map<Place, int>& placed, int rows, int cols) {
+std::optional<PixelGrid> window(const std::vector<Vector2d>& points, const std::map<Place, int>& placed, int rows,
+                                int cols) {
   std::optional<PixelGrid> only;
   for (const auto& [start, unused] : placed) {
     PixelGrid grid{rows, cols, {}};

@@ -38,7 +38,8 @@ Image load_image(const std::filesystem::path& file) {
     throw IoError(file.string() + ": the image cannot be decoded: " + e.err);
   }
   if (m.empty())
-    throw IoError(file.string() + ": is no image that can be decoded, or is cut off; expected PNG, JPEG, TIFF, BMP or PGM");
+    throw IoError(file.string() +
+                  ": is no image that can be decoded, or is cut off; expected PNG, JPEG, TIFF, BMP or PGM");
   Image image(m.cols, m.rows);
   for (int y = 0; y < m.rows; ++y)
     std::copy_n(m.ptr<std::uint8_t>(y), m.cols, image.pixels.begin() + static_cast<std::ptrdiff_t>(y) * m.cols);

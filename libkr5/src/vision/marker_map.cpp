@@ -16,13 +16,14 @@ namespace kr5::vision {
 namespace {
 
 /// Sightings by id, those that occur once in their image.
-std::vector<std::map<int, Eigen::Matrix<double, 2, 4>>> unique_tags(std::span<const MarkerSighting> images, std::string* family) {
+std::vector<std::map<int, Eigen::Matrix<double, 2, 4>>> unique_tags(std::span<const MarkerSighting> images,
+                                                                    std::string* family) {
   std::vector<std::map<int, Eigen::Matrix<double, 2, 4>>> all;
   for (const MarkerSighting& image : images) {
     std::map<int, int> count;
     for (const TagDetection& tag : image.tags) {
-      require(family->empty() || tag.family == *family, "marker map: all markers must be of one family, found " + *family +
-                                                            " and " + tag.family + " (" + image.name + ")");
+      require(family->empty() || tag.family == *family, "marker map: all markers must be of one family, found " +
+                                                            *family + " and " + tag.family + " (" + image.name + ")");
       require(tag.corners.allFinite(), "marker map: a corner in " + image.name + " is not finite");
       *family = tag.family;
       ++count[tag.id];
@@ -124,9 +125,10 @@ MarkerMapResult estimate_marker_map(std::span<const MarkerSighting> images, cons
   const auto tags = unique_tags(images, &result.target.family);
   result.islands = islands_of(tags);
   if (result.islands.size() != 1) {
-    result.fit.message = result.islands.empty() ? "no marker is seen in any image"
-                                                : "no image connects these groups of markers: " + describe(result.islands) +
-                                                      "; take images that show markers of two groups together";
+    result.fit.message = result.islands.empty()
+                             ? "no marker is seen in any image"
+                             : "no image connects these groups of markers: " + describe(result.islands) +
+                                   "; take images that show markers of two groups together";
     return result;
   }
   const std::vector<int>& ids = result.islands.front();
@@ -136,8 +138,9 @@ MarkerMapResult estimate_marker_map(std::span<const MarkerSighting> images, cons
     result.fit.message = "only marker " + std::to_string(ids.front()) + " is seen; a map needs two or more together";
     return result;
   }
-  MapProblem problem{camera, square_corners(options.size), 0, static_cast<int>(ids.size()),
-                     static_cast<int>(reference - ids.begin()), {}};
+  MapProblem problem{
+      camera, square_corners(options.size), 0, static_cast<int>(ids.size()), static_cast<int>(reference - ids.begin()),
+      {}};
   for (std::size_t i = 0; i < tags.size(); ++i) {
     if (tags[i].size() < 2) continue;  // one marker alone says nothing of the map
     for (const auto& [id, corners] : tags[i])

@@ -87,7 +87,8 @@ class MarkerModel {
       : image_(image), pattern_(pattern), middle_(corners.rowwise().mean()) {
     half_ = 0.25 * ((corners.col(1) - corners.col(0)).norm() + (corners.col(2) - corners.col(1)).norm());
     const int rim = (pattern.cells - pattern.square) / 2;
-    square_ << rim, rim + pattern.square, rim + pattern.square, rim, rim, rim, rim + pattern.square, rim + pattern.square;
+    square_ << rim, rim + pattern.square, rim + pattern.square, rim, rim, rim, rim + pattern.square,
+        rim + pattern.square;
     lowest_ = std::min(0, rim - 1);
   }
 
@@ -105,7 +106,8 @@ class MarkerModel {
     std::vector<Sample> edge, flat;
     std::vector<double> black, white;
     const Eigen::Vector2d cell = (corners.rowwise().maxCoeff() - corners.rowwise().minCoeff()) / pattern_.square;
-    const Eigen::Vector2d low = corners.rowwise().minCoeff() - 2.0 * cell, high = corners.rowwise().maxCoeff() + 2.0 * cell;
+    const Eigen::Vector2d low = corners.rowwise().minCoeff() - 2.0 * cell,
+                          high = corners.rowwise().maxCoeff() + 2.0 * cell;
     const int x0 = std::max(0, static_cast<int>(low.x())), x1 = std::min(image_.width - 1, static_cast<int>(high.x()));
     const int y0 = std::max(0, static_cast<int>(low.y())), y1 = std::min(image_.height - 1, static_cast<int>(high.y()));
     const int stride = std::max(1, (x1 - x0 + 1) * (y1 - y0 + 1) / (8 * most));  // far more than `most` are not needed
@@ -163,8 +165,8 @@ class MarkerModel {
         at = sample(middle_ + half_ * (xy - p[lens] * Eigen::Vector2d(at.bx, at.by)));
       const Cell c = to_cell(p, xy.x(), xy.y());
       Eigen::Matrix<double, 2, size> by_p = Eigen::Matrix<double, 2, size>::Zero();
-      by_p.leftCols<8>() << xy.x(), xy.y(), 1, 0, 0, 0, -c.uv.x() * xy.x(), -c.uv.x() * xy.y(), 0, 0, 0, xy.x(), xy.y(), 1,
-          -c.uv.y() * xy.x(), -c.uv.y() * xy.y();
+      by_p.leftCols<8>() << xy.x(), xy.y(), 1, 0, 0, 0, -c.uv.x() * xy.x(), -c.uv.x() * xy.y(), 0, 0, 0, xy.x(), xy.y(),
+          1, -c.uv.y() * xy.x(), -c.uv.y() * xy.y();
       Eigen::Matrix<double, 2, size> J = c.by_xy.inverse() * by_p / c.w;
       J.col(lens) << at.bx, at.by;
       out.corners.col(i) = middle_ + half_ * Eigen::Vector2d(at.x, at.y);
@@ -212,9 +214,11 @@ class MarkerModel {
     if (u < low + mu || u > high - mu || v < low + mv || v > high - mv) return 0;
     const bool here = cell(u, v);
     const double eu = std::min(du, 1.0), ev = std::min(dv, 1.0);
-    const bool near = cell(u - eu, v) != here || cell(u + eu, v) != here || cell(u, v - ev) != here || cell(u, v + ev) != here;
+    const bool near =
+        cell(u - eu, v) != here || cell(u + eu, v) != here || cell(u, v - ev) != here || cell(u, v + ev) != here;
     if (near) return 1;
-    return cell(u - 2 * eu, v) == here && cell(u + 2 * eu, v) == here && cell(u, v - 2 * ev) == here && cell(u, v + 2 * ev) == here
+    return cell(u - 2 * eu, v) == here && cell(u + 2 * eu, v) == here && cell(u, v - 2 * ev) == here &&
+                   cell(u, v + 2 * ev) == here
                ? 2
                : 0;
   }
@@ -230,7 +234,8 @@ class MarkerModel {
     list.resize(keep);
   }
 
-  static void set_greys(Vector& p, const std::vector<Sample>& edge, std::vector<double>& black, std::vector<double>& white) {
+  static void set_greys(Vector& p, const std::vector<Sample>& edge, std::vector<double>& black,
+                        std::vector<double>& white) {
     const auto median = [](std::vector<double>& v) {
       std::nth_element(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2), v.end());
       return v[v.size() / 2];
@@ -245,7 +250,8 @@ class MarkerModel {
 
   /// White seen at a place, f, with its derivatives by u, v and by the logarithm of the blur. Seen from the side the
   /// blur is no longer the same along u and v and the two are correlated: two terms of Mehler's series account for it.
-  void white_share(const Cell& c, double su, double sv, double uv, double& f, double& fu, double& fv, double& fs) const {
+  void white_share(const Cell& c, double su, double sv, double uv, double& f, double& fu, double& fv,
+                   double& fs) const {
     const Share a(c.uv.x(), su), b(c.uv.y(), sv);
     const double second = 0.5 * uv * uv / (su * sv);
     f = 1, fu = fv = fs = 0;

@@ -11,7 +11,7 @@ namespace kr5::vision {
 namespace {
 
 using Eigen::Vector2d;
-constexpr double pixel_variance = 1.0 / 12;  // a pixel averages over its own square
+constexpr double pixel_variance = 1.0 / 12;                // a pixel averages over its own square
 constexpr double saddle_error = 0.003, dot_error = 0.006;  // [px] what the models leave, measured without noise
 
 /// Calls `visit(offset from centre, grey)` for the pixels of a disc inside the image.
@@ -41,7 +41,8 @@ Greys greys(ImageView image, const Vector2d& centre, double radius) {
   return g;
 }
 
-RefinedPoint point(const Vector2d& start, const Eigen::MatrixXd& covariance, const Vector2d& shift, double model_error) {
+RefinedPoint point(const Vector2d& start, const Eigen::MatrixXd& covariance, const Vector2d& shift,
+                   double model_error) {
   return {start + shift, std::hypot(std::sqrt(covariance.topLeftCorner<2, 2>().trace() / 2), model_error)};
 }
 
@@ -85,7 +86,8 @@ std::optional<RefinedPoint> refine_saddle(ImageView image, const Vector2d& pixel
   p[5] = (g.low + g.high) / 2;
   double correlation = 0;  // which pair of quarters is white
   for_disc(image, pixel, radius, [&](const Vector2d& o, double grey) {
-    const double side = (std::cos(p[2]) * o.x() + std::sin(p[2]) * o.y()) * (std::cos(p[3]) * o.x() + std::sin(p[3]) * o.y());
+    const double side =
+        (std::cos(p[2]) * o.x() + std::sin(p[2]) * o.y()) * (std::cos(p[3]) * o.x() + std::sin(p[3]) * o.y());
     correlation += (side > 0 ? 1 : -1) * (grey - p[5]);
   });
   p[6] = (correlation > 0 ? 0.5 : -0.5) * (g.high - g.low);
@@ -111,7 +113,7 @@ std::optional<RefinedDot> refine_dot(ImageView image, const Vector2d& centre, do
       const Vector2d d = o - p.head<2>();
       const Vector2d Ad(p[2] * d.x() + p[3] * d.y(), p[3] * d.x() + p[4] * d.y());
       const double q = std::max(Ad.norm(), 1e-6);
-      const Vector2d slope(( p[2] * Ad.x() + p[3] * Ad.y()) / q, (p[3] * Ad.x() + p[4] * Ad.y()) / q);
+      const Vector2d slope((p[2] * Ad.x() + p[3] * Ad.y()) / q, (p[3] * Ad.x() + p[4] * Ad.y()) / q);
       const double steep = std::max(slope.norm(), 1e-6), z = (1 - q) / (steep * s);
       double inside, density;
       normal(z, inside, density);

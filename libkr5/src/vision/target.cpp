@@ -57,8 +57,7 @@ class Reader {
   T convert(const std::string& s, const char* what) const {
     T value{};
     const auto [end, error] = std::from_chars(s.data(), s.data() + s.size(), value);
-    if (error != std::errc() || end != s.data() + s.size())
-      bad_form(text_, "'" + s + "' is no number (" + what + ")");
+    if (error != std::errc() || end != s.data() + s.size()) bad_form(text_, "'" + s + "' is no number (" + what + ")");
     return value;
   }
   std::string text_;
@@ -89,8 +88,8 @@ std::vector<MapMarker> charuco_markers(const Target& t) {
   for (int r = 0; r < t.rows; ++r)
     for (int c = 0; c < t.cols; ++c)
       if ((r + c) % 2 == white)
-        markers.push_back({t.first_id + static_cast<int>(markers.size()), t.marker,
-                           at((c + 0.5) * t.size, (r + 0.5) * t.size)});
+        markers.push_back(
+            {t.first_id + static_cast<int>(markers.size()), t.marker, at((c + 0.5) * t.size, (r + 0.5) * t.size)});
   return markers;
 }
 
@@ -106,8 +105,8 @@ void require_markers(const Target& t) {
                                            ", which has 0 to " + std::to_string(count - 1));
     require(seen.insert(m.id).second, "target: marker id " + std::to_string(m.id) + " occurs twice");
     require_length(m.size, "size of a marker");
-    require(is_rotation(m.T_target_marker.linear()), "target: T_target_marker of id " + std::to_string(m.id) +
-                                                         " is no rigid motion");
+    require(is_rotation(m.T_target_marker.linear()),
+            "target: T_target_marker of id " + std::to_string(m.id) + " is no rigid motion");
   }
 }
 
@@ -147,8 +146,9 @@ std::vector<MapMarker> target_markers(const Target& t) {
     case TargetKind::TagGrid: {
       std::vector<MapMarker> markers;
       for (int i = 0; i < t.rows * t.cols; ++i)
-        markers.push_back({t.first_id + i, t.size,
-                           at(t.size / 2 + (i % t.cols) * (t.size + t.gap), t.size / 2 + (i / t.cols) * (t.size + t.gap))});
+        markers.push_back(
+            {t.first_id + i, t.size,
+             at(t.size / 2 + (i % t.cols) * (t.size + t.gap), t.size / 2 + (i / t.cols) * (t.size + t.gap))});
       return markers;
     }
     case TargetKind::Charuco:
@@ -162,7 +162,8 @@ std::vector<MapMarker> target_markers(const Target& t) {
 
 TargetPoints target_points(const Target& t) {
   t.validate();
-  if (t.kind == TargetKind::Chessboard || t.kind == TargetKind::CircleGrid) return grid_points(t.rows, t.cols, t.size, 0);
+  if (t.kind == TargetKind::Chessboard || t.kind == TargetKind::CircleGrid)
+    return grid_points(t.rows, t.cols, t.size, 0);
   if (t.kind == TargetKind::Charuco) return grid_points(t.rows - 1, t.cols - 1, t.size, t.size);
   const std::vector<MapMarker> markers = target_markers(t);
   TargetPoints out{Eigen::Matrix3Xd(3, 4 * static_cast<Eigen::Index>(markers.size())), {}};

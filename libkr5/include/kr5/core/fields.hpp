@@ -31,15 +31,21 @@ struct AnyVisitor {
 
 /// A struct with a field list.
 template <class T>
-concept HasFields = requires(T& value) { T::each_field(value, detail::AnyVisitor{}); };
+concept HasFields = requires(T& value) {
+  T::each_field(value, detail::AnyVisitor{});
+};
 
 /// An enumeration with a list of names.
 template <class T>
-concept HasNames = std::is_enum_v<T> && requires(T value) { enum_names(value); };
+concept HasNames = std::is_enum_v<T> && requires(T value) {
+  enum_names(value);
+};
 
 /// Options that can say what is wrong with them.
 template <class T>
-concept HasValidate = requires(const T& value) { value.validate(); };
+concept HasValidate = requires(const T& value) {
+  value.validate();
+};
 
 /// The table `enum_names` returns.
 template <class E, std::size_t N>

@@ -15,9 +15,9 @@ namespace kr5 {
 ///   u = fx (x g + 2 p1 x y + p2 (rho + 2 x^2)) + cx,  v = fy (y g + p1 (rho + 2 y^2) + 2 p2 x y) + cy.
 /// The centre of the first pixel is (0, 0); z points out of the lens, x right, y down.
 struct Pinhole {
-  int width = 0;   ///< [px]
-  int height = 0;  ///< [px]
-  double fx = 1.0, fy = 1.0, cx = 0.0, cy = 0.0;  ///< [px]
+  int width = 0;                                                                          ///< [px]
+  int height = 0;                                                                         ///< [px]
+  double fx = 1.0, fy = 1.0, cx = 0.0, cy = 0.0;                                          ///< [px]
   double k1 = 0.0, k2 = 0.0, p1 = 0.0, p2 = 0.0, k3 = 0.0, k4 = 0.0, k5 = 0.0, k6 = 0.0;  ///< [-]
 
   /// Order of the parameters in vectors and covariances.

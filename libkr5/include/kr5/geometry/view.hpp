@@ -11,10 +11,10 @@ namespace kr5 {
 /// What one image shows of a target: points whose place on the target is known, and where they were seen.
 /// Detectors produce it, calibrations consume it; neither needs the other.
 struct View {
-  std::string name;          ///< File or number of the image, for reports.
-  Eigen::Matrix3Xd points;   ///< In the target frame, one column a point [m].
-  Eigen::Matrix2Xd pixels;   ///< Where each point was seen [px].
-  std::vector<int> ids;      ///< Stable number of each point on the target.
+  std::string name;         ///< File or number of the image, for reports.
+  Eigen::Matrix3Xd points;  ///< In the target frame, one column a point [m].
+  Eigen::Matrix2Xd pixels;  ///< Where each point was seen [px].
+  std::vector<int> ids;     ///< Stable number of each point on the target.
 
   static void each_field(auto& self, auto&& visit) {
     visit("name", self.name, "File or number of the image.");

@@ -17,7 +17,8 @@ constexpr auto enum_names(JointType) {
 }
 
 /// One joint and the link behind it: T = Rz(theta) Tz(b) Tx(a) Rx(alpha) Ry(beta), with theta = theta_offset + q for a
-/// revolute joint and b + q for a prismatic one (Hayat et al. 2022, eq. 3.34; beta after Hayati for near-parallel axes).
+/// revolute joint and b + q for a prismatic one (Hayat et al. 2022, eq. 3.34; beta after Hayati for near-parallel
+/// axes).
 struct DhJoint {
   JointType type = JointType::Revolute;
   double b = 0.0;             ///< [m]

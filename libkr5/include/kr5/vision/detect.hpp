@@ -26,10 +26,10 @@ constexpr auto enum_names(Refinement) {
 
 struct TagOptions {
   std::vector<std::string> families = {"36h11"};
-  double decimate = 0.0;    ///< [-]
-  int threads = 1;          ///< [-]
-  int max_hamming = 2;      ///< [-]
-  double min_margin = 20.0; ///< [grey]
+  double decimate = 0.0;     ///< [-]
+  int threads = 1;           ///< [-]
+  int max_hamming = 2;       ///< [-]
+  double min_margin = 20.0;  ///< [grey]
   Refinement refine = Refinement::Model;
 
   /// @throws InvalidArgument naming the field.
@@ -52,7 +52,7 @@ struct TagDetection {
   std::string family;
   int id = 0;
   Eigen::Matrix<double, 2, 4> corners = Eigen::Matrix<double, 2, 4>::Zero();  ///< [px]
-  Eigen::Vector4d sigma = Eigen::Vector4d::Zero();                           ///< [px]
+  Eigen::Vector4d sigma = Eigen::Vector4d::Zero();                            ///< [px]
   bool refined = false;
   int hamming = 0;      ///< [-]
   double margin = 0.0;  ///< [grey]
@@ -105,8 +105,7 @@ struct DetectOptions {
   void validate() const;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("decimate", self.decimate,
-          "As in TagOptions; 0: when nothing is found, finer ones are tried in turn [-].");
+    visit("decimate", self.decimate, "As in TagOptions; 0: when nothing is found, finer ones are tried in turn [-].");
     visit("threads", self.threads, "Threads for the search [-].");
     visit("refine", self.refine, "model | none: how points are made exact.");
     visit("explain", self.explain, "When nothing is found, look for the reason (takes longer than the search).");
@@ -116,9 +115,9 @@ struct DetectOptions {
 /// What was seen of a target.
 struct Detection {
   DetectStatus status = DetectStatus::NotFound;
-  std::string message;           ///< In words, with the remedy when nothing was found.
-  View view;                     ///< Points seen; ids index `target_points`. Empty unless found.
-  Eigen::VectorXd sigma;         ///< [px]
+  std::string message;    ///< In words, with the remedy when nothing was found.
+  View view;              ///< Points seen; ids index `target_points`. Empty unless found.
+  Eigen::VectorXd sigma;  ///< [px]
   std::vector<TagDetection> tags;
 
   bool found() const { return status == DetectStatus::Found; }
@@ -135,8 +134,8 @@ struct Detection {
 /// Looks for one target. Boards with markers may be seen in part; chessboards and dot grids must be seen whole.
 /// Where a board looks the same after a turn, the answer is the one whose first point lies nearest to the upper left
 /// corner of the image (x + y least); a chessboard with an odd sum of rows and columns, or a dot grid with a bigger dot
-/// in one corner, has no such doubt. Centres of dots are those of the circles on the board, not of the ellipses in the image: perspective
-/// moves the two apart. @throws InvalidArgument for an empty image, a bad target or bad options.
+/// in one corner, has no such doubt. Centres of dots are those of the circles on the board, not of the ellipses in the
+/// image: perspective moves the two apart. @throws InvalidArgument for an empty image, a bad target or bad options.
 Detection find_target(ImageView image, const Target& target, const DetectOptions& options = {});
 
 }  // namespace kr5::vision

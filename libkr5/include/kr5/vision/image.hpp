@@ -11,8 +11,8 @@ namespace kr5::vision {
 /// Somebody else's 8-bit grey image, row by row from the top. Does not own the pixels.
 struct ImageView {
   const std::uint8_t* data = nullptr;
-  int width = 0;           ///< [px]
-  int height = 0;          ///< [px]
+  int width = 0;              ///< [px]
+  int height = 0;             ///< [px]
   std::ptrdiff_t stride = 0;  ///< From one row to the next [bytes].
 
   std::uint8_t at(int x, int y) const { return data[y * stride + x]; }
@@ -28,7 +28,9 @@ struct Image {
   Image(int w, int h, std::uint8_t grey = 0);
   ImageView view() const { return {pixels.data(), width, height, width}; }
   operator ImageView() const { return view(); }  // NOLINT: an image is seen as a view everywhere
-  std::uint8_t& at(int x, int y) { return pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)]; }
+  std::uint8_t& at(int x, int y) {
+    return pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
+  }
 };
 
 /// Reads any image OpenCV can, as grey. @throws IoError naming file and remedy.

@@ -27,7 +27,7 @@ struct MarkerSighting {
 };
 
 struct MarkerMapOptions {
-  double size = 0.0;         ///< [m]
+  double size = 0.0;  ///< [m]
   int reference = -1;
   double sigma_pixel = 0.0;  ///< [px]
   int max_iterations = 50;
@@ -44,19 +44,20 @@ struct MarkerMapOptions {
 };
 
 struct MarkerMapResult {
-  Target target;                            ///< The map; its frame is that of the reference marker.
-  std::vector<Matrix6> covariance;          ///< Of each T_target_marker, in the order of `target.map` [m, rad].
-  std::vector<std::vector<int>> islands;    ///< Ids that images connect; one list when all is well.
+  Target target;                          ///< The map; its frame is that of the reference marker.
+  std::vector<Matrix6> covariance;        ///< Of each T_target_marker, in the order of `target.map` [m, rad].
+  std::vector<std::vector<int>> islands;  ///< Ids that images connect; one list when all is well.
   std::vector<std::string> views;
-  std::vector<Pose> T_target_camera;        ///< In the order of `views`.
-  std::vector<double> view_rms_px;          ///< [px]
-  double rms_px = 0.0;                      ///< [px]
-  double sigma_pixel = 0.0;                 ///< [px]
-  FitReport fit;                            ///< Look at `fit.usable()` first.
+  std::vector<Pose> T_target_camera;  ///< In the order of `views`.
+  std::vector<double> view_rms_px;    ///< [px]
+  double rms_px = 0.0;                ///< [px]
+  double sigma_pixel = 0.0;           ///< [px]
+  FitReport fit;                      ///< Look at `fit.usable()` first.
 
   static void each_field(auto& self, auto&& visit) {
     visit("target", self.target, "The map, a target of kind marker_map; its frame is that of the reference marker.");
-    visit("covariance", self.covariance, "Of each T_target_marker, right perturbation, in the order of the map [m, rad].");
+    visit("covariance", self.covariance,
+          "Of each T_target_marker, right perturbation, in the order of the map [m, rad].");
     visit("islands", self.islands, "Ids that images connect with each other; one list when all is well.");
     visit("views", self.views, "Images used.");
     visit("T_target_camera", self.T_target_camera, "Pose of the camera in the map for each of them.");

@@ -40,7 +40,7 @@ constexpr auto enum_names(TargetKind) {
 /// One marker of a map. Its own frame has the origin at the centre, X right, Y down, Z into the marker.
 struct MapMarker {
   int id = 0;
-  double size = 0.0;                          ///< Side [m].
+  double size = 0.0;  ///< Side [m].
   Pose T_target_marker = Pose::Identity();
 
   static void each_field(auto& self, auto&& visit) {
@@ -82,8 +82,8 @@ struct Target {
 };
 
 /// Every point of a target that a detector may find, with its number: the ids of a View index this list.
-/// Chessboard corners, dots and ChArUco corners are numbered row by row; corners of markers 4 * id + corner, with the id
-/// the marker shows (corners clockwise from the top left as printed).
+/// Chessboard corners, dots and ChArUco corners are numbered row by row; corners of markers 4 * id + corner, with the
+/// id the marker shows (corners clockwise from the top left as printed).
 struct TargetPoints {
   Eigen::Matrix3Xd points;  ///< [m]
   std::vector<int> ids;
@@ -98,8 +98,8 @@ Eigen::Matrix<double, 3, 4> square_corners(double size);
 
 /// Reads the short form of the command line, e.g. `chessboard:6x9:0.0236`, `circles:10x10:0.0254`,
 /// `tag:36h11:10:0.048` (family, id, side), `grid:36h11:5x7:0.03:0.01` (rows x cols, side, gap),
-/// `charuco:aruco_6x6_250:7x5:0.036195:0.018256` (family, squares, square, marker; `charuco_legacy:` for boards drawn by
-/// OpenCV up to 4.6); rows first, lengths in metres. Marker maps are read from a file instead.
+/// `charuco:aruco_6x6_250:7x5:0.036195:0.018256` (family, squares, square, marker; `charuco_legacy:` for boards drawn
+/// by OpenCV up to 4.6); rows first, lengths in metres. Marker maps are read from a file instead.
 /// @throws InvalidArgument that shows the form.
 Target parse_target(const std::string& text);
 

@@ -14,10 +14,10 @@
 namespace kr5::vision {
 
 struct TargetPoseOptions {
-  double sigma_pixel = 0.0;     ///< [px]
-  double ambiguous_from = 0.05; ///< [-]
+  double sigma_pixel = 0.0;      ///< [px]
+  double ambiguous_from = 0.05;  ///< [-]
   int max_iterations = 50;
-  double huber = 3.5;           ///< [-]
+  double huber = 3.5;  ///< [-]
 
   /// @throws InvalidArgument naming the field.
   void validate() const;
@@ -32,22 +32,23 @@ struct TargetPoseOptions {
 };
 
 struct TargetPose {
-  Pose T_camera_target = Pose::Identity();      ///< The more probable one; z > 0, rotation proper.
-  Matrix6 covariance = Matrix6::Zero();         ///< Right perturbation [m, rad].
-  std::optional<Pose> T_camera_target_second;   ///< The other optimum of a flat target.
-  double second_probability = 0.0;              ///< [-]
-  double error_ratio = 0.0;                     ///< [-]
+  Pose T_camera_target = Pose::Identity();     ///< The more probable one; z > 0, rotation proper.
+  Matrix6 covariance = Matrix6::Zero();        ///< Right perturbation [m, rad].
+  std::optional<Pose> T_camera_target_second;  ///< The other optimum of a flat target.
+  double second_probability = 0.0;             ///< [-]
+  double error_ratio = 0.0;                    ///< [-]
   bool ambiguous = false;
-  double rms_px = 0.0;                          ///< [px]
-  double sigma_pixel = 0.0;                     ///< [px]
-  FitReport fit;                                ///< Look at `fit.usable()` first.
+  double rms_px = 0.0;       ///< [px]
+  double sigma_pixel = 0.0;  ///< [px]
+  FitReport fit;             ///< Look at `fit.usable()` first.
 
   static void each_field(auto& self, auto&& visit) {
     visit("T_camera_target", self.T_camera_target, "Pose of the target in the camera, the more probable one.");
     visit("covariance", self.covariance, "Of it, right perturbation [m, rad].");
     visit("T_camera_target_second", self.T_camera_target_second, "The other pose that explains a flat target.");
     visit("second_probability", self.second_probability, "Probability of the second pose against the first [-].");
-    visit("error_ratio", self.error_ratio, "RMS error of the second pose over that of the first; 0 without a second [-].");
+    visit("error_ratio", self.error_ratio,
+          "RMS error of the second pose over that of the first; 0 without a second [-].");
     visit("ambiguous", self.ambiguous, "The noise of the pixels does not rule out the second pose.");
     visit("rms_px", self.rms_px, "RMS distance of seen and predicted points [px].");
     visit("sigma_pixel", self.sigma_pixel, "Noise of a seen point per axis, given or estimated [px].");
