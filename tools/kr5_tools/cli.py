@@ -1,15 +1,14 @@
 """Puts the command `kr5` together. A command's file is imported when that command runs, so `kr5 --help` is quick."""
 
 import importlib
-import importlib.util
 import os
 import sys
 
 import typer
 from typer.core import TyperGroup
 
-# What `kr5 --help` says; a file that is not there is left out. Each file has `app`, a typer.Typer: with one command and
-# no callback it is that command, otherwise a group of commands.
+# What `kr5 --help` says. Each file has `app`, a typer.Typer: with one command and no callback it is that command,
+# otherwise a group of commands.
 COMMANDS = {
     "demo": "The whole job on images whose truth is known.",
     "cell": "Check a cell or a recording, and show it.",
@@ -22,7 +21,6 @@ COMMANDS = {
         "hand-eye": "Where the camera sits on the arm, or beside it.",
         "tool": "Where the tool tip sits on the flange.",
         "timed": "Hand-eye with clocks: from time-stamped pose streams.",
-        "map": "Where the markers of a marker map sit.",
     },
     "report": "Turn a result file into one self-contained page.",
 }
@@ -45,10 +43,6 @@ class CleanErrors(TyperGroup):
 
 def _file(*path: str) -> str:
     return "kr5_tools." + "_".join(path).replace("-", "_")
-
-
-def _exists(*path: str) -> bool:
-    return importlib.util.find_spec(_file(*path)) is not None
 
 
 def _add(parent: typer.Typer, path: tuple[str, ...], text: str, load: bool) -> None:
@@ -75,16 +69,13 @@ def make_app(wanted: tuple[str, ...] | None = None) -> typer.Typer:
     app.callback()(_root)
     for name, entry in COMMANDS.items():
         if isinstance(entry, str):
-            if _exists(name):
-                _add(app, (name,), entry, wanted is None or wanted[:1] == (name,))
+            _add(app, (name,), entry, wanted is None or wanted[:1] == (name,))
             continue
         group = typer.Typer(help=GROUP_HELP[name], no_args_is_help=True)
         group.callback()(lambda: None)
         for child, text in entry.items():
-            if _exists(name, child):
-                _add(group, (name, child), text, wanted is None or wanted[:2] == (name, child))
-        if group.registered_commands or group.registered_groups:
-            app.add_typer(group, name=name)
+            _add(group, (name, child), text, wanted is None or wanted[:2] == (name, child))
+        app.add_typer(group, name=name)
     return app
 
 
