@@ -45,7 +45,7 @@ struct HandEyeOptions {
   double min_rotation = 0.1;          ///< [rad]
   double outlier_false_alarm = 0.01;  ///< [-]
   int max_iterations = 100;
-  std::optional<Pose> start;  ///< T_mount_camera
+  std::optional<Pose> start = std::nullopt;  ///< T_mount_camera
 
   /// @throws InvalidArgument naming the offending field.
   void validate() const;

@@ -15,9 +15,9 @@
 namespace kr5::vision {
 
 struct CameraOptions {
-  std::optional<LensModel> lens;      ///< Empty: chosen by error on held-out views.
-  std::optional<bool> square_pixels;  ///< Empty: chosen by error on held-out views.
-  std::optional<bool> bent_target;    ///< Empty: chosen by error on held-out views.
+  std::optional<LensModel> lens = std::nullopt;      ///< Empty: chosen by error on held-out views.
+  std::optional<bool> square_pixels = std::nullopt;  ///< Empty: chosen by error on held-out views.
+  std::optional<bool> bent_target = std::nullopt;    ///< Empty: chosen by error on held-out views.
   bool robust = true;
   bool reject_views = true;
   double false_alarm = 0.01;  ///< [-]
