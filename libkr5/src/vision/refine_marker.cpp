@@ -29,11 +29,17 @@ struct Cell {
 };
 
 Cell to_cell(const Vector& p, double x, double y) {
-  const double w = p[6] * x + p[7] * y + 1;
-  Cell c{{(p[0] * x + p[1] * y + p[2]) / w, (p[3] * x + p[4] * y + p[5]) / w}, {}, w};
-  c.by_xy << (p[0] - p[6] * c.uv.x()) / w, (p[1] - p[7] * c.uv.x()) / w, (p[3] - p[6] * c.uv.y()) / w,
-      (p[4] - p[7] * c.uv.y()) / w;
+  const double w = p[6] * x + p[7] * y + 1, per_w = 1 / w;
+  Cell c{{(p[0] * x + p[1] * y + p[2]) * per_w, (p[3] * x + p[4] * y + p[5]) * per_w}, {}, w};
+  c.by_xy << (p[0] - p[6] * c.uv.x()) * per_w, (p[1] - p[7] * c.uv.x()) * per_w, (p[3] - p[6] * c.uv.y()) * per_w,
+      (p[4] - p[7] * c.uv.y()) * per_w;
   return c;
+}
+
+/// Cell that holds a place; std::floor is a call of a function.
+int cell_of(double place) {
+  const int i = static_cast<int>(place);
+  return i - (place < i);
 }
 
 /// Homography through four pairs of points, last entry 1.
@@ -58,18 +64,19 @@ struct Share {
 
   Share(double place, double width) {
     const NormalTable& normal = NormalTable::get();
-    first = static_cast<int>(std::floor(place - 3.2 * width));
-    count = std::min(static_cast<int>(std::floor(place + 3.2 * width)) - first + 1, most);
-    double cdf0, pdf0, z0 = (first - place) / width;
+    first = cell_of(place - 3.2 * width);
+    count = std::min(cell_of(place + 3.2 * width) - first + 1, most);
+    const double per_width = 1 / width;
+    double cdf0, pdf0, z0 = (first - place) * per_width;
     normal(z0, cdf0, pdf0);
     for (int i = 0; i < count; ++i) {
-      const double z1 = z0 + 1 / width;
+      const double z1 = z0 + per_width;
       double cdf1, pdf1;
       normal(z1, cdf1, pdf1);
       const auto k = static_cast<std::size_t>(i);
       a[k] = cdf1 - cdf0;
-      by_place[k] = (pdf0 - pdf1) / width;
-      by_width[k] = (z0 * pdf0 - z1 * pdf1) / width;
+      by_place[k] = (pdf0 - pdf1) * per_width;
+      by_width[k] = (z0 * pdf0 - z1 * pdf1) * per_width;
       z0 = z1, cdf0 = cdf1, pdf0 = pdf1;
     }
   }
@@ -113,7 +120,8 @@ class MarkerModel {
     const int stride = std::max(1, (x1 - x0 + 1) * (y1 - y0 + 1) / (8 * most));  // far more than `most` are not needed
     for (int y = y0; y <= y1; ++y)
       for (int x = x0 + 5 * y % stride; x <= x1; x += stride) {
-        const Sample s = sample({x, y});
+        Sample s = sample({x, y});
+        s.grey = image_.at(x, y);
         const int kind = classify(p, s, reach);
         if (kind == 1) edge.push_back(s);
         if (kind == 2) (pattern_at(p, s) ? white : black).push_back(s.grey), flat.push_back(s);
@@ -179,15 +187,14 @@ class MarkerModel {
   double half() const { return half_; }
 
  private:
+  /// A place in the image, its grey not yet looked up.
   Sample sample(const Eigen::Vector2d& pixel) const {
     const Eigen::Vector2d centre((image_.width - 1) / 2.0, (image_.height - 1) / 2.0);
     const Eigen::Vector2d r = pixel - centre, m = middle_ - centre, d = pixel - middle_, xy = d / half_;
     // Without its value and slope at the middle, which the homography has as well: what is left bends.
     const Eigen::Vector2d bend = (r * r.squaredNorm() - m * m.squaredNorm() - m.squaredNorm() * d - 2 * m * m.dot(d)) /
                                  (centre.squaredNorm() * half_);
-    const int x = std::clamp(static_cast<int>(std::lround(pixel.x())), 0, image_.width - 1);
-    const int y = std::clamp(static_cast<int>(std::lround(pixel.y())), 0, image_.height - 1);
-    return {xy.x(), xy.y(), bend.x(), bend.y(), static_cast<double>(image_.at(x, y))};
+    return {xy.x(), xy.y(), bend.x(), bend.y(), 0.0};
   }
 
   static Sample straight(const Vector& p, Sample s) {
@@ -199,7 +206,7 @@ class MarkerModel {
   bool pattern_at(const Vector& p, const Sample& raw) const {
     const Sample s = straight(p, raw);
     const Cell c = to_cell(p, s.x, s.y);
-    return pattern_.at(static_cast<int>(std::floor(c.uv.y())), static_cast<int>(std::floor(c.uv.x())));
+    return cell(c.uv.x(), c.uv.y());
   }
 
   /// 0: of no use, 1: within `reach` [px] of an edge, 2: on flat ground.
@@ -212,20 +219,22 @@ class MarkerModel {
     // Beyond the rim somebody else's paper begins: stay clear of it, yet keep half a cell.
     const double mu = std::min(0.5, du), mv = std::min(0.5, dv);
     if (u < low + mu || u > high - mu || v < low + mv || v > high - mv) return 0;
-    const bool here = cell(u, v);
     const double eu = std::min(du, 1.0), ev = std::min(dv, 1.0);
-    const bool near =
-        cell(u - eu, v) != here || cell(u + eu, v) != here || cell(u, v - ev) != here || cell(u, v + ev) != here;
-    if (near) return 1;
-    return cell(u - 2 * eu, v) == here && cell(u + 2 * eu, v) == here && cell(u, v - 2 * ev) == here &&
-                   cell(u, v + 2 * ev) == here
-               ? 2
-               : 0;
+    if (edge_within(u, v, eu, ev)) return 1;
+    return edge_within(u, v, 2 * eu, 2 * ev) ? 0 : 2;
   }
 
-  bool cell(double u, double v) const {
-    return pattern_.at(static_cast<int>(std::floor(v)), static_cast<int>(std::floor(u)));
+  /// Whether the grey changes from (u, v) to a place du to either side, or dv above or below.
+  bool edge_within(double u, double v, double du, double dv) const {
+    const int row = cell_of(v), col = cell_of(u);
+    const int left = cell_of(u - du), right = cell_of(u + du), above = cell_of(v - dv), below = cell_of(v + dv);
+    if (left == right && above == below) return false;
+    const bool here = pattern_.at(row, col);
+    return pattern_.at(row, left) != here || pattern_.at(row, right) != here || pattern_.at(above, col) != here ||
+           pattern_.at(below, col) != here;
   }
+
+  bool cell(double u, double v) const { return pattern_.at(cell_of(v), cell_of(u)); }
 
   static void thin(std::vector<Sample>& list, int most) {
     const auto n = list.size(), keep = static_cast<std::size_t>(most);
@@ -298,7 +307,7 @@ std::optional<RefinedMarker> refine_marker(ImageView image, const MarkerPattern&
   RefinedMarker result = model.corners(fit);
   const double blur = std::exp(fit.x[8]);
   model.choose(fit.x, result.corners, std::clamp(2.2 * std::hypot(blur, 0.3), 1.2, 5.0), 1500);
-  fit = small_fit<size>(fit.x, sums, below(0.005));
+  fit = small_fit<size>(fit.x, sums, below(0.02), std::max(fit.sigma, 0.5));
   if (!fit.good || !(fit.x[10] > 5) || fit.sigma > 0.2 * fit.x[10]) return std::nullopt;
   result = model.corners(fit);
   const double moved = (result.corners - corners).colwise().norm().maxCoeff();

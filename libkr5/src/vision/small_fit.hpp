@@ -20,12 +20,17 @@ struct Normal {
   /// One residual (model - seen), down-weighted beyond 3 `scale` (Huber).
   void add(const Eigen::Matrix<double, N, 1>& J, double residual, double scale) {
     const double size = std::abs(residual), bound = 3 * scale, w = size > bound ? bound / size : 1.0;
-    A.template selfadjointView<Eigen::Lower>().rankUpdate(J, w);
+    for (int c = 0; c < N; ++c) {  // the lower half, in whole pairs; Eigen's rankUpdate is slower at this size
+      const double factor = w * J[c];
+      for (int r = c & ~1; r < N; ++r) A(r, c) += factor * J[r];
+    }
     g += w * residual * J;
     cost += size > bound ? bound * (2 * size - bound) : size * size;
     ++count;
   }
 };
+
+constexpr double unknown_scale = 1e6;
 
 template <int N>
 struct SmallFit {
@@ -36,12 +41,13 @@ struct SmallFit {
 };
 
 /// Levenberg-Marquardt for a handful of parameters. `sums(x, scale)` returns the Normal at x; `settled(step)` says
-/// when a step no longer matters.
+/// when what a step leaves undone no longer matters: it is taken, and is the last. `scale`: of a residual, when known.
 template <int N, class Sums, class Settled>
-SmallFit<N> small_fit(Eigen::Matrix<double, N, 1> x, const Sums& sums, const Settled& settled, int max_steps = 30) {
+SmallFit<N> small_fit(Eigen::Matrix<double, N, 1> x, const Sums& sums, const Settled& settled, double scale = unknown_scale,
+                      int max_steps = 30) {
   SmallFit<N> fit;
   fit.x = x;
-  double scale = 1e6, lambda = 1e-4;
+  double lambda = 1e-4;
   Normal<N> now = sums(x, scale);
   if (now.count <= N) return fit;
   for (int i = 0; i < max_steps; ++i) {
@@ -49,6 +55,11 @@ SmallFit<N> small_fit(Eigen::Matrix<double, N, 1> x, const Sums& sums, const Set
     A.diagonal() *= 1 + lambda;
     const Eigen::Matrix<double, N, 1> step = -A.ldlt().solve(now.g);
     if (!step.allFinite()) return fit;
+    if (scale < unknown_scale && settled(step)) {
+      fit.good = true;
+      x += step;
+      break;
+    }
     const Normal<N> next = sums(x + step, scale);
     if (!(next.cost <= now.cost * (1 + 1e-12)) || next.count <= N) {
       fit.good = settled(step);  // so small a step that leads nowhere: this is the minimum
@@ -56,11 +67,11 @@ SmallFit<N> small_fit(Eigen::Matrix<double, N, 1> x, const Sums& sums, const Set
       continue;
     }
     // Parameters that can stand in for each other wander on along the bottom of the valley: the height counts as well.
-    fit.good = settled(step) || now.cost - next.cost < 1e-5 * next.cost;
+    fit.good = now.cost - next.cost < 1e-5 * next.cost;
     x += step;
     now = next;
     lambda = std::max(lambda * 0.1, 1e-9);
-    if (fit.good && scale < 1e5) break;
+    if (fit.good && scale < unknown_scale) break;
     const double robust = std::max(std::sqrt(now.cost / (now.count - N)), 0.5);
     if (std::abs(robust - scale) > 0.05 * scale) {
       scale = robust;
