@@ -103,6 +103,11 @@ CameraCalibration calibrate_camera_opencv(std::span<const View> views, int width
                         extrinsic_deviations, errors, flags,
                         {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 200, 1e-12});
     take(K, coefficients, deviations, result);
+    // OpenCV divides the squared error by its points less its parameters; every point gave two coordinates.
+    double seen = 0;
+    for (const View& v : views) seen += static_cast<double>(v.points.cols());
+    const double free = static_cast<double>(result.free.size() + 6 * views.size());
+    if (seen > free) result.covariance *= (seen - free) / (2 * seen - free);
     std::vector<Pose> poses(views.size(), Pose::Identity());
     for (std::size_t i = 0; i < views.size(); ++i) {
       Eigen::Vector3d w, t;
