@@ -85,12 +85,14 @@ void print(const std::vector<Method>& methods) {
     const double ms = median(m.ms);
     std::printf("%-22s %12zu %6zu %16.1f %10.2f\n", m.name.c_str(), m.right, m.wrong, ms, ms / own);
     char entry[200];
-    std::snprintf(entry, sizeof entry, R"(%s{"name": "%s", "found": %zu, "false": %zu, "median_ms": %.2f, "ratio": %.3f})",
+    std::snprintf(entry, sizeof entry,
+                  R"(%s{"name": "%s", "found": %zu, "false": %zu, "median_ms": %.2f, "ratio": %.3f})",
                   json.empty() ? "" : ", ", m.name.c_str(), m.right, m.wrong, ms, ms / own);
     json += entry;
   }
-  std::printf(R"({"bench": "detect_speed", "tags": %d, "repetitions": %zu, "methods": [%s]})" "\n", tags_shown,
-              methods.front().ms.size(), json.c_str());
+  std::printf(R"({"bench": "detect_speed", "tags": %d, "repetitions": %zu, "methods": [%s]})"
+              "\n",
+              tags_shown, methods.front().ms.size(), json.c_str());
 }
 
 }  // namespace

@@ -101,9 +101,7 @@ double area(const TagDetection& tag) {
   return std::abs(a.x() * b.y() - a.y() * b.x()) / 2;
 }
 
-double usual_decimate(ImageView image) {
-  return static_cast<double>(image.width) * image.height > 1.5e6 ? 2.0 : 1.0;
-}
+double usual_decimate(ImageView image) { return static_cast<double>(image.width) * image.height > 1.5e6 ? 2.0 : 1.0; }
 
 /// Shortest side of any tag [px]; 0 without tags.
 double smallest_side(const std::vector<TagDetection>& tags) {
@@ -113,9 +111,9 @@ double smallest_side(const std::vector<TagDetection>& tags) {
   return side;
 }
 
-/// A large image is shrunk by twice as much at first, which takes a fifth of the time. Codes are read in the full image,
-/// so only small tags can be missed by that: finding none, or one not much bigger than what can be missed, asks for the
-/// thorough search.
+/// A large image is shrunk by twice as much at first, which takes a fifth of the time. Codes are read in the full
+/// image, so only small tags can be missed by that: finding none, or one not much bigger than what can be missed, asks
+/// for the thorough search.
 std::vector<TagDetection> find_apriltags_quickly(ImageView image, const std::vector<std::string>& families,
                                                  double decimate, const TagOptions& options) {
   constexpr double safe_side = 15;  // [px of the shrunk image]; measured: all are found from 11

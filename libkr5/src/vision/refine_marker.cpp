@@ -110,27 +110,17 @@ class MarkerModel {
   /// Chooses at most `most` pixels near edges of the pattern, and some on flat ground for the two greys; then sets the
   /// greys of `p`.
   void choose(Vector& p, const Corners& corners, double reach, int most) {
-    std::vector<Sample> edge, flat;
-    std::vector<double> black, white;
-    const Eigen::Vector2d cell = (corners.rowwise().maxCoeff() - corners.rowwise().minCoeff()) / pattern_.square;
-    const Eigen::Vector2d low = corners.rowwise().minCoeff() - 2.0 * cell,
-                          high = corners.rowwise().maxCoeff() + 2.0 * cell;
-    const int x0 = std::max(0, static_cast<int>(low.x())), x1 = std::min(image_.width - 1, static_cast<int>(high.x()));
-    const int y0 = std::max(0, static_cast<int>(low.y())), y1 = std::min(image_.height - 1, static_cast<int>(high.y()));
-    const int stride = std::max(1, (x1 - x0 + 1) * (y1 - y0 + 1) / (8 * most));  // far more than `most` are not needed
-    for (int y = y0; y <= y1; ++y)
-      for (int x = x0 + 5 * y % stride; x <= x1; x += stride) {
-        Sample s = sample({x, y});
-        s.grey = image_.at(x, y);
-        const int kind = classify(p, s, reach);
-        if (kind == 1) edge.push_back(s);
-        if (kind == 2) (pattern_at(p, s) ? white : black).push_back(s.grey), flat.push_back(s);
-      }
-    thin(edge, most);
-    thin(flat, most / 6);
-    if (p[10] == 0.0) set_greys(p, edge, black, white);
-    samples_ = std::move(edge);
-    samples_.insert(samples_.end(), flat.begin(), flat.end());
+    Chosen chosen;
+    const double side = 2 * half_, band = 2 * reach * side * pattern_.square;  // about half the borders are edges
+    if (band > 2.5 * most)
+      walk(p, reach, most, chosen);
+    else
+      scan(p, corners, reach, most, chosen);
+    thin(chosen.edge, most);
+    thin(chosen.flat, most / 6);
+    if (p[10] == 0.0) set_greys(p, chosen);
+    samples_ = std::move(chosen.edge);
+    samples_.insert(samples_.end(), chosen.flat.begin(), chosen.flat.end());
   }
 
   Normal<size> sums(const Vector& p, double scale) const {
@@ -162,22 +152,18 @@ class MarkerModel {
 
   RefinedMarker corners(const SmallFit<size>& fit) const {
     const Vector& p = fit.x;
-    Eigen::Matrix3d G;
-    G << p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], 1;
-    const Eigen::Matrix3d H = G.inverse();
+    const Eigen::Matrix3d H = to_image(p);
     RefinedMarker out;
     for (int i = 0; i < 4; ++i) {
-      const Eigen::Vector2d xy = (H * square_.col(i).homogeneous()).hnormalized();
-      Sample at = sample(middle_ + half_ * xy);
-      for (int pass = 0; pass < 4; ++pass)  // the pixel that, made straight, lies at xy
-        at = sample(middle_ + half_ * (xy - p[lens] * Eigen::Vector2d(at.bx, at.by)));
+      const Sample at = place(p, H, square_.col(i));
+      const Eigen::Vector2d xy(at.x + p[lens] * at.bx, at.y + p[lens] * at.by);
       const Cell c = to_cell(p, xy.x(), xy.y());
       Eigen::Matrix<double, 2, size> by_p = Eigen::Matrix<double, 2, size>::Zero();
       by_p.leftCols<8>() << xy.x(), xy.y(), 1, 0, 0, 0, -c.uv.x() * xy.x(), -c.uv.x() * xy.y(), 0, 0, 0, xy.x(), xy.y(),
           1, -c.uv.y() * xy.x(), -c.uv.y() * xy.y();
       Eigen::Matrix<double, 2, size> J = c.by_xy.inverse() * by_p / c.w;
       J.col(lens) << at.bx, at.by;
-      out.corners.col(i) = middle_ + half_ * Eigen::Vector2d(at.x, at.y);
+      out.corners.col(i) = pixel_of(at);
       const double variance = (J * fit.covariance * J.transpose()).trace() / 2;
       out.sigma[i] = std::hypot(half_ * std::sqrt(variance), model_error);
     }
@@ -187,6 +173,103 @@ class MarkerModel {
   double half() const { return half_; }
 
  private:
+  struct Chosen {
+    std::vector<Sample> edge, flat;
+    std::vector<double> black, white;
+  };
+
+  using Segment = std::pair<Eigen::Vector2d, Eigen::Vector2d>;
+
+  /// Keeps a pixel if it is of use.
+  void look(const Vector& p, int x, int y, double reach, Chosen& chosen) const {
+    Sample s = sample({x, y});
+    s.grey = image_.at(x, y);
+    const int kind = classify(p, s, reach);
+    if (kind == 1) chosen.edge.push_back(s);
+    if (kind == 2) (pattern_at(p, s) ? chosen.white : chosen.black).push_back(s.grey), chosen.flat.push_back(s);
+  }
+
+  /// Small markers: every pixel is looked at, or every so many-th.
+  void scan(const Vector& p, const Corners& corners, double reach, int most, Chosen& chosen) const {
+    const Eigen::Vector2d cell = (corners.rowwise().maxCoeff() - corners.rowwise().minCoeff()) / pattern_.square;
+    const Eigen::Vector2d low = corners.rowwise().minCoeff() - 2.0 * cell,
+                          high = corners.rowwise().maxCoeff() + 2.0 * cell;
+    const int x0 = std::max(0, static_cast<int>(low.x())), x1 = std::min(image_.width - 1, static_cast<int>(high.x()));
+    const int y0 = std::max(0, static_cast<int>(low.y())), y1 = std::min(image_.height - 1, static_cast<int>(high.y()));
+    const int stride = std::max(1, (x1 - x0 + 1) * (y1 - y0 + 1) / (8 * most));  // far more than `most` are not needed
+    for (int y = y0; y <= y1; ++y)
+      for (int x = x0 + 5 * y % stride; x <= x1; x += stride) look(p, x, y, reach, chosen);
+  }
+
+  /// Large markers: pixels strewn along the edges of the pattern, and about the middles of cells.
+  void walk(const Vector& p, double reach, int most, Chosen& chosen) const {
+    const int low = lowest_, n = pattern_.cells - 2 * low;
+    const Eigen::Matrix3d H = to_image(p);
+    std::vector<Eigen::Vector2d> knot;
+    for (int v = 0; v <= n; ++v)
+      for (int u = 0; u <= n; ++u) knot.push_back(pixel_of(place(p, H, {low + u, low + v})));
+    const auto at = [&](int u, int v) { return knot[static_cast<std::size_t>(v * (n + 1) + u)]; };
+    std::vector<Segment> edges;
+    std::vector<Eigen::Vector2d> wanted;
+    double length = 0;
+    const auto edge = [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+      edges.emplace_back(a, b), length += (b - a).norm();
+    };
+    for (int v = 0; v < n; ++v)
+      for (int u = 0; u < n; ++u) {
+        const bool here = pattern_.at(low + v, low + u);
+        if (u + 1 < n && pattern_.at(low + v, low + u + 1) != here) edge(at(u + 1, v), at(u + 1, v + 1));
+        if (v + 1 < n && pattern_.at(low + v + 1, low + u) != here) edge(at(u, v + 1), at(u + 1, v + 1));
+        const Eigen::Vector2d a = at(u, v), d = at(u + 1, v + 1) - a;
+        for (int k = 0; k * n * n < most / 4; ++k) wanted.push_back(a + (0.5 + 0.1 * (k % 3 - 1)) * d);
+      }
+    strew(edges, length / most, reach, wanted);
+    look_at(p, wanted, reach, chosen);
+  }
+
+  /// A place every `step` along the segments, at most `reach` beside them.
+  static void strew(const std::vector<Segment>& segments, double step, double reach,
+                    std::vector<Eigen::Vector2d>& places) {
+    double across = 0, along = 0;
+    for (const auto& [a, b] : segments) {
+      const double l = (b - a).norm();
+      const Eigen::Vector2d t = (b - a) / l, normal(-t.y(), t.x());
+      for (; along < l; along += step) {
+        places.push_back(a + along * t + (2 * across - 1) * reach * normal);
+        across = std::fmod(across + 0.6180339887, 1.0);  // the golden section spreads them evenly
+      }
+      along -= l;
+    }
+  }
+
+  void look_at(const Vector& p, const std::vector<Eigen::Vector2d>& places, double reach, Chosen& chosen) const {
+    std::vector<int> pixels;
+    for (const Eigen::Vector2d& place : places) {
+      const int x = cell_of(place.x() + 0.5), y = cell_of(place.y() + 0.5);
+      if (x >= 0 && y >= 0 && x < image_.width && y < image_.height) pixels.push_back(y * image_.width + x);
+    }
+    std::sort(pixels.begin(), pixels.end());
+    pixels.erase(std::unique(pixels.begin(), pixels.end()), pixels.end());  // a pixel counts once
+    for (const int pixel : pixels) look(p, pixel % image_.width, pixel / image_.width, reach, chosen);
+  }
+
+  static Eigen::Matrix3d to_image(const Vector& p) {
+    Eigen::Matrix3d G;
+    G << p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], 1;
+    return G.inverse();
+  }
+
+  /// Where a place of the pattern lies, as bent by the lens.
+  Sample place(const Vector& p, const Eigen::Matrix3d& H, const Eigen::Vector2d& uv) const {
+    const Eigen::Vector2d xy = (H * uv.homogeneous()).hnormalized();
+    Sample at = sample(middle_ + half_ * xy);
+    for (int pass = 0; pass < 4; ++pass)  // the pixel that, made straight, lies at xy
+      at = sample(middle_ + half_ * (xy - p[lens] * Eigen::Vector2d(at.bx, at.by)));
+    return at;
+  }
+
+  Eigen::Vector2d pixel_of(const Sample& s) const { return middle_ + half_ * Eigen::Vector2d(s.x, s.y); }
+
   /// A place in the image, its grey not yet looked up.
   Sample sample(const Eigen::Vector2d& pixel) const {
     const Eigen::Vector2d centre((image_.width - 1) / 2.0, (image_.height - 1) / 2.0);
@@ -243,16 +326,15 @@ class MarkerModel {
     list.resize(keep);
   }
 
-  static void set_greys(Vector& p, const std::vector<Sample>& edge, std::vector<double>& black,
-                        std::vector<double>& white) {
+  static void set_greys(Vector& p, Chosen& chosen) {
     const auto median = [](std::vector<double>& v) {
       std::nth_element(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2), v.end());
       return v[v.size() / 2];
     };
     double dark = 255, light = 0;
-    for (const Sample& s : edge) dark = std::min(dark, s.grey), light = std::max(light, s.grey);
-    if (black.size() > 8) dark = median(black);
-    if (white.size() > 8) light = median(white);
+    for (const Sample& s : chosen.edge) dark = std::min(dark, s.grey), light = std::max(light, s.grey);
+    if (chosen.black.size() > 8) dark = median(chosen.black);
+    if (chosen.white.size() > 8) light = median(chosen.white);
     p[9] = dark;
     p[10] = std::max(light - dark, 1.0);
   }
@@ -301,7 +383,7 @@ std::optional<RefinedMarker> refine_marker(ImageView image, const MarkerPattern&
       return step.head<8>().cwiseAbs().maxCoeff() * 2 * half < shift * pattern.square;
     };
   };
-  model.choose(p, corners, 2.5, 400);
+  model.choose(p, corners, 2.5, 300);
   SmallFit<size> fit = small_fit<size>(p, sums, below(0.1));
   if (!fit.good || !(fit.x[10] > 5)) return std::nullopt;
   RefinedMarker result = model.corners(fit);

@@ -43,8 +43,8 @@ struct SmallFit {
 /// Levenberg-Marquardt for a handful of parameters. `sums(x, scale)` returns the Normal at x; `settled(step)` says
 /// when what a step leaves undone no longer matters: it is taken, and is the last. `scale`: of a residual, when known.
 template <int N, class Sums, class Settled>
-SmallFit<N> small_fit(Eigen::Matrix<double, N, 1> x, const Sums& sums, const Settled& settled, double scale = unknown_scale,
-                      int max_steps = 30) {
+SmallFit<N> small_fit(Eigen::Matrix<double, N, 1> x, const Sums& sums, const Settled& settled,
+                      double scale = unknown_scale, int max_steps = 30) {
   SmallFit<N> fit;
   fit.x = x;
   double lambda = 1e-4;
@@ -73,7 +73,7 @@ SmallFit<N> small_fit(Eigen::Matrix<double, N, 1> x, const Sums& sums, const Set
     lambda = std::max(lambda * 0.1, 1e-9);
     if (fit.good && scale < unknown_scale) break;
     const double robust = std::max(std::sqrt(now.cost / (now.count - N)), 0.5);
-    if (std::abs(robust - scale) > 0.05 * scale) {
+    if (std::abs(robust - scale) > 0.2 * scale) {
       scale = robust;
       now = sums(x, scale);
     } else if (fit.good) {

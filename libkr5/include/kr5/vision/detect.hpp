@@ -37,12 +37,15 @@ struct TagOptions {
 
   static void each_field(auto& self, auto&& visit) {
     visit("families", self.families, "Families to look for.");
-    visit("decimate", self.decimate,
-          "Squares are searched for in the image shrunk by this. 0: 1 up to 1.5 Mpx, 2 above, which finds tags from 22 px "
-          "a side; AprilTags above 3 Mpx first by 4 (all with sides of 45 px), then by 2 unless every tag found has sides "
-          "over 60 px. A small tag beside large ones only may so be missed: give 2 for it. Codes of AprilTags are read, "
-          "and all corners refined, in the full image. For AprilTags broken numbers but 1.5 are rounded down. 0.5 "
-          "enlarges the image, for ArUco markers of few pixels [-].");
+    visit(
+        "decimate", self.decimate,
+        "Squares are searched for in the image shrunk by this. 0: 1 up to 1.5 Mpx, 2 above, which finds tags from 22 "
+        "px "
+        "a side; AprilTags above 3 Mpx first by 4 (all with sides of 45 px), then by 2 unless every tag found has "
+        "sides "
+        "over 60 px. A small tag beside large ones only may so be missed: give 2 for it. Codes of AprilTags are read, "
+        "and all corners refined, in the full image. For AprilTags broken numbers but 1.5 are rounded down. 0.5 "
+        "enlarges the image, for ArUco markers of few pixels [-].");
     visit("threads", self.threads, "Threads for the search [-].");
     visit("max_hamming", self.max_hamming, "Wrong bits of an AprilTag to put right, 0 to 2 [-].");
     visit("min_margin", self.min_margin, "AprilTags whose bits stand out by less are dropped [grey].");
