@@ -117,7 +117,7 @@ class MarkerModel {
     else
       scan(p, corners, reach, most, chosen);
     thin(chosen.edge, most);
-    thin(chosen.flat, most / 6);
+    thin(chosen.flat, most / 10);
     if (p[10] == 0.0) set_greys(p, chosen);
     samples_ = std::move(chosen.edge);
     samples_.insert(samples_.end(), chosen.flat.begin(), chosen.flat.end());
@@ -221,7 +221,7 @@ class MarkerModel {
         if (u + 1 < n && pattern_.at(low + v, low + u + 1) != here) edge(at(u + 1, v), at(u + 1, v + 1));
         if (v + 1 < n && pattern_.at(low + v + 1, low + u) != here) edge(at(u, v + 1), at(u + 1, v + 1));
         const Eigen::Vector2d a = at(u, v), d = at(u + 1, v + 1) - a;
-        for (int k = 0; k * n * n < most / 4; ++k) wanted.push_back(a + (0.5 + 0.1 * (k % 3 - 1)) * d);
+        for (int k = 0; k * n * n < most / 8; ++k) wanted.push_back(a + (0.5 + 0.1 * (k % 3 - 1)) * d);
       }
     strew(edges, length / most, reach, wanted);
     look_at(p, wanted, reach, chosen);
