@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <map>
 #include <numeric>
 #include <optional>
 #include <string>
@@ -95,11 +96,17 @@ inline void sweep(Draw& d, const HandEyeWorldOptions& o, double interval, double
   }
 }
 
-inline Draw draw_sound(std::uint64_t seed, std::optional<int> axes = {}, std::optional<double> turn = {}) {
+/// `axes` the wrist turns about, `turn` [rad] it does at most; `rough`: a robot of 0.5 to 3 mm and 0.1 to 0.3 deg.
+inline Draw draw_sound(std::uint64_t seed, std::optional<int> axes = {}, std::optional<double> turn = {},
+                       bool rough = false) {
   Draw d;
   d.random = Random(seed);
   HandEyeWorldOptions o = draw_options(d.random);
   if (axes) o.axes = *axes;
+  if (rough) {
+    o.sigma_robot_position = d.random.uniform(0.5e-3, 3e-3);
+    o.sigma_robot_rotation = d.random.uniform(0.1, 0.3) * std::numbers::pi / 180;
+  }
   d.world = make_hand_eye_world(o);
   d.recording.camera = d.world.camera;
   d.recording.mount = o.mount;
@@ -130,132 +137,157 @@ inline Draw draw_sound(std::uint64_t seed, std::optional<int> axes = {}, std::op
   return d;
 }
 
+namespace faults {
+
+inline void invert(Draw& d) { d.recording.format.meaning = calibration::PoseMeaning::FlangeBase; }
+
+/// Writes the poses in one rotation form and claims another.
+inline void mistake(Draw& d, calibration::RotationForm written, calibration::RotationForm read) {
+  d.recording.format.rotation = written;
+  set_poses(d, reported(d.world));
+  d.recording.format.rotation = read;
+}
+
+inline void other_form(Draw& d) {
+  using calibration::RotationForm;
+  mistake(d, RotationForm::Rpy, d.random.integer(2) ? RotationForm::KukaAbc : RotationForm::RotationVector);
+}
+
+inline void other_quaternion(Draw& d) {
+  mistake(d, calibration::RotationForm::QuaternionXyzw, calibration::RotationForm::QuaternionWxyz);
+}
+
+inline void other_angle(Draw& d) {
+  using calibration::AngleUnit, calibration::RotationForm;
+  const RotationForm forms[] = {RotationForm::Rpy, RotationForm::KukaAbc, RotationForm::RotationVector};
+  d.recording.format.rotation = forms[d.random.integer(3)];
+  const bool degrees = d.random.integer(4) > 0;
+  d.recording.format.angle = degrees ? AngleUnit::Degree : AngleUnit::Radian;
+  set_poses(d, reported(d.world));
+  d.recording.format.angle = degrees ? AngleUnit::Radian : AngleUnit::Degree;
+}
+
+inline void other_length(Draw& d) {
+  if (d.random.integer(3) == 0) {
+    for (View& v : d.recording.views) v.points *= 1000;
+    return;
+  }
+  d.recording.format.position = calibration::LengthUnit::Millimetre;
+  set_poses(d, reported(d.world));
+  d.recording.format.position = calibration::LengthUnit::Metre;
+}
+
+inline void resize_target(Draw& d) {
+  const double factor = 1 + (d.random.integer(2) ? 1 : -1) * d.random.uniform(0.03, 0.2);
+  for (View& v : d.recording.views) v.points *= factor;
+}
+
+inline void mix_order(Draw& d) {
+  const std::vector<Pose> poses = reported(d.world);
+  const int n = static_cast<int>(poses.size());
+  std::vector<int> order(poses.size());
+  std::iota(order.begin(), order.end(), 0);
+  if (d.random.integer(3) == 0) {  // sorted as text: 0, 1, 10, 11, 2
+    if (n > 10)
+      std::sort(order.begin(), order.end(), [](int a, int b) { return std::to_string(a) < std::to_string(b); });
+    else
+      std::reverse(order.begin(), order.end());
+  } else {
+    std::vector<int> some = order;
+    std::shuffle(some.begin(), some.end(), d.random.engine());
+    some.resize(static_cast<std::size_t>(2 + d.random.integer(n - 1)));
+    for (std::size_t k = 0; k + 1 < some.size(); ++k) std::swap(order[some[k]], order[some[k + 1]]);
+  }
+  std::vector<Pose> mixed;
+  for (const int k : order) mixed.push_back(poses[static_cast<std::size_t>(k)]);
+  set_poses(d, mixed);
+}
+
+inline void shift(Draw& d) {
+  std::vector<Pose> poses = reported(d.world);
+  const bool later = d.random.integer(2);
+  std::rotate(poses.begin(), later ? poses.begin() + 1 : poses.end() - 1, poses.end());
+  (later ? poses.back() : poses.front()) =
+      (later ? poses[poses.size() - 2] : poses[1]) *
+      to_pose((Vector6() << d.random.normal_vector(3, 0.1), d.random.normal_vector(3, 0.2)).finished());
+  set_poses(d, poses);
+}
+
+inline void move_target(Draw& d) {
+  std::vector<Pose> poses = reported(d.world);
+  const int n = static_cast<int>(poses.size()), split = 3 + d.random.integer(n - 5);
+  Vector6 by;
+  by << d.random.uniform(0.003, 0.03) * d.random.direction(),
+      d.random.uniform(1, 10) * std::numbers::pi / 180 * d.random.direction();
+  // The same images come about when the robot stands elsewhere.
+  HandEyeWorld after = d.world;
+  after.T_fixed_target = d.world.T_fixed_target * to_pose(by);
+  for (std::size_t i = static_cast<std::size_t>(split); i < poses.size(); ++i)
+    poses[i] = flange_for(after, d.recording.mount, target_in_camera(d.world, d.recording.mount, poses[i]));
+  set_poses(d, poses);
+}
+
+inline void delay(Draw& d, std::uint64_t seed) {
+  Random again(seed);
+  const HandEyeWorldOptions o = draw_options(again);
+  sweep(d, o, d.random.uniform(0.5, 1.2), (d.random.integer(2) ? 1 : -1) * d.random.uniform(0.02, 0.2));
+  set_poses(d, reported(d.world));
+}
+
+inline void change_camera(Draw& d) {
+  Pinhole& camera = d.recording.camera;
+  if (d.random.integer(3) == 0) {
+    camera.k1 = camera.k2 = camera.p1 = camera.p2 = 0;
+    return;
+  }
+  const double factor = 1 + (d.random.integer(2) ? 1 : -1) * d.random.uniform(0.02, 0.1);
+  camera.fx *= factor, camera.fy *= factor;
+}
+
+inline void spoil_views(Draw& d) {
+  std::vector<Pose> poses = reported(d.world);
+  std::vector<std::size_t> which(poses.size());
+  std::iota(which.begin(), which.end(), 0);
+  std::shuffle(which.begin(), which.end(), d.random.engine());
+  which.resize(static_cast<std::size_t>(1 + d.random.integer(std::max(static_cast<int>(poses.size()) / 5, 1))));
+  for (const std::size_t k : which) {
+    Vector6 by;
+    by << d.random.uniform(0.005, 0.03) * d.random.direction(),
+        d.random.uniform(1, 5) * std::numbers::pi / 180 * d.random.direction();
+    poses[k] = poses[k] * to_pose(by);
+  }
+  set_poses(d, poses);
+}
+
+}  // namespace faults
+
 /// Spoils a recording. Sizes: target off by 3 to 20 %; moved by 3 to 30 mm and 1 to 10 deg; focal length off by 2 to
 /// 10 % or lens distortion left away; lag 20 to 200 ms at 50 to 150 mm/s; 1 to a fifth of the views off by 5 to 30 mm
 /// and 1 to 5 deg; two to all poses exchanged; turns of at most 4 deg, or about one axis.
 inline Draw draw_fault(calibration::HandEyeCause cause, std::uint64_t seed) {
   using enum calibration::HandEyeCause;
-  using calibration::RotationForm;
   if (cause == TooLittleRotation)
     return draw_sound(seed, {}, Random(seed + 7).uniform(0.2, 4.0) * std::numbers::pi / 180);
   if (cause == OneAxisRotation) return draw_sound(seed, 1);
   Draw d = draw_sound(seed);
-  calibration::HandEyeRecording& r = d.recording;
-  std::vector<Pose> poses = reported(d.world);
-  const int n = static_cast<int>(poses.size());
-  switch (cause) {
-    case PosesInverted:
-      r.format.meaning = calibration::PoseMeaning::FlangeBase;
-      break;
-    case WrongRotationForm:
-      r.format.rotation = RotationForm::Rpy;
-      set_poses(d, poses);
-      r.format.rotation = d.random.integer(2) ? RotationForm::KukaAbc : RotationForm::RotationVector;
-      break;
-    case QuaternionOrder:
-      r.format.rotation = RotationForm::QuaternionXyzw;
-      set_poses(d, poses);
-      r.format.rotation = RotationForm::QuaternionWxyz;
-      break;
-    case DegreesForRadians: {
-      const RotationForm forms[] = {RotationForm::Rpy, RotationForm::KukaAbc, RotationForm::RotationVector};
-      r.format.rotation = forms[d.random.integer(3)];
-      const bool degrees = d.random.integer(4) > 0;
-      r.format.angle = degrees ? calibration::AngleUnit::Degree : calibration::AngleUnit::Radian;
-      set_poses(d, poses);
-      r.format.angle = degrees ? calibration::AngleUnit::Radian : calibration::AngleUnit::Degree;
-      break;
-    }
-    case MillimetresForMetres:
-      if (d.random.integer(3) == 0) {
-        for (View& v : r.views) v.points *= 1000;
-      } else {
-        r.format.position = calibration::LengthUnit::Millimetre;
-        set_poses(d, poses);
-        r.format.position = calibration::LengthUnit::Metre;
-      }
-      break;
-    case TargetSizeWrong: {
-      const double factor = 1 + (d.random.integer(2) ? 1 : -1) * d.random.uniform(0.03, 0.2);
-      for (View& v : r.views) v.points *= factor;
-      break;
-    }
-    case OutOfOrder: {
-      std::vector<int> order(poses.size());
-      std::iota(order.begin(), order.end(), 0);
-      if (d.random.integer(3) == 0) {  // sorted as text: 0, 1, 10, 11, 2
-        if (n > 10)
-          std::sort(order.begin(), order.end(), [](int a, int b) { return std::to_string(a) < std::to_string(b); });
-        else
-          std::reverse(order.begin(), order.end());
-      } else {
-        std::vector<int> some = order;
-        std::shuffle(some.begin(), some.end(), d.random.engine());
-        some.resize(static_cast<std::size_t>(2 + d.random.integer(n - 1)));
-        for (std::size_t k = 0; k + 1 < some.size(); ++k) std::swap(order[some[k]], order[some[k + 1]]);
-      }
-      std::vector<Pose> mixed;
-      for (const int k : order) mixed.push_back(poses[static_cast<std::size_t>(k)]);
-      set_poses(d, mixed);
-      break;
-    }
-    case ShiftedByOne: {
-      const bool later = d.random.integer(2);
-      std::rotate(poses.begin(), later ? poses.begin() + 1 : poses.end() - 1, poses.end());
-      (later ? poses.back() : poses.front()) =
-          (later ? poses[poses.size() - 2] : poses[1]) *
-          to_pose((Vector6() << d.random.normal_vector(3, 0.1), d.random.normal_vector(3, 0.2)).finished());
-      set_poses(d, poses);
-      break;
-    }
-    case TargetMoved: {
-      const int split = 3 + d.random.integer(n - 5);
-      Vector6 by;
-      by << d.random.uniform(0.003, 0.03) * d.random.direction(),
-          d.random.uniform(1, 10) * std::numbers::pi / 180 * d.random.direction();
-      // The same images come about when the robot stands elsewhere.
-      HandEyeWorld after = d.world;
-      after.T_fixed_target = d.world.T_fixed_target * to_pose(by);
-      for (int i = split; i < n; ++i) {
-        const Pose seen = target_in_camera(d.world, r.mount, poses[static_cast<std::size_t>(i)]);
-        poses[static_cast<std::size_t>(i)] = flange_for(after, r.mount, seen);
-      }
-      set_poses(d, poses);
-      break;
-    }
-    case ClockOffset: {
-      Random again(seed);
-      HandEyeWorldOptions o = draw_options(again);
-      sweep(d, o, d.random.uniform(0.5, 1.2), (d.random.integer(2) ? 1 : -1) * d.random.uniform(0.02, 0.2));
-      set_poses(d, reported(d.world));
-      break;
-    }
-    case CameraModelWrong:
-      if (d.random.integer(3) == 0) {
-        r.camera.k1 = r.camera.k2 = r.camera.p1 = r.camera.p2 = 0;
-      } else {
-        const double factor = 1 + (d.random.integer(2) ? 1 : -1) * d.random.uniform(0.02, 0.1);
-        r.camera.fx *= factor, r.camera.fy *= factor;
-      }
-      break;
-    case OutlierViews: {
-      std::vector<int> which(poses.size());
-      std::iota(which.begin(), which.end(), 0);
-      std::shuffle(which.begin(), which.end(), d.random.engine());
-      const int count = 1 + d.random.integer(std::max(n / 5, 1));
-      for (int k = 0; k < count; ++k) {
-        Vector6 by;
-        by << d.random.uniform(0.005, 0.03) * d.random.direction(),
-            d.random.uniform(1, 5) * std::numbers::pi / 180 * d.random.direction();
-        Pose& T = poses[static_cast<std::size_t>(which[static_cast<std::size_t>(k)])];
-        T = T * to_pose(by);
-      }
-      set_poses(d, poses);
-      break;
-    }
-    default:
-      break;
+  if (cause == ClockOffset) {
+    faults::delay(d, seed);
+    return d;
   }
+  static const std::map<calibration::HandEyeCause, void (*)(Draw&)> table = {
+      {PosesInverted, faults::invert},
+      {WrongRotationForm, faults::other_form},
+      {QuaternionOrder, faults::other_quaternion},
+      {DegreesForRadians, faults::other_angle},
+      {MillimetresForMetres, faults::other_length},
+      {TargetSizeWrong, faults::resize_target},
+      {OutOfOrder, faults::mix_order},
+      {ShiftedByOne, faults::shift},
+      {TargetMoved, faults::move_target},
+      {CameraModelWrong, faults::change_camera},
+      {OutlierViews, faults::spoil_views},
+  };
+  table.at(cause)(d);
   return d;
 }
 

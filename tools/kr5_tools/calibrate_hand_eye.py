@@ -32,7 +32,7 @@ def hand_eye(
 ) -> None:
     """Finds the target in every image, calibrates, and says how good the answer is, and if bad, why.
 
-    Ends with exit code 1 when the result should not be used, 2 when there is none.
+    Exit code: 0 when the result is good or doubtful, 1 when it is unusable, 2 when there is none or the input is wrong.
     """
     options.validate()
     data = read(folder, dataset)
@@ -187,7 +187,8 @@ def _figures(result: Any, diagnosis: Any, held_out: dict[str, Any]) -> list[dict
 def _show(keys: dict[str, Any], out: Any) -> None:
     show_result({"verdict": keys["verdict"], "causes": keys["causes"]}, out)
     for cause in keys["causes"]:
-        out.print(f"    {cause['evidence']} Probability {cause['probability']:.2f}.", soft_wrap=True, markup=False)
+        moves = f" Allowing for it moves the tool by {1e3 * cause['consequence']:.3g} mm." if cause["consequence"] else ""
+        out.print(f"    {cause['evidence']}{moves} Probability {cause['probability']:.2f}.", soft_wrap=True, markup=False)
     for lost in keys["input"]["without_target"]:
         out.print(f"  not used: {lost['name']}: {lost['message']}", soft_wrap=True, markup=False)
     out.print(table("Views", ["view", "rms [px]", "robot off [mm]", "robot off [deg]", "weight [-]", ""], (

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 
 #include <Eigen/Dense>
 
@@ -119,31 +122,77 @@ class CameraFitter {
   std::vector<Pose> poses_;
 };
 
+/// The hypothesis with these directions freed, or nothing when it cannot be fitted.
+std::optional<Hypothesis> with_freed(const Case& c, const Directions& freed) {
+  Hypothesis h = c.sound;
+  // Twice: with the right camera the robot turns out less noisy, and then says more about the camera.
+  for (int round = 0; round < 2; ++round) {
+    const auto found = CameraFitter(c, freed, h).run();
+    if (!found) break;
+    const Sightings again = see(c.recording.views, *found);
+    if (again.index != c.sightings.index) break;
+    const Fit refit = fit(h.reading, again);
+    if (!refit.usable) break;
+    h.fit = refit;
+    h.camera = *found;
+    h.score = refit.score + again.score() - c.sightings.score();
+    h.freedom = static_cast<int>(freed.cols());
+    h.value = h.camera.fx / c.recording.camera.fx;
+    h.causes = {HandEyeCause::CameraModelWrong};
+  }
+  if (h.causes.empty()) return std::nullopt;
+  return h;
+}
+
+std::vector<Directions> kinds(const Pinhole& camera) {
+  return {focal(camera), first(camera, 4), first(camera, 6), first(camera, 9)};
+}
+
+/// The recording without every `folds`-th view, from `fold` on.
+HandEyeRecording without(const HandEyeRecording& all, int folds, int fold) {
+  HandEyeRecording out = all;
+  out.views.clear(), out.times.clear();
+  for (std::size_t i = 0; i < all.views.size(); ++i) {
+    if (static_cast<int>(i) % folds == fold) continue;
+    out.rows.row(static_cast<Eigen::Index>(out.views.size())) = all.rows.row(static_cast<Eigen::Index>(i));
+    out.views.push_back(all.views[i]);
+  }
+  out.rows.conservativeResize(static_cast<Eigen::Index>(out.views.size()), Eigen::NoChange);
+  return out;
+}
+
 }  // namespace
 
 std::vector<Hypothesis> other_camera(const Case& c) {
   std::vector<Hypothesis> out;
-  const Pinhole& camera = c.recording.camera;
-  for (const Directions& freed : {focal(camera), first(camera, 4), first(camera, 6), first(camera, 9)}) {
-    Hypothesis h = c.sound;
-    // Twice: with the right camera the robot turns out less noisy, and then says more about the camera.
-    for (int round = 0; round < 2; ++round) {
-      const auto found = CameraFitter(c, freed, h).run();
-      if (!found) break;
-      const Sightings again = see(c.recording.views, *found);
-      if (again.index != c.sightings.index) break;
-      const Fit refit = fit(h.reading, again);
-      if (!refit.usable) break;
-      h.fit = refit;
-      h.camera = *found;
-      h.score = refit.score + again.score() - c.sightings.score();
-      h.freedom = static_cast<int>(freed.cols());
-      h.value = h.camera.fx / camera.fx;
-      h.causes = {HandEyeCause::CameraModelWrong};
-    }
-    if (!h.causes.empty()) out.push_back(std::move(h));
-  }
+  for (const Directions& freed : kinds(c.recording.camera))
+    if (auto h = with_freed(c, freed)) out.push_back(std::move(*h));
   return out;
+}
+
+double held_out_with_camera(const Case& c, int freedom, int folds) {
+  const auto all = kinds(c.recording.camera);
+  const auto freed = std::find_if(all.begin(), all.end(), [&](const auto& D) { return D.cols() == freedom; });
+  folds = std::min(folds, static_cast<int>(c.recording.views.size()));
+  double sum = 0;
+  int count = 0;
+  for (int fold = 0; fold < folds; ++fold) {
+    const HandEyeRecording kept = without(c.recording, folds, fold);
+    Case part{kept, see(kept.views, kept.camera), to_poses(kept.rows, kept.format), {}};
+    part.sound.reading = as_recorded(part, part.poses);
+    part.sound.fit = fit(part.sound.reading, part.sightings);
+    part.sound.score = part.sound.fit.score;
+    if (!part.sound.fit.usable) continue;
+    const auto h = with_freed(part, *freed);
+    if (!h) return std::numeric_limits<double>::infinity();  // what so few views less undo is no finding
+    const Sightings seen = see(c.recording.views, h->camera);
+    for (std::size_t k = 0; k < seen.index.size(); ++k) {
+      if (seen.index[k] % folds != fold) continue;
+      sum += misplaced(c.poses[static_cast<std::size_t>(seen.index[k])], seen.views[k], h->fit, c.recording.mount);
+      ++count;
+    }
+  }
+  return count ? std::sqrt(sum / count) : std::numeric_limits<double>::infinity();
 }
 
 }  // namespace kr5::calibration::evidence

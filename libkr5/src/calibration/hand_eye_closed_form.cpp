@@ -57,6 +57,16 @@ ClosedForm closed_form(std::span<const Pose> robot, std::span<const Pose> C, Mou
   return out;
 }
 
+double misplaced(const Pose& T_base_flange, const Sighting& sighting, const Fit& f, Mount mount) {
+  double least = 1e300;
+  for (const auto& s : sighting.solutions) {
+    Pose C = s.T_camera_target;
+    C.translation() *= f.scale;
+    least = std::min(least, squared_error(residual(T_base_flange, C, f.X, f.Y, mount), C.translation().norm()));
+  }
+  return least;
+}
+
 double held_out_rms(const Reading& reading, const Sightings& sightings, int folds) {
   const int n = reading.size();
   folds = std::min(folds, n);
@@ -83,14 +93,9 @@ double held_out_rms(const Reading& reading, const Sightings& sightings, int fold
     for (const int i : left) {
       const auto k = static_cast<std::size_t>(i);
       const Pose T = reading.drift.empty() ? reading.robot[k] : reading.robot[k] * to_pose(f.lag * reading.drift[k]);
-      double least = 1e300;
-      for (const auto& s : sightings.views[static_cast<std::size_t>(reading.sighting[k])].solutions) {
-        Pose C = s.T_camera_target;
-        C.translation() *= f.scale;
-        const Pose& Y = reading.split > 0 && i >= reading.split ? f.Y_after : f.Y;
-        least = std::min(least, squared_error(residual(T, C, f.X, Y, reading.mount), C.translation().norm()));
-      }
-      sum += least;
+      Fit there = f;
+      if (reading.split > 0 && i >= reading.split) there.Y = f.Y_after;
+      sum += misplaced(T, sightings.views[static_cast<std::size_t>(reading.sighting[k])], there, reading.mount);
       ++count;
     }
   }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <Eigen/Dense>
 
@@ -39,15 +40,21 @@ Eigen::Vector3d turns(const evidence::Sightings& sightings) {
   return turns(seen);
 }
 
+/// Fisher's F as a gain in -2 log likelihood of n samples whose variance is estimated, `rest` of them left over.
+double gain_of_f(double alpha, int freedom, double n, double rest) {
+  if (rest < 1) return std::numeric_limits<double>::infinity();
+  return n * std::log1p(freedom * uncertainty::fisher_quantile(1 - alpha, freedom, rest) / rest);
+}
+
 /// The gain in -2 log likelihood that a sound set exceeds with probability `alpha`.
-double chance_gain(const Hypothesis& h, double alpha) {
+double chance_gain(const Case& c, const Hypothesis& h, double alpha) {
   // A fixed wrong reading beats the right one by 2 log(1/alpha) no more often than alpha (Markov's inequality).
   if (h.freedom == 0) return 2 * (h.choices - std::log(alpha));
-  // Likelihood ratio with the variance estimated: Fisher's F. Three of the six components of a pose may carry it all.
-  const double n = 3.0 * h.reading.size(), rest = n - 6 - h.freedom;
-  if (rest < 1) return std::numeric_limits<double>::infinity();
   const double a = std::max(alpha * std::exp(-h.choices), 1e-12);
-  return n * std::log1p(h.freedom * uncertainty::fisher_quantile(1 - a, h.freedom, rest) / rest);
+  // Three of the six components of a pose may carry it all; for a camera the pixels may, of which a tag has few.
+  const double n = 3.0 * h.reading.size(), robot = gain_of_f(a, h.freedom, n, n - 6 - h.freedom);
+  if (h.causes.front() != HandEyeCause::CameraModelWrong) return robot;
+  return std::max(robot, gain_of_f(a, h.freedom, c.sightings.freedom, c.sightings.freedom - h.freedom));
 }
 
 /// What a hypothesis gains over the sound one after paying for its freedom (Schwarz) and its choices.
@@ -56,11 +63,11 @@ double net_gain(const Hypothesis& sound, const Hypothesis& h) {
 }
 
 /// Thousands of corners show any lens to be a little different. That is a cause only when it moves the camera beyond
-/// the doubt that is stated anyway.
+/// the doubt that remains with the better one (that with the worse one is inflated by the fault itself).
 bool matters(const Case& c, const Hypothesis& h) {
   if (h.causes.front() != HandEyeCause::CameraModelWrong) return true;
   const Vector6 moved = pose_difference(c.sound.fit.X, h.fit.X);
-  const Matrix6 doubt = c.sound.fit.covariance.topLeftCorner<6, 6>();
+  const Matrix6 doubt = h.fit.covariance.topLeftCorner<6, 6>();
   return moved.dot(doubt.ldlt().solve(moved)) > uncertainty::chi_square_quantile(0.99, 6);
 }
 
@@ -71,8 +78,8 @@ struct Candidate {
 };
 
 double held_out(const Case& c, const Hypothesis& h) {
-  const bool camera = !h.causes.empty() && h.causes.front() == HandEyeCause::CameraModelWrong;
-  return held_out_rms(h.reading, camera ? evidence::see(c.recording.views, h.camera) : c.sightings);
+  if (h.causes.front() == HandEyeCause::CameraModelWrong) return evidence::held_out_with_camera(c, h.freedom);
+  return held_out_rms(h.reading, c.sightings);
 }
 
 /// Significant hypotheses, the best of each kind, best first.
@@ -82,7 +89,7 @@ std::vector<Candidate> compete(const Case& c, const HandEyeDiagnosisOptions& opt
     const Hypothesis* best = nullptr;
     for (const Hypothesis& h : family)
       if (!best || net_gain(c.sound, h) > net_gain(c.sound, *best)) best = &h;
-    if (!best || c.sound.score - best->score < chance_gain(*best, options.false_alarm / families)) return;
+    if (!best || c.sound.score - best->score < chance_gain(c, *best, options.false_alarm / families)) return;
     if (!matters(c, *best)) return;
     const double error = held_out(c, *best);
     if (error < held_out_sound) out.push_back({*best, net_gain(c.sound, *best), error});
@@ -100,8 +107,10 @@ std::vector<Candidate> compete(const Case& c, const HandEyeDiagnosisOptions& opt
 }
 
 /// Causes with their probabilities; those that the best one makes improbable are left out.
-std::vector<NamedCause> name_causes(const Case& c, const std::vector<Candidate>& candidates, double held_out_sound) {
+std::vector<NamedCause> name_causes(const Case& c, const std::vector<Candidate>& candidates, const Pose& T_mount_camera,
+                                    const HandEyeDiagnosis& so_far) {
   std::vector<NamedCause> out;
+  const Eigen::Vector3d tool(0, 0, so_far.working_distance);
   double total = candidates.empty() ? 1.0 : std::exp(-0.5 * candidates.front().gain);
   for (const Candidate& k : candidates) total += std::exp(0.5 * (k.gain - candidates.front().gain));
   for (const Candidate& k : candidates) {
@@ -111,7 +120,8 @@ std::vector<NamedCause> name_causes(const Case& c, const std::vector<Candidate>&
       NamedCause named;
       named.cause = cause;
       named.probability = probability;
-      named.held_out_before = held_out_sound;
+      named.consequence = (k.hypothesis.fit.X * tool - T_mount_camera * tool).norm();
+      named.held_out_before = so_far.held_out_rms;
       named.held_out_after = k.held_out;
       named.views = k.hypothesis.views;
       named.value = k.hypothesis.value;
@@ -140,13 +150,26 @@ double target_distance(const evidence::Sightings& sightings) {
   return sum / static_cast<double>(sightings.views.size());
 }
 
-bool fatal(const NamedCause& c) { return c.cause != HandEyeCause::OutlierViews && c.probability > 0.5; }
+/// Nothing can be allowed for, or the numbers mean something else: an answer that comes out right by luck (a camera
+/// beside the arm may, from positions alone) would still be used with every later pose misread.
+bool meaningless(const NamedCause& c) {
+  using enum HandEyeCause;
+  constexpr HandEyeCause certain[] = {TooLittleRotation, OneAxisRotation};
+  constexpr HandEyeCause misread[] = {PosesInverted, WrongRotationForm, QuaternionOrder, DegreesForRadians,
+                                      MillimetresForMetres};
+  return std::ranges::count(certain, c.cause) || (c.probability > 0.5 && std::ranges::count(misread, c.cause));
+}
 
+/// An error that is stated misleads nobody: a cause counts by what it adds to that.
 void decide(const HandEyeResult& result, const HandEyeDiagnosisOptions& options, HandEyeDiagnosis& out) {
-  const bool broken = std::any_of(out.causes.begin(), out.causes.end(), fatal);
-  if (!result.fit.usable() || broken || out.tool_error_95 > 10 * options.tolerance)
+  const double stated = out.tool_error_95;
+  const auto ruinous = [&](const NamedCause& c) {
+    return meaningless(c) || (c.probability > 0.5 && c.consequence > std::max(stated, 5 * options.tolerance));
+  };
+  const auto harmful = [&](const NamedCause& c) { return c.consequence > stated; };
+  if (!result.fit.usable() || std::ranges::any_of(out.causes, ruinous) || stated > 10 * options.tolerance)
     out.verdict = Verdict::Unusable;
-  else if (!out.causes.empty() || out.tool_error_95 > options.tolerance)
+  else if (std::ranges::any_of(out.causes, harmful) || stated > options.tolerance)
     out.verdict = Verdict::Doubtful;
   else
     out.verdict = Verdict::Good;
@@ -204,7 +227,9 @@ HandEyeDiagnosis diagnose_hand_eye(const HandEyeRecording& recording, const Hand
     c.sound.fit = evidence::fit(c.sound.reading, c.sightings);
     c.sound.score = c.sound.fit.score;
     out.held_out_rms = evidence::held_out_rms(c.sound.reading, c.sightings);
-    if (c.sound.fit.usable) out.causes = name_causes(c, compete(c, options, out.held_out_rms), out.held_out_rms);
+    if (c.sound.fit.usable)
+      out.causes = name_causes(c, compete(c, options, out.held_out_rms),
+                               result.fit.usable() ? result.T_mount_camera : c.sound.fit.X, out);
   }
   decide(result, options, out);
   return out;

@@ -6,8 +6,6 @@
 
 #include <Eigen/Dense>
 
-#include <kr5/geometry/resection.hpp>
-
 namespace kr5::calibration::evidence {
 namespace {
 
@@ -265,45 +263,6 @@ class Fitter {
 };
 
 }  // namespace
-
-double Sightings::score() const { return freedom * std::log(std::max(squared_sum, 1e-12) / freedom); }
-
-Sightings see(std::span<const View> views, const Pinhole& camera) {
-  Sightings out;
-  std::vector<std::vector<Resection>> found;
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    std::vector<Resection> poses = resect(views[i].points, views[i].pixels, camera);
-    if (poses.empty()) continue;
-    out.squared_sum += poses.front().cost;
-    out.freedom += 2.0 * static_cast<double>(views[i].points.cols()) - 6.0;
-    out.index.push_back(static_cast<int>(i));
-    found.push_back(std::move(poses));
-  }
-  out.sigma_pixel = std::max(std::sqrt(out.squared_sum / std::max(out.freedom, 1.0)), 1e-3);
-  const double variance = out.sigma_pixel * out.sigma_pixel;
-  for (const auto& poses : found) {
-    Sighting sighting;
-    for (const Resection& p : poses)
-      sighting.solutions.push_back(
-          {p.T_camera_points, Matrix6(variance * p.information.inverse()), (p.cost - poses.front().cost) / variance});
-    out.views.push_back(std::move(sighting));
-  }
-  return out;
-}
-
-Vector6 residual(const Pose& T_base_flange, const Pose& C, const Pose& X, const Pose& Y, Mount mount) {
-  return pose_difference(T_base_flange, mount == Mount::EyeInHand ? Y * (X * C).inverse() : X * C * Y.inverse());
-}
-
-Matrix6 by_sighting(const Pose& C, const Pose& X, const Pose& Y, Mount mount) {
-  return mount == Mount::EyeInHand ? Matrix6(-adjoint(X * C)) : adjoint(Y);
-}
-Matrix6 by_X(const Pose& C, const Pose& X, const Pose& Y, Mount mount) {
-  return mount == Mount::EyeInHand ? Matrix6(-adjoint(X)) : adjoint(Y * C.inverse());
-}
-Matrix6 by_Y(const Pose& C, const Pose& X, const Pose& Y, Mount mount) {
-  return mount == Mount::EyeInHand ? adjoint(X * C) : Matrix6(-adjoint(Y));
-}
 
 Fit fit(const Reading& reading, const Sightings& sightings) {
   return reading.size() < 3 ? Fit{} : Fitter(reading, sightings).run();

@@ -65,6 +65,8 @@ struct Fit {
 
 /// Maximum likelihood of one reading. `usable` is false when nothing could be fitted.
 Fit fit(const Reading& reading, const Sightings& sightings);
+/// Squared error [m^2] of a point at the target's distance, the better of a plane's two poses counting.
+double misplaced(const Pose& T_base_flange, const Sighting& sighting, const Fit& fit, Mount mount);
 /// RMS error [m] of a point at the target's distance, on pairs left out in turn (at most `folds` fits).
 double held_out_rms(const Reading& reading, const Sightings& sightings, int folds = 6);
 

@@ -45,6 +45,9 @@ std::vector<Hypothesis> moved(const Case& c);
 std::vector<Hypothesis> delayed(const Case& c);
 std::vector<Hypothesis> spoiled(const Case& c);
 std::vector<Hypothesis> other_camera(const Case& c);
+/// RMS error [m] of a point at the target's distance on views left out, `freedom` parameters of the camera (as in
+/// `other_camera`) being found without them, too.
+double held_out_with_camera(const Case& c, int freedom, int folds = 6);
 
 /// For each row the column that minimises the sum of a square cost matrix (Jonker and Volgenant 1987).
 std::vector<int> best_assignment(const Eigen::MatrixXd& cost);

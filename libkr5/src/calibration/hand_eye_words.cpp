@@ -147,7 +147,10 @@ std::string verdict_text(const HandEyeResult& result, const HandEyeDiagnosisOpti
     text = "A point " + number(d.working_distance) + " m in front of the camera is located to " + mm(d.tool_error) +
            " (RMS), with 95 % to " + mm(d.tool_error_95) + "; asked for: " + mm(options.tolerance) + ".";
   if (d.causes.empty()) return text + (result.fit.usable() ? " Nothing speaks against the recording." : "");
-  return text + " " + d.causes.front().text;
+  text += " " + d.causes.front().text;
+  if (d.causes.front().consequence > 0)
+    text += " Allowing for that moves the point by " + mm(d.causes.front().consequence) + ".";
+  return text;
 }
 
 }  // namespace kr5::calibration::evidence

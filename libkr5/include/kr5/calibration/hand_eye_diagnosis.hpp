@@ -12,6 +12,7 @@
 /// How good a hand-eye calibration is, and if it is bad, why. Every cause is a competing way of reading the same data,
 /// fitted and compared with the sound reading by its likelihood, with a price for what it leaves free, and by its
 /// error on views left out. Nothing is named that a sound set would show by chance more often than `false_alarm`.
+/// The verdict follows from what a cause does to the answer, not from its being there.
 
 namespace kr5::calibration {
 
@@ -92,6 +93,7 @@ struct NamedCause {
   std::string remedy;
   double value = 0.0;  ///< Its size, in `unit`.
   std::string unit;
+  double consequence = 0.0;      ///< [m]
   double held_out_before = 0.0;  ///< [m]
   double held_out_after = 0.0;   ///< [m]
   std::vector<int> views;        ///< Those concerned, from 0.
@@ -104,6 +106,8 @@ struct NamedCause {
     visit("remedy", self.remedy, "What to do.");
     visit("value", self.value, "Size of the fault, in `unit`.");
     visit("unit", self.unit, "Unit of `value`.");
+    visit("consequence", self.consequence,
+          "How far allowing for it moves a point at the working distance [m]; 0 when nothing can be allowed for.");
     visit("held_out_before", self.held_out_before,
           "RMS error of a point at the target's distance on views left out, as read [m].");
     visit("held_out_after", self.held_out_after, "The same once this cause is allowed for [m].");
@@ -111,7 +115,12 @@ struct NamedCause {
   }
 };
 
-enum class Verdict { Good, Doubtful, Unusable };
+enum class Verdict {
+  Good,      ///< The error (95 %) keeps the tolerance, and no cause moves the answer by more than that error.
+  Doubtful,  ///< Anything between.
+  Unusable,  ///< No answer, poses misread, an error (95 %) over 10 tolerances, or a cause that moves the answer by over
+             ///< 5 of them and by more than the error stated.
+};
 
 constexpr auto enum_names(Verdict) {
   return names<Verdict>({{Verdict::Good, "good"}, {Verdict::Doubtful, "doubtful"}, {Verdict::Unusable, "unusable"}});
