@@ -85,7 +85,7 @@ double held_out(const Case& c, const Hypothesis& h) {
 /// Significant hypotheses, the best of each kind, best first.
 std::vector<Candidate> compete(const Case& c, const HandEyeDiagnosisOptions& options, double held_out_sound) {
   std::vector<Candidate> out;
-  const auto consider = [&](std::vector<Hypothesis> family) {
+  const auto consider = [&](const std::vector<Hypothesis>& family) {
     const Hypothesis* best = nullptr;
     for (const Hypothesis& h : family)
       if (!best || net_gain(c.sound, h) > net_gain(c.sound, *best)) best = &h;
