@@ -33,6 +33,7 @@ py::enum_<E> bind_enum(py::module_& m, const char* name, const char* doc) {
         upper = false;
       }
     }
+    if (pascal == "None") pascal += '_';  // a keyword of Python
     cls.value(pascal.c_str(), value);
   }
   cls.def(py::init([name = std::string(name)](const std::string& text) {

@@ -135,9 +135,15 @@ def solve(data: Any, seen: dict[str, Any], camera: Any, options: Any) -> dict[st
         "image_size": list(seen["size"]), "views": reports,
         "residuals": [_residuals(v, camera, T) for v, T in zip(seen["views"], predicted)],
         "frames": _frames(result, poses, seen["views"]),
-        **({"held_out": held_out} if held_out else {}),
+        **({"held_out": _held_out(held_out)} if held_out else {}),
         "diagnosis": diagnosis.to_dict(), "camera": camera.to_dict(), "result": result.to_dict(),
     }
+
+
+def _held_out(judged: dict[str, Any]) -> dict[str, float]:
+    """For people: mm and deg, by the end of the name."""
+    return {f"{what}_{how}_{unit}": scale * judged[f"{what}_{how}"] for how in ("rms", "median")
+            for what, scale, unit in (("position", 1e3, "mm"), ("rotation", 180 / np.pi, "deg"))}
 
 
 def _in_hand(result: Any) -> bool:
@@ -161,7 +167,9 @@ def _frames(result: Any, poses: list[np.ndarray], views: list[Any]) -> list[dict
     placed = {"camera": result.T_mount_camera, "target": result.T_fixed_target}
     frames = [{"name": "base", "parent": None, "T": np.eye(4)}, {"name": base, "parent": "base", "T": placed[base]},
               {"name": "flange", "parent": "base", "T": poses[0]}, {"name": hand, "parent": "flange", "T": placed[hand]}]
-    return frames + [{"name": f"{hand} {v.name}", "parent": "base", "T": T @ placed[hand]} for v, T in zip(views[1:], poses[1:])]
+    kind = "station" if _in_hand(result) else "boards"
+    return frames + [{"name": f"{hand} {v.name}", "kind": kind, "parent": "base", "T": T @ placed[hand]}
+                     for v, T in zip(views[1:], poses[1:])]
 
 
 def _figures(result: Any, diagnosis: Any, held_out: dict[str, Any]) -> list[dict[str, Any]]:
