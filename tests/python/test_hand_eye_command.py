@@ -29,7 +29,7 @@ def test_franka_agrees_with_the_published_place_of_the_camera(run_kr5, tmp_path,
     # Two estimates from the same noisy poses; ViSP states no doubt, so ours is taken for both.
     assert np.all(np.abs(T[:3, 3] - published) < 3 * np.sqrt(2) * np.linalg.norm(std))
     assert done.returncode == (1 if data["verdict"]["word"] == "unusable" else 0)
-    assert len(data["views"]) == 8 and len(data["residuals"]) == 8 and data["held_out"]["position_rms"] > 0
+    assert len(data["views"]) == 8 and len(data["residuals"]) == 8 and data["held_out"]["position_rms_mm"] > 0
 
 
 @pytest.mark.parametrize("name", ["franka_to_hand", "industrial_10x10", "industrial_charuco"])
