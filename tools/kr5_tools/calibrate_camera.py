@@ -9,7 +9,7 @@ import typer
 
 from kr5 import vision
 
-from .common import Json, Output, console, fail, figure, number, show_result, table, track, working, write_json, write_result
+from .common import Json, Output, console, fail, figure, image_files, number, show_result, table, track, working, write_json, write_result
 from .options import options_from
 
 app = typer.Typer()
@@ -57,15 +57,7 @@ def camera(
 
 
 def _files(given: list[Path]) -> list[Path]:
-    endings = {".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm"}
-    files = []
-    for path in given:
-        if not path.exists():
-            fail(f"{path}: no such file or folder")
-        inside = sorted(f for f in path.iterdir() if f.suffix.lower() in endings) if path.is_dir() else [path]
-        if not inside:
-            fail(f"{path}: the folder holds no image ({', '.join(sorted(endings))})")
-        files += inside
+    files = image_files(given)
     if doubled := [str(f) for f, n in Counter(files).items() if n > 1]:
         fail(f"given twice: {', '.join(doubled)}; a view that counts twice makes the result look better known than it is")
     return files

@@ -32,6 +32,22 @@ def fail(message: str) -> NoReturn:
     raise typer.Exit(2)
 
 
+IMAGE_ENDINGS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm")
+
+
+def image_files(given: list[Path]) -> list[Path]:
+    """The files given, and the images of the folders given; complains of what is not there."""
+    files = []
+    for path in given:
+        if not path.exists():
+            fail(f"{path}: no such file or folder")
+        inside = sorted(f for f in path.iterdir() if f.suffix.lower() in IMAGE_ENDINGS) if path.is_dir() else [path]
+        if not inside:
+            fail(f"{path}: the folder holds no image ({', '.join(IMAGE_ENDINGS)})")
+        files += inside
+    return files
+
+
 def is_users_to_mend(error: Exception) -> bool:
     """Bad input, not a bug: everything kr5 throws on purpose, and files that cannot be read or written."""
     if isinstance(error, OSError):

@@ -9,11 +9,10 @@ import typer
 from kr5 import vision
 
 from .camera import load_camera
-from .common import Json, console, fail, figure, pose_figures, table, track, write_json, write_result
+from .common import Json, console, fail, figure, image_files, pose_figures, table, track, write_json, write_result
 from .options import options_from
 
 app = typer.Typer()
-ENDINGS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm")
 
 
 @app.command(epilog="Example:  kr5 detect photos/ --target tag:36h11:0:0.05 --camera camera.json -o seen/")
@@ -38,7 +37,7 @@ def detect(
     if size is not None and not size > 0:
         fail(f"--size: found {size}, expected the side of the markers in metres, above 0")
     found, lost = [], []
-    for file in track(_files(images), "Looking"):
+    for file in track(image_files(images), "Looking"):
         try:
             image = np.asarray(vision.load_image(str(file)))
         except Exception as error:  # one bad file does not spoil the others
@@ -62,18 +61,6 @@ def detect(
         fail("nothing was found: " + "; ".join(f"{x['image']}: {x['message']}" for x in lost[:3]))
     keys = {"target": target, "families": family, "camera": camera and str(camera), "images": [str(i) for i in images]}
     write_json(write_result(None, "kr5-detection/1", input=keys, found=found, not_found=lost, figures=_figures(found)), json_file)
-
-
-def _files(given: list[Path]) -> list[Path]:
-    files = []
-    for path in given:
-        if not path.exists():
-            fail(f"{path}: no such file or folder")
-        inside = sorted(f for f in path.iterdir() if f.suffix.lower() in ENDINGS) if path.is_dir() else [path]
-        if not inside:
-            fail(f"{path}: the folder holds no image ({', '.join(ENDINGS)})")
-        files += inside
-    return files
 
 
 def _pose(points: Any, pixels: Any, ids: Any, lens: Any) -> dict[str, Any]:
