@@ -24,7 +24,7 @@ def git(*args: str) -> str:
 
 
 def own_files() -> list[Path]:
-    return [p for folder in ("libkr5", "bindings", "tests", "tools") for p in sorted((ROOT / folder).rglob("*.[ch]pp"))]
+    return [p for folder in ("libkr5", "bindings", "sim", "tests", "tools") for p in sorted((ROOT / folder).rglob("*.[ch]pp"))]
 
 
 def changed_files(base: str | None) -> set[Path]:
