@@ -1,11 +1,11 @@
-# kr5_module(<name> [DEPENDS kr5 modules] [PACKAGES private third-party] [LINKS targets])
-# Describes one module, whose sources are src/<name>/*.cpp; nothing is searched for or built until
-# kr5_build_modules() asks for it.
+# kr5_module(<name> [DEPENDS kr5 modules] [PACKAGES private third-party] [LINKS targets] [FOLDER folder])
+# Describes one module, whose sources are src/<name>/*.cpp, or <FOLDER>/src/*.cpp for one with a top-level folder of its
+# own; nothing is searched for or built until kr5_build_modules() asks for it.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
 macro(kr5_module name)
-  cmake_parse_arguments(_m "" "" "DEPENDS;PACKAGES;LINKS" ${ARGN})
+  cmake_parse_arguments(_m "" "FOLDER" "DEPENDS;PACKAGES;LINKS" ${ARGN})
   foreach(_d IN LISTS _m_DEPENDS)
     if(NOT _d IN_LIST KR5_ALL_MODULES)
       message(FATAL_ERROR "kr5: module '${name}' uses '${_d}', which is not declared above it")
@@ -15,6 +15,14 @@ macro(kr5_module name)
   foreach(_f DEPENDS PACKAGES LINKS)
     set(KR5_${name}_${_f} ${_m_${_f}})
   endforeach()
+  set(KR5_${name}_INCLUDE ${PROJECT_SOURCE_DIR}/libkr5/include)
+  set(KR5_${name}_PRIVATE ${PROJECT_SOURCE_DIR}/libkr5/src)
+  set(KR5_${name}_SOURCES ${PROJECT_SOURCE_DIR}/libkr5/src/${name})
+  if(_m_FOLDER)
+    set(KR5_${name}_INCLUDE ${PROJECT_SOURCE_DIR}/${_m_FOLDER}/include)
+    set(KR5_${name}_PRIVATE ${PROJECT_SOURCE_DIR}/${_m_FOLDER}/src)
+    set(KR5_${name}_SOURCES ${PROJECT_SOURCE_DIR}/${_m_FOLDER}/src)
+  endif()
 endmacro()
 
 # Every target of a module gets the same language level, warnings and position-independent code.
@@ -40,7 +48,7 @@ function(_kr5_build name)
     string(REPLACE " " ";" package "${package}")  # "PCL COMPONENTS common" is one entry
     find_package(${package} REQUIRED)  # in a function: what a package does to the flags ends here
   endforeach()
-  file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/libkr5/src/${name}/*.cpp)
+  file(GLOB sources CONFIGURE_DEPENDS ${KR5_${name}_SOURCES}/*.cpp)
   # ViSP 3.5's headers are not C++20 (vpArray2D<Type>() as a constructor): their users are files of their own.
   set(visp_sources ${sources})
   list(FILTER visp_sources INCLUDE REGEX "/visp_[a-z_]*\\.cpp$")
@@ -52,8 +60,8 @@ function(_kr5_build name)
   kr5_compile_settings(kr5_${name})
   set_target_properties(kr5_${name} PROPERTIES EXPORT_NAME ${name})
   target_include_directories(kr5_${name} PUBLIC
-    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/libkr5/include> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>
-    PRIVATE ${PROJECT_SOURCE_DIR}/libkr5/src)
+    $<BUILD_INTERFACE:${KR5_${name}_INCLUDE}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>
+    PRIVATE ${KR5_${name}_PRIVATE})
   list(TRANSFORM KR5_${name}_DEPENDS PREPEND kr5:: OUTPUT_VARIABLE deps)
   target_link_libraries(kr5_${name} PUBLIC ${deps} PRIVATE ${KR5_${name}_LINKS})
   if(name STREQUAL "core")
@@ -72,7 +80,7 @@ function(_kr5_install)
   foreach(name IN LISTS built)
     install(TARGETS kr5_${name} EXPORT kr5-${name})
     install(EXPORT kr5-${name} NAMESPACE kr5:: DESTINATION ${package_dir})
-    install(DIRECTORY ${PROJECT_SOURCE_DIR}/libkr5/include/kr5/${name} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/kr5)
+    install(DIRECTORY ${KR5_${name}_INCLUDE}/kr5/${name} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/kr5)
     string(APPEND KR5_COMPONENT_TABLE
       "set(_kr5_${name}_depends ${KR5_${name}_DEPENDS})\nset(_kr5_${name}_packages \"${KR5_${name}_PACKAGES}\")\n")
   endforeach()

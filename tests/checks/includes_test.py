@@ -15,6 +15,7 @@ kr5_module(core     PACKAGES "Eigen3 3.4 NO_MODULE")
 kr5_module(geometry DEPENDS core)
 kr5_module(vision   DEPENDS geometry PACKAGES "OpenCV 4.6 COMPONENTS core"
            "VISP 3.5" LINKS opencv_core)
+kr5_module(sim      DEPENDS geometry PACKAGES "DART 6.12 CONFIG" LINKS dart FOLDER sim)
 """
 
 
@@ -48,6 +49,12 @@ class IncludesTest(unittest.TestCase):
         for line in ("#include <opencv2/core.hpp>", "#include <kr5/vision/image.hpp>", "#include <dart/x.hpp>",
                      '#include "vision/detail.hpp"', "#include <pybind11/pybind11.h>"):
             self.assertEqual(len(problems("libkr5/src/geometry/a.cpp", line)), 1, line)
+
+    def test_only_the_sources_of_the_simulation_use_dart(self):
+        self.assertEqual(problems("sim/src/a.cpp", "#include <dart/dynamics/Skeleton.hpp>"), [])
+        for file in ("sim/include/kr5/sim/a.hpp", "libkr5/src/vision/a.cpp", "libkr5/src/core/a.cpp"):
+            self.assertEqual(len(problems(file, "#include <dart/dynamics/Skeleton.hpp>")), 1, file)
+        self.assertEqual(len(problems("libkr5/src/geometry/a.cpp", "#include <kr5/sim/arm.hpp>")), 1)
 
     def test_a_folder_that_is_no_module_is_found(self):
         self.assertEqual(len(problems("libkr5/src/stray/a.cpp", "")), 1)

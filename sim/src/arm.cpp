@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/sim/arm.hpp>
+
+#include <string>
+#include <vector>
+
+#include <Eigen/Eigenvalues>
+
+#include <dart/dynamics/BodyNode.hpp>
+#include <dart/dynamics/PrismaticJoint.hpp>
+#include <dart/dynamics/RevoluteJoint.hpp>
+#include <dart/dynamics/Skeleton.hpp>
+#include <dart/dynamics/WeldJoint.hpp>
+
+#include <kr5/core/error.hpp>
+#include <kr5/io/node.hpp>
+
+#include "effective.hpp"
+
+namespace kr5::sim {
+namespace {
+
+namespace dd = dart::dynamics;
+using kinematics::DhJoint;
+using kinematics::JointType;
+
+std::string brief(double value) { return io::Node::of(value).scalar; }
+
+void check_mass(const std::string& field, double mass, const Eigen::Matrix3d& inertia, bool may_be_bare) {
+  const double least = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(inertia).eigenvalues().minCoeff();
+
+  const bool good = may_be_bare ? mass >= 0.0 && least >= 0.0 : mass > 0.0 && least > 0.0;
+  const std::string positive = may_be_bare ? "not be negative" : "be positive";
+  require(mass > 0.0 || (may_be_bare && mass == 0.0),
+          field + ".mass: must " + positive + ", found " + brief(mass) + " kg");
+  require(good, field + ".inertia: every principal moment must " + positive + ", the least found is " + brief(least) +
+                    " kg m^2");
+}
+
+dd::BodyNode::Properties body(const std::string& name, const kinematics::Body& m) {
+  dd::BodyNode::Properties properties;
+  properties.mName = name;
+  properties.mInertia = dd::Inertia(m.mass, m.com, kinematics::inertia_matrix(m.inertia));
+  return properties;
+}
+
+template <class Joint>
+dd::BodyNode* add_joint(const dd::SkeletonPtr& skeleton, dd::BodyNode* parent, int number, const Pose& place,
+                        const Pose& T_joint_link, const kinematics::Body& mass) {
+  typename Joint::Properties properties;
+  properties.mName = "joint" + std::to_string(number);
+  properties.mAxis = Eigen::Vector3d::UnitZ();
+  properties.mT_ParentBodyToJoint = place;
+  properties.mT_ChildBodyToJoint = T_joint_link.inverse();
+  return skeleton->createJointAndBodyNodePair<Joint>(parent, properties, body("link" + std::to_string(number), mass))
+      .second;
+}
+
+}  // namespace
+
+struct Arm::Body {
+  cell::Cell cell;
+  dd::SkeletonPtr skeleton = dd::Skeleton::create("arm");
+  std::vector<dd::BodyNode*> links;
+  dd::BodyNode* tool = nullptr;
+  bool masses = false;
+  Eigen::VectorXd q, v, bias;
+  Eigen::MatrixXd inertia;
+  Vector6 contact = Vector6::Zero();
+  ArmForces forces;
+
+  explicit Body(const cell::Cell& given) : cell(given) {
+    check();
+    const int n = cell.robot.joints();
+    const std::vector<DhJoint> dh = effective_joints(cell, 0.0);
+    for (int i = 0; i < n; ++i) add_link(i, dh[static_cast<std::size_t>(i)]);
+    add_tool();
+    skeleton->setGravity(cell.robot.gravity);
+    q = v = forces.torque = forces.acceleration = Eigen::VectorXd::Zero(n);
+    for (int i = 0; i < n; ++i)
+      skeleton->getJoint(static_cast<std::size_t>(i))->setActuatorType(dd::Joint::ACCELERATION);
+  }
+
+  void check() {
+    const auto& robot = cell.robot;
+    require(robot.joints() > 0, "robot.dh: an arm needs at least one joint");
+    masses = !robot.links.empty();
+    require(!masses || robot.links.size() == robot.dh.size(),
+            "robot.links: found " + std::to_string(robot.links.size()) +
+                ", expected one a joint: " + std::to_string(robot.dh.size()));
+    for (std::size_t i = 0; i < robot.links.size(); ++i)
+      check_mass("robot.links[" + std::to_string(i) + "]", robot.links[i].mass, robot.links[i].inertia_matrix(), false);
+    if (cell.tool) check_mass("tool", cell.tool->mass, cell.tool->inertia_matrix(), true);
+    const double payload = cell.effects.tool.payload_mass;
+    require(payload >= 0.0, "effects.payload.tool.mass: must not be negative, found " + brief(payload) + " kg");
+  }
+
+  void add_link(int i, const DhJoint& joint) {
+    const auto index = static_cast<std::size_t>(i);
+    kinematics::Body mass{1.0, Eigen::Vector3d::Zero(), Vector6::Ones()};  // any will do for kinematics alone
+    if (masses) mass = {cell.robot.links[index].mass, cell.robot.links[index].com, cell.robot.links[index].inertia};
+    const Pose place = i == 0 ? effective_base(cell) : Pose::Identity();
+    dd::BodyNode* parent = i == 0 ? nullptr : links.back();
+    links.push_back(joint.type == JointType::Revolute
+                        ? add_joint<dd::RevoluteJoint>(skeleton, parent, i + 1, place, joint.transform(0.0), mass)
+                        : add_joint<dd::PrismaticJoint>(skeleton, parent, i + 1, place, joint.transform(0.0), mass));
+  }
+
+  void add_tool() {
+    if (!cell.tool) return;
+    dd::WeldJoint::Properties weld;
+    weld.mName = "sensor";
+    weld.mT_ParentBodyToJoint = cell.tool->T_F_S;
+    tool = skeleton->createJointAndBodyNodePair<dd::WeldJoint>(links.back(), weld, body("tool", effective_tool(cell)))
+               .second;
+  }
+
+  void need_masses() const {
+    require(masses, "robot.links: this cell has no masses, so there are no forces to simulate");
+  }
+
+  /// DART gives torque before force, of the parent on the child: turned, and put in our order.
+  void read_wrench() {
+    if (!tool) return;
+    const Eigen::Vector6d& F = tool->getBodyForce();
+    forces.wrench << -F.tail<3>(), -F.head<3>();
+  }
+};
+
+Arm::Arm(const cell::Cell& cell) : body_(std::make_unique<Body>(cell)) {}
+Arm::~Arm() = default;
+Arm::Arm(Arm&&) noexcept = default;
+Arm& Arm::operator=(Arm&&) noexcept = default;
+
+int Arm::joints() const { return static_cast<int>(body_->links.size()); }
+bool Arm::has_masses() const { return body_->masses; }
+
+void Arm::set_clock(double t) {
+  if (body_->cell.effects.arm.growth == 0.0) return;
+  const std::vector<DhJoint> dh = effective_joints(body_->cell, t);
+  for (std::size_t i = 0; i < dh.size(); ++i)
+    body_->skeleton->getJoint(i)->setTransformFromChildBodyNode(dh[i].transform(0.0).inverse());
+}
+
+void Arm::set_state(const Eigen::VectorXd& q, const Eigen::VectorXd& v) {
+  require(q.size() == joints() && v.size() == joints() && q.allFinite() && v.allFinite(),
+          "state of the arm: " + std::to_string(joints()) + " finite joint values and speeds are needed");
+  body_->q = q;
+  body_->v = v;
+  body_->skeleton->setPositions(q);
+  body_->skeleton->setVelocities(v);
+}
+
+const Eigen::VectorXd& Arm::positions() const { return body_->q; }
+const Eigen::VectorXd& Arm::velocities() const { return body_->v; }
+
+void Arm::set_actuation(int joint, Actuation actuation) {
+  require(joint >= 0 && joint < joints(), "no joint " + std::to_string(joint + 1));
+  body_->skeleton->getJoint(static_cast<std::size_t>(joint))
+      ->setActuatorType(actuation == Actuation::Driven ? dd::Joint::ACCELERATION : dd::Joint::FORCE);
+}
+
+void Arm::set_contact(const Vector6& wrench) {
+  require(body_->tool != nullptr, "tool: a cell without tool touches nothing");
+  body_->contact = wrench;
+  body_->tool->setExtForce(wrench.head<3>(), Eigen::Vector3d::Zero(), false, true);
+  body_->tool->setExtTorque(wrench.tail<3>(), false);
+}
+
+const ArmForces& Arm::solve(const Eigen::VectorXd& command) {
+  Body& b = *body_;
+  b.need_masses();
+  b.skeleton->setCommands(command);
+  b.skeleton->computeForwardDynamics();
+  b.forces.acceleration = b.skeleton->getAccelerations();
+  for (std::size_t i = 0; i < b.links.size(); ++i) {
+    const dd::Joint* joint = b.skeleton->getJoint(i);
+    b.forces.torque[static_cast<Eigen::Index>(i)] = joint->getRelativeJacobian().col(0).dot(b.links[i]->getBodyForce());
+  }
+  b.read_wrench();
+  return b.forces;
+}
+
+const ArmForces& Arm::inverse_dynamics(const Eigen::VectorXd& acceleration) {
+  Body& b = *body_;
+  b.need_masses();
+  b.skeleton->setAccelerations(acceleration);
+  b.skeleton->computeInverseDynamics(true, false, false);
+  b.forces.acceleration = acceleration;
+  b.forces.torque = b.skeleton->getForces();
+  b.read_wrench();
+  return b.forces;
+}
+
+const Eigen::MatrixXd& Arm::mass_matrix() {
+  body_->need_masses();
+  return body_->inertia = body_->skeleton->getMassMatrix();
+}
+
+const Eigen::VectorXd& Arm::bias_torque() {
+  body_->need_masses();
+  return body_->bias = body_->skeleton->getCoriolisAndGravityForces() - body_->skeleton->getExternalForces();
+}
+
+Eigen::VectorXd Arm::gravity_torque() {
+  body_->need_masses();
+  return body_->skeleton->getGravityForces();
+}
+
+double Arm::energy() {
+  body_->need_masses();
+  const dd::Skeleton& s = *body_->skeleton;
+  return s.computeKineticEnergy() - s.getMass() * s.getGravity().dot(s.getCOM());
+}
+
+Pose Arm::T_B_F() const { return body_->links.back()->getWorldTransform(); }
+
+Pose Arm::T_B_S() const {
+  require(body_->tool != nullptr, "tool: this cell has no sensor frame");
+  return body_->tool->getWorldTransform();
+}
+
+Vector6 Arm::sensor_velocity() const {
+  require(body_->tool != nullptr, "tool: this cell has no sensor frame");
+  Vector6 out;
+  out << body_->tool->getLinearVelocity(), body_->tool->getAngularVelocity();
+  return out;
+}
+
+}  // namespace kr5::sim
