@@ -16,17 +16,17 @@ using uncertainty::binomial_interval;
 
 namespace {
 
-constexpr double kPosition = 0.003, kRotation = 0.005;
+constexpr double robot_position_noise = 0.003, robot_rotation_noise = 0.005;
 
 HandEyeWorldOptions noisy(int views, Mount mount, std::uint64_t seed) {
   return {.mount = mount,
           .views = views,
-          .sigma_robot_position = kPosition,
-          .sigma_robot_rotation = kRotation,
+          .sigma_robot_position = robot_position_noise,
+          .sigma_robot_rotation = robot_rotation_noise,
           .seed = seed};
 }
 
-HandEyeResult solve(const HandEyeWorld& w, HandEyeOptions options) {
+HandEyeResult solve(const HandEyeWorld& w, const HandEyeOptions& options) {
   return calibrate_hand_eye(w.views, w.camera, options);
 }
 
@@ -71,7 +71,8 @@ TEST_CASE("the 95 % regions of camera and target hold the truth in 95 %, noise g
     const HandEyeWorld w = test::make_hand_eye_world(noisy(views, mount, 5000 + i));
     HandEyeOptions options{.mount = mount};
     if (given)
-      options.sigma_pixel = 0.2, options.sigma_robot_position = kPosition, options.sigma_robot_rotation = kRotation;
+      options.sigma_pixel = 0.2, options.sigma_robot_position = robot_position_noise,
+      options.sigma_robot_rotation = robot_rotation_noise;
     const HandEyeResult r = solve(w, options);
     REQUIRE(r.fit.usable());
     camera += inside_95(r.T_mount_camera, w.T_mount_camera, r.covariance);
@@ -96,8 +97,8 @@ TEST_CASE("noise levels are estimated without bias") {
   }
   // One estimate scatters by about 1 / sqrt(2 * 39) = 11 %.
   const double margin = 4 * 0.11 / std::sqrt(n) + 0.01;
-  CHECK(position == Approx(kPosition).epsilon(margin));
-  CHECK(rotation == Approx(kRotation).epsilon(margin));
+  CHECK(position == Approx(robot_position_noise).epsilon(margin));
+  CHECK(rotation == Approx(robot_rotation_noise).epsilon(margin));
   CHECK(pixel == Approx(0.2).epsilon(0.01));
 }
 
@@ -182,7 +183,7 @@ TEST_CASE("the same data give the same answer, and a start of one's own leads to
 
 TEST_CASE("too little or malformed input is refused by name") {
   HandEyeWorld w = test::make_hand_eye_world({.views = 5});
-  const auto run = [&](std::span<const HandEyeView> views, HandEyeOptions o = {}) {
+  const auto run = [&](std::span<const HandEyeView> views, const HandEyeOptions& o = {}) {
     return calibrate_hand_eye(views, w.camera, o);
   };
   CHECK_THROWS_WITH(run(std::span(w.views).first(2)), Catch::Contains("three views"));
@@ -204,8 +205,8 @@ TEST_CASE("held-out error is that of the noise, and a wrong method is found out"
   const HandEyeEvaluation good = evaluate_hand_eye(w.views, w.camera, HandEyeOptions{});
   REQUIRE(good.views.size() == 15);
   CHECK(good.unjudged == 0);
-  CHECK(good.rotation_rms > 0.5 * std::sqrt(3) * kRotation);
-  CHECK(good.rotation_rms < 2 * std::sqrt(3) * kRotation);
+  CHECK(good.rotation_rms > 0.5 * std::sqrt(3) * robot_rotation_noise);
+  CHECK(good.rotation_rms < 2 * std::sqrt(3) * robot_rotation_noise);
   const HandEyeEvaluation bad = evaluate_hand_eye(w.views, w.camera, [&](auto, auto) {
     return HandEyePoses{w.T_mount_camera.inverse(), std::nullopt};
   });

@@ -16,7 +16,9 @@ Pinhole camera() {
 
 Eigen::Matrix3Xd board(int rows, int cols, double size) {
   Eigen::Matrix3Xd points(3, rows * cols);
-  for (int i = 0; i < rows * cols; ++i) points.col(i) << size * (i % cols), size * (i / cols), 0;
+  for (int row = 0; row < rows; ++row) {
+    for (int col = 0; col < cols; ++col) points.col(row * cols + col) << size * col, size * row, 0.0;
+  }
   return points;
 }
 

@@ -45,7 +45,9 @@ inline Pinhole world_camera() {
 /// Points of a flat board, ids row by row.
 inline Eigen::Matrix3Xd board_points(int rows, int cols, double square) {
   Eigen::Matrix3Xd points(3, rows * cols);
-  for (int i = 0; i < rows * cols; ++i) points.col(i) << square * (i % cols), square * (i / cols), 0.0;
+  for (int row = 0; row < rows; ++row) {
+    for (int col = 0; col < cols; ++col) points.col(row * cols + col) << square * col, square * row, 0.0;
+  }
   return points;
 }
 

@@ -18,7 +18,7 @@ namespace {
 
 using namespace hand_eye;
 
-constexpr double kSoundPart = 0.6;  // at least this part of the views stays in the fit
+constexpr double sound_part = 0.6;  // at least this part of the views stays in the fit
 
 std::string name_of_view(std::span<const HandEyeView> views, std::size_t i) {
   return views[i].view.name.empty() ? std::to_string(i) : views[i].view.name;
@@ -115,7 +115,7 @@ void keep_the_nearest(Fit& fit) {
   }
   std::sort(distance.begin(), distance.end());
   const double scale = std::max(distance[n / 2].first / uncertainty::chi_square_quantile(0.5, 6), 1.0);
-  const auto least = std::max<std::size_t>(3, static_cast<std::size_t>(std::ceil(kSoundPart * static_cast<double>(n))));
+  const auto least = std::max<std::size_t>(3, static_cast<std::size_t>(std::ceil(sound_part * static_cast<double>(n))));
   for (std::size_t k = 0; k < n; ++k) {
     const auto [squared, i] = distance[k];
     fit.weights[i] = k < least || squared < scale * uncertainty::chi_square_quantile(0.995, 6) ? 1.0 : 0.0;
@@ -140,7 +140,7 @@ void name_outliers(Fit& fit, const HandEyeOptions& options) {
     }
     if (best > threshold) {
       fit.weights[enter] = 1;
-    } else if (worst < threshold && inside - 1 >= std::max(4.0, kSoundPart * static_cast<double>(n))) {
+    } else if (worst < threshold && inside - 1 >= std::max(4.0, sound_part * static_cast<double>(n))) {
       fit.weights[leave] = 0;
     } else {
       return;

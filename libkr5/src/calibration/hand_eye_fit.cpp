@@ -10,8 +10,8 @@
 namespace kr5::calibration::hand_eye {
 namespace {
 
-constexpr double kStudentDof = 4.0;
-constexpr int kVarianceSteps = 4;  // at each step of the poses; they settle together
+constexpr double student_dof = 4.0;
+constexpr int variance_steps = 4;  // at each step of the poses; they settle together
 
 Poses moved(const Poses& poses, const Vector12& b) {
   Poses out{poses.X * to_pose(b.head<6>()), poses.Z * to_pose(b.tail<6>())};
@@ -83,14 +83,14 @@ void Fit::settle(int max_iterations, bool student) {
       }
     }
     const Eigen::Vector3d before = variances.value;
-    estimate_variances(views, variances, kVarianceSteps);
+    estimate_variances(views, variances, variance_steps);
     estimate = solve(views, variances);
     const bool moving = move(views, index);
     double reweighted = 0;
     for (std::size_t k = 0; student && k < views.size(); ++k) {
       const LinearView& view = views[k].view;
       const Vector6 r = view.y - view.F * estimate.b;
-      const double weight = (kStudentDof + 6) / (kStudentDof + r.dot(variances.of(view).ldlt().solve(r)));
+      const double weight = (student_dof + 6) / (student_dof + r.dot(variances.of(view).ldlt().solve(r)));
       reweighted = std::max(reweighted, std::abs(weight - weights[index[k]]));
       weights[index[k]] = weight;
     }

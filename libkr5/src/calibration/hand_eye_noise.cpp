@@ -13,9 +13,9 @@ namespace {
 using Matrix6x12 = Eigen::Matrix<double, 6, 12>;
 
 // Below these nothing a robot or a camera does can be seen; they keep exact data solvable.
-const Eigen::Vector3d kFloor = Eigen::Vector3d(1e-7, 1e-7, 1e-5).cwiseAbs2();
-constexpr double kLeverDeviation = 1.25;  // of the logarithm of the ratio of the two robot deviations
-constexpr double kLargestDof = 1e6;       // stands for "variances known"
+const Eigen::Vector3d noise_floor = Eigen::Vector3d(1e-7, 1e-7, 1e-5).cwiseAbs2();
+constexpr double lever_deviation = 1.25;  // of the logarithm of the ratio of the two robot deviations
+constexpr double largest_dof = 1e6;       // stands for "variances known"
 
 /// Derivative of the covariance of y by variance k.
 Matrix6 derivative(const LinearView& view, int k) {
@@ -60,17 +60,17 @@ Moments moments(std::span<const WeightedView> views, const Variances& v) {
     const Matrix6x12 G = V_inverse.lazyProduct(view.F);
     const Vector6 r = V_inverse * (view.y - view.F * m.estimate.b);
     const Matrix6 fitted = G.lazyProduct(C).eval().lazyProduct(G.transpose());
-    std::array<Matrix6, 3> VD, fitted_D;
+    std::array<Matrix6, 3> VD, FD;
     for (int k = 0; k < 3; ++k) {
       const Matrix6 D = derivative(view, k) / weight;
       m.P[k] += G.transpose().lazyProduct(D.lazyProduct(G).eval());
       VD[k] = V_inverse.lazyProduct(D);
-      fitted_D[k] = fitted.lazyProduct(D);
-      m.trace[k] += VD[k].trace() - fitted_D[k].trace();
+      FD[k] = fitted.lazyProduct(D);
+      m.trace[k] += VD[k].trace() - FD[k].trace();
       m.quadratic[k] += r.dot(D * r);
     }
     for (int k = 0; k < 3; ++k)
-      for (int l = 0; l < 3; ++l) m.information(k, l) += 0.5 * trace_of(VD[k], VD[l]) - trace_of(fitted_D[k], VD[l]);
+      for (int l = 0; l < 3; ++l) m.information(k, l) += 0.5 * trace_of(VD[k], VD[l]) - trace_of(FD[k], VD[l]);
   }
   std::array<Matrix12, 3> CP;
   for (int k = 0; k < 3; ++k) CP[k] = C.lazyProduct(m.P[k]);
@@ -102,7 +102,7 @@ Matrix12 spread_of_variances(std::span<const WeightedView> views, const Variance
 void add_lever(const Variances& v, Eigen::Vector3d& score, Eigen::Matrix3d& information) {
   if (!v.free[0] || !v.free[1]) return;
   const double off = 0.5 * std::log(v.value[0] / v.value[1]) - std::log(v.lever);
-  const double pull = 1 / (kLeverDeviation * kLeverDeviation);
+  const double pull = 1 / (lever_deviation * lever_deviation);
   const Eigen::Vector3d by(0.5, -0.5, 0);
   score -= pull * off * by;
   information += pull * by * by.transpose();
@@ -157,7 +157,7 @@ Estimate solve(std::span<const WeightedView> views, const Variances& variances) 
 
 void estimate_variances(std::span<const WeightedView> views, Variances& v, int max_steps) {
   for (int k = 0; k < 3; ++k)
-    if (v.free[k]) v.value[k] = std::max(v.value[k], kFloor[k]);
+    if (v.free[k]) v.value[k] = std::max(v.value[k], noise_floor[k]);
   for (int step = 0; step < max_steps; ++step) {
     const Moments m = moments(views, v);
     const Eigen::Matrix3d scale = v.value.asDiagonal();
@@ -165,7 +165,7 @@ void estimate_variances(std::span<const WeightedView> views, Variances& v, int m
     Eigen::Matrix3d information = scale * m.information * scale;
     add_lever(v, score, information);
     for (int k = 0; k < 3; ++k)
-      if (!v.free[k] || (v.value[k] <= kFloor[k] && score[k] < 0)) {
+      if (!v.free[k] || (v.value[k] <= noise_floor[k] && score[k] < 0)) {
         information.row(k).setZero();
         information.col(k).setZero();
         information(k, k) = 1;
@@ -175,7 +175,7 @@ void estimate_variances(std::span<const WeightedView> views, Variances& v, int m
     const Eigen::Vector3d change = information.ldlt().solve(score).cwiseMax(-1.5).cwiseMin(1.5);
     if (!change.allFinite()) return;
     for (int k = 0; k < 3; ++k)
-      if (v.free[k]) v.value[k] = std::max(v.value[k] * std::exp(change[k]), kFloor[k]);
+      if (v.free[k]) v.value[k] = std::max(v.value[k] * std::exp(change[k]), noise_floor[k]);
     if (change.cwiseAbs().maxCoeff() < 1e-5) return;
   }
 }
@@ -183,7 +183,7 @@ void estimate_variances(std::span<const WeightedView> views, Variances& v, int m
 WidenedCovariance widened_covariance(std::span<const WeightedView> views, const Variances& v, int first) {
   const Moments m = moments(views, v);
   const Matrix12& C = m.estimate.covariance;
-  WidenedCovariance out{C.block<6, 6>(first, first), kLargestDof};
+  WidenedCovariance out{C.block<6, 6>(first, first), largest_dof};
   if (!v.free[0] && !v.free[1] && !v.free[2]) return out;
   const Eigen::Matrix3d W = variance_covariance(m, v);
   const Matrix12 bias = spread_of_variances(views, v, m, W);
@@ -203,7 +203,7 @@ WidenedCovariance widened_covariance(std::span<const WeightedView> views, const 
   const double mean = 1 / (1 - std::min(A2 / n, 0.9));
   const double variance = 2 / n * (1 + c1 * B) / (std::pow(1 - std::min(c2 * B, 0.9), 2) * (1 - std::min(c3 * B, 0.9)));
   const double ratio = variance / (2 * mean * mean);
-  out.dof = n * ratio > 1 ? std::clamp(4 + (n + 2) / (n * ratio - 1), 3.0, kLargestDof) : kLargestDof;
+  out.dof = n * ratio > 1 ? std::clamp(4 + (n + 2) / (n * ratio - 1), 3.0, largest_dof) : largest_dof;
   const double scale = out.dof / (mean * (out.dof - 2));
   const double widen = n * uncertainty::fisher_quantile(0.95, n, out.dof) / uncertainty::chi_square_quantile(0.95, n);
   out.covariance = (C + 2 * C * bias * C).block<6, 6>(first, first) * (widen / scale);

@@ -9,20 +9,19 @@
 #include <Eigen/Dense>
 #include <kr5/core/random.hpp>
 
+#include "hand_eye_closed_form.hpp"
+
 namespace kr5::calibration::hand_eye {
 namespace {
 
-constexpr int kSubsets = 60;
-constexpr double kTrusted = 0.6;  // part of the views that must agree
+constexpr int random_subsets = 60;
+constexpr double trusted_share = 0.6;  // part of the views that must agree
 // A second pose of a plane whose pixel error is this many times the first's cannot be the right one.
-constexpr double kHopeless = 25.0;
-
-Eigen::Vector3d sine_axis(const Eigen::Matrix3d& R) {
-  return 0.5 * Eigen::Vector3d(R(2, 1) - R(1, 2), R(0, 2) - R(2, 0), R(1, 0) - R(0, 1));
-}
+constexpr double hopeless_share = 25.0;
 
 bool hopeful(const Sight& sight, const Resection& other) {
-  return other.cost <= kHopeless * std::max(sight.found.front().cost, 1e-6 * static_cast<double>(other.weights.size()));
+  return other.cost <=
+         hopeless_share * std::max(sight.found.front().cost, 1e-6 * static_cast<double>(other.weights.size()));
 }
 
 double square(const Vector6& e, double lever) {
@@ -35,7 +34,8 @@ Poses closed_form_of(Mount mount, const std::vector<Sight>& sights, std::span<co
     T.push_back(sights[i].input->T_base_flange);
     M.push_back(sights[i].pose().T_camera_points);
   }
-  return closed_form(mount, T, M);
+  const ClosedForm form = closed_form(T, M, mount);
+  return {form.X, form.Z};
 }
 
 /// Squared disagreements of all views, and the views from best to worst.
@@ -75,39 +75,6 @@ WristTurn wrist_turn(std::span<const Pose> T_base_flange) {
   return out;
 }
 
-Poses closed_form(Mount mount, std::span<const Pose> T_base_flange, std::span<const Pose> T_camera_target) {
-  const std::size_t n = T_base_flange.size();
-  std::vector<Pose> T(T_base_flange.begin(), T_base_flange.end());
-  if (mount == Mount::EyeToHand)
-    for (Pose& p : T) p = p.inverse();
-  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-  for (std::size_t i = 0; i < n; ++i)
-    for (std::size_t j = i + 1; j < n; ++j) {
-      const Eigen::Vector3d a = sine_axis(T[j].linear().transpose() * T[i].linear());
-      const Eigen::Vector3d b = sine_axis(T_camera_target[j].linear() * T_camera_target[i].linear().transpose());
-      sum += a * b.transpose();
-    }
-  Poses out;
-  out.X.linear() = nearest_rotation(sum);
-  Matrix6 N = Matrix6::Zero();
-  Vector6 h = Vector6::Zero();
-  Eigen::Matrix3d rotations = Eigen::Matrix3d::Zero();
-  for (std::size_t i = 0; i < n; ++i) {
-    Eigen::Matrix<double, 3, 6> A;
-    A << T[i].linear(), -Eigen::Matrix3d::Identity();
-    const Eigen::Vector3d y =
-        -(T[i].linear() * (out.X.linear() * T_camera_target[i].translation()) + T[i].translation());
-    N += A.transpose() * A;
-    h += A.transpose() * y;
-    rotations += T[i].linear() * out.X.linear() * T_camera_target[i].linear();
-  }
-  const Vector6 t = N.completeOrthogonalDecomposition().solve(h);
-  out.X.translation() = t.head<3>();
-  out.Z.translation() = t.tail<3>();
-  out.Z.linear() = nearest_rotation(rotations);
-  return out;
-}
-
 Pose fixed_target(Mount mount, const Pose& T_mount_camera, std::span<const Sight> sights) {
   std::vector<Pose> candidates;
   for (const Sight& sight : sights) {
@@ -144,14 +111,14 @@ void choose_poses(Mount mount, const Poses& poses, std::vector<Sight>& sights, d
 
 Poses robust_start(Mount mount, std::vector<Sight>& sights, double lever) {
   const int n = static_cast<int>(sights.size());
-  const std::size_t trusted = std::max<std::size_t>(3, static_cast<std::size_t>(std::ceil(kTrusted * n)));
+  const std::size_t trusted = std::max<std::size_t>(3, static_cast<std::size_t>(std::ceil(trusted_share * n)));
   std::vector<int> all(n);
   std::iota(all.begin(), all.end(), 0);
   Random random(20221);  // the subsets are part of the method: the same data give the same answer
   Poses best;
   double best_trimmed = std::numeric_limits<double>::infinity();
   std::vector<Sight> best_sights = sights;
-  for (int draw = 0; draw <= kSubsets; ++draw) {
+  for (int draw = 0; draw <= random_subsets; ++draw) {
     std::vector<int> subset = all;
     for (Sight& sight : sights) sight.chosen = 0;
     if (draw > 0) {
