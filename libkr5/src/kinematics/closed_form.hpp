@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include <kr5/kinematics/inverse.hpp>
+
+namespace kr5::kinematics {
+
+/// All postures of an ortho-parallel arm with a spherical wrist, angles in (-pi, pi]; limits and errors not yet filled.
+std::vector<Posture> closed_form(const DhChain& chain, const Pose& T_B_F, const Eigen::VectorXd& near, double within);
+
+}  // namespace kr5::kinematics
