@@ -1,0 +1,301 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/force/peg_tube_contact.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <kr5/core/error.hpp>
+
+namespace kr5::force {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr int samples = 48;  // of an edge; every second one may become a contact
+constexpr double step = 2 * M_PI / samples;
+constexpr double tilt_all_samples = 1.0 * M_PI / 180, tilt_no_samples = 2.6 * M_PI / 180;
+constexpr double level = 1e-12;  // [m] less is rounding: an upright peg is as deep everywhere
+constexpr int no_face = -1;
+
+/// A conical, cylindrical or flat face: the half-plane normal . (radius, axial) <= offset.
+struct Face {
+  Vector2d normal = Vector2d::Zero();
+  double offset = 0.0;
+};
+
+/// A circle where two faces meet.
+struct Edge {
+  double radius = 0.0, axial = 0.0;
+  int first = 0, second = 0;
+};
+
+/// A body of revolution whose profile is a convex polygon: inside where it is below all faces.
+struct Body {
+  std::array<Face, 5> faces;
+  int face_count = 0;
+  std::array<Edge, 3> edges;
+  int edge_count = 0;
+  Vector3d origin = Vector3d::Zero(), u = Vector3d::UnitX(), v = Vector3d::UnitY(), axis = Vector3d::UnitZ();
+
+  int add_face(double radial, double axial, double offset) noexcept {
+    faces[static_cast<std::size_t>(face_count)] = {{radial, axial}, offset};
+    return face_count++;
+  }
+  void add_edge(const Edge& edge) noexcept { edges[static_cast<std::size_t>(edge_count++)] = edge; }
+  Vector3d edge_point(const Edge& e, double angle) const noexcept {
+    return origin + e.axial * axis + e.radius * (std::cos(angle) * u + std::sin(angle) * v);
+  }
+  Vector3d tangent(double angle) const noexcept { return std::cos(angle) * v - std::sin(angle) * u; }
+  Vector3d outward(const Vector3d& point) const noexcept {
+    const Vector3d d = point - origin;
+    return (d - axis.dot(d) * axis).normalized();
+  }
+  Vector3d face_normal(int face, const Vector3d& point) const noexcept {
+    const Vector2d& n = faces[static_cast<std::size_t>(face)].normal;
+    return n.x() * outward(point) + n.y() * axis;
+  }
+};
+
+struct Depth {
+  double value = 0.0;  ///< Distance to the nearest face, negative outside.
+  int face = no_face;
+};
+
+Depth depth_in(const Body& body, const Vector3d& point) noexcept {
+  const Vector3d d = point - body.origin;
+  const double axial = body.axis.dot(d), radius = std::sqrt(std::max(0.0, d.squaredNorm() - axial * axial));
+  Depth least{1e300, no_face};
+  for (int i = 0; i < body.face_count; ++i) {
+    const Face& f = body.faces[static_cast<std::size_t>(i)];
+    const double depth = f.offset - f.normal.x() * radius - f.normal.y() * axial;
+    if (depth < least.value) least = {depth, i};
+  }
+  return least;
+}
+
+Body peg_body(const PegTubeShape& s, const Pose& T) noexcept {
+  Body peg;
+  peg.origin = T.translation();
+  peg.axis = T.linear().col(2);
+  const double lean = peg.axis.head<2>().norm();
+  // `u` points to the lowest point of the rim, so that samples lie alike on both sides of it.
+  const Vector3d low = lean > 1e-12 ? Vector3d(peg.axis.x() / lean, peg.axis.y() / lean, 0) : T.linear().col(0);
+  peg.v = peg.axis.cross(low).normalized();
+  peg.u = peg.v.cross(peg.axis);
+  const int bottom = peg.add_face(0, -1, 0), side = peg.add_face(1, 0, s.peg_radius);
+  peg.add_face(0, 1, s.peg_length);
+  if (s.peg_chamfer > 0) {
+    const int cone = peg.add_face(M_SQRT1_2, -M_SQRT1_2, M_SQRT1_2 * (s.peg_radius - s.peg_chamfer));
+    peg.add_edge({s.peg_radius - s.peg_chamfer, 0, bottom, cone});
+    peg.add_edge({s.peg_radius, s.peg_chamfer, cone, side});
+  } else {
+    peg.add_edge({s.peg_radius, 0, bottom, side});
+  }
+  return peg;
+}
+
+Body tube_body(const PegTubeShape& s, const Body& peg) noexcept {
+  Body tube;
+  tube.u = Vector3d(peg.u.x(), peg.u.y(), 0).normalized();
+  tube.v = tube.axis.cross(tube.u);
+  const int top = tube.add_face(0, 1, 0), bore = tube.add_face(-1, 0, -s.inner_radius);
+  const int outside = tube.add_face(1, 0, s.outer_radius);
+  tube.add_face(0, -1, s.tube_depth);
+  if (s.tube_chamfer > 0) {
+    const int cone = tube.add_face(-M_SQRT1_2, M_SQRT1_2, -M_SQRT1_2 * (s.inner_radius + s.tube_chamfer));
+    tube.add_edge({s.inner_radius + s.tube_chamfer, 0, top, cone});
+    tube.add_edge({s.inner_radius, -s.tube_chamfer, cone, bore});
+  } else {
+    tube.add_edge({s.inner_radius, 0, top, bore});
+  }
+  tube.add_edge({s.outer_radius, 0, top, outside});
+  return tube;
+}
+
+/// `normal` is a sum of the two faces' normals at `point` with weights that are not negative.
+bool in_cone(const Body& body, const Edge& e, const Vector3d& point, const Vector3d& normal) noexcept {
+  const Vector3d a = body.face_normal(e.first, point), b = body.face_normal(e.second, point);
+  const double c = a.dot(b), x = normal.dot(a), y = normal.dot(b);
+  return x - c * y >= -1e-9 && y - c * x >= -1e-9;
+}
+
+/// The edge at which two faces of a body meet, null when they do not.
+const Edge* edge_of(const Body& body, int a, int b) noexcept {
+  for (int i = 0; i < body.edge_count; ++i) {
+    const Edge& e = body.edges[static_cast<std::size_t>(i)];
+    if ((e.first == a && e.second == b) || (e.first == b && e.second == a)) return &e;
+  }
+  return nullptr;
+}
+
+/// Deepest point of one edge of a body near an angle.
+struct Peak {
+  double angle = 0.0;
+  Depth depth;
+  int other = no_face;  ///< The face that takes over at a kink.
+};
+
+Peak refine(const Body& owner, const Edge& e, const Body& in, double angle) noexcept {
+  constexpr double golden = std::numbers::phi - 1;
+  const auto depth = [&](double t) { return depth_in(in, owner.edge_point(e, t)); };
+  double low = angle - step, high = angle + step;
+  double a = high - golden * (high - low), b = low + golden * (high - low);
+  double at_a = depth(a).value, at_b = depth(b).value;
+  for (int i = 0; i < 34; ++i) {
+    if (at_a > at_b) {
+      high = b, b = a, at_b = at_a;
+      a = high - golden * (high - low), at_a = depth(a).value;
+    } else {
+      low = a, a = b, at_a = at_b;
+      b = low + golden * (high - low), at_b = depth(b).value;
+    }
+  }
+  Peak peak{0.5 * (low + high), depth(0.5 * (low + high)), no_face};
+  const int before = depth(peak.angle - 1e-6).face, after = depth(peak.angle + 1e-6).face;
+  if (before != after) peak.other = peak.depth.face == before ? after : before;
+  return peak;
+}
+
+/// Contact of two crossing edges: their common perpendicular, from a point of the peg's edge.
+bool edge_edge(const Body& peg, const Edge& rim, const Body& tube, const Edge& edge, double angle,
+               ContactPoint* contact) noexcept {
+  const Vector3d start = peg.edge_point(rim, angle) - tube.origin;
+  double other = std::atan2(tube.v.dot(start), tube.u.dot(start));
+  Vector3d p, q, t, s;
+  for (int i = 0; i < 8; ++i) {
+    p = peg.edge_point(rim, angle), q = tube.edge_point(edge, other);
+    t = peg.tangent(angle), s = tube.tangent(other);
+    const double c = t.dot(s), alone = 1 - c * c;
+    if (!(alone > 1e-12)) return false;
+    const Vector3d gap = q - p;
+    const double along = (t.dot(gap) - c * s.dot(gap)) / alone, across = (c * t.dot(gap) - s.dot(gap)) / alone;
+    angle += std::clamp(along / rim.radius, -step, step);
+    other += std::clamp(across / edge.radius, -step, step);
+    if (std::abs(along) + std::abs(across) < 1e-12) break;
+  }
+  Vector3d normal = t.cross(s).normalized();
+  if (normal.dot(tube.face_normal(edge.first, q) + tube.face_normal(edge.second, q)) < 0) normal = -normal;
+  const double depth = normal.dot(q - p);
+  if (!(depth > 0) || !in_cone(tube, edge, q, normal) || !in_cone(peg, rim, p, -normal)) return false;
+  *contact = {0.5 * (p + q), normal, depth, 1.0, Touch::EdgeEdge};
+  return true;
+}
+
+/// Searches the edges of one body in the other.
+struct Search {
+  const Body& peg;
+  const Body& tube;
+  double sample_weight = 0.0;
+  Contacts& found;
+  ContactPoint spare;  ///< Deepest point in case that none is a contact by the rules.
+
+  void run(const Body& owner, const Edge& e, const Body& in) noexcept {
+    std::array<double, samples> depth;
+    for (int i = 0; i < samples; ++i) {
+      const Vector3d point = owner.edge_point(e, i * step);
+      const Depth d = depth_in(in, point);
+      depth[static_cast<std::size_t>(i)] = d.value;
+      if (i % 2 == 0 && d.value > 0 && sample_weight > 0)
+        found.add({point, smooth_normal(in, point), d.value, sample_weight, Touch::Sample});
+    }
+    const double rise =
+        e.radius * step;  // depth changes by no more than the way: a peak is not higher above its samples
+    for (int i = 0; i < samples; ++i) {
+      const auto at = [&](int k) { return depth[static_cast<std::size_t>((k + samples) % samples)]; };
+      const bool falls = at(i) - at(i + 1) > level;
+      const bool pair = std::abs(at(i) - at(i + 1)) <= level && at(i + 1) - at(i + 2) > level;
+      if (at(i) > -rise && at(i) - at(i - 1) > level && (falls || pair))
+        judge(owner, e, in, refine(owner, e, in, i * step));
+    }
+  }
+
+  /// Beside an edge the nearest face changes; this normal turns from one face's to the other's instead.
+  Vector3d smooth_normal(const Body& in, const Vector3d& point) const noexcept {
+    const Vector3d d = point - in.origin, out = in.outward(point);
+    Vector2d sum = Vector2d::Zero();
+    for (int i = 0; i < in.face_count; ++i) {
+      const Face& f = in.faces[static_cast<std::size_t>(i)];
+      const double depth = f.offset - f.normal.x() * out.dot(d) - f.normal.y() * in.axis.dot(d);
+      sum += f.normal / (depth * depth);
+    }
+    const Vector3d n = (sum.x() * out + sum.y() * in.axis).normalized();
+    return &in == &tube ? n : Vector3d(-n);
+  }
+
+  Vector3d normal_at(const Body& in, int face, const Vector3d& point) const noexcept {
+    const Vector3d n = in.face_normal(face, point);
+    return &in == &tube ? n : Vector3d(-n);
+  }
+
+  void judge(const Body& owner, const Edge& e, const Body& in, const Peak& peak) noexcept {
+    if (!(peak.depth.value > 0)) return;
+    const Vector3d point = owner.edge_point(e, peak.angle);
+    const ContactPoint contact{point, normal_at(in, peak.depth.face, point), peak.depth.value, 1.0,
+                               &owner == &peg ? Touch::RimOnFace : Touch::EdgeOnPeg};
+    if (contact.depth > spare.depth) spare = contact;
+    const Edge* crossed = peak.other == no_face ? nullptr : edge_of(in, peak.depth.face, peak.other);
+    if (crossed == nullptr) {
+      const Vector3d own = &owner == &peg ? Vector3d(-contact.normal) : contact.normal;
+      if (in_cone(owner, e, point, own)) found.add(contact);
+      return;
+    }
+    ContactPoint both;
+    if (&owner == &peg && edge_edge(peg, e, tube, *crossed, peak.angle, &both)) found.add(both);
+  }
+};
+
+double sample_weight(const Body& peg) noexcept {
+  const double tilt = std::atan2(peg.axis.head<2>().norm(), peg.axis.z());
+  const double x = std::clamp((tilt_no_samples - tilt) / (tilt_no_samples - tilt_all_samples), 0.0, 1.0);
+  return x * x * (3 - 2 * x);
+}
+
+}  // namespace
+
+void PegTubeShape::validate() const {
+  require(peg_radius > 0, "peg_radius must be positive [m]");
+  require(peg_length > 0, "peg_length must be positive [m]");
+  require(peg_chamfer >= 0 && peg_chamfer < std::min(peg_radius, peg_length),
+          "peg_chamfer must lie between 0 and the peg's radius and length [m]");
+  require(inner_radius > 0, "inner_radius must be positive [m]");
+  require(outer_radius > inner_radius, "outer_radius must be greater than inner_radius [m]");
+  require(tube_depth > 0, "tube_depth must be positive [m]");
+  require(tube_chamfer >= 0 && tube_chamfer < std::min(outer_radius - inner_radius, tube_depth),
+          "tube_chamfer must lie between 0 and the tube's wall and depth [m]");
+}
+
+double Contacts::depth() const noexcept {
+  double most = 0;
+  for (const ContactPoint& c : *this) most = std::max(most, c.depth);
+  return most;
+}
+
+Contacts peg_tube_contacts(const PegTubeShape& shape, const Pose& T_T_peg) noexcept {
+  Contacts found;
+  const Body peg = peg_body(shape, T_T_peg), tube = tube_body(shape, peg);
+  Search search{peg, tube, sample_weight(peg), found, {}};
+  for (int i = 0; i < peg.edge_count; ++i) search.run(peg, peg.edges[static_cast<std::size_t>(i)], tube);
+  for (int i = 0; i < tube.edge_count; ++i) search.run(tube, tube.edges[static_cast<std::size_t>(i)], peg);
+  if (found.count == 0 && search.spare.depth > 0) found.add(search.spare);
+  return found;
+}
+
+Contacts peg_bench_contacts(const PegTubeShape& shape, const Pose& T_T_peg) noexcept {
+  Contacts found;
+  const Body peg = peg_body(shape, T_T_peg);
+  const double weight = sample_weight(peg);
+  for (int k = 0; k < peg.edge_count; ++k) {
+    const Edge& e = peg.edges[static_cast<std::size_t>(k)];
+    for (int i = 0; i < samples; i += 2) {  // the first one is the lowest
+      const Vector3d point = peg.edge_point(e, i * step);
+      if (point.z() < 0 && (i == 0 || weight > 0))
+        found.add(
+            {point, Vector3d::UnitZ(), -point.z(), i == 0 ? 1.0 : weight, i == 0 ? Touch::RimOnFace : Touch::Sample});
+    }
+  }
+  return found;
+}
+
+}  // namespace kr5::force
