@@ -110,6 +110,10 @@ static void bind_dataset(py::module_& m) {
       py::arg("file"), py::arg("folder") = "",
       "Reads a dataset.yaml and the poses it names below `folder` (default: where it lies).");
   m.def(
+      "load_pose_set", [](const std::string& file, const std::string& folder) { return load_pose_set(file, folder); },
+      py::arg("file"), py::arg("folder") = "",
+      "The same where no image is looked at: only `poses` and `convention` are wanted.");
+  m.def(
       "load_poses", [](const std::string& file, RotationForm rotation) { return load_poses(file, rotation).rows; },
       py::arg("file"), py::arg("rotation"), "Rows of numbers in a pose file: YAML, JSON, CSV or plain text.");
 }

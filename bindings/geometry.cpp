@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <kr5/geometry/pinhole.hpp>
+#include <kr5/geometry/two_plane.hpp>
 #include <kr5/geometry/view.hpp>
 
 #include "struct_binder.hpp"
@@ -39,10 +40,25 @@ static Eigen::Matrix3Xd rays(const Pinhole& camera, const Eigen::Matrix2Xd& pixe
   return out;
 }
 
+static void bind_two_plane(py::module_& m) {
+  python::bind_struct<TwoPlaneOptions>(m, "TwoPlaneOptions", "Options of calibrate_single_image.");
+  python::bind_struct<TwoPlaneResult>(m, "TwoPlaneResult", "Where the camera sits, from one image.");
+  m.def(
+      "calibrate_single_image",
+      [](const std::vector<View>& views, const Pinhole& camera, const TwoPlaneOptions& options) {
+        return calibrate_single_image(views, camera, options);
+      },
+      py::arg("views"), py::arg("camera"), py::arg("options") = TwoPlaneOptions(),
+      py::call_guard<py::gil_scoped_release>(),
+      "Pose of the camera from views of a grid on two planes, whose points are given in the flange frame.\n\n"
+      "Raises\n------\nkr5.InvalidArgument\n    No view, fewer than six points, unequal sizes, or NaN.");
+}
+
 void bind_geometry(py::module_& m) {
   bind_poses(m);
   python::bind_struct<Pinhole>(m, "Pinhole", "Pinhole camera with the rational lens model; z out of the lens, x right.")
       .def("project", &project, py::arg("points"), "Pixels (2 x n) of points in the camera frame (3 x n) [m].")
       .def("rays", &rays, py::arg("pixels"), "Directions (3 x n, z = 1) of pixels (2 x n); NaN where there is none.");
   python::bind_struct<View>(m, "View", "What one image shows of a target.");
+  bind_two_plane(m);
 }

@@ -140,3 +140,16 @@ TEST_CASE("a short row of a CSV or text file is named by its line") {
                     Catch::Contains("'x'"));
   CHECK_THROWS_WITH(load_poses(folder.write("d.csv", "u,v\n1,2\n"), RotationForm::Rpy), Catch::Contains("columns u v"));
 }
+
+TEST_CASE("poses that touch a point need neither images nor mount, but their convention") {
+  Folder folder;
+  folder.write("touches.csv", "x,y,z,a,b,c\n1000,0,0,90,0,0\n0,0,500,0,0,0\n");
+  const std::string convention = "convention: {position: mm, rotation: kuka_abc, angle: deg}\n";
+  const Dataset set = load_pose_set(folder.write("dataset.yaml", "poses: touches.csv\n" + convention));
+  REQUIRE(set.poses().size() == 2);
+  CHECK((set.poses()[0].translation() - Eigen::Vector3d(1, 0, 0)).norm() < 1e-12);
+  CHECK((set.poses()[0].linear() * Eigen::Vector3d::UnitX() - Eigen::Vector3d::UnitY()).norm() < 1e-12);
+  CHECK_THROWS_WITH(load_pose_set(folder.write("dataset.yaml", "poses: touches.csv\n")), Catch::Contains("convention"));
+  CHECK_THROWS_WITH(load_pose_set(folder.write("dataset.yaml", "poses: none.csv\n" + convention)),
+                    Catch::Contains("none matches"));
+}

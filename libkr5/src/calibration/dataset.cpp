@@ -54,10 +54,12 @@ std::string text_or_json(io::Reader& reader, const Node& node, const std::string
   return out;
 }
 
-Description read_description(io::Reader& reader, const Node& root) {
+/// With `seen` also what a camera has to do with it is wanted.
+Description read_description(io::Reader& reader, const Node& root, bool seen) {
   Description d;
   if (root.kind != Node::Kind::Map) {
-    reader.problem(root, "", "a map with images, poses, convention, mount and target");
+    reader.problem(root, "",
+                   seen ? "a map with images, poses, convention, mount and target" : "a map with poses and convention");
     reader.finish();
   }
   reader.report_unknown(
@@ -71,11 +73,11 @@ Description read_description(io::Reader& reader, const Node& root) {
   std::string format = format_name;
   if (const Node* node = root.find("format"); node && reader.read(*node, "format", format) && format != format_name)
     reader.problem(*node, "format", format_name);
-  d.images = wanted("images", "a pattern such as images/*.png, or a list of files");
+  if (seen) d.images = wanted("images", "a pattern such as images/*.png, or a list of files");
   d.poses = wanted("poses", "a pattern such as poses/*.yaml, a list of files, or one file of rows");
   const Node convention = wanted("convention", "{position, rotation, angle, meaning}: how the robot writes its poses");
   if (convention.kind != Node::Kind::Null) reader.read(convention, "convention", d.set.convention);
-  const Node mount = wanted("mount", "eye_in_hand or eye_to_hand");
+  const Node mount = seen ? wanted("mount", "eye_in_hand or eye_to_hand") : Node{};
   if (mount.kind != Node::Kind::Null) reader.read(mount, "mount", d.set.mount);
   if (const Node* node = root.find("pairing")) d.has_pairing = reader.read(*node, "pairing", d.set.pairing);
   if (const Node* node = root.find("target")) d.set.target = text_or_json(reader, *node, "target");
@@ -168,6 +170,14 @@ void check_counts(const std::string& source, const Dataset& set) {
                   " images, expected one for each or none");
 }
 
+void check_convention(const std::string& source, const Dataset& set) {
+  try {
+    to_poses(set.rows, set.convention);
+  } catch (const InvalidArgument& e) {
+    throw IoError(source + ": convention: " + e.what());
+  }
+}
+
 }  // namespace
 
 std::vector<Pose> Dataset::poses() const {
@@ -201,7 +211,7 @@ std::vector<fs::path> matching_files(const fs::path& folder, const std::string& 
 Dataset load_dataset(const fs::path& file, const fs::path& folder) {
   const fs::path base = folder.empty() ? file.parent_path() : folder;
   io::Reader reader(file.string());
-  Description d = read_description(reader, io::load_yaml(file));
+  Description d = read_description(reader, io::load_yaml(file), true);
   Dataset& set = d.set;
   std::vector<fs::path> images = files_of(reader, d.images, "images", base);
   std::vector<fs::path> poses = files_of(reader, d.poses, "poses", base);
@@ -217,13 +227,18 @@ Dataset load_dataset(const fs::path& file, const fs::path& folder) {
   for (const fs::path& pose : poses) add_poses(pose, load_poses(pose, set.convention.rotation), set);
   for (const fs::path& image : images) set.images.push_back(image.string());
   check_counts(file.string(), set);
-  try {
-    to_poses(set.rows, set.convention);
-  } catch (const InvalidArgument& e) {
-    throw IoError(file.string() + ": convention: " + e.what());
-  }
+  check_convention(file.string(), set);
   if (!set.camera.empty() && set.camera.front() != '{' && fs::path(set.camera).is_relative())
     set.camera = (base / set.camera).string();
+  return std::move(d.set);
+}
+
+Dataset load_pose_set(const fs::path& file, const fs::path& folder) {
+  io::Reader reader(file.string());
+  Description d = read_description(reader, io::load_yaml(file), false);
+  for (const fs::path& pose : files_of(reader, d.poses, "poses", folder.empty() ? file.parent_path() : folder))
+    add_poses(pose, load_poses(pose, d.set.convention.rotation), d.set);
+  check_convention(file.string(), d.set);
   return std::move(d.set);
 }
 

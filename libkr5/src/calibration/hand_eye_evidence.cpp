@@ -6,6 +6,8 @@
 
 #include <Eigen/Dense>
 
+#include "hand_eye_closed_form.hpp"
+
 namespace kr5::calibration::evidence {
 namespace {
 
@@ -75,7 +77,7 @@ class Fitter {
       seen.push_back(solution(i).T_camera_target);
     }
     const ClosedForm c = closed_form(robot, seen, reading_.mount, reading_.free_scale);
-    fit_.X = c.X, fit_.Y = fit_.Y_after = c.Y, fit_.scale = c.scale;
+    fit_.X = c.X, fit_.Y = fit_.Y_after = c.Z, fit_.scale = c.scale;
     if (reading_.split > 0) start_other_half();
     start_noise();
     linearise();

@@ -78,11 +78,4 @@ Matrix6 by_sighting(const Pose& T_camera_target, const Pose& X, const Pose& Y, M
 Matrix6 by_X(const Pose& T_camera_target, const Pose& X, const Pose& Y, Mount mount);
 Matrix6 by_Y(const Pose& T_camera_target, const Pose& X, const Pose& Y, Mount mount);
 
-/// X and Y from poses in closed form (Shah 2013, Kronecker product for the rotations, then linear), and the scale.
-struct ClosedForm {
-  Pose X = Pose::Identity(), Y = Pose::Identity();
-  double scale = 1.0;
-};
-ClosedForm closed_form(std::span<const Pose> robot, std::span<const Pose> seen, Mount mount, bool free_scale = false);
-
 }  // namespace kr5::calibration::evidence

@@ -6,6 +6,7 @@
 
 #include <kr5/core/random.hpp>
 
+#include "hand_eye_closed_form.hpp"
 #include "hand_eye_hypotheses.hpp"
 
 /// @file
@@ -91,7 +92,7 @@ class OrderSearch {
       for (int i = 0; i < n; ++i)
         for (int j = 0; j < n; ++j) {
           const Vector6 r =
-              residual(robot_[static_cast<std::size_t>(i)], seen_[static_cast<std::size_t>(j)], c.X, c.Y, mount_);
+              residual(robot_[static_cast<std::size_t>(i)], seen_[static_cast<std::size_t>(j)], c.X, c.Z, mount_);
           cost(i, j) = std::log1p(r.squaredNorm() / (width * width));  // one bad pair shall not decide
         }
       order = best_assignment(cost);

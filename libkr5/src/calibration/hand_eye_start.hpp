@@ -19,10 +19,6 @@ struct WristTurn {
 };
 WristTurn wrist_turn(std::span<const Pose> T_base_flange);
 
-/// X and Z by closed form: rotation as Park and Martin (IEEE T-RA 10, 1994) but on the axes times the sine of the
-/// angle, which do not jump near half a turn; translations by linear least squares.
-Poses closed_form(Mount mount, std::span<const Pose> T_base_flange, std::span<const Pose> T_camera_target);
-
 /// First values that a minority of contradicting views does not spoil: closed forms of many small subsets and of all
 /// views, judged by their better 60 % of views (least trimmed squares). Chooses among two poses of a planar target.
 Poses robust_start(Mount mount, std::vector<Sight>& sights, double lever);

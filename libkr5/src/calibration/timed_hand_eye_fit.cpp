@@ -6,6 +6,7 @@
 
 #include <Eigen/Dense>
 
+#include "hand_eye_closed_form.hpp"
 #include "hand_eye_evidence.hpp"
 
 namespace kr5::calibration::timed {
@@ -164,11 +165,11 @@ Start closed_form_at(const Trajectory& hand, const PoseStream& camera, double of
       G.push_back(sample->T);
       C.push_back(camera.poses[k].inverse());
     }
-  const auto form = evidence::closed_form(G, C, Mount::EyeInHand, false);
-  Start start{{form.X, form.Y, offset}, 0.0, 0.0};
+  const auto form = closed_form(G, C, Mount::EyeInHand, false);
+  Start start{{form.X, form.Z, offset}, 0.0, 0.0};
   std::vector<double> angles, distances;
   for (std::size_t k = 0; k < G.size(); ++k) {
-    const Vector6 d = pose_difference(form.Y, G[k] * form.X * C[k]);
+    const Vector6 d = pose_difference(form.Z, G[k] * form.X * C[k]);
     angles.push_back(d.tail<3>().norm());
     distances.push_back(d.head<3>().norm());
   }
@@ -177,9 +178,8 @@ Start closed_form_at(const Trajectory& hand, const PoseStream& camera, double of
   return start;
 }
 
-void refine(const Trajectory& hand, const PoseStream& camera, const TimedHandEyeOptions& options, Estimate start,
+void refine(const Trajectory& hand, const PoseStream& camera, const TimedHandEyeOptions& options, Estimate estimate,
             TimedHandEyeResult& result) {
-  Estimate estimate = start;
   std::vector<Row> rows = linearise(hand, camera, estimate);
   Matrix6 S = rough_covariance(rows);
   result.fit.status = FitStatus::MaxIterations;

@@ -64,6 +64,10 @@ struct Dataset {
 ///         differ, a pose without image or the other way round, rows of wrong length, NaN.
 Dataset load_dataset(const std::filesystem::path& file, const std::filesystem::path& folder = {});
 
+/// The same where no image is looked at, such as touches of one point: only `poses` and `convention` are wanted.
+/// @throws IoError as above.
+Dataset load_pose_set(const std::filesystem::path& file, const std::filesystem::path& folder = {});
+
 /// Files below `folder` that match `pattern` (* and ? in the file name), sorted as people do: 2 before 10.
 std::vector<std::filesystem::path> matching_files(const std::filesystem::path& folder, const std::string& pattern);
 

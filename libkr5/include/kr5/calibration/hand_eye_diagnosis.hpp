@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <kr5/calibration/hand_eye.hpp>
+#include <kr5/calibration/hand_eye_cause.hpp>
 #include <kr5/calibration/pose_format.hpp>
 
 /// @file
@@ -15,41 +16,6 @@
 /// The verdict follows from what a cause does to the answer, not from its being there.
 
 namespace kr5::calibration {
-
-enum class HandEyeCause {
-  TooLittleRotation,
-  OneAxisRotation,
-  PosesInverted,
-  WrongRotationForm,
-  QuaternionOrder,
-  DegreesForRadians,
-  MillimetresForMetres,
-  TargetSizeWrong,
-  OutOfOrder,
-  ShiftedByOne,
-  TargetMoved,
-  ClockOffset,
-  CameraModelWrong,
-  OutlierViews,
-};
-
-constexpr auto enum_names(HandEyeCause) {
-  using enum HandEyeCause;
-  return names<HandEyeCause>({{TooLittleRotation, "too_little_rotation"},
-                              {OneAxisRotation, "one_axis_rotation"},
-                              {PosesInverted, "poses_inverted"},
-                              {WrongRotationForm, "wrong_rotation_form"},
-                              {QuaternionOrder, "quaternion_order"},
-                              {DegreesForRadians, "degrees_for_radians"},
-                              {MillimetresForMetres, "millimetres_for_metres"},
-                              {TargetSizeWrong, "target_size_wrong"},
-                              {OutOfOrder, "out_of_order"},
-                              {ShiftedByOne, "shifted_by_one"},
-                              {TargetMoved, "target_moved"},
-                              {ClockOffset, "clock_offset"},
-                              {CameraModelWrong, "camera_model_wrong"},
-                              {OutlierViews, "outlier_views"}});
-}
 
 /// What was recorded, before anything was concluded from it.
 struct HandEyeRecording {
@@ -81,37 +47,6 @@ struct HandEyeDiagnosisOptions {
           "Distance in front of the camera at which the error is stated [m]; 0: that of the target.");
     visit("min_rotation", self.min_rotation, "Least RMS turn about the second axis [rad].");
     visit("seed", self.seed, "Of the search for the order of the views.");
-  }
-};
-
-/// One cause, with what speaks for it.
-struct NamedCause {
-  HandEyeCause cause = HandEyeCause::OutlierViews;
-  double probability = 0.0;  ///< [-]
-  std::string text;          ///< What is wrong.
-  std::string evidence;
-  std::string remedy;
-  double value = 0.0;  ///< Its size, in `unit`.
-  std::string unit;
-  double consequence = 0.0;      ///< [m]
-  double held_out_before = 0.0;  ///< [m]
-  double held_out_after = 0.0;   ///< [m]
-  std::vector<int> views;        ///< Those concerned, from 0.
-
-  static void each_field(auto& self, auto&& visit) {
-    visit("cause", self.cause, "What is wrong.");
-    visit("probability", self.probability, "Of this cause among all that were tried [-].");
-    visit("text", self.text, "What is wrong, in words.");
-    visit("evidence", self.evidence, "What speaks for it.");
-    visit("remedy", self.remedy, "What to do.");
-    visit("value", self.value, "Size of the fault, in `unit`.");
-    visit("unit", self.unit, "Unit of `value`.");
-    visit("consequence", self.consequence,
-          "How far allowing for it moves a point at the working distance [m]; 0 when nothing can be allowed for.");
-    visit("held_out_before", self.held_out_before,
-          "RMS error of a point at the target's distance on views left out, as read [m].");
-    visit("held_out_after", self.held_out_after, "The same once this cause is allowed for [m].");
-    visit("views", self.views, "Views concerned, from 0.");
   }
 };
 

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <kr5/core/fields.hpp>
+
+/// @file
+/// What may be wrong with a hand-eye recording, and how it is told.
+
+namespace kr5::calibration {
+
+enum class HandEyeCause {
+  TooLittleRotation,
+  OneAxisRotation,
+  PosesInverted,
+  WrongRotationForm,
+  QuaternionOrder,
+  DegreesForRadians,
+  MillimetresForMetres,
+  TargetSizeWrong,
+  OutOfOrder,
+  ShiftedByOne,
+  TargetMoved,
+  ClockOffset,
+  CameraModelWrong,
+  OutlierViews,
+};
+
+constexpr auto enum_names(HandEyeCause) {
+  using enum HandEyeCause;
+  return names<HandEyeCause>({{TooLittleRotation, "too_little_rotation"},
+                              {OneAxisRotation, "one_axis_rotation"},
+                              {PosesInverted, "poses_inverted"},
+                              {WrongRotationForm, "wrong_rotation_form"},
+                              {QuaternionOrder, "quaternion_order"},
+                              {DegreesForRadians, "degrees_for_radians"},
+                              {MillimetresForMetres, "millimetres_for_metres"},
+                              {TargetSizeWrong, "target_size_wrong"},
+                              {OutOfOrder, "out_of_order"},
+                              {ShiftedByOne, "shifted_by_one"},
+                              {TargetMoved, "target_moved"},
+                              {ClockOffset, "clock_offset"},
+                              {CameraModelWrong, "camera_model_wrong"},
+                              {OutlierViews, "outlier_views"}});
+}
+
+/// One cause, with what speaks for it.
+struct NamedCause {
+  HandEyeCause cause = HandEyeCause::OutlierViews;
+  double probability = 0.0;  ///< [-]
+  std::string text;          ///< What is wrong.
+  std::string evidence;
+  std::string remedy;
+  double value = 0.0;  ///< Its size, in `unit`.
+  std::string unit;
+  double consequence = 0.0;      ///< [m]
+  double held_out_before = 0.0;  ///< [m]
+  double held_out_after = 0.0;   ///< [m]
+  std::vector<int> views;        ///< Those concerned, from 0.
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("cause", self.cause, "What is wrong.");
+    visit("probability", self.probability, "Of this cause among all that were tried [-].");
+    visit("text", self.text, "What is wrong, in words.");
+    visit("evidence", self.evidence, "What speaks for it.");
+    visit("remedy", self.remedy, "What to do.");
+    visit("value", self.value, "Size of the fault, in `unit`.");
+    visit("unit", self.unit, "Unit of `value`.");
+    visit("consequence", self.consequence,
+          "How far allowing for it moves a point at the working distance [m]; 0 when nothing can be allowed for.");
+    visit("held_out_before", self.held_out_before,
+          "RMS error of a point at the target's distance on views left out, as read [m].");
+    visit("held_out_after", self.held_out_after, "The same once this cause is allowed for [m].");
+    visit("views", self.views, "Views concerned, from 0.");
+  }
+};
+
+}  // namespace kr5::calibration

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cmath>
+
+#include "hand_eye_evidence.hpp"
+
+namespace kr5::calibration::evidence {
+namespace {
+
+/// Squared error of a point at the distance of the target, averaged over directions.
+double squared_error(const Vector6& r, double lever) {
+  return r.head<3>().squaredNorm() + 2.0 / 3.0 * lever * lever * r.tail<3>().squaredNorm();
+}
+
+}  // namespace
+
+double misplaced(const Pose& T_base_flange, const Sighting& sighting, const Fit& f, Mount mount) {
+  double least = 1e300;
+  for (const auto& s : sighting.solutions) {
+    Pose C = s.T_camera_target;
+    C.translation() *= f.scale;
+    least = std::min(least, squared_error(residual(T_base_flange, C, f.X, f.Y, mount), C.translation().norm()));
+  }
+  return least;
+}
+
+double held_out_rms(const Reading& reading, const Sightings& sightings, int folds) {
+  const int n = reading.size();
+  folds = std::min(folds, n);
+  double sum = 0;
+  int count = 0;
+  for (int fold = 0; fold < folds; ++fold) {
+    Reading kept = reading;
+    kept.robot.clear(), kept.sighting.clear(), kept.drift.clear(), kept.inflation.clear(), kept.split = 0;
+    std::vector<int> left;
+    for (int i = 0; i < n; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      if (i % folds == fold) {
+        if (reading.inflation.empty() || reading.inflation[k] == 1.0) left.push_back(i);
+        continue;
+      }
+      kept.robot.push_back(reading.robot[k]);
+      kept.sighting.push_back(reading.sighting[k]);
+      if (!reading.drift.empty()) kept.drift.push_back(reading.drift[k]);
+      if (!reading.inflation.empty()) kept.inflation.push_back(reading.inflation[k]);
+      if (i < reading.split) ++kept.split;
+    }
+    const Fit f = fit(kept, sightings);
+    if (!f.usable) continue;
+    for (const int i : left) {
+      const auto k = static_cast<std::size_t>(i);
+      const Pose T = reading.drift.empty() ? reading.robot[k] : reading.robot[k] * to_pose(f.lag * reading.drift[k]);
+      Fit there = f;
+      if (reading.split > 0 && i >= reading.split) there.Y = f.Y_after;
+      sum += misplaced(T, sightings.views[static_cast<std::size_t>(reading.sighting[k])], there, reading.mount);
+      ++count;
+    }
+  }
+  return count ? std::sqrt(sum / count) : 0.0;
+}
+
+}  // namespace kr5::calibration::evidence
