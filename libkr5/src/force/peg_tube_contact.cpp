@@ -7,6 +7,8 @@
 
 #include <kr5/core/error.hpp>
 
+#include "force/round_body.hpp"
+
 namespace kr5::force {
 namespace {
 
@@ -18,62 +20,6 @@ constexpr double step = 2 * M_PI / samples;
 constexpr double tilt_all_samples = 1.0 * M_PI / 180, tilt_no_samples = 2.6 * M_PI / 180;
 constexpr double level = 1e-12;  // [m] less is rounding: an upright peg is as deep everywhere
 constexpr int no_face = -1;
-
-/// A conical, cylindrical or flat face: the half-plane normal . (radius, axial) <= offset.
-struct Face {
-  Vector2d normal = Vector2d::Zero();
-  double offset = 0.0;
-};
-
-/// A circle where two faces meet.
-struct Edge {
-  double radius = 0.0, axial = 0.0;
-  int first = 0, second = 0;
-};
-
-/// A body of revolution whose profile is a convex polygon: inside where it is below all faces.
-struct Body {
-  std::array<Face, 5> faces;
-  int face_count = 0;
-  std::array<Edge, 3> edges;
-  int edge_count = 0;
-  Vector3d origin = Vector3d::Zero(), u = Vector3d::UnitX(), v = Vector3d::UnitY(), axis = Vector3d::UnitZ();
-
-  int add_face(double radial, double axial, double offset) noexcept {
-    faces[static_cast<std::size_t>(face_count)] = {{radial, axial}, offset};
-    return face_count++;
-  }
-  void add_edge(const Edge& edge) noexcept { edges[static_cast<std::size_t>(edge_count++)] = edge; }
-  Vector3d edge_point(const Edge& e, double angle) const noexcept {
-    return origin + e.axial * axis + e.radius * (std::cos(angle) * u + std::sin(angle) * v);
-  }
-  Vector3d tangent(double angle) const noexcept { return std::cos(angle) * v - std::sin(angle) * u; }
-  Vector3d outward(const Vector3d& point) const noexcept {
-    const Vector3d d = point - origin;
-    return (d - axis.dot(d) * axis).normalized();
-  }
-  Vector3d face_normal(int face, const Vector3d& point) const noexcept {
-    const Vector2d& n = faces[static_cast<std::size_t>(face)].normal;
-    return n.x() * outward(point) + n.y() * axis;
-  }
-};
-
-struct Depth {
-  double value = 0.0;  ///< Distance to the nearest face, negative outside.
-  int face = no_face;
-};
-
-Depth depth_in(const Body& body, const Vector3d& point) noexcept {
-  const Vector3d d = point - body.origin;
-  const double axial = body.axis.dot(d), radius = std::sqrt(std::max(0.0, d.squaredNorm() - axial * axial));
-  Depth least{1e300, no_face};
-  for (int i = 0; i < body.face_count; ++i) {
-    const Face& f = body.faces[static_cast<std::size_t>(i)];
-    const double depth = f.offset - f.normal.x() * radius - f.normal.y() * axial;
-    if (depth < least.value) least = {depth, i};
-  }
-  return least;
-}
 
 Body peg_body(const PegTubeShape& s, const Pose& T) noexcept {
   Body peg;
@@ -137,13 +83,30 @@ struct Peak {
   int other = no_face;  ///< The face that takes over at a kink.
 };
 
-Peak refine(const Body& owner, const Edge& e, const Body& in, double angle) noexcept {
+/// Cosines and sines of the samples.
+struct Angles {
+  std::array<double, samples> cosine, sine;
+  Angles() {
+    for (int i = 0; i < samples; ++i) {
+      cosine[static_cast<std::size_t>(i)] = std::cos(i * step);
+      sine[static_cast<std::size_t>(i)] = std::sin(i * step);
+    }
+  }
+};
+const Angles angles;
+
+/// Golden section in t = tan of half the angle from sample `k`; gives up once the peak cannot reach the other body.
+Peak refine(const Track& track, double radius, int k) noexcept {
   constexpr double golden = std::numbers::phi - 1;
-  const auto depth = [&](double t) { return depth_in(in, owner.edge_point(e, t)); };
-  double low = angle - step, high = angle + step;
+  const double c = angles.cosine[static_cast<std::size_t>(k)], s = angles.sine[static_cast<std::size_t>(k)];
+  const auto depth = [&](double t) {
+    const double scale = 1 / (1 + t * t), ct = (1 - t * t) * scale, st = 2 * t * scale;
+    return track.at(c * ct - s * st, s * ct + c * st);
+  };
+  double high = std::tan(0.5 * step), low = -high;
   double a = high - golden * (high - low), b = low + golden * (high - low);
   double at_a = depth(a).value, at_b = depth(b).value;
-  for (int i = 0; i < 34; ++i) {
+  while (high - low > 1e-8 && std::max(at_a, at_b) > 2 * radius * (low - high)) {
     if (at_a > at_b) {
       high = b, b = a, at_b = at_a;
       a = high - golden * (high - low), at_a = depth(a).value;
@@ -152,8 +115,9 @@ Peak refine(const Body& owner, const Edge& e, const Body& in, double angle) noex
       b = low + golden * (high - low), at_b = depth(b).value;
     }
   }
-  Peak peak{0.5 * (low + high), depth(0.5 * (low + high)), no_face};
-  const int before = depth(peak.angle - 1e-6).face, after = depth(peak.angle + 1e-6).face;
+  const double t = 0.5 * (low + high);
+  Peak peak{k * step + 2 * std::atan(t), depth(t), no_face};
+  const int before = depth(t - 1e-6).face, after = depth(t + 1e-6).face;
   if (before != after) peak.other = peak.depth.face == before ? after : before;
   return peak;
 }
@@ -192,23 +156,25 @@ struct Search {
   ContactPoint spare;  ///< Deepest point in case that none is a contact by the rules.
 
   void run(const Body& owner, const Edge& e, const Body& in) noexcept {
+    const Track track(owner, e, in);
     std::array<double, samples> depth;
-    for (int i = 0; i < samples; ++i) {
-      const Vector3d point = owner.edge_point(e, i * step);
-      const Depth d = depth_in(in, point);
-      depth[static_cast<std::size_t>(i)] = d.value;
-      if (i % 2 == 0 && d.value > 0 && sample_weight > 0)
-        found.add({point, smooth_normal(in, point), d.value, sample_weight, Touch::Sample});
+    for (std::size_t i = 0; i < samples; ++i) {
+      depth[i] = track.at(angles.cosine[i], angles.sine[i]).value;
+      if (i % 2 == 0 && depth[i] > 0 && sample_weight > 0) add_sample(owner, e, in, static_cast<int>(i), depth[i]);
     }
-    const double rise =
-        e.radius * step;  // depth changes by no more than the way: a peak is not higher above its samples
+    const double rise = e.radius * step;  // depth changes by no more than the way: peaks are not higher above samples
     for (int i = 0; i < samples; ++i) {
       const auto at = [&](int k) { return depth[static_cast<std::size_t>((k + samples) % samples)]; };
       const bool falls = at(i) - at(i + 1) > level;
       const bool pair = std::abs(at(i) - at(i + 1)) <= level && at(i + 1) - at(i + 2) > level;
       if (at(i) > -rise && at(i) - at(i - 1) > level && (falls || pair))
-        judge(owner, e, in, refine(owner, e, in, i * step));
+        judge(owner, e, in, refine(track, e.radius, i));
     }
+  }
+
+  void add_sample(const Body& owner, const Edge& e, const Body& in, int k, double depth) noexcept {
+    const Vector3d point = owner.edge_point(e, k * step);
+    found.add({point, smooth_normal(in, point), depth, sample_weight, Touch::Sample});
   }
 
   /// Beside an edge the nearest face changes; this normal turns from one face's to the other's instead.
