@@ -145,9 +145,11 @@ std::vector<MapMarker> target_markers(const Target& t) {
       return {{t.first_id, t.size, Pose::Identity()}};
     case TargetKind::TagGrid: {
       std::vector<MapMarker> markers;
-      for (int i = 0; i < t.rows * t.cols; ++i) const int row = i / t.cols, col = i % t.cols;
-      markers.push_back(
-          {t.first_id + i, t.size, at(t.size / 2 + col * (t.size + t.gap), t.size / 2 + row * (t.size + t.gap))});
+      for (int i = 0; i < t.rows * t.cols; ++i) {
+        const int row = i / t.cols, col = i % t.cols;
+        markers.push_back(
+            {t.first_id + i, t.size, at(t.size / 2 + col * (t.size + t.gap), t.size / 2 + row * (t.size + t.gap))});
+      }
       return markers;
     }
     case TargetKind::Charuco:
