@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <kr5/cell/simulator.hpp>
+
+namespace kr5::predict {
+
+/// The fast grade of a simulator: inverse dynamics on the response of the servos, closed-form contact, projection. All
+/// effects of the catalogue act as the documentation of the formats says (kr5/cell/effects.hpp lists them).
+///
+/// The small deflections of elastic joints and of backlash come from equations of motion linearised about the motors'
+/// motion. What a sensor cannot see is NaN: a point behind the camera, a ray that meets nothing, a peg that nothing
+/// carries.
+///
+/// Holds nothing: one object may be used by many threads.
+class FastSimulator : public cell::Simulator {
+ public:
+  /// @throws InvalidArgument as Simulator says; for a given value that is no finite number; for an effect on a joint,
+  ///         motor or part that the cell does not have.
+  io::Table predict(const cell::Cell& cell, const cell::Experiment& experiment) const override;
+};
+
+}  // namespace kr5::predict

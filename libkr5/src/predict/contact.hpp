@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <kr5/cell/cell.hpp>
+
+namespace kr5::predict {
+
+/// Contact of the tool as it really is, the grip in series.
+class RealContact {
+ public:
+  /// @throws InvalidArgument for a stiffness that is not positive. Needs a contact.
+  explicit RealContact(const cell::Cell& cell);
+  /// Normal force [N] at a depth [m] that grows with `speed` [m/s].
+  double force(double depth, double speed) const;
+  /// Depth [m] at which the normal force [N] is held; NaN where softening contact cannot hold it.
+  double depth(double force) const;
+  double friction() const { return friction_; }
+
+ private:
+  double stiffness_, damping_, friction_;
+  double hardening_;  ///< [1/m]
+};
+
+/// What tool and payload weigh on the sensor when the tool points down: axes of S are X, -Y, -Z of B. N x 6.
+Eigen::MatrixXd tool_weight(const cell::Cell& cell, Eigen::Index rows);
+
+}  // namespace kr5::predict

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <cmath>
+
+#include <kr5/force/peg_on_tube.hpp>
+
+#include "predict/contact.hpp"
+#include "predict/kinds.hpp"
+#include "predict/wrench.hpp"
+
+namespace kr5::predict {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+force::PegTube real_bodies(const cell::Cell& cell) {
+  return {cell.peg->radius, cell.effects.task.tube_radius.value_or(cell.tube->inner_radius), cell.tube->outer_radius};
+}
+
+Pose real_tube(const cell::TaskEffects& e) {
+  Pose T_T_tube = Pose::Identity();
+  T_T_tube.translate(e.tube_shift);
+  if (!e.tube_tilt.isZero(0.0)) {
+    T_T_tube.rotate(Eigen::AngleAxisd(e.tube_tilt.x(), Eigen::Vector3d::UnitX()));
+    T_T_tube.rotate(Eigen::AngleAxisd(e.tube_tilt.y(), Eigen::Vector3d::UnitY()));
+  }
+  return T_T_tube;
+}
+
+std::span<const double> span(const VectorXd& v) { return {v.data(), static_cast<std::size_t>(v.size())}; }
+
+}  // namespace
+
+Shown profile(const cell::Cell& cell, const Given& given) {
+  given.need(cell.contact.has_value(), "contact");
+  given.need(cell.peg.has_value(), "peg");
+  given.need(cell.tube.has_value(), "tube");
+  const RealContact contact(cell);
+  const VectorXd tilt = given["tilt"], alpha = given["alpha"], held = given["fc"];
+  Eigen::MatrixX3d friction(given.rows(), 3);  // on the peg, in T
+  friction << (contact.friction() * held.array() * alpha.array().sin()).matrix(),
+      (-contact.friction() * held.array() * alpha.array().cos()).matrix(), VectorXd::Zero(given.rows());
+  const double lateral = cell.effects.task.lateral;
+  const VectorXd cx = given["cx"] + lateral * friction.col(0), cy = given["cy"] + lateral * friction.col(1);
+  VectorXd z(given.rows());
+  force::resting_heights(real_bodies(cell), real_tube(cell.effects.task), span(tilt), span(alpha), span(cx), span(cy),
+                         {z.data(), static_cast<std::size_t>(z.size())});
+  for (Index k = 0; k < z.size(); ++k) z[k] -= contact.depth(held[k]);
+  Shown out(given.rows());
+  out.add("z", z);
+  if (!cell.tool) return out;
+  const Eigen::MatrixX3d on_peg = friction * cell.tube->T_B_T.linear().transpose();
+  Eigen::MatrixXd wrench = tool_weight(cell, given.rows());
+  wrench.col(0) += on_peg.col(0);
+  wrench.col(1) -= on_peg.col(1);
+  wrench.col(2) -= held;
+  sense(cell.effects, given["t"], given.runs(), wrench);
+  out.add_wrench(wrench);
+  return out;
+}
+
+}  // namespace kr5::predict

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <cmath>
+#include <limits>
+#include <unordered_map>
+
+#include "predict/kinds.hpp"
+#include "predict/real_arm.hpp"
+
+namespace kr5::predict {
+namespace {
+
+using Eigen::Index;
+using Eigen::Vector3d;
+
+/// Corner 0..3 of a marker of side s whose origin is the first corner, clockwise as printed.
+Vector3d corner_of(double s, int corner) { return {corner == 1 || corner == 2 ? s : 0.0, corner >= 2 ? s : 0.0, 0.0}; }
+
+/// Points of the target that the camera looks at, in the target, by the number of the marker (or point) and corner.
+class Points {
+ public:
+  Points(const cell::Cell& cell, const Given& given)
+      : given_(given), target_(cell.board ? cell.board->target() : cell.targets.front()) {
+    for (std::size_t i = 0; i < target_.map.size(); ++i) in_map_[target_.map[i].id] = i;
+  }
+
+  const cell::Target& target() const { return target_; }
+
+  Vector3d operator()(int marker, int corner) const {
+    using enum cell::TargetKind;
+    const int columns = target_.kind == Charuco ? target_.cols - 1 : target_.cols;
+    const int rows = target_.kind == Charuco ? target_.rows - 1 : target_.rows;
+    if (corner < 0 || corner > 3) fail(marker, corner);
+    if (target_.kind == MarkerMap) return of_map(marker, corner);
+    const int number = target_.kind == Tag || target_.kind == TagGrid ? marker - target_.first_id : marker;
+    const Vector3d half(target_.size / 2, target_.size / 2, 0.0);
+    if (target_.kind == Tag)
+      return number == 0 ? Vector3d(corner_of(target_.size, corner) - half) : fail(marker, corner);
+    if (number < 0 || number >= rows * columns) fail(marker, corner);
+    const Vector3d place(number % columns, number / columns, 0.0);
+    if (target_.kind == TagGrid) return place * (target_.size + target_.gap) + corner_of(target_.size, corner);
+    if (target_.kind == Charuco) return (place + Vector3d(1, 1, 0)) * target_.size;
+    return place * target_.size;
+  }
+
+ private:
+  Vector3d of_map(int marker, int corner) const {
+    const auto found = in_map_.find(marker);
+    if (found == in_map_.end()) fail(marker, corner);
+    const cell::MapMarker& m = target_.map[found->second];
+    return m.T_target_marker * (corner_of(m.size, corner) - Vector3d(m.size / 2, m.size / 2, 0.0));
+  }
+  [[noreturn]] Vector3d fail(int marker, int corner) const {
+    given_.fail("the target '" + target_.name + "' has no marker " + std::to_string(marker) + " with a corner " +
+                std::to_string(corner));
+  }
+
+  const Given& given_;
+  cell::Target target_;
+  std::unordered_map<int, std::size_t> in_map_;
+};
+
+/// The camera as it really is.
+Pinhole real_lens(const cell::Cell& cell) {
+  const cell::SensorEffects& e = cell.effects.sensors;
+  Pinhole lens = cell.camera->pinhole();
+  lens.fx = e.fx.value_or(lens.fx);
+  lens.fy = e.fy.value_or(lens.fy);
+  lens.k1 = e.k1.value_or(lens.k1);
+  lens.k2 = e.k2.value_or(lens.k2);
+  return lens;
+}
+
+/// T_F_C, or nothing for a camera beside the arm.
+std::optional<Pose> real_mount(const cell::Cell& cell, const Given& given) {
+  const auto& hand_eye = cell.effects.sensors.T_E_C;
+  if (!hand_eye) return cell::T_F_C(cell);
+  if (cell.camera->mount == cell::CameraMount::Base)
+    given.fail("effects.hand_eye is for a camera on the flange, this one stands in the base");
+  return (cell.tool ? cell.tool->T_F_E : Pose::Identity()) * *hand_eye;
+}
+
+}  // namespace
+
+Shown views(const cell::Cell& cell, const Given& given) {
+  given.need(cell.camera.has_value(), "camera");
+  given.need(cell.board || !cell.targets.empty(), "board");
+  const Pinhole lens = real_lens(cell);
+  const std::optional<Pose> T_F_C = real_mount(cell, given);
+  given.need(T_F_C || cell.camera->T_B_C, "camera.T_E_C");
+  const Points points(cell, given);
+  const cell::Target& target = points.target();
+  given.need(target.T_B_W || target.T_F_W, "board.T_B_W");
+  const auto marker = given["marker"], corner = given["corner"];
+  Postures postures(cell, given);
+  Eigen::VectorXd u(given.rows()), v(given.rows());
+  for (Index k = 0; k < given.rows(); ++k) {
+    const Pose& T_B_F = postures.flange(k);
+    const Vector3d p = points(static_cast<int>(std::lround(marker[k])), static_cast<int>(std::lround(corner[k])));
+    const Vector3d in_base = target.T_B_W ? *target.T_B_W * p : T_B_F * (*target.T_F_W * p);
+    const Vector3d seen = (T_F_C ? T_B_F * *T_F_C : *cell.camera->T_B_C).inverse() * in_base;
+    u[k] = v[k] = std::numeric_limits<double>::quiet_NaN();
+    if (seen.z() <= 0.0) continue;
+    const Eigen::Vector2d pixel = lens.project(seen);
+    u[k] = pixel.x(), v[k] = pixel.y();
+  }
+  Shown out(given.rows());
+  out.add("u", u);
+  out.add("v", v);
+  return out;
+}
+
+}  // namespace kr5::predict
