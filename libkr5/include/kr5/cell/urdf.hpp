@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <kr5/cell/cell.hpp>
+
+/// @file
+/// Cells from and to the Unified Robot Description Format (URDF).
+
+namespace kr5::cell {
+
+struct UrdfOptions {
+  std::string base = {};  ///< Link that becomes B; empty: the root.
+  std::string tip = {};   ///< Link that becomes E; empty: the end, when there is but one.
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("base", self.base, "Link that becomes the base B; by default the root.");
+    visit("tip", self.tip, "Link that becomes the tool tip E; by default the end, when there is but one.");
+  }
+};
+
+struct UrdfImport {
+  Cell cell;  ///< `robot` alone, and a tool without mass when the tip lies beside the last joint axis.
+  std::string base;
+  std::string tip;
+  std::vector<std::string> joints;  ///< Names of the joints, from the base.
+  std::vector<std::string> notes;   ///< What the cell cannot hold or the file did not say, in words.
+};
+
+/// The serial arm between two links of a robot. T_B_E is the pose of the tip for the same joint values, and the flange
+/// has the tip's axes. Links behind fixed joints, and behind joints beside the arm (held at 0, as a note says), give
+/// their mass to the link that carries them. Limits that the file leaves out or sets to 0 become infinite.
+/// Joint axes less than 3 degrees from parallel get a Hayati angle.
+/// @throws IoError naming file, link or joint, what was found and what to do: not a URDF, a xacro file, no such link,
+/// an
+///         arm that branches and no tip, a joint of a kind that no cell has, an inertia on the arm that no body
+///         has.
+UrdfImport import_urdf(const std::filesystem::path& file, const UrdfOptions& options = {});
+UrdfImport parse_urdf(std::string_view xml, const std::string& source, const UrdfOptions& options = {});
+
+/// The arm and the mass of its tool as links base_link, link_1 ... link_n, flange, and sensor and tool_tip when there
+/// is a tool. `parse_urdf` gives poses and torques back to 1e-12; drives, sensors, gravity and effects have no place in
+/// a URDF.
+/// @throws InvalidArgument when a slide has no limits, which a URDF asks for.
+std::string to_urdf(const Cell& cell);
+void export_urdf(const Cell& cell, const std::filesystem::path& file);
+
+}  // namespace kr5::cell

@@ -1,0 +1,267 @@
+#include <cmath>
+#include <fstream>
+
+#include <catch2/catch.hpp>
+
+#include <kr5/cell/urdf.hpp>
+#include <kr5/core/error.hpp>
+#include <kr5/io/node.hpp>
+#include <kr5/kinematics/inverse.hpp>
+#include <kr5/kinematics/newton_euler.hpp>
+
+#include "kinematics/random_chain.hpp"
+#include "support/reference.hpp"
+
+using namespace kr5;
+using namespace kr5::cell;
+using Catch::Matchers::Contains;
+using Eigen::VectorXd;
+
+namespace {
+
+/// An arm with every parameter at random, and a tool.
+Cell random_cell(unsigned seed) {
+  Random random(seed);
+  Cell cell;
+  const int n = 1 + static_cast<int>(seed % 8);
+  const kinematics::DhChain chain = test::random_chain(random, n);
+  cell.robot.T_B_0 = chain.T_B_0;
+  cell.robot.dh = chain.joints;
+  for (const kinematics::Body& b : test::random_bodies(random, n))
+    cell.robot.links.push_back({b.mass, b.com, b.inertia});
+  cell.robot.limits = Limits{VectorXd::Constant(n, -2), VectorXd::Constant(n, 1.5), VectorXd::Constant(n, 3), {}};
+  const kinematics::Body b = test::random_body(random);
+  cell.tool = Tool{test::random_pose(random), test::random_pose(random), b.mass, b.com, b.inertia};
+  return cell;
+}
+
+VectorXd torques(const Cell& cell, const VectorXd& q, const VectorXd& qd, const VectorXd& qdd) {
+  std::vector<kinematics::Body> bodies;
+  for (const Link& link : cell.robot.links) bodies.push_back({link.mass, link.com, link.inertia});
+  kinematics::Dynamics dynamics(chain(cell), bodies, cell.robot.gravity);
+  if (cell.tool) dynamics.add_body(-1, {cell.tool->mass, cell.tool->com, cell.tool->inertia}, cell.tool->T_F_S);
+  return dynamics.torques(q, qd, qdd);
+}
+
+/// Greatest difference of tip pose and torques at random states.
+double difference(const Cell& a, const Cell& b) {
+  Random random(99);
+  const int n = a.robot.joints();
+  double worst = 0;
+  for (int k = 0; k < 20; ++k) {
+    const VectorXd q = test::random_vector(random, n, 3), qd = test::random_vector(random, n, 2),
+                   qdd = test::random_vector(random, n, 4);
+    worst = std::max(worst, (T_B_E(a, q).matrix() - T_B_E(b, q).matrix()).cwiseAbs().maxCoeff());
+    if (a.robot.links.empty() || b.robot.links.empty()) continue;
+    const VectorXd tau = torques(a, q, qd, qdd);
+    worst = std::max(worst, (tau - torques(b, q, qd, qdd)).norm() / (1 + tau.norm()));
+  }
+  return worst;
+}
+
+const std::string two_joints = R"(<?xml version="1.0"?>
+<robot name="two">
+  <link name="world"/>
+  <link name="a"><inertial><origin xyz="0.1 0 0" rpy="0 0 1"/><mass value="2"/>
+    <inertia ixx="0.1" ixy="0" ixz="0" iyy="0.2" iyz="0" izz="0.2"/></inertial></link>
+  <link name="b"><inertial><mass value="1"/>
+    <inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial></link>
+  <link name="tip"/>
+  <joint name="j1" type="revolute"><origin xyz="0 0 0.3"/><parent link="world"/><child link="a"/>
+    <axis xyz="0 2 0"/><limit lower="-1" upper="2" effort="0" velocity="3"/></joint>
+  <joint name="j2" type="continuous"><origin xyz="0.5 0 0"/><parent link="a"/><child link="b"/>
+    <axis xyz="0 0 -1"/><dynamics damping="0.1"/></joint>
+  <joint name="j3" type="fixed"><origin xyz="0 0 0.1"/><parent link="b"/><child link="tip"/></joint>
+</robot>)";
+
+std::string replaced(std::string text, const std::string& what, const std::string& by) {
+  const std::size_t at = text.find(what);
+  REQUIRE(at != std::string::npos);
+  return text.replace(at, what.size(), by);
+}
+
+}  // namespace
+
+TEST_CASE("any cell goes to a URDF and back with the same poses and torques") {
+  for (unsigned seed = 0; seed < 60; ++seed) {
+    const Cell cell = random_cell(seed);
+    const UrdfImport back = parse_urdf(to_urdf(cell), "text");
+    CHECK(difference(cell, back.cell) < 1e-12);
+    CHECK(back.tip == "tool_tip");
+    const Cell again = parse_urdf(to_urdf(back.cell), "text").cell;
+    CHECK(difference(back.cell, again) < 1e-12);
+    REQUIRE(back.cell.robot.limits.has_value());
+    CHECK(back.cell.robot.limits->upper == cell.robot.limits->upper);
+    CHECK(back.cell.robot.limits->velocity == cell.robot.limits->velocity);
+    CHECK(back.cell.robot.limits->effort.size() == 0);
+  }
+}
+
+TEST_CASE("the table of the KR5 comes back from its URDF") {
+  const Cell cell = load_cell(std::string(KR5_SHARE_DIR) + "/cells/kr5_arc.yaml");
+  const Cell back = parse_urdf(to_urdf(cell), "text", {.tip = "flange"}).cell;
+  REQUIRE(back.robot.joints() == 6);
+  CHECK_FALSE(back.tool.has_value());
+  CHECK(back.robot.T_B_0.isApprox(Pose::Identity(), 1e-15));
+  for (std::size_t i = 0; i < 6; ++i) {
+    const kinematics::DhJoint &a = cell.robot.dh[i], &b = back.robot.dh[i];
+    CHECK(a.b == Approx(b.b).margin(1e-14));
+    CHECK(a.a == Approx(b.a).margin(1e-14));
+    CHECK(std::remainder(a.theta_offset - b.theta_offset, 2 * M_PI) == Approx(0).margin(1e-14));
+    CHECK(std::remainder(a.alpha - b.alpha, 2 * M_PI) == Approx(0).margin(1e-14));
+    CHECK(b.beta == 0.0);
+    if (i < 5) CHECK((cell.robot.links[i].inertia - back.robot.links[i].inertia).norm() < 1e-14);
+  }
+}
+
+TEST_CASE("axes, fixed links, limits and notes are read as the file has them") {
+  const UrdfImport two = parse_urdf(two_joints, "two.urdf");
+  CHECK(two.base == "world");
+  CHECK(two.tip == "tip");
+  CHECK(two.joints == std::vector<std::string>{"j1", "j2"});
+  const Eigen::Vector2d q(0.4, 0.7);
+  const Pose T = T_B_E(two.cell, q);
+  Pose expected = Pose(Eigen::Translation3d(0, 0, 0.3)) * Pose(Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitY())) *
+                  Pose(Eigen::Translation3d(0.5, 0, 0)) * Pose(Eigen::AngleAxisd(-0.7, Eigen::Vector3d::UnitZ())) *
+                  Pose(Eigen::Translation3d(0, 0, 0.1));
+  CHECK(T.isApprox(expected, 1e-14));
+  CHECK(two.cell.robot.limits->upper[0] == 2.0);
+  CHECK(two.cell.robot.limits->upper[1] == INFINITY);
+  CHECK(two.cell.robot.limits->velocity[1] == INFINITY);
+  CHECK(two.cell.robot.limits->effort.size() == 0);
+  REQUIRE(two.notes.size() == 1);
+  CHECK_THAT(two.notes[0], Contains("damping") && Contains("j2"));
+  // Torque of joint 1 at rest: the weights at their levers.
+  const VectorXd still = VectorXd::Zero(2);
+  CHECK(torques(two.cell, still, still, still)[0] == Approx(-9.81 * (2 * 0.1 + 1 * 0.5)));
+}
+
+TEST_CASE("a tip beside the last axis is reached by the tool") {
+  const std::string beside =
+      replaced(two_joints, "0 0 0.1\"/><parent link=\"b\"", "0.1 0.2 0.1\" rpy=\"1 2 3\"/><parent link=\"b\"");
+  const UrdfImport two = parse_urdf(beside, "two.urdf");
+  REQUIRE(two.cell.tool.has_value());
+  const Pose expected =
+      Pose(Eigen::Translation3d(0.5, 0, 0.3)) * from_xyzrpy((Vector6() << 0.1, 0.2, 0.1, 1, 2, 3).finished());
+  CHECK(T_B_E(two.cell, VectorXd::Zero(2)).isApprox(expected, 1e-14));
+  CHECK(chain(two.cell).flange(VectorXd::Zero(2)).linear().isApprox(expected.linear(), 1e-14));
+}
+
+TEST_CASE("an arm that branches needs a tip; joints beside it are held, and their mass rides on it") {
+  const auto finger = [](const std::string& name) {
+    return "<link name='" + name + "'><inertial><mass value='3'/></inertial></link><joint name='grip_" + name +
+           "' type='prismatic'><parent link='b'/><child link='" + name +
+           "'/><limit lower='0' upper='1' effort='1' velocity='1'/></joint>";
+  };
+  const std::string gripper = replaced(two_joints, "</robot>", finger("left") + finger("right") + "</robot>");
+  CHECK_THROWS_WITH(parse_urdf(gripper, "x.urdf"),
+                    "x.urdf: behind link b the robot branches to left, right; name the link that is the tip (--tip)");
+  const UrdfImport held = parse_urdf(gripper, "x.urdf", {.tip = "tip"});
+  CHECK(held.cell.robot.links[1].mass == 7.0);
+  REQUIRE(!held.notes.empty());
+  CHECK_THAT(held.notes[0], Contains("held at 0") && Contains("grip_left, grip_right"));
+  CHECK(parse_urdf(gripper, "x.urdf", {.tip = "left"}).joints.back() == "grip_left");
+}
+
+TEST_CASE("what is no serial arm is refused with what to do") {
+  const auto fails = [](const std::string& xml, const std::string& word, const UrdfOptions& options = {}) {
+    CHECK_THROWS_WITH(parse_urdf(xml, "x.urdf", options), Catch::Matchers::StartsWith("x.urdf") && Contains(word));
+    CHECK_THROWS_AS(parse_urdf(xml, "x.urdf", options), IoError);
+  };
+  fails(two_joints, "no link \"tap\" for the tip; is it tip?", {.tip = "tap"});
+  fails(two_joints, "does not hang on the base b", {.base = "b", .tip = "a"});
+  fails(two_joints, "no joint moves", {.base = "b", .tip = "tip"});
+  fails(replaced(two_joints, "value=\"2\"", "value=\"-2\""), "link a: found a mass of -2 kg");
+  fails(replaced(two_joints, "iyy=\"0.2\"", "iyy=\"-0.2\""), "link a: the inertia is not positive");
+  fails(replaced(two_joints, "0.5 0 0", "0.5 ${pi} 0"), "<joint name=\"j2\"> xyz: found \"${pi}\"");
+  fails(replaced(two_joints, "0.5 0 0", "0.5 0"), "expected three numbers");
+  fails(replaced(two_joints, "0.5 0 0", "0.5 nan 0"), "expected a number");
+  fails(replaced(two_joints, "<link name=\"tip\"/>", "<link name=\"tip\"/><xacro:arm/>"), "xacro FILE > robot.urdf");
+  fails(replaced(two_joints, "continuous", "floating"), "joint j2 is floating");
+  fails(replaced(two_joints, "continuous", "hinge"), "found type \"hinge\"");
+  fails(replaced(two_joints, "0 0 -1", "0 0 0"), "axis of length 0");
+  fails(replaced(two_joints, "<dynamics", "<mimic joint='j1'/><dynamics"), "j2 mimics another");
+  fails(replaced(two_joints, "lower=\"-1\"", "lower=\"5\""), "lower limit is above");
+  fails(replaced(two_joints, "<link name=\"tip\"/>", "<link name=\"tip\"/><link name=\"tip\"/>"), "is there twice");
+  fails(replaced(two_joints, "child link=\"tip\"", "child link=\"top\""), "names the link \"top\"");
+  fails(replaced(two_joints, "child link=\"tip\"", "child link=\"a\""), "hangs on joints j1 and j3");
+  fails(replaced(two_joints, "</robot>", ""), "is not XML");
+  fails("<sdf/>", "expected a URDF's <robot>");
+  fails("<robot/>", "no links");
+  CHECK_THROWS_WITH(import_urdf("nowhere.urdf"), Contains("nowhere.urdf"));
+}
+
+TEST_CASE("a slide without limits cannot go to a URDF") {
+  Cell cell;
+  cell.robot.dh = {{kinematics::JointType::Prismatic, 0, 0, 0, 0, 0}};
+  CHECK_THROWS_WITH(to_urdf(cell), Contains("joint 1 slides without limits"));
+}
+
+TEST_CASE("the public robots import, and come back from a URDF") {
+  struct Robot {
+    const char *file, *base, *tip;
+    int joints;
+  };
+  for (const Robot& robot : {Robot{"kr5_arc_description/kr5_arc.urdf", "base_link", "tool0", 6},
+                             Robot{"geo_socket_panda_iiwa/panda.urdf", "", "panda_hand", 7},
+                             Robot{"geo_socket_panda_iiwa/iiwa14.urdf", "base_link", "tool0", 7},
+                             Robot{"geo_ur10_figaroh/ur10_robot.urdf", "base_link", "tool0", 6},
+                             Robot{"dyn_tx40_figaroh/tx40_mdh_modified.urdf", "", "", 6},
+                             Robot{"dyn_tiago_figaroh/tiago_no_hand.urdf", "torso_lift_link", "arm_tool_link", 7},
+                             Robot{"dyn_tiago_figaroh/tiago_no_hand.urdf", "base_link", "arm_tool_link", 8},
+                             Robot{"dyn_lbr_med7_kcl/med7dock.urdf", "", "", 7},
+                             Robot{"simreal_kinova_mico/m1n6s300.urdf", "", "m1n6s300_link_6", 6},
+                             Robot{"geo_hydra_cmm/za.urdf", "base_link", "tool0", 6}}) {
+    const std::filesystem::path file = test::reference(std::string("data/") + robot.file);
+    if (file.empty()) return;
+    INFO(robot.file);
+    const UrdfImport urdf = import_urdf(file, {robot.base, robot.tip});
+    CHECK(urdf.cell.robot.joints() == robot.joints);
+    CHECK(difference(urdf.cell, parse_urdf(to_urdf(urdf.cell), "text").cell) < 1e-12);
+    CHECK(difference(urdf.cell, parse_cell(to_yaml(urdf.cell), "text")) == 0.0);
+  }
+}
+
+TEST_CASE("inverse kinematics agrees with the ortho-parallel formulas of the KR5") {
+  const std::filesystem::path folder = test::reference("data/kr5_arc_description");
+  if (folder.empty()) return;
+  const io::Node yaml = io::load_yaml(folder / "opw_kinematics_kr5.yaml");
+  const auto length = [&](const char* key) {
+    return std::stod(yaml.find("opw_kinematics_geometric_parameters")->find(key)->scalar);
+  };
+  const auto item = [&](const char* key, std::size_t i) { return std::stod(yaml.find(key)->items[i].scalar); };
+  const double a1 = length("a1"), a2 = length("a2"), c1 = length("c1"), c2 = length("c2"), c3 = length("c3"),
+               c4 = length("c4"), b = length("b");
+  // Forward kinematics of Brandstoetter et al. 2014, eq. 1-7.
+  const auto opw = [&](const VectorXd& q) {
+    Eigen::Matrix<double, 6, 1> t;
+    for (std::size_t i = 0; i < 6; ++i)
+      t[static_cast<Eigen::Index>(i)] =
+          q[static_cast<Eigen::Index>(i)] * item("opw_kinematics_joint_sign_corrections", i) -
+          item("opw_kinematics_joint_offsets", i);
+    const double psi = std::atan2(a2, c3), k = std::hypot(a2, c3);
+    const double x = c2 * std::sin(t[1]) + k * std::sin(t[1] + t[2] + psi) + a1;
+    const double z = c2 * std::cos(t[1]) + k * std::cos(t[1] + t[2] + psi) + c1;
+    const auto Z = [](double a) { return Eigen::AngleAxisd(a, Eigen::Vector3d::UnitZ()); };
+    const auto Y = [](double a) { return Eigen::AngleAxisd(a, Eigen::Vector3d::UnitY()); };
+    Pose T = Pose::Identity();
+    T.linear() = (Z(t[0]) * Y(t[1] + t[2]) * Z(t[3]) * Y(t[4]) * Z(t[5])).toRotationMatrix();
+    T.translation() = Z(t[0]) * Eigen::Vector3d(x, b, z) + c4 * T.linear().col(2);
+    return T;
+  };
+  const Cell cell = import_urdf(folder / "kr5_arc.urdf", {"base_link", "tool0"}).cell;
+  REQUIRE(kinematics::has_closed_form(chain(cell)));
+  Random random(4);
+  for (int k = 0; k < 200; ++k) {
+    VectorXd q = test::random_vector(random, 6, 3);
+    const Pose T = T_B_E(cell, q);
+    // The frames of tool0 differ by a constant turn only.
+    const Eigen::Matrix3d turn = opw(VectorXd::Zero(6)).linear().transpose() * T_B_E(cell, VectorXd::Zero(6)).linear();
+    CHECK((opw(q).translation() - T.translation()).norm() < 1e-10);
+    CHECK((opw(q).linear() * turn - T.linear()).norm() < 1e-10);
+    const kinematics::InverseResult inverse = kinematics::inverse(chain(cell), T);
+    CHECK((inverse.postures.size() == 4 || inverse.postures.size() == 8));
+    for (const kinematics::Posture& p : inverse.postures)
+      CHECK((opw(p.q).translation() - T.translation()).norm() < 1e-10);
+  }
+}
