@@ -128,7 +128,7 @@ def test_command_says_what_is_wrong(reference, run_kr5, tmp_path):
         (["empty", "--board", "chessboard:6x9:0.025"], "holds no image"),
         ([images[0], "--board", "chessboard:6x9"], "chessboard"),
         ([images[0], images[0], "--board", "chessboard:6x9:0.025"], "given twice"),
-        ([images[0], "--board", "chessboard:7x9:0.025", "-o", "keep.json"], "found in none"),
+        ([images[0], "--board", "chessboard:4x4:0.025", "-o", "keep.json"], "found in none"),
     ):
         done = run_kr5("calibrate", "camera", *arguments)
         assert done.returncode == 2 and words in done.stderr and "Traceback" not in done.stderr, done.stderr

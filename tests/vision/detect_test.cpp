@@ -180,6 +180,26 @@ TEST_CASE("what is wrong is said when nothing is found") {
   CHECK_FALSE(find_target(Image(8, 8, 100), tag).found());
 }
 
+TEST_CASE("a chessboard is not found inside a larger one") {
+  const Pinhole lens = camera(800, 600, 700, -0.15);
+  const PlacedTarget board = placed(parse_target("chessboard:6x9:0.02"), 0.3, 0.5, 0.8, 0.3);
+  const Image image = render(std::span(&board, 1), lens, {.blur = 0.8, .noise = 3});
+  for (const char* wanted : {"chessboard:4x4:0.02", "chessboard:6x8:0.02"}) {
+    const Detection seen = find_target(image, parse_target(wanted));
+    CAPTURE(wanted, seen.message);
+    CHECK(seen.status == DetectStatus::WrongSize);
+    CHECK_THAT(seen.message, Catch::Contains("of 6x9") || Catch::Contains("of 9x6"));
+  }
+}
+
+TEST_CASE("two chessboards side by side are no larger one") {
+  const Target target = parse_target("chessboard:4x4:0.02");
+  PlacedTarget pair[2] = {placed(target, 0.4, 0.2, 0, 0), placed(target, 0.4, 0.2, 0, 0)};
+  pair[0].T_camera_target.translation().x() -= 0.075;
+  pair[1].T_camera_target.translation().x() += 0.075;
+  CHECK(find_target(render(pair, camera(800, 600, 700)), target).found());
+}
+
 TEST_CASE("bad options and empty images are refused") {
   CHECK_THROWS_AS(find_tags(ImageView{}), InvalidArgument);
   TagOptions options;

@@ -37,6 +37,11 @@ std::optional<SeenPoints> find_circles(ImageView image, const Target& target, Re
 std::optional<SeenPoints> find_charuco(ImageView image, const Target& target, const std::vector<TagDetection>& tags,
                                        Refinement refine);
 
+/// Whether at nearly all points of `grid` two black squares touch, with colours in turn: three in four, or more.
+bool is_chessboard(ImageView image, const PixelGrid& grid);
+/// The corners of the whole chessboard of which `grid` is a part, as far as the image shows it; those of `grid` itself
+/// when the board ends there.
+PixelGrid whole_chessboard(ImageView image, PixelGrid grid);
 /// Size of the chessboard in the image, whatever it is: rows, columns of inner corners.
 std::optional<std::pair<int, int>> seen_chessboard(ImageView image);
 /// Puts points into a grid of rows x cols, from neighbour to neighbour; empty unless exactly one such grid is full.

@@ -31,24 +31,31 @@ double colour_order(ImageView image, const PixelGrid& g) {
   return sum;
 }
 
-std::optional<PixelGrid> corners_by_opencv(ImageView image, int rows, int cols) {
-  const cv::Mat picture = cv_view(image);
-  const cv::Size size(cols, rows);
-  std::vector<cv::Point2f> corners;
-  bool found =
-      rows > 2 && cols > 2 && cv::findChessboardCornersSB(picture, size, corners, cv::CALIB_CB_NORMALIZE_IMAGE);
-  if (!found)
-    found = rows > 2 && cols > 2 &&
-            cv::findChessboardCorners(
-                picture, size, corners,
-                cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK);
-  if (!found && rows > 2 && cols > 2)
-    found = cv::findChessboardCornersSB(picture, size, corners,
-                                        cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_EXHAUSTIVE | cv::CALIB_CB_ACCURACY);
-  if (!found || corners.size() != static_cast<std::size_t>(rows * cols)) return std::nullopt;
+PixelGrid grid_of(const std::vector<cv::Point2f>& corners, int rows, int cols) {
   PixelGrid grid{rows, cols, {}};
   for (const cv::Point2f& p : corners) grid.points.emplace_back(p.x, p.y);
   return grid;
+}
+
+/// OpenCV's ways, quick ones first. Asked for a small board, it patches one together from corners of a larger one.
+std::optional<PixelGrid> corners_by_opencv(ImageView image, int rows, int cols) {
+  if (rows < 3 || cols < 3) return std::nullopt;
+  const cv::Mat picture = cv_view(image);
+  const cv::Size size(cols, rows);
+  for (int way = 0; way < 3; ++way) {
+    std::vector<cv::Point2f> corners;
+    const bool found =
+        way == 1 ? cv::findChessboardCorners(
+                       picture, size, corners,
+                       cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK)
+                 : cv::findChessboardCornersSB(
+                       picture, size, corners,
+                       cv::CALIB_CB_NORMALIZE_IMAGE | (way == 2 ? cv::CALIB_CB_EXHAUSTIVE | cv::CALIB_CB_ACCURACY : 0));
+    if (!found || corners.size() != static_cast<std::size_t>(rows * cols)) continue;
+    PixelGrid grid = grid_of(corners, rows, cols);
+    if (is_chessboard(image, grid)) return grid;
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -83,7 +90,7 @@ std::vector<PixelGrid> PixelGrid::turned() const {
 
 std::optional<SeenPoints> find_chessboard(ImageView image, const Target& target, Refinement refine) {
   const auto raw = corners_by_opencv(image, target.rows, target.cols);
-  if (!raw) return std::nullopt;
+  if (!raw || whole_chessboard(image, *raw).points.size() > raw->points.size()) return std::nullopt;
   const std::vector<PixelGrid> ways = raw->turned();
   const auto& grid = *std::min_element(ways.begin(), ways.end(), [&](const PixelGrid& a, const PixelGrid& b) {
     const bool good_a = colour_order(image, a) > 0, good_b = colour_order(image, b) > 0;
@@ -108,7 +115,8 @@ std::optional<std::pair<int, int>> seen_chessboard(ImageView image) {
   if (!cv::findChessboardCornersSB(cv_view(image), cv::Size(3, 3), corners,
                                    cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_LARGER, meta))
     return std::nullopt;
-  return std::pair{meta.rows, meta.cols};
+  const PixelGrid whole = whole_chessboard(image, grid_of(corners, meta.rows, meta.cols));
+  return std::pair{whole.rows, whole.cols};
 }
 
 }  // namespace kr5::vision
