@@ -26,6 +26,7 @@ BENCHES = {
     "hand_eye": ("hand-eye: real sets left out view by view, synthetic truth", [], ["--trials", "30"]),
     "clock_offset": ("offset of robot and camera clocks", [], ["--shifts", "4"]),
     "named_cause": ("right cause of a bad hand-eye recording named first", [str(BUILD)], [str(BUILD), "--quick"]),
+    "contact": ("peg on tube: height, contacts and a roll beside brute force", [], ["--rows", "2000"]),
     "coverage": ("how often the 95 % regions hold the truth", [str(BUILD)], [str(BUILD), "--quick"]),
 }
 

@@ -1,0 +1,126 @@
+"""Peg on tube: height and contacts beside brute force, the book's example, and a simulated roll.
+
+    python tools/bench/contact.py [--rows 20000]
+
+Brute force is the greatest height over points of rim and edges (as in the reference program: 1440 a circle), and the
+same with 200 times as many points around the best one. Times of the library include the call from Python.
+"""
+
+import argparse
+import math
+import time
+
+import numpy as np
+from rich.console import Console
+
+import kr5
+from kr5 import force
+from kr5_tools.common import table
+
+BODIES = force.PegTube(peg_radius=9.42e-3, inner_radius=9.7e-3, outer_radius=12.65e-3)
+SHAPE = force.PegTubeShape(peg_radius=9.42e-3, peg_length=0.05, inner_radius=9.7e-3, outer_radius=12.65e-3, tube_depth=0.06)
+CENTRE = np.array([-7.53e-3, -7.2e-3])
+TILT = math.radians(7.5)
+
+
+def brute(tilt, alpha, c, bodies, angles=None, refine=True):
+    """Greatest height over the arcs; with `refine` again around the arc point that was best."""
+    d, e = np.array([math.cos(alpha), math.sin(alpha)]), np.array([-math.sin(alpha), math.cos(alpha)])
+    b = np.linspace(0, 2 * np.pi, 1440, endpoint=False) if angles is None else angles
+    r, cos = bodies.peg_radius, math.cos(tilt)
+    rim = c + r * (np.outer(cos * np.cos(b), d) + np.outer(np.sin(b), e))
+    rho = np.hypot(*rim.T)
+    best, at = -np.inf, 0.0
+    curves = [(rim, (rho >= bodies.inner_radius) & (rho <= bodies.outer_radius))]
+    for R in (bodies.inner_radius, bodies.outer_radius):
+        circle = R * np.column_stack([np.cos(b), np.sin(b)])
+        curves.append((circle, ((circle - c) @ d / cos) ** 2 + ((circle - c) @ e) ** 2 <= r * r))
+    for points, inside in curves:
+        heights = np.where(inside, (points - c) @ d, -np.inf)
+        k = int(np.argmax(heights))
+        if heights[k] > best:
+            best, at = heights[k], b[k]
+    best *= math.tan(tilt)
+    if refine and np.isfinite(best):
+        step = 2 * np.pi / 1440
+        best = max(best, brute(tilt, alpha, c, bodies, np.linspace(at - step, at + step, 400), False))
+        best = max(best, brute(tilt, alpha, c, bodies, np.linspace(at - 1e-2 * step, at + 1e-2 * step, 400), False))
+    return best
+
+
+def heights(rows):
+    random = np.random.default_rng(1)
+    alpha, cx, cy = random.uniform(0, 2 * np.pi, rows), *random.uniform(-0.011, 0.011, (2, rows))
+    start = time.perf_counter()
+    own = force.resting_heights(BODIES, TILT, alpha, cx, cy)
+    each = (time.perf_counter() - start) / rows
+    some = range(min(rows, 1500))
+    result = [["closed form", "0 (reference)", f"{1e6 * each:.2f}"]]
+    for name, refine in (("brute force, 1440 points a circle", False), ("brute force, refined", True)):
+        start = time.perf_counter()
+        other = np.array([brute(TILT, alpha[i], np.array([cx[i], cy[i]]), BODIES, refine=refine) for i in some])
+        spent = (time.perf_counter() - start) / len(some)
+        found = np.isfinite(other) & np.isfinite(own[list(some)])
+        error = 1e6 * np.abs(other - own[list(some)])[found]
+        result.append([name, f"{np.sqrt(np.mean(error**2)):.4f} / {error.max():.4f}", f"{1e6 * spent:.0f}"])
+    return table(f"Height of a tilted peg on a tube (7.5 deg, {rows} poses)",
+                 ["method", "difference rms / max [µm]", "time a pose [µs]"], result)
+
+
+def book():
+    azimuth = np.arange(0, 360, 0.01)  # of the tilt axis, as the book counts
+    profile = 1e3 * force.resting_heights(BODIES, TILT, np.radians(azimuth - 90), *CENTRE)
+    rows = []
+    for name, low, high, printed in (("cusp over the bore", 90, 180, 133.7), ("smooth, outer edge", 270, 360, 313.7)):
+        part = (azimuth >= low) & (azimuth < high)
+        k = np.flatnonzero(part)[np.argmin(profile[part])]
+        rows.append([name, f"{azimuth[k]:.2f}", f"{printed:.1f}", f"{profile[k]:.4f}"])
+    return table("The book's example, offset (-7.53, -7.2) mm", ["minimum", "azimuth [deg]", "book [deg]", "height [mm]"], rows)
+
+
+def leaning(alpha):
+    T = np.eye(4)
+    turn = lambda a, axis: kr5.exp_rotation(a * np.eye(3)[axis])
+    T[:3, :3] = turn(alpha, 2) @ turn(TILT, 1) @ turn(-alpha, 2)
+    return T
+
+
+def roll(steps=6000, held=15.0, mass=1.5, guide=20.0):
+    """Once round in six seconds under a held force, free along Z over a fixed point."""
+    law, stiction, dt = force.ContactLaw(), force.Stiction(), 6.0 / steps
+    alphas = np.linspace(0, 2 * np.pi, steps, endpoint=False)
+    expected = force.resting_heights(BODIES, TILT, alphas, *CENTRE) - held / law.stiffness
+    z, speed, got, normal, spent = expected[0], 0.0, [], [], 0.0
+    for alpha in alphas:
+        T = leaning(alpha)
+        T[:3, 3] = [*CENTRE, z]
+        turn = kr5.log_rotation(leaning(alpha + 1e-6)[:3, :3] @ T[:3, :3].T) / 1e-6 * 2 * np.pi / 6
+        start = time.perf_counter()
+        contacts = force.peg_tube_contacts(SHAPE, T)
+        spent += time.perf_counter() - start
+        pushed = force.contact_wrench(contacts, law, T, [0, 0, speed, *turn], dt, stiction)
+        speed += dt * (pushed.wrench[2] - held - guide * speed) / mass
+        z += dt * speed
+        got.append(z)
+        normal.append(pushed.wrench[2])
+    got, quarter = np.array(got), alphas < np.pi / 2
+    direction = math.degrees(alphas[quarter][np.argmin(got[quarter])] - math.atan2(-CENTRE[1], -CENTRE[0]))
+    error = 1e6 * np.abs(got - expected)
+    rows = [["height against the closed form, mean / max [µm]", f"{error.mean():.3f} / {error.max():.2f}"],
+            ["direction of the depth minimum, error [deg]", f"{direction:+.2f}"],
+            ["vertical force, RMS about the held one [N]", f"{np.sqrt(np.mean((np.array(normal) - held) ** 2)):.4f}"],
+            ["contacts of one pose, called from Python [µs]", f"{1e6 * spent / steps:.1f}"]]
+    return table("A simulated roll once round the tube, 15 N held", ["what", "value"], rows)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--rows", type=int, default=20000, help="poses of the height")
+    given = parser.parse_args()
+    console = Console(width=120)
+    for part in (heights(given.rows), book(), roll()):
+        console.print(part)
+
+
+if __name__ == "__main__":
+    main()
