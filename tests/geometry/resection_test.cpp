@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include <catch2/catch.hpp>
 
 #include <kr5/core/error.hpp>
@@ -83,6 +85,28 @@ TEST_CASE("both poses of a small planar target are offered and one of them is ri
   CHECK(two > trials / 2);
   CHECK(any > first);
   CHECK(any > 0.95 * trials);
+}
+
+TEST_CASE("one of the two poses of a distant grid is right") {
+  const Pinhole c = camera();
+  const double sigma = 0.3;
+  Random random(11);
+  for (const auto& points : {board(2, 2, 0.05), board(3, 4, 0.03), board(10, 10, 0.01)}) {
+    int right = 0;
+    const int trials = 500;
+    for (int i = 0; i < trials; ++i) {
+      Pose T = random_view(random, 1.1);
+      T.translation() = 4 * Eigen::Vector3d(random.uniform(-0.4, 0.4), random.uniform(-0.3, 0.3), 1);
+      const auto found = resect(points, project(c, T, points, &random, sigma), c);
+      right += std::any_of(found.begin(), found.end(), [&](const Resection& r) {
+        const Vector6 d = pose_difference(r.T_camera_points, T);
+        return d.dot(r.information * d) < sigma * sigma * 27.86;  // chi-square, 6 degrees of freedom, 99.99 %
+      });
+    }
+    CAPTURE(points.cols(), right);
+    // The chi-square is that of small errors; where the tilt is hardly seen they are not small.
+    CHECK(right > 0.98 * trials);
+  }
 }
 
 TEST_CASE("the reported information is that of the scatter") {

@@ -156,6 +156,23 @@ Pose mirrored(const Pose& T, const Eigen::Vector3d& normal, const Eigen::Vector3
   return out;
 }
 
+/// Starts tilted to all sides of the line of sight. A distant plane is seen almost in parallel: noise can put the first
+/// optimum, and with it the mirrored start, at any side of the other one's valley.
+std::vector<Pose> tilted_starts(const Pose& T, const Eigen::Vector3d& normal, const Eigen::Vector3d& middle) {
+  const Eigen::Vector3d n = T.linear() * normal, c = T * middle, sight = c.normalized();
+  const Eigen::Vector3d facing = n.dot(sight) < 0 ? Eigen::Vector3d(-sight) : sight;
+  std::vector<Pose> starts;
+  for (const double tilt : {0.9, 0.4})
+    for (int side = 0; side < 8; ++side) {
+      const Eigen::Vector3d axis = Eigen::AngleAxisd(side * std::numbers::pi / 4, sight) * sight.unitOrthogonal();
+      Pose start = Pose::Identity();
+      start.linear() = Eigen::Quaterniond::FromTwoVectors(n, Eigen::AngleAxisd(tilt, axis) * facing) * T.linear();
+      start.translation() = c - start.linear() * middle;
+      starts.push_back(start);
+    }
+  return starts;
+}
+
 Pose spatial_start(const Eigen::Matrix3Xd& points, const Eigen::Matrix2Xd& rays) {
   Eigen::Matrix<double, 3, 4> P = linear_transform<3>(points, rays);
   if (P.leftCols<3>().determinant() < 0) P = -P;
@@ -248,7 +265,12 @@ std::vector<Resection> resect(const Eigen::Matrix3Xd& points, const Eigen::Matri
   add(found, refine(problem, planar_start(plane, *rays) * T_points_plane.inverse()));
   if (!found.empty()) {
     const Pose first = found.front().T_camera_points;
-    add(found, refine(problem, mirrored(first, T_points_plane.linear().col(2), middle)));
+    const Eigen::Vector3d normal = T_points_plane.linear().col(2);
+    add(found, refine(problem, mirrored(first, normal, middle)));
+    for (const Pose& start : tilted_starts(first, normal, middle)) {
+      if (found.size() > 1) break;
+      add(found, refine(problem, start));
+    }
   }
   return found;
 }
