@@ -97,7 +97,10 @@ Detection search_once(ImageView image, const Target& target, const DetectOptions
     tag_options.refine = options.refine;
     result.tags = find_tags(image, tag_options);
     int doubles = 0;
-    const std::vector<TagDetection> ours = markers_of(target, result.tags, &doubles);
+    std::vector<TagDetection> ours = markers_of(target, result.tags, &doubles);
+    // A marker that its model does not fit, say cut off by the image, may be pixels off: others make up for it.
+    if (std::any_of(ours.begin(), ours.end(), [](const TagDetection& tag) { return tag.refined; }))
+      std::erase_if(ours, [](const TagDetection& tag) { return !tag.refined; });
     if (doubles > 0)
       result.message = "; " + std::to_string(doubles) + " more with the same numbers, smaller in the image, left out";
     seen = target.kind == TargetKind::Charuco ? find_charuco(image, target, ours, options.refine)

@@ -12,10 +12,15 @@ namespace kr5::vision {
 namespace {
 
 using Corners = Eigen::Matrix<double, 2, 4>;
-constexpr int size = 14;  // 8 of the homography, log of the blur, black, white - black, its slope along x, y, lens
-constexpr int lens = 13;  // radial distortion about the middle of the image at half its diagonal: bends long sides
-// What lenses are like, for markers too small to tell: deviation of the distortion, middle and deviation of log blur.
-constexpr double usual_lens = 0.1, usual_blur = -0.2, blur_range = 1.0;
+// 8 of the homography, log of the blur, black, white - black, its slope along x, y, bends.
+constexpr int size = 16, bends = 3;
+// How the lens bends the marker: cubic distortion about the middle of the image, at half its diagonal; what distortion
+// of higher order adds to that along the radius; and across it, because the lens's centre is not the image's.
+constexpr int lens = 13;
+// What lenses are like, for markers too small to tell: deviation of the bends (the second grows with the cube of the
+// distance from the middle), middle and deviation of log blur.
+constexpr double usual_lens = 0.1, usual_higher = 0.1, usual_across = 0.005, usual_blur = -0.2, blur_range = 1.0;
+using Bends = Eigen::Matrix<double, 2, bends>;
 using Vector = Eigen::Matrix<double, size, 1>;
 constexpr double pixel_variance = 1.0 / 12;  // a pixel averages over its own square
 constexpr double model_error = 0.003;        // [px] what the approximations below leave, measured without noise
@@ -83,27 +88,33 @@ struct Share {
 };
 
 struct Sample {
-  double x, y;    ///< Normalised.
-  double bx, by;  ///< By how much a unit of distortion moves the pixel, normalised.
+  double x, y;  ///< Normalised.
+  Bends bend;   ///< By how much a unit of each bend moves the pixel, normalised.
   double grey;
 };
 
 class MarkerModel {
  public:
   MarkerModel(ImageView image, const MarkerPattern& pattern, const Corners& corners)
-      : image_(image), pattern_(pattern), middle_(corners.rowwise().mean()) {
+      : image_(image),
+        pattern_(pattern),
+        centre_((image.width - 1) / 2.0, (image.height - 1) / 2.0),
+        middle_(corners.rowwise().mean()) {
     half_ = 0.25 * ((corners.col(1) - corners.col(0)).norm() + (corners.col(2) - corners.col(1)).norm());
     const int rim = (pattern.cells - pattern.square) / 2;
     square_ << rim, rim + pattern.square, rim + pattern.square, rim, rim, rim, rim + pattern.square,
         rim + pattern.square;
     lowest_ = std::min(0, rim - 1);
+    const Eigen::Vector2d m = middle_ - centre_;
+    if (m.norm() > 1) outward_ = m.normalized();
+    usual_ << usual_lens, usual_higher * std::max(std::pow(m.norm() / centre_.norm(), 3), 0.01), usual_across;
   }
 
   Vector start(const Corners& corners) {
     Vector p;
     p.head<8>() = through((corners.colwise() - middle_) / half_, square_);
     p[8] = usual_blur;
-    p.tail<5>().setZero();
+    p.tail<size - 9>().setZero();
     return p;
   }
 
@@ -141,11 +152,12 @@ class MarkerModel {
       const Eigen::Vector2d by_xy = contrast * c.by_xy.transpose() * Eigen::Vector2d(fu, fv);
       J << a * sample.x, a * sample.y, a, b * sample.x, b * sample.y, b, -t * sample.x, -t * sample.y,
           contrast * fs * blur * blur / (blur * blur + pixel_variance), 1.0, f, f * sample.x, f * sample.y,
-          by_xy.x() * sample.bx + by_xy.y() * sample.by;
+          sample.bend.transpose() * by_xy;
       out.add(J, model - sample.grey, scale);
     }
     const double noise = std::min(scale, 4.0);  // [grey] each is one more pixel
-    out.add(Vector::Unit(lens) * noise / usual_lens, p[lens] * noise / usual_lens, scale);
+    for (int k = 0; k < bends; ++k)
+      out.add(Vector::Unit(lens + k) * noise / usual_[k], p[lens + k] * noise / usual_[k], scale);
     out.add(Vector::Unit(8) * noise / blur_range, (p[8] - usual_blur) * noise / blur_range, scale);
     return out;
   }
@@ -156,13 +168,13 @@ class MarkerModel {
     RefinedMarker out;
     for (int i = 0; i < 4; ++i) {
       const Sample at = place(p, H, square_.col(i));
-      const Eigen::Vector2d xy(at.x + p[lens] * at.bx, at.y + p[lens] * at.by);
+      const Eigen::Vector2d xy = Eigen::Vector2d(at.x, at.y) + at.bend * p.tail<bends>();
       const Cell c = to_cell(p, xy.x(), xy.y());
       Eigen::Matrix<double, 2, size> by_p = Eigen::Matrix<double, 2, size>::Zero();
       by_p.leftCols<8>() << xy.x(), xy.y(), 1, 0, 0, 0, -c.uv.x() * xy.x(), -c.uv.x() * xy.y(), 0, 0, 0, xy.x(), xy.y(),
           1, -c.uv.y() * xy.x(), -c.uv.y() * xy.y();
       Eigen::Matrix<double, 2, size> J = c.by_xy.inverse() * by_p / c.w;
-      J.col(lens) << at.bx, at.by;
+      J.rightCols<bends>() = at.bend;
       out.corners.col(i) = pixel_of(at);
       const double variance = (J * fit.covariance * J.transpose()).trace() / 2;
       out.sigma[i] = std::hypot(half_ * std::sqrt(variance), model_error);
@@ -264,7 +276,7 @@ class MarkerModel {
     const Eigen::Vector2d xy = (H * uv.homogeneous()).hnormalized();
     Sample at = sample(middle_ + half_ * xy);
     for (int pass = 0; pass < 4; ++pass)  // the pixel that, made straight, lies at xy
-      at = sample(middle_ + half_ * (xy - p[lens] * Eigen::Vector2d(at.bx, at.by)));
+      at = sample(middle_ + half_ * (xy - at.bend * p.tail<bends>()));
     return at;
   }
 
@@ -272,17 +284,19 @@ class MarkerModel {
 
   /// A place in the image, its grey not yet looked up.
   Sample sample(const Eigen::Vector2d& pixel) const {
-    const Eigen::Vector2d centre((image_.width - 1) / 2.0, (image_.height - 1) / 2.0);
-    const Eigen::Vector2d r = pixel - centre, m = middle_ - centre, d = pixel - middle_, xy = d / half_;
+    const Eigen::Vector2d r = pixel - centre_, m = middle_ - centre_, d = pixel - middle_, xy = d / half_;
+    Sample s{xy.x(), xy.y(), {}, 0.0};
     // Without its value and slope at the middle, which the homography has as well: what is left bends.
-    const Eigen::Vector2d bend = (r * r.squaredNorm() - m * m.squaredNorm() - m.squaredNorm() * d - 2 * m * m.dot(d)) /
-                                 (centre.squaredNorm() * half_);
-    return {xy.x(), xy.y(), bend.x(), bend.y(), 0.0};
+    s.bend.col(0) = r * r.squaredNorm() - m * m.squaredNorm() - m.squaredNorm() * d - 2 * m * m.dot(d);
+    s.bend.col(0) /= centre_.squaredNorm() * half_;
+    s.bend.col(1) = outward_ * std::pow(outward_.dot(xy), 2) * half_ / centre_.norm();
+    s.bend.col(2) = Eigen::Vector2d(-outward_.y(), outward_.x()) * xy.squaredNorm() * half_ / centre_.norm();
+    return s;
   }
 
   static Sample straight(const Vector& p, Sample s) {
-    s.x += p[lens] * s.bx;
-    s.y += p[lens] * s.by;
+    const Eigen::Vector2d shift = s.bend * p.tail<bends>();
+    s.x += shift.x(), s.y += shift.y();
     return s;
   }
 
@@ -363,7 +377,8 @@ class MarkerModel {
 
   ImageView image_;
   const MarkerPattern& pattern_;
-  Eigen::Vector2d middle_;
+  Eigen::Vector2d centre_, middle_, outward_ = Eigen::Vector2d::UnitX();  ///< Of the image, of the marker; radius.
+  Eigen::Vector3d usual_;                                                 ///< Deviation of the bends.
   double half_;
   Corners square_;
   int lowest_;
