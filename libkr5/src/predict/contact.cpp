@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "predict/contact.hpp"
+#include <kr5/predict/contact.hpp>
 
 #include <algorithm>
 #include <cmath>

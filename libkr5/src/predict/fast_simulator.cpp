@@ -4,6 +4,7 @@
 #include <kr5/cell/effect.hpp>
 
 #include "predict/kinds.hpp"
+#include "predict/real_arm.hpp"
 
 namespace kr5::predict {
 namespace {
@@ -21,15 +22,19 @@ void require_targets(const cell::Cell& cell) {
 
 Shown predicted(const cell::Cell& cell, cell::Kind kind, const Given& given) {
   using enum cell::Kind;
+  const RealArm arm(cell);
+  const FlangeAt flange = [&](const Eigen::VectorXd& q, double t) {
+    return arm.chain(t).flange(arm.at_rest(given, q, t));
+  };
   switch (kind) {
     case Motion:
       return motion(cell, given);
     case Poses:
-      return poses(cell, given);
+      return poses(cell, given, flange);
     case Views:
-      return views(cell, given);
+      return views(cell, given, flange);
     case Scan:
-      return scan(cell, given);
+      return scan(cell, given, flange);
     case Step:
       return step(cell, given);
     case Press:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "predict/given.hpp"
+#include <kr5/predict/given.hpp>
 
 #include <cmath>
 

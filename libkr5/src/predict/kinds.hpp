@@ -3,17 +3,14 @@
 
 #include <kr5/cell/cell.hpp>
 
-#include "predict/given.hpp"
+#include <kr5/predict/given.hpp>
 
 /// @file
-/// One function a kind of experiment.
+/// One function a kind of experiment; those of an arm at rest are in kr5/predict/postures.hpp.
 
 namespace kr5::predict {
 
 Shown motion(const cell::Cell& cell, const Given& given);
-Shown poses(const cell::Cell& cell, const Given& given);
-Shown views(const cell::Cell& cell, const Given& given);
-Shown scan(const cell::Cell& cell, const Given& given);
 Shown step(const cell::Cell& cell, const Given& given);
 Shown press(const cell::Cell& cell, const Given& given);
 Shown profile(const cell::Cell& cell, const Given& given);

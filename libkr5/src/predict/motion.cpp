@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <cmath>
 
+#include <kr5/predict/wrench.hpp>
 #include "predict/deflection.hpp"
 #include "predict/drive_loads.hpp"
 #include "predict/kinds.hpp"
 #include "predict/second_order.hpp"
-#include "predict/wrench.hpp"
 
 namespace kr5::predict {
 namespace {
@@ -52,20 +52,32 @@ void add_cables(const RealArm& arm, const Rows& q, Rows& load) {
     for (Index k = 0; k < q.rows(); ++k) load(k, i) += arm.cable(i, q(k, i));
 }
 
-/// Adds the deflection of elastic joints and of those with play.
+/// Torques on the joints, cables included, of a motion of the links.
+Rows loads_of(const RealArm& arm, kinematics::Dynamics& dynamics, const Links& links) {
+  Rows out = dynamics.loads(links.q, links.qd, links.qdd).tau;
+  add_cables(arm, links.q, out);
+  return out;
+}
+
+/// Adds the deflection of elastic joints and of those with play. The second pass knows how the deflection of the first
+/// changes the load, by which a link crosses its play some milliseconds earlier or later.
 void deflect_links(const RealArm& arm, kinematics::Dynamics& dynamics, const VectorXd& t, Links& links) {
-  Rows all = dynamics.loads(links.q, links.qd, links.qdd).tau;
-  add_cables(arm, links.q, all);
   std::vector<Index> soft;
   for (const SoftJoint& s : arm.soft()) soft.push_back(s.joint);
   std::vector<MatrixXd> mass;
   for (Index k = 0; k < t.size(); ++k) mass.push_back(dynamics.mass_matrix(links.q.row(k).transpose())(soft, soft));
-  const MatrixXd load = all(Eigen::all, soft);
-  const Deflection d = deflect(arm.soft(), t, load, mass);
-  for (std::size_t i = 0; i < soft.size(); ++i) {
-    links.q.col(soft[i]) += d.x.col(static_cast<Index>(i));
-    links.qd.col(soft[i]) += d.v.col(static_cast<Index>(i));
-    links.qdd.col(soft[i]) += d.a.col(static_cast<Index>(i));
+  const Links rigid = links;
+  MatrixXd load = loads_of(arm, dynamics, rigid)(Eigen::all, soft);
+  for (int pass = 0; pass < 2; ++pass) {
+    const Deflection d = deflect(arm.soft(), t, load, mass);
+    links = rigid;
+    for (std::size_t i = 0; i < soft.size(); ++i) {
+      links.q.col(soft[i]) += d.x.col(static_cast<Index>(i));
+      links.qd.col(soft[i]) += d.v.col(static_cast<Index>(i));
+      links.qdd.col(soft[i]) += d.a.col(static_cast<Index>(i));
+    }
+    load = loads_of(arm, dynamics, links)(Eigen::all, soft);
+    for (Index k = 0; k < t.size(); ++k) load.row(k) -= d.a.row(k) * mass[static_cast<std::size_t>(k)];
   }
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "predict/contact.hpp"
+#include <kr5/predict/contact.hpp>
+#include <kr5/predict/wrench.hpp>
 #include "predict/kinds.hpp"
 #include "predict/second_order.hpp"
-#include "predict/wrench.hpp"
 
 namespace kr5::predict {
 namespace {

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "predict/kinds.hpp"
 #include "predict/real_arm.hpp"
 
 namespace kr5::predict {
 
 using Eigen::Index;
 
-Shown poses(const cell::Cell& cell, const Given& given) {
+Shown poses(const cell::Cell& cell, const Given& given, const FlangeAt& flange) {
   Pose T_F_E = cell.tool ? cell.tool->T_F_E : Pose::Identity();
   T_F_E.translate(cell.effects.tool.offset);
-  Postures postures(cell, given);
+  Postures postures(given, flange);
   Eigen::MatrixXd shown(given.rows(), 7);
   for (Index k = 0; k < given.rows(); ++k) {
     const Pose T_B_E = postures.flange(k) * T_F_E;

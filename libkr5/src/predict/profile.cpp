@@ -3,9 +3,9 @@
 
 #include <kr5/force/peg_on_tube.hpp>
 
-#include "predict/contact.hpp"
+#include <kr5/predict/contact.hpp>
+#include <kr5/predict/wrench.hpp>
 #include "predict/kinds.hpp"
-#include "predict/wrench.hpp"
 
 namespace kr5::predict {
 namespace {

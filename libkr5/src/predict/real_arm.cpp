@@ -114,12 +114,12 @@ VectorXd RealArm::at_rest(const Given& given, const VectorXd& q, double t) const
   return out;
 }
 
-Postures::Postures(const cell::Cell& cell, const Given& given)
-    : arm_(cell), given_(given), q_(given.joints("q")), t_(given["t"]), T_B_F_(Pose::Identity()) {}
+Postures::Postures(const Given& given, const FlangeAt& flange)
+    : flange_at_(flange), q_(given.joints("q")), t_(given["t"]), T_B_F_(Pose::Identity()) {}
 
 const Pose& Postures::flange(Index row) {
   if (last_ < 0 || t_[row] != t_[last_] || q_.row(row) != q_.row(last_))
-    T_B_F_ = arm_.chain(t_[row]).flange(arm_.at_rest(given_, q_.row(row).transpose(), t_[row]));
+    T_B_F_ = flange_at_(q_.row(row).transpose(), t_[row]);
   last_ = row;
   return T_B_F_;
 }

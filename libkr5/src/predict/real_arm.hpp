@@ -4,7 +4,8 @@
 #include <kr5/cell/cell.hpp>
 #include <kr5/kinematics/newton_euler.hpp>
 
-#include "predict/given.hpp"
+#include <kr5/predict/given.hpp>
+#include <kr5/predict/postures.hpp>
 
 namespace kr5::predict {
 
@@ -53,13 +54,12 @@ class RealArm {
 /// Flange poses of static postures, one after the other; asks the arm only when the posture changes.
 class Postures {
  public:
-  Postures(const cell::Cell& cell, const Given& given);
+  Postures(const Given& given, const FlangeAt& flange);
   /// T_B_F of a row.
   const Pose& flange(Eigen::Index row);
 
  private:
-  RealArm arm_;
-  const Given& given_;
+  const FlangeAt& flange_at_;
   Eigen::MatrixXd q_;
   Eigen::VectorXd t_;
   Eigen::Index last_ = -1;

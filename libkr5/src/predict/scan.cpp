@@ -2,7 +2,6 @@
 #include <cmath>
 #include <limits>
 
-#include "predict/kinds.hpp"
 #include "predict/real_arm.hpp"
 
 namespace kr5::predict {
@@ -41,13 +40,13 @@ Pose real_mount(const cell::Cell& cell, const Given& given) {
 
 }  // namespace
 
-Shown scan(const cell::Cell& cell, const Given& given) {
+Shown scan(const cell::Cell& cell, const Given& given, const FlangeAt& flange) {
   given.need(cell.laser.has_value(), "laser");
   given.need(cell.laser->target.has_value(), "laser.target");
   const cell::SensorEffects& e = cell.effects.sensors;
   const Pose T_F_L = real_mount(cell, given);
   const auto x = given["x"], speed = given["speed"];
-  Postures postures(cell, given);
+  Postures postures(given, flange);
   Eigen::VectorXd z(given.rows()), sphere(given.rows());
   for (Index k = 0; k < given.rows(); ++k) {
     const Pose T_B_L = postures.flange(k) * T_F_L;

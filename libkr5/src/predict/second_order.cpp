@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "predict/spline.hpp"
+#include <kr5/predict/spline.hpp>
 
 namespace kr5::predict {
 

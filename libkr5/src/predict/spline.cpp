@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "predict/spline.hpp"
+#include <kr5/predict/spline.hpp>
 
 #include <algorithm>
 

@@ -3,7 +3,6 @@
 #include <limits>
 #include <unordered_map>
 
-#include "predict/kinds.hpp"
 #include "predict/real_arm.hpp"
 
 namespace kr5::predict {
@@ -81,7 +80,7 @@ std::optional<Pose> real_mount(const cell::Cell& cell, const Given& given) {
 
 }  // namespace
 
-Shown views(const cell::Cell& cell, const Given& given) {
+Shown views(const cell::Cell& cell, const Given& given, const FlangeAt& flange) {
   given.need(cell.camera.has_value(), "camera");
   given.need(cell.board || !cell.targets.empty(), "board");
   const Pinhole lens = real_lens(cell);
@@ -91,7 +90,7 @@ Shown views(const cell::Cell& cell, const Given& given) {
   const cell::Target& target = points.target();
   given.need(target.T_B_W || target.T_F_W, "board.T_B_W");
   const auto marker = given["marker"], corner = given["corner"];
-  Postures postures(cell, given);
+  Postures postures(given, flange);
   Eigen::VectorXd u(given.rows()), v(given.rows());
   for (Index k = 0; k < given.rows(); ++k) {
     const Pose& T_B_F = postures.flange(k);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "predict/wrench.hpp"
+#include <kr5/predict/wrench.hpp>
 
 #include <cmath>
 

@@ -3,7 +3,7 @@
 
 #include <kr5/cell/effects.hpp>
 
-#include "predict/given.hpp"
+#include <kr5/predict/given.hpp>
 
 namespace kr5::predict {
 

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include <kr5/core/fields.hpp>
+#include <kr5/sim/arm.hpp>
+#include <kr5/sim/drives.hpp>
+
+/// @file
+/// The arm of a cell with its motors, gears and joint servos, stepped through time.
+
+namespace kr5::sim {
+
+struct DrivenArmOptions {
+  double step = 0.0;              ///< [s]
+  Eigen::VectorXd current_limit;  ///< [A]
+
+  /// @throws InvalidArgument naming the field.
+  void validate() const;
+  static void each_field(auto& self, auto&& visit) {
+    visit("step", self.step, "Step of the integration; 0: a quarter radian of the stiffest gear, at most 1 ms [s].");
+    visit("current_limit", self.current_limit, "Greatest current of each motor; empty: no limit [A].");
+  }
+};
+
+/// What the drives and the sensor of an arm know at one instant, noise and sensor effects apart.
+struct ArmReading {
+  double t = 0.0;                    ///< [s]
+  Eigen::VectorXd position;          ///< Motor side, as the controller reads it [rad or m].
+  Eigen::VectorXd velocity;          ///< [rad/s or m/s]
+  Eigen::VectorXd acceleration;      ///< [rad/s^2 or m/s^2]
+  Eigen::VectorXd link;              ///< True joint values.
+  Eigen::VectorXd torque;            ///< Through the gears, on the links [N m or N].
+  Eigen::VectorXd friction;          ///< [N m or N]
+  Eigen::VectorXd current;           ///< Empty for a cell without drives [A].
+  Vector6 wrench = Vector6::Zero();  ///< Of tool and environment on the sensor, in S [N, N m].
+  bool limited = false;              ///< A motor stood at its current limit in the last step.
+};
+
+/// Wrench of the environment on the tool at the origin of S, in B [N, N m].
+using Environment = std::function<Vector6(const Pose& T_B_S, const Vector6& velocity, double t)>;
+
+/// Two ways to move: `follow`, the motor side on the exact response of the joint servos, whatever it takes; `drive` and
+/// `follow_limited`, where motor currents act on rotors, gears and links, with dry friction that holds. Elastic gears
+/// and backlash are springs between motor side and link in both. Second order in the step.
+class DrivenArm {
+ public:
+  /// @throws InvalidArgument naming the field of the cell or option; for a step beyond the stable bound of the gears,
+  ///         naming that bound.
+  explicit DrivenArm(const cell::Cell& cell, const DrivenArmOptions& options = {});
+  ~DrivenArm();
+  DrivenArm(DrivenArm&&) noexcept;
+  DrivenArm& operator=(DrivenArm&&) noexcept;
+
+  const Drives& drives() const;
+  Arm& arm();
+  double step() const;
+  /// Makes the step smaller until the next reset, so that whole steps fit between samples.
+  void set_step(double step);
+  /// Largest stable step of the gear springs at a posture; infinite for rigid gears [s].
+  double stable_step(const Eigen::VectorXd& position);
+
+  /// At rest at a motor-side position, the links sagging in their springs. The clock of slow effects stands at t.
+  void reset(const Eigen::VectorXd& position, double t = 0.0);
+  void set_environment(Environment environment);
+  /// One step of the ideal servos, whose command runs straight to `command`; its delay is the caller's.
+  /// @throws InvalidArgument for a cell without joint servo, here and below.
+  void follow(const Eigen::VectorXd& command);
+  /// One step of servos that cannot get more than the current limit; they stall, or give way, there.
+  void follow_limited(const Eigen::VectorXd& command);
+  /// One step under given motor currents [A].
+  void drive(const Eigen::VectorXd& current);
+
+  /// The present instant; the same until the next step.
+  const ArmReading& read();
+  /// Kinetic and potential energy of links, rotors and gear springs [J].
+  double energy();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace kr5::sim
