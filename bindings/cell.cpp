@@ -3,6 +3,8 @@
 #include <kr5/cell/check.hpp>
 #include <kr5/cell/effect.hpp>
 #include <kr5/cell/recording.hpp>
+#include <kr5/cell/simulator.hpp>
+#include <kr5/cell/urdf.hpp>
 
 #include "effect_conversion.hpp"
 #include "struct_binder.hpp"
@@ -146,12 +148,58 @@ static void bind_recording(py::module_& m) {
         py::call_guard<py::gil_scoped_release>(), "Writes a folder; reads back bit for bit.");
 }
 
+namespace {
+
+/// Lets a class of Python be a simulator.
+class PythonSimulator : public Simulator {
+ public:
+  PythonSimulator() = default;
+  kr5::io::Table predict(const Cell& cell, const Experiment& experiment) const override {
+    PYBIND11_OVERRIDE_PURE(kr5::io::Table, Simulator, predict, cell, experiment);
+  }
+};
+
+}  // namespace
+
+static void bind_simulator(py::module_& m) {
+  py::class_<Simulator, PythonSimulator>(m, "Simulator",
+                                         "What the sensors of a cell would show in an experiment, noise apart. A class "
+                                         "that inherits it and has `predict` can be used wherever a simulator can.")
+      .def(py::init<>())
+      .def("predict", &Simulator::predict, py::arg("cell"), py::arg("experiment"),
+           py::call_guard<py::gil_scoped_release>(),
+           "Table of the predicted columns, a row for each row of the experiment. Raises InvalidArgument naming the "
+           "part "
+           "of the cell, or the given column, that is not there.");
+}
+
+static void bind_urdf(py::module_& m) {
+  py::class_<UrdfImport>(m, "UrdfImport", "A cell from a URDF.")
+      .def_property_readonly(
+          "cell", [](const UrdfImport& u) { return u.cell; }, "The cell (a copy).")
+      .def_readonly("base", &UrdfImport::base, "Link that became B.")
+      .def_readonly("tip", &UrdfImport::tip, "Link that became E.")
+      .def_readonly("joints", &UrdfImport::joints, "Names of the joints, from the base.")
+      .def_readonly("notes", &UrdfImport::notes, "What the cell cannot hold or the file did not say.");
+  m.def(
+      "import_urdf",
+      [](const fs::path& file, const std::string& base, const std::string& tip) {
+        return import_urdf(file, {base, tip});
+      },
+      py::arg("file"), py::arg("base") = "", py::arg("tip") = "",
+      "The serial arm between two links of a robot. Raises IoError with what to do for a file that has none.");
+  m.def("to_urdf", &to_urdf, py::arg("cell"), "The arm and the mass of its tool as a URDF.");
+  m.def("export_urdf", &export_urdf, py::arg("cell"), py::arg("file"), "The same to a file.");
+}
+
 void bind_cell(py::module_& m) {
   m.doc() = "The description of a robot cell and of its recordings.";
   bind_parts(m);
   bind_effects(m);
   bind_cell_itself(m);
+  bind_urdf(m);
   bind_recording(m);
+  bind_simulator(m);
   using Problems = std::vector<kr5::io::Problem>;
   m.def("check", static_cast<Problems (*)(const fs::path&)>(&check), py::arg("path"),
         py::call_guard<py::gil_scoped_release>(),

@@ -9,7 +9,7 @@ import importlib
 from ._kr5 import *  # noqa: F403
 from ._kr5 import __version__
 
-_MODULES = ("calibration", "cell", "force", "io", "kinematics", "uncertainty", "vision")
+_MODULES = ("calibration", "cell", "force", "gap", "io", "kinematics", "predict", "uncertainty", "vision")
 
 for _name in _MODULES:
     globals().pop(_name, None)  # of the extension; __getattr__ imports the Python module of that name

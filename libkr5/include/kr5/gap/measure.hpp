@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <kr5/cell/recording.hpp>
+#include <kr5/cell/simulator.hpp>
+#include <kr5/core/fields.hpp>
+
+/// @file
+/// How far a simulation is from what was recorded, in units of noise.
+
+namespace kr5::gap {
+
+/// Gap of one column of one experiment: RMS of (recorded - simulated) over the noise of the column; 1 is the floor.
+struct ColumnGap {
+  std::string experiment;
+  std::string column;
+  std::string unit;
+  cell::Split split = cell::Split::Fit;
+  int rows = 0;
+  int left_out = 0;
+  double gap = 0.0;    ///< [-]
+  double limit = 0.0;  ///< [-]
+  bool exceeds = false;
+  double rms = 0.0;
+  double noise = 0.0;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("experiment", self.experiment, "Name of the experiment.");
+    visit("column", self.column, "Name of the column; orientation is rx ry rz, of Log(R_simulated^T R_recorded).");
+    visit("unit", self.unit, "Unit of `rms` and `noise`.");
+    visit("split", self.split, "fit | check.");
+    visit("rows", self.rows, "Rows compared.");
+    visit("left_out", self.left_out, "Rows not compared: a scan's ray that met the sphere in one of the two only.");
+    visit("gap", self.gap, "RMS of recorded less simulated over the noise; 1 is the floor [-].");
+    visit("limit", self.limit, "What noise alone stays below in 99.9 % of recordings, by chi-square [-].");
+    visit("exceeds", self.exceeds, "The gap is above the limit.");
+    visit("rms", self.rms, "RMS of recorded less simulated.");
+    visit("noise", self.noise, "Standard deviation of one sample that the cell of the recording states.");
+  }
+};
+
+struct Measure {
+  double gap = 0.0;  ///< [-]
+  int exceeding = 0;
+  std::vector<ColumnGap> columns;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("gap", self.gap, "RMS of the gaps of all columns [-].");
+    visit("exceeding", self.exceeding, "Number of columns that are above their limit.");
+    visit("columns", self.columns, "Every column compared, in the order of the recording.");
+  }
+};
+
+/// Gap of every column that was recorded, that the simulator predicts for `cell`, and whose noise the recording's cell
+/// states.
+/// @throws InvalidArgument as `simulator` does, e.g. for a cell of another robot.
+Measure measure(const cell::Recording& recording, const cell::Cell& cell, const cell::Simulator& simulator);
+/// The same of the cell that the recording names.
+Measure measure(const cell::Recording& recording, const cell::Simulator& simulator);
+
+}  // namespace kr5::gap

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <kr5/cell/recording.hpp>
+#include <kr5/cell/simulator.hpp>
+
+/// @file
+/// All that was recorded and can be compared, as one stacked vector.
+
+namespace kr5::gap {
+
+/// One compared column of one experiment: samples [first, first + rows) of every stacked vector.
+struct Block {
+  int experiment = 0;
+  cell::Kind kind = cell::Kind::Motion;
+  cell::Split split = cell::Split::Fit;
+  std::string column;  ///< As in the recording; `rx ry rz` for orientation.
+  std::string noise;   ///< Key of `noise` in the cell.
+  double sigma = 1.0;  ///< Of one sample, in the unit of the column.
+  Eigen::Index first = 0;
+  Eigen::Index rows = 0;
+
+  auto of(const Eigen::VectorXd& stacked) const { return stacked.segment(first, rows); }
+  auto of(Eigen::VectorXd& stacked) const { return stacked.segment(first, rows); }
+};
+
+/// What every step of the diagnosis looks at.
+struct Data {
+  const cell::Recording* recording = nullptr;
+  const cell::Simulator* simulator = nullptr;
+  std::vector<Block> blocks;
+  std::vector<std::vector<int>> blocks_of;  ///< Of each experiment.
+  Eigen::ArrayXd use;                       ///< 1 for samples that count, 0 for spikes.
+  Eigen::Index size = 0;
+
+  const cell::Experiment& experiment(const Block& b) const { return recording->experiments[b.experiment]; }
+};
+
+/// Residual of what cannot be compared, in units of noise: a ray that met the sphere only in the recording or only in
+/// the simulation, a point the simulated sensor does not see. The least that a sample must be off so that it is no
+/// chance.
+constexpr double missed = 3.0;
+
+/// Lists what can be compared. Columns whose noise the cell does not state are left out.
+Data make_data(const cell::Recording& recording, const cell::Simulator& simulator);
+
+/// Residuals (recorded less simulated, over sigma) of one experiment, one vector a block; NaN where they cannot be
+/// compared.
+std::vector<Eigen::VectorXd> compare(const Data& data, int experiment, const cell::Cell& cell);
+
+/// The same, as it comes from a table of predictions.
+std::vector<Eigen::VectorXd> compare(const Data& data, int experiment, const io::Table& predicted);
+
+/// Writes the residuals of an experiment into a stacked vector.
+void put(const Data& data, int experiment, const std::vector<Eigen::VectorXd>& residuals, Eigen::VectorXd& stacked);
+
+/// What is squared and summed: spikes at 0, what cannot be compared at `missed`.
+Eigen::VectorXd counted(const Data& data, const Eigen::VectorXd& residual);
+
+/// Sum of squares, and number of samples, over the blocks of a split.
+struct Sum {
+  double chi2 = 0.0;
+  double samples = 0.0;
+};
+Sum sum_of(const Data& data, const Eigen::VectorXd& counted, cell::Split split);
+
+}  // namespace kr5::gap

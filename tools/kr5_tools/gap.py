@@ -1,0 +1,166 @@
+"""`kr5 gap`: how far a simulation is from what was recorded."""
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from . import common
+
+app = typer.Typer(no_args_is_help=True)
+
+Folder = Annotated[Path, typer.Argument(metavar="RECORDING", help="The folder of a recording (recording.yaml).")]
+CellFile = Annotated[Path | None, typer.Option("--cell", metavar="CELL.yaml", help="The cell to simulate; by default the recording's own.")]
+ENOUGH_ROWS = 300  # a column of fewer rows is judged by chi-square alone
+CLOSE = 1.05
+CLOSE_IMPACT = 2.0  # of wrenches of an arm with backlash: the blow lasts less than a row, whose instant is what counts
+WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
+
+
+@app.callback()
+def gap() -> None:
+    """How far a simulation is from what was recorded, in units of noise: 1 is the floor."""
+
+
+@app.command(epilog="Example: kr5 gap measure recordings/monday --cell tuned.yaml --json gap.json --png gap.png")
+def measure(
+    folder: Folder,
+    cell_file: CellFile = None,
+    png: Annotated[Path | None, typer.Option("--png", metavar="GAP.png", help="Draw the gap of every column here.")] = None,
+    json_file: common.Json = None,
+) -> None:
+    """Gap of every column: RMS of (recorded - simulated) over its noise. Columns the recording lacks are left out."""
+    import kr5.cell
+    import kr5.gap
+    import kr5.predict
+
+    recording = kr5.cell.load_recording(folder)
+    cell = kr5.cell.load_cell(cell_file) if cell_file else None
+    with common.working(f"simulating {folder}"):
+        found = kr5.gap.measure(recording, kr5.predict.FastSimulator(), cell)
+    if not found.columns:
+        common.fail(f"{folder}: nothing to compare: expected columns that the simulator predicts, and their noise in the cell")
+    to = common.console(json_file)
+    to.print(measure_table(folder, found))
+    to.print(f"RMS gap {found.gap:.3f} over {len(found.columns)} columns, {found.exceeding} of them above what noise explains.")
+    if png:
+        draw(found, png, str(folder))
+        to.print(f"{png}: the gap of every column.", soft_wrap=True)
+    common.write_json(measure_dict(found), json_file)
+
+
+@app.command(epilog="Example: kr5 gap cases ../shared/cases")
+def cases(
+    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Recordings with a labels.json that names their effects.")],
+    json_file: common.Json = None,
+) -> None:
+    """Judges the simulator by recordings whose effects are known: sets them, and shows the widest gap of each recording.
+
+    Ends with exit code 1 when a column of 300 rows or more is above 1.05 and above what noise explains, or a shorter one
+    above the latter.
+    """
+    rows, far = [], 0
+    out: dict[str, Any] = {}
+    for name, label in common.track(list(_labels(folder).items()), "simulating"):
+        found, text = measure_case(folder / name, label["effects"])
+        widest = max((c for c in found.columns if c.rows >= ENOUGH_ROWS), key=lambda c: c.gap)
+        blows = any(e["effect"] == "backlash" for e in label["effects"])
+        above = [c for c in found.columns if is_far(c, len(found.columns), blows)]
+        far += len(above)
+        over = sum(c.rows >= ENOUGH_ROWS and c.gap > CLOSE for c in found.columns)
+        rows.append([name, text, f"{found.gap:.3f}", f"{widest.experiment}.{widest.column}",
+                     f"{widest.gap:.3f}", over, " ".join(f"{c.experiment}.{c.column}" for c in above) or "none"])
+        out[name] = measure_dict(found)
+    to = common.console(json_file)
+    table = common.table(f"{folder}, with the effects of labels.json set",
+                         ["recording", "effects", "RMS gap [-]", f"widest ({ENOUGH_ROWS}+ rows)", "gap [-]", f"> {CLOSE}", "unexplained"], rows)
+    for column in (1, 3, 6):
+        table.columns[column].justify = "left"
+    to.print(table)
+    common.write_json(out, json_file)
+    if far:
+        raise typer.Exit(1)
+
+
+def measure_case(folder: Path, effects: list[dict[str, Any]]) -> tuple[Any, str]:
+    """Gap of a recording with these effects set in its cell, and the effects in words."""
+    import kr5.cell
+    import kr5.gap
+    import kr5.predict
+
+    recording = kr5.cell.load_recording(folder)
+    cell = recording.cell
+    for e in effects:
+        for parameter, value in e["parameters"].items():
+            cell.set_effect(e["effect"], e["target"], parameter, value)
+    text = ", ".join(f"{e['effect']} {e['target']}" for e in effects) or "none"
+    return kr5.gap.measure(recording, kr5.predict.FastSimulator(), cell), text
+
+
+def is_far(column: Any, columns: int, blows: bool) -> bool:
+    """Above the floor: beyond what noise alone shows once in 1000 recordings with so many columns."""
+    from kr5.uncertainty import chi_square_quantile
+
+    limit = (chi_square_quantile(1 - 0.001 / columns, column.rows) / column.rows) ** 0.5
+    if blows and column.column in WRENCH:
+        limit = max(limit, CLOSE_IMPACT)
+    return column.gap > (max(limit, CLOSE) if column.rows >= ENOUGH_ROWS else limit)
+
+
+def _labels(folder: Path) -> dict[str, Any]:
+    file = folder / "labels.json"
+    try:
+        return json.loads(file.read_text(encoding="utf-8"))
+    except OSError as error:
+        common.fail(f"{file}: {error.strerror}; expected the effects of each recording: "
+                    '{"case-000": {"effects": [{"effect": ..., "target": ..., "parameters": {...}}]}}')
+    except ValueError as error:
+        common.fail(f"{file}: is no JSON ({error})")
+
+
+def measure_dict(found: Any) -> dict[str, Any]:
+    """The file form kr5-gap-measure/1."""
+    return {"format": "kr5-gap-measure/1", "gap": found.gap,
+            "columns": {f"{c.experiment}.{c.column}": c.gap for c in found.columns}}
+
+
+def measure_table(folder: Path, found: Any) -> Any:
+    rows = [[f"{c.experiment}.{c.column}", str(c.split), c.rows, f"{c.gap:.3f}", f"{c.limit:.3f}", f"{c.rms:.3g}",
+             f"{c.noise:.3g}", c.unit, "exceeds" if c.exceeds else ""] for c in found.columns]
+    table = common.table(f"Gap of {folder}", ["column", "split", "rows", "gap [-]", "limit [-]", "rms", "noise", "unit", ""], rows)
+    for column in table.columns:
+        column.no_wrap = True
+    for column in (1, 7, 8):
+        table.columns[column].justify = "left"
+    return table
+
+
+def draw(found: Any, file: Path, title: str) -> None:
+    """One row of bars an experiment: the gap of each column over the floor, those above their limit in red."""
+    import numpy as np
+
+    from .plots import BLUE, GREY, RED, STYLE, plt
+
+    names = list(dict.fromkeys(c.experiment for c in found.columns))
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(figsize=(9, 1.2 + 0.19 * len(found.columns) + 0.1 * len(names)))
+        at, place, ticks = 0.0, [], []
+        for name in names:
+            for c in (c for c in found.columns if c.experiment == name):
+                place.append(at)
+                ticks.append(f"{name}.{c.column}")
+                axes.barh(at, c.gap, color=RED if c.exceeds else BLUE, height=0.8)
+                axes.plot([c.limit, c.limit], [at - 0.45, at + 0.45], color=GREY, linewidth=1)
+                at += 1
+            at += 0.6
+        widest = max(c.gap for c in found.columns)
+        axes.set_xscale("log") if widest > 20 else axes.set_xlim(0, max(1.6, 1.05 * widest))
+        axes.axvline(1.0, color=GREY, linewidth=0.8)
+        axes.set_yticks(np.array(place), ticks, fontsize=8)
+        axes.set_ylim(at - 0.5, -0.8)
+        axes.grid(axis="y", visible=False)
+        axes.set_xlabel("gap: RMS of recorded − simulated over noise [-]; grey mark: limit of what noise explains; red: above it")
+        axes.set_title(title)
+        figure.savefig(file, dpi=110)
+        plt.close(figure)
