@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <kr5/kinematics/dh_chain.hpp>
+#include <kr5/kinematics/inverse.hpp>
+#include <kr5/kinematics/jacobian.hpp>
+#include <kr5/kinematics/newton_euler.hpp>
 
 #include "struct_binder.hpp"
 
 namespace py = pybind11;
 using namespace kr5::kinematics;
+using kr5::python::bind_enum;
+using kr5::python::bind_struct;
 
-void bind_kinematics(py::module_& m) {
-  m.doc() = "Chains of joints in Denavit-Hartenberg parameters.";
-  kr5::python::bind_enum<JointType>(m, "JointType", "What a joint does.");
-  kr5::python::bind_struct<DhJoint>(m, "DhJoint", "One joint and the link behind it.")
+static void bind_chain(py::module_& m) {
+  bind_enum<JointType>(m, "JointType", "What a joint does.");
+  bind_struct<DhJoint>(m, "DhJoint", "One joint and the link behind it.")
       .def("transform", &DhJoint::transform, py::arg("q"),
            "Pose of the link in the one before [joint value in rad or m].");
   py::class_<DhChain>(m, "DhChain", "An open chain from the robot base B to the flange F.")
@@ -22,5 +26,85 @@ void bind_kinematics(py::module_& m) {
           "T_B_0", [](const DhChain& c) { return c.T_B_0; }, [](DhChain& c, const kr5::Pose& T) { c.T_B_0 = T; },
           "Frame of the first joint in the base.")
       .def("link_poses", &DhChain::link_poses, py::arg("q"), "Poses of link frames 1..n in B for q [rad or m].")
-      .def("flange", &DhChain::flange, py::arg("q"), "T_B_F for q [rad or m].");
+      .def("flange", &DhChain::flange, py::arg("q"), "T_B_F for q [rad or m].")
+      .def(
+          "flanges",
+          [](const DhChain& self, const Eigen::Ref<const Rows>& q) {
+            auto* T = new Rows;
+            const py::capsule owner(T, [](void* p) { delete static_cast<Rows*>(p); });
+            {
+              const py::gil_scoped_release free;
+              *T = self.flanges(q);
+            }
+            return py::array_t<double>({q.rows(), Eigen::Index{4}, Eigen::Index{4}}, T->data(), owner);
+          },
+          py::arg("q"), "T_B_F of every row of q (N x n) [rad or m]: N x 4 x 4.");
+}
+
+static void bind_inverse(py::module_& m) {
+  m.def("jacobian", &jacobian, py::arg("chain"), py::arg("q"), py::arg("T_F_X") = kr5::Pose::Identity(),
+        "Geometric Jacobian, 6 x n, linear first, of frame X on the flange, in axes of B.");
+  bind_struct<Manipulability>(m, "Manipulability", "How far a posture is from a singular one.");
+  m.def("manipulability", &manipulability, py::arg("J"), py::arg("length") = 1.0,
+        "Singular values of a Jacobian whose linear rows are divided by `length` [m].");
+  m.def("outside_limits", &outside_limits, py::arg("q"), py::arg("lower"), py::arg("upper"),
+        py::arg("tolerance") = 1e-9, "Joints, counted from 0, that are not within their limits.");
+  bind_enum<InverseStatus>(m, "InverseStatus", "What came of an inverse problem.");
+  bind_enum<Singularity>(m, "Singularity", "Where a posture loses a degree of freedom.");
+  bind_struct<Posture>(m, "Posture", "Joint values that reach a pose.").def("usable", &Posture::usable, "In limits.");
+  bind_struct<InverseOptions>(m, "InverseOptions", "Limits and start of the inverse.");
+  bind_struct<InverseResult>(m, "InverseResult", "Postures that reach a pose.");
+  m.def("has_closed_form", &has_closed_form, py::arg("chain"), "Ortho-parallel arm with a spherical wrist.");
+  m.def("inverse", &inverse, py::arg("chain"), py::arg("T_B_F"), py::arg("options") = InverseOptions{},
+        py::call_guard<py::gil_scoped_release>(),
+        "Joint values that bring the flange to a pose: all of them where the chain has a closed form.");
+}
+
+static void bind_dynamics(py::module_& m) {
+  bind_struct<Body>(m, "Body", "Mass of one rigid body.");
+  py::class_<Cut>(m, "Cut", "A body fixed to a link, cut off at frame S.")
+      .def(py::init([](const Body& body, const kr5::Pose& T_link_S, int link) {
+             return Cut{link, T_link_S, body};
+           }),
+           py::arg("body"), py::arg("T_link_S") = kr5::Pose::Identity(), py::arg("link") = -1);
+  using Vector = Eigen::VectorXd;
+  py::class_<Dynamics>(m, "Dynamics", "Equations of motion of a chain with massive links, counted from 0.")
+      .def(py::init<const DhChain&, const std::vector<Body>&, const Eigen::Vector3d&>(), py::arg("chain"),
+           py::arg("bodies"), py::arg("gravity") = Eigen::Vector3d(0.0, 0.0, -9.81))
+      .def("set_body", &Dynamics::set_body, py::arg("link"), py::arg("body"))
+      .def("add_body", &Dynamics::add_body, py::arg("link"), py::arg("body"),
+           py::arg("T_link_body") = kr5::Pose::Identity(), "What rides on a link besides.")
+      .def("set_gravity", &Dynamics::set_gravity, py::arg("gravity"), "In B [m/s^2].")
+      .def(
+          "torques",
+          [](Dynamics& self, const Vector& q, const Vector& qd, const Vector& qdd,
+             const std::vector<kr5::Vector6>& external) {
+            Vector tau(self.joints());
+            self.torques(q, qd, qdd, tau, external);
+            return tau;
+          },
+          py::arg("q"), py::arg("qd"), py::arg("qdd"), py::arg("external") = std::vector<kr5::Vector6>(),
+          "Joint torques of a motion; `external` is the wrench of the environment on each link, force first.")
+      .def("gravity_torques", &Dynamics::gravity_torques, py::arg("q"), "Torques that hold the arm still.")
+      .def("wrench", &Dynamics::wrench, py::arg("cut"),
+           "Wrench that moves what lies below the cut, in the motion of the last call of torques.")
+      .def("joint_wrench", &Dynamics::joint_wrench, py::arg("link"), "Wrench into a link in the last call of torques.")
+      .def(
+          "loads",
+          [](Dynamics& self, const Eigen::Ref<const Rows>& q, const Eigen::Ref<const Rows>& qd,
+             const Eigen::Ref<const Rows>& qdd, const std::optional<Cut>& cut) {
+            MotionLoads out = self.loads(q, qd, qdd, cut);
+            return std::pair{std::move(out.tau), std::move(out.wrench)};
+          },
+          py::arg("q"), py::arg("qd"), py::arg("qdd"), py::arg("cut") = std::nullopt,
+          py::call_guard<py::gil_scoped_release>(), "Torques (N x n) and wrench through the cut (N x 6) of every row.")
+      .def("mass_matrix", &Dynamics::mass_matrix, py::arg("q"), "M(q), n x n.")
+      .def("mass_diagonal", &Dynamics::mass_diagonal, py::arg("q"), "Diagonal of M(q).");
+}
+
+void bind_kinematics(py::module_& m) {
+  m.doc() = "Chains of joints in Denavit-Hartenberg parameters: poses, inverse, masses.";
+  bind_chain(m);
+  bind_inverse(m);
+  bind_dynamics(m);
 }

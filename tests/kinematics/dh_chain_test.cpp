@@ -45,3 +45,14 @@ TEST_CASE("last link pose is the flange, and the wrong number of joints is refus
   CHECK(chain.link_poses(q).back().isApprox(chain.flange(q), 1e-15));
   CHECK_THROWS_AS(chain.flange(Eigen::VectorXd::Zero(5)), InvalidArgument);
 }
+
+TEST_CASE("rows of joint values give the flange of each") {
+  const DhChain chain = kr5_arc(1.0);
+  const Rows q = Rows::Random(3, 6);
+  const Rows T = chain.flanges(q);
+  for (int k = 0; k < 3; ++k) {
+    const Eigen::Matrix4d expected = chain.flange(q.row(k)).matrix();
+    CHECK(T.row(k).reshaped<Eigen::RowMajor>(4, 4) == expected);
+  }
+  CHECK_THROWS_AS(chain.flanges(Rows::Zero(2, 5)), InvalidArgument);
+}

@@ -27,6 +27,7 @@ BENCHES = {
     "clock_offset": ("offset of robot and camera clocks", [], ["--shifts", "4"]),
     "named_cause": ("right cause of a bad hand-eye recording named first", [str(BUILD)], [str(BUILD), "--quick"]),
     "contact": ("peg on tube: height, contacts and a roll beside brute force", [], ["--rows", "2000"]),
+    "dynamics": ("forward kinematics and inverse dynamics beside Pinocchio", [], ["--postures", "100000"]),
     "coverage": ("how often the 95 % regions hold the truth", [str(BUILD)], [str(BUILD), "--quick"]),
 }
 

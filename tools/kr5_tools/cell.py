@@ -55,6 +55,41 @@ def _show_problems(problems: list[Any], path: Path, to: Any) -> None:
     to.print(f"[red]{_count(len(problems), 'problem')} in {files}[/red] of {escape(str(path))}.", soft_wrap=True)
 
 
+@app.command("import", epilog="Example: kr5 cell import panda.urdf --tip panda_hand -o panda.yaml")
+def import_robot(
+    robot: Annotated[Path, typer.Argument(metavar="ROBOT.urdf", help="A URDF; a xacro file goes through xacro first.")],
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="CELL.yaml", help="Write the cell here.")],
+    base: Annotated[str, typer.Option(metavar="LINK", help="Link that becomes the base B; by default the root.")] = "",
+    tip: Annotated[str, typer.Option(metavar="LINK", help="Link that becomes the tool tip E; by default the end, when "
+                                     "there is but one.")] = "",
+    json_file: common.Json = None,
+) -> None:
+    """Makes a cell of a robot's URDF: the serial arm from base to tip, its poses and masses exact."""
+    import kr5.cell
+
+    found = kr5.cell.import_urdf(robot, base, tip)
+    kr5.cell.save_cell(found.cell, output)
+    common.write_json({"cell": found.cell, "base": found.base, "tip": found.tip, "joints": found.joints,
+                       "notes": found.notes}, json_file)
+    to = common.console(json_file)
+    to.print(f"{output}: {_count(len(found.joints), 'joint')} from {found.base} to {found.tip}: {', '.join(found.joints)}.",
+             soft_wrap=True, markup=False)
+    for note in found.notes:
+        to.print(f"Note: {note}.", soft_wrap=True, markup=False)
+
+
+@app.command("export", epilog="Example: kr5 cell export cell.yaml -o robot.urdf")
+def export_robot(
+    cell: Annotated[Path, typer.Argument(metavar="CELL.yaml", help="A cell file.")],
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="ROBOT.urdf", help="Write the URDF here.")],
+) -> None:
+    """Writes the arm of a cell, and the mass of its tool, as a URDF."""
+    import kr5.cell
+
+    kr5.cell.export_urdf(kr5.cell.load_cell(cell), output)
+    common.console(None).print(f"{output}: written.", soft_wrap=True, markup=False)
+
+
 @app.command(epilog="Example: kr5 cell show cell.yaml -o arm.png --q 0,-20,-120,0,30,0")
 def show(
     path: Annotated[Path, typer.Argument(metavar="PATH", help="A cell file, or the folder of a recording.")],

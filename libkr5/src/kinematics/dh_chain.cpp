@@ -9,10 +9,10 @@
 namespace kr5::kinematics {
 namespace {
 
-void require_size(const DhChain& chain, const Eigen::VectorXd& q) {
-  require(
-      q.size() == static_cast<Eigen::Index>(chain.joints.size()),
-      "q has " + std::to_string(q.size()) + " values, the chain " + std::to_string(chain.joints.size()) + " joints");
+void require_size(const DhChain& chain, Eigen::Index size) {
+  if (size != static_cast<Eigen::Index>(chain.joints.size()))
+    throw InvalidArgument("q has " + std::to_string(size) + " values, the chain " +
+                          std::to_string(chain.joints.size()) + " joints");
 }
 
 }  // namespace
@@ -28,7 +28,7 @@ Pose DhJoint::transform(double q) const {
 }
 
 std::vector<Pose> DhChain::link_poses(const Eigen::VectorXd& q) const {
-  require_size(*this, q);
+  require_size(*this, q.size());
   std::vector<Pose> poses;
   poses.reserve(joints.size());
   Pose T = T_B_0;
@@ -38,10 +38,21 @@ std::vector<Pose> DhChain::link_poses(const Eigen::VectorXd& q) const {
 }
 
 Pose DhChain::flange(const Eigen::VectorXd& q) const {
-  require_size(*this, q);
+  require_size(*this, q.size());
   Pose T = T_B_0;
   for (std::size_t i = 0; i < joints.size(); ++i) T = T * joints[i].transform(q[static_cast<Eigen::Index>(i)]);
   return T;
+}
+
+Rows DhChain::flanges(const Eigen::Ref<const Rows>& q) const {
+  require_size(*this, q.cols());
+  Rows out(q.rows(), 16);
+  for (Eigen::Index k = 0; k < q.rows(); ++k) {
+    Pose T = T_B_0;
+    for (std::size_t i = 0; i < joints.size(); ++i) T = T * joints[i].transform(q(k, static_cast<Eigen::Index>(i)));
+    Eigen::Map<Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(out.row(k).data()) = T.matrix();
+  }
+  return out;
 }
 
 }  // namespace kr5::kinematics

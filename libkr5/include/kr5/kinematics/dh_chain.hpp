@@ -39,6 +39,9 @@ struct DhJoint {
   }
 };
 
+/// One row a sample.
+using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
 /// An open chain from the robot base B to the flange F.
 struct DhChain {
   Pose T_B_0 = Pose::Identity();  ///< Frame of the first joint in the base.
@@ -49,6 +52,8 @@ struct DhChain {
   std::vector<Pose> link_poses(const Eigen::VectorXd& q) const;
   /// T_B_F.
   Pose flange(const Eigen::VectorXd& q) const;
+  /// T_B_F of every row of q (N x n): N x 16, a row the 4 x 4 matrix row by row. Allocates only the result.
+  Rows flanges(const Eigen::Ref<const Rows>& q) const;
 };
 
 }  // namespace kr5::kinematics

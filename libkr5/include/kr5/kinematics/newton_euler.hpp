@@ -14,9 +14,6 @@
 
 namespace kr5::kinematics {
 
-/// One row a sample.
-using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
 /// A body fixed to a link, cut off at frame S: a tool below its force sensor.
 struct Cut {
   int link = -1;                     ///< Counted from 0; -1 is the last.
