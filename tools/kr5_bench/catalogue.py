@@ -231,6 +231,15 @@ def components(cell: dict) -> list[str]:
     return list(WRENCH)
 
 
+def has_parts(cell: dict, effect: "Effect") -> bool:
+    """Whether the cell has what an effect sits on."""
+    needs = {"camera_focal": "camera", "lens_distortion": "camera", "hand_eye": "camera", "contact_friction": "contact",
+             "contact_stiffness": "contact", "contact_hardening": "contact", "gripper_compliance": "contact"}
+    needs |= dict.fromkeys(("laser_mount", "laser_bias", "laser_lag"), "laser")
+    needs |= dict.fromkeys(("tube_tilt", "tube_shift", "tube_radius"), "tube")
+    return effect.id not in needs or needs[effect.id] in cell
+
+
 ALL = (*ARM, *STILL)
 CATALOGUE = [
     Effect("coulomb_friction", joints, (0.01, 1.5), scaled("coulomb", "drives", "friction", "coulomb"), act.coulomb, ARM),

@@ -54,11 +54,6 @@ def sorts(cells: int, rng: np.random.Generator) -> list[str]:
     return [names[k] for k in rng.permutation(np.searchsorted(np.cumsum(share / share.sum()), edges))]
 
 
-def has(cell: dict, kinds: tuple[str, ...]) -> bool:
-    part = {"views": "camera", "scan": "laser", "press": "contact", "profile": "tube"}
-    return any(part.get(k) is None or part[k] in cell for k in kinds)
-
-
 def at_size(make, span, wanted: float, size_of):
     """The magnitude at which the effect adds `wanted`, as near as its span allows: a secant in logarithms."""
     low, high = np.log(span)

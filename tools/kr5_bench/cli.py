@@ -1,0 +1,100 @@
+"""The command of the bench."""
+
+import json as json_module
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from . import baselines as plain
+from . import run as runner
+from .generate import one_cell, plan, read_seal, write_seal
+from .score import load, score
+from .show import pictures, tables
+from .spread import errors, spread
+
+app = typer.Typer(help="Blind check of `kr5 gap diagnose`: draw cells, diagnose their recordings, open the seal and count.", no_args_is_help=True)
+
+Folder = Annotated[Path, typer.Argument(help="Folder of the check: recordings, fresh, results.")]
+Seal = Annotated[Path | None, typer.Option(help="Where the labels are sealed; default: beside the folder, with .seal at the end.")]
+Cells = Annotated[int, typer.Option(help="How many cells.")]
+Seed = Annotated[int, typer.Option(help="Of all that is drawn.")]
+Small = Annotated[bool, typer.Option("--small", help="Short recordings, for a quick look.")]
+Jobs = Annotated[int | None, typer.Option(help="Processes at a time; default: one a core.")]
+Scheduler = Annotated[str | None, typer.Option(help="Address of a Dask scheduler that sees the same folders.")]
+Command = Annotated[str, typer.Option(help="What diagnoses {recording} into {json} and writes the {cell}.")]
+Measure = Annotated[str, typer.Option(help="What measures a {cell} on a {recording} into {json}; empty: nothing does.")]
+Again = Annotated[bool, typer.Option("--again", help="Diagnose also what is diagnosed.")]
+Limit = Annotated[float, typer.Option(help="Longest a diagnosis may take [s].")]
+Baselines = Annotated[int, typer.Option(help="How many recordings the plain methods are tried on.")]
+Json = Annotated[Path | None, typer.Option("--json", help="Write all figures here.")]
+
+
+def seal_of(folder: Path, seal: Path | None) -> Path:
+    return seal or folder.with_name(folder.name + ".seal")
+
+
+@app.command()
+def generate(folder: Folder, cells: Cells = 400, seed: Seed = 1, small: Small = False, seal: Seal = None, jobs: Jobs = None,
+             scheduler: Scheduler = None) -> None:
+    """Draws cells and records them. Example: python -m kr5_bench generate /data/check --cells 400 --seed 7"""
+    at, planned = seal_of(folder, seal), plan(cells, seed, small)
+    if at.resolve().is_relative_to(folder.resolve()):
+        raise typer.BadParameter(f"{at} lies inside {folder}, which the diagnosis may read; choose another place", param_hint="--seal")
+    done = read_seal(at)["cells"] if at.exists() else {}
+    labels = spread(one_cell, [(folder.resolve(), *p) for p in planned if p[0] not in done], "recording", jobs, scheduler)
+    fresh = zip([p[0] for p in planned if p[0] not in done], labels, strict=True)
+    write_seal(at, done | dict(fresh), {"seed": seed, "small": small})
+
+
+@app.command()
+def run(folder: Folder, command: Command = runner.DIAGNOSE, measure: Measure = runner.MEASURE, jobs: Jobs = None,
+        scheduler: Scheduler = None, limit: Limit = 600.0, again: Again = False) -> None:
+    """Diagnoses what is not diagnosed yet. Example: python -m kr5_bench run /data/check --jobs 2"""
+    failed = runner.run(folder.resolve(), folder.resolve() / "results" / "kr5", command, measure, jobs, scheduler, limit, again)
+    if failed:
+        errors.print(f"[yellow]{failed} diagnoses failed[/yellow]; what they said stands in {folder}/results/kr5/*/diagnose.log")
+
+
+@app.command()
+def baselines(folder: Folder, count: Baselines = 100, jobs: Jobs = None, scheduler: Scheduler = None) -> None:
+    """Tries the plain methods. Example: python -m kr5_bench baselines /data/check --count 100"""
+    names = sorted(p for p in (folder / "recordings").iterdir())[:count]
+    todo = [p for p in names if not (folder / "results" / "nearest" / p.name / runner.DONE).exists()]
+    spread(plain.one, [(p.resolve(), folder.resolve() / "results") for p in todo], "plain methods", jobs, scheduler)
+
+
+@app.command("score")
+def score_command(folder: Folder, seal: Seal = None, json: Json = None) -> None:
+    """Opens the seal and counts. Example: python -m kr5_bench score /data/check --json figures.json"""
+    judged, results = {}, folder / "results"
+    methods = [m for m in ("kr5", *plain.METHODS) if (results / m).is_dir()]
+    for method in methods:
+        tried = {p.name for p in (results / method).iterdir()}
+        judged[method] = [c for c in load(seal_of(folder, seal), results / method) if method == "kr5" or c.name in tried]
+    if not judged:
+        raise typer.BadParameter(f"{results}: nothing diagnosed there; run `python -m kr5_bench run {folder}` first")
+    scores = {method: score(cells) for method, cells in judged.items()}
+    tables(scores, Console(highlight=False))
+    for picture in pictures(scores, judged, folder / "score"):
+        errors.print(f"written: {picture}")
+    if json:
+        json.write_text(json_module.dumps(scores, indent=1))
+
+
+@app.command("all")
+def everything(folder: Folder, cells: Cells = 400, seed: Seed = 1, small: Small = False, seal: Seal = None, jobs: Jobs = None,
+               scheduler: Scheduler = None, command: Command = runner.DIAGNOSE, measure: Measure = runner.MEASURE,
+               limit: Limit = 600.0, count: Annotated[int, typer.Option("--baselines", help="How many recordings the plain methods are tried on.")] = 100,
+               json: Json = None) -> None:
+    """Draws, diagnoses, counts. Example: python -m kr5_bench all /data/check --cells 400 --seed 7"""
+    generate(folder, cells, seed, small, seal, jobs, scheduler)
+    run(folder, command, measure, jobs, scheduler, limit)
+    if count:
+        baselines(folder, count, jobs, scheduler)
+    score_command(folder, seal, json)
+
+
+def main() -> None:
+    app()

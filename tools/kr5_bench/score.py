@@ -1,0 +1,137 @@
+"""Opens the seal and counts."""
+
+from pathlib import Path
+
+import numpy as np
+from scipy.optimize import minimize
+from scipy.stats import binomtest
+
+from .generate import read_seal
+from .judge import Judged, judge
+from .recording import read_json
+from .run import DONE
+
+SIZE_EDGES = (0.0, 0.35, 0.5, 0.75, 1.0, 1.5, 3.0, 6.0, 12.0, np.inf)
+SEEN = 1.5  # an effect of this size must be named
+CONDITIONS = ("noise", "clock", "missing", "outliers")
+
+
+def rate(hits) -> dict:
+    """A share with its exact 95 % interval."""
+    hits = [bool(h) for h in hits]
+    if not hits:
+        return {"hits": 0, "of": 0, "rate": None, "low": None, "high": None}
+    interval = binomtest(sum(hits), len(hits)).proportion_ci(0.95, method="exact")
+    return {"hits": sum(hits), "of": len(hits), "rate": sum(hits) / len(hits), "low": interval.low, "high": interval.high}
+
+
+def load(seal: Path, results: Path) -> list[Judged]:
+    """Judges every sealed cell; one without a diagnosis counts as failed."""
+    out = []
+    for name, label in read_seal(seal)["cells"].items():
+        at = results / name
+        done = read_json(at / DONE)
+        told = read_json(at / "diagnosis.json") if done and done["code"] == 0 else None
+        out.append(judge(name, label, told, done, read_json(at / "before.json"), read_json(at / "after.json")))
+    return out
+
+
+def of(cells: list[Judged], *sorts: str) -> list[Judged]:
+    return [c for c in cells if c.sort in sorts]
+
+
+def by_size(cells: list[Judged]) -> list[dict]:
+    """Named first, in bins of size."""
+    edges = list(zip(SIZE_EDGES, SIZE_EDGES[1:], strict=False))
+    return [{"from": a, "to": b, **rate(c.first for c in cells if a <= c.largest < b)} for a, b in edges]
+
+
+def detection_limit(cells: list[Judged]) -> dict:
+    """Sizes at which half, and nine in ten, are named: a logistic curve in the size's logarithm, by maximum likelihood."""
+    x = np.log([max(c.largest, 1e-3) for c in cells])
+    y = np.array([c.first for c in cells], float)
+    if len(y) < 8 or y.min() == y.max():
+        return {"half": None, "nine_in_ten": None}
+
+    def loss(p):
+        z = np.exp(p[1]) * (x - p[0])
+        return np.sum(np.logaddexp(0, -z) * y + np.logaddexp(0, z) * (1 - y)) + 0.01 * p[1] ** 2
+
+    m, s = minimize(loss, [np.log(0.5), 0.5], method="Nelder-Mead").x
+    return {"half": float(np.exp(m)), "nine_in_ten": float(np.exp(m + np.log(9) / np.exp(s)))}
+
+
+def smallest_named(cells: list[Judged]) -> dict[str, float | None]:
+    """Per effect, the smallest size that was named first."""
+    effects = sorted({c.label["effects"][0]["effect"] for c in cells})
+    return {e: min((c.largest for c in cells if c.first and c.label["effects"][0]["effect"] == e), default=None) for e in effects}
+
+
+def reliability(cells: list[Judged], bins: int = 10) -> dict:
+    """Of the causes given a probability, how many are right; the calibration error is the mean distance, by count."""
+    told = [pair for c in cells for pair in c.causes]
+    p, right = np.array([t[0] for t in told]), np.array([t[1] for t in told], float)
+    rows, error = [], 0.0
+    for k in range(bins):
+        inside = (p >= k / bins) & ((p < (k + 1) / bins) | (k == bins - 1)) if len(p) else np.zeros(0, bool)
+        if inside.any():
+            rows.append({"told": float(p[inside].mean()), "count": int(inside.sum()), **rate(right[inside])})
+            error += inside.sum() / len(p) * abs(p[inside].mean() - right[inside].mean())
+    return {"error": float(error) if rows else None, "causes": len(told), "bins": rows}
+
+
+def confusion(cells: list[Judged]) -> tuple[list[str], list[str], np.ndarray]:
+    """True effect by first named one; cells of one effect or none."""
+    pairs = []
+    for c in cells:
+        effects = c.label["effects"]
+        if len(effects) <= 1:
+            truth = "healthy" if not effects else effects[0]["effect"] if effects[0]["catalogued"] else "not in the catalogue"
+            pairs.append((truth, c.first_named if c.verdict != "failed" else "failed"))
+    last = {"healthy": 1, "not in the catalogue": 2, "nothing": 1, "failed": 2}
+    order = [sorted({p[k] for p in pairs}, key=lambda n: (last.get(n, 0), n)) for k in (0, 1)]
+    table = np.zeros((len(order[0]), len(order[1])), int)
+    for truth, named in pairs:
+        table[order[0].index(truth), order[1].index(named)] += 1
+    return order[0], order[1], table
+
+
+def quantiles(values, *at: float) -> list[float | None]:
+    values = [v for v in values if v is not None and np.isfinite(v)]
+    return [float(np.quantile(values, q)) if values else None for q in at]
+
+
+def score(cells: list[Judged]) -> dict:
+    """All figures of one method."""
+    single, unknown = of(cells, "single"), of(cells, "unknown")
+    pairs = [c for c in of(cells, "pair") if c.largest >= SEEN]
+    beside = [c for c in of(cells, "scatter") if c.largest >= SEEN]
+    errors = [e for c in cells for e in c.errors]
+    sigmas = [e[3] for e in errors if np.isfinite(e[3])]
+    relative, = quantiles([e[2] for e in errors], 0.5)
+    closed = [c.closed for c in single if c.first and c.largest >= SEEN]
+    return {
+        "cells": len(cells),
+        "failed": rate(c.verdict == "failed" for c in cells),
+        "single_named_first": rate(c.first for c in single if c.largest >= SEEN),
+        "single_by_size": by_size(single),
+        "detection_limit": detection_limit(single),
+        "smallest_named": smallest_named(single),
+        "smallest_named_median": quantiles(smallest_named(single).values(), 0.5)[0],
+        "ties_of_first_cause": float(np.mean([c.ties for c in single if c.first] or [0])),
+        "pair_both_named": rate(all(c.named) for c in pairs),
+        "pair_one_named": rate(any(c.named) for c in pairs),
+        "healthy_called_healthy": rate(c.verdict == "no_gap" and not c.causes for c in of(cells, "healthy")),
+        "scattered_healthy_blamed": rate(bool(c.causes) for c in of(cells, "scatter_healthy")),
+        "unknown_called_explained": rate(c.verdict == "explained" for c in unknown),
+        "unknown_wrongly_sure": rate(c.verdict == "explained" or any(p >= 0.9 for p, _ in c.causes) for c in unknown),
+        "unknown_called_no_gap": rate(c.verdict == "no_gap" for c in unknown),
+        "scatter_named": rate(c.first for c in beside),
+        "conditions": {s: rate(c.first for c in of(cells, s) if c.largest >= SEEN) for s in CONDITIONS},
+        "reliability": reliability(cells),
+        "parameter_within_2_sigma": rate(s <= 2 for s in sigmas),
+        "parameter_relative_error_median": relative,
+        "excess_closed": dict(zip(("low", "median", "high"), quantiles(closed, 0.1, 0.5, 0.9), strict=True)) | {"of": len([c for c in closed if c is not None])},
+        "seconds": dict(zip(("median", "most", "longest"), quantiles([c.seconds for c in cells], 0.5, 0.95, 1.0), strict=True)),
+        "memory": quantiles([c.memory for c in cells], 1.0)[0],
+    }

@@ -1,0 +1,153 @@
+"""How each effect changes each column, to first order: what the plain methods of `baselines` reason with."""
+
+import copy
+from dataclasses import dataclass
+
+import numpy as np
+
+from .catalogue import CATALOGUE, couplings, has_parts, index
+from .recording import Experiment
+from .simulate import residuals, simulate
+from .truth import WRENCH, Truth, pose, pose6
+
+STRIDE = 6  # rows of a motion are dense: every so many is enough
+# Parameters that shape an effect but carry none of it, at plain values.
+SHAPE = {"stribeck_velocity": 0.05, "thermal": 60.0, "growth": 400.0, "cycles": (1, 2, 3)}
+
+
+@dataclass
+class Hypothesis:
+    effect: str
+    target: str
+    names: list[str]  # of the parameters its columns stand for
+    nominal: np.ndarray
+    columns: np.ndarray  # rows x parameters, in noise units
+
+
+def trials(effect_id: str, target: str, cell: dict) -> list[tuple[str, float, float, dict]]:
+    """Of each free direction of an effect: name, nominal value, step, parameters at nominal + step."""
+    c, d, s = cell, cell["drives"], cell["servo"]
+    i = index(target) if target.startswith(("joint", "motor")) else 0
+
+    def one(name, nominal, step, **rest):
+        return (name, float(nominal), step, {name: nominal + step} | rest)
+
+    def vector(name, nominal, step, size=3):
+        return [(f"{name}[{k}]", float(nominal[k]), step, {name: [x + step * (j == k) for j, x in enumerate(nominal)]}) for k in range(size)]
+
+    def mount(part, name):
+        p = pose6(pose(c[part][name]))
+        return [(f"{name}[{k}]", p[k], 1e-5, {name: pose([x + 1e-5 * (j == k) for j, x in enumerate(p)]).tolist()}) for k in range(6)]
+
+    def waves(step):
+        return [(f"amplitude{n}{k}", 0.0, step, {"amplitude": step, "cycles": n, "phase": k * np.pi / 2}) for n in SHAPE["cycles"] for k in (0, 1)]
+
+    def on_component(name, nominal):
+        return [one(name, nominal, 0.01)]
+
+    row = c["robot"]["dh"][i] if i < len(c["robot"]["dh"]) else {}
+    fixed = {
+        "coulomb_friction": lambda: [one("coulomb", d["friction"]["coulomb"][i], 0.1)],
+        "viscous_friction": lambda: [one("viscous", d["friction"]["viscous"][i], 0.1)],
+        "stribeck_friction": lambda: [one("stribeck", 0, 0.1, stribeck_velocity=SHAPE["stribeck_velocity"])],
+        "load_friction": lambda: [one("coefficient", 0, 1e-3)],
+        "thermal_friction": lambda: [one("drop", 0, 1e-2, time_constant=SHAPE["thermal"])],
+        "joint_elasticity": lambda: [("compliance", 0.0, 1e-7, {"stiffness": 1e7})],
+        "backlash": lambda: [one("gap", 0, 1e-4)],
+        "torque_constant": lambda: [one("torque_constant", d["torque_constant"][i], 1e-3)],
+        "rotor_inertia": lambda: [one("rotor_inertia", d["rotor_inertia"][i], 1e-5)],
+        "cable_spring": lambda: [("stiffness", 0.0, 0.1, {"stiffness": 0.1, "rest": 0.0}), ("pull", 0.0, 0.1, {"stiffness": 1e-6, "rest": 1e5})],
+        "torque_ripple": lambda: waves(0.1),
+        "wrist_coupling": lambda: [("value", d["structure"][r][k], 0.01, {"element": k, "value": d["structure"][r][k] + 0.01})
+                                   for r, k in couplings(c) if r == i],
+        "payload": lambda: [("mass", 0.0, 0.01, {"mass": 0.01, "com": [0, 0, 0]})]
+        + [(f"moment{'xyz'[k]}", 0.0, 0.001, {"mass": 0.01, "com": [0.1 * (j == k) for j in range(3)]}) for k in range(3)],
+        "base_tilt": lambda: [("roll", 0.0, 1e-5, {"roll": 1e-5, "pitch": 0}), ("pitch", 0.0, 1e-5, {"roll": 0, "pitch": 1e-5})],
+        "encoder_offset": lambda: [one("offset", 0, 1e-5)],
+        "link_length": lambda: [one("a", row["a"], 1e-5), one("b", row["b"], 1e-5)],
+        "link_twist": lambda: [one("alpha", row["alpha"], 1e-5)],
+        "transmission_error": lambda: waves(1e-5),
+        "tool_offset": lambda: vector("offset", [0, 0, 0], 1e-5),
+        "thermal_growth": lambda: [one("growth", 0, 1e-5, time_constant=SHAPE["growth"])],
+        "current_delay": lambda: [one("delay", 0, 1e-3)],
+        "joint_servo": lambda: [one("natural_frequency", np.broadcast_to(s["joint"]["natural_frequency"], len(c["robot"]["dh"]))[i], 0.05)],
+        "joint_delay": lambda: [one("delay", s["joint"]["delay"], 1e-4)],
+        "tool_servo": lambda: [one("natural_frequency", s["tool"]["natural_frequency"], 1e-3)],
+        "tool_damping": lambda: [one("damping_ratio", s["tool"]["damping_ratio"], 1e-3)],
+        "tool_delay": lambda: [one("delay", s["tool"]["delay"], s["cycle"])],
+        "ft_bias": lambda: on_component("bias", 0),
+        "ft_drift": lambda: on_component("rate", 0),
+        "ft_gain": lambda: on_component("gain", 1),
+        "ft_crosstalk": lambda: [(f"gain {w}", 0.0, 0.01, {"source": w, "gain": 0.01}) for w in WRENCH if w != target],
+        "ft_lag": lambda: [one("time_constant", 0, 0.01)],
+        "camera_focal": lambda: [one("fx", c["camera"]["fx"], 0.1, fy=c["camera"]["fy"]), one("fy", c["camera"]["fy"], 0.1, fx=c["camera"]["fx"])],
+        "lens_distortion": lambda: [one(k, c["camera"]["distortion"][j], 1e-4, **{o: c["camera"]["distortion"][1 - j]})
+                                    for j, (k, o) in enumerate((("k1", "k2"), ("k2", "k1")))],
+        "hand_eye": lambda: mount("camera", "T_E_C"),
+        "laser_mount": lambda: mount("laser", "T_E_L"),
+        "laser_bias": lambda: [one("bias", 0, 1e-5)],
+        "laser_lag": lambda: [one("lag", 0, 1e-4)],
+        "contact_stiffness": lambda: [one("stiffness", c["contact"]["stiffness"], 10.0)],
+        "contact_hardening": lambda: [one("hardening", 0, 1e-3)],
+        "contact_friction": lambda: [one("friction", c["contact"]["friction"], 1e-3)],
+        "gripper_compliance": lambda: [one("lateral", 0, 1e-7, axial=0.0), one("axial", 0, 1e-8, lateral=0.0)],
+        "tube_tilt": lambda: vector("tilt", [0, 0], 1e-4, 2),
+        "tube_shift": lambda: vector("shift", [0, 0], 1e-6, 2),
+        "tube_radius": lambda: [one("inner_radius", c["tube"]["inner_radius"], 1e-6)],
+    }
+    return fixed[effect_id]()
+
+
+def thinned(e: Experiment) -> dict:
+    """What was seen in the rows that are reasoned with."""
+    return {c: x[::STRIDE] if e.kind == "motion" else x for c, x in e.columns.items()}
+
+
+class Stack:
+    """All columns of all experiments as one vector in noise units."""
+
+    def __init__(self, cell: dict, experiments: list[Experiment]):
+        self.cell, self.experiments = cell, experiments
+        self.nominal = [self.at(Truth.of(cell), e) for e in experiments]
+        parts = [residuals(e.kind, thinned(e), n, cell["noise"]) for e, n in zip(experiments, self.nominal, strict=True)]
+        self.layout = [(e, list(p)) for e, p in zip(experiments, parts, strict=True)]
+        self.residual = np.concatenate([x for p in parts for x in p.values()])
+        self.fit = np.concatenate([np.full(len(x), e.split == "fit") for e, p in zip(experiments, parts, strict=True) for x in p.values()])
+        self.column = np.concatenate([np.full(len(x), k) for k, x in enumerate(x for p in parts for x in p.values())])
+        self.names = [(e.name, c) for e, p in zip(experiments, parts, strict=True) for c in p]
+        self.good = np.isfinite(self.residual)
+        self.residual = np.where(self.good, self.residual, 0.0)
+
+    def at(self, truth: Truth, e: Experiment) -> dict:
+        truth = copy.copy(truth)
+        truth.stride = STRIDE
+        return simulate(truth, e.kind, e.columns)
+
+    def change(self, truth: Truth, kinds: tuple[str, ...]) -> np.ndarray:
+        """What a truth shows less what the nominal cell shows."""
+        parts = []
+        for (e, names), nominal in zip(self.layout, self.nominal, strict=True):
+            if e.kind in kinds:
+                moved = self.at(truth, e)
+                r = residuals(e.kind, moved | {"sphere": nominal["sphere"]} if e.kind == "scan" else moved, nominal, self.cell["noise"])
+                parts += [np.clip(np.nan_to_num(r[c]), -1e3, 1e3) for c in names]
+            else:
+                n = len(next(iter(thinned(e).values())))
+                parts += [np.zeros(n) for _ in names]
+        return np.where(self.good, np.concatenate(parts), 0.0)
+
+    def hypotheses(self) -> list[Hypothesis]:
+        out, kinds = [], {e.kind for e in self.experiments}
+        for effect in CATALOGUE:
+            if not kinds & set(effect.kinds) or not has_parts(self.cell, effect):
+                continue
+            for target in effect.targets(self.cell):
+                tried = trials(effect.id, target, self.cell)
+                columns = []
+                for _, _, step, parameters in tried:
+                    truth = Truth.of(self.cell)
+                    effect.apply(truth, target, parameters)
+                    columns.append(self.change(truth, effect.kinds) / step)
+                nominal = np.array([t[1] for t in tried])
+                out.append(Hypothesis(effect.id, target, [t[0] for t in tried], nominal, np.column_stack(columns)))
+        return out
