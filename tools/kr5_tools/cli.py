@@ -20,8 +20,12 @@ COMMANDS = {
         "camera": "Lens and sensor of a camera, from images of a target.",
         "hand-eye": "Where the camera sits on the arm, or beside it.",
         "tool": "Where the tool tip sits on the flange.",
+        "map": "Where markers sit relative to each other, from images of them.",
         "timed": "Hand-eye with clocks: from time-stamped pose streams.",
     },
+    "record": "Run a protocol in the simulator and write what its sensors show.",
+    "gap": "How far a simulation is from what was recorded.",
+    "replay": "A page in which a cell moves as it was recorded.",
     "report": "Turn a result file into one self-contained page.",
 }
 GROUP_HELP = {"calibrate": "Estimate where things are, how well that is known, and whether to trust it."}
