@@ -140,10 +140,10 @@ Eigen::VectorXd Dynamics::gravity_torques(const Eigen::VectorXd& q) {
 Vector6 Dynamics::wrench(const Cut& cut) const {
   const Link& link = links_[static_cast<std::size_t>(checked(cut.link))];
   const Eigen::Matrix3d R_S_link = cut.T_link_S.linear().transpose();
-  Motion at_S{R_S_link * link.motion.w, R_S_link * link.motion.wd, link.motion.a};
-  at_S.a = R_S_link * (at_S.a + acceleration_field(link.motion.w, link.motion.wd) * cut.T_link_S.translation());
+  Motion moving{R_S_link * link.motion.w, R_S_link * link.motion.wd, link.motion.a};
+  moving.a = R_S_link * (moving.a + acceleration_field(link.motion.w, link.motion.wd) * cut.T_link_S.translation());
   Eigen::Vector3d f, n;
-  load(moments(cut.body), at_S, f, n);
+  load(moments(cut.body), moving, f, n);
   return (Vector6() << f, n).finished();
 }
 
