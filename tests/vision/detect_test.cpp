@@ -200,6 +200,59 @@ TEST_CASE("two chessboards side by side are no larger one") {
   CHECK(find_target(render(pair, camera(800, 600, 700)), target).found());
 }
 
+TEST_CASE("legacy ChArUco boards with an even number of rows are found, each by its own name only") {
+  const Pinhole lens = camera(800, 600, 800);
+  for (const char* form : {"charuco_legacy:aruco_6x6_250:4x6:0.036:0.022", "charuco:aruco_6x6_250:4x6:0.036:0.022"}) {
+    const Target target = parse_target(form);
+    const PlacedTarget p = placed(target, 0.4, 0.4, 0.8, 0.3);
+    const Image image = render(std::span(&p, 1), lens, {.blur = 0.7, .noise = 2});
+    const Detection seen = find_target(image, target);
+    CAPTURE(form, seen.message);
+    REQUIRE(seen.found());
+    CHECK(seen.view.ids.size() == 15);
+    CHECK(worst_error(seen.view, visible_points(target, p.T_camera_target, lens)) < 0.1);
+    Target other = target;
+    other.legacy = !target.legacy;
+    const Detection wrong = find_target(image, other);
+    CHECK_FALSE(wrong.found());
+    CHECK_THAT(wrong.message, Catch::Contains("charuco_legacy"));
+  }
+}
+
+TEST_CASE("tags lie where they were rendered, however the image is shrunk for the search") {
+  const Target target = parse_target("tag:36h11:10:0.05");
+  const Pinhole lens = camera(640, 480, 700);
+  const PlacedTarget p = placed(target, 0.25, 0.4, 0.8, 0.3);
+  const View truth = visible_points(target, p.T_camera_target, lens);
+  const Image image = render(std::span(&p, 1), lens, {.blur = 0.7, .noise = 2});
+  for (const double decimate : {1.0, 1.5, 2.0, 2.5, 3.0, 3.7})
+    for (const Refinement refine : {Refinement::Model, Refinement::None}) {
+      TagOptions options;
+      options.decimate = decimate, options.refine = refine;
+      const auto tags = find_tags(image, options);
+      CAPTURE(decimate, int(refine));
+      REQUIRE(tags.size() == 1);
+      CHECK((tags[0].corners - truth.pixels).colwise().norm().maxCoeff() < (refine == Refinement::Model ? 0.1 : 1.5));
+    }
+}
+
+TEST_CASE("in a large image a small tag is found alone, and beside large ones when asked for") {
+  const Target small = parse_target("tag:36h11:3:0.008"), large = parse_target("tag:36h11:5:0.05");
+  PlacedTarget both[2] = {placed(small, 0.5, 0.1, 0, 0.2), placed(large, 0.5, 0.2, 0, 0)};
+  both[0].T_camera_target.translation().x() = -0.1;
+  both[1].T_camera_target.translation().x() = 0.06;
+  const Pinhole lens = camera(2200, 1500, 2000);  // 32 and 200 px a side, in 3.3 Mpx
+  const auto ids = [](const std::vector<TagDetection>& tags) {
+    std::vector<int> out;
+    for (const TagDetection& tag : tags) out.push_back(tag.id);
+    return out;
+  };
+  CHECK(ids(find_tags(render(std::span(both, 1), lens))) == std::vector<int>{3});
+  const Image image = render(both, lens);
+  CHECK(ids(find_tags(image, {.decimate = 2})) == std::vector<int>{3, 5});
+  CHECK(find_target(image, small).found());  // not seen at first, the finer search finds it
+}
+
 TEST_CASE("bad options and empty images are refused") {
   CHECK_THROWS_AS(find_tags(ImageView{}), InvalidArgument);
   TagOptions options;

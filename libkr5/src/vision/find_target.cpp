@@ -40,14 +40,31 @@ std::vector<TagDetection> consistent(const std::vector<TagDetection>& tags, cons
   return kept;
 }
 
+std::map<int, MapMarker> places_of(const Target& target) {
+  std::map<int, MapMarker> places;
+  for (const MapMarker& m : target_markers(target)) places[m.id] = m;
+  return places;
+}
+
+/// Whether the markers lie as on the ChArUco board of the other kind. There every other row is shifted by a square:
+/// half the markers would agree with the wrong board and number its corners wrongly.
+bool other_kind(const Target& target, const std::vector<TagDetection>& tags, std::size_t agreed) {
+  if (target.kind != TargetKind::Charuco || target.rows % 2 != 0) return false;
+  Target other = target;
+  other.legacy = !target.legacy;
+  return consistent(tags, places_of(other)).size() > agreed;
+}
+
 /// The markers of the target among those seen, one of each id: the larger.
 std::vector<TagDetection> markers_of(const Target& target, const std::vector<TagDetection>& tags, int* doubles) {
-  std::map<int, MapMarker> wanted;
-  for (const MapMarker& m : target_markers(target)) wanted[m.id] = m;
+  const std::map<int, MapMarker> wanted = places_of(target);
   std::vector<TagDetection> ours;
   for (const TagDetection& tag : tags)
     if (wanted.contains(tag.id)) ours.push_back(tag);
-  if (target.kind == TargetKind::TagGrid || target.kind == TargetKind::Charuco) ours = consistent(ours, wanted);
+  if (target.kind == TargetKind::TagGrid || target.kind == TargetKind::Charuco) {
+    const std::vector<TagDetection> agreeing = consistent(ours, wanted);
+    ours = other_kind(target, ours, agreeing.size()) ? std::vector<TagDetection>() : agreeing;
+  }
   std::set<int> seen;
   std::vector<TagDetection> single;
   for (const TagDetection& tag : ours)
