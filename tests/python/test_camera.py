@@ -135,3 +135,21 @@ def test_command_says_what_is_wrong(reference, run_kr5, tmp_path):
     assert (tmp_path / "keep.json").read_text() == "old"
     done = run_kr5("calibrate", "camera", *images[:2], "--board", "chessboard:6x9:0.025", "-o", "two.json")
     assert done.returncode == 2 and "at least 3 views" in done.stdout
+
+
+def test_the_demo_gives_back_the_camera_it_was_made_with(share):
+    """Boards cut off by the image's edge, tags bent by the lens, and a principal point off the image's middle."""
+    truth = yaml.safe_load((share / "data/demo/truth.yaml").read_text())["camera"]
+    target = vision.parse_target("grid:36h11:5x7:0.03:0.01")
+    views = []
+    for file in sorted((share / "data/demo/images").glob("*.png")):
+        seen = vision.find_target(vision.load_image(str(file)), target)
+        views.append(kr5.View(name=file.name, points=seen.view.points, pixels=seen.view.pixels, ids=seen.view.ids))
+    options = vision.CameraOptions(lens="brown4", square_pixels=False, bent_target=False, folds=0)
+    result = vision.calibrate_camera(views, truth["width"], truth["height"], options)
+    assert not [v.name for v in result.views if v.outlier]
+    assert max(np.abs(v.residuals).max() for v in result.views) < 0.1  # [px]
+    names = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2")
+    error = np.array([getattr(result.camera, n) - truth[n] for n in names])
+    covariance = np.asarray(result.covariance)[:8, :8]
+    assert (np.abs(error) < 3.3 * np.sqrt(np.diag(covariance))).all()  # 99.9 % each

@@ -145,7 +145,7 @@ TEST_CASE("views that spoil the result are named, and sound ones seldom") {
       std::vector<View> spoiled = views;
       const auto which = std::size_t(random.integer(12));
       Pinhole other = c;
-      other.fx = other.fy = 1.1 * c.fx;
+      other.fx = other.fy = 1.06 * c.fx;
       Scene noisy = s;
       noisy.noise = 5 * s.noise;
       if (fault == 0) shuffle(spoiled[which], random);
@@ -160,8 +160,24 @@ TEST_CASE("views that spoil the result are named, and sound ones seldom") {
   CHECK(found[0] == trials);                                                  // wrong order
   CHECK(found[1] == trials);                                                  // mirrored
   CHECK(found[2] == trials);                                                  // five times the noise
-  CHECK(uncertainty::binomial_interval(found[3], trials, 0.99).high > 0.95);  // focal length changed by 10 %
+  CHECK(uncertainty::binomial_interval(found[3], trials, 0.99).high > 0.95);  // focal length changed by 6 %
   CHECK(uncertainty::binomial_interval(false_alarms, trials, 0.99).low <= CameraOptions().false_alarm);
+}
+
+TEST_CASE("the doubts of sound sets are hardly ever widened, and no sound view more often named than stated") {
+  Random random(15);
+  const Pinhole c = true_camera();
+  const int trials = full() ? 4000 : 400;
+  int widened = 0, named = 0;
+  for (int trial = 0; trial < trials; ++trial) {
+    const auto views = see_many(random, c, Scene(), 8 + trial % 5);
+    const CameraCalibration sound = calibrate_camera(views, c.width, c.height, fixed(LensModel::K1K2));
+    widened += sound.dispersion > 1;
+    named += std::any_of(sound.views.begin(), sound.views.end(), [](const auto& v) { return v.outlier; });
+  }
+  CAPTURE(trials, widened, named);
+  CHECK(uncertainty::binomial_interval(widened, trials, 0.99).low <= 0.001);
+  CHECK(uncertainty::binomial_interval(named, trials, 0.99).low <= CameraOptions().false_alarm);
 }
 
 TEST_CASE("a wrong point is weighted down") {
@@ -259,5 +275,30 @@ TEST_CASE("on OpenCV's chessboard images the fit is as good as OpenCV's, and the
     REQUIRE(result.fit.usable());
     CHECK(std::abs(result.camera.fx - peer.camera.fx) < 0.01 * peer.camera.fx);
     CHECK(std::count_if(result.views.begin(), result.views.end(), [](const auto& v) { return v.outlier; }) <= 4);
+  }
+}
+
+TEST_CASE("ViSP's five small images of circles are calibrated as well as by ViSP and OpenCV") {
+  const std::filesystem::path folder = reference("data/camera_visp");
+  if (folder.empty()) return;
+  std::vector<View> views;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    const std::string ending = entry.path().extension();
+    if (ending != ".png" && ending != ".jpg" && ending != ".pgm") continue;
+    const Detection found = find_target(load_image(entry.path()), parse_target("circles:6x6:0.034"));
+    CAPTURE(entry.path().filename());
+    REQUIRE(found.found());
+    views.push_back(found.view);
+    views.back().name = entry.path().filename();
+  }
+  REQUIRE(views.size() == 5);
+  CameraOptions o = fixed(LensModel::None);
+  o.square_pixels = false, o.robust = false, o.reject_views = false;
+  const CameraCalibration plain = calibrate_camera(views, 320, 240, o);
+  REQUIRE(plain.fit.usable());
+  for (const CameraCalibration& peer : {calibrate_camera_opencv(views, 320, 240, LensModel::None),
+                                        calibrate_camera_visp(views, 320, 240, LensModel::None)}) {
+    CHECK(plain.rms_px <= peer.rms_px + 1e-4);
+    CHECK(std::abs(plain.camera.fx - peer.camera.fx) < 4 * std::sqrt(plain.covariance(0, 0)));
   }
 }

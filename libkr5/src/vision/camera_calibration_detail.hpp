@@ -105,6 +105,7 @@ struct RobustFit {
   Adjustment adjustment;
   Weights weights;                 ///< Point weight / view noise^2 [1/px^2]; empty for views left out.
   std::vector<double> view_noise;  ///< [px]
+  Eigen::VectorXd zoom;            ///< Direction of fx and fy alike among the free parameters.
   double sigma = 0.0;              ///< [px]
   int points = 0;
 };

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <tuple>
 
 #include <Eigen/Cholesky>
@@ -18,6 +17,7 @@ constexpr double huber_threshold = 3.0;          // in sigma, of the length of a
 constexpr double huber_consistency = 0.994;      // E[w |e|^2] / 2 sigma^2 of normal noise under that threshold
 constexpr double clipped_consistency = 0.98889;  // E[min(|e|^2, 9 sigma^2)] / 2 sigma^2 of normal noise
 constexpr double prior_freedom = 20.0;           // a view's own noise is drawn to that of all with this many residuals
+constexpr double false_dispersion = 0.001;       // chance to widen the doubts of a sound set
 constexpr double noisy_ratio = 3.0;              // a view this much noisier than the others is named
 
 double median(std::vector<double> v) {
@@ -103,6 +103,7 @@ RobustFit robust_fit(const Problem& problem, const Model& model, const State& st
   const double views = double(std::count(used.begin(), used.end(), true));
   const double lost = 6 + double(basis.cols()) / std::max(views, 1.0);
   RobustFit fit;
+  fit.zoom = basis.topRows<2>().colwise().sum().transpose();
   fit.weights.resize(problem.views.size());
   fit.view_noise.resize(problem.views.size());
   State state = start;
@@ -139,22 +140,32 @@ std::pair<double, int> contradiction(const Eigen::LLT<Eigen::MatrixXd>& all, con
   return {count ? sum / count : 0.0, count};
 }
 
-/// How much more the views disagree than their noise allows: 1 unless that is beyond doubt (cf. Birge 1932).
+/// Squared, in units of its doubt: by how much the view asks for another zoom than the others. A lens that was
+/// refocused or zoomed changes little else, and one parameter shows what among many would drown (score test).
+double zoomed(const Eigen::LLT<Eigen::MatrixXd>& all, const Block& block, const Eigen::VectorXd& zoom) {
+  const Eigen::MatrixXd own = block.reduced();
+  const Eigen::VectorXd seen = own * zoom;
+  const double known = zoom.dot(seen) - seen.dot(all.solve(seen)), pull = zoom.dot(block.reduced_gradient());
+  return known > 1e-4 * zoom.dot(seen) ? pull * pull / known : 0.0;
+}
+
+/// How much more the views disagree than their noise allows: 1 unless that is beyond doubt (cf. Birge 1932). Of n
+/// chances that are uniform when all is sound, the middle one follows a beta distribution.
 double dispersion_of(const std::vector<CameraViewReport>& reports, const std::vector<int>& counts) {
-  std::vector<double> influence;
+  std::vector<double> influence, below;
   double freedom = 0;
   for (std::size_t i = 0; i < reports.size(); ++i) {
     if (counts[i] == 0) continue;
     influence.push_back(reports[i].influence);
+    below.push_back(1 - reports[i].probability);
     freedom += counts[i];
   }
   if (influence.empty()) return 1.0;
   const double n = double(influence.size()), each = freedom / n;
   const double typical = median(influence) * each / uncertainty::chi_square_quantile(0.5, each);
-  // The median of n variables scatters by sqrt(pi / 2) more than their mean, whose quantile this is.
-  const double beyond =
-      uncertainty::chi_square_quantile(0.999, freedom * 2 / std::numbers::pi) / (freedom * 2 / std::numbers::pi);
-  return typical > beyond ? typical : 1.0;
+  const int n_views = int(influence.size());
+  const double beyond = uncertainty::binomial_interval(n_views / 2, n_views, 1 - 2 * false_dispersion).high;
+  return median(below) > beyond ? std::max(typical, 1.0) : 1.0;
 }
 
 }  // namespace
@@ -173,15 +184,22 @@ ViewTest test_views(const RobustFit& fit, const std::vector<bool>& used, double 
   ViewTest test;
   if (noise.size() < 4 || all.info() != Eigen::Success) return test;
   std::vector<int> counts(blocks.size(), 0);
-  for (std::size_t i = 0; i < blocks.size(); ++i)
-    if (used[i] && fit.weights[i].size()) std::tie(reports[i].influence, counts[i]) = contradiction(all, blocks[i]);
+  std::vector<double> freedom(blocks.size(), 1.0);
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    if (!used[i] || !fit.weights[i].size()) continue;
+    std::tie(reports[i].influence, counts[i]) = contradiction(all, blocks[i]);
+    if (counts[i] == 0) continue;
+    freedom[i] = std::max(2.0 * double(fit.weights[i].size()) - 6 - counts[i], 1.0);
+    reports[i].probability = 1 - uncertainty::fisher_cdf(reports[i].influence, counts[i], freedom[i]);
+  }
   test.dispersion = dispersion_of(reports, counts);
   const double common = median(noise);
   double least = false_alarm / double(noise.size()), noisiest = noisy_ratio;
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     if (counts[i] == 0) continue;
-    const double freedom = std::max(2.0 * double(fit.weights[i].size()) - 6 - counts[i], 1.0);
-    reports[i].probability = 1 - uncertainty::fisher_cdf(reports[i].influence / test.dispersion, counts[i], freedom);
+    const double any = 1 - uncertainty::fisher_cdf(reports[i].influence / test.dispersion, counts[i], freedom[i]);
+    const double zoom = 1 - uncertainty::fisher_cdf(zoomed(all, blocks[i], fit.zoom) / test.dispersion, 1, freedom[i]);
+    reports[i].probability = std::min(2 * std::min(any, zoom), 1.0);  // two tests share the false alarms
     const double ratio = fit.view_noise[i] / common;
     if (ratio <= noisiest && (noisiest > noisy_ratio || reports[i].probability >= least)) continue;
     noisiest = std::max(ratio, noisy_ratio);

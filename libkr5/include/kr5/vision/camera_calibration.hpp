@@ -49,7 +49,8 @@ struct CameraOptions {
 ///    explained by poses (principal point in the middle, cf. Zhang 2000).
 /// 2. Refinement: Levenberg-Marquardt over camera and poses, poses eliminated by Schur complement; Huber weights.
 /// 3. Views that contradict the others are named. The test compares what a view says of the camera with what all other
-///    views say, in units of both covariances (an F statistic); `false_alarm` is shared among the views.
+///    views say, in units of both covariances (an F statistic), once in all parameters and once in the focal length
+///    alone (a zoomed or refocused lens); `false_alarm` is shared among the views and both tests.
 /// 4. The model is chosen by k-fold cross-validation over views. A camera fitted to the other folds judges a held-out
 ///    view by leave-one-out over its points: each point is predicted from the pose fitted to the view's other points
 ///    (hat matrix). All models are judged so, on the same points. Chosen is the one with the fewest parameters whose
