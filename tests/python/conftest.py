@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from headless import CHROMIUM, Browser
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -37,3 +38,14 @@ def run_kr5(tmp_path):
         return subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=timeout)
 
     return run
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory):
+    if CHROMIUM is None:
+        if os.environ.get("CI"):
+            pytest.fail("Chromium is not installed; the pages cannot be looked at")
+        pytest.skip("Chromium is not installed, so the pages are not looked at")
+    browser = Browser(tmp_path_factory.mktemp("chromium"))
+    yield browser
+    browser.close()

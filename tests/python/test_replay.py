@@ -1,0 +1,81 @@
+"""`kr5 replay`: the page in a headless Chromium, and what it refuses."""
+
+import json
+
+import numpy as np
+import pytest
+import yaml
+
+import kr5.cell
+
+START = [0.0, -0.3, -1.9, 0.1, 0.5, 0.2]
+
+
+@pytest.fixture
+def recording(share, tmp_path):
+    """Ten rows of motion, three poses and a step of the shipped cell."""
+    folder = tmp_path / "monday"
+    folder.mkdir()
+    (folder / "cell.yaml").write_text((share / "cells" / "kr5_arc.yaml").read_text())
+    joints = ",".join(f"qc{i}" for i in range(1, 7)) + "," + ",".join(f"q{i}" for i in range(1, 7))
+    rows = [[0.012 * k, *([q + 0.02 * k for q in START] * 2)] for k in range(10)]
+    (folder / "motion.csv").write_text(f"t,{joints}\n" + "\n".join(",".join(map(str, r)) for r in rows) + "\n")
+    head = "pose,t," + ",".join(f"q{i}" for i in range(1, 7)) + ",x,y,z,qw,qx,qy,qz"
+    rows = [[k, 5.0 * k, *(q + 0.1 * k for q in START), 0.5, 0, 0.5, 1, 0, 0, 0] for k in range(3)]
+    (folder / "poses.csv").write_text(head + "\n" + "\n".join(",".join(map(str, r)) for r in rows) + "\n")
+    (folder / "step.csv").write_text("run,t,zc,z\n0,0.0,0.0,0.0\n0,0.012,0.0,0.0\n")
+    return folder
+
+
+def describe(folder, *kinds):
+    experiments = [{"name": f"{k}-1", "kind": k, "file": f"{k}.csv", "split": "fit"} for k in kinds]
+    (folder / "recording.yaml").write_text(yaml.safe_dump({"format": "kr5-recording/1", "cell": "cell.yaml", "experiments": experiments}))
+    return folder
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+def test_the_arm_moves_through_the_recording_without_complaint(recording, run_kr5, browser, tmp_path, width):
+    done = run_kr5("replay", describe(recording, "motion", "poses", "step"), "--json", "-")
+    assert done.returncode == 0, done.stderr
+    runs = json.loads(done.stdout)["runs"]
+    assert [r["postures"] for r in runs] == [10, 3]  # steps have no joints
+    page = tmp_path / "replay.html"
+    browser.open(page, width)
+    assert browser.complaints() == []
+    assert browser.evaluate("document.documentElement.scrollWidth") <= width
+    assert [url for url in browser.requests() if not url.startswith(("data:", page.as_uri()))] == []
+    picture = "document.getElementById('scene').toDataURL()"
+    before = browser.evaluate(picture)
+    browser.evaluate("(s => { s.value = 0.06; s.dispatchEvent(new Event('input')); })(document.getElementById('time'))")
+    assert browser.evaluate(picture) != before
+    np.testing.assert_allclose(browser.evaluate("kr5Replay.posture()"), np.array(START) + 0.1, atol=2e-3)
+    browser.evaluate("document.getElementById('play').click()")
+    browser.evaluate("new Promise(done => setTimeout(done, 400))")
+    assert browser.evaluate("kr5Replay.time()") == pytest.approx(0.108)
+    assert browser.evaluate("document.getElementById('play').textContent") == "Play"  # it stops at the end
+    browser.evaluate("(s => { s.value = 1; s.dispatchEvent(new Event('change')); })(document.getElementById('run'))")
+    assert "posture 1 of 3" in browser.evaluate("document.getElementById('told').textContent")
+    assert browser.complaints() == []
+
+
+@pytest.mark.parametrize("name", ["kr5_arc", "gantry_rrp"])
+def test_the_page_places_the_links_where_the_library_does(share, run_kr5, browser, tmp_path, name):
+    file = share / "cells" / f"{name}.yaml"
+    assert run_kr5("replay", file).returncode == 0
+    browser.open(tmp_path / "replay.html", 1280)
+    cell = kr5.cell.load_cell(file)
+    q = list(np.random.default_rng(1).normal(0, 1, cell.robot.joints))
+    seen = np.array(browser.evaluate(f"kr5Replay.links({json.dumps(q)})"))
+    np.testing.assert_allclose(seen[1:], cell.link_poses(q), atol=1e-12)
+    assert browser.complaints() == []
+
+
+def test_what_cannot_be_shown_is_refused(recording, run_kr5, tmp_path):
+    done = run_kr5("replay", describe(recording, "step"))
+    assert done.returncode == 2 and "q1..q6" in done.stderr and "Traceback" not in done.stderr
+    (tmp_path / "empty").mkdir()
+    done = run_kr5("replay", tmp_path / "empty")
+    assert done.returncode == 2 and "recording.yaml" in done.stderr
+    done = run_kr5("replay", tmp_path / "none.yaml")
+    assert done.returncode == 2 and "none.yaml" in done.stderr
+    assert not (tmp_path / "replay.html").exists()

@@ -1,0 +1,110 @@
+"""`kr5 replay`: one self-contained page in which a cell moves as it was recorded."""
+
+import math
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from . import common
+
+app = typer.Typer()
+
+HOLD = 0.8  # [s] from one static posture to the next
+
+
+@app.command(epilog="Example: kr5 replay recordings/monday -o replay.html")
+def replay(
+    path: Annotated[Path, typer.Argument(metavar="PATH", help="The folder of a recording, or a cell file.")],
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="The page.")] = Path("replay.html"),
+    rows: Annotated[int, typer.Option(min=2, help="Most postures to keep of one experiment.")] = 800,
+    json_file: common.Json = None,
+) -> None:
+    """Shows the arm, its tool, peg, tube and board in 3D with a time slider; of a bare cell, each joint moving in turn."""
+    import kr5.cell
+
+    recording = kr5.cell.load_recording(path) if (path / "recording.yaml").is_file() else None
+    if recording is None and path.is_dir():
+        common.fail(f"{path}: is a folder without a recording.yaml; expected the folder of a recording or a cell file")
+    cell = recording.cell if recording else kr5.cell.load_cell(path)
+    runs = recorded_runs(recording, cell, rows) if recording else [joint_by_joint(cell)]
+    if not runs:
+        common.fail(f"{path}: no experiment has the joint columns q1..q{cell.robot.joints}; expected a recording with motion, "
+                    "poses, views or scan")
+    common.write_text(make_page(cell, runs, path), output)
+    shown = [{"name": r["name"], "postures": len(r["q"]), "duration": r["t"][-1]} for r in runs]
+    common.write_json({"replay": str(output), "runs": shown}, json_file)
+    common.console(json_file).print(f"{output}: {len(runs)} to see, {sum(r['postures'] for r in shown)} postures. Open it in a browser.",
+                                    soft_wrap=True, markup=False)
+
+
+def recorded_runs(recording: Any, cell: Any, most: int) -> list[dict[str, Any]]:
+    """Of each experiment with joint columns: postures over time, thinned out to `most`."""
+    import numpy as np
+
+    n, runs = cell.robot.joints, []
+    for experiment in recording.experiments:
+        if any(f"q{i + 1}" not in experiment.data for i in range(n)):
+            continue
+        q = np.column_stack([experiment[f"q{i + 1}"] for i in range(n)])
+        q = q[np.all(np.isfinite(q), axis=1)]
+        moving = str(experiment.kind) == "motion"
+        if not moving and len(q):
+            q = q[np.append(True, np.any(np.diff(q, axis=0) != 0, axis=1))]  # a posture has many rows
+        keep = np.unique(np.linspace(0, len(q) - 1, min(len(q), most)).round().astype(int)) if len(q) else []
+        if len(keep) < 2:
+            continue
+        t = np.asarray(experiment["t"])[keep] - experiment["t"][0] if moving else HOLD * np.arange(len(keep))
+        if np.any(np.diff(t) <= 0):
+            common.fail(f"{experiment.name}: t: found times that do not grow, expected each row later than the one before")
+        runs.append({"name": f"{experiment.name} ({experiment.kind})", "t": t.round(4).tolist(), "q": q[keep].round(6).tolist(),
+                     "still": None if moving else HOLD})
+    return runs
+
+
+def joint_by_joint(cell: Any) -> dict[str, Any]:
+    """A tour from the rest posture: each joint to both sides, within its limits."""
+    from .cell import is_slide, rest_posture
+
+    rest, limits = rest_posture(cell, None), cell.robot.limits
+    t, q = [], []
+    for joint in range(cell.robot.joints):
+        reach = 0.1 if is_slide(cell, joint) else math.radians(35)
+        low = max(rest[joint] - reach, limits.lower[joint]) if limits else rest[joint] - reach
+        high = min(rest[joint] + reach, limits.upper[joint]) if limits else rest[joint] + reach
+        for k in range(40):
+            swing = math.sin(2 * math.pi * k / 40)
+            to = rest[joint] + swing * ((high - rest[joint]) if swing > 0 else (rest[joint] - low))
+            t.append(round(3 * joint + 3 * k / 40, 4))
+            q.append([round(to, 6) if i == joint else x for i, x in enumerate(rest)])
+    return {"name": "each joint in turn", "t": [*t, 3.0 * cell.robot.joints], "q": [*q, rest], "still": None}
+
+
+def scene(cell: Any, runs: list[dict[str, Any]]) -> dict[str, Any]:
+    """What the page draws: the arm's rows, what it carries, what stands beside it, and the postures."""
+    from .cell import target_frames
+
+    tube, peg, sphere, board = cell.tube, cell.peg, cell.laser and cell.laser.target, cell.board
+    boards = [{"T": T, "rows": board.rows, "cols": board.cols, "marker": board.marker, "gap": board.gap}
+              for name, T in target_frames(cell, "T_B_W").items() if board and name.endswith("board")]
+    return common.plain({
+        "T_B_0": cell.robot.T_B_0, "joints": [{**row.to_dict(), "type": str(row.type)} for row in cell.robot.dh],
+        "T_F_E": cell.tool and cell.tool.T_F_E, "T_F_C": cell.T_F_C(), "T_F_L": cell.T_F_L(), "boards": boards,
+        "peg": peg and {"radius": peg.radius, "length": peg.length},
+        "tube": tube and {"inner": tube.inner_radius, "outer": tube.outer_radius, "depth": tube.depth, "T": tube.T_B_T},
+        "sphere": sphere and {"centre": sphere.sphere, "radius": sphere.radius}, "runs": runs,
+    })
+
+
+def make_page(cell: Any, runs: list[dict[str, Any]], source: Path) -> str:
+    """The HTML of the page."""
+    import jinja2
+    import kr5
+
+    from .report import script_json
+
+    env = jinja2.Environment(loader=jinja2.FileSystemLoader(Path(__file__).parent / "templates"), autoescape=True,
+                             trim_blocks=True, lstrip_blocks=True)
+    text = f"{cell.robot.joints} joints, {len(runs)} {'motion' if len(runs) == 1 else 'experiments'}"
+    return env.get_template("replay.html").render(title=cell.name or source.stem, text=text, runs=[r["name"] for r in runs],
+                                                  data=script_json(scene(cell, runs)), version=kr5.__version__, source=source.name)
