@@ -113,3 +113,29 @@ def test_timed_command_names_streams_that_do_not_overlap_and_quaternions_that_ar
     (tmp_path / "camera.csv").write_text("t,x,y,z,qx,qy,qz,qw\n0,0,0,0,1,1,0,0\n")
     done = run_kr5("calibrate", "timed", "hand.csv", "camera.csv")
     assert done.returncode == 2 and "row 1" in done.stderr
+
+
+def test_tool_command_takes_a_folder_whose_dataset_names_poses_and_convention(tmp_path, run_kr5):
+    folder = tmp_path / "touched"
+    folder.mkdir()
+    write_kuka(folder / "touches.csv", touches())
+    (folder / "dataset.yaml").write_text(
+        "format: kr5-dataset/1\nposes: touches.csv\nconvention: {position: mm, rotation: kuka_abc, angle: deg}\n")
+    done = run_kr5("calibrate", "tool", "touched", "-o", "folder.json")
+    assert done.returncode == 0, done.stderr
+    assert run_kr5("calibrate", "tool", "touched/touches.csv", "-o", "file.json").returncode == 0
+    from_folder, from_file = (json.loads((tmp_path / f).read_text()) for f in ("folder.json", "file.json"))
+    assert from_folder["result"] == from_file["result"]
+
+
+def test_tool_command_says_what_a_folder_lacks(tmp_path, run_kr5):
+    folder = tmp_path / "touched"
+    folder.mkdir()
+    done = run_kr5("calibrate", "tool", "touched")
+    assert done.returncode == 2 and "dataset.yaml" in done.stderr
+    write_kuka(folder / "touches.csv", touches())
+    (folder / "dataset.yaml").write_text("poses: touches.csv\nconvention: {position: m, rotation: kuka_abc, angle: deg}\n")
+    done = run_kr5("calibrate", "tool", "touched")
+    assert done.returncode == 2 and "correct the convention" in " ".join(done.stderr.split())
+    done = run_kr5("calibrate", "tool", "touched", "--length", "mm")
+    assert done.returncode == 2 and "--length" in done.stderr and "dataset.yaml" in done.stderr

@@ -26,8 +26,10 @@ Convention = Annotated[str | None, typer.Option(
 @app.command(epilog="Example:  kr5 calibrate tool touches.csv --convention kuka -o tool.json")
 @options_from(calibration.ToolOptions, skip=("previous",))
 def tool(
-    poses: Annotated[Path, typer.Argument(help="CSV of flange poses in the base that touch one point.")],
+    poses: Annotated[Path, typer.Argument(
+        help="Flange poses in the base that touch one point: a CSV, or a folder whose dataset.yaml names poses and convention.")],
     options: calibration.ToolOptions,
+    dataset: Annotated[Path | None, typer.Option(help="A dataset.yaml elsewhere; the files it names lie in the folder.")] = None,
     convention: Convention = None,
     length: Annotated[str | None, typer.Option(help="Unit of x y z: m | mm; by default mm for kuka, else m.")] = None,
     angle: Annotated[str | None, typer.Option(help="Unit of angles: rad | deg; by default deg for kuka, else rad.")] = None,
@@ -40,7 +42,12 @@ def tool(
     if previous is not None:
         options.previous = np.array(previous)
     options.validate()
-    T, used = read_poses(poses, convention, length, angle)
+    if dataset or poses.is_dir():
+        if given := [flag for flag, value in (("--convention", convention), ("--length", length), ("--angle", angle)) if value]:
+            fail(f"{', '.join(given)}: only with a CSV; in a folder the dataset.yaml says it")
+        T, used = read_folder(poses, dataset)
+    else:
+        T, used = read_poses(poses, convention, length, angle)
     result = calibration.calibrate_tool(T, options)
     data = write_result(output, "kr5-tool/1", **_keys(result, T, poses, used))
     write_json(data, json_file)
@@ -63,9 +70,26 @@ def read_poses(file: Path, convention: str | None, length: str | None, angle: st
     rows = np.asarray(csv.values)[:, [columns.index(c) for c in ("x", "y", "z", *rotation)]]
     used = {"position": length or ("mm" if name == "kuka" else "m"), "rotation": form, "angle": angle or unit}
     pose_format = calibration.PoseFormat.from_dict(used)
-    if doubts := calibration.doubts(rows, pose_format):
-        fail(f"{file}: read as {used['position']}, {form}, {used['angle']}: {'; '.join(doubts)}; see --convention, --length, --angle")
+    _refuse_doubts(file, rows, pose_format, "see --convention, --length, --angle")
     return calibration.to_poses(rows, pose_format), used
+
+
+def read_folder(folder: Path, description: Path | None) -> tuple[list, dict[str, str]]:
+    """Poses of a folder and the convention that its dataset.yaml states."""
+    file = description or folder / "dataset.yaml"
+    if not folder.is_dir():
+        fail(f"{folder}: no such folder; expected one with robot poses")
+    if not file.exists():
+        fail(f"{file}: no such file; expected a dataset.yaml with poses and convention, or name one with --dataset")
+    data = calibration.load_pose_set(str(file), str(folder))
+    _refuse_doubts(folder, data.rows, data.convention, f"correct the convention in {file}")
+    return data.poses(), data.convention.to_dict()
+
+
+def _refuse_doubts(source: Path, rows: Any, read_as: Any, remedy: str) -> None:
+    if doubts := calibration.doubts(rows, read_as):
+        used = read_as.to_dict()
+        fail(f"{source}: read as {used['position']}, {used['rotation']}, {used['angle']}: {'; '.join(doubts)}; {remedy}")
 
 
 def _keys(result: Any, T: list, file: Path, used: dict[str, str]) -> dict[str, Any]:

@@ -48,6 +48,10 @@ def guess(
     reasons.append(["convention, mount", _text(best), f"robot and camera agree to {1e3 * best['error']:.2g} mm, next best reading "
                     f"({_text(rivals[0])}) to {1e3 * rivals[0]['error']:.2g} mm" if rivals else "the only reading possible",
                     "high" if not rivals or rivals[0]["error"] > 3 * best["error"] else "low"])
+    # T X M = Z with the poses inverted is the other mount's equation: no image can tell the two apart.
+    other = {"eye_in_hand": "eye_to_hand", "eye_to_hand": "eye_in_hand"}[best["mount"]]
+    reasons.append(["", f"or T_flange_base, {other}", "inverted poses with the other mount agree exactly as well: look at the cell "
+                    "to see what carries the camera", "not told by the data"])
     text = _yaml(folder, images, poses, best, name, camera_file)
     out.print(table(f"What {folder} seems to hold", ["what", "proposal", "because", "confidence"], reasons))
     if output:

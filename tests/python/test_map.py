@@ -1,0 +1,68 @@
+"""`kr5 calibrate map`: markers in space from rendered images whose truth is known, and input that cannot work."""
+
+import json
+
+import numpy as np
+import pytest
+
+import kr5
+from kr5 import vision
+
+LENS = {"width": 1280, "height": 960, "fx": 1100, "fy": 1100, "cx": 639.5, "cy": 479.5}
+SIZE = 0.05
+MARKERS = {2: np.eye(4), 5: kr5.to_pose([0.10, 0.01, 0.03, 0, 0.8, 0]), 7: kr5.to_pose([-0.10, 0, 0.03, 0, -0.7, 0])}
+
+
+@pytest.fixture
+def photos(tmp_path):
+    """Six images of three markers that do not lie on one plane, and the camera's file beside them."""
+    markers = [vision.MapMarker(id=i, size=SIZE, T_target_marker=T) for i, T in MARKERS.items()]
+    target = vision.Target(kind="marker_map", map=markers)
+    (tmp_path / "photos").mkdir()
+    random = np.random.default_rng(5)
+    for k in range(6):
+        T = kr5.to_pose(np.concatenate([[0, 0, 0.45], random.uniform(-0.4, 0.4, 3)]))
+        placed = vision.PlacedTarget(target=target, T_camera_target=T)
+        image = vision.render([placed], kr5.Pinhole(**LENS), vision.RenderOptions(blur=0.7, noise=2, seed=k))
+        vision.save_image(image, str(tmp_path / "photos" / f"{k}.png"))
+    (tmp_path / "camera.yaml").write_text(json.dumps(LENS))
+    return tmp_path / "photos"
+
+
+def make_map(run_kr5, *args):
+    return run_kr5("calibrate", "map", *args, "--camera", "camera.yaml", "-o", "map.json")
+
+
+def test_map_of_markers_lies_at_the_truth_and_its_page_shows_it(tmp_path, run_kr5, photos):
+    done = make_map(run_kr5, photos, "--size", SIZE)
+    assert done.returncode == 0, done.stderr
+    data = json.loads((tmp_path / "map.json").read_text())
+    assert data["format"] == "kr5-marker-map/1" and data["verdict"]["word"] == "good"
+    assert {"figures", "views", "residuals", "frames", "image_size", "result", "input"} <= data.keys()
+    covariances = data["result"]["covariance"]
+    for marker, covariance in zip(data["result"]["target"]["map"], covariances):
+        d = kr5.pose_difference(np.array(marker["T_target_marker"]), MARKERS[marker["id"]])
+        std = np.sqrt(np.diag(covariance))
+        assert np.all(np.abs(d) < 5 * std + 1e-9), (marker["id"], d / np.maximum(std, 1e-12))
+    residuals = np.hstack([np.array([r["du"], r["dv"]]) for r in data["residuals"]])
+    assert np.sqrt(np.mean(residuals**2)) < 0.1
+    done = run_kr5("report", "map.json", "-o", "map.html")
+    assert done.returncode == 0, done.stderr
+    page = (tmp_path / "map.html").read_text()
+    assert "Marker map" in page and "marker 5" in page
+
+
+@pytest.mark.parametrize("args, words", [
+    (("--size", "0"), ["size", "[m]"]),
+    (("--size", "0.05", "--family", "25h9"), ["no marker of 25h9", "kr5 detect"]),
+    (("--size", "0.05", "--reference", "40"), ["40"]),
+    (("--size", "0.05", "--family", "nonsense"), ["nonsense"]),
+])
+def test_input_that_gives_no_map_is_refused_and_writes_nothing(tmp_path, run_kr5, photos, args, words):
+    (tmp_path / "map.json").write_text("precious")
+    done = make_map(run_kr5, photos, *args)
+    assert done.returncode == 2, done.stdout + done.stderr
+    assert "Traceback" not in done.stderr
+    for word in words:
+        assert word in " ".join(done.stderr.split())
+    assert (tmp_path / "map.json").read_text() == "precious"

@@ -1,0 +1,16 @@
+"""Calibrates a camera from images of a board, and says how well it is known.  02_camera.py SHARE"""
+
+import sys
+
+import numpy as np
+
+from kr5 import calibration, vision
+
+data = calibration.load_dataset(f"{sys.argv[1]}/data/demo/dataset.yaml")
+board = vision.parse_target(data.target)
+seen = [vision.find_target(vision.load_image(file), board) for file in data.images]
+views = [found.view for found in seen if found.found()]
+result = vision.calibrate_camera(views, 960, 720)
+print(f"{len(views)} views, {'usable' if result.fit.usable else result.fit.message}")
+print(f"fx {result.camera.fx:.1f} +- {np.sqrt(result.covariance[0, 0]):.1f} px")
+print(f"cx {result.camera.cx:.1f} +- {np.sqrt(result.covariance[2, 2]):.1f} px")
