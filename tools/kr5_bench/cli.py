@@ -16,7 +16,7 @@ from .spread import errors, spread
 
 app = typer.Typer(help="Blind check of `kr5 gap diagnose`: draw cells, diagnose their recordings, open the seal and count.", no_args_is_help=True)
 
-Folder = Annotated[Path, typer.Argument(help="Folder of the check: recordings, fresh, results.")]
+Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder of the check: recordings, fresh, results.")]
 Seal = Annotated[Path | None, typer.Option(help="Where the labels are sealed; default: beside the folder, with .seal at the end.")]
 Cells = Annotated[int, typer.Option(help="How many cells.")]
 Seed = Annotated[int, typer.Option(help="Of all that is drawn.")]

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .catalogue import CATALOGUE, couplings, has_parts, index
+from .catalogue import CATALOGUE, Effect, couplings, has_parts, index
 from .recording import Experiment
 from .simulate import residuals, simulate
 from .truth import WRENCH, Truth, pose, pose6
@@ -136,9 +136,9 @@ class Stack:
                 parts += [np.zeros(n) for _ in names]
         return np.where(self.good, np.concatenate(parts), 0.0)
 
-    def hypotheses(self) -> list[Hypothesis]:
+    def hypotheses(self, effects: list[Effect] = CATALOGUE) -> list[Hypothesis]:
         out, kinds = [], {e.kind for e in self.experiments}
-        for effect in CATALOGUE:
+        for effect in effects:
             if not kinds & set(effect.kinds) or not has_parts(self.cell, effect):
                 continue
             for target in effect.targets(self.cell):
