@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <kr5/cell/recording.hpp>
+#include <kr5/cell/simulator.hpp>
+#include <kr5/gap/diagnosis.hpp>
+#include <kr5/gap/hypotheses.hpp>
+
+namespace kr5::gap {
+
+struct DiagnoseOptions {
+  int max_effects = 3;
+  int refits = 12;
+  int beam = 3;
+  double false_alarms = 0.005;
+  double simulator_accuracy = 0.02;
+  int threads = 0;
+
+  /// Effects beyond those of the catalogue.
+  std::vector<Hypothesis> own_hypotheses;
+  /// Called from any thread with what is being done, and which part of it is.
+  std::function<void(const std::string& stage, double fraction)> progress;
+
+  /// @throws InvalidArgument naming the offending field.
+  void validate() const;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("max_effects", self.max_effects, "At most so many effects on one cell.");
+    visit("refits", self.refits, "So many of the best effects are refitted through the simulator, at least.");
+    visit("beam", self.beam, "So many of the best sets of effects are carried on to larger ones.");
+    visit("false_alarms", self.false_alarms,
+          "Probability that a test of a recording without gap finds one; holds for all columns and tests together.");
+    visit("simulator_accuracy", self.simulator_accuracy,
+          "What a simulated effect may be off, of its own size, before what it leaves counts as structure [-].");
+    visit("threads", self.threads, "Threads; 0: one a core.");
+  }
+};
+
+/// Compares a recording with what the simulator shows at the recording's cell, tries every effect of the catalogue on
+/// every target, alone and together, and says where the gap lies, what causes it, how far it shrinks and what stays
+/// unknown.
+///
+/// Effects are screened by linear signatures, refitted on the fit experiments through the simulator, and judged on the
+/// check experiments; thresholds are those of tests at `false_alarms`. Probabilities are those of the fitted sets of
+/// effects (Laplace), lowered where a structure stays in the columns that an effect explains. @see diagnosis.hpp
+/// @throws InvalidArgument for a recording without anything to compare.
+Diagnosis diagnose(const cell::Recording& recording, const cell::Simulator& simulator,
+                   const DiagnoseOptions& options = {});
+
+}  // namespace kr5::gap

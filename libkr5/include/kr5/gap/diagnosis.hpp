@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <kr5/cell/cell.hpp>
+#include <kr5/core/fields.hpp>
+#include <kr5/uncertainty/confidence.hpp>
+
+/// @file
+/// Why a simulation and a cell disagree: format `kr5-gap/1`.
+
+namespace kr5::gap {
+
+enum class Verdict {
+  NoGap,            ///< The nominal cell explains the recording.
+  Explained,        ///< The causes explain it, nothing structured is left.
+  PartlyExplained,  ///< A cause is found and a structured gap remains.
+  Unknown,          ///< A gap stands above the floor and no catalogued effect explains it.
+};
+constexpr auto enum_names(Verdict) {
+  using enum Verdict;
+  return names<Verdict>(
+      {{NoGap, "no_gap"}, {Explained, "explained"}, {PartlyExplained, "partly_explained"}, {Unknown, "unknown"}});
+}
+
+/// A tested dependence of a residual on what the cell was doing.
+struct Dependence {
+  std::string variable;
+  std::string how;
+  double evidence = 0.0;
+  double share = 0.0;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("variable", self.variable, "Column, or rate (qd3), acceleration (qdd3), prediction it depends on.");
+    visit("how", self.how, "In words.");
+    visit("evidence", self.evidence, "Probability that this is no chance, corrected for the number of tests.");
+    visit("share", self.share, "Part of the structured excess that this variable alone describes.");
+  }
+};
+
+/// The gap of one column, over all check experiments of a kind (over all, where none is to check).
+struct Place {
+  std::string experiment;
+  std::string column;
+  std::string target;
+  double gap = 0.0;
+  double share = 0.0;
+  std::vector<Dependence> depends_on;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("experiment", self.experiment, "Kind of experiment.");
+    visit("column", self.column, "Column.");
+    visit("target", self.target, "What of the cell the column belongs to.");
+    visit("gap", self.gap, "RMS of recorded less simulated, over noise; 1 is the floor.");
+    visit("share", self.share, "Part of the excess (gap^2 - 1) of all columns.");
+    visit("depends_on", self.depends_on, "What the residual depends on, strongest first.");
+  }
+};
+
+/// A parameter as the cell would hold it.
+struct ParameterEstimate {
+  std::string name;
+  std::vector<double> value;  ///< One number, a vector, or the 16 numbers of a 4x4 matrix row by row.
+  std::vector<double> std;    ///< Of each number; of a pose x y z [m] and rotation vector [rad].
+  std::string unit;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("name", self.name, "Name in the catalogue.");
+    visit("value", self.value, "One number, a vector, or a 4x4 matrix row by row.");
+    visit("std", self.std, "Standard deviation of each number; of a pose x y z [m] and rotation vector [rad].");
+    visit("unit", self.unit, "Unit.");
+  }
+};
+
+struct EffectName {
+  std::string effect;
+  std::string target;
+
+  friend bool operator==(const EffectName&, const EffectName&) = default;
+  static void each_field(auto& self, auto&& visit) {
+    visit("effect", self.effect, "Id in the catalogue.");
+    visit("target", self.target, "What it sits on.");
+  }
+};
+
+/// An effect that is blamed.
+struct Cause {
+  std::string effect;
+  std::string target;
+  double probability = 0.0;
+  std::vector<ParameterEstimate> parameters;
+  double gap_closed = 0.0;
+  std::vector<EffectName> tied_with;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("effect", self.effect, "Id in the catalogue.");
+    visit("target", self.target, "What it sits on.");
+    visit("probability", self.probability, "That the cell carries this effect on this target.");
+    visit("parameters", self.parameters, "Absolute values, as the cell would hold them.");
+    visit("gap_closed", self.gap_closed, "Part of the excess that goes when this effect joins the other causes.");
+    visit("tied_with", self.tied_with, "Effects that this recording cannot tell from it.");
+  }
+};
+
+struct ColumnShrink {
+  std::string column;
+  double before = 0.0;
+  double after = 0.0;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("column", self.column, "Kind of experiment and column.");
+    visit("before", self.before, "Gap at the nominal cell.");
+    visit("after", self.after, "Gap with the causes.");
+  }
+};
+
+/// How far the gap shrinks, over the columns that stand above the floor before.
+struct Shrink {
+  double before = 1.0;
+  double after = 1.0;
+  double floor = 1.0;
+  uncertainty::Interval before_ci, after_ci;
+  std::vector<ColumnShrink> columns;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("before", self.before, "RMS gap at the nominal cell.");
+    visit("after", self.after, "RMS gap with the causes, same columns.");
+    visit("floor", self.floor, "What noise alone leaves.");
+    visit("before_ci", self.before_ci, "95 % interval of `before`, from resampled pieces of the recording.");
+    visit("after_ci", self.after_ci, "The same of `after`.");
+    visit("columns", self.columns, "Each column.");
+  }
+};
+
+/// What would tell tied effects apart.
+struct NextExperiment {
+  std::vector<std::string> separates;
+  std::string what;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("separates", self.separates, "Effects, with targets.");
+    visit("do", self.what, "The experiment, in words; empty when nothing is tied.");
+  }
+};
+
+struct Diagnosis {
+  Verdict verdict = Verdict::NoGap;
+  std::vector<Place> where;
+  std::vector<Cause> causes;
+  std::vector<Place> unexplained;
+  Shrink shrink;
+  NextExperiment next_experiment;
+  double scatter = 0.0;
+  std::vector<std::string> warnings;
+  double seconds_screening = 0.0;
+  double seconds = 0.0;
+  cell::Cell cell;  ///< The nominal cell with the causes added.
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("verdict", self.verdict, "no_gap | explained | partly_explained | unknown.");
+    visit("where", self.where, "Columns above the floor at the nominal cell, largest share first.");
+    visit("causes", self.causes, "Every effect that is blamed, most probable first.");
+    visit("unexplained", self.unexplained, "Columns that hold a structure with the causes.");
+    visit("shrink", self.shrink, "How far the gap shrinks.");
+    visit("next_experiment", self.next_experiment, "What would tell tied effects apart.");
+    visit("scatter", self.scatter,
+          "Relative scatter of masses, torque constants and (twice that) friction seen; no cause.");
+    visit("warnings", self.warnings, "Noise that is not as declared, spikes, parts that could not be judged.");
+    visit("seconds_screening", self.seconds_screening, "Time for screening [s].");
+    visit("seconds", self.seconds, "Time in all [s].");
+  }
+};
+
+/// The JSON text of format `kr5-gap/1`.
+std::string to_json(const Diagnosis& diagnosis);
+
+}  // namespace kr5::gap

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <kr5/cell/cell.hpp>
+
+/// @file
+/// What a gap may come from: every effect of the catalogue on every target, as a function of a few numbers.
+
+namespace kr5::gap {
+
+/// One number of a hypothesis, in units of a size that such an effect often has, 0 where the effect is off.
+struct Coordinate {
+  double lower = -1e9;
+  double upper = 1e9;
+  double step = 0.02;  ///< Of finite differences.
+  bool shape = false;  ///< Says nothing by itself (a time constant); does not scale with the effect.
+  bool whole = false;  ///< Only whole numbers can be told apart (cycles of a servo).
+};
+
+/// Where the signature of an effect is taken: the changes of the prediction from "off" to each of these points. The
+/// changes are taken as linear in between; effects that are not have several of them.
+struct Probe {
+  std::vector<Eigen::VectorXd> points;
+};
+
+/// An effect on a target, with every discrete choice (cycles, source, element, a or b) made.
+struct Hypothesis {
+  std::string effect;
+  std::string target;
+  std::string choice;      ///< The discrete choice in words; empty where there is none.
+  double log_prior = 0.0;  ///< Of this choice among those of the same effect and target.
+  std::vector<Coordinate> coordinates;
+  std::vector<Probe> probes;
+  /// Sets the effect in a cell, the rest of which it leaves alone.
+  std::function<void(cell::Cell&, const Eigen::VectorXd&)> apply;
+
+  int size() const { return static_cast<int>(coordinates.size()); }
+};
+
+/// Times between which an experiment was made, for effects that grow with time [s].
+struct TimeSpan {
+  double first = 0.0;
+  double last = 1.0;
+};
+
+/// All effects of the catalogue on all targets of a cell, but those that are periodic in a joint angle: their cycles
+/// come from the data.
+std::vector<Hypothesis> hypotheses(const cell::Cell& cell, const TimeSpan& span);
+
+/// `torque_ripple` and `transmission_error` of a joint (from 0) with so many cycles a turn; coordinates are the
+/// amplitudes of sine and cosine.
+Hypothesis periodic_hypothesis(const cell::Cell& cell, const std::string& effect, int joint, int cycles);
+
+}  // namespace kr5::gap

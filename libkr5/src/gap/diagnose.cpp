@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/gap/diagnose.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include <kr5/core/error.hpp>
+
+#include "gap/noise.hpp"
+#include "gap/report.hpp"
+#include "gap/search.hpp"
+
+namespace kr5::gap {
+namespace {
+
+/// Sizes of scatter that are tried: none, and what separates a careful identification from a rough one.
+constexpr double scatter_sizes[] = {0.0, 0.002, 0.004, 0.008};
+/// Evidence that scatter must bring, in natural logarithms: odds of twenty.
+constexpr double scatter_pays = 3.0;
+
+TimeSpan span_of(const cell::Recording& recording) {
+  TimeSpan out{0.0, 0.0};
+  for (const cell::Experiment& e : recording.experiments) {
+    const int t = e.data.find("t");
+    if (t < 0 || e.data.values.rows() == 0) continue;
+    out.first = std::min(out.first, e.data.values.col(t).minCoeff());
+    out.last = std::max(out.last, e.data.values.col(t).maxCoeff());
+  }
+  return out;
+}
+
+class Diagnoser {
+ public:
+  Diagnoser(const cell::Recording& recording, const cell::Simulator& simulator, const DiagnoseOptions& options)
+      : options_(options), start_(std::chrono::steady_clock::now()), data_(make_data(recording, simulator)) {
+    require(!data_.blocks.empty(), "the recording has no column with a stated noise that could be compared");
+  }
+
+  Diagnosis run() {
+    simulate_nominal();
+    judge_noise();
+    Screen screen = make_screen();
+    judge_pose_noise(screen);
+    groups_ = make_groups(data_);
+    scatter_ = make_scatter(data_, base_, options_.threads);
+    out_.seconds_screening = seconds();
+    find_models(screen);
+    conclude();
+    out_.seconds = seconds();
+    return std::move(out_);
+  }
+
+ private:
+  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+  void progress(const std::string& stage, double fraction) const {
+    if (options_.progress) options_.progress(stage, fraction);
+  }
+
+  void simulate_nominal() {
+    progress("simulating the nominal cell", 0.0);
+    base_ = Eigen::VectorXd::Zero(data_.size);
+    const auto& experiments = data_.recording->experiments;
+    for (std::size_t e = 0; e < experiments.size(); ++e)
+      if (!data_.blocks_of[e].empty())
+        put(data_, static_cast<int>(e), compare(data_, static_cast<int>(e), data_.recording->cell), base_);
+  }
+
+  void warn_of_noise(const std::vector<NoiseScale>& scales) {
+    for (const NoiseScale& scale : scales) {
+      if (!wrong(scale)) continue;
+      char text[160];
+      std::snprintf(text, sizeof text, "noise of %s is %.2f +- %.2f times what the cell declares; the seen one is used",
+                    scale.key.c_str(), scale.ratio, scale.std);
+      out_.warnings.emplace_back(text);
+    }
+  }
+
+  void judge_noise() {
+    const int spikes = mark_spikes(data_, base_);
+    if (spikes > 0) out_.warnings.push_back(std::to_string(spikes) + " samples are spikes and were left out");
+    const std::vector<NoiseScale> scales = noise_scales(data_, base_);
+    warn_of_noise(scales);
+    correct(data_, scales, base_);
+  }
+
+  Screen make_screen() const {
+    const TimeSpan span = span_of(*data_.recording);
+    std::vector<Hypothesis> all = hypotheses(data_.recording->cell, span);
+    all.insert(all.end(), options_.own_hypotheses.begin(), options_.own_hypotheses.end());
+    return Screen(data_, std::move(all), base_, options_.threads,
+                  [&](double fraction) { progress("screening effects", fraction); });
+  }
+
+  void judge_pose_noise(const Screen& screen) {
+    std::vector<const Signature*> all;
+    for (const auto& candidate : screen.candidates())
+      for (const auto& probe : candidate->signatures)
+        for (const Signature& s : probe) all.push_back(&s);
+    const std::vector<NoiseScale> scales = pose_noise_scales(data_, base_, all);
+    warn_of_noise(scales);
+    correct(data_, scales, base_);
+  }
+
+  std::vector<Model> search_with(Screen& screen, double scatter) {
+    problem_.prior = ScatterPrior(scatter_, scatter);
+    problem_.log_prior_effect = -std::log(static_cast<double>(std::max(screen.effects(), 1)));
+    return search(problem_, screen, base_, {options_.max_effects, options_.refits, options_.beam, options_.threads},
+                  [&](double fraction) { progress("refitting effects", fraction); });
+  }
+
+  /// The size of scatter under which a fitted model is most likely.
+  double best_scatter(const Model& model) {
+    double best = 0.0, most = 0.0;
+    for (const double size : scatter_sizes) {
+      FitProblem problem{data_, scatter_, ScatterPrior(scatter_, size), problem_.log_prior_effect};
+      const Model fitted = model.parts.empty() ? empty_model(problem, base_) : fit(problem, model, model.parts, 3);
+      const double evidence = fitted.log_evidence - (size > 0 ? scatter_pays : 0.0);
+      if (size == 0.0 || evidence > most) {
+        most = evidence;
+        best = size;
+      }
+    }
+    return best;
+  }
+
+  /// Searches without scatter, and again with it when the data ask for it: then a single cause with small errors
+  /// everywhere may stand against the many causes found without.
+  void find_models(Screen& screen) {
+    models_ = search_with(screen, 0.0);
+    double size = 0.0;
+    const std::size_t tried = std::min<std::size_t>(models_.size(), 3);
+    for (std::size_t i = 0; i < tried && size == 0.0; ++i) size = best_scatter(models_[i]);
+    if (size == 0.0) return;
+    std::vector<Model> with = search_with(screen, size);
+    if (with.front().log_evidence - scatter_pays > models_.front().log_evidence) {
+      models_ = std::move(with);
+      out_.scatter = size;
+      return;
+    }
+    problem_.prior = ScatterPrior();
+  }
+
+  void conclude() {
+    progress("judging what is left", 0.0);
+    const Model nominal = empty_model(problem_, base_);
+    Model nominal_plain = nominal;
+    const FitProblem plain{data_, scatter_, {}, 0.0};
+    const Rest before = rest_of(plain, groups_, nominal_plain, base_, options_);
+    const Posterior weights = posterior(data_, models_);
+    Model best = models_.front();
+    Rest rest = rest_of(problem_, groups_, best, base_, options_);
+    std::vector<double> trusts(best.parts.size(), 1.0);
+    if (rest.any())
+      for (std::size_t k = 0; k < best.parts.size(); ++k) trusts[k] = trust(problem_, groups_, best, rest, base_, k);
+    add_causes(best, weights, trusts);
+    const Model judged = only_blamed(best);
+    if (judged.parts.size() != best.parts.size()) rest = rest_of(problem_, groups_, judged, base_, options_);
+    set_verdict(before, rest);
+    fill(judged, before, rest);
+  }
+
+  void add_causes(const Model& best, const Posterior& weights, const std::vector<double>& trusts) {
+    for (std::size_t k = 0; k < best.parts.size(); ++k) {
+      Cause cause;
+      const EffectName name = name_of(best.parts[k]);
+      cause.effect = name.effect;
+      cause.target = name.target;
+      cause.probability = trusts[k] * probability(models_, weights, name);
+      cause.tied_with = ties(models_, weights, k);
+      cause.parameters = parameters(data_, best, k, weights.temperature);
+      cause.gap_closed = closed(data_, groups_, counted(data_, base_), counted(data_, without(data_, best, k, base_)),
+                                counted(data_, best.residual));
+      if (trusts[k] >= 0.5) out_.causes.push_back(std::move(cause));
+    }
+  }
+
+  bool blamed(const Part& part) const {
+    const EffectName name = name_of(part);
+    return std::any_of(out_.causes.begin(), out_.causes.end(),
+                       [&](const Cause& c) { return c.effect == name.effect && c.target == name.target; });
+  }
+
+  /// The model with the causes that are blamed alone.
+  Model only_blamed(const Model& best) const {
+    std::vector<Part> parts;
+    for (const Part& part : best.parts)
+      if (blamed(part)) parts.push_back(part);
+    if (parts.size() == best.parts.size()) return best;
+    const Model empty = empty_model(problem_, base_);
+    return parts.empty() ? empty : fit(problem_, empty, std::move(parts));
+  }
+
+  void set_verdict(const Rest& before, const Rest& rest) {
+    if (!out_.causes.empty())
+      out_.verdict = rest.any() ? Verdict::PartlyExplained : Verdict::Explained;
+    else
+      out_.verdict = rest.any() ? Verdict::Unknown : Verdict::NoGap;
+    (void)before;
+  }
+
+  void fill(const Model& judged, const Rest& before, const Rest& rest) {
+    std::stable_sort(out_.causes.begin(), out_.causes.end(),
+                     [](const Cause& a, const Cause& b) { return a.probability > b.probability; });
+    out_.where = places(data_, groups_, before);
+    if (out_.verdict == Verdict::NoGap) out_.where.clear();
+    if (rest.any()) {
+      out_.unexplained = places(data_, groups_, rest);
+    }
+    out_.shrink = shrink_of(data_, groups_, before.counted, rest.counted);
+    out_.cell = cell_of(data_, judged.parts);
+  }
+
+  const DiagnoseOptions& options_;
+  std::chrono::steady_clock::time_point start_;
+  Data data_;
+  Eigen::VectorXd base_;
+  std::vector<Group> groups_;
+  Scatter scatter_;
+  FitProblem problem_{data_, scatter_, {}, 0.0};
+  std::vector<Model> models_;
+  Diagnosis out_;
+};
+
+}  // namespace
+
+void DiagnoseOptions::validate() const {
+  require(max_effects >= 1, "max_effects must be at least 1");
+  require(refits >= 1, "refits must be at least 1");
+  require(beam >= 1, "beam must be at least 1");
+  require(false_alarms > 0 && false_alarms < 1, "false_alarms must lie between 0 and 1");
+  require(simulator_accuracy >= 0 && simulator_accuracy < 1, "simulator_accuracy must lie between 0 and 1");
+  require(threads >= 0, "threads must not be negative");
+}
+
+Diagnosis diagnose(const cell::Recording& recording, const cell::Simulator& simulator, const DiagnoseOptions& options) {
+  options.validate();
+  return Diagnoser(recording, simulator, options).run();
+}
+
+}  // namespace kr5::gap

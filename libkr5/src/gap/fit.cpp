@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "gap/fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include <Eigen/Cholesky>
+
+namespace kr5::gap {
+namespace {
+
+/// The fit experiments that any part touches.
+std::vector<int> touched(const Data& data, const std::vector<Part>& parts, cell::Split split) {
+  std::set<int> all;
+  for (const Part& part : parts)
+    for (const int e : of_split(data, part.candidate->experiments, split)) all.insert(e);
+  return {all.begin(), all.end()};
+}
+
+/// Position of a coordinate: its part and the index in it.
+struct At {
+  std::size_t part;
+  Eigen::Index index;
+};
+
+class Minimiser {
+ public:
+  Minimiser(const FitProblem& problem, const Model& from, std::vector<Part> parts)
+      : problem_(problem), parts_(std::move(parts)), touched_(touched(problem.data, parts_, cell::Split::Fit)) {
+    for (std::size_t p = 0; p < parts_.size(); ++p)
+      for (Eigen::Index i = 0; i < parts_[p].x.size(); ++i) at_.push_back({p, i});
+    clamp(parts_);
+    residual_ = evaluate(parts_, touched_, from.residual);
+    chi2_ = chi2(residual_);
+  }
+
+  void run(int max_iterations) {
+    scan_whole(12);
+    double damping = 1e-3;
+    for (int i = 0; i < max_iterations; ++i) {
+      linearise();
+      bool better = false, small = false;
+      for (int attempt = 0; attempt < 6 && !better && !small; ++attempt) better = step(damping, small);
+      if (small || !better) break;
+    }
+    scan_whole(2);
+    linearise();
+  }
+
+  Model result() && {
+    Model out;
+    out.parts = std::move(parts_);
+    out.residual = std::move(residual_);
+    out.jacobian = std::move(jacobian_);
+    out.information = std::move(information_);
+    out.chi2_fit = chi2_;
+    return out;
+  }
+
+ private:
+  const Coordinate& coordinate(const At& at) const {
+    return parts_[at.part].candidate->hypothesis.coordinates[static_cast<std::size_t>(at.index)];
+  }
+  bool whole(const At& at) const { return coordinate(at).whole; }
+
+  void clamp(std::vector<Part>& parts) const {
+    for (const At& at : at_) {
+      double& x = parts[at.part].x(at.index);
+      x = std::clamp(x, coordinate(at).lower, coordinate(at).upper);
+      if (whole(at)) x = std::round(x);
+    }
+  }
+
+  Eigen::VectorXd evaluate(const std::vector<Part>& parts, const std::vector<int>& experiments,
+                           const Eigen::VectorXd& base) const {
+    return residuals(problem_.data, cell_of(problem_.data, parts), experiments, base);
+  }
+
+  double chi2(const Eigen::VectorXd& residual) const {
+    const Eigen::VectorXd r = counted(problem_.data, residual);
+    double out = sum_of(problem_.data, r, cell::Split::Fit).chi2;
+    if (problem_.prior.size() > 0) {
+      const Eigen::VectorXd b = project(problem_.data, problem_.scatter, r);
+      out -= problem_.prior.inner(b, b)(0, 0);
+    }
+    return out;
+  }
+
+  /// Signatures at the present point, and the normal equations with the scatter marginalised.
+  void linearise() {
+    jacobian_.clear();
+    for (const At& at : at_) {
+      std::vector<Part> moved = parts_;
+      double& x = moved[at.part].x(at.index);
+      const Coordinate& c = coordinate(at);
+      const double step = x + c.step <= c.upper ? c.step : -c.step;
+      x += step;
+      const std::vector<int> own = of_split(problem_.data, parts_[at.part].candidate->experiments, cell::Split::Fit);
+      jacobian_.push_back(difference(problem_.data, own, residual_, evaluate(moved, own, residual_), 1 / step));
+    }
+    const Eigen::VectorXd r = counted(problem_.data, residual_);
+    information_ = gram(jacobian_, jacobian_);
+    gradient_.resize(static_cast<Eigen::Index>(jacobian_.size()));
+    for (Eigen::Index i = 0; i < gradient_.size(); ++i) gradient_(i) = dot(problem_.data, jacobian_[i], r);
+    if (problem_.prior.size() > 0) {
+      const Eigen::MatrixXd a = project(problem_.scatter, jacobian_);
+      information_ -= problem_.prior.inner(a, a);
+      gradient_ -= problem_.prior.inner(a, project(problem_.data, problem_.scatter, r));
+    }
+  }
+
+  /// Coordinates that a bound holds, and whole ones, stay.
+  bool held(Eigen::Index i) const {
+    const At& at = at_[static_cast<std::size_t>(i)];
+    const double x = parts_[at.part].x(at.index);
+    const Coordinate& c = coordinate(at);
+    return c.whole || (x <= c.lower && gradient_(i) < 0) || (x >= c.upper && gradient_(i) > 0);
+  }
+
+  bool step(double& damping, bool& small) {
+    Eigen::MatrixXd A = information_;
+    Eigen::VectorXd g = gradient_;
+    for (Eigen::Index i = 0; i < g.size(); ++i) {
+      A(i, i) = A(i, i) * (1 + damping) + 1e-9;
+      if (!held(i)) continue;
+      A.row(i).setZero();
+      A.col(i).setZero();
+      A(i, i) = 1.0;
+      g(i) = 0.0;
+    }
+    const Eigen::VectorXd d = A.ldlt().solve(g);
+    small = !(g.dot(d) > 0.02);  // no more to gain than a fiftieth of what one random number is worth
+    if (small) return false;
+    std::vector<Part> moved = parts_;
+    for (std::size_t i = 0; i < at_.size(); ++i) moved[at_[i].part].x(at_[i].index) += d(static_cast<Eigen::Index>(i));
+    clamp(moved);
+    const bool better = accept(std::move(moved));
+    damping = better ? damping / 5 : std::max(damping, 1e-3) * 10;
+    return better;
+  }
+
+  bool accept(std::vector<Part> moved) {
+    Eigen::VectorXd trial = evaluate(moved, touched_, residual_);
+    const double value = chi2(trial);
+    if (!(value < chi2_)) return false;
+    parts_ = std::move(moved);
+    residual_ = std::move(trial);
+    chi2_ = value;
+    return true;
+  }
+
+  /// Whole coordinates have no slope: all values near the present one are tried.
+  void scan_whole(int reach) {
+    for (const At& at : at_) {
+      if (!whole(at)) continue;
+      const double centre = parts_[at.part].x(at.index);
+      for (int k = -reach; k <= reach; ++k) {
+        std::vector<Part> moved = parts_;
+        moved[at.part].x(at.index) = centre + k;
+        clamp(moved);
+        if (moved[at.part].x(at.index) != parts_[at.part].x(at.index)) accept(std::move(moved));
+      }
+    }
+  }
+
+  const FitProblem& problem_;
+  std::vector<Part> parts_;
+  std::vector<int> touched_;
+  std::vector<At> at_;
+  Eigen::VectorXd residual_;
+  double chi2_ = 0.0;
+  std::vector<Signature> jacobian_;
+  Eigen::MatrixXd information_;
+  Eigen::VectorXd gradient_;
+};
+
+/// Misfit of the check experiments once the most likely scatter is taken out.
+double check_misfit(const FitProblem& problem, const Eigen::VectorXd& residual) {
+  const Eigen::VectorXd r =
+      without_scatter(problem.data, problem.scatter, problem.prior, counted(problem.data, residual));
+  return sum_of(problem.data, r, cell::Split::Check).chi2;
+}
+
+}  // namespace
+
+cell::Cell cell_of(const Data& data, const std::vector<Part>& parts) {
+  cell::Cell cell = data.recording->cell;
+  for (const Part& part : parts) part.candidate->hypothesis.apply(cell, part.x);
+  return cell;
+}
+
+Model empty_model(const FitProblem& problem, const Eigen::VectorXd& base) {
+  Model out;
+  out.residual = base;
+  const Eigen::VectorXd r = counted(problem.data, base);
+  out.chi2_fit = sum_of(problem.data, r, cell::Split::Fit).chi2;
+  if (problem.prior.size() > 0) {
+    const Eigen::VectorXd b = project(problem.data, problem.scatter, r);
+    out.chi2_fit -= problem.prior.inner(b, b)(0, 0);
+  }
+  out.chi2_check = check_misfit(problem, base);
+  out.log_evidence = log_evidence(problem, out);
+  return out;
+}
+
+Model fit(const FitProblem& problem, const Model& from, std::vector<Part> parts, int max_iterations) {
+  Minimiser minimiser(problem, from, std::move(parts));
+  minimiser.run(max_iterations);
+  Model out = std::move(minimiser).result();
+  out.residual = residuals(problem.data, cell_of(problem.data, out.parts),
+                           touched(problem.data, out.parts, cell::Split::Check), out.residual);
+  out.chi2_check = check_misfit(problem, out.residual);
+  out.log_evidence = log_evidence(problem, out);
+  return out;
+}
+
+double log_evidence(const FitProblem& problem, const Model& model) {
+  double out = -0.5 * (model.chi2_fit + model.chi2_check + problem.prior.log_det());
+  if (model.parts.empty()) return out;
+  const Eigen::MatrixXd scaled = Eigen::MatrixXd::Identity(model.information.rows(), model.information.cols()) +
+                                 prior_width * prior_width * model.information;
+  out -= 0.5 * scaled.ldlt().vectorD().array().max(1e-12).log().sum();
+  for (const Part& part : model.parts) {
+    out += problem.log_prior_effect + part.candidate->hypothesis.log_prior;
+    for (Eigen::Index i = 0; i < part.x.size(); ++i)
+      if (!part.candidate->hypothesis.coordinates[static_cast<std::size_t>(i)].shape)
+        out -= std::log1p(part.x(i) * part.x(i) / (prior_width * prior_width));
+  }
+  return out;
+}
+
+}  // namespace kr5::gap

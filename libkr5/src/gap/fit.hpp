@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "gap/nuisance.hpp"
+#include "gap/signature.hpp"
+
+/// @file
+/// A set of effects, fitted together through the simulator, and how well it explains the recording.
+
+namespace kr5::gap {
+
+/// A hypothesis, what it touches, and its signatures on fit experiments about the nominal cell, one list a probe.
+struct Candidate {
+  Hypothesis hypothesis;
+  std::vector<int> experiments;
+  std::vector<std::vector<Signature>> signatures;
+};
+
+/// One effect at a value.
+struct Part {
+  const Candidate* candidate = nullptr;
+  Eigen::VectorXd x;
+};
+
+/// A fitted set of effects; without any: the nominal cell.
+struct Model {
+  std::vector<Part> parts;
+  Eigen::VectorXd residual;         ///< Stacked, at the optimum; NaN where not compared.
+  std::vector<Signature> jacobian;  ///< Of all coordinates, on fit experiments.
+  Eigen::MatrixXd information;      ///< Of all coordinates, scatter marginalised.
+  double chi2_fit = 0.0;            ///< Scatter marginalised.
+  double chi2_check = 0.0;          ///< Most likely scatter taken out.
+  double log_evidence = 0.0;        ///< Of the fit experiments, times the prediction of the check experiments.
+
+  int coordinates() const {
+    int n = 0;
+    for (const Part& part : parts) n += part.candidate->hypothesis.size();
+    return n;
+  }
+};
+
+/// What fitting needs besides the effects.
+struct FitProblem {
+  const Data& data;
+  const Scatter& scatter;
+  ScatterPrior prior;
+  double log_prior_effect = 0.0;  ///< Of one more effect among all of them.
+};
+
+cell::Cell cell_of(const Data& data, const std::vector<Part>& parts);
+
+/// The nominal cell.
+Model empty_model(const FitProblem& problem, const Eigen::VectorXd& base);
+
+/// Fits all coordinates by bounded Levenberg-Marquardt on the fit experiments, from `parts`, simulating only what they
+/// touch; `from.residual` holds at least the experiments none of them touches.
+Model fit(const FitProblem& problem, const Model& from, std::vector<Part> parts, int max_iterations = 15);
+
+/// Log evidence (Laplace) of a model: misfit, Occam factor of each coordinate under a Cauchy prior of `prior_width`
+/// typical sizes, prior of its effects; plus the misfit left on check experiments.
+double log_evidence(const FitProblem& problem, const Model& model);
+
+constexpr double prior_width = 3.0;
+
+}  // namespace kr5::gap

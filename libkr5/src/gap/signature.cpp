@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "gap/signature.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <kr5/core/error.hpp>
+
+namespace kr5::gap {
+namespace {
+
+constexpr float nothing = 1e-6f;  // of noise: what a simulator's own rounding may be
+
+/// Whether any column moved by more than a hundred thousandth of what it holds.
+bool differ(const io::Table& a, const io::Table& b) {
+  for (Eigen::Index c = 0; c < a.values.cols(); ++c) {
+    const double moved = (a.values.col(c) - b.values.col(c)).cwiseAbs().maxCoeff();
+    if (!(moved <= 1e-9 * (1.0 + a.values.col(c).cwiseAbs().maxCoeff()))) return true;
+  }
+  return false;
+}
+
+/// Rows that tell whether an effect acts at all: of a motion a piece about its fastest moment, of still kinds some
+/// rows, of runs all.
+std::vector<Eigen::Index> telling_rows(const cell::Experiment& e) {
+  const Eigen::Index rows = e.data.values.rows();
+  std::vector<Eigen::Index> out;
+  if (e.kind == cell::Kind::Motion) {
+    constexpr Eigen::Index length = 80;
+    Eigen::Index fastest = 0;
+    double most = -1.0;
+    for (Eigen::Index row = 1; row < rows; ++row) {
+      double step = 0.0;
+      for (std::size_t c = 0; c < e.data.columns.size(); ++c)
+        if (e.data.columns[c].starts_with("qc")) step += std::abs(e.data.values(row, c) - e.data.values(row - 1, c));
+      if (step > most) {
+        most = step;
+        fastest = row;
+      }
+    }
+    const Eigen::Index first =
+        std::clamp<Eigen::Index>(fastest - length / 2, 0, std::max<Eigen::Index>(rows - length, 0));
+    for (Eigen::Index row = first; row < std::min(rows, first + length); ++row) out.push_back(row);
+    return out;
+  }
+  const bool still = e.kind == cell::Kind::Poses || e.kind == cell::Kind::Views || e.kind == cell::Kind::Scan;
+  const Eigen::Index stride = still ? std::max<Eigen::Index>(1, rows / 200) : 1;
+  for (Eigen::Index row = 0; row < rows; row += stride) out.push_back(row);
+  return out;
+}
+
+}  // namespace
+
+double dot(const Signature& a, const Signature& b) {
+  double sum = 0.0;
+  for (auto i = a.parts.begin(), j = b.parts.begin(); i != a.parts.end() && j != b.parts.end();) {
+    if (i->first == j->first) {
+      sum += i->second.cast<double>().dot(j->second.cast<double>());
+      ++i, ++j;
+    } else if (i->first < j->first) {
+      ++i;
+    } else {
+      ++j;
+    }
+  }
+  return sum;
+}
+
+double dot(const Data& data, const Signature& a, const Eigen::VectorXd& stacked) {
+  double sum = 0.0;
+  for (const auto& [block, values] : a.parts) sum += values.cast<double>().dot(data.blocks[block].of(stacked));
+  return sum;
+}
+
+void add(const Data& data, double factor, const Signature& a, Eigen::VectorXd& stacked) {
+  for (const auto& [block, values] : a.parts) data.blocks[block].of(stacked) += factor * values.cast<double>();
+}
+
+Eigen::MatrixXd gram(const std::vector<Signature>& a, const std::vector<Signature>& b) {
+  Eigen::MatrixXd out(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i)
+    for (std::size_t j = 0; j < b.size(); ++j) out(i, j) = &a == &b && j < i ? out(j, i) : dot(a[i], b[j]);
+  return out;
+}
+
+Signature difference(const Data& data, const std::vector<int>& experiments, const Eigen::VectorXd& before,
+                     const Eigen::VectorXd& after, double factor) {
+  Signature out;
+  std::vector<int> sorted = experiments;
+  std::sort(sorted.begin(), sorted.end());
+  for (const int e : sorted)
+    for (const int b : data.blocks_of[e]) {
+      const Block& block = data.blocks[b];
+      const Eigen::ArrayXd change = (block.of(before) - block.of(after)).array() * factor;
+      Eigen::VectorXf values =
+          (change.isNaN().select(0.0, change) * data.use.segment(block.first, block.rows)).matrix().cast<float>();
+      if (values.size() > 0 && values.cwiseAbs().maxCoeff() > nothing) out.parts.emplace_back(b, std::move(values));
+    }
+  return out;
+}
+
+Eigen::VectorXd residuals(const Data& data, const cell::Cell& cell, const std::vector<int>& experiments,
+                          const Eigen::VectorXd& base) {
+  Eigen::VectorXd out = base;
+  for (const int e : experiments) put(data, e, compare(data, e, cell), out);
+  return out;
+}
+
+Touch::Touch(const Data& data) : data_(data) {
+  for (std::size_t e = 0; e < data.recording->experiments.size(); ++e) {
+    const cell::Experiment& whole = data.recording->experiments[e];
+    if (data.blocks_of[e].empty() || whole.data.values.rows() == 0) continue;
+    if (std::any_of(pieces_.begin(), pieces_.end(), [&](const Piece& p) { return p.experiment.kind == whole.kind; }))
+      continue;
+    Piece piece{{whole.name, whole.kind, whole.file, whole.split, {whole.data.columns, {}}}, {}};
+    const std::vector<Eigen::Index> rows = telling_rows(whole);
+    piece.experiment.data.values = whole.data.values(rows, Eigen::all);
+    piece.nominal = data.simulator->predict(data.recording->cell, piece.experiment);
+    pieces_.push_back(std::move(piece));
+  }
+}
+
+std::vector<int> Touch::experiments(const Hypothesis& hypothesis) const {
+  std::vector<cell::Kind> kinds;
+  for (const Piece& piece : pieces_) {
+    cell::Cell cell = data_.recording->cell;
+    hypothesis.apply(cell, hypothesis.probes.back().points.back());
+    try {
+      if (differ(piece.nominal, data_.simulator->predict(cell, piece.experiment)))
+        kinds.push_back(piece.experiment.kind);
+    } catch (const InvalidArgument&) {
+      continue;  // a part of the cell that this kind would need is not there
+    }
+  }
+  std::vector<int> out;
+  for (std::size_t e = 0; e < data_.recording->experiments.size(); ++e)
+    if (std::find(kinds.begin(), kinds.end(), data_.recording->experiments[e].kind) != kinds.end())
+      out.push_back(static_cast<int>(e));
+  return out;
+}
+
+std::vector<int> of_split(const Data& data, const std::vector<int>& experiments, cell::Split split) {
+  std::vector<int> out;
+  for (const int e : experiments)
+    if (data.recording->experiments[e].split == split) out.push_back(e);
+  return out;
+}
+
+}  // namespace kr5::gap

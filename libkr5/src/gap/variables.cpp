@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "gap/variables.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "gap/structure.hpp"
+
+namespace kr5::gap {
+namespace {
+
+constexpr std::array<const char*, 6> labels = {"marker", "corner", "pose", "view", "line", "run"};
+
+/// Central differences of a column, per row.
+Eigen::VectorXd rate(const Eigen::VectorXd& x) {
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(x.size());
+  for (Eigen::Index i = 1; i + 1 < x.size(); ++i) out(i) = (x(i + 1) - x(i - 1)) / 2;
+  return out;
+}
+
+/// A column of each experiment of a group, changed by `map`, one after the other.
+template <class Map>
+Eigen::VectorXd stacked(const Data& data, const Group& group, const std::string& column, const Map& map) {
+  std::vector<double> out;
+  for (const int b : group.all) {
+    const cell::Experiment& e = data.experiment(data.blocks[b]);
+    const int at = e.data.find(column);
+    if (at < 0) return {};
+    const Eigen::VectorXd values = map(e.data.values.col(at), e);
+    out.insert(out.end(), values.begin(), values.end());
+  }
+  return Eigen::Map<const Eigen::VectorXd>(out.data(), static_cast<Eigen::Index>(out.size()));
+}
+
+double cycle(const cell::Experiment& e) {
+  const int t = e.data.find("t");
+  const Eigen::Index n = e.data.values.rows();
+  if (t < 0 || n < 2) return 1.0;
+  return std::max((e.data.values(n - 1, t) - e.data.values(0, t)) / static_cast<double>(n - 1), 1e-6);
+}
+
+Eigen::VectorXd plain(const Eigen::VectorXd& x, const cell::Experiment&) { return x; }
+Eigen::VectorXd speed(const Eigen::VectorXd& x, const cell::Experiment& e) { return rate(x) / cycle(e); }
+Eigen::VectorXd acceleration(const Eigen::VectorXd& x, const cell::Experiment& e) {
+  return rate(rate(x)) / (cycle(e) * cycle(e));
+}
+
+/// Joint a column belongs to, from 1; 0 for others.
+int joint_of(const std::string& column) {
+  const std::string_view letters = column.starts_with("tau") ? "tau" : column.substr(0, 1);
+  if (letters != "tau" && letters != "q" && letters != "i") return 0;
+  return std::atoi(column.c_str() + letters.size());
+}
+
+Eigen::VectorXd predicted(const Data& data, const Group& group, const Eigen::VectorXd& counted) {
+  std::vector<double> out;
+  for (const int b : group.all) {
+    const Block& block = data.blocks[b];
+    const io::Table& table = data.experiment(block).data;
+    const int at = table.find(block.column);
+    if (at < 0) return {};
+    // Rounded: where the prediction stands still, the last digits of the difference would be those of the residual.
+    const double grain = 1e-3 * block.sigma;
+    for (Eigen::Index i = 0; i < block.rows; ++i)
+      out.push_back(grain * std::round((table.values(i, at) / block.sigma - counted(block.first + i)) * 1e3));
+  }
+  return Eigen::Map<const Eigen::VectorXd>(out.data(), static_cast<Eigen::Index>(out.size()));
+}
+
+void add_motion(const Data& data, const Group& group, std::vector<Variable>& out) {
+  const int own = joint_of(group.column);
+  for (int j = 1; j <= data.recording->cell.robot.joints(); ++j) {
+    const std::string number = std::to_string(j), command = "qc" + number;
+    const Eigen::VectorXd position = stacked(data, group, command, plain), qd = stacked(data, group, command, speed);
+    if (position.size() == 0) continue;
+    const Eigen::VectorXd sign = qd.unaryExpr([](double v) { return v > 1e-4 ? 1.0 : v < -1e-4 ? -1.0 : 0.0; });
+    const bool turns = j == own;
+    out.push_back({"q" + number, "rad", position, turns ? sign : Eigen::VectorXd(), "qd" + number});
+    out.push_back({"qd" + number, "rad/s", qd, {}, ""});
+    out.push_back({"qdd" + number, "rad/s2", stacked(data, group, command, acceleration), {}, ""});
+    if (turns) out.push_back({"|qd" + number + "|", "rad/s", qd.cwiseAbs(), sign, "qd" + number});
+  }
+}
+
+}  // namespace
+
+std::vector<Variable> variables(const Data& data, const Group& group, const Eigen::VectorXd& counted) {
+  std::vector<Variable> out;
+  const cell::Experiment& first = data.experiment(data.blocks[group.all.front()]);
+  const auto columns = cell::columns(group.kind, data.recording->cell.robot.joints());
+  for (const cell::Column& column : columns) {
+    const bool label = std::find(labels.begin(), labels.end(), column.name) != labels.end();
+    const bool image = column.name == "u" || column.name == "v";
+    if (label || first.data.find(column.name) < 0 || (column.role != cell::Role::Given && !image)) continue;
+    if (group.kind == cell::Kind::Motion && column.name != "t") continue;
+    out.push_back({column.name, column.unit, stacked(data, group, column.name, plain), {}, ""});
+  }
+  if (group.kind == cell::Kind::Motion) add_motion(data, group, out);
+  if (group.kind == cell::Kind::Step || group.kind == cell::Kind::Press)
+    out.push_back({"zcd", "m/s", stacked(data, group, "zc", speed), {}, ""});
+  if (group.kind != cell::Kind::Poses && group.kind != cell::Kind::Views)
+    out.push_back({"predicted " + group.column, "", predicted(data, group, counted), {}, ""});
+  // What hardly changes is no variable: its bins would sort by rounding.
+  std::erase_if(out, [](const Variable& v) {
+    return v.values.size() == 0 ||
+           v.values.maxCoeff() - v.values.minCoeff() < 1e-6 * (1.0 + v.values.cwiseAbs().maxCoeff());
+  });
+  return out;
+}
+
+}  // namespace kr5::gap

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "gap/verdict.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "gap/parallel.hpp"
+
+namespace kr5::gap {
+namespace {
+
+double sum_of_squares(const Data& data, const Group& group, const Eigen::VectorXd& stacked) {
+  double sum = 0.0;
+  for (const int b : group.all) sum += data.blocks[b].of(stacked).squaredNorm();
+  return sum;
+}
+
+}  // namespace
+
+bool Rest::any() const { return std::find(structured.begin(), structured.end(), true) != structured.end(); }
+
+Rest rest_of(const FitProblem& problem, const std::vector<Group>& groups, const Model& model,
+             const Eigen::VectorXd& base, const DiagnoseOptions& options) {
+  Rest out;
+  out.counted = without_scatter(problem.data, problem.scatter, problem.prior, counted(problem.data, model.residual));
+  const Eigen::VectorXd changed = counted(problem.data, base) - counted(problem.data, model.residual);
+  out.structure.resize(groups.size());
+  const double level = options.false_alarms / static_cast<double>(groups.size());
+  parallel_for(static_cast<int>(groups.size()), options.threads, [&](int g) {
+    const double discrepancy =
+        options.simulator_accuracy * options.simulator_accuracy * sum_of_squares(problem.data, groups[g], changed);
+    out.structure[g] = structure(problem.data, groups[g], out.counted, discrepancy, level);
+  });
+  for (const Structure& s : out.structure) out.structured.push_back(s.p < level);
+  return out;
+}
+
+Eigen::VectorXd without(const Data& data, const Model& model, std::size_t part, const Eigen::VectorXd& base) {
+  std::vector<Part> parts = model.parts;
+  parts.erase(parts.begin() + static_cast<std::ptrdiff_t>(part));
+  const std::vector<int>& own = model.parts[part].candidate->experiments;
+  Eigen::VectorXd out = model.residual;
+  if (parts.empty())
+    for (const int e : own)
+      for (const int b : data.blocks_of[e]) data.blocks[b].of(out) = data.blocks[b].of(base);
+  else
+    out = residuals(data, cell_of(data, parts), own, out);
+  return out;
+}
+
+double trust(const FitProblem& problem, const std::vector<Group>& groups, const Model& model, const Rest& rest,
+             const Eigen::VectorXd& base, std::size_t part) {
+  const Data& data = problem.data;
+  const Eigen::VectorXd before = counted(data, without(data, model, part, base));
+  const Eigen::VectorXd after = counted(data, model.residual);
+  double total = 0.0, trusted = 0.0;
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    const double explained = sum_of_squares(data, groups[g], before) - sum_of_squares(data, groups[g], after);
+    if (explained <= 0.0) continue;
+    total += explained;
+    double samples = 0.0;
+    for (const int b : groups[g].all) samples += static_cast<double>(data.blocks[b].rows);
+    const double left = std::max(sum_of_squares(data, groups[g], rest.counted) - samples, 0.0) / explained;
+    const double bent = std::clamp(std::log(0.05 / std::max(left, 1e-6)) / std::log(10.0), 0.0, 1.0);
+    trusted += explained * (rest.structured[g] ? bent : 1.0);
+  }
+  return total > 0 ? trusted / total : 0.0;
+}
+
+}  // namespace kr5::gap
