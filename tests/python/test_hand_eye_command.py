@@ -40,6 +40,12 @@ def test_real_sets_are_calibrated(run_kr5, tmp_path, reference, name):
     assert len(data["views"]) >= 8
 
 
+@pytest.mark.parametrize("name, code, words", [("industrial_charuco", 0, {"good", "doubtful"}), ("franka_in_hand", 1, {"unusable"})])
+def test_the_exit_code_says_whether_real_data_can_be_trusted(run_kr5, tmp_path, reference, name, code, words):
+    done, data = calibrate(run_kr5, tmp_path, name, reference)
+    assert (done.returncode, data["verdict"]["word"] in words) == (code, True), data["verdict"]
+
+
 def test_the_demo_gives_a_complete_result(run_kr5, tmp_path, share):
     done = run_kr5("calibrate", "hand-eye", share / "data/demo", "-o", "r.json")
     assert done.returncode == 0, done.stderr

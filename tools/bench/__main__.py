@@ -24,6 +24,7 @@ BENCHES = {
     "corners": ("error of marker corners against rendered truth", [], ["--trials", "1"]),
     "intrinsics": ("camera calibration: fit, held-out error, speed", [], ["--splits", "3"]),
     "hand_eye": ("hand-eye: real sets left out view by view, synthetic truth", [], ["--trials", "30"]),
+    "two_plane": ("hand-eye from one image of two planes, beside EPnP", [], ["--trials", "6"]),
     "clock_offset": ("offset of robot and camera clocks", [], ["--shifts", "4"]),
     "named_cause": ("right cause of a bad hand-eye recording named first", [str(BUILD)], [str(BUILD), "--quick"]),
     "contact": ("peg on tube: height, contacts and a roll beside brute force", [], ["--rows", "2000"]),

@@ -7,13 +7,12 @@ opencv-contrib-python-headless<5 from PyPI. All offsets are t_camera = t_hand + 
 other sign (t_hand = t_camera + offset); it is turned here.
 """
 
-import argparse
-import os
 from pathlib import Path
 
 import numpy as np
 from rich.console import Console
 
+import arguments
 import kr5
 from kr5 import calibration
 from kr5_tools.calibrate_timed import load_stream
@@ -91,9 +90,8 @@ def measure(folder, name, shifts):
 
 
 def main():
-    root = Path(os.environ.get("KR5_REFERENCE_DIR", Path(__file__).resolve().parents[3] / "shared"))
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", nargs="?", type=Path, default=root / "data/handeye_asl_timed")
+    parser = arguments.parser(__doc__)
+    parser.add_argument("folder", nargs="?", type=Path, default=arguments.REFERENCE / "data/handeye_asl_timed")
     parser.add_argument("--shifts", type=int, default=24, help="random shifts a recording")
     given = parser.parse_args()
     rows = [measure(given.folder, name, given.shifts) for name in track(RECORDINGS, "Recordings")]

@@ -6,11 +6,11 @@ Peers come from PyPI: pip install 'opencv-contrib-python-headless<5'. AprilTag's
 (refine_edges on), through `refine="none"`; OpenCV starts from the same marker with each of its refinements.
 """
 
-import argparse
 
 import cv2
 import numpy as np
 
+import arguments
 import kr5
 from kr5 import vision
 
@@ -52,7 +52,7 @@ def seen_by_all(image, truth, camera):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = arguments.parser(__doc__)
     parser.add_argument("--trials", type=int, default=10, help="images for each size, blur and noise")
     trials = parser.parse_args().trials
     camera = kr5.Pinhole(width=320, height=280, fx=500, fy=500, cx=159.5, cy=139.5)

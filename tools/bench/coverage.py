@@ -5,21 +5,18 @@
 Every test judges its own count by its binomial limits; --quick runs the part that CI runs.
 """
 
-import argparse
 import os
 import subprocess
 import sys
-from pathlib import Path
+
+import arguments
 
 PROGRAMS = ("calibration_hand_eye_test", "calibration_tool_test", "calibration_timed_hand_eye_test",
             "vision_camera_calibration_test", "vision_target_pose_test", "vision_marker_map_test")
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("build", type=Path, help="folder of a C++ build with tests")
-    parser.add_argument("--quick", action="store_true", help="few trials, as in CI")
-    given = parser.parse_args()
+    given = arguments.parser(__doc__, build=True).parse_args()
     environment = dict(os.environ) if given.quick else {**os.environ, "KR5_FULL": "1"}
     failed = 0
     for name in PROGRAMS:

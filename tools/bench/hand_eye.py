@@ -8,20 +8,19 @@ Ratios below 1 are in our favour; intervals are bootstrapped over views (real) o
 Needs opencv-contrib-python-headless<5.
 """
 
-import argparse
 import json
-import os
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import cv2
 import numpy as np
 import yaml
+from scipy import stats
 
+import arguments
 import kr5
 from kr5 import calibration, vision
 
-DEFAULT = Path(os.environ.get("KR5_REFERENCE_DIR", Path(__file__).resolve().parents[3] / "shared"))
 METHODS = ("tsai", "park", "horaud", "andreff", "daniilidis", "visp")
 POSITION_NOISE, ROTATION_NOISE = 0.003, np.deg2rad(0.3)
 
@@ -169,12 +168,22 @@ def interval(ours: np.ndarray, theirs: np.ndarray, seed: int = 1) -> list[float]
     return [float(x) for x in np.quantile(ratio, [0.025, 0.975])]
 
 
+def difference(ours: np.ndarray, theirs: np.ndarray, scale: float) -> list[float]:
+    """Mean of the paired differences of squared errors, as one of RMS, with Student's 95 % interval: 0 inside means level."""
+    d = ours**2 - theirs**2
+    half = stats.t.ppf(0.975, len(d) - 1) * d.std(ddof=1) / np.sqrt(len(d))
+    per = scale / (np.sqrt((ours**2).mean()) + np.sqrt((theirs**2).mean()))  # a^2 - b^2 = (a - b) (a + b)
+    return [float(per * x) for x in (d.mean(), d.mean() - half, d.mean() + half)]
+
+
 def row(name: str, position: np.ndarray, rotation: np.ndarray, ours: tuple | None) -> dict:
     out = {"method": name, "position_mm": float(1e3 * np.sqrt((position ** 2).mean())),
            "rotation_deg": float(np.rad2deg(np.sqrt((rotation ** 2).mean())))}
     if ours is not None:
         out["position_ratio"] = [float(np.sqrt((ours[0] ** 2).mean() / (position ** 2).mean())), *interval(ours[0], position)]
         out["rotation_ratio"] = [float(np.sqrt((ours[1] ** 2).mean() / (rotation ** 2).mean())), *interval(ours[1], rotation)]
+        out["position_difference_mm"] = difference(ours[0], position, 1e3)
+        out["rotation_difference_deg"] = difference(ours[1], rotation, 180 / np.pi)
     return out
 
 
@@ -183,6 +192,26 @@ def show(title: str, rows: list[dict]) -> None:
     for r in rows:
         text = "".join(f"   {r[k][0]:.2f} [{r[k][1]:.2f}, {r[k][2]:.2f}]       " for k in ("position_ratio", "rotation_ratio") if k in r)
         print(f"{r['method']:12} {r['position_mm']:7.3f}  {r['rotation_deg']:7.4f}  {text}")
+
+
+def judge(what: str, rows: list[dict], wanted: str, reached) -> None:
+    """One line a quantity: ours, the best peer, what is wanted, and whether that is reached."""
+    ours, *peers = rows
+    for quantity, unit in (("position", "mm"), ("rotation", "deg")):
+        key = f"{quantity}_{unit}"
+        best = min(peers, key=lambda r: r[key])
+        d = best[f"{quantity}_difference_{unit}"]
+        print(f"{what}, {quantity}: kr5 {ours[key]:.4g} {unit}, best peer {best['method']} {best[key]:.4g} {unit}, "
+              f"difference {d[0]:+.3g} [{d[1]:+.3g}, {d[2]:+.3g}] {unit}; wanted: {wanted}; "
+              f"{'reached' if all(reached(r, quantity, unit) for r in peers) else 'NOT reached'}")
+
+
+def not_worse(peer: dict, quantity: str, unit: str) -> bool:
+    return peer[f"{quantity}_difference_{unit}"][1] <= 0
+
+
+def fifth_lower(peer: dict, quantity: str, unit: str) -> bool:
+    return peer[f"{quantity}_ratio"][0] <= 0.8
 
 
 def bench_real(reference: Path) -> dict:
@@ -196,6 +225,7 @@ def bench_real(reference: Path) -> dict:
             rows.append(row(method, *theirs, ours))
         title = f"{name}: {len(views)} views, each left out in turn"
         show(title, rows)
+        judge(name, rows, "not significantly worse than any (95 %)", not_worse)
         out[name] = {"views": len(views), "rows": rows}
     return out
 
@@ -253,19 +283,18 @@ def bench_synthetic(trials: int) -> dict:
         rows = [row(name, *a, None if name == "kr5" else arrays["kr5"]) for name, a in arrays.items()]
         title = f"synthetic, {mount}: 15 views, 3 mm and 0.3 deg robot noise, {trials} trials, error of the camera pose"
         show(title, rows)
+        judge(f"synthetic, {mount}", rows, "at least 20 % lower than each", fifth_lower)
         out[mount] = {"trials": trials, "rows": rows}
     return out
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--reference", type=Path, default=DEFAULT, help="folder that holds data/handeye_*")
+    parser = arguments.parser(__doc__, reference=True, json=True)
     parser.add_argument("--trials", type=int, default=300)
-    parser.add_argument("--json", type=Path)
-    arguments = parser.parse_args()
-    result = {"real": bench_real(arguments.reference), "synthetic": bench_synthetic(arguments.trials)}
-    if arguments.json:
-        arguments.json.write_text(json.dumps(result, indent=1))
+    given = parser.parse_args()
+    result = {"real": bench_real(given.reference), "synthetic": bench_synthetic(given.trials)}
+    if given.json:
+        given.json.write_text(json.dumps(result, indent=1))
 
 
 if __name__ == "__main__":

@@ -7,9 +7,7 @@ like the colours of a chessboard; the pose from one half predicts the other (all
 Needs opencv-contrib-python-headless<5.
 """
 
-import argparse
 import json
-import os
 import time
 from pathlib import Path
 
@@ -17,11 +15,11 @@ import cv2
 import numpy as np
 from scipy import stats
 
+import arguments
 import kr5
 from kr5 import vision
 
 ROWS, COLS, SQUARE = 6, 9, 0.025
-DEFAULT = Path(os.environ.get("KR5_REFERENCE_DIR", Path(__file__).resolve().parents[3] / "shared"))
 LENSES = {"none": cv2.CALIB_FIX_K1 | cv2.CALIB_FIX_K2 | cv2.CALIB_FIX_K3 | cv2.CALIB_ZERO_TANGENT_DIST,
           "k1k2": cv2.CALIB_FIX_K3 | cv2.CALIB_ZERO_TANGENT_DIST, "brown4": cv2.CALIB_FIX_K3, "brown5": 0,
           "rational8": cv2.CALIB_RATIONAL_MODEL}
@@ -173,16 +171,14 @@ def compare_speed(repeats: int = 15) -> dict:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--reference", type=Path, default=DEFAULT, help="folder that holds data/camera_opencv_stereo")
+    parser = arguments.parser(__doc__, reference=True, json=True)
     parser.add_argument("--splits", type=int, default=10)
-    parser.add_argument("--json", type=Path)
-    arguments = parser.parse_args()
-    folder = arguments.reference / "data" / "camera_opencv_stereo"
+    given = parser.parse_args()
+    folder = given.reference / "data" / "camera_opencv_stereo"
     data = {side: corners(folder, side) for side in ("left", "right")}
-    out = {"fit": compare_fits(data), "held_out": compare_held_out(data, arguments.splits), "milliseconds": compare_speed()}
-    if arguments.json:
-        arguments.json.write_text(json.dumps(out, indent=1))
+    out = {"fit": compare_fits(data), "held_out": compare_held_out(data, given.splits), "milliseconds": compare_speed()}
+    if given.json:
+        given.json.write_text(json.dumps(out, indent=1))
 
 
 if __name__ == "__main__":

@@ -7,7 +7,6 @@ and 200 sound ones of an imprecise robot; with --quick 6, 30 and 20. The faults 
 tests/support/hand_eye_faults.hpp.
 """
 
-import argparse
 import csv
 import os
 import subprocess
@@ -16,6 +15,7 @@ import tempfile
 from collections import defaultdict
 from pathlib import Path
 
+import arguments
 from rich.console import Console
 
 from kr5_tools.common import table, working
@@ -47,10 +47,7 @@ def lower_bound(right: int, trials: int) -> float:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("build", type=Path, help="folder of a C++ build with tests")
-    parser.add_argument("--quick", action="store_true", help="few draws, as in CI")
-    given = parser.parse_args()
+    given = arguments.parser(__doc__, build=True).parse_args()
     program = given.build / "tests/calibration_hand_eye_diagnosis_test"
     if not program.exists():
         sys.exit(f"{program}: no such file; build it: cmake --build {given.build} --target {program.name}")

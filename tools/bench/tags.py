@@ -6,19 +6,17 @@ Peers come from PyPI: pip install 'opencv-contrib-python-headless<5'. The images
 default the folder `shared` beside the checkout. All run on one thread.
 """
 
-import argparse
-import os
 import re
 import time
-from pathlib import Path
 
 import cv2
 import numpy as np
 
+import arguments
 import kr5
 from kr5 import vision
 
-DATA = Path(os.environ.get("KR5_REFERENCE_DIR", Path(__file__).resolve().parents[3] / "shared")) / "data" / "tags_apriltag"
+DATA = arguments.REFERENCE / "data" / "tags_apriltag"
 
 
 def opencv_detector():
@@ -54,7 +52,7 @@ def compare(find):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = arguments.parser(__doc__)
     parser.add_argument("--repeat", type=int, default=7)
     repeat = parser.parse_args().repeat
     cv2.setNumThreads(1)
