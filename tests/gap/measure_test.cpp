@@ -1,0 +1,120 @@
+#include <kr5/gap/measure.hpp>
+
+#include <cmath>
+
+#include <catch2/catch.hpp>
+
+#include <kr5/core/error.hpp>
+#include <kr5/core/random.hpp>
+
+using namespace kr5;
+
+namespace {
+
+/// Shows a constant in every column there may be, and a pose that is turned by nothing.
+class Constant : public cell::Simulator {
+ public:
+  io::Table predict(const cell::Cell& cell, const cell::Experiment& experiment) const override {
+    io::Table out;
+    for (const cell::Column& c : cell::columns(experiment.kind, cell.robot.joints()))
+      if (c.role == cell::Role::Predicted && c.name != "v") out.columns.push_back(c.name);
+    out.values =
+        Eigen::MatrixXd::Constant(experiment.data.values.rows(), static_cast<Eigen::Index>(out.columns.size()), 0.0);
+    if (out.find("qw") >= 0) out.values.col(out.find("qw")).setOnes();
+    if (out.find("sphere") >= 0) out.values.col(out.find("sphere")).head(2).setOnes();
+    return out;
+  }
+};
+
+cell::Experiment make(cell::Kind kind, const std::vector<std::string>& columns, const Eigen::MatrixXd& values) {
+  cell::Experiment e;
+  e.name = std::string(name_of(kind)) + "-1";
+  e.kind = kind;
+  e.data = {columns, values};
+  return e;
+}
+
+cell::Recording recording(const cell::Experiment& e) {
+  cell::Recording r;
+  r.cell = cell::load_cell(KR5_SHARE_DIR "/cells/kr5_arc.yaml");
+  r.experiments = {e};
+  return r;
+}
+
+const gap::ColumnGap& column(const gap::Measure& m, const std::string& name) {
+  for (const auto& c : m.columns)
+    if (c.column == name) return c;
+  FAIL("no column " << name);
+  return m.columns.front();
+}
+
+}  // namespace
+
+TEST_CASE("the gap is the RMS of the residual over the noise") {
+  Eigen::MatrixXd values(4, 1);
+  values << 1e-4, -1e-4, 3e-4, 1e-4;
+  const auto r = recording(make(cell::Kind::Step, {"z"}, values));
+  const gap::Measure m = gap::measure(r, Constant());
+  REQUIRE(m.columns.size() == 1);
+  CHECK(m.columns[0].rms == Approx(std::sqrt(3e-8)));
+  CHECK(m.columns[0].gap == Approx(std::sqrt(3e-8) / r.cell.noise.position));
+  CHECK(m.columns[0].noise == r.cell.noise.position);
+  CHECK(m.columns[0].unit == "m");
+  CHECK(m.columns[0].exceeds);
+  CHECK(m.gap == Approx(m.columns[0].gap));
+}
+
+TEST_CASE("orientation is compared by its rotation vector, whatever the sign of the quaternion") {
+  Eigen::MatrixXd values(2, 4);
+  const Eigen::Quaterniond q(Eigen::AngleAxisd(0.01, Eigen::Vector3d::UnitY()));
+  values.row(0) << q.w(), q.x(), q.y(), q.z();
+  values.row(1) = -values.row(0);
+  const auto r = recording(make(cell::Kind::Poses, {"qw", "qx", "qy", "qz"}, values));
+  const gap::Measure m = gap::measure(r, Constant());
+  REQUIRE(m.columns.size() == 3);
+  CHECK(column(m, "ry").rms == Approx(0.01));
+  CHECK(column(m, "rx").rms < 1e-12);
+  CHECK(column(m, "rz").unit == "rad");
+}
+
+TEST_CASE("rows whose ray met the sphere in one of the two only are left out") {
+  Eigen::MatrixXd values(3, 2);
+  values << 1e-3, 1, 9.0, 0, 1e-3, 0;  // the simulator meets the sphere in the first two
+  const gap::Measure m = gap::measure(recording(make(cell::Kind::Scan, {"z", "sphere"}, values)), Constant());
+  REQUIRE(m.columns.size() == 1);
+  CHECK(m.columns[0].rows == 2);
+  CHECK(m.columns[0].left_out == 1);
+  CHECK(m.columns[0].rms == Approx(1e-3));
+}
+
+TEST_CASE("columns that were not recorded, are not predicted, or have no noise are left out") {
+  auto r = recording(make(cell::Kind::Views, {"u", "v"}, Eigen::MatrixXd::Zero(5, 2)));
+  CHECK(gap::measure(r, Constant()).columns.size() == 1);
+  r.cell.noise.pixel = 0.0;
+  CHECK(gap::measure(r, Constant()).columns.empty());
+  r = recording(make(cell::Kind::Press, {"z"}, Eigen::MatrixXd::Zero(5, 1)));
+  CHECK(gap::measure(r, Constant()).columns.size() == 1);
+}
+
+TEST_CASE("noise alone exceeds the limit in one column of a thousand, for any number of rows") {
+  constexpr int trials = 4000;
+  for (const int rows : {3, 40, 400}) {
+    Random random(static_cast<std::uint64_t>(rows));
+    int exceeding = 0;
+    for (int trial = 0; trial < trials / 6; ++trial) {
+      auto r = recording(make(cell::Kind::Press, {"fx", "fy", "fz", "tx", "ty", "tz"}, Eigen::MatrixXd(rows, 6)));
+      for (int c = 0; c < 6; ++c)
+        r.experiments[0].data.values.col(c) =
+            random.normal_vector(rows, c < 3 ? r.cell.noise.force : r.cell.noise.torque);
+      exceeding += gap::measure(r, Constant()).exceeding;
+    }
+    CHECK(exceeding <= 13);  // binomial, 4000 trials of 0.001: beyond with probability 2e-4
+  }
+}
+
+TEST_CASE("a cell with another number of joints is refused") {
+  const auto r = recording(make(cell::Kind::Step, {"z"}, Eigen::MatrixXd::Zero(5, 1)));
+  cell::Cell other = r.cell;
+  other.robot.dh.pop_back();
+  CHECK_THROWS_AS(gap::measure(r, other, Constant()), InvalidArgument);
+}
