@@ -282,7 +282,7 @@ CATALOGUE = [
     Effect("laser_bias", only("laser"), (5e-6, 4e-3), plain("bias", True), act.laser_bias, ("scan",)),
     Effect("laser_lag", only("laser"), (2e-5, 0.05), plain("lag"), act.laser_lag, ("scan",)),
     Effect("contact_stiffness", only("contact"), (0.002, 1.0), scaled("stiffness", "contact", "stiffness"), act.contact_stiffness, CONTACT),
-    Effect("contact_hardening", only("contact"), (0.002, 2.0), plain("hardening"), act.contact_hardening, ("press",)),
+    Effect("contact_hardening", only("contact"), (0.002, 2.0), plain("hardening"), act.contact_hardening, CONTACT),
     Effect("contact_friction", only("contact"), (0.005, 1.5), scaled("friction", "contact", "friction"), act.contact_friction, ("profile",)),
     Effect("gripper_compliance", only("gripper"), (1e-7, 6e-5), draw_grip, act.gripper_compliance, CONTACT),
     Effect("tube_tilt", only("tube"), (5e-5, 0.06), plain("tilt", vector=2), act.tube_tilt, ("profile",)),

@@ -40,6 +40,12 @@ def stiffness(truth: Truth) -> float:
     return 1 / (1 / truth.cell["contact"]["stiffness"] + truth.axial)
 
 
+def depth_under(truth: Truth, force: np.ndarray) -> np.ndarray:
+    """Depth at which the contact carries a force: k p (1 + h p / 1 mm) = F."""
+    p, h = force / stiffness(truth), truth.hardening / 1e-3
+    return 2 * p / (1 + np.sqrt(1 + 4 * h * p))
+
+
 def sensed(truth: Truth, s: SimpleNamespace) -> dict:
     truth.bend("sensor", s)
     return {"z": s.z} | dict(zip(WRENCH, s.w.T, strict=True))
@@ -122,7 +128,7 @@ def profile(truth: Truth, d: dict) -> dict:
     s.friction = -truth.cell["contact"]["friction"] * d["fc"][:, None] * np.column_stack([-np.sin(d["alpha"]), np.cos(d["alpha"])])
     truth.bend("rub", s)
     s.c = np.column_stack([d["cx"], d["cy"]]) + truth.lateral * s.friction
-    s.z = resting_height(truth, s.axis, s.c) - d["fc"] / stiffness(truth)
+    s.z = resting_height(truth, s.axis, s.c) - depth_under(truth, d["fc"])
     truth.bend("depth", s)
     s.w[:, 0] += s.friction[:, 0]
     s.w[:, 1] -= s.friction[:, 1]
