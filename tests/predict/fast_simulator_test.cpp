@@ -168,7 +168,7 @@ TEST_CASE("drawn sets of effects predict finite numbers, the same by every threa
       INFO(name << ", draw " << draw);
       const io::Table here = w.show(kind);
       io::Table there;
-      std::thread([&] { there = w.show(kind); }).join();
+      std::thread([&w, &there, one = kind] { there = w.show(one); }).join();
       CHECK(here.values.allFinite());
       CHECK((here.values.array() == there.values.array()).all());
     }
@@ -216,7 +216,8 @@ TEST_CASE("a target of the general form is seen as the same board of the short f
   map.T_B_W = w.cell.board->T_B_W;
   for (int id = 0; id < 35; ++id) {
     Pose T = Pose::Identity();
-    T.translation() << (id % 7) * 0.04 + 0.015, (id / 7) * 0.04 + 0.015, 0.0;
+    const int down = id / 7, across = id % 7;
+    T.translation() << across * 0.04 + 0.015, down * 0.04 + 0.015, 0.0;
     map.map.push_back({id, 0.03, T});
   }
   w.cell.board.reset();

@@ -35,7 +35,8 @@ class Points {
     if (target_.kind == Tag)
       return number == 0 ? Vector3d(corner_of(target_.size, corner) - half) : fail(marker, corner);
     if (number < 0 || number >= rows * columns) fail(marker, corner);
-    const Vector3d place(number % columns, number / columns, 0.0);
+    const int down = number / columns, across = number % columns;
+    const Vector3d place(across, down, 0.0);
     if (target_.kind == TagGrid) return place * (target_.size + target_.gap) + corner_of(target_.size, corner);
     if (target_.kind == Charuco) return (place + Vector3d(1, 1, 0)) * target_.size;
     return place * target_.size;
