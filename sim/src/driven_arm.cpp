@@ -3,12 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iomanip>
+#include <sstream>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
 #include <kr5/core/error.hpp>
-#include <kr5/io/node.hpp>
 
 #include "dry_friction.hpp"
 #include "servo.hpp"
@@ -24,7 +25,11 @@ constexpr double longest_step = 1e-3;  // [s]
 constexpr double chosen_angle = 0.25;  // of the fastest gear resonance in one step [rad]
 constexpr double refresh = 0.012;      // how often the inertia in a gear's damper is looked up [s]
 
-std::string milliseconds(double seconds) { return io::Node::of(1e3 * seconds).scalar + " ms"; }
+std::string milliseconds(double seconds) {
+  std::ostringstream text;
+  text << std::setprecision(4) << 1e3 * seconds << " ms";
+  return text.str();
+}
 
 }  // namespace
 
@@ -173,7 +178,7 @@ struct DrivenArm::State {
   void settle() {
     inertia = arm.mass_matrix().diagonal();
     looked_up = t;
-    for (int pass = 0; pass < 4; ++pass) {  // the sag moves gravity by a part of itself that is tiny
+    for (int pass = 0; pass < 3; ++pass) {  // the sag moves gravity by a part of itself that is tiny
       const VectorXd load = arm.gravity_torque() + drives.cable(q);
       for (const Index i : elastic) q[i] = joint(i).link(x[i]) - joint(i).spring.lead_at_rest(load[i]);
       arm.set_state(q);

@@ -19,9 +19,9 @@ constexpr std::array<double, 6> tooth_stiffness = {8e5, 8e5, 4e5, 8e4, 5e4, 3e4}
 
 GearSpring gear_spring(const cell::JointEffects& effects, std::size_t joint) {
   if (effects.elasticity < std::numeric_limits<double>::infinity())
-    return {effects.elasticity, effects.backlash, elastic_damping};
+    return {effects.elasticity, effects.backlash, elastic_damping, true};
   if (effects.backlash == 0.0) return {};
-  return {tooth_stiffness.at(std::min(joint, tooth_stiffness.size() - 1)), effects.backlash, backlash_damping};
+  return {tooth_stiffness.at(std::min(joint, tooth_stiffness.size() - 1)), effects.backlash, backlash_damping, false};
 }
 
 void require_size(Eigen::Index found, int expected, const std::string& field) {
@@ -39,7 +39,7 @@ double GearSpring::torque(double lead, double lead_speed, double inertia) const 
 
 double GearSpring::lead_at_rest(double torque) const {
   if (rigid()) return 0.0;
-  return (std::abs(torque) > side_torque ? std::copysign(0.5 * gap, torque) : 0.0) + torque / stiffness;
+  return (std::abs(torque) > side_torque ? std::copysign(0.5 * gap, torque) : 0.0) + (sags ? torque / stiffness : 0.0);
 }
 
 double JointDrive::cold(double t) const {

@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-HEAVY = ("opencv", "visp", "apriltag")
+HEAVY = ("opencv", "visp", "apriltag", "dart")
 
 
 class Workshop:
@@ -60,6 +60,15 @@ def consumer(w: Workshop) -> None:
     expect_none(w.mentions("consumer", *HEAVY), "a user of calibration searches for packages of vision")
 
 
+def scene(w: Workshop) -> None:
+    """A project apart runs a scene of its own, in its program and as a test of its ctest."""
+    prefix = w.install()
+    w.configure(ROOT / "tests/consumer", "consumer", f"-DCMAKE_PREFIX_PATH={prefix}", "-DCOMPONENT=sim")
+    w.run(w.cmake, "--build", w.folder / "consumer")
+    print(w.run(w.folder / "consumer/consumer", ROOT / "tests/consumer/scene.yaml"))
+    w.run(Path(w.cmake).parent / "ctest", "--test-dir", w.folder / "consumer", "--no-tests=error")
+
+
 def missing_component(w: Workshop) -> None:
     """Asking for a module that was not installed says so, and says what there is."""
     prefix = w.install()
@@ -94,7 +103,7 @@ def order(w: Workshop) -> None:
 
 
 def main() -> None:
-    checks = {f.__name__: f for f in (consumer, missing_component, calibration_alone, geometry_alone, order)}
+    checks = {f.__name__: f for f in (consumer, scene, missing_component, calibration_alone, geometry_alone, order)}
     parser = argparse.ArgumentParser()
     parser.add_argument("check", choices=checks)
     parser.add_argument("--build", type=Path, required=True)

@@ -20,6 +20,8 @@ struct GearSpring {
   double gap = 0.0;                                            ///< Whole width of the play [rad or m].
   double damping_ratio = 0.0;                                  ///< Of the link's inertia on the spring [-].
 
+  bool sags = true;  ///< At rest; the gear behind a play is too stiff for that.
+
   bool rigid() const { return stiffness == std::numeric_limits<double>::infinity(); }
   /// Torque on the link when the motor side leads by `lead`, with damping `2 ratio sqrt(stiffness inertia)`.
   double torque(double lead, double lead_speed, double inertia) const;

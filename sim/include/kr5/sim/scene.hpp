@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <kr5/cell/cell.hpp>
+#include <kr5/core/fields.hpp>
+#include <kr5/io/csv.hpp>
+
+/// @file
+/// Scenes: a cell, what stands in it, what drives it, how long, and what must come of it. Format `kr5-scene/1`.
+
+namespace kr5::sim {
+
+enum class ControllerKind {
+  Off,      ///< No current: the arm falls, or friction and gears hold it.
+  Servo,    ///< The joint servos follow a target, whatever it takes.
+  Limited,  ///< The same within a current limit.
+  Push,     ///< The tool alone, on a slide along Z of the tube, is pushed on the tube with its peg.
+};
+constexpr auto enum_names(ControllerKind) {
+  using enum ControllerKind;
+  return names<ControllerKind>({{Off, "off"}, {Servo, "servo"}, {Limited, "limited"}, {Push, "push"}});
+}
+
+struct Controller {
+  ControllerKind kind = ControllerKind::Servo;
+  Eigen::VectorXd target;                            ///< [rad or m]
+  double within = 0.0;                               ///< [s]
+  Eigen::VectorXd amplitude;                         ///< [rad or m]
+  double frequency = 0.0;                            ///< [Hz]
+  Eigen::VectorXd current_limit;                     ///< [A]
+  double force = 15.0;                               ///< [N]
+  double speed = 0.02;                               ///< [m/s]
+  double tilt = 0.0;                                 ///< [rad]
+  double turns = 0.0;                                ///< [-]
+  Eigen::Vector2d offset = Eigen::Vector2d::Zero();  ///< [m]
+  double height = 0.002;                             ///< [m]
+
+  static constexpr std::array<std::string_view, 1> required = {"kind"};
+  static void each_field(auto& self, auto&& visit) {
+    visit("kind", self.kind, "off | servo | limited | push.");
+    visit("target", self.target, "Joint values to go to; empty: stay [rad or m].");
+    visit("within", self.within, "Time to go there, smoothly; 0: a step [s].");
+    visit("amplitude", self.amplitude, "Of a sine each joint makes about its start; empty: none [rad or m].");
+    visit("frequency", self.frequency, "Of that sine [Hz].");
+    visit("current_limit", self.current_limit, "Greatest current of each motor, for kind limited [A].");
+    visit("force", self.force, "Force of a push [N].");
+    visit("speed", self.speed, "Greatest speed of a push [m/s].");
+    visit("tilt", self.tilt, "Tilt of the pushed peg [rad].");
+    visit("turns", self.turns, "Turns its direction of tilt makes during the scene [-].");
+    visit("offset", self.offset, "Peg-bottom centre beside the axis of the tube, x and y in T [m].");
+    visit("height", self.height, "Where the pushed peg starts, above the top face [m].");
+  }
+};
+
+/// What the arm can meet.
+struct Objects {
+  std::optional<double> bench;                     ///< [m]
+  double push_at = 0.0;                            ///< [s]
+  Eigen::Vector3d push = Eigen::Vector3d::Zero();  ///< [N]
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("bench", self.bench, "Height in B of a flat bench that the tool tip touches; stiffness is the cell's [m].");
+    visit("push_at", self.push_at, "When something begins to push the tool [s].");
+    visit("push", self.push, "With this force, in B, at the sensor [N].");
+  }
+};
+
+/// From `at` on the cell carries these effects instead; the arm keeps its place.
+struct SceneEvent {
+  double at = 0.0;  ///< [s]
+  cell::Effects effects;
+
+  static constexpr std::array<std::string_view, 2> required = {"at", "effects"};
+  static void each_field(auto& self, auto&& visit) {
+    visit("at", self.at, "When [s].");
+    visit("effects", self.effects, "Effects of the cell from then on.");
+  }
+};
+
+enum class Statistic { Last, Mean, Least, Greatest, Range, Rms };
+constexpr auto enum_names(Statistic) {
+  using enum Statistic;
+  return names<Statistic>(
+      {{Last, "last"}, {Mean, "mean"}, {Least, "least"}, {Greatest, "greatest"}, {Range, "range"}, {Rms, "rms"}});
+}
+
+/// What a column of the scene must show.
+struct Expectation {
+  std::string column;
+  Statistic statistic = Statistic::Last;
+  double from = 0.0;         ///< [s]
+  std::optional<double> to;  ///< [s]
+  std::optional<double> least, most;
+
+  static constexpr std::array<std::string_view, 1> required = {"column"};
+  static void each_field(auto& self, auto&& visit) {
+    visit("column", self.column, "Column of the scene, e.g. q2, i3, fz, z, energy.");
+    visit("statistic", self.statistic, "last | mean | least | greatest | range | rms, over from..to.");
+    visit("from", self.from, "Begin of the rows that count [s].");
+    visit("to", self.to, "Their end; none: the end of the scene [s].");
+    visit("least", self.least, "The statistic must not be less.");
+    visit("most", self.most, "The statistic must not be more.");
+  }
+};
+
+struct Scene {
+  std::string format;
+  std::string name;
+  std::string cell;
+  std::optional<cell::Effects> effects;
+  Eigen::VectorXd start;           ///< [rad or m]
+  std::optional<Pose> start_pose;  ///< T_B_E.
+  double duration = 1.0;           ///< [s]
+  double step = 0.0;               ///< [s]
+  bool frictionless = false;
+  Controller controller;
+  Objects objects;
+  std::vector<SceneEvent> events;
+  std::vector<Expectation> expect;
+  std::filesystem::path file;  ///< It was read from; no field of it.
+
+  static constexpr std::array<std::string_view, 5> required = {"format", "cell", "duration", "controller", "expect"};
+  static void each_field(auto& self, auto&& visit) {
+    visit("format", self.format, "kr5-scene/1.");
+    visit("name", self.name, "What the scene shows.");
+    visit("cell", self.cell, "File of the cell, beside the scene or from its folder.");
+    visit("effects", self.effects, "Effects the cell carries instead of those in its file.");
+    visit("start", self.start, "Joint values at the start [rad or m]; or");
+    visit("start_pose", self.start_pose, "tool tip in B at the start [m, rad].");
+    visit("duration", self.duration, "How long [s].");
+    visit("step", self.step, "Step of the integration; 0: chosen [s].");
+    visit("frictionless", self.frictionless, "Leave out dry and viscous friction of the joints.");
+    visit("controller", self.controller, "What drives it.");
+    visit("objects", self.objects, "What the arm can meet.");
+    visit("events", self.events, "Effects that come or go.");
+    visit("expect", self.expect, "What must come of it.");
+  }
+};
+
+struct SceneCheck {
+  Expectation expected;
+  double value = 0.0;
+  bool passed = false;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("expected", self.expected, "What was expected.");
+    visit("value", self.value, "What came.");
+    visit("passed", self.passed, "Within least and most.");
+  }
+};
+
+struct SceneResult {
+  bool passed = false;
+  std::vector<SceneCheck> checks;
+  int steps = 0;
+  io::Table rows;  ///< A row every cycle of the controller, or 12 ms.
+};
+
+/// @throws IoError with file, line and field of everything that is wrong in form, or a cell that cannot be read.
+Scene load_scene(const std::filesystem::path& file);
+
+/// Columns of an arm: t, q1..n (motor side), link1..n, i1..n (with drives), fx..tz, x y z of the tool tip (with tool),
+/// energy, limited. Of a push: t, z (peg bottom over the top face), fx..tz, depth of the contact.
+/// @throws InvalidArgument naming file and field: a start that is not reachable or beyond the limits, a column that is
+///         not there, and whatever DrivenArm complains of.
+SceneResult run_scene(const Scene& scene);
+SceneResult run_scene(const std::filesystem::path& file);
+
+}  // namespace kr5::sim

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+
+#include <kr5/cell/cell.hpp>
+#include <kr5/core/fields.hpp>
+#include <kr5/core/random.hpp>
+#include <kr5/geometry/pose.hpp>
+#include <kr5/sim/drives.hpp>
+
+/// @file
+/// Sensors that are read one sample after the other, with their noise and steps.
+
+namespace kr5::sim {
+
+struct WristSensorOptions {
+  double force_resolution = 0.0625;                  ///< [N]
+  double torque_resolution = 0.0;                    ///< [N m]
+  Matrix6 calibration = 20.0 * Matrix6::Identity();  ///< [N/V, N m/V]
+  double full_scale = 10.0;                          ///< [V]
+  bool noise = true;
+  std::uint64_t seed = 1;
+
+  /// @throws InvalidArgument naming the field.
+  void validate() const;
+  static void each_field(auto& self, auto&& visit) {
+    visit("force_resolution", self.force_resolution, "Smallest step of a force; 0: none [N].");
+    visit("torque_resolution", self.torque_resolution, "Smallest step of a torque; 0: none [N m].");
+    visit("calibration", self.calibration, "Wrench over the six bridge voltages, 6 x 6 [N/V, N m/V].");
+    visit("full_scale", self.full_scale, "Voltage at which a bridge saturates [V].");
+    visit("noise", self.noise, "Add the noise of the cell.");
+    visit("seed", self.seed, "Of the noise.");
+  }
+};
+
+/// The force/torque sensor of a cell: scale, crosstalk, bias, drift and lag of its effects, then noise, the bridges
+/// with their saturation, and the resolution of what it tells.
+class WristSensor {
+ public:
+  /// @throws InvalidArgument naming the option; for a calibration that has no inverse.
+  explicit WristSensor(const cell::Cell& cell, const WristSensorOptions& options = {});
+
+  /// Reading of a wrench in S at time t, which does not decrease [N, N m].
+  Vector6 read(const Vector6& wrench, double t);
+  /// The bridge voltages of the last reading [V].
+  const Vector6& voltages() const { return voltages_; }
+  bool saturated() const { return saturated_; }
+
+ private:
+  cell::Effects effects_;
+  cell::Noise noise_;
+  WristSensorOptions options_;
+  Matrix6 bridges_;
+  Random random_;
+  Vector6 lagged_ = Vector6::Zero(), voltages_ = Vector6::Zero();
+  double last_ = 0.0;
+  bool started_ = false, saturated_ = false;
+};
+
+/// Encoders on the motors: whole counts of the motor angles, after noise, taken back to the joints.
+class Encoders {
+ public:
+  /// @param counts Counts a motor turn; 0: no steps. @param noise Of a joint value [rad or m].
+  /// @throws InvalidArgument for negative values, or counts for a cell without drives.
+  Encoders(const Drives& drives, double counts, double noise, std::uint64_t seed = 1);
+  Eigen::VectorXd read(const Eigen::VectorXd& position);
+
+ private:
+  Eigen::MatrixXd structure_, back_;
+  double count_, noise_;
+  Random random_;
+};
+
+}  // namespace kr5::sim

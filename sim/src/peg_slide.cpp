@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "peg_slide.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kr5::sim {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double local_stiffness = 1e7;  // of the touching edges alone, what else gives way is in series [N/m]
+constexpr double resolved = 2.5e-4;      // step that resolves the tool on that stiffness [s]
+constexpr double closing = 200.0;        // Hunt-Crossley: a third of critical damping at 15 N [s/m]
+
+force::PegTubeShape real_shape(const cell::Cell& cell) {
+  const cell::Peg& peg = *cell.peg;
+  const cell::Tube& tube = *cell.tube;
+  return {peg.radius,        peg.length, peg.chamfer, cell.effects.task.tube_radius.value_or(tube.inner_radius),
+          tube.outer_radius, tube.depth, tube.chamfer};
+}
+
+Pose real_tube(const cell::TaskEffects& e) {
+  Pose T_T_tube(Eigen::Translation3d(e.tube_shift));
+  T_T_tube.rotate(Eigen::AngleAxisd(e.tube_tilt.x(), Vector3d::UnitX()));
+  T_T_tube.rotate(Eigen::AngleAxisd(e.tube_tilt.y(), Vector3d::UnitY()));
+  return T_T_tube;
+}
+
+}  // namespace
+
+PegSlide::PegSlide(const cell::Cell& cell, FrictionBy friction)
+    : shape_(real_shape(cell)),
+      T_T_tube_(real_tube(cell.effects.task)),
+      T_tube_T_(T_T_tube_.inverse()),
+      R_B_T_(cell.tube->T_B_T.linear()),
+      contact_(cell),
+      lateral_(cell.effects.task.lateral),
+      friction_by_(friction),
+      tool_(cell, cell.tube->T_B_T) {
+  shape_.validate();
+  law_.stiffness = std::max(local_stiffness, 10.0 / std::max(contact_.depth(1.0), 1e-12));
+  law_.damping = closing;
+  law_.friction = friction == FrictionBy::Contact ? contact_.friction() : 0.0;
+}
+
+double PegSlide::longest_step() const { return resolved * std::sqrt(local_stiffness / law_.stiffness); }
+
+Eigen::Vector2d PegSlide::centre(const PegPosture& at) const {
+  const Eigen::Vector2d held(at.cx, at.cy);
+  return friction_by_ == FrictionBy::Formats ? Eigen::Vector2d(held + lateral_ * friction(at).head<2>()) : held;
+}
+
+Vector3d PegSlide::friction(const PegPosture& at) const {
+  return contact_.friction() * at.held * Vector3d(std::sin(at.alpha), -std::cos(at.alpha), 0.0);
+}
+
+Vector3d PegSlide::force_on_peg(const PegPosture& at, double step) {
+  Pose T_T_peg = Pose::Identity();
+  T_T_peg.translation() << centre(at), tool_.z();
+  T_T_peg.linear() =
+      Eigen::AngleAxisd(at.tilt, Vector3d(-std::sin(at.alpha), std::cos(at.alpha), 0.0)).toRotationMatrix();
+  Vector6 twist = Vector6::Zero();
+  twist.head<3>() = T_tube_T_.linear().col(2) * tool_.speed();
+  const Pose T_tube_peg = T_tube_T_ * T_T_peg;
+  const force::Contacts contacts = force::peg_tube_contacts(shape_, T_tube_peg);
+  depth_ = contacts.depth();
+  const force::ContactForce contact = force::contact_wrench(contacts, law_, T_tube_peg, twist, step, stiction_);
+  Vector3d on_peg = T_T_tube_.linear() * contact.wrench.head<3>();
+  if (friction_by_ == FrictionBy::Contact) return on_peg;
+  on_peg.head<2>().setZero();  // the formats have friction alone across the axis
+  return on_peg + friction(at);
+}
+
+void PegSlide::advance(const PegPosture& at, double push, double step) {
+  tool_.touch(R_B_T_ * force_on_peg(at, step));
+  tool_.push(-push, step);
+}
+
+}  // namespace kr5::sim

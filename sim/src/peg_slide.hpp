@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <kr5/force/contact_wrench.hpp>
+#include <kr5/predict/contact.hpp>
+
+#include "held_tool.hpp"
+
+namespace kr5::sim {
+
+/// Where the arm holds the peg across the axis of the tube, and how hard it pushes along it.
+struct PegPosture {
+  double tilt = 0.0;          ///< [rad]
+  double alpha = 0.0;         ///< [rad]
+  double cx = 0.0, cy = 0.0;  ///< Peg-bottom centre in T [m].
+  double held = 0.0;          ///< [N]
+};
+
+/// The peg of a cell on its tube as both really are: it moves freely along Z of T, the arm holds it otherwise.
+class PegSlide {
+ public:
+  /// How friction acts: against the way of the peg's low side, as the formats have it, or as contact and motion say.
+  enum class FrictionBy { Formats, Contact };
+
+  /// Needs tool, contact, peg and tube. @throws InvalidArgument naming the field.
+  PegSlide(const cell::Cell& cell, FrictionBy friction);
+
+  /// Longest step that resolves the tool on the contact [s].
+  double longest_step() const;
+  void place(double z, double speed) { tool_.place(z, speed); }
+  /// One step under `push` along -Z of T [N].
+  void advance(const PegPosture& at, double push, double step);
+
+  double z() const { return tool_.z(); }
+  double speed() const { return tool_.speed(); }
+  double mass() const { return tool_.mass(); }
+  /// z as the arm reads it: what gives way under a force lies between it and the peg.
+  double reading(double force) const { return tool_.z() + force / law_.stiffness - contact_.depth(force); }
+  Vector6 wrench() const { return tool_.wrench(); }
+  double depth() const { return depth_; }
+  const force::PegTubeShape& shape() const { return shape_; }
+  const Pose& T_T_tube() const { return T_T_tube_; }
+  /// Where the peg is once the grip has given way to friction.
+  Eigen::Vector2d centre(const PegPosture& at) const;
+  double stiffness() const { return law_.stiffness; }
+
+ private:
+  Eigen::Vector3d friction(const PegPosture& at) const;
+  Eigen::Vector3d force_on_peg(const PegPosture& at, double step);
+
+  force::PegTubeShape shape_;
+  Pose T_T_tube_, T_tube_T_;
+  Eigen::Matrix3d R_B_T_;
+  predict::RealContact contact_;
+  double lateral_;
+  FrictionBy friction_by_;
+  force::ContactLaw law_;
+  force::Stiction stiction_;
+  HeldTool tool_;
+  double depth_ = 0.0;
+};
+
+}  // namespace kr5::sim

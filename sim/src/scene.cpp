@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/sim/scene.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+#include <kr5/core/error.hpp>
+#include <kr5/io/fields.hpp>
+
+#include "scene_run.hpp"
+
+namespace kr5::sim {
+namespace {
+
+double statistic_of(const Eigen::VectorXd& values, Statistic statistic) {
+  using enum Statistic;
+  switch (statistic) {
+    case Last:
+      return values[values.size() - 1];
+    case Mean:
+      return values.mean();
+    case Least:
+      return values.minCoeff();
+    case Greatest:
+      return values.maxCoeff();
+    case Range:
+      return values.maxCoeff() - values.minCoeff();
+    case Rms:
+      return std::sqrt(values.squaredNorm() / static_cast<double>(values.size()));
+  }
+  return NAN;
+}
+
+SceneCheck judge(const Expectation& e, const io::Table& rows, const std::string& field) {
+  const int column = rows.find(e.column);
+  if (column < 0) {
+    std::string known;
+    for (const std::string& name : rows.columns) known += (known.empty() ? "" : ", ") + name;
+    throw InvalidArgument(field + ".column: this scene has no column '" + e.column + "'; it has " + known);
+  }
+  constexpr double rounding = 1e-9;
+  std::vector<double> chosen;
+  for (Eigen::Index k = 0; k < rows.values.rows(); ++k) {
+    const double t = rows.values(k, 0);
+    if (t >= e.from - rounding && (!e.to || t <= *e.to + rounding)) chosen.push_back(rows.values(k, column));
+  }
+  require(!chosen.empty(), field + ": no rows between from and to");
+  const auto values = Eigen::Map<Eigen::VectorXd>(chosen.data(), static_cast<Eigen::Index>(chosen.size()));
+  SceneCheck out{e, statistic_of(values, e.statistic), false};
+  out.passed = (!e.least || out.value >= *e.least) && (!e.most || out.value <= *e.most);
+  return out;
+}
+
+cell::Cell cell_of(const Scene& scene) {
+  cell::Cell cell = cell::load_cell(scene.file.parent_path() / scene.cell);
+  if (scene.effects) cell.effects = *scene.effects;
+  if (scene.frictionless && cell.drives) {
+    cell.drives->friction.coulomb.setZero();
+    cell.drives->friction.viscous.setZero();
+  }
+  return cell;
+}
+
+void check(const Scene& scene) {
+  require(scene.format == "kr5-scene/1", "format: found '" + scene.format + "', expected kr5-scene/1");
+  require(std::isfinite(scene.duration) && scene.duration > 0.0, "duration: must be positive");
+  require(!scene.expect.empty(), "expect: a scene that expects nothing cannot fail");
+  for (std::size_t i = 0; i < scene.expect.size(); ++i)
+    require(scene.expect[i].least || scene.expect[i].most,
+            "expect[" + std::to_string(i) + "]: 'least' or 'most' is needed");
+  require(std::is_sorted(scene.events.begin(), scene.events.end(),
+                         [](const SceneEvent& a, const SceneEvent& b) { return a.at < b.at; }),
+          "events: must be in order of time");
+}
+
+SceneResult run(const Scene& scene) {
+  check(scene);
+  const cell::Cell cell = cell_of(scene);
+  SceneResult out;
+  out.rows = scene.controller.kind == ControllerKind::Push ? run_push(scene, cell, out.steps)
+                                                           : run_arm(scene, cell, out.steps);
+  out.passed = true;
+  for (std::size_t i = 0; i < scene.expect.size(); ++i) {
+    out.checks.push_back(judge(scene.expect[i], out.rows, "expect[" + std::to_string(i) + "]"));
+    out.passed &= out.checks.back().passed;
+  }
+  return out;
+}
+
+}  // namespace
+
+io::Table Rows::table() const {
+  io::Table out{columns_,
+                Eigen::MatrixXd(static_cast<Eigen::Index>(rows_.size()), static_cast<Eigen::Index>(columns_.size()))};
+  for (std::size_t k = 0; k < rows_.size(); ++k)
+    out.values.row(static_cast<Eigen::Index>(k)) =
+        Eigen::Map<const Eigen::RowVectorXd>(rows_[k].data(), out.values.cols());
+  return out;
+}
+
+double scene_cycle(const cell::Cell& cell) {
+  constexpr double usual = 0.012;
+  return cell.servo && cell.servo->cycle > 0.0 ? cell.servo->cycle : usual;
+}
+
+Scene load_scene(const std::filesystem::path& file) {
+  Scene scene = io::load<Scene>(file);
+  scene.file = file;
+  return scene;
+}
+
+SceneResult run_scene(const Scene& scene) {
+  try {
+    return run(scene);
+  } catch (const InvalidArgument& e) {
+    throw InvalidArgument((scene.file.empty() ? std::string("scene") : scene.file.string()) + ": " + e.what());
+  }
+}
+
+SceneResult run_scene(const std::filesystem::path& file) { return run_scene(load_scene(file)); }
+
+}  // namespace kr5::sim

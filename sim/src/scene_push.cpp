@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <kr5/core/error.hpp>
+
+#include "peg_slide.hpp"
+#include "scene_run.hpp"
+
+namespace kr5::sim {
+
+io::Table run_push(const Scene& scene, const cell::Cell& cell, int& steps) {
+  const Controller& c = scene.controller;
+  require(cell.tool && cell.contact && cell.peg && cell.tube, "cell: a push needs tool, contact, peg and tube");
+  require(c.force > 0.0 && c.speed > 0.0, "controller: force and speed of a push must be positive");
+  require(scene.events.empty(), "events: a push knows none");
+  PegSlide peg(cell, PegSlide::FrictionBy::Contact);
+  require(scene.step <= peg.longest_step(),
+          "step: the stable bound of this contact is " + std::to_string(1e3 * peg.longest_step()) + " ms");
+  const double cycle = scene_cycle(cell);
+  const double wanted = scene.step > 0.0 ? scene.step : peg.longest_step();
+  const auto count = static_cast<int>(std::ceil(cycle / wanted - 1e-6));
+  const double step = cycle / count;
+  // Below the held force the push is a damper against the wanted speed, which the step must resolve.
+  const double damper = std::min(10.0 * c.force / c.speed, 0.3 * peg.mass() / step);
+  peg.place(c.height, 0.0);
+  Rows rows({"t", "z", "fx", "fy", "fz", "tx", "ty", "tz", "depth", "push"});
+  PegPosture at{c.tilt, 0.0, c.offset.x(), c.offset.y(), c.force};
+  double push = 0.0;
+  for (double t = 0.0; t < scene.duration + 1e-9; t += cycle) {
+    for (int i = 1; i <= count; ++i, ++steps) {
+      at.alpha = 2.0 * std::numbers::pi * c.turns * (t + i * step) / scene.duration;
+      push = std::clamp(damper * (c.speed + peg.speed()), -c.force, c.force);
+      peg.advance(at, push, step);
+    }
+    const Vector6 w = peg.wrench();
+    rows.add({t + cycle, peg.reading(std::max(push, 0.0)), w[0], w[1], w[2], w[3], w[4], w[5], peg.depth(), push});
+  }
+  return rows.table();
+}
+
+}  // namespace kr5::sim
