@@ -1,7 +1,7 @@
 """Calibrate, simulate and diagnose a robot cell.
 
 Poses are 4x4 arrays, `T_a_b` is the pose of b in a, everything is in SI units; see CONVENTIONS.md.
-`kr5.vision` (ViSP, OpenCV) is imported when it is first used.
+`kr5.vision` (ViSP, OpenCV) and `kr5.sim` (DART) are imported when they are first used.
 """
 
 import importlib
@@ -9,7 +9,7 @@ import importlib
 from ._kr5 import *  # noqa: F403
 from ._kr5 import __version__
 
-_MODULES = ("calibration", "cell", "force", "gap", "io", "kinematics", "predict", "uncertainty", "vision")
+_MODULES = ("calibration", "cell", "force", "gap", "io", "kinematics", "predict", "sim", "uncertainty", "vision")
 
 for _name in _MODULES:
     globals().pop(_name, None)  # of the extension; __getattr__ imports the Python module of that name

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/sim/dart_simulator.hpp>
+#include <kr5/sim/driven_arm.hpp>
+#include <kr5/sim/scene.hpp>
+
+#include "struct_binder.hpp"
+
+namespace py = pybind11;
+using namespace kr5::sim;
+using kr5::python::bind_enum;
+using kr5::python::bind_struct;
+
+static void bind_arm(py::module_& m) {
+  bind_struct<DrivenArmOptions>(m, "DrivenArmOptions", "Step and current limits of an arm.");
+  py::class_<ArmReading>(m, "ArmReading", "What drives and sensor know at one instant, noise and sensor effects apart.")
+      .def_readonly("t", &ArmReading::t, "Time [s].")
+      .def_readonly("limited", &ArmReading::limited, "A motor stood at its current limit in the last step.")
+      .def_property_readonly(
+          "position", [](const ArmReading& r) { return r.position; }, "Motor side [rad or m].")
+      .def_property_readonly(
+          "velocity", [](const ArmReading& r) { return r.velocity; }, "[rad/s or m/s]")
+      .def_property_readonly(
+          "link", [](const ArmReading& r) { return r.link; }, "True joint values [rad or m].")
+      .def_property_readonly(
+          "torque", [](const ArmReading& r) { return r.torque; }, "Through the gears [N m or N].")
+      .def_property_readonly(
+          "current", [](const ArmReading& r) { return r.current; }, "Of the motors [A].")
+      .def_property_readonly(
+          "wrench", [](const ArmReading& r) { return r.wrench; }, "On the sensor, in S [N, N m].");
+  py::class_<DrivenArm>(m, "DrivenArm", "The arm of a cell with motors, gears and joint servos, stepped through time.")
+      .def(py::init<const kr5::cell::Cell&, const DrivenArmOptions&>(), py::arg("cell"),
+           py::arg("options") = DrivenArmOptions{})
+      .def_property_readonly("step", &DrivenArm::step, "Step of the integration [s].")
+      .def("stable_step", &DrivenArm::stable_step, py::arg("position"), "Largest stable step of the gears there [s].")
+      .def("reset", &DrivenArm::reset, py::arg("position"), py::arg("t") = 0.0, "At rest at motor-side joint values.")
+      .def("follow", &DrivenArm::follow, py::arg("command"), "One step of the ideal joint servos.")
+      .def("follow_limited", &DrivenArm::follow_limited, py::arg("command"), "The same within the current limit.")
+      .def("drive", &DrivenArm::drive, py::arg("current"), "One step under motor currents [A].")
+      .def("read", &DrivenArm::read, py::return_value_policy::copy, "The present instant.")
+      .def("energy", &DrivenArm::energy, "Of links, rotors and gear springs [J].");
+}
+
+static void bind_scene(py::module_& m) {
+  bind_enum<Statistic>(m, "Statistic", "What is taken of the rows of a column.");
+  bind_struct<Expectation>(m, "Expectation", "What a column of a scene must show.");
+  bind_struct<SceneCheck>(m, "SceneCheck", "What came of an expectation.");
+  py::class_<SceneResult>(m, "SceneResult", "What came of a scene.")
+      .def_readonly("passed", &SceneResult::passed, "All that was expected came true.")
+      .def_readonly("steps", &SceneResult::steps, "Steps of the integration.")
+      .def_property_readonly(
+          "checks", [](const SceneResult& r) { return r.checks; }, "One an expectation (a copy).")
+      .def_property_readonly(
+          "rows", [](const SceneResult& r) { return r.rows; }, "A row every cycle (a copy).");
+  m.def(
+      "run_scene", [](const std::filesystem::path& file) { return run_scene(file); }, py::arg("file"),
+      py::call_guard<py::gil_scoped_release>(),
+      "Runs a scene file (kr5-scene/1) and judges what it expects. Raises naming file and field.");
+}
+
+void bind_sim(py::module_& m) {
+  bind_struct<DartSimulatorOptions>(m, "DartSimulatorOptions", "Step of the integration.");
+  py::class_<DartSimulator, kr5::cell::Simulator>(
+      m, "DartSimulator", "The full grade of a simulator: arm, drives and contacts stepped through time in DART.")
+      .def(py::init<const DartSimulatorOptions&>(), py::arg("options") = DartSimulatorOptions{})
+      .def("__repr__", [](const DartSimulator&) { return "DartSimulator()"; });
+  bind_arm(m);
+  bind_scene(m);
+}

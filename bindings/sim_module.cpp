@@ -1,0 +1,10 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <pybind11/pybind11.h>
+
+#include "_kr5_sim_modules.hpp"
+
+PYBIND11_MODULE(_kr5_sim, m) {
+  pybind11::module_::import("kr5._kr5");  // cells, tables, simulators and exceptions are bound there
+  m.doc() = "The simulation of the C++ library in DART. Import it as kr5.sim.";
+  bind_modules(m);
+}
