@@ -10,6 +10,26 @@ using namespace kr5::sim;
 using kr5::python::bind_enum;
 using kr5::python::bind_struct;
 
+using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// Steps an arm once a row and reads it after each: motor-side positions, currents, wrenches.
+template <class Step>
+static py::tuple each_row(DrivenArm& arm, const Rows& rows, Step step) {
+  Rows q(rows.rows(), rows.cols()), current(rows.rows(), arm.drives().motors ? rows.cols() : 0);
+  Rows wrench(rows.rows(), 6);
+  {
+    const py::gil_scoped_release free;
+    for (Eigen::Index k = 0; k < rows.rows(); ++k) {
+      step(Eigen::VectorXd(rows.row(k)));
+      const ArmReading& now = arm.read();
+      q.row(k) = now.position;
+      if (current.cols() > 0) current.row(k) = now.current;
+      wrench.row(k) = now.wrench;
+    }
+  }
+  return py::make_tuple(q, current, wrench);
+}
+
 static void bind_arm(py::module_& m) {
   bind_struct<DrivenArmOptions>(m, "DrivenArmOptions", "Step and current limits of an arm.");
   py::class_<ArmReading>(m, "ArmReading", "What drives and sensor know at one instant, noise and sensor effects apart.")
@@ -36,6 +56,18 @@ static void bind_arm(py::module_& m) {
       .def("follow", &DrivenArm::follow, py::arg("command"), "One step of the ideal joint servos.")
       .def("follow_limited", &DrivenArm::follow_limited, py::arg("command"), "The same within the current limit.")
       .def("drive", &DrivenArm::drive, py::arg("current"), "One step under motor currents [A].")
+      .def(
+          "follow_rows",
+          [](DrivenArm& arm, const Rows& commands) {
+            return each_row(arm, commands, [&](const Eigen::VectorXd& command) { arm.follow(command); });
+          },
+          py::arg("commands"), "A step of `follow` for each row; (positions, currents, wrenches), a row each step.")
+      .def(
+          "drive_rows",
+          [](DrivenArm& arm, const Rows& currents) {
+            return each_row(arm, currents, [&](const Eigen::VectorXd& current) { arm.drive(current); });
+          },
+          py::arg("currents"), "A step of `drive` for each row; (positions, currents, wrenches), a row each step.")
       .def("read", &DrivenArm::read, py::return_value_policy::copy, "The present instant.")
       .def("energy", &DrivenArm::energy, "Of links, rotors and gear springs [J].");
 }

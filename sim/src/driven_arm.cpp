@@ -6,13 +6,11 @@
 #include <iomanip>
 #include <sstream>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
 #include <kr5/core/error.hpp>
 
-#include "dry_friction.hpp"
-#include "servo.hpp"
+#include "driven_state.hpp"
 
 namespace kr5::sim {
 namespace {
@@ -38,328 +36,185 @@ void DrivenArmOptions::validate() const {
   require((current_limit.array() > 0.0).all(), "current_limit: every limit must be positive");
 }
 
-struct DrivenArm::State {
-  Arm arm;
-  Drives drives;
-  DrivenArmOptions options;
-  double step = longest_step, t = 0.0;
-  ServoBank servo;
-  MatrixXd rotors;
-  std::vector<Index> elastic;
-  Environment environment;
+DrivenArm::State::State(const cell::Cell& cell, const DrivenArmOptions& given)
+    : arm(cell), drives(cell), options(given) {
+  options.validate();
+  const int n = drives.size();
+  require(options.current_limit.size() == 0 || options.current_limit.size() == n,
+          "current_limit: found " + std::to_string(options.current_limit.size()) +
+              ", expected one a motor: " + std::to_string(n));
+  rotors = drives.rotor_matrix();
+  for (int i = 0; i < n; ++i)
+    if (!drives.joints[static_cast<std::size_t>(i)].spring.rigid()) elastic.push_back(i);
+  for (const Index i : elastic) arm.set_actuation(static_cast<int>(i), Actuation::Free);
+  x = v = a = q = qd = qdd = current = dry = torque = VectorXd::Zero(n);
+}
 
-  VectorXd x, v, a;               ///< Motor side.
-  VectorXd q, qd, qdd;            ///< Links.
-  VectorXd inertia;               ///< Diagonal of the mass matrix.
-  VectorXd current, dry, torque;  ///< Of the last step under currents; torque through the gears.
-  double looked_up = 0.0;
-  bool ideal = true, limited = false, fresh = false;
-  ArmReading reading;
-
-  State(const cell::Cell& cell, const DrivenArmOptions& given) : arm(cell), drives(cell), options(given) {
-    options.validate();
-    const int n = drives.size();
-    require(options.current_limit.size() == 0 || options.current_limit.size() == n,
-            "current_limit: found " + std::to_string(options.current_limit.size()) +
-                ", expected one a motor: " + std::to_string(n));
-    rotors = drives.rotor_matrix();
-    for (int i = 0; i < n; ++i)
-      if (!drives.joints[static_cast<std::size_t>(i)].spring.rigid()) elastic.push_back(i);
-    for (const Index i : elastic) arm.set_actuation(static_cast<int>(i), Actuation::Free);
-    x = v = a = q = qd = qdd = current = dry = torque = VectorXd::Zero(n);
+void DrivenArm::State::place_rigid() {
+  for (Index i = 0; i < x.size(); ++i) {
+    if (!joint(i).spring.rigid()) continue;
+    const double slope = joint(i).link_slope(x[i]);
+    q[i] = joint(i).link(x[i]);
+    qd[i] = slope * v[i];
+    qdd[i] = slope * a[i] + joint(i).link_curvature(x[i]) * v[i] * v[i];
   }
+}
 
-  const JointDrive& joint(Index i) const { return drives.joints[static_cast<std::size_t>(i)]; }
+double DrivenArm::State::spring_torque(Index i, double link, double link_speed) const {
+  const JointDrive& j = joint(i);
+  return j.spring.torque(j.link(x[i]) - link, j.link_slope(x[i]) * v[i] - link_speed, inertia[i]);
+}
 
-  /// Links of rigid gears go where the motor side is.
-  void place_rigid() {
-    for (Index i = 0; i < x.size(); ++i) {
-      if (!joint(i).spring.rigid()) continue;
-      const double slope = joint(i).link_slope(x[i]);
-      q[i] = joint(i).link(x[i]);
-      qd[i] = slope * v[i];
-      qdd[i] = slope * a[i] + joint(i).link_curvature(x[i]) * v[i] * v[i];
-    }
+void DrivenArm::State::pose_arm(const VectorXd& positions, const VectorXd& speeds) {
+  arm.set_state(positions, speeds);
+  if (environment) arm.set_contact(environment(arm.T_B_S(), arm.sensor_velocity(), t));
+}
+
+const ArmForces& DrivenArm::State::solve(const VectorXd& speeds) {
+  pose_arm(q, speeds);
+  if (elastic.empty()) return arm.inverse_dynamics(qdd);
+  VectorXd command = qdd;
+  for (const Index i : elastic) command[i] = spring_torque(i, q[i], speeds[i]) - joint(i).cable(q[i]);
+  return arm.solve(command);
+}
+
+void DrivenArm::State::look_up_inertia() {
+  if (elastic.empty() || t < looked_up + refresh) return;
+  arm.set_state(q, qd);
+  inertia = arm.mass_matrix().diagonal();
+  looked_up = t;
+}
+
+double DrivenArm::State::fastest(const VectorXd& position, double* ratio) {
+  arm.set_state(drives.link(position));
+  const MatrixXd& M = arm.mass_matrix();
+  const auto n = static_cast<Index>(elastic.size());
+  MatrixXd K = MatrixXd::Zero(n, n), Me(n, n);
+  for (Index i = 0; i < n; ++i) {
+    const GearSpring& spring = joint(elastic[static_cast<std::size_t>(i)]).spring;
+    K(i, i) = spring.stiffness;
+    *ratio = std::max(*ratio, spring.damping_ratio);
+    for (Index j = 0; j < n; ++j)
+      Me(i, j) = M(elastic[static_cast<std::size_t>(i)], elastic[static_cast<std::size_t>(j)]);
   }
+  return std::sqrt(Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd>(K, Me).eigenvalues().maxCoeff());
+}
 
-  double spring_torque(Index i, double link, double link_speed) const {
-    const JointDrive& j = joint(i);
-    return j.spring.torque(j.link(x[i]) - link, j.link_slope(x[i]) * v[i] - link_speed, inertia[i]);
-  }
+void DrivenArm::State::set_step(double given) {
+  if (std::abs(given - step) < 1e-9 * step) return;
+  step = given;
+  const VectorXd command = servo.empty() ? x : servo.command();
+  servo = ServoBank(drives.servo, step, ServoBank::Between::Line);
+  if (servo.empty()) return;
+  servo.reset(command);
+  servo.set(x, v);
+}
 
-  /// The arm at (positions, speeds), touched by its environment.
-  void pose_arm(const VectorXd& positions, const VectorXd& speeds) {
-    arm.set_state(positions, speeds);
-    if (environment) arm.set_contact(environment(arm.T_B_S(), arm.sensor_velocity(), t));
-  }
+double DrivenArm::State::stable_step(const VectorXd& position) {
+  if (elastic.empty()) return std::numeric_limits<double>::infinity();
+  double ratio = 0.0;
+  const double frequency = fastest(position, &ratio);
+  // Where the step below turns an oscillation into its opposite: (wh)^2 + 8 zeta wh = 4.
+  return 2.0 * (std::sqrt(1.0 + 4.0 * ratio * ratio) - 2.0 * ratio) / frequency;
+}
 
-  /// Accelerations of the links at (q, speeds): rigid joints driven, elastic ones by their springs.
-  const ArmForces& solve(const VectorXd& speeds) {
-    pose_arm(q, speeds);
-    if (elastic.empty()) return arm.inverse_dynamics(qdd);
-    VectorXd command = qdd;
-    for (const Index i : elastic) command[i] = spring_torque(i, q[i], speeds[i]) - joint(i).cable(q[i]);
-    return arm.solve(command);
-  }
-
-  void look_up_inertia() {
-    if (elastic.empty() || t < looked_up + refresh) return;
-    arm.set_state(q, qd);
-    inertia = arm.mass_matrix().diagonal();
-    looked_up = t;
-  }
-
-  double fastest(const VectorXd& position, double* ratio) {
-    arm.set_state(drives.link(position));
-    const MatrixXd& M = arm.mass_matrix();
-    const auto n = static_cast<Index>(elastic.size());
-    MatrixXd K = MatrixXd::Zero(n, n), Me(n, n);
-    for (Index i = 0; i < n; ++i) {
-      const GearSpring& spring = joint(elastic[static_cast<std::size_t>(i)]).spring;
-      K(i, i) = spring.stiffness;
-      *ratio = std::max(*ratio, spring.damping_ratio);
-      for (Index j = 0; j < n; ++j)
-        Me(i, j) = M(elastic[static_cast<std::size_t>(i)], elastic[static_cast<std::size_t>(j)]);
-    }
-    return std::sqrt(Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd>(K, Me).eigenvalues().maxCoeff());
-  }
-
-  void set_step(double given) {
-    if (std::abs(given - step) < 1e-9 * step) return;
-    step = given;
-    const VectorXd command = servo.empty() ? x : servo.command();
-    servo = ServoBank(drives.servo, step, ServoBank::Between::Line);
-    if (servo.empty()) return;
-    servo.reset(command);
-    servo.set(x, v);
-  }
-
-  double stable_step(const VectorXd& position) {
-    if (elastic.empty()) return std::numeric_limits<double>::infinity();
+void DrivenArm::State::choose_step(const VectorXd& position) {
+  step = longest_step;
+  if (options.step > 0.0) {
+    const double bound = stable_step(position);
+    require(options.step <= bound, "step: " + milliseconds(options.step) +
+                                       " is not stable with these gears; the stable bound here is " +
+                                       milliseconds(bound));
+    step = options.step;
+  } else if (!elastic.empty()) {
     double ratio = 0.0;
-    const double frequency = fastest(position, &ratio);
-    // Where the step below turns an oscillation into its opposite: (wh)^2 + 8 zeta wh = 4.
-    return 2.0 * (std::sqrt(1.0 + 4.0 * ratio * ratio) - 2.0 * ratio) / frequency;
+    const double wanted = chosen_angle / fastest(position, &ratio);
+    step = longest_step / std::max(1.0, std::ceil(longest_step / wanted));
   }
+  servo = ServoBank(drives.servo, step, ServoBank::Between::Line);
+}
 
-  void choose_step(const VectorXd& position) {
-    if (options.step > 0.0) {
-      const double bound = stable_step(position);
-      require(options.step <= bound, "step: " + milliseconds(options.step) +
-                                         " is not stable with these gears; the stable bound here is " +
-                                         milliseconds(bound));
-      step = options.step;
-    } else if (!elastic.empty()) {
-      double ratio = 0.0;
-      const double wanted = chosen_angle / fastest(position, &ratio);
-      step = longest_step / std::max(1.0, std::ceil(longest_step / wanted));
-    }
-    servo = ServoBank(drives.servo, step, ServoBank::Between::Line);
-  }
+void DrivenArm::State::reset(const VectorXd& position, double start) {
+  require(position.size() == x.size() && position.allFinite(),
+          "position: " + std::to_string(x.size()) + " finite joint values are needed");
+  t = start;
+  choose_step(position);
+  arm.set_clock(t);
+  x = position;
+  v = a = qd = qdd = current = dry = torque = VectorXd::Zero(x.size());
+  q = drives.link(x);
+  place_rigid();
+  arm.set_state(q);
+  if (!elastic.empty()) settle();
+  if (!servo.empty()) servo.reset(x);
+  ideal = true;
+  limited = fresh = false;
+}
 
-  void reset(const VectorXd& position, double start) {
-    require(position.size() == x.size() && position.allFinite(),
-            "position: " + std::to_string(x.size()) + " finite joint values are needed");
-    t = start;
-    choose_step(position);
-    arm.set_clock(t);
-    x = position;
-    v = a = qd = qdd = current = dry = VectorXd::Zero(x.size());
-    q = drives.link(x);
-    place_rigid();
+void DrivenArm::State::settle() {
+  inertia = arm.mass_matrix().diagonal();
+  looked_up = t;
+  for (int pass = 0; pass < 3; ++pass) {  // the sag moves gravity by a part of itself that is tiny
+    const VectorXd load = arm.gravity_torque() + drives.cable(q);
+    for (const Index i : elastic) q[i] = joint(i).link(x[i]) - joint(i).spring.lead_at_rest(load[i]);
     arm.set_state(q);
-    if (!elastic.empty()) settle();
-    if (!servo.empty()) servo.reset(x);
-    ideal = true;
-    limited = fresh = false;
   }
+}
 
-  /// Links sag until gravity and springs balance.
-  void settle() {
-    inertia = arm.mass_matrix().diagonal();
-    looked_up = t;
-    for (int pass = 0; pass < 3; ++pass) {  // the sag moves gravity by a part of itself that is tiny
-      const VectorXd load = arm.gravity_torque() + drives.cable(q);
-      for (const Index i : elastic) q[i] = joint(i).link(x[i]) - joint(i).spring.lead_at_rest(load[i]);
-      arm.set_state(q);
-    }
+void DrivenArm::State::follow(const VectorXd& command) {
+  const double h = step;
+  servo.advance(command);
+  x = servo.x(), v = servo.v(), a = servo.acceleration();
+  const VectorXd old_speed = qd, old_acceleration = qdd;
+  place_rigid();
+  t += h;
+  arm.set_clock(t);
+  if (elastic.empty()) return;
+  look_up_inertia();
+  VectorXd predicted = qd;
+  for (const Index i : elastic) {
+    q[i] += h * old_speed[i] + 0.5 * h * h * old_acceleration[i];
+    predicted[i] = old_speed[i] + h * old_acceleration[i];
   }
-
-  /// Velocity Verlet with the speed in the forces predicted: second order, one evaluation a step.
-  void follow(const VectorXd& command) {
-    const double h = step;
-    servo.advance(command);
-    x = servo.x(), v = servo.v(), a = servo.acceleration();
-    const VectorXd old_speed = qd, old_acceleration = qdd;
-    place_rigid();
-    t += h;
-    arm.set_clock(t);
-    if (elastic.empty()) return;
-    look_up_inertia();
-    VectorXd predicted = qd;
-    for (const Index i : elastic) {
-      q[i] += h * old_speed[i] + 0.5 * h * h * old_acceleration[i];
-      predicted[i] = old_speed[i] + h * old_acceleration[i];
-    }
-    const VectorXd& now = solve(predicted).acceleration;
-    for (const Index i : elastic) {
-      qdd[i] = now[i];
-      qd[i] = old_speed[i] + 0.5 * h * (old_acceleration[i] + now[i]);
-    }
+  const VectorXd& now = solve(predicted).acceleration;
+  for (const Index i : elastic) {
+    qdd[i] = now[i];
+    qd[i] = old_speed[i] + 0.5 * h * (old_acceleration[i] + now[i]);
   }
+}
 
-  // Under currents: coordinates z = (motor side of every joint, links of elastic joints).
-
-  struct Equations {
-    MatrixXd H;    ///< Inertia.
-    VectorXd rhs;  ///< All forces but motors and dry friction.
-  };
-
-  Equations equations(const VectorXd& xs, const VectorXd& vs, const VectorXd& qs, const VectorXd& qds) {
-    const Index n = xs.size(), m = static_cast<Index>(elastic.size());
-    pose_arm(qs, qds);
-    MatrixXd P = MatrixXd::Zero(n, n + m);  // links over z
-    VectorXd bend = VectorXd::Zero(n);
-    for (Index i = 0; i < n; ++i)
-      if (joint(i).spring.rigid()) {
-        P(i, i) = joint(i).link_slope(xs[i]);
-        bend[i] = joint(i).link_curvature(xs[i]) * vs[i] * vs[i];
-      }
-    for (Index e = 0; e < m; ++e) P(elastic[static_cast<std::size_t>(e)], n + e) = 1.0;
-    const MatrixXd& M = arm.mass_matrix();
-    Equations out{P.transpose() * M * P, P.transpose() * -(arm.bias_torque() + drives.cable(qs) + M * bend)};
-    out.H.topLeftCorner(n, n) += rotors;
-    for (Index e = 0; e < m; ++e) {
-      const Index i = elastic[static_cast<std::size_t>(e)];
-      const JointDrive& j = joint(i);
-      torque[i] = j.spring.torque(j.link(xs[i]) - qs[i], j.link_slope(xs[i]) * vs[i] - qds[i], inertia[i]);
-      out.rhs[n + e] += torque[i];
-      out.rhs[i] -= j.link_slope(xs[i]) * torque[i];
-    }
-    out.rhs.head(n) -= drives.ripple(xs);
-    for (Index i = 0; i < n; ++i) out.rhs[i] -= joint(i).viscous_friction(vs[i], t);
-    return out;
+const ArmReading& DrivenArm::State::read() {
+  if (fresh) return reading;
+  fresh = true;
+  const ArmForces& forces = solve(qd);
+  if (!elastic.empty()) qdd = forces.acceleration;
+  reading.t = t;
+  reading.position = x, reading.velocity = v, reading.acceleration = a;
+  reading.link = q;
+  reading.torque = forces.torque + drives.cable(q);
+  reading.wrench = forces.wrench;
+  reading.limited = limited;
+  if (ideal) {
+    reading.friction = drives.friction(v, reading.torque, t);
+    if (drives.motors) current = drives.currents(a, reading.torque + reading.friction + drives.ripple(x));
+  } else {
+    reading.friction = dry;
+    for (Index i = 0; i < x.size(); ++i) reading.friction[i] += joint(i).viscous_friction(v[i], t);
   }
+  if (drives.motors) reading.current = current;
+  return reading;
+}
 
-  VectorXd joined(const VectorXd& motor, const VectorXd& link) const {
-    VectorXd z(motor.size() + static_cast<Index>(elastic.size()));
-    z.head(motor.size()) = motor;
-    for (std::size_t e = 0; e < elastic.size(); ++e) z[motor.size() + static_cast<Index>(e)] = link[elastic[e]];
-    return z;
+double DrivenArm::State::energy() {
+  arm.set_state(q, qd);
+  double out = arm.energy() + 0.5 * v.dot(rotors * v);
+  for (const Index i : elastic) {
+    const GearSpring& spring = joint(i).spring;
+    const double strain = std::max(std::abs(joint(i).link(x[i]) - q[i]) - 0.5 * spring.gap, 0.0);
+    out += 0.5 * spring.stiffness * strain * strain;
   }
-
-  void split(const VectorXd& z, VectorXd& motor, VectorXd& link) const {
-    motor = z.head(motor.size());
-    for (std::size_t e = 0; e < elastic.size(); ++e) link[elastic[e]] = z[motor.size() + static_cast<Index>(e)];
-  }
-
-  VectorXd levels(const VectorXd& vs) const {
-    VectorXd out(vs.size());
-    for (Index i = 0; i < vs.size(); ++i) out[i] = joint(i).dry_friction(vs[i], torque[i], t);
-    return out;
-  }
-
-  /// Drift, kick, drift; `currents_at` gives the motor currents at the middle of the step.
-  void kick(const std::function<VectorXd(const Equations&, const VectorXd& xs, const VectorXd& vs)>& currents_at) {
-    const double h = step;
-    const Index n = x.size();
-    look_up_inertia();
-    VectorXd xs = x + 0.5 * h * v, vs = v + 0.5 * h * a, qs = q, qds = qd;
-    for (const Index i : elastic) qs[i] += 0.5 * h * qd[i], qds[i] += 0.5 * h * qdd[i];
-    for (Index i = 0; i < n; ++i)
-      if (joint(i).spring.rigid()) qs[i] = joint(i).link(xs[i]), qds[i] = joint(i).link_slope(xs[i]) * vs[i];
-    t += 0.5 * h;
-    const Equations e = equations(xs, vs, qs, qds);
-    current = currents_at(e, xs, vs);
-    VectorXd force = e.rhs;
-    if (drives.motors) force.head(n) += drives.torques(current);
-    const Eigen::LLT<MatrixXd> llt(e.H);
-    VectorXd speed = joined(v, qd);
-    VectorXd next = speed + h * llt.solve(force);
-    const VectorXd level = levels(vs);
-    dry.setZero();
-    if (level.maxCoeff() > 0.0) {
-      const MatrixXd inverse = llt.solve(MatrixXd::Identity(e.H.rows(), n));
-      dry = hold_or_slide(h * inverse.topRows(n), next.head(n), level);
-      next -= h * inverse * dry;
-    }
-    const VectorXd gain = (next - speed) / h;
-    split(joined(x, q) + 0.5 * h * (speed + next), x, q);
-    split(next, v, qd);
-    split(gain, a, qdd);
-    place_rigid();
-    t += 0.5 * h;
-    arm.set_clock(t);
-    if (!servo.empty()) servo.set(x, v);
-    ideal = false;
-    note_torque();
-  }
-
-  /// Torque through rigid gears, for friction that grows with it: what the motor side does not use up itself.
-  void note_torque() {
-    const VectorXd used = rotors * a + dry + drives.ripple(x);
-    if (!drives.motors) return;
-    const VectorXd motor = drives.torques(current);
-    for (Index i = 0; i < x.size(); ++i)
-      if (joint(i).spring.rigid()) torque[i] = motor[i] - used[i] - joint(i).viscous_friction(v[i], t);
-  }
-
-  VectorXd limited_currents(const Equations& e, const VectorXd& command, const VectorXd& xs, const VectorXd& vs) {
-    const Index n = xs.size(), m = static_cast<Index>(elastic.size());
-    const VectorXd wanted = servo.demand(command, xs, vs);
-    VectorXd needed = e.H.topLeftCorner(n, n) * wanted - e.rhs.head(n);
-    if (m > 0) {
-      const VectorXd links =
-          e.H.bottomRightCorner(m, m).llt().solve(e.rhs.tail(m) - e.H.bottomLeftCorner(m, n) * wanted);
-      needed += e.H.topRightCorner(n, m) * links;
-    }
-    const VectorXd level = levels(vs);
-    for (Index i = 0; i < n; ++i) {
-      const double ahead = vs[i] + step * wanted[i];
-      needed[i] += level[i] * std::tanh(ahead / still_speed);
-    }
-    VectorXd out = drives.currents(VectorXd::Zero(n), needed);
-    const VectorXd free = out;
-    if (options.current_limit.size() > 0) out = out.cwiseMax(-options.current_limit).cwiseMin(options.current_limit);
-    limited = out != free;
-    return out;
-  }
-
-  static constexpr double still_speed = 0.002;  // of the friction feed-forward, as in the law [rad/s]
-
-  const ArmReading& read() {
-    if (fresh) return reading;
-    fresh = true;
-    const ArmForces& forces = solve(qd);
-    if (!elastic.empty()) qdd = forces.acceleration;
-    reading.t = t;
-    reading.position = x, reading.velocity = v, reading.acceleration = a;
-    reading.link = q;
-    reading.torque = forces.torque + drives.cable(q);
-    reading.wrench = forces.wrench;
-    reading.limited = limited;
-    if (ideal) {
-      reading.friction = drives.friction(v, reading.torque, t);
-      if (drives.motors) current = drives.currents(a, reading.torque + reading.friction + drives.ripple(x));
-    } else {
-      reading.friction = dry;
-      for (Index i = 0; i < x.size(); ++i) reading.friction[i] += joint(i).viscous_friction(v[i], t);
-    }
-    if (drives.motors) reading.current = current;
-    return reading;
-  }
-
-  double energy() {
-    arm.set_state(q, qd);
-    double out = arm.energy() + 0.5 * v.dot(rotors * v);
-    for (const Index i : elastic) {
-      const GearSpring& spring = joint(i).spring;
-      const double strain = std::max(std::abs(joint(i).link(x[i]) - q[i]) - 0.5 * spring.gap, 0.0);
-      out += 0.5 * spring.stiffness * strain * strain;
-    }
-    return out;
-  }
-};
+  return out;
+}
 
 DrivenArm::DrivenArm(const cell::Cell& cell, const DrivenArmOptions& options)
     : state_(std::make_unique<State>(cell, options)) {
@@ -396,16 +251,14 @@ void DrivenArm::follow_limited(const VectorXd& command) {
   require(command.size() == state_->x.size(), "command: one value a joint is needed");
   require(state_->drives.motors, "drives: currents need motors");
   state_->fresh = false;
-  state_->kick([&](const auto& e, const VectorXd& xs, const VectorXd& vs) {
-    return state_->limited_currents(e, command, xs, vs);
-  });
+  state_->kick([&](const auto& e, const auto& at) { return state_->limited_currents(e, command, at); });
 }
 
 void DrivenArm::drive(const VectorXd& current) {
   require(state_->drives.motors, "drives: currents need motors");
   require(current.size() == state_->x.size(), "current: one value a motor is needed");
   state_->fresh = state_->limited = false;
-  state_->kick([&](const auto&, const VectorXd&, const VectorXd&) { return current; });
+  state_->kick([&](const auto&, const auto&) { return current; });
 }
 
 const ArmReading& DrivenArm::read() { return state_->read(); }

@@ -39,7 +39,7 @@ class PegSlide {
   Vector6 wrench() const { return tool_.wrench(); }
   double depth() const { return depth_; }
   const force::PegTubeShape& shape() const { return shape_; }
-  const Pose& T_T_tube() const { return T_T_tube_; }
+  const Pose& tube() const { return T_T_tube_; }
   /// Where the peg is once the grip has given way to friction.
   Eigen::Vector2d centre(const PegPosture& at) const;
   double stiffness() const { return law_.stiffness; }

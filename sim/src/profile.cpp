@@ -76,7 +76,7 @@ Shown profile(const cell::Cell& cell, const Given& given, const DartSimulatorOpt
   Profile rows{{}, given["t"], VectorXd(given.rows())};
   for (Index k = 0; k < given.rows(); ++k) {
     rows.rows.push_back({tilt[k], alpha[k], cx[k], cy[k], held[k]});
-    rows.rest[k] = force::resting_height(bodies, peg.T_T_tube(), tilt[k], alpha[k], peg.centre(rows.rows.back()));
+    rows.rest[k] = force::resting_height(bodies, peg.tube(), tilt[k], alpha[k], peg.centre(rows.rows.back()));
   }
   VectorXd z(given.rows());
   Eigen::MatrixXd wrench = Eigen::MatrixXd::Constant(given.rows(), 6, std::numeric_limits<double>::quiet_NaN());
