@@ -42,7 +42,11 @@ def generate(folder: Folder, cells: Cells = 400, seed: Seed = 1, small: Small = 
     at, planned = seal_of(folder, seal), plan(cells, seed, small)
     if at.resolve().is_relative_to(folder.resolve()):
         raise typer.BadParameter(f"{at} lies inside {folder}, which the diagnosis may read; choose another place", param_hint="--seal")
-    done = read_seal(at)["cells"] if at.exists() else {}
+    old = read_seal(at) if at.exists() else {"cells": {}, "seed": seed, "small": small}
+    if (old["seed"], old["small"]) != (seed, small):
+        raise typer.BadParameter(f"{at} seals cells of seed {old['seed']}, small: {old['small']}; choose another folder", param_hint="--seed")
+    # The plan depends on the number of cells, so cells are added to a check by drawing another.
+    done = old["cells"] if set(old["cells"]) == {p[0] for p in planned} else {}
     labels = spread(one_cell, [(folder.resolve(), *p) for p in planned if p[0] not in done], "recording", jobs, scheduler)
     fresh = zip([p[0] for p in planned if p[0] not in done], labels, strict=True)
     write_seal(at, done | dict(fresh), {"seed": seed, "small": small})
@@ -76,7 +80,8 @@ def score_command(folder: Folder, seal: Seal = None, json: Json = None) -> None:
     if not judged:
         raise typer.BadParameter(f"{results}: nothing diagnosed there; run `python -m kr5_bench run {folder}` first")
     scores = {method: score(cells) for method, cells in judged.items()}
-    tables(scores, Console(highlight=False))
+    console = Console(highlight=False)
+    tables(scores, console if console.is_terminal else Console(highlight=False, width=60 + 24 * len(scores)))
     for picture in pictures(scores, judged, folder / "score"):
         errors.print(f"written: {picture}")
     if json:

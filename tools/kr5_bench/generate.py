@@ -125,7 +125,7 @@ def draw_effects(scene: Scene, sort: str, rng, turn: int) -> tuple[list[Drawn], 
         chosen, wanted = [(UNKNOWN[turn % len(UNKNOWN)], False)], [log_uniform(rng, 3, 40)]
     else:
         first = CATALOGUE[turn % len(CATALOGUE)]
-        chosen, wanted = [(first, True)], [log_uniform(rng, 0.25, 30) if sort == "single" else log_uniform(rng, 1.5, 30)]
+        chosen, wanted = [(first, True)], [log_uniform(rng, *((0.2, 1.5) if sort == "single" and rng.random() < 0.45 else (1.5, 30)))]
         if sort == "pair":
             other = [e for e in CATALOGUE if e.id != first.id]
             chosen.append((other[rng.integers(len(other))], True))

@@ -8,6 +8,7 @@ import sys
 import time
 from pathlib import Path
 
+from .recording import read_json
 from .spread import spread
 
 KR5 = f"{shlex.quote(sys.executable)} -m kr5_tools"
@@ -46,11 +47,11 @@ def one(recording: Path, fresh: Path, out: Path, command: str, measure: str, lim
 
 
 def run(folder: Path, out: Path, command=DIAGNOSE, measure=MEASURE, jobs=None, scheduler=None, limit=600.0, again=False) -> int:
-    """Diagnoses what is not diagnosed yet; how many failed."""
+    """Diagnoses what is not diagnosed yet, or failed; how many fail."""
     names = sorted(p.name for p in (folder / "recordings").iterdir() if (p / "recording.yaml").exists())
     if not names:
         raise FileNotFoundError(f"{folder / 'recordings'}: no recording there; run `python -m kr5_bench generate` first")
-    todo = [n for n in names if again or not (out / n / DONE).exists()]
+    todo = [n for n in names if again or (read_json(out / n / DONE) or {"code": -1})["code"] != 0]
     calls = [(folder / "recordings" / n, folder / "fresh" / n, out / n, command, measure, limit) for n in todo]
     spread(one, calls, "diagnosing", jobs, scheduler)
     return sum(json.loads((out / n / DONE).read_text())["code"] != 0 for n in names)

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from .judge import Judged
@@ -45,7 +46,8 @@ def more_rows() -> list[tuple]:
         ("excess closed on a fresh recording, median", lambda s: number(s["excess_closed"]["median"], "{:.3f}"), ">= 0.97"),
         ("size of which half are named", lambda s: number(s["detection_limit"]["half"]), ""),
         ("size of which nine in ten are named", lambda s: number(s["detection_limit"]["nine_in_ten"]), ""),
-        ("smallest size named, median over effects", lambda s: number(s["smallest_named_median"]), "<= 0.5"),
+        ("size of which half are named, median over effects", lambda s: number(s["detection_limit"]["half_median"]), "<= 0.5"),
+        ("smallest size named, median over effects", lambda s: number(s["smallest_named_median"]), ""),
         ("ties told with a right first cause, mean", lambda s: number(s["ties_of_first_cause"]), ""),
         ("time, median and longest [s]", lambda s: f"{number(s['seconds']['median'], '{:.1f}')}, {number(s['seconds']['longest'], '{:.1f}')}", "<= 60"),
         ("memory, most [MiB]", lambda s: number(s["memory"] and s["memory"] / 2**20, "{:.0f}"), "<= 1024"),
@@ -58,7 +60,7 @@ def tables(scores: dict[str, dict], console: Console) -> None:
     for what, key, reach in ROWS:
         table.add_row(what, *(percent(s[key]) for s in scores.values()), reach)
     for what, value, reach in more_rows():
-        table.add_row(what, *(value(s) for s in scores.values()), reach)
+        table.add_row(escape(what), *(escape(value(s)) for s in scores.values()), reach)
     console.print(table)
     sizes = Table("size [noise]", *scores, title="One effect named first, by the largest RMS it adds to a column")
     first = next(iter(scores.values()))
