@@ -7,6 +7,8 @@ import pytest
 
 import kr5
 import kr5.cell
+import kr5.io
+import kr5.predict
 
 sim = pytest.importorskip("kr5.sim", reason="this kr5 was built without DART")
 
@@ -42,3 +44,16 @@ def test_an_arm_is_stepped_from_python(share):
     assert now.wrench[2] > 0 and len(now.current) == 6
     with pytest.raises(kr5.InvalidArgument, match="current_limit"):
         sim.DrivenArm(cell, sim.DrivenArmOptions(current_limit=[1.0]))
+
+
+def test_the_full_grade_is_a_simulator_like_any_other(share):
+    cell = kr5.cell.load_cell(share / "cells/kr5_arc.yaml")
+    columns = ["t", *(f"qc{i}" for i in range(1, 7))]
+    t = 0.012 * np.arange(100)
+    q = np.array([0.0, 0.3, -2.6, 0.0, -0.5, 0.0]) + 0.1 * (1 - np.cos(3 * t))[:, None]
+    move = kr5.cell.Experiment(name="move", kind="motion", file="move.csv", split="fit")
+    move.data = kr5.io.Table(columns, np.column_stack([t, q]))
+    full = sim.DartSimulator().predict(cell, move)
+    fast = kr5.predict.FastSimulator().predict(cell, move)
+    assert full.columns == fast.columns
+    assert np.abs(np.array(full.values) - np.array(fast.values)).max() < 0.02

@@ -26,6 +26,20 @@ Json = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Write
 Output = Annotated[Path | None, typer.Option("-o", "--output", metavar="RESULT.json", help="Write the result file here.")]
 
 
+Grade = Annotated[bool, typer.Option("--full", help="Step the cell through time in DART instead of the fast grade; slower.")]
+
+
+def simulator(full: bool) -> Any:
+    """The simulator of a grade; what is linked with DART is imported only when it is asked for."""
+    if full:
+        import kr5.sim
+
+        return kr5.sim.DartSimulator()
+    import kr5.predict
+
+    return kr5.predict.FastSimulator()
+
+
 def fail(message: str) -> NoReturn:
     """Ends the command with one plain complaint and exit code 2."""
     errors.print(f"[red]error:[/red] {escape(message)}", soft_wrap=True)

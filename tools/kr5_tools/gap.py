@@ -29,17 +29,17 @@ def measure(
     folder: Folder,
     cell_file: CellFile = None,
     png: Annotated[Path | None, typer.Option("--png", metavar="GAP.png", help="Draw the gap of every column here.")] = None,
+    full: common.Grade = False,
     json_file: common.Json = None,
 ) -> None:
     """Gap of every column: RMS of (recorded - simulated) over its noise. Columns the recording lacks are left out."""
     import kr5.cell
     import kr5.gap
-    import kr5.predict
 
     recording = kr5.cell.load_recording(folder)
     cell = kr5.cell.load_cell(cell_file) if cell_file else None
     with common.working(f"simulating {folder}"):
-        found = kr5.gap.measure(recording, kr5.predict.FastSimulator(), cell)
+        found = kr5.gap.measure(recording, common.simulator(full), cell)
     if not found.columns:
         common.fail(f"{folder}: nothing to compare: expected columns that the simulator predicts, and their noise in the cell")
     to = common.console(json_file)

@@ -17,18 +17,18 @@ def record(
     output: Annotated[Path, typer.Option("-o", "--output", metavar="FOLDER", help="Where the recording goes; must not be there yet.")],
     seed: Annotated[int, typer.Option("--seed", min=0, help="Of postures and noise: the same seed gives the same recording.")] = 1,
     nominal: Annotated[bool, typer.Option("--nominal", help="Write the cell without its effects, as one believes it before a diagnosis.")] = False,
+    full: common.Grade = False,
     json_file: common.Json = None,
 ) -> None:
     """Runs a protocol in the simulator, adds the noise the cell states, and writes what a real cell would have recorded."""
     import kr5.cell
-    import kr5.predict
 
     from . import protocol as protocols
 
     if output.exists() and (not output.is_dir() or any(output.iterdir())):
         common.fail(f"{output}: is there already; expected a new or empty folder, so that no recording is lost")
     cell = kr5.cell.load_cell(cell_file)
-    simulator = kr5.predict.FastSimulator()
+    simulator = common.simulator(full)
     with common.working(f"choosing the postures of {protocol}"):
         experiments = protocols.load(protocol, cell, seed)
     for number, experiment in enumerate(common.track(experiments, "recording")):
