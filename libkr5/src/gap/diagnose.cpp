@@ -143,10 +143,8 @@ class Diagnoser {
 
   void conclude() {
     progress("judging what is left", 0.0);
-    const Model nominal = empty_model(problem_, base_);
-    Model nominal_plain = nominal;
     const FitProblem plain{data_, scatter_, {}, 0.0};
-    const Rest before = rest_of(plain, groups_, nominal_plain, base_, options_);
+    const Rest before = rest_of(plain, groups_, empty_model(plain, base_), base_, options_);
     const Posterior weights = posterior(data_, models_);
     Model best = models_.front();
     Rest rest = rest_of(problem_, groups_, best, base_, options_);
@@ -156,7 +154,7 @@ class Diagnoser {
     add_causes(best, weights, trusts);
     const Model judged = only_blamed(best);
     if (judged.parts.size() != best.parts.size()) rest = rest_of(problem_, groups_, judged, base_, options_);
-    set_verdict(before, rest);
+    set_verdict(rest);
     fill(judged, before, rest);
   }
 
@@ -191,12 +189,11 @@ class Diagnoser {
     return parts.empty() ? empty : fit(problem_, empty, std::move(parts));
   }
 
-  void set_verdict(const Rest& before, const Rest& rest) {
+  void set_verdict(const Rest& rest) {
     if (!out_.causes.empty())
       out_.verdict = rest.any() ? Verdict::PartlyExplained : Verdict::Explained;
     else
       out_.verdict = rest.any() ? Verdict::Unknown : Verdict::NoGap;
-    (void)before;
   }
 
   void fill(const Model& judged, const Rest& before, const Rest& rest) {
@@ -204,11 +201,10 @@ class Diagnoser {
                      [](const Cause& a, const Cause& b) { return a.probability > b.probability; });
     out_.where = places(data_, groups_, before);
     if (out_.verdict == Verdict::NoGap) out_.where.clear();
-    if (rest.any()) {
-      out_.unexplained = places(data_, groups_, rest);
-    }
+    if (rest.any()) out_.unexplained = places(data_, groups_, rest);
     out_.shrink = shrink_of(data_, groups_, before.counted, rest.counted);
     out_.cell = cell_of(data_, judged.parts);
+    out_.next_experiment = next_experiment(data_, judged, models_, out_.causes);
   }
 
   const DiagnoseOptions& options_;

@@ -36,7 +36,7 @@ struct HypothesisBuilder {
                   std::function<void(cell::Cell&, const Point&)> apply, std::vector<Probe> probes = {}) {
     const int n = static_cast<int>(coordinates.size());
     if (probes.empty()) probes.push_back(unit_probe(n));
-    list.push_back({effect, target, "", 0.0, std::move(coordinates), std::move(probes), std::move(apply)});
+    list.push_back({effect, target, "", 0.0, 0.0, std::move(coordinates), std::move(probes), std::move(apply)});
     return list.back();
   }
 

@@ -22,7 +22,7 @@ double closed(const Data& data, const std::vector<Group>& groups, const Eigen::V
               const Eigen::VectorXd& without, const Eigen::VectorXd& with);
 
 /// An experiment that would tell these apart, by their signatures in variations of what was recorded.
-NextExperiment next_experiment(const Data& data, const Model& model, const std::vector<Model>& models,
+NextExperiment next_experiment(const Data& data, const Model& best, const std::vector<Model>& models,
                                const std::vector<Cause>& causes);
 
 }  // namespace kr5::gap

@@ -16,21 +16,33 @@ double sum_of_squares(const Data& data, const Group& group, const Eigen::VectorX
   return sum;
 }
 
+/// What the simulator may be off with the effects of a model, as a sum of squares of each column.
+std::vector<double> discrepancies(const Data& data, const std::vector<Group>& groups, const Model& model,
+                                  const Eigen::VectorXd& base, double accuracy) {
+  std::vector<double> out(groups.size(), 0.0);
+  const Eigen::VectorXd with = counted(data, model.residual);
+  for (std::size_t k = 0; k < model.parts.size(); ++k) {
+    const double off = accuracy + model.parts[k].candidate->hypothesis.inaccuracy;
+    const Eigen::VectorXd change = with - counted(data, without(data, model, k, base));
+    for (std::size_t g = 0; g < groups.size(); ++g) out[g] += off * off * sum_of_squares(data, groups[g], change);
+  }
+  return out;
+}
+
 }  // namespace
 
 bool Rest::any() const { return std::find(structured.begin(), structured.end(), true) != structured.end(); }
 
 Rest rest_of(const FitProblem& problem, const std::vector<Group>& groups, const Model& model,
              const Eigen::VectorXd& base, const DiagnoseOptions& options) {
+  const Data& data = problem.data;
   Rest out;
-  out.counted = without_scatter(problem.data, problem.scatter, problem.prior, counted(problem.data, model.residual));
-  const Eigen::VectorXd changed = counted(problem.data, base) - counted(problem.data, model.residual);
+  out.counted = without_scatter(data, problem.scatter, problem.prior, counted(data, model.residual));
+  const std::vector<double> discrepancy = discrepancies(data, groups, model, base, options.simulator_accuracy);
   out.structure.resize(groups.size());
   const double level = options.false_alarms / static_cast<double>(groups.size());
   parallel_for(static_cast<int>(groups.size()), options.threads, [&](int g) {
-    const double discrepancy =
-        options.simulator_accuracy * options.simulator_accuracy * sum_of_squares(problem.data, groups[g], changed);
-    out.structure[g] = structure(problem.data, groups[g], out.counted, discrepancy, level);
+    out.structure[g] = structure(data, groups[g], out.counted, discrepancy[g], level);
   });
   for (const Structure& s : out.structure) out.structured.push_back(s.p < level);
   return out;

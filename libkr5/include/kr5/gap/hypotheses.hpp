@@ -35,6 +35,8 @@ struct Hypothesis {
   std::string target;
   std::string choice;      ///< The discrete choice in words; empty where there is none.
   double log_prior = 0.0;  ///< Of this choice among those of the same effect and target.
+  /// How far a simulator may be off with it, of its own size, beyond what it is off anyway.
+  double inaccuracy = 0.0;
   std::vector<Coordinate> coordinates;
   std::vector<Probe> probes;
   /// Sets the effect in a cell, the rest of which it leaves alone.
