@@ -66,7 +66,7 @@ std::string told(const std::string& experiment, const std::string& column, const
 TEST_CASE("the cells and the recording that ship with the library are clean") {
   CHECK(told(check(KR5_SHARE_DIR "/cells")) == "");
   CHECK(told(check(load_cell(arc_file))) == "");
-  CHECK(find_documents(KR5_SHARE_DIR "/cells").size() == 2);
+  CHECK(find_documents(KR5_SHARE_DIR "/cells").size() == 4);
   const test::Folder folder("clean");
   save_recording(test::sample_recording(), folder.path / "a" / "b");
   CHECK(told(check(folder.path)) == "");

@@ -37,12 +37,26 @@ PixelGrid grid_of(const std::vector<cv::Point2f>& corners, int rows, int cols) {
   return grid;
 }
 
+/// The largest board that shows, found by its 3x3 corners or more.
+std::optional<PixelGrid> whole_board(ImageView image) {
+  std::vector<cv::Point2f> corners;
+  cv::Mat meta;
+  if (!cv::findChessboardCornersSB(cv_view(image), cv::Size(3, 3), corners,
+                                   cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_LARGER, meta))
+    return std::nullopt;
+  return whole_chessboard(image, grid_of(corners, meta.rows, meta.cols));
+}
+
 /// OpenCV's ways, quick ones first. Asked for a small board, it patches one together from corners of a larger one.
 std::optional<PixelGrid> corners_by_opencv(ImageView image, int rows, int cols) {
   if (rows < 3 || cols < 3) return std::nullopt;
   const cv::Mat picture = cv_view(image);
   const cv::Size size(cols, rows);
   for (int way = 0; way < 3; ++way) {
+    if (way == 1) {  // these take seconds where the board is another
+      const auto whole = whole_board(image);
+      if (whole && whole->points.size() > static_cast<std::size_t>(rows * cols)) return std::nullopt;
+    }
     std::vector<cv::Point2f> corners;
     const bool found =
         way == 1 ? cv::findChessboardCorners(
@@ -110,13 +124,9 @@ std::optional<SeenPoints> find_chessboard(ImageView image, const Target& target,
 }
 
 std::optional<std::pair<int, int>> seen_chessboard(ImageView image) {
-  std::vector<cv::Point2f> corners;
-  cv::Mat meta;
-  if (!cv::findChessboardCornersSB(cv_view(image), cv::Size(3, 3), corners,
-                                   cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_LARGER, meta))
-    return std::nullopt;
-  const PixelGrid whole = whole_chessboard(image, grid_of(corners, meta.rows, meta.cols));
-  return std::pair{whole.rows, whole.cols};
+  const auto whole = whole_board(image);
+  if (!whole) return std::nullopt;
+  return std::pair{whole->rows, whole->cols};
 }
 
 }  // namespace kr5::vision
