@@ -91,7 +91,8 @@ def score_command(folder: Folder, seal: Seal = None, json: Json = None) -> None:
 @app.command("all")
 def everything(folder: Folder, cells: Cells = 400, seed: Seed = 1, small: Small = False, seal: Seal = None, jobs: Jobs = None,
                scheduler: Scheduler = None, command: Command = runner.DIAGNOSE, measure: Measure = runner.MEASURE,
-               limit: Limit = 600.0, count: Annotated[int, typer.Option("--baselines", help="How many recordings the plain methods are tried on.")] = 100,
+               limit: Limit = 600.0,
+               count: Annotated[int, typer.Option("--baselines", help="How many recordings the plain methods are tried on.")] = 100,
                json: Json = None) -> None:
     """Draws, diagnoses, counts. Example: python -m kr5_bench all /data/check --cells 400 --seed 7"""
     generate(folder, cells, seed, small, seal, jobs, scheduler)

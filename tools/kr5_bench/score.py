@@ -138,7 +138,7 @@ def score(cells: list[Judged]) -> dict:
         "reliability": reliability(cells),
         "parameter_within_2_sigma": rate(s <= 2 for s in sigmas),
         "parameter_relative_error_median": relative,
-        "excess_closed": dict(zip(("low", "median", "high"), quantiles(closed, 0.1, 0.5, 0.9), strict=True)) | {"of": len([c for c in closed if c is not None])},
+        "excess_closed": dict(zip(("low", "median", "high"), quantiles(closed, 0.1, 0.5, 0.9), strict=True)),
         "seconds": dict(zip(("median", "most", "longest"), quantiles([c.seconds for c in cells], 0.5, 0.95, 1.0), strict=True)),
         "memory": quantiles([c.memory for c in cells], 1.0)[0],
     }

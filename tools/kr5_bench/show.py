@@ -49,7 +49,8 @@ def more_rows() -> list[tuple]:
         ("size of which half are named, median over effects", lambda s: number(s["detection_limit"]["half_median"]), "<= 0.5"),
         ("smallest size named, median over effects", lambda s: number(s["smallest_named_median"]), ""),
         ("ties told with a right first cause, mean", lambda s: number(s["ties_of_first_cause"]), ""),
-        ("time, median and longest [s]", lambda s: f"{number(s['seconds']['median'], '{:.1f}')}, {number(s['seconds']['longest'], '{:.1f}')}", "<= 60"),
+        ("time, median [s]", lambda s: number(s["seconds"]["median"], "{:.1f}"), ""),
+        ("time, longest [s]", lambda s: number(s["seconds"]["longest"], "{:.1f}"), "<= 60"),
         ("memory, most [MiB]", lambda s: number(s["memory"] and s["memory"] / 2**20, "{:.0f}"), "<= 1024"),
     ]
 

@@ -24,78 +24,106 @@ class Hypothesis:
     columns: np.ndarray  # rows x parameters, in noise units
 
 
-def trials(effect_id: str, target: str, cell: dict) -> list[tuple[str, float, float, dict]]:
-    """Of each free direction of an effect: name, nominal value, step, parameters at nominal + step."""
-    c, d, s = cell, cell["drives"], cell["servo"]
-    i = index(target) if target.startswith(("joint", "motor")) else 0
+Trial = tuple[str, float, float, dict]  # name, nominal value, step, parameters at nominal + step
 
-    def one(name, nominal, step, **rest):
-        return (name, float(nominal), step, {name: nominal + step} | rest)
 
-    def vector(name, nominal, step, size=3):
-        return [(f"{name}[{k}]", float(nominal[k]), step, {name: [x + step * (j == k) for j, x in enumerate(nominal)]}) for k in range(size)]
+def one(name: str, nominal: float, step: float, **rest) -> Trial:
+    return (name, float(nominal), step, {name: nominal + step} | rest)
 
-    def mount(part, name):
-        p = pose6(pose(c[part][name]))
-        return [(f"{name}[{k}]", p[k], 1e-5, {name: pose([x + 1e-5 * (j == k) for j, x in enumerate(p)]).tolist()}) for k in range(6)]
 
-    def waves(step):
-        return [(f"amplitude{n}{k}", 0.0, step, {"amplitude": step, "cycles": n, "phase": k * np.pi / 2}) for n in SHAPE["cycles"] for k in (0, 1)]
+def vector(name: str, size: int, step: float) -> list[Trial]:
+    return [(f"{name}[{k}]", 0.0, step, {name: [step * (j == k) for j in range(size)]}) for k in range(size)]
 
-    def on_component(name, nominal):
-        return [one(name, nominal, 0.01)]
 
-    row = c["robot"]["dh"][i] if i < len(c["robot"]["dh"]) else {}
-    fixed = {
+def mount(part: dict, name: str, step: float = 1e-5) -> list[Trial]:
+    p = pose6(pose(part[name]))
+    return [(f"{name}[{k}]", p[k], step, {name: pose([x + step * (j == k) for j, x in enumerate(p)]).tolist()}) for k in range(6)]
+
+
+def waves(step: float) -> list[Trial]:
+    phases = (0.0, np.pi / 2)
+    return [(f"amplitude{n}{k}", 0.0, step, {"amplitude": step, "cycles": n, "phase": p}) for n in SHAPE["cycles"] for k, p in enumerate(phases)]
+
+
+def drive_trials(d: dict, i: int) -> dict:
+    S = d["structure"]
+    return {
         "coulomb_friction": lambda: [one("coulomb", d["friction"]["coulomb"][i], 0.1)],
         "viscous_friction": lambda: [one("viscous", d["friction"]["viscous"][i], 0.1)],
         "stribeck_friction": lambda: [one("stribeck", 0, 0.1, stribeck_velocity=SHAPE["stribeck_velocity"])],
         "load_friction": lambda: [one("coefficient", 0, 1e-3)],
         "thermal_friction": lambda: [one("drop", 0, 1e-2, time_constant=SHAPE["thermal"])],
-        "joint_elasticity": lambda: [("compliance", 0.0, 1e-7, {"stiffness": 1e7})],
-        "backlash": lambda: [one("gap", 0, 1e-4)],
         "torque_constant": lambda: [one("torque_constant", d["torque_constant"][i], 1e-3)],
         "rotor_inertia": lambda: [one("rotor_inertia", d["rotor_inertia"][i], 1e-5)],
+        # The second stands for a spring far from its rest: a steady pull.
         "cable_spring": lambda: [("stiffness", 0.0, 0.1, {"stiffness": 0.1, "rest": 0.0}), ("pull", 0.0, 0.1, {"stiffness": 1e-6, "rest": 1e5})],
         "torque_ripple": lambda: waves(0.1),
-        "wrist_coupling": lambda: [("value", d["structure"][r][k], 0.01, {"element": k, "value": d["structure"][r][k] + 0.01})
-                                   for r, k in couplings(c) if r == i],
+        "wrist_coupling": lambda: [("value", S[r][k], 0.01, {"element": k, "value": S[r][k] + 0.01}) for r, k in couplings({"drives": d}) if r == i],
+        "current_delay": lambda: [one("delay", 0, 1e-3)],
+    }
+
+
+def arm_trials(robot: dict, servo: dict, cycle: float, i: int) -> dict:
+    row = robot["dh"][min(i, len(robot["dh"]) - 1)]
+    wn = np.broadcast_to(servo["joint"]["natural_frequency"], len(robot["dh"]))
+    corner = [[0.1 * (j == k) for j in range(3)] for k in range(3)]
+    return {
+        "joint_elasticity": lambda: [("compliance", 0.0, 1e-7, {"stiffness": 1e7})],
+        "backlash": lambda: [one("gap", 0, 1e-4)],
         "payload": lambda: [("mass", 0.0, 0.01, {"mass": 0.01, "com": [0, 0, 0]})]
-        + [(f"moment{'xyz'[k]}", 0.0, 0.001, {"mass": 0.01, "com": [0.1 * (j == k) for j in range(3)]}) for k in range(3)],
+        + [(f"moment{k}", 0.0, 1e-3, {"mass": 0.01, "com": corner[k]}) for k in range(3)],
         "base_tilt": lambda: [("roll", 0.0, 1e-5, {"roll": 1e-5, "pitch": 0}), ("pitch", 0.0, 1e-5, {"roll": 0, "pitch": 1e-5})],
         "encoder_offset": lambda: [one("offset", 0, 1e-5)],
         "link_length": lambda: [one("a", row["a"], 1e-5), one("b", row["b"], 1e-5)],
         "link_twist": lambda: [one("alpha", row["alpha"], 1e-5)],
         "transmission_error": lambda: waves(1e-5),
-        "tool_offset": lambda: vector("offset", [0, 0, 0], 1e-5),
+        "tool_offset": lambda: vector("offset", 3, 1e-5),
         "thermal_growth": lambda: [one("growth", 0, 1e-5, time_constant=SHAPE["growth"])],
-        "current_delay": lambda: [one("delay", 0, 1e-3)],
-        "joint_servo": lambda: [one("natural_frequency", np.broadcast_to(s["joint"]["natural_frequency"], len(c["robot"]["dh"]))[i], 0.05)],
-        "joint_delay": lambda: [one("delay", s["joint"]["delay"], 1e-4)],
-        "tool_servo": lambda: [one("natural_frequency", s["tool"]["natural_frequency"], 1e-3)],
-        "tool_damping": lambda: [one("damping_ratio", s["tool"]["damping_ratio"], 1e-3)],
-        "tool_delay": lambda: [one("delay", s["tool"]["delay"], s["cycle"])],
-        "ft_bias": lambda: on_component("bias", 0),
-        "ft_drift": lambda: on_component("rate", 0),
-        "ft_gain": lambda: on_component("gain", 1),
+        "joint_servo": lambda: [one("natural_frequency", wn[i], 0.05)],
+        "joint_delay": lambda: [one("delay", servo["joint"]["delay"], 1e-4)],
+        "tool_servo": lambda: [one("natural_frequency", servo["tool"]["natural_frequency"], 1e-3)],
+        "tool_damping": lambda: [one("damping_ratio", servo["tool"]["damping_ratio"], 1e-3)],
+        "tool_delay": lambda: [one("delay", servo["tool"]["delay"], cycle)],
+    }
+
+
+def sensor_trials(cell: dict, target: str) -> dict:
+    cam = cell.get("camera")
+    return {
+        "ft_bias": lambda: [one("bias", 0, 0.01)],
+        "ft_drift": lambda: [one("rate", 0, 0.01)],
+        "ft_gain": lambda: [one("gain", 1, 0.01)],
         "ft_crosstalk": lambda: [(f"gain {w}", 0.0, 0.01, {"source": w, "gain": 0.01}) for w in WRENCH if w != target],
         "ft_lag": lambda: [one("time_constant", 0, 0.01)],
-        "camera_focal": lambda: [one("fx", c["camera"]["fx"], 0.1, fy=c["camera"]["fy"]), one("fy", c["camera"]["fy"], 0.1, fx=c["camera"]["fx"])],
-        "lens_distortion": lambda: [one(k, c["camera"]["distortion"][j], 1e-4, **{o: c["camera"]["distortion"][1 - j]})
-                                    for j, (k, o) in enumerate((("k1", "k2"), ("k2", "k1")))],
-        "hand_eye": lambda: mount("camera", "T_E_C"),
-        "laser_mount": lambda: mount("laser", "T_E_L"),
+        "camera_focal": lambda: [one("fx", cam["fx"], 0.1, fy=cam["fy"]), one("fy", cam["fy"], 0.1, fx=cam["fx"])],
+        "lens_distortion": lambda: [one("k1", cam["distortion"][0], 1e-4, k2=cam["distortion"][1]),
+                                    one("k2", cam["distortion"][1], 1e-4, k1=cam["distortion"][0])],
+        "hand_eye": lambda: mount(cam, "T_E_C"),
+        "laser_mount": lambda: mount(cell["laser"], "T_E_L"),
         "laser_bias": lambda: [one("bias", 0, 1e-5)],
         "laser_lag": lambda: [one("lag", 0, 1e-4)],
-        "contact_stiffness": lambda: [one("stiffness", c["contact"]["stiffness"], 10.0)],
-        "contact_hardening": lambda: [one("hardening", 0, 1e-3)],
-        "contact_friction": lambda: [one("friction", c["contact"]["friction"], 1e-3)],
-        "gripper_compliance": lambda: [one("lateral", 0, 1e-7, axial=0.0), one("axial", 0, 1e-8, lateral=0.0)],
-        "tube_tilt": lambda: vector("tilt", [0, 0], 1e-4, 2),
-        "tube_shift": lambda: vector("shift", [0, 0], 1e-6, 2),
-        "tube_radius": lambda: [one("inner_radius", c["tube"]["inner_radius"], 1e-6)],
     }
-    return fixed[effect_id]()
+
+
+def contact_trials(cell: dict) -> dict:
+    c = cell.get("contact")
+    return {
+        "contact_stiffness": lambda: [one("stiffness", c["stiffness"], 10.0)],
+        "contact_hardening": lambda: [one("hardening", 0, 1e-3)],
+        "contact_friction": lambda: [one("friction", c["friction"], 1e-3)],
+        "gripper_compliance": lambda: [one("lateral", 0, 1e-7, axial=0.0), one("axial", 0, 1e-8, lateral=0.0)],
+        "tube_tilt": lambda: vector("tilt", 2, 1e-4),
+        "tube_shift": lambda: vector("shift", 2, 1e-6),
+        "tube_radius": lambda: [one("inner_radius", cell["tube"]["inner_radius"], 1e-6)],
+    }
+
+
+def trials(effect: str, target: str, cell: dict) -> list[Trial]:
+    """Each free direction of an effect."""
+    i = index(target) if target.startswith(("joint", "motor")) else 0
+    servo = cell["servo"]
+    every = drive_trials(cell["drives"], i) | arm_trials(cell["robot"], servo, servo["cycle"], i)
+    return (every | sensor_trials(cell, target) | contact_trials(cell))[effect]()
 
 
 def thinned(e: Experiment) -> dict:
