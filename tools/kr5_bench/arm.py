@@ -19,12 +19,12 @@ def teeth(joint: int) -> float:
 
 def link(row: dict, q, scale=1.0) -> np.ndarray:
     """Rz(q + theta_offset) Tz(b) Tx(a) Rx(alpha) for all q."""
-    q, scale = np.broadcast_arrays(np.atleast_1d(q), scale)
+    q = np.atleast_1d(q)
     c, s = np.cos(q + row["theta_offset"]), np.sin(q + row["theta_offset"])
     ca, sa = np.cos(row["alpha"]), np.sin(row["alpha"])
     T = np.zeros((len(q), 4, 4))
-    T[:, 0] = np.stack([c, -s * ca, s * sa, row["a"] * scale * c], 1)
-    T[:, 1] = np.stack([s, c * ca, -c * sa, row["a"] * scale * s], 1)
+    T[:, 0, 0], T[:, 0, 1], T[:, 0, 2], T[:, 0, 3] = c, -s * ca, s * sa, row["a"] * scale * c
+    T[:, 1, 0], T[:, 1, 1], T[:, 1, 2], T[:, 1, 3] = s, c * ca, -c * sa, row["a"] * scale * s
     T[:, 2, 1], T[:, 2, 2], T[:, 2, 3], T[:, 3, 3] = sa, ca, row["b"] * scale, 1
     return T
 

@@ -98,7 +98,7 @@ def joint_columns(Q: np.ndarray) -> dict:
     return {f"q{i + 1}": Q[:, i] for i in range(Q.shape[1])}
 
 
-def reach_pose(cell, T_F_X, goal, seed, rng=None) -> np.ndarray | None:
+def reach_pose(cell, T_F_X, goal, seed) -> np.ndarray | None:
     """Joint angles that bring X to its goal, by damped least squares; None if the limits forbid."""
     q, lim = seed.copy(), cell["robot"]["limits"]
     for _ in range(60):
@@ -108,7 +108,8 @@ def reach_pose(cell, T_F_X, goal, seed, rng=None) -> np.ndarray | None:
         if np.linalg.norm(error) < 1e-6:
             inside = np.all(q > np.array(lim["lower"]) + 0.05) and np.all(q < np.array(lim["upper"]) - 0.05)
             return q if inside else None
-        turns = Rotation.from_matrix(T[1:, :3, :3] @ T[0, :3, :3].T).as_rotvec()
+        D = T[1:, :3, :3] @ T[0, :3, :3].T  # so near to no turn that its skew part is the turn
+        turns = np.column_stack([D[:, 2, 1] - D[:, 1, 2], D[:, 0, 2] - D[:, 2, 0], D[:, 1, 0] - D[:, 0, 1]]) / 2
         J = np.column_stack([T[1:, :3, 3] - T[0, :3, 3], turns]).T / 1e-6
         q = q + np.clip(J.T @ np.linalg.solve(J @ J.T + 1e-6 * np.eye(6), error), -0.3, 0.3)
     return None
@@ -174,11 +175,13 @@ def scan(cell, home, rng, size: Size):
     for height in np.linspace(0.16, 0.25, size.heights) + rng.uniform(-0.004, 0.004, size.heights):
         for speed in (0.01, 0.03, 0.1):
             tilt, about, turn = rng.uniform(0.02, 0.1), rng.uniform(-np.pi, np.pi), rng.uniform(-0.3, 0.3)
+            last = home
             for y in np.linspace(-0.022, 0.03, size.lines) + rng.uniform(-0.003, 0.003):
                 T = looking_down(at, height, tilt, about, -(yaw + turn) + about)
                 T[:3, 3] += T[:3, 1] * y + rng.uniform(-0.001, 0.001) * T[:3, 0]
-                q = reach_pose(cell, T_F_L, T, home)
+                q = reach_pose(cell, T_F_L, T, last)
                 if q is not None:
+                    last = q
                     columns = {"line": np.full(len(x), line), "t": np.full(len(x), 5.0 * line), "speed": np.full(len(x), speed)}
                     parts.append(columns | joint_columns(np.tile(q, (len(x), 1))) | {"x": x})
                     line += 1
