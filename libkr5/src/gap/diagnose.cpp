@@ -46,6 +46,7 @@ class Diagnoser {
     scatter_ = make_scatter(data_, base_, options_.threads);
     out_.seconds_screening = seconds();
     find_models(screen);
+    drop_within_discrepancy();
     conclude();
     out_.seconds = seconds();
     return std::move(out_);
@@ -141,6 +142,45 @@ class Diagnoser {
     problem_.prior = ScatterPrior();
   }
 
+  /// The fitted set of these effects; fitted now if it was not.
+  const Model& model_of(std::vector<Part> parts) {
+    const auto same = [&](const Model& m) {
+      return m.parts.size() == parts.size() &&
+             std::all_of(parts.begin(), parts.end(), [&](const Part& p) {
+               return std::any_of(m.parts.begin(), m.parts.end(),
+                                  [&](const Part& q) { return q.candidate == p.candidate; });
+             });
+    };
+    const auto found = std::find_if(models_.begin(), models_.end(), same);
+    if (found != models_.end()) return *found;
+    Model fitted = fit(problem_, empty_model(problem_, base_), std::move(parts));
+    const auto place = std::find_if(models_.begin(), models_.end(),
+                                    [&](const Model& m) { return m.log_evidence < fitted.log_evidence; });
+    return *models_.insert(place, std::move(fitted));
+  }
+
+  /// Takes away models that differ from smaller ones by no more than the simulator may be off, until the best is none.
+  void drop_within_discrepancy() {
+    for (bool dropped = true; dropped;) {
+      dropped = false;
+      const Model best = models_.front();
+      for (std::size_t k = 0; k < best.parts.size() && !dropped; ++k) {
+        std::vector<Part> parts = best.parts;
+        parts.erase(parts.begin() + static_cast<std::ptrdiff_t>(k));
+        const Model smaller = parts.empty() ? empty_model(problem_, base_) : model_of(parts);
+        dropped = within_discrepancy(problem_, groups_, best, smaller, base_, options_);
+      }
+      if (!dropped) return;
+      std::erase_if(models_, [&](const Model& m) {
+        return m.parts.size() == best.parts.size() &&
+               std::all_of(m.parts.begin(), m.parts.end(), [&](const Part& p) {
+                 return std::any_of(best.parts.begin(), best.parts.end(),
+                                    [&](const Part& q) { return q.candidate == p.candidate; });
+               });
+      });
+    }
+  }
+
   void conclude() {
     progress("judging what is left", 0.0);
     const FitProblem plain{data_, scatter_, {}, 0.0};
@@ -226,6 +266,7 @@ void DiagnoseOptions::validate() const {
   require(beam >= 1, "beam must be at least 1");
   require(false_alarms > 0 && false_alarms < 1, "false_alarms must lie between 0 and 1");
   require(simulator_accuracy >= 0 && simulator_accuracy < 1, "simulator_accuracy must lie between 0 and 1");
+  require(simulator_floor >= 0 && simulator_floor < 1, "simulator_floor must lie between 0 and 1");
   require(threads >= 0, "threads must not be negative");
 }
 

@@ -18,11 +18,14 @@ double sum_of_squares(const Data& data, const Group& group, const Eigen::VectorX
 
 /// What the simulator may be off with the effects of a model, as a sum of squares of each column.
 std::vector<double> discrepancies(const Data& data, const std::vector<Group>& groups, const Model& model,
-                                  const Eigen::VectorXd& base, double accuracy) {
+                                  const Eigen::VectorXd& base, const DiagnoseOptions& options) {
   std::vector<double> out(groups.size(), 0.0);
+  for (std::size_t g = 0; g < groups.size(); ++g)
+    for (const int b : groups[g].all)
+      out[g] += static_cast<double>(data.blocks[b].rows) * options.simulator_floor * options.simulator_floor;
   const Eigen::VectorXd with = counted(data, model.residual);
   for (std::size_t k = 0; k < model.parts.size(); ++k) {
-    const double off = accuracy + model.parts[k].candidate->hypothesis.inaccuracy;
+    const double off = options.simulator_accuracy + model.parts[k].candidate->hypothesis.inaccuracy;
     const Eigen::VectorXd change = with - counted(data, without(data, model, k, base));
     for (std::size_t g = 0; g < groups.size(); ++g) out[g] += off * off * sum_of_squares(data, groups[g], change);
   }
@@ -38,7 +41,7 @@ Rest rest_of(const FitProblem& problem, const std::vector<Group>& groups, const 
   const Data& data = problem.data;
   Rest out;
   out.counted = without_scatter(data, problem.scatter, problem.prior, counted(data, model.residual));
-  const std::vector<double> discrepancy = discrepancies(data, groups, model, base, options.simulator_accuracy);
+  const std::vector<double> discrepancy = discrepancies(data, groups, model, base, options);
   out.structure.resize(groups.size());
   const double level = options.false_alarms / static_cast<double>(groups.size());
   parallel_for(static_cast<int>(groups.size()), options.threads, [&](int g) {
@@ -46,6 +49,24 @@ Rest rest_of(const FitProblem& problem, const std::vector<Group>& groups, const 
   });
   for (const Structure& s : out.structure) out.structured.push_back(s.p < level);
   return out;
+}
+
+bool within_discrepancy(const FitProblem& problem, const std::vector<Group>& groups, const Model& with,
+                        const Model& without, const Eigen::VectorXd& base, const DiagnoseOptions& options) {
+  constexpr double shapes = 12.0;
+  const Data& data = problem.data;
+  const std::vector<double> discrepancy = discrepancies(data, groups, without, base, options);
+  const auto left = [&](const Model& model) {
+    return without_scatter(data, problem.scatter, problem.prior, counted(data, model.residual));
+  };
+  const Eigen::VectorXd before = left(without), after = left(with);
+  double gain = 0.0, weighted = 0.0;
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    const double part = sum_of_squares(data, groups[g], before) - sum_of_squares(data, groups[g], after);
+    gain += part;
+    weighted += std::max(part, 0.0) * discrepancy[g];
+  }
+  return gain <= 0 || gain < 2 * weighted / gain / shapes;
 }
 
 Eigen::VectorXd without(const Data& data, const Model& model, std::size_t part, const Eigen::VectorXd& base) {

@@ -21,6 +21,12 @@ struct Rest {
 Rest rest_of(const FitProblem& problem, const std::vector<Group>& groups, const Model& model,
              const Eigen::VectorXd& base, const DiagnoseOptions& options);
 
+/// Whether an effect explains no more than the simulator may be off with the others: `with` is the model, `without` the same
+/// fitted without the effect. A discrepancy has a dozen shapes to choose from in a column, any of which an effect may have;
+/// twice what falls to one of them is its limit.
+bool within_discrepancy(const FitProblem& problem, const std::vector<Group>& groups, const Model& with,
+                        const Model& without, const Eigen::VectorXd& base, const DiagnoseOptions& options);
+
 /// How far an effect may be trusted although its model leaves a structure, from 0 to 1: the part of what it explains
 /// that lies in columns which are then clean. In columns that stay structured an effect is trusted when it leaves less
 /// than a two-hundredth of what it explains, and not when it leaves a twentieth (in between by the logarithm): a wrong

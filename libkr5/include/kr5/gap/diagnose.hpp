@@ -18,6 +18,7 @@ struct DiagnoseOptions {
   int beam = 3;
   double false_alarms = 0.005;
   double simulator_accuracy = 0.02;
+  double simulator_floor = 0.05;
   int threads = 0;
 
   /// Effects beyond those of the catalogue.
@@ -36,6 +37,8 @@ struct DiagnoseOptions {
           "Probability that a test of a recording without gap finds one; holds for all columns and tests together.");
     visit("simulator_accuracy", self.simulator_accuracy,
           "What a simulated effect may be off, of its own size, before what it leaves counts as structure [-].");
+    visit("simulator_floor", self.simulator_floor,
+          "The same without any effect, in units of noise: inputs are known to their printed digits only [-].");
     visit("threads", self.threads, "Threads; 0: one a core.");
   }
 };
