@@ -145,32 +145,16 @@ Pose planar_start(const Eigen::Matrix2Xd& plane, const Eigen::Matrix2Xd& rays) {
   return pose_from(M, H.col(2));
 }
 
-/// The other pose in which a plane looks almost the same: its normal mirrored on the line of sight.
+/// The other pose in which a plane looks almost the same: its depths mirrored along the line of sight.
 Pose mirrored(const Pose& T, const Eigen::Vector3d& normal, const Eigen::Vector3d& middle) {
-  const Eigen::Vector3d n = T.linear() * normal, c = T * middle, sight = c.normalized();
-  const Eigen::Vector3d n2 = 2 * n.dot(sight) * sight - n;
+  const Eigen::Vector3d c = T * middle;
+  const auto mirror = [](const Eigen::Vector3d& n) {
+    return Eigen::Matrix3d(Eigen::Matrix3d::Identity() - 2 * n * n.transpose());
+  };
   Pose out = Pose::Identity();
-  // n2 points to the other side of the plane when n does: take the sign that turns least.
-  out.linear() = Eigen::Quaterniond::FromTwoVectors(n, n2.dot(n) < 0 ? Eigen::Vector3d(-n2) : n2) * T.linear();
+  out.linear() = mirror(c.normalized()) * T.linear() * mirror(normal);  // two mirrors make a rotation again
   out.translation() = c - out.linear() * middle;
   return out;
-}
-
-/// Starts tilted to all sides of the line of sight. A distant plane is seen almost in parallel: noise can put the first
-/// optimum, and with it the mirrored start, at any side of the other one's valley.
-std::vector<Pose> tilted_starts(const Pose& T, const Eigen::Vector3d& normal, const Eigen::Vector3d& middle) {
-  const Eigen::Vector3d n = T.linear() * normal, c = T * middle, sight = c.normalized();
-  const Eigen::Vector3d facing = n.dot(sight) < 0 ? Eigen::Vector3d(-sight) : sight;
-  std::vector<Pose> starts;
-  for (const double tilt : {0.9, 0.4})
-    for (int side = 0; side < 8; ++side) {
-      const Eigen::Vector3d axis = Eigen::AngleAxisd(side * std::numbers::pi / 4, sight) * sight.unitOrthogonal();
-      Pose start = Pose::Identity();
-      start.linear() = Eigen::Quaterniond::FromTwoVectors(n, Eigen::AngleAxisd(tilt, axis) * facing) * T.linear();
-      start.translation() = c - start.linear() * middle;
-      starts.push_back(start);
-    }
-  return starts;
 }
 
 Pose spatial_start(const Eigen::Matrix3Xd& points, const Eigen::Matrix2Xd& rays) {
@@ -267,10 +251,6 @@ std::vector<Resection> resect(const Eigen::Matrix3Xd& points, const Eigen::Matri
     const Pose first = found.front().T_camera_points;
     const Eigen::Vector3d normal = T_points_plane.linear().col(2);
     add(found, refine(problem, mirrored(first, normal, middle)));
-    for (const Pose& start : tilted_starts(first, normal, middle)) {
-      if (found.size() > 1) break;
-      add(found, refine(problem, start));
-    }
   }
   return found;
 }
