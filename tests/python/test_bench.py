@@ -236,6 +236,20 @@ def test_any_command_can_be_tried_and_one_that_fails_is_counted(drawn, tmp_path)
     assert (s["failed"]["hits"], s["healthy_called_healthy"]["hits"], s["single_named_first"]["hits"]) == (1, 2, 0)
 
 
+def test_a_short_check_of_the_diagnosis(drawn, tmp_path):
+    """Two healthy cells, one with a bias, one with an effect outside the catalogue, all by the command itself."""
+    gap = pytest.importorskip("kr5.gap", reason="kr5 is not built here")
+    if not hasattr(gap, "diagnose"):
+        pytest.skip("this kr5 has no diagnosis")
+    folder, seal = drawn
+    assert run(folder, tmp_path / "out", jobs=2) == 0, "".join(f.read_text() for f in tmp_path.rglob("*.log"))
+    s = score.score(score.load(seal, tmp_path / "out"))
+    assert (s["healthy_called_healthy"]["hits"], s["healthy_called_healthy"]["of"]) == (2, 2)
+    assert (s["single_named_first"]["hits"], s["single_named_first"]["of"]) == (1, 1)
+    assert (s["unknown_called_explained"]["hits"], s["unknown_called_explained"]["of"]) == (0, 1)
+    assert s["excess_closed"]["median"] > 0.9
+
+
 def test_the_plain_methods_name_a_plain_effect(drawn):
     folder, _ = drawn
     stack = Stack(*recording.read_recording(folder / "recordings/cell-0001"))
