@@ -114,6 +114,19 @@ def test_the_same_seed_draws_the_same_cells():
     assert {s: sorts.count(s) for s in generate.MIX} == {s: round(400 * share) for s, share in generate.MIX.items()}
 
 
+def test_drawing_picks_up_where_it_stopped(drawn, tmp_path):
+    folder, seal = drawn
+    for name, label in generate.read_seal(seal)["cells"].items():
+        generate.write_seal(tmp_path / "parts" / name, {name: label}, {})
+    generate.join_seal(tmp_path / "parts", tmp_path / "all.seal", {"seed": 100, "small": True})
+    assert generate.read_seal(tmp_path / "all.seal") == generate.read_seal(seal)
+    assert not (tmp_path / "parts").exists()
+    again = [sys.executable, "-m", "kr5_bench", "generate", folder, "--cells", "5", "--seed", "100", "--small"]
+    done = subprocess.run(again, capture_output=True, text=True, cwd=ROOT / "tools")
+    assert done.returncode == 2
+    assert "seals 4 cells of seed 100" in " ".join(done.stderr.replace("│", " ").split())
+
+
 @pytest.mark.parametrize("name", ["ur_like", "panda_like"])
 def test_other_arms_see_their_targets(name):
     cell, home = cells.other(name)

@@ -9,7 +9,7 @@ from rich.console import Console
 
 from . import baselines as plain
 from . import run as runner
-from .generate import one_cell, plan, read_seal, write_seal
+from .generate import join_seal, one_sealed, plan, read_seal
 from .score import load, score
 from .show import pictures, tables
 from .spread import errors, spread
@@ -35,21 +35,27 @@ def seal_of(folder: Path, seal: Path | None) -> Path:
     return seal or folder.with_name(folder.name + ".seal")
 
 
+def check_seal(seal: Path, cells: int, seed: int, small: bool) -> None:
+    """What is sealed already must be what is asked for."""
+    old = read_seal(seal)
+    if (len(old["cells"]), old["seed"], old["small"]) != (cells, seed, small):
+        text = f"{seal} seals {len(old['cells'])} cells of seed {old['seed']}, small: {old['small']}; choose another folder"
+        raise typer.BadParameter(text, param_hint="--seed")
+
+
 @app.command()
 def generate(folder: Folder, cells: Cells = 400, seed: Seed = 1, small: Small = False, seal: Seal = None, jobs: Jobs = None,
              scheduler: Scheduler = None) -> None:
-    """Draws cells and records them. Example: python -m kr5_bench generate /data/check --cells 400 --seed 7"""
+    """Draws cells and records them; picks up where it stopped. Example: python -m kr5_bench generate /data/check --cells 400 --seed 7"""
     at, planned = seal_of(folder, seal), plan(cells, seed, small)
     if at.resolve().is_relative_to(folder.resolve()):
         raise typer.BadParameter(f"{at} lies inside {folder}, which the diagnosis may read; choose another place", param_hint="--seal")
-    old = read_seal(at) if at.exists() else {"cells": {}, "seed": seed, "small": small}
-    if (old["seed"], old["small"]) != (seed, small):
-        raise typer.BadParameter(f"{at} seals cells of seed {old['seed']}, small: {old['small']}; choose another folder", param_hint="--seed")
-    # The plan depends on the number of cells, so cells are added to a check by drawing another.
-    done = old["cells"] if set(old["cells"]) == {p[0] for p in planned} else {}
-    labels = spread(one_cell, [(folder.resolve(), *p) for p in planned if p[0] not in done], "recording", jobs, scheduler)
-    fresh = zip([p[0] for p in planned if p[0] not in done], labels, strict=True)
-    write_seal(at, done | dict(fresh), {"seed": seed, "small": small})
+    if at.exists():
+        check_seal(at, cells, seed, small)
+        return
+    parts = at.with_name(at.name + f".{cells}-{seed}{'-small' * small}")  # labels of the cells that are done, until all are
+    spread(one_sealed, [(parts, folder.resolve(), *p) for p in planned if not (parts / p[0]).exists()], "recording", jobs, scheduler)
+    join_seal(parts, at, {"seed": seed, "small": small})
 
 
 @app.command()

@@ -248,6 +248,24 @@ def read_seal(seal: Path) -> dict:
     return data
 
 
+def one_sealed(parts: Path, folder: Path, name: str, *rest) -> None:
+    """Records one cell and puts its label apart, whole or not at all."""
+    label = one_cell(folder, name, *rest)
+    parts.mkdir(parents=True, exist_ok=True)
+    unfinished = parts / f".{name}"
+    write_seal(unfinished, {name: label}, {})
+    unfinished.rename(parts / name)
+
+
+def join_seal(parts: Path, seal: Path, about: dict) -> None:
+    """Seals the labels of all cells in one file."""
+    files = sorted(p for p in parts.iterdir() if not p.name.startswith("."))
+    write_seal(seal, {name: label for f in files for name, label in read_seal(f)["cells"].items()}, about)
+    for f in parts.iterdir():
+        f.unlink()
+    parts.rmdir()
+
+
 def plan(cells: int, seed: int, small: bool) -> list[tuple[str, str, int, int, Size]]:
     """Arguments of `one_cell` after the folder, for every cell."""
     rng = np.random.default_rng(seed)
