@@ -156,7 +156,7 @@ void DrivenArm::State::settle() {
   looked_up = t;
   for (int pass = 0; pass < 3; ++pass) {  // the sag moves gravity by a part of itself that is tiny
     const VectorXd load = arm.gravity_torque() + drives.cable(q);
-    for (const Index i : elastic) q[i] = joint(i).link(x[i]) - joint(i).spring.lead_at_rest(load[i]);
+    for (const Index i : elastic) q[i] = joint(i).link(x[i]) - joint(i).spring.lead_in_balance(load[i]);
     arm.set_state(q);
   }
 }

@@ -37,6 +37,11 @@ double GearSpring::torque(double lead, double lead_speed, double inertia) const 
   return stiffness * strain + 2.0 * damping_ratio * std::sqrt(stiffness * inertia) * lead_speed;
 }
 
+double GearSpring::lead_in_balance(double torque) const {
+  if (rigid() || torque == 0.0) return 0.0;
+  return std::copysign(0.5 * gap, torque) + torque / stiffness;
+}
+
 double GearSpring::lead_at_rest(double torque) const {
   if (rigid()) return 0.0;
   return (std::abs(torque) > side_torque ? std::copysign(0.5 * gap, torque) : 0.0) + (sags ? torque / stiffness : 0.0);

@@ -16,7 +16,8 @@ namespace {
 
 using Change = std::function<void(cell::Cell&)>;
 
-Change effect(const char* id, const char* target, std::vector<std::pair<std::string, cell::EffectValue>> parameters) {
+Change effect(const char* id, const char* target,
+              const std::vector<std::pair<std::string, cell::EffectValue>>& parameters) {
   return [=](cell::Cell& cell) {
     for (const auto& [name, value] : parameters) cell::set_effect(cell, id, target, name, value);
   };
