@@ -20,6 +20,6 @@ int main(int, char** argv) {
   }
   const auto result = vision::calibrate_camera(views, 960, 720);
   std::printf("%zu views, %s\n", views.size(), result.fit.usable() ? "usable" : result.fit.message.c_str());
-  std::printf("fx %.1f +- %.1f px\n", result.camera.fx, std::sqrt(result.covariance(0, 0)));
-  std::printf("cx %.1f +- %.1f px\n", result.camera.cx, std::sqrt(result.covariance(2, 2)));
+  std::printf("fx %.3f +- %.3f px\n", result.camera.fx, std::sqrt(result.covariance(0, 0)));
+  std::printf("cx %.3f +- %.3f px\n", result.camera.cx, std::sqrt(result.covariance(2, 2)));
 }

@@ -12,5 +12,5 @@ seen = [vision.find_target(vision.load_image(file), board) for file in data.imag
 views = [found.view for found in seen if found.found()]
 result = vision.calibrate_camera(views, 960, 720)
 print(f"{len(views)} views, {'usable' if result.fit.usable else result.fit.message}")
-print(f"fx {result.camera.fx:.1f} +- {np.sqrt(result.covariance[0, 0]):.1f} px")
-print(f"cx {result.camera.cx:.1f} +- {np.sqrt(result.covariance[2, 2]):.1f} px")
+print(f"fx {result.camera.fx:.3f} +- {np.sqrt(result.covariance[0, 0]):.3f} px")
+print(f"cx {result.camera.cx:.3f} +- {np.sqrt(result.covariance[2, 2]):.3f} px")
