@@ -6,6 +6,7 @@
 #include <kr5/calibration/hand_eye.hpp>
 #include <kr5/core/error.hpp>
 #include <kr5/uncertainty/confidence.hpp>
+#include <support/coverage_count.hpp>
 #include <support/hand_eye_world.hpp>
 
 using namespace kr5;
@@ -79,6 +80,9 @@ TEST_CASE("the 95 % regions of camera and target hold the truth in 95 %, noise g
     target += inside_95(r.T_fixed_target, w.T_fixed_target, r.covariance_target);
   }
   CAPTURE(views, given, camera, target, n);
+  const std::string what = "hand-eye, " + std::to_string(views) + " views, noise " + (given ? "given" : "estimated");
+  test::count_coverage(what + ": camera", camera, n);
+  test::count_coverage(what + ": target", target, n);
   // The promise is 93 to 97 %: the interval of the rate must reach into it.
   for (const int count : {camera, target}) {
     CHECK(binomial_interval(count, n, 0.999).high > 0.93);

@@ -9,6 +9,7 @@
 #include <kr5/core/random.hpp>
 #include <kr5/io/csv.hpp>
 #include <kr5/uncertainty/confidence.hpp>
+#include <support/coverage_count.hpp>
 
 using namespace kr5;
 using namespace kr5::calibration;
@@ -118,6 +119,7 @@ TEST_CASE("the 95 % intervals hold the truth, for errors that last as well") {
       camera += std::abs(e[0]) <= factor * std::sqrt(result.covariance(0, 0));
     }
     CAPTURE(memory, offset, camera, trials);
+    test::count_coverage(memory > 0 ? "clock offset, errors that last" : "clock offset", offset, trials);
     for (const int inside : {offset, camera}) {
       const auto rate = uncertainty::binomial_interval(inside, trials, 0.99);
       CHECK(rate.high > 0.93);

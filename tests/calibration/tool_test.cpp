@@ -9,6 +9,7 @@
 #include <kr5/core/error.hpp>
 #include <kr5/core/random.hpp>
 #include <kr5/uncertainty/confidence.hpp>
+#include <support/coverage_count.hpp>
 
 using namespace kr5;
 using namespace kr5::calibration;
@@ -64,6 +65,7 @@ TEST_CASE("the 95 % region of the tip holds the truth in 93 to 97 % of trials") 
     }
     const auto rate = uncertainty::binomial_interval(inside, trials, 0.99);
     CAPTURE(c.count, c.sigma_position, c.sigma_rotation, inside, trials);
+    test::count_coverage("tool, " + std::to_string(c.count) + " poses", inside, trials);
     CHECK(rate.high > 0.93);
     CHECK(rate.low < 0.97);
   }

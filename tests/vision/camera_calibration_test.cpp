@@ -10,7 +10,7 @@
 #include <kr5/vision/camera_calibration.hpp>
 #include <kr5/vision/camera_peers.hpp>
 #include <kr5/vision/detect.hpp>
-
+#include <support/coverage_count.hpp>
 #include "support/camera_scene.hpp"
 #include "support/reference.hpp"
 
@@ -89,6 +89,8 @@ TEST_CASE("the 95 % region of the camera holds the truth as often as it says") {
     pose_inside += e.dot(result.views[0].covariance.inverse() * e) < uncertainty::chi_square_quantile(0.95, 6);
   }
   CAPTURE(inside, pose_inside, trials);
+  test::count_coverage("intrinsics", inside, trials);
+  test::count_coverage("pose of a calibrated view", pose_inside, trials);
   for (const int count : {inside, pose_inside}) {
     const uncertainty::Interval rate = uncertainty::binomial_interval(count, trials, 0.999);
     if (full()) {

@@ -7,6 +7,7 @@
 #include <kr5/uncertainty/confidence.hpp>
 #include <kr5/vision/marker_map.hpp>
 #include <kr5/vision/render.hpp>
+#include <support/coverage_count.hpp>
 
 using namespace kr5;
 using namespace kr5::vision;
@@ -83,6 +84,7 @@ TEST_CASE("the map of markers in space lies within its stated doubt") {
     ++total;
   }
   CAPTURE(inside, total);
+  test::count_coverage("marker map", inside, total);
   CHECK(uncertainty::binomial_interval(inside, total, 0.999).contains(0.95));
 }
 

@@ -7,16 +7,18 @@ opencv-contrib-python-headless<5 from PyPI. All offsets are t_camera = t_hand + 
 other sign (t_hand = t_camera + offset); it is turned here.
 """
 
+import itertools
 from pathlib import Path
 
 import numpy as np
 from rich.console import Console
 
 import arguments
+import judge
 import kr5
 from kr5 import calibration
 from kr5_tools.calibrate_timed import load_stream
-from kr5_tools.common import table, track
+from kr5_tools.common import table
 
 RECORDINGS = {  # hand stream, published check: offset [ms], median and RMS spread [mm]
     "robot_arm_real": ("hand", 15, 3.1, 3.75),
@@ -36,11 +38,11 @@ def shifted(stream, by):
     return calibration.PoseStream(t=list(np.array(stream.t) + by), poses=stream.poses)
 
 
-def shift_errors(hand, camera, plain, count, seed=1):
+def shift_errors(name, hand, camera, plain, count, seed=1):
     """Estimated less injected, for random shifts of the camera's clock [ms]."""
     random = np.random.default_rng(seed)
     errors = []
-    for shift in random.uniform(-0.5, 0.5, count):
+    for shift in judge.steps(random.uniform(-0.5, 0.5, count), f"{name}, shifts"):
         found = calibration.calibrate_timed_hand_eye(hand, shifted(camera, shift))
         errors.append(1e3 * (found.offset - plain.offset - shift) if found.fit.usable else np.inf)
     return np.array(errors)
@@ -79,14 +81,24 @@ def measure(folder, name, shifts):
     hand_name, offset, median, rms = RECORDINGS[name]
     hand, camera = load_stream(folder / f"{name}_{hand_name}.csv"), load_stream(folder / f"{name}_camera.csv")
     result = calibration.calibrate_timed_hand_eye(hand, camera)
-    errors = shift_errors(hand, camera, result, shifts)
+    errors = shift_errors(name, hand, camera, result, shifts)
     t = np.array(camera.t) - camera.t[0]
     blocks, halves = held_out(hand, camera, (t // 2).astype(int) % 2 == 0), held_out(hand, camera, t < t[-1] / 2)
     peer = peer_spread(hand, camera, result.alignment.offset)
     pair = lambda a, b: f"{a:.2f} / {b:.2f}"
-    return [name, f"{1e3 * result.offset:.2f} ± {1e3 * result.offset_std:.2f}", f"{1e3 * result.alignment.offset:.1f}", f"{offset}",
-            f"{np.abs(errors).max():.5f} / {np.sqrt(np.mean(errors**2)):.5f}",
-            pair(1e3 * result.spread_median, 1e3 * result.spread_rms), pair(*blocks), pair(*halves), pair(*peer), pair(median, rms)]
+    row = [name, f"{1e3 * result.offset:.2f} ± {1e3 * result.offset_std:.2f}", f"{1e3 * result.alignment.offset:.1f}", f"{offset}",
+           f"{np.abs(errors).max():.5f} / {np.sqrt(np.mean(errors**2)):.5f}",
+           pair(1e3 * result.spread_median, 1e3 * result.spread_rms), pair(*blocks), pair(*halves), pair(*peer), pair(median, rms)]
+    worst = np.abs(errors).max()
+    lines = [judge.Line(f"{name}: worst of {shifts} injected shifts", f"{worst:.5f} ms", "within 1 ms", worst <= 1)]
+    if name == "robot_arm_real":
+        lines.append(judge.Line(f"{name}: median spread, poses left out", f"{blocks[0]:.2f} mm", f"below {median} mm", blocks[0] < median,
+                                f"OpenCV at the peer's offset {peer[0]:.2f} mm, published {median} mm"))
+        doubt = 1.96e3 * result.offset_std
+        lines.append(judge.Line(f"{name}: offset", row[1] + " ms", "interval holds the published", abs(1e3 * result.offset - offset) <= doubt,
+                                f"published {offset} ms",
+                                f"[{1e3 * result.offset - doubt:.2f}, {1e3 * result.offset + doubt:.2f}] ms"))
+    return row, lines
 
 
 def main():
@@ -94,10 +106,11 @@ def main():
     parser.add_argument("folder", nargs="?", type=Path, default=arguments.REFERENCE / "data/handeye_asl_timed")
     parser.add_argument("--shifts", type=int, default=24, help="random shifts a recording")
     given = parser.parse_args()
-    rows = [measure(given.folder, name, given.shifts) for name in track(RECORDINGS, "Recordings")]
+    rows, lines = zip(*(measure(given.folder, name, given.shifts) for name in RECORDINGS))
     columns = ["recording", "offset [ms]", "peer [ms]", "published [ms]", "shift error max / RMS [ms]", "spread median / RMS [mm]",
                "left out, every other 2 s [mm]", "left out, second half [mm]", "peer [mm]", "published [mm]"]
     Console(width=220).print(table(f"Clock offset, kr5 {kr5.__version__}", columns, rows))
+    judge.show(itertools.chain(*lines))
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ import time
 import numpy as np
 from rich.console import Console
 
+import judge
 import kr5
 from kr5 import force
 from kr5_tools.common import table
@@ -63,19 +64,25 @@ def heights(rows):
         found = np.isfinite(other) & np.isfinite(own[list(some)])
         error = 1e6 * np.abs(other - own[list(some)])[found]
         result.append([name, f"{np.sqrt(np.mean(error**2)):.4f} / {error.max():.4f}", f"{1e6 * spent:.0f}"])
-    return table(f"Height of a tilted peg on a tube (7.5 deg, {rows} poses)",
-                 ["method", "difference rms / max [µm]", "time a pose [µs]"], result)
+        worst = error.max()  # of the refined one in the end
+    shown = table(f"Height of a tilted peg on a tube (7.5 deg, {rows} poses)",
+                  ["method", "difference rms / max [µm]", "time a pose [µs]"], result)
+    return shown, [judge.Line("height, greatest difference", f"{1e-3 * worst:.1e} mm", "1e-7 mm", 1e-3 * worst <= 1e-7,
+                              f"refined brute force, {spent / each:.0f} times the time")]
 
 
 def book():
     azimuth = np.arange(0, 360, 0.01)  # of the tilt axis, as the book counts
     profile = 1e3 * force.resting_heights(BODIES, TILT, np.radians(azimuth - 90), *CENTRE)
-    rows = []
+    rows, lines = [], []
     for name, low, high, printed in (("cusp over the bore", 90, 180, 133.7), ("smooth, outer edge", 270, 360, 313.7)):
         part = (azimuth >= low) & (azimuth < high)
         k = np.flatnonzero(part)[np.argmin(profile[part])]
         rows.append([name, f"{azimuth[k]:.2f}", f"{printed:.1f}", f"{profile[k]:.4f}"])
-    return table("The book's example, offset (-7.53, -7.2) mm", ["minimum", "azimuth [deg]", "book [deg]", "height [mm]"], rows)
+        lines.append(judge.Line(f"book's example, {name}", f"{azimuth[k]:.2f} deg", "as printed",
+                                abs(azimuth[k] - printed) <= 0.05, f"book {printed} deg"))
+    shown = table("The book's example, offset (-7.53, -7.2) mm", ["minimum", "azimuth [deg]", "book [deg]", "height [mm]"], rows)
+    return shown, lines
 
 
 def leaning(alpha):
@@ -110,7 +117,9 @@ def roll(steps=6000, held=15.0, mass=1.5, guide=20.0):
             ["direction of the depth minimum, error [deg]", f"{direction:+.2f}"],
             ["vertical force, RMS about the held one [N]", f"{np.sqrt(np.mean((np.array(normal) - held) ** 2)):.4f}"],
             ["contacts of one pose, called from Python [µs]", f"{1e6 * spent / steps:.1f}"]]
-    return table("A simulated roll once round the tube, 15 N held", ["what", "value"], rows)
+    shown = table("A simulated roll once round the tube, 15 N held", ["what", "value"], rows)
+    return shown, [judge.Line("roll, mean height error", f"{error.mean():.3f} µm", "10 µm", error.mean() <= 10, "closed form"),
+                   judge.Line("roll, direction of the minimum", f"{direction:+.2f} deg", "within 1.5 deg", abs(direction) <= 1.5, "truth")]
 
 
 def main():
@@ -118,8 +127,12 @@ def main():
     parser.add_argument("--rows", type=int, default=20000, help="poses of the height")
     given = parser.parse_args()
     console = Console(width=120)
-    for part in (heights(given.rows), book(), roll()):
-        console.print(part)
+    judged = []
+    for part in judge.steps((lambda: heights(given.rows), book, roll), "Parts"):
+        shown, lines = part()
+        console.print(shown)
+        judged += lines
+    judge.show(judged)
 
 
 if __name__ == "__main__":

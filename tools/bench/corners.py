@@ -6,11 +6,13 @@ Peers come from PyPI: pip install 'opencv-contrib-python-headless<5'. AprilTag's
 (refine_edges on), through `refine="none"`; OpenCV starts from the same marker with each of its refinements.
 """
 
+import itertools
 
 import cv2
 import numpy as np
 
 import arguments
+import judge
 import kr5
 from kr5 import vision
 
@@ -59,26 +61,28 @@ def main():
     rng = np.random.default_rng(1)
     names = ["kr5", "AprilTag", *OPENCV]
     total, missed, images = {n: [] for n in names}, dict.fromkeys(names, 0), 0
-    for side in (25, 50, 100, 150):
-        for blur in (0.5, 1.0, 2.0):
-            for noise in (0.0, 4.0, 8.0):
-                for _ in range(trials):
-                    target = vision.parse_target(f"tag:36h11:{rng.integers(587)}:0.05")
-                    seen = seen_by_all(*scene(rng, side, blur, noise, camera, target), camera)
-                    images += 1
-                    for n in names:
-                        missed[n] += n not in seen
-                    if len(seen) == len(names):  # all on the same images
-                        for n in names:
-                            total[n].append(seen[n])
-    rms = {n: float(np.sqrt(np.mean(np.square(total[n])))) for n in names}
-    print(f"{images} images, {len(total['kr5'])} of them found by all")
-    # A peer may count pixels from another corner of the pixel: its best constant shift is forgiven in the third column.
+    cases = list(itertools.product((25, 50, 100, 150), (0.5, 1.0, 2.0), (0.0, 4.0, 8.0)))
+    for side, blur, noise in judge.steps(cases, "Sizes, blurs and noises"):
+        for _ in range(trials):
+            target = vision.parse_target(f"tag:36h11:{rng.integers(587)}:0.05")
+            seen = seen_by_all(*scene(rng, side, blur, noise, camera, target), camera)
+            images += 1
+            for n in names:
+                missed[n] += n not in seen
+            if len(seen) == len(names):  # all on the same images
+                for n in names:
+                    total[n].append(seen[n])
+    # A peer may count pixels from another corner of the pixel: its best constant shift is forgiven.
     shift = {n: np.mean([e.mean(axis=1) for e in total[n]], axis=0) for n in names}
-    centred = {n: float(np.sqrt(np.mean(np.square([e - shift[n][:, None] for e in total[n]])))) for n in names}
-    print(f"{'corners':18} {'rms [px]':>9} {'over kr5':>9} {'less shift':>10} {'missed':>7}")
-    for n in names:
-        print(f"{n:18} {rms[n]:9.4f} {rms[n] / rms['kr5']:9.1f} {centred[n]:10.4f} {missed[n]:7}")
+    of_image = {n: np.sqrt(np.mean(np.square([e - shift[n][:, None] for e in total[n]]), axis=(1, 2))) for n in names[1:]}
+    of_image["kr5"] = np.sqrt(np.mean(np.square(total["kr5"]), axis=(1, 2)))
+    rms = {n: float(np.sqrt(np.mean(e**2))) for n, e in of_image.items()}
+    lines = []
+    for n in names[1:]:
+        d = judge.rms_difference(of_image["kr5"], of_image[n])
+        lines.append(judge.Line(f"RMS corner error beside {n}", f"{rms['kr5']:.4f} px, missed {missed['kr5']}", "below", d.high < 0,
+                                f"{rms[n]:.4f} px, missed {missed[n]}", d.text("px")))
+    judge.show(lines, f"{images} images, {len(total['kr5'])} of them found by all; constant shifts of the others forgiven")
 
 
 if __name__ == "__main__":

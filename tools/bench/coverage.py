@@ -2,14 +2,18 @@
 
     python tools/bench/coverage.py BUILD_FOLDER [--quick]
 
-Every test judges its own count by its binomial limits; --quick runs the part that CI runs.
+Every test judges its own count by its binomial limits and writes it down for the table here; --quick runs the part that
+CI runs.
 """
 
 import os
 import subprocess
 import sys
+import tempfile
+from pathlib import Path
 
 import arguments
+import judge
 
 PROGRAMS = ("calibration_hand_eye_test", "calibration_tool_test", "calibration_timed_hand_eye_test",
             "vision_camera_calibration_test", "vision_target_pose_test", "vision_marker_map_test")
@@ -17,17 +21,26 @@ PROGRAMS = ("calibration_hand_eye_test", "calibration_tool_test", "calibration_t
 
 def main() -> int:
     given = arguments.parser(__doc__, build=True).parse_args()
-    environment = dict(os.environ) if given.quick else {**os.environ, "KR5_FULL": "1"}
-    failed = 0
-    for name in PROGRAMS:
-        program = given.build.resolve() / "tests" / name
-        if not program.exists():
-            sys.exit(f"{program}: no such file; build it: cmake --build {given.build} --target {name}")
-        done = subprocess.run([program, "--use-colour", "no"], env=environment, capture_output=True, text=True)
-        failed += done.returncode != 0
-        print(f"{name:34} {done.stdout.strip().splitlines()[-1]}", flush=True)
-        if done.returncode:
-            print(done.stdout)
+    failed, lines = 0, []
+    with tempfile.TemporaryDirectory() as folder:
+        counts = Path(folder) / "counts.csv"
+        environment = {**os.environ, "KR5_COVERAGE": str(counts)} | ({} if given.quick else {"KR5_FULL": "1"})
+        for name in judge.steps(PROGRAMS, "Programs"):
+            program = given.build.resolve() / "tests" / name
+            if not program.exists():
+                sys.exit(f"{program}: no such file; build it: cmake --build {given.build} --target {name}")
+            done = subprocess.run([program, "--use-colour", "no", "*95 %*,*stated doubt*,*chi-square"], env=environment,
+                                  capture_output=True, text=True)
+            failed += done.returncode != 0
+            if done.returncode:
+                print(done.stdout)
+        for row in counts.read_text().splitlines():
+            what, inside, trials = row.rsplit(",", 2)
+            low, high = judge.rate(int(inside), int(trials))
+            rate = int(inside) / int(trials)
+            reached = 0.93 <= rate <= 0.97 if int(trials) >= 2000 else high >= 0.93 and low <= 0.97
+            lines.append(judge.Line(what, f"{inside} of {trials}", "0.93 to 0.97", reached, interval=judge.rate_text(int(inside), int(trials))))
+    judge.show(lines, "How often the 95 % region holds the truth (below 2000 trials the interval must reach into what is wanted)")
     return 1 if failed else 0
 
 

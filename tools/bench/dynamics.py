@@ -13,6 +13,8 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
+import judge
+
 from kr5.cell import load_cell
 from kr5.kinematics import Body, Dynamics
 
@@ -67,8 +69,10 @@ def main() -> None:
     loop = best(lambda: [flange_by_loop(rows, v) for v in sample], 3) / len(sample)
     batch = best(lambda: chain.flanges(q), 5) / count
     worst = max(np.abs(flange_by_loop(rows, v) - T).max() for v, T in zip(sample, chain.flanges(sample)))
-    print(f"forward kinematics of {count} postures: {batch * 1e6:.2f} us each, Python loop {loop * 1e6:.1f} us each "
-          f"({loop / batch:.0f} times slower); largest difference {worst:.1e}")
+    lines = [
+        judge.Line(f"flange of {count} postures", f"{batch * 1e6:.2f} us each", "20 times as fast", loop >= 20 * batch,
+                   f"Python loop {loop * 1e6:.1f} us, {loop / batch:.0f} times"),
+        judge.Line("its largest difference", f"{worst:.1e}", "1e-10", worst <= 1e-10, "Python loop")]
 
     n = min(count, 50_000)
     q, qd, qdd = q[:n], random.uniform(-2, 2, (n, 6)), random.uniform(-5, 5, (n, 6))
@@ -79,8 +83,12 @@ def main() -> None:
     theirs = best(lambda: [pin.rnea(model, data, *v) for v in zip(q, qd, qdd)], 3) / n
     tau = arm.loads(q, qd, qdd)[0]
     worst = max(np.abs(pin.rnea(model, data, *v) - t).max() for *v, t in zip(q[:2000], qd, qdd, tau))
-    print(f"inverse dynamics: {ours * 1e6:.2f} us a row; Pinocchio from Python {theirs * 1e6:.2f} us, in C++ "
-          f"{PINOCCHIO_CPP * 1e6:.2f} us; largest difference {worst:.1e} N m of {np.abs(tau).max():.0f}")
+    lines += [
+        judge.Line("inverse dynamics, a row", f"{ours * 1e6:.2f} us", "no slower than Pinocchio in C++", ours <= PINOCCHIO_CPP,
+                   f"Pinocchio {PINOCCHIO_CPP * 1e6:.2f} us in C++, {theirs * 1e6:.2f} us from Python"),
+        judge.Line("its largest difference", f"{worst:.1e} N m of {np.abs(tau).max():.0f}", "1e-10 of the largest",
+                   worst <= 1e-10 * np.abs(tau).max(), "Pinocchio")]
+    judge.show(lines, "Kinematics and dynamics")
 
 
 if __name__ == "__main__":

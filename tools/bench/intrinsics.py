@@ -13,9 +13,9 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from scipy import stats
 
 import arguments
+import judge
 import kr5
 from kr5 import vision
 
@@ -90,7 +90,6 @@ def compare_fits(data: dict) -> list[dict]:
             result, *_ = ours(views, size, lens=lens, square_pixels=False, bent_target=False, robust=False,
                               reject_views=False, folds=0)
             rows.append({"camera": side, "lens": lens, "ours_px": result.rms_px, "opencv_px": rms})
-            print(f"RMS {side:5} {lens:9}  ours {result.rms_px:.5f}  OpenCV {rms:.5f} px")
     return rows
 
 
@@ -108,30 +107,43 @@ def answers(views: list, size: tuple[int, int]) -> dict[str, tuple]:
 
 def difference(ours: list[float], peer: list[float]) -> dict:
     """Ours less the peer's, paired, with Student's 95 % interval."""
-    d = np.array(ours) - np.array(peer)
-    half = stats.t.ppf(0.975, len(d) - 1) * d.std(ddof=1) / np.sqrt(len(d))
-    return {"mean_px": float(d.mean()), "interval_px": [float(d.mean() - half), float(d.mean() + half)],
-            "median_px": float(np.median(d)), "ours_lower": int((d < 0).sum()), "of": len(d)}
+    d, by_split = judge.difference(ours, peer), np.array(ours) - np.array(peer)
+    return {"mean_px": d.mean, "interval_px": [d.low, d.high], "median_px": float(np.median(by_split)),
+            "ours_lower": int((by_split < 0).sum()), "of": len(by_split)}
+
+
+def judged(out: dict) -> list[judge.Line]:
+    lines = [judge.Line(f"RMS of the fit, {r['camera']}, {r['lens']}", f"{r['ours_px']:.5f} px", "no worse",
+                        r["ours_px"] <= r["opencv_px"] * (1 + 1e-5), f"OpenCV {r['opencv_px']:.5f} px") for r in out["fit"]]
+    rms = out["held_out"]["mean_rms_px"]
+    for mine in (n for n in rms if n.startswith("kr5")):
+        for peer in (n for n in rms if n.startswith("OpenCV")):
+            d = out["held_out"][f"{mine} - {peer}"]
+            interval = judge.Difference(d["mean_px"], *d["interval_px"])
+            lines.append(judge.Line(f"held out, {mine.removeprefix('kr5, ')}", f"{rms[mine]:.4f} px", "below", interval.high < 0,
+                                    f"{peer} {rms[peer]:.4f} px", interval.text("px", "+.4f")))
+    for name, ms in out["milliseconds"].items():
+        if name.endswith("ours"):
+            lens = name.removesuffix(": ours")
+            theirs = out["milliseconds"][f"{lens}: OpenCV"]
+            lines.append(judge.Line(f"processor time, 24 views x 140 corners, {lens}", f"{ms:.1f} ms", "50 ms", ms <= 50, f"OpenCV {theirs:.1f} ms"))
+    return lines
 
 
 def compare_held_out(data: dict, splits: int, seed: int = 1) -> dict:
     """RMS over the judged points of each split and camera."""
     random = np.random.default_rng(seed)
     rms: dict[str, list[float]] = {}
-    for _ in range(splits):
+    for _ in judge.steps(range(splits), "Splits"):
         for views, size in data.values():
             order = random.permutation(len(views))
             for name, camera in answers([views[i] for i in order[:7]], size).items():
                 errors = np.concatenate([held_out(views[i], *camera) for i in order[7:]])
                 rms.setdefault(name, []).append(float(np.sqrt(errors.mean())))
     out: dict = {"mean_rms_px": {name: float(np.mean(values)) for name, values in rms.items()}}
-    for name, value in out["mean_rms_px"].items():
-        print(f"held out  {name:20} {value:.4f} px")
-    for mine in ("kr5, board as found", "kr5, board as named"):
-        for peer in ("OpenCV default", "OpenCV rational"):
-            d = out[f"{mine} - {peer}"] = difference(rms[mine], rms[peer])
-            print(f"{mine} less {peer}: {d['mean_px']:+.4f} px, 95 % [{d['interval_px'][0]:+.4f}, {d['interval_px'][1]:+.4f}], "
-                  f"median {d['median_px']:+.4f}, lower in {d['ours_lower']} of {d['of']}")
+    for mine in (n for n in rms if n.startswith("kr5")):
+        for peer in (n for n in rms if n.startswith("OpenCV")):
+            out[f"{mine} - {peer}"] = difference(rms[mine], rms[peer])
     return out
 
 
@@ -162,11 +174,10 @@ def compare_speed(repeats: int = 15) -> dict:
         for name, job in jobs.items():
             times = []
             for _ in range(repeats):
-                start = time.perf_counter()
+                start = time.process_time()
                 job()
-                times.append(time.perf_counter() - start)
+                times.append(time.process_time() - start)
             best[f"{lens}: {name}"] = 1e3 * float(np.median(times))
-            print(f"24 views x 140 corners, {lens:9} {name:13} {best[f'{lens}: {name}']:7.1f} ms (median of {repeats})")
     return best
 
 
@@ -177,6 +188,7 @@ def main() -> None:
     folder = given.reference / "data" / "camera_opencv_stereo"
     data = {side: corners(folder, side) for side in ("left", "right")}
     out = {"fit": compare_fits(data), "held_out": compare_held_out(data, given.splits), "milliseconds": compare_speed()}
+    judge.show(judged(out), f"Intrinsics, {given.splits} splits of both cameras")
     if given.json:
         given.json.write_text(json.dumps(out, indent=1))
 

@@ -16,9 +16,9 @@ from collections import defaultdict
 from pathlib import Path
 
 import arguments
-from rich.console import Console
+import judge
 
-from kr5_tools.common import table, working
+from kr5_tools.common import working
 
 
 def count(program: Path, quick: bool) -> dict[str, dict[str, int]]:
@@ -39,25 +39,23 @@ def count(program: Path, quick: bool) -> dict[str, dict[str, int]]:
         return counts
 
 
-def lower_bound(right: int, trials: int) -> float:
-    """Exact lower end of the 95 % interval of a rate."""
-    from scipy.stats import beta
-
-    return float(beta.ppf(0.025, right, trials - right + 1)) if right else 0.0
-
-
 def main() -> None:
     given = arguments.parser(__doc__, build=True).parse_args()
     program = given.build / "tests/calibration_hand_eye_diagnosis_test"
     if not program.exists():
         sys.exit(f"{program}: no such file; build it: cmake --build {given.build} --target {program.name}")
-    rows = []
+    lines = []
     for truth, named in count(program.resolve(), given.quick).items():
-        wanted = "none" if truth.startswith("sound") else truth
-        trials, right = sum(named.values()), named.get(wanted, 0)
-        others = ", ".join(f"{name} {n}" for name, n in sorted(named.items()) if name != wanted)
-        rows.append([truth, f"{right} of {trials}", f"{lower_bound(right, trials):.3f}", others])
-    Console(width=160).print(table("Cause named first", ["fault", "right", "lower 95 % bound [-]", "otherwise"], rows))
+        sound = truth.startswith("sound")
+        name = "none" if sound else truth
+        trials, right = sum(named.values()), named.get(name, 0)
+        others = ", ".join(f"{other} {n}" for other, n in sorted(named.items()) if other != name)
+        reached = right >= 0.95 * trials if sound else judge.rate(right, trials)[0] >= 0.9
+        wanted = "rate ≥ 0.95, nothing named" if sound else "lower bound ≥ 0.90"
+        lines.append(judge.Line(truth, f"{right} of {trials}", wanted, reached, f"named else: {others}" if others else "–",
+                                judge.rate_text(right, trials)))
+    few = "; six draws a fault cannot reach the bound: that takes 36" if given.quick else ""
+    judge.show(lines, f"Cause named first (no other software names one){few}")
 
 
 if __name__ == "__main__":

@@ -8,10 +8,10 @@ Needs opencv-contrib-python-headless<5.
 
 import arguments
 import cv2
+import judge
 import kr5
 import numpy as np
 from kr5 import vision
-from kr5_tools.common import track
 
 CAMERA = kr5.Pinhole(width=1280, height=960, fx=1100, fy=1100, cx=639.5, cy=479.5)
 SHEETS = [vision.parse_target(f"grid:{family}:3x3:0.03:0.01") for family in ("36h11", "25h9")]
@@ -45,7 +45,7 @@ def main() -> None:
     trials = parser.parse_args().trials
     random = np.random.default_rng(1)
     errors: dict[str, list] = {"kr5": [], "OpenCV EPnP": []}
-    for seed in track(range(trials), "Images"):
+    for seed in judge.steps(range(trials), "Images"):
         truth = kr5.to_pose(random.normal(0, [0.015] * 3 + [0.05] * 3))
         views = seen(truth, seed)
         if len(views) < 2:
@@ -53,11 +53,12 @@ def main() -> None:
         for name, T in (("kr5", kr5.calibrate_single_image(views, CAMERA).T_flange_camera), ("OpenCV EPnP", epnp(views))):
             d = kr5.pose_difference(truth, T)
             errors[name].append((1e3 * np.linalg.norm(d[:3]), np.degrees(np.linalg.norm(d[3:]))))
-    print(f"{trials} images, both sheets seen in {len(errors['kr5'])}; RMS error of the camera's pose")
-    rms = {name: np.sqrt(np.mean(np.square(e), axis=0)) for name, e in errors.items()}
-    for name, (mm, deg) in rms.items():
-        print(f"{name:12} {mm:8.4f} mm {deg:8.5f} deg")
-    print(f"wanted: not above OpenCV's; {'reached' if (rms['kr5'] <= rms['OpenCV EPnP']).all() else 'NOT reached'}")
+    ours, theirs = (np.array(e).T for e in errors.values())
+    lines = []
+    for what, unit, a, b in (("position", "mm", ours[0], theirs[0]), ("rotation", "deg", ours[1], theirs[1])):
+        d, rms = judge.rms_difference(a, b), [f"{np.sqrt((e**2).mean()):.4g} {unit}" for e in (a, b)]
+        lines.append(judge.Line(f"RMS {what} of the camera", rms[0], "not significantly above", d.low <= 0, f"EPnP {rms[1]}", d.text(unit)))
+    judge.show(lines, f"{trials} images, both sheets seen in {len(ours[0])}")
 
 
 if __name__ == "__main__":
