@@ -1,4 +1,4 @@
-"""`kr5 gap`: how far a simulation is from what was recorded."""
+"""`kr5 gap`: how far a simulation is from what was recorded, and why."""
 
 import json
 from pathlib import Path
@@ -6,10 +6,11 @@ from typing import Annotated, Any
 
 import typer
 
-from . import common, gap_bench
+from . import common, gap_bench, gap_diagnose
 
 app = typer.Typer(no_args_is_help=True)
 gap_bench.add_to(app)
+gap_diagnose.add_to(app)
 
 Folder = Annotated[Path, typer.Argument(metavar="RECORDING", help="The folder of a recording (recording.yaml).")]
 CellFile = Annotated[Path | None, typer.Option("--cell", metavar="CELL.yaml", help="The cell to simulate; by default the recording's own.")]

@@ -56,14 +56,17 @@ void add_joint_drive(HypothesisBuilder& b, int joint) {
            sizes::scale * drives.torque_constant(joint), 0.1 * drives.torque_constant(joint));
   const double rotor = std::max(drives.rotor_inertia(joint), 1e-6);
   b.number("rotor_inertia", at, "rotor_inertia", drives.rotor_inertia(joint), sizes::part * rotor, 0.0);
-  // Torque -stiffness (q - rest): linear in stiffness and stiffness rest; the bounds keep rest within its own.
+  // Torque -stiffness (q - rest): linear in stiffness and stiffness rest. A dress pack rests within reach of the joint:
+  // one that rests far away would be a constant torque by another name.
   const double spring = sizes::part * dry;
+  const auto& limits = b.cell.robot.limits;
+  const double first = limits ? limits->lower(joint) - 0.5 : -6.3, last = limits ? limits->upper(joint) + 0.5 : 6.3;
   b.add("cable_spring", at, {{1e-3}, {}},
         [=](Cell& c, const Point& x) {
           set_effect(c, "cable_spring", at, "stiffness", EffectValue(spring * x(0)));
-          set_effect(c, "cable_spring", at, "rest", EffectValue(std::clamp(x(1) / std::max(x(0), 1e-3), -25.0, 25.0)));
+          set_effect(c, "cable_spring", at, "rest", EffectValue(std::clamp(x(1) / std::max(x(0), 1e-3), first, last)));
         },
-        {{{point({1.0, 0.0}), point({1.0, 1.0})}}});
+        {{{point({1.0, first}), point({1.0, last})}}});
   // Compliance is nearly linear, stiffness is not: 1 is an angle of `sizes::angle` under three times the dry friction.
   const double compliance = sizes::angle / (3 * dry);
   b.add("joint_elasticity", at, {{0.0, 1e3}},

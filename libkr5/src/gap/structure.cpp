@@ -185,8 +185,12 @@ Structure structure(const Data& data, const Group& group, const Eigen::VectorXd&
     out.dependences.push_back(
         {test.variable, test.how, 1.0 - p, std::clamp((test.statistic - test.dof) / excess, 0.0, 1.0)});
   }
-  std::sort(out.dependences.begin(), out.dependences.end(),
-            [](const Dependence& a, const Dependence& b) { return a.share > b.share; });
+  // That it lasts longer than a sample is said only where nothing tells what it depends on.
+  const auto lasts = [](const Dependence& d) { return d.how.starts_with("slower than"); };
+  std::sort(out.dependences.begin(), out.dependences.end(), [&](const Dependence& a, const Dependence& b) {
+    return lasts(a) != lasts(b) ? lasts(b) : a.share > b.share;
+  });
+  if (!out.dependences.empty() && !lasts(out.dependences.front())) std::erase_if(out.dependences, lasts);
   return out;
 }
 

@@ -1,0 +1,117 @@
+"""`kr5 gap diagnose`: why simulation and cell disagree."""
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+import kr5.gap
+
+from . import common
+from .options import options_from
+
+Folder = Annotated[Path, typer.Argument(metavar="RECORDING", help="The folder of a recording (recording.yaml).")]
+WriteCell = Annotated[Path | None, typer.Option("--write-cell", metavar="CELL.yaml", help="Write the cell with the causes added here.")]
+WORDS = {
+    "no_gap": ("green", "the nominal cell explains the recording"),
+    "explained": ("green", "with the causes below nothing structured is left"),
+    "partly_explained": ("yellow", "the causes below are found, and a structured gap remains"),
+    "unknown": ("red", "a gap stands above the floor that no effect of the catalogue explains"),
+}
+
+
+def add_to(app: typer.Typer) -> None:
+    app.command("diagnose", epilog="Example: kr5 gap diagnose recordings/monday --json gap.json --write-cell tuned.yaml")(diagnose)
+
+
+@options_from(kr5.gap.DiagnoseOptions)
+def diagnose(
+    folder: Folder,
+    options: kr5.gap.DiagnoseOptions,
+    write_cell: WriteCell = None,
+    full: common.Grade = False,
+    json_file: common.Json = None,
+    output: common.Output = None,
+) -> None:
+    """Says where the gap lies, which effects cause it, how far it shrinks, and what stays unknown.
+
+    Effects are fitted on the `fit` experiments of the recording and judged on its `check` experiments.
+    """
+    import kr5.cell
+
+    options.validate()
+    recording = kr5.cell.load_recording(folder)
+    found = _diagnose(recording, common.simulator(full), options)
+    data = json.loads(found.to_json())
+    if write_cell:
+        kr5.cell.save_cell(found.cell, write_cell)
+    if output:
+        common.write_json({**data, "input": {"recording": str(folder)}, "seconds": found.seconds}, output)
+    common.write_json(data, json_file)
+    show(found, common.console(json_file))
+
+
+def _diagnose(recording: Any, simulator: Any, options: Any) -> Any:
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+    if not common.errors.is_terminal:
+        return kr5.gap.diagnose(recording, simulator, options)
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn())
+    with Progress(*columns, console=common.errors, transient=True) as bars:
+        tasks: dict[str, Any] = {}
+
+        def progress(stage: str, fraction: float) -> None:
+            if stage not in tasks:
+                tasks[stage] = bars.add_task(stage, total=1.0)
+            bars.update(tasks[stage], completed=fraction)
+
+        return kr5.gap.diagnose(recording, simulator, options, progress)
+
+
+def show(found: Any, to: Any) -> None:
+    """The diagnosis for people."""
+    word = str(found.verdict)
+    colour, text = WORDS[word]
+    to.print(f"[bold {colour}]{word}[/]: {text}.", soft_wrap=True)
+    for warning in found.warnings:
+        to.print(f"[yellow]note:[/yellow] {warning}.", soft_wrap=True)
+    if found.scatter:
+        to.print(f"Masses and torque constants scatter by about {100 * found.scatter:.1f} %, friction by twice that; no cause.")
+    if found.where:
+        to.print(_places("Where", found.where[:12], True))
+    for cause in found.causes:
+        to.print(_cause(cause), soft_wrap=True)
+    if found.shrink.columns:
+        low, high = found.shrink.after_ci.low, found.shrink.after_ci.high
+        to.print(f"The gap goes from {found.shrink.before:.2f} to {found.shrink.after:.2f} ({low:.2f} to {high:.2f}) times the "
+                 "noise, over the columns above the floor, on experiments not used to fit.", soft_wrap=True)
+    if found.unexplained:
+        to.print(_places("Structure that stays", found.unexplained[:12], False))
+    if found.next_experiment.separates:
+        to.print(f"To tell apart {', '.join(found.next_experiment.separates)}: {found.next_experiment.to_dict()['do']}.", soft_wrap=True)
+
+
+def _places(title: str, places: Any, share: bool) -> Any:
+    rows = [[f"{p.experiment}.{p.column}", p.target, p.gap, *([p.share] if share else []),
+             "; ".join(f"{d.variable}: {d.how}" for d in p.depends_on[:2])] for p in places]
+    out = common.table(title, ["column", "of", "gap [-]", *(["share [-]"] if share else []), "depends on"], rows)
+    for column in (1, -1):
+        out.columns[column].justify = "left"
+    return out
+
+
+def _cause(cause: Any) -> str:
+    from rich.markup import escape
+
+    values = []
+    for p in cause.parameters:
+        if len(p.value) == 16:
+            values.append(f"{p.name} shifted, ± {max(p.std[:3]):.2g} m, ± {max(p.std[3:]):.2g} rad")
+            continue
+        numbers = ", ".join(f"{common.number(v, s)} ± {common.number(s, s)}" if s else f"{v:g}"
+                            for v, s in zip(p.value, p.std))
+        values.append(f"{p.name} {numbers} {p.unit}")
+    tied = "".join(f"; not to be told from {t.effect} on {t.target}" for t in cause.tied_with)
+    return (f"[bold]{cause.effect}[/bold] on {cause.target}, probability {cause.probability:.2f}: "
+            f"{escape('; '.join(values))}; closes {100 * cause.gap_closed:.0f} % of the gap it meets{tied}.")
