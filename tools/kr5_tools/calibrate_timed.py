@@ -36,7 +36,8 @@ def timed(
     if not result.fit.usable:
         raise typer.Exit(2)
     if png is not None:
-        from .plots import STYLE, alignment, plt
+        from .plot_style import STYLE, plt
+        from .plots import alignment
 
         with plt.rc_context(STYLE):
             drawn = alignment(data)

@@ -11,7 +11,7 @@ import numpy as np  # noqa: E402
 from matplotlib.figure import Figure  # noqa: E402
 from mpl_toolkits.mplot3d import proj3d  # noqa: E402
 
-from .plots import BLUE, GREEN, GREY, RED, STYLE  # noqa: E402
+from .plot_style import BLUE, GREEN, GREY, RED, STYLE  # noqa: E402
 
 AXES = (RED, GREEN, BLUE)
 LINK, JOINT, JOINT_TEXT = "#374151", "#f59e0b", "#92400e"

@@ -64,7 +64,8 @@ def recorded_runs(recording: Any, cell: Any, most: int) -> list[dict[str, Any]]:
 
 def joint_by_joint(cell: Any) -> dict[str, Any]:
     """A tour from the rest posture: each joint to both sides, within its limits."""
-    from .cell import is_slide, rest_posture
+    from .cell import rest_posture
+    from .cell_frames import is_slide
 
     rest, limits = rest_posture(cell, None), cell.robot.limits
     t, q = [], []
@@ -82,7 +83,7 @@ def joint_by_joint(cell: Any) -> dict[str, Any]:
 
 def scene(cell: Any, runs: list[dict[str, Any]]) -> dict[str, Any]:
     """What the page draws: the arm's rows, what it carries, what stands beside it, and the postures."""
-    from .cell import target_frames
+    from .cell_frames import target_frames
 
     tube, peg, sphere, board = cell.tube, cell.peg, cell.laser and cell.laser.target, cell.board
     boards = [{"T": T, "rows": board.rows, "cols": board.cols, "marker": board.marker, "gap": board.gap}

@@ -1,0 +1,42 @@
+"""The frames of a cell, by name."""
+
+from typing import Any
+
+DEG = 57.29577951308232
+
+
+def is_slide(cell: Any, joint: int) -> bool:
+    return str(cell.robot.dh[joint].type) == "prismatic"
+
+
+def frames(cell: Any, q: list[float]) -> list[dict[str, Any]]:
+    """Every frame of the cell in the base, as in result files."""
+    links = {f"link {i + 1}": T for i, T in enumerate(cell.link_poses(q))}
+    return [{"name": name, "parent": None, "T": T} for name, T in {**links, **fixed_frames(cell), **carried_frames(cell, q)}.items()]
+
+
+def target_frames(cell: Any, key: str) -> dict[str, Any]:
+    """Poses of the board and the targets that have `key`, T_B_W or T_F_W; numbered when there are several."""
+    boards = [("board", cell.board)] if cell.board else []
+    boards += [(t.name or str(t.kind), t) for t in cell.targets]
+    letters = ["W"] if len(boards) == 1 else [f"W{i + 1}" for i in range(len(boards))]
+    poses = {f"{letter} {name}": getattr(board, key, None) for letter, (name, board) in zip(letters, boards)}
+    return {name: T for name, T in poses.items() if T is not None}
+
+
+def fixed_frames(cell: Any) -> dict[str, Any]:
+    """Pose in the base of each frame that stands still."""
+    out = target_frames(cell, "T_B_W")
+    if cell.camera and cell.camera.T_B_C is not None:
+        out["C camera"] = cell.camera.T_B_C
+    if cell.tube:
+        out["T tube"] = cell.tube.T_B_T
+    return out
+
+
+def carried_frames(cell: Any, q: list[float]) -> dict[str, Any]:
+    """Pose in the base of each frame that the flange carries."""
+    T_B_F = cell.flange(q)
+    on_flange = {"S force sensor": cell.tool and cell.tool.T_F_S, "E tool tip": cell.tool and cell.tool.T_F_E,
+                 "C camera": cell.T_F_C(), "L scanner": cell.T_F_L(), **target_frames(cell, "T_F_W")}
+    return {"F flange": T_B_F, **{name: T_B_F @ T for name, T in on_flange.items() if T is not None}}
