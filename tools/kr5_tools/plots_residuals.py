@@ -52,11 +52,11 @@ def view_errors(data: dict) -> Figure | None:
 
 
 def robot_positions(data: dict) -> Figure | None:
-    return _view_bars(data, "robot_position", 1e3, "shift of the robot that would explain it [mm]")
+    return _view_bars(data, "robot_position", 1e3, "shift of the robot [mm]")
 
 
 def robot_rotations(data: dict) -> Figure | None:
-    return _view_bars(data, "robot_rotation", 180 / np.pi, "turn of the robot that would explain it [deg]")
+    return _view_bars(data, "robot_rotation", 180 / np.pi, "turn of the robot [deg]")
 
 
 def touch_errors(data: dict) -> Figure | None:
