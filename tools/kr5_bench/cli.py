@@ -81,11 +81,13 @@ def score_command(folder: Folder, seal: Seal = None, json: Json = None) -> None:
     judged, results = {}, folder / "results"
     methods = [m for m in ("kr5", *plain.METHODS) if (results / m).is_dir()]
     for method in methods:
-        tried = {p.name for p in (results / method).iterdir()}
-        judged[method] = [c for c in load(seal_of(folder, seal), results / method) if method == "kr5" or c.name in tried]
-    if not judged:
+        cells = load(seal_of(folder, seal), results / method)
+        judged[method] = [c for c in cells if c.seconds is not None]
+        if len(judged[method]) < len(cells):
+            errors.print(f"{method}: {len(cells) - len(judged[method])} of {len(cells)} recordings were not tried, and are not counted")
+    if not any(judged.values()):
         raise typer.BadParameter(f"{results}: nothing diagnosed there; run `python -m kr5_bench run {folder}` first")
-    scores = {method: score(cells) for method, cells in judged.items()}
+    scores = {method: score(cells) for method, cells in judged.items() if cells}
     console = Console(highlight=False)
     tables(scores, console if console.is_terminal else Console(highlight=False, width=60 + 24 * len(scores)))
     for picture in pictures(scores, judged, folder / "score"):

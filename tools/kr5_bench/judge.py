@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.spatial.transform import Rotation
+from scipy.stats import chi2
 
 from .truth import pose
 
@@ -26,6 +27,7 @@ class Judged:
     errors: list[tuple[str, str, float, float]] = field(default_factory=list)  # effect, parameter, relative error, sigmas
     closed: float | None = None  # of the excess on a fresh recording
     seconds: float | None = None
+    cpu: float | None = None
     memory: float | None = None
 
     @property
@@ -80,29 +82,26 @@ def parameter_errors(cause: dict, effect: dict) -> list[tuple[str, str, float, f
     return out
 
 
-def limit(gap: float, floor: float = 1.0) -> bool:
-    """Whether a column's gap on the fresh recording stands clear of the floor."""
-    return gap > 1.1 * floor
-
-
-def excess_closed(before: dict | None, after: dict | None) -> float | None:
-    """Share of gap^2 - 1 that is gone, over the columns that exceeded the floor."""
+def excess_closed(before: dict | None, after: dict | None, rows: dict[str, int]) -> float | None:
+    """Share of gap^2 - 1 that is gone, over the columns that exceeded the floor; `rows` of each experiment."""
     if not before or not after:
         return None
-    columns = [c for c, g in before["columns"].items() if g is not None and limit(g) and after["columns"].get(c) is not None]
-    excess = sum(before["columns"][c] ** 2 - 1 for c in columns)
+    squares = {c: g**2 for c, g in before["columns"].items() if g is not None and after["columns"].get(c) is not None}
+    count = {c: max(rows.get(c.rsplit(".", 1)[0], 1), 1) for c in squares}
+    columns = [c for c, g2 in squares.items() if g2 * count[c] > chi2.ppf(0.999, count[c])]
+    excess = sum(squares[c] - 1 for c in columns)
     return 1 - sum(after["columns"][c] ** 2 - 1 for c in columns) / excess if columns else None
 
 
-def judge(name: str, label: dict, diagnosis: dict | None, run: dict | None = None, before=None, after=None) -> Judged:
+def judge(name: str, label: dict, diagnosis: dict | None, run: dict | None = None, before=None, after=None, rows=None) -> Judged:
     out = Judged(name, label, named=[False] * len(label["effects"]))
     if run:
-        out.seconds, out.memory = run["seconds"], run.get("memory")
+        out.seconds, out.cpu, out.memory = run["seconds"], run.get("cpu"), run.get("memory")
     if diagnosis is None:
         return out
     causes = diagnosis.get("causes", [])
     out.verdict = diagnosis.get("verdict", FAILED)
-    out.closed = excess_closed(before, after)
+    out.closed = excess_closed(before, after, rows or {})
     known = [e for e in label["effects"] if e["catalogued"]]
     for cause in causes:
         out.causes.append((float(cause.get("probability", 0.0)), any(is_it(cause, e) for e in known)))

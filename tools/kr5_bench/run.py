@@ -31,7 +31,7 @@ def call(command: str, limit: float, log: Path, **words: Path) -> dict:
                 child.kill()
             time.sleep(0.02)
     child.returncode = os.waitstatus_to_exitcode(status)
-    return {"code": child.returncode, "seconds": time.monotonic() - start, "memory": usage.ru_maxrss * 1024}
+    return {"code": child.returncode, "seconds": time.monotonic() - start, "cpu": usage.ru_utime + usage.ru_stime, "memory": usage.ru_maxrss * 1024}
 
 
 def one(recording: Path, fresh: Path, out: Path, command: str, measure: str, limit: float) -> dict:

@@ -25,14 +25,20 @@ def rate(hits) -> dict:
     return {"hits": sum(hits), "of": len(hits), "rate": sum(hits) / len(hits), "low": interval.low, "high": interval.high}
 
 
+def count_rows(recording: Path) -> dict[str, int]:
+    """Rows of each experiment."""
+    return {file.stem: file.read_bytes().count(b"\n") - 1 for file in recording.glob("*.csv")}
+
+
 def load(seal: Path, results: Path) -> list[Judged]:
-    """Judges every sealed cell; one without a diagnosis counts as failed."""
+    """Judges every sealed cell. One whose diagnosis failed counts as failed; one not tried has no time."""
     out = []
     for name, label in read_seal(seal)["cells"].items():
         at = results / name
         done = read_json(at / DONE)
         told = read_json(at / "diagnosis.json") if done and done["code"] == 0 else None
-        out.append(judge(name, label, told, done, read_json(at / "before.json"), read_json(at / "after.json")))
+        before, after = read_json(at / "before.json"), read_json(at / "after.json")
+        out.append(judge(name, label, told, done, before, after, count_rows(results.parents[1] / "fresh" / name) if before else {}))
     return out
 
 
@@ -140,5 +146,6 @@ def score(cells: list[Judged]) -> dict:
         "parameter_relative_error_median": relative,
         "excess_closed": dict(zip(("low", "median", "high"), quantiles(closed, 0.1, 0.5, 0.9), strict=True)),
         "seconds": dict(zip(("median", "most", "longest"), quantiles([c.seconds for c in cells], 0.5, 0.95, 1.0), strict=True)),
+        "cpu_median": quantiles([c.cpu for c in cells], 0.5)[0],
         "memory": quantiles([c.memory for c in cells], 1.0)[0],
     }

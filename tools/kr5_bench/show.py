@@ -1,5 +1,6 @@
 """Tables and pictures of a score."""
 
+import csv
 from pathlib import Path
 
 import numpy as np
@@ -51,6 +52,7 @@ def more_rows() -> list[tuple]:
         ("ties told with a right first cause, mean", lambda s: number(s["ties_of_first_cause"]), ""),
         ("time, median [s]", lambda s: number(s["seconds"]["median"], "{:.1f}"), ""),
         ("time, longest [s]", lambda s: number(s["seconds"]["longest"], "{:.1f}"), "<= 60"),
+        ("processor time, median [s]", lambda s: number(s["cpu_median"], "{:.1f}"), ""),
         ("memory, most [MiB]", lambda s: number(s["memory"] and s["memory"] / 2**20, "{:.0f}"), "<= 1024"),
     ]
 
@@ -140,6 +142,17 @@ def draw_smallest(cells: list[Judged], file: Path) -> None:
     figure.savefig(file, dpi=140)
 
 
+def write_cells(cells: list[Judged], file: Path) -> None:
+    """One line a cell: what it carries, and what was said."""
+    with file.open("w", newline="") as out:
+        table = csv.writer(out)
+        table.writerow(["cell", "sort", "effects", "size", "verdict", "causes", "first right", "closed", "seconds"])
+        for c in cells:
+            effects = " + ".join(f"{e['effect']} {e['target']}" for e in c.label["effects"])
+            causes = " ".join(f"{p:.2f}{'' if right else '!'}" for p, right in c.causes)
+            table.writerow([c.name, c.sort, effects, c.largest, c.verdict, f"{c.first_named}: {causes}", int(c.first), c.closed, c.seconds])
+
+
 def pictures(scores: dict[str, dict], judged: dict[str, list[Judged]], folder: Path) -> list[Path]:
     """Of the first method the confusion and every size, of all the curves."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -149,4 +162,5 @@ def pictures(scores: dict[str, dict], judged: dict[str, list[Judged]], folder: P
     draw_limit(scores, files[1])
     draw_reliability(scores, files[2])
     draw_smallest(judged[first], files[3])
-    return files
+    write_cells(judged[first], folder / "cells.csv")
+    return [*files, folder / "cells.csv"]
