@@ -48,7 +48,7 @@ inline std::vector<std::string> joints(std::vector<std::string> before, const st
 
 /// Sums of sines in every joint, slow and fast, at rest in the beginning.
 inline Rows motion(Random& random, double t0, int count, double speed) {
-  constexpr double middle[] = {0.0, 0.02, -2.75, 0.0, -0.3, 1.571}, width[] = {0.5, 0.3, 0.3, 0.6, 0.5, 0.8};
+  constexpr double middle[] = {0.0, 0.02, -2.75, 0.0, -0.3, 1.571}, width[] = {1.2, 0.7, 0.6, 1.5, 1.0, 1.8};
   double rate[6][2], phase[6][2];
   for (int j = 0; j < 6; ++j)
     for (int k = 0; k < 2; ++k) {

@@ -145,8 +145,7 @@ class Diagnoser {
   /// The fitted set of these effects; fitted now if it was not.
   const Model& model_of(std::vector<Part> parts) {
     const auto same = [&](const Model& m) {
-      return m.parts.size() == parts.size() &&
-             std::all_of(parts.begin(), parts.end(), [&](const Part& p) {
+      return m.parts.size() == parts.size() && std::all_of(parts.begin(), parts.end(), [&](const Part& p) {
                return std::any_of(m.parts.begin(), m.parts.end(),
                                   [&](const Part& q) { return q.candidate == p.candidate; });
              });
@@ -172,8 +171,7 @@ class Diagnoser {
       }
       if (!dropped) return;
       std::erase_if(models_, [&](const Model& m) {
-        return m.parts.size() == best.parts.size() &&
-               std::all_of(m.parts.begin(), m.parts.end(), [&](const Part& p) {
+        return m.parts.size() == best.parts.size() && std::all_of(m.parts.begin(), m.parts.end(), [&](const Part& p) {
                  return std::any_of(best.parts.begin(), best.parts.end(),
                                     [&](const Part& q) { return q.candidate == p.candidate; });
                });
@@ -191,11 +189,20 @@ class Diagnoser {
     std::vector<double> trusts(best.parts.size(), 1.0);
     if (rest.any())
       for (std::size_t k = 0; k < best.parts.size(); ++k) trusts[k] = trust(problem_, groups_, best, rest, base_, k);
-    add_causes(best, weights, trusts);
+    if (!free_shape_is_likelier(best)) add_causes(best, weights, trusts);
     const Model judged = only_blamed(best);
     if (judged.parts.size() != best.parts.size()) rest = rest_of(problem_, groups_, judged, base_, options_);
     set_verdict(rest);
     fill(judged, before, rest);
+  }
+
+  /// Whether one shape in one column, which no catalogue names, says as much as several effects that act together. It
+  /// is a tenth as likely beforehand as an effect of the catalogue.
+  bool free_shape_is_likelier(const Model& best) const {
+    if (best.parts.size() < 2) return false;
+    const Model empty = empty_model(problem_, base_);
+    const double gain = best_free_shape(data_, groups_, counted(data_, base_), prior_width) / 2;
+    return empty.log_evidence + gain + problem_.log_prior_effect - std::log(10.0) > best.log_evidence;
   }
 
   void add_causes(const Model& best, const Posterior& weights, const std::vector<double>& trusts) {

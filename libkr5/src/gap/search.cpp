@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <memory>
 #include <set>
 #include <string>
@@ -88,17 +89,28 @@ class Searcher {
       if (p.score > best_single + 3.0) add({&empty, {p.first, p.second}});
   }
 
-  /// The best sets of a size, each with one more effect that could explain what it leaves.
+  /// Whether noise alone (three standard deviations of chi-square) would leave as much as a model does.
+  bool at_floor(const Model& model) const {
+    const double n = problem_.data.use.sum();
+    return counted(problem_.data, model.residual).squaredNorm() < n + 3 * std::sqrt(2 * n);
+  }
+
+  /// The best sets of a size, each with one more effect that could explain what it leaves. When the best one leaves
+  /// noise that no effect could lessen, its rivals with one effect more can only be less likely.
   void extend(int size) {
     std::vector<const Model*> best = ranked(size);
     if (best.size() > static_cast<std::size_t>(options_.beam)) best.resize(static_cast<std::size_t>(options_.beam));
-    for (const Model* model : best)
-      for (const Suggestion& s : worth(screen_.rank(problem_, *model), options_.refits / 2)) {
+    for (std::size_t k = 0; k < best.size(); ++k) {
+      const std::vector<Suggestion> all = screen_.rank(problem_, *best[k]);
+      const bool gain = !all.empty() && all.front().score > 0.0;
+      if (k == 0 && !gain && at_floor(*best[k])) return;
+      for (const Suggestion& s : worth(all, options_.refits / 2)) {
         if (s.score <= 0.0) break;
-        std::vector<Part> parts = model->parts;
+        std::vector<Part> parts = best[k]->parts;
         parts.push_back(s.part);
-        add({model, std::move(parts)});
+        add({best[k], std::move(parts)});
       }
+    }
   }
 
   /// The best set without each of its effects.

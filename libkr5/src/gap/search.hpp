@@ -12,7 +12,7 @@
 namespace kr5::gap {
 
 struct SearchOptions {
-  int max_effects = 3;
+  int max_effects = 2;
   int refits = 12;  ///< Single effects fitted through the simulator, at least.
   int beam = 3;     ///< Sets that are carried on.
   int threads = 0;

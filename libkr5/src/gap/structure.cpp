@@ -194,4 +194,26 @@ Structure structure(const Data& data, const Group& group, const Eigen::VectorXd&
   return out;
 }
 
+double best_free_shape(const Data& data, const std::vector<Group>& groups, const Eigen::VectorXd& counted,
+                       double width) {
+  double best = 0.0;
+  const auto take = [&](const Stack& s, const Eigen::VectorXd& shape) {
+    const double square = (shape.array().square() * s.use).sum();
+    if (square <= 0) return;
+    const double size = shape.dot(s.r) / square, rms = std::sqrt(square / s.use.sum());
+    const double cost = std::log1p(width * width * s.use.sum()) + 2 * std::log1p(std::pow(size * rms / width, 2));
+    best = std::max(best, size * size * square - cost);
+  };
+  for (const Group& group : groups) {
+    const Stack s = stack(data, group, counted);
+    take(s, Eigen::VectorXd::Ones(s.r.size()));
+    for (const Variable& v : variables(data, group, counted)) {
+      const double mean = v.values.mean();
+      take(s, (v.values.array() - mean).matrix());
+      if (v.sign.size() > 0) take(s, v.sign.cwiseProduct((v.values.array() - mean).matrix()));
+    }
+  }
+  return best;
+}
+
 }  // namespace kr5::gap

@@ -54,4 +54,10 @@ struct Structure {
 Structure structure(const Data& data, const Group& group, const Eigen::VectorXd& counted, double discrepancy,
                     double level);
 
+/// The catalogue-free hypothesis: the most that one smooth shape in one column (a constant, or a line over what the
+/// column may depend on, also against the direction of motion) takes from the sum of squares, less 2 log of the size a
+/// prior of `width` noise allows it.
+double best_free_shape(const Data& data, const std::vector<Group>& groups, const Eigen::VectorXd& counted,
+                       double width);
+
 }  // namespace kr5::gap
