@@ -46,7 +46,9 @@ function(_kr5_build name)
   endforeach()
   foreach(package IN LISTS KR5_${name}_PACKAGES)
     string(REPLACE " " ";" package "${package}")  # "PCL COMPONENTS common" is one entry
+    get_directory_property(definitions COMPILE_DEFINITIONS)
     find_package(${package} REQUIRED)  # in a function: what a package does to the flags ends here
+    set_directory_properties(PROPERTIES COMPILE_DEFINITIONS "${definitions}")  # DART's leaks BOOST_TEST_DYN_LINK
   endforeach()
   file(GLOB sources CONFIGURE_DEPENDS ${KR5_${name}_SOURCES}/*.cpp)
   # ViSP 3.5's headers are not C++20 (vpArray2D<Type>() as a constructor): their users are files of their own.
