@@ -118,7 +118,9 @@ std::vector<ParameterEstimate> parameters(const Data& data, const Model& model, 
       information.ldlt().solve(Eigen::MatrixXd::Identity(information.rows(), information.cols()));
   Eigen::Index first = 0;
   for (std::size_t k = 0; k < part; ++k) first += model.parts[k].x.size();
-  const Eigen::MatrixXd covariance = all.block(first, first, x.size(), x.size());
+  Eigen::MatrixXd covariance = all.block(first, first, x.size(), x.size());
+  for (Eigen::Index i = 0; i < x.size(); ++i)  // between two whole numbers every value is as likely
+    if (h.coordinates[static_cast<std::size_t>(i)].whole) covariance(i, i) += 1.0 / 12;
   const auto at = values(data, h, x);
   std::vector<ParameterEstimate> out;
   std::vector<Eigen::MatrixXd> jacobians;
@@ -137,7 +139,11 @@ std::vector<ParameterEstimate> parameters(const Data& data, const Model& model, 
   }
   for (std::size_t p = 0; p < out.size(); ++p) {
     const Eigen::VectorXd variance = (jacobians[p] * covariance * jacobians[p].transpose()).diagonal();
-    for (const double v : variance) out[p].std.push_back(std::sqrt(std::max(v, 0.0)));
+    // What a simulator is off in shape moves the answer in second order.
+    const double off = 0.5 * h.inaccuracy * h.inaccuracy;
+    for (Eigen::Index k = 0; k < variance.size(); ++k)
+      out[p].std.push_back(
+          std::hypot(std::sqrt(std::max(variance(k), 0.0)), off * out[p].value[static_cast<std::size_t>(k)]));
   }
   return out;
 }
