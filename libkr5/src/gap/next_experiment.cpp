@@ -43,8 +43,8 @@ Proposal faster(const cell::Experiment& e, double factor, const std::string& wor
     to.row(i) = (1 - part) * from.row(k) + part * from.row(k + 1);
   }
   if (const int t = e.data.find("t"); t >= 0)
-    to.col(t) = Eigen::VectorXd::LinSpaced(rows, from(0, t), from(0, t) + static_cast<double>(rows - 1) *
-                                                                              (from(1, t) - from(0, t)));
+    to.col(t) = Eigen::VectorXd::LinSpaced(rows, from(0, t),
+                                           from(0, t) + static_cast<double>(rows - 1) * (from(1, t) - from(0, t)));
   return out;
 }
 
@@ -161,7 +161,8 @@ NextExperiment next_experiment(const Data& data, const Model& best, const std::v
         }
     }
   if (!out.separates.empty() && out.what.empty())
-    out.what = "no faster, slower, wider, deeper or harder repetition separates them: measure one of the tied parts by itself";
+    out.what =
+        "no faster, slower, wider, deeper or harder repetition separates them: measure one of the tied parts by itself";
   return out;
 }
 

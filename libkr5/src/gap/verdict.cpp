@@ -44,9 +44,8 @@ Rest rest_of(const FitProblem& problem, const std::vector<Group>& groups, const 
   const std::vector<double> discrepancy = discrepancies(data, groups, model, base, options);
   out.structure.resize(groups.size());
   const double level = options.false_alarms / static_cast<double>(groups.size());
-  parallel_for(static_cast<int>(groups.size()), options.threads, [&](int g) {
-    out.structure[g] = structure(data, groups[g], out.counted, discrepancy[g], level);
-  });
+  parallel_for(static_cast<int>(groups.size()), options.threads,
+               [&](int g) { out.structure[g] = structure(data, groups[g], out.counted, discrepancy[g], level); });
   for (const Structure& s : out.structure) out.structured.push_back(s.p < level);
   return out;
 }

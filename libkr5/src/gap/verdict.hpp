@@ -21,9 +21,9 @@ struct Rest {
 Rest rest_of(const FitProblem& problem, const std::vector<Group>& groups, const Model& model,
              const Eigen::VectorXd& base, const DiagnoseOptions& options);
 
-/// Whether an effect explains no more than the simulator may be off with the others: `with` is the model, `without` the same
-/// fitted without the effect. A discrepancy has a dozen shapes to choose from in a column, any of which an effect may have;
-/// twice what falls to one of them is its limit.
+/// Whether an effect explains no more than the simulator may be off with the others: `with` is the model, `without` the
+/// same fitted without the effect. A discrepancy has a dozen shapes to choose from in a column, any of which an effect
+/// may have; twice what falls to one of them is its limit.
 bool within_discrepancy(const FitProblem& problem, const std::vector<Group>& groups, const Model& with,
                         const Model& without, const Eigen::VectorXd& base, const DiagnoseOptions& options);
 
