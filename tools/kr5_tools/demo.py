@@ -1,6 +1,7 @@
-"""`kr5 demo`: the whole job on images whose truth is known, and how near the answer came."""
+"""`kr5 demo`: the whole job on images and a cell whose truth is known, and how near the answers came."""
 
 import json
+import shutil
 import subprocess
 import sys
 import time
@@ -24,8 +25,10 @@ def demo(
     json_file: common.Json = None,
 ) -> None:
     """Calibrates the camera and its place on the arm from the demo's images, writes both pages, compares with the truth.
+    Then lets a worn cell run a protocol in the simulator, and measures how far the nominal cell is from what it showed.
 
-    Ends with exit code 1 when the truth lies outside the doubt that was claimed (99.9 %), or the bumped view is not named.
+    Ends with exit code 1 when the truth lies outside the doubt that was claimed (99.9 %), the bumped view is not named, or
+    the gap is not where the worn joint is.
     """
     begin = time.monotonic()
     data = data or next((p for p in (CHECKOUT / "share/data/demo", Path("share/data/demo")) if p.is_dir()), Path("share/data/demo"))
@@ -44,10 +47,31 @@ def demo(
     rows = [*_camera_rows(results["camera"], truth), *_hand_eye_rows(results["hand_eye"], truth)]
     ratio = _region(results["hand_eye"], truth)
     named = [v["name"] for v in results["hand_eye"]["views"] if v.get("outlier")]
-    _tell(out, rows, named, ratio, truth, output, time.monotonic() - begin)
-    common.write_json({"figures": rows, "region_99_9": ratio, "named": named, "bumped": truth["bumped"], "output": str(output)}, json_file)
-    if ratio > 1 or [Path(n).stem for n in named] != [Path(truth["bumped"]).stem]:
+    _tell(out, rows, named, ratio, truth)
+    gaps, worn = _run_worn_cell(data, output, out)
+    widest = max(gaps, key=gaps.__getitem__)
+    out.print(f"\nThe cell that ran carries {worn['effect']} on {worn['target']}; the widest gap to the nominal cell is that of "
+              f"{widest}, {gaps[widest]:.1f} times the noise.", soft_wrap=True)
+    out.print(f"Took {time.monotonic() - begin:.1f} s. Open {output / 'hand_eye.html'}, {output / 'camera.html'} and "
+              f"{output / 'replay.html'} in a browser.", soft_wrap=True)
+    common.write_json({"figures": rows, "region_99_9": ratio, "named": named, "bumped": truth["bumped"], "gaps": gaps, "worn": worn,
+                       "output": str(output)}, json_file)
+    where = widest.endswith(f".i{worn['target'].removeprefix('joint')}")
+    if ratio > 1 or [Path(n).stem for n in named] != [Path(truth["bumped"]).stem] or not where:
         raise typer.Exit(1)
+
+
+def _run_worn_cell(data: Path, output: Path, out: Any) -> tuple[dict[str, float], dict[str, str]]:
+    """Gap of every column of what the worn cell records, against the nominal cell; and what it carries."""
+    recording, gap = output / "recording", output / "gap.json"
+    if (recording / "recording.yaml").is_file():
+        shutil.rmtree(recording)  # of the demo before
+    worn = data / "worn_cell.yaml"
+    _run(["record", "--cell", str(worn), "--protocol", str(data / "protocol.yaml"), "-o", str(recording), "--nominal"], out)
+    _run(["gap", "measure", str(recording), "--json", str(gap), "--png", str(output / "gap.png")], out)
+    _run(["replay", str(recording), "-o", str(output / "replay.html")], out)
+    (effect, targets), = _load(worn)["effects"].items()
+    return json.loads(gap.read_text())["columns"], {"effect": effect, "target": next(iter(targets))}
 
 
 def _load(file: Path) -> Any:
@@ -93,7 +117,7 @@ def _region(data: dict[str, Any], truth: dict[str, Any]) -> float:
     return float(d @ np.linalg.solve(np.array(data["result"]["covariance"]), d)) / kr5.uncertainty.chi_square_quantile(0.999, 6)
 
 
-def _tell(out: Any, rows: list[dict], named: list[str], ratio: float, truth: dict, folder: Path, seconds: float) -> None:
+def _tell(out: Any, rows: list[dict], named: list[str], ratio: float, truth: dict) -> None:
     import numpy as np
 
     cells = ([r["name"], common.number(r["value"], r["std"]), common.number(r["std"], r["std"]), common.number(r["truth"], r["std"]),
@@ -105,4 +129,3 @@ def _tell(out: Any, rows: list[dict], named: list[str], ratio: float, truth: dic
     out.print(f"\nThe camera's place on the flange is {error:.3f} mm from the truth; {claimed:.3f} mm was claimed (one standard "
               f"deviation). The truth lies {verdict} the claimed 99.9 % region.", soft_wrap=True)
     out.print(f"The arm was bumped in {truth['bumped']}; named as contradicting the others: {', '.join(named) or 'none'}.", soft_wrap=True)
-    out.print(f"Took {seconds:.1f} s. Open {folder / 'hand_eye.html'} and {folder / 'camera.html'} in a browser.", soft_wrap=True)
