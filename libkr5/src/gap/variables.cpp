@@ -48,7 +48,7 @@ Eigen::VectorXd acceleration(const Eigen::VectorXd& x, const cell::Experiment& e
 
 /// Joint a column belongs to, from 1; 0 for others.
 int joint_of(const std::string& column) {
-  const std::string_view letters = column.starts_with("tau") ? "tau" : column.substr(0, 1);
+  const std::string letters = column.starts_with("tau") ? "tau" : column.substr(0, 1);
   if (letters != "tau" && letters != "q" && letters != "i") return 0;
   return std::atoi(column.c_str() + letters.size());
 }
