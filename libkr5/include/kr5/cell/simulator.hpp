@@ -12,7 +12,8 @@ class Simulator {
  public:
   virtual ~Simulator() = default;
 
-  /// @param experiment Its kind, and in `data` the given columns; columns to be predicted may be there and are not read.
+  /// @param experiment Its kind, and in `data` the given columns; columns to be predicted may be there and are not
+  /// read.
   /// @returns one row for each row of the experiment, and the columns to be predicted, in the order of `columns()`;
   ///          those the cell has no part for (currents without drives ...) are left out. Units of `columns()`.
   /// @throws InvalidArgument naming the part of the cell, or the given column, that is not there.
