@@ -93,10 +93,10 @@ TEST_CASE("torques are those of Lagrange's equations") {
     Eigen::VectorXd expected = arm.dynamics.mass_matrix(arm.q) * arm.qdd;
     for (int k = 0; k < n; ++k) {
       const Eigen::VectorXd step = h * Eigen::VectorXd::Unit(n, k);
-      const Eigen::MatrixXd dM =
+      const Eigen::MatrixXd M_rate =
           (arm.dynamics.mass_matrix(arm.q + step) - arm.dynamics.mass_matrix(arm.q - step)) / (2 * h);
-      expected += dM * arm.qd * arm.qd[k];
-      expected[k] -= arm.qd.dot(dM * arm.qd) / 2;
+      expected += M_rate * arm.qd * arm.qd[k];
+      expected[k] -= arm.qd.dot(M_rate * arm.qd) / 2;
       expected[k] += (potential_energy(arm, arm.q + step) - potential_energy(arm, arm.q - step)) / (2 * h);
     }
     CHECK((arm.dynamics.torques(arm.q, arm.qd, arm.qdd) - expected).norm() < 1e-6 * (1 + expected.norm()));
