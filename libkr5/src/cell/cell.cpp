@@ -3,6 +3,7 @@
 
 #include <kr5/core/error.hpp>
 #include <kr5/io/form.hpp>
+#include <kr5/kinematics/body.hpp>
 
 #include "cell/check_cell.hpp"
 
@@ -21,16 +22,10 @@ Node canonical(const Cell& cell) {
   return node;
 }
 
-Eigen::Matrix3d symmetric(const Vector6& v) {
-  Eigen::Matrix3d I;
-  I << v[0], v[3], v[4], v[3], v[1], v[5], v[4], v[5], v[2];
-  return I;
-}
-
 }  // namespace
 
-Eigen::Matrix3d Link::inertia_matrix() const { return symmetric(inertia); }
-Eigen::Matrix3d Tool::inertia_matrix() const { return symmetric(inertia); }
+Eigen::Matrix3d Link::inertia_matrix() const { return kinematics::inertia_matrix(inertia); }
+Eigen::Matrix3d Tool::inertia_matrix() const { return kinematics::inertia_matrix(inertia); }
 
 Cell read_cell(const Node& root, const std::string& file, std::vector<io::Problem>& problems) {
   Cell cell;
