@@ -46,6 +46,12 @@ Eigen::MatrixXd rotation_residuals(const io::Table& recorded, const io::Table& p
 
 }  // namespace
 
+io::Table predict(const cell::Simulator& simulator, const Setup& setup, const cell::Experiment& experiment) {
+  io::Table out = simulator.predict(setup.cell, experiment);
+  for (const auto& change : setup.changes) change(out, experiment);
+  return out;
+}
+
 Data make_data(const cell::Recording& recording, const cell::Simulator& simulator) {
   Data data;
   data.recording = &recording;
@@ -93,8 +99,8 @@ std::vector<Eigen::VectorXd> compare(const Data& data, int experiment, const io:
   return out;
 }
 
-std::vector<Eigen::VectorXd> compare(const Data& data, int experiment, const cell::Cell& cell) {
-  return compare(data, experiment, data.simulator->predict(cell, data.recording->experiments[experiment]));
+std::vector<Eigen::VectorXd> compare(const Data& data, int experiment, const Setup& setup) {
+  return compare(data, experiment, predict(*data.simulator, setup, data.recording->experiments[experiment]));
 }
 
 void put(const Data& data, int experiment, const std::vector<Eigen::VectorXd>& residuals, Eigen::VectorXd& stacked) {

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -29,6 +31,15 @@ struct Block {
   auto of(Eigen::VectorXd& stacked) const { return stacked.segment(first, rows); }
 };
 
+/// What is simulated: a cell, and what effects that a cell cannot hold do to the columns it shows.
+struct Setup {
+  Setup(cell::Cell c) : cell(std::move(c)) {}  // NOLINT: most setups are a cell alone
+
+  cell::Cell cell;
+  std::vector<std::function<void(io::Table&, const cell::Experiment&)>> changes;
+};
+io::Table predict(const cell::Simulator& simulator, const Setup& setup, const cell::Experiment& experiment);
+
 /// What every step of the diagnosis looks at.
 struct Data {
   const cell::Recording* recording = nullptr;
@@ -51,7 +62,7 @@ Data make_data(const cell::Recording& recording, const cell::Simulator& simulato
 
 /// Residuals (recorded less simulated, over sigma) of one experiment, one vector a block; NaN where they cannot be
 /// compared.
-std::vector<Eigen::VectorXd> compare(const Data& data, int experiment, const cell::Cell& cell);
+std::vector<Eigen::VectorXd> compare(const Data& data, int experiment, const Setup& setup);
 
 /// The same, as it comes from a table of predictions.
 std::vector<Eigen::VectorXd> compare(const Data& data, int experiment, const io::Table& predicted);

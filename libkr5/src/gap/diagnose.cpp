@@ -250,7 +250,7 @@ class Diagnoser {
     if (out_.verdict == Verdict::NoGap) out_.where.clear();
     if (rest.any()) out_.unexplained = places(data_, groups_, rest);
     out_.shrink = shrink_of(data_, groups_, before.counted, rest.counted);
-    out_.cell = cell_of(data_, judged.parts);
+    out_.cell = setup_of(data_, judged.parts).cell;
     out_.next_experiment = next_experiment(data_, judged, models_, out_.causes);
   }
 

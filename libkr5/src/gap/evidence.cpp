@@ -57,10 +57,23 @@ Eigen::VectorXd change(const cell::EffectValue& from, const cell::EffectValue& t
 std::vector<std::pair<const cell::EffectParameter*, cell::EffectValue>> values(const Data& data, const Hypothesis& h,
                                                                                const Eigen::VectorXd& x) {
   cell::Cell cell = data.recording->cell;
-  h.apply(cell, x);
+  if (h.apply) h.apply(cell, x);
   std::vector<std::pair<const cell::EffectParameter*, cell::EffectValue>> out;
   for (const cell::EffectParameter& p : cell::find_effect(h.effect).parameters)
     if (const auto value = cell::get_effect(cell.effects, h.effect, h.target, p.name)) out.emplace_back(&p, *value);
+  return out;
+}
+
+/// Parameters of an effect that no catalogue names: its coordinates.
+std::vector<ParameterEstimate> own_parameters(const Hypothesis& h, const Eigen::VectorXd& x,
+                                              const Eigen::MatrixXd& covariance) {
+  std::vector<ParameterEstimate> out;
+  for (Eigen::Index i = 0; i < x.size(); ++i) {
+    const Coordinate& c = h.coordinates[static_cast<std::size_t>(i)];
+    const double off = 0.5 * h.inaccuracy * h.inaccuracy * x(i);
+    out.push_back(
+        {c.name, {c.size * x(i)}, {c.size * std::hypot(std::sqrt(std::max(covariance(i, i), 0.0)), off)}, c.unit});
+  }
   return out;
 }
 
@@ -121,6 +134,7 @@ std::vector<ParameterEstimate> parameters(const Data& data, const Model& model, 
   Eigen::MatrixXd covariance = all.block(first, first, x.size(), x.size());
   for (Eigen::Index i = 0; i < x.size(); ++i)  // between two whole numbers every value is as likely
     if (h.coordinates[static_cast<std::size_t>(i)].whole) covariance(i, i) += 1.0 / 12;
+  if (!h.coordinates.front().name.empty()) return own_parameters(h, x, covariance);
   const auto at = values(data, h, x);
   std::vector<ParameterEstimate> out;
   std::vector<Eigen::MatrixXd> jacobians;

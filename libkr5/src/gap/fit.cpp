@@ -74,7 +74,7 @@ class Minimiser {
 
   Eigen::VectorXd evaluate(const std::vector<Part>& parts, const std::vector<int>& experiments,
                            const Eigen::VectorXd& base) const {
-    return residuals(problem_.data, cell_of(problem_.data, parts), experiments, base);
+    return residuals(problem_.data, setup_of(problem_.data, parts), experiments, base);
   }
 
   double chi2(const Eigen::VectorXd& residual) const {
@@ -184,10 +184,10 @@ double check_misfit(const FitProblem& problem, const Eigen::VectorXd& residual) 
 
 }  // namespace
 
-cell::Cell cell_of(const Data& data, const std::vector<Part>& parts) {
-  cell::Cell cell = data.recording->cell;
-  for (const Part& part : parts) part.candidate->hypothesis.apply(cell, part.x);
-  return cell;
+Setup setup_of(const Data& data, const std::vector<Part>& parts) {
+  Setup out = data.recording->cell;
+  for (const Part& part : parts) apply(out, part.candidate->hypothesis, part.x);
+  return out;
 }
 
 Model empty_model(const FitProblem& problem, const Eigen::VectorXd& base) {
@@ -208,7 +208,7 @@ Model fit(const FitProblem& problem, const Model& from, std::vector<Part> parts,
   Minimiser minimiser(problem, from, std::move(parts));
   minimiser.run(max_iterations);
   Model out = std::move(minimiser).result();
-  out.residual = residuals(problem.data, cell_of(problem.data, out.parts),
+  out.residual = residuals(problem.data, setup_of(problem.data, out.parts),
                            touched(problem.data, out.parts, cell::Split::Check), out.residual);
   out.chi2_check = check_misfit(problem, out.residual);
   out.log_evidence = log_evidence(problem, out);

@@ -51,7 +51,7 @@ struct FitProblem {
   double log_prior_effect = 0.0;  ///< Of one more effect among all of them.
 };
 
-cell::Cell cell_of(const Data& data, const std::vector<Part>& parts);
+Setup setup_of(const Data& data, const std::vector<Part>& parts);
 
 /// The nominal cell.
 Model empty_model(const FitProblem& problem, const Eigen::VectorXd& base);

@@ -107,7 +107,7 @@ std::vector<Proposal> proposals(const cell::Recording& recording) {
 /// fitted to the first.
 double separation(const Data& data, const Proposal& proposal, const Model& truth, const Model& rival) {
   const cell::Simulator& simulator = *data.simulator;
-  const io::Table shown = simulator.predict(cell_of(data, truth.parts), proposal.experiment);
+  const io::Table shown = predict(simulator, setup_of(data, truth.parts), proposal.experiment);
   cell::Recording one;
   one.cell = data.recording->cell;
   one.experiments = {proposal.experiment};
@@ -116,7 +116,7 @@ double separation(const Data& data, const Proposal& proposal, const Model& truth
     if (const int at = table.find(shown.columns[c]); at >= 0) table.values.col(at) = shown.values.col(c);
   const Data there = make_data(one, simulator);
   const Eigen::VectorXd zero = Eigen::VectorXd::Zero(there.size);
-  const Eigen::VectorXd r = counted(there, residuals(there, cell_of(data, rival.parts), {0}, zero));
+  const Eigen::VectorXd r = counted(there, residuals(there, setup_of(data, rival.parts), {0}, zero));
   Eigen::MatrixXd J(there.size, rival.coordinates());
   Eigen::Index column = 0;
   for (std::size_t k = 0; k < rival.parts.size(); ++k)
@@ -124,7 +124,7 @@ double separation(const Data& data, const Proposal& proposal, const Model& truth
       std::vector<Part> moved = rival.parts;
       const double step = moved[k].candidate->hypothesis.coordinates[static_cast<std::size_t>(i)].step;
       moved[k].x(i) += step;
-      J.col(column++) = (r - counted(there, residuals(there, cell_of(data, moved), {0}, zero))) / step;
+      J.col(column++) = (r - counted(there, residuals(there, setup_of(data, moved), {0}, zero))) / step;
     }
   const Eigen::VectorXd left = r - J * J.completeOrthogonalDecomposition().solve(r);
   return left.squaredNorm();

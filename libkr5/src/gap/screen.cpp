@@ -147,10 +147,10 @@ void Screen::simulate(Candidate& candidate, const Eigen::VectorXd& base) const {
   for (const Probe& probe : candidate.hypothesis.probes) {
     std::vector<Signature> columns;
     for (const Eigen::VectorXd& x : probe.points) {
-      cell::Cell cell = data_.recording->cell;
-      candidate.hypothesis.apply(cell, x);
+      Setup setup = data_.recording->cell;
+      apply(setup, candidate.hypothesis, x);
       const double factor = probe.points.size() == 1 ? 1 / x(0) : 1.0;
-      columns.push_back(difference(data_, experiments, base, residuals(data_, cell, experiments, base), factor));
+      columns.push_back(difference(data_, experiments, base, residuals(data_, setup, experiments, base), factor));
     }
     if (std::any_of(columns.begin(), columns.end(), [](const Signature& s) { return !s.empty(); }))
       candidate.signatures.push_back(std::move(columns));

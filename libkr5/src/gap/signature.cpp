@@ -99,10 +99,18 @@ Signature difference(const Data& data, const std::vector<int>& experiments, cons
   return out;
 }
 
-Eigen::VectorXd residuals(const Data& data, const cell::Cell& cell, const std::vector<int>& experiments,
+void apply(Setup& setup, const Hypothesis& hypothesis, const Eigen::VectorXd& x) {
+  if (hypothesis.apply) hypothesis.apply(setup.cell, x);
+  if (hypothesis.change)
+    setup.changes.emplace_back([change = hypothesis.change, x](io::Table& table, const cell::Experiment& experiment) {
+      change(table, experiment, x);
+    });
+}
+
+Eigen::VectorXd residuals(const Data& data, const Setup& setup, const std::vector<int>& experiments,
                           const Eigen::VectorXd& base) {
   Eigen::VectorXd out = base;
-  for (const int e : experiments) put(data, e, compare(data, e, cell), out);
+  for (const int e : experiments) put(data, e, compare(data, e, setup), out);
   return out;
 }
 
@@ -123,10 +131,10 @@ Touch::Touch(const Data& data) : data_(data) {
 std::vector<int> Touch::experiments(const Hypothesis& hypothesis) const {
   std::vector<cell::Kind> kinds;
   for (const Piece& piece : pieces_) {
-    cell::Cell cell = data_.recording->cell;
-    hypothesis.apply(cell, hypothesis.probes.back().points.back());
+    Setup setup = data_.recording->cell;
+    apply(setup, hypothesis, hypothesis.probes.back().points.back());
     try {
-      if (differ(piece.nominal, data_.simulator->predict(cell, piece.experiment)))
+      if (differ(piece.nominal, predict(*data_.simulator, setup, piece.experiment)))
         kinds.push_back(piece.experiment.kind);
     } catch (const InvalidArgument&) {
       continue;  // a part of the cell that this kind would need is not there

@@ -32,8 +32,11 @@ Eigen::MatrixXd gram(const std::vector<Signature>& a, const std::vector<Signatur
 Signature difference(const Data& data, const std::vector<int>& experiments, const Eigen::VectorXd& before,
                      const Eigen::VectorXd& after, double factor = 1.0);
 
-/// Stacked residuals of a cell in some experiments; the others as in `base`.
-Eigen::VectorXd residuals(const Data& data, const cell::Cell& cell, const std::vector<int>& experiments,
+/// Sets an effect in a setup.
+void apply(Setup& setup, const Hypothesis& hypothesis, const Eigen::VectorXd& x);
+
+/// Stacked residuals of a setup in some experiments; the others as in `base`.
+Eigen::VectorXd residuals(const Data& data, const Setup& setup, const std::vector<int>& experiments,
                           const Eigen::VectorXd& base);
 
 /// Experiments whose prediction a hypothesis changes, found by simulating short pieces of them; those the simulator

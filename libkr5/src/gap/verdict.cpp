@@ -77,7 +77,7 @@ Eigen::VectorXd without(const Data& data, const Model& model, std::size_t part, 
     for (const int e : own)
       for (const int b : data.blocks_of[e]) data.blocks[b].of(out) = data.blocks[b].of(base);
   else
-    out = residuals(data, cell_of(data, parts), own, out);
+    out = residuals(data, setup_of(data, parts), own, out);
   return out;
 }
 

@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include <kr5/cell/cell.hpp>
+#include <kr5/cell/recording.hpp>
 
 /// @file
 /// What a gap may come from: every effect of the catalogue on every target, as a function of a few numbers.
@@ -21,6 +22,10 @@ struct Coordinate {
   double step = 0.02;  ///< Of finite differences.
   bool shape = false;  ///< Says nothing by itself (a time constant); does not scale with the effect.
   bool whole = false;  ///< Only whole numbers can be told apart (cycles of a servo).
+  // Of effects that no catalogue names: how the coordinate is reported.
+  std::string name = {};
+  std::string unit = {};
+  double size = 1.0;  ///< What 1 stands for [unit].
 };
 
 /// Where the signature of an effect is taken: the changes of the prediction from "off" to each of these points. The
@@ -41,6 +46,9 @@ struct Hypothesis {
   std::vector<Probe> probes;
   /// Sets the effect in a cell, the rest of which it leaves alone.
   std::function<void(cell::Cell&, const Eigen::VectorXd&)> apply;
+  /// Changes what the simulator shows, for what a cell cannot hold (a fault of a sensor). Either of the two may be
+  /// empty.
+  std::function<void(io::Table&, const cell::Experiment&, const Eigen::VectorXd&)> change = {};
 
   int size() const { return static_cast<int>(coordinates.size()); }
 };
