@@ -37,6 +37,11 @@ def fixed_frames(cell: Any) -> dict[str, Any]:
 def carried_frames(cell: Any, q: list[float]) -> dict[str, Any]:
     """Pose in the base of each frame that the flange carries."""
     T_B_F = cell.flange(q)
-    on_flange = {"S force sensor": cell.tool and cell.tool.T_F_S, "E tool tip": cell.tool and cell.tool.T_F_E,
-                 "C camera": cell.T_F_C(), "L scanner": cell.T_F_L(), **target_frames(cell, "T_F_W")}
-    return {"F flange": T_B_F, **{name: T_B_F @ T for name, T in on_flange.items() if T is not None}}
+    return {"F flange": T_B_F, **{name: T_B_F @ T for name, T in flange_frames(cell).items()}}
+
+
+def flange_frames(cell: Any) -> dict[str, Any]:
+    """The same in the flange."""
+    out = {"S force sensor": cell.tool and cell.tool.T_F_S, "E tool tip": cell.tool and cell.tool.T_F_E, "C camera": cell.T_F_C(),
+           "L scanner": cell.T_F_L(), **target_frames(cell, "T_F_W")}
+    return {name: T for name, T in out.items() if T is not None}

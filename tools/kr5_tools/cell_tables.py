@@ -3,7 +3,7 @@
 from typing import Any
 
 from . import common
-from .cell_frames import DEG, fixed_frames, is_slide, target_frames
+from .cell_frames import DEG, fixed_frames, flange_frames, is_slide
 
 
 def cell_tables(cell: Any) -> list[Any]:
@@ -60,15 +60,11 @@ def _servo(cell: Any) -> Any:
 def _poses(cell: Any) -> Any:
     import kr5
 
-    in_base = {name: T for name, T in fixed_frames(cell).items()}
-    at_flange = {"E tool tip": cell.tool and cell.tool.T_F_E, "S force sensor": cell.tool and cell.tool.T_F_S,
-                 "C camera": cell.T_F_C(), "L scanner": cell.T_F_L(), **target_frames(cell, "T_F_W")}
     rows = []
-    for parent, poses in (("F", at_flange), ("B", in_base)):
+    for parent, poses in (("F", flange_frames(cell)), ("B", fixed_frames(cell))):
         for name, T in poses.items():
-            if T is not None:
-                v = [1000 * x for x in kr5.to_xyzrpy(T)[:3]] + [DEG * x for x in kr5.to_xyzrpy(T)[3:]]
-                rows.append([f"{name} in {parent}", *(f"{x + 0.0:.3f}".replace("-0.000", "0.000") for x in v)])
+            v = [1000 * x for x in kr5.to_xyzrpy(T)[:3]] + [DEG * x for x in kr5.to_xyzrpy(T)[3:]]
+            rows.append([f"{name} in {parent}", *(f"{x + 0.0:.3f}".replace("-0.000", "0.000") for x in v)])
     return common.table("Frames", ["pose", "x [mm]", "y [mm]", "z [mm]", "roll [°]", "pitch [°]", "yaw [°]"], rows) if rows else None
 
 
@@ -88,11 +84,7 @@ def _sensors(cell: Any) -> Any:
         rows.append(["peg", f"radius {1000 * p.radius:g} mm, length {1000 * p.length:g} mm, chamfer {1000 * p.chamfer:g} mm"])
     if t := cell.tube:
         rows.append(["tube", f"radii {1000 * t.inner_radius:g} and {1000 * t.outer_radius:g} mm, depth {1000 * t.depth:g} mm, chamfer {1000 * t.chamfer:g} mm"])
-    if not rows:
-        return None
-    table = common.table("Sensors and task", ["part", "what it is"], rows)
-    table.columns[1].justify = "left"
-    return table
+    return common.table("Sensors and task", ["part", "what it is"], rows, text=(1,)) if rows else None
 
 
 def _noise(cell: Any) -> Any:
@@ -105,12 +97,7 @@ def _noise(cell: Any) -> Any:
         text = re.sub(r" \[[^]]*\]|\.$", "", field["doc"])
         if value:
             rows.append([field["name"], value, unit, text])
-    if not rows:
-        return None
-    table = common.table("Noise, one standard deviation", ["noise", "sigma", "unit", "of what"], rows)
-    for column in table.columns[2:]:
-        column.justify = "left"
-    return table
+    return common.table("Noise, one standard deviation", ["noise", "sigma", "unit", "of what"], rows, text=(2, 3)) if rows else None
 
 
 def _effects(cell: Any) -> Any:
@@ -123,12 +110,7 @@ def _effects(cell: Any) -> Any:
             units = {p.name: p.unit for p in row.parameters}
             text = ", ".join(f"{name} {_short(value)} {units[name]}" for name, value in parameters.items())
             rows.append([effect, target, text, row.description])
-    if not rows:
-        return None
-    table = common.table("Effects that are on", ["effect", "on", "parameters", "what it is"], rows)
-    for column in table.columns[1:]:
-        column.justify = "left"
-    return table
+    return common.table("Effects that are on", ["effect", "on", "parameters", "what it is"], rows, text=(1, 2, 3)) if rows else None
 
 
 def _short(value: Any) -> str:
@@ -144,10 +126,8 @@ def recording_table(recording: Any) -> Any:
         t = e["t"]
         measured = [c.name for c in recording_columns(recording, e) if str(c.role) == "predicted" and c.name in e.data]
         rows.append([e.name, str(e.kind), str(e.split), len(e.data), f"{t[0]:g} to {t[-1]:g}", " ".join(measured)])
-    table = common.table(f"Recording {recording.folder}", ["experiment", "kind", "split", "rows", "t [s]", "measured"], rows)
-    for column in (1, 2, 5):
-        table.columns[column].justify = "left"
-    return table
+    heads = ["experiment", "kind", "split", "rows", "t [s]", "measured"]
+    return common.table(f"Recording {recording.folder}", heads, rows, text=(1, 2, 5))
 
 
 def recording_columns(recording: Any, experiment: Any) -> list[Any]:

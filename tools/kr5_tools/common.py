@@ -192,11 +192,12 @@ def number(value: float | None, std: float | None = None) -> str:
     return f"{value:.{min(max(1 - math.floor(math.log10(std)), 0), 9)}f}"
 
 
-def table(title: str, columns: list[str], rows: Iterable[Iterable[Any]]) -> Table:
-    """A table whose first column is text and whose others are numbers; units belong into the names of the columns."""
+def table(title: str, columns: list[str], rows: Iterable[Iterable[Any]], text: Iterable[int] = ()) -> Table:
+    """A table whose first column, and those of `text`, are text and whose others are numbers; units belong into the names
+    of the columns."""
     out = Table(title=title, title_justify="left", box=None, header_style="bold")
     for i, column in enumerate(columns):
-        out.add_column(escape(column), justify="left" if i == 0 else "right")
+        out.add_column(escape(column), justify="left" if i == 0 or i in text else "right")
     for row in rows:
         out.add_row(*(escape(number(cell) if isinstance(cell, float) else str(cell)) for cell in row))
     return out

@@ -76,9 +76,8 @@ def cases(
         out[name] = measure_dict(found)
     to = common.console(json_file)
     table = common.table(f"{folder}, with the effects of labels.json set",
-                         ["recording", "effects", "RMS gap [-]", f"widest ({ENOUGH_ROWS}+ rows)", "gap [-]", f"> {CLOSE}", "unexplained"], rows)
-    for column in (1, 3, 6):
-        table.columns[column].justify = "left"
+                         ["recording", "effects", "RMS gap [-]", f"widest ({ENOUGH_ROWS}+ rows)", "gap [-]", f"> {CLOSE}", "unexplained"], rows,
+                         text=(1, 3, 6))
     to.print(table)
     common.write_json(out, json_file)
     if far:
@@ -130,11 +129,10 @@ def measure_dict(found: Any) -> dict[str, Any]:
 def measure_table(folder: Path, found: Any) -> Any:
     rows = [[f"{c.experiment}.{c.column}", str(c.split), c.rows, f"{c.gap:.3f}", f"{c.limit:.3f}", f"{c.rms:.3g}",
              f"{c.noise:.3g}", c.unit, "exceeds" if c.exceeds else ""] for c in found.columns]
-    table = common.table(f"Gap of {folder}", ["column", "split", "rows", "gap [-]", "limit [-]", "rms", "noise", "unit", ""], rows)
+    heads = ["column", "split", "rows", "gap [-]", "limit [-]", "rms", "noise", "unit", ""]
+    table = common.table(f"Gap of {folder}", heads, rows, text=(1, 7, 8))
     for column in table.columns:
         column.no_wrap = True
-    for column in (1, 7, 8):
-        table.columns[column].justify = "left"
     return table
 
 

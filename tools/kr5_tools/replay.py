@@ -99,13 +99,10 @@ def scene(cell: Any, runs: list[dict[str, Any]]) -> dict[str, Any]:
 
 def make_page(cell: Any, runs: list[dict[str, Any]], source: Path) -> str:
     """The HTML of the page."""
-    import jinja2
     import kr5
 
-    from .report import script_json
+    from .report_page import render, script_json
 
-    env = jinja2.Environment(loader=jinja2.FileSystemLoader(Path(__file__).parent / "templates"), autoescape=True,
-                             trim_blocks=True, lstrip_blocks=True)
     text = f"{cell.robot.joints} joints, {len(runs)} {'motion' if len(runs) == 1 else 'experiments'}"
-    return env.get_template("replay.html").render(title=cell.name or source.stem, text=text, runs=[r["name"] for r in runs],
-                                                  data=script_json(scene(cell, runs)), version=kr5.__version__, source=source.name)
+    return render("replay.html", brand="kr5 replay", title=cell.name or source.stem, text=text, runs=[r["name"] for r in runs],
+                  data=script_json(scene(cell, runs)), version=kr5.__version__, source=source.name)

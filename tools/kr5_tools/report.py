@@ -11,6 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from . import common
+from .report_page import embed, render, script_json, write_png
 
 app = typer.Typer()
 
@@ -61,21 +62,10 @@ def write_report(data: dict[str, Any], source: Path, output: Path, png: Path | N
         with plt.rc_context(plots.STYLE):
             page = make_page(data, source, drawn)
             common.write_text(page, output)
-            return _write_png(drawn, png) if png else []
+            return write_png(drawn, png) if png else []
     finally:
         for plot in drawn:
             plt.close(plot.figure)
-
-
-def _write_png(drawn: list, folder: Path) -> list[Path]:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        files = [folder / f"{plot.name}.png" for plot in drawn]
-        for plot, file in zip(drawn, files):
-            plot.figure.savefig(file, dpi=150, metadata={"Software": None})
-    except OSError as error:
-        common.fail(f"{folder}: the plots cannot be written: {error.strerror}")
-    return files
 
 
 # What stands at the top level of a result file, and of which type it is.
@@ -124,38 +114,16 @@ def check(data: dict[str, Any], source: Path) -> None:
 
 def make_page(data: dict[str, Any], source: Path, drawn: list) -> str:
     """The HTML of the page."""
-    import jinja2
-
-    env = jinja2.Environment(loader=jinja2.FileSystemLoader(Path(__file__).parent / "templates"), autoescape=True,
-                             trim_blocks=True, lstrip_blocks=True)
-    env.filters["number"] = common.number
-    env.filters["phrase"] = phrase
     views, columns = view_table(data, source)
-    return env.get_template("report.html").render(
-        title=TITLES[data["format"]], data=data, source=source.name, plots=[_embed(p) for p in drawn if p.name != "frames"],
-        views=views, columns=columns, held_out=flat(data.get("held_out", {})), input=flat(data.get("input", {})),
-        models=model_table(data), scene=script_json(scene(data)), icon=ICONS.get(data.get("verdict", {}).get("word"), ""),
+    return render(
+        "report.html", brand="kr5 report", title=TITLES[data["format"]], data=data, source=source.name,
+        plots=[embed(p) for p in drawn if p.name != "frames"], views=views, columns=columns,
+        held_out=flat(data.get("held_out", {})), input=flat(data.get("input", {})), models=model_table(data), scene=script_json(scene(data)), icon=ICONS.get(data.get("verdict", {}).get("word"), ""),
         fit=data.get("result", {}).get("fit"),
     )
 
 
-UNITS = {"px", "mm", "deg", "m", "rad", "s", "ms"}
-
-
-def phrase(name: Any) -> str:
-    """A name from the file as words: `rms_px` is rms [px]."""
-    *words, last = str(name).split("_")
-    return " ".join([*words, f"[{last}]" if words and last in UNITS else last])
-
-
 ICONS = {"good": "✓", "doubtful": "!", "unusable": "✗"}  # beside the colour, for those who do not see it
-
-
-def _embed(plot: Any) -> dict[str, Any]:
-    buffer = io.BytesIO()
-    plot.figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None}, transparent=True, dpi=120)
-    return {"name": plot.name, "title": plot.title, "text": plot.text, "wide": plot.wide,
-            "src": "data:image/svg+xml;base64," + base64.b64encode(buffer.getvalue()).decode()}
 
 
 def flat(values: dict[str, Any], prefix: str = "") -> list[tuple[str, str]]:
@@ -272,8 +240,3 @@ def frame_kind(frame: dict[str, Any], format: str) -> str:
         return "boards"
     name = frame["name"].lower()
     return next((kind for kind, words in KINDS.items() if any(word in name for word in words)), "frame")
-
-
-def script_json(value: Any) -> str:
-    """JSON that may stand inside a script element."""
-    return json.dumps(value, allow_nan=False, ensure_ascii=False).replace("</", "<\\/")
