@@ -19,17 +19,6 @@ constexpr double scatter_sizes[] = {0.0, 0.002, 0.004, 0.008};
 /// Evidence that scatter must bring, in natural logarithms: odds of twenty.
 constexpr double scatter_pays = 3.0;
 
-TimeSpan span_of(const cell::Recording& recording) {
-  TimeSpan out{0.0, 0.0};
-  for (const cell::Experiment& e : recording.experiments) {
-    const int t = e.data.find("t");
-    if (t < 0 || e.data.values.rows() == 0) continue;
-    out.first = std::min(out.first, e.data.values.col(t).minCoeff());
-    out.last = std::max(out.last, e.data.values.col(t).maxCoeff());
-  }
-  return out;
-}
-
 class Diagnoser {
  public:
   Diagnoser(const cell::Recording& recording, const cell::Simulator& simulator, const DiagnoseOptions& options)

@@ -1,12 +1,24 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <kr5/gap/hypotheses.hpp>
 
+#include <algorithm>
 #include <cmath>
 
 #include "gap/hypothesis_builder.hpp"
 #include "gap/sizes.hpp"
 
 namespace kr5::gap {
+
+TimeSpan span_of(const cell::Recording& recording) {
+  TimeSpan out{0.0, 0.0};
+  for (const cell::Experiment& e : recording.experiments) {
+    const int t = e.data.find("t");
+    if (t < 0 || e.data.values.rows() == 0) continue;
+    out.first = std::min(out.first, e.data.values.col(t).minCoeff());
+    out.last = std::max(out.last, e.data.values.col(t).maxCoeff());
+  }
+  return out;
+}
 
 std::vector<Hypothesis> hypotheses(const cell::Cell& cell, const TimeSpan& span) {
   HypothesisBuilder builder{cell, span, {}};

@@ -49,6 +49,8 @@ struct Hypothesis {
   /// Changes what the simulator shows, for what a cell cannot hold (a fault of a sensor). Either of the two may be
   /// empty.
   std::function<void(io::Table&, const cell::Experiment&, const Eigen::VectorXd&)> change = {};
+  /// Of the recording (a clock that is off), not of the cell: it competes with effects, and is warned of, not blamed.
+  bool of_recording = false;
 
   int size() const { return static_cast<int>(coordinates.size()); }
 };
@@ -58,10 +60,14 @@ struct TimeSpan {
   double first = 0.0;
   double last = 1.0;
 };
+TimeSpan span_of(const cell::Recording& recording);
 
 /// All effects of the catalogue on all targets of a cell, but those that are periodic in a joint angle: their cycles
 /// come from the data.
 std::vector<Hypothesis> hypotheses(const cell::Cell& cell, const TimeSpan& span);
+
+/// Faults of a recording that look like effects: a group of columns that is logged late or early against the others.
+std::vector<Hypothesis> recording_faults(const cell::Recording& recording);
 
 /// `torque_ripple` and `transmission_error` of a joint (from 0) with so many cycles a turn; coordinates are the
 /// amplitudes of sine and cosine.
