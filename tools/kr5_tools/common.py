@@ -17,7 +17,8 @@ from rich.markup import escape
 from rich.progress import track as rich_track
 from rich.table import Table
 
-FORMATS = ("kr5-camera/1", "kr5-hand-eye/1", "kr5-tool/1", "kr5-timed-hand-eye/1", "kr5-marker-map/1", "kr5-detection/1")
+FORMATS = ("kr5-camera/1", "kr5-hand-eye/1", "kr5-tool/1", "kr5-timed-hand-eye/1", "kr5-marker-map/1", "kr5-detection/1",
+           "kr5-gap/1")
 COLOURS = {"good": "green", "doubtful": "yellow", "unusable": "red"}
 
 errors = Console(stderr=True, highlight=False, emoji=False)

@@ -12,6 +12,8 @@ from . import common
 from .options import options_from
 
 Folder = Annotated[Path, typer.Argument(metavar="RECORDING", help="The folder of a recording (recording.yaml).")]
+Report = Annotated[Path | None, typer.Option("--report", metavar="PAGE.html", help="Write the page here: map of the cell, causes with "
+                                             "evidence for and against, residuals before and after.")]
 WriteCell = Annotated[Path | None, typer.Option("--write-cell", metavar="CELL.yaml", help="Write the cell with the causes added here.")]
 WORDS = {
     "no_gap": ("green", "the nominal cell explains the recording"),
@@ -22,7 +24,7 @@ WORDS = {
 
 
 def add_to(app: typer.Typer) -> None:
-    app.command("diagnose", epilog="Example: kr5 gap diagnose recordings/monday --json gap.json --write-cell tuned.yaml")(diagnose)
+    app.command("diagnose", epilog="Example: kr5 gap diagnose recordings/monday --report gap.html --write-cell tuned.yaml")(diagnose)
 
 
 @options_from(kr5.gap.DiagnoseOptions)
@@ -30,6 +32,7 @@ def diagnose(
     folder: Folder,
     options: kr5.gap.DiagnoseOptions,
     write_cell: WriteCell = None,
+    report: Report = None,
     full: common.Grade = False,
     json_file: common.Json = None,
     output: common.Output = None,
@@ -46,10 +49,15 @@ def diagnose(
     data = json.loads(found.to_json())
     if write_cell:
         kr5.cell.save_cell(found.cell, write_cell)
-    if output:
-        common.write_json({**data, "input": {"recording": str(folder)}, "seconds": found.seconds}, output)
+    keys = {key: value for key, value in data.items() if key != "format"}
+    result = common.write_result(output, "kr5-gap/1", **keys, input={"recording": str(folder.resolve())}, seconds=found.seconds)
     common.write_json(data, json_file)
     show(found, common.console(json_file))
+    if report:
+        from .gap_report import write_gap_report
+
+        write_gap_report(result, output or folder, report)
+        common.console(json_file).print(f"report: {report}", soft_wrap=True)
 
 
 def _diagnose(recording: Any, simulator: Any, options: Any) -> Any:

@@ -21,6 +21,7 @@ def _bars(names: list[str], values: np.ndarray, marked: np.ndarray, label: str, 
         axes.invert_yaxis()
         axes.grid(axis="y", visible=False)
         axes.set_xlabel(label)
+        axes.locator_params(axis="x", nbins=6)
         for bar, m in zip(bars, marked):
             if m:
                 axes.annotate(" outlier", (bar.get_width(), bar.get_y() + bar.get_height() / 2), color=RED,

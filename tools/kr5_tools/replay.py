@@ -81,8 +81,8 @@ def joint_by_joint(cell: Any) -> dict[str, Any]:
     return {"name": "each joint in turn", "t": [*t, 3.0 * cell.robot.joints], "q": [*q, rest], "still": None}
 
 
-def scene(cell: Any, runs: list[dict[str, Any]]) -> dict[str, Any]:
-    """What the page draws: the arm's rows, what it carries, what stands beside it, and the postures."""
+def cell_scene(cell: Any) -> dict[str, Any]:
+    """What a page draws of a cell: the arm's rows, what it carries, what stands beside it."""
     from .cell_frames import target_frames
 
     tube, peg, sphere, board = cell.tube, cell.peg, cell.laser and cell.laser.target, cell.board
@@ -90,10 +90,10 @@ def scene(cell: Any, runs: list[dict[str, Any]]) -> dict[str, Any]:
               for name, T in target_frames(cell, "T_B_W").items() if board and name.endswith("board")]
     return common.plain({
         "T_B_0": cell.robot.T_B_0, "joints": [{**row.to_dict(), "type": str(row.type)} for row in cell.robot.dh],
-        "T_F_E": cell.tool and cell.tool.T_F_E, "T_F_C": cell.T_F_C(), "T_F_L": cell.T_F_L(), "boards": boards,
-        "peg": peg and {"radius": peg.radius, "length": peg.length},
+        "T_F_E": cell.tool and cell.tool.T_F_E, "T_F_S": cell.tool and cell.tool.T_F_S, "T_F_C": cell.T_F_C(),
+        "T_F_L": cell.T_F_L(), "boards": boards, "peg": peg and {"radius": peg.radius, "length": peg.length},
         "tube": tube and {"inner": tube.inner_radius, "outer": tube.outer_radius, "depth": tube.depth, "T": tube.T_B_T},
-        "sphere": sphere and {"centre": sphere.sphere, "radius": sphere.radius}, "runs": runs,
+        "sphere": sphere and {"centre": sphere.sphere, "radius": sphere.radius},
     })
 
 
@@ -105,4 +105,4 @@ def make_page(cell: Any, runs: list[dict[str, Any]], source: Path) -> str:
 
     text = f"{cell.robot.joints} joints, {len(runs)} {'motion' if len(runs) == 1 else 'experiments'}"
     return render("replay.html", brand="kr5 replay", title=cell.name or source.stem, text=text, runs=[r["name"] for r in runs],
-                  data=script_json(scene(cell, runs)), version=kr5.__version__, source=source.name)
+                  data=script_json({**cell_scene(cell), "runs": runs}), version=kr5.__version__, source=source.name)

@@ -35,10 +35,17 @@ def report(
     result: Annotated[Path, typer.Argument(metavar="RESULT.json", help="Result file, as any kr5 command writes with -o.")],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="The page.")] = Path("report.html"),
     png: Annotated[Path | None, typer.Option(metavar="DIR", help="Write every plot as PNG into this folder.")] = None,
+    recording: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Of a diagnosis: its recording, when it is not where the file says.")] = None,
     json_file: common.Json = None,
 ) -> None:
     """Turns a result file into one self-contained page (no network, nothing beside it), and its plots into PNG."""
-    written = write_report(common.read_result(result), result, output, png)
+    data = common.read_result(result)
+    if data["format"] == "kr5-gap/1":
+        from .gap_report import write_gap_report
+
+        written = write_gap_report(data, result, output, png, recording)
+    else:
+        written = write_report(data, result, output, png)
     common.write_json({"report": str(output), "png": [str(f) for f in written]}, json_file)
     out = common.console(json_file)
     out.print(f"report: {output}", soft_wrap=True)
@@ -115,9 +122,11 @@ def check(data: dict[str, Any], source: Path) -> None:
 def make_page(data: dict[str, Any], source: Path, drawn: list) -> str:
     """The HTML of the page."""
     views, columns = view_table(data, source)
+    figures, poses = split_figures(data.get("figures", []))
     return render(
         "report.html", brand="kr5 report", title=TITLES[data["format"]], data=data, source=source.name,
         plots=[embed(p) for p in drawn if p.name != "frames"], views=views, columns=columns,
+        figures=figures, poses=poses,
         held_out=flat(data.get("held_out", {})), input=flat(data.get("input", {})), models=model_table(data), scene=script_json(scene(data)), icon=ICONS.get(data.get("verdict", {}).get("word"), ""),
         fit=data.get("result", {}).get("fit"),
     )
@@ -142,6 +151,27 @@ def flat(values: dict[str, Any], prefix: str = "") -> list[tuple[str, str]]:
         elif value is not None:
             out.append((name, str(value)))
     return out
+
+
+POSE = {"x": "mm", "y": "mm", "z": "mm", "roll": "deg", "pitch": "deg", "yaw": "deg"}
+
+
+def split_figures(figures: list[dict[str, Any]]) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """Figures one a row, and poses one a row where there are so many that six rows for each would hide the rest."""
+    poses, rest, i = [], [], 0
+    while i < len(figures):
+        six = figures[i:i + 6]
+        names = [str(f["name"]).rpartition(" ") for f in six]
+        whole = [(n[2], f["unit"]) for n, f in zip(names, six)] == list(POSE.items()) and len({n[0] for n in names}) == 1
+        if not whole or any(f.get("value") is None for f in six):
+            rest.append(figures[i])
+            i += 1
+            continue
+        std = [max((f.get("std") or 0.0 for f in part), default=0.0) for part in (six[:3], six[3:])]
+        poses.append({"name": names[0][0], "std": [common.number(s, s) for s in std],
+                      "cells": [common.number(f["value"], std[k // 3]) for k, f in enumerate(six)]})
+        i += 6
+    return (rest, poses) if len(poses) > 2 else (figures, [])
 
 
 def view_table(data: dict[str, Any], source: Path) -> tuple[list[dict[str, Any]], list[str]]:

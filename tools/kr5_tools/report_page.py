@@ -17,6 +17,13 @@ def phrase(name: Any) -> str:
     return " ".join([*words, f"[{last}]" if words and last in UNITS else last])
 
 
+def with_code(text: str) -> Any:
+    """What stands between backticks becomes code; all else is escaped."""
+    from markupsafe import Markup, escape
+
+    return Markup("").join(Markup("<code>{}</code>").format(part) if k % 2 else escape(part) for k, part in enumerate(text.split("`")))
+
+
 def render(template: str, **values: Any) -> str:
     """The HTML of a page, from a template that extends base.html; it needs `title`, `brand` and `source`."""
     import jinja2
@@ -25,6 +32,7 @@ def render(template: str, **values: Any) -> str:
                              trim_blocks=True, lstrip_blocks=True)
     env.filters["number"] = common.number
     env.filters["phrase"] = phrase
+    env.filters["code"] = with_code
     return env.get_template(template).render(**values)
 
 

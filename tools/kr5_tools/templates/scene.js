@@ -33,6 +33,7 @@
       loop(f.T, [[x0, y0, 0], [x1, y0, 0], [x1, y1, 0], [x0, y1, 0]], f.kind === "boards" ? "#9ca3af" : "#111827", 1.6);
     }
     if (!small) labels.push({ p: o, text: f.name });
+    else if (f.kind === "marker") labels.push({ p: o, text: f.name.replace(/^\D+(?=\d+$)/, ""), soft: true });
   }
   for (const [kind, word] of [["station", "camera stations"], ["pose", "poses"], ["boards", "views of the board"]]) {
     const all = frames.filter((f) => f.kind === kind);
@@ -62,19 +63,6 @@
       ink.lineTo(l.b[0], l.b[1]);
       ink.stroke();
     }
-    ink.font = "13px system-ui, sans-serif";
-    const taken = [];
-    for (const label of labels) {
-      const [x, y] = project(label.p), width = ink.measureText(label.text).width;
-      const from = Math.max(2, Math.min(x + 7, box.width - width - 2));
-      let base = y - 6;
-      while (taken.some((t) => Math.abs(t.base - base) < 15 && from < t.to && t.from < from + width)) base += 15;
-      taken.push({ from, to: from + width, base });
-      ink.lineWidth = 3;
-      ink.strokeStyle = "rgba(255,255,255,.9)";
-      ink.strokeText(label.text, from, base);
-      ink.fillStyle = label.soft ? "#4b5563" : "#111827";
-      ink.fillText(label.text, from, base);
-    }
+    drawLabels(ink, box, labels.map((label) => ({ ...label, at: project(label.p) })));
   });
 })();

@@ -62,3 +62,21 @@ function makeView(canvas, { middle, span, content }, paint) {
   draw();
   return draw;
 }
+
+// Labels {at, text, soft}, moved down until none covers another.
+function drawLabels(ink, box, labels) {
+  ink.font = "13px system-ui, sans-serif";
+  const taken = [];
+  for (const label of labels) {
+    const [x, y] = label.at, width = ink.measureText(label.text).width;
+    const from = Math.max(2, Math.min(x + 7, box.width - width - 2));
+    let base = y - 6;
+    while (taken.some((t) => Math.abs(t.base - base) < 15 && from < t.to && t.from < from + width)) base += 15;
+    taken.push({ from, to: from + width, base });
+    ink.lineWidth = 3;
+    ink.strokeStyle = "rgba(255,255,255,.9)";
+    ink.strokeText(label.text, from, base);
+    ink.fillStyle = label.soft ? "#4b5563" : "#111827";
+    ink.fillText(label.text, from, base);
+  }
+}

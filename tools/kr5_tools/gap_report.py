@@ -1,0 +1,186 @@
+"""The page about a diagnosis (kr5-gap/1): verdict, map of the cell, causes with evidence, residuals before and after."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from . import common
+from .gap_report_evidence import against, for_it, parameter_rows
+from .gap_report_words import (
+    capital, cause_words, column_words, dependence_words, effect_words, listed, next_steps, notes, part_of, part_words, percent, verdict_words,
+)
+from .gap_report_effects import words_of
+
+TITLE = "Why simulation and cell disagree"
+SAID = 1.15  # a gap below this is coloured, but not written beside the part
+LOOK = {"no_gap": ("good", "✓", "No gap"), "explained": ("good", "✓", "Explained"), "partly_explained": ("doubtful", "!", "Partly explained"),
+        "unknown": ("unusable", "?", "Unknown")}
+# What a diagnosis must hold: key, type, keys of its entries.
+SHAPE: tuple[tuple[str, type, tuple[str, ...]], ...] = (
+    ("where", list, ("experiment", "column", "target", "gap", "share", "depends_on")),
+    ("causes", list, ("effect", "target", "probability", "parameters", "gap_closed", "tied_with")),
+    ("unexplained", list, ("experiment", "column", "gap", "depends_on")), ("shrink", dict, ("before", "after", "columns")),
+    ("next_experiment", dict, ("separates", "do")),
+)
+
+
+def check(data: dict[str, Any], source: Path) -> None:
+    """Complains about a file that is no diagnosis of the documented shape."""
+    if data.get("verdict") not in LOOK:
+        common.fail(f"{source}: verdict: found {data.get('verdict')!r}, expected one of {', '.join(LOOK)}")
+    for key, kind, keys in SHAPE:
+        if not isinstance(data.get(key), kind):
+            common.fail(f"{source}: {key}: found {data.get(key)!r:.60}, expected a {'list' if kind is list else 'map'}; see kr5-gap/1")
+        entries = data[key] if kind is list else [data[key]]
+        for i, entry in enumerate(entries):
+            missing = [k for k in keys if not isinstance(entry, dict) or k not in entry]
+            if missing:
+                common.fail(f"{source}: {key}{f'[{i}]' if kind is list else ''}: '{missing[0]}' is missing; write it anew with kr5 gap diagnose -o")
+
+
+def write_gap_report(data: dict[str, Any], source: Path, output: Path, png: Path | None = None, folder: Path | None = None) -> list[Path]:
+    """Writes the page and, if asked, the plots; returns the files of the plots. `folder`: of the recording."""
+    import matplotlib.pyplot as plt
+
+    from .gap_report_data import Evidence, find_recording
+    from .gap_report_plots import plots_of
+    from .plot_style import STYLE
+    from .report_page import write_png
+
+    check(data, source)
+    recording = find_recording(data, source, folder)
+    if recording is None:
+        common.errors.print("note: the recording was not found, so the page shows no curves; name it with --recording", soft_wrap=True)
+    drawn: list[Any] = []
+    try:
+        with common.working("Simulating and drawing …"):
+            evidence = Evidence(data, recording) if recording else None
+            parts, q = parts_of(evidence, data), posture(recording) if recording else []
+            drawn = plots_of(evidence, data, parts, q)
+            with plt.rc_context(STYLE):
+                page = make_page(data, source, evidence, parts, q, drawn)
+                common.write_text(page, output)
+                return write_png(drawn, png) if png else []
+    except (TypeError, ValueError, KeyError, AttributeError, IndexError) as error:
+        if recording is None or not _fits(data, recording):
+            common.fail(f"{source}: does not fit its recording ({type(error).__name__}: {error}); name the right one with --recording")
+        raise
+    finally:
+        for plot in drawn:
+            plt.close(plot.figure)
+
+
+def _fits(data: dict[str, Any], recording: Any) -> bool:
+    """Whether the recording has the columns the diagnosis speaks of."""
+    kinds = {str(e.kind) for e in recording.experiments}
+    return all(place["experiment"] in kinds for place in data["where"])
+
+
+def posture(recording: Any) -> list[float]:
+    """In which the cell is drawn: the middle one of a measured motion, where the arm is in the open."""
+    from .cell import rest_posture
+
+    n = recording.cell.robot.joints
+    for kind in ("motion", "poses", "views"):
+        for e in recording.experiments:
+            if str(e.kind) == kind and all(f"q{i + 1}" in e.data for i in range(n)):
+                q = np.column_stack([e[f"q{i + 1}"] for i in range(n)])
+                return [float(x) for x in q[np.argmin(np.sum((q - np.median(q, axis=0)) ** 2, axis=1))]]
+    return rest_posture(recording.cell, recording)
+
+
+def parts_of(evidence: Any, data: dict[str, Any]) -> list[dict[str, Any]]:
+    """Every part of the cell that a column shows, with the widest gap before and after, and its colour."""
+    from .gap_report_plots import colour
+
+    named = {"before": {f"{p['experiment']}.{p['column']}" for p in data["where"]},
+             "after": {f"{p['experiment']}.{p['column']}" for p in data["unexplained"]}}
+    causes = {part_of_target(c["target"]): effect_words(c["effect"], c["target"]) for c in data["causes"]}
+    parts: dict[str, dict[str, Any]] = {}
+    for group in evidence.groups if evidence else ():
+        part = parts.setdefault(part_of(group), {"id": part_of(group), "words": part_words(part_of(group)), "groups": [],
+                                                 "cause": causes.get(part_of(group))})
+        part["groups"].append(group)
+    for part in parts.values():
+        for which in ("before", "after"):
+            above = [g for g in part["groups"] if g in named[which]]
+            gaps = {g: evidence.gap(g, which) for g in above or part["groups"]}
+            group = max(gaps, key=lambda g: gaps[g])
+            part[which] = {"gap": float(gaps[group]) if np.isfinite(gaps[group]) else None, "above": bool(above), "label": bool(above) and gaps[group] >= SAID, "group": group,
+                           "column": column_words(group), "colour": colour(gaps[group], bool(above))}
+        part["shown"] = part["before"]["above"] or part["after"]["above"] or bool(part["cause"])
+    return sorted(parts.values(), key=lambda p: (not p["before"]["above"], -(p["before"]["gap"] or 0) if p["before"]["above"] else 0, p["words"]))
+
+
+def floor_words(data: dict[str, Any], evidence: Any) -> str:
+    """Of a recording without gap: how near the floor its columns are."""
+    if evidence is None or data["verdict"] != "no_gap":
+        return ""
+    gaps = [evidence.gap(group) for group in evidence.groups]
+    return f" Over its {len(gaps)} columns the gap is {float(np.sqrt(np.mean(np.square(gaps)))):.2f} times the noise, and 1 is the floor."
+
+
+def part_of_target(target: str) -> str:
+    """The part that an effect's target is drawn as."""
+    if target.startswith("motor"):
+        return target.replace("motor", "joint")
+    return {"force_torque": "sensor", "gripper": "tool", "base": "joint1"}.get(target, "sensor" if len(target) == 2 else target)
+
+
+def depends_text(place: dict[str, Any]) -> str:
+    return capital("; ".join(dependence_words(d) for d in place["depends_on"]))
+
+
+def place_rows(data: dict[str, Any]) -> list[dict[str, Any]]:
+    """The table of columns above the floor."""
+    after = {f"{p['experiment']}.{p['column']}": p for p in data["unexplained"]}
+    rows = []
+    for place in data["where"]:
+        group = f"{place['experiment']}.{place['column']}"
+        rows.append({"group": group, "words": capital(column_words(group)), "gap": place["gap"], "share": percent(place["share"]),
+                     "after": data["shrink"]["columns"].get(group, [None, None])[1], "left": group in after,
+                     "depends": depends_text(place)})
+    return rows
+
+
+def cause_rows(data: dict[str, Any], evidence: Any) -> list[dict[str, Any]]:
+    """What the page says of each cause."""
+    import kr5.cell
+
+    catalogue = {e.id: e for e in kr5.cell.effect_catalogue()}
+    out = []
+    for k, cause in enumerate(data["causes"]):
+        row = catalogue.get(cause["effect"])
+        parameters = parameter_rows(cause, evidence.recording.cell if evidence else None)
+        out.append({"name": capital(effect_words(cause["effect"], cause["target"])), "id": f"{cause['effect']} on {cause['target']}",
+                    "sure": percent(cause["probability"]), "what": capital(row.description) if row else "", "shows": words_of(cause["effect"]).shows,
+                    "mend": words_of(cause["effect"]).mend, "parameters": parameters,
+                    "nominal": any(p["nominal"] for p in parameters),
+                    "for": for_it(data, k, evidence), "against": against(data, k, evidence)})
+    return out
+
+
+def make_page(data: dict[str, Any], source: Path, evidence: Any, parts: list[dict[str, Any]], q: list[float], drawn: list) -> str:
+    """The HTML of the page."""
+    from .replay import cell_scene
+    from .report_page import embed, render, script_json
+
+    plots = {p.name: embed(p) for p in drawn if p.name != "map"}
+    look, icon, word = LOOK[data["verdict"]]
+    named = evidence.recording.folder if evidence else data.get("input", {}).get("recording", "RECORDING")
+    scene = None
+    if evidence:
+        scene = {**cell_scene(evidence.recording.cell), "q": q, "parts": common.plain(parts)}
+    return render(
+        "gap.html", brand="kr5 gap diagnose", title=TITLE, data=data, source=source.name, look=look, icon=icon, word=word,
+        verdict=verdict_words(data) + floor_words(data, evidence), steps=next_steps(data, str(named)), places=place_rows(data), causes=cause_rows(data, evidence),
+        unexplained=[{"words": capital(column_words(f"{p['experiment']}.{p['column']}")), "gap": p["gap"],
+                      "depends": depends_text(p)} for p in data["unexplained"]],
+        ties=[f"{cause_words(c).split(' (')[0]} and {listed([effect_words(t['effect'], t['target']) for t in c['tied_with']])}"
+              for c in data["causes"] if c["tied_with"]],
+        warnings=notes(data.get("warnings", [])), scatter=data.get("scatter") or 0.0, parts=parts,
+        heat=[plots[n] for n in ("heat_before", "heat_after") if n in plots], shrink=plots.get("shrink"),
+        curves=[plots[n] for n in plots if n.startswith(("rows_", "against_"))], recording=named, found=evidence is not None,
+        unset=evidence.unset if evidence else [], columns=len(evidence.groups) if evidence else None, scene=script_json(scene),
+    )

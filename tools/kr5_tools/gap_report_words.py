@@ -1,0 +1,240 @@
+"""A diagnosis in sentences: names of columns, parts and variables, and the verdict."""
+
+import re
+from typing import Any
+
+import numpy as np
+
+from . import common
+from .gap_report_effects import words_of
+
+AXIS = {"x": "x", "y": "y", "z": "z"}
+KINDS = {"motion": "free motion", "poses": "measured poses", "views": "views of the board", "scan": "scans", "step": "steps",
+         "press": "presses on the bench", "profile": "rolls of the peg on the tube"}
+# Column of a kind in words; {} is its number or axis.
+COLUMNS = (
+    (r"\w+\.q(\d+)", "position of joint {}"), (r"\w+\.i(\d+)", "current of joint {}"), (r"\w+\.tau(\d+)", "torque of joint {}"),
+    (r"motion\.f([xyz])", "force {} at the wrist"), (r"motion\.t([xyz])", "torque about {} at the wrist"),
+    (r"poses\.r([xyz])", "orientation of the tool about {}"), (r"poses\.([xyz])", "position {} of the tool"),
+    (r"views\.([uv])", "image coordinate {} of the board"), (r"scan\.z()", "range of the scanner"),
+    (r"step\.z()", "height during steps"), (r"press\.z()", "height while pressing"), (r"press\.f([xyz])", "force {} while pressing"),
+    (r"press\.t([xyz])", "torque about {} while pressing"), (r"profile\.z()", "resting depth of the peg"),
+    (r"profile\.f([xyz])", "force {} on the peg"), (r"profile\.t([xyz])", "torque about {} on the peg"),
+)
+VARIABLES = (
+    (r"\|qd(\d+)\|", "speed of joint {}"), (r"qdd(\d+)", "acceleration of joint {}"), (r"qd(\d+)", "velocity of joint {}"),
+    (r"q(\d+)", "position of joint {}"), (r"t()", "time"), (r"zcd()", "commanded vertical speed"), (r"zc()", "commanded height"),
+    (r"x()", "place along the profile"), (r"speed()", "scanning speed"), (r"tilt()", "tilt of the peg"),
+    (r"alpha()", "direction of the tilt"), (r"c([xy])", "place {} of the peg"), (r"fc()", "held force"),
+    (r"([uv])", "image coordinate {}"), (r"predicted (\w+)", "simulated {}"),
+)
+PARTS = {"sensor": "force sensor", "tool": "tool", "camera": "camera", "laser": "scanner", "servo": "path correction",
+         "contact": "contact with the bench", "tube": "peg on the tube"}
+
+
+def _translated(rows: tuple[tuple[str, str], ...], text: str) -> str | None:
+    found = ((re.fullmatch(pattern, text), words) for pattern, words in rows)
+    return next((words.format(m[1]) for m, words in found if m), None)
+
+
+def column_words(group: str) -> str:
+    """`motion.i3` is the current of joint 3."""
+    return _translated(COLUMNS, group) or group
+
+
+def variable_words(name: str) -> str:
+    return _translated(VARIABLES, name) or name
+
+
+def part_of(group: str) -> str:
+    """What of the cell a column belongs to: joint1..., or a key of PARTS."""
+    kind, column = group.split(".", 1)
+    if m := re.fullmatch(r"(?:q|i|tau)(\d+)", column):
+        return f"joint{m[1]}"
+    if kind == "motion":
+        return "sensor"
+    if kind in ("poses", "views", "scan", "step"):
+        return {"poses": "tool", "views": "camera", "scan": "laser", "step": "servo"}[kind]
+    if kind == "press":
+        return {"z": "servo", "fz": "contact"}.get(column, "sensor")
+    return "tube" if column == "z" else "sensor"
+
+
+def part_words(part: str) -> str:
+    return PARTS.get(part) or re.sub(r"(\d+)$", r" \1", part)
+
+
+def target_words(target: str) -> str:
+    """What an effect sits on."""
+    if re.fullmatch(r"[ft][xyz]", target):
+        return ("force " if target[0] == "f" else "torque about ") + target[1]
+    return {"force_torque": "force sensor", "servo": "path correction", "laser": "scanner"}.get(target) or re.sub(r"(\d+)$", r" \1", target)
+
+
+def effect_words(effect: str, target: str) -> str:
+    """`stribeck_friction`, `joint3` is Stribeck friction of joint 3."""
+    name = words_of(effect).name
+    return name if target_words(target) in name or target in ("drives", "links", "base", "servo") else f"{name} of {target_words(target)}" \
+        if target.startswith(("joint", "motor")) else f"{name} ({target_words(target)})"
+
+
+def dependence_words(dependence: dict[str, Any]) -> str:
+    """A dependence as the end of `the gap ...`."""
+    name, how = variable_words(dependence["variable"]), dependence["how"].replace(" rad or m", " rad")
+    turn = ""
+    if m := re.match(r"changes sign with (\w+), ", how):
+        turn, how = "turns sign with the direction of motion", how[m.end():]
+        if how == "about the same everywhere":
+            return f"{turn}, and is of the same size at any {name}"
+        turn += " and "
+    if how == "about the same everywhere":
+        return f"{turn}is about the same at any {name}"
+    if how.startswith("slower than"):
+        return f"{turn}lasts longer than {how.split()[2]} samples"
+    if m := re.match(r"(below|above|between) ", how):
+        return f"{turn}is largest where the {name} is {how}"
+    return f"{turn}{how.replace('with it', f'with the {name}')}"
+
+
+def percent(share: float) -> str:
+    """A share that says neither 0 nor 100 %, which no measurement does."""
+    if share >= 0.995:
+        return "more than 99.9 %" if share > 0.9995 else "more than 99 %"
+    return "less than 1 %" if 0 < share < 0.005 else f"{100 * share:.0f} %"
+
+
+def capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
+def listed(items: list[str], last: str = "and") -> str:
+    return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} {last} {items[-1]}" if items else ""
+
+
+SCALES = {"m": (1e3, "mm"), "rad": (57.29577951308232, "°"), "s": (1e3, "ms"), "kg m^2": (1e6, "kg mm²"), "-": (1.0, "")}
+
+
+def shown_unit(unit: str, values: list[float], target: str) -> tuple[float, str]:
+    """Factor and unit for people; long times stay in seconds. `N or N.m`: of a force or a torque, as the target says."""
+    if " or " in unit and re.fullmatch(r"[ft][xyz]", target):
+        unit = unit.split(" or ")[target[0] == "t"]
+    if unit == "s" and max(map(abs, values), default=0.0) >= 1:
+        return 1.0, "s"
+    return SCALES.get(unit, (1.0, unit.replace("N.m", "N m").replace(".", " ").replace("^2", "²")))
+
+
+def value_words(parameter: dict[str, Any], target: str) -> str:
+    """Value with doubt and unit; a pose only says that it is one."""
+    value = parameter["value"]
+    values, std = (value, parameter["std"]) if isinstance(value, list) else ([value], parameter["std"])
+    std = std if isinstance(std, list) else [std]
+    if values and isinstance(values[0], list):
+        return f"± {common.number(1e3 * max(std[:3]))} mm, ± {common.number(57.3 * max(std[3:]))} °"
+    factor, unit = shown_unit(parameter["unit"], values, target)
+    texts = [common.number(factor * v, factor * s) if s else f"{factor * v:.6g}" for v, s in zip(values, std)]
+    doubt = f" ± {common.number(factor * max(std), factor * max(std))}" if max(std) else ""
+    return ", ".join(texts) + doubt + (f" {unit}" if unit else "")
+
+
+def cause_words(cause: dict[str, Any]) -> str:
+    """Cause with its first value, as in the verdict."""
+    name = effect_words(cause["effect"], cause["target"])
+    known = [p for p in cause["parameters"].values() if np.any(p["std"])]  # a choice, as the number of cycles, has no doubt
+    first = next(iter(known), None)
+    pose = first and isinstance(first["value"], list) and isinstance(first["value"][0], list)
+    value = f"{value_words(first, cause['target'])}, " if first and not pose else ""
+    return f"{name} ({value}{percent(cause['probability'])} probable)"
+
+
+def main_places(where: list[dict[str, Any]]) -> list[tuple[float, str]]:
+    """Share of the excess and where, by kind and part, largest first: a column where one holds most of it."""
+    shares: dict[tuple[str, str], list[dict[str, Any]]] = {}
+    for place in where:
+        group = f"{place['experiment']}.{place['column']}"
+        shares.setdefault((place["experiment"], part_of(group)), []).append(place)
+    out = []
+    for (kind, part), places in shares.items():
+        total = sum(p["share"] for p in places)
+        top = max(places, key=lambda p: p["share"])
+        columns = listed([f"{p['column']}" for p in places])
+        text = column_words(f"{kind}.{top['column']}") if top["share"] > 0.75 * total else f"{part_words(part)} in {KINDS.get(kind, kind)} ({columns})"
+        out.append((total, f"the {text}"))
+    return sorted(out, key=lambda row: -row[0])
+
+
+def where_words(where: list[dict[str, Any]]) -> str:
+    """`82 % of its excess sits in the current of joint 3`, with what it depends on."""
+    places = main_places(where)
+    said, held = [], 0.0
+    for share, text in places[:3]:
+        said.append(f"{percent(share)} {'of its excess sits ' if not said else ''}in {text}")
+        held += share
+        if held > 0.8:
+            break
+    depends = [d for d in where[0]["depends_on"] if "about the same" not in d["how"] or "changes sign" in d["how"]]
+    tail = f"; it {dependence_words(depends[0])}" if depends and len(said) == 1 else ""
+    return listed(said) + tail
+
+
+def verdict_words(data: dict[str, Any]) -> str:
+    """The diagnosis in plain sentences, for one who did not run it."""
+    where, causes, shrink = data["where"], data["causes"], data["shrink"]
+    if data["verdict"] == "no_gap" or not where:
+        return "There is no gap: the simulation shows what was recorded, within noise. No cause is named, and nothing needs mending."
+    said = [f"The gap is {shrink['before']:{'.1f' if shrink['before'] >= 10 else '.2f'}} times the noise; {where_words(where)}."]
+    if not causes:
+        return f"{said[0]} No effect of the catalogue explains it, so no cause is named."
+    ties = sorted({effect_words(t["effect"], t["target"]) for c in causes for t in c["tied_with"]})
+    said.append(f"{'Causes' if len(causes) > 1 else 'Cause'}: {listed([cause_words(c) for c in causes])}"
+                + (f", which this recording cannot tell from {listed(ties, 'or')}" if ties else "") + ".")
+    said.append(f"With {'them' if len(causes) > 1 else 'it'} the gap falls to {shrink['after']:.2f} on experiments not used to fit; "
+                + ("nothing structured is left." if data["verdict"] == "explained" else f"a structured rest stays in {_rest(data)}."))
+    return " ".join(said)
+
+
+def _rest(data: dict[str, Any]) -> str:
+    places = [column_words(f"{p['experiment']}.{p['column']}") for p in data["unexplained"]]
+    more = f" and {len(places) - 3} more columns" if len(places) > 3 else ""
+    return "the " + (listed(places) if not more else ", ".join(places[:3]) + more)
+
+
+def next_steps(data: dict[str, Any], recording: str) -> list[str]:
+    """What to do now, in order."""
+    steps = []
+    if data["verdict"] == "no_gap" or not data["where"]:
+        return ["Use the cell as it is. Record again after a repair, a crash or a change of tool."]
+    ties, do = [t for c in data["causes"] for t in c["tied_with"]], data["next_experiment"]["do"]
+    if ties and do:
+        steps.append(f"To tell {listed([effect_words(*n.split(' ', 1)) for n in data['next_experiment']['separates']])} apart: {do}.")
+    elif do:
+        steps.append(capital(f"{do}."))
+    for cause in data["causes"]:
+        if mend := words_of(cause["effect"]).mend:
+            steps.append(f"{capital(effect_words(cause['effect'], cause['target']))}: {mend}")
+    if data["causes"]:
+        steps.append(f"To simulate with what was found: `kr5 gap diagnose {recording} --write-cell tuned.yaml`. A gap near 1 on another "
+                     "recording, `kr5 gap measure OTHER --cell tuned.yaml`, confirms it.")
+    if data["unexplained"]:
+        top = data["unexplained"][0]
+        depends = f", which {dependence_words(top['depends_on'][0])}" if top["depends_on"] else ""
+        steps.append(f"See first whether sensor, units and frame of the {column_words(top['experiment'] + '.' + top['column'])} are what the "
+                     f"recording says{depends and f': its gap{depends[6:]}'}.")
+        steps.append("Record the same once more. What comes back is of the cell, and an effect of your own, added from Python, can "
+                     "describe it; what does not was this recording.")
+    return steps
+
+
+NOISE = ("Gaps are counted in units of the noise that was seen. Correct it in the cell: a noise declared too small makes every "
+         "recording look bad, one too large hides real gaps.")
+SPIKES = ("Single wild samples, as from a disturbed line, would outweigh thousands of good ones; the diagnosis does not count them. If "
+          "there are many, look at cables and logging.")
+
+
+def notes(warnings: list[str]) -> list[tuple[str, str]]:
+    """Each warning with what it means; those of the noise in one."""
+    noise = [m for m in (re.match(r"noise of (\w+) is ([\d.]+ (?:\+-|±) [\d.]+)", w) for w in warnings) if m]
+    out = [(capital(f"{w}."), SPIKES if "spikes" in w else "") for w in warnings if not w.startswith("noise of")]
+    if noise:
+        each = listed([f"{m[1].replace('_', ' ')} {m[2].replace('+-', '±')}" for m in noise])
+        out.append((f"The noise is not what the cell declares, but so many times that: {each}.", NOISE))
+    return out
