@@ -45,7 +45,7 @@ def diagnose(
 
     options.validate()
     recording = kr5.cell.load_recording(folder)
-    found = _diagnose(recording, common.simulator(full), options)
+    found = run_diagnosis(recording, common.simulator(full), options)
     data = json.loads(found.to_json())
     if write_cell:
         kr5.cell.save_cell(found.cell, write_cell)
@@ -60,7 +60,8 @@ def diagnose(
         common.console(json_file).print(f"report: {report}", soft_wrap=True)
 
 
-def _diagnose(recording: Any, simulator: Any, options: Any) -> Any:
+def run_diagnosis(recording: Any, simulator: Any, options: Any) -> Any:
+    """The diagnosis, with a bar for people at a terminal."""
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
     if not common.errors.is_terminal:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from . import common
-from .gap_report_evidence import against, for_it, parameter_rows
+from .gap_report_evidence import against, for_it, in_its_place, parameter_rows
 from .gap_report_words import (
     capital, cause_words, column_words, dependence_words, effect_words, listed, next_steps, notes, part_of, part_words, percent, verdict_words,
 )
@@ -145,8 +145,10 @@ def place_rows(data: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def cause_rows(data: dict[str, Any], evidence: Any) -> list[dict[str, Any]]:
-    """What the page says of each cause."""
+    """What is said of each cause, and what other effects do in its place."""
     import kr5.cell
+
+    from .gap_report_trial import rivals
 
     catalogue = {e.id: e for e in kr5.cell.effect_catalogue()}
     out = []
@@ -157,7 +159,8 @@ def cause_rows(data: dict[str, Any], evidence: Any) -> list[dict[str, Any]]:
                     "sure": percent(cause["probability"]), "what": capital(row.description) if row else "", "shows": words_of(cause["effect"]).shows,
                     "mend": words_of(cause["effect"]).mend, "parameters": parameters,
                     "nominal": any(p["nominal"] for p in parameters),
-                    "for": for_it(data, k, evidence), "against": against(data, k, evidence)})
+                    "for": for_it(data, k, evidence), "against": against(data, k, evidence),
+                    "rivals": in_its_place(rivals(evidence, k), evidence) if evidence and evidence.explained else []})
     return out
 
 

@@ -52,26 +52,34 @@ def rotation_vector(simulated: np.ndarray, recorded: np.ndarray) -> np.ndarray:
     return v * np.where(sine > 1e-12, angle / np.maximum(sine, 1e-12), 2.0)[:, None]
 
 
-def differences(recording: Any, cell: Any, simulator: Any, experiment: Any, sizes: dict[str, float]) -> dict[str, np.ndarray]:
-    """Recorded less simulated over noise, of every column that both have and whose noise is stated. `sizes`: by what to
-    multiply a noise that the cell states wrongly."""
-    import kr5.cell
+class Comparison:
+    """What an experiment recorded, ready to be compared with what a simulator shows: every column that both have and whose
+    noise is stated. `sizes`: by what to multiply a noise that the cell states wrongly."""
 
-    shown, data = simulator.predict(cell, experiment), experiment.data
-    shown = {name: shown[name] for name in shown.columns}
-    rows = {c.name: c for c in kr5.cell.columns(experiment.kind, recording.cell.robot.joints)}
-    noise = {key: value * sizes.get(key, 1.0) for key, value in recording.cell.noise.to_dict().items()}
-    out = {}
-    for name, row in rows.items():
-        if name in QUATERNION or name not in shown or name not in data or not noise.get(row.noise):
-            continue
-        out[name] = (np.asarray(data[name]) - np.asarray(shown[name])) / noise[row.noise]
-    if all(q in shown and q in data for q in QUATERNION) and noise.get("pose_rotation"):
-        turned = rotation_vector(*(np.column_stack([source[q] for q in QUATERNION]) for source in (shown, data)))
-        out |= {name: turned[:, k] / noise["pose_rotation"] for k, name in enumerate(ROTATION)}
-    if "sphere" in data and "sphere" in shown and "z" in out:
-        out["z"] = np.where(np.asarray(data["sphere"]) == np.asarray(shown["sphere"]), out["z"], np.nan)
-    return out
+    def __init__(self, recording: Any, experiment: Any, sizes: dict[str, float]) -> None:
+        import kr5.cell
+
+        cell, self.experiment = recording.cell, experiment
+        rows = kr5.cell.columns(experiment.kind, cell.robot.joints)
+        noise = {key: value * sizes.get(key, 1.0) for key, value in cell.noise.to_dict().items()}
+        recorded, names = np.asarray(experiment.data.values), list(experiment.data.columns)
+        self.recorded = {name: recorded[:, k] for k, name in enumerate(names)}
+        self.noise = {row.name: noise[row.noise] for row in rows if row.name in self.recorded and row.name not in QUATERNION and noise.get(row.noise)}
+        turned = all(q in self.recorded for q in QUATERNION) and noise.get("pose_rotation")
+        self.rotation, self.turned = noise.get("pose_rotation"), np.column_stack([self.recorded[q] for q in QUATERNION]) if turned else None
+
+    def rows(self, cell: Any, simulator: Any) -> dict[str, np.ndarray]:
+        """Recorded less simulated over noise, by column; NaN where the two cannot be compared."""
+        table = simulator.predict(cell, self.experiment)
+        values = np.asarray(table.values)
+        shown = {name: values[:, k] for k, name in enumerate(table.columns)}
+        out = {name: (self.recorded[name] - shown[name]) / sigma for name, sigma in self.noise.items() if name in shown}
+        if self.turned is not None and all(q in shown for q in QUATERNION):
+            turned = rotation_vector(np.column_stack([shown[q] for q in QUATERNION]), self.turned)
+            out |= {name: turned[:, k] / self.rotation for k, name in enumerate(ROTATION)}
+        if "sphere" in self.recorded and "sphere" in shown and "z" in out:
+            out["z"] = np.where(self.recorded["sphere"] == shown["sphere"], out["z"], np.nan)
+        return out
 
 
 def spikes(experiment: Any, rows: np.ndarray) -> np.ndarray:
@@ -98,16 +106,19 @@ class Evidence:
 
     def __init__(self, data: dict[str, Any], recording: Any, simulator: Any = None) -> None:
         self.data, self.recording = data, recording
+        self.experiments = recording.experiments  # once: each look makes copies
         self.simulator = simulator or common.simulator(False)
+        self.noise_sizes = seen_noise(data.get("warnings", []))
+        self.wild: dict[tuple[str, str], np.ndarray] = {}  # spikes, by experiment and column
         self.unset: list[str] = []  # causes that a cell cannot hold
-        self.cell = self._cell_with(range(len(data["causes"])))
+        self.cell = self.cell_with(range(len(data["causes"])))
 
-    def _cell_with(self, causes: Any) -> Any:
+    def cell_with(self, causes: Any) -> Any:
         """The recording's cell with some of the causes added."""
         import kr5.cell
 
         known = {e.id for e in kr5.cell.effect_catalogue()}
-        cell = kr5.cell.parse_cell(self.recording.cell.to_yaml())
+        cell = self.recording.cell  # a copy
         for k in causes:
             cause = self.data["causes"][k]
             if cause["effect"] not in known:
@@ -120,19 +131,17 @@ class Evidence:
     @cached_property
     def columns(self) -> list[Column]:
         causes = range(len(self.data["causes"]))
-        others = {k: self._cell_with([j for j in causes if j != k]) for k in causes} if len(causes) > 1 and self.explained else {}
-        warnings = self.data.get("warnings", [])
-        sizes, spiky = seen_noise(warnings), any("spikes" in w for w in warnings)
+        others = {k: self.cell_with([j for j in causes if j != k]) for k in causes} if len(causes) > 1 and self.explained else {}
+        spiky = any("spikes" in w for w in self.data.get("warnings", []))
         out = []
-        for experiment in common.track(self.recording.experiments, "simulating"):
-            def shown(cell: Any, experiment: Any = experiment) -> dict[str, np.ndarray]:
-                return differences(self.recording, cell, self.simulator, experiment, sizes)
-
-            before = shown(self.recording.cell)
-            after = shown(self.cell) if self.explained else {}
-            without = {k: shown(cell) for k, cell in others.items()} or ({0: before} if self.explained else {})
+        for experiment in common.track(self.experiments, "simulating"):
+            compare = Comparison(self.recording, experiment, self.noise_sizes)
+            before = compare.rows(self.recording.cell, self.simulator)
+            after = compare.rows(self.cell, self.simulator) if self.explained else {}
+            without = {k: compare.rows(cell, self.simulator) for k, cell in others.items()} or ({0: before} if self.explained else {})
             for name, rows in before.items():
                 wild = spikes(experiment, rows) if spiky else np.zeros(len(rows), bool)
+                self.wild[experiment.name, name] = wild
                 kept = {key: np.where(wild, np.nan, values[name]) for key, values in [("before", before), ("after", after), *without.items()]
                         if name in values}
                 out.append(Column(experiment, name, kept["before"], kept.get("after"), {k: kept[k] for k in without if k in kept}))

@@ -125,15 +125,28 @@ def for_it(data: dict[str, Any], k: int, evidence: Any) -> list[str]:
         top = [row for row in columns_of(evidence, k) if row[3] > 0.01 and row[1] > evidence.limit(row[0])][:4]
         if top:
             out.append("It explains " + listed([f"the {column_words(g)} ({w:.2f} → {a:.2f})" for g, w, a, _ in top])
-                       + f"{', with one and the same value' if len(top) > 1 else ''}.")
+                       + f"{', all with the same values' if len(top) > 1 else ''}.")
         closed = closed_by_experiment(evidence, k)
         if len(closed) > 1 and min(closed.values()) > 0.5:
             out.append(f"It holds in each of the {len(closed)} experiments in which it stands out: in the worst "
-                       f"{percent(min(closed.values()))} of the excess goes.")
+                       f"{percent(min(closed.values()))} of its excess goes.")
         away = _moved(cause, evidence.recording.cell)
         if away and away >= 3:
             out.append(f"Its size is {away:.0f} standard deviations from none." if away < 1000 else "Its size is more than 1000 standard deviations from none.")
     return out
+
+
+def in_its_place(trials: list[Any], evidence: Any) -> list[str]:
+    """What other effects do in the place of a cause, fitted anew."""
+    out = []
+    for trial in trials:
+        if trial.closed < 0.01:
+            continue
+        group, left = trial.left
+        rest = "leaves nothing above the floor" if left <= 1.02 * evidence.limit(group) else f"leaves the {column_words(group)} at {left:.2f}"
+        name = effect_words(trial.effect, trial.target)
+        out.append(f"{name[:1].upper()}{name[1:]} closes {percent(trial.closed)} and {rest}.")
+    return out or ["No other effect closes more than 1 % of what it closes."]
 
 
 def against(data: dict[str, Any], k: int, evidence: Any) -> list[str]:

@@ -47,7 +47,7 @@ def heat_map(evidence: Evidence, which: str) -> Figure:
         if above[i, j]:
             text = f"{gaps[i, j]:.0f}" if gaps[i, j] >= 10 else f"{gaps[i, j]:.1f}"
             axes.text(j, i, text, ha="center", va="center", fontsize=8, color="white" if gaps[i, j] > 5 else "#111827")
-    checks = {e.name for e in evidence.recording.experiments if str(e.split) == "check"}
+    checks = {e.name for e in evidence.experiments if str(e.split) == "check"}
     axes.set_xticks(range(len(names)), [f"{n} ✓" if n in checks else n for n in names], rotation=60, ha="right",
                     rotation_mode="anchor", fontsize=9)
     axes.set_yticks(range(len(rows)), rows, fontsize=9)

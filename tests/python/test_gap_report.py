@@ -1,0 +1,255 @@
+"""The page about a diagnosis in a headless Chromium, and `kr5 gap explain`."""
+
+import json
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import kr5
+import kr5.cell
+import kr5.gap
+import kr5.predict
+import numpy as np
+import pytest
+import yaml
+from kr5_tools.gap_report_data import Evidence, gap_of, rotation_vector, spikes
+from kr5_tools.gap_report_effects import EFFECTS
+from kr5_tools.gap_report_evidence import parameter_rows
+from kr5_tools.gap_report_words import column_words, dependence_words, part_of, percent, verdict_words
+
+PROTOCOL = {
+    "format": "kr5-protocol/1",
+    "home": [0.0, 0.02, -2.75, 0.0, -0.3, 1.571],
+    "experiments": [
+        {"name": "motion-1", "kind": "motion", "split": "fit", "signal": "fourier", "duration": 6.0},
+        {"name": "motion-2", "kind": "motion", "split": "check", "signal": "way_points", "count": 2, "start": 10.0},
+        {"name": "poses-1", "kind": "poses", "split": "fit", "count": 20},
+        {"name": "poses-2", "kind": "poses", "split": "check", "count": 10},
+        {"name": "press-1", "kind": "press", "split": "check", "speeds": [0.003]},
+    ],
+}
+FRICTION = {"effect": "stribeck_friction", "target": "joint2", "values": {"stribeck": 25.0, "stribeck_velocity": 0.08}}
+OFFSET = {"effect": "tool_offset", "target": "tool", "values": {"offset": [1e-3, 0.0, 2e-3]}}
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    """Recordings by name, as a simulated cell shows them that carries some effects; the nominal cell beside each."""
+    folder = tmp_path_factory.mktemp("recordings")
+    share = Path(__file__).resolve().parents[2] / "share"
+    (folder / "protocol.yaml").write_text(yaml.safe_dump(PROTOCOL))
+    for name, effects in (("worn", [FRICTION, OFFSET]), ("sound", [])):
+        cell = kr5.cell.load_cell(share / "cells/kr5_arc.yaml")
+        for e in effects:
+            for parameter, value in e["values"].items():
+                cell.set_effect(e["effect"], e["target"], parameter, value)
+        kr5.cell.save_cell(cell, folder / f"{name}.yaml")
+        done = subprocess.run([sys.executable, "-m", "kr5_tools", "record", "--cell", f"{name}.yaml", "--protocol", "protocol.yaml", "-o", name,
+                               "--nominal"], cwd=folder, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+    return folder
+
+
+def cause(truth, **changes):
+    parameters = {name: {"value": value, "std": [1e-5] * 3 if isinstance(value, list) else 1e-3 * value, "unit": unit}
+                  for (name, value), unit in zip(truth["values"].items(), ("m",) if "offset" in truth["values"] else ("N.m", "rad/s"))}
+    return {"effect": truth["effect"], "target": truth["target"], "probability": 0.97, "parameters": parameters, "gap_closed": 0.98, "tied_with": [], **changes}
+
+
+def place(group, gap, share=0.5, **depends):
+    kind, column = group.split(".")
+    return {"experiment": kind, "column": column, "target": "x", "gap": gap, "share": share, "depends_on": [depends] if depends else []}
+
+
+def diagnosis(folder, name, verdict, where=(), causes=(), unexplained=(), **more):
+    data = {"format": "kr5-gap/1", "verdict": verdict, "where": list(where), "causes": list(causes), "unexplained": list(unexplained),
+            "shrink": {"before": 9.4, "after": 1.02, "floor": 1.0, "before_ci": [9, 10], "after_ci": [1, 1.1],
+                       "columns": {f"{p['experiment']}.{p['column']}": [p["gap"], 1.0] for p in where}},
+            "next_experiment": {"separates": [], "do": ""}, "scatter": 0.0, "warnings": [], "input": {"recording": name}, **more}
+    file = folder / f"{name}-{verdict}.json"
+    file.write_text(json.dumps(data))
+    return file
+
+
+@pytest.fixture(scope="module")
+def diagnoses(recorded):
+    slow = place("motion.i2", 7.0, 0.6, variable="|qd2|", how="changes sign with qd2, below 0.1 rad/s", evidence=1.0)
+    tool = place("poses.z", 12.0, 0.4, variable="q4", how="varies with it", evidence=1.0)
+    tie = [{"effect": "coulomb_friction", "target": "joint2"}]
+    warnings = ["22 samples are spikes and were left out", "noise of current is 1.10 +- 0.01 times what the cell declares; the seen one is used"]
+    return {
+        "explained": diagnosis(recorded, "worn", "explained", [slow, tool], [cause(FRICTION, tied_with=tie), cause(OFFSET)], warnings=warnings,
+                               next_experiment={"separates": ["stribeck_friction joint2", "coulomb_friction joint2"], "do": "run the motion faster"}),
+        "partly": diagnosis(recorded, "worn", "partly_explained", [slow, tool], [cause(FRICTION)], [tool]),
+        "unknown": diagnosis(recorded, "worn", "unknown", [slow, tool], (), [slow, tool]),
+        "healthy": diagnosis(recorded, "sound", "no_gap"),
+    }
+
+
+@pytest.fixture(scope="module")
+def pages(diagnoses, recorded):
+    for name, file in diagnoses.items():
+        done = subprocess.run([sys.executable, "-m", "kr5_tools", "report", str(file), "-o", f"{name}.html", "--png", f"{name}-png"], cwd=recorded,
+                              capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+    return recorded
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+@pytest.mark.parametrize("name", ["explained", "partly", "unknown", "healthy"])
+def test_a_page_opens_without_complaint_and_fits_the_width(pages, browser, name, width):
+    page = pages / f"{name}.html"
+    browser.open(page, width)
+    assert browser.complaints() == []
+    assert browser.evaluate("document.documentElement.scrollWidth") <= width
+    assert browser.evaluate("[...document.images].filter(i => !i.complete || i.naturalWidth === 0).length") == 0
+    assert [url for url in browser.requests() if not url.startswith(("data:", page.as_uri()))] == []
+
+
+def test_the_map_changes_its_colours_with_the_causes(pages, browser):
+    browser.open(pages / "explained.html", 1280)
+    picture = "document.getElementById('scene').toDataURL()"
+    before = browser.evaluate(picture)
+    browser.evaluate("document.querySelector('input[value=after]').click()")
+    assert len(before) > 5000 and browser.evaluate(picture) != before
+    assert browser.complaints() == []
+
+
+def test_a_page_says_what_was_found_and_what_to_do(pages):
+    page = (pages / "explained.html").read_text()
+    for text in ("Explained.", "60 % of its excess sits in the current of joint 2", "Stribeck friction of joint 2", "25.000 ± 0.025 N m", "97 % probable",
+                 "falls to 1.02", "Coulomb friction of joint 2 would look the same", "run the motion faster", "22 samples are spikes", "current 1.10 ± 0.01",
+                 "Other effects in its place", "What to do now"):
+        assert text in page, text
+    assert "a structured rest stays in the position z of the tool" in (pages / "partly.html").read_text()
+    unknown = (pages / "unknown.html").read_text()
+    assert "No effect of the catalogue explains it" in unknown and "What stays unexplained" in unknown
+    healthy = (pages / "healthy.html").read_text()
+    assert "There is no gap" in healthy and "What noise looks like" in healthy and "What stays unexplained" not in healthy
+
+
+def test_every_plot_is_written_as_png(pages):
+    names = {f.stem for f in (pages / "explained-png").glob("*.png")}
+    assert {"map", "heat_before", "heat_after", "shrink", "rows_motion.i2", "against_motion.i2", "rows_poses.z", "against_poses.z"} <= names
+    assert {f.stem for f in (pages / "healthy-png").glob("*.png")} >= {"map", "heat_before"}
+
+
+def test_the_residuals_are_those_that_measure_counts_and_go_with_the_causes(recorded, diagnoses):
+    recording = kr5.cell.load_recording(recorded / "worn")
+    data = {**json.loads(diagnoses["explained"].read_text()), "warnings": []}
+    evidence = Evidence(data, recording)
+    measured = {(c.experiment, c.column): c.gap for c in kr5.gap.measure(recording, kr5.predict.FastSimulator()).columns}
+    seen = {(c.experiment.name, c.name): gap_of(c.before) for c in evidence.columns}
+    assert seen == pytest.approx(measured, rel=1e-9)
+    assert evidence.gap("motion.i2") > 3 and evidence.gap("poses.z") > 3
+    assert evidence.gap("motion.i2", "after") == pytest.approx(1, abs=0.1)
+    assert evidence.gap("poses.z", without=0) == pytest.approx(evidence.gap("poses.z", "after"), rel=1e-6)
+    assert evidence.gap("poses.z", without=1) == pytest.approx(evidence.gap("poses.z"), rel=1e-6)
+
+
+def test_single_wild_samples_are_found_and_steps_are_not(recorded):
+    experiment = kr5.cell.load_recording(recorded / "sound")["motion-1"]
+    rows = np.random.default_rng(1).normal(size=len(experiment.data))
+    rows[100] += 40
+    rows[200:] += 40
+    assert list(np.flatnonzero(spikes(experiment, rows))) == [100]
+
+
+def test_a_turn_between_quaternions_is_a_rotation_vector():
+    turn = np.array([0.1, -0.2, 0.3])
+    angle = np.linalg.norm(turn)
+    turned = np.concatenate([[math.cos(angle / 2)], math.sin(angle / 2) * turn / angle])
+    at = np.array([0.5, 0.5, -0.5, 0.5])
+    w, x, y, z = at
+    product = np.array([[w, -x, -y, -z], [x, w, -z, y], [y, z, w, -x], [z, -y, x, w]]) @ turned
+    for sign in (1, -1):
+        np.testing.assert_allclose(rotation_vector(at[None], sign * product[None])[0], turn, atol=1e-12)
+
+
+def test_explain_fits_an_effect_and_finds_its_size(recorded, run_kr5):
+    done = run_kr5("gap", "explain", recorded / "worn", "tool_offset:tool", "--json", "-")
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)["targets"][0]
+    values = [float(p["value"]) for p in told["parameters"]]
+    assert values == pytest.approx([1.0, 0.0, 2.0], abs=0.1)
+    assert told["closed"] > 0.5 and any("position z of the tool" in text for text in told["for"])
+    assert any("current of joint 2" in text for text in told["against"])
+
+
+def test_explain_says_why_another_effect_is_not_blamed(recorded, diagnoses, run_kr5):
+    done = run_kr5("gap", "explain", diagnoses["explained"], "coulomb_friction:joint2")
+    assert done.returncode == 0, done.stderr
+    text = " ".join(done.stdout.split())
+    assert "in the place of Stribeck friction of joint 2" in text and "It leaves the current of joint 2" in text
+    done = run_kr5("gap", "explain", diagnoses["explained"], "stribeck_friction:joint2", "--json", "-")
+    told = json.loads(done.stdout)["targets"][0]
+    assert told["closed"] > 0.9 and any("blames it" in reason for reason in told["for"])
+
+
+def test_explain_tells_the_verdict(diagnoses, run_kr5):
+    done = run_kr5("gap", "explain", diagnoses["partly"])
+    assert done.returncode == 0, done.stderr
+    for text in ("The gap is 9.40 times the noise", "For it:", "Against it:", "What to do now"):
+        assert text in done.stdout
+
+
+def test_bad_input_is_refused(recorded, diagnoses, run_kr5, tmp_path):
+    done = run_kr5("gap", "explain", diagnoses["explained"], "stribek")
+    assert done.returncode == 2 and "stribeck_friction" in done.stderr
+    done = run_kr5("gap", "explain", diagnoses["explained"], "payload:joint1")
+    assert done.returncode == 2 and "expected one of tool" in done.stderr
+    data = json.loads(diagnoses["explained"].read_text())
+    for changes, words in (({"verdict": "fine"}, "verdict: found 'fine'"), ({"causes": 3}, "causes: found 3, expected a list"),
+                           ({"where": [{}]}, "where[0]: 'experiment' is missing")):
+        (tmp_path / "bad.json").write_text(json.dumps({**data, **changes}))
+        done = run_kr5("report", "bad.json")
+        assert done.returncode == 2 and words in done.stderr and "bad.json" in done.stderr
+    done = run_kr5("report", diagnoses["explained"], "--recording", tmp_path)
+    assert done.returncode == 2 and "recording.yaml" in done.stderr
+    assert not (tmp_path / "report.html").exists()
+
+
+def test_without_its_recording_a_page_says_so(diagnoses, run_kr5, tmp_path):
+    data = json.loads(diagnoses["explained"].read_text())
+    (tmp_path / "alone.json").write_text(json.dumps({k: v for k, v in data.items() if k != "input"}))
+    done = run_kr5("report", "alone.json")
+    assert done.returncode == 0 and "--recording" in done.stderr
+    page = (tmp_path / "report.html").read_text()
+    assert "--recording FOLDER" in page and "Stribeck friction of joint 2" in page
+
+
+def test_every_effect_of_the_catalogue_has_words():
+    assert set(EFFECTS) == {e.id for e in kr5.cell.effect_catalogue()}
+
+
+def test_a_mount_is_shown_as_its_difference_from_the_cell(share):
+    cell = kr5.cell.load_cell(share / "cells/kr5_arc.yaml")
+    T = np.linalg.inv(cell.tool.T_F_E) @ cell.T_F_C() @ kr5.to_pose([0.002, 0, 0, 0, 0, math.radians(1)])
+    parameter = {"value": T.tolist(), "std": [1e-5] * 3 + [1e-4] * 3, "unit": "m, rad"}
+    rows = parameter_rows({"effect": "hand_eye", "target": "camera", "parameters": {"T_E_C": parameter}}, cell)
+    assert [(r["name"], r["value"], r["unit"]) for r in rows][0] == ("shift along x", "2.000", "mm")
+    assert float(rows[5]["value"]) == pytest.approx(1.0, abs=1e-3)
+
+
+@pytest.mark.parametrize("group, words, part", [
+    ("motion.i3", "current of joint 3", "joint3"), ("motion.tz", "torque about z at the wrist", "sensor"), ("poses.rx", "orientation of the tool about x", "tool"),
+    ("views.u", "image coordinate u of the board", "camera"), ("press.z", "height while pressing", "servo"), ("press.fz", "force z while pressing", "contact"),
+    ("profile.z", "resting depth of the peg", "tube"), ("scan.z", "range of the scanner", "laser"),
+])
+def test_columns_have_words_and_parts(group, words, part):
+    assert column_words(group) == words and part_of(group) == part
+
+
+@pytest.mark.parametrize("variable, how, words", [
+    ("qd3", "below 0.1 rad/s", "is largest where the velocity of joint 3 is below 0.1 rad/s"),
+    ("|qd3|", "changes sign with qd3, varies with it", "turns sign with the direction of motion and varies with the speed of joint 3"),
+    ("t", "grows with it", "grows with the time"), ("q4", "about the same everywhere", "is about the same at any position of joint 4"),
+])
+def test_dependences_have_words(variable, how, words):
+    assert dependence_words({"variable": variable, "how": how}) == words
+
+
+def test_no_share_is_said_to_be_all_or_nothing():
+    assert [percent(s) for s in (1.0, 0.997, 0.5, 0.001)] == ["more than 99.9 %", "more than 99 %", "50 %", "less than 1 %"]
+    assert "nothing needs mending" in verdict_words({"verdict": "no_gap", "where": [], "causes": [], "shrink": {}})
