@@ -18,7 +18,6 @@ namespace fs = std::filesystem;
 static void bind_parts(py::module_& m) {
   bind_enum<DistortionModel>(m, "DistortionModel", "Which coefficients a lens has.");
   bind_enum<CameraMount>(m, "CameraMount", "What carries the camera.");
-  bind_enum<TargetKind>(m, "TargetKind", "What a camera may look at.");
   bind_struct<Link>(m, "Link", "Mass of one body.").def("inertia_matrix", &Link::inertia_matrix, "3x3 [kg m^2].");
   bind_struct<Limits>(m, "Limits", "What the joints may do.");
   bind_struct<Robot>(m, "Robot", "The arm.").def_property_readonly("joints", &Robot::joints, "Number of joints.");
@@ -34,8 +33,7 @@ static void bind_parts(py::module_& m) {
   bind_struct<Contact>(m, "Contact", "Contact of the tool with what it presses on.");
   bind_struct<Distortion>(m, "Distortion", "The lens.");
   bind_struct<Camera>(m, "Camera", "The camera.").def("pinhole", &Camera::pinhole, "The same as kr5.Pinhole.");
-  bind_struct<MapMarker>(m, "MapMarker", "One marker of a map.");
-  bind_struct<Target>(m, "Target", "Any board or marker map, and where it is.");
+  bind_struct<Target, kr5::Target>(m, "Target", "A target of the cell: what it is, and where.");
   bind_struct<Board>(m, "Board", "The marker board of the short form.")
       .def("target", &Board::target, "The same in the general form.");
   bind_struct<LaserTarget>(m, "LaserTarget", "What the line scanner looks at.");

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/geometry/marker_family.hpp>
 #include <kr5/geometry/pinhole.hpp>
+#include <kr5/geometry/target.hpp>
 #include <kr5/geometry/two_plane.hpp>
 #include <kr5/geometry/view.hpp>
 
@@ -54,6 +56,23 @@ static void bind_two_plane(py::module_& m) {
       "Raises\n------\nkr5.InvalidArgument\n    No view, fewer than six points, unequal sizes, or NaN.");
 }
 
+static void bind_targets(py::module_& m) {
+  m.def("marker_families", &marker_families, "Every marker family by name.");
+  m.def("marker_count", &marker_count, py::arg("family"), "Number of different markers of a family.");
+  python::bind_enum<TargetKind>(m, "TargetKind", "What a camera may look at.");
+  python::bind_struct<MapMarker>(m, "MapMarker", "One marker of a map.");
+  python::bind_struct<Target>(m, "Target", "What a camera may look at; X along the columns, Y down, Z into the board.");
+  m.def("parse_target", &parse_target, py::arg("text"), "Target from its short form, such as chessboard:6x9:0.0236.");
+  m.def(
+      "target_points",
+      [](const Target& target) {
+        TargetPoints all = target_points(target);
+        return std::make_pair(std::move(all.points), std::move(all.ids));
+      },
+      py::arg("target"), "Points of a target (3 x n) [m] and their numbers.");
+  m.def("target_markers", &target_markers, py::arg("target"), "Markers that a target carries, posed in its frame.");
+}
+
 void bind_geometry(py::module_& m) {
   bind_poses(m);
   python::bind_struct<Pinhole>(m, "Pinhole", "Pinhole camera with the rational lens model; z out of the lens, x right.")
@@ -61,4 +80,5 @@ void bind_geometry(py::module_& m) {
       .def("rays", &rays, py::arg("pixels"), "Directions (3 x n, z = 1) of pixels (2 x n); NaN where there is none.");
   python::bind_struct<View>(m, "View", "What one image shows of a target.");
   bind_two_plane(m);
+  bind_targets(m);
 }

@@ -108,12 +108,13 @@ std::pair<std::string, std::string> document(const std::string& name) {
 
 /// Keyword constructor, properties, repr, to_dict, from_dict, fields, pickling, and validate when there is one.
 /// What a property gives is a copy (arrays are read-only), except a struct inside a struct: assign the whole field.
-template <HasFields T>
-py::class_<T> bind_struct(py::module_& m, const char* name, const char* doc) {
+/// `Base`: a struct bound before, from which T inherits.
+template <HasFields T, class... Base>
+py::class_<T, Base...> bind_struct(py::module_& m, const char* name, const char* doc) {
   const std::string own(name);
   const std::string full = m.attr("__name__").cast<std::string>() + "." + own;
   const auto [signature, field_list] = document<T>(full);
-  py::class_<T> cls(m, name, (doc + field_list).c_str());
+  py::class_<T, Base...> cls(m, name, (doc + field_list).c_str());
   {
     py::options options;
     options.disable_function_signatures();

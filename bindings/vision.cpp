@@ -73,23 +73,6 @@ static void bind_images(py::module_& m) {
       py::arg("image"), py::arg("file"), "Writes PNG, or what the ending says.");
 }
 
-static void bind_targets(py::module_& m) {
-  python::bind_enum<TargetKind>(m, "TargetKind", "What a camera may look at.");
-  python::bind_struct<MapMarker>(m, "MapMarker", "One marker of a map.");
-  python::bind_struct<Target>(m, "Target", "What a camera may look at; X along the columns, Y down, Z into the board.");
-  m.def("parse_target", &parse_target, py::arg("text"), "Target from its short form, such as chessboard:6x9:0.0236.");
-  m.def(
-      "target_points",
-      [](const Target& target) {
-        TargetPoints all = target_points(target);
-        return std::make_pair(std::move(all.points), std::move(all.ids));
-      },
-      py::arg("target"), "Points of a target (3 x n) [m] and their numbers.");
-  m.def("target_markers", &target_markers, py::arg("target"), "Markers that a target carries, posed in its frame.");
-  m.def("marker_families", &marker_families, "Every marker family by name.");
-  m.def("marker_count", &marker_count, py::arg("family"), "Number of different markers of a family.");
-}
-
 static void bind_render(py::module_& m) {
   python::bind_struct<PlacedTarget>(m, "PlacedTarget", "A target in front of a camera.");
   python::bind_struct<RenderOptions>(m, "RenderOptions", "Options of render and draw_target.");
@@ -179,7 +162,6 @@ static void bind_hand_eye(py::module_& m) {
 void bind_vision(py::module_& m) {
   bind_hand_eye(m);
   bind_images(m);
-  bind_targets(m);
   bind_render(m);
   bind_detect(m);
   bind_poses(m);

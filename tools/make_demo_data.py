@@ -96,10 +96,10 @@ def kuka_row(T: np.ndarray) -> list[float]:
 def write(folder: Path, seed: int) -> None:
     rng = np.random.default_rng(seed)
     nominal, built = arm(), arm(rng)
-    camera, target = kr5.Pinhole(**CAMERA), kr5.vision.parse_target(TARGET)
+    camera, target = kr5.Pinhole(**CAMERA), kr5.parse_target(TARGET)
     T_F_C = kr5.from_xyzrpy([0.0113, 0.0667, 0.1286, 0.0262, -0.0117, 1.5641])
     T_B_W = kr5.from_xyzrpy([0.9352, -0.0968, 0.2985, np.pi - 0.004, 0.006, 3.1236])
-    points, _ = kr5.vision.target_points(target)
+    points, _ = kr5.target_points(target)
     middle = T_B_W[:3, :3] @ points.mean(axis=1) + T_B_W[:3, 3]
     (folder / "images").mkdir(parents=True, exist_ok=True)
     rows, angles = [], []

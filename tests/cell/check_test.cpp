@@ -145,7 +145,7 @@ TEST_CASE("values no real cell has are named") {
   CHECK_THAT(told("cx: 1254.058997", "cx: 12540"),
              Contains("camera.cx: found 12540, expected a principal point inside the image"));
   CHECK_THAT(told("fy: 2334.311366", "fy: -2334"), Contains("camera.fy: found -2334,"));
-  CHECK_THAT(told("rows: 5", "rows: 0"), Contains("board.rows: found 0, expected at least one row"));
+  CHECK_THAT(told("rows: 5", "rows: 0"), Contains("board.rows: found 0, expected 1 to 1000 rows"));
   CHECK_THAT(told("radius: 0.00942", "radius: 0.0099"),
              Contains("peg.radius: found 0.0099,") && Contains("it does not go in"));
   CHECK_THAT(told("outer_radius: 0.01265", "outer_radius: 0.009"),

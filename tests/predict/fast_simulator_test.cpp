@@ -212,7 +212,7 @@ TEST_CASE("a target of the general form is seen as the same board of the short f
   World w;
   const io::Table board = w.show(cell::Kind::Views);
   cell::Target map;
-  map.kind = cell::TargetKind::MarkerMap;
+  map.kind = TargetKind::MarkerMap;
   map.T_B_W = w.cell.board->T_B_W;
   for (int id = 0; id < 35; ++id) {
     Pose T = Pose::Identity();

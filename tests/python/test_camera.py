@@ -140,7 +140,7 @@ def test_command_says_what_is_wrong(reference, run_kr5, tmp_path):
 def test_the_demo_gives_back_the_camera_it_was_made_with(share):
     """Boards cut off by the image's edge, tags bent by the lens, and a principal point off the image's middle."""
     truth = yaml.safe_load((share / "data/demo/truth.yaml").read_text())["camera"]
-    target = vision.parse_target("grid:36h11:5x7:0.03:0.01")
+    target = kr5.parse_target("grid:36h11:5x7:0.03:0.01")
     views = []
     for file in sorted((share / "data/demo/images").glob("*.png")):
         seen = vision.find_target(vision.load_image(str(file)), target)

@@ -19,7 +19,7 @@ def run(*words):
 def picture(tmp_path):
     """A rendered tag, its camera file, and the truth."""
     camera = kr5.Pinhole(width=640, height=480, fx=600, fy=600, cx=319.5, cy=239.5)
-    target = vision.parse_target("tag:36h11:10:0.05")
+    target = kr5.parse_target("tag:36h11:10:0.05")
     T = np.eye(4)
     T[:3, 3] = 0.01, 0.02, 0.3
     file = tmp_path / "tag.png"
@@ -32,7 +32,7 @@ def test_python_surface(picture):
     image = vision.load_image(str(picture[0]))
     tags = vision.find_tags(image)
     assert [t.id for t in tags] == [10] and tags[0].corners.shape == (2, 4)
-    seen = vision.find_target(image, vision.parse_target("tag:36h11:10:0.05"))
+    seen = vision.find_target(image, kr5.parse_target("tag:36h11:10:0.05"))
     assert str(seen.status) == "found"
     with pytest.raises(ValueError):
         vision.find_tags(np.zeros((4, 4, 3), np.uint8))

@@ -11,7 +11,7 @@ CAMERA = kr5.Pinhole(width=1280, height=960, fx=1100, fy=1100, cx=639.5, cy=479.
 
 def planes():
     """Two sheets of markers at a right angle, as targets and as poses in the flange frame."""
-    sheets = [vision.parse_target("grid:36h11:3x3:0.03:0.01"), vision.parse_target("grid:25h9:3x3:0.03:0.01")]
+    sheets = [kr5.parse_target("grid:36h11:3x3:0.03:0.01"), kr5.parse_target("grid:25h9:3x3:0.03:0.01")]
     left = kr5.to_pose([-0.12, -0.055, 0.5, 0, 0.7, 0])
     right = kr5.to_pose([0.02, -0.055, 0.58, 0, -0.8, 0])
     return sheets, [left, right]

@@ -16,8 +16,8 @@ MARKERS = {2: np.eye(4), 5: kr5.to_pose([0.10, 0.01, 0.03, 0, 0.8, 0]), 7: kr5.t
 @pytest.fixture
 def photos(tmp_path):
     """Six images of three markers that do not lie on one plane, and the camera's file beside them."""
-    markers = [vision.MapMarker(id=i, size=SIZE, T_target_marker=T) for i, T in MARKERS.items()]
-    target = vision.Target(kind="marker_map", map=markers)
+    markers = [kr5.MapMarker(id=i, size=SIZE, T_target_marker=T) for i, T in MARKERS.items()]
+    target = kr5.Target(kind="marker_map", map=markers)
     (tmp_path / "photos").mkdir()
     random = np.random.default_rng(5)
     for k in range(6):

@@ -29,7 +29,7 @@ def square_on(z):
 
 
 def test_an_image_is_an_array_and_agrees_with_its_truth():
-    target, camera = kr5.vision.parse_target("chessboard:3x4:0.03"), kr5.Pinhole(**CAMERA)
+    target, camera = kr5.parse_target("chessboard:3x4:0.03"), kr5.Pinhole(**CAMERA)
     image = kr5.vision.render([kr5.vision.PlacedTarget(target=target, T_camera_target=square_on(0.4))], camera)
     assert image.shape == (240, 320) and image.dtype == np.uint8
     truth = kr5.vision.visible_points(target, square_on(0.4), camera)

@@ -4,8 +4,8 @@
 
 #include <kr5/core/error.hpp>
 #include <kr5/core/random.hpp>
+#include <kr5/geometry/target.hpp>
 #include <kr5/uncertainty/confidence.hpp>
-#include <kr5/vision/target.hpp>
 #include <kr5/vision/target_pose.hpp>
 #include <support/coverage_count.hpp>
 

@@ -64,7 +64,7 @@ def main():
     cases = list(itertools.product((25, 50, 100, 150), (0.5, 1.0, 2.0), (0.0, 4.0, 8.0)))
     for side, blur, noise in judge.steps(cases, "Sizes, blurs and noises"):
         for _ in range(trials):
-            target = vision.parse_target(f"tag:36h11:{rng.integers(587)}:0.05")
+            target = kr5.parse_target(f"tag:36h11:{rng.integers(587)}:0.05")
             seen = seen_by_all(*scene(rng, side, blur, noise, camera, target), camera)
             images += 1
             for n in names:

@@ -31,7 +31,7 @@ constexpr int tags_shown = 35;
 
 vision::Image scene() {
   const Pinhole camera{.width = 2592, .height = 1944, .fx = 2600, .fy = 2600, .cx = 1295.5, .cy = 971.5};
-  vision::PlacedTarget board{vision::parse_target("grid:36h11:5x7:0.03:0.01"), Pose::Identity()};
+  vision::PlacedTarget board{parse_target("grid:36h11:5x7:0.03:0.01"), Pose::Identity()};
   board.T_camera_target.linear() = exp_rotation(Eigen::Vector3d(0.3, 0.2, 0.0));
   board.T_camera_target.translation() << -0.13, -0.1, 0.45;
   return vision::render(std::span(&board, 1), camera, {.clutter = 10, .blur = 0.8, .noise = 2});

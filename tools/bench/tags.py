@@ -62,7 +62,7 @@ def main():
     T = np.eye(4)
     T[:3, :3] = kr5.exp_rotation([0.3, 0.2, 0.0])
     T[:3, 3] = -0.13, -0.1, 0.45
-    board = vision.PlacedTarget(target=vision.parse_target("grid:36h11:5x7:0.03:0.01"), T_camera_target=T)
+    board = vision.PlacedTarget(target=kr5.parse_target("grid:36h11:5x7:0.03:0.01"), T_camera_target=T)
     image = vision.render([board], camera, vision.RenderOptions(blur=0.8, noise=2, clutter=10))
     finders = {"kr5": by_kr5, "OpenCV": by_opencv}
     seen = {name: len(find(image)) for name, find in finders.items()}

@@ -14,7 +14,7 @@ import numpy as np
 from kr5 import vision
 
 CAMERA = kr5.Pinhole(width=1280, height=960, fx=1100, fy=1100, cx=639.5, cy=479.5)
-SHEETS = [vision.parse_target(f"grid:{family}:3x3:0.03:0.01") for family in ("36h11", "25h9")]
+SHEETS = [kr5.parse_target(f"grid:{family}:3x3:0.03:0.01") for family in ("36h11", "25h9")]
 T_FLANGE_SHEET = [kr5.to_pose(np.array(v)) for v in ([-0.12, -0.055, 0.5, 0, 0.7, 0], [0.02, -0.055, 0.58, 0, -0.8, 0])]
 
 

@@ -12,7 +12,7 @@ using namespace kr5;
 
 int main(int, char** argv) {
   const auto data = calibration::load_dataset(std::string(argv[1]) + "/data/demo/dataset.yaml");
-  const vision::Target board = vision::parse_target(data.target);
+  const Target board = parse_target(data.target);
   std::vector<View> views;
   for (const std::string& file : data.images) {
     const auto found = vision::find_target(vision::load_image(file), board);

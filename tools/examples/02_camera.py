@@ -4,10 +4,11 @@ import sys
 
 import numpy as np
 
+import kr5
 from kr5 import calibration, vision
 
 data = calibration.load_dataset(f"{sys.argv[1]}/data/demo/dataset.yaml")
-board = vision.parse_target(data.target)
+board = kr5.parse_target(data.target)
 seen = [vision.find_target(vision.load_image(file), board) for file in data.images]
 views = [found.view for found in seen if found.found()]
 result = vision.calibrate_camera(views, 960, 720)

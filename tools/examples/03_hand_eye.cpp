@@ -13,7 +13,7 @@ using namespace kr5;
 
 int main(int, char** argv) {
   const auto data = calibration::load_dataset(std::string(argv[1]) + "/data/demo/dataset.yaml");
-  const vision::Target board = vision::parse_target(data.target);
+  const Target board = parse_target(data.target);
   const Pinhole camera{.width = 960,
                        .height = 720,
                        .fx = 913.2,

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 import typer
 
+import kr5
 from kr5 import vision
 
 from .common import Json, Output, console, fail, figure, image_files, number, show_result, table, track, working, write_json, write_result
@@ -39,7 +40,7 @@ def camera(
     peers: Annotated[bool, typer.Option("--peers", help="Show OpenCV's and ViSP's calibration of the same points.")] = False,
 ) -> None:
     """Calibrates a camera, says how well it is known, and what is wrong with the images."""
-    target = vision.parse_target(board)
+    target = kr5.parse_target(board)
     if model != "auto":
         options.lens = model
     options.validate()

@@ -69,7 +69,7 @@ def target_of(text: str, where: Path) -> Any:
     """A target from its short form or from the JSON of its fields."""
     if not text:
         fail(f"{where}: target: found nothing, expected e.g. 'chessboard:6x9:0.0236'; or give it with --target")
-    return vision.Target.from_dict(json.loads(text)) if text.startswith("{") else vision.parse_target(text)
+    return kr5.Target.from_dict(json.loads(text)) if text.startswith("{") else kr5.parse_target(text)
 
 
 def detect(images: list[str], target: Any) -> dict[str, Any]:

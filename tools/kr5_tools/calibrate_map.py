@@ -6,6 +6,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
+import kr5
 from kr5 import vision
 
 from .camera import load_camera
@@ -31,7 +32,7 @@ def calibrate_map(
     Exit code: 0 when there is a map, 2 when the images give none or the input is wrong.
     """
     options.validate()
-    vision.marker_count(family)
+    kr5.marker_count(family)
     sightings, lens, paths = _see(image_files(images), family, camera)
     with working("Fitting the map"):
         result = vision.estimate_marker_map(sightings, lens, options)

@@ -176,14 +176,14 @@ def _target(folder: Path, images: list[Path], given: str | None, reasons: list) 
         tried += _candidates(text, keys)
     options = vision.DetectOptions(explain=False)
     for name, why in track(tried, "Trying targets"):
-        if str(vision.find_target(middle, vision.parse_target(name), options).status) == "found":
+        if str(vision.find_target(middle, kr5.parse_target(name), options).status) == "found":
             break
     else:
         tag = None if given else _tag(middle, text)
         if not tag:
             fail(f"{folder}: no known target was found in {images[len(images) // 2].name}; name it with --target")
         name, why = tag
-    target, views = vision.parse_target(name), {}
+    target, views = kr5.parse_target(name), {}
     for i, file in track(list(enumerate(images)), "Looking for the target"):
         found = vision.find_target(np.asarray(vision.load_image(str(file))), target, options)
         if str(found.status) == "found":

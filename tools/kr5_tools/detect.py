@@ -6,6 +6,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
+import kr5
 from kr5 import vision
 
 from .camera import load_camera
@@ -31,9 +32,9 @@ def detect(
     if (target is None) == (family is None):
         fail("give either --target or --family")
     options.validate()
-    wanted = vision.parse_target(target) if target else None
+    wanted = kr5.parse_target(target) if target else None
     for name in family or ():
-        vision.marker_count(name)
+        kr5.marker_count(name)
     if size is not None and not size > 0:
         fail(f"--size: found {size}, expected the side of the markers in metres, above 0")
     found, lost = [], []
@@ -64,9 +65,7 @@ def detect(
 
 
 def _pose(points: Any, pixels: Any, ids: Any, lens: Any) -> dict[str, Any]:
-    from kr5 import View
-
-    view = View(points=points, pixels=pixels, ids=ids)
+    view = kr5.View(points=points, pixels=pixels, ids=ids)
     pose = vision.estimate_target_pose(view, lens)
     if not pose.fit.usable:
         return {"pose_message": pose.fit.message}

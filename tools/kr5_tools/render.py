@@ -66,6 +66,6 @@ def _placed(entry: Any) -> Any:
     if not isinstance(entry, dict) or set(entry) != {"target", "T_camera_target"}:
         raise ValueError("targets: every entry has target and T_camera_target, no more and no less")
     target = entry["target"]
-    target = load_target(target) if isinstance(target, str) else kr5.vision.Target.from_dict(target)
+    target = load_target(target) if isinstance(target, str) else kr5.Target.from_dict(target)
     T = entry["T_camera_target"]
     return kr5.vision.PlacedTarget(target=target, T_camera_target=kr5.from_xyzrpy(T) if len(T) == 6 else T)

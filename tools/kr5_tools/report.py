@@ -247,7 +247,7 @@ def board_box(data: dict[str, Any]) -> list[float] | None:
     import kr5.vision
 
     with contextlib.suppress(kr5.Error):
-        return [float(v) for v in kr5.vision.printed_area(kr5.vision.parse_target(board)).T.ravel()]
+        return [float(v) for v in kr5.vision.printed_area(kr5.parse_target(board)).T.ravel()]
     return None
 
 

@@ -16,14 +16,14 @@ MM = 1000.0
 
 def load_target(text: str) -> Any:
     """A target from its short form or from a YAML file with its fields."""
-    import kr5.vision
+    import kr5
     import yaml
 
     if not text.endswith((".yaml", ".yml")):
-        return kr5.vision.parse_target(text)
+        return kr5.parse_target(text)
     try:
         fields = yaml.safe_load(Path(text).read_text(encoding="utf-8"))
-        return kr5.vision.Target.from_dict(fields)
+        return kr5.Target.from_dict(fields)
     except OSError as error:
         common.fail(f"{text}: {error.strerror}; expected a YAML file with the fields of a target")
     except (yaml.YAMLError, TypeError, ValueError) as error:
@@ -87,9 +87,9 @@ def _page(picture: Any, size: list[float], board: str, dpi: int, output: Path) -
 @app.command("points", epilog="Example: kr5 target points --board grid:36h11:5x7:0.03:0.01 --json -")
 def points(board: Board, json_file: common.Json = None) -> None:
     """Lists the points of a target that detectors find, in its own frame."""
-    import kr5.vision
+    import kr5
 
-    where, ids = kr5.vision.target_points(load_target(board))
+    where, ids = kr5.target_points(load_target(board))
     common.write_json({"ids": ids, "points": where.T.tolist()}, json_file)
     rows = ([str(i), *(f"{MM * float(v):.3f}" for v in p)] for i, p in zip(ids, where.T))
     common.console(json_file).print(common.table(board, ["point", "x [mm]", "y [mm]", "z [mm]"], rows))

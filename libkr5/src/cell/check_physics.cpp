@@ -81,24 +81,6 @@ void check_servo(const Cell& cell, Complaints& c) {
   if (servo.tool) check_servo_loop(c, "servo.tool", *servo.tool);
 }
 
-void check_target(Complaints& c, const std::string& field, const std::string& side, const Target& t) {
-  const bool map = t.kind == TargetKind::MarkerMap, tag = t.kind == TargetKind::Tag;
-  if (!map && !tag) {
-    c.expect(t.rows > 0, field + ".rows", "at least one row");
-    c.expect(t.cols > 0, field + ".cols", "at least one column");
-  }
-  c.expect(map || t.size > 0, field + "." + side, "a positive length [m]");
-  c.expect(t.gap >= 0, field + ".gap", "a distance, not negative [m]");
-  if (t.kind == TargetKind::Charuco)
-    c.expect(t.marker > 0 && t.marker < t.size, field + ".marker", "a marker smaller than its square [m]");
-  c.expect(!map || !t.map.empty(), field + ".map", "at least one marker");
-  for (std::size_t i = 0; i < t.map.size(); ++i) {
-    const std::string marker = field + "." + item("map", static_cast<Eigen::Index>(i));
-    c.expect(t.map[i].size > 0, marker + ".size", "a positive length [m]");
-    for (std::size_t k = 0; k < i; ++k) c.expect(t.map[k].id != t.map[i].id, marker + ".id", "every id once in a map");
-  }
-}
-
 void check_sensors(const Cell& cell, Complaints& c) {
   if (const auto& camera = cell.camera) {
     c.expect(camera->width > 0, "camera.width", "a positive number of pixels");
@@ -108,9 +90,12 @@ void check_sensors(const Cell& cell, Complaints& c) {
     c.expect(camera->cx >= 0 && camera->cx <= camera->width, "camera.cx", "a principal point inside the image [px]");
     c.expect(camera->cy >= 0 && camera->cy <= camera->height, "camera.cy", "a principal point inside the image [px]");
   }
-  if (cell.board) check_target(c, "board", "marker", cell.board->target());
+  if (cell.board)
+    for (const TargetProblem& p : cell.board->target().problems())
+      c.add("board." + (p.field == "size" ? "marker" : p.field), p.expected, p.found);
   for (std::size_t i = 0; i < cell.targets.size(); ++i)
-    check_target(c, item("targets", static_cast<Eigen::Index>(i)), "size", cell.targets[i]);
+    for (const TargetProblem& p : cell.targets[i].problems())
+      c.add(item("targets", static_cast<Eigen::Index>(i)) + "." + p.field, p.expected, p.found);
   if (cell.laser && cell.laser->target)
     c.expect(cell.laser->target->radius > 0, "laser.target.radius", "a positive radius [m]");
   Noise::each_field(cell.noise, [&](const char* name, double value, const char*) {

@@ -11,52 +11,31 @@ namespace {
 using Eigen::Index;
 using Eigen::Vector3d;
 
-/// Corner 0..3 of a marker of side s whose origin is the first corner, clockwise as printed.
-Vector3d corner_of(double s, int corner) { return {corner == 1 || corner == 2 ? s : 0.0, corner >= 2 ? s : 0.0, 0.0}; }
-
 /// Points of the target that the camera looks at, in the target, by the number of the marker (or point) and corner.
 class Points {
  public:
   Points(const cell::Cell& cell, const Given& given)
-      : given_(given), target_(cell.board ? cell.board->target() : cell.targets.front()) {
-    for (std::size_t i = 0; i < target_.map.size(); ++i) in_map_[target_.map[i].id] = i;
+      : given_(given), target_(cell.board ? cell.board->target() : cell.targets.front()), all_(target_points(target_)) {
+    for (std::size_t i = 0; i < all_.ids.size(); ++i) place_[all_.ids[i]] = static_cast<Index>(i);
   }
 
   const cell::Target& target() const { return target_; }
 
   Vector3d operator()(int marker, int corner) const {
-    using enum cell::TargetKind;
-    const int columns = target_.kind == Charuco ? target_.cols - 1 : target_.cols;
-    const int rows = target_.kind == Charuco ? target_.rows - 1 : target_.rows;
-    if (corner < 0 || corner > 3) fail(marker, corner);
-    if (target_.kind == MarkerMap) return of_map(marker, corner);
-    const int number = target_.kind == Tag || target_.kind == TagGrid ? marker - target_.first_id : marker;
-    const Vector3d half(target_.size / 2, target_.size / 2, 0.0);
-    if (target_.kind == Tag)
-      return number == 0 ? Vector3d(corner_of(target_.size, corner) - half) : fail(marker, corner);
-    if (number < 0 || number >= rows * columns) fail(marker, corner);
-    const int down = number / columns, across = number % columns;
-    const Vector3d place(across, down, 0.0);
-    if (target_.kind == TagGrid) return place * (target_.size + target_.gap) + corner_of(target_.size, corner);
-    if (target_.kind == Charuco) return (place + Vector3d(1, 1, 0)) * target_.size;
-    return place * target_.size;
+    const bool points = target_.kind == TargetKind::Chessboard || target_.kind == TargetKind::CircleGrid ||
+                        target_.kind == TargetKind::Charuco;
+    const auto found = place_.find(points ? marker : 4 * marker + corner);
+    if (found == place_.end() || corner < 0 || corner > 3)
+      given_.fail("the target '" + target_.name + "' has no marker " + std::to_string(marker) + " with a corner " +
+                  std::to_string(corner));
+    return all_.points.col(found->second);
   }
 
  private:
-  Vector3d of_map(int marker, int corner) const {
-    const auto found = in_map_.find(marker);
-    if (found == in_map_.end()) fail(marker, corner);
-    const cell::MapMarker& m = target_.map[found->second];
-    return m.T_target_marker * (corner_of(m.size, corner) - Vector3d(m.size / 2, m.size / 2, 0.0));
-  }
-  [[noreturn]] Vector3d fail(int marker, int corner) const {
-    given_.fail("the target '" + target_.name + "' has no marker " + std::to_string(marker) + " with a corner " +
-                std::to_string(corner));
-  }
-
   const Given& given_;
   cell::Target target_;
-  std::unordered_map<int, std::size_t> in_map_;
+  TargetPoints all_;
+  std::unordered_map<int, Index> place_;
 };
 
 /// The camera as it really is.

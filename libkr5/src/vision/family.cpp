@@ -9,6 +9,7 @@
 #include <apriltag/tagStandard41h12.h>
 
 #include <kr5/core/error.hpp>
+#include <kr5/geometry/marker_family.hpp>
 
 #include "vision/family_impl.hpp"
 
@@ -48,20 +49,8 @@ constexpr std::array<ArucoFamily, 17> aruco_families{{{"aruco_4x4_50", cv::aruco
                                                       {"aruco_7x7_1000", cv::aruco::DICT_7X7_1000},
                                                       {"aruco_original", cv::aruco::DICT_ARUCO_ORIGINAL}}};
 
-[[noreturn]] void unknown(const std::string& family) {
-  std::string known;
-  for (const std::string& name : marker_families()) known += (known.empty() ? "" : " | ") + name;
-  throw InvalidArgument("marker family '" + family + "' is unknown; expected " + known);
-}
-
-void require_id(const std::string& family, int id, int count) {
-  require(id >= 0 && id < count,
-          "family " + family + " has the ids 0 to " + std::to_string(count - 1) + ", found " + std::to_string(id));
-}
-
 MarkerPattern apriltag_pattern(const std::string& family, int id) {
   const FamilyPointer f = apriltag_family_of(family);
-  require_id(family, id, static_cast<int>(f->ncodes));
   const std::unique_ptr<image_u8_t, void (*)(image_u8_t*)> image(apriltag_to_image(f.get(), static_cast<uint32_t>(id)),
                                                                  image_u8_destroy);
   MarkerPattern pattern{.cells = f->total_width, .square = f->width_at_border, .white = {}};
@@ -72,7 +61,6 @@ MarkerPattern apriltag_pattern(const std::string& family, int id) {
 
 MarkerPattern aruco_pattern(const std::string& family, int id) {
   const cv::Ptr<cv::aruco::Dictionary> d = aruco_dictionary_of(family);
-  require_id(family, id, d->bytesList.rows);
   const int cells = d->markerSize + 2;
   cv::Mat image;
   d->drawMarker(id, cells, image);
@@ -93,31 +81,19 @@ bool is_apriltag(const std::string& family) {
 FamilyPointer apriltag_family_of(const std::string& family) {
   for (const AprilTagFamily& f : apriltag_families)
     if (family == f.name) return FamilyPointer(f.create(), f.destroy);
-  unknown(family);
+  throw InvalidArgument("'" + family + "' is no AprilTag family");
 }
 
 cv::Ptr<cv::aruco::Dictionary> aruco_dictionary_of(const std::string& family) {
   for (const ArucoFamily& f : aruco_families)
     if (family == f.name) return cv::aruco::getPredefinedDictionary(f.number);
-  unknown(family);
-}
-
-const std::vector<std::string>& marker_families() {
-  static const std::vector<std::string> all = [] {
-    std::vector<std::string> list;
-    for (const AprilTagFamily& f : apriltag_families) list.emplace_back(f.name);
-    for (const ArucoFamily& f : aruco_families) list.emplace_back(f.name);
-    return list;
-  }();
-  return all;
-}
-
-int marker_count(const std::string& family) {
-  if (is_apriltag(family)) return static_cast<int>(apriltag_family_of(family)->ncodes);
-  return aruco_dictionary_of(family)->bytesList.rows;
+  throw InvalidArgument("'" + family + "' is no ArUco dictionary");
 }
 
 MarkerPattern marker_pattern(const std::string& family, int id) {
+  const int count = marker_count(family);
+  require(id >= 0 && id < count,
+          "family " + family + " has the ids 0 to " + std::to_string(count - 1) + ", found " + std::to_string(id));
   return is_apriltag(family) ? apriltag_pattern(family, id) : aruco_pattern(family, id);
 }
 

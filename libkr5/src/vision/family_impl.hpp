@@ -13,7 +13,7 @@ namespace kr5::vision {
 using FamilyPointer = std::unique_ptr<apriltag_family_t, void (*)(apriltag_family_t*)>;
 
 bool is_apriltag(const std::string& family);
-/// @throws InvalidArgument that lists the families.
+/// @throws InvalidArgument for another family.
 FamilyPointer apriltag_family_of(const std::string& family);
 cv::Ptr<cv::aruco::Dictionary> aruco_dictionary_of(const std::string& family);
 

@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include <kr5/core/error.hpp>
+#include <kr5/geometry/marker_family.hpp>
 #include <kr5/vision/detect.hpp>
 #include <kr5/vision/family.hpp>
 

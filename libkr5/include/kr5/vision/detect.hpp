@@ -7,9 +7,9 @@
 #include <Eigen/Core>
 
 #include <kr5/core/fields.hpp>
+#include <kr5/geometry/target.hpp>
 #include <kr5/geometry/view.hpp>
 #include <kr5/vision/image.hpp>
-#include <kr5/vision/target.hpp>
 
 /// @file
 /// Finds markers and targets in an image. Pixels are those of `Pinhole`: the centre of the first one is (0, 0).

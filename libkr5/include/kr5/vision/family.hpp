@@ -6,8 +6,7 @@
 #include <vector>
 
 /// @file
-/// The markers that can be printed and found: AprilTag families `36h11 25h9 16h5 41h12` and the ArUco dictionaries
-/// `aruco_4x4_50 ... aruco_7x7_1000, aruco_original`.
+/// What the markers of `kr5::marker_families` look like.
 
 namespace kr5::vision {
 
@@ -24,10 +23,6 @@ struct MarkerPattern {
   }
 };
 
-/// Every family by name.
-const std::vector<std::string>& marker_families();
-/// Number of different markers of a family. @throws InvalidArgument that lists the families.
-int marker_count(const std::string& family);
 /// The marker with number `id`. @throws InvalidArgument for an unknown family, or an id it does not have.
 MarkerPattern marker_pattern(const std::string& family, int id);
 

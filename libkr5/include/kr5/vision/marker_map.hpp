@@ -7,8 +7,8 @@
 
 #include <kr5/core/fit_report.hpp>
 #include <kr5/geometry/pinhole.hpp>
+#include <kr5/geometry/target.hpp>
 #include <kr5/vision/detect.hpp>
-#include <kr5/vision/target.hpp>
 
 /// @file
 /// Where markers sit relative to each other, from images that show several of them at once.

@@ -8,9 +8,9 @@
 
 #include <kr5/geometry/pinhole.hpp>
 #include <kr5/geometry/pose.hpp>
+#include <kr5/geometry/target.hpp>
 #include <kr5/geometry/view.hpp>
 #include <kr5/vision/image.hpp>
-#include <kr5/vision/target.hpp>
 
 /// @file
 /// Pictures of targets with known truth. The value of a pixel is the area average of what its square sees through the

@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <kr5/vision/target.hpp>
+#include <kr5/geometry/target.hpp>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <set>
 #include <sstream>
 
 #include <kr5/core/error.hpp>
-#include <kr5/vision/family.hpp>
+#include <kr5/geometry/marker_family.hpp>
 
-namespace kr5::vision {
+namespace kr5 {
 namespace {
 
 constexpr const char* forms =
@@ -93,43 +94,92 @@ std::vector<MapMarker> charuco_markers(const Target& t) {
   return markers;
 }
 
-void require_length(double value, const char* field) {
-  require(std::isfinite(value) && value > 0, std::string("target: ") + field + " must be positive [m]");
+bool has_markers(TargetKind kind) { return kind != TargetKind::Chessboard && kind != TargetKind::CircleGrid; }
+
+/// Collects what is wrong with a target.
+class Problems {
+ public:
+  void expect(bool condition, const std::string& field, const std::string& expected, const std::string& found) {
+    if (!condition) list_.push_back({field, expected, found});
+  }
+  void expect(bool condition, const std::string& field, const std::string& expected, double found) {
+    std::ostringstream text;
+    text << found;
+    expect(condition, field, expected, text.str());
+  }
+  void length(double value, const std::string& field) {
+    expect(std::isfinite(value) && value > 0, field, "a positive length [m]", value);
+  }
+  bool none() const { return list_.empty(); }
+  std::vector<TargetProblem> take() { return std::move(list_); }
+
+ private:
+  std::vector<TargetProblem> list_;
+};
+
+void check_sizes(const Target& t, Problems& p) {
+  p.length(t.size, "size");
+  if (t.kind == TargetKind::Tag) return;
+  const int least = t.kind == TargetKind::TagGrid ? 1 : 2, most = 1000;
+  const std::string range = std::to_string(least) + " to " + std::to_string(most);
+  p.expect(t.rows >= least && t.rows <= most, "rows", range + " rows", t.rows);
+  p.expect(t.cols >= least && t.cols <= most, "cols", range + " columns", t.cols);
+  if (t.kind == TargetKind::TagGrid)
+    p.expect(std::isfinite(t.gap) && t.gap >= 0, "gap", "a distance, not negative [m]", t.gap);
+  if (t.kind == TargetKind::Charuco)
+    p.expect(t.marker > 0 && t.marker < t.size, "marker", "a marker smaller than its square [m]", t.marker);
 }
 
-void require_markers(const Target& t) {
-  const int count = marker_count(t.family);
+void check_map(const Target& t, Problems& p) {
+  p.expect(!t.map.empty(), "map", "at least one marker", "none");
   std::set<int> seen;
-  for (const MapMarker& m : target_markers(t)) {
-    require(m.id >= 0 && m.id < count, "target: marker id " + std::to_string(m.id) + " is not in family " + t.family +
-                                           ", which has 0 to " + std::to_string(count - 1));
-    require(seen.insert(m.id).second, "target: marker id " + std::to_string(m.id) + " occurs twice");
-    require_length(m.size, "size of a marker");
-    require(is_rotation(m.T_target_marker.linear()),
-            "target: T_target_marker of id " + std::to_string(m.id) + " is no rigid motion");
+  for (std::size_t i = 0; i < t.map.size(); ++i) {
+    const MapMarker& m = t.map[i];
+    const std::string field = "map[" + std::to_string(i) + "].";
+    p.length(m.size, field + "size");
+    p.expect(seen.insert(m.id).second, field + "id", "every id once in a map", m.id);
+    p.expect(is_rotation(m.T_target_marker.linear()), field + "T_target_marker", "a rigid motion",
+             "a pose that is mirrored or stretched");
   }
+}
+
+/// The family is there, and has every id the target shows.
+void check_ids(const Target& t, Problems& p) {
+  const auto& families = marker_families();
+  if (std::find(families.begin(), families.end(), t.family) == families.end()) {
+    std::string names;
+    for (const std::string& name : families) names += " " + name;
+    return p.expect(false, "family", "one of" + names, t.family);
+  }
+  const int count = marker_count(t.family);
+  const std::string ids = "family " + t.family + ", 0 to " + std::to_string(count - 1);
+  if (t.kind != TargetKind::MarkerMap) {
+    const int markers = t.kind == TargetKind::Tag ? 1 : t.rows * t.cols / (t.kind == TargetKind::Charuco ? 2 : 1);
+    return p.expect(t.first_id >= 0 && t.first_id <= count - markers, "first_id",
+                    "ids of " + ids + ", for " + std::to_string(markers) + (markers == 1 ? " marker" : " markers"),
+                    t.first_id);
+  }
+  for (std::size_t i = 0; i < t.map.size(); ++i)
+    p.expect(t.map[i].id >= 0 && t.map[i].id < count, "map[" + std::to_string(i) + "].id", "an id of " + ids,
+             t.map[i].id);
 }
 
 }  // namespace
 
+std::vector<TargetProblem> Target::problems() const {
+  Problems p;
+  if (kind == TargetKind::MarkerMap)
+    check_map(*this, p);
+  else
+    check_sizes(*this, p);
+  if (has_markers(kind) && p.none()) check_ids(*this, p);
+  return p.take();
+}
+
 void Target::validate() const {
-  if (kind == TargetKind::MarkerMap) {
-    require(!map.empty(), "target: map is empty; a marker map needs at least one marker");
-    require_markers(*this);
-    return;
-  }
-  require_length(size, "size");
-  if (kind == TargetKind::Tag) return require_markers(*this);
-  const int least = kind == TargetKind::TagGrid ? 1 : 2;
-  require(rows >= least && cols >= least && rows <= 1000 && cols <= 1000,
-          "target: rows and cols must lie between " + std::to_string(least) + " and 1000, found " +
-              std::to_string(rows) + " x " + std::to_string(cols));
-  if (kind == TargetKind::TagGrid) require(std::isfinite(gap) && gap >= 0, "target: gap must not be negative [m]");
-  if (kind == TargetKind::Charuco) {
-    require_length(marker, "marker");
-    require(marker < size, "target: marker must be smaller than the square it lies in (size)");
-  }
-  if (kind == TargetKind::TagGrid || kind == TargetKind::Charuco) require_markers(*this);
+  const std::vector<TargetProblem> all = problems();
+  if (!all.empty())
+    throw InvalidArgument("target." + all[0].field + ": found " + all[0].found + ", expected " + all[0].expected);
 }
 
 Eigen::Matrix<double, 3, 4> square_corners(double size) {
@@ -211,4 +261,4 @@ Target parse_target(const std::string& text) {
   return t;
 }
 
-}  // namespace kr5::vision
+}  // namespace kr5

@@ -1,11 +1,9 @@
 #include <catch2/catch.hpp>
 
 #include <kr5/core/error.hpp>
-#include <kr5/vision/family.hpp>
-#include <kr5/vision/target.hpp>
+#include <kr5/geometry/target.hpp>
 
 using namespace kr5;
-using namespace kr5::vision;
 
 TEST_CASE("every short form is read") {
   const Target chess = parse_target("chessboard:6x9:0.0236");
@@ -69,25 +67,26 @@ TEST_CASE("a marker map with two equal ids, a mirrored pose or no marker is refu
   map.kind = TargetKind::MarkerMap;
   CHECK_THROWS_AS(map.validate(), InvalidArgument);
   map.map = {{3, 0.05, Pose::Identity()}, {3, 0.05, Pose::Identity()}};
-  CHECK_THROWS_WITH(map.validate(), Catch::Contains("3 occurs twice"));
+  CHECK_THROWS_WITH(map.validate(), Catch::Contains("target.map[1].id: found 3, expected every id once"));
   map.map = {{3, 0.05, Pose::Identity()}};
   CHECK_NOTHROW(map.validate());
   map.map[0].T_target_marker.linear()(2, 2) = -1;
   CHECK_THROWS_AS(map.validate(), InvalidArgument);
 }
 
-TEST_CASE("every family has markers with a closed black border") {
-  for (const std::string& family : marker_families()) {
-    CAPTURE(family);
-    const MarkerPattern p = marker_pattern(family, marker_count(family) - 1);
-    const int first = (p.cells - p.square) / 2, last = first + p.square - 1;
-    // 41h12 has its border outside in: the ring just outside the square is black, the rim inside white.
-    const bool inside_out = family == "41h12";
-    for (int i = first; i <= last; ++i) {
-      CHECK(p.at(first, i) == inside_out);
-      CHECK(p.at(i, last) == inside_out);
-    }
-    CHECK_THROWS_AS(marker_pattern(family, marker_count(family)), InvalidArgument);
-  }
-  CHECK_THROWS_WITH(marker_count("36h12"), Catch::Contains("36h11"));
+TEST_CASE("everything that is wrong with a target is told at once") {
+  Target board = parse_target("grid:36h11:5x7:0.03:0.01");
+  CHECK(board.problems().empty());
+  board.rows = 0, board.gap = -1;
+  REQUIRE(board.problems().size() == 2);
+  CHECK(board.problems()[0].field == "rows");
+  CHECK(board.problems()[0].found == "0");
+  CHECK(board.problems()[1].field == "gap");
+  board = parse_target("grid:36h11:5x7:0.03:0.01");
+  board.family = "36h12";
+  REQUIRE(board.problems().size() == 1);
+  CHECK(board.problems()[0].field == "family");
+  board.family = "25h9", board.first_id = 1;
+  REQUIRE(board.problems().size() == 1);
+  CHECK(board.problems()[0].expected == "ids of family 25h9, 0 to 34, for 35 markers");
 }

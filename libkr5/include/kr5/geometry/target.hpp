@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
@@ -13,7 +15,7 @@
 /// What a camera may look at. All sizes in metres; the target frame has X along the columns, Y along the rows
 /// (down in an upright picture of the board), Z into the board, so that a camera in front sees Z pointing away.
 
-namespace kr5::vision {
+namespace kr5 {
 
 enum class TargetKind {
   Chessboard,  ///< `rows` x `cols` inner corners, squares of `size`; first inner corner at the origin. The outermost
@@ -43,6 +45,7 @@ struct MapMarker {
   double size = 0.0;  ///< Side [m].
   Pose T_target_marker = Pose::Identity();
 
+  static constexpr std::array<std::string_view, 3> required = {"id", "size", "T_target_marker"};
   static void each_field(auto& self, auto&& visit) {
     visit("id", self.id, "Number the marker shows.");
     visit("size", self.size, "Side of the black square [m].");
@@ -50,6 +53,14 @@ struct MapMarker {
   }
 };
 
+/// What is wrong with one field of a description.
+struct TargetProblem {
+  std::string field;     ///< Such as `rows`, or `map[2].id`.
+  std::string expected;  ///< In words.
+  std::string found;
+};
+
+/// One board, marker or marker map.
 struct Target {
   TargetKind kind = TargetKind::Chessboard;
   int rows = 0;
@@ -62,7 +73,9 @@ struct Target {
   bool legacy = false;  ///< ChArUco as OpenCV drew it up to 4.6: with an even number of rows the first square is white.
   std::vector<MapMarker> map;
 
-  /// @throws InvalidArgument naming the field.
+  /// Everything that is wrong; empty for a target that can be used.
+  std::vector<TargetProblem> problems() const;
+  /// @throws InvalidArgument naming the first field of `problems`.
   void validate() const;
 
   static void each_field(auto& self, auto&& visit) {
@@ -103,4 +116,4 @@ Eigen::Matrix<double, 3, 4> square_corners(double size);
 /// @throws InvalidArgument that shows the form.
 Target parse_target(const std::string& text);
 
-}  // namespace kr5::vision
+}  // namespace kr5
