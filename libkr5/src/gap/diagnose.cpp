@@ -262,7 +262,7 @@ void DiagnoseOptions::validate() const {
   require(beam >= 1, "beam must be at least 1");
   require(false_alarms > 0 && false_alarms < 1, "false_alarms must lie between 0 and 1");
   require(simulator_accuracy >= 0 && simulator_accuracy < 1, "simulator_accuracy must lie between 0 and 1");
-  require(simulator_floor >= 0 && simulator_floor < 1, "simulator_floor must lie between 0 and 1");
+  require(simulator_floor >= 0, "simulator_floor must not be negative");
   require(threads >= 0, "threads must not be negative");
 }
 

@@ -38,7 +38,8 @@ struct DiagnoseOptions {
     visit("simulator_accuracy", self.simulator_accuracy,
           "What a simulated effect may be off, of its own size, before what it leaves counts as structure [-].");
     visit("simulator_floor", self.simulator_floor,
-          "The same without any effect, in units of noise: inputs are known to their printed digits only [-].");
+          "The same without any effect, in units of noise: inputs are known to their printed digits only; on a real arm "
+          "what the best model known of it leaves, above 1 then [-].");
     visit("threads", self.threads, "Threads; 0: one a core.");
   }
 };
