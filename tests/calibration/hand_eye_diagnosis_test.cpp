@@ -10,14 +10,13 @@
 #include <kr5/uncertainty/confidence.hpp>
 
 #include <support/hand_eye_faults.hpp>
+#include <support/trials.hpp>
 
 using namespace kr5;
 using namespace kr5::calibration;
 using namespace kr5::test;
 
 namespace {
-
-bool full() { return std::getenv("KR5_FULL") != nullptr; }
 
 std::string first_cause(const Draw& d) {
   const HandEyeDiagnosis diagnosis = diagnose_hand_eye(d.recording, HandEyeResult{});
@@ -64,16 +63,16 @@ int least_successes(int trials, double rate) {
 }  // namespace
 
 TEST_CASE("sound recordings have no cause named") {
-  const int trials = full() ? 400 : 30;
+  const int trials = test::trials(400, 30);
   std::map<std::string, int> named = confusion("sound", trials, [](std::uint64_t seed) { return draw_sound(seed); });
   const auto interval = uncertainty::binomial_interval(named["none"], trials);
   CAPTURE(named, interval.low);
   CHECK(named["none"] >= least_successes(trials, 0.98));
-  if (full()) CHECK(interval.low >= 0.95);
+  if (test::full()) CHECK(interval.low >= 0.95);
 }
 
 TEST_CASE("sound recordings of an imprecise robot have no cause named") {
-  const int trials = full() ? 200 : 20;
+  const int trials = test::trials(200, 20);
   std::map<std::string, int> named =
       confusion("sound_rough_robot", trials, [](std::uint64_t seed) { return draw_sound(seed, {}, {}, true); });
   CAPTURE(named);
@@ -83,14 +82,14 @@ TEST_CASE("sound recordings of an imprecise robot have no cause named") {
 TEST_CASE("the right cause comes first, whatever the fault") {
   for (const auto& [cause, name] : enum_names(HandEyeCause{})) {
     const std::string truth(name);
-    const int trials = full() ? 80 : 6;
+    const int trials = test::trials(80, 6);
     std::map<std::string, int> named = confusion(truth, trials, [cause = cause](std::uint64_t seed) {
       return draw_fault(cause, seed + 77'000 * (1 + static_cast<int>(cause)));
     });
     const auto interval = uncertainty::binomial_interval(named[truth], trials);
     CAPTURE(truth, named, interval.low);
     CHECK(named[truth] >= least_successes(trials, 0.97));
-    if (full()) CHECK(interval.low >= 0.90);
+    if (test::full()) CHECK(interval.low >= 0.90);
   }
 }
 
@@ -137,7 +136,7 @@ TEST_CASE("a fault that makes the answer meaningless makes it unusable") {
   using enum HandEyeCause;
   for (const HandEyeCause cause : {TooLittleRotation, OneAxisRotation, PosesInverted, WrongRotationForm,
                                    QuaternionOrder, DegreesForRadians, MillimetresForMetres, ShiftedByOne})
-    for (std::uint64_t seed = 0; seed < (full() ? 40 : 3); ++seed) {
+    for (std::uint64_t seed = 0; seed < static_cast<std::uint64_t>(test::trials(40, 3)); ++seed) {
       const Draw d = draw_fault(cause, 8'100'000 + seed);
       const HandEyeDiagnosis diagnosis = diagnose_hand_eye(d.recording, calibrated(d.recording));
       CAPTURE(name_of(cause), seed, diagnosis.text);
@@ -146,7 +145,7 @@ TEST_CASE("a fault that makes the answer meaningless makes it unusable") {
 }
 
 TEST_CASE("the stated error at the tool holds the true one 95 % of the time, and a sound set is not called unusable") {
-  const int trials = full() ? 300 : 40;
+  const int trials = test::trials(300, 40);
   int inside = 0;
   for (int t = 0; t < trials; ++t) {
     const Draw d = draw_sound(700'000 + static_cast<std::uint64_t>(t));

@@ -1,13 +1,12 @@
 #include <catch2/catch.hpp>
 
-#include <cstdlib>
-
 #include <kr5/calibration/evaluate.hpp>
 #include <kr5/calibration/hand_eye.hpp>
 #include <kr5/core/error.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 #include <support/coverage_count.hpp>
 #include <support/hand_eye_world.hpp>
+#include <support/trials.hpp>
 
 using namespace kr5;
 using namespace kr5::calibration;
@@ -37,7 +36,7 @@ bool inside_95(const Pose& estimate, const Pose& truth, const Matrix6& covarianc
 }
 
 /// Trials of a Monte-Carlo test: all of them on request, else a part with wider limits.
-int trials(int all) { return std::getenv("KR5_FULL") ? all : all / 20; }
+int trials(int all) { return test::trials(all, all / 20); }
 
 /// Moves the robot pose of a view so far that nothing but a blunder explains it.
 void spoil(HandEyeWorld& w, std::size_t view, Random& random) {

@@ -10,6 +10,7 @@
 #include <kr5/io/csv.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 #include <support/coverage_count.hpp>
+#include <support/trials.hpp>
 
 using namespace kr5;
 using namespace kr5::calibration;
@@ -105,7 +106,7 @@ TEST_CASE("exact streams give offset, camera and world back") {
 }
 
 TEST_CASE("the 95 % intervals hold the truth, for errors that last as well") {
-  const int trials = std::getenv("KR5_FULL") ? 2000 : 150;
+  const int trials = test::trials(2000, 150);
   for (const double memory : {0.0, 0.5}) {
     Random random(2);
     int offset = 0, camera = 0;

@@ -1,5 +1,4 @@
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 #include <vector>
 
@@ -10,6 +9,7 @@
 #include <kr5/core/random.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 #include <support/coverage_count.hpp>
+#include <support/trials.hpp>
 
 using namespace kr5;
 using namespace kr5::calibration;
@@ -47,7 +47,7 @@ TEST_CASE("four exact poses give the exact tip") {
 }
 
 TEST_CASE("the 95 % region of the tip holds the truth in 93 to 97 % of trials") {
-  const int trials = std::getenv("KR5_FULL") ? 4000 : 1000;
+  const int trials = test::trials(4000, 1000);
   struct Case {
     int count;
     double sigma_position, sigma_rotation;
