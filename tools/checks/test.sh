@@ -50,7 +50,7 @@ test_python() {
   local junit=$build/log/python.xml
   rm -f "$junit"
   say "testing the Python package and the command"
-  "$venv/bin/python" -m pytest -q --junitxml "$junit" || true
+  "$venv/bin/python" -m pytest -q -n "$(nproc)" --dist loadfile --junitxml "$junit" || true
   count_junit "$junit"
 }
 
