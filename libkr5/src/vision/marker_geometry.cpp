@@ -30,14 +30,19 @@ Eigen::Matrix<double, 8, 1> through(const Corners& from, const Corners& to) {
 }  // namespace
 
 Geometry::Geometry(const ImageView& image, const MarkerPattern& pattern, const Corners& corners)
-    : centre_((image.width - 1) / 2.0, (image.height - 1) / 2.0), middle_(corners.rowwise().mean()) {
+    : middle_(corners.rowwise().mean()) {
+  const Eigen::Vector2d centre((image.width - 1) / 2.0, (image.height - 1) / 2.0);
   half_ = 0.25 * ((corners.col(1) - corners.col(0)).norm() + (corners.col(2) - corners.col(1)).norm());
   const int rim = (pattern.cells - pattern.square) / 2;
   square_ << rim, rim + pattern.square, rim + pattern.square, rim, rim, rim, rim + pattern.square, rim + pattern.square;
   lowest_ = std::min(0, rim - 1);
-  const Eigen::Vector2d m = middle_ - centre_;
+  const Eigen::Vector2d m = middle_ - centre;
   if (m.norm() > 1) outward_ = m.normalized();
-  usual_ << usual_lens, usual_higher * std::max(std::pow(m.norm() / centre_.norm(), 3), 0.01), usual_across;
+  usual_ << usual_lens, usual_higher * std::max(std::pow(m.norm() / centre.norm(), 3), 0.01), usual_across;
+  per_half_ = 1 / half_;
+  distance_ = m.norm() * per_half_;
+  second_ = half_ / centre.norm();
+  cubic_ = second_ * second_;
 }
 
 Vector Geometry::start(const Corners& corners) const {
@@ -63,13 +68,14 @@ Sample Geometry::place(const Vector& p, const Eigen::Matrix3d& H, const Eigen::V
 }
 
 Sample Geometry::sample(const Eigen::Vector2d& pixel) const {
-  const Eigen::Vector2d r = pixel - centre_, m = middle_ - centre_, d = pixel - middle_, xy = d / half_;
+  const Eigen::Vector2d xy = (pixel - middle_) * per_half_;
+  const double out = outward_.dot(xy), squared = xy.squaredNorm();
   Sample s{xy.x(), xy.y(), {}, 0.0};
-  // Without its value and slope at the middle, which the homography has as well: what is left bends.
-  s.bend.col(0) = r * r.squaredNorm() - m * m.squaredNorm() - m.squaredNorm() * d - 2 * m * m.dot(d);
-  s.bend.col(0) /= centre_.squaredNorm() * half_;
-  s.bend.col(1) = outward_ * std::pow(outward_.dot(xy), 2) * half_ / centre_.norm();
-  s.bend.col(2) = Eigen::Vector2d(-outward_.y(), outward_.x()) * xy.squaredNorm() * half_ / centre_.norm();
+  // The cube of the distance from the image's middle, without its value and slope at the marker's middle, which the
+  // homography has as well: what is left bends.
+  s.bend.col(0) = cubic_ * ((2 * distance_ * out + squared) * xy + distance_ * squared * outward_);
+  s.bend.col(1) = second_ * out * out * outward_;
+  s.bend.col(2) = second_ * squared * Eigen::Vector2d(-outward_.y(), outward_.x());
   return s;
 }
 

@@ -40,9 +40,10 @@ inline Cell to_cell(const Vector& p, double x, double y) {
 }
 
 /// Cell that holds a place; std::floor is a call of a function.
-inline int cell_of(double place) {
+template <class T>
+int cell_of(T place) {
   const int i = static_cast<int>(place);
-  return i - (place < i);
+  return i - (place < static_cast<T>(i));
 }
 
 /// A pixel, or a place between pixels.
@@ -79,9 +80,11 @@ class Geometry {
   }
 
  private:
-  Eigen::Vector2d centre_, middle_, outward_ = Eigen::Vector2d::UnitX();  ///< Of the image, of the marker; radius.
+  Eigen::Vector2d middle_, outward_ = Eigen::Vector2d::UnitX();  ///< Of the marker; there, along the image's radius.
   Eigen::Vector3d usual_;
-  double half_;
+  double half_, per_half_;
+  double distance_;        ///< From the middle of the image, in `half_`.
+  double cubic_, second_;  ///< Size of the bends.
   Corners square_;
   int lowest_;
 };

@@ -11,10 +11,17 @@ class PixelChoice {
  public:
   PixelChoice(const ImageView& image, const MarkerPattern& pattern, const Geometry& geometry, const Vector& p,
               double reach, int most)
-      : image_(image), pattern_(pattern), geometry_(geometry), p_(p), reach_(reach), most_(most) {}
+      : image_(image),
+        pattern_(pattern),
+        geometry_(geometry),
+        p_(p),
+        reach_(reach),
+        reach_cells_(reach / geometry.half()),
+        most_(most) {}
 
   void look_around(const Corners& corners) {
     const double side = 2 * geometry_.half(), band = 2 * reach_ * side * pattern_.square;  // half the borders are edges
+    edge_.reserve(static_cast<std::size_t>(2 * most_)), flat_.reserve(static_cast<std::size_t>(most_ / 2));
     if (band > 2.5 * most_)
       walk();
     else
@@ -48,9 +55,11 @@ class PixelChoice {
   void look(int x, int y) {
     Sample s = geometry_.sample({x, y});
     s.grey = image_.at(x, y);
-    const int kind = classify(s);
+    const Sample straight = Geometry::straight(p_, s);
+    const Cell c = to_cell(p_, straight.x, straight.y);
+    const int kind = classify(c);
     if (kind == 1) edge_.push_back(s);
-    if (kind == 2) (pattern_at(s) ? white_ : black_).push_back(s.grey), flat_.push_back(s);
+    if (kind == 2) (cell(c.uv.x(), c.uv.y()) ? white_ : black_).push_back(s.grey), flat_.push_back(s);
   }
 
   /// Small markers: every pixel is looked at, or every so many-th.
@@ -76,6 +85,7 @@ class PixelChoice {
     const auto at = [&](int u, int v) { return knot[static_cast<std::size_t>(v * (n + 1) + u)]; };
     std::vector<Segment> edges;
     std::vector<Eigen::Vector2d> wanted;
+    wanted.reserve(static_cast<std::size_t>(2 * most_));
     double length = 0;
     const auto edge = [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
       edges.emplace_back(a, b), length += (b - a).norm();
@@ -108,29 +118,26 @@ class PixelChoice {
   }
 
   void look_at(const std::vector<Eigen::Vector2d>& places) {
-    std::vector<int> pixels;
+    Eigen::Array2d low = places.front(), high = low;
+    for (const Eigen::Vector2d& place : places) low = low.min(place.array()), high = high.max(place.array());
+    const int x0 = std::max(0, cell_of(low.x() + 0.5)), x1 = std::min(image_.width, cell_of(high.x() + 1.5));
+    const int y0 = std::max(0, cell_of(low.y() + 0.5)), y1 = std::min(image_.height, cell_of(high.y() + 1.5));
+    if (x0 >= x1 || y0 >= y1) return;
+    const int width = x1 - x0;
+    std::vector<char> seen(static_cast<std::size_t>(width) * static_cast<std::size_t>(y1 - y0), 0);
     for (const Eigen::Vector2d& place : places) {
       const int x = cell_of(place.x() + 0.5), y = cell_of(place.y() + 0.5);
-      if (x >= 0 && y >= 0 && x < image_.width && y < image_.height) pixels.push_back(y * image_.width + x);
+      if (x < x0 || y < y0 || x >= x1 || y >= y1) continue;
+      char& before = seen[static_cast<std::size_t>((y - y0) * width + x - x0)];
+      if (!before) look(x, y);
+      before = 1;  // a pixel counts once
     }
-    std::sort(pixels.begin(), pixels.end());
-    pixels.erase(std::unique(pixels.begin(), pixels.end()), pixels.end());  // a pixel counts once
-    for (const int pixel : pixels) look(pixel % image_.width, pixel / image_.width);
-  }
-
-  bool pattern_at(const Sample& raw) const {
-    const Sample s = Geometry::straight(p_, raw);
-    const Cell c = to_cell(p_, s.x, s.y);
-    return cell(c.uv.x(), c.uv.y());
   }
 
   /// 0: of no use, 1: within `reach_` [px] of an edge, 2: on flat ground.
-  int classify(const Sample& raw) const {
-    const Sample s = Geometry::straight(p_, raw);
-    const Cell c = to_cell(p_, s.x, s.y);
+  int classify(const Cell& c) const {
     if (!(c.w > 0.05)) return 0;
-    const double du = reach_ / geometry_.half() * c.by_xy.row(0).norm(),
-                 dv = reach_ / geometry_.half() * c.by_xy.row(1).norm();
+    const double du = reach_cells_ * c.by_xy.row(0).norm(), dv = reach_cells_ * c.by_xy.row(1).norm();
     const double u = c.uv.x(), v = c.uv.y(), low = geometry_.lowest(), high = pattern_.cells - low;
     // Beyond the rim somebody else's paper begins: stay clear of it, yet keep half a cell.
     const double mu = std::min(0.5, du), mv = std::min(0.5, dv);
@@ -163,7 +170,7 @@ class PixelChoice {
   const MarkerPattern& pattern_;
   const Geometry& geometry_;
   const Vector& p_;
-  double reach_;
+  double reach_, reach_cells_;
   int most_;
   std::vector<Sample> edge_, flat_;
   std::vector<double> black_, white_;

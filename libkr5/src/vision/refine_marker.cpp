@@ -4,9 +4,9 @@
 
 #include <Eigen/LU>
 
+#include "vision/batch_sum.hpp"
 #include "vision/marker_geometry.hpp"
 #include "vision/refine.hpp"
-#include "vision/small_fit.hpp"
 
 namespace kr5::vision {
 namespace {
@@ -21,20 +21,22 @@ constexpr double model_error = 0.003;        // [px] what the approximations bel
 /// by the place and by the width of the blur.
 struct Share {
   static constexpr int most = 14;
+  static constexpr float reach = 3.2f;  // beyond it nothing is seen
   int first = 0, count = 0;
-  std::array<double, most> a, by_place, by_width;
+  std::array<float, most> a, by_place, by_width;
 
-  Share(double place, double width) {
+  Share(float place, float width) {
     const NormalTable& normal = NormalTable::get();
-    first = cell_of(place - 3.2 * width);
-    count = std::min(cell_of(place + 3.2 * width) - first + 1, most);
-    const double per_width = 1 / width;
-    double cdf0, pdf0, z0 = (first - place) * per_width;
-    normal(z0, cdf0, pdf0);
+    first = cell_of(place - reach * width);
+    count = std::min(cell_of(place + reach * width) - first + 1, most);
+    const float per_width = 1 / width;
+    float cdf0 = 0, pdf0 = 0, z0 = 0;
     for (int i = 0; i < count; ++i) {
-      const double z1 = z0 + per_width;
-      double cdf1, pdf1;
-      normal(z1, cdf1, pdf1);
+      float cdf1 = 1, pdf1 = 0, z1 = 0;
+      if (i + 1 < count) {
+        z1 = (static_cast<float>(first + i + 1) - place) * per_width;
+        normal(z1, cdf1, pdf1);
+      }
       const auto k = static_cast<std::size_t>(i);
       a[k] = cdf1 - cdf0;
       by_place[k] = (pdf0 - pdf1) * per_width;
@@ -52,30 +54,20 @@ class MarkerModel {
   Vector start(const Corners& corners) const { return geometry_.start(corners); }
 
   void choose(Vector& p, const Corners& corners, double reach, int most) {
-    samples_ = choose_pixels(image_, pattern_, geometry_, p, corners, reach, most);
+    const std::vector<Sample> samples = choose_pixels(image_, pattern_, geometry_, p, corners, reach, most);
+    batches_.assign((samples.size() + lanes - 1) / lanes, {});
+    for (std::size_t i = 0; i < samples.size(); ++i) batches_[i / lanes].set(static_cast<int>(i % lanes), samples[i]);
   }
 
   Normal<size> sums(const Vector& p, double scale) const {
-    Normal<size> out;
-    const double blur = std::exp(p[8]), s = std::sqrt(blur * blur + pixel_variance) / half();
-    for (const Sample& raw : samples_) {
-      const Sample sample = Geometry::straight(p, raw);
-      const Cell c = to_cell(p, sample.x, sample.y);
-      const double nu = c.by_xy.row(0).norm(), nv = c.by_xy.row(1).norm();
-      if (!(c.w > 0.05) || s * nu > 2 || s * nv > 2) continue;
-      double f, fu, fv, fs;
-      white_share(c, s * nu, s * nv, s * s * c.by_xy.row(0).dot(c.by_xy.row(1)), f, fu, fv, fs);
-      const double contrast = p[10] + p[11] * sample.x + p[12] * sample.y;
-      const double model = p[9] + contrast * f;
-      if (sample.grey >= 254 && model >= 254) continue;  // saturated: all that is known is "at least"
-      Vector J;
-      const double a = contrast * fu / c.w, b = contrast * fv / c.w, t = a * c.uv.x() + b * c.uv.y();
-      const Eigen::Vector2d by_xy = contrast * c.by_xy.transpose() * Eigen::Vector2d(fu, fv);
-      J << a * sample.x, a * sample.y, a, b * sample.x, b * sample.y, b, -t * sample.x, -t * sample.y,
-          contrast * fs * blur * blur / (blur * blur + pixel_variance), 1.0, f, f * sample.x, f * sample.y,
-          sample.bend.transpose() * by_xy;
-      out.add(J, model - sample.grey, scale);
+    BatchSum<size> sum;
+    std::array<Lane, size + 1> J;
+    Lane used;
+    for (const Batch& batch : batches_) {
+      differentiate(p.cast<float>(), batch, J, used);
+      sum.add(J, used, scale);
     }
+    Normal<size> out = sum.result();
     const Eigen::Vector3d& usual = geometry_.usual();
     const double noise = std::min(scale, 4.0);  // [grey] each is one more pixel
     for (int k = 0; k < bends; ++k)
@@ -107,15 +99,64 @@ class MarkerModel {
   double half() const { return geometry_.half(); }
 
  private:
-  /// White seen at a place, f, with its derivatives by u, v and by the logarithm of the blur. Seen from the side the
-  /// blur is no longer the same along u and v and the two are correlated: two terms of Mehler's series account for it.
-  void white_share(const Cell& c, double su, double sv, double uv, double& f, double& fu, double& fv,
-                   double& fs) const {
-    const Share a(c.uv.x(), su), b(c.uv.y(), sv);
-    const double second = 0.5 * uv * uv / (su * sv);
-    f = 1, fu = fv = fs = 0;
+  /// Some samples side by side; those missing at the end have grey `none`.
+  struct Batch {
+    static constexpr float none = -1;
+    Lane x = Lane::Zero(), y = Lane::Zero(), grey = Lane::Constant(none);
+    std::array<Lane, bends> bend_x = {x, x, x}, bend_y = bend_x;
+
+    void set(int lane, const Sample& from) {
+      x[lane] = static_cast<float>(from.x), y[lane] = static_cast<float>(from.y);
+      grey[lane] = static_cast<float>(from.grey);
+      for (int k = 0; k < bends; ++k) {
+        bend_x[static_cast<std::size_t>(k)][lane] = static_cast<float>(from.bend(0, k));
+        bend_y[static_cast<std::size_t>(k)][lane] = static_cast<float>(from.bend(1, k));
+      }
+    }
+  };
+
+  /// What the pattern gives at a place: white seen there, f, and its derivatives by u, v, log of the blur.
+  struct White {
+    Lane f, fu, fv, fs;
+  };
+
+  void differentiate(const Eigen::Matrix<float, size, 1>& p, const Batch& b, std::array<Lane, size + 1>& J,
+                     Lane& used) const {
+    const float blur = std::exp(p[8]), variance = blur * blur + static_cast<float>(pixel_variance),
+                s = std::sqrt(variance) / static_cast<float>(half());
+    Lane x = b.x, y = b.y;
+    for (std::size_t k = 0; k < bends; ++k) {
+      x += p[lens + static_cast<int>(k)] * b.bend_x[k];
+      y += p[lens + static_cast<int>(k)] * b.bend_y[k];
+    }
+    const Lane w = p[6] * x + p[7] * y + 1.0f, per_w = 1 / w;
+    const Lane u = (p[0] * x + p[1] * y + p[2]) * per_w, v = (p[3] * x + p[4] * y + p[5]) * per_w;
+    const Lane ux = (p[0] - p[6] * u) * per_w, uy = (p[1] - p[7] * u) * per_w;
+    const Lane vx = (p[3] - p[6] * v) * per_w, vy = (p[4] - p[7] * v) * per_w;
+    const Lane su = s * (ux * ux + uy * uy).sqrt(), sv = s * (vx * vx + vy * vy).sqrt();
+    used = (b.grey != Batch::none && w > 0.05f && su < 2 && sv < 2).cast<float>();
+    White white;
+    for (int i = 0; i < lanes; ++i)
+      if (used[i] != 0) white_at(u[i], v[i], su[i], sv[i], s * s * (ux[i] * vx[i] + uy[i] * vy[i]), white, i);
+    const Lane contrast = p[10] + p[11] * x + p[12] * y, model = p[9] + contrast * white.f;
+    used *= 1 - (b.grey >= 254 && model >= 254).cast<float>();  // saturated: all that is known is "at least"
+    const Lane a = contrast * white.fu, c = contrast * white.fv, aw = a * per_w, cw = c * per_w, t = aw * u + cw * v;
+    const Lane by_x = a * ux + c * vx, by_y = a * uy + c * vy;
+    J = {aw * x, aw * y, aw, cw * x, cw * y, cw, -t * x, -t * y, contrast * white.fs * (blur * blur / variance)};
+    J[9].setOnes(), J[10] = white.f, J[11] = white.f * x, J[12] = white.f * y;
+    for (std::size_t k = 0; k < bends; ++k) J[13 + k] = by_x * b.bend_x[k] + by_y * b.bend_y[k];
+    J[size] = model - b.grey;
+    for (Lane& column : J) column = (used > 0).select(column, 0.0f);
+  }
+
+  /// Seen from the side the blur is no longer the same along u and v and the two are correlated: two terms of Mehler's
+  /// series account for it.
+  void white_at(float u, float v, float su, float sv, float uv, White& white, int lane) const {
+    const Share a(u, su), b(v, sv);
+    const float second = 0.5f * uv * uv / (su * sv);
+    float f = 1, fu = 0, fv = 0, fs = 0;
     for (int j = 0; j < b.count; ++j) {
-      double row = 0, row_place = 0, row_width = 0;
+      float row = 0, row_place = 0, row_width = 0;
       for (int i = 0; i < a.count; ++i) {
         if (pattern_.at(b.first + j, a.first + i)) continue;
         const auto k = static_cast<std::size_t>(i);
@@ -127,12 +168,13 @@ class MarkerModel {
       fv -= row * b.by_place[k];
       fs -= su * row_width * b.a[k] + sv * row * b.by_width[k];
     }
+    white.f[lane] = f, white.fu[lane] = fu, white.fv[lane] = fv, white.fs[lane] = fs;
   }
 
   ImageView image_;
   const MarkerPattern& pattern_;
   Geometry geometry_;
-  std::vector<Sample> samples_;
+  std::vector<Batch> batches_;
 };
 
 }  // namespace

@@ -95,14 +95,15 @@ class NormalTable {
     static const NormalTable table;
     return table;
   }
-  void operator()(double z, double& cdf, double& pdf) const {
+  template <class T>
+  void operator()(T z, T& cdf, T& pdf) const {
     if (z <= -limit) return void((cdf = 0, pdf = 0));
     if (z >= limit) return void((cdf = 1, pdf = 0));
-    const double position = (z + limit) * per_unit;
+    const T position = (z + static_cast<T>(limit)) * per_unit;
     const auto i = static_cast<std::size_t>(position);
-    const double t = position - static_cast<double>(i);
-    cdf = cdf_[i] + t * (cdf_[i + 1] - cdf_[i]);
-    pdf = pdf_[i] + t * (pdf_[i + 1] - pdf_[i]);
+    const T t = position - static_cast<T>(i);
+    cdf = static_cast<T>(cdf_[i]) + t * static_cast<T>(cdf_[i + 1] - cdf_[i]);
+    pdf = static_cast<T>(pdf_[i]) + t * static_cast<T>(pdf_[i + 1] - pdf_[i]);
   }
 
  private:
