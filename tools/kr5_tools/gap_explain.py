@@ -170,8 +170,7 @@ def show(told: dict[str, Any], to: Any) -> None:
     for p in told["parameters"]:
         say(f"  {p['name']} [{p['unit']}]: {p['what']}")
     if len(told["targets"]) > 1:
-        rows = [[t["target"], "–" if t["closed"] is None else f"{max(100 * t['closed'], 0.0):.1f}",
-                 "; ".join(f"{p['name']} {p['value']} {p['std']} {p['unit']}" for p in t["parameters"])] for t in told["targets"]]
+        rows = [[t["target"], "–" if t["closed"] is None else f"{min(max(100 * t['closed'], 0.0), 100.0):.1f}", _values(t)] for t in told["targets"]]
         to.print()
         to.print(common.table("On each target, fitted alone", ["target", "closes [%]", "values"], rows, text=(2,)))
     best = told["targets"][0]
@@ -180,6 +179,15 @@ def show(told: dict[str, Any], to: Any) -> None:
     _show_reasons(best, to, say)
     if told["mend"]:
         say(f"  What to do if it is the cause: {told['mend'].replace('`', '')}")
+
+
+def _values(trial: dict[str, Any]) -> str:
+    """The values of a trial, where it does anything."""
+    if trial["closed"] is None:
+        return "changes nothing that was recorded"
+    if trial["closed"] < 0.005:
+        return "best left off"
+    return "; ".join(f"{p['name']} {p['value']} {p['std']} {p['unit']}" for p in trial["parameters"])
 
 
 def _show_reasons(cause: dict[str, Any], to: Any, say: Any) -> None:

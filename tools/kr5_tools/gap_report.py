@@ -107,10 +107,12 @@ def parts_of(evidence: Any, data: dict[str, Any]) -> list[dict[str, Any]]:
             above = [g for g in part["groups"] if g in named[which]]
             gaps = {g: evidence.gap(g, which) for g in above or part["groups"]}
             group = max(gaps, key=lambda g: gaps[g])
-            part[which] = {"gap": float(gaps[group]) if np.isfinite(gaps[group]) else None, "above": bool(above), "label": bool(above) and gaps[group] >= SAID, "group": group,
-                           "column": column_words(group), "colour": colour(gaps[group], bool(above))}
+            gap = float(gaps[group])
+            part[which] = {"gap": gap if np.isfinite(gap) else None, "above": bool(above), "label": bool(above) and gap >= SAID,
+                           "group": group, "column": column_words(group), "colour": colour(gap, bool(above))}
         part["shown"] = part["before"]["above"] or part["after"]["above"] or bool(part["cause"])
-    return sorted(parts.values(), key=lambda p: (not p["before"]["above"], -(p["before"]["gap"] or 0) if p["before"]["above"] else 0, p["words"]))
+    above_first = sorted(parts.values(), key=lambda p: p["words"])
+    return sorted(above_first, key=lambda p: -(p["before"]["gap"] or 0) if p["before"]["above"] else 0)
 
 
 def floor_words(data: dict[str, Any], evidence: Any) -> str:
@@ -177,7 +179,8 @@ def make_page(data: dict[str, Any], source: Path, evidence: Any, parts: list[dic
         scene = {**cell_scene(evidence.recording.cell), "q": q, "parts": common.plain(parts)}
     return render(
         "gap.html", brand="kr5 gap diagnose", title=TITLE, data=data, source=source.name, look=look, icon=icon, word=word,
-        verdict=verdict_words(data) + floor_words(data, evidence), steps=next_steps(data, str(named)), places=place_rows(data), causes=cause_rows(data, evidence),
+        verdict=verdict_words(data) + floor_words(data, evidence), steps=next_steps(data, str(named)), places=place_rows(data),
+        causes=cause_rows(data, evidence),
         unexplained=[{"words": capital(column_words(f"{p['experiment']}.{p['column']}")), "gap": p["gap"],
                       "depends": depends_text(p)} for p in data["unexplained"]],
         ties=[f"{cause_words(c).split(' (')[0]} and {listed([effect_words(t['effect'], t['target']) for t in c['tied_with']])}"

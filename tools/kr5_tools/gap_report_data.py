@@ -192,7 +192,9 @@ def shown_variable(column: Column, dependence: dict[str, Any]) -> tuple[np.ndarr
         sign = np.where(np.abs(speed) > 1e-4, np.sign(speed), 0.0)
     if m := re.fullmatch(r"(q|qd|qdd)(\d+)", name):
         values = _joint(column.experiment, m[2], len(m[1]) - 1)
-        return None if values is None else (np.abs(values) if "|" in dependence["variable"] else values, sign, f"[{('rad', 'rad/s', 'rad/s²')[len(m[1]) - 1]}]")
+        if values is None:
+            return None
+        return np.abs(values) if "|" in dependence["variable"] else values, sign, ("[rad]", "[rad/s]", "[rad/s²]")[len(m[1]) - 1]
     if name == "zcd" and "zc" in data:
         return np.gradient(np.asarray(data["zc"]), _cycle(column.experiment)), sign, "[m/s]"
     units = {"t": "[s]", "u": "[px]", "v": "[px]", "fc": "[N]", "tilt": "[rad]", "alpha": "[rad]", "speed": "[m/s]"}

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from . import common
-from .gap_report_words import column_words, dependence_words, effect_words, listed, percent, shown_unit
+from .gap_report_words import capital, column_words, dependence_words, effect_words, listed, percent, shown_unit
 
 DEG = 57.29577951308232
 
@@ -132,7 +132,7 @@ def for_it(data: dict[str, Any], k: int, evidence: Any) -> list[str]:
                        f"{percent(min(closed.values()))} of its excess goes.")
         away = _moved(cause, evidence.recording.cell)
         if away and away >= 3:
-            out.append(f"Its size is {away:.0f} standard deviations from none." if away < 1000 else "Its size is more than 1000 standard deviations from none.")
+            out.append(f"Its size is {f'{away:.0f}' if away < 1000 else 'more than 1000'} standard deviations from none.")
     return out
 
 
@@ -144,8 +144,7 @@ def in_its_place(trials: list[Any], evidence: Any) -> list[str]:
             continue
         group, left = trial.left
         rest = "leaves nothing above the floor" if left <= 1.02 * evidence.limit(group) else f"leaves the {column_words(group)} at {left:.2f}"
-        name = effect_words(trial.effect, trial.target)
-        out.append(f"{name[:1].upper()}{name[1:]} closes {percent(trial.closed)} and {rest}.")
+        out.append(f"{capital(effect_words(trial.effect, trial.target))} closes {percent(trial.closed)} and {rest}.")
     return out or ["No other effect closes more than 1 % of what it closes."]
 
 
@@ -153,8 +152,7 @@ def against(data: dict[str, Any], k: int, evidence: Any) -> list[str]:
     """What speaks against a cause; says so when nothing does."""
     cause, out = data["causes"][k], []
     for tied in cause["tied_with"]:
-        out.append(f"{effect_words(tied['effect'], tied['target'])[:1].upper()}{effect_words(tied['effect'], tied['target'])[1:]} would look the same in "
-                   "this recording.")
+        out.append(f"{capital(effect_words(tied['effect'], tied['target']))} would look the same in this recording.")
     if cause["probability"] < 0.99:
         out.append(f"{percent(1 - cause['probability'])} of the probability lies with other explanations.")
     if evidence and evidence.explained:

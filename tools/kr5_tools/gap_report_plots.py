@@ -173,6 +173,9 @@ def cell_map(evidence: Evidence, parts: list[dict[str, Any]], q: list[float]) ->
     places |= {part: (T_F @ np.asarray(T))[:3, 3] for part, T in carried.items() if T is not None}
     if cell.tube:
         places["tube"] = np.asarray(cell.tube.T_B_T)[:3, 3]
+    labels = dict(places)  # what acts at the tip has a label, no place of its own
+    if "tool" in places:
+        labels |= {"contact": places["tool"] - [0, 0, 0.05], "servo": places["tool"] - [0, 0, 0.1]}
     by_id = {p["id"]: p for p in parts}
     figure = plt.figure(figsize=(WIDE * (1.7 if len(names) > 1 else 1), 5.6))
     low, high = (f([*places.values(), np.zeros(3)], axis=0) for f in (np.min, np.max))
@@ -185,11 +188,11 @@ def cell_map(evidence: Evidence, parts: list[dict[str, Any]], q: list[float]) ->
             paint = by_id.get(f"joint{i + 1}", {}).get(which, {}).get("colour", UNKNOWN)
             axes.plot(*way.T, color="#6b7280", linewidth=8, solid_capstyle="round")
             axes.plot(*way.T, color=paint, linewidth=6.5, solid_capstyle="round")
-        for part, place in places.items():
+        for part, place in labels.items():
             state = by_id.get(part, {}).get(which)
             if state is None:
                 continue
-            if part in PARTS:
+            if part in PARTS and part in places:
                 axes.plot(*place.reshape(3, 1), "o", color=state["colour"], markeredgecolor="#374151", markersize=11, zorder=20)
             if state["label"]:
                 axes.text(*place, f"   {part_words(part)} {state['gap']:.1f}", fontsize=9, zorder=30)

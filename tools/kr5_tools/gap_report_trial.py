@@ -18,6 +18,7 @@ from .gap_report_evidence import nominal
 STEPS = {"rad": 1e-3, "m": 1e-3, "s": 6e-3, "N m": 3.0, "N m/rad": 3.0, "kg": 0.2, "-": 0.05, "N or N m": 0.5, "N/s or N m/s": 0.01,
          "1/mm": 0.2, "m/N": 1e-6, "px": 2.0, "-, m or 1/m": 0.01, "N m s/rad": 3.0, "m, rad": 1e-3}
 SPEEDS = (0.01, 0.03, 0.08, 0.2, 0.5)  # [rad/s] at which friction may fade
+WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
 MISSED = 3.0  # what cannot be compared (a ray that met the sphere in one of the two only) counts as so much noise
 
 
@@ -30,6 +31,7 @@ class Way:
     lower: np.ndarray
     upper: np.ndarray
     parameters: Callable[[np.ndarray], dict[str, Any]]
+    leading: bool = False  # the others say nothing without the first, as a centre of mass without a mass
 
 
 @dataclass
@@ -58,69 +60,87 @@ class Trial:
         return max(((g, after) for g, _, after in self.columns), key=lambda row: row[1], default=("", 1.0))
 
 
+def way(names: list[tuple[str, float, float, float]], parameters: Callable, choice: str = "", leading: bool = False) -> Way:
+    """Of numbers given as name, step, lower and upper bound."""
+    return Way(choice, *(np.array([n[k] for n in names], float) for k in (1, 2, 3)), parameters, leading)
+
+
 def ways(evidence: Evidence, effect: Any, target: str) -> list[Way]:
     """The ways to set an effect of the catalogue on a target."""
-    cell, spec = evidence.recording.cell, {p.name: p for p in effect.parameters}
-    joint = int(target[5:]) if target[5:].isdigit() else 0
+    return Ways(evidence, effect, target).all()
 
-    def way(names: list[tuple[str, float, float, float]], parameters: Callable[[np.ndarray], dict[str, Any]], choice: str = "") -> Way:
-        return Way(choice, *(np.array([n[k] for n in names], float) for k in (1, 2, 3)), parameters)
 
-    def free(name: str, step: float | None = None, positive: bool | None = None) -> tuple[str, float, float, float]:
-        p, off = spec[name], nominal(cell, effect.id, target, name)
-        off = float(off) if off is not None else p.off[0] if p.off else 0.0
+class Ways:
+    """How the numbers of an effect are free: as they stand in the catalogue, or in the form that acts nearly linearly."""
+
+    def __init__(self, evidence: Evidence, effect: Any, target: str) -> None:
+        self.evidence, self.effect, self.target, self.cell = evidence, effect, target, evidence.recording.cell
+        self.spec = {p.name: p for p in effect.parameters}
+        self.number = int(target[5:]) if target[5:].isdigit() else 0  # of joint or motor
+
+    def off(self, name: str) -> float:
+        value = nominal(self.cell, self.effect.id, self.target, name)
+        return float(value) if value is not None else self.spec[name].off[0] if self.spec[name].off else 0.0
+
+    def free(self, name: str, step: float | None = None) -> tuple[str, float, float, float]:
+        p, off = self.spec[name], self.off(name)
         step = step or (0.05 * abs(off) if p.nominal_when_off and abs(off) > 0.02 else STEPS.get(p.unit, 0.01))
-        return name, step, (0.0 if positive else p.lower) - off, p.upper - off
+        return name, step, p.lower - off, p.upper - off
 
-    def absolute(name: str, x: float) -> float:
-        off = nominal(cell, effect.id, target, name)
-        return float(x) + (float(off) if off is not None else spec[name].off[0] if spec[name].off else 0.0)
+    def all(self) -> list[Way]:
+        return self.of_drives() or self.of_parts() or self.plain()
 
-    inf = math.inf
-    match effect.id:
-        case "stribeck_friction":
-            return [way([free("stribeck")], lambda x, v=v: {"stribeck": x[0], "stribeck_velocity": v}, f"{v:g} rad/s") for v in SPEEDS]
-        case "thermal_friction" | "thermal_growth":
-            size, span = ("drop" if joint else "growth"), max(float(np.max(e["t"])) for e in evidence.experiments if "t" in e.data)
-            return [way([free(size, None if joint else 2e-4)], lambda x, s=s: {size: x[0], "time_constant": s * span}, f"{s * span:.0f} s")
-                    for s in (0.1, 0.5, 3.0)]
-        case "joint_elasticity":
+    def plain(self) -> list[Way]:
+        names = list(self.spec)
+        return [way([self.free(n) for n in names], lambda x: {n: self.off(n) + float(v) for n, v in zip(names, x)})]
+
+    def of_drives(self) -> list[Way]:
+        inf, id = math.inf, self.effect.id
+        if id == "stribeck_friction":
+            return [way([self.free("stribeck")], lambda x, v=v: {"stribeck": x[0], "stribeck_velocity": v}, f"{v:g} rad/s") for v in SPEEDS]
+        if id in ("thermal_friction", "thermal_growth"):
+            size = "drop" if self.number else "growth"
+            span = max(float(np.max(e["t"])) for e in self.evidence.experiments if "t" in e.data)
+            return [way([self.free(size, None if self.number else 2e-4)], lambda x, t=part * span: {size: x[0], "time_constant": t},
+                        f"{part * span:.0f} s") for part in (0.1, 0.5, 3.0)]
+        if id == "joint_elasticity":
             return [way([("compliance", 1e-6, 0.0, 1e-3)], lambda x: {"stiffness": 1 / max(x[0], 1e-12)})]
-        case "cable_spring":
+        if id == "cable_spring":
             reach = 2 * math.pi
-            return [way([("k", 3.0, 1e-3, inf), ("kr", 3.0, -inf, inf)],
-                        lambda x: {"stiffness": x[0], "rest": float(np.clip(x[1] / max(x[0], 1e-3), -reach, reach))})]
-        case "torque_ripple" | "transmission_error":
-            step = STEPS[spec["amplitude"].unit]
-            return [way([("s", step, -inf, inf), ("c", step, -inf, inf)], lambda x, n=n: {
-                "amplitude": math.hypot(*x), "cycles": n, "phase": math.atan2(x[1], x[0])}, f"{n} cycles") for n in cycles(evidence, effect.id, joint)]
-        case "wrist_coupling":
-            motor = int(target[5:]) - 1
-            structure = np.asarray(cell.drives.structure)
-            return [way([("value", 0.01, -inf, inf)], lambda x, j=j: {"element": j, "value": structure[motor][j] + x[0]}, f"joint {j + 1}")
-                    for j in range(cell.robot.joints)]
-        case "ft_crosstalk":
-            return [way([free("gain")], lambda x, s=s: {"source": s, "gain": x[0]}, f"from {('fx', 'fy', 'fz', 'tx', 'ty', 'tz')[s]}")
-                    for s in range(6) if ("fx", "fy", "fz", "tx", "ty", "tz")[s] != target]
-        case "payload":
-            return [way([("m", 0.2, 1e-4, inf), *[(a, 0.01, -inf, inf) for a in "xyz"]],
-                        lambda x: {"mass": x[0], "com": np.clip(x[1:] / max(x[0], 1e-4), -5, 5).tolist()})]
-        case "link_length":
-            return [way([free(n, 1e-3)], lambda x, n=n: {n: absolute(n, x[0])}, n) for n in ("a", "b")]
-        case "link_twist":
-            return [way([free("alpha", 1e-3)], lambda x: {"alpha": absolute("alpha", x[0])})]
-        case "hand_eye" | "laser_mount":
+            return [way([("k", 3.0, 1e-3, inf), ("kr", 3.0, -inf, inf)], lambda x: {
+                "stiffness": x[0], "rest": float(np.clip(x[1] / max(x[0], 1e-3), -reach, reach))}, leading=True)]
+        if id in ("torque_ripple", "transmission_error"):
+            p = self.spec["amplitude"]
+            size = (STEPS[p.unit], p.lower, p.upper)
+            return [way([("s", *size), ("c", *size)], lambda x, n=n: {"amplitude": math.hypot(*x), "cycles": n, "phase": math.atan2(x[1], x[0])},
+                        f"{n} cycles") for n in cycles(self.evidence, id, self.number)]
+        if id == "wrist_coupling":
+            row = np.asarray(self.cell.drives.structure)[self.number - 1]
+            return [way([("value", 0.01, -inf, inf)], lambda x, j=j: {"element": j, "value": float(row[j] + x[0])}, f"joint {j + 1}")
+                    for j in range(self.cell.robot.joints)]
+        return []
+
+    def of_parts(self) -> list[Way]:
+        inf, id = math.inf, self.effect.id
+        if id == "ft_crosstalk":
+            return [way([self.free("gain")], lambda x, s=s: {"source": s, "gain": x[0]}, f"from {name}")
+                    for s, name in enumerate(WRENCH) if name != self.target]
+        if id == "payload":
+            return [way([("m", 0.2, 1e-4, inf), *[(a, 0.01, -inf, inf) for a in "xyz"]], lambda x: {
+                "mass": x[0], "com": np.clip(x[1:] / max(x[0], 1e-4), -5, 5).tolist()}, leading=True)]
+        if id == "link_length":
+            return [way([self.free(n, 1e-3)], lambda x, n=n: {n: self.off(n) + float(x[0])}, n) for n in ("a", "b")]
+        if id == "link_twist":
+            return [way([self.free("alpha", 1e-3)], lambda x: {"alpha": self.off("alpha") + float(x[0])})]
+        p = self.effect.parameters[0]
+        if str(p.kind) == "pose":
             import kr5
 
-            name = effect.parameters[0].name
-            here = np.asarray(nominal(cell, effect.id, target, name))
-            return [way([("d", 1e-3, -0.3, 0.3)] * 6, lambda x: {name: here @ kr5.to_pose(x)})]
-    vectors = [p for p in effect.parameters if str(p.kind).startswith("vector")]
-    if vectors:
-        p = vectors[0]
-        return [way([(p.name, STEPS[p.unit], p.lower, p.upper)] * len(p.off), lambda x: {p.name: list(map(float, x))})]
-    names = list(spec)
-    return [way([free(n) for n in names], lambda x: {n: absolute(n, v) for n, v in zip(names, x)})]
+            here = np.asarray(nominal(self.cell, id, self.target, p.name))
+            return [way([("d", 1e-3, -0.3, 0.3)] * 6, lambda x: {p.name: here @ kr5.to_pose(x)})]
+        if str(p.kind).startswith("vector"):
+            return [way([(p.name, STEPS[p.unit], p.lower, p.upper)] * len(p.off), lambda x: {p.name: list(map(float, x))})]
+        return []
 
 
 def cycles(evidence: Evidence, effect: str, joint: int) -> list[int]:
@@ -177,33 +197,41 @@ class Judge:
     def _stacked(self, cell: Any, experiments: list[Any]) -> np.ndarray:
         return np.concatenate([values for e in experiments for values in self._rows(cell, e).values()] or [np.zeros(0)])
 
+    def _base(self, experiments: list[Any]) -> np.ndarray:
+        return np.concatenate([v for e in experiments for v in self.base_rows[e.name].values()] or [np.zeros(0)])
+
     def experiments(self, split: str) -> list[Any]:
         all_of = self.evidence.experiments
         return [e for e in all_of if str(e.split) == split] or all_of
 
+    def _changes(self, effect: Any, target: str, way: Way, i: int, steps: np.ndarray, experiments: list[Any]) -> list[np.ndarray]:
+        """By how much a step of one number changes the residuals of each experiment."""
+        x = np.maximum(way.lower, 0.0) if way.leading else np.zeros(len(steps))
+        if way.leading and i:
+            x[0] = steps[0]
+        moved = x.copy()
+        flipped = -1.0 if x[i] + steps[i] > way.upper[i] else 1.0
+        moved[i] += flipped * steps[i]
+        shown = [self._stacked(self._cell(effect.id, target, way.parameters(moved)), [e]) for e in experiments]
+        if way.leading and i:
+            before = [self._stacked(self._cell(effect.id, target, way.parameters(x)), [e]) for e in experiments]
+        else:
+            before = [self._base([e]) for e in experiments]
+        return [flipped * (a - b) for a, b in zip(shown, before)]
+
     def start(self, effect: Any, target: str, way: Way, experiments: list[Any]) -> tuple[np.ndarray, np.ndarray, list[Any]] | None:
         """Steps that show by about one noise, the change each makes, and the experiments that it changes."""
-        base = {e.name: np.concatenate([*self.base_rows[e.name].values(), np.zeros(0)]) for e in experiments}
         steps, changes = way.steps.copy(), []
         for i in range(len(steps)):
             for _ in range(3):
-                x = np.clip(way.lower, 0.0, way.upper) if effect.id not in ("payload", "cable_spring") else np.maximum(way.lower, 0.0)
-                if effect.id in ("payload", "cable_spring") and i:
-                    x[0] = steps[0]
-                flipped = -1.0 if x[i] + steps[i] > way.upper[i] else 1.0
-                moved = x.copy()
-                moved[i] += flipped * steps[i]
-                reference = base if not np.any(x) or effect.id not in ("payload", "cable_spring") or not i else None
-                shown = [self._stacked(self._cell(effect.id, target, way.parameters(moved)), [e]) for e in experiments]
-                before = [reference[e.name] for e in experiments] if reference else [
-                    self._stacked(self._cell(effect.id, target, way.parameters(x)), [e]) for e in experiments]
-                change = [flipped * (a - b) for a, b in zip(shown, before)]
+                change = self._changes(effect, target, way, i, steps, experiments)
                 size = max((float(np.sqrt(np.mean(c**2))) for c in change if len(c)), default=0.0)
-                if size == 0.0 or 0.1 < size < 30:
+                if 0.1 < size < 30:
                     break
-                steps[i] *= min(max(1 / size, 1e-4), 1e4)
+                grow = min(max(1 / size, 1e-4), 1e4) if size else 10.0  # what acts in whole cycles shows late
+                steps[i] = min(steps[i] * grow, 0.1 * (way.upper[i] - way.lower[i]))
             changes.append(change)
-        touched = [k for k, e in enumerate(experiments) if any(np.any(c[k]) for c in changes)]
+        touched = [k for k in range(len(experiments)) if any(np.any(c[k]) for c in changes)]
         if not touched:
             return None
         return steps, np.column_stack([np.concatenate([c[k] for k in touched]) for c in changes]), [experiments[k] for k in touched]
@@ -215,7 +243,7 @@ class Judge:
             found = self.start(effect, target, way, experiments)
             if found is None:
                 continue
-            r = np.concatenate([v for e in found[2] for v in self.base_rows[e.name].values()])
+            r = self._base(found[2])
             x = np.linalg.lstsq(found[1], -r, rcond=None)[0]
             x = np.clip(x, way.lower / found[0], way.upper / found[0])
             best = max(best, float(np.sum(r**2) - np.sum((r + found[1] @ x) ** 2)) / max(total, 1.0))
@@ -223,38 +251,35 @@ class Judge:
 
     def fit(self, effect: Any, target: str) -> Trial | None:
         """The effect at its best; None where it changes nothing that was recorded."""
-        from scipy.optimize import least_squares
-
-        best: tuple[float, Way, Any] | None = None
+        best: tuple[float, Way, np.ndarray, np.ndarray] | None = None
         for way in ways(self.evidence, effect, target):
             found = self.start(effect, target, way, self.experiments("fit"))
-            if found is None:
-                continue
-            steps, changes, touched = found
-            r = np.concatenate([v for e in touched for v in self.base_rows[e.name].values()])
-            lower, upper = way.lower / steps, way.upper / steps
+            refined = found and self._refined(effect, target, way, *found)
+            if refined and (best is None or refined[0] > best[0]):
+                best = refined[0], way, *refined[1:]
+        return self._judged(effect.id, target, *best[1:]) if best else None
 
-            def shown(y: np.ndarray, way: Way = way, steps: np.ndarray = steps, touched: list[Any] = touched) -> np.ndarray:
-                return self._stacked(self._cell(effect.id, target, way.parameters(steps * y)), touched)
+    def _refined(self, effect: Any, target: str, way: Way, steps: np.ndarray, changes: np.ndarray,
+                 touched: list[Any]) -> tuple[float, np.ndarray, np.ndarray]:
+        """Sum of squares gained, the numbers at their best, and their standard deviations."""
+        from scipy.optimize import least_squares
 
-            def slope(y: np.ndarray, shown: Callable = shown, upper: np.ndarray = upper) -> np.ndarray:
-                here, out = shown(y), []
-                for i in range(len(y)):
-                    h = 0.1 if y[i] + 0.1 <= upper[i] else -0.1
-                    out.append((shown(y + h * np.eye(len(y))[i]) - here) / h)
-                return np.column_stack(out)
+        r, lower, upper = self._base(touched), way.lower / steps, way.upper / steps
 
-            y = np.clip(np.linalg.lstsq(changes, -r, rcond=None)[0], lower + 1e-6, upper - 1e-6)
-            done = least_squares(shown, y, slope, bounds=(lower, upper), max_nfev=12, xtol=1e-6, ftol=1e-6)
-            gain = float(np.sum(r**2)) - 2 * done.cost
-            if best is None or gain > best[0]:
-                best = gain, way, (steps, done)
-        if best is None:
-            return None
-        _, way, (steps, done) = best
-        H = done.jac.T @ done.jac
-        std = steps * np.sqrt(np.maximum(np.diag(np.linalg.pinv(H)), 0.0))
-        return self._judged(effect.id, target, way, steps * done.x, std)
+        def shown(y: np.ndarray) -> np.ndarray:
+            return self._stacked(self._cell(effect.id, target, way.parameters(steps * y)), touched)
+
+        def slope(y: np.ndarray) -> np.ndarray:
+            here, out = shown(y), []
+            for i in range(len(y)):
+                h = 0.1 if y[i] + 0.1 <= upper[i] else -0.1
+                out.append((shown(y + h * np.eye(len(y))[i]) - here) / h)
+            return np.column_stack(out)
+
+        y = np.clip(np.linalg.lstsq(changes, -r, rcond=None)[0], lower + 1e-6, upper - 1e-6)
+        done = least_squares(shown, y, slope, bounds=(lower, upper), max_nfev=12, xtol=1e-6, ftol=1e-6)
+        std = steps * np.sqrt(np.maximum(np.diag(np.linalg.pinv(done.jac.T @ done.jac)), 0.0))
+        return float(np.sum(r**2)) - 2 * done.cost, steps * done.x, std
 
     def _judged(self, effect: str, target: str, way: Way, x: np.ndarray, std: np.ndarray) -> Trial:
         parameters = way.parameters(x)

@@ -8,7 +8,6 @@ import numpy as np
 from . import common
 from .gap_report_effects import words_of
 
-AXIS = {"x": "x", "y": "y", "z": "z"}
 KINDS = {"motion": "free motion", "poses": "measured poses", "views": "views of the board", "scan": "scans", "step": "steps",
          "press": "presses on the bench", "profile": "rolls of the peg on the tube"}
 # Column of a kind in words; {} is its number or axis.
@@ -157,7 +156,8 @@ def main_places(where: list[dict[str, Any]]) -> list[tuple[float, str]]:
         total = sum(p["share"] for p in places)
         top = max(places, key=lambda p: p["share"])
         columns = listed([f"{p['column']}" for p in places])
-        text = column_words(f"{kind}.{top['column']}") if top["share"] > 0.75 * total else f"{part_words(part)} in {KINDS.get(kind, kind)} ({columns})"
+        one = top["share"] > 0.75 * total
+        text = column_words(f"{kind}.{top['column']}") if one else f"{part_words(part)} in {KINDS.get(kind, kind)} ({columns})"
         out.append((total, f"the {text}"))
     return sorted(out, key=lambda row: -row[0])
 

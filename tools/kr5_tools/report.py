@@ -35,7 +35,8 @@ def report(
     result: Annotated[Path, typer.Argument(metavar="RESULT.json", help="Result file, as any kr5 command writes with -o.")],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="The page.")] = Path("report.html"),
     png: Annotated[Path | None, typer.Option(metavar="DIR", help="Write every plot as PNG into this folder.")] = None,
-    recording: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Of a diagnosis: its recording, when it is not where the file says.")] = None,
+    recording: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Of a diagnosis: its recording, when it is not where the file "
+                                                  "says.")] = None,
     json_file: common.Json = None,
 ) -> None:
     """Turns a result file into one self-contained page (no network, nothing beside it), and its plots into PNG."""
@@ -127,7 +128,8 @@ def make_page(data: dict[str, Any], source: Path, drawn: list) -> str:
         "report.html", brand="kr5 report", title=TITLES[data["format"]], data=data, source=source.name,
         plots=[embed(p) for p in drawn if p.name != "frames"], views=views, columns=columns,
         figures=figures, poses=poses,
-        held_out=flat(data.get("held_out", {})), input=flat(data.get("input", {})), models=model_table(data), scene=script_json(scene(data)), icon=ICONS.get(data.get("verdict", {}).get("word"), ""),
+        held_out=flat(data.get("held_out", {})), input=flat(data.get("input", {})), models=model_table(data),
+        scene=script_json(scene(data)), icon=ICONS.get(data.get("verdict", {}).get("word"), ""),
         fit=data.get("result", {}).get("fit"),
     )
 
