@@ -253,3 +253,9 @@ def test_dependences_have_words(variable, how, words):
 def test_no_share_is_said_to_be_all_or_nothing():
     assert [percent(s) for s in (1.0, 0.997, 0.5, 0.001)] == ["more than 99.9 %", "more than 99 %", "50 %", "less than 1 %"]
     assert "nothing needs mending" in verdict_words({"verdict": "no_gap", "where": [], "causes": [], "shrink": {}})
+
+
+def test_one_component_of_the_wrench_is_one_place():
+    where = [place("press.fy", 15.1, 0.34), place("motion.fy", 15.0, 0.33), place("profile.fy", 15.0, 0.33)]
+    text = verdict_words({"verdict": "unknown", "where": where, "causes": [], "unexplained": where, "shrink": {"before": 15.1, "after": 15.1}})
+    assert "the force y at the wrist, in presses on the bench, free motion and rolls of the peg" in text

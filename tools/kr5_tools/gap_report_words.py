@@ -147,6 +147,10 @@ def cause_words(cause: dict[str, Any]) -> str:
 
 def main_places(where: list[dict[str, Any]]) -> list[tuple[float, str]]:
     """Share of the excess and where, by kind and part, largest first: a column where one holds most of it."""
+    wrench = {p["column"] for p in where if part_of(f"{p['experiment']}.{p['column']}") == "sensor"}
+    kinds = [p["experiment"] for p in where if p["column"] in wrench]
+    if len(wrench) == 1 and len(kinds) == len(where) > 1:  # one component, wherever it is recorded
+        return [(sum(p["share"] for p in where), f"the {column_words(f'motion.{next(iter(wrench))}')}, in {listed([KINDS.get(k, k) for k in kinds])}")]
     shares: dict[tuple[str, str], list[dict[str, Any]]] = {}
     for place in where:
         group = f"{place['experiment']}.{place['column']}"
