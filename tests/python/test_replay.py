@@ -1,5 +1,6 @@
 """`kr5 replay`: the page in a headless Chromium, and what it refuses."""
 
+import importlib.util
 import json
 
 import numpy as np
@@ -79,3 +80,62 @@ def test_what_cannot_be_shown_is_refused(recording, run_kr5, tmp_path):
     done = run_kr5("replay", tmp_path / "none.yaml")
     assert done.returncode == 2 and "none.yaml" in done.stderr
     assert not (tmp_path / "replay.html").exists()
+
+
+class FakeRerun:
+    """Notes what a Rerun recording is given."""
+
+    def __init__(self):
+        self.logged, self.saved, self.t = [], None, None
+
+    def RecordingStream(self, name):
+        return self
+
+    def save(self, file):
+        self.saved = file
+
+    def set_time(self, name, duration):
+        self.t = duration
+
+    def log(self, path, value, static):
+        if value is not None:
+            self.logged.append((path, None if static else self.t, value))
+
+    def flush(self):
+        pass
+
+    @staticmethod
+    def Scalars(value):
+        return value
+
+    @staticmethod
+    def TransformAxes3D(length):
+        return None
+
+    @staticmethod
+    def Transform3D(translation, mat3x3):
+        return np.vstack([np.column_stack([mat3x3, translation]), [0, 0, 0, 1]])
+
+
+def test_a_rerun_recording_holds_poses_of_links_and_columns_over_time(recording):
+    from kr5_tools import replay, rerun_log
+
+    data = kr5.cell.load_recording(describe(recording, "motion"))
+    runs, sdk = replay.recorded_runs(data, data.cell, 100), FakeRerun()
+    rerun_log.write(rerun_log.entries(data.cell, runs, [data.experiments[0].data]), "out.rrd", sdk)
+    assert sdk.saved == "out.rrd"
+    poses = [entry for entry in sdk.logged if entry[0] == "motion-1_(motion)/link_6"]
+    assert [t for _, t, _ in poses] == pytest.approx([0.012 * k for k in range(10)])
+    np.testing.assert_allclose(poses[3][2], data.cell.link_poses(np.array(START) + 0.06)[5], atol=1e-5)
+    column = [value for path, _, value in sdk.logged if path.endswith("/columns/q2")]
+    assert column == pytest.approx([START[1] + 0.02 * k for k in range(10)])
+    assert [t for path, t, _ in sdk.logged if path == "cell/T_tube"] == [None]
+
+
+def test_without_the_extra_a_rerun_recording_is_refused_with_the_remedy(recording, run_kr5, tmp_path):
+    if importlib.util.find_spec("rerun"):
+        assert run_kr5("replay", describe(recording, "motion"), "--rerun", "out.rrd").returncode == 0
+        assert (tmp_path / "out.rrd").stat().st_size > 1000
+        return
+    done = run_kr5("replay", describe(recording, "motion"), "--rerun", "out.rrd")
+    assert done.returncode == 2 and "pip install 'kr5[rerun]'" in done.stderr and "Traceback" not in done.stderr

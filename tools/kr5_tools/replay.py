@@ -1,6 +1,7 @@
 """`kr5 replay`: one self-contained page in which a cell moves as it was recorded."""
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -10,6 +11,9 @@ from . import common
 
 app = typer.Typer()
 
+Rerun = Annotated[Path | None, typer.Option("--rerun", metavar="FILE.rrd", help="Write a Rerun recording here: poses of links, columns "
+                                            "over time. Needs pip install 'kr5[rerun]'.")]
+
 HOLD = 0.8  # [s] from one static posture to the next
 
 
@@ -18,6 +22,7 @@ def replay(
     path: Annotated[Path, typer.Argument(metavar="PATH", help="The folder of a recording, or a cell file.")],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="The page.")] = Path("replay.html"),
     rows: Annotated[int, typer.Option(min=2, help="Most postures to keep of one experiment.")] = 800,
+    rerun: Rerun = None,
     json_file: common.Json = None,
 ) -> None:
     """Shows the arm, its tool, peg, tube and board in 3D with a time slider; of a bare cell, each joint moving in turn."""
@@ -32,6 +37,8 @@ def replay(
         common.fail(f"{path}: no experiment has the joint columns q1..q{cell.robot.joints}; expected a recording with motion, "
                     "poses, views or scan")
     common.write_text(make_page(cell, runs, path), output)
+    tables = [next(e.data for e in recording.experiments if r["name"] == f"{e.name} ({e.kind})") for r in runs] if recording else []
+    write_rerun(rerun, cell, runs, tables, common.console(json_file))
     shown = [{"name": r["name"], "postures": len(r["q"]), "duration": r["t"][-1]} for r in runs]
     common.write_json({"replay": str(output), "runs": shown}, json_file)
     common.console(json_file).print(f"{output}: {len(runs)} to see, {sum(r['postures'] for r in shown)} postures. Open it in a browser.",
@@ -97,12 +104,25 @@ def cell_scene(cell: Any) -> dict[str, Any]:
     })
 
 
-def make_page(cell: Any, runs: list[dict[str, Any]], source: Path) -> str:
-    """The HTML of the page."""
+def make_page(cell: Any, runs: list[dict[str, Any]], source: Path, made_by: str = "kr5 replay", things: Sequence[Any] = ()) -> str:
+    """The HTML of the page. `things`: solids that stand in the cell beside its own."""
     import kr5
 
     from .report_page import render, script_json
 
     text = f"{cell.robot.joints} joints, {len(runs)} {'motion' if len(runs) == 1 else 'experiments'}"
-    return render("replay.html", brand="kr5 replay", title=cell.name or source.stem, text=text, runs=[r["name"] for r in runs],
-                  data=script_json({**cell_scene(cell), "runs": runs}), version=kr5.__version__, source=source.name)
+    extra = [common.plain({**thing.to_dict(), "T": thing.T_B_O, "width": min(thing.width, 1.0), "height": min(thing.height, 1.0)})
+             for thing in things]
+    data = {**cell_scene(cell), "runs": runs, "things": extra}
+    return render("replay.html", brand=made_by, title=cell.name or source.stem, text=text, runs=[r["name"] for r in runs],
+                  data=script_json(data), version=kr5.__version__, source=source.name)
+
+
+def write_rerun(file: Path | None, cell: Any, runs: list[dict[str, Any]], tables: list[Any], to: Any) -> None:
+    """The same as a Rerun recording, when a file is asked for."""
+    if file is None:
+        return
+    from . import rerun_log
+
+    rerun_log.write(rerun_log.entries(cell, runs, tables), file)
+    to.print(f"{file}: open it with `rerun {file}`.", soft_wrap=True, markup=False)

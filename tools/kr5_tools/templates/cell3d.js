@@ -61,6 +61,11 @@ function makeCell(data, postures) {
       low.forEach((p, i) => { const n = (i + 1) % sides; face([p, low[n], high[n], high[i]], "#7fb3d5"); });
     }
   }
+  function thing(t) {
+    if (t.kind === "ball") sphere({ centre: origin(t.T), radius: t.radius });
+    if (t.kind === "tube") tube({ T: t.T, inner: t.inner_radius, outer: t.radius, depth: t.depth });
+    if (t.kind === "plate") face([[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([x, y]) => at(t.T, [x * t.width / 2, y * t.height / 2, 0])), "#e8e2d6", true, true);
+  }
   function block(T, r, long, colour) { cylinder(plus(origin(T), column(T, 2), -long * r), plus(origin(T), column(T, 2), 0), r, colour); }
   function frame(T, s) { ["#D55E00", "#009E73", "#0072B2"].forEach((colour, k) => line(origin(T), plus(origin(T), column(T, k), s), colour, 2)); }
   function eye(T, s, colour, flat) {  // what a camera, or in its plane a scanner, looks at
@@ -74,6 +79,7 @@ function makeCell(data, postures) {
     if (data.tube) tube(data.tube);
     data.boards.forEach(board);
     if (data.sphere) sphere(data.sphere);
+    (data.things || []).forEach(thing);
     frame([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]], 0.1 * reach);
   };
   function arm(q) {
