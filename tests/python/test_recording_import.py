@@ -234,6 +234,15 @@ def test_rows_are_spaced_evenly_and_smoothed_as_the_map_says(bring_in, log, give
     assert "Butterworth" in done.stdout and "cubic" in done.stdout
 
 
+def test_smoothing_leaves_no_mark_where_a_motion_is_cut(bring_in, log, given, truth):
+    given["resample"] = {"every": 0.012, "low_pass": 15}
+    done, recording = bring_in(log, given)
+    assert done.returncode == 0, done.stderr
+    e = recording.experiments[1]
+    first = int(round(e["t"][0] / 0.012))
+    np.testing.assert_allclose(e["qc2"][:20], truth["qc2"][first:first + 20], atol=1e-5)
+
+
 def test_measured_positions_may_stand_for_commands_that_were_not_logged(bring_in, log, given):
     given["columns"]["qc"] = {"from": "measured", "unit": "deg"}
     done, recording = bring_in(log, given)

@@ -28,6 +28,7 @@ BENCHES = {
     "clock_offset": ("offset of robot and camera clocks", [], ["--shifts", "4"]),
     "named_cause": ("right cause of a bad hand-eye recording named first", [str(BUILD)], [str(BUILD), "--quick"]),
     "contact": ("peg on tube: height, contacts and a roll beside brute force", [], ["--rows", "2000"]),
+    "real_arms": ("cause of the gap on real arms with an effect withheld; six simulators beside motion capture", [], ["--quick"]),
     "dynamics": ("forward kinematics and inverse dynamics beside Pinocchio", [], ["--postures", "100000"]),
     "sim_speed": ("steps a second of the simulated cell beside MuJoCo", [], ["--steps", "20000"]),
     "coverage": ("how often the 95 % regions hold the truth", [str(BUILD)], [str(BUILD), "--quick"]),

@@ -187,8 +187,9 @@ class Importer:
         return Series(s.t[~lacks], s.values[~lacks])
 
     def in_order(self, s: Series, entry: dict[str, Any]) -> Series:
-        """Sorted by time, and only what lies in the experiment."""
-        inside = within(s.t, entry)
+        """Sorted by time, and only what the experiment needs."""
+        margin = 2.0 / self.map.resample["low_pass"] if "low_pass" in self.map.resample else 0.0  # a filter needs room at its ends
+        inside = within(s.t, {k: entry[k] + sign * margin for k, sign in (("from", -1), ("to", 1)) if k in entry})
         s = Series(s.t[inside], s.values[inside])
         t, first = np.unique(s.t, return_index=True)
         if len(t) < len(s.t) or np.any(np.diff(s.t) < 0):

@@ -197,7 +197,7 @@ def _unexplained(e: Any, names: list[str], got: np.ndarray, model: np.ndarray) -
     c = np.diag(_correlations(got, model))
     j = int(np.argmax(model.std(0)))
     rest = np.median(np.abs(np.diff(got[:, j], 2))) / 1.65 + 1e-12
-    if c[j] < 0.5 and model[:, j].std() > GRAVITY * rest:
+    if c[j] < 0.3 and model[:, j].std() > GRAVITY * rest:
         return [Doubt(e.name, names[j], f"a correlation of {c[j]:.2f} with the simulation", "gravity and inertia of the arm to be seen",
                       "is this the right column, was gravity taken out of it by the controller, does the cell's gravity point the right "
                       "way, and are joint directions and zeros those of the log?")]
