@@ -1,6 +1,7 @@
 """`kr5 recording import`: logs of every kind become recordings, and each thing that is wrong is named with its remedy."""
 
 import json
+from types import SimpleNamespace
 
 import kr5
 import kr5.cell
@@ -10,6 +11,8 @@ import kr5.predict
 import numpy as np
 import pytest
 import yaml
+from kr5_tools.cli import make_app
+from typer.testing import CliRunner
 
 ROWS = 400
 DEG = 180 / np.pi
@@ -72,14 +75,18 @@ def write_csv(file, columns, delimiter=",", text=lambda v: "" if np.isnan(v) els
 
 
 @pytest.fixture
-def bring_in(run_kr5, tmp_path, log, given):
-    """Writes log and map and runs the import; gives what it said and the recording, or None."""
+def bring_in(tmp_path, monkeypatch, log, given):
+    """Writes log and map and runs the import in this process; gives what it said and the recording, or None."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "200")
+    app = make_app(("recording", "import"))
 
     def run(log=log, given=given, *args, file=None):
         file = file or write_csv(tmp_path / "log.csv", log)
         (tmp_path / "map.yaml").write_text(yaml.safe_dump(given))
-        done = run_kr5("recording", "import", file, "--map", "map.yaml", "-o", "out", *args)
-        return done, kr5.cell.load_recording(tmp_path / "out") if done.returncode == 0 else None
+        done = CliRunner().invoke(app, ["recording", "import", str(file), "--map", "map.yaml", "-o", "out", *args])
+        said = SimpleNamespace(returncode=done.exit_code, stdout=done.stdout, stderr=done.stderr)
+        return said, kr5.cell.load_recording(tmp_path / "out") if done.exit_code == 0 else None
 
     return run
 
