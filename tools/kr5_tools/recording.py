@@ -6,13 +6,20 @@ from typing import Annotated, Any
 import typer
 
 from . import common
-from .recording_map import EXAMPLE
+from .recording_map import EXAMPLE, KEYS
 
 app = typer.Typer(no_args_is_help=True)
 
 LogFile = Annotated[Path, typer.Argument(metavar="LOG", help="The log: CSV (also ; or tabs between columns), NPZ or MCAP.")]
-EPILOG = "Example: kr5 recording import monday.csv --map monday.yaml -o monday, where monday.yaml says:\n\n" + "\n\n".join(
-    line.replace(" ", "\u00a0").replace("[", "\\[") for line in EXAMPLE.splitlines())
+
+
+def _as_lines(text: str) -> str:
+    """One paragraph a line, since help joins lines."""
+    return "\n\n".join(line.replace("  ", "\u00a0\u00a0").replace("[", "\\[") for line in text.splitlines())
+
+
+EPILOG = (f"Example: kr5 recording import monday.csv --map monday.yaml -o monday, where monday.yaml says:\n\n{_as_lines(EXAMPLE)}\n\n"
+          f"All keys:\n\n{_as_lines(KEYS)}")
 
 REMEDIES = {"t": "rows are spaced evenly with resample: {every: SECONDS} in the map; the cycle stands in servo.cycle of the cell"}
 

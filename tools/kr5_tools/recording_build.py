@@ -1,29 +1,19 @@
 """The experiments of a recording from the columns of logs, as a map tells."""
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import kr5
 import kr5.cell
 import kr5.io
 import numpy as np
 
 from . import common
 from .recording_log import Log, read
-from .recording_map import Clock, Map, Source, Tool, family
-from .recording_units import factor
+from .recording_map import Clock, Map, Source, family
+from .recording_values import Series, interpolated, smoothed, to_si, tool_poses
 
 GAP = 5.0  # median time steps, more than which is a gap
 STILL = ("poses", "views", "scan")  # rows need not follow each other in time
-
-
-@dataclass
-class Series:
-    """Values of a family over its own time."""
-
-    t: np.ndarray
-    values: np.ndarray
 
 
 class Importer:
@@ -56,7 +46,7 @@ class Importer:
             if isinstance(source, Source) and not source.measured and name != "t":
                 series[name] = self.series(source, name, log, t, entry, keep)
         if "tool" in sources:
-            series |= self.tool(sources["tool"], log, t, where)
+            series["tool"] = Series(t, tool_poses(sources["tool"], log))
         grid = self.grid(t[keep], series, entry, where)
         columns = {"t": grid}
         for name, s in series.items():
@@ -138,13 +128,13 @@ class Importer:
     def series(self, source: Source, name: str, main: Log, t: np.ndarray, entry: dict[str, Any], keep: np.ndarray) -> Series:
         if source.value is not None:
             values = np.tile(source.value, (len(t), 1))
-            return Series(t, self.to_si(source, name, values))
+            return Series(t, to_si(source, name, values, self.cell, self.note))
         log = self.log(source.log) if source.log else main
         raw = [log.column(n, source.where) for n in source.names]
         if len({len(r) for r in raw}) > 1:
             common.fail(f"{source.where}: columns of different lengths in {log.file}: {', '.join(f'{n} {len(r)}' for n, r in zip(source.names, raw))}")
         own = self.own_time(source, log, main, t, len(raw[0]), entry)
-        values = self.to_si(source, name, np.column_stack(raw))
+        values = to_si(source, name, np.column_stack(raw), self.cell, self.note)
         out = self.without_missing(source, log, Series(own, values), keep if own is t else None)
         return self.in_order(out, entry) if is_timed(entry) else out
 
@@ -196,101 +186,19 @@ class Importer:
             self.note(f"rows were sorted by time; {len(s.t) - len(t)} whose time stood twice were left out")
         return Series(t, s.values[first])
 
-    def to_si(self, source: Source, name: str, raw: np.ndarray) -> np.ndarray:
-        """Numbers of the log in SI, on the joint side (currents: on the motors), wrenches in S."""
-        out = np.empty(raw.shape)
-        kinds = []
-        for k, unit in enumerate(source.unit):
-            scale, quantity = factor(unit, self.quantities(name, k), source.where)
-            out[:, k] = (raw[:, k] * source.scale[k] + source.offset[k]) * scale
-            kinds.append(quantity)
-        if name == "wrench" and source.frame:
-            R, p = (T := kr5.from_xyzrpy(source.frame))[:3, :3], T[:3, 3]
-            force = out[:, :3] @ R.T
-            return np.column_stack([force, out[:, 3:] @ R.T + np.cross(p, force)])
-        if name in ("q", "qc", "i", "tau"):
-            return self.across_gears(source, name, out, "current" if "current" in kinds else "torque")
-        return out
-
-    def quantities(self, name: str, member: int) -> tuple[str, ...]:
-        if name in ("q", "qc"):
-            slide = str(self.cell.robot.dh[member].type) == "prismatic"
-            return ("length",) if slide else ("angle",)
-        if name in ("i", "tau"):
-            return ("torque", "force", "current")
-        if name == "wrench":
-            return ("force",) if member < 3 else ("torque",)
-        return QUANTITY.get(name, ("none",))
-
-    def across_gears(self, source: Source, name: str, values: np.ndarray, quantity: str) -> np.ndarray:
-        """Motor to joint side and back by the structure matrix S; torque to current and back by the torque constants."""
-        drives = self.cell.drives
-        motor = source.side == "motor" or quantity == "current"
-        if name in ("q", "qc") and not motor or name == "tau" and not motor:
-            return values
-        if drives is None:
-            common.fail(f"{source.where}: needs drives (structure, torque_constant) in {self.map.cell}, which the cell does not have")
-        S, constant = np.asarray(drives.structure), np.asarray(drives.torque_constant)
-        if name in ("q", "qc"):
-            self.note(f"{name}: motor angles were taken to the joints by the cell's structure matrix")
-            return values @ np.linalg.inv(S).T
-        if name == "tau":
-            self.note("tau: motor torques were taken to the joints by the cell's structure matrix")
-            return (values * constant if quantity == "current" else values) @ S
-        if quantity == "torque":
-            self.note("i: torques were turned into currents by the cell's torque constants")
-            return (values if motor else values @ np.linalg.inv(S)) / constant
-        return values
-
-    def tool(self, tool: Tool, log: Log, t: np.ndarray, where: str) -> dict[str, Series]:
-        """x y z qw qx qy qz of the tool in the base."""
-        import kr5.calibration
-
-        form = {"position": tool.position, "rotation": tool.rotation, "angle": tool.angle}
-        choices = {f["name"]: f.get("choices") for f in kr5.calibration.PoseFormat.fields()}
-        for key, word in form.items():
-            if choices.get(key) and word not in choices[key]:
-                common.fail(f"{tool.where}: {key}: found '{word}', expected one of {', '.join(choices[key])}")
-        rows = np.column_stack([log.column(n, tool.where) for n in tool.names])
-        if not np.isfinite(rows).all():
-            row = int(np.flatnonzero(~np.isfinite(rows).all(axis=1))[0])
-            common.fail(f"{log.file}: {log.row(row)}: found no number in a column of the tool's pose; delete the row: nothing was measured")
-        try:
-            poses = kr5.calibration.to_poses(rows, kr5.calibration.PoseFormat(**form))
-        except kr5.Error as error:
-            common.fail(f"{log.file}: {', '.join(tool.names)}: {error}; are 'rotation', 'angle' and the order of columns right?")
-        device, mark = kr5.from_xyzrpy(tool.device), np.linalg.inv(kr5.from_xyzrpy(tool.mark))
-        poses = device @ np.array(poses) @ mark
-        from scipy.spatial.transform import Rotation
-
-        xyzw = Rotation.from_matrix(poses[:, :3, :3]).as_quat(canonical=True)
-        return {"tool": Series(t, np.column_stack([poses[:, :3, 3], xyzw[:, 3], xyzw[:, :3]]))}
-
     def at(self, s: Series, grid: np.ndarray, entry: dict[str, Any]) -> np.ndarray:
         """Values at the instants of the experiment, after a low-pass where the map asks for one."""
         if not is_timed(entry):
             return s.values[np.isin(s.t, grid)] if len(s.t) != len(grid) else s.values
         cut = self.map.resample.get("low_pass")
         if cut:
-            s = self.smoothed(s, cut)
+            s = smoothed(s, cut, str(self.map.file))
+            self.note(f"low-passed at {cut:g} Hz (Butterworth of order 4, forth and back: no delay)")
         elif len(s.t) == len(grid) and np.array_equal(s.t, grid):
             return s.values
         if self.map.resample.get("every"):
             self.note(f"rows every {self.map.resample['every']:g} s ({self.method()})")
         return interpolated(s, grid, self.map.resample.get("method", "linear"))
-
-    def smoothed(self, s: Series, cut: float) -> Series:
-        """Zero-phase Butterworth low-pass of order 4 (run forth and back), on even steps."""
-        from scipy.signal import butter, sosfiltfilt
-
-        step = float(np.median(np.diff(s.t)))
-        if cut >= 0.5 / step:
-            common.fail(f"{self.map.file}: resample.low_pass: found {cut:g} Hz, expected less than half the rate of the log, {0.5 / step:.4g} Hz")
-        t = np.arange(s.t[0], s.t[-1] + step / 2, step)
-        even = interpolated(s, np.minimum(t, s.t[-1]), "linear")
-        sections = butter(4, cut, fs=1 / step, output="sos")
-        self.note(f"low-passed at {cut:g} Hz (Butterworth of order 4, forth and back: no delay)")
-        return Series(t, sosfiltfilt(sections, even, axis=0))
 
     def method(self) -> str:
         return {"linear": "linear between rows", "cubic": "cubic spline", "previous": "the value before"}[self.map.resample.get("method", "linear")]
@@ -319,10 +227,6 @@ class Importer:
         return kr5.io.Table(names, np.column_stack([columns[n] for n in names]))
 
 
-QUANTITY = {"t": ("time",), "x": ("length",), "y": ("length",), "z": ("length",), "zc": ("length",), "cx": ("length",), "cy": ("length",),
-            "speed": ("speed",), "u": ("pixel",), "v": ("pixel",), "tilt": ("angle",), "alpha": ("angle",), "fc": ("force",)}
-
-
 def is_timed(entry: dict[str, Any]) -> bool:
     """Rows follow each other in time, in one run."""
     return entry["kind"] not in STILL and "run" not in entry["sources"]
@@ -330,13 +234,3 @@ def is_timed(entry: dict[str, Any]) -> bool:
 
 def within(t: np.ndarray, entry: dict[str, Any]) -> np.ndarray:
     return (t >= entry.get("from", -np.inf)) & (t < entry.get("to", np.inf))
-
-
-def interpolated(s: Series, grid: np.ndarray, method: str) -> np.ndarray:
-    if method == "cubic":
-        from scipy.interpolate import CubicSpline
-
-        return CubicSpline(s.t, s.values)(grid)
-    if method == "previous":
-        return s.values[np.clip(np.searchsorted(s.t, grid, "right") - 1, 0, len(s.t) - 1)]
-    return np.column_stack([np.interp(grid, s.t, column) for column in s.values.T])

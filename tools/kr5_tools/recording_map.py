@@ -30,6 +30,21 @@ experiments:
 - {name: motion-2, kind: motion, split: check, from: 20}
 """
 
+KEYS = """\
+unit: rad deg mrad turn, m cm mm um, A mA, N kN mN, N m, N mm, mN m, s ms us ns
+scale, offset: (number of the log * scale + offset) * unit; a number, or a list with one a joint
+side: motor: of angles and torques on the motors, which the cell's structure matrix takes to the joints (tau from A, i from N m: by its torque constants)
+frame: pose x y z roll pitch yaw of the sensor of the log in S; scale: -1 where the log has what the tool exerts
+missing: interpolate or drop rows without a number; by default they are refused
+log, clock: of columns in another file, or with a clock of their own: they are brought to the main one by resample.method
+clock: column, unit, offset [s], every [s], repair: sort (rows out of order), max_gap [s]
+resample: every [s], method: linear, cubic or previous, low_pass [Hz]
+qc from: measured, where no commands were logged
+tool, for kind poses: from (x, y, z and the rotation), position: mm, rotation: quaternion_xyzw, quaternion_wxyz, rotation_vector, rpy, kuka_abc or matrix, angle: deg, device: pose of the measuring device in B, mark: pose of the measured body in E
+experiments: name, kind, split, from and to [s], log, columns of their own
+header: names of the columns of a text file without them
+"""
+
 
 @dataclass
 class Clock:
