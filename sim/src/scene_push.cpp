@@ -10,11 +10,13 @@
 
 namespace kr5::sim {
 
-io::Table run_push(const Scene& scene, const cell::Cell& cell, int& steps) {
+void run_push(const Scene& scene, const cell::Cell& cell, SceneResult& out) {
   const Controller& c = scene.controller;
   require(cell.tool && cell.contact && cell.peg && cell.tube, "cell: a push needs tool, contact, peg and tube");
   require(c.force > 0.0 && c.speed > 0.0, "controller: force and speed of a push must be positive");
   require(scene.events.empty(), "events: a push knows none");
+  require(!scene.camera && !scene.scanner, std::string(scene.camera ? "camera" : "scanner") +
+                                               ": a push moves the tool alone, without an arm that carries one");
   PegSlide peg(cell, PegSlide::FrictionBy::Contact);
   require(scene.step <= peg.longest_step(),
           "step: the stable bound of this contact is " + std::to_string(1e3 * peg.longest_step()) + " ms");
@@ -25,19 +27,20 @@ io::Table run_push(const Scene& scene, const cell::Cell& cell, int& steps) {
   // Below the held force the push is a damper against the wanted speed, which the step must resolve.
   const double damper = std::min(10.0 * c.force / c.speed, 0.3 * peg.mass() / step);
   peg.place(c.height, 0.0);
-  Rows rows({"t", "z", "fx", "fy", "fz", "tx", "ty", "tz", "depth", "push"});
+  Rows rows({"t", "z", "fx", "fy", "fz", "tx", "ty", "tz", "depth", "push", "x", "y", "tilt", "alpha"});
   PegPosture at{c.tilt, 0.0, c.offset.x(), c.offset.y(), c.force};
   double push = 0.0;
   for (double t = 0.0; t < scene.duration + 1e-9; t += cycle) {
-    for (int i = 1; i <= count; ++i, ++steps) {
+    for (int i = 1; i <= count; ++i, ++out.steps) {
       at.alpha = 2.0 * std::numbers::pi * c.turns * (t + i * step) / scene.duration;
       push = std::clamp(damper * (c.speed + peg.speed()), -c.force, c.force);
       peg.advance(at, push, step);
     }
     const Vector6 w = peg.wrench();
-    rows.add({t + cycle, peg.reading(std::max(push, 0.0)), w[0], w[1], w[2], w[3], w[4], w[5], peg.depth(), push});
+    rows.add({t + cycle, peg.reading(std::max(push, 0.0)), w[0], w[1], w[2], w[3], w[4], w[5], peg.depth(), push, at.cx,
+              at.cy, at.tilt, at.alpha});
   }
-  return rows.table();
+  out.rows = rows.table();
 }
 
 }  // namespace kr5::sim

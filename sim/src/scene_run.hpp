@@ -23,7 +23,8 @@ class Rows {
 /// Period of the rows of a scene.
 double scene_cycle(const cell::Cell& cell);
 
-io::Table run_arm(const Scene& scene, const cell::Cell& cell, int& steps);
-io::Table run_push(const Scene& scene, const cell::Cell& cell, int& steps);
+/// Fill rows, steps, pictures and profiles.
+void run_arm(const Scene& scene, const cell::Cell& cell, SceneResult& out);
+void run_push(const Scene& scene, const cell::Cell& cell, SceneResult& out);
 
 }  // namespace kr5::sim

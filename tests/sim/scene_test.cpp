@@ -108,3 +108,108 @@ TEST_CASE("a scene file that is wrong is refused with line and field") {
              Catch::Contains("nowhere.yaml"));
   CHECK_THAT(refused("format: kr5-scene/1\n"), Catch::Contains("duration"));
 }
+
+namespace {
+
+/// The arm before its board, at rest.
+sim::Scene picture_scene() {
+  sim::Scene scene = shipped("camera_views");
+  scene.controller.way_points.resize(1);
+  scene.duration = 1.7;
+  scene.expect = {{"q1", sim::Statistic::Last, 0.0, {}, -9.0, {}}};
+  return scene;
+}
+
+}  // namespace
+
+TEST_CASE("a scene takes its pictures at rest, from where the arm really is") {
+  sim::Scene scene = picture_scene();
+  const sim::SceneResult nominal = sim::run_scene(scene);
+  REQUIRE(nominal.pictures.size() == 1);
+  const sim::ScenePicture& picture = nominal.pictures[0];
+  CHECK(picture.t == Approx(1.6).margin(0.012));
+  const Pose wanted = *scene.controller.way_points[0].T_B_C;
+  CHECK((picture.sight.T_B_C.matrix() - wanted.matrix()).cwiseAbs().maxCoeff() < 1e-3);  // what the servo is still off
+  const Pose by_readings = cell::chain(nominal.cell).flange(picture.q);
+  CHECK((picture.T_B_F.matrix() - by_readings.matrix()).cwiseAbs().maxCoeff() < 1e-12);
+
+  scene.effects.emplace();
+  scene.effects->joints.resize(6);
+  scene.effects->joints[1].elasticity = 2e5;
+  scene.effects->sensors.fx = 2300.0;
+  const sim::SceneResult soft = sim::run_scene(scene);
+  const double sag =
+      (soft.pictures[0].T_B_F.translation() - cell::chain(soft.cell).flange(soft.pictures[0].q).translation()).norm();
+  CHECK(sag > 1e-4);
+  CHECK(soft.pictures[0].sight.lens.fx == 2300.0);
+}
+
+TEST_CASE("profiles of a scene have the columns of the kind scan, and lag shows with the speed of the scanner alone") {
+  sim::Scene scene = shipped("scan_tube");
+  const sim::SceneResult plain = sim::run_scene(scene);
+  CHECK(plain.passed);
+  CHECK(plain.profiles.columns ==
+        std::vector<std::string>{"line", "t", "speed", "q1", "q2", "q3", "q4", "q5", "q6", "x", "z", "sphere"});
+  const Eigen::VectorXd speed = plain.profiles.column("speed");
+  CHECK(speed.maxCoeff() > 0.1);
+  CHECK(speed.maxCoeff() < 0.2);  // 0.15 m in 2 s, at most 1.875 times the mean
+  scene.scanner->noise = false;
+  scene.effects.emplace();
+  const auto z = [&](double lag) {
+    scene.effects->sensors.laser_lag = lag;
+    return sim::run_scene(scene).rows.column("range");
+  };
+  const Eigen::VectorXd at_once = z(0.0), late = z(0.036);
+  // A lag of three cycles shows what was there three rows before, as far as the speed is constant.
+  double apart = 0.0, shifted = 0.0;
+  for (Eigen::Index k = 0; k < at_once.size(); ++k) {
+    const double t = 0.012 * static_cast<double>(k);
+    if (t < 3.9 || t > 4.2) continue;  // over the ball
+    apart = std::max(apart, std::abs(late[k] - at_once[k]));
+    shifted = std::max(shifted, std::abs(late[k] - at_once[k - 3]));
+  }
+  CHECK(apart > 1e-3);
+  CHECK(shifted < 0.3 * apart);
+}
+
+TEST_CASE("pictures and profiles on which there is nothing are refused by file and field") {
+  sim::Scene scene = picture_scene();
+  scene.controller.way_points[0].T_B_C->translation().x() = 4.0;
+  CHECK_THAT(complaint(scene),
+             Catch::Contains("camera_views.yaml: controller.way_points[0].T_B_C: the arm cannot take it"));
+  scene = picture_scene();
+  scene.camera->at = Eigen::VectorXd::Constant(1, 5.0);
+  CHECK_THAT(complaint(scene), Catch::Contains("camera.at: must lie within the duration"));
+  scene = picture_scene();
+  scene.controller.way_points.clear();
+  CHECK_THAT(complaint(scene), Catch::Contains("camera.at: expected times"));
+  scene = shipped("scan_tube");
+  scene.scanner->near = 0.4, scene.scanner->far = 0.6;
+  CHECK_THAT(complaint(scene), Catch::Contains("scan_tube.yaml: scanner: of") &&
+                                   Catch::Contains("from scanner.near to scanner.far, 40 cm to 60 cm") &&
+                                   Catch::Contains("the nearest thing was"));
+  scene.scanner->far = 0.1;
+  CHECK_THAT(complaint(scene), Catch::Contains("scan_tube.yaml: scanner.far: must be more than near"));
+  scene = shipped("scan_tube");
+  scene.objects.things[0].depth = 0.0;
+  CHECK_THAT(complaint(scene), Catch::Contains("objects.things[0].depth: must be positive"));
+  scene = shipped("peg_roll");
+  scene.scanner.emplace();
+  CHECK_THAT(complaint(scene), Catch::Contains("scanner: a push moves the tool alone"));
+}
+
+TEST_CASE("a picture whose board lies behind the camera, or shows its back, says so") {
+  // Looking up from the table, the board is behind; from below it, its back is seen.
+  sim::Scene scene = picture_scene();
+  cell::Cell cell = cell::load_cell(scene.file.parent_path() / scene.cell);
+  cell.laser.reset(), cell.tube.reset();
+  const auto file = std::filesystem::temp_directory_path() / "kr5_scene_test_cell.yaml";
+  cell.board->T_B_W.translation().z() = 1.5;
+  cell::save_cell(cell, file);
+  scene.cell = file.string();
+  CHECK_THAT(complaint(scene),
+             Catch::Contains("camera.at[0]: at 1.608 s nothing is on the picture") && Catch::Contains("only the back"));
+  cell.board->T_B_W = cell.board->T_B_W * Eigen::AngleAxisd(3.141592653589793, Eigen::Vector3d::UnitX());
+  cell::save_cell(cell, file);
+  CHECK_THAT(complaint(scene), Catch::Contains("'board' lies behind the camera"));
+}

@@ -3,6 +3,8 @@
 #include <limits>
 #include <unordered_map>
 
+#include <kr5/predict/sight.hpp>
+
 #include "predict/real_arm.hpp"
 
 namespace kr5::predict {
@@ -38,34 +40,12 @@ class Points {
   std::unordered_map<int, Index> place_;
 };
 
-/// The camera as it really is.
-Pinhole real_lens(const cell::Cell& cell) {
-  const cell::SensorEffects& e = cell.effects.sensors;
-  Pinhole lens = cell.camera->pinhole();
-  lens.fx = e.fx.value_or(lens.fx);
-  lens.fy = e.fy.value_or(lens.fy);
-  lens.k1 = e.k1.value_or(lens.k1);
-  lens.k2 = e.k2.value_or(lens.k2);
-  return lens;
-}
-
-/// T_F_C, or nothing for a camera beside the arm.
-std::optional<Pose> real_mount(const cell::Cell& cell, const Given& given) {
-  const auto& hand_eye = cell.effects.sensors.T_E_C;
-  if (!hand_eye) return cell::T_F_C(cell);
-  if (cell.camera->mount == cell::CameraMount::Base)
-    given.fail("effects.hand_eye is for a camera on the flange, this one stands in the base");
-  return (cell.tool ? cell.tool->T_F_E : Pose::Identity()) * *hand_eye;
-}
-
 }  // namespace
 
 Shown views(const cell::Cell& cell, const Given& given, const FlangeAt& flange) {
   given.need(cell.camera.has_value(), "camera");
   given.need(cell.board || !cell.targets.empty(), "board");
-  const Pinhole lens = real_lens(cell);
-  const std::optional<Pose> T_F_C = real_mount(cell, given);
-  given.need(T_F_C || cell.camera->T_B_C, "camera.T_E_C");
+  const RealCamera camera(cell);
   const Points points(cell, given);
   const cell::Target& target = points.target();
   given.need(target.T_B_W || target.T_F_W, "board.T_B_W");
@@ -76,10 +56,10 @@ Shown views(const cell::Cell& cell, const Given& given, const FlangeAt& flange) 
     const Pose& T_B_F = postures.flange(k);
     const Vector3d p = points(static_cast<int>(std::lround(marker[k])), static_cast<int>(std::lround(corner[k])));
     const Vector3d in_base = target.T_B_W ? *target.T_B_W * p : T_B_F * (*target.T_F_W * p);
-    const Vector3d seen = (T_F_C ? T_B_F * *T_F_C : *cell.camera->T_B_C).inverse() * in_base;
+    const Vector3d seen = camera.at(T_B_F).inverse() * in_base;
     u[k] = v[k] = std::numeric_limits<double>::quiet_NaN();
     if (seen.z() <= 0.0) continue;
-    const Eigen::Vector2d pixel = lens.project(seen);
+    const Eigen::Vector2d pixel = camera.lens().project(seen);
     u[k] = pixel.x(), v[k] = pixel.y();
   }
   Shown out(given.rows());

@@ -11,6 +11,7 @@
 #include <kr5/cell/cell.hpp>
 #include <kr5/core/fields.hpp>
 #include <kr5/io/csv.hpp>
+#include <kr5/sim/scene_view.hpp>
 
 /// @file
 /// Scenes: a cell, what stands in it, what drives it, how long, and what must come of it. Format `kr5-scene/1`.
@@ -30,8 +31,10 @@ constexpr auto enum_names(ControllerKind) {
 
 struct Controller {
   ControllerKind kind = ControllerKind::Servo;
-  Eigen::VectorXd target;                            ///< [rad or m]
+  Eigen::VectorXd target;  ///< [rad or m]
+  std::vector<WayPoint> way_points;
   double within = 0.0;                               ///< [s]
+  double rest = 0.5;                                 ///< [s]
   Eigen::VectorXd amplitude;                         ///< [rad or m]
   double frequency = 0.0;                            ///< [Hz]
   Eigen::VectorXd current_limit;                     ///< [A]
@@ -46,7 +49,9 @@ struct Controller {
   static void each_field(auto& self, auto&& visit) {
     visit("kind", self.kind, "off | servo | limited | push.");
     visit("target", self.target, "Joint values to go to; empty: stay [rad or m].");
-    visit("within", self.within, "Time to go there, smoothly; 0: a step [s].");
+    visit("way_points", self.way_points, "Or the places to go to one after the other.");
+    visit("within", self.within, "Time to go there, or to each, smoothly; 0: a step [s].");
+    visit("rest", self.rest, "Time at rest at each way point [s].");
     visit("amplitude", self.amplitude, "Of a sine each joint makes about its start; empty: none [rad or m].");
     visit("frequency", self.frequency, "Of that sine [Hz].");
     visit("current_limit", self.current_limit, "Greatest current of each motor, for kind limited [A].");
@@ -64,11 +69,13 @@ struct Objects {
   std::optional<double> bench;                     ///< [m]
   double push_at = 0.0;                            ///< [s]
   Eigen::Vector3d push = Eigen::Vector3d::Zero();  ///< [N]
+  std::vector<cell::Thing> things;
 
   static void each_field(auto& self, auto&& visit) {
     visit("bench", self.bench, "Height in B of a flat bench that the tool tip touches; stiffness is the cell's [m].");
     visit("push_at", self.push_at, "When something begins to push the tool [s].");
     visit("push", self.push, "With this force, in B, at the sensor [N].");
+    visit("things", self.things, "Balls, tubes and plates that camera and scanner see beside those of the cell.");
   }
 };
 
@@ -122,6 +129,8 @@ struct Scene {
   bool frictionless = false;
   Controller controller;
   Objects objects;
+  std::optional<ScenePictures> camera;
+  std::optional<SceneScan> scanner;
   std::vector<SceneEvent> events;
   std::vector<Expectation> expect;
   std::filesystem::path file;  ///< It was read from; no field of it.
@@ -139,6 +148,8 @@ struct Scene {
     visit("frictionless", self.frictionless, "Leave out dry and viscous friction of the joints.");
     visit("controller", self.controller, "What drives it.");
     visit("objects", self.objects, "What the arm can meet.");
+    visit("camera", self.camera, "Pictures that the camera of the cell takes.");
+    visit("scanner", self.scanner, "Profiles that the line scanner of the cell takes.");
     visit("events", self.events, "Effects that come or go.");
     visit("expect", self.expect, "What must come of it.");
   }
@@ -160,16 +171,23 @@ struct SceneResult {
   bool passed = false;
   std::vector<SceneCheck> checks;
   int steps = 0;
-  io::Table rows;  ///< A row every cycle of the controller, or 12 ms.
+  io::Table rows;                   ///< A row every cycle of the controller, or 12 ms.
+  cell::Cell cell;                  ///< With the effects it carried in the end.
+  std::vector<cell::Thing> things;  ///< Those of the scene, its bench too.
+  std::optional<ScenePictures> camera;
+  std::vector<ScenePicture> pictures;
+  io::Table profiles;  ///< Of the scanner, columns of the kind `scan`; points without a range are left out.
 };
 
 /// @throws IoError with file, line and field of everything that is wrong in form, or a cell that cannot be read.
 Scene load_scene(const std::filesystem::path& file);
 
 /// Columns of an arm: t, q1..n (motor side), link1..n, i1..n (with drives), fx..tz, x y z of the tool tip (with tool),
-/// energy, limited. Of a push: t, z (peg bottom over the top face), fx..tz, depth of the contact.
-/// @throws InvalidArgument naming file and field: a start that is not reachable or beyond the limits, a column that is
-///         not there, and whatever DrivenArm complains of.
+/// energy, limited, range (with a scanner: the least of the last profile, NaN when there is none). Of a push: t, z (peg
+/// bottom over the top face), fx..tz, depth of the contact, push, x y of the peg bottom in T, tilt, alpha.
+/// @throws InvalidArgument naming file and field: a start or way point that is not reachable or beyond the limits, a
+///         column that is not there, a picture on which there is nothing, a scanner that never met anything within its
+///         range, and whatever DrivenArm complains of.
 SceneResult run_scene(const Scene& scene);
 SceneResult run_scene(const std::filesystem::path& file);
 

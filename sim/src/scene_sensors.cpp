@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "scene_sensors.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <kr5/core/error.hpp>
+
+#include "scene_run.hpp"
+
+namespace kr5::sim {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double rounding = 1e-9;  ///< Of times [s].
+
+std::string seconds(double t) {
+  std::string out = std::to_string(t);
+  return out.substr(0, out.find('.') + 4) + " s";
+}
+
+/// Things of cell and scene that the scanner may meet.
+std::vector<cell::Thing> things(const Scene& scene, const cell::Cell& cell) {
+  std::vector<cell::Thing> out = predict::things_of(cell);
+  out.insert(out.end(), scene.objects.things.begin(), scene.objects.things.end());
+  if (scene.objects.bench) out.push_back(predict::wide_plate("bench", *scene.objects.bench));
+  return out;
+}
+
+enum class Seen { Inside, Beside, Behind };
+
+Seen seen(const Pinhole& lens, const Vector3d& p) {
+  if (p.z() <= 0.0) return Seen::Behind;
+  const Eigen::Vector2d pixel = lens.project(p);
+  const auto ray = lens.ray(pixel);  // a point beyond the fold of the lens model is not where `project` says
+  const bool inside = pixel.x() >= 0.0 && pixel.y() >= 0.0 && pixel.x() <= lens.width - 1.0 &&
+                      pixel.y() <= lens.height - 1.0 && ray && (*ray - p / p.z()).norm() < 1e-6;
+  return inside ? Seen::Inside : Seen::Beside;
+}
+
+/// Empty when something is on the picture; else where what there is lies.
+std::string missing(const predict::Sight& sight) {
+  std::string out;
+  for (std::size_t i = 0; i < sight.targets.size(); ++i) {
+    const Eigen::Matrix3Xd points = sight.targets[i].T_camera_target * target_points(sight.targets[i].target).points;
+    const Pose& T = sight.targets[i].T_camera_target;
+    const bool flat = sight.targets[i].target.kind != TargetKind::MarkerMap;
+    if (flat && T.linear().col(2).dot(T.translation()) <= 0.0) {
+      out += ", of '" + sight.names[i] + "' only the back is to be seen (Z of a target points into it)";
+      continue;
+    }
+    bool behind = true;
+    for (const auto& p : points.colwise()) {
+      const Seen where = seen(sight.lens, p);
+      if (where == Seen::Inside) return "";
+      behind &= where == Seen::Behind;
+    }
+    out += ", '" + sight.names[i] + "' lies " + (behind ? "behind the camera" : "beside the image");
+  }
+  for (const PlacedSolid& solid : sight.solids)
+    if (seen(sight.lens, solid.T_camera_solid.translation()) == Seen::Inside) return "";
+  return out.empty() ? ", the cell has no targets" : out;
+}
+
+}  // namespace
+
+SceneSensors::SceneSensors(const Scene& scene, const cell::Cell& cell, const std::vector<double>& rests)
+    : scene_(scene), cell_(cell), at_(rests) {
+  if (scene.camera) {
+    const predict::RealCamera camera(cell);  // complains of what is not there
+    const Eigen::VectorXd& at = scene.camera->at;
+    if (at.size() > 0) at_.assign(at.begin(), at.end());
+    require(!at_.empty(), "camera.at: expected times; without way points there is no other");
+    require(std::is_sorted(at_.begin(), at_.end()), "camera.at: must be in order of time");
+    require(at_.front() >= 0.0 && at_.back() <= scene.duration + rounding,
+            "camera.at: must lie within the duration of the scene");
+  } else {
+    at_.clear();
+  }
+  for (std::size_t i = 0; i < scene.objects.things.size(); ++i) try {
+      scene.objects.things[i].validate();
+    } catch (const InvalidArgument& e) {
+      throw InvalidArgument("objects.things[" + std::to_string(i) + "]." + e.what());
+    }
+  change(cell);
+}
+
+void SceneSensors::change(const cell::Cell& cell) {
+  cell_ = cell;
+  if (!scene_.scanner) return;
+  try {
+    scene_.scanner->validate();
+  } catch (const InvalidArgument& e) {
+    throw InvalidArgument(std::string("scanner.") + e.what());
+  }
+  LineScannerOptions options = *scene_.scanner;
+  options.seed += lines_;  // other noise than that before an event
+  scanner_.emplace(cell_, things(scene_, cell_), options);
+}
+
+void SceneSensors::see(double t, DrivenArm& arm) {
+  while (pictures_.size() < at_.size() && at_[pictures_.size()] <= t + rounding) take_picture(t, arm);
+  if (scanner_ && t >= scene_.scanner->from - rounding && t <= scene_.scanner->to.value_or(t) + rounding)
+    take_profile(t, arm);
+}
+
+void SceneSensors::take_picture(double t, DrivenArm& arm) {
+  const Pose T_B_F = arm.arm().T_B_F();
+  ScenePicture picture{t, arm.read().position, T_B_F, predict::sight(cell_, T_B_F, scene_.objects.things)};
+  const std::string why = missing(picture.sight);
+  require(why.empty(), "camera.at[" + std::to_string(pictures_.size()) + "]: at " + seconds(t) +
+                           " nothing is on the picture" + why + "; move the arm, or take it at another time");
+  pictures_.push_back(std::move(picture));
+}
+
+void SceneSensors::take_profile(double t, DrivenArm& arm) {
+  const ArmReading& now = arm.read();
+  const Pose T_B_F = arm.arm().T_B_F(), T_B_L = T_B_F * scanner_->T_F_L();
+  const Vector6 v = arm.arm().sensor_velocity();
+  const Vector3d lever = T_B_L.translation() - arm.arm().T_B_S().translation();
+  const double speed = (v.head<3>() + v.tail<3>().cross(lever)).dot(T_B_L.linear().col(1));
+  const Profile& profile = scanner_->read(T_B_F, speed);
+  range_ = std::numeric_limits<double>::quiet_NaN();
+  for (Eigen::Index k = 0; k < profile.x.size(); ++k) {
+    const int thing = profile.thing[static_cast<std::size_t>(k)];
+    if (thing < 0) continue;
+    if (!(profile.z[k] >= range_)) range_ = profile.z[k];
+    std::vector<double> row = {static_cast<double>(lines_), t, speed};
+    row.insert(row.end(), now.position.begin(), now.position.end());
+    const bool ball = scanner_->things()[static_cast<std::size_t>(thing)].kind == SolidKind::Ball;
+    row.insert(row.end(), {profile.x[k], profile.z[k], ball ? 1.0 : 0.0});
+    profiles_.push_back(std::move(row));
+  }
+  ++lines_;
+}
+
+void SceneSensors::tell(SceneResult& out) const {
+  out.pictures = pictures_;
+  if (!scanner_) return;
+  require(lines_ > 0, "scanner.from: no profile between it and the end");
+  const auto centimetres = [](double z) { return std::to_string(static_cast<int>(std::lround(100.0 * z))) + " cm"; };
+  require(
+      !profiles_.empty(),
+      "scanner: of " + std::to_string(lines_) + " profiles none met anything from scanner.near to scanner.far, " +
+          centimetres(scene_.scanner->near) + " to " + centimetres(scene_.scanner->far) + " away; " +
+          (std::isfinite(scanner_->nearest()) ? "the nearest thing was " + centimetres(scanner_->nearest()) + " away"
+                                              : std::string("it looks at nothing at all")));
+  std::vector<std::string> names = {"line", "t", "speed"};
+  for (int i = 1; i <= cell_.robot.joints(); ++i) names.push_back("q" + std::to_string(i));
+  names.insert(names.end(), {"x", "z", "sphere"});
+  Rows rows(names);
+  for (const auto& row : profiles_) rows.add(row);
+  out.profiles = rows.table();
+}
+
+}  // namespace kr5::sim

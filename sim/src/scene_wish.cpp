@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "scene_wish.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include <kr5/core/error.hpp>
+#include <kr5/kinematics/inverse.hpp>
+
+namespace kr5::sim {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+VectorXd reach(const cell::Cell& cell, const Pose& T_B_F, const VectorXd& near, const std::string& field) {
+  kinematics::InverseOptions options;
+  options.near = near;
+  if (cell.robot.limits) {
+    options.lower = cell.robot.limits->lower;
+    options.upper = cell.robot.limits->upper;
+  }
+  const kinematics::InverseResult found = kinematics::inverse(cell::chain(cell), T_B_F, options);
+  require(found.status == kinematics::InverseStatus::Solved,
+          field + ": the arm cannot take it (" + std::string(name_of(found.status)) + ")");
+  const VectorXd* best = nullptr;  // the usable one nearest by
+  for (const kinematics::Posture& p : found.postures)
+    if (p.usable() && (!best || (p.q - near).norm() < (*best - near).norm())) best = &p.q;
+  return *best;
+}
+
+Pose T_E_F(const cell::Cell& cell) { return cell.tool ? cell.tool->T_F_E.inverse() : Pose::Identity(); }
+
+void check_joints(const cell::Cell& cell, const std::string& field, const VectorXd& q, bool may_be_empty) {
+  if (may_be_empty && q.size() == 0) return;
+  require(q.size() == cell.robot.joints(), field + ": found " + std::to_string(q.size()) +
+                                               " values, expected one a joint: " + std::to_string(cell.robot.joints()));
+}
+
+void check_limits(const cell::Cell& cell, const std::string& field, const VectorXd& q) {
+  check_joints(cell, field, q, false);
+  if (!cell.robot.limits) return;
+  const cell::Limits& limits = *cell.robot.limits;
+  for (Index i = 0; i < q.size(); ++i) {
+    const bool good =
+        (i >= limits.lower.size() || q[i] >= limits.lower[i]) && (i >= limits.upper.size() || q[i] <= limits.upper[i]);
+    require(good, field + "[" + std::to_string(i) + "]: " + std::to_string(q[i]) + " is beyond robot.limits, " +
+                      std::to_string(limits.lower[i]) + " to " + std::to_string(limits.upper[i]));
+  }
+}
+
+VectorXd place_of(const cell::Cell& cell, const WayPoint& point, const VectorXd& near, const std::string& field) {
+  require((point.q.size() > 0) + point.T_B_E.has_value() + point.T_B_C.has_value() == 1,
+          field + ": expected one of q, T_B_E and T_B_C");
+  if (point.T_B_E) return reach(cell, *point.T_B_E * T_E_F(cell), near, field + ".T_B_E");
+  if (!point.T_B_C) {
+    check_limits(cell, field + ".q", point.q);
+    return point.q;
+  }
+  const std::optional<Pose> T_F_C = cell.camera ? cell::T_F_C(cell) : std::nullopt;
+  require(T_F_C.has_value(), field + ".T_B_C: the cell has no camera on its flange");
+  return reach(cell, *point.T_B_C * T_F_C->inverse(), near, field + ".T_B_C");
+}
+
+}  // namespace
+
+Wish::Wish(const Scene& scene, const cell::Cell& cell) : c_(scene.controller) {
+  start_ = scene.start.size() > 0 ? scene.start : VectorXd(VectorXd::Zero(cell.robot.joints()));
+  if (scene.start_pose) start_ = reach(cell, *scene.start_pose * T_E_F(cell), start_, "start_pose");
+  check_limits(cell, "start", start_);
+  check_joints(cell, "controller.amplitude", c_.amplitude, true);
+  if (c_.target.size() > 0) check_limits(cell, "controller.target", c_.target);
+  if (c_.amplitude.size() > 0) {
+    check_limits(cell, "controller.amplitude: start - amplitude", start_ - c_.amplitude.cwiseAbs());
+    check_limits(cell, "controller.amplitude: start + amplitude", start_ + c_.amplitude.cwiseAbs());
+  }
+  require(c_.target.size() == 0 || c_.way_points.empty(), "controller: has both target and way_points");
+  require(c_.within >= 0.0 && c_.rest >= 0.0, "controller: within and rest must not be negative");
+  for (std::size_t i = 0; i < c_.way_points.size(); ++i) {
+    const std::string field = "controller.way_points[" + std::to_string(i) + "]";
+    places_.push_back(place_of(cell, c_.way_points[i], i == 0 ? start_ : places_.back(), field));
+  }
+  const double needed = (c_.within + c_.rest) * static_cast<double>(places_.size());
+  require(needed <= scene.duration + 1e-9, "duration: the way points take " + std::to_string(needed) + " s");
+  if (c_.target.size() > 0) places_.push_back(c_.target);
+}
+
+Eigen::VectorXd Wish::at(double t) const {
+  VectorXd out = start_;
+  for (std::size_t i = 0; i < places_.size(); ++i)
+    out += way(t - static_cast<double>(i) * (c_.within + c_.rest)) * (places_[i] - (i == 0 ? start_ : places_[i - 1]));
+  // The sine swells in over its first period, so that it starts from rest.
+  const double turn = 2.0 * std::numbers::pi * c_.frequency * t;
+  if (c_.amplitude.size() > 0) out += std::min(c_.frequency * t, 1.0) * std::sin(turn) * c_.amplitude;
+  return out;
+}
+
+std::vector<double> Wish::rests() const {
+  std::vector<double> out;
+  for (std::size_t i = 0; i < c_.way_points.size(); ++i)
+    out.push_back(static_cast<double>(i + 1) * (c_.within + c_.rest));
+  return out;
+}
+
+double Wish::way(double t) const {
+  if (t <= 0.0) return 0.0;
+  if (t >= c_.within) return 1.0;
+  const double s = t / c_.within;
+  return s * s * s * (10.0 + s * (6.0 * s - 15.0));  // speed and acceleration begin and end at zero
+}
+
+}  // namespace kr5::sim
