@@ -4,16 +4,16 @@ import json
 
 import pytest
 
-kr5_gap = pytest.importorskip("kr5.gap")
+import kr5.cell
+import kr5.gap
 
 
 def test_a_labelled_recording_is_diagnosed(run_kr5, reference, tmp_path):
-    import kr5.cell
-
     case = reference / "cases" / "case-008"
     if not case.exists():
         pytest.skip(f"no recording in {case}")
-    done = run_kr5("gap", "diagnose", case, "--json", tmp_path / "gap.json", "--write-cell", tmp_path / "cell.yaml")
+    done = run_kr5("gap", "diagnose", case, "--json", tmp_path / "gap.json", "--write-cell", tmp_path / "cell.yaml", "--report", "gap.html",
+                   "-o", "result.json")
     assert done.returncode == 0, done.stderr
     assert "tube_tilt" in done.stdout
     data = json.loads((tmp_path / "gap.json").read_text())
@@ -24,16 +24,13 @@ def test_a_labelled_recording_is_diagnosed(run_kr5, reference, tmp_path):
     assert data["shrink"]["after"] < 1.1 < data["shrink"]["before"]
     cell = kr5.cell.load_cell(tmp_path / "cell.yaml")
     assert list(cell.effects.get("tube_tilt", "tube", "tilt")) == pytest.approx(tilt["value"])
+    result = json.loads((tmp_path / "result.json").read_text())
+    assert result["input"]["recording"] == str(case.resolve()) and result["causes"] == data["causes"]
+    assert "Tilt of the tube" in (tmp_path / "gap.html").read_text()
 
 
 def test_bad_options_and_folders_are_refused(run_kr5, tmp_path):
     done = run_kr5("gap", "diagnose", tmp_path)
     assert done.returncode == 2 and str(tmp_path) in done.stderr
-    with pytest.raises(kr5_gap_error(), match="false_alarms"):
-        kr5_gap.DiagnoseOptions(false_alarms=2.0).validate()
-
-
-def kr5_gap_error():
-    import kr5
-
-    return kr5.InvalidArgument
+    with pytest.raises(kr5.InvalidArgument, match="false_alarms"):
+        kr5.gap.DiagnoseOptions(false_alarms=2.0).validate()

@@ -259,3 +259,32 @@ def test_one_component_of_the_wrench_is_one_place():
     where = [place("press.fy", 15.1, 0.34), place("motion.fy", 15.0, 0.33), place("profile.fy", 15.0, 0.33)]
     text = verdict_words({"verdict": "unknown", "where": where, "causes": [], "unexplained": where, "shrink": {"before": 15.1, "after": 15.1}})
     assert "the force y at the wrist, in presses on the bench, free motion and rolls of the peg" in text
+
+
+def test_an_effect_of_ones_own_has_a_page_without_curves_after(recorded, browser, run_kr5, tmp_path):
+    own = {"effect": "my_fan", "target": "joint2", "probability": 0.9, "gap_closed": 0.9, "tied_with": [],
+           "parameters": {"size": {"value": 3.0, "std": 0.1, "unit": "N m"}}}
+    rest = place("poses.z", 3.0, 0.4, variable="q1", how="grows with it", evidence=1.0)
+    file = diagnosis(recorded, "worn", "partly_explained", [place("motion.i2", 7.0, 0.6), rest], [own], [rest])
+    done = run_kr5("report", file, "-o", "own.html")
+    assert done.returncode == 0, done.stderr
+    page = (tmp_path / "own.html").read_text()
+    assert "my_fan is not in the catalogue" in page and "its gap grows with the position of joint 1" in page
+    browser.open(tmp_path / "own.html", 390)
+    assert browser.complaints() == []
+
+
+def test_any_effect_can_be_tried_on_any_cell(share, recorded):
+    """What a cell lacks, or what changes nothing, is no error."""
+    from kr5_tools.gap_report_trial import Ways, all_effects
+
+    nothing = {"verdict": "unknown", "where": [], "causes": [], "unexplained": [], "warnings": []}
+    recording = kr5.cell.load_recording(recorded / "sound")
+    for name in ("kr5_arc", "gantry_rrp"):
+        recording.cell = kr5.cell.load_cell(share / "cells" / f"{name}.yaml")
+        evidence = Evidence(nothing, recording)
+        evidence.columns = []
+        for effect, target in all_effects(recording.cell):
+            for way in Ways(evidence, effect, target).all():
+                for name in way.parameters(0.5 * np.minimum(way.steps, way.upper)):
+                    assert name in {p.name for p in effect.parameters}

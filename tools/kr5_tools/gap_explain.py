@@ -154,7 +154,7 @@ def show(told: dict[str, Any], to: Any) -> None:
         for cause in told["causes"]:
             to.print()
             say(f"{cause['name']} ({cause['id']}), {cause['sure']} probable", "bold")
-            say(f"  {cause['what']}." + (f" Shows in {cause['shows']}." if cause["shows"] else ""))
+            say(f"  {cause['what']}{f'. Shows in {cause_shows}' if (cause_shows := cause['shows']) else ''}.")
             _show_reasons(cause, to, say)
         for title, rows in (("Notes", told["notes"]), ("What to do now", [s.replace("`", "") for s in told["next"]])):
             if rows:

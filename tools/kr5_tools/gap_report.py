@@ -158,7 +158,7 @@ def cause_rows(data: dict[str, Any], evidence: Any) -> list[dict[str, Any]]:
         row = catalogue.get(cause["effect"])
         parameters = parameter_rows(cause, evidence.recording.cell if evidence else None)
         out.append({"name": capital(effect_words(cause["effect"], cause["target"])), "id": f"{cause['effect']} on {cause['target']}",
-                    "sure": percent(cause["probability"]), "what": capital(row.description) if row else "", "shows": words_of(cause["effect"]).shows,
+                    "sure": percent(cause["probability"]), "what": capital(row.description) if row else "An effect that the catalogue does not name", "shows": words_of(cause["effect"]).shows,
                     "mend": words_of(cause["effect"]).mend, "parameters": parameters,
                     "nominal": any(p["nominal"] for p in parameters),
                     "for": for_it(data, k, evidence), "against": against(data, k, evidence),

@@ -28,13 +28,19 @@ def nominal(cell: Any, effect: str, target: str, parameter: str) -> Any:
         ("ft_gain", "gain"): lambda: 1.0,
         ("camera_focal", "fx"): lambda: camera.fx, ("camera_focal", "fy"): lambda: camera.fy,
         ("lens_distortion", "k1"): lambda: camera.distortion.values[0], ("lens_distortion", "k2"): lambda: camera.distortion.values[1],
-        ("hand_eye", "T_E_C"): lambda: np.linalg.inv(cell.tool.T_F_E) @ cell.T_F_C(),
-        ("laser_mount", "T_E_L"): lambda: np.linalg.inv(cell.tool.T_F_E) @ cell.T_F_L(),
+        ("hand_eye", "T_E_C"): lambda: _at_tip(cell, cell.T_F_C()), ("laser_mount", "T_E_L"): lambda: _at_tip(cell, cell.T_F_L()),
         ("contact_stiffness", "stiffness"): lambda: cell.contact.stiffness, ("contact_friction", "friction"): lambda: cell.contact.friction,
         ("tube_radius", "inner_radius"): lambda: cell.tube.inner_radius,
     }
     find = places.get((effect, parameter))
     return find() if find else None
+
+
+def _at_tip(cell: Any, T_F_X: Any) -> Any:
+    """What the flange carries, in the nominal tool tip; None for what it does not carry."""
+    if T_F_X is None:
+        return None
+    return np.linalg.inv(cell.tool.T_F_E) @ T_F_X if cell.tool else np.asarray(T_F_X)
 
 
 def parameter_rows(cause: dict[str, Any], cell: Any) -> list[dict[str, str]]:

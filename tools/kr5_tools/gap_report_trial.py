@@ -88,13 +88,14 @@ class Ways:
         return name, step, p.lower - off, p.upper - off
 
     def all(self) -> list[Way]:
-        return self.of_drives() or self.of_parts() or self.plain()
+        found = self.of_drives()
+        return found if found is not None else self.of_parts()
 
     def plain(self) -> list[Way]:
         names = list(self.spec)
         return [way([self.free(n) for n in names], lambda x: {n: self.off(n) + float(v) for n, v in zip(names, x)})]
 
-    def of_drives(self) -> list[Way]:
+    def of_drives(self) -> list[Way] | None:
         inf, id = math.inf, self.effect.id
         if id == "stribeck_friction":
             return [way([self.free("stribeck")], lambda x, v=v: {"stribeck": x[0], "stribeck_velocity": v}, f"{v:g} rad/s") for v in SPEEDS]
@@ -118,7 +119,7 @@ class Ways:
             row = np.asarray(self.cell.drives.structure)[self.number - 1]
             return [way([("value", 0.01, -inf, inf)], lambda x, j=j: {"element": j, "value": float(row[j] + x[0])}, f"joint {j + 1}")
                     for j in range(self.cell.robot.joints)]
-        return []
+        return None
 
     def of_parts(self) -> list[Way]:
         inf, id = math.inf, self.effect.id
@@ -136,11 +137,11 @@ class Ways:
         if str(p.kind) == "pose":
             import kr5
 
-            here = np.asarray(nominal(self.cell, id, self.target, p.name))
-            return [way([("d", 1e-3, -0.3, 0.3)] * 6, lambda x: {p.name: here @ kr5.to_pose(x)})]
+            here = nominal(self.cell, id, self.target, p.name)
+            return [] if here is None else [way([("d", 1e-3, -0.3, 0.3)] * 6, lambda x: {p.name: here @ kr5.to_pose(x)})]
         if str(p.kind).startswith("vector"):
             return [way([(p.name, STEPS[p.unit], p.lower, p.upper)] * len(p.off), lambda x: {p.name: list(map(float, x))})]
-        return []
+        return self.plain()
 
 
 def cycles(evidence: Evidence, effect: str, joint: int) -> list[int]:

@@ -220,9 +220,9 @@ def next_steps(data: dict[str, Any], recording: str) -> list[str]:
                      "recording, `kr5 gap measure OTHER --cell tuned.yaml`, confirms it.")
     if data["unexplained"]:
         top = data["unexplained"][0]
-        depends = f", which {dependence_words(top['depends_on'][0])}" if top["depends_on"] else ""
+        depends = f": its gap {dependence_words(top['depends_on'][0])}" if top["depends_on"] else ""
         steps.append(f"See first whether sensor, units and frame of the {column_words(top['experiment'] + '.' + top['column'])} are what the "
-                     f"recording says{depends and f': its gap{depends[6:]}'}.")
+                     f"recording says{depends}.")
         steps.append("Record the same once more. What comes back is of the cell, and an effect of your own, added from Python, can "
                      "describe it; what does not was this recording.")
     return steps
