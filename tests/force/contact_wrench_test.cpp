@@ -6,24 +6,14 @@
 #include <kr5/core/error.hpp>
 #include <kr5/core/random.hpp>
 #include <kr5/force/contact_wrench.hpp>
-#include <kr5/force/peg_on_tube.hpp>
+
+#include "book_peg.hpp"
 
 using namespace kr5;
 using namespace kr5::force;
+using namespace kr5::test;
 
 namespace {
-
-constexpr double degree = M_PI / 180, micron = 1e-6;
-const PegTubeShape book{
-    .peg_radius = 9.42e-3, .peg_length = 50e-3, .inner_radius = 9.7e-3, .outer_radius = 12.65e-3, .tube_depth = 60e-3};
-const PegTube radii{9.42e-3, 9.7e-3, 12.65e-3};
-
-/// Leaning towards alpha without a turn about its own axis.
-Pose leaning(double tilt, double alpha, const Eigen::Vector3d& centre) {
-  return Eigen::Translation3d(centre) * Eigen::AngleAxisd(alpha, Eigen::Vector3d::UnitZ()) *
-         Eigen::AngleAxisd(tilt, Eigen::Vector3d::UnitY()) * Eigen::AngleAxisd(-alpha, Eigen::Vector3d::UnitZ()) *
-         Eigen::Isometry3d::Identity();
-}
 
 ContactForce at_rest(const Pose& T, const ContactLaw& law = {}) {
   Stiction stiction;

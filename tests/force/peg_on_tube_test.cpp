@@ -6,15 +6,14 @@
 
 #include <kr5/core/error.hpp>
 #include <kr5/core/random.hpp>
-#include <kr5/force/peg_on_tube.hpp>
+
+#include "book_peg.hpp"
 
 using namespace kr5;
 using namespace kr5::force;
+using namespace kr5::test;
 
 namespace {
-
-constexpr double degree = M_PI / 180;
-const PegTube book{.peg_radius = 9.42e-3, .inner_radius = 9.7e-3, .outer_radius = 12.65e-3};
 
 double golden_maximum(const std::function<double(double)>& f, double low, double high) {
   const double g = 0.5 * (std::sqrt(5.0) - 1);
@@ -186,7 +185,7 @@ TEST_CASE("the book's example has its cusp at 133.7 and its smooth minimum at 31
   // The book counts the azimuth of the tilt axis, which is that of the lowest point plus 90 degrees.
   const Eigen::Vector2d centre(-7.53e-3, -7.2e-3);
   const auto height = [&](double azimuth) {
-    return rest_peg_on_tube(book, 7.5 * degree, (azimuth - 90) * degree, centre).height;
+    return rest_peg_on_tube(radii, 7.5 * degree, (azimuth - 90) * degree, centre).height;
   };
   const double cusp = golden_maximum([&](double a) { return -height(a); }, 100, 170);
   const double smooth = golden_maximum([&](double a) { return -height(a); }, 280, 350);
@@ -198,24 +197,24 @@ TEST_CASE("the book's example has its cusp at 133.7 and its smooth minimum at 31
   CHECK(bend(cusp) > 50 * bend(smooth));
   const double direction = std::atan2(7.2, 7.53);
   CHECK(direction / degree == Approx(cusp - 90).margin(0.01));
-  const PegRest rest = rest_peg_on_tube(book, 7.5 * degree, 0, Eigen::Vector2d(-10.418e-3, 0));
+  const PegRest rest = rest_peg_on_tube(radii, 7.5 * degree, 0, Eigen::Vector2d(-10.418e-3, 0));
   CHECK(rest.kind == Rest::RimOnInnerEdge);
   CHECK((rest.mirrored - Eigen::Vector2d(rest.point.x(), -rest.point.y())).norm() < 1e-15);
   CHECK(rest.by_centre.x() < 0);  // towards the bore the peg sinks
 }
 
 TEST_CASE("the plateau is the radius times the sine of the tilt") {
-  const PegRest rest = rest_peg_on_tube(book, 7.5 * degree, 0, Eigen::Vector2d(1.5e-3, 0));
+  const PegRest rest = rest_peg_on_tube(radii, 7.5 * degree, 0, Eigen::Vector2d(1.5e-3, 0));
   CHECK(rest.kind == Rest::RimOnFace);
   CHECK(rest.height == Approx(1.2296e-3).margin(1e-7));
 }
 
 TEST_CASE("a peg that nothing carries has no height") {
-  CHECK(rest_peg_on_tube(book, 0, 0, Eigen::Vector2d::Zero()).kind == Rest::None);
-  CHECK(rest_peg_on_tube(book, 0.1, 0, Eigen::Vector2d(0.03, 0)).kind == Rest::None);
-  CHECK(rest_peg_on_tube(book, 0, 0, Eigen::Vector2d(0.3e-3, 0)).kind == Rest::Flat);
-  CHECK(std::isnan(rest_peg_on_tube(book, 0, 0, Eigen::Vector2d::Zero()).height));
-  for (const double wrong : {std::nan(""), 2.0}) CHECK(rest_peg_on_tube(book, wrong, 0, {0.01, 0}).kind == Rest::None);
+  CHECK(rest_peg_on_tube(radii, 0, 0, Eigen::Vector2d::Zero()).kind == Rest::None);
+  CHECK(rest_peg_on_tube(radii, 0.1, 0, Eigen::Vector2d(0.03, 0)).kind == Rest::None);
+  CHECK(rest_peg_on_tube(radii, 0, 0, Eigen::Vector2d(0.3e-3, 0)).kind == Rest::Flat);
+  CHECK(std::isnan(rest_peg_on_tube(radii, 0, 0, Eigen::Vector2d::Zero()).height));
+  for (const double wrong : {std::nan(""), 2.0}) CHECK(rest_peg_on_tube(radii, wrong, 0, {0.01, 0}).kind == Rest::None);
   CHECK(rest_peg_on_tube({.peg_radius = 1, .inner_radius = 2, .outer_radius = 1}, 0.1, 0, {0, 0}).kind == Rest::None);
 }
 
@@ -246,9 +245,9 @@ TEST_CASE("a tube that stands elsewhere and tilted carries the peg at its own fa
 TEST_CASE("many rows are the single ones, and unequal columns are refused") {
   const std::vector<double> tilt = {0.1, 0.2}, alpha = {0, 1}, cx = {0.01, 0.011}, cy = {0, 0.001};
   std::vector<double> height(2);
-  resting_heights(book, Pose::Identity(), tilt, alpha, cx, cy, height);
-  for (int i = 0; i < 2; ++i) CHECK(height[i] == rest_peg_on_tube(book, tilt[i], alpha[i], {cx[i], cy[i]}).height);
-  CHECK_THROWS_AS(resting_heights(book, Pose::Identity(), tilt, alpha, cx, std::vector<double>{0}, height),
+  resting_heights(radii, Pose::Identity(), tilt, alpha, cx, cy, height);
+  for (int i = 0; i < 2; ++i) CHECK(height[i] == rest_peg_on_tube(radii, tilt[i], alpha[i], {cx[i], cy[i]}).height);
+  CHECK_THROWS_AS(resting_heights(radii, Pose::Identity(), tilt, alpha, cx, std::vector<double>{0}, height),
                   InvalidArgument);
   CHECK_THROWS_WITH(resting_heights({}, Pose::Identity(), tilt, alpha, cx, cy, height), Catch::Contains("peg_radius"));
 }

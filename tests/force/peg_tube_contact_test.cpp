@@ -4,22 +4,14 @@
 
 #include <kr5/core/error.hpp>
 #include <kr5/core/random.hpp>
-#include <kr5/force/peg_on_tube.hpp>
-#include <kr5/force/peg_tube_contact.hpp>
+
+#include "book_peg.hpp"
 
 using namespace kr5;
 using namespace kr5::force;
+using namespace kr5::test;
 
 namespace {
-
-constexpr double degree = M_PI / 180, micron = 1e-6;
-const PegTubeShape book{
-    .peg_radius = 9.42e-3, .peg_length = 50e-3, .inner_radius = 9.7e-3, .outer_radius = 12.65e-3, .tube_depth = 60e-3};
-
-Pose pose_of(double tilt, double alpha, const Eigen::Vector3d& centre) {
-  return Eigen::Translation3d(centre) * Eigen::AngleAxisd(alpha, Eigen::Vector3d::UnitZ()) *
-         Eigen::AngleAxisd(tilt, Eigen::Vector3d::UnitY()) * Eigen::Isometry3d::Identity();
-}
 
 bool in_tube(const PegTubeShape& s, const Eigen::Vector3d& p) {
   const double rho = p.head<2>().norm();
@@ -85,7 +77,7 @@ TEST_CASE("the depth of a peg pressed on the top is what frees it, to 1 micron")
     const double tilt = random.uniform(0.05, 30) * degree, alpha = random.uniform(0, 7);
     const Eigen::Vector2d c =
         random.uniform(0, 22e-3) * Eigen::Rotation2Dd(random.uniform(0, 7)).toRotationMatrix().col(0);
-    const Pose start = pose_of(tilt, alpha, {c.x(), c.y(), 12e-3});
+    const Pose start = leaning(tilt, alpha, {c.x(), c.y(), 12e-3});
     if (overlap(s, start) || !overlap(s, moved(start, {0, 0, -12e-3 + micron}))) continue;
     const Pose T = push(s, start, -Eigen::Vector3d::UnitZ(), 12e-3, random.uniform(2, 20) * micron);
     const Contacts contacts = peg_tube_contacts(s, T);
@@ -111,7 +103,7 @@ TEST_CASE("the depth of a peg in the bore pressed to its wall is what frees it, 
     const PegTubeShape s = i % 2 ? chamfered() : book;
     const double deep = random.uniform(1e-3, 20e-3);
     const double tilt = random.uniform(0, 0.3) * 0.28e-3 / deep, azimuth = random.uniform(0, 7);
-    const Pose start = pose_of(tilt, random.uniform(0, 7), {0, 0, -deep});
+    const Pose start = leaning(tilt, random.uniform(0, 7), {0, 0, -deep});
     if (overlap(s, start)) continue;
     const Eigen::Vector3d way(std::cos(azimuth), std::sin(azimuth), 0);
     const Pose T = push(s, start, way, 2e-3, random.uniform(2, 20) * micron);
@@ -141,7 +133,7 @@ TEST_CASE("there are contacts when the bodies overlap and none when they do not"
     PegTube top{s.peg_radius, s.inner_radius, s.outer_radius};
     double height = rest_peg_on_tube(top, tilt, alpha, c).height;
     if (std::isnan(height)) height = -random.uniform(0, 20e-3);
-    const Pose T = pose_of(tilt, alpha, {c.x(), c.y(), height + random.normal(20 * micron)});
+    const Pose T = leaning(tilt, alpha, {c.x(), c.y(), height + random.normal(20 * micron)});
     const bool over = overlap(s, moved(T, Eigen::Vector3d::Zero()), 8000);
     const Contacts contacts = peg_tube_contacts(s, T);
     CAPTURE(i, tilt, c.transpose(), contacts.depth());
@@ -163,7 +155,7 @@ TEST_CASE("pressed from above, depth along the normal is the closed form's to se
     const PegRest rest = rest_peg_on_tube({9.42e-3, 9.7e-3, 12.65e-3}, tilt, alpha, c);
     // Where rim and circle nearly touch along their way, the overlap is long and the second order large.
     if (rest.kind == Rest::None || rest.by_centre.norm() > 2 * std::tan(tilt)) continue;
-    const Contacts contacts = peg_tube_contacts(book, pose_of(tilt, alpha, {c.x(), c.y(), rest.height - press}));
+    const Contacts contacts = peg_tube_contacts(book, leaning(tilt, alpha, {c.x(), c.y(), rest.height - press}));
     double deepest = 0;
     for (const ContactPoint& p : contacts) {
       if (p.depth / p.normal.z() < deepest) continue;
@@ -181,7 +173,7 @@ TEST_CASE("pressed from above, depth along the normal is the closed form's to se
 TEST_CASE("the contacts of a mirrored pose are the mirrored contacts") {
   for (const double tilt : {0.0, 0.5 * degree, 2 * degree, 7.5 * degree}) {
     const Pose T =
-        pose_of(tilt, 0,
+        leaning(tilt, 0,
                 {-10.418e-3, 0,
                  rest_peg_on_tube({9.42e-3, 9.7e-3, 12.65e-3}, tilt, 0, Eigen::Vector2d(-10.418e-3, 0)).height - 2e-5});
     Eigen::Vector3d sum = Eigen::Vector3d::Zero(), centre = sum;
@@ -197,22 +189,22 @@ TEST_CASE("the contacts of a mirrored pose are the mirrored contacts") {
 }
 
 TEST_CASE("an upright peg is carried by samples of all edges that overlap") {
-  const Contacts contacts = peg_tube_contacts(book, pose_of(0, 0, {8e-3, 0, -10 * micron}));
+  const Contacts contacts = peg_tube_contacts(book, leaning(0, 0, {8e-3, 0, -10 * micron}));
   CHECK(contacts.count >= 12);
   CHECK(contacts.count < Contacts::capacity);
   CHECK(contacts.depth() == Approx(10 * micron).margin(1e-9));
-  CHECK(peg_tube_contacts(book, pose_of(0, 0, {0.05e-3, 0, -5e-3})).count == 0);  // free in the bore
+  CHECK(peg_tube_contacts(book, leaning(0, 0, {0.05e-3, 0, -5e-3})).count == 0);  // free in the bore
 }
 
 TEST_CASE("the bench meets the lowest point of a tilted peg, and the whole rim of an upright one") {
   const double lowest = 9.42e-3 * std::sin(0.1);
-  const Contacts tilted = peg_bench_contacts(book, pose_of(0.1, 1.0, {0.3, 0.2, lowest - 1e-5}));
+  const Contacts tilted = peg_bench_contacts(book, leaning(0.1, 1.0, {0.3, 0.2, lowest - 1e-5}));
   REQUIRE(tilted.count == 1);
   CHECK(tilted.points[0].depth == Approx(1e-5).margin(1e-12));
   CHECK((tilted.points[0].point.head<2>() - Eigen::Vector2d(0.3, 0.2)).norm() == Approx(9.42e-3 * std::cos(0.1)));
-  const Contacts upright = peg_bench_contacts(book, pose_of(0, 0, {0, 0, -1e-5}));
+  const Contacts upright = peg_bench_contacts(book, leaning(0, 0, {0, 0, -1e-5}));
   CHECK(upright.count == 24);
-  CHECK(peg_bench_contacts(book, pose_of(0, 0, {0, 0, 1e-9})).count == 0);
+  CHECK(peg_bench_contacts(book, leaning(0, 0, {0, 0, 1e-9})).count == 0);
 }
 
 TEST_CASE("a shape that cannot be is refused") {

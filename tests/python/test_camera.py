@@ -7,9 +7,9 @@ import pytest
 import yaml
 
 import kr5
+from kr5 import vision
+from kr5_tools import camera as camera_files
 
-vision = pytest.importorskip("kr5.vision")
-camera_files = pytest.importorskip("kr5_tools.camera")
 CAMERA = dict(width=640, height=480, fx=540.0, fy=540.0, cx=325.0, cy=236.0, k1=-0.2, k2=0.05)
 
 
