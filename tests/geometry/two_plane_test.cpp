@@ -61,6 +61,17 @@ TEST_CASE("the covariance from one image matches the scatter of its error") {
   CHECK(sum / trials == Approx(6).margin(4 * std::sqrt(12.0 / trials)));  // chi-square of six, four standard errors
 }
 
+TEST_CASE("points that err together widen the covariance") {
+  Random random(5);
+  const Scene scene(random, 2, 0.3);
+  const Matrix6 alone = calibrate_single_image(std::span(&scene.view, 1), scene.camera).covariance;
+  const Matrix6 together =
+      calibrate_single_image(std::span(&scene.view, 1), scene.camera, {.correlation = 2}).covariance;
+  CHECK(together.isApprox(2 * alone));
+  CHECK_THROWS_WITH(calibrate_single_image(std::span(&scene.view, 1), scene.camera, {.correlation = 0.5}),
+                    Catch::Contains("correlation"));
+}
+
 TEST_CASE("points on one plane are noticed, and are refused when two poses explain them") {
   Random random(3);
   const Scene near(random, 1, 0.1);

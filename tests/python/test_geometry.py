@@ -18,14 +18,15 @@ def planes():
 
 
 def seen(image, sheets, T_flange_sheet):
-    """Views of both sheets whose points are given in the flange frame."""
-    views = []
+    """Views of both sheets whose points are given in the flange frame, and by how much their corners err together."""
+    views, correlation = [], 1.0
     for sheet, T in zip(sheets, T_flange_sheet):
         found = vision.find_target(np.asarray(image), sheet)
         assert found.found(), found.message
         points = T[:3, :3] @ found.view.points + T[:3, 3:]
         views.append(kr5.View(points=points, pixels=found.view.pixels, ids=found.view.ids))
-    return views
+        correlation = max(correlation, found.correlation)
+    return views, correlation
 
 
 def test_one_image_of_two_planes_gives_the_camera():
@@ -33,13 +34,13 @@ def test_one_image_of_two_planes_gives_the_camera():
     truth = kr5.to_pose([0.02, -0.03, 0.05, 0.05, -0.08, 0.2])
     placed = [vision.PlacedTarget(target=s, T_camera_target=np.linalg.inv(truth) @ T) for s, T in zip(sheets, T_flange_sheet)]
     image = vision.render(placed, CAMERA, vision.RenderOptions(blur=0.8, noise=3, seed=3))
-    views = seen(image, sheets, T_flange_sheet)
-    result = kr5.calibrate_single_image(views, CAMERA)
+    views, correlation = seen(image, sheets, T_flange_sheet)
+    assert 1.3 < correlation < 3  # four corners from one fit
+    result = kr5.calibrate_single_image(views, CAMERA, kr5.TwoPlaneOptions(correlation=correlation))
     assert result.fit.usable, result.fit.message
     d = kr5.pose_difference(result.T_flange_camera, truth)
-    # A tenth of a pixel at half a metre. The covariance is for independent errors, which corners that share an edge of a
-    # marker do not have; it is tested in C++.
-    assert np.linalg.norm(d[:3]) < 0.1 / CAMERA.fx * 0.5 and np.linalg.norm(d[3:]) < 0.1 / CAMERA.fx
+    assert np.linalg.norm(d[:3]) < 0.1 / CAMERA.fx * 0.5 and np.linalg.norm(d[3:]) < 0.1 / CAMERA.fx  # 0.1 px at half a metre
+    assert d @ np.linalg.solve(result.covariance, d) < kr5.uncertainty.chi_square_quantile(0.9999, 6)
     assert result.covariance.shape == (6, 6) and result.sigma_pixel < 0.2 and result.depth_ratio > 0.05
     alone = kr5.calibrate_single_image(views[:1], CAMERA)
     assert alone.depth_ratio < 1e-6 < result.depth_ratio
@@ -49,3 +50,5 @@ def test_too_few_points_are_refused():
     view = kr5.View(points=np.zeros((3, 4)), pixels=np.zeros((2, 4)), ids=[0, 1, 2, 3])
     with pytest.raises(kr5.InvalidArgument):
         kr5.calibrate_single_image([view], CAMERA)
+    with pytest.raises(kr5.InvalidArgument, match="correlation"):
+        kr5.calibrate_single_image([view], CAMERA, kr5.TwoPlaneOptions(correlation=0.5))

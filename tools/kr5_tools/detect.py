@@ -64,9 +64,9 @@ def detect(
     write_json(write_result(None, "kr5-detection/1", input=keys, found=found, not_found=lost, figures=_figures(found)), json_file)
 
 
-def _pose(points: Any, pixels: Any, ids: Any, lens: Any) -> dict[str, Any]:
+def _pose(points: Any, pixels: Any, ids: Any, lens: Any, correlation: float) -> dict[str, Any]:
     view = kr5.View(points=points, pixels=pixels, ids=ids)
-    pose = vision.estimate_target_pose(view, lens)
+    pose = vision.estimate_target_pose(view, lens, vision.TargetPoseOptions(correlation=correlation))
     if not pose.fit.usable:
         return {"pose_message": pose.fit.message}
     return {"pose": pose.to_dict(), "rms_px": pose.rms_px}
@@ -80,7 +80,7 @@ def _in_target(image: Any, target: Any, lens: Any, options: Any) -> tuple[list, 
     item = {"what": str(target.kind), "message": seen.message, "points": view.points, "pixels": view.pixels, "ids": view.ids,
             "sigma": seen.sigma, "size": target.size or max(m.size for m in target.map)}
     if lens:
-        item |= _pose(view.points, view.pixels, view.ids, lens)
+        item |= _pose(view.points, view.pixels, view.ids, lens, seen.correlation)
     return [item], None
 
 
@@ -93,7 +93,7 @@ def _in_family(image: Any, families: list[str], size: float | None, lens: Any, o
         item = {"what": tag.family, "id": tag.id, "points": points, "pixels": tag.corners, "ids": [4 * tag.id + k for k in range(4)],
                 "sigma": tag.sigma, "hamming": tag.hamming, "margin": tag.margin, "size": size}
         if lens and size:
-            item |= _pose(points, tag.corners, item["ids"], lens)
+            item |= _pose(points, tag.corners, item["ids"], lens, tag.correlation)
         items.append(item)
     return items, None if items else {"status": "not_found", "message": f"no marker of {', '.join(families)} is seen"}
 

@@ -77,6 +77,7 @@ void judge(const TwoPlaneOptions& options, TwoPlaneResult& result) {
 
 void TwoPlaneOptions::validate() const {
   require(sigma_pixel >= 0, "sigma_pixel must not be negative [px]; 0 means estimated");
+  require(std::isfinite(correlation) && correlation >= 1, "correlation must be at least 1 [-]");
   require(min_depth_ratio >= 0 && min_depth_ratio < 1, "min_depth_ratio must lie between 0 and 1 [-]");
 }
 
@@ -102,7 +103,8 @@ TwoPlaneResult calibrate_single_image(std::span<const View> views, const Pinhole
   result.sigma_pixel = options.sigma_pixel > 0 ? options.sigma_pixel : std::sqrt(best.cost / dof);
   // A right perturbation of the inverse is the negative one moved across the pose.
   const Matrix6 A = adjoint(best.T_camera_points);
-  result.covariance = std::pow(result.sigma_pixel, 2) * A * best.information.inverse() * A.transpose();
+  result.covariance =
+      options.correlation * std::pow(result.sigma_pixel, 2) * A * best.information.inverse() * A.transpose();
   result.fit.final_rms = best.rms_px / (std::sqrt(2.0) * std::max(result.sigma_pixel, 1e-12));
   judge(options, result);
   return result;

@@ -51,6 +51,7 @@ class AprilTagDetector {
                        .id = d->id,
                        .corners = {},
                        .sigma = Eigen::Vector4d::Zero(),
+                       .correlation = 1.0,
                        .refined = false,
                        .hamming = d->hamming,
                        .margin = d->decision_margin};
@@ -130,6 +131,7 @@ void refine(ImageView image, TagDetection& tag) {
   if (!better) return;
   tag.corners = better->corners;
   tag.sigma = better->sigma;
+  tag.correlation = better->correlation;
   tag.refined = true;
 }
 

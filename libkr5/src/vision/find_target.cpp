@@ -122,6 +122,8 @@ Detection search_once(ImageView image, const Target& target, const DetectOptions
       result.message = "; " + std::to_string(doubles) + " more with the same numbers, smaller in the image, left out";
     seen = target.kind == TargetKind::Charuco ? find_charuco(image, target, ours, options.refine)
                                               : corners_of(target, ours);
+    if (target.kind != TargetKind::Charuco)
+      for (const TagDetection& tag : ours) result.correlation = std::max(result.correlation, tag.correlation);
   } else {
     seen = target.kind == TargetKind::Chessboard ? find_chessboard(image, target, options.refine)
                                                  : find_circles(image, target, options.refine);

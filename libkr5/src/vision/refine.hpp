@@ -23,6 +23,7 @@ struct RefinedPoint {
 struct RefinedMarker {
   Eigen::Matrix<double, 2, 4> corners;  ///< [px]
   Eigen::Vector4d sigma;                ///< [px]
+  double correlation = 1.0;             ///< As in TagDetection [-].
 };
 
 /// The four corners of a marker, from the grey levels at all its edges, inner ones too. Empty when the marker in the

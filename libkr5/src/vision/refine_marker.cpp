@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <vector>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
 #include "vision/batch_sum.hpp"
@@ -80,6 +81,7 @@ class MarkerModel {
     const Vector& p = fit.x;
     const Eigen::Matrix3d H = Geometry::to_image(p);
     RefinedMarker out;
+    Eigen::Matrix<double, 8, size> by_fit;
     for (int i = 0; i < 4; ++i) {
       const Sample at = geometry_.place(p, H, geometry_.square().col(i));
       const Eigen::Vector2d xy = Eigen::Vector2d(at.x, at.y) + at.bend * p.tail<bends>();
@@ -87,18 +89,30 @@ class MarkerModel {
       Eigen::Matrix<double, 2, size> by_p = Eigen::Matrix<double, 2, size>::Zero();
       by_p.leftCols<8>() << xy.x(), xy.y(), 1, 0, 0, 0, -c.uv.x() * xy.x(), -c.uv.x() * xy.y(), 0, 0, 0, xy.x(), xy.y(),
           1, -c.uv.y() * xy.x(), -c.uv.y() * xy.y();
-      Eigen::Matrix<double, 2, size> J = c.by_xy.inverse() * by_p / c.w;
-      J.rightCols<bends>() = at.bend;
+      by_p = c.by_xy.inverse() * by_p / c.w;
+      by_p.rightCols<bends>() = at.bend;
+      by_fit.middleRows<2>(2 * i) = half() * by_p;
       out.corners.col(i) = geometry_.pixel_of(at);
-      const double variance = (J * fit.covariance * J.transpose()).trace() / 2;
-      out.sigma[i] = std::hypot(half() * std::sqrt(variance), model_error);
     }
+    set_doubt(by_fit * fit.covariance * by_fit.transpose(), out);
     return out;
   }
 
   double half() const { return geometry_.half(); }
 
  private:
+  static void set_doubt(Eigen::Matrix<double, 8, 8> covariance, RefinedMarker& out) {
+    covariance.diagonal().array() += model_error * model_error;
+    Eigen::Matrix<double, 8, 1> per_sigma;
+    for (int i = 0; i < 4; ++i) {
+      out.sigma[i] = std::sqrt(covariance.diagonal().segment<2>(2 * i).mean());
+      per_sigma.segment<2>(2 * i).setConstant(1 / out.sigma[i]);
+    }
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 8, 8>> eigen(
+        per_sigma.asDiagonal() * covariance * per_sigma.asDiagonal(), Eigen::EigenvaluesOnly);
+    out.correlation = eigen.eigenvalues()[7];
+  }
+
   /// Some samples side by side; those missing at the end have grey `none`.
   struct Batch {
     static constexpr float none = -1;

@@ -30,6 +30,7 @@ double log_odds(double first, double second, double dof, double sigma) {
 
 void TargetPoseOptions::validate() const {
   require(std::isfinite(sigma_pixel) && sigma_pixel >= 0, "sigma_pixel must not be negative [px]; 0 means estimated");
+  require(std::isfinite(correlation) && correlation >= 1, "correlation must be at least 1 [-]");
   require(ambiguous_from > 0 && ambiguous_from <= 0.5, "ambiguous_from must lie between 0 and 0.5");
   ResectionOptions{.max_iterations = max_iterations, .huber = huber}.validate();
 }
@@ -52,12 +53,13 @@ TargetPose estimate_target_pose(const View& view, const Pinhole& camera, const T
   pose.sigma_pixel = options.sigma_pixel > 0 ? options.sigma_pixel : std::sqrt(best.cost / dof);
   const Eigen::LDLT<Matrix6> information(best.information);
   if (!(information.rcond() > 1e-14)) return degenerate("the points do not determine the pose");
-  pose.covariance = pose.sigma_pixel * pose.sigma_pixel * information.solve(Matrix6::Identity());
+  pose.covariance = options.correlation * pose.sigma_pixel * pose.sigma_pixel * information.solve(Matrix6::Identity());
   pose.covariance = (0.5 * (pose.covariance + pose.covariance.transpose())).eval();
   if (found.size() > 1) {
     pose.T_camera_target_second = found[1].T_camera_points;
     pose.error_ratio = std::max(found[1].rms_px, 1e-12) / std::max(best.rms_px, 1e-12);
-    pose.second_probability = 1 / (1 + std::exp(-log_odds(best.cost, found[1].cost, dof, options.sigma_pixel)));
+    const double odds = log_odds(best.cost, found[1].cost, dof, options.sigma_pixel) / options.correlation;
+    pose.second_probability = 1 / (1 + std::exp(-odds));
     pose.ambiguous = pose.second_probability >= options.ambiguous_from;
   }
   pose.fit.status = FitStatus::Converged;

@@ -16,6 +16,7 @@ namespace kr5 {
 
 struct TwoPlaneOptions {
   double sigma_pixel = 0.0;  ///< [px]
+  double correlation = 1.0;  ///< [-]
   double min_depth_ratio = 0.05;
 
   /// @throws InvalidArgument naming the offending field.
@@ -23,6 +24,9 @@ struct TwoPlaneOptions {
 
   static void each_field(auto& self, auto&& visit) {
     visit("sigma_pixel", self.sigma_pixel, "Noise of a detected point per axis [px]; 0: estimated from the residuals.");
+    visit("correlation", self.correlation,
+          "Variance of what points err together over that of points that err alone, as the detection says; it widens "
+          "the covariance, at least 1 [-].");
     visit("min_depth_ratio", self.min_depth_ratio,
           "Points whose least extent is below this part of their middle one count as a plane [-].");
   }

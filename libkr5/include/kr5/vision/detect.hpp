@@ -59,6 +59,7 @@ struct TagDetection {
   int id = 0;
   Eigen::Matrix<double, 2, 4> corners = Eigen::Matrix<double, 2, 4>::Zero();  ///< [px]
   Eigen::Vector4d sigma = Eigen::Vector4d::Zero();                            ///< [px]
+  double correlation = 1.0;                                                   ///< [-]
   bool refined = false;
   int hamming = 0;      ///< [-]
   double margin = 0.0;  ///< [grey]
@@ -68,6 +69,10 @@ struct TagDetection {
     visit("id", self.id, "Number the marker shows.");
     visit("corners", self.corners, "Corners, clockwise from the top left as printed, 2 x 4 [px].");
     visit("sigma", self.sigma, "Standard deviation of each corner per axis; 0 when not refined [px].");
+    visit(
+        "correlation", self.correlation,
+        "Variance of the most doubtful change of all four corners together over that of independent ones, at least 1: "
+        "they come from one fit [-].");
     visit("refined", self.refined, "The model of the marker agreed with the image and gave the corners.");
     visit("hamming", self.hamming, "Bits that had to be put right (AprilTag) [-].");
     visit("margin", self.margin, "By how much the bits stand out (AprilTag) [grey].");
@@ -121,9 +126,10 @@ struct DetectOptions {
 /// What was seen of a target.
 struct Detection {
   DetectStatus status = DetectStatus::NotFound;
-  std::string message;    ///< In words, with the remedy when nothing was found.
-  View view;              ///< Points seen; ids index `target_points`. Empty unless found.
-  Eigen::VectorXd sigma;  ///< [px]
+  std::string message;       ///< In words, with the remedy when nothing was found.
+  View view;                 ///< Points seen; ids index `target_points`. Empty unless found.
+  Eigen::VectorXd sigma;     ///< [px]
+  double correlation = 1.0;  ///< [-]
   std::vector<TagDetection> tags;
 
   bool found() const { return status == DetectStatus::Found; }
@@ -133,6 +139,10 @@ struct Detection {
     visit("message", self.message, "The same in words, with the remedy.");
     visit("view", self.view, "Points seen, with their places on the target.");
     visit("sigma", self.sigma, "Standard deviation of each point per axis; 0 when not refined [px].");
+    visit(
+        "correlation", self.correlation,
+        "Largest `correlation` of the tags whose corners the points are; 1 for points found each by itself. Give it to "
+        "what estimates from them [-].");
     visit("tags", self.tags, "Markers of the target's family that were seen.");
   }
 };

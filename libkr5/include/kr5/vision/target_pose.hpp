@@ -15,6 +15,7 @@ namespace kr5::vision {
 
 struct TargetPoseOptions {
   double sigma_pixel = 0.0;      ///< [px]
+  double correlation = 1.0;      ///< [-]
   double ambiguous_from = 0.05;  ///< [-]
   int max_iterations = 50;
   double huber = 3.5;  ///< [-]
@@ -24,6 +25,9 @@ struct TargetPoseOptions {
 
   static void each_field(auto& self, auto&& visit) {
     visit("sigma_pixel", self.sigma_pixel, "Noise of a seen point per axis [px]; 0: estimated from the view.");
+    visit("correlation", self.correlation,
+          "Variance of what points err together over that of points that err alone, as the detection says; it widens "
+          "the covariance and weakens the odds, at least 1 [-].");
     visit("ambiguous_from", self.ambiguous_from,
           "A view whose second pose is at least so probable, given the noise, is called ambiguous [-].");
     visit("max_iterations", self.max_iterations, "At most so many steps of the refinement.");
