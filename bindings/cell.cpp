@@ -16,9 +16,8 @@ using kr5::python::bind_struct;
 namespace fs = std::filesystem;
 
 static void bind_parts(py::module_& m) {
-  bind_enum<DistortionModel>(m, "DistortionModel", "Which coefficients a lens has.");
   bind_enum<CameraMount>(m, "CameraMount", "What carries the camera.");
-  bind_struct<Link>(m, "Link", "Mass of one body.").def("inertia_matrix", &Link::inertia_matrix, "3x3 [kg m^2].");
+  m.attr("Link") = py::type::of<Link>();
   bind_struct<Limits>(m, "Limits", "What the joints may do.");
   bind_struct<Robot>(m, "Robot", "The arm.").def_property_readonly("joints", &Robot::joints, "Number of joints.");
   bind_struct<Friction>(m, "Friction", "Friction on the joint side.");

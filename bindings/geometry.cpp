@@ -75,6 +75,7 @@ static void bind_targets(py::module_& m) {
 
 void bind_geometry(py::module_& m) {
   bind_poses(m);
+  python::bind_enum<LensModel>(m, "LensModel", "Which coefficients of a Pinhole a lens has.");
   python::bind_struct<Pinhole>(m, "Pinhole", "Pinhole camera with the rational lens model; z out of the lens, x right.")
       .def("project", &project, py::arg("points"), "Pixels (2 x n) of points in the camera frame (3 x n) [m].")
       .def("rays", &rays, py::arg("pixels"), "Directions (3 x n, z = 1) of pixels (2 x n); NaN where there is none.");

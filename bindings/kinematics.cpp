@@ -61,7 +61,7 @@ static void bind_inverse(py::module_& m) {
 }
 
 static void bind_dynamics(py::module_& m) {
-  bind_struct<Body>(m, "Body", "Mass of one rigid body.");
+  bind_struct<Body>(m, "Body", "Mass of one rigid body.").def("inertia_matrix", &Body::inertia_matrix, "3x3 [kg m^2].");
   py::class_<Cut>(m, "Cut", "A body fixed to a link, cut off at frame S.")
       .def(py::init([](const Body& body, const kr5::Pose& T_link_S, int link) {
              return Cut{link, T_link_S, body};

@@ -15,7 +15,6 @@ using namespace kr5;
 using namespace kr5::vision;
 
 static void bind_camera_calibration(py::module_& m) {
-  python::bind_enum<LensModel>(m, "LensModel", "Which lens parameters are free.");
   python::bind_struct<CameraOptions>(m, "CameraOptions", "Options of calibrate_camera.");
   python::bind_struct<CameraViewReport>(m, "CameraViewReport", "One view under a camera calibration.");
   python::bind_struct<CameraModelScore>(m, "CameraModelScore", "One camera model among those compared.");

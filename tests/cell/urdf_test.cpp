@@ -36,9 +36,7 @@ Cell random_cell(unsigned seed) {
 }
 
 VectorXd torques(const Cell& cell, const VectorXd& q, const VectorXd& qd, const VectorXd& qdd) {
-  std::vector<kinematics::Body> bodies;
-  for (const Link& link : cell.robot.links) bodies.push_back({link.mass, link.com, link.inertia});
-  kinematics::Dynamics dynamics(chain(cell), bodies, cell.robot.gravity);
+  kinematics::Dynamics dynamics(chain(cell), cell.robot.links, cell.robot.gravity);
   if (cell.tool) dynamics.add_body(-1, {cell.tool->mass, cell.tool->com, cell.tool->inertia}, cell.tool->T_F_S);
   return dynamics.torques(q, qd, qdd);
 }

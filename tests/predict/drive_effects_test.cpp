@@ -36,9 +36,7 @@ VectorXd posture(const World& w, Index row) {
 }
 
 VectorXd gravity_torques(const cell::Cell& c, const VectorXd& q) {
-  std::vector<kinematics::Body> bodies;
-  for (const cell::Link& l : c.robot.links) bodies.push_back({l.mass, l.com, l.inertia});
-  kinematics::Dynamics arm(cell::chain(c), bodies, c.robot.gravity);
+  kinematics::Dynamics arm(cell::chain(c), c.robot.links, c.robot.gravity);
   arm.add_body(5, {c.tool->mass, c.tool->com, c.tool->inertia}, c.tool->T_F_S);
   return arm.gravity_torques(q);
 }

@@ -24,7 +24,6 @@ Node canonical(const Cell& cell) {
 
 }  // namespace
 
-Eigen::Matrix3d Link::inertia_matrix() const { return kinematics::inertia_matrix(inertia); }
 Eigen::Matrix3d Tool::inertia_matrix() const { return kinematics::inertia_matrix(inertia); }
 
 Cell read_cell(const Node& root, const std::string& file, std::vector<io::Problem>& problems) {

@@ -49,47 +49,27 @@ Node Servo::write_form() const {
   return node;
 }
 
-std::vector<std::string> distortion_names(DistortionModel model) {
-  using enum DistortionModel;
-  switch (model) {
-    case None:
-      return {};
-    case K1:
-      return {"k1"};
-    case K1K2:
-      return {"k1", "k2"};
-    case Brown4:
-      return {"k1", "k2", "p1", "p2"};
-    case Brown5:
-      return {"k1", "k2", "p1", "p2", "k3"};
-    case Radial6:
-      return {"k1", "k2", "k3", "k4", "k5", "k6"};
-    case Rational8:
-      return {"k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"};
-  }
-  return {};
-}
-
 bool Distortion::read_form(Reader& reader, const Node& node, const std::string& field) {
   if (node.kind == Node::Kind::Sequence) {
     if (node.items.size() != 5)
       return reader.problem(node, field, "k1 k2 p1 p2 k3, or {model: ..., values: [...]} for other lenses"), false;
-    model = DistortionModel::Brown5;
+    model = LensModel::Brown5;
     return reader.read(node, field, values);
   }
   if (!reader.read_fields(node, field, *this)) return false;
+  const std::vector<int> places = lens_parameters(model);
+  if (values.size() == places.size()) return true;
   std::string wanted;
-  for (const std::string& name : distortion_names(model)) wanted += " " + name;
-  if (values.size() == distortion_names(model).size()) return true;
+  for (const int i : places)
+    wanted += (wanted.empty() ? ": " : " ") + std::string(Pinhole::parameter_names[std::size_t(i)]);
   const Node* list = node.find("values");
   reader.problem(list ? *list : node, Reader::join(field, "values"),
-                 "the " + std::to_string(distortion_names(model).size()) + " values of " + std::string(name_of(model)) +
-                     (wanted.empty() ? "" : ":" + wanted));
+                 "the " + std::to_string(places.size()) + " values of " + std::string(name_of(model)) + wanted);
   return false;
 }
 
 Node Distortion::write_form() const {
-  if (model == DistortionModel::Brown5) return io::to_node(values);
+  if (model == LensModel::Brown5) return io::to_node(values);
   Node node;
   node["model"] = io::to_node(model);
   node["values"] = io::to_node(values);
@@ -99,11 +79,10 @@ Node Distortion::write_form() const {
 
 Pinhole Camera::pinhole() const {
   Pinhole p{.width = width, .height = height, .fx = fx, .fy = fy, .cx = cx, .cy = cy};
-  const std::vector<std::string> names = distortion_names(distortion.model);
-  Pinhole::each_field(p, [&](const char* name, auto& member, const char*) {
-    for (std::size_t i = 0; i < names.size(); ++i)
-      if (names[i] == name) member = static_cast<std::remove_reference_t<decltype(member)>>(distortion.values.at(i));
-  });
+  const std::vector<int> places = lens_parameters(distortion.model);
+  Pinhole::Parameters all = p.parameters();
+  for (std::size_t i = 0; i < places.size(); ++i) all[places[i]] = distortion.values.at(i);
+  p.set_parameters(all);
   return p;
 }
 

@@ -163,7 +163,7 @@ class Importer {
     }
     for (std::size_t i = 0; i < T.size(); ++i) {
       const kinematics::Body body = moved(T[i].inverse(), carried_[i + 1]);
-      out_.cell.robot.links.push_back({body.mass, body.com, body.inertia});
+      out_.cell.robot.links.push_back(body);
     }
   }
 

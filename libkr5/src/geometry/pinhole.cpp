@@ -92,4 +92,24 @@ void Pinhole::validate() const {
   require(parameters().allFinite(), "camera: every parameter must be finite");
 }
 
+std::vector<int> lens_parameters(LensModel lens) {
+  switch (lens) {
+    case LensModel::None:
+      return {};
+    case LensModel::K1:
+      return {4};
+    case LensModel::K1K2:
+      return {4, 5};
+    case LensModel::Brown4:
+      return {4, 5, 6, 7};
+    case LensModel::Brown5:
+      return {4, 5, 6, 7, 8};
+    case LensModel::Radial6:
+      return {4, 5, 8, 9, 10, 11};
+    case LensModel::Rational8:
+      return {4, 5, 6, 7, 8, 9, 10, 11};
+  }
+  throw InvalidArgument("lens: unknown model");
+}
+
 }  // namespace kr5

@@ -28,6 +28,8 @@ Moments& Moments::operator+=(const Moments& other) {
   return *this;
 }
 
+Eigen::Matrix3d Body::inertia_matrix() const { return kinematics::inertia_matrix(inertia); }
+
 Moments moments(const Body& body) {
   return {body.mass, body.mass * body.com, inertia_matrix(body.inertia) + point_inertia(body.mass, body.com)};
 }

@@ -50,11 +50,8 @@ kinematics::DhChain RealArm::chain(double t) const {
 }
 
 kinematics::Dynamics RealArm::dynamics(double t) const {
-  std::vector<kinematics::Body> bodies(static_cast<std::size_t>(joints()));
-  for (std::size_t i = 0; i < cell_.robot.links.size(); ++i) {
-    const cell::Link& link = cell_.robot.links[i];
-    bodies[i] = {link.mass, link.com, link.inertia};
-  }
+  std::vector<kinematics::Body> bodies = cell_.robot.links;
+  bodies.resize(static_cast<std::size_t>(joints()));
   kinematics::Dynamics out(chain(t), bodies, cell_.robot.gravity);
   if (cell_.tool) {
     const kinematics::Cut cut = below_sensor();

@@ -17,30 +17,7 @@ void CameraOptions::validate() const {
 namespace detail {
 namespace {
 
-constexpr std::array<const char*, Pinhole::parameter_count> parameter_names = {"fx", "fy", "cx", "cy", "k1", "k2",
-                                                                               "p1", "p2", "k3", "k4", "k5", "k6"};
 constexpr std::array<const char*, shape_count> shape_names = {"bow_xx", "bow_xy", "bow_yy", "stretch", "shear"};
-
-/// Places of the free lens parameters in Pinhole::parameters.
-std::vector<int> lens_parameters(LensModel lens) {
-  switch (lens) {
-    case LensModel::None:
-      return {};
-    case LensModel::K1:
-      return {4};
-    case LensModel::K1K2:
-      return {4, 5};
-    case LensModel::Brown4:
-      return {4, 5, 6, 7};
-    case LensModel::Brown5:
-      return {4, 5, 6, 7, 8};
-    case LensModel::Radial6:
-      return {4, 5, 8, 9, 10, 11};
-    case LensModel::Rational8:
-      return {4, 5, 6, 7, 8, 9, 10, 11};
-  }
-  throw InvalidArgument("lens: unknown model");
-}
 
 /// Shared parameters that the model frees; fy is not listed when it follows fx.
 std::vector<int> free_parameters(const Model& m) {
@@ -65,7 +42,7 @@ Eigen::MatrixXd free_basis(const Model& model) {
 std::vector<std::string> free_names(const Model& model) {
   std::vector<std::string> out;
   for (const int k : free_parameters(model))
-    out.emplace_back(k < Pinhole::parameter_count ? parameter_names[std::size_t(k)]
+    out.emplace_back(k < Pinhole::parameter_count ? Pinhole::parameter_names[std::size_t(k)]
                                                   : shape_names[std::size_t(k - Pinhole::parameter_count)]);
   return out;
 }

@@ -8,26 +8,13 @@
 
 #include <kr5/core/fields.hpp>
 #include <kr5/geometry/pose.hpp>
+#include <kr5/kinematics/body.hpp>
 #include <kr5/kinematics/dh_chain.hpp>
 
 namespace kr5::cell {
 
-/// Mass of one body.
-struct Link {
-  double mass = 0.0;                              ///< [kg]
-  Eigen::Vector3d com = Eigen::Vector3d::Zero();  ///< [m]
-  Vector6 inertia = Vector6::Zero();              ///< Ixx Iyy Izz Ixy Ixz Iyz about the com [kg m^2].
-
-  /// The symmetric 3x3 matrix [kg m^2].
-  Eigen::Matrix3d inertia_matrix() const;
-
-  static constexpr std::array<std::string_view, 3> required = {"mass", "com", "inertia"};
-  static void each_field(auto& self, auto&& visit) {
-    visit("mass", self.mass, "Mass [kg].");
-    visit("com", self.com, "Centre of mass in the frame of the link [m].");
-    visit("inertia", self.inertia, "Ixx Iyy Izz Ixy Ixz Iyz about the com, axes of the frame of the link [kg m^2].");
-  }
-};
+/// Mass of one link, in its frame.
+using Link = kinematics::Body;
 
 /// What the joints may do. Empty vectors: not known.
 struct Limits {

@@ -13,33 +13,9 @@
 
 namespace kr5::cell {
 
-/// Which coefficients of `kr5::Pinhole` a lens has; the names are those of the camera calibration.
-enum class DistortionModel {
-  None,       ///< no values
-  K1,         ///< k1
-  K1K2,       ///< k1 k2
-  Brown4,     ///< k1 k2 p1 p2
-  Brown5,     ///< k1 k2 p1 p2 k3
-  Radial6,    ///< k1 k2 k3 k4 k5 k6
-  Rational8,  ///< k1 k2 p1 p2 k3 k4 k5 k6
-};
-
-constexpr auto enum_names(DistortionModel) {
-  return names<DistortionModel>({{DistortionModel::None, "none"},
-                                 {DistortionModel::K1, "k1"},
-                                 {DistortionModel::K1K2, "k1k2"},
-                                 {DistortionModel::Brown4, "brown4"},
-                                 {DistortionModel::Brown5, "brown5"},
-                                 {DistortionModel::Radial6, "radial6"},
-                                 {DistortionModel::Rational8, "rational8"}});
-}
-
-/// Coefficients that a model has, in the order of its values.
-std::vector<std::string> distortion_names(DistortionModel model);
-
 /// The lens. In a file the short form is the list k1 k2 p1 p2 k3, the general one `{model, values}`.
 struct Distortion {
-  DistortionModel model = DistortionModel::None;
+  LensModel model = LensModel::None;
   std::vector<double> values;  ///< [-]
 
   bool read_form(io::Reader& reader, const io::Node& node, const std::string& field);
@@ -70,12 +46,7 @@ struct Camera {
 
   static constexpr std::array<std::string_view, 6> required = {"width", "height", "fx", "fy", "cx", "cy"};
   static void each_field(auto& self, auto&& visit) {
-    visit("width", self.width, "Image width [px].");
-    visit("height", self.height, "Image height [px].");
-    visit("fx", self.fx, "Focal length along x [px].");
-    visit("fy", self.fy, "Focal length along y [px].");
-    visit("cx", self.cx, "Principal point, x [px].");
-    visit("cy", self.cy, "Principal point, y [px].");
+    Pinhole::each_intrinsic(self, visit);
     visit("distortion", self.distortion, "Lens model.");
     visit("mount", self.mount, "flange | base: what carries the camera.");
     visit("T_E_C", self.T_E_C, "Camera in the nominal tool tip, which does not move with tool_offset [m, rad].");

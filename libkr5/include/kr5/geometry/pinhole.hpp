@@ -1,13 +1,36 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <optional>
+#include <vector>
 
 #include <Eigen/Core>
 
 #include <kr5/core/fields.hpp>
 
 namespace kr5 {
+
+/// Which coefficients of a Pinhole a lens has; the others are 0. Fewest first.
+enum class LensModel {
+  None,       ///< No distortion.
+  K1,         ///< k1.
+  K1K2,       ///< k1 k2.
+  Brown4,     ///< k1 k2 p1 p2.
+  Brown5,     ///< k1 k2 p1 p2 k3: OpenCV's default.
+  Radial6,    ///< k1 to k6: rational, without tangential terms.
+  Rational8,  ///< k1 to k6, p1 p2: the book's.
+};
+
+constexpr auto enum_names(LensModel) {
+  return names<LensModel>({{LensModel::None, "none"},
+                           {LensModel::K1, "k1"},
+                           {LensModel::K1K2, "k1k2"},
+                           {LensModel::Brown4, "brown4"},
+                           {LensModel::Brown5, "brown5"},
+                           {LensModel::Radial6, "radial6"},
+                           {LensModel::Rational8, "rational8"}});
+}
 
 /// Pinhole camera with the rational lens model of Hayat et al. 2022, eq. A.2b (the same as OpenCV's):
 /// with rho = x^2 + y^2 on the plane z = 1,
@@ -22,6 +45,8 @@ struct Pinhole {
 
   /// Order of the parameters in vectors and covariances.
   static constexpr int parameter_count = 12;
+  static constexpr std::array<const char*, parameter_count> parameter_names = {"fx", "fy", "cx", "cy", "k1", "k2",
+                                                                               "p1", "p2", "k3", "k4", "k5", "k6"};
   using Parameters = Eigen::Matrix<double, parameter_count, 1>;  ///< fx fy cx cy k1 k2 p1 p2 k3 k4 k5 k6
   Parameters parameters() const;
   void set_parameters(const Parameters& p);
@@ -38,12 +63,7 @@ struct Pinhole {
   void validate() const;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("width", self.width, "Image width [px].");
-    visit("height", self.height, "Image height [px].");
-    visit("fx", self.fx, "Focal length along x [px].");
-    visit("fy", self.fy, "Focal length along y [px].");
-    visit("cx", self.cx, "Principal point, x [px].");
-    visit("cy", self.cy, "Principal point, y [px].");
+    each_intrinsic(self, visit);
     visit("k1", self.k1, "Radial distortion, numerator, rho [-].");
     visit("k2", self.k2, "Radial distortion, numerator, rho^2 [-].");
     visit("p1", self.p1, "Tangential distortion [-].");
@@ -53,6 +73,18 @@ struct Pinhole {
     visit("k5", self.k5, "Radial distortion, denominator, rho^2 [-].");
     visit("k6", self.k6, "Radial distortion, denominator, rho^3 [-].");
   }
+  /// What every camera has, whatever its lens; for structs with the same members.
+  static void each_intrinsic(auto& self, auto&& visit) {
+    visit("width", self.width, "Image width [px].");
+    visit("height", self.height, "Image height [px].");
+    visit("fx", self.fx, "Focal length along x [px].");
+    visit("fy", self.fy, "Focal length along y [px].");
+    visit("cx", self.cx, "Principal point, x [px].");
+    visit("cy", self.cy, "Principal point, y [px].");
+  }
 };
+
+/// Places in Pinhole::parameters that a lens model frees, in the order of a list of its coefficients.
+std::vector<int> lens_parameters(LensModel lens);
 
 }  // namespace kr5

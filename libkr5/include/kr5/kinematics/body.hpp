@@ -18,6 +18,9 @@ struct Body {
   Eigen::Vector3d com = Eigen::Vector3d::Zero();  ///< [m]
   Vector6 inertia = Vector6::Zero();              ///< Ixx Iyy Izz Ixy Ixz Iyz about the com [kg m^2].
 
+  /// The symmetric 3x3 matrix [kg m^2].
+  Eigen::Matrix3d inertia_matrix() const;
+
   static constexpr std::array<std::string_view, 3> required = {"mass", "com", "inertia"};
   static void each_field(auto& self, auto&& visit) {
     visit("mass", self.mass, "Mass [kg].");

@@ -15,27 +15,6 @@
 
 namespace kr5::vision {
 
-/// Which lens parameters are free; the others are 0. Fewest first.
-enum class LensModel {
-  None,       ///< No distortion.
-  K1,         ///< k1.
-  K1K2,       ///< k1 k2.
-  Brown4,     ///< k1 k2 p1 p2.
-  Brown5,     ///< k1 k2 p1 p2 k3: OpenCV's default.
-  Radial6,    ///< k1 to k6: rational, without tangential terms.
-  Rational8,  ///< k1 to k6, p1 p2: the book's.
-};
-
-constexpr auto enum_names(LensModel) {
-  return names<LensModel>({{LensModel::None, "none"},
-                           {LensModel::K1, "k1"},
-                           {LensModel::K1K2, "k1k2"},
-                           {LensModel::Brown4, "brown4"},
-                           {LensModel::Brown5, "brown5"},
-                           {LensModel::Radial6, "radial6"},
-                           {LensModel::Rational8, "rational8"}});
-}
-
 /// One view under the result.
 struct CameraViewReport {
   std::string name;
