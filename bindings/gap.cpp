@@ -4,26 +4,107 @@
 
 #include <kr5/gap/diagnose.hpp>
 #include <kr5/gap/measure.hpp>
+#include <kr5/gap/plan.hpp>
 
+#include "python_simulator.hpp"
 #include "struct_binder.hpp"
 
 namespace py = pybind11;
 using namespace kr5::gap;
+using kr5::python::bind_enum;
+using kr5::python::bind_struct;
+using kr5::python::call_python;
+using kr5::python::Shared;
+using kr5::python::simulator_from;
 
 namespace {
 
 /// A Python callable that may be called from any thread, without the interpreter held.
 std::function<void(const std::string&, double)> shared(const py::object& progress) {
   if (progress.is_none()) return {};
-  return [progress](const std::string& stage, double fraction) {
-    const py::gil_scoped_acquire held;
-    progress(stage, fraction);
+  return [progress = Shared(progress)](const std::string& stage, double fraction) {
+    call_python("progress", [&] { (*progress)(stage, fraction); });
   };
 }
 
+/// Columns as a dict of arrays.
+py::dict to_dict(const kr5::io::Table& table) {
+  py::dict out;
+  for (std::size_t i = 0; i < table.columns.size(); ++i)
+    out[py::str(table.columns[i])] = Eigen::VectorXd(table.values.col(static_cast<Eigen::Index>(i)));
+  return out;
+}
+
+/// Puts changed columns back.
+void put_back(kr5::io::Table& table, const py::dict& columns) {
+  for (const auto& [name, values] : columns) {
+    const std::string key = py::str(name), where = "change: column '" + key + "'";
+    const int at = table.find(key);
+    if (at < 0) throw py::value_error(where + " is none that the simulator predicts");
+    const auto numbers = kr5::python::cast_or_complain<Eigen::VectorXd>(values, where);
+    if (numbers.size() != table.values.rows())
+      throw py::value_error(where + ": found " + std::to_string(numbers.size()) + " rows, expected " +
+                            std::to_string(table.values.rows()));
+    table.values.col(at) = numbers;
+  }
+}
+
+Hypothesis make_hypothesis(const std::string& effect, const std::string& target,
+                           const std::vector<OwnCoordinate>& coordinates, const py::object& apply,
+                           const py::object& change, double inaccuracy) {
+  OwnEffect own{effect, target, coordinates, {}, {}, inaccuracy};
+  const std::string of = " of own effect " + effect + " on " + target;
+  if (!apply.is_none())
+    own.apply = [function = Shared(apply), of](kr5::cell::Cell& cell, const Eigen::VectorXd& x) {
+      call_python("apply" + of, [&] {
+        const py::object copy = py::cast(cell), out = (*function)(copy, x);
+        cell = kr5::python::cast_or_complain<kr5::cell::Cell>(out.is_none() ? copy : out, "apply" + of);
+      });
+    };
+  if (!change.is_none())
+    own.change = [function = Shared(change), of](kr5::io::Table& table, const kr5::cell::Experiment& experiment,
+                                                 const Eigen::VectorXd& x) {
+      call_python("change" + of, [&] {
+        const py::dict columns = to_dict(table);
+        const py::object out = (*function)(columns, experiment, x);
+        if (!out.is_none() && !py::isinstance<py::dict>(out))
+          kr5::python::complain("change" + of, "a dict of columns, or None", out);
+        put_back(table, out.is_none() ? columns : py::reinterpret_borrow<py::dict>(out));
+      });
+    };
+  return own_hypothesis(own);
+}
+
+void bind_hypotheses(py::module_& m) {
+  bind_struct<OwnCoordinate>(m, "Coordinate", "One number of an effect that no catalogue names; 0 where it is off.");
+  py::class_<Hypothesis>(m, "Hypothesis",
+                         "An effect that competes with those of the catalogue.\n\n"
+                         "apply(cell, x) -> cell: sets it in a cell (a copy, which may be changed and returned; None "
+                         "means that it was changed). change(columns, experiment, x) -> dict: changes what the "
+                         "simulator shows, a dict of arrays with one value for each row of the experiment, for what a "
+                         "cell cannot hold, such as a fault of a sensor. One of the two is needed. x: array of the "
+                         "coordinates in their own units. Both are called often, from any thread, one call at a time; "
+                         "what they raise ends the diagnosis with that exception.")
+      .def(py::init(&make_hypothesis), py::kw_only(), py::arg("effect"), py::arg("target"), py::arg("coordinates"),
+           py::arg("apply") = py::none(), py::arg("change") = py::none(), py::arg("inaccuracy") = 0.0,
+           "inaccuracy: how far the simulator may be off with the effect, of its own size. Raises InvalidArgument "
+           "naming what is wrong.")
+      .def_readonly("effect", &Hypothesis::effect, "Name, as it is reported.")
+      .def_readonly("target", &Hypothesis::target, "What it sits on, as it is reported.")
+      .def("__repr__", [](const Hypothesis& h) { return "Hypothesis(" + h.effect + " on " + h.target + ")"; });
+}
+
+/// Options with `own_hypotheses`, which no list of fields can hold.
+template <class Options>
+void bind_options(py::module_& m, const char* name, const char* doc) {
+  bind_struct<Options>(m, name, doc)
+      .def_property(
+          "own_hypotheses", [](const Options& o) { return o.own_hypotheses; },
+          [](Options& o, const std::vector<Hypothesis>& own) { o.own_hypotheses = own; },
+          "Effects beyond those of the catalogue: list of Hypothesis (a copy; assign the whole list).");
+}
+
 void bind_diagnosis(py::module_& m) {
-  using kr5::python::bind_enum;
-  using kr5::python::bind_struct;
   bind_enum<Verdict>(m, "Verdict", "no_gap | explained | partly_explained | unknown.");
   bind_struct<Dependence>(m, "Dependence", "A tested dependence of a residual on what the cell was doing.");
   bind_struct<Place>(m, "Place", "The gap of one column over all experiments of a kind.");
@@ -37,36 +118,82 @@ void bind_diagnosis(py::module_& m) {
       .def("to_json", &to_json, "The text of format kr5-gap/1.")
       .def_property_readonly(
           "cell", [](const Diagnosis& d) { return d.cell; }, "The nominal cell with the causes added (a copy).");
-  bind_struct<DiagnoseOptions>(m, "DiagnoseOptions", "Options of diagnose.");
+  bind_options<DiagnoseOptions>(m, "DiagnoseOptions", "Options of diagnose.");
   m.def(
       "diagnose",
-      [](const kr5::cell::Recording& recording, const kr5::cell::Simulator& simulator, DiagnoseOptions options,
+      [](const kr5::cell::Recording& recording, const py::object& simulator, DiagnoseOptions options,
          const py::object& progress) {
         options.progress = shared(progress);
+        const auto with = simulator_from(simulator);
         const py::gil_scoped_release released;
-        return diagnose(recording, simulator, options);
+        return diagnose(recording, *with, options);
       },
       py::arg("recording"), py::arg("simulator"), py::arg("options") = DiagnoseOptions{},
       py::arg("progress") = py::none(),
-      "Where the gap lies, which effects cause it, how far it shrinks and what stays unknown. `progress(stage, "
-      "fraction)` is called from time to time, from any thread.");
+      "Where the gap lies, which effects cause it, how far it shrinks and what stays unknown. `simulator`: one of kr5, "
+      "or any object with predict(cell, experiment) that returns the predicted columns (a kr5.io.Table or a dict of "
+      "arrays, units of kr5.cell.columns), a value for each row of the experiment. `progress(stage, fraction)` is "
+      "called from time to time, from any thread.");
+}
+
+void bind_plan(py::module_& m) {
+  bind_options<PlanOptions>(m, "PlanOptions", "Options of plan.");
+  bind_struct<ForecastColumn>(m, "ForecastColumn", "What one column would show under each alternative.");
+  bind_struct<PlannedExperiment>(m, "PlannedExperiment", "An experiment that could be done, and what it would tell.")
+      .def_property_readonly(
+          "experiment", [](const PlannedExperiment& p) { return p.experiment; }, "Its given columns (a copy).");
+  bind_struct<Plan>(m, "Plan", "What tells explanations of a recording apart.")
+      .def_property_readonly(
+          "experiments", [](const Plan& p) { return p.experiments; }, "Best first (copies).")
+      .def_property_readonly(
+          "cells", [](const Plan& p) { return p.cells; },
+          "The cell of the recording with each alternative, alike in this recording (copies).");
+  bind_struct<Weighed>(m, "Weighed", "Which of several explanations recordings of one cell support.");
+  m.def(
+      "plan",
+      [](const kr5::cell::Recording& recording, const py::object& simulator,
+         const std::vector<Alternative>& alternatives, PlanOptions options, const py::object& progress) {
+        options.progress = shared(progress);
+        const auto with = simulator_from(simulator);
+        const py::gil_scoped_release released;
+        return plan(recording, *with, alternatives, options);
+      },
+      py::arg("recording"), py::arg("simulator"), py::arg("alternatives"), py::arg("options") = PlanOptions{},
+      py::arg("progress") = py::none(),
+      "The experiment that tells explanations of a recording apart, computed from their signatures. `alternatives`: "
+      "two or more lists of EffectName. Raises InvalidArgument for an effect that the cell cannot have.");
+  m.def(
+      "weigh",
+      [](const std::vector<kr5::cell::Recording>& recordings, const py::object& simulator,
+         const std::vector<Alternative>& alternatives, const PlanOptions& options) {
+        const auto with = simulator_from(simulator);
+        const py::gil_scoped_release released;
+        return weigh(recordings, *with, alternatives, options);
+      },
+      py::arg("recordings"), py::arg("simulator"), py::arg("alternatives"), py::arg("options") = PlanOptions{},
+      "Fits each alternative to all recordings together, whose cells may differ in the tool; how probable each is.");
+  m.def("with_load", &with_load, py::arg("cell"), py::arg("mass"),
+        "The cell with a known weight on the tool: a point mass [kg] at the tool's centre of mass.");
 }
 
 }  // namespace
 
 void bind_gap(py::module_& m) {
-  bind_diagnosis(m);
   m.doc() = "How far a simulation is from what was recorded, and why.";
-  kr5::python::bind_struct<ColumnGap>(m, "ColumnGap", "Gap of one column of one experiment.");
-  kr5::python::bind_struct<Measure>(m, "Measure", "Gap of every column of a recording.");
+  bind_hypotheses(m);
+  bind_diagnosis(m);
+  bind_plan(m);
+  bind_struct<ColumnGap>(m, "ColumnGap", "Gap of one column of one experiment.");
+  bind_struct<Measure>(m, "Measure", "Gap of every column of a recording.");
   m.def(
       "measure",
-      [](const kr5::cell::Recording& recording, const kr5::cell::Simulator& simulator,
+      [](const kr5::cell::Recording& recording, const py::object& simulator,
          const std::optional<kr5::cell::Cell>& cell) {
-        return measure(recording, cell ? *cell : recording.cell, simulator);
+        const auto with = simulator_from(simulator);
+        const py::gil_scoped_release released;
+        return measure(recording, cell ? *cell : recording.cell, *with);
       },
       py::arg("recording"), py::arg("simulator"), py::arg("cell") = py::none(),
-      py::call_guard<py::gil_scoped_release>(),
       "RMS of (recorded - simulated) over the noise, of every column that was recorded and is predicted: 1 is the "
       "floor. Without `cell`, that of the recording. Raises InvalidArgument for what the simulator cannot predict.");
 }

@@ -135,6 +135,30 @@ inline Rows profile(int first_run, double tilt) {
   return out;
 }
 
+/// Adds what the sensors of a cell show to an experiment, with noise.
+inline void show(cell::Experiment& e, const cell::Cell& truth, Random& random) {
+  const io::Table shown = predict::FastSimulator().predict(truth, e);
+  const auto columns = cell::columns(e.kind, truth.robot.joints());
+  for (Eigen::Index c = 0; c < shown.values.cols(); ++c) {
+    const std::string& name = shown.columns[static_cast<std::size_t>(c)];
+    double sigma = 0.0;
+    for (const cell::Column& column : columns)
+      if (column.name == name)
+        cell::Noise::each_field(truth.noise, [&](const char* key, const double& value, const char*) {
+          if (column.noise == key) sigma = value;
+        });
+    if (name[0] == 'q' && e.kind == cell::Kind::Poses) sigma /= 2;  // a turn by w moves a unit quaternion by w/2
+    e.data.columns.push_back(name);
+    e.data.values.conservativeResize(Eigen::NoChange, e.data.values.cols() + 1);
+    e.data.values.rightCols(1) = shown.values.col(c) + random.normal_vector(shown.values.rows(), sigma);
+  }
+  // What the camera did not see is in no recording.
+  std::vector<Eigen::Index> seen;
+  for (Eigen::Index i = 0; i < e.data.values.rows(); ++i)
+    if (e.data.values.row(i).allFinite()) seen.push_back(i);
+  e.data.values = Eigen::MatrixXd(e.data.values(seen, Eigen::all));
+}
+
 /// What the sensors of a cell show, noise added, with the nominal cell beside it.
 inline cell::Recording record(const cell::Cell& truth, Random& random) {
   using enum cell::Kind;
@@ -156,29 +180,7 @@ inline cell::Recording record(const cell::Cell& truth, Random& random) {
                    steps(2, 80.0, 0.002, -0.003).experiment("press-2", Press, Check),
                    profile(0, 0.13).experiment("profile-1", Profile, Fit),
                    profile(2, 0.17).experiment("profile-2", Profile, Check)};
-  const predict::FastSimulator simulator;
-  for (cell::Experiment& e : r.experiments) {
-    const io::Table shown = simulator.predict(truth, e);
-    const auto columns = cell::columns(e.kind, r.cell.robot.joints());
-    for (Eigen::Index c = 0; c < shown.values.cols(); ++c) {
-      const std::string& name = shown.columns[static_cast<std::size_t>(c)];
-      double sigma = 0.0;
-      for (const cell::Column& column : columns)
-        if (column.name == name)
-          cell::Noise::each_field(r.cell.noise, [&](const char* key, const double& value, const char*) {
-            if (column.noise == key) sigma = value;
-          });
-      if (name[0] == 'q' && e.kind == Poses) sigma /= 2;  // a turn by w moves a unit quaternion by w/2
-      e.data.columns.push_back(name);
-      e.data.values.conservativeResize(Eigen::NoChange, e.data.values.cols() + 1);
-      e.data.values.rightCols(1) = shown.values.col(c) + random.normal_vector(shown.values.rows(), sigma);
-    }
-    // What the camera did not see is in no recording.
-    std::vector<Eigen::Index> seen;
-    for (Eigen::Index i = 0; i < e.data.values.rows(); ++i)
-      if (e.data.values.row(i).allFinite()) seen.push_back(i);
-    e.data.values = Eigen::MatrixXd(e.data.values(seen, Eigen::all));
-  }
+  for (cell::Experiment& e : r.experiments) show(e, truth, random);
   return r;
 }
 

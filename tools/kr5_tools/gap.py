@@ -6,12 +6,13 @@ from typing import Annotated, Any
 
 import typer
 
-from . import common, gap_bench, gap_diagnose, gap_explain
+from . import common, gap_bench, gap_diagnose, gap_explain, gap_plan
 
 app = typer.Typer(no_args_is_help=True)
 gap_bench.add_to(app)
 gap_diagnose.add_to(app)
 gap_explain.add_to(app)
+gap_plan.add_to(app)
 
 Folder = Annotated[Path, typer.Argument(metavar="RECORDING", help="The folder of a recording (recording.yaml).")]
 CellFile = Annotated[Path | None, typer.Option("--cell", metavar="CELL.yaml", help="The cell to simulate; by default the recording's own.")]

@@ -64,14 +64,7 @@ class Context:
 
 def load(file: Path, cell: Any, seed: int) -> list[Any]:
     """Experiments of a protocol with their given columns. Complains of what is wrong, naming file and experiment."""
-    try:
-        data = yaml.safe_load(Path(file).read_text(encoding="utf-8"))
-    except yaml.YAMLError as error:
-        common.fail(f"{file}: is no YAML ({str(error).splitlines()[0]})")
-    if not isinstance(data, dict) or data.get("format") != FORMAT:
-        common.fail(f"{file}: format: found {data.get('format') if isinstance(data, dict) else data!r}, expected {FORMAT}")
-    if unknown := set(data) - {"format", "name", "home", "experiments"}:
-        common.fail(f"{file}: unknown key '{sorted(unknown)[0]}', expected format, name, home, experiments")
+    data = _read(file)
     entries = data.get("experiments")
     if not isinstance(entries, list) or not entries:
         common.fail(f"{file}: experiments: expected a list of experiments")
@@ -79,6 +72,26 @@ def load(file: Path, cell: Any, seed: int) -> list[Any]:
     if len(set(names)) < len(names):
         common.fail(f"{file}: experiments: two have the same name, or none")
     return [_experiment(Path(file), dict(e), cell, data.get("home"), [seed, i]) for i, e in enumerate(entries)]
+
+
+def weight(file: Path) -> float:
+    """Known weight that hangs on the tool in all experiments of a protocol [kg]."""
+    found = _read(file).get("load", 0.0)
+    if isinstance(found, bool) or not isinstance(found, (int, float)) or not 0 <= found < np.inf:
+        common.fail(f"{file}: load: found {found!r}, expected a weight [kg]")
+    return float(found)
+
+
+def _read(file: Path) -> dict[str, Any]:
+    try:
+        data = yaml.safe_load(Path(file).read_text(encoding="utf-8"))
+    except yaml.YAMLError as error:
+        common.fail(f"{file}: is no YAML ({str(error).splitlines()[0]})")
+    if not isinstance(data, dict) or data.get("format") != FORMAT:
+        common.fail(f"{file}: format: found {data.get('format') if isinstance(data, dict) else data!r}, expected {FORMAT}")
+    if unknown := set(data) - {"format", "name", "home", "load", "experiments"}:
+        common.fail(f"{file}: unknown key '{sorted(unknown)[0]}', expected format, name, home, load, experiments")
+    return data
 
 
 def _experiment(file: Path, entry: dict[str, Any], cell: Any, home: Any, seed: list[int]) -> Any:

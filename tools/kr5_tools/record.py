@@ -17,6 +17,8 @@ def record(
     output: Annotated[Path, typer.Option("-o", "--output", metavar="FOLDER", help="Where the recording goes; must not be there yet.")],
     seed: Annotated[int, typer.Option("--seed", min=0, help="Of postures and noise: the same seed gives the same recording.")] = 1,
     nominal: Annotated[bool, typer.Option("--nominal", help="Write the cell without its effects, as one believes it before a diagnosis.")] = False,
+    images: Annotated[bool, typer.Option("--images", help="Render what the camera sees in `views` too: a folder for each in FOLDER, as `kr5 "
+                                         "calibrate hand-eye` reads it.")] = False,
     full: common.Grade = False,
     json_file: common.Json = None,
 ) -> None:
@@ -27,7 +29,7 @@ def record(
 
     if output.exists() and (not output.is_dir() or any(output.iterdir())):
         common.fail(f"{output}: is there already; expected a new or empty folder, so that no recording is lost")
-    cell = kr5.cell.load_cell(cell_file)
+    cell = loaded(kr5.cell.load_cell(cell_file), protocols.weight(protocol))
     simulator = common.simulator(full)
     with common.working(f"choosing the postures of {protocol}"):
         experiments = protocols.load(protocol, cell, seed)
@@ -35,9 +37,13 @@ def record(
         experiment.data = shown(cell, simulator, experiment, [seed, number, 1])
     believed = cell
     if nominal:
-        believed = kr5.cell.load_cell(cell_file)
+        believed = loaded(kr5.cell.load_cell(cell_file), protocols.weight(protocol))
         believed.effects = {}
     kr5.cell.save_recording(kr5.cell.Recording(believed, experiments), output)
+    if images:
+        for number, experiment in enumerate(experiments):
+            if str(experiment.kind) == "views":
+                take_pictures(output / experiment.name, cell, believed, simulator, experiment, seed + number)
     rows = [[e.name, str(e.kind), str(e.split), len(e.data)] for e in experiments]
     to = common.console(json_file)
     table = common.table(f"Recording {output}", ["experiment", "kind", "split", "rows"], rows)
@@ -45,6 +51,25 @@ def record(
         table.columns[column].justify = "left"
     to.print(table)
     common.write_json({"folder": str(output), "experiments": [dict(zip(("name", "kind", "split", "rows"), r)) for r in rows]}, json_file)
+
+
+def loaded(cell: Any, weight: float) -> Any:
+    """The cell with the known weight of a protocol on its tool."""
+    import kr5.gap
+
+    return kr5.gap.with_load(cell, weight) if weight > 0 else cell
+
+
+def take_pictures(folder: Path, cell: Any, believed: Any, simulator: Any, views: Any, seed: int) -> None:
+    """A picture of each view, and what belongs to it."""
+    import numpy as np
+
+    from . import pictures
+
+    _, first = np.unique(views["view"], return_index=True)
+    q = np.column_stack([views[f"q{i + 1}"] for i in range(cell.robot.joints)])[first]
+    shots = pictures.shots_of(simulator, cell, q, views["t"][first])
+    pictures.write_views(folder, believed, shots, {"blur": 0.6, "noise": 1.5, "seed": seed})
 
 
 def shown(cell: Any, simulator: Any, experiment: Any, seed: list[int]) -> Any:

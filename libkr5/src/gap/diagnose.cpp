@@ -240,7 +240,7 @@ class Diagnoser {
     if (rest.any()) out_.unexplained = places(data_, groups_, rest);
     out_.shrink = shrink_of(data_, groups_, before.counted, rest.counted);
     out_.cell = setup_of(data_, judged.parts).cell;
-    out_.next_experiment = next_experiment(data_, judged, models_, out_.causes);
+    out_.next_experiment = next_experiment(data_, judged, models_, out_.causes, options_.threads);
   }
 
   const DiagnoseOptions& options_;

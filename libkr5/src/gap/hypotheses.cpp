@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <kr5/core/error.hpp>
+
 #include "gap/hypothesis_builder.hpp"
 #include "gap/sizes.hpp"
 
@@ -36,6 +38,52 @@ std::vector<Hypothesis> hypotheses(const cell::Cell& cell, const TimeSpan& span)
   add_optics(builder);
   if (cell.contact) add_contact(builder);
   return std::move(builder.list);
+}
+
+Hypothesis own_hypothesis(const OwnEffect& own) {
+  const std::string where = "effect '" + own.effect + "': ";
+  require(!own.effect.empty() && !own.target.empty(), "an own effect needs a name and a target");
+  require(!own.coordinates.empty(), where + "expected at least one coordinate");
+  require(own.apply || own.change, where + "expected apply (changes the cell) or change (changes the columns)");
+  Hypothesis out{own.effect, own.target, "", 0.0, own.inaccuracy, {}, {}, {}, {}};
+  Point sizes(static_cast<Eigen::Index>(own.coordinates.size()));
+  std::vector<double> shapes = {0.0};
+  Eigen::Index shape = -1;
+  for (Eigen::Index i = 0; i < sizes.size(); ++i) {
+    const OwnCoordinate& c = own.coordinates[static_cast<std::size_t>(i)];
+    require(!c.name.empty(), where + "a coordinate has no name");
+    require(c.size > 0, where + c.name + ".size must be positive");
+    require(c.lower < c.upper, where + c.name + ".lower must be below upper");
+    require(!c.shapes.empty() || (c.lower <= 0 && c.upper >= 0),
+            where + c.name + ": its bounds leave out 0, where it is off");
+    require(c.shapes.empty() || (i > 0 && shape < 0),
+            where + c.name + ": only one coordinate may have shapes, not the first");
+    if (!c.shapes.empty()) {
+      shape = i;
+      shapes = c.shapes;
+    }
+    sizes(i) = c.size;
+    out.coordinates.push_back(
+        {c.lower / c.size, c.upper / c.size, 0.02, !c.shapes.empty(), false, c.name, c.unit, c.size});
+  }
+  for (const double value : shapes) {
+    Probe probe;
+    for (Eigen::Index i = 0; i < sizes.size(); ++i) {
+      if (i == shape) continue;
+      Point x = Point::Unit(sizes.size(), i);
+      if (out.coordinates[static_cast<std::size_t>(i)].upper <= 0) x = -x;
+      if (shape >= 0) x(shape) = value / sizes(shape);
+      probe.points.push_back(x);
+    }
+    out.probes.push_back(std::move(probe));
+  }
+  if (own.apply)
+    out.apply = [apply = own.apply, sizes](cell::Cell& c, const Point& x) { apply(c, sizes.cwiseProduct(x)); };
+  if (own.change)
+    out.change = [change = own.change, sizes](io::Table& table, const cell::Experiment& e, const Point& x) {
+      change(table, e, sizes.cwiseProduct(x));
+    };
+  return out;
 }
 
 Hypothesis periodic_hypothesis(const cell::Cell& cell, const std::string& effect, int joint, int cycles) {

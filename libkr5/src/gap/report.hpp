@@ -21,8 +21,8 @@ Shrink shrink_of(const Data& data, const std::vector<Group>& groups, const Eigen
 double closed(const Data& data, const std::vector<Group>& groups, const Eigen::VectorXd& before,
               const Eigen::VectorXd& without, const Eigen::VectorXd& with);
 
-/// An experiment that would tell these apart, by their signatures in variations of what was recorded.
+/// A short experiment that would tell these apart, by their signatures. @see plan.hpp
 NextExperiment next_experiment(const Data& data, const Model& best, const std::vector<Model>& models,
-                               const std::vector<Cause>& causes);
+                               const std::vector<Cause>& causes, int threads);
 
 }  // namespace kr5::gap

@@ -55,6 +55,45 @@ struct Hypothesis {
   int size() const { return static_cast<int>(coordinates.size()); }
 };
 
+/// One number of an effect that no catalogue names, in its own unit; 0 where the effect is off.
+struct OwnCoordinate {
+  std::string name;
+  std::string unit;
+  double size = 1.0;
+  double lower = -1e9;
+  double upper = 1e9;
+  std::vector<double> shapes = {};
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("name", self.name, "Name, as it is reported.");
+    visit("unit", self.unit, "Unit, as it is reported.");
+    visit("size", self.size, "What the number often is [unit]; the prior is three times as wide.");
+    visit("lower", self.lower, "Least value [unit].");
+    visit("upper", self.upper, "Greatest value [unit].");
+    visit("shapes", self.shapes,
+          "For a number that says nothing by itself (a time constant, a speed): values at which the effect is first "
+          "tried [unit]. At most one number is such, and not the first.");
+  }
+};
+
+/// An effect that no catalogue names. `apply` and `change` get the numbers in their own units; either may be empty.
+struct OwnEffect {
+  std::string effect;
+  std::string target;
+  std::vector<OwnCoordinate> coordinates;
+  /// Sets the effect in a cell.
+  std::function<void(cell::Cell&, const Eigen::VectorXd&)> apply;
+  /// Changes what the simulator shows (columns to be predicted, a row for each row of the experiment), for what a cell
+  /// cannot hold. Called from any thread.
+  std::function<void(io::Table&, const cell::Experiment&, const Eigen::VectorXd&)> change;
+  double inaccuracy = 0.0;
+};
+
+/// The same as the diagnosis wants it.
+/// @throws InvalidArgument for no coordinate, no name, a size that is not positive, bounds that leave out 0 (of what is
+///         no shape), or neither `apply` nor `change`.
+Hypothesis own_hypothesis(const OwnEffect& effect);
+
 /// Times between which an experiment was made, for effects that grow with time [s].
 struct TimeSpan {
   double first = 0.0;

@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "gap/plan_study.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <optional>
+
+#include <kr5/cell/effect.hpp>
+#include <kr5/core/error.hpp>
+
+#include "gap/screen.hpp"
+
+namespace kr5::gap {
+namespace {
+
+bool is(const Hypothesis& h, const EffectName& name) { return h.effect == name.effect && h.target == name.target; }
+
+bool wanted(const Hypothesis& h, const std::vector<Alternative>& alternatives) {
+  return std::any_of(alternatives.begin(), alternatives.end(), [&](const Alternative& names) {
+    return std::any_of(names.begin(), names.end(), [&](const EffectName& name) { return is(h, name); });
+  });
+}
+
+bool periodic(const EffectName& name) { return name.effect == "torque_ripple" || name.effect == "transmission_error"; }
+
+/// The hypotheses of all alternatives; complains of effects that the cell cannot have.
+std::vector<Hypothesis> hypotheses_of(const Study& study, const std::vector<Alternative>& alternatives,
+                                      const PlanOptions& options) {
+  std::vector<Hypothesis> out = hypotheses(study.recording.cell, span_of(study.recording));
+  out.insert(out.end(), options.own_hypotheses.begin(), options.own_hypotheses.end());
+  std::erase_if(out, [&](const Hypothesis& h) { return !wanted(h, alternatives); });
+  for (const Alternative& names : alternatives)
+    for (const EffectName& name : names) {
+      if (std::any_of(out.begin(), out.end(), [&](const Hypothesis& h) { return is(h, name); })) continue;
+      const std::vector<std::string> targets =
+          cell::effect_targets(cell::find_effect(name.effect), study.recording.cell);
+      if (periodic(name) && std::find(targets.begin(), targets.end(), name.target) != targets.end()) continue;
+      const std::string all = std::accumulate(targets.begin(), targets.end(), std::string(),
+                                              [](const std::string& a, const std::string& b) { return a + " " + b; });
+      throw InvalidArgument("effect " + name.effect + " has no target '" + name.target +
+                            "' in this cell, expected one of" + (all.empty() ? " none" : all));
+    }
+  return out;
+}
+
+/// Where to start a fit of one more effect of an alternative: its likeliest choices, or near nothing, when the data
+/// would rather have it below its bound.
+std::vector<Part> starts(const FitProblem& problem, Screen& screen, const Model& model, const Alternative& names) {
+  constexpr std::size_t choices = 3;
+  const auto missing = [&](const Hypothesis& h) {
+    return std::any_of(names.begin(), names.end(), [&](const EffectName& name) { return is(h, name); }) &&
+           std::none_of(model.parts.begin(), model.parts.end(), [&](const Part& part) {
+             return is(h, {part.candidate->hypothesis.effect, part.candidate->hypothesis.target});
+           });
+  };
+  std::vector<Part> out;
+  for (const Suggestion& s : screen.rank(problem, model))
+    if (out.size() < choices && missing(s.part.candidate->hypothesis)) out.push_back(s.part);
+  if (!out.empty()) return out;
+  for (const auto& candidate : screen.candidates())
+    if (const Hypothesis& h = candidate->hypothesis; missing(h)) {
+      Eigen::VectorXd x = h.probes.front().points.front();
+      for (Eigen::Index i = 0; i < x.size(); ++i)
+        if (!h.coordinates[static_cast<std::size_t>(i)].shape) x(i) *= 0.01;
+      out.push_back({candidate.get(), x});
+    }
+  return out;
+}
+
+/// Adds the effects of an alternative one after the other.
+Model fit_one(const FitProblem& problem, Screen& screen, const Model& empty, const Alternative& names) {
+  Model model = empty;
+  for (std::size_t done = 0; done < names.size(); ++done) {
+    std::optional<Model> best;
+    for (const Part& start : starts(problem, screen, model, names)) {
+      std::vector<Part> parts = model.parts;
+      parts.push_back(start);
+      Model fitted = fit(problem, model, std::move(parts));
+      if (!best || fitted.log_evidence > best->log_evidence) best = std::move(fitted);
+    }
+    if (!best)
+      throw InvalidArgument("effect " + names[done].effect + " on " + names[done].target +
+                            " shows nowhere in this recording: record a kind of experiment that it changes");
+    model = std::move(*best);
+  }
+  return model;
+}
+
+Fitted keep(const Model& model) {
+  Fitted out;
+  for (const Part& part : model.parts) {
+    out.candidates.push_back(*part.candidate);
+    out.x.push_back(part.x);
+  }
+  out.information = model.information;
+  out.chi2 = model.chi2_fit;
+  out.log_evidence = model.log_evidence;
+  return out;
+}
+
+}  // namespace
+
+io::Table ToolSimulator::predict(const cell::Cell& cell, const cell::Experiment& experiment) const {
+  const auto tool = tools_.find(experiment.name);
+  if (tool == tools_.end()) return inner_.predict(cell, experiment);
+  cell::Cell other = cell;
+  other.tool = tool->second;
+  return inner_.predict(other, experiment);
+}
+
+Study::Study(cell::Recording all, const cell::Simulator& with, ToolSimulator::Tools tools)
+    : recording(std::move(all)), simulator(with, std::move(tools)) {
+  for (cell::Experiment& e : recording.experiments) e.split = cell::Split::Fit;
+  data = make_data(recording, simulator);
+  require(!data.blocks.empty(), "the recording has no column with a stated noise that could be compared");
+  base = Eigen::VectorXd::Zero(data.size);
+  for (std::size_t e = 0; e < recording.experiments.size(); ++e)
+    if (!data.blocks_of[e].empty())
+      put(data, static_cast<int>(e), compare(data, static_cast<int>(e), recording.cell), base);
+}
+
+std::vector<Part> Fitted::parts() const {
+  std::vector<Part> out;
+  for (std::size_t i = 0; i < candidates.size(); ++i) out.push_back({&candidates[i], x[i]});
+  return out;
+}
+
+std::vector<Fitted> fit_alternatives(const Study& study, const std::vector<Alternative>& alternatives,
+                                     const PlanOptions& options) {
+  Screen screen(study.data, hypotheses_of(study, alternatives, options), study.base, options.threads, {});
+  const Scatter none;
+  const FitProblem problem{study.data, none, {}, 0.0};
+  const Model empty = empty_model(problem, study.base);
+  std::vector<Fitted> out;
+  for (const Alternative& names : alternatives) {
+    require(!names.empty(), "an alternative must name an effect");
+    out.push_back(keep(fit_one(problem, screen, empty, names)));
+  }
+  return out;
+}
+
+Fitted refit(const Study& study, const Fitted& from, int max_iterations) {
+  Fitted out = from;
+  for (Candidate& c : out.candidates) {
+    c.experiments.resize(study.recording.experiments.size());
+    std::iota(c.experiments.begin(), c.experiments.end(), 0);
+  }
+  const Scatter none;
+  const FitProblem problem{study.data, none, {}, 0.0};
+  const Model model = fit(problem, empty_model(problem, study.base), out.parts(), max_iterations);
+  for (std::size_t i = 0; i < out.x.size(); ++i) out.x[i] = model.parts[i].x;
+  out.information = model.information;
+  out.chi2 = model.chi2_fit;
+  out.log_evidence = model.log_evidence;
+  return out;
+}
+
+void assume_usual_size(Fitted& fitted) {
+  for (std::size_t i = 0; i < fitted.x.size(); ++i) {
+    const Hypothesis& h = fitted.candidates[i].hypothesis;
+    fitted.x[i] = h.probes[h.probes.size() / 2].points.front();
+  }
+}
+
+void show(cell::Experiment& experiment, const io::Table& predicted, const std::vector<std::string>& also) {
+  io::Table& table = experiment.data;
+  for (std::size_t c = 0; c < predicted.columns.size(); ++c) {
+    const std::string& name = predicted.columns[c];
+    int at = table.find(name);
+    if (at < 0 && std::find(also.begin(), also.end(), name) != also.end()) {
+      at = static_cast<int>(table.columns.size());
+      table.columns.push_back(name);
+      table.values.conservativeResize(Eigen::NoChange, at + 1);
+      table.values.col(at).setZero();
+    }
+    if (at < 0) continue;
+    // What the sensor would not see stays as it was.
+    const auto shown = predicted.values.col(static_cast<Eigen::Index>(c)).array();
+    table.values.col(at) = shown.isFinite().select(shown, table.values.col(at).array());
+  }
+}
+
+cell::Recording pretend(const Study& study, const Fitted& truth) {
+  cell::Recording out = study.recording;
+  const Setup setup = setup_of(study.data, truth.parts());
+  for (cell::Experiment& e : out.experiments) show(e, predict(study.simulator, setup, e));
+  return out;
+}
+
+}  // namespace kr5::gap
