@@ -23,6 +23,8 @@ static void bind_parts(py::module_& m) {
   bind_struct<Friction>(m, "Friction", "Friction on the joint side.");
   bind_struct<Drives>(m, "Drives", "Motors and gears.");
   bind_struct<SecondOrder>(m, "SecondOrder", "x'' = wn^2 (u - x) - 2 xi wn x', u the command `delay` earlier.");
+  bind_enum<CorrectionMode>(m, "CorrectionMode", "What a path correction is counted from.");
+  bind_struct<Correction>(m, "Correction", "How a controller takes path corrections.");
   bind_struct<Servo>(m, "Servo", "How commands become motion.")
       .def("of_joint", &Servo::of_joint, py::arg("index"), "The servo of a joint, counted from 0.");
   bind_struct<Tool>(m, "Tool", "What the flange carries.")

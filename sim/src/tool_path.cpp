@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <algorithm>
 #include <cmath>
 
 #include <kr5/predict/contact.hpp>
+#include <kr5/predict/path_correction.hpp>
 #include <kr5/predict/wrench.hpp>
 #include "held_tool.hpp"
 #include "kinds.hpp"
@@ -19,31 +19,22 @@ using predict::Shown;
 
 constexpr double longest_step = 1e-3;  // [s]
 
-cell::SecondOrder tool_servo(const cell::Cell& cell, const Given& given) {
-  given.need(cell.servo && cell.servo->tool, "servo.tool");
-  const cell::ArmEffects& e = cell.effects.arm;
-  cell::SecondOrder servo = *cell.servo->tool;
-  servo.natural_frequency = e.tool_frequency.value_or(servo.natural_frequency);
-  servo.damping_ratio = e.tool_damping.value_or(servo.damping_ratio);
-  servo.delay = e.tool_delay.value_or(servo.delay);
-  return servo;
-}
-
 /// Steps the path correction of every run; `at_row(row, z, speed)` sees each cycle.
 template <class AtRow>
 void follow(const cell::Cell& cell, const Given& given, const DartSimulatorOptions& options, AtRow&& at_row) {
-  const cell::SecondOrder servo = tool_servo(cell, given);
-  const double cycle = cell.servo->cycle;
-  if (!(cycle > 0.0)) given.fail("servo.cycle is not positive");
-  const int steps = static_cast<int>(std::ceil(cycle / (options.step > 0.0 ? options.step : longest_step) - 1e-6));
-  const auto late = static_cast<Index>(std::lround(servo.delay / cycle));
-  const auto command = given["zc"];
+  given.need(cell.servo && cell.servo->tool, "servo.tool");
+  const predict::PathServo servo(cell);
+  const double wanted = options.step > 0.0 ? options.step : longest_step;
+  const int steps = static_cast<int>(std::ceil(servo.cycle / wanted - 1e-6));
+  const auto asked = given["zc"];
   for (const Run& run : given.runs()) {
-    ServoBank path({servo}, cycle / steps, ServoBank::Between::Held);
-    path.reset(command.segment(run.first, 1));
+    const VectorXd start = VectorXd::Constant(1, servo.start(asked[run.first]));
+    predict::PathCommand command(servo, start[0]);
+    ServoBank path({servo.servo}, servo.cycle / steps, ServoBank::Between::Held);
+    path.reset(start);
     for (Index k = run.first; k < run.last; ++k) {
       at_row(k, path.x()[0], path.v()[0]);
-      const VectorXd held = command.segment(std::max(k - late, run.first), 1);
+      const VectorXd held = VectorXd::Constant(1, command.next(asked[k], path.x()[0]));
       for (int i = 0; i < steps; ++i) path.advance(held);
     }
   }

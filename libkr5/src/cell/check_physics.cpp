@@ -79,6 +79,9 @@ void check_servo(const Cell& cell, Complaints& c) {
     check_servo_loop(c, servo.joint.size() == 1 ? "servo.joint" : item("servo.joint", static_cast<Eigen::Index>(i)),
                      servo.joint[i]);
   if (servo.tool) check_servo_loop(c, "servo.tool", *servo.tool);
+  if (!servo.correction) return;
+  c.expect(servo.correction->per_cycle.value_or(1.0) > 0, "servo.correction.per_cycle", "a positive length [m]");
+  c.expect(servo.correction->total.value_or(1.0) > 0, "servo.correction.total", "a positive length [m]");
 }
 
 void check_sensors(const Cell& cell, Complaints& c) {

@@ -90,20 +90,4 @@ void follow_smooth(const cell::SecondOrder& servo, const Eigen::Ref<const Eigen:
   }
 }
 
-Response follow_held(const cell::SecondOrder& servo, double cycle, const Eigen::Ref<const Eigen::VectorXd>& command) {
-  const Index n = command.size(), late = static_cast<Index>(std::lround(servo.delay / cycle));
-  const double w = servo.natural_frequency;
-  const Eigen::Matrix2d A = transition(servo, cycle);
-  Response out{Eigen::MatrixXd(n, 1), Eigen::MatrixXd(n, 1), Eigen::MatrixXd(n, 1)};
-  Vector2d state(command[0], 0.0);
-  for (Index i = 0; i < n; ++i) {
-    const double u = command[std::max<Index>(i - late, 0)];
-    out.x(i, 0) = state[0];
-    out.v(i, 0) = state[1];
-    out.a(i, 0) = w * w * (u - state[0]) - 2 * servo.damping_ratio * w * state[1];
-    state = Vector2d(u, 0.0) + A * (state - Vector2d(u, 0.0));
-  }
-  return out;
-}
-
 }  // namespace kr5::predict

@@ -24,7 +24,4 @@ Eigen::Matrix2d transition(const cell::SecondOrder& servo, double h);
 void follow_smooth(const cell::SecondOrder& servo, const Eigen::Ref<const Eigen::VectorXd>& t,
                    const Eigen::Ref<const Eigen::VectorXd>& command, Response& out, Eigen::Index column);
 
-/// Response to a command that is held over each cycle, one row a cycle; delays act in whole cycles. One column.
-Response follow_held(const cell::SecondOrder& servo, double cycle, const Eigen::Ref<const Eigen::VectorXd>& command);
-
 }  // namespace kr5::predict

@@ -56,11 +56,34 @@ struct SecondOrder {
   }
 };
 
+/// What a path correction is counted from.
+enum class CorrectionMode {
+  Absolute,  ///< The start of the path: the whole correction is given anew each cycle.
+  Relative,  ///< Where the arm is: corrections add up.
+};
+constexpr auto enum_names(CorrectionMode) {
+  return names<CorrectionMode>({{CorrectionMode::Absolute, "absolute"}, {CorrectionMode::Relative, "relative"}});
+}
+
+/// How a controller takes path corrections.
+struct Correction {
+  CorrectionMode mode = CorrectionMode::Absolute;
+  std::optional<double> per_cycle;  ///< [m]
+  std::optional<double> total;      ///< [m]
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("mode", self.mode, "absolute (counted from the start of the path) | relative (from where the arm is).");
+    visit("per_cycle", self.per_cycle, "Greatest change of an absolute correction, or greatest relative one [m].");
+    visit("total", self.total, "Greatest distance of the commanded path from its start [m].");
+  }
+};
+
 /// How commands become motion.
 struct Servo {
   double cycle = 0.0;               ///< [s]
   std::vector<SecondOrder> joint;   ///< One for all joints, or one a joint.
   std::optional<SecondOrder> tool;  ///< Path correction.
+  std::optional<Correction> correction;
 
   /// The servo of joint `index` (from 0).
   const SecondOrder& of_joint(int index) const {
@@ -76,6 +99,7 @@ struct Servo {
     visit("cycle", self.cycle, "Period of the controller [s].");
     visit("joint", self.joint, "Joint servo: one for all joints, or one a joint; none when not known.");
     visit("tool", self.tool, "Servo of the path correction.");
+    visit("correction", self.correction, "Mode and limits of the path correction; none: absolute, without limits.");
   }
 };
 
