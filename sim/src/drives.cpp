@@ -14,6 +14,7 @@ namespace {
 constexpr double sign_width = 0.002;      // of tanh(v / width), [rad/s or m/s]
 constexpr double elastic_damping = 0.06;  // formats.md, elastic joint
 constexpr double backlash_damping = 0.3;  // formats.md, backlash
+constexpr double no_load = 1e-6;          // what rounding leaves of no load, [N m or N]
 constexpr double side_torque = 0.5;       // what takes a link to one side of its play, [N m]
 constexpr std::array<double, 6> tooth_stiffness = {8e5, 8e5, 4e5, 8e4, 5e4, 3e4};  // formats.md, [N m/rad]
 
@@ -38,7 +39,7 @@ double GearSpring::torque(double lead, double lead_speed, double inertia) const 
 }
 
 double GearSpring::lead_in_balance(double torque) const {
-  if (rigid() || torque == 0.0) return 0.0;
+  if (rigid() || std::abs(torque) < no_load) return 0.0;
   return std::copysign(0.5 * gap, torque) + torque / stiffness;
 }
 

@@ -6,6 +6,8 @@
 
 #include <Eigen/Cholesky>
 
+#include <kr5/predict/spline.hpp>
+
 namespace kr5::predict {
 namespace {
 
@@ -18,6 +20,8 @@ constexpr double step_angle = 0.2;
 constexpr int most_substeps = 64;
 /// A spring that touches within the step may let another one go: solved again, at most so often.
 constexpr int most_passes = 4;
+/// A load below this is what rounding leaves of none: the link starts in the middle of its play [N m or N].
+constexpr double no_load = 1e-6;
 
 /// Size is 1 for one soft joint, which is the common case, or dynamic.
 template <int Size>
@@ -42,12 +46,13 @@ class Integrator {
     a_ = mass.llt().solve(force);
   }
 
-  /// One row further, load and mass linear in between.
-  void advance(double dt, const Vector& load0, const Vector& load1, const Matrix& mass) {
+  /// One row further; `load(s)` is the load s after its beginning.
+  template <class Load>
+  void advance(double dt, Load&& load, const Matrix& mass) {
     set_mass(mass);
     const int n = substeps(dt);
     const double h = dt / n;
-    for (int i = 1; i <= n; ++i) step(h, load0 + (load1 - load0) * (static_cast<double>(i) / n));
+    for (int i = 1; i <= n; ++i) step(h, load(i * h));
   }
 
   const Vector& x() const { return x_; }
@@ -106,15 +111,25 @@ Deflection solve(const std::vector<SoftJoint>& joints, const VectorXd& t, const 
   VectorXd rest(m);  // in balance: on the side to which the load pushes, however light it is
   for (Index i = 0; i < m; ++i) {
     const SoftJoint& j = joints[static_cast<std::size_t>(i)];
-    rest[i] = -load(0, i) / j.stiffness - std::copysign(j.gap / 2, load(0, i));
+    const double side = std::abs(load(0, i)) < no_load ? 0.0 : std::copysign(j.gap / 2, load(0, i));
+    rest[i] = -load(0, i) / j.stiffness - side;
   }
+  std::vector<Pieces> smooth;  // a load that is linear between rows of 12 ms would be off by several noises of a wrench
+  for (Index i = 0; i < m; ++i) smooth.push_back(spline(t, load.col(i)));
   Integrator<Size> link(joints);
   link.start(rest, mass[0], load.row(0).transpose());
   for (Index row = 0; row < n; ++row) {
     if (row > 0) {
       const auto k = static_cast<std::size_t>(row);
-      link.advance(t[row] - t[row - 1], load.row(row - 1).transpose(), load.row(row).transpose(),
-                   (mass[k - 1] + mass[k]) / 2);
+      const auto between = [&](double s) {
+        typename Integrator<Size>::Vector out(m);
+        for (Index i = 0; i < m; ++i) {
+          const auto c = smooth[static_cast<std::size_t>(i)].row(row - 1);
+          out[i] = c[0] + s * (c[1] + s * (c[2] + s * c[3]));
+        }
+        return out;
+      };
+      link.advance(t[row] - t[row - 1], between, (mass[k - 1] + mass[k]) / 2);
     }
     out.x.row(row) = link.x().transpose();
     out.v.row(row) = link.v().transpose();

@@ -25,7 +25,8 @@ struct GearSpring {
   bool rigid() const { return stiffness == std::numeric_limits<double>::infinity(); }
   /// Torque on the link when the motor side leads by `lead`, with damping `2 ratio sqrt(stiffness inertia)`.
   double torque(double lead, double lead_speed, double inertia) const;
-  /// How far the motor side leads when the spring holds `torque`: also the least torque takes a link to its side.
+  /// How far the motor side leads when the spring holds `torque`: also a small one takes a link to its side, but not
+  /// what rounding leaves of none.
   double lead_in_balance(double torque) const;
   /// The same by the rule of the formats for static kinds: to a side from 0.5 N m on, and `sags` says whether the
   /// spring gives way.
