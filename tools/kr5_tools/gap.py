@@ -54,9 +54,10 @@ def measure(
     common.write_json(measure_dict(found), json_file)
 
 
-@app.command(epilog="Example: kr5 gap cases ../shared/cases")
+@app.command(epilog="Example: kr5 gap cases ../shared/cases --full")
 def cases(
     folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Recordings with a labels.json that names their effects.")],
+    full: common.Grade = False,
     json_file: common.Json = None,
 ) -> None:
     """Judges the simulator by recordings whose effects are known: sets them, and shows the widest gap of each recording.
@@ -67,7 +68,7 @@ def cases(
     rows, far = [], 0
     out: dict[str, Any] = {}
     for name, label in common.track(list(_labels(folder).items()), "simulating"):
-        found, text = measure_case(folder / name, label["effects"])
+        found, text = measure_case(folder / name, label["effects"], full)
         widest = max((c for c in found.columns if c.rows >= ENOUGH_ROWS), key=lambda c: c.gap)
         blows = any(e["effect"] == "backlash" for e in label["effects"])
         above = [c for c in found.columns if is_far(c, len(found.columns), blows)]
@@ -86,11 +87,10 @@ def cases(
         raise typer.Exit(1)
 
 
-def measure_case(folder: Path, effects: list[dict[str, Any]]) -> tuple[Any, str]:
+def measure_case(folder: Path, effects: list[dict[str, Any]], full: bool = False) -> tuple[Any, str]:
     """Gap of a recording with these effects set in its cell, and the effects in words."""
     import kr5.cell
     import kr5.gap
-    import kr5.predict
 
     recording = kr5.cell.load_recording(folder)
     cell = recording.cell
@@ -98,7 +98,7 @@ def measure_case(folder: Path, effects: list[dict[str, Any]]) -> tuple[Any, str]
         for parameter, value in e["parameters"].items():
             cell.set_effect(e["effect"], e["target"], parameter, value)
     text = ", ".join(f"{e['effect']} {e['target']}" for e in effects) or "none"
-    return kr5.gap.measure(recording, kr5.predict.FastSimulator(), cell), text
+    return kr5.gap.measure(recording, common.simulator(full), cell), text
 
 
 def is_far(column: Any, columns: int, blows: bool) -> bool:
