@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 
+#include <kr5/cell/check.hpp>
 #include <kr5/cell/urdf.hpp>
 #include <kr5/core/error.hpp>
 #include <kr5/io/node.hpp>
@@ -128,7 +129,12 @@ TEST_CASE("axes, fixed links, limits and notes are read as the file has them") {
   CHECK(two.cell.robot.limits->velocity[1] == INFINITY);
   CHECK(two.cell.robot.limits->effort.size() == 0);
   REQUIRE(two.notes.size() == 1);
-  CHECK_THAT(two.notes[0], Contains("damping") && Contains("j2"));
+  CHECK_THAT(two.notes[0], Contains("damping") && Contains("j2") && Contains("joint torque"));
+  REQUIRE(two.cell.drives.has_value());
+  CHECK(two.cell.drives->friction.viscous == Eigen::Vector2d(0.0, 0.1));
+  CHECK(two.cell.drives->friction.coulomb == Eigen::Vector2d::Zero());
+  CHECK_THROWS_WITH(parse_urdf(replaced(two_joints, "damping=\"0.1\"", "friction=\"-2\""), "two.urdf"),
+                    Contains("j2") && Contains("friction: found a negative value"));
   // Torque of joint 1 at rest: the weights at their levers.
   const VectorXd still = VectorXd::Zero(2);
   CHECK(torques(two.cell, still, still, still)[0] == Approx(-9.81 * (2 * 0.1 + 1 * 0.5)));
@@ -187,6 +193,21 @@ TEST_CASE("what is no serial arm is refused with what to do") {
   fails("<sdf/>", "expected a URDF's <robot>");
   fails("<robot/>", "no links");
   CHECK_THROWS_WITH(import_urdf("nowhere.urdf"), Contains("nowhere.urdf"));
+}
+
+TEST_CASE("friction of the joints goes to a URDF and back, motors do not") {
+  Cell cell = load_cell(std::string(KR5_SHARE_DIR) + "/cells/kr5_arc.yaml");
+  const UrdfImport back = parse_urdf(to_urdf(cell), "text");
+  REQUIRE(back.cell.drives.has_value());
+  CHECK(back.cell.drives->friction.coulomb == cell.drives->friction.coulomb);
+  CHECK(back.cell.drives->friction.viscous == cell.drives->friction.viscous);
+  CHECK(back.cell.drives->structure.isIdentity(0.0));
+  CHECK(back.cell.drives->rotor_inertia.isZero(0.0));
+  CHECK(check(back.cell).empty());
+  cell.drives.reset();
+  const UrdfImport bare = parse_urdf(to_urdf(cell), "text");
+  CHECK_FALSE(bare.cell.drives.has_value());
+  CHECK(bare.notes.empty());
 }
 
 TEST_CASE("a slide without limits cannot go to a URDF") {

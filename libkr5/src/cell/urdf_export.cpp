@@ -79,6 +79,16 @@ void add_motion(pugi::xml_node& joint, const Limits& limits, Eigen::Index i, boo
   limit.append_attribute("velocity") = text(known(limits.velocity, i)).c_str();
 }
 
+void add_friction(pugi::xml_node& joint, const std::optional<Drives>& drives, Eigen::Index i) {
+  if (!drives) return;
+  const auto of_joint = [i](const Eigen::VectorXd& v) { return i < v.size() ? v[i] : 0.0; };
+  const double damping = of_joint(drives->friction.viscous), friction = of_joint(drives->friction.coulomb);
+  if (damping == 0.0 && friction == 0.0) return;
+  pugi::xml_node dynamics = joint.append_child("dynamics");
+  dynamics.append_attribute("damping") = text(damping).c_str();
+  dynamics.append_attribute("friction") = text(friction).c_str();
+}
+
 const char* type_of(const DhJoint& row, bool bounded, std::size_t i) {
   if (row.type == JointType::Revolute) return bounded ? "revolute" : "continuous";
   require(bounded,
@@ -127,6 +137,7 @@ std::string to_urdf(const Cell& cell) {
     pugi::xml_node joint =
         add_joint(robot, "joint_" + std::to_string(i + 1), type_of(row, bounded, i), parent, name, T * turned(row));
     add_motion(joint, limits, index, bounded);
+    add_friction(joint, cell.drives, index);
     parent = name;
     T = T_link_dh;
   }

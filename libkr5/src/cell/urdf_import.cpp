@@ -38,6 +38,7 @@ class Importer {
     build_links();
     build_limits();
     write_notes();
+    build_friction();
     out_.cell.name = model_.name;
     return std::move(out_);
   }
@@ -184,15 +185,28 @@ class Importer {
       out_.cell.robot.limits = limits;
   }
 
+  /// A cell has friction in its drives; what else they are made of is no part of a URDF.
+  void build_friction() {
+    const auto n = static_cast<Eigen::Index>(path_.size());
+    Friction friction{Eigen::VectorXd(n), Eigen::VectorXd(n)};
+    std::vector<std::string> rubbing;
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const UrdfJoint& joint = *path_[static_cast<std::size_t>(i)];
+      friction.coulomb[i] = joint.friction;
+      friction.viscous[i] = joint.damping;
+      if (joint.damping != 0.0 || joint.friction != 0.0) rubbing.push_back(joint.name);
+    }
+    if (rubbing.empty()) return;
+    out_.cell.drives =
+        Drives{Eigen::MatrixXd::Identity(n, n), Eigen::VectorXd::Zero(n), Eigen::VectorXd::Ones(n), friction};
+    out_.notes.push_back("damping and friction of " + listed(rubbing) +
+                         " are in the drives, with gears of 1, no rotor inertia and 1 N m/A, so that a current is a "
+                         "joint torque: a URDF does not know the motors");
+  }
+
   void write_notes() {
     if (!held_.empty())
       out_.notes.push_back("joints beside the arm are held at 0, their mass rides on it: " + listed(held_));
-    std::vector<std::string> rubbing;
-    for (const UrdfJoint* joint : path_)
-      if (joint->damping != 0.0 || joint->friction != 0.0) rubbing.push_back(joint->name);
-    if (!rubbing.empty())
-      out_.notes.push_back("damping and friction are not taken over, a cell has them in its drives: " +
-                           listed(rubbing));
   }
 
   const UrdfModel& model_;

@@ -120,8 +120,13 @@ class UrdfReader {
     };
     j.velocity = positive("velocity");
     j.effort = positive("effort");
-    j.damping = number(node.child("dynamics"), "damping", where, 0.0);
-    j.friction = number(node.child("dynamics"), "friction", where, 0.0);
+    const auto not_negative = [&](const char* key) {
+      const double value = number(node.child("dynamics"), key, where + " dynamics", 0.0);
+      if (value < 0.0) model_.fail(where + " dynamics " + key + ": found a negative value, expected 0 or more");
+      return value;
+    };
+    j.damping = not_negative("damping");
+    j.friction = not_negative("friction");
     model_.joints.push_back(std::move(j));
   }
 

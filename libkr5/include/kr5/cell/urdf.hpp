@@ -24,7 +24,8 @@ struct UrdfOptions {
 };
 
 struct UrdfImport {
-  Cell cell;  ///< `robot` alone, and a tool without mass when the tip lies beside the last joint axis.
+  /// `robot`, a tool without mass when the tip lies beside the last joint axis, and drives when a joint has friction.
+  Cell cell;
   std::string base;
   std::string tip;
   std::vector<std::string> joints;  ///< Names of the joints, from the base.
@@ -34,6 +35,8 @@ struct UrdfImport {
 /// The serial arm between two links of a robot. T_B_E is the pose of the tip for the same joint values, and the flange
 /// has the tip's axes. Links behind fixed joints, and behind joints beside the arm (held at 0, as a note says), give
 /// their mass to the link that carries them. Limits that the file leaves out or sets to 0 become infinite.
+/// `damping` and `friction` of the joints become viscous and Coulomb friction of drives that are otherwise of unit gear
+/// and motor (a current is a joint torque), as a note says.
 /// Joint axes less than 3 degrees from parallel get a Hayati angle.
 /// @throws IoError naming file, link or joint, what was found and what to do: not a URDF, a xacro file, no such link,
 /// an
@@ -43,8 +46,8 @@ UrdfImport import_urdf(const std::filesystem::path& file, const UrdfOptions& opt
 UrdfImport parse_urdf(std::string_view xml, const std::string& source, const UrdfOptions& options = {});
 
 /// The arm and the mass of its tool as links base_link, link_1 ... link_n, flange, and sensor and tool_tip when there
-/// is a tool. `parse_urdf` gives poses and torques back to 1e-12; drives, sensors, gravity and effects have no place in
-/// a URDF.
+/// is a tool, and the joint friction of the drives. `parse_urdf` gives poses, torques and friction back to 1e-12;
+/// motors and gears, sensors, gravity and effects have no place in a URDF.
 /// @throws InvalidArgument when a slide has no limits, which a URDF asks for.
 std::string to_urdf(const Cell& cell);
 void export_urdf(const Cell& cell, const std::filesystem::path& file);
