@@ -11,6 +11,7 @@
 #include <dart/dynamics/RevoluteJoint.hpp>
 #include <dart/dynamics/Skeleton.hpp>
 #include <dart/dynamics/WeldJoint.hpp>
+#include <dart/math/Geometry.hpp>
 
 #include <kr5/core/error.hpp>
 #include <kr5/io/node.hpp>
@@ -119,6 +120,33 @@ struct Arm::Body {
     require(masses, "robot.links: this cell has no masses, so there are no forces to simulate");
   }
 
+  /// Composite bodies from the tip (Featherstone 2008, table 6.2): DART's own takes a pass over the arm for each joint.
+  void read_mass_matrix() {
+    const auto n = static_cast<Eigen::Index>(links.size());
+    inertia.resize(n, n);
+    Eigen::Matrix6d composite = Eigen::Matrix6d::Zero();
+    if (tool) composite = carried(*tool);
+    for (std::size_t i = links.size(); i-- > 0;) {
+      composite += links[i]->getSpatialInertia();
+      const auto row = static_cast<Eigen::Index>(i);
+      Eigen::Vector6d force = composite * motion(i);
+      inertia(row, row) = motion(i).dot(force);
+      for (std::size_t j = i; j-- > 0;) {
+        force = dart::math::dAdInvT(links[j + 1]->getRelativeTransform(), force);
+        const auto column = static_cast<Eigen::Index>(j);
+        inertia(row, column) = inertia(column, row) = motion(j).dot(force);
+      }
+      composite = dart::math::transformInertia(links[i]->getRelativeTransform().inverse(), composite);
+    }
+  }
+
+  /// Inertia of a body, in the frame of the one that carries it.
+  static Eigen::Matrix6d carried(const dd::BodyNode& body) {
+    return dart::math::transformInertia(body.getRelativeTransform().inverse(), body.getSpatialInertia());
+  }
+
+  Eigen::Vector6d motion(std::size_t joint) const { return skeleton->getJoint(joint)->getRelativeJacobian().col(0); }
+
   /// DART gives torque before force, of the parent on the child: turned, and put in our order.
   void read_wrench() {
     if (!tool) return;
@@ -194,12 +222,15 @@ const ArmForces& Arm::inverse_dynamics(const Eigen::VectorXd& acceleration) {
 
 const Eigen::MatrixXd& Arm::mass_matrix() {
   body_->need_masses();
-  return body_->inertia = body_->skeleton->getMassMatrix();
+  body_->read_mass_matrix();
+  return body_->inertia;
 }
 
 const Eigen::VectorXd& Arm::bias_torque() {
   body_->need_masses();
-  return body_->bias = body_->skeleton->getCoriolisAndGravityForces() - body_->skeleton->getExternalForces();
+  body_->skeleton->setAccelerations(Eigen::VectorXd::Zero(joints()));
+  body_->skeleton->computeInverseDynamics(true, false, false);
+  return body_->bias = body_->skeleton->getForces();
 }
 
 Eigen::VectorXd Arm::gravity_torque() {

@@ -46,6 +46,7 @@ DrivenArm::State::State(const cell::Cell& cell, const DrivenArmOptions& given)
   rotors = drives.rotor_matrix();
   for (int i = 0; i < n; ++i)
     if (!drives.joints[static_cast<std::size_t>(i)].spring.rigid()) elastic.push_back(i);
+  for (const JointDrive& j : drives.joints) loaded |= j.load_coefficient != 0.0;
   for (const Index i : elastic) arm.set_actuation(static_cast<int>(i), Actuation::Free);
   x = v = a = q = qd = qdd = current = dry = torque = VectorXd::Zero(n);
 }

@@ -117,6 +117,7 @@ void DrivenArm::State::kick(const std::function<VectorXd(const Equations&, const
 
 /// Torque through rigid gears, for friction that grows with it: what the motor side does not use up itself.
 void DrivenArm::State::note_torque() {
+  if (!loaded) return;
   const VectorXd used = rotors * a + dry + drives.ripple(x), motor = drives.torques(current);
   for (Index i = 0; i < x.size(); ++i)
     if (joint(i).spring.rigid()) torque[i] = motor[i] - used[i] - joint(i).viscous_friction(v[i], t);

@@ -23,6 +23,7 @@ struct DrivenArm::State {
   ServoBank servo;
   MatrixXd rotors;
   std::vector<Index> elastic;
+  bool loaded = false;  ///< Some friction grows with the torque through its gear.
   Environment environment;
 
   VectorXd x, v, a;               ///< Motor side.
