@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -77,7 +78,8 @@ class UrdfReader {
   Pose origin(const pugi::xml_node& node, const std::string& where) {
     const pugi::xml_node at = node.child("origin");
     const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
-    return from_xyzrpy((Vector6() << vector(at, "xyz", where, zero), vector(at, "rpy", where, zero)).finished());
+    const Eigen::Vector3d xyz = vector(at, "xyz", where, zero), rpy = vector(at, "rpy", where, zero);
+    return from_xyzrpy((Vector6() << xyz, rpy).finished());
   }
 
   void link(const pugi::xml_node& node) {
@@ -85,9 +87,10 @@ class UrdfReader {
     kinematics::Body body;
     if (const pugi::xml_node inertial = node.child("inertial")) {
       const pugi::xml_node I = inertial.child("inertia");
-      const auto entry = [&](const char* key) { return number(I, key, where, 0.0); };
       body.mass = number(inertial.child("mass"), "value", where + " mass", 0.0);
-      body.inertia << entry("ixx"), entry("iyy"), entry("izz"), entry("ixy"), entry("ixz"), entry("iyz");
+      constexpr std::array<const char*, 6> keys = {"ixx", "iyy", "izz", "ixy", "ixz", "iyz"};
+      for (std::size_t i = 0; i < keys.size(); ++i)
+        body.inertia[static_cast<Eigen::Index>(i)] = number(I, keys[i], where, 0.0);
       body = moved(origin(inertial, where), body);
     }
     if (!model_.links.emplace(node.attribute("name").as_string(), body).second)
