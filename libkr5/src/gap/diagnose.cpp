@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <iterator>
 
 #include <kr5/core/error.hpp>
 
@@ -60,15 +61,16 @@ class Diagnoser {
     for (const NoiseScale& scale : scales) {
       if (!wrong(scale)) continue;
       char text[160];
-      std::snprintf(text, sizeof text, "noise of %s is %.2f +- %.2f times what the cell declares; the seen one is used",
-                    scale.key.c_str(), scale.ratio, scale.std);
+      const std::string where = scale.kind ? " in " + std::string(kr5::name_of(*scale.kind)) : "";
+      std::snprintf(text, sizeof text,
+                    "noise of %s%s is %.2f +- %.2f times what the cell declares; the seen one is used",
+                    scale.key.c_str(), where.c_str(), scale.ratio, scale.std);
       out_.warnings.emplace_back(text);
     }
   }
 
   void judge_noise() {
-    const int spikes = mark_spikes(data_, base_);
-    if (spikes > 0) out_.warnings.push_back(std::to_string(spikes) + " samples are spikes and were left out");
+    spikes_ = mark_spikes(data_, base_) + mark_stray_corners(data_, base_);
     const std::vector<NoiseScale> scales = noise_scales(data_, base_);
     warn_of_noise(scales);
     correct(data_, scales, base_);
@@ -78,16 +80,20 @@ class Diagnoser {
     const TimeSpan span = span_of(*data_.recording);
     std::vector<Hypothesis> all = hypotheses(data_.recording->cell, span);
     all.insert(all.end(), options_.own_hypotheses.begin(), options_.own_hypotheses.end());
+    std::vector<Hypothesis> faults = recording_faults(*data_.recording);
+    all.insert(all.end(), std::make_move_iterator(faults.begin()), std::make_move_iterator(faults.end()));
     return Screen(data_, std::move(all), base_, options_.threads,
                   [&](double fraction) { progress("screening effects", fraction); });
   }
 
   void judge_pose_noise(const Screen& screen) {
-    std::vector<const Signature*> all;
+    std::vector<const Hypothesis*> acting;
     for (const auto& candidate : screen.candidates())
-      for (const auto& probe : candidate->signatures)
-        for (const Signature& s : probe) all.push_back(&s);
-    const std::vector<NoiseScale> scales = pose_noise_scales(data_, base_, all);
+      if (std::any_of(candidate->experiments.begin(), candidate->experiments.end(),
+                      [&](int e) { return data_.recording->experiments[e].kind == cell::Kind::Poses; }))
+        acting.push_back(&candidate->hypothesis);
+    const std::vector<NoiseScale> scales = judge_poses(data_, base_, acting, spikes_);
+    if (spikes_ > 0) out_.warnings.push_back(std::to_string(spikes_) + " samples are spikes and were left out");
     warn_of_noise(scales);
     correct(data_, scales, base_);
   }
@@ -171,18 +177,51 @@ class Diagnoser {
   void conclude() {
     progress("judging what is left", 0.0);
     const FitProblem plain{data_, scatter_, {}, 0.0};
+    mark_late_spikes();
     const Rest before = rest_of(plain, groups_, empty_model(plain, base_), base_, options_);
-    const Posterior weights = posterior(data_, models_);
-    Model best = models_.front();
+    Model best = free_shape_is_likelier(models_.front()) ? empty_model(problem_, base_) : models_.front();
     Rest rest = rest_of(problem_, groups_, best, base_, options_);
-    std::vector<double> trusts(best.parts.size(), 1.0);
-    if (rest.any())
-      for (std::size_t k = 0; k < best.parts.size(); ++k) trusts[k] = trust(problem_, groups_, best, rest, base_, k);
-    if (!free_shape_is_likelier(best)) add_causes(best, weights, trusts);
+    std::vector<double> trusts = trusts_of(best, rest);
+    for (int worst = distrusted(best, trusts); worst >= 0; worst = distrusted(best, trusts)) {
+      best = without_part(best, worst);
+      rest = rest_of(problem_, groups_, best, base_, options_);
+      trusts = trusts_of(best, rest);
+    }
+    add_causes(best, posterior(data_, models_), trusts);
     const Model judged = only_blamed(best);
     if (judged.parts.size() != best.parts.size()) rest = rest_of(problem_, groups_, judged, base_, options_);
     set_verdict(rest);
     fill(judged, before, rest);
+  }
+
+  /// What stands out once the best set of effects is known, also where any effect would make the residual jump.
+  void mark_late_spikes() {
+    const int found = mark_spikes(data_, models_.front().residual, true);
+    if (found > 0) out_.warnings.push_back(std::to_string(found) + " more samples stand out from what was found");
+  }
+
+  std::vector<double> trusts_of(const Model& model, const Rest& rest) const {
+    std::vector<double> out(model.parts.size(), 1.0);
+    if (rest.any())
+      for (std::size_t k = 0; k < out.size(); ++k) out[k] = trust(problem_, groups_, model, rest, base_, k, options_);
+    return out;
+  }
+
+  /// The part that is least trusted, when that is less than even; faults of the recording stay. -1: none.
+  static int distrusted(const Model& model, const std::vector<double>& trusts) {
+    int out = -1;
+    for (std::size_t k = 0; k < trusts.size(); ++k)
+      if (!model.parts[k].candidate->hypothesis.of_recording && trusts[k] < 0.5 &&
+          (out < 0 || trusts[k] < trusts[static_cast<std::size_t>(out)]))
+        out = static_cast<int>(k);
+    return out;
+  }
+
+  /// The rest must explain without a part, too: what only made up for its errors is then seen.
+  Model without_part(const Model& model, int part) {
+    std::vector<Part> parts = model.parts;
+    parts.erase(parts.begin() + part);
+    return parts.empty() ? empty_model(problem_, base_) : model_of(std::move(parts));
   }
 
   /// Whether one shape in one column, which no catalogue names, says as much as several effects that act together. It
@@ -196,17 +235,29 @@ class Diagnoser {
 
   void add_causes(const Model& best, const Posterior& weights, const std::vector<double>& trusts) {
     for (std::size_t k = 0; k < best.parts.size(); ++k) {
+      if (best.parts[k].candidate->hypothesis.of_recording) {
+        warn_of_clock(parameters(data_, best, k, weights.temperature).front(), name_of(best.parts[k]).target);
+        continue;
+      }
       Cause cause;
       const EffectName name = name_of(best.parts[k]);
       cause.effect = name.effect;
       cause.target = name.target;
       cause.probability = trusts[k] * probability(models_, weights, name);
-      cause.tied_with = ties(models_, weights, k);
+      cause.tied_with = ties(models_, weights, best, k);
       cause.parameters = parameters(data_, best, k, weights.temperature);
       cause.gap_closed = closed(data_, groups_, counted(data_, base_), counted(data_, without(data_, best, k, base_)),
                                 counted(data_, best.residual));
-      if (trusts[k] >= 0.5) out_.causes.push_back(std::move(cause));
+      out_.causes.push_back(std::move(cause));
     }
+  }
+
+  void warn_of_clock(const ParameterEstimate& delay, const std::string& columns) {
+    char text[160];
+    std::snprintf(text, sizeof text, "%s: logged %.2f +- %.2f ms %s against the other columns; no effect of the cell",
+                  columns.c_str(), 1e3 * std::abs(delay.value[0]), 1e3 * delay.std[0],
+                  delay.value[0] > 0 ? "late" : "early");
+    out_.warnings.emplace_back(text);
   }
 
   bool blamed(const Part& part) const {
@@ -215,14 +266,14 @@ class Diagnoser {
                        [&](const Cause& c) { return c.effect == name.effect && c.target == name.target; });
   }
 
-  /// The model with the causes that are blamed alone.
+  /// The model with the causes alone; beside faults of the recording they keep their values.
   Model only_blamed(const Model& best) const {
     std::vector<Part> parts;
     for (const Part& part : best.parts)
       if (blamed(part)) parts.push_back(part);
     if (parts.size() == best.parts.size()) return best;
     const Model empty = empty_model(problem_, base_);
-    return parts.empty() ? empty : fit(problem_, empty, std::move(parts));
+    return parts.empty() ? empty : fit(problem_, empty, std::move(parts), 0);
   }
 
   void set_verdict(const Rest& rest) {
@@ -238,7 +289,7 @@ class Diagnoser {
     out_.where = places(data_, groups_, before);
     if (out_.verdict == Verdict::NoGap) out_.where.clear();
     if (rest.any()) out_.unexplained = places(data_, groups_, rest);
-    out_.shrink = shrink_of(data_, groups_, before.counted, rest.counted);
+    out_.shrink = shrink_of(data_, groups_, before.shown, rest.shown);
     out_.cell = setup_of(data_, judged.parts).cell;
     out_.next_experiment = next_experiment(data_, judged, models_, out_.causes, options_.threads);
   }
@@ -249,6 +300,7 @@ class Diagnoser {
   Eigen::VectorXd base_;
   std::vector<Group> groups_;
   Scatter scatter_;
+  int spikes_ = 0;
   FitProblem problem_{data_, scatter_, {}, 0.0};
   std::vector<Model> models_;
   Diagnosis out_;

@@ -107,17 +107,19 @@ double probability(const std::vector<Model>& models, const Posterior& posterior,
   return std::min(sum, 1.0);
 }
 
-std::vector<EffectName> ties(const std::vector<Model>& models, const Posterior& posterior, std::size_t part) {
+std::vector<EffectName> ties(const std::vector<Model>& models, const Posterior& posterior, const Model& best,
+                             std::size_t part) {
   constexpr double twentieth = 0.05;
-  const std::vector<EffectName> best = names_of(models.front());
+  const std::vector<EffectName> blamed = names_of(best);
   std::vector<EffectName> out;
-  for (std::size_t i = 1; i < models.size(); ++i) {
-    const std::vector<EffectName> other = names_of(models[i]);
-    if (posterior.weights[i] < twentieth * posterior.weights[0] || other.size() > best.size() ||
-        contains(other, best[part]))
-      continue;
-    for (const EffectName& name : other)
-      if (!contains(best, name) && !contains(out, name)) out.push_back(name);
+  for (const Model& model : models) {
+    const std::vector<EffectName> other = names_of(model);
+    const double odds = std::exp((model.log_evidence - best.log_evidence) / posterior.temperature);
+    if (odds < twentieth || other.size() > blamed.size() || contains(other, blamed[part])) continue;
+    for (const Part& p : model.parts) {
+      const EffectName name = name_of(p);
+      if (!p.candidate->hypothesis.of_recording && !contains(blamed, name) && !contains(out, name)) out.push_back(name);
+    }
   }
   return out;
 }

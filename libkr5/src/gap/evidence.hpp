@@ -25,8 +25,9 @@ Posterior posterior(const Data& data, const std::vector<Model>& models);
 /// Probability that the cell carries this effect on this target.
 double probability(const std::vector<Model>& models, const Posterior& posterior, const EffectName& name);
 
-/// Effects that could stand in the place of one part of the best model and are more than a twentieth as likely.
-std::vector<EffectName> ties(const std::vector<Model>& models, const Posterior& posterior, std::size_t part);
+/// Effects that could stand in the place of one part of a model and are more than a twentieth as likely.
+std::vector<EffectName> ties(const std::vector<Model>& models, const Posterior& posterior, const Model& best,
+                             std::size_t part);
 
 /// Parameters of a part as the cell holds them, with the standard deviations that the information about its coordinates
 /// gives.

@@ -24,6 +24,18 @@ struct At {
   Eigen::Index index;
 };
 
+/// What a coordinate changes in the prediction of a split, about the present point.
+Signature slope(const Data& data, std::vector<Part> parts, const At& at, cell::Split split,
+                const Eigen::VectorXd& residual) {
+  const Candidate& candidate = *parts[at.part].candidate;
+  const Coordinate& c = candidate.hypothesis.coordinates[static_cast<std::size_t>(at.index)];
+  double& x = parts[at.part].x(at.index);
+  const double step = x + c.step <= c.upper ? c.step : -c.step;
+  x += step;
+  const std::vector<int> own = of_split(data, candidate.experiments, split);
+  return difference(data, own, residual, residuals(data, setup_of(data, parts), own, residual), 1 / step);
+}
+
 class Minimiser {
  public:
   Minimiser(const FitProblem& problem, const Model& from, std::vector<Part> parts)
@@ -90,15 +102,7 @@ class Minimiser {
   /// Signatures at the present point, and the normal equations with the scatter marginalised.
   void linearise() {
     jacobian_.clear();
-    for (const At& at : at_) {
-      std::vector<Part> moved = parts_;
-      double& x = moved[at.part].x(at.index);
-      const Coordinate& c = coordinate(at);
-      const double step = x + c.step <= c.upper ? c.step : -c.step;
-      x += step;
-      const std::vector<int> own = of_split(problem_.data, parts_[at.part].candidate->experiments, cell::Split::Fit);
-      jacobian_.push_back(difference(problem_.data, own, residual_, evaluate(moved, own, residual_), 1 / step));
-    }
+    for (const At& at : at_) jacobian_.push_back(slope(problem_.data, parts_, at, cell::Split::Fit, residual_));
     const Eigen::VectorXd r = counted(problem_.data, residual_);
     information_ = gram(jacobian_, jacobian_);
     gradient_.resize(static_cast<Eigen::Index>(jacobian_.size()));
@@ -175,11 +179,41 @@ class Minimiser {
   Eigen::VectorXd gradient_;
 };
 
-/// Misfit of the check experiments once the most likely scatter is taken out.
-double check_misfit(const FitProblem& problem, const Eigen::VectorXd& residual) {
-  const Eigen::VectorXd r =
-      without_scatter(problem.data, problem.scatter, problem.prior, counted(problem.data, residual));
-  return sum_of(problem.data, r, cell::Split::Check).chi2;
+Eigen::VectorXd check_rest(const FitProblem& problem, const Eigen::VectorXd& residual) {
+  return without_scatter(problem.data, problem.scatter, problem.prior, counted(problem.data, residual));
+}
+
+/// How the check experiments would move the coordinates, given what the fit and the prior know of them; those at a
+/// bound, and whole ones, stay.
+Eigen::VectorXd update_of(const Model& model, const Eigen::VectorXd& gradient) {
+  const Eigen::Index n = gradient.size();
+  Eigen::MatrixXd A = model.information + model.check_information;
+  A.diagonal().array() += 1 / (prior_width * prior_width);
+  Eigen::VectorXd g = gradient;
+  Eigen::Index i = 0;
+  for (const Part& part : model.parts)
+    for (Eigen::Index k = 0; k < part.x.size(); ++k, ++i) {
+      const Coordinate& c = part.candidate->hypothesis.coordinates[static_cast<std::size_t>(k)];
+      if (!c.whole && part.x(k) > c.lower && part.x(k) < c.upper) continue;
+      A.row(i).setZero();
+      A.col(i).setZero();
+      A(i, i) = 1.0;
+      g(i) = 0.0;
+    }
+  return n > 0 ? Eigen::VectorXd(A.ldlt().solve(g)) : g;
+}
+
+/// The check experiments as the fit predicts them, with its doubt.
+void predict_check(const FitProblem& problem, Model& model) {
+  for (std::size_t p = 0; p < model.parts.size(); ++p)
+    for (Eigen::Index i = 0; i < model.parts[p].x.size(); ++i)
+      model.check_jacobian.push_back(slope(problem.data, model.parts, {p, i}, cell::Split::Check, model.residual));
+  const Eigen::VectorXd r = check_rest(problem, model.residual);
+  model.check_information = gram(model.check_jacobian, model.check_jacobian);
+  Eigen::VectorXd gradient(static_cast<Eigen::Index>(model.check_jacobian.size()));
+  for (Eigen::Index i = 0; i < gradient.size(); ++i) gradient(i) = dot(problem.data, model.check_jacobian[i], r);
+  model.update = update_of(model, gradient);
+  model.chi2_check = sum_of(problem.data, r, cell::Split::Check).chi2 - gradient.dot(model.update);
 }
 
 }  // namespace
@@ -199,7 +233,7 @@ Model empty_model(const FitProblem& problem, const Eigen::VectorXd& base) {
     const Eigen::VectorXd b = project(problem.data, problem.scatter, r);
     out.chi2_fit -= problem.prior.inner(b, b)(0, 0);
   }
-  out.chi2_check = check_misfit(problem, base);
+  out.chi2_check = sum_of(problem.data, check_rest(problem, base), cell::Split::Check).chi2;
   out.log_evidence = log_evidence(problem, out);
   return out;
 }
@@ -210,8 +244,17 @@ Model fit(const FitProblem& problem, const Model& from, std::vector<Part> parts,
   Model out = std::move(minimiser).result();
   out.residual = residuals(problem.data, setup_of(problem.data, out.parts),
                            touched(problem.data, out.parts, cell::Split::Check), out.residual);
-  out.chi2_check = check_misfit(problem, out.residual);
+  predict_check(problem, out);
   out.log_evidence = log_evidence(problem, out);
+  return out;
+}
+
+Eigen::VectorXd updated(const FitProblem& problem, const Model& model) {
+  Eigen::VectorXd out = check_rest(problem, model.residual);
+  for (Eigen::Index i = 0; i < model.update.size(); ++i) {
+    add(problem.data, -model.update(i), model.jacobian[i], out);
+    add(problem.data, -model.update(i), model.check_jacobian[i], out);
+  }
   return out;
 }
 
@@ -219,7 +262,7 @@ double log_evidence(const FitProblem& problem, const Model& model) {
   double out = -0.5 * (model.chi2_fit + model.chi2_check + problem.prior.log_det());
   if (model.parts.empty()) return out;
   const Eigen::MatrixXd scaled = Eigen::MatrixXd::Identity(model.information.rows(), model.information.cols()) +
-                                 prior_width * prior_width * model.information;
+                                 prior_width * prior_width * (model.information + model.check_information);
   out -= 0.5 * scaled.ldlt().vectorD().array().max(1e-12).log().sum();
   for (const Part& part : model.parts) {
     out += problem.log_prior_effect + part.candidate->hypothesis.log_prior;

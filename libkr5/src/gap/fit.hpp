@@ -31,10 +31,13 @@ struct Model {
   std::vector<Part> parts;
   Eigen::VectorXd residual;         ///< Stacked, at the optimum; NaN where not compared.
   std::vector<Signature> jacobian;  ///< Of all coordinates, on fit experiments.
-  Eigen::MatrixXd information;      ///< Of all coordinates, scatter marginalised.
-  double chi2_fit = 0.0;            ///< Scatter marginalised.
-  double chi2_check = 0.0;          ///< Most likely scatter taken out.
-  double log_evidence = 0.0;        ///< Of the fit experiments, times the prediction of the check experiments.
+  std::vector<Signature> check_jacobian;
+  Eigen::MatrixXd information;        ///< Of all coordinates, scatter marginalised.
+  Eigen::MatrixXd check_information;  ///< What the check experiments would add.
+  Eigen::VectorXd update;             ///< By which they would move the coordinates.
+  double chi2_fit = 0.0;              ///< Scatter marginalised.
+  double chi2_check = 0.0;            ///< Of the prediction with its doubt; most likely scatter taken out.
+  double log_evidence = 0.0;          ///< Of the fit experiments, times the prediction of the check experiments.
 
   int coordinates() const {
     int n = 0;
@@ -60,8 +63,13 @@ Model empty_model(const FitProblem& problem, const Eigen::VectorXd& base);
 /// touch; `from.residual` holds at least the experiments none of them touches.
 Model fit(const FitProblem& problem, const Model& from, std::vector<Part> parts, int max_iterations = 15);
 
-/// Log evidence (Laplace) of a model: misfit, Occam factor of each coordinate under a Cauchy prior of `prior_width`
-/// typical sizes, prior of its effects; plus the misfit left on check experiments.
+/// What is counted of a model's residual when the check experiments may move its coordinates as far as the doubt of the
+/// fit allows: what is left then is no error of the parameters. Scatter taken out.
+Eigen::VectorXd updated(const FitProblem& problem, const Model& model);
+
+/// Log evidence (Laplace) of a model: misfit of the fit experiments, Occam factor of each coordinate under a Cauchy
+/// prior of `prior_width` typical sizes, prior of its effects; times the prediction of the check experiments, which is
+/// as wide as the fit leaves the coordinates in doubt.
 double log_evidence(const FitProblem& problem, const Model& model);
 
 constexpr double prior_width = 3.0;

@@ -11,7 +11,7 @@ namespace kr5::gap {
 namespace {
 
 constexpr double mad_to_sigma = 1.4826;
-constexpr double spike = 6.0;
+constexpr double spike = 7.0;  // noise alone is there once in a hundred million samples
 
 double median(std::vector<double>& values) {
   if (values.empty()) return 0.0;
@@ -70,85 +70,126 @@ std::vector<double> corner_differences(const cell::Experiment& e, const Eigen::V
   return out;
 }
 
+/// The nearest sample in use of the same run, going by `step` from i; -1 when there is none.
+Eigen::Index next_used(const Eigen::VectorXd& run, const Eigen::ArrayXd& use, Eigen::Index i, Eigen::Index step) {
+  for (Eigen::Index k = i + step; k >= 0 && k < run.size() && run(k) == run(i); k += step)
+    if (use(k) > 0) return k;
+  return -1;
+}
+
+/// Whether a sample stands out from both neighbours, on the same side; at the end of a run from the two next to it.
+bool isolated(const Eigen::VectorXd& r, const Eigen::VectorXd& run, const Eigen::ArrayXd& use, Eigen::Index i,
+              double limit) {
+  Eigen::Index before = next_used(run, use, i, -1), after = next_used(run, use, i, 1);
+  if (before < 0 && after >= 0) before = next_used(run, use, after, 1);
+  if (after < 0 && before >= 0) after = next_used(run, use, before, -1);
+  if (before < 0 || after < 0) return false;
+  const double from = r(i) - r(before), to = r(i) - r(after);
+  return from * to > 0 && std::abs(from) > limit && std::abs(to) > limit;
+}
+
+NoiseScale scale_of(const std::string& key, std::optional<cell::Kind> kind, std::vector<double>& differences) {
+  const double n = static_cast<double>(differences.size());
+  const double ratio = mad_to_sigma * median(differences);
+  return {key, kind, ratio, 1.8 * ratio / std::sqrt(n), n};  // of a median of correlated differences
+}
+
+/// What is left of a view's residuals by a smooth shift, of second order in the image.
+Eigen::VectorXd rough(const Eigen::VectorXd& u, const Eigen::VectorXd& v, const Eigen::VectorXd& r,
+                      const Eigen::ArrayXd& use) {
+  const Eigen::ArrayXd x = (u.array() - u.mean()) / 100.0, y = (v.array() - v.mean()) / 100.0;
+  Eigen::MatrixXd A(r.size(), 6);
+  A << Eigen::VectorXd::Ones(r.size()), x, y, x.square(), x * y, y.square();
+  const Eigen::MatrixXd weighted = use.matrix().asDiagonal() * A;
+  const Eigen::VectorXd kept = use * r.array();
+  return r - A * weighted.colPivHouseholderQr().solve(kept);
+}
+
+/// Marks the stray corners of one view, rows `at` of a block: the farthest first, until none is far.
+int mark_view(Data& data, const Block& block, const Eigen::VectorXd& r, const std::vector<Eigen::Index>& at) {
+  constexpr std::size_t least = 20;
+  if (at.size() < least) return 0;
+  const cell::Experiment& e = data.experiment(block);
+  const Eigen::VectorXd u = e.data.values(at, e.data.find("u")), v = e.data.values(at, e.data.find("v")), own = r(at);
+  if (!own.allFinite()) return 0;
+  Eigen::ArrayXd use = Eigen::ArrayXd::Ones(own.size());
+  int found = 0;
+  for (; found < own.size() / 10; ++found) {
+    const Eigen::ArrayXd left = rough(u, v, own, use).array().abs() * use;
+    std::vector<double> sizes(left.begin(), left.end());
+    Eigen::Index worst = 0;
+    if (left.maxCoeff(&worst) <= spike * std::max(mad_to_sigma * median(sizes), 0.2)) break;
+    use(worst) = 0.0;
+    data.use(block.first + at[static_cast<std::size_t>(worst)]) = 0.0;
+  }
+  return found;
+}
+
 }  // namespace
 
-int mark_spikes(Data& data, const Eigen::VectorXd& residual) {
+int mark_stray_corners(Data& data, const Eigen::VectorXd& residual) {
+  int found = 0;
+  for (const Block& block : data.blocks) {
+    if (block.kind != cell::Kind::Views) continue;
+    const io::Table& table = data.experiment(block).data;
+    if (table.find("u") < 0 || table.find("v") < 0) continue;
+    std::map<double, std::vector<Eigen::Index>> views;
+    for (Eigen::Index row = 0; row < block.rows; ++row) views[table.values(row, table.find("view"))].push_back(row);
+    for (const auto& [view, rows] : views) found += mark_view(data, block, block.of(residual), rows);
+  }
+  return found;
+}
+
+int mark_spikes(Data& data, const Eigen::VectorXd& residual, bool near_edges) {
   int found = 0;
   for (const Block& block : data.blocks) {
     if (!in_order(block.kind)) continue;
     const Eigen::VectorXd r = block.of(residual), run = runs(data.experiment(block));
     std::vector<double> differences = second_differences(r, run);
     const double limit = spike * mad_to_sigma * median(differences);
-    const Eigen::VectorXd edge = edges(data.experiment(block), r);
-    for (Eigen::Index i = 1; limit > 0 && i + 1 < r.size(); ++i) {
-      if (edge(i) > 0) continue;
-      const double before = r(i) - r(i - 1), after = r(i) - r(i + 1);
-      const bool isolated = run(i - 1) == run(i) && run(i + 1) == run(i) && before * after > 0 &&
-                            std::abs(before) > limit && std::abs(after) > limit;
-      if (!isolated) continue;
-      data.use(block.first + i) = 0.0;
-      ++found;
-    }
+    if (limit <= 0.0) continue;
+    const Eigen::VectorXd edge = near_edges ? Eigen::VectorXd::Zero(r.size()) : edges(data.experiment(block), r);
+    Eigen::ArrayXd use = data.use.segment(block.first, block.rows);
+    // Once more for those that stand beside another.
+    for (int pass = 0; pass < 3; ++pass)
+      for (Eigen::Index i = 0; i < r.size(); ++i)
+        if (use(i) > 0 && edge(i) == 0 && isolated(r, run, use, i, limit)) {
+          use(i) = 0.0;
+          ++found;
+        }
+    data.use.segment(block.first, block.rows) = use;
   }
   return found;
 }
 
 std::vector<NoiseScale> noise_scales(const Data& data, const Eigen::VectorXd& residual) {
-  std::map<std::string, std::vector<double>> all;
+  std::map<std::string, std::map<cell::Kind, std::vector<double>>> all;
   for (const Block& block : data.blocks) {
     std::vector<double> d;
     if (in_order(block.kind))
       d = second_differences(block.of(residual), runs(data.experiment(block)));
     else if (block.kind == cell::Kind::Views)
       d = corner_differences(data.experiment(block), block.of(residual));
-    all[block.noise].insert(all[block.noise].end(), d.begin(), d.end());
+    auto& of_kind = all[block.noise][block.kind];
+    of_kind.insert(of_kind.end(), d.begin(), d.end());
   }
   std::vector<NoiseScale> out;
-  for (auto& [key, differences] : all) {
-    const double n = static_cast<double>(differences.size());
-    if (n < 50) continue;
-    const double ratio = mad_to_sigma * median(differences);
-    out.push_back({key, ratio, 1.8 * ratio / std::sqrt(n), n});  // of a median of correlated differences
-  }
-  return out;
-}
-
-std::vector<NoiseScale> pose_noise_scales(const Data& data, const Eigen::VectorXd& residual,
-                                          const std::vector<const Signature*>& signatures) {
-  std::vector<NoiseScale> out;
-  for (const std::string key : {"pose_position", "pose_rotation"}) {
-    std::vector<const Block*> blocks;
-    Eigen::Index rows = 0;
-    for (const Block& block : data.blocks)
-      if (block.noise == key && block.split == cell::Split::Fit) {
-        blocks.push_back(&block);
-        rows += block.rows;
-      }
-    std::vector<const Signature*> acting;
-    for (const Signature* s : signatures)
-      if (std::any_of(s->parts.begin(), s->parts.end(),
-                      [&](const auto& part) { return data.blocks[part.first].noise == key; }))
-        acting.push_back(s);
-    if (blocks.empty() || acting.empty()) continue;
-    Eigen::MatrixXd G = Eigen::MatrixXd::Zero(rows, static_cast<Eigen::Index>(acting.size()));
-    Eigen::VectorXd r(rows);
-    Eigen::Index at = 0;
-    for (const Block* block : blocks) {
-      r.segment(at, block->rows) = block->of(residual);
-      for (std::size_t k = 0; k < acting.size(); ++k)
-        for (const auto& [b, values] : acting[k]->parts)
-          if (&data.blocks[b] == block)
-            G.col(static_cast<Eigen::Index>(k)).segment(at, block->rows) = values.cast<double>();
-      at += block->rows;
+  for (auto& [key, kinds] : all) {
+    std::vector<NoiseScale> each;
+    std::vector<double> pooled;
+    for (auto& [kind, differences] : kinds) {
+      pooled.insert(pooled.end(), differences.begin(), differences.end());
+      if (differences.size() >= 50) each.push_back(scale_of(key, kind, differences));
     }
-    for (Eigen::Index k = 0; k < G.cols(); ++k) G.col(k) /= std::max(G.col(k).norm(), 1e-9);
-    Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> qr;
-    qr.setThreshold(1e-4);
-    qr.compute(G);
-    const double left = static_cast<double>(rows - qr.rank());
-    if (left < 20) continue;
-    const double ratio = (r - G * qr.solve(r)).norm() / std::sqrt(left);
-    out.push_back({key, ratio, ratio / std::sqrt(2 * left), left});
+    if (pooled.size() < 50) continue;
+    const NoiseScale common = scale_of(key, std::nullopt, pooled);
+    const bool agree = std::all_of(each.begin(), each.end(), [&](const NoiseScale& s) {
+      return std::abs(s.ratio - common.ratio) <= std::max(4 * std::hypot(s.std, common.std), 1.0 / 24);
+    });
+    if (agree)
+      out.push_back(common);
+    else
+      out.insert(out.end(), each.begin(), each.end());
   }
   return out;
 }
@@ -158,7 +199,7 @@ bool wrong(const NoiseScale& scale) { return std::abs(scale.ratio - 1) > std::ma
 void correct(Data& data, const std::vector<NoiseScale>& scales, Eigen::VectorXd& residual) {
   for (const NoiseScale& scale : scales)
     for (Block& block : data.blocks)
-      if (wrong(scale) && block.noise == scale.key) {
+      if (wrong(scale) && block.noise == scale.key && scale.kind.value_or(block.kind) == block.kind) {
         block.of(residual) /= scale.ratio;
         block.sigma *= scale.ratio;
       }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,22 +16,28 @@ namespace kr5::gap {
 /// One key of `noise` in the cell.
 struct NoiseScale {
   std::string key;
-  double ratio = 1.0;  ///< Seen over declared.
-  double std = 0.0;    ///< Of the ratio.
+  std::optional<cell::Kind> kind;  ///< Only in experiments of this kind; without: in all.
+  double ratio = 1.0;              ///< Seen over declared.
+  double std = 0.0;                ///< Of the ratio.
   double samples = 0.0;
 };
 
-/// Marks isolated spikes (six times the noise seen, against both neighbours) as not to be used. Returns how many.
-int mark_spikes(Data& data, const Eigen::VectorXd& residual);
+/// Marks isolated spikes (seven times the noise seen, against both neighbours) as not to be used; near the rim of a
+/// sphere only when the residual is that of the right cell. Returns how many.
+int mark_spikes(Data& data, const Eigen::VectorXd& residual, bool near_edges = false);
 
-/// Seen over declared noise of each key that neighbours tell of, by the median of second differences (time, lines of a
-/// scan) and of the part of a marker's four corners that no smooth shift has: right while less than half of them hold a
-/// structure that fast.
+/// Marks corners that lie seven times the noise seen off what is smooth over their view. Returns how many.
+int mark_stray_corners(Data& data, const Eigen::VectorXd& residual);
+
+/// Seen over declared noise of each key that neighbours tell of, kind by kind where kinds differ, by the median of
+/// second differences (time, lines of a scan) and of the part of a marker's four corners that no smooth shift has:
+/// right while less than half of them hold a structure that fast.
 std::vector<NoiseScale> noise_scales(const Data& data, const Eigen::VectorXd& residual);
 
-/// The same for poses, which have no neighbours: what no combination of signatures takes away.
-std::vector<NoiseScale> pose_noise_scales(const Data& data, const Eigen::VectorXd& residual,
-                                          const std::vector<const Signature*>& signatures);
+/// The same for poses, which have no neighbours: what no combination of signatures of these hypotheses takes away.
+/// Marks values that lie six times the noise seen off all of them; counts them in `stray`.
+std::vector<NoiseScale> judge_poses(Data& data, const Eigen::VectorXd& residual,
+                                    const std::vector<const Hypothesis*>& hypotheses, int& stray);
 
 /// Whether a ratio is no chance (four standard deviations, and a twelfth at least).
 bool wrong(const NoiseScale& scale);

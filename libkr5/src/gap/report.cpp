@@ -102,7 +102,7 @@ std::vector<Place> places(const Data& data, const std::vector<Group>& groups, co
   std::vector<Place> out;
   double total = 0.0;
   for (std::size_t g = 0; g < groups.size(); ++g) {
-    const Gap gap = gap_of(data, groups[g].judged, rest.counted);
+    const Gap gap = gap_of(data, groups[g].judged, rest.shown);
     if (!rest.structured[g] && !above_floor(gap)) continue;
     std::vector<Dependence> depends = rest.structure[g].dependences;
     if (depends.size() > 3) depends.resize(3);

@@ -14,17 +14,6 @@ namespace {
 
 constexpr int bins = 12;
 
-/// Edges between bins of equal numbers of samples.
-std::vector<double> quantile_edges(Eigen::VectorXd values) {
-  std::vector<double> edges;
-  for (int k = 1; k < bins; ++k) {
-    double* middle = values.data() + values.size() * k / bins;
-    std::nth_element(values.data(), middle, values.data() + values.size());
-    if (edges.empty() || *middle > edges.back()) edges.push_back(*middle);
-  }
-  return edges;
-}
-
 /// Means of a residual over bins of a variable.
 struct Means {
   std::vector<double> edges, mean, count;
@@ -41,7 +30,7 @@ struct Means {
 
 Means means_over(const Eigen::VectorXd& variable, const Eigen::VectorXd& r, const Eigen::ArrayXd& use) {
   Means out;
-  out.edges = quantile_edges(variable);
+  out.edges = quantile_edges(variable, bins);
   out.mean.assign(out.edges.size() + 1, 0.0);
   out.count.assign(out.edges.size() + 1, 0.0);
   for (Eigen::Index i = 0; i < r.size(); ++i) {
@@ -122,6 +111,16 @@ Stack stack(const Data& data, const Group& group, const Eigen::VectorXd& counted
 
 }  // namespace
 
+std::vector<double> quantile_edges(Eigen::VectorXd values, int bins) {
+  std::vector<double> edges;
+  for (int k = 1; k < bins; ++k) {
+    double* middle = values.data() + values.size() * k / bins;
+    std::nth_element(values.data(), middle, values.data() + values.size());
+    if (edges.empty() || *middle > edges.back()) edges.push_back(*middle);
+  }
+  return edges;
+}
+
 std::vector<Group> make_groups(const Data& data) {
   std::vector<Group> out;
   for (std::size_t b = 0; b < data.blocks.size(); ++b) {
@@ -181,6 +180,7 @@ Structure structure(const Data& data, const Group& group, const Eigen::VectorXd&
   for (const Test& test : all) {
     const double p = std::min(1.0, count * p_value(test, discrepancy));
     out.p = std::min(out.p, p);
+    if (p < level) out.strength = std::max(out.strength, test.statistic - test.dof);
     if (test.variable.empty() || p > level) continue;
     out.dependences.push_back(
         {test.variable, test.how, 1.0 - p, std::clamp((test.statistic - test.dof) / excess, 0.0, 1.0)});

@@ -24,6 +24,9 @@ struct Group {
 };
 std::vector<Group> make_groups(const Data& data);
 
+/// Edges between bins of equal numbers of samples, fewer where many samples share a value.
+std::vector<double> quantile_edges(Eigen::VectorXd values, int bins);
+
 /// RMS of a group, and its samples.
 struct Gap {
   double rms = 0.0;
@@ -49,6 +52,7 @@ double p_value(const Test& test, double discrepancy);
 /// first.
 struct Structure {
   double p = 1.0;
+  double strength = 0.0;  ///< Most that a test which finds one sees above noise, as a sum of squares.
   std::vector<Dependence> dependences;
 };
 Structure structure(const Data& data, const Group& group, const Eigen::VectorXd& counted, double discrepancy,

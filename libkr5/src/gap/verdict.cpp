@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include "gap/consistency.hpp"
 #include "gap/parallel.hpp"
 
 namespace kr5::gap {
@@ -32,6 +33,34 @@ std::vector<double> discrepancies(const Data& data, const std::vector<Group>& gr
   return out;
 }
 
+/// Effects whose size is not the same everywhere: marks the columns that show it most.
+void add_inconsistencies(const FitProblem& problem, const std::vector<Group>& groups, const Model& model,
+                         const Eigen::VectorXd& base, const DiagnoseOptions& options, Rest& out) {
+  const Data& data = problem.data;
+  const Eigen::VectorXd with = counted(data, model.residual);
+  for (std::size_t k = 0; k < model.parts.size(); ++k) {
+    const double off = options.simulator_accuracy + model.parts[k].candidate->hypothesis.inaccuracy;
+    const double effect = (with - counted(data, without(data, model, k, base))).squaredNorm();
+    const Inconsistency found = inconsistency(data, groups, model, k, out.counted, off * off * effect);
+    const bool sure = found.p < options.false_alarms;
+    out.strayed.push_back(sure ? found.strength : 0.0);
+    if (!sure) continue;
+    out.structured[found.group] = true;
+    Structure& s = out.structure[found.group];
+    const EffectName name = name_of(model.parts[k]);
+    s.dependences.insert(s.dependences.begin(),
+                         {found.variable, name.effect + " of " + name.target + " differs with it", 1 - found.p, 1.0});
+  }
+}
+
+/// Full trust when an effect leaves no more than the simulator may be off with it, none when it leaves a twentieth of
+/// what it explains; by the logarithm in between.
+double trust_of(double left, double accuracy) {
+  constexpr double none = 0.05;
+  const double full = std::min(accuracy * accuracy, none / 10);
+  return std::clamp(std::log(none / std::max(left, 1e-9)) / std::log(none / std::max(full, 1e-9)), 0.0, 1.0);
+}
+
 }  // namespace
 
 bool Rest::any() const { return std::find(structured.begin(), structured.end(), true) != structured.end(); }
@@ -40,13 +69,18 @@ Rest rest_of(const FitProblem& problem, const std::vector<Group>& groups, const 
              const Eigen::VectorXd& base, const DiagnoseOptions& options) {
   const Data& data = problem.data;
   Rest out;
-  out.counted = without_scatter(data, problem.scatter, problem.prior, counted(data, model.residual));
+  out.shown = without_scatter(data, problem.scatter, problem.prior, counted(data, model.residual));
+  out.counted = updated(problem, model);
   const std::vector<double> discrepancy = discrepancies(data, groups, model, base, options);
   out.structure.resize(groups.size());
   const double level = options.false_alarms / static_cast<double>(groups.size());
   parallel_for(static_cast<int>(groups.size()), options.threads,
                [&](int g) { out.structure[g] = structure(data, groups[g], out.counted, discrepancy[g], level); });
-  for (const Structure& s : out.structure) out.structured.push_back(s.p < level);
+  for (const Structure& s : out.structure) {
+    out.structured.push_back(s.p < level);
+    out.strength.push_back(s.strength);
+  }
+  add_inconsistencies(problem, groups, model, base, options, out);
   return out;
 }
 
@@ -55,10 +89,7 @@ bool within_discrepancy(const FitProblem& problem, const std::vector<Group>& gro
   constexpr double shapes = 12.0;
   const Data& data = problem.data;
   const std::vector<double> discrepancy = discrepancies(data, groups, without, base, options);
-  const auto left = [&](const Model& model) {
-    return without_scatter(data, problem.scatter, problem.prior, counted(data, model.residual));
-  };
-  const Eigen::VectorXd before = left(without), after = left(with);
+  const Eigen::VectorXd before = updated(problem, without), after = updated(problem, with);
   double gain = 0.0, weighted = 0.0;
   for (std::size_t g = 0; g < groups.size(); ++g) {
     const double part = sum_of_squares(data, groups[g], before) - sum_of_squares(data, groups[g], after);
@@ -82,22 +113,20 @@ Eigen::VectorXd without(const Data& data, const Model& model, std::size_t part, 
 }
 
 double trust(const FitProblem& problem, const std::vector<Group>& groups, const Model& model, const Rest& rest,
-             const Eigen::VectorXd& base, std::size_t part) {
+             const Eigen::VectorXd& base, std::size_t part, const DiagnoseOptions& options) {
   const Data& data = problem.data;
   const Eigen::VectorXd before = counted(data, without(data, model, part, base));
   const Eigen::VectorXd after = counted(data, model.residual);
+  const double off = options.simulator_accuracy + model.parts[part].candidate->hypothesis.inaccuracy;
   double total = 0.0, trusted = 0.0;
   for (std::size_t g = 0; g < groups.size(); ++g) {
     const double explained = sum_of_squares(data, groups[g], before) - sum_of_squares(data, groups[g], after);
     if (explained <= 0.0) continue;
     total += explained;
-    double samples = 0.0;
-    for (const int b : groups[g].all) samples += static_cast<double>(data.blocks[b].rows);
-    const double left = std::max(sum_of_squares(data, groups[g], rest.counted) - samples, 0.0) / explained;
-    const double bent = std::clamp(std::log(0.05 / std::max(left, 1e-6)) / std::log(10.0), 0.0, 1.0);
+    const double bent = trust_of(rest.strength[g] / explained, off);
     trusted += explained * (rest.structured[g] ? bent : 1.0);
   }
-  return total > 0 ? trusted / total : 0.0;
+  return total > 0 ? std::min(trusted / total, trust_of(rest.strayed[part] / total, off)) : 0.0;
 }
 
 }  // namespace kr5::gap

@@ -12,9 +12,12 @@ namespace kr5::gap {
 
 /// What a model leaves, column by column.
 struct Rest {
-  Eigen::VectorXd counted;  ///< Scatter taken out.
+  Eigen::VectorXd shown;    ///< Residuals of the model as fitted, scatter taken out.
+  Eigen::VectorXd counted;  ///< The same, less what the check experiments could still move the coordinates by.
   std::vector<Structure> structure;
   std::vector<bool> structured;  ///< By the tests of all columns together, at the false-alarm rate.
+  std::vector<double> strength;  ///< Of the structure found, as a sum of squares.
+  std::vector<double> strayed;   ///< By which parts of the model are not the same everywhere, as a sum of squares.
 
   bool any() const;
 };
@@ -28,11 +31,12 @@ bool within_discrepancy(const FitProblem& problem, const std::vector<Group>& gro
                         const Model& without, const Eigen::VectorXd& base, const DiagnoseOptions& options);
 
 /// How far an effect may be trusted although its model leaves a structure, from 0 to 1: the part of what it explains
-/// that lies in columns which are then clean. In columns that stay structured an effect is trusted when it leaves less
-/// than a two-hundredth of what it explains, and not when it leaves a twentieth (in between by the logarithm): a wrong
-/// entry of the catalogue bends to part of any structure, seldom to 99.5 % of it.
+/// that lies in columns which are then clean. In columns that stay structured an effect is trusted when it leaves no
+/// more than the simulator may be off, and not when it leaves a twentieth of what it explains (in between by the
+/// logarithm): a wrong entry of the catalogue bends to part of any structure, seldom to all of it. The same holds for
+/// how much of what it explains would be explained by another size of the effect elsewhere.
 double trust(const FitProblem& problem, const std::vector<Group>& groups, const Model& model, const Rest& rest,
-             const Eigen::VectorXd& base, std::size_t part);
+             const Eigen::VectorXd& base, std::size_t part, const DiagnoseOptions& options);
 
 /// Residuals of a model without one of its parts, nothing refitted.
 Eigen::VectorXd without(const Data& data, const Model& model, std::size_t part, const Eigen::VectorXd& base);
