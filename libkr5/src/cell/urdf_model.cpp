@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -45,10 +44,11 @@ class UrdfReader {
   }
 
   double number(std::string_view text, const std::string& where) {
+    constexpr double most = 1e40;  // moments of what is larger overflow
     if (text.starts_with('+')) text.remove_prefix(1);
     double value = 0.0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
+    if (error != std::errc() || end != text.data() + text.size() || !(std::abs(value) < most))
       model_.fail(where + ": found \"" + std::string(text) + "\", expected a number" +
                   (text.find('$') != text.npos ? "; run the file through xacro first" : ""));
     return value;
