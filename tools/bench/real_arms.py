@@ -48,6 +48,7 @@ class Row:
     causes: str = ""
     verdict: str = ""
     seconds: float = 0.0
+    doubts: list[str] = dataclasses.field(default_factory=list)  # of the importer
 
 
 def gap(recording: Any, cell: Any) -> float:
@@ -91,7 +92,7 @@ def friction_withheld(arm: sets.TorqueArm, data: Path, joints: list[int], effect
     which = "all joints" if len(joints) == arm.robot.joints else f"joint {', '.join(map(str, joints))}"
     return Row(arm.name, f"friction of {which}", named, len(hit) == len(joints), gap(prepared.recording, nominal),
                gap(prepared.recording, found.cell), gap(prepared.recording, prepared.cell), errors, arm.published, words(found),
-               str(found.verdict), seconds)
+               str(found.verdict), seconds, prepared.doubts)
 
 
 def payload_unknown(data: Path) -> Row:
@@ -109,7 +110,7 @@ def payload_unknown(data: Path) -> Row:
     return Row(arm.name, "nothing by us: the published URDF as it is, torques of joints 2 and 4 a fifth too small",
                named + (f"; beside it {', '.join(beside)}" if beside else ""), payload is not None, gap(recording, nominal),
                gap(recording, found.cell), gap(whole, prepared.cell), peer=arm.published, causes=words(found), verdict=str(found.verdict),
-               seconds=seconds)
+               seconds=seconds, doubts=prepared.doubts)
 
 
 def coupling_withheld(data: Path) -> Row:
@@ -231,7 +232,7 @@ def main() -> None:
     parser = arguments.parser(__doc__, reference=True, json=True)
     parser.add_argument("arms", nargs="*", metavar="ARM", help="ur5, wam, ur10, tx40, med7, asl, panda, tiago, mico; by default all")
     parser.add_argument("--quick", action="store_true", help="without the cases that take minutes")
-    parser.add_argument("--causes", action="store_true", help="list every cause with its parameters")
+    parser.add_argument("--causes", action="store_true", help="list every cause with its parameters, and what the importer doubts")
     given = parser.parse_args()
     data = given.reference / "data"
     wanted = [c for c in cases(data, given.quick) if not given.arms or c[0] in given.arms]
@@ -240,7 +241,7 @@ def main() -> None:
         show(rows)
     if given.causes:
         for r in rows:
-            print(f"{r.arm}, {r.withheld}: {r.causes or 'no cause'}")
+            print(f"{r.arm}, {r.withheld}: {r.causes or 'no cause'}", *(f"  the importer doubts {d}" for d in r.doubts), sep="\n")
     simulators = mico.measure(data / "simreal_kinova_mico") if not given.arms or "mico" in given.arms else []
     if simulators:
         mico.show(simulators)

@@ -41,10 +41,6 @@ def link_of(mass: float, moment: np.ndarray, inertia: np.ndarray) -> Any:
     return kr5.cell.Link(mass=mass, com=c, inertia=[about[i, j] for i, j in AXES])
 
 
-def stem_of(experiment: Any) -> str:
-    return "i" if "i1" in experiment.data else "tau"
-
-
 def columns(cell: Any, experiments: list[Any]) -> np.ndarray:
     """What the simulator shows, experiments one after the other, rows x joints."""
     out = []

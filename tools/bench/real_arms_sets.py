@@ -51,7 +51,7 @@ class Prepared:
     offset: np.ndarray
     sigma: np.ndarray
     floor: float
-    notes: list[str] = field(default_factory=list)
+    doubts: list[str] = field(default_factory=list)  # of the importer
 
 
 def columns(q: str, torque: str, unit: Any = "rad", **more: Any) -> dict[str, Any]:

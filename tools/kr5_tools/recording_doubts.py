@@ -87,7 +87,7 @@ def _following(e: Any, n: int) -> list[Doubt]:
         k = int(np.argmin(off[j]))
         if k != j and off[j, j] > 0.1 and off[j, k] < 0.2 * off[j, j]:
             out.append(Doubt(e.name, f"q{j + 1}", f"that it follows qc{k + 1}, and is {off[j, j]:.3g} from qc{j + 1}", "its own command",
-                             f"columns are swapped: look at the order of names in columns.q and columns.qc"))
+                             "columns are swapped: look at the order of names in columns.q and columns.qc"))
     return out
 
 
