@@ -40,6 +40,8 @@ static void bind_arm(py::module_& m) {
       .def_property_readonly(
           "velocity", [](const ArmReading& r) { return r.velocity; }, "[rad/s or m/s]")
       .def_property_readonly(
+          "acceleration", [](const ArmReading& r) { return r.acceleration; }, "[rad/s^2 or m/s^2]")
+      .def_property_readonly(
           "link", [](const ArmReading& r) { return r.link; }, "True joint values [rad or m].")
       .def_property_readonly(
           "torque", [](const ArmReading& r) { return r.torque; }, "Through the gears [N m or N].")

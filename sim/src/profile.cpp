@@ -68,7 +68,7 @@ Shown profile(const cell::Cell& cell, const Given& given, const DartSimulatorOpt
   given.need(cell.peg.has_value(), "peg");
   given.need(cell.tube.has_value(), "tube");
   given.need(cell.tool.has_value(), "tool");
-  PegSlide peg(cell, PegSlide::FrictionBy::Formats);
+  PegSlide peg(cell, PegSlide::FrictionBy::Formats, options.contact);
   if (options.step > peg.longest_step())
     given.fail("step: the stable bound of this contact is " + std::to_string(1e3 * peg.longest_step()) + " ms");
   const auto tilt = given["tilt"], alpha = given["alpha"], held = given["fc"], cx = given["cx"], cy = given["cy"];

@@ -17,7 +17,9 @@ void run_push(const Scene& scene, const cell::Cell& cell, SceneResult& out) {
   require(scene.events.empty(), "events: a push knows none");
   require(!scene.camera && !scene.scanner, std::string(scene.camera ? "camera" : "scanner") +
                                                ": a push moves the tool alone, without an arm that carries one");
-  PegSlide peg(cell, PegSlide::FrictionBy::Contact);
+  require(c.direction.norm() > 0.0, "controller.direction: must not be zero");
+  const Eigen::Vector3d axis = -c.direction.normalized();
+  PegSlide peg(cell, PegSlide::FrictionBy::Contact, scene.contact, axis);
   require(scene.step <= peg.longest_step(),
           "step: the stable bound of this contact is " + std::to_string(1e3 * peg.longest_step()) + " ms");
   const double cycle = scene_cycle(cell);
@@ -26,9 +28,9 @@ void run_push(const Scene& scene, const cell::Cell& cell, SceneResult& out) {
   const double step = cycle / count;
   // Below the held force the push is a damper against the wanted speed, which the step must resolve.
   const double damper = std::min(10.0 * c.force / c.speed, 0.3 * peg.mass() / step);
-  peg.place(c.height, 0.0);
+  peg.place(0.0, 0.0);
   Rows rows({"t", "z", "fx", "fy", "fz", "tx", "ty", "tz", "depth", "push", "x", "y", "tilt", "alpha"});
-  PegPosture at{c.tilt, 0.0, c.offset.x(), c.offset.y(), c.force};
+  PegPosture at{c.tilt, 0.0, c.offset.x(), c.offset.y(), c.force, c.height};
   double push = 0.0;
   for (double t = 0.0; t < scene.duration + 1e-9; t += cycle) {
     for (int i = 1; i <= count; ++i, ++out.steps) {
@@ -37,8 +39,9 @@ void run_push(const Scene& scene, const cell::Cell& cell, SceneResult& out) {
       peg.advance(at, push, step);
     }
     const Vector6 w = peg.wrench();
-    rows.add({t + cycle, peg.reading(std::max(push, 0.0)), w[0], w[1], w[2], w[3], w[4], w[5], peg.depth(), push, at.cx,
-              at.cy, at.tilt, at.alpha});
+    const Eigen::Vector3d bottom = Eigen::Vector3d(at.cx, at.cy, at.cz) + peg.reading(std::max(push, 0.0)) * axis;
+    rows.add({t + cycle, bottom.z(), w[0], w[1], w[2], w[3], w[4], w[5], peg.depth(), push, bottom.x(), bottom.y(),
+              at.tilt, at.alpha});
   }
   out.rows = rows.table();
 }

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <cmath>
+
 #include <catch2/catch.hpp>
 
 #include <kr5/core/error.hpp>
@@ -88,6 +90,41 @@ TEST_CASE(
   scene = shipped("stall_at_current_limit");
   scene.controller.current_limit.resize(0);
   CHECK_THAT(complaint(scene), Catch::Contains("controller.current_limit"));
+}
+
+TEST_CASE("a peg pushed sideways in its bore stops at the wall, which pushes back") {
+  sim::Scene scene = shipped("peg_insertion");
+  scene.expect = {{"z", sim::Statistic::Last, 0.0, {}, -1.0, {}}};
+  scene.controller.height = -0.02;
+  scene.controller.offset.setZero();
+  scene.duration = 0.5;
+  const double clearance = 9.7e-3 - 9.42e-3, force = scene.controller.force;
+  const double aside = force * std::sin(1.5 * M_PI / 180);  // the contact is found to 1.5 degrees
+  const double give = force / 23380.0;                      // of the arm, as it reads its place
+  for (const double angle : {0.0, 1.0, 2.5, 4.0}) {
+    scene.controller.direction = 3.0 * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0.0);
+    const io::Table rows = sim::run_scene(scene).rows;
+    const Eigen::Index last = rows.values.rows() - 1;
+    CHECK(rows.column("x")[last] == Approx((clearance + give) * std::cos(angle)).margin(5e-6));
+    CHECK(rows.column("y")[last] == Approx((clearance + give) * std::sin(angle)).margin(5e-6));
+    CHECK(rows.column("z")[last] == -0.02);
+    CHECK(rows.column("fx")[last] == Approx(-force * std::cos(angle)).margin(aside));  // S is X, -Y, -Z of B
+    CHECK(rows.column("fy")[last] == Approx(force * std::sin(angle)).margin(aside));
+  }
+  scene.controller.direction.setZero();
+  CHECK_THAT(complaint(scene), Catch::Contains("controller.direction: must not be zero"));
+}
+
+TEST_CASE("contact by ODE's mesh carries a rolling peg as the closed form does") {
+  sim::Scene scene = shipped("peg_roll");
+  scene.duration = 1.0;
+  const io::Table closed = sim::run_scene(scene).rows;
+  scene.contact = sim::ContactBy::Mesh;
+  const sim::SceneResult mesh = sim::run_scene(scene);
+  CHECK(mesh.passed);
+  const Eigen::VectorXd off = (mesh.rows.column("z") - closed.column("z")).tail(closed.values.rows() / 2);
+  CHECK(off.cwiseAbs().mean() < 1e-5);
+  CHECK(off.cwiseAbs().maxCoeff() > 1e-9);  // it is another contact
 }
 
 TEST_CASE("a scene file that is wrong is refused with line and field") {

@@ -3,16 +3,19 @@
 
 #include <kr5/cell/simulator.hpp>
 #include <kr5/core/fields.hpp>
+#include <kr5/sim/mesh_contact.hpp>
 
 namespace kr5::sim {
 
 struct DartSimulatorOptions {
   double step = 0.0;  ///< [s]
+  ContactBy contact = ContactBy::ClosedForm;
 
   /// @throws InvalidArgument naming the field.
   void validate() const;
   static void each_field(auto& self, auto&& visit) {
     visit("step", self.step, "Step of the integration; 0: chosen so that gears and contact are resolved [s].");
+    visit("contact", self.contact, "Of peg and tube: closed_form | mesh (ODE, an independent check).");
   }
 };
 

@@ -11,6 +11,7 @@
 #include <kr5/cell/cell.hpp>
 #include <kr5/core/fields.hpp>
 #include <kr5/io/csv.hpp>
+#include <kr5/sim/mesh_contact.hpp>
 #include <kr5/sim/scene_view.hpp>
 
 /// @file
@@ -22,7 +23,7 @@ enum class ControllerKind {
   Off,      ///< No current: the arm falls, or friction and gears hold it.
   Servo,    ///< The joint servos follow a target, whatever it takes.
   Limited,  ///< The same within a current limit.
-  Push,     ///< The tool alone, on a slide along Z of the tube, is pushed on the tube with its peg.
+  Push,     ///< The tool alone, on a slide, is pushed at the tube with its peg.
 };
 constexpr auto enum_names(ControllerKind) {
   using enum ControllerKind;
@@ -44,6 +45,7 @@ struct Controller {
   double turns = 0.0;                                ///< [-]
   Eigen::Vector2d offset = Eigen::Vector2d::Zero();  ///< [m]
   double height = 0.002;                             ///< [m]
+  Eigen::Vector3d direction = {0.0, 0.0, -1.0};      ///< [-]
 
   static constexpr std::array<std::string_view, 1> required = {"kind"};
   static void each_field(auto& self, auto&& visit) {
@@ -61,6 +63,7 @@ struct Controller {
     visit("turns", self.turns, "Turns its direction of tilt makes during the scene [-].");
     visit("offset", self.offset, "Peg-bottom centre beside the axis of the tube, x and y in T [m].");
     visit("height", self.height, "Where the pushed peg starts, above the top face [m].");
+    visit("direction", self.direction, "In which it is pushed, and moves freely; of any length, in T [-].");
   }
 };
 
@@ -126,6 +129,7 @@ struct Scene {
   std::optional<Pose> start_pose;  ///< T_B_E.
   double duration = 1.0;           ///< [s]
   double step = 0.0;               ///< [s]
+  ContactBy contact = ContactBy::ClosedForm;
   bool frictionless = false;
   Controller controller;
   Objects objects;
@@ -145,6 +149,7 @@ struct Scene {
     visit("start_pose", self.start_pose, "tool tip in B at the start [m, rad].");
     visit("duration", self.duration, "How long [s].");
     visit("step", self.step, "Step of the integration; 0: chosen [s].");
+    visit("contact", self.contact, "What finds the contacts of peg and tube: closed_form | mesh (ODE, slower).");
     visit("frictionless", self.frictionless, "Leave out dry and viscous friction of the joints.");
     visit("controller", self.controller, "What drives it.");
     visit("objects", self.objects, "What the arm can meet.");
