@@ -122,14 +122,16 @@ std::string text(const std::vector<gap::Alternative>& all) {
 
 TEST_CASE("the planned experiment tells random ties apart") {
   constexpr double tied = 3.0;  // separation of a hasty recording below which it decides nothing
-  const int trials = test::trials(200, 8);
+  const int trials = test::trials(200, 5);
+  gap::PlanOptions options;
+  options.load = 3.0;
   Random random(31);
   int right = 0, decided = 0, inseparable = 0;
   double expected = 0.0;
   std::string log;
   while (decided < trials) {
     const Tie tie = draw_tie(random);
-    const gap::Plan plan = gap::plan(tie.recording, predict::FastSimulator(), tie.alternatives);
+    const gap::Plan plan = gap::plan(tie.recording, predict::FastSimulator(), tie.alternatives, options);
     if (plan.already > tied) continue;
     INFO(text(tie.alternatives) << plan.text);
     REQUIRE(plan.cells.size() == 2);
@@ -150,7 +152,6 @@ TEST_CASE("the planned experiment tells random ties apart") {
   INFO(log << right << " of " << decided << " right, " << expected << " wrong expected");
   if (test::full()) WARN(log << right << " of " << decided << " right, " << inseparable << " inseparable");
   CHECK(uncertainty::binomial_interval(right, decided).high >= 0.95);
-  CHECK(inseparable < decided);
 }
 
 namespace {
