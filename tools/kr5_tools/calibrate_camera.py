@@ -29,7 +29,7 @@ FEW = 8  # views; with fewer the held-out errors say little
 
 
 @app.command(epilog="Example:  kr5 calibrate camera left*.jpg --board chessboard:6x9:0.025 -o camera.json")
-@options_from(vision.CameraOptions, skip=("lens", "max_iterations"))
+@options_from(vision.CameraOptions, skip=("lens", "max_iterations", "correlation"))
 def camera(
     images: Annotated[list[Path], typer.Argument(help="Images of one camera, or folders of them.")],
     board: Annotated[str, typer.Option(help="The target, e.g. chessboard:6x9:0.025 (inner corners, rows first; squares in m).")],
@@ -44,7 +44,7 @@ def camera(
     if model != "auto":
         options.lens = model
     options.validate()
-    files, views, size, lost = _detect(_files(images), target)
+    files, views, size, lost, options.correlation = _detect(_files(images), target)
     with working("Fitting and comparing lens models"):
         result = vision.calibrate_camera(views, *size, options)
     out = console(json_file)
@@ -64,9 +64,9 @@ def _files(given: list[Path]) -> list[Path]:
     return files
 
 
-def _detect(files: list[Path], target: Any) -> tuple[list[Path], list, tuple[int, int], list[dict[str, str]]]:
-    """Views of the images in which the target was found, and why the others were lost."""
-    seen, views, lost, sizes = [], [], [], {}
+def _detect(files: list[Path], target: Any) -> tuple[list[Path], list, tuple[int, int], list[dict[str, str]], float]:
+    """Views of the images in which the target was found, why the others were lost, and how much points err together."""
+    seen, views, lost, sizes, correlation = [], [], [], {}, 1.0
     names = [f.name for f in files] if len({f.name for f in files}) == len(files) else [str(f) for f in files]
     for file, name in track(list(zip(files, names)), "Looking for the target"):
         image = vision.load_image(str(file))
@@ -86,10 +86,11 @@ def _detect(files: list[Path], target: Any) -> tuple[list[Path], list, tuple[int
             continue
         seen.append(file)
         views.append(view)
+        correlation = max(correlation, found.correlation)
     if not views:
         reasons = "; ".join(f"{item['name']}: {item['message']}" for item in lost[:3])
         fail(f"the target was found in none of {len(files)} images. {reasons}")
-    return seen, views, next(iter(sizes)), lost
+    return seen, views, next(iter(sizes)), lost, correlation
 
 
 def _lost_causes(lost: list[dict[str, str]], total: int) -> list[dict[str, str]]:

@@ -72,7 +72,7 @@ RobustFit screen(const Problem& problem, const Model& model, const State& start,
   RobustFit fit = robust_fit(problem, model, start, kept, options.robust, 3);
   const auto floor = std::max<std::ptrdiff_t>(3, std::ptrdiff_t(used.size()) / 2);
   while (std::count(kept.begin(), kept.end(), true) > floor) {
-    const int worst = test_views(fit, kept, options.false_alarm, reports).worst;
+    const int worst = test_views(fit, kept, options.false_alarm, options.correlation, reports).worst;
     if (worst < 0) break;
     reports[std::size_t(worst)].outlier = true;
     kept[std::size_t(worst)] = false;
@@ -122,10 +122,10 @@ void report_view(const Problem& problem, const RobustFit& fit, const Eigen::Matr
 
 /// Everything that follows from the last fit.
 void fill(const Problem& problem, const Model& model, const RobustFit& fit, const std::vector<bool>& used,
-          CameraCalibration& result) {
+          double correlation, CameraCalibration& result) {
   const Eigen::MatrixXd basis = free_basis(model);
-  result.dispersion = test_views(fit, used, 1e-9, result.views).dispersion;
-  const Eigen::MatrixXd covariance = result.dispersion * covariance_of(fit, basis.cols());
+  result.dispersion = test_views(fit, used, 1e-9, correlation, result.views).dispersion;
+  const Eigen::MatrixXd covariance = std::max(result.dispersion, correlation) * covariance_of(fit, basis.cols());
   State state = fit.adjustment.state;
   const int width = result.camera.width, height = result.camera.height;
   result.camera = state.camera;
@@ -212,7 +212,7 @@ CameraCalibration calibrate_camera(std::span<const View> views, int width, int h
     if (!(model == reference_model(options)))
       fit = robust_fit(problem, model, fit.adjustment.state, used, options.robust, 3);
     result.fit.iterations = rough.adjustment.iterations;
-    fill(problem, model, fit, used, result);
+    fill(problem, model, fit, used, options.correlation, result);
     result.fit.initial_rms = fit.sigma > 0 ? initial / fit.sigma : 0;
   }
   result.coverage = coverage_of(views, result.views, width, height);

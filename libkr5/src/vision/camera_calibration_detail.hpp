@@ -121,8 +121,9 @@ struct ViewTest {
   int worst = -1;           ///< The view that contradicts the others most, beyond the false-alarm rate; or -1.
   double dispersion = 1.0;  ///< Disagreement of the views over what their noise allows [-].
 };
-/// Fills influence and probability of the reports, and the reason of the worst one.
-ViewTest test_views(const RobustFit& fit, const std::vector<bool>& used, double false_alarm,
+/// Fills influence and probability of the reports, and the reason of the worst one. The test is scaled by the views'
+/// disagreement, at least by `correlation`, that of points which err together.
+ViewTest test_views(const RobustFit& fit, const std::vector<bool>& used, double false_alarm, double correlation,
                     std::vector<CameraViewReport>& reports);
 
 /// Scores of all models that the options allow; the chosen one is marked. Empty with too few views.

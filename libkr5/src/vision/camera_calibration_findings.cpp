@@ -84,6 +84,15 @@ void find_thin_data(const std::vector<bool>& used, const TargetPlane& plane, con
                    tilt_remedy, format("largest tilt %.1f deg", tilt / degree), true});
 }
 
+/// Whether the same model with a flat target does worse on held-out views, where that was tried.
+bool bent_for_sure(const CameraCalibration& result) {
+  for (const CameraModelScore& flat : result.models)
+    for (const CameraModelScore& own : result.models)
+      if (own.chosen && flat.lens == own.lens && flat.square_pixels == own.square_pixels && !flat.bent_target)
+        return own.bent_target && flat.excess - own.excess > flat.excess_std;
+  return result.bent_target;
+}
+
 void find_doubt(const CameraCalibration& result, Findings& out) {
   const double doubt = std::sqrt(result.covariance(0, 0)) / std::max(result.camera.fx, 1e-9);
   if (result.fit.usable() && doubt > wanted_focal_doubt)
@@ -107,7 +116,7 @@ void find_doubt(const CameraCalibration& result, Findings& out) {
                    "Bring the board there, and into the corners of the image.",
                    format("%.0f %% of the cells hit; largest empty rectangle %.0f %% of the image",
                           100 * result.coverage.cells_hit, 100 * result.coverage.largest_gap)});
-  if (result.bent_target)
+  if (bent_for_sure(result))
     out.push_back({"bent_target", "The target is bent or stretched; this was estimated and allowed for.",
                    "Glue the board to glass or aluminium; measure its squares along both sides.",
                    format("bow %.3f %%, stretch %.3f %% of half its size",

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <array>
+#include <cmath>
 
 #include <kr5/core/error.hpp>
 
@@ -9,6 +10,7 @@ namespace kr5::vision {
 
 void CameraOptions::validate() const {
   require(false_alarm > 0 && false_alarm < 0.5, "false_alarm must lie between 0 and 0.5 [-]");
+  require(std::isfinite(correlation) && correlation >= 1, "correlation must be at least 1 [-]");
   require(folds == 0 || folds >= 2, "folds must be 0 or at least 2");
   require(folds != 0 || lens, "folds = 0 compares no models: name the lens");
   require(max_iterations >= 5, "max_iterations must be at least 5");

@@ -170,7 +170,7 @@ double dispersion_of(const std::vector<CameraViewReport>& reports, const std::ve
 
 }  // namespace
 
-ViewTest test_views(const RobustFit& fit, const std::vector<bool>& used, double false_alarm,
+ViewTest test_views(const RobustFit& fit, const std::vector<bool>& used, double false_alarm, double correlation,
                     std::vector<CameraViewReport>& reports) {
   const std::vector<Block>& blocks = fit.adjustment.blocks;
   Eigen::MatrixXd A;
@@ -193,12 +193,13 @@ ViewTest test_views(const RobustFit& fit, const std::vector<bool>& used, double 
     reports[i].probability = 1 - uncertainty::fisher_cdf(reports[i].influence, counts[i], freedom[i]);
   }
   test.dispersion = dispersion_of(reports, counts);
+  const double scale = std::max(test.dispersion, correlation);
   const double common = median(noise);
   double least = false_alarm / double(noise.size()), noisiest = noisy_ratio;
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     if (counts[i] == 0) continue;
-    const double any = 1 - uncertainty::fisher_cdf(reports[i].influence / test.dispersion, counts[i], freedom[i]);
-    const double zoom = 1 - uncertainty::fisher_cdf(zoomed(all, blocks[i], fit.zoom) / test.dispersion, 1, freedom[i]);
+    const double any = 1 - uncertainty::fisher_cdf(reports[i].influence / scale, counts[i], freedom[i]);
+    const double zoom = 1 - uncertainty::fisher_cdf(zoomed(all, blocks[i], fit.zoom) / scale, 1, freedom[i]);
     reports[i].probability = std::min(2 * std::min(any, zoom), 1.0);  // two tests share the false alarms
     const double ratio = fit.view_noise[i] / common;
     if (ratio <= noisiest && (noisiest > noisy_ratio || reports[i].probability >= least)) continue;

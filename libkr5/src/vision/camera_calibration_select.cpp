@@ -6,12 +6,15 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include <kr5/uncertainty/confidence.hpp>
+
 #include "camera_calibration_detail.hpp"
 
 namespace kr5::vision::detail {
 namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
+constexpr double false_refusal = 0.05;  // chance to leave the usual model where it is right
 constexpr double small_loss = 0.02;  // of the squared error; with few views a standard error alone would forgive a lot
 
 /// Mean squared error of a view's points when each is predicted from the pose fitted to all others, camera known.
@@ -68,10 +71,32 @@ std::vector<Model> candidates(const CameraOptions& options, bool flat) {
   return out;
 }
 
+/// What cameras and boards are like as a rule: square pixels, paper that is not quite flat.
+bool usual(const CameraModelScore& s, const CameraOptions& options, bool flat) {
+  return s.lens == options.lens.value_or(LensModel::Brown5) &&
+         s.square_pixels == options.square_pixels.value_or(true) &&
+         s.bent_target == (flat && options.bent_target.value_or(true));
+}
+
 double mean(const std::vector<double>& v) {
   double sum = 0;
   for (const double x : v) sum += x;
   return sum / double(v.size());
+}
+
+/// Whether a model does worse than the best one beyond doubt, by the ratio of their errors in each view: some views err
+/// more than others, and that alike under both. The best of many does well by luck as well, so that all of them share
+/// the chance to be wrong.
+bool refuted(const std::vector<double>& own, const std::vector<double>& best, std::size_t models) {
+  constexpr double tiny = 1e-12;  // [px^2]
+  const double n = double(own.size());
+  std::vector<double> ratio(own.size());
+  for (std::size_t i = 0; i < ratio.size(); ++i) ratio[i] = std::log((own[i] + tiny) / (best[i] + tiny));
+  const double middle = mean(ratio);
+  double sum = 0;
+  for (const double r : ratio) sum += (r - middle) * (r - middle);
+  const double doubt = std::sqrt(sum / (n - 1) / n);
+  return middle > uncertainty::student_factor(n - 1, 1 - 2 * false_refusal / double(models)) * doubt;
 }
 
 void compare_with_best(const std::vector<std::vector<double>>& errors, std::size_t best,
@@ -113,6 +138,12 @@ std::vector<CameraModelScore> compare_models(const Problem& problem, const Robus
   compare_with_best(errors, std::size_t(best), scores);
   CameraModelScore* chosen = &scores[std::size_t(best)];
   const double least = chosen->held_out_rms * chosen->held_out_rms;
+  for (std::size_t m = 0; m < scores.size(); ++m)
+    if (usual(scores[m], options, problem.plane.flat) &&
+        !refuted(errors[m], errors[std::size_t(best)], scores.size())) {
+      scores[m].chosen = true;
+      return scores;
+    }
   for (CameraModelScore& s : scores)
     if (s.excess <= std::min(s.excess_std, small_loss * least) &&
         (s.parameters < chosen->parameters ||

@@ -18,6 +18,7 @@ struct CameraOptions {
   std::optional<LensModel> lens = std::nullopt;      ///< Empty: chosen by error on held-out views.
   std::optional<bool> square_pixels = std::nullopt;  ///< Empty: chosen by error on held-out views.
   std::optional<bool> bent_target = std::nullopt;    ///< Empty: chosen by error on held-out views.
+  double correlation = 1.0;                          ///< [-]
   bool robust = true;
   bool reject_views = true;
   double false_alarm = 0.01;  ///< [-]
@@ -33,6 +34,9 @@ struct CameraOptions {
     visit("square_pixels", self.square_pixels, "fx = fy; by default chosen by held-out views.");
     visit("bent_target", self.bent_target,
           "Estimate how far a flat target is bent or stretched; by default chosen by held-out views.");
+    visit("correlation", self.correlation,
+          "Variance of what points err together over that of points that err alone, as the detection says; at least 1 "
+          "[-].");
     visit("robust", self.robust, "Weigh points beyond 3 sigma down, and views by their own noise.");
     visit("reject_views", self.reject_views,
           "Leave views that spoil the result out of it (they are named in any case).");
@@ -53,11 +57,13 @@ struct CameraOptions {
 ///    alone (a zoomed or refocused lens); `false_alarm` is shared among the views and both tests.
 /// 4. The model is chosen by k-fold cross-validation over views. A camera fitted to the other folds judges a held-out
 ///    view by leave-one-out over its points: each point is predicted from the pose fitted to the view's other points
-///    (hat matrix). All models are judged so, on the same points. Chosen is the one with the fewest parameters whose
-///    error exceeds the least one by no more than a standard error of the difference, paired over views, nor by 1 %.
+///    (hat matrix). All models are judged so, on the same points. Brown5 with square pixels and a bent target
+///    is kept unless another model does better beyond doubt (t test of the ratio of errors in each view, at 5 % shared
+///    by all models): a choice by few views errs more than a few parameters do that are not needed. Otherwise chosen is
+///    the model with the fewest parameters whose error exceeds the least one by no more than a standard error and 1 %.
 /// 5. Covariance from the information matrix, poses marginalised, noise estimated from the residuals; widened by
-///    `dispersion` when views disagree more than their noise allows (the lens is not quite of the model, or corners of
-///    one image err together), by which the test of 3. is scaled too.
+///    `dispersion`: the `correlation` of points that err together, or by how much views disagree more than their noise
+///    allows (the lens is not quite of the model), whichever is more; the test of 3. is scaled by it too.
 ///
 /// Data that cannot determine the camera give `fit.status == FitStatus::Degenerate` and say why in `findings`: fewer
 /// than three views (of flat targets; one suffices for a spatial one), all views alike or all parallel to the image.
