@@ -31,6 +31,7 @@ BENCHES = {
     "real_arms": ("cause of the gap on real arms with an effect withheld; six simulators beside motion capture", [], ["--quick"]),
     "dynamics": ("forward kinematics and inverse dynamics beside Pinocchio", [], ["--postures", "100000"]),
     "sim_speed": ("steps a second of the simulated cell beside MuJoCo", [], ["--steps", "20000"]),
+    "simulated_cell": ("the simulated cell: recordings, dynamics, contact, energy, speed in one table", ["--full"], ["--quick"]),
     "coverage": ("how often the 95 % regions hold the truth", [str(BUILD)], [str(BUILD), "--quick"]),
 }
 

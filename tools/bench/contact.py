@@ -95,8 +95,15 @@ def leaning(alpha):
 
 
 def roll(steps=6000, held=15.0, mass=1.5, guide=20.0):
-    """Once round in six seconds under a held force, free along Z over a fixed point."""
-    law, stiction, dt = force.ContactLaw(), force.Stiction(), 6.0 / steps
+    """Once round in six seconds under a held force, free along Z over a fixed point.
+
+    Where the contact goes from one arc to another the height has a kink, at which the peg gets its new speed in a blow:
+    its impulse is mass times the change of speed, whatever the contact is made of. In a few rows, where one feature hands
+    over to the next, no contact is found for one step, and the peg bounces by some newtons. The noise of the force is
+    that of all rows that are not within 50 of either; both are shown.
+    """
+    # A third of critical damping under the held force.
+    law, stiction, dt = force.ContactLaw(damping=50.0), force.Stiction(), 6.0 / steps
     alphas = np.linspace(0, 2 * np.pi, steps, endpoint=False)
     expected = force.resting_heights(BODIES, TILT, alphas, *CENTRE) - held / law.stiffness
     z, speed, got, normal, spent = expected[0], 0.0, [], [], 0.0
@@ -115,26 +122,47 @@ def roll(steps=6000, held=15.0, mass=1.5, guide=20.0):
     got, quarter = np.array(got), alphas < np.pi / 2
     direction = math.degrees(alphas[quarter][np.argmin(got[quarter])] - math.atan2(-CENTRE[1], -CENTRE[0]))
     error = 1e6 * np.abs(got - expected)
+    extra = np.array(normal) - held
+    change = np.diff(expected, 2) / dt  # of speed, row by row
+    kinks = np.flatnonzero(np.abs(change) > 2e-4)
+    missed = np.flatnonzero(np.array(normal) <= 0.0)
+    blows, ratios = np.zeros(steps, bool), []
+    for k in missed:
+        blows[k:k + 50] = True
+    for k in kinks[np.diff(kinks, prepend=-100) > 50]:
+        rows = slice(k, k + 50)
+        blows[rows] = True
+        wanted = mass * (expected[k + 51] - expected[k + 50] - expected[k - 4] + expected[k - 5]) / dt
+        ratios.append(dt * extra[rows].sum() / wanted)
+    noise = float(np.sqrt(np.mean(extra[~blows] ** 2)))
     rows = [["height against the closed form, mean / max [µm]", f"{error.mean():.3f} / {error.max():.2f}"],
             ["direction of the depth minimum, error [deg]", f"{direction:+.2f}"],
-            ["vertical force, RMS about the held one [N]", f"{np.sqrt(np.mean((np.array(normal) - held) ** 2)):.4f}"],
+            ["vertical force, RMS about the held one, away from blows [N]", f"{noise:.4f}"],
+            ["the same, everywhere [N]", f"{np.sqrt(np.mean(extra**2)):.4f}"],
+            ["rows in which no contact is found", f"{len(missed)} of {steps}"],
+            ["impulse of each blow over mass times change of speed", " ".join(f"{r:.2f}" for r in ratios)],
             ["contacts of one pose, called from Python [µs]", f"{1e6 * spent / steps:.1f}"]]
     shown = table("A simulated roll once round the tube, 15 N held", ["what", "value"], rows)
     return shown, [judge.Line("roll, mean height error", f"{error.mean():.3f} µm", "10 µm", error.mean() <= 10, "closed form"),
+                   judge.Line("roll, noise of the force", f"{noise:.3f} N", "0.044 N", noise <= 0.044, "prototype 0.044 N"),
                    judge.Line("roll, direction of the minimum", f"{direction:+.2f} deg", "within 1.5 deg", abs(direction) <= 1.5, "truth")]
+
+
+def lines(rows, console):
+    """What is measured, shown on the console and judged."""
+    judged = []
+    for part in judge.steps((lambda: heights(rows), book, roll), "Parts"):
+        shown, some = part()
+        console.print(shown)
+        judged += some
+    return judged
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rows", type=int, default=20000, help="poses of the height")
     given = parser.parse_args()
-    console = Console(width=120)
-    judged = []
-    for part in judge.steps((lambda: heights(given.rows), book, roll), "Parts"):
-        shown, lines = part()
-        console.print(shown)
-        judged += lines
-    judge.show(judged)
+    judge.show(lines(given.rows, Console(width=120)))
 
 
 if __name__ == "__main__":

@@ -13,13 +13,14 @@ from pathlib import Path
 import numpy as np
 
 import arguments
+import judge
 from kr5.cell import load_cell
 from kr5.sim import DrivenArm, run_scene
 
 SHARE = Path(__file__).resolve().parents[2] / "share"
 START = np.array([0.2, 0.3, -2.6, 0.4, -0.5, 0.3])
 SEGMENTS = 32  # boxes of MuJoCo's tube
-WANTED = {"servos": 150_000, "roll": 50_000}  # steps/s
+WANTED = {"servos": 150_000, "currents": 150_000, "roll": 50_000}  # steps/s
 
 
 def rate(run, steps: int, repeat: int = 3) -> float:
@@ -88,10 +89,8 @@ def mujoco_rate(xml: str, steps: int, prepare) -> float:
     return rate(lambda: mujoco.mj_step(model, data, nstep=steps), steps)
 
 
-def main() -> int:
-    parser = arguments.parser(__doc__)
-    parser.add_argument("--steps", type=int, default=100_000)
-    steps = parser.parse_args().steps
+def lines(steps: int) -> list[judge.Line]:
+    """What is measured, judged."""
     cell = load_cell(SHARE / "cells/kr5_arc.yaml")
     command = START + 0.1 * np.sin(np.linspace(0, 20, steps))[:, None]
     arm = DrivenArm(cell)
@@ -117,15 +116,21 @@ def main() -> int:
 
     theirs = {"servos": mujoco_rate(arm_xml(cell), steps, at_start), "roll": mujoco_rate(roll_xml(cell), steps // 4, pushed)}
     what = {"servos": "arm, drives, servos; torques, currents and wrench each step",
-            "currents": "arm under motor currents with dry friction", "roll": "peg rolled on the tube, contact"}
-    print(f"{'steps a second':64} {'kr5':>9} {'MuJoCo':>9} {'wanted':>9}")
-    reached = True
+            "currents": "arm under motor currents with dry friction; the same each step", "roll": "peg rolled on the tube, contact"}
+    out = []
     for name, value in ours.items():
-        wanted = WANTED.get(name)
-        reached &= wanted is None or value >= wanted
-        print(f"{what[name]:64} {value:9.0f} {theirs.get(name, float('nan')):9.0f} {wanted or '':>9}")
-    print("all that is wanted is reached" if reached else "NOT REACHED")
-    return 0 if reached else 1
+        wanted, other = WANTED.get(name), theirs.get(name)
+        out.append(judge.Line(f"steps/s: {what[name]}", f"{value:.0f}", f"{wanted}" if wanted else "–", wanted is None or value >= wanted,
+                              f"MuJoCo {other:.0f}" if other else "–"))
+    return out
+
+
+def main() -> int:
+    parser = arguments.parser(__doc__)
+    parser.add_argument("--steps", type=int, default=100_000)
+    judged = lines(parser.parse_args().steps)
+    judge.show(judged, "Speed of the simulated cell")
+    return 0 if all(line.reached for line in judged) else 1
 
 
 if __name__ == "__main__":
