@@ -100,6 +100,57 @@ TEST_CASE("noise that is twice what the cell declares is no gap, and is said") {
   CHECK(d.warnings[0].find("current") != std::string::npos);
 }
 
+TEST_CASE("a wrench that is logged late is warned of and blamed on no effect") {
+  Random random(12);
+  cell::Recording r = protocol::record(protocol::nominal(), random);
+  protocol::late(r, cell::Kind::Motion, {"fx", "fy", "fz", "tx", "ty", "tz"}, 0.012);
+  const gap::Diagnosis d = gap::diagnose(r, predict::FastSimulator());
+  INFO(text(d));
+  CHECK(d.causes.empty());
+  CHECK(d.verdict == gap::Verdict::Unknown);
+  CHECK(std::any_of(d.warnings.begin(), d.warnings.end(),
+                    [](const std::string& w) { return w.starts_with("wrench of motion: logged 12."); }));
+}
+
+TEST_CASE("spikes are left out, also of poses and views, and the effect beside them is named") {
+  Random random(13);
+  cell::Cell broken = protocol::nominal();
+  cell::set_effect(broken, "encoder_offset", "joint2", "offset", cell::EffectValue(1e-3));
+  cell::Recording r = protocol::record(broken, random);
+  const int spikes = protocol::add_spikes(r, 0.004, random);
+  const gap::Diagnosis d = gap::diagnose(r, predict::FastSimulator());
+  INFO(text(d));
+  CHECK(d.verdict != gap::Verdict::Unknown);  // two spikes side by side may stand as a blow that stays
+  REQUIRE(d.causes.size() == 1);
+  CHECK(blames(d, "encoder_offset", "joint2"));
+  CHECK(std::abs(d.causes[0].parameters[0].value[0] - 1e-3) < 4 * d.causes[0].parameters[0].std[0]);
+  REQUIRE_FALSE(d.warnings.empty());
+  CHECK(std::stoi(d.warnings[0]) > 0.8 * spikes);
+}
+
+TEST_CASE("poses alone name what moves the tool, or tie it") {
+  Random random(14);
+  cell::Cell broken = protocol::nominal();
+  cell::set_effect(broken, "link_twist", "joint2", "alpha", cell::EffectValue(2e-3));
+  cell::Recording r = protocol::record(broken, random);
+  std::erase_if(r.experiments, [](const cell::Experiment& e) { return e.kind != cell::Kind::Poses; });
+  const gap::Diagnosis d = gap::diagnose(r, predict::FastSimulator());
+  INFO(text(d));
+  CHECK(d.verdict == gap::Verdict::Explained);
+  CHECK(blames(d, "link_twist", "joint2"));
+}
+
+TEST_CASE("what is fitted early in a warming is not held against what is seen later") {
+  Random random(15);
+  cell::Cell broken = protocol::nominal();
+  cell::set_effect(broken, "thermal_friction", "joint1", "drop", cell::EffectValue(0.6));
+  cell::set_effect(broken, "thermal_friction", "joint1", "time_constant", cell::EffectValue(150.0));
+  const gap::Diagnosis d = gap::diagnose(protocol::record(broken, random), predict::FastSimulator());
+  INFO(text(d));
+  CHECK(d.verdict == gap::Verdict::Explained);
+  CHECK(blames(d, "thermal_friction", "joint1"));
+}
+
 TEST_CASE("what no catalogue names is not explained") {
   Random random(10);
   int explained = 0, trials = 0;

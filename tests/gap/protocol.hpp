@@ -247,6 +247,37 @@ inline double speed(const cell::Experiment& e, const std::string& column, Eigen:
   return (value(e, column, b) - value(e, column, a)) / (0.012 * static_cast<double>(b - a));
 }
 
+/// Columns of a kind that show what they ought to have shown `delay` [s] before.
+inline void late(cell::Recording& r, cell::Kind kind, const std::vector<std::string>& columns, double delay) {
+  for (cell::Experiment& e : r.experiments)
+    for (const std::string& column : columns)
+      if (const int at = e.data.find(column); e.kind == kind && at >= 0) {
+        const auto rows = static_cast<Eigen::Index>(std::lround(delay / 0.012));
+        const Eigen::VectorXd before = e.data.values.col(at);
+        e.data.values.col(at).tail(before.size() - rows) = before.head(before.size() - rows);
+      }
+}
+
+/// Adds spikes of 12 to 60 times the noise to a share of all measured values but orientations; how many.
+inline int add_spikes(cell::Recording& r, double share, Random& random) {
+  int out = 0;
+  for (cell::Experiment& e : r.experiments)
+    for (const cell::Column& column : cell::columns(e.kind, r.cell.robot.joints())) {
+      const int at = e.data.find(column.name);
+      double sigma = 0.0;
+      cell::Noise::each_field(r.cell.noise, [&](const char* key, const double& value, const char*) {
+        if (column.noise == key) sigma = value;
+      });
+      if (at < 0 || sigma <= 0 || column.role != cell::Role::Predicted || column.group == "orientation") continue;
+      for (double& value : e.data.values.col(at)) {
+        if (random.uniform(0.0, 1.0) >= share) continue;
+        value += sigma * random.uniform(12.0, 60.0) * (random.uniform(0.0, 1.0) < 0.5 ? 1 : -1);
+        ++out;
+      }
+    }
+  return out;
+}
+
 using Change = std::pair<std::string, std::function<void(cell::Recording&)>>;
 
 /// Effects that real cells carry and that the catalogue lacks.

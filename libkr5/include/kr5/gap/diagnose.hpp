@@ -37,9 +37,10 @@ struct DiagnoseOptions {
           "Probability that a test of a recording without gap finds one; holds for all columns and tests together.");
     visit("simulator_accuracy", self.simulator_accuracy,
           "What a simulated effect may be off, of its own size, before what it leaves counts as structure [-].");
-    visit("simulator_floor", self.simulator_floor,
-          "The same without any effect, in units of noise: inputs are known to their printed digits only; on a real arm "
-          "what the best model known of it leaves, above 1 then [-].");
+    visit(
+        "simulator_floor", self.simulator_floor,
+        "The same without any effect, in units of noise: inputs are known to their printed digits only; on a real arm "
+        "what the best model known of it leaves, above 1 then [-].");
     visit("threads", self.threads, "Threads; 0: one a core.");
   }
 };
@@ -49,8 +50,12 @@ struct DiagnoseOptions {
 /// unknown.
 ///
 /// Effects are screened by linear signatures, refitted on the fit experiments through the simulator, and judged on the
-/// check experiments; thresholds are those of tests at `false_alarms`. Probabilities are those of the fitted sets of
-/// effects (Laplace), lowered where a structure stays in the columns that an effect explains. @see diagnosis.hpp
+/// check experiments as far as the doubt of the fit reaches; thresholds are those of tests at `false_alarms`. A
+/// structure is what such a test finds in a column, or an effect whose size is not the same in all experiments,
+/// columns, postures, speeds and times. Probabilities are those of the fitted sets of effects (Laplace), lowered by the
+/// structure that an effect leaves: not at all when that is no more than the simulator may be off, to nothing when it
+/// is a twentieth of what the effect explains; an effect that is less than evenly trusted is not blamed. Columns that
+/// are logged late or early compete with effects, and are warned of. @see diagnosis.hpp
 /// @throws InvalidArgument for a recording without anything to compare.
 Diagnosis diagnose(const cell::Recording& recording, const cell::Simulator& simulator,
                    const DiagnoseOptions& options = {});
