@@ -4,6 +4,7 @@
 #include <kr5/cell/effect.hpp>
 #include <kr5/cell/recording.hpp>
 #include <kr5/cell/simulator.hpp>
+#include <kr5/cell/thing.hpp>
 #include <kr5/cell/urdf.hpp>
 
 #include "effect_conversion.hpp"
@@ -35,6 +36,7 @@ static void bind_parts(py::module_& m) {
   bind_struct<Distortion>(m, "Distortion", "The lens.");
   bind_struct<Camera>(m, "Camera", "The camera.").def("pinhole", &Camera::pinhole, "The same as kr5.Pinhole.");
   bind_struct<Target, kr5::Target>(m, "Target", "A target of the cell: what it is, and where.");
+  bind_struct<Thing, kr5::Solid>(m, "Thing", "A solid that stands in the cell.");
   bind_struct<Board>(m, "Board", "The marker board of the short form.")
       .def("target", &Board::target, "The same in the general form.");
   bind_struct<LaserTarget>(m, "LaserTarget", "What the line scanner looks at.");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <kr5/geometry/marker_family.hpp>
 #include <kr5/geometry/pinhole.hpp>
+#include <kr5/geometry/placed.hpp>
 #include <kr5/geometry/target.hpp>
 #include <kr5/geometry/two_plane.hpp>
 #include <kr5/geometry/view.hpp>
@@ -73,6 +74,13 @@ static void bind_targets(py::module_& m) {
   m.def("target_markers", &target_markers, py::arg("target"), "Markers that a target carries, posed in its frame.");
 }
 
+static void bind_placed(py::module_& m) {
+  python::bind_struct<PlacedTarget>(m, "PlacedTarget", "A target in front of a camera.");
+  python::bind_enum<SolidKind>(m, "SolidKind", "Form of a solid.");
+  python::bind_struct<Solid>(m, "Solid", "A thing of simple form that rays of a camera or a scanner may meet.");
+  python::bind_struct<PlacedSolid>(m, "PlacedSolid", "A solid in front of a camera.");
+}
+
 void bind_geometry(py::module_& m) {
   bind_poses(m);
   python::bind_enum<LensModel>(m, "LensModel", "Which coefficients of a Pinhole a lens has.");
@@ -82,4 +90,5 @@ void bind_geometry(py::module_& m) {
   python::bind_struct<View>(m, "View", "What one image shows of a target.");
   bind_two_plane(m);
   bind_targets(m);
+  bind_placed(m);
 }

@@ -78,13 +78,27 @@ static void bind_scene(py::module_& m) {
   bind_enum<Statistic>(m, "Statistic", "What is taken of the rows of a column.");
   bind_struct<Expectation>(m, "Expectation", "What a column of a scene must show.");
   bind_struct<SceneCheck>(m, "SceneCheck", "What came of an expectation.");
+  bind_struct<ScenePictures>(m, "ScenePictures", "Pictures that the camera of a scene takes.");
+  bind_struct<ScenePicture>(m, "ScenePicture", "Where a picture was taken from, and what was there.");
   py::class_<SceneResult>(m, "SceneResult", "What came of a scene.")
       .def_readonly("passed", &SceneResult::passed, "All that was expected came true.")
       .def_readonly("steps", &SceneResult::steps, "Steps of the integration.")
       .def_property_readonly(
           "checks", [](const SceneResult& r) { return r.checks; }, "One an expectation (a copy).")
       .def_property_readonly(
-          "rows", [](const SceneResult& r) { return r.rows; }, "A row every cycle (a copy).");
+          "rows", [](const SceneResult& r) { return r.rows; }, "A row every cycle (a copy).")
+      .def_property_readonly(
+          "cell", [](const SceneResult& r) { return r.cell; }, "With the effects it carried in the end (a copy).")
+      .def_property_readonly(
+          "things", [](const SceneResult& r) { return r.things; }, "Solids of the scene, its bench too (copies).")
+      .def_property_readonly(
+          "camera", [](const SceneResult& r) { return r.camera; }, "How pictures are taken, or None.")
+      .def_property_readonly(
+          "pictures", [](const SceneResult& r) { return r.pictures; },
+          "Where each picture was taken from and what was there, for kr5.vision.render (copies).")
+      .def_property_readonly(
+          "profiles", [](const SceneResult& r) { return r.profiles; },
+          "What the scanner measured, columns of the kind `scan` (a copy).");
   m.def(
       "run_scene", [](const std::filesystem::path& file) { return run_scene(file); }, py::arg("file"),
       py::call_guard<py::gil_scoped_release>(),

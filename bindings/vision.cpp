@@ -73,20 +73,22 @@ static void bind_images(py::module_& m) {
 }
 
 static void bind_render(py::module_& m) {
-  python::bind_struct<PlacedTarget>(m, "PlacedTarget", "A target in front of a camera.");
   python::bind_struct<RenderOptions>(m, "RenderOptions", "Options of render and draw_target.");
   m.def(
       "render",
-      [](const std::vector<PlacedTarget>& targets, const Pinhole& camera, const RenderOptions& options) {
+      [](const std::vector<PlacedTarget>& targets, const Pinhole& camera, const RenderOptions& options,
+         const std::vector<PlacedSolid>& solids) {
         Image image;
         {
           py::gil_scoped_release release;
-          image = render(targets, camera, options);
+          image = render(targets, solids, camera, options);
         }
         return to_array(image);
       },
       py::arg("targets"), py::arg("camera"), py::arg("options") = RenderOptions(),
-      "What the camera sees of the targets, uint8 of shape (height, width); edges lie where Pinhole.project says.");
+      py::arg("solids") = std::vector<PlacedSolid>(),
+      "What the camera sees of targets and solids, uint8 of shape (height, width); edges lie where Pinhole.project "
+      "says.");
   m.def("visible_points", &visible_points, py::arg("target"), py::arg("T_camera_target"), py::arg("camera"),
         "The truth of such an image: points that face the camera inside the image, and where they are seen.");
   m.def("printed_area", &printed_area, py::arg("target"), py::arg("options") = RenderOptions(),

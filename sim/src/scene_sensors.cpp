@@ -66,7 +66,7 @@ std::string missing(const predict::Sight& sight) {
 }  // namespace
 
 SceneSensors::SceneSensors(const Scene& scene, const cell::Cell& cell, const std::vector<double>& rests)
-    : scene_(scene), cell_(cell), at_(rests) {
+    : scene_(scene), cell_(cell), cycle_(scene_cycle(cell)), at_(rests) {
   if (scene.camera) {
     const predict::RealCamera camera(cell);  // complains of what is not there
     const Eigen::VectorXd& at = scene.camera->at;
@@ -100,7 +100,8 @@ void SceneSensors::change(const cell::Cell& cell) {
 }
 
 void SceneSensors::see(double t, DrivenArm& arm) {
-  while (pictures_.size() < at_.size() && at_[pictures_.size()] <= t + rounding) take_picture(t, arm);
+  // In the cycle in which it is due, so that one due at the end is taken too.
+  while (pictures_.size() < at_.size() && at_[pictures_.size()] < t + cycle_ - rounding) take_picture(t, arm);
   if (scanner_ && t >= scene_.scanner->from - rounding && t <= scene_.scanner->to.value_or(t) + rounding)
     take_profile(t, arm);
 }

@@ -31,6 +31,7 @@ class SceneSensors {
 
   const Scene& scene_;
   cell::Cell cell_;
+  double cycle_;  ///< [s]
   std::vector<double> at_;
   std::optional<LineScanner> scanner_;
   std::vector<ScenePicture> pictures_;

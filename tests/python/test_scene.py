@@ -4,11 +4,13 @@ import json
 
 import numpy as np
 import pytest
+import yaml
 
 import kr5
 import kr5.cell
 import kr5.io
 import kr5.predict
+import kr5.uncertainty
 
 sim = pytest.importorskip("kr5.sim", reason="this kr5 was built without DART")
 
@@ -57,3 +59,67 @@ def test_the_full_grade_is_a_simulator_like_any_other(share):
     fast = kr5.predict.FastSimulator().predict(cell, move)
     assert full.columns == fast.columns
     assert np.abs(np.array(full.values) - np.array(fast.values)).max() < 0.02
+
+
+MOUNT = [0.013, 0.061, -0.056, 0.03, -0.02, 1.56]  # x y z roll pitch yaw of the camera in the tool tip
+
+
+@pytest.fixture
+def few_views(share, tmp_path):
+    """The shipped scene of camera views with another mount, a smaller camera and fewer places, so that it is quick."""
+    cell = yaml.safe_load((share / "cells/kr5_arc.yaml").read_text())
+    for key in ("width", "height", "fx", "fy", "cx", "cy"):
+        cell["camera"][key] = cell["camera"][key] * 0.4 if key[0] in "fc" else int(cell["camera"][key] * 0.4)
+    (tmp_path / "cell.yaml").write_text(yaml.safe_dump(cell))
+    scene = yaml.safe_load((share / "scenes/camera_views.yaml").read_text())
+    scene |= {"cell": "cell.yaml", "effects": {"hand_eye": {"camera": {"T_E_C": MOUNT}}}}
+    (tmp_path / "scene.yaml").write_text(yaml.safe_dump(scene))
+    return tmp_path / "scene.yaml"
+
+
+def test_pictures_of_a_scene_give_back_where_its_camera_sits(few_views, run_kr5, tmp_path):
+    pytest.importorskip("kr5.vision", reason="this kr5 was built without vision")
+    done = run_kr5("scene", "run", few_views, "--images", tmp_path / "views")
+    assert done.returncode == 0, done.stderr
+    assert len(list((tmp_path / "views/images").glob("*.png"))) == 14
+    done = run_kr5("calibrate", "hand-eye", tmp_path / "views", "-o", "hand_eye.json")
+    assert done.returncode == 0, done.stderr
+    data = json.loads((tmp_path / "hand_eye.json").read_text())
+    truth = yaml.safe_load((tmp_path / "views/truth.yaml").read_text())
+    cell = kr5.cell.load_cell(tmp_path / "cell.yaml")
+    moved = np.asarray(cell.tool.T_F_E) @ kr5.from_xyzrpy(MOUNT)
+    np.testing.assert_allclose(truth["T_flange_camera"], moved, atol=1e-12)
+    away = kr5.pose_difference(data["result"]["T_mount_camera"], moved)
+    assert np.linalg.norm(away[:3]) < 1e-3 < np.linalg.norm(kr5.pose_difference(cell.T_F_C(), moved)[:3])
+    distance = away @ np.linalg.solve(np.array(data["result"]["covariance"]), away)
+    assert distance < kr5.uncertainty.chi_square_quantile(0.999, 6)
+    done = run_kr5("scene", "run", few_views, "--images", tmp_path / "views")
+    assert done.returncode == 2 and "is there already" in done.stderr
+
+
+def test_a_scene_is_seen_in_3d_and_its_profiles_are_written(run_kr5, share, browser, tmp_path):
+    done = run_kr5("scene", "run", share / "scenes/scan_tube.yaml", "-o", "page.html", "--scan", "scan.csv")
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "scan.csv").read_text().startswith("line,t,speed,q1,")
+    browser.open(tmp_path / "page.html", 1280)
+    assert browser.complaints() == []
+    assert "of 6.00 s" in browser.evaluate("document.getElementById('told').textContent")
+    assert "kr5 scene run" in browser.evaluate("document.body.textContent")
+
+
+def test_a_push_is_shown_with_an_arm_that_holds_the_peg(run_kr5, share, tmp_path):
+    done = run_kr5("scene", "run", share / "scenes/peg_roll.yaml", "-o", "page.html")
+    assert done.returncode == 0, done.stderr
+    text = (tmp_path / "page.html").read_text()
+    run = json.loads(text.split('id="replay-data" type="application/json">')[1].split("</script>")[0])["runs"][0]
+    cell = kr5.cell.load_cell(share / "cells/kr5_arc.yaml")
+    T_T_E = np.linalg.inv(cell.tube.T_B_T) @ cell.T_B_E(run["q"][-1])
+    assert np.linalg.norm(T_T_E[:2, 3] - [0.001, 0.0]) < 1e-5 and abs(T_T_E[2, 3]) < 0.002
+    assert np.degrees(np.arccos(-T_T_E[2, 2])) == pytest.approx(7.5, abs=0.01)
+
+
+@pytest.mark.parametrize("flag", ["--images", "--scan"])
+def test_what_a_scene_does_not_have_cannot_be_written(run_kr5, share, tmp_path, flag):
+    done = run_kr5("scene", "run", share / "scenes/servo_step.yaml", flag, tmp_path / "out")
+    assert done.returncode == 2 and "is missing; with " + flag in done.stderr and "Traceback" not in done.stderr
+    assert not (tmp_path / "out").exists()

@@ -12,7 +12,7 @@
 #include <kr5/core/error.hpp>
 #include <kr5/core/random.hpp>
 
-#include "vision/render_surface.hpp"
+#include "vision/render_solids.hpp"
 
 namespace kr5::vision {
 namespace {
@@ -36,8 +36,13 @@ std::vector<Vector2d> sample_points(int oversampling) {
 
 class Renderer {
  public:
-  Renderer(std::vector<Surface> surfaces, const Pinhole& camera, int oversampling, const cv::Mat1f& background)
-      : surfaces_(std::move(surfaces)), camera_(camera), samples_(sample_points(oversampling)), image_(background) {}
+  Renderer(std::vector<Surface> surfaces, std::vector<SolidSurface> solids, const Pinhole& camera, int oversampling,
+           const cv::Mat1f& background)
+      : surfaces_(std::move(surfaces)),
+        solids_(std::move(solids)),
+        camera_(camera),
+        samples_(sample_points(oversampling)),
+        image_(background) {}
 
   cv::Mat1f run() {
     for (int y = 0; y < camera_.height; y += tile)
@@ -52,8 +57,8 @@ class Renderer {
     return ray ? *ray : Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
   }
 
-  /// Surfaces that a tile may see: its outline, widened for the bend of the lens, meets theirs.
-  std::vector<const Surface*> candidates(int x, int y) const {
+  /// What a tile may see: its outline, widened for the bend of the lens, meets theirs.
+  Candidates candidates(int x, int y) const {
     constexpr double widen = 0.25 * tile;
     std::array<Vector3d, 4> rays;
     for (int k = 0; k < 4; ++k) {
@@ -61,7 +66,8 @@ class Renderer {
       const auto ray = camera_.ray({u, v});
       rays[k] = ray ? *ray : Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
     }
-    std::vector<const Surface*> out;
+    Candidates out;
+    add_solids(rays, out);
     for (const Surface& s : surfaces_) {
       int in_front = 0, left = 0, right = 0, above = 0, below = 0;
       for (const Vector3d& ray : rays) {
@@ -70,14 +76,23 @@ class Renderer {
         below += h.v > s.sheet.rows;
       }
       const bool missed = in_front == 0 || (in_front == 4 && (left == 4 || right == 4 || above == 4 || below == 4));
-      if (!missed) out.push_back(&s);
+      if (!missed) out.sheets.push_back(&s);
     }
     return out;
   }
 
+  void add_solids(const std::array<Vector3d, 4>& corners, Candidates& out) const {
+    const Vector3d axis = (corners[0] + corners[1] + corners[2] + corners[3]).normalized();
+    double half = 0;
+    for (const Vector3d& corner : corners)
+      half = std::max(half, std::acos(std::min(axis.dot(corner.normalized()), 1.0)));
+    for (const SolidSurface& s : solids_)
+      if (!axis.allFinite() || s.may_lie_in(axis, half)) out.solids.push_back(&s);
+  }
+
   void render_tile(int x0, int y0) {
-    const auto surfaces = candidates(x0, y0);
-    if (surfaces.empty()) return;
+    const Candidates things = candidates(x0, y0);
+    if (things.empty()) return;
     const int x1 = std::min(x0 + tile, camera_.width), y1 = std::min(y0 + tile, camera_.height);
     std::array<std::array<Vector3d, tile + 1>, tile + 1> rays;
     for (int y = y0; y <= y1; ++y)
@@ -85,36 +100,39 @@ class Renderer {
     for (int y = y0; y < y1; ++y)
       for (int x = x0; x < x1; ++x) {
         const int i = y - y0, j = x - x0;
-        render_pixel(surfaces, {rays[i][j], rays[i][j + 1], rays[i + 1][j], rays[i + 1][j + 1]}, image_(y, x));
+        render_pixel(things, {rays[i][j], rays[i][j + 1], rays[i + 1][j], rays[i + 1][j + 1]}, image_(y, x));
       }
   }
 
-  void render_pixel(const std::vector<const Surface*>& surfaces, const std::array<Vector3d, 4>& rays,
-                    float& pixel) const {
+  void render_pixel(const Candidates& things, const std::array<Vector3d, 4>& rays, float& pixel) const {
     for (const Vector3d& ray : rays)
       if (!ray.allFinite()) return;
     bool edge = false;
-    std::vector<const Surface*>::const_iterator s = surfaces.begin();
-    for (; s != surfaces.end() && !edge; ++s)
+    for (auto s = things.sheets.begin(); s != things.sheets.end() && !edge; ++s)
       edge = (*s)->may_have_edge({(*s)->hit(rays[0]), (*s)->hit(rays[1]), (*s)->hit(rays[2]), (*s)->hit(rays[3])});
-    std::array<float, 4> seen;
-    for (int k = 0; k < 4 && !edge; ++k) edge = (seen[k] = trace(surfaces, rays[k])) != seen[0];
-    if (edge) return supersample(surfaces, rays, pixel);
-    if (seen[0] != nothing) pixel = seen[0];
+    std::array<Seen, 4> seen;
+    for (int k = 0; k < 4 && !edge; ++k) edge = (seen[k] = things.trace(rays[k])).differs(seen[0]);
+    // The round outline of a solid may cross a side between two corners.
+    if (!things.solids.empty())
+      for (int k = 0; k < 4 && !edge; ++k)
+        edge = things.trace((rays[k] + rays[std::array{1, 3, 0, 2}[k]]) / 2).differs(seen[0]);
+    if (edge) return supersample(things, rays, pixel);
+    if (seen[0].of != 0) pixel = (seen[0].grey + seen[1].grey + seen[2].grey + seen[3].grey) / 4;
+    if (seen[0].of == 0 && seen[0].grey != nothing) pixel = seen[0].grey;
   }
 
-  void supersample(const std::vector<const Surface*>& surfaces, const std::array<Vector3d, 4>& rays,
-                   float& pixel) const {
+  void supersample(const Candidates& things, const std::array<Vector3d, 4>& rays, float& pixel) const {
     const Vector3d right = rays[1] - rays[0], down = rays[2] - rays[0], twist = rays[3] - rays[1] - down;
     double sum = 0;
     for (const Vector2d& p : samples_) {
-      const float grey = trace(surfaces, rays[0] + p.x() * right + p.y() * down + p.x() * p.y() * twist);
+      const float grey = things.trace(rays[0] + p.x() * right + p.y() * down + p.x() * p.y() * twist).grey;
       sum += grey == nothing ? pixel : grey;
     }
     pixel = static_cast<float>(sum / static_cast<double>(samples_.size()));
   }
 
   std::vector<Surface> surfaces_;
+  std::vector<SolidSurface> solids_;
   const Pinhole& camera_;
   std::vector<Vector2d> samples_;
   cv::Mat1f image_;
@@ -179,14 +197,25 @@ void RenderOptions::validate() const {
 }
 
 Image render(std::span<const PlacedTarget> targets, const Pinhole& camera, const RenderOptions& options) {
+  return render(targets, {}, camera, options);
+}
+
+Image render(std::span<const PlacedTarget> targets, std::span<const PlacedSolid> solids, const Pinhole& camera,
+             const RenderOptions& options) {
   camera.validate();
   options.validate();
   std::vector<Surface> surfaces;
   for (const PlacedTarget& placed : targets)
     for (Sheet& sheet : sheets_of(placed, options)) surfaces.emplace_back(std::move(sheet));
+  std::vector<SolidSurface> round;
+  for (std::size_t i = 0; i < solids.size(); ++i) {
+    solids[i].solid.validate();
+    round.emplace_back(solids[i], static_cast<int>(i));
+  }
   Random random(static_cast<std::uint64_t>(options.seed));
-  cv::Mat1f grey =
-      Renderer(std::move(surfaces), camera, options.oversampling, make_background(camera, options, random)).run();
+  cv::Mat1f grey = Renderer(std::move(surfaces), std::move(round), camera, options.oversampling,
+                            make_background(camera, options, random))
+                       .run();
   light(grey, options);
   if (options.blur > 0) cv::GaussianBlur(grey, grey, {0, 0}, options.blur, options.blur, cv::BORDER_REPLICATE);
   return quantise(grey, options.noise, random);

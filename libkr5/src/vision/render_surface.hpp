@@ -80,17 +80,4 @@ struct Surface {
   }
 };
 
-/// The nearest sheet wins; of sheets in one plane the last.
-inline float trace(const std::vector<const Surface*>& surfaces, const Eigen::Vector3d& ray) {
-  float grey = nothing;
-  double nearest = std::numeric_limits<double>::infinity();
-  for (const Surface* s : surfaces) {
-    const Hit hit = s->hit(ray);
-    if (!(hit.depth <= nearest * (1 + 1e-9))) continue;
-    const float here = s->grey(hit);
-    if (here != nothing) grey = here, nearest = hit.depth;
-  }
-  return grey;
-}
-
 }  // namespace kr5::vision

@@ -7,27 +7,20 @@
 #include <Eigen/Core>
 
 #include <kr5/geometry/pinhole.hpp>
+#include <kr5/geometry/placed.hpp>
 #include <kr5/geometry/pose.hpp>
 #include <kr5/geometry/target.hpp>
 #include <kr5/geometry/view.hpp>
 #include <kr5/vision/image.hpp>
 
 /// @file
-/// Pictures of targets with known truth. The value of a pixel is the area average of what its square sees through the
-/// lens model, so that edges lie where `Pinhole::project` says, to a few thousandths of a pixel.
+/// Pictures of targets and simple solids with known truth. The value of a pixel is the area average of what its square
+/// sees through the lens model, so that edges lie where `Pinhole::project` says, to a few thousandths of a pixel.
 
 namespace kr5::vision {
 
-/// A target in front of a camera.
-struct PlacedTarget {
-  Target target;
-  Pose T_camera_target = Pose::Identity();
-
-  static void each_field(auto& self, auto&& visit) {
-    visit("target", self.target, "The target.");
-    visit("T_camera_target", self.T_camera_target, "Its pose in the camera.");
-  }
-};
+using kr5::PlacedSolid;
+using kr5::PlacedTarget;
 
 struct RenderOptions {
   int oversampling = 16;  ///< [-]
@@ -73,6 +66,11 @@ struct RenderOptions {
 /// What the camera sees of the targets. Nearer ones hide farther ones; the back of a marker is plain paper.
 /// @throws InvalidArgument for a bad camera, target or option, and for a marker number its family does not have.
 Image render(std::span<const PlacedTarget> targets, const Pinhole& camera, const RenderOptions& options = {});
+
+/// The same with balls, tubes (and their bores) and plates, which hide and are hidden, lit from the upper left behind
+/// the camera. The name of a wrong field is that of the solid.
+Image render(std::span<const PlacedTarget> targets, std::span<const PlacedSolid> solids, const Pinhole& camera,
+             const RenderOptions& options = {});
 
 /// The truth of such an image: every point of the target that faces the camera and lies inside the image, where it is
 /// seen. What another target hides is not left out.
