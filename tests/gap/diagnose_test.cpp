@@ -13,6 +13,7 @@
 #include <kr5/io/node.hpp>
 #include <kr5/predict/fast_simulator.hpp>
 #include <kr5/uncertainty/confidence.hpp>
+#include <support/trials.hpp>
 
 #include "gap/protocol.hpp"
 
@@ -61,7 +62,7 @@ TEST_CASE("every labelled recording is told right") {
 
 TEST_CASE("single effects of random size are named") {
   // Of each draw: effect, target, parameter, and the size relative to what such an effect often is.
-  const int trials = std::getenv("KR5_FULL") ? 100 : 10;
+  const int trials = test::trials(100, 10);
   Random random(7);
   int named = 0;
   std::string missed;
@@ -78,7 +79,7 @@ TEST_CASE("single effects of random size are named") {
 }
 
 TEST_CASE("a healthy cell is called healthy") {
-  const int trials = std::getenv("KR5_FULL") ? 100 : 5;
+  const int trials = test::trials(100, 5);
   Random random(8);
   int healthy = 0;
   for (int i = 0; i < trials; ++i) {

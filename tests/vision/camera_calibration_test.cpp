@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cstdlib>
 
 #include <catch2/catch.hpp>
 
@@ -11,6 +10,7 @@
 #include <kr5/vision/camera_peers.hpp>
 #include <kr5/vision/detect.hpp>
 #include <support/coverage_count.hpp>
+#include <support/trials.hpp>
 #include "support/camera_scene.hpp"
 #include "support/reference.hpp"
 
@@ -19,8 +19,6 @@ using namespace kr5::vision;
 using namespace kr5::test;
 
 namespace {
-
-bool full() { return std::getenv("KR5_FULL") != nullptr; }
 
 /// The given lens with square pixels and a flat board; no models compared.
 CameraOptions fixed(LensModel lens) {
@@ -66,7 +64,7 @@ TEST_CASE("the 95 % region of the camera holds the truth as often as it says") {
   Random random(2);
   const Pinhole c = true_camera();
   const Scene s;
-  const int trials = full() ? 2000 : 200;
+  const int trials = test::trials(2000, 200);
   int inside = 0, pose_inside = 0;
   for (int trial = 0; trial < trials; ++trial) {
     std::vector<Pose> poses;
@@ -93,7 +91,7 @@ TEST_CASE("the 95 % region of the camera holds the truth as often as it says") {
   test::count_coverage("pose of a calibrated view", pose_inside, trials);
   for (const int count : {inside, pose_inside}) {
     const uncertainty::Interval rate = uncertainty::binomial_interval(count, trials, 0.999);
-    if (full()) {
+    if (test::full()) {
       CHECK(count >= 0.93 * trials);
       CHECK(count <= 0.97 * trials);
     } else {
@@ -106,7 +104,7 @@ TEST_CASE("held-out views keep the usual model where it is enough") {
   Random random(3);
   const Pinhole c = true_camera();
   const Scene s;
-  const int trials = full() ? 60 : 6;
+  const int trials = test::trials(60, 6);
   int not_richer = 0, enough = 0;
   for (int trial = 0; trial < trials; ++trial) {
     const CameraCalibration result = calibrate_camera(see_many(random, c, s, 12), c.width, c.height);
@@ -162,7 +160,7 @@ TEST_CASE("views that spoil the result are named, and sound ones seldom") {
   Random random(5);
   const Pinhole c = true_camera();
   const Scene s;
-  const int trials = full() ? 300 : 40;
+  const int trials = test::trials(300, 40);
   int found[4] = {0, 0, 0, 0}, false_alarms = 0;
   for (int trial = 0; trial < trials; ++trial) {
     std::vector<View> views = see_many(random, c, s, 12);
@@ -194,7 +192,7 @@ TEST_CASE("views that spoil the result are named, and sound ones seldom") {
 TEST_CASE("the doubts of sound sets are hardly ever widened, and no sound view more often named than stated") {
   Random random(15);
   const Pinhole c = true_camera();
-  const int trials = full() ? 4000 : 400;
+  const int trials = test::trials(4000, 400);
   int widened = 0, named = 0;
   for (int trial = 0; trial < trials; ++trial) {
     const auto views = see_many(random, c, Scene(), 8 + trial % 5);

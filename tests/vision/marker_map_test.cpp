@@ -1,4 +1,3 @@
-#include <cstdlib>
 
 #include <catch2/catch.hpp>
 
@@ -8,6 +7,7 @@
 #include <kr5/vision/marker_map.hpp>
 #include <kr5/vision/render.hpp>
 #include <support/coverage_count.hpp>
+#include <support/trials.hpp>
 
 using namespace kr5;
 using namespace kr5::vision;
@@ -68,7 +68,7 @@ std::vector<MarkerSighting> sightings(int images, double sigma, Random& random) 
 }  // namespace
 
 TEST_CASE("the map of markers in space lies within its stated doubt") {
-  const int trials = std::getenv("KR5_FULL") ? 500 : 60;
+  const int trials = test::trials(500, 60);
   Random random(4);
   const Target map = truth();
   int inside = 0, total = 0;

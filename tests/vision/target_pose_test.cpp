@@ -1,4 +1,3 @@
-#include <cstdlib>
 
 #include <catch2/catch.hpp>
 
@@ -8,6 +7,7 @@
 #include <kr5/uncertainty/confidence.hpp>
 #include <kr5/vision/target_pose.hpp>
 #include <support/coverage_count.hpp>
+#include <support/trials.hpp>
 
 using namespace kr5;
 using namespace kr5::vision;
@@ -43,7 +43,7 @@ Pose random_pose(Random& random, double distance) {
 
 TEST_CASE("the 95 % region of a pose holds the truth in 95 % of the trials") {
   const bool given = GENERATE(true, false);
-  const int trials = std::getenv("KR5_FULL") ? 2000 : 500;
+  const int trials = test::trials(2000, 500);
   const Target board = parse_target("chessboard:5x7:0.02");
   Random random(7);
   int inside = 0;
