@@ -123,3 +123,9 @@ def test_what_a_scene_does_not_have_cannot_be_written(run_kr5, share, tmp_path, 
     done = run_kr5("scene", "run", share / "scenes/servo_step.yaml", flag, tmp_path / "out")
     assert done.returncode == 2 and "is missing; with " + flag in done.stderr and "Traceback" not in done.stderr
     assert not (tmp_path / "out").exists()
+
+
+def test_a_window_without_a_display_is_refused_with_another_way(run_kr5, share, monkeypatch):
+    monkeypatch.delenv("DISPLAY", raising=False)
+    done = run_kr5("scene", "run", share / "scenes/servo_step.yaml", "--window")
+    assert done.returncode == 2 and "-o PAGE.html shows the scene" in done.stderr and "Traceback" not in done.stderr

@@ -264,3 +264,91 @@ TEST_CASE("bad options and targets are refused by name") {
   tag.map = {{0, 0.1, Pose::Identity()}};
   CHECK_THROWS_AS(printed_area(tag), InvalidArgument);
 }
+
+namespace {
+
+/// Part of the picture that is not background, and its centre of mass, of something evenly grey.
+Vector3d grey_moment(ImageView image, double background, double grey) {
+  Vector3d moment = Vector3d::Zero();
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x)
+      moment += std::clamp((image.at(x, y) - background) / (grey - background), 0.0, 1.0) * Vector3d(x, y, 1);
+  return {moment.x() / moment.z(), moment.y() / moment.z(), moment.z()};
+}
+
+PlacedSolid placed(SolidKind kind, double radius, double inner, double depth, const Pose& T) {
+  Solid solid{.kind = kind};
+  solid.radius = radius, solid.inner_radius = inner, solid.depth = depth, solid.grey = 255.0;
+  return {solid, T};
+}
+
+}  // namespace
+
+TEST_CASE("a ball on the optical axis is a disc of the radius that its tangent cone has") {
+  const Pinhole camera = plain_camera();
+  const double distance = 0.4, radius = 0.05;
+  const PlacedSolid ball = placed(SolidKind::Ball, radius, 0, 0, square_on(0, 0, distance));
+  const auto on = [&](double background) {
+    return render({}, std::span(&ball, 1), camera, {.oversampling = 32, .background = background});
+  };
+  const Image image = on(0.0), bright = on(255.0);
+  // The part of a pixel that the ball covers is what a brighter background does not change.
+  double area = 0;
+  Vector2d centre = Vector2d::Zero();
+  for (int y = 0; y < camera.height; ++y)
+    for (int x = 0; x < camera.width; ++x) {
+      const double covered = 1.0 - (bright.view().at(x, y) - image.view().at(x, y)) / 255.0;
+      area += covered, centre += covered * Vector2d(x, y);
+    }
+  const double expected = camera.fx * radius / std::sqrt(distance * distance - radius * radius);
+  CHECK(std::sqrt(area / std::numbers::pi) == Approx(expected).margin(0.005));
+  CHECK((centre / area - Vector2d(camera.cx, camera.cy)).norm() < 0.005);
+  CHECK(image.view().at(static_cast<int>(camera.cx) - 20, static_cast<int>(camera.cy) - 25) >
+        image.view().at(static_cast<int>(camera.cx) + 20,
+                        static_cast<int>(camera.cy) + 25));  // light from the upper left
+}
+
+TEST_CASE("the mouth of a tube is the ring between the pictures of its circles") {
+  Pinhole camera = wide_camera();
+  RenderOptions options;
+  options.background = 0.0;
+  Pose T = tilted(0.03, -0.02, 0.3);
+  T.linear() =
+      T.linear() * Eigen::AngleAxisd(std::numbers::pi, Vector3d::UnitX()).toRotationMatrix();  // Z to the camera
+  // A plate of depth hides nothing of the rim, and a bore without light is black but for its wall: count the rim.
+  const double inner = 0.025, outer = 0.04;
+  const PlacedSolid tube = placed(SolidKind::Tube, outer, inner, 0.0005, T);
+  const Image image = render({}, std::span(&tube, 1), camera, options);
+  const Vector3d hole = disc_moment(camera, T, Vector3d::Zero(), inner),
+                 disc = disc_moment(camera, T, Vector3d::Zero(), outer);
+  const Vector2d on_rim = camera.project(T * Vector3d((inner + outer) / 2, 0, 0));
+  const int top = image.view().at(static_cast<int>(std::lround(on_rim.x())), static_cast<int>(std::lround(on_rim.y())));
+  const double rim = grey_moment(image, 0.0, top).z();
+  const double bottom = 0.15 * std::abs(hole.z());  // of the bore, in units of the rim's grey
+  CHECK(rim - bottom == Approx(std::abs(disc.z()) - std::abs(hole.z())).epsilon(0.02));
+}
+
+TEST_CASE("solids hide targets behind them and are hidden by those before, and the rest is as without them") {
+  const Pinhole camera = plain_camera();
+  const PlacedTarget board{parse_target("grid:36h11:2x3:0.03:0.01"), square_on(-0.05, -0.03, 0.4)};
+  const Image alone = render(std::span(&board, 1), camera);
+  const auto differ = [&](double depth) {
+    const PlacedSolid ball = placed(SolidKind::Ball, 0.01, 0, 0, square_on(0, 0, depth));
+    const Image both = render(std::span(&board, 1), std::span(&ball, 1), camera);
+    int count = 0;
+    double far = 0;
+    for (int y = 0; y < camera.height; ++y)
+      for (int x = 0; x < camera.width; ++x)
+        if (both.view().at(x, y) != alone.view().at(x, y))
+          ++count, far = std::max(far, std::hypot(x - camera.cx, y - camera.cy));
+    return std::pair(count, far);
+  };
+  CHECK(differ(0.5).first == 0);
+  CHECK(differ(0.3).first > 500);
+  CHECK(differ(0.3).second < 600 * 0.01 / 0.28);
+}
+
+TEST_CASE("a solid without a size is refused") {
+  const PlacedSolid ball = placed(SolidKind::Ball, 0.0, 0, 0, square_on(0, 0, 1));
+  CHECK_THROWS_WITH(render({}, std::span(&ball, 1), plain_camera()), Catch::Contains("radius"));
+}

@@ -104,18 +104,28 @@ def cell_scene(cell: Any) -> dict[str, Any]:
     })
 
 
-def make_page(cell: Any, runs: list[dict[str, Any]], source: Path, made_by: str = "kr5 replay", things: Sequence[Any] = ()) -> str:
+def make_page(cell: Any, runs: list[dict[str, Any]], source: Path, made_by: str = "kr5 replay", title: str = "",
+              things: Sequence[Any] = ()) -> str:
     """The HTML of the page. `things`: solids that stand in the cell beside its own."""
     import kr5
 
     from .report_page import render, script_json
 
     text = f"{cell.robot.joints} joints, {len(runs)} {'motion' if len(runs) == 1 else 'experiments'}"
-    extra = [common.plain({**thing.to_dict(), "T": thing.T_B_O, "width": min(thing.width, 1.0), "height": min(thing.height, 1.0)})
-             for thing in things]
-    data = {**cell_scene(cell), "runs": runs, "things": extra}
-    return render("replay.html", brand=made_by, title=cell.name or source.stem, text=text, runs=[r["name"] for r in runs],
+    data = {**cell_scene(cell), "runs": runs, "things": [_drawn(cell, thing, runs[0]["q"][0]) for thing in things]}
+    return render("replay.html", brand=made_by, title=title or cell.name or source.stem, text=text, runs=[r["name"] for r in runs],
                   data=script_json(data), version=kr5.__version__, source=source.name)
+
+
+def _drawn(cell: Any, thing: Any, q: list[float]) -> dict[str, Any]:
+    """A thing as the page draws it; of a bench without end, the part below the tool."""
+    out = common.plain({**thing.to_dict(), "T": thing.T_B_O})
+    if thing.width > 1.0:
+        tip = cell.T_B_E(q)
+        out |= {"width": 0.5, "height": 0.5}
+        for i in range(2):
+            out["T"][i][3] = float(tip[i, 3])
+    return out
 
 
 def write_rerun(file: Path | None, cell: Any, runs: list[dict[str, Any]], tables: list[Any], to: Any) -> None:

@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+import yaml
 
-from . import common
-from . import pictures
+from . import common, pictures
 from .replay import Rerun, make_page, write_rerun
 
 app = typer.Typer(no_args_is_help=True)
@@ -58,7 +58,7 @@ def run(
         files = pictures.write_views(images, result.cell, shots, {k: v for k, v in result.camera.to_dict().items() if k != "at"})
         to.print(f"{images}: {len(files)} pictures.", soft_wrap=True)
     if output:
-        common.write_text(make_page(result.cell, [_run(result)], file, made_by="kr5 scene run", things=result.things), output)
+        common.write_text(make_page(result.cell, [_run(result)], file, made_by="kr5 scene run", title=_title(file), things=result.things), output)
         to.print(f"{output}: open it in a browser.", soft_wrap=True, markup=False)
     if rerun:
         write_rerun(rerun, result.cell, [_run(result)], [result.rows], to)
@@ -80,6 +80,10 @@ def _window() -> Any:
     if not os.environ.get("DISPLAY"):
         common.fail("--window: there is no display (DISPLAY is not set); -o PAGE.html shows the scene in a browser")
     return _kr5_window
+
+
+def _title(file: Path) -> str:
+    return str(yaml.safe_load(file.read_text(encoding="utf-8")).get("name") or file.stem)
 
 
 def _run(result: Any) -> dict[str, Any]:
