@@ -106,6 +106,7 @@ static void bind_scene(py::module_& m) {
 }
 
 void bind_sim(py::module_& m) {
+  bind_enum<ContactBy>(m, "ContactBy", "What finds the contacts of peg, tube and bench.");
   bind_struct<DartSimulatorOptions>(m, "DartSimulatorOptions", "Step of the integration.");
   py::class_<DartSimulator, kr5::cell::Simulator>(
       m, "DartSimulator", "The full grade of a simulator: arm, drives and contacts stepped through time in DART.")
