@@ -129,3 +129,29 @@ def test_a_window_without_a_display_is_refused_with_another_way(run_kr5, share, 
     monkeypatch.delenv("DISPLAY", raising=False)
     done = run_kr5("scene", "run", share / "scenes/servo_step.yaml", "--window")
     assert done.returncode == 2 and "-o PAGE.html shows the scene" in done.stderr and "Traceback" not in done.stderr
+
+
+def test_a_recording_has_pictures_of_its_views_from_where_the_arm_really_was(few_views, run_kr5, tmp_path):
+    pytest.importorskip("kr5.vision", reason="this kr5 was built without vision")
+    protocol = {"format": "kr5-protocol/1", "home": [0.0, 0.02, -2.75, 0.0, -0.3, 1.571],
+                "experiments": [{"name": "views-1", "kind": "views", "split": "fit", "count": 2}]}
+    (tmp_path / "protocol.yaml").write_text(yaml.safe_dump(protocol))
+    cell = yaml.safe_load((tmp_path / "cell.yaml").read_text())
+    cell["effects"] = {"encoder_offset": {"joint2": {"offset": 0.01}}, "tool_offset": {"tool": {"offset": [0.01, 0.0, 0.0]}}}
+    (tmp_path / "cell.yaml").write_text(yaml.safe_dump(cell))
+    done = run_kr5("record", "--cell", "cell.yaml", "--protocol", "protocol.yaml", "-o", "monday", "--images")
+    assert done.returncode == 0, done.stderr
+    views = kr5.cell.load_recording(tmp_path / "monday")["views-1"]
+    folder = tmp_path / "monday/views-1"
+    images = sorted((folder / "images").glob("*.png"))
+    assert len(images) == 2
+    cell = kr5.cell.load_cell(tmp_path / "cell.yaml")
+    truth = yaml.safe_load((folder / "truth.yaml").read_text())
+    np.testing.assert_allclose(truth["T_flange_camera"], cell.T_F_C(), atol=1e-9)  # neither effect moves it on the flange
+    found = kr5.vision.find_target(kr5.vision.load_image(str(images[0])), cell.board.target())
+    first = np.asarray(views["view"]) == views["view"][0]
+    predicted = {4 * int(m) + int(c): (u, v) for m, c, u, v in zip(*(np.asarray(views[n])[first] for n in ("marker", "corner", "u", "v")))}
+    seen = {i: p for i, p in zip(found.view.ids, np.asarray(found.view.pixels).T) if i in predicted}
+    assert len(seen) > 60
+    apart = np.array([seen[i] - predicted[i] for i in seen])
+    assert np.sqrt((apart ** 2).mean()) < 0.3  # noise of the columns 0.1 px; the joint alone would be off by 20 px
