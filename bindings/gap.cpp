@@ -144,8 +144,6 @@ void bind_plan(py::module_& m) {
           "experiment", [](const PlannedExperiment& p) { return p.experiment; }, "Its given columns (a copy).");
   bind_struct<Plan>(m, "Plan", "What tells explanations of a recording apart.")
       .def_property_readonly(
-          "experiments", [](const Plan& p) { return p.experiments; }, "Best first (copies).")
-      .def_property_readonly(
           "cells", [](const Plan& p) { return p.cells; },
           "The cell of the recording with each alternative, alike in this recording (copies).");
   bind_struct<Weighed>(m, "Weighed", "Which of several explanations recordings of one cell support.");
