@@ -17,13 +17,18 @@ double sum_of_squares(const Data& data, const Group& group, const Eigen::VectorX
   return sum;
 }
 
+/// What the simulator may be off without any effect, as a sum of squares of a column.
+double floor_of(const Data& data, const Group& group, const DiagnoseOptions& options) {
+  double rows = 0.0;
+  for (const int b : group.all) rows += static_cast<double>(data.blocks[b].rows);
+  return rows * options.simulator_floor * options.simulator_floor;
+}
+
 /// What the simulator may be off with the effects of a model, as a sum of squares of each column.
 std::vector<double> discrepancies(const Data& data, const std::vector<Group>& groups, const Model& model,
                                   const Eigen::VectorXd& base, const DiagnoseOptions& options) {
   std::vector<double> out(groups.size(), 0.0);
-  for (std::size_t g = 0; g < groups.size(); ++g)
-    for (const int b : groups[g].all)
-      out[g] += static_cast<double>(data.blocks[b].rows) * options.simulator_floor * options.simulator_floor;
+  for (std::size_t g = 0; g < groups.size(); ++g) out[g] = floor_of(data, groups[g], options);
   const Eigen::VectorXd with = counted(data, model.residual);
   for (std::size_t k = 0; k < model.parts.size(); ++k) {
     const double off = options.simulator_accuracy + model.parts[k].candidate->hypothesis.inaccuracy;
@@ -40,8 +45,12 @@ void add_inconsistencies(const FitProblem& problem, const std::vector<Group>& gr
   const Eigen::VectorXd with = counted(data, model.residual);
   for (std::size_t k = 0; k < model.parts.size(); ++k) {
     const double off = options.simulator_accuracy + model.parts[k].candidate->hypothesis.inaccuracy;
-    const double effect = (with - counted(data, without(data, model, k, base))).squaredNorm();
-    const Inconsistency found = inconsistency(data, groups, model, k, out.counted, off * off * effect);
+    const Eigen::VectorXd change = with - counted(data, without(data, model, k, base));
+    const double effect = change.squaredNorm();
+    double floor = 0.0;  // errors of one column are none of another's: each counts as the effect is seen there
+    for (const Group& group : groups)
+      floor += sum_of_squares(data, group, change) / std::max(effect, 1e-9) * floor_of(data, group, options);
+    const Inconsistency found = inconsistency(data, groups, model, k, out.counted, off * off * effect + floor);
     const bool sure = found.p < options.false_alarms;
     out.strayed.push_back(sure ? found.strength : 0.0);
     if (!sure) continue;
