@@ -31,8 +31,8 @@ struct MeshContactOptions {
 };
 
 /// A round peg without chamfer on a tube of triangles, by DART's ODE collision detector. The corners of the triangles
-/// lie on the circles, so that the tube's walls are up to `sagitta` inside them. Where the peg first touches is as exact
-/// as that; where edges cross, ODE pushes along the normal of one of the triangles, which may lie flat.
+/// lie on the circles, so that the tube's walls are up to `sagitta` inside them. Where the peg first touches is as
+/// exact as that; where edges cross, ODE pushes along the normal of one of the triangles, which may lie flat.
 class MeshContact {
  public:
   /// @throws InvalidArgument naming the field; for a peg with a chamfer, which is no cylinder.
