@@ -16,15 +16,8 @@ constexpr double closing = 200.0;        // Hunt-Crossley: a third of critical d
 force::PegTubeShape real_shape(const cell::Cell& cell) {
   const cell::Peg& peg = *cell.peg;
   const cell::Tube& tube = *cell.tube;
-  return {peg.radius,        peg.length, peg.chamfer, cell.effects.task.tube_radius.value_or(tube.inner_radius),
+  return {peg.radius,        peg.length, peg.chamfer, predict::real_inner_radius(cell),
           tube.outer_radius, tube.depth, tube.chamfer};
-}
-
-Pose real_tube(const cell::TaskEffects& e) {
-  Pose T_T_tube(Eigen::Translation3d(e.tube_shift));
-  T_T_tube.rotate(Eigen::AngleAxisd(e.tube_tilt.x(), Vector3d::UnitX()));
-  T_T_tube.rotate(Eigen::AngleAxisd(e.tube_tilt.y(), Vector3d::UnitY()));
-  return T_T_tube;
 }
 
 Pose slide_along(const Vector3d& axis) {
@@ -35,7 +28,7 @@ Pose slide_along(const Vector3d& axis) {
 
 PegSlide::PegSlide(const cell::Cell& cell, FrictionBy friction, ContactBy contact, const Vector3d& axis)
     : shape_(real_shape(cell)),
-      T_T_tube_(real_tube(cell.effects.task)),
+      T_T_tube_(predict::real_tube(cell.effects.task)),
       T_tube_T_(T_T_tube_.inverse()),
       R_B_T_(cell.tube->T_B_T.linear()),
       axis_(axis),

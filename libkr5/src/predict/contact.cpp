@@ -31,6 +31,17 @@ double RealContact::depth(double force) const {
   return root >= 0.0 ? 2.0 * p / (1.0 + std::sqrt(root)) : std::numeric_limits<double>::quiet_NaN();
 }
 
+Pose real_tube(const cell::TaskEffects& effects) {
+  Pose out(Eigen::Translation3d(effects.tube_shift));
+  out.rotate(Eigen::AngleAxisd(effects.tube_tilt.x(), Eigen::Vector3d::UnitX()));
+  out.rotate(Eigen::AngleAxisd(effects.tube_tilt.y(), Eigen::Vector3d::UnitY()));
+  return out;
+}
+
+double real_inner_radius(const cell::Cell& cell) {
+  return cell.effects.task.tube_radius.value_or(cell.tube->inner_radius);
+}
+
 Eigen::MatrixXd tool_weight(const cell::Cell& cell, Eigen::Index rows) {
   const cell::ToolEffects& e = cell.effects.tool;
   const double g = cell.robot.gravity.norm();

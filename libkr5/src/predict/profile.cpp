@@ -13,20 +13,6 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-force::PegTube real_bodies(const cell::Cell& cell) {
-  return {cell.peg->radius, cell.effects.task.tube_radius.value_or(cell.tube->inner_radius), cell.tube->outer_radius};
-}
-
-Pose real_tube(const cell::TaskEffects& e) {
-  Pose T_T_tube = Pose::Identity();
-  T_T_tube.translate(e.tube_shift);
-  if (!e.tube_tilt.isZero(0.0)) {
-    T_T_tube.rotate(Eigen::AngleAxisd(e.tube_tilt.x(), Eigen::Vector3d::UnitX()));
-    T_T_tube.rotate(Eigen::AngleAxisd(e.tube_tilt.y(), Eigen::Vector3d::UnitY()));
-  }
-  return T_T_tube;
-}
-
 std::span<const double> span(const VectorXd& v) { return {v.data(), static_cast<std::size_t>(v.size())}; }
 
 }  // namespace
@@ -43,7 +29,8 @@ Shown profile(const cell::Cell& cell, const Given& given) {
   const double lateral = cell.effects.task.lateral;
   const VectorXd cx = given["cx"] + lateral * friction.col(0), cy = given["cy"] + lateral * friction.col(1);
   VectorXd z(given.rows());
-  force::resting_heights(real_bodies(cell), real_tube(cell.effects.task), span(tilt), span(alpha), span(cx), span(cy),
+  const force::PegTube bodies{cell.peg->radius, real_inner_radius(cell), cell.tube->outer_radius};
+  force::resting_heights(bodies, real_tube(cell.effects.task), span(tilt), span(alpha), span(cx), span(cy),
                          {z.data(), static_cast<std::size_t>(z.size())});
   for (Index k = 0; k < z.size(); ++k) z[k] -= contact.depth(held[k]);
   Shown out(given.rows());

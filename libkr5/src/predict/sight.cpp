@@ -2,6 +2,7 @@
 #include <kr5/predict/sight.hpp>
 
 #include <kr5/core/error.hpp>
+#include <kr5/predict/contact.hpp>
 
 namespace kr5::predict {
 namespace {
@@ -72,16 +73,13 @@ double biased_range(const cell::SensorEffects& effects, double z) {
 }
 
 cell::Thing real_tube_solid(const cell::Cell& cell) {
-  const cell::TaskEffects& e = cell.effects.task;
   cell::Thing out;
   out.kind = SolidKind::Tube;
   out.name = "tube";
   out.radius = cell.tube->outer_radius;
-  out.inner_radius = e.tube_radius.value_or(cell.tube->inner_radius);
+  out.inner_radius = real_inner_radius(cell);
   out.depth = cell.tube->depth;
-  out.T_B_O = cell.tube->T_B_T * Eigen::Translation3d(e.tube_shift);
-  out.T_B_O.rotate(Eigen::AngleAxisd(e.tube_tilt.x(), Eigen::Vector3d::UnitX()));
-  out.T_B_O.rotate(Eigen::AngleAxisd(e.tube_tilt.y(), Eigen::Vector3d::UnitY()));
+  out.T_B_O = cell.tube->T_B_T * real_tube(cell.effects.task);
   return out;
 }
 

@@ -21,6 +21,12 @@ class RealContact {
   double hardening_;  ///< [1/m]
 };
 
+/// The tube as it really stands, in T.
+Pose real_tube(const cell::TaskEffects& effects);
+
+/// Inner radius [m] of the tube as it really is. Needs a tube.
+double real_inner_radius(const cell::Cell& cell);
+
 /// What tool and payload weigh on the sensor when the tool points down: axes of S are X, -Y, -Z of B. N x 6.
 Eigen::MatrixXd tool_weight(const cell::Cell& cell, Eigen::Index rows);
 
