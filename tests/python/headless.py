@@ -72,6 +72,14 @@ class Browser:
             self.events.append(self._receive())
         self.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
 
+    def open_whole(self, page, width):
+        """Opens a page that must be silent, as wide as asked, have all its pictures, and need no other file."""
+        self.open(page, width)
+        assert self.complaints() == []
+        assert self.evaluate("document.documentElement.scrollWidth") <= width
+        assert self.evaluate("[...document.images].filter(i => !i.complete || i.naturalWidth === 0).length") == 0
+        assert [url for url in self.requests() if not url.startswith(("data:", page.as_uri()))] == []
+
     def evaluate(self, script):
         answer = self.call("Runtime.evaluate", expression=script, returnByValue=True, awaitPromise=True)
         assert "exceptionDetails" not in answer, answer

@@ -40,11 +40,7 @@ def test_the_arm_moves_through_the_recording_without_complaint(recording, run_kr
     assert done.returncode == 0, done.stderr
     runs = json.loads(done.stdout)["runs"]
     assert [r["postures"] for r in runs] == [10, 3]  # steps have no joints
-    page = tmp_path / "replay.html"
-    browser.open(page, width)
-    assert browser.complaints() == []
-    assert browser.evaluate("document.documentElement.scrollWidth") <= width
-    assert [url for url in browser.requests() if not url.startswith(("data:", page.as_uri()))] == []
+    browser.open_whole(tmp_path / "replay.html", width)
     picture = "document.getElementById('scene').toDataURL()"
     before = browser.evaluate(picture)
     browser.evaluate("(s => { s.value = 0.06; s.dispatchEvent(new Event('input')); })(document.getElementById('time'))")

@@ -22,9 +22,7 @@ cell::Cell load(const std::string& name) {
 }
 
 kinematics::Dynamics newton_euler(const cell::Cell& cell) {
-  std::vector<kinematics::Body> bodies;
-  for (const cell::Link& link : cell.robot.links) bodies.push_back({link.mass, link.com, link.inertia});
-  kinematics::Dynamics out(cell::chain(cell), bodies, cell.robot.gravity);
+  kinematics::Dynamics out(cell::chain(cell), cell.robot.links, cell.robot.gravity);
   out.add_body(cell.robot.joints() - 1, {cell.tool->mass, cell.tool->com, cell.tool->inertia}, cell.tool->T_F_S);
   return out;
 }
