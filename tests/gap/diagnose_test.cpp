@@ -16,28 +16,11 @@
 #include <support/trials.hpp>
 
 #include "gap/protocol.hpp"
+#include "gap/told.hpp"
 
 using namespace kr5;
-
-namespace {
-
-/// Named first, or tied with what is named.
-bool blames(const gap::Diagnosis& d, const std::string& effect, const std::string& target) {
-  const gap::EffectName name{effect, target};
-  return std::any_of(d.causes.begin(), d.causes.end(), [&](const gap::Cause& c) {
-    return (c.effect == effect && c.target == target) ||
-           std::find(c.tied_with.begin(), c.tied_with.end(), name) != c.tied_with.end();
-  });
-}
-
-std::string text(const gap::Diagnosis& d) {
-  std::string out(name_of(d.verdict));
-  for (const gap::Cause& c : d.causes) out += " " + c.effect + "." + c.target + " " + std::to_string(c.probability);
-  for (const gap::Place& p : d.unexplained) out += " rest " + p.experiment + "." + p.column;
-  return out;
-}
-
-}  // namespace
+using told::blames;
+using told::text;
 
 TEST_CASE("every labelled recording is told right") {
   const std::filesystem::path folder = std::filesystem::path(KR5_REFERENCE_DIR) / "cases";

@@ -12,8 +12,8 @@
 #include <kr5/predict/fast_simulator.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 
+#include <support/trials.hpp>
 #include "gap/protocol.hpp"
-#include "support/trials.hpp"
 
 using namespace kr5;
 

@@ -44,14 +44,15 @@ def diagnose(
     import kr5.cell
 
     options.validate()
+    common.check_writable(write_cell, report, output, json_file)
     recording = kr5.cell.load_recording(folder)
     found = run_diagnosis(recording, common.simulator(full), options)
     data = json.loads(found.to_json())
-    if write_cell:
-        kr5.cell.save_cell(found.cell, write_cell)
     keys = {key: value for key, value in data.items() if key != "format"}
     result = common.write_result(output, "kr5-gap/1", **keys, input={"recording": str(folder.resolve())}, seconds=found.seconds)
     common.write_json(data, json_file)
+    if write_cell:
+        kr5.cell.save_cell(found.cell, write_cell)
     show(found, common.console(json_file))
     if report:
         from .gap_report import write_gap_report

@@ -11,7 +11,7 @@
 namespace kr5::gap {
 namespace {
 
-constexpr int bins = 6;
+constexpr int few_bins = 6;
 
 /// Sums of residuals against the coordinates of a part, over some samples.
 struct Sums {
@@ -119,7 +119,7 @@ class Splitter {
 
   void add_bins(std::size_t g, const std::string& name, const Variable& v, const Eigen::MatrixXd& slope,
                 const Eigen::VectorXd& r) {
-    const std::vector<double> edges = quantile_edges(v.values, bins);
+    const std::vector<double> edges = quantile_edges(v.values, few_bins);
     std::vector<std::vector<Eigen::Index>> rows(edges.size() + 1);
     for (Eigen::Index i = 0; i < r.size(); ++i)
       rows[static_cast<std::size_t>(std::upper_bound(edges.begin(), edges.end(), v.values(i)) - edges.begin())]

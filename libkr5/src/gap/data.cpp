@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "gap/data.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <set>
 
 #include <Eigen/Geometry>
 
@@ -13,6 +16,7 @@ namespace {
 
 constexpr const char* rotation_columns[] = {"rx", "ry", "rz"};
 constexpr const char* quaternion_columns[] = {"qw", "qx", "qy", "qz"};
+constexpr double long_ago = 1e6;  // of the begin of a clock [s]
 
 double declared(const cell::Noise& noise, const std::string& key) {
   double value = 0.0;
@@ -22,10 +26,19 @@ double declared(const cell::Noise& noise, const std::string& key) {
   return value;
 }
 
+void leave_out(Data& data, const std::string& what) {
+  if (std::find(data.left_out.begin(), data.left_out.end(), what) == data.left_out.end()) data.left_out.push_back(what);
+}
+
+std::string group_name(const cell::Experiment& e, const std::string& column) {
+  return std::string(kr5::name_of(e.kind)) + "." + column;
+}
+
 void add_block(Data& data, int experiment, const std::string& column, const std::string& noise) {
   const cell::Experiment& e = data.recording->experiments[experiment];
   const double sigma = declared(data.recording->cell.noise, noise);
-  if (sigma <= 0.0) return;
+  if (sigma <= 0.0)
+    return leave_out(data, group_name(e, column) + " was not judged: the cell does not state noise." + noise);
   data.blocks_of[experiment].push_back(static_cast<int>(data.blocks.size()));
   data.blocks.push_back({experiment, e.kind, e.split, column, noise, sigma, data.size, e.data.values.rows()});
   data.size += e.data.values.rows();
@@ -44,7 +57,97 @@ Eigen::MatrixXd rotation_residuals(const io::Table& recorded, const io::Table& p
   return out;
 }
 
+bool is_rotation(const Block& block) {
+  return block.kind == cell::Kind::Poses && block.column.size() == 2 && block.column[0] == 'r';
+}
+
+/// What the simulator shows of an experiment; nothing, with a word, when it refuses.
+std::optional<io::Table> shown(Data& data, int experiment) {
+  const cell::Experiment& e = data.recording->experiments[experiment];
+  try {
+    return data.simulator->predict(data.recording->cell, e);
+  } catch (const InvalidArgument& error) {
+    leave_out(data, e.name + " was not judged: " + error.what());
+    return std::nullopt;
+  }
+}
+
+/// Keeps these blocks alone, in their order.
+void keep(Data& data, const std::vector<bool>& kept) {
+  std::vector<Block> blocks;
+  data.size = 0;
+  for (auto& of : data.blocks_of) of.clear();
+  for (std::size_t b = 0; b < data.blocks.size(); ++b) {
+    if (!kept[b]) continue;
+    blocks.push_back(data.blocks[b]);
+    blocks.back().first = data.size;
+    data.size += blocks.back().rows;
+    data.blocks_of[blocks.back().experiment].push_back(static_cast<int>(blocks.size()) - 1);
+  }
+  data.blocks = std::move(blocks);
+  data.use = Eigen::ArrayXd::Ones(data.size);
+}
+
 }  // namespace
+
+Eigen::VectorXd runs(const cell::Experiment& experiment) {
+  const std::string name = cell::run_column(experiment.kind);
+  const int at = name.empty() ? -1 : experiment.data.find(name);
+  if (at < 0) return Eigen::VectorXd::Zero(experiment.data.values.rows());
+  return experiment.data.values.col(at);
+}
+
+std::optional<cell::Recording> from_zero(const cell::Recording& recording) {
+  std::map<cell::Kind, double> first;
+  for (const cell::Experiment& e : recording.experiments)
+    if (const int t = e.data.find("t"); t >= 0 && e.data.values.rows() > 0) {
+      const double least = e.data.values.col(t).minCoeff();
+      first[e.kind] = first.contains(e.kind) ? std::min(first[e.kind], least) : least;
+    }
+  std::erase_if(first, [](const auto& of_kind) { return std::abs(of_kind.second) < long_ago; });
+  if (first.empty()) return std::nullopt;
+  cell::Recording out = recording;
+  for (cell::Experiment& e : out.experiments)
+    if (first.contains(e.kind) && e.data.find("t") >= 0) e.data.values.col(e.data.find("t")).array() -= first[e.kind];
+  return out;
+}
+
+std::vector<std::string> lacking_splits(const Data& data) {
+  std::map<cell::Kind, std::set<cell::Split>> splits;
+  for (const Block& block : data.blocks) splits[block.kind].insert(block.split);
+  std::vector<std::string> out;
+  for (const auto& [kind, of_kind] : splits) {
+    if (of_kind.size() > 1) continue;
+    out.push_back(std::string(kr5::name_of(kind)) +
+                  (of_kind.contains(cell::Split::Fit)
+                       ? ": no experiment to check by, judged by those fitted"
+                       : ": no experiment to fit, what shows only there cannot be named"));
+  }
+  return out;
+}
+
+Eigen::VectorXd compare_nominal(Data& data) {
+  std::vector<std::optional<io::Table>> tables(data.blocks_of.size());
+  std::vector<bool> kept(data.blocks.size(), false);
+  for (std::size_t e = 0; e < tables.size(); ++e) {
+    if (data.blocks_of[e].empty()) continue;
+    tables[e] = shown(data, static_cast<int>(e));
+    for (const int b : data.blocks_of[e]) {
+      const Block& block = data.blocks[b];
+      kept[b] = tables[e] && tables[e]->find(is_rotation(block) ? quaternion_columns[0] : block.column) >= 0;
+      if (tables[e] && !kept[b])
+        leave_out(data,
+                  group_name(data.experiment(block), block.column) + " was not judged: the simulator does not show it");
+    }
+  }
+  keep(data, kept);
+  require(!data.blocks.empty(), "the recording has no column that could be compared" +
+                                    (data.left_out.empty() ? "" : ": " + data.left_out.front()));
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(data.size);
+  for (std::size_t e = 0; e < tables.size(); ++e)
+    if (!data.blocks_of[e].empty()) put(data, static_cast<int>(e), compare(data, static_cast<int>(e), *tables[e]), out);
+  return out;
+}
 
 io::Table predict(const cell::Simulator& simulator, const Setup& setup, const cell::Experiment& experiment) {
   io::Table out = simulator.predict(setup.cell, experiment);
@@ -80,7 +183,7 @@ std::vector<Eigen::VectorXd> compare(const Data& data, int experiment, const io:
   const int sphere_recorded = recorded.find("sphere"), sphere_predicted = predicted.find("sphere");
   for (const int b : data.blocks_of[experiment]) {
     const Block& block = data.blocks[b];
-    if (block.kind == cell::Kind::Poses && block.column.size() == 2 && block.column[0] == 'r') {
+    if (is_rotation(block)) {
       if (rotation.size() == 0) rotation = rotation_residuals(recorded, predicted);
       out.emplace_back(rotation.col(block.column[1] - 'x') / block.sigma);
       continue;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -48,6 +49,7 @@ struct Data {
   std::vector<std::vector<int>> blocks_of;  ///< Of each experiment.
   Eigen::ArrayXd use;                       ///< 1 for samples that count, 0 for spikes.
   Eigen::Index size = 0;
+  std::vector<std::string> left_out;  ///< What was recorded and could not be compared, and why.
 
   const cell::Experiment& experiment(const Block& b) const { return recording->experiments[b.experiment]; }
 };
@@ -59,6 +61,20 @@ constexpr double missed = 3.0;
 
 /// Lists what can be compared. Columns whose noise the cell does not state are left out.
 Data make_data(const cell::Recording& recording, const cell::Simulator& simulator);
+
+/// The recording with clocks that begin at the first row of a kind, when they count from an epoch long ago: warming and
+/// drift would be over. Nothing, when they do not.
+std::optional<cell::Recording> from_zero(const cell::Recording& recording);
+
+/// Kinds of which nothing can be fitted, or nothing is left to check by, in words.
+std::vector<std::string> lacking_splits(const Data& data);
+
+/// Residuals of the nominal cell, stacked. Experiments and columns that the simulator cannot show are taken out.
+/// @throws InvalidArgument when none is left.
+Eigen::VectorXd compare_nominal(Data& data);
+
+/// The run that each row belongs to; 0 where there are none.
+Eigen::VectorXd runs(const cell::Experiment& experiment);
 
 /// Residuals (recorded less simulated, over sigma) of one experiment, one vector a block; NaN where they cannot be
 /// compared.

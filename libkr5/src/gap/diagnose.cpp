@@ -5,9 +5,11 @@
 #include <chrono>
 #include <cmath>
 #include <iterator>
+#include <optional>
 
 #include <kr5/core/error.hpp>
 
+#include "gap/model_pool.hpp"
 #include "gap/noise.hpp"
 #include "gap/report.hpp"
 #include "gap/search.hpp"
@@ -23,9 +25,7 @@ constexpr double scatter_pays = 3.0;
 class Diagnoser {
  public:
   Diagnoser(const cell::Recording& recording, const cell::Simulator& simulator, const DiagnoseOptions& options)
-      : options_(options), start_(std::chrono::steady_clock::now()), data_(make_data(recording, simulator)) {
-    require(!data_.blocks.empty(), "the recording has no column with a stated noise that could be compared");
-  }
+      : options_(options), start_(std::chrono::steady_clock::now()), data_(make_data(recording, simulator)) {}
 
   Diagnosis run() {
     simulate_nominal();
@@ -50,11 +50,9 @@ class Diagnoser {
 
   void simulate_nominal() {
     progress("simulating the nominal cell", 0.0);
-    base_ = Eigen::VectorXd::Zero(data_.size);
-    const auto& experiments = data_.recording->experiments;
-    for (std::size_t e = 0; e < experiments.size(); ++e)
-      if (!data_.blocks_of[e].empty())
-        put(data_, static_cast<int>(e), compare(data_, static_cast<int>(e), data_.recording->cell), base_);
+    base_ = compare_nominal(data_);
+    out_.warnings = data_.left_out;
+    for (std::string& lack : lacking_splits(data_)) out_.warnings.push_back(std::move(lack));
   }
 
   void warn_of_noise(const std::vector<NoiseScale>& scales) {
@@ -71,8 +69,11 @@ class Diagnoser {
 
   void judge_noise() {
     spikes_ = mark_spikes(data_, base_) + mark_stray_corners(data_, base_);
-    const std::vector<NoiseScale> scales = noise_scales(data_, base_);
+    std::vector<std::string> coarse;
+    const std::vector<NoiseScale> scales = noise_scales(data_, base_, coarse);
     warn_of_noise(scales);
+    for (const std::string& column : coarse)
+      out_.warnings.push_back(column + " shows hardly any noise: is it coarse, or dead? The declared noise is used");
     correct(data_, scales, base_);
   }
 
@@ -123,54 +124,28 @@ class Diagnoser {
   /// Searches without scatter, and again with it when the data ask for it: then a single cause with small errors
   /// everywhere may stand against the many causes found without.
   void find_models(Screen& screen) {
-    models_ = search_with(screen, 0.0);
+    models_.replace(search_with(screen, 0.0));
     double size = 0.0;
-    const std::size_t tried = std::min<std::size_t>(models_.size(), 3);
-    for (std::size_t i = 0; i < tried && size == 0.0; ++i) size = best_scatter(models_[i]);
+    const std::size_t tried = std::min<std::size_t>(models_.all().size(), 3);
+    for (std::size_t i = 0; i < tried && size == 0.0; ++i) size = best_scatter(models_.all()[i]);
     if (size == 0.0) return;
     std::vector<Model> with = search_with(screen, size);
-    if (with.front().log_evidence - scatter_pays > models_.front().log_evidence) {
-      models_ = std::move(with);
+    if (with.front().log_evidence - scatter_pays > models_.best().log_evidence) {
+      models_.replace(std::move(with));
       out_.scatter = size;
       return;
     }
     problem_.prior = ScatterPrior();
   }
 
-  /// The fitted set of these effects; fitted now if it was not.
-  const Model& model_of(std::vector<Part> parts) {
-    const auto same = [&](const Model& m) {
-      return m.parts.size() == parts.size() && std::all_of(parts.begin(), parts.end(), [&](const Part& p) {
-               return std::any_of(m.parts.begin(), m.parts.end(),
-                                  [&](const Part& q) { return q.candidate == p.candidate; });
-             });
-    };
-    const auto found = std::find_if(models_.begin(), models_.end(), same);
-    if (found != models_.end()) return *found;
-    Model fitted = fit(problem_, empty_model(problem_, base_), std::move(parts));
-    const auto place = std::find_if(models_.begin(), models_.end(),
-                                    [&](const Model& m) { return m.log_evidence < fitted.log_evidence; });
-    return *models_.insert(place, std::move(fitted));
-  }
-
   /// Takes away models that differ from smaller ones by no more than the simulator may be off, until the best is none.
   void drop_within_discrepancy() {
     for (bool dropped = true; dropped;) {
       dropped = false;
-      const Model best = models_.front();
-      for (std::size_t k = 0; k < best.parts.size() && !dropped; ++k) {
-        std::vector<Part> parts = best.parts;
-        parts.erase(parts.begin() + static_cast<std::ptrdiff_t>(k));
-        const Model smaller = parts.empty() ? empty_model(problem_, base_) : model_of(parts);
-        dropped = within_discrepancy(problem_, groups_, best, smaller, base_, options_);
-      }
-      if (!dropped) return;
-      std::erase_if(models_, [&](const Model& m) {
-        return m.parts.size() == best.parts.size() && std::all_of(m.parts.begin(), m.parts.end(), [&](const Part& p) {
-                 return std::any_of(best.parts.begin(), best.parts.end(),
-                                    [&](const Part& q) { return q.candidate == p.candidate; });
-               });
-      });
+      const Model best = models_.best();
+      for (std::size_t k = 0; k < best.parts.size() && !dropped; ++k)
+        dropped = within_discrepancy(problem_, groups_, best, models_.without(best, k), base_, options_);
+      if (dropped) models_.drop(best.parts);
     }
   }
 
@@ -179,31 +154,34 @@ class Diagnoser {
     const FitProblem plain{data_, scatter_, {}, 0.0};
     mark_late_spikes();
     const Rest before = rest_of(plain, groups_, empty_model(plain, base_), base_, options_);
-    Model best = free_shape_is_likelier(models_.front()) ? empty_model(problem_, base_) : models_.front();
+    Model best = free_shape_is_likelier(models_.best()) ? models_.nominal() : models_.best();
     Rest rest = rest_of(problem_, groups_, best, base_, options_);
     std::vector<double> trusts = trusts_of(best, rest);
     for (int worst = distrusted(best, trusts); worst >= 0; worst = distrusted(best, trusts)) {
-      best = without_part(best, worst);
+      // The rest must explain without it, too: what only made up for its errors is then seen.
+      best = models_.without(best, static_cast<std::size_t>(worst));
       rest = rest_of(problem_, groups_, best, base_, options_);
       trusts = trusts_of(best, rest);
     }
-    add_causes(best, posterior(data_, models_), trusts);
-    const Model judged = only_blamed(best);
-    if (judged.parts.size() != best.parts.size()) rest = rest_of(problem_, groups_, judged, base_, options_);
+    add_causes(best, posterior(data_, models_.all()), rest, trusts);
+    if (out_.causes.empty() && !best.parts.empty()) {  // faults of the recording alone explain nothing of the cell
+      best = models_.nominal();
+      rest = rest_of(problem_, groups_, best, base_, options_);
+    }
     set_verdict(rest);
-    fill(judged, before, rest);
+    fill(best, before, rest);
   }
 
   /// What stands out once the best set of effects is known, also where any effect would make the residual jump.
   void mark_late_spikes() {
-    const int found = mark_spikes(data_, models_.front().residual, true);
+    const int found = mark_spikes(data_, models_.best().residual, true);
     if (found > 0) out_.warnings.push_back(std::to_string(found) + " more samples stand out from what was found");
   }
 
   std::vector<double> trusts_of(const Model& model, const Rest& rest) const {
     std::vector<double> out(model.parts.size(), 1.0);
     if (rest.any())
-      for (std::size_t k = 0; k < out.size(); ++k) out[k] = trust(problem_, groups_, model, rest, base_, k, options_);
+      for (std::size_t k = 0; k < out.size(); ++k) out[k] = trust(data_, groups_, model, rest, k, options_);
     return out;
   }
 
@@ -217,23 +195,16 @@ class Diagnoser {
     return out;
   }
 
-  /// The rest must explain without a part, too: what only made up for its errors is then seen.
-  Model without_part(const Model& model, int part) {
-    std::vector<Part> parts = model.parts;
-    parts.erase(parts.begin() + part);
-    return parts.empty() ? empty_model(problem_, base_) : model_of(std::move(parts));
-  }
-
   /// Whether one shape in one column, which no catalogue names, says as much as several effects that act together. It
   /// is a tenth as likely beforehand as an effect of the catalogue.
   bool free_shape_is_likelier(const Model& best) const {
     if (best.parts.size() < 2) return false;
-    const Model empty = empty_model(problem_, base_);
+    const Model empty = models_.nominal();
     const double gain = best_free_shape(data_, groups_, counted(data_, base_), prior_width) / 2;
     return empty.log_evidence + gain + problem_.log_prior_effect - std::log(10.0) > best.log_evidence;
   }
 
-  void add_causes(const Model& best, const Posterior& weights, const std::vector<double>& trusts) {
+  void add_causes(const Model& best, const Posterior& weights, const Rest& rest, const std::vector<double>& trusts) {
     for (std::size_t k = 0; k < best.parts.size(); ++k) {
       if (best.parts[k].candidate->hypothesis.of_recording) {
         warn_of_clock(parameters(data_, best, k, weights.temperature).front(), name_of(best.parts[k]).target);
@@ -243,11 +214,10 @@ class Diagnoser {
       const EffectName name = name_of(best.parts[k]);
       cause.effect = name.effect;
       cause.target = name.target;
-      cause.probability = trusts[k] * probability(models_, weights, name);
-      cause.tied_with = ties(models_, weights, best, k);
+      cause.probability = trusts[k] * probability(models_.all(), weights, name);
+      cause.tied_with = ties(models_.all(), weights, best, k);
       cause.parameters = parameters(data_, best, k, weights.temperature);
-      cause.gap_closed = closed(data_, groups_, counted(data_, base_), counted(data_, without(data_, best, k, base_)),
-                                counted(data_, best.residual));
+      cause.gap_closed = closed(data_, groups_, counted(data_, base_), rest.without[k], rest.whole);
       out_.causes.push_back(std::move(cause));
     }
   }
@@ -258,22 +228,6 @@ class Diagnoser {
                   columns.c_str(), 1e3 * std::abs(delay.value[0]), 1e3 * delay.std[0],
                   delay.value[0] > 0 ? "late" : "early");
     out_.warnings.emplace_back(text);
-  }
-
-  bool blamed(const Part& part) const {
-    const EffectName name = name_of(part);
-    return std::any_of(out_.causes.begin(), out_.causes.end(),
-                       [&](const Cause& c) { return c.effect == name.effect && c.target == name.target; });
-  }
-
-  /// The model with the causes alone; beside faults of the recording they keep their values.
-  Model only_blamed(const Model& best) const {
-    std::vector<Part> parts;
-    for (const Part& part : best.parts)
-      if (blamed(part)) parts.push_back(part);
-    if (parts.size() == best.parts.size()) return best;
-    const Model empty = empty_model(problem_, base_);
-    return parts.empty() ? empty : fit(problem_, empty, std::move(parts), 0);
   }
 
   void set_verdict(const Rest& rest) {
@@ -291,7 +245,7 @@ class Diagnoser {
     if (rest.any()) out_.unexplained = places(data_, groups_, rest);
     out_.shrink = shrink_of(data_, groups_, before.shown, rest.shown);
     out_.cell = setup_of(data_, judged.parts).cell;
-    out_.next_experiment = next_experiment(data_, judged, models_, out_.causes, options_.threads);
+    out_.next_experiment = next_experiment(data_, judged, models_.all(), out_.causes, options_.threads);
   }
 
   const DiagnoseOptions& options_;
@@ -302,7 +256,7 @@ class Diagnoser {
   Scatter scatter_;
   int spikes_ = 0;
   FitProblem problem_{data_, scatter_, {}, 0.0};
-  std::vector<Model> models_;
+  ModelPool models_{problem_, base_};
   Diagnosis out_;
 };
 
@@ -320,7 +274,11 @@ void DiagnoseOptions::validate() const {
 
 Diagnosis diagnose(const cell::Recording& recording, const cell::Simulator& simulator, const DiagnoseOptions& options) {
   options.validate();
-  return Diagnoser(recording, simulator, options).run();
+  const std::optional<cell::Recording> reset = from_zero(recording);
+  Diagnosis out = Diagnoser(reset ? *reset : recording, simulator, options).run();
+  if (reset)
+    out.warnings.insert(out.warnings.begin(), "t counts from another epoch: taken from the first row of a kind");
+  return out;
 }
 
 }  // namespace kr5::gap

@@ -224,6 +224,16 @@ Setup setup_of(const Data& data, const std::vector<Part>& parts) {
   return out;
 }
 
+std::vector<Part> without(std::vector<Part> parts, std::size_t part) {
+  parts.erase(parts.begin() + static_cast<std::ptrdiff_t>(part));
+  return parts;
+}
+
+bool same_effects(const std::vector<Part>& a, const std::vector<Part>& b) {
+  return std::is_permutation(a.begin(), a.end(), b.begin(), b.end(),
+                             [](const Part& p, const Part& q) { return p.candidate == q.candidate; });
+}
+
 Model empty_model(const FitProblem& problem, const Eigen::VectorXd& base) {
   Model out;
   out.residual = base;

@@ -56,6 +56,11 @@ struct FitProblem {
 
 Setup setup_of(const Data& data, const std::vector<Part>& parts);
 
+std::vector<Part> without(std::vector<Part> parts, std::size_t part);
+
+/// Whether both are the same effects, whatever their values.
+bool same_effects(const std::vector<Part>& a, const std::vector<Part>& b);
+
 /// The nominal cell.
 Model empty_model(const FitProblem& problem, const Eigen::VectorXd& base);
 

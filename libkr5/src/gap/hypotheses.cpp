@@ -25,10 +25,8 @@ TimeSpan span_of(const cell::Recording& recording) {
 std::vector<Hypothesis> hypotheses(const cell::Cell& cell, const TimeSpan& span) {
   HypothesisBuilder builder{cell, span, {}};
   for (int joint = 0; joint < cell.robot.joints(); ++joint) {
-    if (cell.drives) {
-      add_joint_friction(builder, joint);
-      add_joint_drive(builder, joint);
-    }
+    if (!cell.robot.links.empty()) add_joint_friction(builder, joint);
+    if (cell.drives) add_joint_drive(builder, joint);
     add_joint_geometry(builder, joint);
   }
   if (cell.drives) add_couplings(builder);
@@ -37,6 +35,11 @@ std::vector<Hypothesis> hypotheses(const cell::Cell& cell, const TimeSpan& span)
   if (cell.tool) add_wrench(builder);
   add_optics(builder);
   if (cell.contact) add_contact(builder);
+  // What an effect needs beside its own part of the cell, the catalogue knows.
+  std::erase_if(builder.list, [&](const Hypothesis& h) {
+    const std::vector<std::string> targets = cell::effect_targets(cell::find_effect(h.effect), cell);
+    return std::find(targets.begin(), targets.end(), h.target) == targets.end();
+  });
   return std::move(builder.list);
 }
 

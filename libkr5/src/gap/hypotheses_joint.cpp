@@ -25,10 +25,10 @@ std::vector<Probe> at_shapes(std::initializer_list<double> shapes) {
 
 void add_joint_friction(HypothesisBuilder& b, int joint) {
   const std::string at = joint_name(joint);
-  const cell::Friction& friction = b.cell.drives->friction;
+  const auto& drives = b.cell.drives;
   const double dry = sizes::friction(b.cell, joint), slope = sizes::viscous(b.cell, joint);
-  b.number("coulomb_friction", at, "coulomb", friction.coulomb(joint), sizes::part * dry, 0.0);
-  b.number("viscous_friction", at, "viscous", friction.viscous(joint), sizes::part * slope, 0.0);
+  b.number("coulomb_friction", at, "coulomb", drives ? drives->friction.coulomb(joint) : 0.0, sizes::part * dry, 0.0);
+  b.number("viscous_friction", at, "viscous", drives ? drives->friction.viscous(joint) : 0.0, sizes::part * slope, 0.0);
   b.number("load_friction", at, "coefficient", 0.0, 0.02, 0.0, 1.0);
   // Speeds at which friction is known to fade run over three decades: the logarithm is the coordinate.
   b.add(

@@ -21,16 +21,6 @@ const Model* model_with(const std::vector<Model>& models, const EffectName& name
   return nullptr;
 }
 
-Fitted fitted(const Model& model) {
-  Fitted out;
-  for (const Part& part : model.parts) {
-    out.candidates.push_back(*part.candidate);
-    out.x.push_back(part.x);
-  }
-  out.information = model.information;
-  return out;
-}
-
 /// A few short experiments of the kinds that were recorded.
 std::vector<Proposal> brief_proposals(const Data& data, const std::vector<EffectName>& names) {
   const Family family{*data.recording, joints_of({names}), 0.7, 0.0, 0.0, 1, true};
@@ -70,7 +60,7 @@ NextExperiment next_experiment(const Data& data, const Model& best, const std::v
                                const std::vector<Cause>& causes, int threads) {
   NextExperiment out;
   std::vector<EffectName> names;
-  std::vector<Fitted> alternatives = {fitted(best)};
+  std::vector<Fitted> alternatives = {Fitted(best)};
   const auto add = [&](const EffectName& name) {
     if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
   };
@@ -79,7 +69,7 @@ NextExperiment next_experiment(const Data& data, const Model& best, const std::v
       add({cause.effect, cause.target});
       add(tied);
       const Model* rival = model_with(models, tied);
-      if (rival && alternatives.size() < 3) alternatives.push_back(fitted(*rival));
+      if (rival && alternatives.size() < 3) alternatives.emplace_back(*rival);
     }
   for (const EffectName& name : names) out.separates.push_back(text(name));
   if (names.empty()) return out;

@@ -10,8 +10,8 @@
 namespace kr5::gap {
 namespace {
 
-constexpr double mad_to_sigma = 1.4826;
-constexpr double spike = 7.0;  // noise alone is there once in a hundred million samples
+constexpr double spike = 7.0;        // noise alone is there once in a hundred million samples
+constexpr std::size_t telling = 50;  // differences that tell a scale
 
 double median(std::vector<double>& values) {
   if (values.empty()) return 0.0;
@@ -21,14 +21,6 @@ double median(std::vector<double>& values) {
 }
 
 bool in_order(cell::Kind kind) { return kind != cell::Kind::Poses && kind != cell::Kind::Views; }
-
-/// The run each row belongs to.
-Eigen::VectorXd runs(const cell::Experiment& e) {
-  const std::string name = cell::run_column(e.kind);
-  const int at = name.empty() ? -1 : e.data.find(name);
-  if (at < 0) return Eigen::VectorXd::Zero(e.data.values.rows());
-  return e.data.values.col(at);
-}
 
 /// 1 near the rim of a scanned sphere, where a ray moves far for a small cause.
 Eigen::VectorXd edges(const cell::Experiment& e, const Eigen::VectorXd& r) {
@@ -118,7 +110,7 @@ int mark_view(Data& data, const Block& block, const Eigen::VectorXd& r, const st
     const Eigen::ArrayXd left = rough(u, v, own, use).array().abs() * use;
     std::vector<double> sizes(left.begin(), left.end());
     Eigen::Index worst = 0;
-    if (left.maxCoeff(&worst) <= spike * std::max(mad_to_sigma * median(sizes), 0.2)) break;
+    if (left.maxCoeff(&worst) <= spike * std::max(mad_to_sigma * median(sizes), least_noise)) break;
     use(worst) = 0.0;
     data.use(block.first + at[static_cast<std::size_t>(worst)]) = 0.0;
   }
@@ -146,8 +138,7 @@ int mark_spikes(Data& data, const Eigen::VectorXd& residual, bool near_edges) {
     if (!in_order(block.kind)) continue;
     const Eigen::VectorXd r = block.of(residual), run = runs(data.experiment(block));
     std::vector<double> differences = second_differences(r, run);
-    const double limit = spike * mad_to_sigma * median(differences);
-    if (limit <= 0.0) continue;
+    const double limit = spike * std::max(mad_to_sigma * median(differences), least_noise);
     const Eigen::VectorXd edge = near_edges ? Eigen::VectorXd::Zero(r.size()) : edges(data.experiment(block), r);
     Eigen::ArrayXd use = data.use.segment(block.first, block.rows);
     // Once more for those that stand beside another.
@@ -162,7 +153,8 @@ int mark_spikes(Data& data, const Eigen::VectorXd& residual, bool near_edges) {
   return found;
 }
 
-std::vector<NoiseScale> noise_scales(const Data& data, const Eigen::VectorXd& residual) {
+std::vector<NoiseScale> noise_scales(const Data& data, const Eigen::VectorXd& residual,
+                                     std::vector<std::string>& coarse) {
   std::map<std::string, std::map<cell::Kind, std::vector<double>>> all;
   for (const Block& block : data.blocks) {
     std::vector<double> d;
@@ -170,6 +162,10 @@ std::vector<NoiseScale> noise_scales(const Data& data, const Eigen::VectorXd& re
       d = second_differences(block.of(residual), runs(data.experiment(block)));
     else if (block.kind == cell::Kind::Views)
       d = corner_differences(data.experiment(block), block.of(residual));
+    if (d.size() >= telling && mad_to_sigma * median(d) < least_noise) {
+      coarse.push_back(data.experiment(block).name + "." + block.column);
+      continue;
+    }
     auto& of_kind = all[block.noise][block.kind];
     of_kind.insert(of_kind.end(), d.begin(), d.end());
   }
@@ -179,9 +175,9 @@ std::vector<NoiseScale> noise_scales(const Data& data, const Eigen::VectorXd& re
     std::vector<double> pooled;
     for (auto& [kind, differences] : kinds) {
       pooled.insert(pooled.end(), differences.begin(), differences.end());
-      if (differences.size() >= 50) each.push_back(scale_of(key, kind, differences));
+      if (differences.size() >= telling) each.push_back(scale_of(key, kind, differences));
     }
-    if (pooled.size() < 50) continue;
+    if (pooled.size() < telling) continue;
     const NoiseScale common = scale_of(key, std::nullopt, pooled);
     const bool agree = std::all_of(each.begin(), each.end(), [&](const NoiseScale& s) {
       return std::abs(s.ratio - common.ratio) <= std::max(4 * std::hypot(s.std, common.std), 1.0 / 24);

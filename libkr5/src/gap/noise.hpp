@@ -13,6 +13,11 @@
 
 namespace kr5::gap {
 
+/// Standard deviation over median absolute deviation, of a normal variable.
+inline constexpr double mad_to_sigma = 1.4826;
+/// Less than this part of the declared noise is none: a coarse column, or a dead one.
+inline constexpr double least_noise = 0.2;
+
 /// One key of `noise` in the cell.
 struct NoiseScale {
   std::string key;
@@ -32,7 +37,8 @@ int mark_stray_corners(Data& data, const Eigen::VectorXd& residual);
 /// Seen over declared noise of each key that neighbours tell of, kind by kind where kinds differ, by the median of
 /// second differences (time, lines of a scan) and of the part of a marker's four corners that no smooth shift has:
 /// right while less than half of them hold a structure that fast.
-std::vector<NoiseScale> noise_scales(const Data& data, const Eigen::VectorXd& residual);
+std::vector<NoiseScale> noise_scales(const Data& data, const Eigen::VectorXd& residual,
+                                     std::vector<std::string>& coarse);
 
 /// The same for poses, which have no neighbours: what no combination of signatures of these hypotheses takes away.
 /// Marks values that lie six times the noise seen off all of them; counts them in `stray`.

@@ -181,7 +181,7 @@ class Planner {
       p.load = e.proposal.load;
       p.seconds = e.proposal.seconds;
       p.experiment = std::move(e.proposal.experiment);
-      p.experiment.name = "next-" + std::string(name_of(p.experiment.kind));
+      p.experiment.name = "next-" + std::string(kr5::name_of(p.experiment.kind));
       p.experiment.file = p.experiment.name + ".csv";
       p.columns = std::move(e.score.columns);
       out_.experiments.push_back(std::move(p));

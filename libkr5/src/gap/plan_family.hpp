@@ -13,6 +13,9 @@
 
 namespace kr5::gap {
 
+/// To start an experiment [s].
+inline constexpr double set_up = 30.0;
+
 /// An experiment with its given columns, and how to do it.
 struct Proposal {
   cell::Experiment experiment;

@@ -7,7 +7,6 @@
 namespace kr5::gap {
 namespace {
 
-constexpr double set_up = 30.0;         // to start an experiment [s]
 constexpr double hang = 300.0;          // to hang a weight on the tool [s]
 constexpr double pose_interval = 30.0;  // to measure a pose from outside, where none was recorded [s]
 

@@ -13,8 +13,6 @@
 namespace kr5::gap {
 namespace {
 
-constexpr double set_up = 30.0;  // [s]
-
 /// An experiment like one that was recorded: its given columns after its clock, `what` and the time it takes.
 Proposal like(const Family& family, const cell::Experiment& e, const std::string& what) {
   Proposal out{{"next", e.kind, "next.csv", cell::Split::Fit, {}}, what, 0.0, set_up};

@@ -87,18 +87,6 @@ Model fit_one(const FitProblem& problem, Screen& screen, const Model& empty, con
   return model;
 }
 
-Fitted keep(const Model& model) {
-  Fitted out;
-  for (const Part& part : model.parts) {
-    out.candidates.push_back(*part.candidate);
-    out.x.push_back(part.x);
-  }
-  out.information = model.information;
-  out.chi2 = model.chi2_fit;
-  out.log_evidence = model.log_evidence;
-  return out;
-}
-
 }  // namespace
 
 io::Table ToolSimulator::predict(const cell::Cell& cell, const cell::Experiment& experiment) const {
@@ -113,11 +101,15 @@ Study::Study(cell::Recording all, const cell::Simulator& with, ToolSimulator::To
     : recording(std::move(all)), simulator(with, std::move(tools)) {
   for (cell::Experiment& e : recording.experiments) e.split = cell::Split::Fit;
   data = make_data(recording, simulator);
-  require(!data.blocks.empty(), "the recording has no column with a stated noise that could be compared");
-  base = Eigen::VectorXd::Zero(data.size);
-  for (std::size_t e = 0; e < recording.experiments.size(); ++e)
-    if (!data.blocks_of[e].empty())
-      put(data, static_cast<int>(e), compare(data, static_cast<int>(e), recording.cell), base);
+  base = compare_nominal(data);
+}
+
+Fitted::Fitted(const Model& model)
+    : information(model.information), chi2(model.chi2_fit), log_evidence(model.log_evidence) {
+  for (const Part& part : model.parts) {
+    candidates.push_back(*part.candidate);
+    x.push_back(part.x);
+  }
 }
 
 std::vector<Part> Fitted::parts() const {
@@ -135,25 +127,20 @@ std::vector<Fitted> fit_alternatives(const Study& study, const std::vector<Alter
   std::vector<Fitted> out;
   for (const Alternative& names : alternatives) {
     require(!names.empty(), "an alternative must name an effect");
-    out.push_back(keep(fit_one(problem, screen, empty, names)));
+    out.emplace_back(fit_one(problem, screen, empty, names));
   }
   return out;
 }
 
 Fitted refit(const Study& study, const Fitted& from, int max_iterations) {
-  Fitted out = from;
-  for (Candidate& c : out.candidates) {
+  Fitted everywhere = from;
+  for (Candidate& c : everywhere.candidates) {
     c.experiments.resize(study.recording.experiments.size());
     std::iota(c.experiments.begin(), c.experiments.end(), 0);
   }
   const Scatter none;
   const FitProblem problem{study.data, none, {}, 0.0};
-  const Model model = fit(problem, empty_model(problem, study.base), out.parts(), max_iterations);
-  for (std::size_t i = 0; i < out.x.size(); ++i) out.x[i] = model.parts[i].x;
-  out.information = model.information;
-  out.chi2 = model.chi2_fit;
-  out.log_evidence = model.log_evidence;
-  return out;
+  return Fitted(fit(problem, empty_model(problem, study.base), everywhere.parts(), max_iterations));
 }
 
 void assume_usual_size(Fitted& fitted) {

@@ -44,8 +44,11 @@ struct Study {
   double chi2() const { return counted(data, base).squaredNorm(); }
 };
 
-/// An alternative, fitted.
+/// An alternative, fitted; it owns its hypotheses.
 struct Fitted {
+  Fitted() = default;
+  explicit Fitted(const Model& model);
+
   std::vector<Candidate> candidates;  ///< One an effect.
   std::vector<Eigen::VectorXd> x;
   Eigen::MatrixXd information;

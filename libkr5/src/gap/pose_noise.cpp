@@ -11,11 +11,10 @@
 namespace kr5::gap {
 namespace {
 
-constexpr double mad_to_sigma = 1.4826;
 constexpr double far = 6.0;
 
 /// Blocks of all poses, those to judge by too, and what the hypotheses can change in them.
-struct Poses {
+struct PoseSet {
   std::vector<int> blocks;
   std::vector<int> experiments;
   Eigen::VectorXd r;
@@ -35,8 +34,8 @@ Eigen::VectorXd stack(const Data& data, const std::vector<int>& blocks, const Ei
   return out;
 }
 
-Poses poses_of(const Data& data, const Eigen::VectorXd& residual, const std::vector<const Hypothesis*>& hypotheses) {
-  Poses out;
+PoseSet poses_of(const Data& data, const Eigen::VectorXd& residual, const std::vector<const Hypothesis*>& hypotheses) {
+  PoseSet out;
   for (std::size_t b = 0; b < data.blocks.size(); ++b) {
     const Block& block = data.blocks[b];
     if (block.kind != cell::Kind::Poses) continue;
@@ -68,7 +67,7 @@ struct Left {
   Eigen::ArrayXd r, part;
 };
 
-Left left_of(const Poses& p) {
+Left left_of(const PoseSet& p) {
   Left out{p.use * p.r.array(), p.use};
   if (p.G.cols() == 0) return out;
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr;
@@ -81,7 +80,7 @@ Left left_of(const Poses& p) {
 }
 
 /// Marks the value that is farthest off, until none is far; returns how many.
-int mark(Poses& p, Left& left) {
+int mark(PoseSet& p, Left& left) {
   constexpr double leverage = 0.1;  // samples that signatures can follow tell nothing
   for (int found = 0;; ++found) {
     left = left_of(p);
@@ -92,7 +91,7 @@ int mark(Poses& p, Left& left) {
     if (used.size() < 20 || found >= size.size() / 20) return found;
     std::nth_element(used.begin(), used.begin() + static_cast<std::ptrdiff_t>(used.size() / 2), used.end());
     Eigen::Index worst = 0;
-    if (size.maxCoeff(&worst) <= far * std::max(mad_to_sigma * used[used.size() / 2], 0.2)) return found;
+    if (size.maxCoeff(&worst) <= far * std::max(mad_to_sigma * used[used.size() / 2], least_noise)) return found;
     p.use(worst) = 0.0;
   }
 }
@@ -101,7 +100,7 @@ int mark(Poses& p, Left& left) {
 
 std::vector<NoiseScale> judge_poses(Data& data, const Eigen::VectorXd& residual,
                                     const std::vector<const Hypothesis*>& hypotheses, int& stray) {
-  Poses p = poses_of(data, residual, hypotheses);
+  PoseSet p = poses_of(data, residual, hypotheses);
   if (p.blocks.empty() || !p.r.allFinite()) return {};
   Left left;
   stray += mark(p, left);

@@ -15,6 +15,17 @@ struct Clock {
   std::vector<cell::Kind> kinds;
   std::string group;  ///< Of cell::columns.
   int joints = 0;
+  bool early_only = false;  ///< Late is an effect of the catalogue.
+
+  bool counts(cell::Kind kind) const { return std::find(kinds.begin(), kinds.end(), kind) != kinds.end(); }
+  /// The columns that it stamps, of those that a table has.
+  std::vector<int> columns(cell::Kind kind, const io::Table& table) const {
+    std::vector<int> out;
+    for (const cell::Column& c : cell::columns(kind, joints))
+      if (c.role == cell::Role::Predicted && c.group == group && table.find(c.name) >= 0)
+        out.push_back(table.find(c.name));
+    return out;
+  }
 };
 
 /// A column read `delay` earlier, linear between rows, run by run, held at the ends.
@@ -34,25 +45,18 @@ Eigen::VectorXd earlier(const Eigen::VectorXd& t, const Eigen::VectorXd& run, co
 
 void shift(io::Table& table, const cell::Experiment& e, const Clock& clock, double delay) {
   const int t = e.data.find("t");
-  if (t < 0 || std::find(clock.kinds.begin(), clock.kinds.end(), e.kind) == clock.kinds.end()) return;
+  if (t < 0 || !clock.counts(e.kind)) return;
   const std::string name = cell::run_column(e.kind);
   const int at = name.empty() ? -1 : e.data.find(name);
   const Eigen::VectorXd run =
       at < 0 ? Eigen::VectorXd::Zero(e.data.values.rows()) : Eigen::VectorXd(e.data.values.col(at));
-  for (const cell::Column& c : cell::columns(e.kind, clock.joints)) {
-    const int column = table.find(c.name);
-    if (c.role == cell::Role::Predicted && c.group == clock.group && column >= 0)
-      table.values.col(column) = earlier(e.data.values.col(t), run, table.values.col(column), delay);
-  }
+  for (const int column : clock.columns(e.kind, table))
+    table.values.col(column) = earlier(e.data.values.col(t), run, table.values.col(column), delay);
 }
 
 bool recorded(const cell::Recording& recording, const Clock& clock) {
   return std::any_of(recording.experiments.begin(), recording.experiments.end(), [&](const cell::Experiment& e) {
-    if (std::find(clock.kinds.begin(), clock.kinds.end(), e.kind) == clock.kinds.end()) return false;
-    const auto columns = cell::columns(e.kind, clock.joints);
-    return e.data.find("t") >= 0 && std::any_of(columns.begin(), columns.end(), [&](const cell::Column& c) {
-             return c.role == cell::Role::Predicted && c.group == clock.group && e.data.find(c.name) >= 0;
-           });
+    return clock.counts(e.kind) && e.data.find("t") >= 0 && !clock.columns(e.kind, e.data).empty();
   });
 }
 
@@ -61,7 +65,10 @@ bool recorded(const cell::Recording& recording, const Clock& clock) {
 std::vector<Hypothesis> recording_faults(const cell::Recording& recording) {
   using enum cell::Kind;
   const int n = recording.cell.robot.joints();
-  std::vector<Clock> clocks = {{"wrench of motion", {Motion}, "wrench", n}, {"joint angles", {Motion}, "positions", n}};
+  std::vector<Clock> clocks = {{"wrench of motion", {Motion}, "wrench", n},
+                               {"joint angles", {Motion}, "positions", n},
+                               {"motor currents", {Motion}, "currents", n, true},
+                               {"joint torques", {Motion}, "torques", n}};
   const Clock contact{"wrench of contact", {Press, Profile}, "wrench", n};
   if (recorded(recording, contact))
     clocks.insert(clocks.end(), {contact, {"wrench", {Motion, Press, Profile}, "wrench", n}});
@@ -75,8 +82,9 @@ std::vector<Hypothesis> recording_faults(const cell::Recording& recording) {
     delay.name = "delay";
     delay.unit = "s";
     delay.size = sizes::half_cycle;
+    if (clock.early_only) delay.upper = 0.0;
     h.coordinates = {delay};
-    h.probes = {{{Eigen::VectorXd::Constant(1, 0.5)}}};
+    h.probes = {{{Eigen::VectorXd::Constant(1, clock.early_only ? -0.5 : 0.5)}}};
     h.change = [clock](io::Table& table, const cell::Experiment& e, const Eigen::VectorXd& x) {
       shift(table, e, clock, sizes::half_cycle * x(0));
     };

@@ -71,8 +71,9 @@ uncertainty::Interval bootstrap(const Data& data, const std::vector<const Group*
       const Eigen::Index length = std::max<Eigen::Index>(1, std::min(piece, block.rows / 20));
       for (Eigen::Index i = 0; i < block.rows; i += length) {
         const Eigen::Index n = std::min(length, block.rows - i);
-        pieces.chi2.push_back(counted.segment(block.first + i, n).squaredNorm());
-        pieces.samples.push_back(data.use.segment(block.first + i, n).sum());
+        const auto r = counted.segment(block.first + i, n).array();
+        pieces.chi2.push_back(r.isNaN().select(0.0, r.square()).sum());
+        pieces.samples.push_back(r.isNaN().select(0.0, data.use.segment(block.first + i, n)).sum());
       }
     }
   }

@@ -21,7 +21,7 @@ struct Task {
 
 using Names = std::set<std::string>;
 
-Names names(const std::vector<Part>& parts) {
+Names names_of(const std::vector<Part>& parts) {
   Names out;
   for (const Part& p : parts)
     out.insert(p.candidate->hypothesis.effect + "." + p.candidate->hypothesis.target + "." +
@@ -56,10 +56,11 @@ class Searcher {
     for (const Suggestion& s : worth(singles, options_.refits)) add({&empty, {s.part}});
     fit_all(0.0, 0.35);
     add_pairs(empty, singles.front().score);
-    for (int size = 2; size <= options_.max_effects; ++size) {
+    // Beside as many effects as asked for, one fault of the recording.
+    for (int size = 2; size <= options_.max_effects + 1; ++size) {
       extend(size - 1);
       const bool any = !tasks_.empty();
-      fit_all(0.35 + 0.3 * (size - 2), 0.35 + 0.3 * (size - 1));
+      fit_all(0.35 + 0.6 * (size - 2) / options_.max_effects, 0.35 + 0.6 * (size - 1) / options_.max_effects);
       if (!any) break;
     }
     drop_needless();
@@ -69,7 +70,7 @@ class Searcher {
 
  private:
   void add(Task task) {
-    if (known_.insert(names(task.parts)).second) tasks_.push_back(std::move(task));
+    if (known_.insert(names_of(task.parts)).second) tasks_.push_back(std::move(task));
   }
 
   void fit_all(double from, double to) {
@@ -95,13 +96,20 @@ class Searcher {
     return counted(problem_.data, model.residual).squaredNorm() < n + 3 * std::sqrt(2 * n);
   }
 
+  static int effects_of(const Model& model) {
+    return static_cast<int>(std::count_if(model.parts.begin(), model.parts.end(),
+                                          [](const Part& part) { return !part.candidate->hypothesis.of_recording; }));
+  }
+
   /// The best sets of a size, each with one more effect that could explain what it leaves. When the best one leaves
   /// noise that no effect could lessen, its rivals with one effect more can only be less likely.
   void extend(int size) {
     std::vector<const Model*> best = ranked(size);
     if (best.size() > static_cast<std::size_t>(options_.beam)) best.resize(static_cast<std::size_t>(options_.beam));
     for (std::size_t k = 0; k < best.size(); ++k) {
-      const std::vector<Suggestion> all = screen_.rank(problem_, *best[k]);
+      std::vector<Suggestion> all = screen_.rank(problem_, *best[k]);
+      if (effects_of(*best[k]) >= options_.max_effects)
+        std::erase_if(all, [](const Suggestion& s) { return !s.part.candidate->hypothesis.of_recording; });
       const bool gain = !all.empty() && all.front().score > 0.0;
       if (k == 0 && !gain && at_floor(*best[k])) return;
       for (const Suggestion& s : worth(all, options_.refits / 2)) {
@@ -117,11 +125,7 @@ class Searcher {
   void drop_needless() {
     const Model* best = ranked(-1).front();
     if (best->parts.size() < 2) return;
-    for (std::size_t k = 0; k < best->parts.size(); ++k) {
-      std::vector<Part> parts = best->parts;
-      parts.erase(parts.begin() + static_cast<std::ptrdiff_t>(k));
-      add({models_.front().get(), std::move(parts)});
-    }
+    for (std::size_t k = 0; k < best->parts.size(); ++k) add({models_.front().get(), without(best->parts, k)});
   }
 
   /// Models with so many effects (any number: -1), most likely first.

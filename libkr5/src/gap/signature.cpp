@@ -20,32 +20,53 @@ bool differ(const io::Table& a, const io::Table& b) {
   return false;
 }
 
-/// Rows that tell whether an effect acts at all: of a motion a piece about its fastest moment, of still kinds some
-/// rows, of runs all.
+/// Rows that tell whether an effect acts at all: of still kinds some, of runs all.
 std::vector<Eigen::Index> telling_rows(const cell::Experiment& e) {
   const Eigen::Index rows = e.data.values.rows();
   std::vector<Eigen::Index> out;
-  if (e.kind == cell::Kind::Motion) {
-    constexpr Eigen::Index length = 80;
-    Eigen::Index fastest = 0;
-    double most = -1.0;
-    for (Eigen::Index row = 1; row < rows; ++row) {
-      double step = 0.0;
-      for (std::size_t c = 0; c < e.data.columns.size(); ++c)
-        if (e.data.columns[c].starts_with("qc")) step += std::abs(e.data.values(row, c) - e.data.values(row - 1, c));
-      if (step > most) {
-        most = step;
-        fastest = row;
-      }
-    }
-    const Eigen::Index first =
-        std::clamp<Eigen::Index>(fastest - length / 2, 0, std::max<Eigen::Index>(rows - length, 0));
-    for (Eigen::Index row = first; row < std::min(rows, first + length); ++row) out.push_back(row);
-    return out;
-  }
   const bool still = e.kind == cell::Kind::Poses || e.kind == cell::Kind::Views || e.kind == cell::Kind::Scan;
   const Eigen::Index stride = still ? std::max<Eigen::Index>(1, rows / 200) : 1;
   for (Eigen::Index row = 0; row < rows; row += stride) out.push_back(row);
+  return out;
+}
+
+/// Where a joint is commanded to move fastest.
+struct Moment {
+  int experiment = -1;
+  Eigen::Index row = 0;
+  double step = -1.0;
+};
+
+Moment fastest_moment(const Data& data, int joint) {
+  Moment out;
+  for (std::size_t e = 0; e < data.recording->experiments.size(); ++e) {
+    const io::Table& table = data.recording->experiments[e].data;
+    const int at = table.find("qc" + std::to_string(joint + 1));
+    if (data.blocks_of[e].empty() || at < 0) continue;
+    for (Eigen::Index row = 1; row < table.values.rows(); ++row)
+      if (const double step = std::abs(table.values(row, at) - table.values(row - 1, at)); step > out.step)
+        out = {static_cast<int>(e), row, step};
+  }
+  return out;
+}
+
+/// Short pieces of motions in which each joint moves as fast as it ever does.
+std::vector<std::pair<int, std::vector<Eigen::Index>>> telling_pieces(const Data& data) {
+  constexpr Eigen::Index length = 80;
+  std::vector<std::pair<int, std::vector<Eigen::Index>>> out;
+  for (int joint = 0; joint < data.recording->cell.robot.joints(); ++joint) {
+    const Moment moment = fastest_moment(data, joint);
+    const auto covered = [&](const auto& piece) {
+      return piece.first == moment.experiment && moment.row > piece.second.front() + length / 4 &&
+             moment.row < piece.second.back() - length / 4;
+    };
+    if (moment.experiment < 0 || std::any_of(out.begin(), out.end(), covered)) continue;
+    const Eigen::Index rows = data.recording->experiments[moment.experiment].data.values.rows();
+    const Eigen::Index first =
+        std::clamp<Eigen::Index>(moment.row - length / 2, 0, std::max<Eigen::Index>(rows - length, 0));
+    out.push_back({moment.experiment, {}});
+    for (Eigen::Index row = first; row < std::min(rows, first + length); ++row) out.back().second.push_back(row);
+  }
   return out;
 }
 
@@ -115,22 +136,26 @@ Eigen::VectorXd residuals(const Data& data, const Setup& setup, const std::vecto
 }
 
 Touch::Touch(const Data& data) : data_(data) {
+  for (const auto& [experiment, rows] : telling_pieces(data)) add(experiment, rows);
   for (std::size_t e = 0; e < data.recording->experiments.size(); ++e) {
     const cell::Experiment& whole = data.recording->experiments[e];
-    if (data.blocks_of[e].empty() || whole.data.values.rows() == 0) continue;
-    if (std::any_of(pieces_.begin(), pieces_.end(), [&](const Piece& p) { return p.experiment.kind == whole.kind; }))
-      continue;
-    Piece piece{{whole.name, whole.kind, whole.file, whole.split, {whole.data.columns, {}}}, {}};
-    const std::vector<Eigen::Index> rows = telling_rows(whole);
-    piece.experiment.data.values = whole.data.values(rows, Eigen::all);
-    piece.nominal = data.simulator->predict(data.recording->cell, piece.experiment);
-    pieces_.push_back(std::move(piece));
+    if (!data.blocks_of[e].empty() && whole.kind != cell::Kind::Motion) add(static_cast<int>(e), telling_rows(whole));
   }
+}
+
+void Touch::add(int experiment, const std::vector<Eigen::Index>& rows) {
+  const cell::Experiment& whole = data_.recording->experiments[experiment];
+  if (rows.empty()) return;
+  Piece piece{{whole.name, whole.kind, whole.file, whole.split, {whole.data.columns, {}}}, {}};
+  piece.experiment.data.values = whole.data.values(rows, Eigen::all);
+  piece.nominal = data_.simulator->predict(data_.recording->cell, piece.experiment);
+  pieces_.push_back(std::move(piece));
 }
 
 std::vector<int> Touch::experiments(const Hypothesis& hypothesis) const {
   std::vector<cell::Kind> kinds;
   for (const Piece& piece : pieces_) {
+    if (std::find(kinds.begin(), kinds.end(), piece.experiment.kind) != kinds.end()) continue;
     Setup setup = data_.recording->cell;
     apply(setup, hypothesis, hypothesis.probes.back().points.back());
     try {
@@ -142,7 +167,8 @@ std::vector<int> Touch::experiments(const Hypothesis& hypothesis) const {
   }
   std::vector<int> out;
   for (std::size_t e = 0; e < data_.recording->experiments.size(); ++e)
-    if (std::find(kinds.begin(), kinds.end(), data_.recording->experiments[e].kind) != kinds.end())
+    if (!data_.blocks_of[e].empty() &&
+        std::find(kinds.begin(), kinds.end(), data_.recording->experiments[e].kind) != kinds.end())
       out.push_back(static_cast<int>(e));
   return out;
 }

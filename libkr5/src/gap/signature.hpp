@@ -51,6 +51,8 @@ class Touch {
     cell::Experiment experiment;
     io::Table nominal;
   };
+  void add(int experiment, const std::vector<Eigen::Index>& rows);
+
   const Data& data_;
   std::vector<Piece> pieces_;
 };

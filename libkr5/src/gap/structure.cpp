@@ -140,8 +140,9 @@ Gap gap_of(const Data& data, const std::vector<int>& blocks, const Eigen::Vector
   Gap out;
   for (const int b : blocks) {
     const Block& block = data.blocks[b];
-    out.rms += block.of(counted).squaredNorm();
-    out.samples += data.use.segment(block.first, block.rows).sum();
+    const auto r = block.of(counted).array();
+    out.rms += r.isNaN().select(0.0, r.square()).sum();
+    out.samples += r.isNaN().select(0.0, data.use.segment(block.first, block.rows)).sum();
   }
   out.rms = out.samples > 0 ? std::sqrt(out.rms / out.samples) : 0.0;
   return out;

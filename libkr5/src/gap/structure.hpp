@@ -27,7 +27,7 @@ std::vector<Group> make_groups(const Data& data);
 /// Edges between bins of equal numbers of samples, fewer where many samples share a value.
 std::vector<double> quantile_edges(Eigen::VectorXd values, int bins);
 
-/// RMS of a group, and its samples.
+/// RMS of a group, and its samples; what is NaN is left out.
 struct Gap {
   double rms = 0.0;
   double samples = 0.0;

@@ -99,7 +99,7 @@ Node shrink(const Shrink& s) {
 std::string to_json(const Diagnosis& d) {
   Node out = map();
   out["format"] = text("kr5-gap/1");
-  out["verdict"] = text(name_of(d.verdict));
+  out["verdict"] = text(kr5::name_of(d.verdict));
   out["where"] = list(d.where, [](const Place& p) { return place(p, true); });
   out["causes"] = list(d.causes, cause);
   out["unexplained"] = list(d.unexplained, [](const Place& p) { return place(p, false); });

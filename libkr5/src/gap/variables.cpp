@@ -12,10 +12,14 @@ namespace {
 
 constexpr std::array<const char*, 6> labels = {"marker", "corner", "pose", "view", "line", "run"};
 
-/// Central differences of a column, per row.
-Eigen::VectorXd rate(const Eigen::VectorXd& x) {
+/// Central differences of a column over time; 0 where a run begins or ends.
+Eigen::VectorXd rate(const Eigen::VectorXd& x, const cell::Experiment& e) {
   Eigen::VectorXd out = Eigen::VectorXd::Zero(x.size());
-  for (Eigen::Index i = 1; i + 1 < x.size(); ++i) out(i) = (x(i + 1) - x(i - 1)) / 2;
+  const int at = e.data.find("t");
+  const Eigen::VectorXd run = runs(e);
+  for (Eigen::Index i = 1; at >= 0 && i + 1 < x.size(); ++i)
+    if (run(i - 1) == run(i) && run(i + 1) == run(i))
+      out(i) = (x(i + 1) - x(i - 1)) / std::max(e.data.values(i + 1, at) - e.data.values(i - 1, at), 1e-6);
   return out;
 }
 
@@ -33,18 +37,8 @@ Eigen::VectorXd stacked(const Data& data, const Group& group, const std::string&
   return Eigen::Map<const Eigen::VectorXd>(out.data(), static_cast<Eigen::Index>(out.size()));
 }
 
-double cycle(const cell::Experiment& e) {
-  const int t = e.data.find("t");
-  const Eigen::Index n = e.data.values.rows();
-  if (t < 0 || n < 2) return 1.0;
-  return std::max((e.data.values(n - 1, t) - e.data.values(0, t)) / static_cast<double>(n - 1), 1e-6);
-}
-
 Eigen::VectorXd plain(const Eigen::VectorXd& x, const cell::Experiment&) { return x; }
-Eigen::VectorXd speed(const Eigen::VectorXd& x, const cell::Experiment& e) { return rate(x) / cycle(e); }
-Eigen::VectorXd acceleration(const Eigen::VectorXd& x, const cell::Experiment& e) {
-  return rate(rate(x)) / (cycle(e) * cycle(e));
-}
+Eigen::VectorXd acceleration(const Eigen::VectorXd& x, const cell::Experiment& e) { return rate(rate(x, e), e); }
 
 /// Joint a column belongs to, from 1; 0 for others.
 int joint_of(const std::string& column) {
@@ -72,7 +66,7 @@ void add_motion(const Data& data, const Group& group, std::vector<Variable>& out
   const int own = joint_of(group.column);
   for (int j = 1; j <= data.recording->cell.robot.joints(); ++j) {
     const std::string number = std::to_string(j), command = "qc" + number;
-    const Eigen::VectorXd position = stacked(data, group, command, plain), qd = stacked(data, group, command, speed);
+    const Eigen::VectorXd position = stacked(data, group, command, plain), qd = stacked(data, group, command, rate);
     if (position.size() == 0) continue;
     const Eigen::VectorXd sign = qd.unaryExpr([](double v) { return v > 1e-4 ? 1.0 : v < -1e-4 ? -1.0 : 0.0; });
     const bool turns = j == own;
@@ -98,7 +92,7 @@ std::vector<Variable> variables(const Data& data, const Group& group, const Eige
   }
   if (group.kind == cell::Kind::Motion) add_motion(data, group, out);
   if (group.kind == cell::Kind::Step || group.kind == cell::Kind::Press)
-    out.push_back({"zcd", "m/s", stacked(data, group, "zc", speed), {}, ""});
+    out.push_back({"zcd", "m/s", stacked(data, group, "zc", rate), {}, ""});
   if (group.kind != cell::Kind::Poses && group.kind != cell::Kind::Views)
     out.push_back({"predicted " + group.column, "", predicted(data, group, counted), {}, ""});
   // What hardly changes is no variable: its bins would sort by rounding.

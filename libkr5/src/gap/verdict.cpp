@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 
 #include "gap/consistency.hpp"
@@ -24,28 +25,51 @@ double floor_of(const Data& data, const Group& group, const DiagnoseOptions& opt
   return rows * options.simulator_floor * options.simulator_floor;
 }
 
-/// What the simulator may be off with the effects of a model, as a sum of squares of each column.
+/// By which part of an effect the simulator may be off.
+double inaccuracy(const Part& part, const DiagnoseOptions& options) {
+  return options.simulator_accuracy + part.candidate->hypothesis.inaccuracy;
+}
+
+/// Residuals of a model without one of its parts, nothing refitted.
+Eigen::VectorXd residual_without(const Data& data, const Model& model, std::size_t part, const Eigen::VectorXd& base) {
+  const std::vector<Part> parts = without(model.parts, part);
+  const std::vector<int>& own = model.parts[part].candidate->experiments;
+  if (!parts.empty()) return residuals(data, setup_of(data, parts), own, model.residual);
+  Eigen::VectorXd out = model.residual;
+  for (const int e : own)
+    for (const int b : data.blocks_of[e]) data.blocks[b].of(out) = data.blocks[b].of(base);
+  return out;
+}
+
+/// Counted residuals of a model without each of its parts.
+std::vector<Eigen::VectorXd> all_without(const Data& data, const Model& model, const Eigen::VectorXd& base) {
+  std::vector<Eigen::VectorXd> out;
+  for (std::size_t k = 0; k < model.parts.size(); ++k)
+    out.push_back(counted(data, residual_without(data, model, k, base)));
+  return out;
+}
+
+/// What the simulator may be off with the effects of a model, as a sum of squares of each column. `without`: the
+/// counted residuals without each of its parts.
 std::vector<double> discrepancies(const Data& data, const std::vector<Group>& groups, const Model& model,
-                                  const Eigen::VectorXd& base, const DiagnoseOptions& options) {
+                                  const std::vector<Eigen::VectorXd>& without, const DiagnoseOptions& options) {
   std::vector<double> out(groups.size(), 0.0);
   for (std::size_t g = 0; g < groups.size(); ++g) out[g] = floor_of(data, groups[g], options);
   const Eigen::VectorXd with = counted(data, model.residual);
   for (std::size_t k = 0; k < model.parts.size(); ++k) {
-    const double off = options.simulator_accuracy + model.parts[k].candidate->hypothesis.inaccuracy;
-    const Eigen::VectorXd change = with - counted(data, without(data, model, k, base));
+    const double off = inaccuracy(model.parts[k], options);
+    const Eigen::VectorXd change = with - without[k];
     for (std::size_t g = 0; g < groups.size(); ++g) out[g] += off * off * sum_of_squares(data, groups[g], change);
   }
   return out;
 }
 
 /// Effects whose size is not the same everywhere: marks the columns that show it most.
-void add_inconsistencies(const FitProblem& problem, const std::vector<Group>& groups, const Model& model,
-                         const Eigen::VectorXd& base, const DiagnoseOptions& options, Rest& out) {
-  const Data& data = problem.data;
-  const Eigen::VectorXd with = counted(data, model.residual);
+void add_inconsistencies(const Data& data, const std::vector<Group>& groups, const Model& model,
+                         const DiagnoseOptions& options, Rest& out) {
   for (std::size_t k = 0; k < model.parts.size(); ++k) {
-    const double off = options.simulator_accuracy + model.parts[k].candidate->hypothesis.inaccuracy;
-    const Eigen::VectorXd change = with - counted(data, without(data, model, k, base));
+    const double off = inaccuracy(model.parts[k], options);
+    const Eigen::VectorXd change = out.whole - out.without[k];
     const double effect = change.squaredNorm();
     double floor = 0.0;  // errors of one column are none of another's: each counts as the effect is seen there
     for (const Group& group : groups)
@@ -78,9 +102,13 @@ Rest rest_of(const FitProblem& problem, const std::vector<Group>& groups, const 
              const Eigen::VectorXd& base, const DiagnoseOptions& options) {
   const Data& data = problem.data;
   Rest out;
-  out.shown = without_scatter(data, problem.scatter, problem.prior, counted(data, model.residual));
+  out.whole = counted(data, model.residual);
+  out.without = all_without(data, model, base);
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  out.shown = model.residual.array().isNaN().select(
+      nan, without_scatter(data, problem.scatter, problem.prior, out.whole).array());
   out.counted = updated(problem, model);
-  const std::vector<double> discrepancy = discrepancies(data, groups, model, base, options);
+  const std::vector<double> discrepancy = discrepancies(data, groups, model, out.without, options);
   out.structure.resize(groups.size());
   const double level = options.false_alarms / static_cast<double>(groups.size());
   parallel_for(static_cast<int>(groups.size()), options.threads,
@@ -89,7 +117,7 @@ Rest rest_of(const FitProblem& problem, const std::vector<Group>& groups, const 
     out.structured.push_back(s.p < level);
     out.strength.push_back(s.strength);
   }
-  add_inconsistencies(problem, groups, model, base, options, out);
+  add_inconsistencies(data, groups, model, options, out);
   return out;
 }
 
@@ -97,7 +125,8 @@ bool within_discrepancy(const FitProblem& problem, const std::vector<Group>& gro
                         const Model& without, const Eigen::VectorXd& base, const DiagnoseOptions& options) {
   constexpr double shapes = 12.0;
   const Data& data = problem.data;
-  const std::vector<double> discrepancy = discrepancies(data, groups, without, base, options);
+  const std::vector<double> discrepancy =
+      discrepancies(data, groups, without, all_without(data, without, base), options);
   const Eigen::VectorXd before = updated(problem, without), after = updated(problem, with);
   double gain = 0.0, weighted = 0.0;
   for (std::size_t g = 0; g < groups.size(); ++g) {
@@ -108,28 +137,13 @@ bool within_discrepancy(const FitProblem& problem, const std::vector<Group>& gro
   return gain <= 0 || gain < 2 * weighted / gain / shapes;
 }
 
-Eigen::VectorXd without(const Data& data, const Model& model, std::size_t part, const Eigen::VectorXd& base) {
-  std::vector<Part> parts = model.parts;
-  parts.erase(parts.begin() + static_cast<std::ptrdiff_t>(part));
-  const std::vector<int>& own = model.parts[part].candidate->experiments;
-  Eigen::VectorXd out = model.residual;
-  if (parts.empty())
-    for (const int e : own)
-      for (const int b : data.blocks_of[e]) data.blocks[b].of(out) = data.blocks[b].of(base);
-  else
-    out = residuals(data, setup_of(data, parts), own, out);
-  return out;
-}
-
-double trust(const FitProblem& problem, const std::vector<Group>& groups, const Model& model, const Rest& rest,
-             const Eigen::VectorXd& base, std::size_t part, const DiagnoseOptions& options) {
-  const Data& data = problem.data;
-  const Eigen::VectorXd before = counted(data, without(data, model, part, base));
-  const Eigen::VectorXd after = counted(data, model.residual);
-  const double off = options.simulator_accuracy + model.parts[part].candidate->hypothesis.inaccuracy;
+double trust(const Data& data, const std::vector<Group>& groups, const Model& model, const Rest& rest, std::size_t part,
+             const DiagnoseOptions& options) {
+  const double off = inaccuracy(model.parts[part], options);
   double total = 0.0, trusted = 0.0;
   for (std::size_t g = 0; g < groups.size(); ++g) {
-    const double explained = sum_of_squares(data, groups[g], before) - sum_of_squares(data, groups[g], after);
+    const double explained =
+        sum_of_squares(data, groups[g], rest.without[part]) - sum_of_squares(data, groups[g], rest.whole);
     if (explained <= 0.0) continue;
     total += explained;
     const double bent = trust_of(rest.strength[g] / explained, off);

@@ -12,12 +12,15 @@ namespace kr5::gap {
 
 /// What a model leaves, column by column.
 struct Rest {
-  Eigen::VectorXd shown;    ///< Residuals of the model as fitted, scatter taken out.
+  Eigen::VectorXd shown;    ///< Residuals of the model as fitted, scatter taken out; NaN where none is compared.
   Eigen::VectorXd counted;  ///< The same, less what the check experiments could still move the coordinates by.
   std::vector<Structure> structure;
   std::vector<bool> structured;  ///< By the tests of all columns together, at the false-alarm rate.
   std::vector<double> strength;  ///< Of the structure found, as a sum of squares.
   std::vector<double> strayed;   ///< By which parts of the model are not the same everywhere, as a sum of squares.
+  /// Counted residuals of the model as fitted: whole, and without each of its parts, nothing refitted.
+  Eigen::VectorXd whole;
+  std::vector<Eigen::VectorXd> without;
 
   bool any() const;
 };
@@ -35,10 +38,7 @@ bool within_discrepancy(const FitProblem& problem, const std::vector<Group>& gro
 /// more than the simulator may be off, and not when it leaves a twentieth of what it explains (in between by the
 /// logarithm): a wrong entry of the catalogue bends to part of any structure, seldom to all of it. The same holds for
 /// how much of what it explains would be explained by another size of the effect elsewhere.
-double trust(const FitProblem& problem, const std::vector<Group>& groups, const Model& model, const Rest& rest,
-             const Eigen::VectorXd& base, std::size_t part, const DiagnoseOptions& options);
-
-/// Residuals of a model without one of its parts, nothing refitted.
-Eigen::VectorXd without(const Data& data, const Model& model, std::size_t part, const Eigen::VectorXd& base);
+double trust(const Data& data, const std::vector<Group>& groups, const Model& model, const Rest& rest, std::size_t part,
+             const DiagnoseOptions& options);
 
 }  // namespace kr5::gap

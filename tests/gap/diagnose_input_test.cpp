@@ -1,0 +1,157 @@
+#include <cmath>
+#include <cstdio>
+
+#include <catch2/catch.hpp>
+
+#include <kr5/cell/effect.hpp>
+#include <kr5/core/error.hpp>
+#include <kr5/core/random.hpp>
+#include <kr5/gap/diagnose.hpp>
+#include <kr5/predict/fast_simulator.hpp>
+
+#include "gap/protocol.hpp"
+#include "gap/told.hpp"
+
+/// @file
+/// Recordings that are not as one would wish: the diagnosis judges by what there is, and says what it left out.
+
+using namespace kr5;
+using told::blames;
+using told::text;
+using told::warns;
+
+namespace {
+
+gap::Diagnosis diagnosed(const cell::Recording& r) { return gap::diagnose(r, predict::FastSimulator()); }
+
+cell::Cell with_friction(const std::string& joint, double coulomb) {
+  cell::Cell out = protocol::nominal();
+  cell::set_effect(out, "coulomb_friction", joint, "coulomb", cell::EffectValue(coulomb));
+  return out;
+}
+
+/// A motion in which one joint moves and the others stand.
+cell::Experiment one_joint(cell::Experiment e, int joint) {
+  for (int j = 1; j <= 6; ++j)
+    if (j != joint) {
+      auto column = e.data.values.col(e.data.find("qc" + std::to_string(j)));
+      column.setConstant(column(0));
+    }
+  return e;
+}
+
+}  // namespace
+
+TEST_CASE("columns and experiments that the simulator cannot show are left out with a word") {
+  Random random(31);
+  cell::Recording r = protocol::record(protocol::nominal(), random);
+  r.cell.drives.reset();
+  r.cell.peg.reset();
+  r.cell.noise.laser = 0.0;
+  const gap::Diagnosis d = diagnosed(r);
+  INFO(text(d));
+  CHECK(d.verdict == gap::Verdict::NoGap);
+  CHECK(d.where.empty());
+  CHECK(warns(d, "motion.i1 was not judged: the simulator does not show it"));
+  CHECK(warns(d, "profile-1 was not judged"));
+  CHECK(warns(d, "scan.z was not judged: the cell does not state noise.laser"));
+}
+
+TEST_CASE("a recording of which nothing can be shown is refused with the reason") {
+  Random random(32);
+  cell::Recording r = protocol::record(protocol::nominal(), random);
+  std::erase_if(r.experiments, [](const cell::Experiment& e) { return e.kind != cell::Kind::Profile; });
+  r.cell.peg.reset();
+  CHECK_THROWS_WITH(diagnosed(r), Catch::Contains("no column that could be compared") && Catch::Contains("peg"));
+}
+
+TEST_CASE("an effect is found although the first motions move other joints") {
+  Random random(33);
+  const cell::Cell broken = with_friction("joint3", 40.0);
+  cell::Recording r;
+  r.cell = protocol::nominal();
+  for (int j = 1; j <= 6; ++j) {
+    const std::string name = "motion-" + std::to_string(j);
+    const auto split = cell::Split::Fit;
+    r.experiments.push_back(
+        one_joint(protocol::motion(random, 30.0 * j, 600, 2.0).experiment(name, cell::Kind::Motion, split), j));
+  }
+  r.experiments.push_back(
+      protocol::motion(random, 300.0, 900, 2.0).experiment("motion-7", cell::Kind::Motion, cell::Split::Check));
+  for (cell::Experiment& e : r.experiments) protocol::show(e, broken, random);
+  const gap::Diagnosis d = diagnosed(r);
+  INFO(text(d));
+  CHECK(d.verdict == gap::Verdict::Explained);
+  REQUIRE(d.causes.size() == 1);
+  CHECK(blames(d, "coulomb_friction", "joint3"));
+}
+
+TEST_CASE("a clock that counts from another epoch changes neither cause nor size") {
+  Random random(34);
+  cell::Cell broken = protocol::nominal();
+  cell::set_effect(broken, "thermal_friction", "joint1", "drop", cell::EffectValue(0.6));
+  cell::set_effect(broken, "thermal_friction", "joint1", "time_constant", cell::EffectValue(150.0));
+  cell::Recording r = protocol::record(broken, random);
+  const gap::Diagnosis before = diagnosed(r);
+  for (cell::Experiment& e : r.experiments)
+    if (const int t = e.data.find("t"); t >= 0) e.data.values.col(t).array() += 1.7e9;
+  const gap::Diagnosis d = diagnosed(r);
+  INFO(text(d));
+  CHECK(warns(d, "another epoch"));
+  CHECK(d.verdict == before.verdict);
+  CHECK(blames(d, "thermal_friction", "joint1"));
+}
+
+TEST_CASE("an effect beside a wrench that is logged late is explained, and the clock is told") {
+  Random random(35);
+  cell::Recording r = protocol::record(with_friction("joint2", 50.0), random);
+  protocol::late(r, cell::Kind::Motion, {"fx", "fy", "fz", "tx", "ty", "tz"}, 0.012);
+  const gap::Diagnosis d = diagnosed(r);
+  INFO(text(d));
+  CHECK(d.verdict == gap::Verdict::Explained);
+  REQUIRE(d.causes.size() == 1);
+  CHECK(blames(d, "coulomb_friction", "joint2"));
+  REQUIRE(d.warnings.size() == 1);
+  double late = 0.0, doubt = 0.0;
+  REQUIRE(std::sscanf(d.warnings[0].c_str(), "wrench of motion: logged %lf +- %lf ms late", &late, &doubt) == 2);
+  CHECK(std::abs(late - 12.0) < 4 * doubt);
+}
+
+TEST_CASE("a dead column does not make the noise of its like seem small") {
+  Random random(36);
+  cell::Recording r = protocol::record(with_friction("joint2", 50.0), random);
+  for (cell::Experiment& e : r.experiments)
+    if (e.kind == cell::Kind::Motion) e.data.values.col(e.data.find("tz")).setZero();
+  const gap::Diagnosis d = diagnosed(r);
+  INFO(text(d));
+  CHECK(d.verdict != gap::Verdict::NoGap);
+  CHECK(blames(d, "coulomb_friction", "joint2"));
+  CHECK_FALSE(warns(d, "noise of torque"));
+}
+
+TEST_CASE("joint torques in the place of currents tell of friction") {
+  Random random(37);
+  cell::Cell nominal = protocol::nominal();
+  nominal.drives.reset();
+  cell::Cell broken = nominal;
+  cell::set_effect(broken, "coulomb_friction", "joint2", "coulomb", cell::EffectValue(20.0));
+  cell::Recording r = protocol::record(broken, random);
+  r.cell = nominal;
+  const gap::Diagnosis d = diagnosed(r);
+  INFO(text(d));
+  CHECK(d.verdict == gap::Verdict::Explained);
+  REQUIRE(d.causes.size() == 1);
+  CHECK(blames(d, "coulomb_friction", "joint2"));
+  CHECK(std::abs(d.causes[0].parameters[0].value[0] - 20.0) < 4 * d.causes[0].parameters[0].std[0]);
+}
+
+TEST_CASE("a kind that cannot be fitted, or not be checked, is told") {
+  Random random(38);
+  cell::Recording r = protocol::record(protocol::nominal(), random);
+  std::erase_if(r.experiments, [](const cell::Experiment& e) { return e.name == "views-1" || e.name == "poses-2"; });
+  const gap::Diagnosis d = diagnosed(r);
+  INFO(text(d));
+  CHECK(d.verdict == gap::Verdict::NoGap);
+  CHECK(warns(d, "views: no experiment to fit"));
+  CHECK(warns(d, "poses: no experiment to check by"));
+}
