@@ -27,7 +27,7 @@ static void bind_hand_eye(py::module_& m) {
       py::arg("views"), py::arg("camera"), py::arg("options") = HandEyeOptions(),
       "Estimates camera and target pose together from pixels and robot poses, both with their noise.\n\n"
       "Parameters\n----------\nviews : list of HandEyeView\ncamera : kr5.Pinhole\noptions : HandEyeOptions\n\n"
-      "Returns\n-------\nHandEyeResult\n    Look at `fit.usable()` before the poses.\n\n"
+      "Returns\n-------\nHandEyeResult\n    Look at `fit.usable` before the poses.\n\n"
       "Raises\n------\nkr5.InvalidArgument\n    Fewer than three views, a view with fewer than four points, or NaN.");
 }
 

@@ -51,7 +51,8 @@ static void bind_inverse(py::module_& m) {
         py::arg("tolerance") = 1e-9, "Joints, counted from 0, that are not within their limits.");
   bind_enum<InverseStatus>(m, "InverseStatus", "What came of an inverse problem.");
   bind_enum<Singularity>(m, "Singularity", "Where a posture loses a degree of freedom.");
-  bind_struct<Posture>(m, "Posture", "Joint values that reach a pose.").def("usable", &Posture::usable, "In limits.");
+  bind_struct<Posture>(m, "Posture", "Joint values that reach a pose.")
+      .def_property_readonly("usable", &Posture::usable, "In limits.");
   bind_struct<InverseOptions>(m, "InverseOptions", "Limits and start of the inverse.");
   bind_struct<InverseResult>(m, "InverseResult", "Postures that reach a pose.");
   m.def("has_closed_form", &has_closed_form, py::arg("chain"), "Ortho-parallel arm with a spherical wrist.");

@@ -108,7 +108,8 @@ static void bind_detect(py::module_& m) {
   python::bind_struct<TagOptions>(m, "TagOptions", "Options of find_tags.");
   python::bind_struct<TagDetection>(m, "TagDetection", "One marker in an image.");
   python::bind_struct<DetectOptions>(m, "DetectOptions", "Options of find_target.");
-  python::bind_struct<Detection>(m, "Detection", "What was seen of a target.").def("found", &Detection::found);
+  python::bind_struct<Detection>(m, "Detection", "What was seen of a target.")
+      .def_property_readonly("found", &Detection::found);
   m.def(
       "find_tags",
       [](const GreyArray& image, const TagOptions& options) {
@@ -135,7 +136,7 @@ static void bind_poses(py::module_& m) {
   python::bind_struct<TargetPose>(m, "TargetPose", "Where a target stands in the camera.");
   m.def("estimate_target_pose", &estimate_target_pose, py::arg("view"), py::arg("camera"),
         py::arg("options") = TargetPoseOptions(), py::call_guard<py::gil_scoped_release>(),
-        "Pose of a target from one view, with covariance and, for a flat one, the second pose. Look at fit.usable().");
+        "Pose of a target from one view, with covariance and, for a flat one, the second pose. Look at fit.usable.");
   python::bind_struct<MarkerSighting>(m, "MarkerSighting", "The markers seen in one image.");
   python::bind_struct<MarkerMapOptions>(m, "MarkerMapOptions", "Options of estimate_marker_map.");
   python::bind_struct<MarkerMapResult>(m, "MarkerMapResult", "What estimate_marker_map returns.");
@@ -145,7 +146,7 @@ static void bind_poses(py::module_& m) {
         return estimate_marker_map(images, camera, options);
       },
       py::arg("images"), py::arg("camera"), py::arg("options"), py::call_guard<py::gil_scoped_release>(),
-      "Where markers sit relative to each other, from images that show several at once. Look at fit.usable().");
+      "Where markers sit relative to each other, from images that show several at once. Look at fit.usable.");
 }
 
 static void bind_hand_eye(py::module_& m) {

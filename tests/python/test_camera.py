@@ -132,9 +132,9 @@ def test_command_says_what_is_wrong(reference, run_kr5, tmp_path):
     ):
         done = run_kr5("calibrate", "camera", *arguments)
         assert done.returncode == 2 and words in done.stderr and "Traceback" not in done.stderr, done.stderr
+    done = run_kr5("calibrate", "camera", *images[:2], "--board", "chessboard:6x9:0.025", "-o", "keep.json")
+    assert done.returncode == 2 and "at least 3 views" in done.stderr
     assert (tmp_path / "keep.json").read_text() == "old"
-    done = run_kr5("calibrate", "camera", *images[:2], "--board", "chessboard:6x9:0.025", "-o", "two.json")
-    assert done.returncode == 2 and "at least 3 views" in done.stdout
 
 
 def test_the_demo_gives_back_the_camera_it_was_made_with(share):

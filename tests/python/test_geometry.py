@@ -22,7 +22,7 @@ def seen(image, sheets, T_flange_sheet):
     views, correlation = [], 1.0
     for sheet, T in zip(sheets, T_flange_sheet):
         found = vision.find_target(np.asarray(image), sheet)
-        assert found.found(), found.message
+        assert found.found, found.message
         points = T[:3, :3] @ found.view.points + T[:3, 3:]
         views.append(kr5.View(points=points, pixels=found.view.pixels, ids=found.view.ids))
         correlation = max(correlation, found.correlation)

@@ -80,9 +80,10 @@ def test_tool_command_notices_metres_for_millimetres_and_radians_for_degrees(tmp
 
 def test_tool_command_says_which_motion_is_missing(tmp_path, run_kr5):
     write_kuka(tmp_path / "touches.csv", touches(axis=(0, 0, 1)))
-    done = run_kr5("calibrate", "tool", "touches.csv")
-    assert done.returncode == 2
-    assert "one axis" in done.stdout
+    (tmp_path / "keep.json").write_text("old")
+    done = run_kr5("calibrate", "tool", "touches.csv", "-o", "keep.json")
+    assert done.returncode == 2 and "one axis" in done.stderr
+    assert (tmp_path / "keep.json").read_text() == "old"
 
 
 def test_tool_command_refuses_columns_it_does_not_know(tmp_path, run_kr5):
@@ -108,8 +109,10 @@ def test_timed_command_names_streams_that_do_not_overlap_and_quaternions_that_ar
     th, hands, tc, cameras = streams()
     write_stream(tmp_path / "hand.csv", th, hands)
     write_stream(tmp_path / "camera.csv", tc + 100, cameras)
-    done = run_kr5("calibrate", "timed", "hand.csv", "camera.csv")
-    assert done.returncode == 2 and "overlap" in done.stdout
+    (tmp_path / "keep.json").write_text("old")
+    done = run_kr5("calibrate", "timed", "hand.csv", "camera.csv", "-o", "keep.json")
+    assert done.returncode == 2 and "overlap" in done.stderr
+    assert (tmp_path / "keep.json").read_text() == "old"
     (tmp_path / "camera.csv").write_text("t,x,y,z,qx,qy,qz,qw\n0,0,0,0,1,1,0,0\n")
     done = run_kr5("calibrate", "timed", "hand.csv", "camera.csv")
     assert done.returncode == 2 and "row 1" in done.stderr

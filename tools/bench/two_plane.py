@@ -25,7 +25,7 @@ def seen(truth: np.ndarray, seed: int) -> list:
     views = []
     for sheet, T in zip(SHEETS, T_FLANGE_SHEET):
         found = vision.find_target(image, sheet)
-        if found.found():
+        if found.found:
             views.append(kr5.View(points=T[:3, :3] @ found.view.points + T[:3, 3:], pixels=found.view.pixels, ids=found.view.ids))
     return views
 

@@ -10,7 +10,7 @@ import typer
 import kr5
 from kr5 import vision
 
-from .common import Json, Output, console, fail, figure, image_files, number, show_result, table, track, working, write_json, write_result
+from .common import Json, Output, console, fail, figure, image_files, keep, number, show_result, table, track, working, write_result
 from .options import options_from
 
 app = typer.Typer()
@@ -48,13 +48,11 @@ def camera(
     with working("Fitting and comparing lens models"):
         result = vision.calibrate_camera(views, *size, options)
     out = console(json_file)
-    data = write_result(output, "kr5-camera/1", **_keys(result, files, views, size, lost, board))
-    write_json(data, json_file)
+    data = write_result(None, "kr5-camera/1", **_keys(result, files, views, size, lost, board))
     _show(result, data, out)
     if peers:
         _show_peers(result, views, size, out)
-    if not result.fit.usable:
-        raise typer.Exit(2)
+    keep(data, result.fit, output, json_file)
 
 
 def _files(given: list[Path]) -> list[Path]:

@@ -52,9 +52,7 @@ def _see(files: list[Path], family: str, camera: Path) -> tuple[list, Any, dict[
     for file, name in track(list(zip(files, names)), "Looking for markers"):
         image = np.asarray(vision.load_image(str(file)))
         height, width = image.shape
-        lens = lens or load_camera(camera, (width, height))
-        if (lens.width, lens.height) != (width, height):
-            fail(f"{file}: is {width} x {height} px, but {camera} is a camera of {lens.width} x {lens.height} px")
+        lens = load_camera(camera, (width, height))
         sightings.append(vision.MarkerSighting(name=name, tags=vision.find_tags(image, choice)))
         paths[name] = str(file.resolve())
     if not any(s.tags for s in sightings):

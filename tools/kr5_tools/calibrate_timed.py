@@ -8,7 +8,7 @@ import typer
 
 from kr5 import calibration, io
 
-from .common import Json, Output, console, fail, figure, pose_figures, show_result, working, write_json, write_result
+from .common import Json, Output, console, fail, figure, keep, pose_figures, show_result, working, write_result
 from .options import options_from
 
 app = typer.Typer()
@@ -30,11 +30,9 @@ def timed(
     streams = load_stream(hand), load_stream(camera)
     with working("Aligning the streams"):
         result = calibration.calibrate_timed_hand_eye(*streams, options)
-    data = write_result(output, "kr5-timed-hand-eye/1", **_keys(result, hand, camera))
-    write_json(data, json_file)
+    data = write_result(None, "kr5-timed-hand-eye/1", **_keys(result, hand, camera))
     show_result(data, console(json_file))
-    if not result.fit.usable:
-        raise typer.Exit(2)
+    keep(data, result.fit, output, json_file)
     if png is not None:
         from .plot_style import STYLE, plt
         from .plots import alignment

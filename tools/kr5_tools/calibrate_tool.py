@@ -8,7 +8,7 @@ import typer
 
 from kr5 import calibration, io
 
-from .common import Json, Output, console, fail, figure, show_result, table, write_json, write_result
+from .common import Json, Output, console, fail, figure, keep, show_result, table, write_result
 from .options import options_from
 
 app = typer.Typer()
@@ -49,11 +49,9 @@ def tool(
     else:
         T, used = read_poses(poses, convention, length, angle)
     result = calibration.calibrate_tool(T, options)
-    data = write_result(output, "kr5-tool/1", **_keys(result, T, poses, used))
-    write_json(data, json_file)
+    data = write_result(None, "kr5-tool/1", **_keys(result, T, poses, used))
     _show(result, data, console(json_file))
-    if not result.fit.usable:
-        raise typer.Exit(2)
+    keep(data, result.fit, output, json_file)
 
 
 def read_poses(file: Path, convention: str | None, length: str | None, angle: str | None) -> tuple[list, dict[str, str]]:

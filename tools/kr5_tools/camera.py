@@ -27,7 +27,7 @@ _Loader.add_constructor("tag:yaml.org,2002:opencv-matrix", lambda loader, node: 
 
 
 def load_camera(file: Path | str, size: tuple[int, int] | None = None) -> Any:
-    """The kr5.Pinhole in a file. `size` (width, height) [px] is taken where the file does not say it."""
+    """The kr5.Pinhole in a file, for images of `size` (width, height) [px], which is taken where the file does not say it."""
     file = Path(file)
     try:
         text = file.read_text(encoding="utf-8")
@@ -38,7 +38,10 @@ def load_camera(file: Path | str, size: tuple[int, int] | None = None) -> Any:
     fields = _fields(file, text)
     if size and not (fields.get("width") and fields.get("height")):
         fields["width"], fields["height"] = size
-    return _pinhole(file, fields)
+    camera = _pinhole(file, fields)
+    if size and (camera.width, camera.height) != tuple(size):
+        fail(f"{file}: is a camera of {camera.width} x {camera.height} px, but the images have {size[0]} x {size[1]} px")
+    return camera
 
 
 def _fields(file: Path, text: str) -> dict[str, Any]:

@@ -128,6 +128,13 @@ def write_text(text: str, file: Path | str) -> None:
         raise
 
 
+def check_writable(*files: Path | None) -> None:
+    """Complains of outputs whose folder is not there, before what may take minutes is begun."""
+    for file in files:
+        if file is not None and str(file) != "-" and not Path(file).parent.is_dir():
+            fail(f"{file}: cannot be written: there is no folder {Path(file).parent}")
+
+
 def write_json(data: Any, file: Path | str | None) -> None:
     """Writes JSON; does nothing without a file."""
     if file is not None:
@@ -143,6 +150,14 @@ def write_result(file: Path | None, format: str, **keys: Any) -> dict[str, Any]:
     data = {"format": format, "version": kr5.__version__, "created": created, "command": command, **plain(keys)}
     write_json(data, file)
     return data
+
+
+def keep(data: dict[str, Any], fit: Any, *files: Path | None) -> None:
+    """Writes a result where it is wanted; one that must not be used is told, and no older file is lost for it."""
+    if not fit.usable:
+        fail(fit.message)
+    for file in files:
+        write_json(data, file)
 
 
 def read_result(file: Path, *formats: str) -> dict[str, Any]:

@@ -14,11 +14,10 @@ from kr5 import calibration, vision
 
 from .calibrate_hand_eye import camera_of
 from .camera import load_camera
-from .common import Json, console, fail, table, track, working, write_json, write_text
+from .common import IMAGE_ENDINGS, Json, console, fail, table, track, working, write_json, write_text
 
 app = typer.Typer()
 
-IMAGES = {".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm"}
 POSES = {".yaml", ".yml", ".json", ".csv", ".txt"}
 OPENCV_DICTIONARIES = {i: f"aruco_{n}x{n}_{count}" for i, (n, count) in
                        enumerate(itertools.product((4, 5, 6, 7), (50, 100, 250, 1000)))}
@@ -43,7 +42,7 @@ def guess(
     images = _images(folder, reasons)
     poses, forms = _poses(folder, images, reasons)
     name, views = _target(folder, images, target, reasons)
-    camera_file, camera = _camera(folder, views, reasons)
+    camera_file, camera = _camera(folder, images, views, reasons)
     best, rivals = _convention(images, poses, forms, views, camera)
     reasons.append(["convention, mount", _text(best), f"robot and camera agree to {1e3 * best['error']:.2g} mm, next best reading "
                     f"({_text(rivals[0])}) to {1e3 * rivals[0]['error']:.2g} mm" if rivals else "the only reading possible",
@@ -83,9 +82,9 @@ def _pattern(folder: Path, files: list[Path]) -> str:
 
 
 def _images(folder: Path, reasons: list) -> list[Path]:
-    families = _families(folder, IMAGES)
+    families = _families(folder, set(IMAGE_ENDINGS))
     if not families:
-        fail(f"{folder}: found no image ({', '.join(sorted(IMAGES))}), expected images and robot poses")
+        fail(f"{folder}: found no image ({', '.join(IMAGE_ENDINGS)}), expected images and robot poses")
     best = max(families, key=len)
     sure = sum(len(f) == len(best) for f in families) == 1
     reasons.append(["images", _pattern(folder, best), f"{len(best)} files, the largest group", "high" if sure else "low"])
@@ -194,14 +193,12 @@ def _target(folder: Path, images: list[Path], given: str | None, reasons: list) 
     return name, views
 
 
-def _camera(folder: Path, views: dict[int, Any], reasons: list) -> tuple[Path | None, Any]:
+def _camera(folder: Path, images: list[Path], views: dict[int, Any], reasons: list) -> tuple[Path | None, Any]:
+    height, width = np.asarray(vision.load_image(str(images[next(iter(views))]))).shape
     for file in sorted(folder.glob("*")):
         if file.suffix.lower() in {".xml", ".yaml", ".yml", ".json"} and re.search("cam|intrinsic", file.stem, re.I) and "cal_data" not in file.stem:
-            size = tuple(int(x) for x in np.ceil(np.hstack([v.pixels for v in views.values()]).max(axis=1)) + 1)
             reasons.append(["camera", file.name, "a camera file of the folder", "high"])
-            return file, load_camera(file, size)
-    image = next(f for f in sorted(folder.rglob("*")) if f.suffix.lower() in IMAGES)
-    height, width = np.asarray(vision.load_image(str(image))).shape
+            return file, load_camera(file, (width, height))
     camera, how = camera_of("", {"views": list(views.values()), "size": (width, height)})
     reasons.append(["camera", "-", f"no camera file: {how}", "high"])
     return None, camera

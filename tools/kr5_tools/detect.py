@@ -29,8 +29,9 @@ def detect(
     json_file: Json = None,
 ) -> None:
     """Finds a target, or every marker of a family, and says why when it does not."""
+    files = image_files(images)
     if (target is None) == (family is None):
-        fail("give either --target or --family")
+        fail("give either --target or --family, e.g. --family 36h11")
     options.validate()
     wanted = kr5.parse_target(target) if target else None
     for name in family or ():
@@ -38,7 +39,7 @@ def detect(
     if size is not None and not size > 0:
         fail(f"--size: found {size}, expected the side of the markers in metres, above 0")
     found, lost = [], []
-    for file in track(image_files(images), "Looking"):
+    for file in track(files, "Looking"):
         try:
             image = np.asarray(vision.load_image(str(file)))
         except Exception as error:  # one bad file does not spoil the others
@@ -48,8 +49,6 @@ def detect(
             continue
         height, width = image.shape
         lens = load_camera(camera, (width, height)) if camera else None
-        if lens and (lens.width, lens.height) != (width, height):
-            fail(f"{file}: is {width} x {height} px, but {camera} is a camera of {lens.width} x {lens.height} px")
         items, missed = _in_target(image, wanted, lens, options) if wanted else _in_family(image, family, size, lens, options)
         found += [{"image": str(file), **item} for item in items]
         if missed:

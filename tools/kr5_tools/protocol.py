@@ -56,7 +56,7 @@ class Context:
         """Joint values that bring the flange there, near home, or None."""
         options = kr5.kinematics.InverseOptions(lower=self.low, upper=self.high, near=self.home)
         found = kr5.kinematics.inverse(self.cell.chain(), T_B_F, options)
-        return next((np.asarray(p.q) for p in found.postures if p.usable()), None)
+        return next((np.asarray(p.q) for p in found.postures if p.usable), None)
 
     def joint_names(self, name: str) -> list[str]:
         return [f"{name}{i + 1}" for i in range(self.joints)]

@@ -118,7 +118,7 @@ def _pushed(result: Any, t: Any) -> tuple[Any, Any]:
         x /= np.linalg.norm(x)
         T_T_E[:3, :3], T_T_E[:3, 3] = np.column_stack([x, np.cross(z, x), z]), [rows["x"][k], rows["y"][k], rows["z"][k]]
         found = kr5.kinematics.inverse(cell.chain(), cell.tube.T_B_T @ T_T_E @ np.linalg.inv(cell.tool.T_F_E), options)
-        usable = [np.asarray(p.q) for p in found.postures if p.usable()]
+        usable = [np.asarray(p.q) for p in found.postures if p.usable]
         if not usable:
             common.fail(f"{cell.name}: tube.T_B_T: the arm cannot hold the peg there, so there is nothing to show; leave out -o and --rerun")
         near = np.asarray(q[-1] if q else options.near)
