@@ -61,6 +61,9 @@ function(_kr5_build name)
   add_library(kr5::${name} ALIAS kr5_${name})
   kr5_compile_settings(kr5_${name})
   set_target_properties(kr5_${name} PROPERTIES EXPORT_NAME ${name})
+  if(KR5_UNITY AND NOT visp_sources AND NOT name STREQUAL "calibration")  # whose files have little in common
+    set_target_properties(kr5_${name} PROPERTIES UNITY_BUILD ON)
+  endif()
   target_include_directories(kr5_${name} PUBLIC
     $<BUILD_INTERFACE:${KR5_${name}_INCLUDE}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>
     PRIVATE ${KR5_${name}_PRIVATE})

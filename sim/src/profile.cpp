@@ -30,12 +30,12 @@ void settle(PegSlide& peg, double rest, const PegPosture& at, double step) {
 }
 
 /// The rows of one profile, and where the peg would rest in each.
-struct Profile {
+struct Rolls {
   std::vector<PegPosture> rows;
   VectorXd t, rest;
 };
 
-void roll(PegSlide& peg, const Run& run, const Profile& given, double longest, VectorXd& z, Eigen::MatrixXd& wrench) {
+void roll(PegSlide& peg, const Run& run, const Rolls& given, double longest, VectorXd& z, Eigen::MatrixXd& wrench) {
   bool carried = false;
   for (Index k = run.first; k < run.last; ++k) {
     const PegPosture& now = given.rows[static_cast<std::size_t>(k)];
@@ -73,7 +73,7 @@ Shown profile(const cell::Cell& cell, const Given& given, const DartSimulatorOpt
     given.fail("step: the stable bound of this contact is " + std::to_string(1e3 * peg.longest_step()) + " ms");
   const auto tilt = given["tilt"], alpha = given["alpha"], held = given["fc"], cx = given["cx"], cy = given["cy"];
   const force::PegTube bodies{peg.shape().peg_radius, peg.shape().inner_radius, peg.shape().outer_radius};
-  Profile rows{{}, given["t"], VectorXd(given.rows())};
+  Rolls rows{{}, given["t"], VectorXd(given.rows())};
   for (Index k = 0; k < given.rows(); ++k) {
     rows.rows.push_back({tilt[k], alpha[k], cx[k], cy[k], held[k]});
     rows.rest[k] = force::resting_height(bodies, peg.tube(), tilt[k], alpha[k], peg.centre(rows.rows.back()));

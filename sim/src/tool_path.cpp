@@ -17,14 +17,14 @@ using predict::Given;
 using predict::Run;
 using predict::Shown;
 
-constexpr double longest_step = 1e-3;  // [s]
+constexpr double longest_servo_step = 1e-3;  // [s]
 
 /// Steps the path correction of every run; `at_row(row, z, speed)` sees each cycle.
 template <class AtRow>
 void follow(const cell::Cell& cell, const Given& given, const DartSimulatorOptions& options, AtRow&& at_row) {
   given.need(cell.servo && cell.servo->tool, "servo.tool");
   const predict::PathServo servo(cell);
-  const double wanted = options.step > 0.0 ? options.step : longest_step;
+  const double wanted = options.step > 0.0 ? options.step : longest_servo_step;
   const int steps = static_cast<int>(std::ceil(servo.cycle / wanted - 1e-6));
   const auto asked = given["zc"];
   for (const Run& run : given.runs()) {

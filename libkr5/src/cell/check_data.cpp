@@ -10,8 +10,6 @@
 namespace kr5::cell {
 namespace {
 
-constexpr double long_arm = 10.0;  // [m]
-
 /// Looks at the columns of one experiment; each thing that is wrong is told once, at its first row, with their number.
 class DataCheck {
  public:

@@ -10,8 +10,7 @@ namespace {
 
 using io::Node;
 
-constexpr double turn = 2 * std::numbers::pi * (1 + 1e-9);
-constexpr double long_arm = 10.0;      // [m] no link, tool or cell of ours is longer
+constexpr double whole_turn = 2 * std::numbers::pi * (1 + 1e-9);
 constexpr double large_part = 1.0;     // [m] markers, pegs and tubes are smaller
 constexpr double heavy_link = 2000.0;  // [kg]
 constexpr double heavy_tool = 500.0;   // [kg]
@@ -23,9 +22,9 @@ void check_dh(const Cell& cell, Complaints& c) {
   for (std::size_t i = 0; i < cell.robot.dh.size(); ++i) {
     const auto& row = cell.robot.dh[i];
     const std::string field = item("robot.dh", static_cast<Eigen::Index>(i));
-    c.expect(std::abs(row.alpha) <= turn, field + ".alpha", angle_hint);
-    c.expect(std::abs(row.theta_offset) <= turn, field + ".theta_offset", angle_hint);
-    c.expect(std::abs(row.beta) <= turn, field + ".beta", angle_hint);
+    c.expect(std::abs(row.alpha) <= whole_turn, field + ".alpha", angle_hint);
+    c.expect(std::abs(row.theta_offset) <= whole_turn, field + ".theta_offset", angle_hint);
+    c.expect(std::abs(row.beta) <= whole_turn, field + ".beta", angle_hint);
     c.expect(std::abs(row.a) <= long_arm, field + ".a", length_hint);
     c.expect(std::abs(row.b) <= long_arm, field + ".b", length_hint);
   }
@@ -58,7 +57,7 @@ void check_body(Complaints& c, const std::string& field, double mass, double hea
              "moments of a body of " + text_of(mass) + " kg within 3 m [kg m^2]; are they in kg mm^2 or kg cm^2?");
 }
 
-void check_masses(const Cell& cell, Complaints& c) {
+void check_mass_units(const Cell& cell, Complaints& c) {
   for (std::size_t i = 0; i < cell.robot.links.size(); ++i) {
     const Link& link = cell.robot.links[i];
     check_body(c, item("robot.links", static_cast<Eigen::Index>(i)), link.mass, heavy_link, link.com,
@@ -139,7 +138,7 @@ void check_tree(const Node& node, const std::string& field, const std::string& k
   double v = 0;
   if (key.starts_with("T_") && node.items.size() == 6)
     for (std::size_t i = 0; i < 6; ++i)
-      if (number_of(node.items[i], v) && std::abs(v) > (i < 3 ? long_arm : turn))
+      if (number_of(node.items[i], v) && std::abs(v) > (i < 3 ? long_arm : whole_turn))
         c.add(field + "[" + std::to_string(i) + "]", i < 3 ? length_hint : angle_hint);
   if (key.starts_with("T_") && node.items.size() == 4)
     for (std::size_t i = 0; i < 3; ++i)
@@ -155,7 +154,7 @@ void check_tree(const Node& node, const std::string& field, const std::string& k
 void check_units(const Cell& cell, const Node& root, Complaints& c) {
   check_dh(cell, c);
   check_joint_limits(cell, c);
-  check_masses(cell, c);
+  check_mass_units(cell, c);
   check_parts(cell, c);
   check_rest(cell, c);
   check_tree(root, "", "", c);

@@ -60,6 +60,12 @@ void Complaints::add(const std::string& field, const std::string& expected, std:
   problems_.push_back({file_, place.line, field, std::move(found), expected});
 }
 
+std::string listed(const std::vector<std::string>& names) {
+  std::string out;
+  for (const std::string& name : names) out += (out.empty() ? "" : ", ") + name;
+  return out;
+}
+
 std::string item(const std::string& name, Eigen::Index index) { return name + "[" + std::to_string(index) + "]"; }
 
 std::string text_of(double value) {

@@ -30,6 +30,11 @@ class Complaints {
   std::vector<io::Problem> problems_;
 };
 
+/// No link, tool or cell of ours is longer [m].
+inline constexpr double long_arm = 10.0;
+
+/// `a, b, c`
+std::string listed(const std::vector<std::string>& names);
 /// `name[3]`
 std::string item(const std::string& name, Eigen::Index index);
 /// Shortest text of a number.

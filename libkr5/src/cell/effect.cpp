@@ -9,6 +9,7 @@
 #include <kr5/core/error.hpp>
 #include <kr5/io/problem.hpp>
 
+#include "cell/complaints.hpp"
 #include "cell/effect_rows.hpp"
 
 namespace kr5::cell {
@@ -16,12 +17,6 @@ namespace {
 
 constexpr std::array<const char*, 6> wrench_names = {"fx", "fy", "fz", "tx", "ty", "tz"};
 constexpr int most_joints = 100;
-
-std::string listed(const std::vector<std::string>& names) {
-  std::string out;
-  for (const std::string& name : names) out += (out.empty() ? "" : ", ") + name;
-  return out;
-}
 
 const EffectRow& required_row(const std::string& id) {
   if (const EffectRow* row = find_row(id)) return *row;

@@ -7,7 +7,6 @@
 namespace kr5::cell {
 namespace {
 
-using enum EffectTarget;
 constexpr double inf = std::numeric_limits<double>::infinity();
 constexpr double turn = 2 * std::numbers::pi;
 
@@ -108,6 +107,7 @@ using S = SensorEffects;
 using K = TaskEffects;
 
 std::vector<EffectRow> drive_rows() {
+  using enum EffectTarget;
   return {
       row("coulomb_friction", Joint, "friction level differs",
           {{"coulomb", "N m", 0, 1e5, joint<&J::coulomb>(), "level of the dry friction"}}),
@@ -143,6 +143,7 @@ std::vector<EffectRow> drive_rows() {
 }
 
 std::vector<EffectRow> arm_rows() {
+  using enum EffectTarget;
   return {
       row("payload", Tool, "something more hangs on the tool",
           {{"mass", "kg", 0, 1e3, tool<&ToolEffects::payload_mass>(), "of what hangs there"},
@@ -182,6 +183,7 @@ std::vector<EffectRow> arm_rows() {
 }
 
 std::vector<EffectRow> sensor_rows() {
+  using enum EffectTarget;
   return {
       row("ft_bias", WrenchComponent, "sensor offset",
           {{"bias", "N or N m", -1e4, 1e4, wrench<&W::bias>(), "added to the component"}}),
@@ -212,6 +214,7 @@ std::vector<EffectRow> sensor_rows() {
 }
 
 std::vector<EffectRow> task_rows() {
+  using enum EffectTarget;
   return {
       row("contact_stiffness", Contact, "contact is softer or harder",
           {{"stiffness", "N/m", 1, 1e9, task<&K::stiffness>(), "of all that gives way"}}),

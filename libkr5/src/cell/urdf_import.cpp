@@ -10,6 +10,7 @@
 #include <kr5/io/node.hpp>
 #include <kr5/io/problem.hpp>
 
+#include "cell/complaints.hpp"
 #include "cell/urdf_frames.hpp"
 #include "cell/urdf_model.hpp"
 
@@ -17,12 +18,6 @@ namespace kr5::cell {
 namespace {
 
 using kinematics::JointType;
-
-std::string listed(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
-}
 
 class Importer {
  public:
