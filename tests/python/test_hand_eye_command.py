@@ -145,7 +145,7 @@ def test_an_unknown_key_is_refused_with_the_nearest_one(run_kr5, tmp_path, demo)
 
 
 def test_a_camera_of_another_image_size_is_refused(run_kr5, tmp_path, demo):
-    (tmp_path / "small.yaml").write_text("{width: 320, height: 240, fx: 300, fy: 300, cx: 160, cy: 120}")
+    (tmp_path / "small.yaml").write_text("width: 320\nheight: 240\nfx: 300\nfy: 300\ncx: 160\ncy: 120\n")
     done = run_kr5("calibrate", "hand-eye", demo, "--camera", tmp_path / "small.yaml", "-o", "r.json")
     assert done.returncode == 2 and "small.yaml: is a camera of 320 x 240 px, but the images have" in done.stderr
     assert not (tmp_path / "r.json").exists()

@@ -50,6 +50,10 @@ def test_map_of_markers_lies_at_the_truth_and_its_page_shows_it(tmp_path, run_kr
     assert done.returncode == 0, done.stderr
     page = (tmp_path / "map.html").read_text()
     assert "Marker map" in page and "marker 5" in page
+    done = run_kr5("detect", photos, "--target", "map.json", "--camera", "camera.yaml", "--json", "-")
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)["found"]
+    assert len(found) == 6 and all(f["what"] == "marker_map" and f["rms_px"] < 0.2 for f in found)
 
 
 @pytest.mark.parametrize("args, words", [

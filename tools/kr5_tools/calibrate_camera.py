@@ -7,11 +7,11 @@ from typing import Annotated, Any, Literal
 import numpy as np
 import typer
 
-import kr5
 from kr5 import vision
 
 from .common import Json, Output, console, fail, figure, image_files, keep, number, show_result, table, track, working, write_result
 from .options import options_from
+from .target import load_target
 
 app = typer.Typer()
 LENSES = Literal["auto", "none", "k1", "k1k2", "brown4", "brown5", "radial6", "rational8"]
@@ -40,7 +40,7 @@ def camera(
     peers: Annotated[bool, typer.Option("--peers", help="Show OpenCV's and ViSP's calibration of the same points.")] = False,
 ) -> None:
     """Calibrates a camera, says how well it is known, and what is wrong with the images."""
-    target = kr5.parse_target(board)
+    target = load_target(board)
     if model != "auto":
         options.lens = model
     options.validate()

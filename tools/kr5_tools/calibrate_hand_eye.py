@@ -14,6 +14,7 @@ from .camera import load_camera
 from .common import (Json, Output, console, fail, figure, pose_figures, show_result, table, track, working, write_json,
                      write_result)
 from .options import options_from
+from .target import load_target
 
 app = typer.Typer()
 
@@ -25,7 +26,7 @@ def hand_eye(
     options: calibration.HandEyeDiagnosisOptions,
     dataset: Annotated[Path | None, typer.Option(help="A dataset.yaml elsewhere; the files it names lie in FOLDER.")] = None,
     camera: Annotated[Path | None, typer.Option(help="Camera file; overrides that of the data set.")] = None,
-    target: Annotated[str | None, typer.Option(help="Target, e.g. chessboard:6x9:0.0236; overrides that of the data set.")] = None,
+    target: Annotated[str | None, typer.Option(help="Target, e.g. chessboard:6x9:0.0236, or map.json of kr5 calibrate map; overrides that of the data set.")] = None,
     mount: Annotated[Literal["eye_in_hand", "eye_to_hand"] | None, typer.Option(help="Overrides that of the data set.")] = None,
     output: Output = None,
     json_file: Json = None,
@@ -69,7 +70,7 @@ def target_of(text: str, where: Path) -> Any:
     """A target from its short form or from the JSON of its fields."""
     if not text:
         fail(f"{where}: target: found nothing, expected e.g. 'chessboard:6x9:0.0236'; or give it with --target")
-    return kr5.Target.from_dict(json.loads(text)) if text.startswith("{") else kr5.parse_target(text)
+    return kr5.Target.from_dict(json.loads(text)) if text.startswith("{") else load_target(text)
 
 
 def detect(images: list[str], target: Any) -> dict[str, Any]:

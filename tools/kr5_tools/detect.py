@@ -12,6 +12,7 @@ from kr5 import vision
 from .camera import load_camera
 from .common import Json, console, fail, figure, image_files, pose_figures, table, track, write_json, write_result
 from .options import options_from
+from .target import load_target
 
 app = typer.Typer()
 
@@ -21,7 +22,7 @@ app = typer.Typer()
 def detect(
     images: Annotated[list[Path], typer.Argument(help="Images, or folders of them.")],
     options: vision.DetectOptions,
-    target: Annotated[str | None, typer.Option(help="What to look for, e.g. chessboard:6x9:0.025 or tag:36h11:0:0.05.")] = None,
+    target: Annotated[str | None, typer.Option(help="What to look for, e.g. chessboard:6x9:0.025, tag:36h11:0:0.05, or map.json of kr5 calibrate map.")] = None,
     family: Annotated[list[str] | None, typer.Option(help="Or: every marker of this family, e.g. 36h11 or aruco_4x4_50.")] = None,
     camera: Annotated[Path | None, typer.Option(help="Camera file; poses are given with it.")] = None,
     size: Annotated[float | None, typer.Option(help="Side of the markers of --family [m]; with --camera gives their poses.")] = None,
@@ -33,7 +34,7 @@ def detect(
     if (target is None) == (family is None):
         fail("give either --target or --family, e.g. --family 36h11")
     options.validate()
-    wanted = kr5.parse_target(target) if target else None
+    wanted = load_target(target) if target else None
     for name in family or ():
         kr5.marker_count(name)
     if size is not None and not size > 0:

@@ -69,7 +69,9 @@ def cases(
     out: dict[str, Any] = {}
     for name, label in common.track(list(_labels(folder).items()), "simulating"):
         found, text = measure_case(folder / name, label["effects"], full)
-        widest = max((c for c in found.columns if c.rows >= ENOUGH_ROWS), key=lambda c: c.gap)
+        if not found.columns:
+            common.fail(f"{folder / name}: no column that the simulator shows was recorded")
+        widest = max(found.columns, key=lambda c: (c.rows >= ENOUGH_ROWS, c.gap))
         blows = any(e["effect"] == "backlash" for e in label["effects"])
         above = [c for c in found.columns if is_far(c, len(found.columns), blows)]
         far += len(above)

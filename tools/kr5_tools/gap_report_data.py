@@ -95,10 +95,10 @@ def spikes(experiment: Any, rows: np.ndarray) -> np.ndarray:
     return out
 
 
-def seen_noise(warnings: list[str]) -> dict[str, float]:
-    """By what the noise seen differs from the one declared, as the diagnosis warned."""
-    found = (re.match(r"noise of (\w+) is ([\d.]+)", text) for text in warnings)
-    return {m[1]: float(m[2]) for m in found if m}
+def seen_noise(warnings: list[str], kind: str) -> dict[str, float]:
+    """By what the noise seen in experiments of a kind differs from the one declared, as the diagnosis warned."""
+    found = (re.match(r"noise of (\w+)(?: in (\w+))? is ([\d.]+)", text) for text in warnings)
+    return {m[1]: float(m[3]) for m in found if m and m[2] in (None, kind)}
 
 
 class Evidence:
@@ -108,10 +108,13 @@ class Evidence:
         self.data, self.recording = data, recording
         self.experiments = recording.experiments  # once: each look makes copies
         self.simulator = simulator or common.simulator(False)
-        self.noise_sizes = seen_noise(data.get("warnings", []))
         self.wild: dict[tuple[str, str], np.ndarray] = {}  # spikes, by experiment and column
         self.unset: list[str] = []  # causes that a cell cannot hold
         self.cell = self.cell_with(range(len(data["causes"])))
+
+    def compare(self, experiment: Any) -> Comparison:
+        """The comparison of an experiment, by the noise that was seen."""
+        return Comparison(self.recording, experiment, seen_noise(self.data.get("warnings", []), str(experiment.kind)))
 
     def cell_with(self, causes: Any) -> Any:
         """The recording's cell with some of the causes added."""
@@ -135,7 +138,7 @@ class Evidence:
         spiky = any("spikes" in w for w in self.data.get("warnings", []))
         out = []
         for experiment in common.track(self.experiments, "simulating"):
-            compare = Comparison(self.recording, experiment, self.noise_sizes)
+            compare = self.compare(experiment)
             before = compare.rows(self.recording.cell, self.simulator)
             after = compare.rows(self.cell, self.simulator) if self.explained else {}
             without = {k: compare.rows(cell, self.simulator) for k, cell in others.items()} or ({0: before} if self.explained else {})

@@ -168,7 +168,7 @@ class Judge:
             self.add(experiment)
 
     def add(self, experiment: Any) -> None:
-        self.compare[experiment.name] = Comparison(self.evidence.recording, experiment, self.evidence.noise_sizes)
+        self.compare[experiment.name] = self.evidence.compare(experiment)
         self.base_rows[experiment.name] = self._rows(self.base, experiment)
 
     def short(self, experiment: Any, rows: int = 500) -> Any:

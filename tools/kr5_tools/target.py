@@ -10,23 +10,25 @@ from . import common
 
 app = typer.Typer(no_args_is_help=True)
 
-Board = Annotated[str, typer.Option(metavar="TARGET", help="Short form, such as charuco:aruco_4x4_250:7x5:0.03:0.022, or a YAML file.")]
+Board = Annotated[str, typer.Option(metavar="TARGET", help="Short form, such as charuco:aruco_4x4_250:7x5:0.03:0.022, or a file.")]
 MM = 1000.0
 
 
 def load_target(text: str) -> Any:
-    """A target from its short form or from a YAML file with its fields."""
+    """A target from its short form, from a YAML or JSON file with its fields, or from what `kr5 calibrate map` wrote."""
     import kr5
     import yaml
 
-    if not text.endswith((".yaml", ".yml")):
+    if not text.endswith((".yaml", ".yml", ".json")):
         return kr5.parse_target(text)
     try:
         fields = yaml.safe_load(Path(text).read_text(encoding="utf-8"))
+        if isinstance(fields, dict) and str(fields.get("format", "")).startswith("kr5-marker-map/"):
+            fields = fields["result"]["target"]
         return kr5.Target.from_dict(fields)
     except OSError as error:
-        common.fail(f"{text}: {error.strerror}; expected a YAML file with the fields of a target")
-    except (yaml.YAMLError, TypeError, ValueError) as error:
+        common.fail(f"{text}: {error.strerror}; expected a file with the fields of a target, or a result of kr5 calibrate map")
+    except (yaml.YAMLError, KeyError, TypeError, ValueError) as error:
         common.fail(f"{text}: is no target: {' '.join(str(error).split())}")
 
 

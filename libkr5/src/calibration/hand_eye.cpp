@@ -8,6 +8,7 @@
 
 #include <Eigen/Dense>
 #include <kr5/core/error.hpp>
+#include <kr5/core/statistics.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 
 #include "hand_eye_fit.hpp"
@@ -38,12 +39,6 @@ void check(std::span<const HandEyeView> views, const Pinhole& camera, const Hand
     require(views[i].T_base_flange.matrix().allFinite(), where + "T_base_flange must be finite");
     require(is_rotation(views[i].T_base_flange.linear(), 1e-3), where + "T_base_flange has no proper rotation");
   }
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 /// Distance at which a turn of the robot moves the tool as far as its position error: the usual reach of this arm.

@@ -6,6 +6,8 @@
 
 #include <Eigen/Dense>
 
+#include <kr5/core/statistics.hpp>
+
 #include "hand_eye_closed_form.hpp"
 #include "hand_eye_evidence.hpp"
 
@@ -47,19 +49,13 @@ std::vector<Row> linearise(const Trajectory& hand, const PoseStream& camera, con
   return rows;
 }
 
-double median(std::vector<double>& v) {
-  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-  std::nth_element(v.begin(), middle, v.end());
-  return *middle;
-}
-
 /// First guess of the errors' covariance, from medians, so that outliers do not enter.
 Matrix6 rough_covariance(const std::vector<Row>& rows) {
   Matrix6 S = Matrix6::Zero();
   for (int i = 0; i < 6; ++i) {
     std::vector<double> v;
     for (const Row& row : rows) v.push_back(std::abs(row.e[i]));
-    S(i, i) = std::pow(1.4826 * median(v), 2) + 1e-18;
+    S(i, i) = std::pow(mad_to_sigma * median(v), 2) + 1e-18;
   }
   return S;
 }

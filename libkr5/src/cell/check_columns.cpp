@@ -40,16 +40,17 @@ bool check_columns(const Experiment& e, int joints, const std::string& file, std
     const bool there = e.data.find(column.name) >= 0;
     known.push_back(column.name);
     predicted |= there && column.role == Role::Predicted;
-    if (column.group.empty() && !there)
+    if (!there && column.role == Role::Given && column.group.empty())
       complain(column.name, "no such column", column.name + " [" + column.unit + "], required");
-    if (column.group.empty()) continue;
+    // A sensor may lack an axis, and a drive its current; but a part of an orientation is none.
+    if (column.group.empty() || (column.role == Role::Predicted && column.group != "orientation")) continue;
     auto& [have, lack] = groups[column.group];
     (there ? have : lack) += (there ? have : lack).empty() ? column.name : " " + column.name;
   }
   for (const auto& [group, names] : groups)
     if (!names.first.empty() && !names.second.empty())
       complain(names.second, "only " + names.first + " of the " + group, "all of them, or none");
-  if (!predicted) complain("", "nothing measured", "at least one group of measured columns");
+  if (!predicted) complain("", "nothing measured", "at least one measured column");
   for (const std::string& name : e.data.columns)
     if (std::find(known.begin(), known.end(), name) == known.end())
       complain(name, "an unknown column", unknown_hint(name, known, e, joints));

@@ -3,6 +3,9 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <utility>
+
+#include <kr5/core/statistics.hpp>
 
 #include "cell/complaints.hpp"
 #include "cell/read_recording.hpp"
@@ -116,8 +119,7 @@ class DataCheck {
   static double median_distance(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
     std::vector<double> d(static_cast<std::size_t>(a.size()));
     for (Row i = 0; i < a.size(); ++i) d[static_cast<std::size_t>(i)] = std::abs(a[i] - b[i]);
-    std::nth_element(d.begin(), d.begin() + static_cast<std::ptrdiff_t>(d.size() / 2), d.end());
-    return d[d.size() / 2];
+    return median(std::move(d));
   }
 
   /// A measured joint follows its own command, not that of another.
@@ -147,12 +149,12 @@ class DataCheck {
     constexpr double near = 0.2, unit = 1e-3;  // [m]; a quaternion is printed with seven digits
     const Eigen::VectorXd x = column("x"), y = column("y"), z = column("z"), w = column("qw");
     std::vector<double> off;
-    for (Row i = 0; i < x.size(); ++i)
+    for (Row i = 0; i < x.size() && y.size() > 0 && z.size() > 0; ++i)
       off.push_back((T_B_E(cell_, joint_row(i)).translation() - Eigen::Vector3d(x[i], y[i], z[i])).norm());
-    std::nth_element(off.begin(), off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2), off.end());
-    if (off[off.size() / 2] > near)
+    const double typical = median(std::move(off));
+    if (typical > near)
       complain(
-          0, "x", "a tool " + rounded_text(off[off.size() / 2]) + " m (median) from where the cell puts it",
+          0, "x", "a tool " + rounded_text(typical) + " m (median) from where the cell puts it",
           "agreement within 0.2 m; are columns swapped, lengths in mm, angles in degrees, or is this another cell?");
     if (w.size() == 0) return;
     const Eigen::VectorXd a = column("qx"), b = column("qy"), c = column("qz");
@@ -173,7 +175,7 @@ class DataCheck {
           "marker", [&](Row i) { return marker[i] >= first && marker[i] <= last; },
           "a marker of the board, " + std::to_string(first) + " to " + std::to_string(last));
     }
-    if (!cell_.camera) return;
+    if (!cell_.camera || u.size() == 0 || v.size() == 0) return;
     const double w = cell_.camera->width, h = cell_.camera->height;
     const auto fits = [&](const Eigen::VectorXd& x, double size) {
       return x.minCoeff() >= -margin && x.maxCoeff() <= size + margin;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <set>
@@ -55,6 +56,11 @@ Eigen::MatrixXd rotation_residuals(const io::Table& recorded, const io::Table& p
   for (Eigen::Index row = 0; row < out.rows(); ++row)
     out.row(row) = log_rotation(rotation(predicted, row).transpose() * rotation(recorded, row)).transpose();
   return out;
+}
+
+bool has_orientation(const io::Table& table) {
+  return std::all_of(std::begin(quaternion_columns), std::end(quaternion_columns),
+                     [&](const char* name) { return table.find(name) >= 0; });
 }
 
 bool is_rotation(const Block& block) {
@@ -167,7 +173,7 @@ Data make_data(const cell::Recording& recording, const cell::Simulator& simulato
         continue;
       if (column.group != "orientation")
         add_block(data, e, column.name, column.noise);
-      else if (column.name == quaternion_columns[0])
+      else if (column.name == quaternion_columns[0] && has_orientation(experiment.data))
         for (const char* name : rotation_columns) add_block(data, e, name, column.noise);
     }
   }

@@ -48,9 +48,10 @@ std::string clearest(const Data& data, const std::vector<Fitted>& alternatives, 
   if (std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() > slow_simulator) return "";
   parallel_for(static_cast<int>(all.size()) - 1, threads, [&](int i) { rate(i + 1); });
   const auto best = std::max_element(separation.begin(), separation.end());
-  if (*best < enough) return "";
-  char text[80];
-  std::snprintf(text, sizeof text, " (%.1f standard deviations expected; kr5 gap plan makes a protocol of it)", *best);
+  if (*best <= 0.0) return "";
+  char text[96];
+  std::snprintf(text, sizeof text, " (%.1f standard deviations expected%s; kr5 gap plan makes a protocol of it)", *best,
+                *best < enough ? ", repeat it" : "");
   return all[static_cast<std::size_t>(best - separation.begin())].what + text;
 }
 

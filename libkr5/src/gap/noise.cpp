@@ -13,13 +13,6 @@ namespace {
 constexpr double spike = 7.0;        // noise alone is there once in a hundred million samples
 constexpr std::size_t telling = 50;  // differences that tell a scale
 
-double median(std::vector<double>& values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 bool in_order(cell::Kind kind) { return kind != cell::Kind::Poses && kind != cell::Kind::Views; }
 
 /// 1 near the rim of a scanned sphere, where a ray moves far for a small cause.

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include <kr5/core/statistics.hpp>
+
 #include "gap/data.hpp"
 #include "gap/signature.hpp"
 
@@ -13,8 +15,6 @@
 
 namespace kr5::gap {
 
-/// Standard deviation over median absolute deviation, of a normal variable.
-inline constexpr double mad_to_sigma = 1.4826;
 /// Less than this part of the declared noise is none: a coarse column, or a dead one.
 inline constexpr double least_noise = 0.2;
 

@@ -89,9 +89,8 @@ int mark(PoseSet& p, Left& left) {
     for (Eigen::Index i = 0; i < size.size(); ++i)
       if (left.part(i) > leverage) used.push_back(size(i));
     if (used.size() < 20 || found >= size.size() / 20) return found;
-    std::nth_element(used.begin(), used.begin() + static_cast<std::ptrdiff_t>(used.size() / 2), used.end());
     Eigen::Index worst = 0;
-    if (size.maxCoeff(&worst) <= far * std::max(mad_to_sigma * used[used.size() / 2], least_noise)) return found;
+    if (size.maxCoeff(&worst) <= far * std::max(mad_to_sigma * median(used), least_noise)) return found;
     p.use(worst) = 0.0;
   }
 }

@@ -6,6 +6,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
+#include <kr5/core/statistics.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 
 #include "camera_calibration_detail.hpp"
@@ -19,12 +20,6 @@ constexpr double clipped_consistency = 0.98889;  // E[min(|e|^2, 9 sigma^2)] / 2
 constexpr double prior_freedom = 20.0;           // a view's own noise is drawn to that of all with this many residuals
 constexpr double false_dispersion = 0.001;       // chance to widen the doubts of a sound set
 constexpr double noisy_ratio = 3.0;              // a view this much noisier than the others is named
-
-double median(std::vector<double> v) {
-  const auto middle = v.begin() + std::ptrdiff_t(v.size() / 2);
-  std::nth_element(v.begin(), middle, v.end());
-  return *middle;
-}
 
 /// Point weights over the squared noise of the view, from the residuals at `state`.
 void update_weights(const Problem& problem, const State& state, const std::vector<bool>& used, bool robust, double lost,
@@ -85,7 +80,7 @@ double noise_of(const Eigen::Matrix2Xd& e, bool robust, double lost) {
   if (!robust) return std::sqrt(e.squaredNorm() / n * correction);
   std::vector<double> size(static_cast<std::size_t>(e.size()));
   for (std::size_t i = 0; i < size.size(); ++i) size[i] = std::abs(e.data()[i]);
-  double sigma = 1.4826 * median(size) + 1e-12;
+  double sigma = mad_to_sigma * median(size) + 1e-12;
   for (int k = 0; k < 3; ++k) {  // lengths beyond the threshold count as the threshold: wrong points hardly matter
     const double limit = huber_threshold * huber_threshold * sigma * sigma;
     sigma = std::sqrt(e.colwise().squaredNorm().cwiseMin(limit).sum() / n / clipped_consistency) + 1e-12;
