@@ -58,6 +58,7 @@ TEST_CASE("single effects of random size are named") {
     if (!found) missed += draw.effect + "." + draw.target + " -> " + text(d) + "\n";
   }
   INFO(missed);
+  if (!test::full()) CHECK(named == trials);
   CHECK(uncertainty::binomial_interval(named, trials).high >= 0.95);
 }
 
@@ -70,6 +71,7 @@ TEST_CASE("a healthy cell is called healthy") {
     INFO(text(d));
     healthy += d.verdict == gap::Verdict::NoGap && d.causes.empty();
   }
+  if (!test::full()) CHECK(healthy == trials);
   CHECK(uncertainty::binomial_interval(healthy, trials).high >= 0.98);
 }
 
@@ -148,7 +150,7 @@ TEST_CASE("what no catalogue names is not explained") {
     explained += d.verdict == gap::Verdict::Explained;
     ++trials;
   }
-  CHECK(uncertainty::binomial_interval(explained, trials).low <= 0.03);
+  CHECK(explained == 0);
 }
 
 TEST_CASE("a recording of a few kinds is diagnosed by what there is") {

@@ -122,7 +122,7 @@ std::string text(const std::vector<gap::Alternative>& all) {
 
 TEST_CASE("the planned experiment tells random ties apart") {
   constexpr double tied = 3.0;  // separation of a hasty recording below which it decides nothing
-  const int trials = test::trials(200, 5);
+  const int trials = test::trials(200, 3);
   gap::PlanOptions options;
   options.load = 3.0;
   Random random(31);
@@ -151,6 +151,7 @@ TEST_CASE("the planned experiment tells random ties apart") {
   }
   INFO(log << right << " of " << decided << " right, " << expected << " wrong expected");
   if (test::full()) WARN(log << right << " of " << decided << " right, " << inseparable << " inseparable");
+  if (!test::full()) CHECK(right == decided);
   CHECK(uncertainty::binomial_interval(right, decided).high >= 0.95);
 }
 

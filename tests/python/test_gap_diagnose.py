@@ -27,6 +27,24 @@ def test_a_labelled_recording_is_diagnosed(run_kr5, reference, tmp_path):
     result = json.loads((tmp_path / "result.json").read_text())
     assert result["input"]["recording"] == str(case.resolve()) and result["causes"] == data["causes"]
     assert "Tilt of the tube" in (tmp_path / "gap.html").read_text()
+    has_the_keys_of_the_format(data)
+
+
+def has_the_keys_of_the_format(data):
+    """Those of kr5-gap/1, and beside them the scatter and the warnings."""
+    assert set(data) == {"format", "verdict", "where", "causes", "unexplained", "shrink", "next_experiment", "scatter", "warnings"}
+    assert data["where"] and data["causes"]
+    for place in data["where"]:
+        assert set(place) == {"experiment", "column", "target", "gap", "share", "depends_on"}
+        for dependence in place["depends_on"]:
+            assert set(dependence) == {"variable", "how", "evidence"}
+    for cause in data["causes"]:
+        assert set(cause) == {"effect", "target", "probability", "parameters", "gap_closed", "tied_with"}
+        assert all(set(p) == {"value", "std", "unit"} for p in cause["parameters"].values())
+        assert all(set(tie) == {"effect", "target"} for tie in cause["tied_with"])
+    assert all({"experiment", "column", "gap", "depends_on"} <= set(place) for place in data["unexplained"])
+    assert set(data["shrink"]) == {"before", "after", "floor", "before_ci", "after_ci", "columns"}
+    assert set(data["next_experiment"]) == {"separates", "do"}
 
 
 def test_bad_options_and_folders_are_refused(run_kr5, tmp_path):

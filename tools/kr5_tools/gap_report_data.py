@@ -106,11 +106,21 @@ class Evidence:
 
     def __init__(self, data: dict[str, Any], recording: Any, simulator: Any = None) -> None:
         self.data, self.recording = data, recording
-        self.experiments = recording.experiments  # once: each look makes copies
         self.simulator = simulator or common.simulator(False)
+        self.experiments = [e for e in recording.experiments if self.shows(e)]  # once: each look makes copies
         self.wild: dict[tuple[str, str], np.ndarray] = {}  # spikes, by experiment and column
         self.unset: list[str] = []  # causes that a cell cannot hold
         self.cell = self.cell_with(range(len(data["causes"])))
+
+    def shows(self, experiment: Any) -> bool:
+        """Whether the simulator can show an experiment at all; the diagnosis warns of those that it cannot."""
+        import kr5
+
+        try:
+            self.simulator.predict(self.recording.cell, experiment)
+        except kr5.InvalidArgument:
+            return False
+        return True
 
     def compare(self, experiment: Any) -> Comparison:
         """The comparison of an experiment, by the noise that was seen."""
