@@ -56,9 +56,10 @@ test_python() {
   count_junit "$junit"
 }
 
-# The preset "dev" compiles every file by itself, as clang-tidy wants to.
+# clang-tidy wants every file by itself, and GCC's warnings are no errors of its own.
 tidy() {
-  quietly "$build/log/dev.txt" cmake --preset dev && "$python" tools/checks/style.py tidy --build "$build/dev"
+  quietly "$build/log/tidy.txt" cmake --preset dev -B "$build/tidy" -DKR5_WARNINGS_AS_ERRORS=OFF || return
+  "$python" tools/checks/style.py tidy --build "$build/tidy"
 }
 
 run_all_tests() {
