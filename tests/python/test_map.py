@@ -56,6 +56,14 @@ def test_map_of_markers_lies_at_the_truth_and_its_page_shows_it(tmp_path, run_kr
     assert len(found) == 6 and all(f["what"] == "marker_map" and f["rms_px"] < 0.2 for f in found)
 
 
+def test_images_of_two_sizes_are_refused_also_where_the_camera_says_none(tmp_path, run_kr5, photos):
+    (tmp_path / "camera.yaml").write_text(json.dumps({k: v for k, v in LENS.items() if k not in ("width", "height")}))
+    vision.save_image(np.full((480, 640), 128, np.uint8), str(photos / "9.png"))
+    done = make_map(run_kr5, photos, "--size", SIZE)
+    assert done.returncode == 2 and "is a camera of 1280 x 960 px" in done.stderr and "9.png has 640 x 480 px" in done.stderr
+    assert not (tmp_path / "map.json").exists()
+
+
 @pytest.mark.parametrize("args, words", [
     (("--size", "0"), ["size", "[m]"]),
     (("--size", "0.05", "--family", "25h9"), ["no marker of 25h9", "kr5 detect"]),

@@ -9,7 +9,7 @@ import typer
 import kr5
 from kr5 import vision
 
-from .camera import load_camera
+from .camera import check_size, load_camera
 from .common import Json, Output, console, fail, figure, image_files, pose_figures, show_result, table, track, working, write_json, write_result
 from .options import options_from
 
@@ -52,7 +52,8 @@ def _see(files: list[Path], family: str, camera: Path) -> tuple[list, Any, dict[
     for file, name in track(list(zip(files, names)), "Looking for markers"):
         image = np.asarray(vision.load_image(str(file)))
         height, width = image.shape
-        lens = load_camera(camera, (width, height))
+        lens = lens or load_camera(camera, (width, height), file)
+        check_size(lens, camera, (width, height), file)
         sightings.append(vision.MarkerSighting(name=name, tags=vision.find_tags(image, choice)))
         paths[name] = str(file.resolve())
     if not any(s.tags for s in sightings):

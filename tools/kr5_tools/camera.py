@@ -26,8 +26,15 @@ class _Loader(yaml.SafeLoader):
 _Loader.add_constructor("tag:yaml.org,2002:opencv-matrix", lambda loader, node: loader.construct_mapping(node, deep=True))
 
 
-def load_camera(file: Path | str, size: tuple[int, int] | None = None) -> Any:
-    """The kr5.Pinhole in a file, for images of `size` (width, height) [px], which is taken where the file does not say it."""
+def check_size(camera: Any, file: Path | str, size: tuple[int, int], image: Path | None = None) -> None:
+    """Complains of a camera file that is not for images of this size (width, height) [px]."""
+    if (camera.width, camera.height) != tuple(size):
+        whose = f"{image} has" if image else "the images have"
+        fail(f"{file}: is a camera of {camera.width} x {camera.height} px, but {whose} {size[0]} x {size[1]} px")
+
+
+def load_camera(file: Path | str, size: tuple[int, int] | None = None, image: Path | None = None) -> Any:
+    """The kr5.Pinhole in a file, for images, or one, of `size` (width, height) [px], which is taken where the file does not say it."""
     file = Path(file)
     try:
         text = file.read_text(encoding="utf-8")
@@ -39,8 +46,8 @@ def load_camera(file: Path | str, size: tuple[int, int] | None = None) -> Any:
     if size and not (fields.get("width") and fields.get("height")):
         fields["width"], fields["height"] = size
     camera = _pinhole(file, fields)
-    if size and (camera.width, camera.height) != tuple(size):
-        fail(f"{file}: is a camera of {camera.width} x {camera.height} px, but the images have {size[0]} x {size[1]} px")
+    if size:
+        check_size(camera, file, size, image)
     return camera
 
 

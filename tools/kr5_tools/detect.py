@@ -49,7 +49,7 @@ def detect(
             lost.append({"image": str(file), "status": "unreadable", "message": str(error)})
             continue
         height, width = image.shape
-        lens = load_camera(camera, (width, height)) if camera else None
+        lens = load_camera(camera, (width, height), file) if camera else None
         items, missed = _in_target(image, wanted, lens, options) if wanted else _in_family(image, family, size, lens, options)
         found += [{"image": str(file), **item} for item in items]
         if missed:
