@@ -70,7 +70,10 @@ class Comparison:
 
     def rows(self, cell: Any, simulator: Any) -> dict[str, np.ndarray]:
         """Recorded less simulated over noise, by column; NaN where the two cannot be compared."""
-        table = simulator.predict(cell, self.experiment)
+        return self.rows_of(simulator.predict(cell, self.experiment))
+
+    def rows_of(self, table: Any) -> dict[str, np.ndarray]:
+        """The same, of what a simulator showed."""
         values = np.asarray(table.values)
         shown = {name: values[:, k] for k, name in enumerate(table.columns)}
         out = {name: (self.recorded[name] - shown[name]) / sigma for name, sigma in self.noise.items() if name in shown}
@@ -107,17 +110,18 @@ class Evidence:
     def __init__(self, data: dict[str, Any], recording: Any, simulator: Any = None) -> None:
         self.data, self.recording = data, recording
         self.simulator = simulator or common.simulator(False)
+        self.nominal: dict[str, Any] = {}  # what the nominal cell shows, by experiment
         self.experiments = [e for e in recording.experiments if self.shows(e)]  # once: each look makes copies
         self.wild: dict[tuple[str, str], np.ndarray] = {}  # spikes, by experiment and column
         self.unset: list[str] = []  # causes that a cell cannot hold
         self.cell = self.cell_with(range(len(data["causes"])))
 
     def shows(self, experiment: Any) -> bool:
-        """Whether the simulator can show an experiment at all; the diagnosis warns of those that it cannot."""
+        """Whether the simulator can show an experiment at all, and what; the diagnosis warns of those that it cannot."""
         import kr5
 
         try:
-            self.simulator.predict(self.recording.cell, experiment)
+            self.nominal[experiment.name] = self.simulator.predict(self.recording.cell, experiment)
         except kr5.InvalidArgument:
             return False
         return True
@@ -149,7 +153,7 @@ class Evidence:
         out = []
         for experiment in common.track(self.experiments, "simulating"):
             compare = self.compare(experiment)
-            before = compare.rows(self.recording.cell, self.simulator)
+            before = compare.rows_of(self.nominal[experiment.name])
             after = compare.rows(self.cell, self.simulator) if self.explained else {}
             without = {k: compare.rows(cell, self.simulator) for k, cell in others.items()} or ({0: before} if self.explained else {})
             for name, rows in before.items():
