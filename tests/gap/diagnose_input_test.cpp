@@ -24,12 +24,6 @@ namespace {
 
 gap::Diagnosis diagnosed(const cell::Recording& r) { return gap::diagnose(r, predict::FastSimulator()); }
 
-cell::Cell with_friction(const std::string& joint, double coulomb) {
-  cell::Cell out = protocol::nominal();
-  cell::set_effect(out, "coulomb_friction", joint, "coulomb", cell::EffectValue(coulomb));
-  return out;
-}
-
 /// A motion in which one joint moves and the others stand.
 cell::Experiment one_joint(cell::Experiment e, int joint) {
   for (int j = 1; j <= 6; ++j)
@@ -59,15 +53,14 @@ TEST_CASE("columns and experiments that the simulator cannot show are left out w
 
 TEST_CASE("a recording of which nothing can be shown is refused with the reason") {
   Random random(32);
-  cell::Recording r = protocol::record(protocol::nominal(), random);
-  std::erase_if(r.experiments, [](const cell::Experiment& e) { return e.kind != cell::Kind::Profile; });
+  cell::Recording r = protocol::only(protocol::record(protocol::nominal(), random), cell::Kind::Profile);
   r.cell.peg.reset();
   CHECK_THROWS_WITH(diagnosed(r), Catch::Contains("no column that could be compared") && Catch::Contains("peg"));
 }
 
 TEST_CASE("an effect is found although the first motions move other joints") {
   Random random(33);
-  const cell::Cell broken = with_friction("joint3", 40.0);
+  const cell::Cell broken = protocol::carrying("coulomb_friction", "joint3", "coulomb", 40.0);
   cell::Recording r;
   r.cell = protocol::nominal();
   for (int j = 1; j <= 6; ++j) {
@@ -88,8 +81,7 @@ TEST_CASE("an effect is found although the first motions move other joints") {
 
 TEST_CASE("a clock that counts from another epoch changes neither cause nor size") {
   Random random(34);
-  cell::Cell broken = protocol::nominal();
-  cell::set_effect(broken, "thermal_friction", "joint1", "drop", cell::EffectValue(0.6));
+  cell::Cell broken = protocol::carrying("thermal_friction", "joint1", "drop", 0.6);
   cell::set_effect(broken, "thermal_friction", "joint1", "time_constant", cell::EffectValue(150.0));
   cell::Recording r = protocol::record(broken, random);
   const gap::Diagnosis before = diagnosed(r);
@@ -104,7 +96,7 @@ TEST_CASE("a clock that counts from another epoch changes neither cause nor size
 
 TEST_CASE("an effect beside a wrench that is logged late is explained, and the clock is told") {
   Random random(35);
-  cell::Recording r = protocol::record(with_friction("joint2", 50.0), random);
+  cell::Recording r = protocol::record(protocol::carrying("coulomb_friction", "joint2", "coulomb", 50.0), random);
   protocol::late(r, cell::Kind::Motion, {"fx", "fy", "fz", "tx", "ty", "tz"}, 0.012);
   const gap::Diagnosis d = diagnosed(r);
   INFO(text(d));
@@ -119,7 +111,7 @@ TEST_CASE("an effect beside a wrench that is logged late is explained, and the c
 
 TEST_CASE("a dead column does not make the noise of its like seem small") {
   Random random(36);
-  cell::Recording r = protocol::record(with_friction("joint2", 50.0), random);
+  cell::Recording r = protocol::record(protocol::carrying("coulomb_friction", "joint2", "coulomb", 50.0), random);
   for (cell::Experiment& e : r.experiments)
     if (e.kind == cell::Kind::Motion) e.data.values.col(e.data.find("tz")).setZero();
   const gap::Diagnosis d = diagnosed(r);

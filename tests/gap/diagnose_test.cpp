@@ -100,9 +100,7 @@ TEST_CASE("a wrench that is logged late is warned of and blamed on no effect") {
 
 TEST_CASE("spikes are left out, also of poses and views, and the effect beside them is named") {
   Random random(13);
-  cell::Cell broken = protocol::nominal();
-  cell::set_effect(broken, "encoder_offset", "joint2", "offset", cell::EffectValue(1e-3));
-  cell::Recording r = protocol::record(broken, random);
+  cell::Recording r = protocol::record(protocol::carrying("encoder_offset", "joint2", "offset", 1e-3), random);
   const int spikes = protocol::add_spikes(r, 0.004, random);
   const gap::Diagnosis d = gap::diagnose(r, predict::FastSimulator());
   INFO(text(d));
@@ -116,10 +114,8 @@ TEST_CASE("spikes are left out, also of poses and views, and the effect beside t
 
 TEST_CASE("poses alone name what moves the tool, or tie it") {
   Random random(14);
-  cell::Cell broken = protocol::nominal();
-  cell::set_effect(broken, "link_twist", "joint2", "alpha", cell::EffectValue(2e-3));
-  cell::Recording r = protocol::record(broken, random);
-  std::erase_if(r.experiments, [](const cell::Experiment& e) { return e.kind != cell::Kind::Poses; });
+  const cell::Cell broken = protocol::carrying("link_twist", "joint2", "alpha", 2e-3);
+  const cell::Recording r = protocol::only(protocol::record(broken, random), cell::Kind::Poses);
   const gap::Diagnosis d = gap::diagnose(r, predict::FastSimulator());
   INFO(text(d));
   CHECK(d.verdict == gap::Verdict::Explained);
@@ -128,8 +124,7 @@ TEST_CASE("poses alone name what moves the tool, or tie it") {
 
 TEST_CASE("what is fitted early in a warming is not held against what is seen later") {
   Random random(15);
-  cell::Cell broken = protocol::nominal();
-  cell::set_effect(broken, "thermal_friction", "joint1", "drop", cell::EffectValue(0.6));
+  cell::Cell broken = protocol::carrying("thermal_friction", "joint1", "drop", 0.6);
   cell::set_effect(broken, "thermal_friction", "joint1", "time_constant", cell::EffectValue(150.0));
   const gap::Diagnosis d = gap::diagnose(protocol::record(broken, random), predict::FastSimulator());
   INFO(text(d));
@@ -155,10 +150,8 @@ TEST_CASE("what no catalogue names is not explained") {
 
 TEST_CASE("a recording of a few kinds is diagnosed by what there is") {
   Random random(11);
-  cell::Cell broken = protocol::nominal();
-  cell::set_effect(broken, "coulomb_friction", "joint2", "coulomb", cell::EffectValue(50.0));
-  cell::Recording r = protocol::record(broken, random);
-  std::erase_if(r.experiments, [](const cell::Experiment& e) { return e.kind != cell::Kind::Motion; });
+  const cell::Cell broken = protocol::carrying("coulomb_friction", "joint2", "coulomb", 50.0);
+  const cell::Recording r = protocol::only(protocol::record(broken, random), cell::Kind::Motion);
   const gap::Diagnosis d = gap::diagnose(r, predict::FastSimulator());
   INFO(text(d));
   CHECK(d.verdict == gap::Verdict::Explained);

@@ -155,26 +155,11 @@ TEST_CASE("the planned experiment tells random ties apart") {
   CHECK(uncertainty::binomial_interval(right, decided).high >= 0.95);
 }
 
-namespace {
-
-cell::Cell carrying(const std::string& effect, const std::string& target, const std::string& parameter, double value) {
-  cell::Cell c = protocol::nominal();
-  cell::set_effect(c, effect, target, parameter, cell::EffectValue(value));
-  return c;
-}
-
-cell::Recording only(cell::Recording r, cell::Kind kind) {
-  std::erase_if(r.experiments, [&](const cell::Experiment& e) { return e.kind != kind; });
-  return r;
-}
-
-}  // namespace
-
 TEST_CASE("what no sensor of the cell can tell apart is called an exact tie") {
   Random random(32);
   // Axes 2 and 3 are parallel: an offset along one is an offset along the other.
-  const cell::Recording r =
-      only(protocol::record(carrying("link_length", "joint2", "b", 2e-3), random), cell::Kind::Poses);
+  const cell::Recording r = protocol::only(
+      protocol::record(protocol::carrying("link_length", "joint2", "b", 2e-3), random), cell::Kind::Poses);
   const gap::Plan plan =
       gap::plan(r, predict::FastSimulator(), {{{"link_length", "joint2"}}, {{"link_length", "joint3"}}});
   INFO(plan.text);
@@ -186,9 +171,9 @@ TEST_CASE("what no sensor of the cell can tell apart is called an exact tie") {
 
 TEST_CASE("planned motions stay within what the arm may do") {
   Random random(33);
-  const cell::Recording r =
-      only(hasty(protocol::record(carrying("coulomb_friction", "joint2", "coulomb", 46.0), random), random),
-           cell::Kind::Motion);
+  const cell::Recording r = protocol::only(
+      hasty(protocol::record(protocol::carrying("coulomb_friction", "joint2", "coulomb", 46.0), random), random),
+      cell::Kind::Motion);
   gap::PlanOptions options;
   options.load = 3.0;
   options.keep = 100;
@@ -218,7 +203,7 @@ TEST_CASE("planned motions stay within what the arm may do") {
 
 TEST_CASE("effects that the recording does not show are told apart at a usual size") {
   Random random(34);
-  const cell::Recording r = only(protocol::record(protocol::nominal(), random), cell::Kind::Step);
+  const cell::Recording r = protocol::only(protocol::record(protocol::nominal(), random), cell::Kind::Step);
   const gap::Plan plan =
       gap::plan(r, predict::FastSimulator(), {{{"tool_servo", "servo"}}, {{"tool_damping", "servo"}}});
   INFO(plan.text);
@@ -228,7 +213,7 @@ TEST_CASE("effects that the recording does not show are told apart at a usual si
 
 TEST_CASE("plans that make no sense are refused") {
   Random random(35);
-  const cell::Recording r = only(protocol::record(protocol::nominal(), random), cell::Kind::Step);
+  const cell::Recording r = protocol::only(protocol::record(protocol::nominal(), random), cell::Kind::Step);
   const predict::FastSimulator simulator;
   const gap::Alternative servo = {{"tool_servo", "servo"}};
   CHECK_THROWS_AS(gap::plan(r, simulator, {servo}), InvalidArgument);

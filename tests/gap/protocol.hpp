@@ -24,6 +24,20 @@ inline cell::Cell nominal() {
   return c;
 }
 
+/// The nominal cell with one effect.
+inline cell::Cell carrying(const std::string& effect, const std::string& target, const std::string& parameter,
+                           double value) {
+  cell::Cell c = nominal();
+  cell::set_effect(c, effect, target, parameter, cell::EffectValue(value));
+  return c;
+}
+
+/// What was recorded of one kind.
+inline cell::Recording only(cell::Recording r, cell::Kind kind) {
+  std::erase_if(r.experiments, [&](const cell::Experiment& e) { return e.kind != kind; });
+  return r;
+}
+
 /// Rows of the given columns of a kind.
 struct Rows {
   std::vector<std::string> names;

@@ -31,15 +31,11 @@ void leave_out(Data& data, const std::string& what) {
   if (std::find(data.left_out.begin(), data.left_out.end(), what) == data.left_out.end()) data.left_out.push_back(what);
 }
 
-std::string group_name(const cell::Experiment& e, const std::string& column) {
-  return std::string(kr5::name_of(e.kind)) + "." + column;
-}
-
 void add_block(Data& data, int experiment, const std::string& column, const std::string& noise) {
   const cell::Experiment& e = data.recording->experiments[experiment];
   const double sigma = declared(data.recording->cell.noise, noise);
   if (sigma <= 0.0)
-    return leave_out(data, group_name(e, column) + " was not judged: the cell does not state noise." + noise);
+    return leave_out(data, column_name(e.kind, column) + " was not judged: the cell does not state noise." + noise);
   data.blocks_of[experiment].push_back(static_cast<int>(data.blocks.size()));
   data.blocks.push_back({experiment, e.kind, e.split, column, noise, sigma, data.size, e.data.values.rows()});
   data.size += e.data.values.rows();
@@ -132,6 +128,10 @@ std::vector<std::string> lacking_splits(const Data& data) {
   return out;
 }
 
+bool shows(const io::Table& predicted, const Block& block) {
+  return is_rotation(block) ? has_orientation(predicted) : predicted.find(block.column) >= 0;
+}
+
 Eigen::VectorXd compare_nominal(Data& data) {
   std::vector<std::optional<io::Table>> tables(data.blocks_of.size());
   std::vector<bool> kept(data.blocks.size(), false);
@@ -140,10 +140,9 @@ Eigen::VectorXd compare_nominal(Data& data) {
     tables[e] = shown(data, static_cast<int>(e));
     for (const int b : data.blocks_of[e]) {
       const Block& block = data.blocks[b];
-      kept[b] = tables[e] && tables[e]->find(is_rotation(block) ? quaternion_columns[0] : block.column) >= 0;
+      kept[b] = tables[e] && shows(*tables[e], block);
       if (tables[e] && !kept[b])
-        leave_out(data,
-                  group_name(data.experiment(block), block.column) + " was not judged: the simulator does not show it");
+        leave_out(data, column_name(block.kind, block.column) + " was not judged: the simulator does not show it");
     }
   }
   keep(data, kept);

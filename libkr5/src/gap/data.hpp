@@ -32,6 +32,11 @@ struct Block {
   auto of(Eigen::VectorXd& stacked) const { return stacked.segment(first, rows); }
 };
 
+/// `motion.i3`
+inline std::string column_name(cell::Kind kind, const std::string& column) {
+  return std::string(kr5::name_of(kind)) + "." + column;
+}
+
 /// What is simulated: a cell, and what effects that a cell cannot hold do to the columns it shows.
 struct Setup {
   Setup(cell::Cell c) : cell(std::move(c)) {}  // NOLINT: most setups are a cell alone
@@ -75,6 +80,9 @@ Eigen::VectorXd compare_nominal(Data& data);
 
 /// The run that each row belongs to; 0 where there are none.
 Eigen::VectorXd runs(const cell::Experiment& experiment);
+
+/// Whether a table of predictions has what a block is compared with.
+bool shows(const io::Table& predicted, const Block& block);
 
 /// Residuals (recorded less simulated, over sigma) of one experiment, one vector a block; NaN where they cannot be
 /// compared.

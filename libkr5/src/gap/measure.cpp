@@ -53,10 +53,7 @@ Measure measure(const cell::Recording& recording, const cell::Cell& cell, const 
     const auto residuals = compare(data, static_cast<int>(e), predicted);
     for (std::size_t k = 0; k < residuals.size(); ++k) {
       const Block& block = data.blocks[static_cast<std::size_t>(data.blocks_of[e][k])];
-      const bool shown =
-          predicted.find(block.column == "rx" || block.column == "ry" || block.column == "rz" ? "qw" : block.column) >=
-          0;
-      if (!shown) continue;
+      if (!shows(predicted, block)) continue;
       out.columns.push_back(column_gap(data, block, residuals[k]));
       out.exceeding += out.columns.back().exceeds ? 1 : 0;
       sum += out.columns.back().gap * out.columns.back().gap;

@@ -20,7 +20,7 @@ struct Group {
   std::vector<int> all;     ///< Blocks.
   std::vector<int> judged;  ///< Those of check experiments; all, when there are none.
 
-  std::string name() const { return std::string(kr5::name_of(kind)) + "." + column; }
+  std::string name() const { return column_name(kind, column); }
 };
 std::vector<Group> make_groups(const Data& data);
 
