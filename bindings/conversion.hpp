@@ -7,6 +7,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "field_table.hpp"
 #include "pose_caster.hpp"
 
 #include <kr5/core/fields.hpp>
@@ -27,15 +28,6 @@ std::string class_text() {
 
 [[noreturn]] inline void complain(const std::string& where, const std::string& expected, const py::handle& found) {
   throw py::type_error(where + ": expected " + expected + ", found " + py::repr(found).cast<std::string>());
-}
-
-/// Sentence for a name that is not among `known`, with the nearest one.
-inline std::string unknown_field(const std::string& where, const py::handle& name, const py::list& known) {
-  const std::string key = py::str(name).cast<std::string>();
-  const py::list near = py::module_::import("difflib").attr("get_close_matches")(key, known, 1, 0.5);
-  const std::string hint = near.empty() ? "there are " + py::str(", ").attr("join")(known).cast<std::string>()
-                                        : "did you mean '" + near[0].cast<std::string>() + "'?";
-  return where + ": no field '" + key + "'; " + hint;
 }
 
 /// How one type of field goes to and from Python:
@@ -177,33 +169,42 @@ struct Convert<Pose> {
 };
 
 template <HasFields T>
-T struct_from_python(const py::handle& value, const std::string& where);  // struct_binder.hpp
+const Fields& fields_of();
 
+/// Structs: as an instance, or as a dict of fields.
 template <HasFields T>
 struct Convert<T> {
   static std::string text() { return class_text<T>(); }
   static std::string argument() { return text() + " | dict[str, typing.Any]"; }
-  static py::object to_plain(const T& value) {
-    py::dict out;
-    T::each_field(value, [&](const char* name, const auto& member, const char*) {
-      out[name] = Convert<std::remove_cvref_t<decltype(member)>>::to_plain(member);
-    });
-    return out;
-  }
+  static py::object to_plain(const T& value) { return python::to_plain(&value, fields_of<T>()); }
   static T from_python(const py::handle& value, const std::string& where) {
-    return struct_from_python<T>(value, where);
+    if (!py::isinstance<py::dict>(value)) return cast_or_complain<T>(value, where);
+    T out;
+    set_fields(&out, fields_of<T>(), py::reinterpret_borrow<py::dict>(value), where);
+    return out;
   }
 };
 
-/// What a property hands out: a copy, and an array that cannot be written, lest somebody believe it changes the struct.
 template <class T>
-py::object frozen(const T& value) {
-  py::object out = py::cast(value);
-  if (py::isinstance<py::array>(out)) out.attr("setflags")(py::arg("write") = false);
-  return out;
+py::object get_member(void* value, const py::handle& owner) {
+  T& member = *static_cast<T*>(value);
+  if constexpr (HasFields<T>) {
+    return py::cast(&member, py::return_value_policy::reference_internal, owner);
+  } else {
+    py::object out = py::cast(static_cast<const T&>(member));
+    if (py::isinstance<py::array>(out)) out.attr("setflags")(py::arg("write") = false);
+    return out;
+  }
 }
 
-/// Names a field of an enumeration may have; empty for other types.
+template <class T>
+constexpr auto fields_function() -> const Fields& (*)() {
+  if constexpr (HasFields<T>)
+    return &fields_of<T>;
+  else
+    return nullptr;
+}
+
 template <class T>
 std::vector<std::string> choices() {
   std::vector<std::string> out;
@@ -212,25 +213,31 @@ std::vector<std::string> choices() {
   return out;
 }
 
-/// `repr` of a field: long lists and arrays by their size alone.
+/// The one entry of a type.
 template <class T>
-std::string short_text(const T& value) {
-  constexpr py::ssize_t longest = 120;
-  if constexpr (HasFields<T>) {
-    std::string out;
-    T::each_field(value, [&](const char* name, const auto& member, const char*) {
-      out += (out.empty() ? "(" : ", ") + std::string(name) + "=" + short_text(member);
+inline constexpr FieldType field_type{
+    &Convert<T>::text,
+    &Convert<T>::argument,
+    [](const void* value) { return py::object(Convert<T>::to_plain(*static_cast<const T*>(value))); },
+    [](void* value, const py::handle& from, const std::string& where) {
+      *static_cast<T*>(value) = Convert<T>::from_python(from, where);
+    },
+    &get_member<T>,
+    &choices<T>,
+    fields_function<T>()};
+
+template <HasFields T>
+const Fields& fields_of() {
+  static const Fields all = [] {
+    Fields out;
+    const T value{};
+    T::each_field(value, [&](const char* name, const auto& member, const char* doc) {
+      const auto offset = reinterpret_cast<const char*>(&member) - reinterpret_cast<const char*>(&value);
+      out.push_back({name, doc, offset, &field_type<std::remove_cvref_t<decltype(member)>>});
     });
-    return out + ")";
-  } else {
-    const py::object plain = Convert<T>::to_plain(value);
-    std::string text = py::repr(plain).cast<std::string>();
-    if (py::isinstance<py::str>(plain) || static_cast<py::ssize_t>(text.size()) <= longest) return text;
-    const py::object whole = py::cast(value);
-    if (py::isinstance<py::array>(whole))
-      return "<array of shape " + py::str(whole.attr("shape")).cast<std::string>() + ">";
-    return "<" + Convert<T>::text() + " of " + std::to_string(py::len(plain)) + ">";
-  }
+    return out;
+  }();
+  return all;
 }
 
 }  // namespace kr5::python

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "field_table.hpp"
+
+#include <string_view>
+
+namespace kr5::python {
+namespace {
+
+/// `repr` of a field: long lists and arrays by their size alone.
+std::string short_text(const void* value, const FieldType& type);
+
+std::string short_text(const void* object, const Fields& fields) {
+  std::string out;
+  for (const Field& field : fields)
+    out += (out.empty() ? "(" : ", ") + std::string(field.name) + "=" + short_text(field.in(object), *field.type);
+  return out + ")";
+}
+
+std::string short_text(const void* value, const FieldType& type) {
+  constexpr std::size_t longest = 120;
+  if (type.fields) return short_text(value, type.fields());
+  const py::object plain = type.to_plain(value);
+  std::string text = py::repr(plain).cast<std::string>();
+  if (py::isinstance<py::str>(plain) || text.size() <= longest) return text;
+  const py::object whole = type.get(const_cast<void*>(value), py::none());  // a copy: this is no struct
+  if (py::hasattr(whole, "shape")) return "<array of shape " + py::str(whole.attr("shape")).cast<std::string>() + ">";
+  return "<" + type.text() + " of " + std::to_string(py::len(plain)) + ">";
+}
+
+/// `fields()`: what the command line makes its options from.
+py::list describe(const void* defaults, const Fields& fields) {
+  py::list out;
+  for (const Field& field : fields) {
+    py::dict entry;
+    entry["name"] = field.name;
+    entry["type"] = field.type->text();
+    entry["default"] = field.type->to_plain(field.in(defaults));
+    entry["doc"] = field.doc;
+    py::list choices;
+    for (const std::string& choice : field.type->choices()) choices.append(choice);
+    entry["choices"] = choices;
+    out.append(entry);
+  }
+  return out;
+}
+
+/// Adds methods to a class whose type the compiler does not know, with signatures of our own, which tell more.
+class Members {
+ public:
+  explicit Members(const py::object& cls)
+      : cls_(cls),
+        own_(cls.attr("__name__").cast<std::string>()),
+        full_(cls.attr("__module__").cast<std::string>() + "." + own_) {
+    options_.disable_function_signatures();
+  }
+
+  const std::string& own() const { return own_; }
+  const std::string& full() const { return full_; }
+
+  template <class Call>
+  void method(const char* name, Call call, const std::string& takes, const std::string& gives, const char* doc) {
+    const std::string text = name + ("(self: " + full_) + takes + ") -> " + gives + "\n\n" + doc;
+    // pybind11 takes what is named __setstate__ for a constructor, and does not call it on an object that is made.
+    const char* known_as = std::string_view(name) == "__setstate__" ? "set_state" : name;
+    cls_.attr(name) = py::cpp_function(std::move(call), py::name(known_as), py::is_method(cls_), text.c_str());
+  }
+
+  template <class Call>
+  void function(const char* name, Call call, const std::string& signature, const char* doc) {
+    const std::string text = name + signature + "\n\n" + doc;
+    const py::cpp_function made(std::move(call), py::name(name), py::scope(cls_), text.c_str());
+    cls_.attr(name) = py::staticmethod(made);
+  }
+
+  template <class Get, class Set>
+  void property(const Field& field, Get get, Set set) {
+    const std::string self = "(self: " + full_;
+    const std::string get_text = self + ") -> " + field.type->text();
+    const std::string set_text = self + ", value: " + field.type->argument() + ") -> None";
+    const py::cpp_function getter(std::move(get), py::is_method(cls_), get_text.c_str());
+    const py::cpp_function setter(std::move(set), py::is_method(cls_), set_text.c_str());
+    const py::handle type(reinterpret_cast<PyObject*>(&PyProperty_Type));
+    cls_.attr(field.name) = type(getter, setter, py::none(), field.doc);
+  }
+
+ private:
+  py::object cls_;
+  std::string own_, full_;
+  py::options options_;
+};
+
+}  // namespace
+
+std::string unknown_field(const std::string& where, const py::handle& name, const py::list& known) {
+  const std::string key = py::str(name).cast<std::string>();
+  const py::list near = py::module_::import("difflib").attr("get_close_matches")(key, known, 1, 0.5);
+  const std::string hint = near.empty() ? "there are " + py::str(", ").attr("join")(known).cast<std::string>()
+                                        : "did you mean '" + near[0].cast<std::string>() + "'?";
+  return where + ": no field '" + key + "'; " + hint;
+}
+
+py::dict to_plain(const void* object, const Fields& fields) {
+  py::dict out;
+  for (const Field& field : fields) out[field.name] = field.type->to_plain(field.in(object));
+  return out;
+}
+
+void set_fields(void* object, const Fields& fields, const py::dict& dict, const std::string& where) {
+  py::list known;
+  for (const Field& field : fields) {
+    known.append(field.name);
+    if (dict.contains(field.name)) field.type->assign(field.in(object), dict[field.name], where + "." + field.name);
+  }
+  for (const auto& [key, item] : dict)
+    if (!known.contains(key)) throw py::type_error(unknown_field(where, key, known));
+}
+
+std::pair<std::string, std::string> document(const std::string& name, const Fields& fields) {
+  std::string signature = "__init__(self: " + name, list;
+  bool first = true;
+  for (const Field& field : fields) {
+    signature += std::string(first ? ", *, " : ", ") + field.name + ": " + field.type->argument() + " = ...";
+    list += std::string("\n") + field.name + " : " + field.type->text() + "\n    " + field.doc;
+    first = false;
+  }
+  return {signature + ") -> None\n\nFields that are not given keep their defaults.", "\n\nFields\n------" + list};
+}
+
+void add_members(const py::object& cls, const Fields& fields, void* (*pointer)(const py::handle&), void* defaults) {
+  Members members(cls);
+  const Fields* all = &fields;
+  const py::handle type = cls;  // which outlives its members
+  for (const Field& field : fields)
+    members.property(
+        field, [pointer, &field](const py::object& self) { return field.type->get(field.in(pointer(self)), self); },
+        [pointer, &field, where = members.own() + "." + field.name](const py::object& self, const py::object& value) {
+          field.type->assign(field.in(pointer(self)), value, where);
+        });
+  members.method(
+      "to_dict", [=](const py::object& self) { return to_plain(pointer(self), *all); }, "", "dict",
+      "Nested dict of numbers, texts and lists, fit for JSON and YAML.");
+  members.method(
+      "__repr__", [=, own = members.own()](const py::object& self) { return own + short_text(pointer(self), *all); },
+      "", "str", "");
+  members.method(
+      "__reduce__",
+      [=](const py::object& self) {
+        return py::make_tuple(self.attr("__class__"), py::tuple(), to_plain(pointer(self), *all));
+      },
+      "", "tuple", "");
+  members.method(
+      "__setstate__",
+      [=, own = members.own()](const py::object& self, const py::dict& state) {
+        set_fields(pointer(self), *all, state, own);
+      },
+      ", state: dict", "None", "");
+  members.function(
+      "from_dict", [type](const py::dict& dict) { return type(**dict); }, "(fields: dict) -> " + members.full(),
+      "Inverse of to_dict; fields that are absent keep their defaults.");
+  members.function(
+      "fields", [=] { return describe(defaults, *all); }, "() -> list",
+      "Name, type, default, doc and choices of every field.");
+}
+
+}  // namespace kr5::python
