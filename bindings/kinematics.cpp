@@ -55,10 +55,18 @@ static void bind_inverse(py::module_& m) {
       .def_property_readonly("usable", &Posture::usable, "In limits.");
   bind_struct<InverseOptions>(m, "InverseOptions", "Limits and start of the inverse.");
   bind_struct<InverseResult>(m, "InverseResult", "Postures that reach a pose.");
-  m.def("has_closed_form", &has_closed_form, py::arg("chain"), "Ortho-parallel arm with a spherical wrist.");
+  m.def("has_closed_form", &has_closed_form, py::arg("chain"),
+        "Six revolute joints, the last three axes in one point.");
   m.def("inverse", &inverse, py::arg("chain"), py::arg("T_B_F"), py::arg("options") = InverseOptions{},
         py::call_guard<py::gil_scoped_release>(),
         "Joint values that bring the flange to a pose: all of them where the chain has a closed form.");
+}
+
+static Eigen::VectorXd torques(Dynamics& self, const Eigen::VectorXd& q, const Eigen::VectorXd& qd,
+                               const Eigen::VectorXd& qdd, const std::vector<kr5::Vector6>& external) {
+  Eigen::VectorXd tau(self.joints());
+  self.torques(q, qd, qdd, tau, external);
+  return tau;
 }
 
 static void bind_dynamics(py::module_& m) {
@@ -68,7 +76,6 @@ static void bind_dynamics(py::module_& m) {
              return Cut{link, T_link_S, body};
            }),
            py::arg("body"), py::arg("T_link_S") = kr5::Pose::Identity(), py::arg("link") = -1);
-  using Vector = Eigen::VectorXd;
   py::class_<Dynamics>(m, "Dynamics", "Equations of motion of a chain with massive links, counted from 0.")
       .def(py::init<const DhChain&, const std::vector<Body>&, const Eigen::Vector3d&>(), py::arg("chain"),
            py::arg("bodies"), py::arg("gravity") = Eigen::Vector3d(0.0, 0.0, -9.81))
@@ -76,16 +83,9 @@ static void bind_dynamics(py::module_& m) {
       .def("add_body", &Dynamics::add_body, py::arg("link"), py::arg("body"),
            py::arg("T_link_body") = kr5::Pose::Identity(), "What rides on a link besides.")
       .def("set_gravity", &Dynamics::set_gravity, py::arg("gravity"), "In B [m/s^2].")
-      .def(
-          "torques",
-          [](Dynamics& self, const Vector& q, const Vector& qd, const Vector& qdd,
-             const std::vector<kr5::Vector6>& external) {
-            Vector tau(self.joints());
-            self.torques(q, qd, qdd, tau, external);
-            return tau;
-          },
-          py::arg("q"), py::arg("qd"), py::arg("qdd"), py::arg("external") = std::vector<kr5::Vector6>(),
-          "Joint torques of a motion; `external` is the wrench of the environment on each link, force first.")
+      .def("torques", &torques, py::arg("q"), py::arg("qd"), py::arg("qdd"),
+           py::arg("external") = std::vector<kr5::Vector6>(),
+           "Joint torques of a motion; `external` is the wrench of the environment on each link, force first.")
       .def("gravity_torques", &Dynamics::gravity_torques, py::arg("q"), "Torques that hold the arm still.")
       .def("wrench", &Dynamics::wrench, py::arg("cut"),
            "Wrench that moves what lies below the cut, in the motion of the last call of torques.")

@@ -2,148 +2,228 @@
 #include "kinematics/closed_form.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <complex>
 #include <numbers>
+#include <utility>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+#include "kinematics/wrist_arm.hpp"
 
 namespace kr5::kinematics {
 namespace {
 
 using Eigen::AngleAxisd;
 using Eigen::Matrix3d;
-using Eigen::Vector2d;
+using Eigen::Matrix4d;
 using Eigen::Vector3d;
 
-constexpr double small = 1e-9;  // of a constant that must vanish [m or rad]
+constexpr double axes_small = 1e-7;   // distance or sine below which axes 1 and 2 count as meeting or parallel
+constexpr double nearly_real = 1e-3;  // roots of four joined ones are off the real line by the fourth root of rounding
+constexpr double wrist_tolerance = 3e-10;  // of the wrist centre, over the size of the arm
+constexpr double free_within = 1e-20;      // product of two distances from an axis that a turn about it cannot tell
 
-Matrix3d about_x(double angle) { return AngleAxisd(angle, Vector3d::UnitX()).toRotationMatrix(); }
-Matrix3d about_z(double angle) { return AngleAxisd(angle, Vector3d::UnitZ()).toRotationMatrix(); }
+/// Angle about a unit axis that brings `from` nearest to `to`; `free` where either lies on the axis.
+double angle_onto(const Vector3d& axis, const Vector3d& from, const Vector3d& to, double free) {
+  const Vector3d f = axis.cross(from), t = axis.cross(to);  // before products, of which little is left near the axis
+  const double sine = axis.dot(f.cross(t)), cosine = f.dot(t);
+  return std::hypot(sine, cosine) < free_within ? free : std::atan2(sine, cosine);
+}
 
-/// The angles whose cosine is `c`; one when it is straight, none when there is none.
-struct Corner {
+double angle_between(const Vector3d& a, const Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
+
+/// Angles at which l . (1, cos, sin) vanishes; `free` when it does everywhere.
+std::vector<double> roots_of_line(const Vector3d& l, double free) {
+  const double size = std::hypot(l[1], l[2]), cosine = -l[0] / size;
+  if (l.norm() < 1e-14) return {free};
+  if (!(std::abs(cosine) < 1 + nearly_real * nearly_real)) return {};
+  const double middle = std::atan2(l[2], l[1]), half = std::acos(std::clamp(cosine, -1.0, 1.0));
+  return {middle - half, middle + half};
+}
+
+/// Angles at which z^T Q z vanishes for z = (1, cos, sin), by the quartic in the tangent of half the angle; `free` when
+/// it vanishes everywhere, by the measure of `scale`.
+std::vector<double> roots_of_conic(const Matrix3d& Q, double scale, double free) {
+  // The angle of the greatest value lies at infinity, so that the first coefficient is never small.
+  double far = 0, most = 0;
+  for (int k = 0; k < 8; ++k) {
+    const double angle = k * std::numbers::pi / 4;
+    const Vector3d z(1, std::cos(angle), std::sin(angle));
+    const double value = std::abs(z.dot(Q * z));
+    if (value > most) far = angle, most = value;
+  }
+  if (most < 1e-14 * scale) return {free};
+  const double middle = far + std::numbers::pi, c = std::cos(middle), s = std::sin(middle);
+  const Matrix3d N{{1, 0, 1}, {c, -2 * s, -c}, {s, 2 * c, -s}}, M = N.transpose() * Q * N;
+  Matrix4d companion = Matrix4d::Zero();
+  companion.diagonal(-1).setOnes();
+  companion.col(3) << -M(0, 0), -2 * M(0, 1), -2 * M(0, 2) - M(1, 1), -2 * M(1, 2);
+  companion.col(3) /= M(2, 2);
+  const Eigen::Vector4cd roots = companion.eigenvalues();
   std::vector<double> angles;
-  bool straight = false;
-};
-
-/// @param sine Of the positive angle, where it is known better than from the cosine.
-Corner corner(double c, double sine, double within) {
-  if (!(std::abs(c) <= 1.0 + 1e-12)) return {};
-  if (sine < small) return {{c > 0 ? 0.0 : std::numbers::pi}, true};
-  const double angle = std::atan2(sine, c);
-  return {{angle, -angle}, sine < within};
+  for (const std::complex<double>& t : roots)
+    if (t.imag() >= 0 && t.imag() <= nearly_real * (1 + std::norm(t)))
+      angles.push_back(middle + 2 * std::atan(t.real()));
+  return angles;
 }
 
-double sine_of(double c) { return std::sqrt(std::max(0.0, (1.0 - c) * (1.0 + c))); }
-
-Singularity both(Singularity a, Singularity b) {
-  if (a == Singularity::None) return b;
-  return b == Singularity::None ? a : Singularity::Several;
-}
-
+/// Pieper 1968 for the wrist centre, Rodrigues' turns for the wrist.
 class Solver {
  public:
-  Solver(const DhChain& chain, const Pose& T_B_F, const Eigen::VectorXd& near, double within)
-      : rows_(chain.joints), near_(near), within_(within), T_0_6_(chain.T_B_0.inverse() * T_B_F) {
-    const DhJoint& last = rows_[5];
-    C6_ = about_x(last.alpha) * AngleAxisd(last.beta, Vector3d::UnitY()).toRotationMatrix();
-    wrist_ = T_0_6_ * Vector3d(C6_.transpose() * Vector3d(-last.a, 0, -last.b));
+  Solver(const WristArm& arm, const Pose& T_B_F, const Eigen::VectorXd& near, double within)
+      : axes_(arm.axes), arm_(arm), near_(near), within_(within) {
+    const Pose move = T_B_F * arm.T_B_F.inverse();
+    R_ = move.linear();
+    wrist_ = (move * (arm.wrist * arm.size)) / arm.size;
+    set_frame();
+    set_forms();
   }
 
   std::vector<Posture> solve() {
-    shoulder();
+    for (const double q3 : third()) shoulder(q3);
     return std::move(out_);
   }
 
  private:
-  double theta_near(int i) const { return near_[i] + rows_[static_cast<std::size_t>(i)].theta_offset; }
-
-  void shoulder() {
-    const double s1 = std::sin(rows_[0].alpha), r = wrist_.head<2>().norm();
-    // Distance of the plane of the arm from axis 1: what the offsets along the parallel axes leave.
-    const double side = rows_[1].b + std::cos(rows_[1].alpha) * (rows_[2].b + std::cos(rows_[2].alpha) * rows_[3].b);
-    const double reach = std::abs(rows_[1].a) + std::hypot(rows_[2].a, rows_[3].b) + std::abs(side);
-    if (std::max(r, std::abs(side)) < small * reach) return elbow(theta_near(0), -rows_[0].a, Singularity::Shoulder);
-    if (r < std::abs(side) * (1 - 1e-12)) return;
-    const double forward = std::sqrt(std::max((r - side) * (r + side), 0.0));
-    const double towards = std::atan2(wrist_.y(), wrist_.x());
-    const Singularity at = forward < within_ * reach ? Singularity::Shoulder : Singularity::None;
-    elbow(towards - std::atan2(-s1 * side, forward), forward - rows_[0].a, at);
-    if (forward > 0.0) elbow(towards - std::atan2(-s1 * side, -forward), -forward - rows_[0].a, at);
+  void set_frame() {
+    const Vector3d &w1 = axes_[0].way, &w2 = axes_[1].way, across = w1.cross(w2);
+    foot_ = axes_[0].point + w1 * w1.dot(axes_[1].point - axes_[0].point);
+    const Vector3d n = axes_[1].point - foot_;
+    sine_ = across.norm();
+    skew_ = sine_ > axes_small;
+    e_ = (skew_ ? across : n).normalized();
+    f_ = w2.cross(e_);
+    n_ = {n.dot(e_), n.dot(f_), n.dot(w2)};
+    apart_ = std::abs(n_[0]) > axes_small;
   }
 
-  /// `x`: of the wrist centre in frame 1.
-  void elbow(double theta1, double x, Singularity at) {
-    const double s1 = std::sin(rows_[0].alpha), flip = std::cos(rows_[1].alpha) > 0 ? 1.0 : -1.0;
-    const Vector2d p(x, s1 * (wrist_.z() - rows_[0].b)), v(rows_[2].a, -std::sin(rows_[2].alpha) * rows_[3].b);
-    const double upper = rows_[1].a, lower = v.norm();
-    const double c = (p.squaredNorm() - upper * upper - lower * lower) / (2 * std::abs(upper) * lower);
-    // The square of an angle, not the angle, is what the distance tells near a stretched arm.
-    const Corner bend = corner(c, 1.0 - std::abs(c) < within_ * within_ / 2 ? 0.0 : sine_of(c), within_);
-    for (const double angle : bend.angles) {
-      const double theta3 = angle - std::atan2(v.y(), v.x()) + (upper < 0 ? std::numbers::pi : 0.0);
-      const Vector2d u = Eigen::Rotation2Dd(theta3) * v, arm(upper + u.x(), flip * u.y());
-      // Folded onto the shoulder, joint 2 turns freely.
-      const bool free = arm.norm() < small * (std::abs(upper) + lower);
-      const double theta2 = free ? theta_near(1) : std::atan2(p.y(), p.x()) - std::atan2(arm.y(), arm.x());
-      wrist(theta1, theta2, theta3, bend.straight || free ? both(at, Singularity::Elbow) : at);
+  /// x goes from the point of axis 2 to the wrist centre as joint 3 places it, y = u e + v f + w w2 is x turned about
+  /// axis 2. That turn keeps x^2 and w; one about axis 1 keeps the height and the distance from the foot, which give
+  /// v sine = h and y . n = k. All these are linear in z = (1, cos q3, sin q3).
+  void set_forms() {
+    const Axis& axis = axes_[2];
+    const Vector3d lever = arm_.wrist - axis.point, radius = lever - axis.way * axis.way.dot(lever);
+    Matrix3d x;
+    x << axis.point + lever - radius - axes_[1].point, radius, axis.way.cross(radius);
+    const Vector3d from_foot = wrist_ - foot_, n = axes_[1].point - foot_;
+    square_ = 2 * x.transpose() * x.col(0);
+    square_[0] = x.col(0).squaredNorm() + x.col(1).squaredNorm();
+    w_ = x.transpose() * axes_[1].way;
+    h_ = -axes_[0].way.dot(axes_[1].way) * w_;
+    h_[0] += axes_[0].way.dot(wrist_ - axes_[1].point);
+    k_ = -0.5 * square_;
+    k_[0] += 0.5 * (from_foot.squaredNorm() - n.squaredNorm());
+  }
+
+  std::vector<double> third() const {
+    if (!skew_) return roots_of_line(h_, near_[2]);
+    const Vector3d m = sine_ * (k_ - n_[2] * w_) - n_[1] * h_;  // u n_e sine
+    if (!apart_) return roots_of_line(m / sine_, near_[2]);
+    const double s = sine_ * sine_, a = n_[0] * n_[0];
+    Matrix3d Q = m * m.transpose() + a * (h_ * h_.transpose() + s * w_ * w_.transpose());  // u^2 + v^2 + w^2 = x^2
+    Q.row(0) -= 0.5 * a * s * square_.transpose();
+    Q.col(0) -= 0.5 * a * s * square_;
+    return roots_of_conic(Q, s + a, near_[2]);
+  }
+
+  void shoulder(double q3) {
+    const Vector3d z(1, std::cos(q3), std::sin(q3));
+    const double w = w_.dot(z), square = square_.dot(z) - w * w;
+    double v = skew_ ? h_.dot(z) / sine_ : 0.0;
+    const double u = apart_ ? (k_.dot(z) - n_[1] * v - n_[2] * w) / n_[0] : std::sqrt(std::max(0.0, square - v * v));
+    if (!skew_) v = std::sqrt(std::max(0.0, square - u * u));
+    place(q3, u * e_ + v * f_);
+    if (!apart_) place(q3, v * f_ - u * e_);
+    if (!skew_) place(q3, u * e_ - v * f_);
+  }
+
+  void place(double q3, const Vector3d& y) {
+    const Vector3d x = axes_[2].turned(q3, arm_.wrist) - axes_[1].point;
+    const double q2 = angle_onto(axes_[1].way, x, y, near_[1]);
+    const Vector3d placed = AngleAxisd(q2, axes_[1].way) * x + axes_[1].point;
+    Vector3d q(angle_onto(axes_[0].way, placed - foot_, wrist_ - foot_, near_[0]), q2, q3);
+    WristArm::Reach at = arm_.reach(q);
+    // Newton; where a direction is lost it stays as it is.
+    for (int k = 0; k < 10 && (wrist_ - at.wrist).norm() > 1e-15; ++k) {
+      const Matrix3d A = at.J * at.J.transpose() + 1e-14 * Matrix3d::Identity();
+      q += at.J.transpose() * A.ldlt().solve(wrist_ - at.wrist);
+      at = arm_.reach(q);
+    }
+    if ((wrist_ - at.wrist).norm() < wrist_tolerance) wrist(q, named(at.J));
+  }
+
+  Singularity named(const Matrix3d& J) const {
+    const Vector3d across = J.col(1).cross(J.col(2));
+    const bool elbow = across.norm() < within_;
+    const double beside = elbow ? J.col(0).norm() : std::abs(J.col(0).dot(across)) / across.norm();
+    if (beside < within_) return elbow ? Singularity::Several : Singularity::Shoulder;
+    return elbow ? Singularity::Elbow : Singularity::None;
+  }
+
+  /// Axes 4, 5 and 6 and where 6 must point span a triangle on the sphere, whose angle at 5 the half-angle formula
+  /// gives without loss near either end.
+  void wrist(const Vector3d& q, Singularity at) {
+    const Vector3d &w4 = axes_[3].way, &w5 = axes_[4].way, &w6 = axes_[5].way;
+    const Matrix3d R =
+        (AngleAxisd(q[0], axes_[0].way) * AngleAxisd(q[1], axes_[1].way) * AngleAxisd(q[2], axes_[2].way))
+            .toRotationMatrix()
+            .transpose() *
+        R_;
+    const Vector3d pointed = R * w6;
+    const double a = angle_between(w4, w5), b = angle_between(w5, w6), c = angle_between(w4, pointed);
+    const double open = std::sin((c + b - a) / 2) * std::sin((c + a - b) / 2);
+    const double shut = std::sin((a + b + c) / 2) * std::sin((a + b - c) / 2);
+    if (open < -1e-12 || shut < -1e-12) return;
+    const double bend = 2 * std::atan2(std::sqrt(std::max(0.0, open)), std::sqrt(std::max(0.0, shut)));
+    if (std::sin(bend) < within_) at = at == Singularity::None ? Singularity::Wrist : Singularity::Several;
+    const double straight = angle_onto(w5, w6, w4, 0.0);
+    for (const double q5 : {straight - bend, straight + bend}) {
+      const AngleAxisd R5(q5, w5);
+      const double q4 = angle_onto(w4, R5 * w6, pointed, near_[3]);
+      const Matrix3d R6 = (AngleAxisd(q4, w4) * R5).toRotationMatrix().transpose() * R;
+      add({q[0], q[1], q[2], q4, q5, angle_onto(w6, w5, R6 * w5, 0.0)}, at);
     }
   }
 
-  void wrist(double theta1, double theta2, double theta3, Singularity at) {
-    const Matrix3d R_0_3 = about_z(theta1) * about_x(rows_[0].alpha) * about_z(theta2) * about_x(rows_[1].alpha) *
-                           about_z(theta3) * about_x(rows_[2].alpha);
-    const Matrix3d M = R_0_3.transpose() * T_0_6_.linear() * C6_.transpose();
-    const Matrix3d X4 = about_x(rows_[3].alpha), X5 = about_x(rows_[4].alpha);
-    const double c = (X4(1, 1) * X5(1, 1) - M(2, 2)) / (X4(2, 1) * X5(2, 1));
-    // With right angles in the wrist the sine is known where the cosine is flat.
-    const bool right = std::abs(X4(1, 1)) < small && std::abs(X5(1, 1)) < small;
-    const Corner bend = corner(c, right ? std::hypot(M(0, 2), M(1, 2)) : sine_of(c), within_);
-    for (const double theta5 : bend.angles) {
-      const Vector3d w = X4 * about_z(theta5) * X5.col(2);
-      const double theta4 =
-          w.head<2>().norm() < small ? theta_near(3) : std::atan2(M(1, 2), M(0, 2)) - std::atan2(w.y(), w.x());
-      const Matrix3d Z6 = (about_z(theta4) * X4 * about_z(theta5) * X5).transpose() * M;
-      const bool lost = bend.straight || w.head<2>().norm() < within_;
-      add({theta1, theta2, theta3, theta4, theta5, std::atan2(Z6(1, 0), Z6(0, 0))},
-          lost ? both(at, Singularity::Wrist) : at);
-    }
-  }
-
-  void add(const std::array<double, 6>& theta, Singularity at) {
-    Posture posture;
-    posture.q.resize(6);
+  /// Once, also where two postures have become one.
+  void add(const std::array<double, 6>& angles, Singularity at) {
+    Posture posture{Eigen::VectorXd(6)};
     for (std::size_t i = 0; i < 6; ++i)
-      posture.q[static_cast<Eigen::Index>(i)] = std::remainder(theta[i] - rows_[i].theta_offset, 2 * std::numbers::pi);
+      posture.q[static_cast<Eigen::Index>(i)] = std::remainder(angles[i], 2 * std::numbers::pi);
     posture.singularity = at;
-    out_.push_back(std::move(posture));
+    const auto same = [&](const Posture& other) {
+      const auto apart = [](double d) { return std::abs(std::remainder(d, 2 * std::numbers::pi)); };
+      return (posture.q - other.q).unaryExpr(apart).maxCoeff() < within_;
+    };
+    if (std::none_of(out_.begin(), out_.end(), same)) out_.push_back(std::move(posture));
   }
 
-  const std::vector<DhJoint>& rows_;
+  const std::array<Axis, 6>& axes_;
+  const WristArm& arm_;
   const Eigen::VectorXd& near_;
   double within_;
-  Pose T_0_6_;
-  Matrix3d C6_;
-  Vector3d wrist_;
+  Matrix3d R_;                         ///< Turn of the flange from where it is at zero.
+  Vector3d wrist_;                     ///< Wanted place of the wrist centre.
+  Vector3d foot_;                      ///< On axis 1, of the point of axis 2.
+  Vector3d e_, f_;                     ///< Across axis 2: at right angles to axis 1, and the other.
+  Vector3d n_;                         ///< From the foot to the point of axis 2, along e, f and axis 2.
+  double sine_ = 0.0;                  ///< Of the angle between axes 1 and 2.
+  bool skew_ = false, apart_ = false;  ///< Axes 1 and 2 are not parallel, do not meet.
+  Vector3d square_, w_, h_, k_;        ///< Forms in z.
   std::vector<Posture> out_;
 };
 
 }  // namespace
 
-bool has_closed_form(const DhChain& chain) {
-  if (chain.joints.size() != 6) return false;
-  const auto& d = chain.joints;
-  for (std::size_t i = 0; i < 6; ++i)
-    if (d[i].type != JointType::Revolute || (i < 5 && std::abs(d[i].beta) > small)) return false;
-  const bool basis = std::abs(std::cos(d[0].alpha)) < small && std::abs(std::sin(d[1].alpha)) < small;
-  const bool lengths = std::abs(d[1].a) > small && std::hypot(d[2].a, std::sin(d[2].alpha) * d[3].b) > small;
-  const bool point = std::abs(d[3].a) < small && std::abs(d[4].a) < small && std::abs(d[4].b) < small;
-  // Axis 3 must not be parallel to axis 4, nor 4 to 5, nor 5 to 6: the wrist could not turn freely.
-  const bool turns = std::abs(std::sin(d[3].alpha)) > 1e-3 && std::abs(std::sin(d[4].alpha)) > 1e-3;
-  return basis && lengths && point && turns;
-}
+bool has_closed_form(const DhChain& chain) { return wrist_arm(chain).has_value(); }
 
-std::vector<Posture> closed_form(const DhChain& chain, const Pose& T_B_F, const Eigen::VectorXd& near, double within) {
-  return Solver(chain, T_B_F, near, within).solve();
+std::optional<std::vector<Posture>> closed_form(const DhChain& chain, const Pose& T_B_F, const Eigen::VectorXd& near,
+                                                double within) {
+  const std::optional<WristArm> arm = wrist_arm(chain);
+  if (!arm) return {};
+  return Solver(*arm, T_B_F, near, within).solve();
 }
 
 }  // namespace kr5::kinematics

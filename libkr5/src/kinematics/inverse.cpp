@@ -7,6 +7,7 @@
 #include <numbers>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include <Eigen/Cholesky>
 
@@ -162,8 +163,9 @@ InverseResult inverse(const DhChain& chain, const Pose& T_B_F, const InverseOpti
   options.validate(static_cast<int>(chain.joints.size()));
   require(T_B_F.matrix().allFinite() && is_rotation(T_B_F.linear()), "T_B_F is not a pose");
   const Task given = task(chain, T_B_F, options);
-  if (!has_closed_form(chain)) return iterate(given);
-  InverseResult result{InverseStatus::OutOfReach, true, closed_form(chain, T_B_F, given.near, options.singular_within)};
+  auto all = closed_form(chain, T_B_F, given.near, options.singular_within);
+  if (!all) return iterate(given);
+  InverseResult result{InverseStatus::OutOfReach, true, *std::move(all)};
   for (Posture& posture : result.postures) complete(given, posture);
   const auto order = [&](const Posture& a, const Posture& b) {
     if (a.usable() != b.usable()) return a.usable();

@@ -4,9 +4,8 @@
 #include <limits>
 #include <string>
 
-#include <Eigen/SVD>
-
 #include <kr5/core/error.hpp>
+#include <kr5/core/linear.hpp>
 
 namespace kr5::kinematics {
 
@@ -32,7 +31,7 @@ Manipulability manipulability(const Jacobian& J, double length) {
   Jacobian scaled = J;
   scaled.topRows<3>() /= length;
   Manipulability out;
-  out.singular_values = Eigen::JacobiSVD<Eigen::MatrixXd>(scaled).singularValues();
+  out.singular_values = kr5::singular_values(scaled);
   out.volume = out.singular_values.prod();
   const double least = out.singular_values.size() ? out.singular_values.tail<1>()[0] : 0.0;
   out.condition = least > 0.0 ? out.singular_values[0] / least : std::numeric_limits<double>::infinity();

@@ -79,11 +79,10 @@ void Dynamics::load(const Moments& body, const Motion& m, Eigen::Vector3d& f, Ei
   n = body.second * m.wd + m.w.cross(body.second * m.w) + body.first.cross(m.a);
 }
 
-void Dynamics::run(const double* q, const double* qd, const double* qdd, double* tau, const Vector6* external) {
+void Dynamics::move(const double* q, const double* qd, const double* qdd) {
   Motion before;
   before.a = a_0_;
-  const std::size_t count = joints_.size();
-  for (std::size_t i = 0; i < count; ++i) {
+  for (std::size_t i = 0; i < joints_.size(); ++i) {
     place(i, q[i]);
     const Joint& joint = joints_[i];
     Link& link = links_[i];
@@ -99,8 +98,11 @@ void Dynamics::run(const double* q, const double* qd, const double* qdd, double*
     load(link.body, now, link.f, link.n);
     link.motion = before = now;
   }
+}
+
+void Dynamics::carry(double* tau, const Vector6* external) {
   Eigen::Vector3d f = Eigen::Vector3d::Zero(), n = Eigen::Vector3d::Zero();
-  for (std::size_t i = count; i-- > 0;) {
+  for (std::size_t i = joints_.size(); i-- > 0;) {
     Link& link = links_[i];
     link.f += f;
     link.n += n;
@@ -123,7 +125,8 @@ void Dynamics::torques(const Eigen::Ref<const Eigen::VectorXd>& q, const Eigen::
   require_joints(qdd.size(), joints(), "qdd");
   require_joints(tau.size(), joints(), "tau");
   if (!external.empty()) require_joints(static_cast<Eigen::Index>(external.size()), joints(), "external");
-  run(q.data(), qd.data(), qdd.data(), tau.data(), external.empty() ? nullptr : external.data());
+  move(q.data(), qd.data(), qdd.data());
+  carry(tau.data(), external.empty() ? nullptr : external.data());
 }
 
 Eigen::VectorXd Dynamics::torques(const Eigen::VectorXd& q, const Eigen::VectorXd& qd, const Eigen::VectorXd& qdd) {
@@ -160,7 +163,8 @@ MotionLoads Dynamics::loads(const Eigen::Ref<const Rows>& q, const Eigen::Ref<co
   require(qd.rows() == q.rows() && qdd.rows() == q.rows(), "q, qd and qdd have different numbers of rows");
   MotionLoads out{Rows(q.rows(), q.cols()), Rows(cut ? q.rows() : 0, cut ? 6 : 0)};
   for (Eigen::Index k = 0; k < q.rows(); ++k) {
-    run(q.row(k).data(), qd.row(k).data(), qdd.row(k).data(), out.tau.row(k).data(), nullptr);
+    move(q.row(k).data(), qd.row(k).data(), qdd.row(k).data());
+    carry(out.tau.row(k).data(), nullptr);
     if (cut) out.wrench.row(k) = wrench(*cut).transpose();
   }
   return out;

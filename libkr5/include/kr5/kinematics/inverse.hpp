@@ -26,13 +26,13 @@ constexpr auto enum_names(InverseStatus) {
                                {NotConverged, "not_converged"}});
 }
 
-/// Where a posture loses a degree of freedom. At a shoulder or wrist singularity a whole line of postures reaches the
-/// pose; the one given keeps the free joint (1 or 4) at its value in `InverseOptions::near`.
+/// Where a posture loses a degree of freedom. With the wrist centre on axis 1, or axes 4 and 6 in line, a whole line of
+/// postures reaches the pose; the one given keeps the free joint (1 or 4) at its value in `InverseOptions::near`.
 enum class Singularity {
   None,
-  Shoulder,  ///< Wrist centre on the axis of joint 1 (or at the least distance its offset allows).
-  Elbow,     ///< Arm stretched or folded: the edge of the work space.
-  Wrist,     ///< Axes 4 and 6 in line.
+  Shoulder,  ///< Wrist centre on the axis of joint 1, or where joint 1 moves it only as joints 2 and 3 can.
+  Elbow,     ///< Joints 2 and 3 move the wrist centre along one line: arm stretched or folded.
+  Wrist,     ///< Axes 4, 5 and 6 in one plane; in a right-angled wrist 4 and 6 in line.
   Several,
   Unnamed,  ///< Of an arm without closed form: the Jacobian has lost rank.
 };
@@ -103,12 +103,12 @@ struct InverseResult {
   }
 };
 
-/// Six revolute joints, the last three axes in one point, axes 2 and 3 parallel and at right angles to axis 1
-/// (ortho-parallel basis and spherical wrist: KR5 and most industrial arms), no Hayati angle before the flange.
+/// Six revolute joints of which the last three axes meet in one point (spherical wrist: KR5 and most industrial arms),
+/// whatever the other three, as long as these can move that point in three directions.
 bool has_closed_form(const DhChain& chain);
 
-/// In closed form where the chain has one (Brandstoetter, Angerer, Hofbaur 2014, in DH frames), otherwise one posture
-/// by damped least squares within the limits.
+/// In closed form where the chain has one (Pieper 1968: a quartic for joint 3), up to eight postures; otherwise one by
+/// damped least squares within the limits.
 /// @param T_B_F Wanted pose of the flange.
 /// @throws InvalidArgument for options of the wrong size, or a pose that is none.
 InverseResult inverse(const DhChain& chain, const Pose& T_B_F, const InverseOptions& options = {});

@@ -94,7 +94,10 @@ class Dynamics {
   static void load(const Moments& body, const Motion& motion, Eigen::Vector3d& f, Eigen::Vector3d& n);
   int checked(int link) const;
   void place(std::size_t i, double q);
-  void run(const double* q, const double* qd, const double* qdd, double* tau, const Vector6* external);
+  /// From the base outwards: motion of every link, and the load that its body is.
+  void move(const double* q, const double* qd, const double* qdd);
+  /// From the flange inwards: what each joint carries.
+  void carry(double* tau, const Vector6* external);
   void mass(const Eigen::VectorXd& q, Eigen::MatrixXd* whole, Eigen::VectorXd& diagonal);
   /// Column i of M from the load f, n about and in the axes of the joint i.
   void feel(std::size_t i, Eigen::Vector3d f, Eigen::Vector3d n, Eigen::MatrixXd& M) const;

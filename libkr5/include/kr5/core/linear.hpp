@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Core>
+
+/// @file
+/// Decompositions of small matrices where speed does not count: Eigen's take the compiler seconds for every size and
+/// every file that uses one, these are compiled once.
+
+namespace kr5 {
+
+/// A symmetric matrix as V diag(values) V^T.
+struct SymmetricEigen {
+  Eigen::VectorXd values;   ///< Rising.
+  Eigen::MatrixXd vectors;  ///< V, of unit columns.
+};
+
+/// Eigenvalues and eigenvectors of a symmetric matrix, of which the lower triangle is read.
+SymmetricEigen symmetric_eigen(const Eigen::Ref<const Eigen::MatrixXd>& A);
+
+/// Singular values, falling.
+Eigen::VectorXd singular_values(const Eigen::Ref<const Eigen::MatrixXd>& A);
+
+}  // namespace kr5
