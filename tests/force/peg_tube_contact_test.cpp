@@ -170,6 +170,48 @@ TEST_CASE("pressed from above, depth along the normal is the closed form's to se
   CHECK(met > 500);
 }
 
+TEST_CASE("where one feature hands over to the next the contact holds the peg as before, by brute force") {
+  const Eigen::Vector2d c(-7.53e-3, -7.2e-3);
+  const double tilt = 7.5 * degree, press = 15 * micron;
+  // Rim from edge to face and back, rim to face of the peg, from one side of the tube to the other.
+  for (const double at : {102.4, 123.0, 176.9, 270.5, 344.9})
+    for (double beside = -0.5; beside < 0.5; beside += 0.08) {
+      const double alpha = (at + beside) * degree;
+      const Pose T = push(book, leaning(tilt, alpha, {c.x(), c.y(), 5e-3}), -Eigen::Vector3d::UnitZ(), 8e-3, press);
+      double deepest = 0;
+      for (const ContactPoint& p : peg_tube_contacts(book, T))
+        if (p.normal.z() > 0.5) deepest = std::max(deepest, p.depth / p.normal.z());
+      CAPTURE(at + beside);
+      CHECK(deepest == Approx(press).margin(micron));
+    }
+}
+
+TEST_CASE("around every hand-over of a roll the contact is as deep as the peg is pressed") {
+  Random random(5);
+  int met = 0;
+  for (int i = 0; i < 60; ++i) {
+    const double tilt = random.uniform(3, 25) * degree, press = random.uniform(5, 20) * micron;
+    const Eigen::Vector2d c =
+        random.uniform(8e-3, 13e-3) * Eigen::Rotation2Dd(random.uniform(0, 7)).toRotationMatrix().col(0);
+    const auto rest = [&](double alpha) { return rest_peg_on_tube(radii, tilt, alpha, c); };
+    for (double alpha = 0; alpha < 2 * M_PI; alpha += 0.01) {
+      if (rest(alpha).kind == rest(alpha + 0.01).kind) continue;
+      for (double beside = -0.01; beside < 0.02; beside += 2e-4) {
+        const PegRest at = rest(alpha + beside);
+        if (at.kind == Rest::None || at.by_centre.norm() > 2 * std::tan(tilt)) continue;
+        double deepest = 0;
+        for (const ContactPoint& p :
+             peg_tube_contacts(book, leaning(tilt, alpha + beside, {c.x(), c.y(), at.height - press})))
+          if (p.normal.z() > 0.5) deepest = std::max(deepest, p.depth / p.normal.z());
+        ++met;
+        CAPTURE(i, alpha + beside, name_of(at.kind));
+        CHECK(deepest == Approx(press).margin(micron));
+      }
+    }
+  }
+  CHECK(met > 5000);
+}
+
 TEST_CASE("the contacts of a mirrored pose are the mirrored contacts") {
   for (const double tilt : {0.0, 0.5 * degree, 2 * degree, 7.5 * degree}) {
     const Pose T =

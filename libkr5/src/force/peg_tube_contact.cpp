@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include <kr5/core/error.hpp>
 
@@ -60,11 +61,17 @@ Body tube_body(const PegTubeShape& s, const Body& peg) noexcept {
   return tube;
 }
 
-/// `normal` is a sum of the two faces' normals at `point` with weights that are not negative.
-bool in_cone(const Body& body, const Edge& e, const Vector3d& point, const Vector3d& normal) noexcept {
+/// The face on whose side `normal` lies outside the cone of an edge; none inside, where it is a sum of the two faces'
+/// normals at `point` with weights that are not negative.
+int face_beyond(const Body& body, const Edge& e, const Vector3d& point, const Vector3d& normal) noexcept {
   const Vector3d a = body.face_normal(e.first, point), b = body.face_normal(e.second, point);
   const double c = a.dot(b), x = normal.dot(a), y = normal.dot(b);
-  return x - c * y >= -1e-9 && y - c * x >= -1e-9;
+  if (x - c * y < -1e-9) return e.second;
+  return y - c * x < -1e-9 ? e.first : no_face;
+}
+
+bool in_cone(const Body& body, const Edge& e, const Vector3d& point, const Vector3d& normal) noexcept {
+  return face_beyond(body, e, point, normal) == no_face;
 }
 
 /// The edge at which two faces of a body meet, null when they do not.
@@ -122,17 +129,27 @@ Peak refine(const Track& track, double radius, int k) noexcept {
   return peak;
 }
 
-/// Contact of two crossing edges: their common perpendicular, from a point of the peg's edge.
-bool edge_edge(const Body& peg, const Edge& rim, const Body& tube, const Edge& edge, double angle,
-               ContactPoint* contact) noexcept {
-  const Vector3d start = peg.edge_point(rim, angle) - tube.origin;
-  double other = std::atan2(tube.v.dot(start), tube.u.dot(start));
+/// Common perpendicular of an edge of the peg and one of the tube, out of the tube.
+struct Crossing {
+  Vector3d on_peg, on_tube, normal;
+
+  double depth() const noexcept { return normal.dot(on_tube - on_peg); }
+};
+
+double angle_at(const Body& body, const Vector3d& point) noexcept {
+  return std::atan2(body.v.dot(point - body.origin), body.u.dot(point - body.origin));
+}
+
+/// From a point near both edges; nothing when they are parallel.
+std::optional<Crossing> crossing(const Body& peg, const Edge& rim, const Body& tube, const Edge& edge,
+                                 const Vector3d& start) noexcept {
+  double angle = angle_at(peg, start), other = angle_at(tube, start);
   Vector3d p, q, t, s;
   for (int i = 0; i < 8; ++i) {
     p = peg.edge_point(rim, angle), q = tube.edge_point(edge, other);
     t = peg.tangent(angle), s = tube.tangent(other);
     const double c = t.dot(s), alone = 1 - c * c;
-    if (!(alone > 1e-12)) return false;
+    if (!(alone > 1e-12)) return {};
     const Vector3d gap = q - p;
     const double along = (t.dot(gap) - c * s.dot(gap)) / alone, across = (c * t.dot(gap) - s.dot(gap)) / alone;
     angle += std::clamp(along / rim.radius, -step, step);
@@ -141,10 +158,7 @@ bool edge_edge(const Body& peg, const Edge& rim, const Body& tube, const Edge& e
   }
   Vector3d normal = t.cross(s).normalized();
   if (normal.dot(tube.face_normal(edge.first, q) + tube.face_normal(edge.second, q)) < 0) normal = -normal;
-  const double depth = normal.dot(q - p);
-  if (!(depth > 0) || !in_cone(tube, edge, q, normal) || !in_cone(peg, rim, p, -normal)) return false;
-  *contact = {0.5 * (p + q), normal, depth, 1.0, Touch::EdgeEdge};
-  return true;
+  return Crossing{p, q, normal};
 }
 
 /// Searches the edges of one body in the other.
@@ -198,17 +212,30 @@ struct Search {
   void judge(const Body& owner, const Edge& e, const Body& in, const Peak& peak) noexcept {
     if (!(peak.depth.value > 0)) return;
     const Vector3d point = owner.edge_point(e, peak.angle);
-    const ContactPoint contact{point, normal_at(in, peak.depth.face, point), peak.depth.value, 1.0,
-                               &owner == &peg ? Touch::RimOnFace : Touch::EdgeOnPeg};
+    ContactPoint contact{point, normal_at(in, peak.depth.face, point), peak.depth.value, 1.0,
+                         &owner == &peg ? Touch::RimOnFace : Touch::EdgeOnPeg};
     if (contact.depth > spare.depth) spare = contact;
-    const Edge* crossed = peak.other == no_face ? nullptr : edge_of(in, peak.depth.face, peak.other);
-    if (crossed == nullptr) {
-      const Vector3d own = &owner == &peg ? Vector3d(-contact.normal) : contact.normal;
-      if (in_cone(owner, e, point, own)) found.add(contact);
-      return;
+    if (const Edge* crossed = peak.other == no_face ? nullptr : edge_of(in, peak.depth.face, peak.other)) {
+      const int face = cross(&owner == &peg, e, *crossed, point);
+      if (face == no_face) return;
+      contact.normal = normal_at(in, face, point);
     }
-    ContactPoint both;
-    if (&owner == &peg && edge_edge(peg, e, tube, *crossed, peak.angle, &both)) found.add(both);
+    const Vector3d own = &owner == &peg ? Vector3d(-contact.normal) : contact.normal;
+    if (in_cone(owner, e, point, own)) found.add(contact);
+  }
+
+  /// Contact of an edge with one of the other body that it crosses. Where their perpendicular has left the cone of the
+  /// latter, the edge touches a face: the crossing lies beside the peak by about the depth, so that close to where one
+  /// hands over to the other the peak still is at the kink. @returns That face.
+  int cross(bool from_peg, const Edge& e, const Edge& crossed, const Vector3d& point) noexcept {
+    const Edge &rim = from_peg ? e : crossed, &edge = from_peg ? crossed : e;
+    const auto both = crossing(peg, rim, tube, edge, point);
+    if (!both) return no_face;
+    const int on_tube = face_beyond(tube, edge, both->on_tube, both->normal);
+    const int on_peg = face_beyond(peg, rim, both->on_peg, -both->normal);
+    if (from_peg && on_tube == no_face && on_peg == no_face && both->depth() > 0)
+      found.add({0.5 * (both->on_peg + both->on_tube), both->normal, both->depth(), 1.0, Touch::EdgeEdge});
+    return from_peg ? on_tube : on_peg;
   }
 };
 
