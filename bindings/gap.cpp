@@ -193,5 +193,6 @@ void bind_gap(py::module_& m) {
       },
       py::arg("recording"), py::arg("simulator"), py::arg("cell") = py::none(),
       "RMS of (recorded - simulated) over the noise, of every column that was recorded and is predicted: 1 is the "
-      "floor. Without `cell`, that of the recording. Raises InvalidArgument for what the simulator cannot predict.");
+      "floor. Without `cell`, that of the recording. What the simulator refuses is left out and named in `refused`; "
+      "raises InvalidArgument when that is all there is.");
 }

@@ -112,6 +112,23 @@ TEST_CASE("noise alone exceeds the limit in one column of a thousand, for any nu
   }
 }
 
+TEST_CASE("an experiment that the simulator refuses is left out with a word, and alone is an error") {
+  class NoScan : public Constant {
+   public:
+    io::Table predict(const cell::Cell& cell, const cell::Experiment& experiment) const override {
+      require(experiment.kind != cell::Kind::Scan, "there is no laser");
+      return Constant::predict(cell, experiment);
+    }
+  };
+  auto r = recording(make(cell::Kind::Scan, {"z"}, Eigen::MatrixXd::Zero(5, 1)));
+  CHECK_THROWS_WITH(gap::measure(r, NoScan()), "scan-1 was not judged: there is no laser");
+  r.experiments.push_back(make(cell::Kind::Step, {"z"}, Eigen::MatrixXd::Zero(5, 1)));
+  const gap::Measure m = gap::measure(r, NoScan());
+  REQUIRE(m.columns.size() == 1);
+  CHECK(m.columns[0].experiment == "step-1");
+  CHECK(m.refused == std::vector<std::string>{"scan-1 was not judged: there is no laser"});
+}
+
 TEST_CASE("a cell with another number of joints is refused") {
   const auto r = recording(make(cell::Kind::Step, {"z"}, Eigen::MatrixXd::Zero(5, 1)));
   cell::Cell other = r.cell;

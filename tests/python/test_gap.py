@@ -115,6 +115,22 @@ def test_an_effect_shows_as_a_gap_of_the_nominal_cell(run_kr5, tmp_path, arc, pr
     assert json.loads(done.stdout)["gap"] == pytest.approx(1.0, abs=0.05)
 
 
+def test_what_the_simulator_refuses_is_left_out_with_a_word(run_kr5, tmp_path, share, recorded, protocol):
+    cell = yaml.safe_load((share / "cells/kr5_arc.yaml").read_text())
+    del cell["tube"]
+    (tmp_path / "no_tube.yaml").write_text(yaml.safe_dump(cell))
+    done = run_kr5("gap", "measure", recorded, "--cell", "no_tube.yaml", "--json", "gap.json")
+    assert done.returncode == 0, done.stderr
+    assert "note: profile-1 was not judged: " in done.stdout
+    found = json.loads((tmp_path / "gap.json").read_text())
+    assert {name.split(".")[0] for name in found["columns"]} == {e["name"] for e in SMALL["experiments"]} - {"profile-1"}
+    assert found["gap"] == pytest.approx(1.0, abs=0.05)
+    profile = [e for e in SMALL["experiments"] if e["kind"] == "profile"]
+    assert run_kr5("record", "--cell", share / "cells/kr5_arc.yaml", "--protocol", protocol(experiments=profile), "-o", "alone").returncode == 0
+    done = run_kr5("gap", "measure", "alone", "--cell", "no_tube.yaml")
+    assert done.returncode == 2 and "error: profile-1 was not judged: " in done.stderr
+
+
 def test_the_standard_protocol_runs(run_kr5, tmp_path, share):
     done = run_kr5("record", "--cell", share / "cells/kr5_arc.yaml", "--protocol", share / "protocols/standard.yaml", "-o", "standard")
     assert done.returncode == 0, done.stderr

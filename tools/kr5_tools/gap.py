@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from rich.markup import escape
 
 from . import common, gap_bench, gap_diagnose, gap_explain, gap_plan
 
@@ -35,7 +36,10 @@ def measure(
     full: common.Grade = False,
     json_file: common.Json = None,
 ) -> None:
-    """Gap of every column: RMS of (recorded - simulated) over its noise. Columns the recording lacks are left out."""
+    """Gap of every column: RMS of (recorded - simulated) over its noise.
+
+    Columns the recording lacks are left out, and experiments that the simulator cannot predict, with a word.
+    """
     import kr5.cell
     import kr5.gap
 
@@ -46,6 +50,8 @@ def measure(
     if not found.columns:
         common.fail(f"{folder}: nothing to compare: expected columns that the simulator predicts, and their noise in the cell")
     to = common.console(json_file)
+    for refused in found.refused:
+        to.print(f"[yellow]note:[/yellow] {escape(refused)}.", soft_wrap=True)
     to.print(measure_table(folder, found))
     to.print(f"RMS gap {found.gap:.3f} over {len(found.columns)} columns, {found.exceeding} of them above what noise explains.")
     if png:
@@ -69,6 +75,8 @@ def cases(
     out: dict[str, Any] = {}
     for name, label in common.track(list(_labels(folder).items()), "simulating"):
         found, text = measure_case(folder / name, label["effects"], full)
+        if found.refused:
+            common.fail(f"{folder / name}: {found.refused[0]}")
         if not found.columns:
             common.fail(f"{folder / name}: no column that the simulator shows was recorded")
         widest = max(found.columns, key=lambda c: (c.rows >= ENOUGH_ROWS, c.gap))

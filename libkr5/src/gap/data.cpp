@@ -63,17 +63,6 @@ bool is_rotation(const Block& block) {
   return block.kind == cell::Kind::Poses && block.column.size() == 2 && block.column[0] == 'r';
 }
 
-/// What the simulator shows of an experiment; nothing, with a word, when it refuses.
-std::optional<io::Table> shown(Data& data, int experiment) {
-  const cell::Experiment& e = data.recording->experiments[experiment];
-  try {
-    return data.simulator->predict(data.recording->cell, e);
-  } catch (const InvalidArgument& error) {
-    leave_out(data, e.name + " was not judged: " + error.what());
-    return std::nullopt;
-  }
-}
-
 /// Keeps these blocks alone, in their order.
 void keep(Data& data, const std::vector<bool>& kept) {
   std::vector<Block> blocks;
@@ -128,6 +117,17 @@ std::vector<std::string> lacking_splits(const Data& data) {
   return out;
 }
 
+std::optional<io::Table> shown(const Data& data, const cell::Cell& cell, int experiment,
+                               std::vector<std::string>& refused) {
+  const cell::Experiment& e = data.recording->experiments[experiment];
+  try {
+    return data.simulator->predict(cell, e);
+  } catch (const InvalidArgument& error) {
+    refused.push_back(e.name + " was not judged: " + error.what());
+    return std::nullopt;
+  }
+}
+
 bool shows(const io::Table& predicted, const Block& block) {
   return is_rotation(block) ? has_orientation(predicted) : predicted.find(block.column) >= 0;
 }
@@ -137,7 +137,7 @@ Eigen::VectorXd compare_nominal(Data& data) {
   std::vector<bool> kept(data.blocks.size(), false);
   for (std::size_t e = 0; e < tables.size(); ++e) {
     if (data.blocks_of[e].empty()) continue;
-    tables[e] = shown(data, static_cast<int>(e));
+    tables[e] = shown(data, data.recording->cell, static_cast<int>(e), data.left_out);
     for (const int b : data.blocks_of[e]) {
       const Block& block = data.blocks[b];
       kept[b] = tables[e] && shows(*tables[e], block);

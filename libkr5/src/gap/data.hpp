@@ -81,6 +81,10 @@ Eigen::VectorXd compare_nominal(Data& data);
 /// The run that each row belongs to; 0 where there are none.
 Eigen::VectorXd runs(const cell::Experiment& experiment);
 
+/// What the simulator shows of an experiment; nothing, and why among `refused`, when it cannot.
+std::optional<io::Table> shown(const Data& data, const cell::Cell& cell, int experiment,
+                               std::vector<std::string>& refused);
+
 /// Whether a table of predictions has what a block is compared with.
 bool shows(const io::Table& predicted, const Block& block);
 

@@ -49,16 +49,19 @@ Measure measure(const cell::Recording& recording, const cell::Cell& cell, const 
   Measure out;
   double sum = 0.0;
   for (std::size_t e = 0; e < recording.experiments.size(); ++e) {
-    const io::Table predicted = simulator.predict(cell, recording.experiments[e]);
-    const auto residuals = compare(data, static_cast<int>(e), predicted);
+    if (data.blocks_of[e].empty()) continue;
+    const auto predicted = shown(data, cell, static_cast<int>(e), out.refused);
+    if (!predicted) continue;
+    const auto residuals = compare(data, static_cast<int>(e), *predicted);
     for (std::size_t k = 0; k < residuals.size(); ++k) {
       const Block& block = data.blocks[static_cast<std::size_t>(data.blocks_of[e][k])];
-      if (!shows(predicted, block)) continue;
+      if (!shows(*predicted, block)) continue;
       out.columns.push_back(column_gap(data, block, residuals[k]));
       out.exceeding += out.columns.back().exceeds ? 1 : 0;
       sum += out.columns.back().gap * out.columns.back().gap;
     }
   }
+  if (out.columns.empty() && !out.refused.empty()) throw InvalidArgument(out.refused.front());
   if (!out.columns.empty()) out.gap = std::sqrt(sum / static_cast<double>(out.columns.size()));
   return out;
 }

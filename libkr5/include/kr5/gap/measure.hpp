@@ -46,17 +46,19 @@ struct Measure {
   double gap = 0.0;  ///< [-]
   int exceeding = 0;
   std::vector<ColumnGap> columns;
+  std::vector<std::string> refused = {};
 
   static void each_field(auto& self, auto&& visit) {
     visit("gap", self.gap, "RMS of the gaps of all columns [-].");
     visit("exceeding", self.exceeding, "Number of columns that are above their limit.");
     visit("columns", self.columns, "Every column compared, in the order of the recording.");
+    visit("refused", self.refused, "Experiments that the simulator cannot predict, and why; they are left out.");
   }
 };
 
 /// Gap of every column that was recorded, that the simulator predicts for `cell`, and whose noise the recording's cell
 /// states.
-/// @throws InvalidArgument as `simulator` does, e.g. for a cell of another robot.
+/// @throws InvalidArgument for a cell of another robot, and when all that could be compared is refused.
 Measure measure(const cell::Recording& recording, const cell::Cell& cell, const cell::Simulator& simulator);
 /// The same of the cell that the recording names.
 Measure measure(const cell::Recording& recording, const cell::Simulator& simulator);
