@@ -31,10 +31,48 @@ Signature times(const Data& data, const Signature& a, int joint, const std::func
   return out;
 }
 
+/// Adds the sums of w z^c over the rows, for every c from 1: eight rows at a time, in real numbers, since complex
+/// products of the standard library look for infinities.
+void add_powers(const Eigen::ArrayXd& w, const Eigen::ArrayXcd& z, Eigen::ArrayXcd& sums) {
+  constexpr Eigen::Index width = 8;
+  using Lanes = Eigen::Array<double, width, 1>;
+  std::vector<Lanes> re(static_cast<std::size_t>(sums.size()), Lanes::Zero()), im = re;
+  for (Eigen::Index row = 0; row < w.size(); row += width) {
+    const Eigen::Index count = std::min(width, w.size() - row);
+    Lanes zr = Lanes::Zero(), zi = Lanes::Zero(), pr = Lanes::Zero(), pi = Lanes::Zero();
+    zr.head(count) = z.segment(row, count).real();
+    zi.head(count) = z.segment(row, count).imag();
+    pr.head(count) = w.segment(row, count);
+    for (std::size_t c = 1; c < re.size(); ++c) {
+      const Lanes turned = pr * zr - pi * zi;
+      pi = pr * zi + pi * zr;
+      pr = turned;
+      re[c] += pr;
+      im[c] += pi;
+    }
+  }
+  for (std::size_t c = 1; c < re.size(); ++c)
+    sums(static_cast<Eigen::Index>(c)) += std::complex<double>(re[c].sum(), im[c].sum());
+}
+
+/// What does not depend on the residual.
+void add_turns(const Data& data, Carrier& carrier) {
+  carrier.squares = Eigen::ArrayXcd::Zero(most_cycles + 1);
+  for (const auto& [block, values] : carrier.constant.parts) {
+    const Eigen::ArrayXd q = angles(data.experiment(data.blocks[block]), carrier.joint);
+    const Eigen::ArrayXd k = values.cast<double>();
+    Eigen::ArrayXcd z(q.size());
+    for (Eigen::Index row = 0; row < q.size(); ++row) z(row) = k(row) == 0.0 ? 1.0 : std::polar(1.0, q(row));
+    carrier.square += k.square().sum();
+    add_powers(k.square(), z.square(), carrier.squares);
+    carrier.turns.push_back(std::move(z));
+  }
+}
+
 }  // namespace
 
 Carrier make_carrier(const Data& data, const Candidate& one_cycle, int joint) {
-  Carrier out{one_cycle.hypothesis.effect, joint, one_cycle.experiments, {}};
+  Carrier out{one_cycle.hypothesis.effect, joint, one_cycle.experiments, {}, {}, 0.0, {}};
   const Signature sine = times(data, one_cycle.signatures[0][0], joint, [](double q) { return std::sin(q); });
   const Signature cosine = times(data, one_cycle.signatures[0][1], joint, [](double q) { return std::cos(q); });
   out.constant = sine;
@@ -50,34 +88,23 @@ Carrier make_carrier(const Data& data, const Candidate& one_cycle, int joint) {
             [](const auto& a, const auto& b) { return a.first < b.first; });
   std::erase_if(out.constant.parts,
                 [&](const auto& p) { return !has_angles(data.experiment(data.blocks[p.first]), joint); });
+  add_turns(data, out);
   return out;
 }
 
 std::vector<int> best_cycles(const Data& data, const Carrier& carrier, const Eigen::VectorXd& left, int count) {
-  // Sums over the samples of K r e^{icq}, K^2 e^{2icq} and K^2 for all c, by powers of e^{iq}.
-  std::vector<std::complex<double>> first(most_cycles + 1), second(most_cycles + 1);
-  double total = 0.0;
-  for (const auto& [block, values] : carrier.constant.parts) {
-    const Eigen::ArrayXd q = angles(data.experiment(data.blocks[block]), carrier.joint);
-    const auto r = data.blocks[block].of(left);
-    for (Eigen::Index row = 0; row < q.size(); ++row) {
-      const double k = values(row);
-      if (k == 0.0) continue;
-      const std::complex<double> z = std::polar(1.0, q(row));
-      std::complex<double> power = 1.0;
-      total += k * k;
-      for (int c = 1; c <= most_cycles; ++c) {
-        power *= z;
-        first[c] += k * r(row) * power;
-        second[c] += k * k * power * power;
-      }
-    }
+  Eigen::ArrayXcd first = Eigen::ArrayXcd::Zero(most_cycles + 1);
+  for (std::size_t i = 0; i < carrier.turns.size(); ++i) {
+    const auto& [block, values] = carrier.constant.parts[i];
+    add_powers(values.cast<double>().cwiseProduct(data.blocks[block].of(left)), carrier.turns[i], first);
   }
   std::vector<double> drop(most_cycles + 1, -1.0);
   for (int c = 1; c <= most_cycles; ++c) {
     Eigen::Matrix2d A;
-    A << (total - second[c].real()) / 2, second[c].imag() / 2, second[c].imag() / 2, (total + second[c].real()) / 2;
-    const Eigen::Vector2d b(first[c].imag(), first[c].real());
+    const std::complex<double> twice = carrier.squares(c);
+    A << carrier.square - twice.real(), twice.imag(), twice.imag(), carrier.square + twice.real();
+    A /= 2;
+    const Eigen::Vector2d b(first(c).imag(), first(c).real());
     drop[c] = b.dot((A + 1e-9 * Eigen::Matrix2d::Identity()).ldlt().solve(b));
   }
   std::vector<int> order(most_cycles);

@@ -12,15 +12,18 @@
 
 namespace kr5::gap {
 
-/// The signature of a constant where the periodic effect acts, and the joint angle it is periodic in.
+constexpr int most_cycles = 200;
+
+/// The signature of a constant where the periodic effect acts, and the joint angle q it is periodic in.
 struct Carrier {
   std::string effect;
   int joint = 0;
   std::vector<int> experiments;
   Signature constant;
+  std::vector<Eigen::ArrayXcd> turns;  ///< e^{iq} of the rows of each part of `constant`.
+  double square = 0.0;                 ///< Sum of its squares.
+  Eigen::ArrayXcd squares;             ///< Sums of its squares times e^{2icq}, for every number of cycles c.
 };
-
-constexpr int most_cycles = 200;
 
 /// Takes the carrier from the signatures of one cycle, sine and cosine.
 Carrier make_carrier(const Data& data, const Candidate& one_cycle, int joint);
