@@ -4,7 +4,7 @@
 #include <kr5/calibration/hand_eye.hpp>
 #include <kr5/core/error.hpp>
 #include <kr5/uncertainty/confidence.hpp>
-#include <support/coverage_count.hpp>
+#include <support/coverage.hpp>
 #include <support/hand_eye_world.hpp>
 #include <support/trials.hpp>
 
@@ -28,11 +28,6 @@ HandEyeWorldOptions noisy(int views, Mount mount, std::uint64_t seed) {
 
 HandEyeResult solve(const HandEyeWorld& w, const HandEyeOptions& options) {
   return calibrate_hand_eye(w.views, w.camera, options);
-}
-
-bool inside_95(const Pose& estimate, const Pose& truth, const Matrix6& covariance) {
-  const Vector6 d = pose_difference(estimate, truth);
-  return d.dot(covariance.ldlt().solve(d)) < uncertainty::chi_square_quantile(0.95, 6);
 }
 
 /// Trials of a Monte-Carlo test: all of them on request, else a part with wider limits.
@@ -65,7 +60,8 @@ TEST_CASE("the 95 % regions of camera and target hold the truth in 95 %, noise g
   const bool given = GENERATE(false, true);
   const int views = GENERATE(8, 15, 30);
   const Mount mount = views == 15 ? Mount::EyeToHand : Mount::EyeInHand;
-  int camera = 0, target = 0;
+  const std::string what = "hand-eye, " + std::to_string(views) + " views, noise " + (given ? "given" : "estimated");
+  test::Coverage camera(what + ": camera", 6), target(what + ": target", 6);
   const int n = trials(2000);
   for (int i = 0; i < n; ++i) {
     const HandEyeWorld w = test::make_hand_eye_world(noisy(views, mount, 5000 + i));
@@ -75,18 +71,44 @@ TEST_CASE("the 95 % regions of camera and target hold the truth in 95 %, noise g
       options.sigma_robot_rotation = robot_rotation_noise;
     const HandEyeResult r = solve(w, options);
     REQUIRE(r.fit.usable());
-    camera += inside_95(r.T_mount_camera, w.T_mount_camera, r.covariance);
-    target += inside_95(r.T_fixed_target, w.T_fixed_target, r.covariance_target);
+    camera.add(pose_difference(r.T_mount_camera, w.T_mount_camera), r.covariance, r.covariance_dof);
+    target.add(pose_difference(r.T_fixed_target, w.T_fixed_target), r.covariance_target, r.covariance_dof);
   }
-  CAPTURE(views, given, camera, target, n);
-  const std::string what = "hand-eye, " + std::to_string(views) + " views, noise " + (given ? "given" : "estimated");
-  test::count_coverage(what + ": camera", camera, n);
-  test::count_coverage(what + ": target", target, n);
+  CAPTURE(views, given, n);
   // The promise is 93 to 97 %: the interval of the rate must reach into it.
-  for (const int count : {camera, target}) {
-    CHECK(binomial_interval(count, n, 0.999).high > 0.93);
-    CHECK(binomial_interval(count, n, 0.999).low < 0.97);
+  for (const test::Coverage* c : {&camera, &target}) {
+    c->check_mean();
+    CHECK(c->rate(0.999).high > 0.93);
+    CHECK(c->rate(0.999).low < 0.97);
   }
+}
+
+TEST_CASE("the doubt covers corners that err together when told of it, and does not when not") {
+  const double shared = 0.4, sigma = 0.3;  // correlation of any two corners, along each axis of the image; [px]
+  HandEyeWorldOptions world{.views = 12, .rows = 2, .cols = 2, .square = 0.1, .sigma_pixel = 0};
+  world.sigma_robot_position = world.sigma_robot_rotation = 1e-5;
+  const HandEyeOptions options{.sigma_pixel = sigma, .sigma_robot_position = 1e-5, .sigma_robot_rotation = 1e-5};
+  test::Coverage told("hand-eye, corners correlated", 6), untold("hand-eye, corners correlated unawares", 6);
+  const int n = trials(2000);
+  for (int i = 0; i < n; ++i) {
+    world.seed = 70'000 + i;
+    HandEyeWorld w = test::make_hand_eye_world(world);
+    Random random(world.seed);
+    for (HandEyeView& v : w.views) {
+      v.view.pixels.colwise() += Eigen::Vector2d(random.normal_vector(2, std::sqrt(shared) * sigma));
+      for (auto pixel : v.view.pixels.colwise()) pixel += random.normal_vector(2, std::sqrt(1 - shared) * sigma);
+    }
+    const HandEyeResult blind = solve(w, options);
+    for (HandEyeView& v : w.views) v.correlation = 1 + 3 * shared;  // of four corners moving together
+    const HandEyeResult r = solve(w, options);
+    REQUIRE(r.fit.usable());
+    told.add(pose_difference(r.T_mount_camera, w.T_mount_camera), r.covariance);
+    untold.add(pose_difference(blind.T_mount_camera, w.T_mount_camera), blind.covariance);
+  }
+  CAPTURE(told.inside(), untold.inside(), n);
+  told.check_mean();
+  CHECK(told.rate(0.999).high > 0.95);
+  CHECK(untold.rate(0.999).high < 0.93);
 }
 
 TEST_CASE("noise levels are estimated without bias") {
@@ -197,6 +219,9 @@ TEST_CASE("too little or malformed input is refused by name") {
   views = w.views;
   views[1].T_base_flange.linear() *= -1;
   CHECK_THROWS_WITH(run(views), Catch::Contains("view1") && Catch::Contains("rotation"));
+  views = w.views;
+  views[4].correlation = 0.5;
+  CHECK_THROWS_WITH(run(views), Catch::Contains("view4") && Catch::Contains("correlation"));
   views = w.views;
   views[2].view.points = Eigen::Matrix3Xd(views[2].view.points.leftCols(3));
   views[2].view.pixels = Eigen::Matrix2Xd(views[2].view.pixels.leftCols(3));

@@ -9,7 +9,7 @@
 #include <kr5/core/random.hpp>
 #include <kr5/io/csv.hpp>
 #include <kr5/uncertainty/confidence.hpp>
-#include <support/coverage_count.hpp>
+#include <support/coverage.hpp>
 #include <support/trials.hpp>
 
 using namespace kr5;
@@ -110,6 +110,8 @@ TEST_CASE("the 95 % intervals hold the truth, for errors that last as well") {
   for (const double memory : {0.0, 0.5}) {
     Random random(2);
     int offset = 0, camera = 0;
+    const std::string what = memory > 0 ? ", errors that last" : "";
+    test::Coverage offsets("clock offset" + what, 1), positions("camera on the hand by two clocks" + what, 3);
     for (int i = 0; i < trials; ++i) {
       const World w = world(random, 2e-3, 3e-3, memory);
       const auto result = calibrate_timed_hand_eye(w.hand, w.camera);
@@ -118,9 +120,19 @@ TEST_CASE("the 95 % intervals hold the truth, for errors that last as well") {
       const Vector6 e = pose_difference(w.X, result.T_hand_camera);
       offset += std::abs(result.offset - w.offset) <= factor * result.offset_std;
       camera += std::abs(e[0]) <= factor * std::sqrt(result.covariance(0, 0));
+      // Leaving out one block after another estimates a covariance on as many degrees of freedom less one; that of
+      // three numbers follows Hotelling's distribution.
+      const double duration = w.camera.t.back() - w.camera.t.front();
+      const double blocks = std::clamp(duration / (4 * result.correlation_time), 10.0, 200.0), dof = blocks - 3;
+      offsets.add(Eigen::VectorXd::Constant(1, result.offset - w.offset),
+                  test::widening(1, blocks - 1) * Eigen::MatrixXd::Constant(1, 1, std::pow(result.offset_std, 2)),
+                  blocks - 1);
+      positions.add(e.head<3>(), test::widening(3, dof) * (blocks - 1) / dof * result.covariance.topLeftCorner<3, 3>(),
+                    dof);
     }
     CAPTURE(memory, offset, camera, trials);
-    test::count_coverage(memory > 0 ? "clock offset, errors that last" : "clock offset", offset, trials);
+    offsets.check_mean();
+    positions.check_mean();
     for (const int inside : {offset, camera}) {
       const auto rate = uncertainty::binomial_interval(inside, trials, 0.99);
       CHECK(rate.high > 0.93);

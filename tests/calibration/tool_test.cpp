@@ -8,7 +8,7 @@
 #include <kr5/core/error.hpp>
 #include <kr5/core/random.hpp>
 #include <kr5/uncertainty/confidence.hpp>
-#include <support/coverage_count.hpp>
+#include <support/coverage.hpp>
 #include <support/trials.hpp>
 
 using namespace kr5;
@@ -54,18 +54,17 @@ TEST_CASE("the 95 % region of the tip holds the truth in 93 to 97 % of trials") 
   };
   for (const Case& c : {Case{4, 2e-4, 5e-4}, Case{6, 2e-4, 0}, Case{12, 2e-4, 2e-3}}) {
     Random random(2);
-    int inside = 0;
+    test::Coverage coverage("tool, " + std::to_string(c.count) + " poses", 3);
     for (int i = 0; i < trials;) {
       const Touches t = touches(random, c.count, c.sigma_position, c.sigma_rotation);
       const ToolResult result = calibrate_tool(t.poses);
       if (!result.fit.usable()) continue;  // four random turns may bear too little on the tip, and it says so
       ++i;
-      const Eigen::Vector3d e = result.tip - t.tip;
-      inside += e.dot(result.covariance.inverse() * e) <= 3 * uncertainty::fisher_quantile(0.95, 3, result.dof);
+      coverage.add(result.tip - t.tip, result.covariance, result.covariance_dof);
     }
-    const auto rate = uncertainty::binomial_interval(inside, trials, 0.99);
-    CAPTURE(c.count, c.sigma_position, c.sigma_rotation, inside, trials);
-    test::count_coverage("tool, " + std::to_string(c.count) + " poses", inside, trials);
+    const auto rate = coverage.rate(0.99);
+    CAPTURE(c.count, c.sigma_position, c.sigma_rotation, coverage.inside(), trials);
+    coverage.check_mean();
     CHECK(rate.high > 0.93);
     CHECK(rate.low < 0.97);
   }
@@ -76,17 +75,19 @@ TEST_CASE("with the noise given the region is that of the chi-square") {
   ToolOptions options;
   options.sigma_position = 2e-4;
   options.sigma_rotation = 1e-3;
-  int inside = 0;
+  test::Coverage coverage("tool, noise given", 3);
   constexpr int trials = 1000;
-  for (int i = 0; i < trials; ++i) {
+  for (int i = 0; i < trials;) {
     const Touches t = touches(random, 6, options.sigma_position, options.sigma_rotation);
     const ToolResult result = calibrate_tool(t.poses, options);
-    const Eigen::Vector3d e = result.tip - t.tip;
-    REQUIRE(result.dof == 0);
-    inside += e.dot(result.covariance.inverse() * e) <= uncertainty::chi_square_quantile(0.95, 3);
+    if (!result.fit.usable()) continue;  // as above
+    ++i;
+    REQUIRE(result.covariance_dof == test::noise_given);
+    coverage.add(result.tip - t.tip, result.covariance);
   }
-  const auto rate = uncertainty::binomial_interval(inside, trials, 0.99);
-  CAPTURE(inside);
+  const auto rate = coverage.rate(0.99);
+  CAPTURE(coverage.inside());
+  coverage.check_mean();
   CHECK(rate.high > 0.93);
   CHECK(rate.low < 0.97);
 }

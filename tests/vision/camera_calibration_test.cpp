@@ -9,7 +9,7 @@
 #include <kr5/vision/camera_calibration.hpp>
 #include <kr5/vision/camera_peers.hpp>
 #include <kr5/vision/detect.hpp>
-#include <support/coverage_count.hpp>
+#include <support/coverage.hpp>
 #include <support/trials.hpp>
 #include "support/camera_scene.hpp"
 #include "support/reference.hpp"
@@ -65,7 +65,7 @@ TEST_CASE("the 95 % region of the camera holds the truth as often as it says") {
   const Pinhole c = true_camera();
   const Scene s;
   const int trials = test::trials(2000, 200);
-  int inside = 0, pose_inside = 0;
+  test::Coverage intrinsics("intrinsics", 5), view_pose("pose of a calibrated view", 6);
   for (int trial = 0; trial < trials; ++trial) {
     std::vector<Pose> poses;
     std::vector<View> views;
@@ -82,20 +82,17 @@ TEST_CASE("the 95 % region of the camera holds the truth as often as it says") {
       d[i] = (result.camera.parameters() - c.parameters())[place[i]];
       for (int j = 0; j < 5; ++j) C(i, j) = result.covariance(place[i], place[j]);
     }
-    inside += d.dot(C.inverse() * d) < uncertainty::chi_square_quantile(0.95, 5);
-    const Vector6 e = pose_difference(result.views[0].T_camera_target, poses[0]);
-    pose_inside += e.dot(result.views[0].covariance.inverse() * e) < uncertainty::chi_square_quantile(0.95, 6);
+    intrinsics.add(d, C);
+    view_pose.add(pose_difference(result.views[0].T_camera_target, poses[0]), result.views[0].covariance);
   }
-  CAPTURE(inside, pose_inside, trials);
-  test::count_coverage("intrinsics", inside, trials);
-  test::count_coverage("pose of a calibrated view", pose_inside, trials);
-  for (const int count : {inside, pose_inside}) {
-    const uncertainty::Interval rate = uncertainty::binomial_interval(count, trials, 0.999);
+  for (const test::Coverage* c : {&intrinsics, &view_pose}) {
+    c->check_mean();
+    CAPTURE(c->inside(), trials);
     if (test::full()) {
-      CHECK(count >= 0.93 * trials);
-      CHECK(count <= 0.97 * trials);
+      CHECK(c->inside() >= 0.93 * trials);
+      CHECK(c->inside() <= 0.97 * trials);
     } else {
-      CHECK(rate.contains(0.95));
+      CHECK(c->rate(0.999).contains(0.95));
     }
   }
 }

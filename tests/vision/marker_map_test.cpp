@@ -6,7 +6,7 @@
 #include <kr5/uncertainty/confidence.hpp>
 #include <kr5/vision/marker_map.hpp>
 #include <kr5/vision/render.hpp>
-#include <support/coverage_count.hpp>
+#include <support/coverage.hpp>
 #include <support/trials.hpp>
 
 using namespace kr5;
@@ -71,7 +71,7 @@ TEST_CASE("the map of markers in space lies within its stated doubt") {
   const int trials = test::trials(500, 60);
   Random random(4);
   const Target map = truth();
-  int inside = 0, total = 0;
+  test::Coverage coverage("marker map", 6);
   for (int i = 0; i < trials; ++i) {
     const auto result = estimate_marker_map(sightings(10, 0.2, random), lens, {.size = 0.05, .sigma_pixel = 0.2});
     INFO(result.fit.message);
@@ -79,13 +79,12 @@ TEST_CASE("the map of markers in space lies within its stated doubt") {
     REQUIRE(result.target.map.size() == 5);
     CHECK(result.covariance[0].isZero());
     const std::size_t k = 1 + static_cast<std::size_t>(random.integer(4));
-    const Vector6 d = pose_difference(result.target.map[k].T_target_marker, map.map[k].T_target_marker);
-    inside += d.dot(result.covariance[k].ldlt().solve(d)) < uncertainty::chi_square_quantile(0.95, 6);
-    ++total;
+    coverage.add(pose_difference(result.target.map[k].T_target_marker, map.map[k].T_target_marker),
+                 result.covariance[k]);
   }
-  CAPTURE(inside, total);
-  test::count_coverage("marker map", inside, total);
-  CHECK(uncertainty::binomial_interval(inside, total, 0.999).contains(0.95));
+  CAPTURE(coverage.inside(), trials);
+  coverage.check_mean();
+  CHECK(coverage.rate(0.999).contains(0.95));
 }
 
 TEST_CASE("a map is estimated from rendered images") {

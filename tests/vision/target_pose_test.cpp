@@ -6,7 +6,7 @@
 #include <kr5/geometry/target.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 #include <kr5/vision/target_pose.hpp>
-#include <support/coverage_count.hpp>
+#include <support/coverage.hpp>
 #include <support/trials.hpp>
 
 using namespace kr5;
@@ -46,23 +46,20 @@ TEST_CASE("the 95 % region of a pose holds the truth in 95 % of the trials") {
   const int trials = test::trials(2000, 500);
   const Target board = parse_target("chessboard:5x7:0.02");
   Random random(7);
-  int inside = 0;
-  const double sigma = 0.2, dof = 2.0 * 35 - 6;
+  test::Coverage coverage(given ? "target pose, noise given" : "target pose, noise estimated", 6);
+  const double sigma = 0.2, dof = given ? test::noise_given : 2.0 * 35 - 6;
   for (int i = 0; i < trials; ++i) {
     const Pose T = random_pose(random, 0.4);
     const TargetPose pose =
         estimate_target_pose(seen(board, T, sigma, random), camera(), {.sigma_pixel = given ? sigma : 0.0, .huber = 0});
     REQUIRE(pose.fit.usable());
-    const Vector6 d = pose_difference(pose.T_camera_target, T);
-    const double m = d.dot(pose.covariance.ldlt().solve(d));
-    // With an estimated sigma the distance follows 6 F(6, dof): its 95 % quantile is 13.5 at 64 degrees of freedom.
-    inside += m < (given ? uncertainty::chi_square_quantile(0.95, 6) : 6 * 2.2427);
+    coverage.add(pose_difference(pose.T_camera_target, T), test::widening(6, dof) * pose.covariance, dof);
     CHECK(is_rotation(pose.T_camera_target.linear()));
     CHECK(pose.T_camera_target.translation().z() > 0);
   }
-  CAPTURE(given, inside, trials, dof);
-  test::count_coverage(given ? "target pose, noise given" : "target pose, noise estimated", inside, trials);
-  CHECK(uncertainty::binomial_interval(inside, trials, 0.999).contains(0.95));
+  CAPTURE(given, coverage.inside(), trials, dof);
+  coverage.check_mean();
+  CHECK(coverage.rate(0.999).contains(0.95));
 }
 
 TEST_CASE("of two poses the right one comes first unless the view is called ambiguous") {

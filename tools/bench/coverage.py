@@ -2,8 +2,8 @@
 
     python tools/bench/coverage.py BUILD_FOLDER [--quick]
 
-Every test judges its own count by its binomial limits and writes it down for the table here; --quick runs the part that
-CI runs.
+Every test judges its own count by its binomial limits, and the mean squared distance from the truth by chi-square limits,
+and writes both down for the table here; --quick runs the part that CI runs.
 """
 
 import os
@@ -35,12 +35,13 @@ def main() -> int:
             if done.returncode:
                 print(done.stdout)
         for row in counts.read_text().splitlines():
-            what, inside, trials = row.rsplit(",", 2)
+            what, inside, trials, mean = row.rsplit(",", 3)
             low, high = judge.rate(int(inside), int(trials))
             rate = int(inside) / int(trials)
             reached = 0.93 <= rate <= 0.97 if int(trials) >= 2000 else high >= 0.93 and low <= 0.97
-            lines.append(judge.Line(what, f"{inside} of {trials}", "0.93 to 0.97", reached, interval=judge.rate_text(int(inside), int(trials))))
-    judge.show(lines, "How often the 95 % region holds the truth (below 2000 trials the interval must reach into what is wanted)")
+            lines.append(judge.Line(what, f"{inside} of {trials}, mean {float(mean):.3f}", "0.93 to 0.97", reached, interval=judge.rate_text(int(inside), int(trials))))
+    judge.show(lines, "How often the 95 % region holds the truth (below 2000 trials the interval must reach into what is wanted), "
+                      "and the mean squared distance over the stated one")
     return 1 if failed else 0
 
 

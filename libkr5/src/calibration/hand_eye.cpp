@@ -36,6 +36,8 @@ void check(std::span<const HandEyeView> views, const Pinhole& camera, const Hand
             where + std::to_string(v.points.cols()) + " points, but " + std::to_string(v.pixels.cols()) + " pixels");
     require(v.points.cols() >= 4, where + "at least four points are needed, found " + std::to_string(v.points.cols()));
     require(v.points.allFinite() && v.pixels.allFinite(), where + "points and pixels must be finite");
+    require(std::isfinite(views[i].correlation) && views[i].correlation >= 1,
+            where + "correlation must be at least 1 [-]");
     require(views[i].T_base_flange.matrix().allFinite(), where + "T_base_flange must be finite");
     require(is_rotation(views[i].T_base_flange.linear(), 1e-3), where + "T_base_flange has no proper rotation");
   }
@@ -78,8 +80,8 @@ void choose_by_probability(Fit& fit) {
       const Vector6 e = robot_error(fit.mount, fit.poses, sight);
       const auto view = linearise(fit.mount, fit.poses, sight, *fit.camera, e);
       if (!view) continue;
-      const double unlikely =
-          sight.pose().cost / fit.variances.value[2] + e.dot(fit.variances.of(*view).ldlt().solve(e));
+      const double pixel = fit.variances.value[2] * sight.input->correlation;
+      const double unlikely = sight.pose().cost / pixel + e.dot(fit.variances.of(*view).ldlt().solve(e));
       if (unlikely < best) best = unlikely, choice = k;
     }
     sight.chosen = choice;

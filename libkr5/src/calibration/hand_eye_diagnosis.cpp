@@ -11,6 +11,7 @@
 #include <kr5/uncertainty/confidence.hpp>
 
 #include "hand_eye_hypotheses.hpp"
+#include "hand_eye_of_poses.hpp"
 #include "hand_eye_words.hpp"
 
 namespace kr5::calibration {
@@ -21,20 +22,8 @@ using evidence::Hypothesis;
 
 constexpr double families = 8;  // of hypotheses, which share the false alarms
 
-/// RMS turn about the axes, most first, of rotations relative to their mean.
-Eigen::Vector3d turns(const std::vector<Pose>& poses) {
-  const Pose mean = mean_pose(poses);
-  Eigen::Matrix3d M = Eigen::Matrix3d::Zero();
-  for (const Pose& T : poses) {
-    const Eigen::Vector3d w = log_rotation(mean.linear().transpose() * T.linear());
-    M += w * w.transpose() / static_cast<double>(poses.size());
-  }
-  const Eigen::Vector3d values = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(M).eigenvalues();
-  return values.reverse().cwiseMax(0.0).cwiseSqrt();
-}
-
-/// The same as the camera saw them, which does not depend on how the robot's numbers are read.
-Eigen::Vector3d turns(const evidence::Sightings& sightings) {
+/// Turns of the target as the camera saw it, which do not depend on how the robot's numbers are read.
+Eigen::Vector3d seen_turns(const evidence::Sightings& sightings) {
   std::vector<Pose> seen;
   for (const auto& s : sightings.views) seen.push_back(s.solutions.front().T_camera_target);
   return turns(seen);
@@ -178,7 +167,7 @@ void decide(const HandEyeResult& result, const HandEyeDiagnosisOptions& options,
 
 bool too_little_rotation(const evidence::Sightings& sightings, const HandEyeDiagnosisOptions& options,
                          HandEyeDiagnosis& out) {
-  const Eigen::Vector3d seen = turns(sightings);
+  const Eigen::Vector3d seen = seen_turns(sightings);
   // A camera's noise looks like a little turning, and a flat target may be seen mirrored: the robot must agree.
   if (out.rotation_minor >= options.min_rotation || seen[1] >= 2 * options.min_rotation) return false;
   NamedCause named;
@@ -219,8 +208,9 @@ HandEyeDiagnosis diagnose_hand_eye(const HandEyeRecording& recording, const Hand
   require(c.sightings.views.size() >= 3, "the target's pose could be found in fewer than three views");
   c.sound.reading = evidence::as_recorded(c, c.poses);
   HandEyeDiagnosis out;
-  out.rotation_major = turns(c.sound.reading.robot)[0];
-  out.rotation_minor = turns(c.sound.reading.robot)[1];
+  const Eigen::Vector3d turned = turns(c.sound.reading.robot);
+  out.rotation_major = turned[0];
+  out.rotation_minor = turned[1];
   out.working_distance = options.working_distance > 0 ? options.working_distance : target_distance(c.sightings);
   if (result.fit.usable()) judge_tool_error(result, out);
   if (!too_little_rotation(c.sightings, options, out)) {

@@ -6,7 +6,7 @@
 
 #include <Eigen/Dense>
 
-#include "hand_eye_closed_form.hpp"
+#include "hand_eye_of_poses.hpp"
 
 namespace kr5::calibration::evidence {
 namespace {

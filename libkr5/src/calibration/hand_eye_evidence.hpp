@@ -7,8 +7,9 @@
 #include <kr5/calibration/hand_eye.hpp>
 
 /// @file
-/// One way of reading a hand-eye data set, fitted quickly, with its likelihood. Each view is reduced to the pose in
-/// which it saw the target and that pose's covariance; the robot's noise is estimated along (maximum likelihood).
+/// Private: one way of reading a hand-eye data set, fitted quickly, with its likelihood, for a diagnosis to compare
+/// many. Each view is reduced to the pose in which it saw the target and that pose's covariance; the robot's noise is
+/// estimated along (maximum likelihood). The answer to a user comes from the fit over pixels in hand_eye_fit.hpp.
 
 namespace kr5::calibration::evidence {
 

@@ -37,10 +37,12 @@ std::vector<WeightedView> Fit::active() const {
 double Fit::cost(const Poses& at, const std::vector<Vector6>& e) const {
   const Vector6 information = variances.robot().diagonal().cwiseInverse();
   double sum = 0;
-  for (std::size_t i = 0; i < sights.size(); ++i)
-    if (weights[i] > 0)
-      sum += weights[i] * (pixel_squares(mount, at, sights[i], *camera, e[i]) / variances.value[2] +
-                           e[i].cwiseAbs2().dot(information));
+  for (std::size_t i = 0; i < sights.size(); ++i) {
+    if (!(weights[i] > 0)) continue;
+    const double pixel = variances.value[2] * sights[i].input->correlation;
+    sum +=
+        weights[i] * (pixel_squares(mount, at, sights[i], *camera, e[i]) / pixel + e[i].cwiseAbs2().dot(information));
+  }
   return sum;
 }
 

@@ -4,8 +4,9 @@
 #include "hand_eye_noise.hpp"
 
 /// @file
-/// Private: the refinement over pixels. The robot pose errors of the views are block-diagonal, so each is eliminated by
-/// itself (its Schur complement is the marginal covariance of LinearView::y) and 12 unknowns remain.
+/// Private: the refinement over pixels, behind calibrate_hand_eye (a diagnosis compares readings by the quicker fit of
+/// hand_eye_evidence.hpp). The robot pose errors of the views are block-diagonal, so each is eliminated by itself (its
+/// Schur complement is the marginal covariance of LinearView::y) and 12 unknowns remain.
 
 namespace kr5::calibration::hand_eye {
 

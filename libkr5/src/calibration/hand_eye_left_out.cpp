@@ -12,6 +12,31 @@ double squared_error(const Vector6& r, double lever) {
   return r.head<3>().squaredNorm() + 2.0 / 3.0 * lever * lever * r.tail<3>().squaredNorm();
 }
 
+/// The reading without every pair whose place is `fold` modulo `folds`.
+Reading without(const Reading& reading, int fold, int folds) {
+  Reading kept = reading;
+  kept.robot.clear(), kept.sighting.clear(), kept.drift.clear(), kept.inflation.clear(), kept.split = 0;
+  for (int i = 0; i < reading.size(); ++i) {
+    if (i % folds == fold) continue;
+    const auto k = static_cast<std::size_t>(i);
+    kept.robot.push_back(reading.robot[k]);
+    kept.sighting.push_back(reading.sighting[k]);
+    if (!reading.drift.empty()) kept.drift.push_back(reading.drift[k]);
+    if (!reading.inflation.empty()) kept.inflation.push_back(reading.inflation[k]);
+    if (i < reading.split) ++kept.split;
+  }
+  return kept;
+}
+
+/// Squared error [m^2] of pair i as `f`, made without it, predicts it.
+double squared_error(const Reading& reading, const Sightings& sightings, int i, const Fit& f) {
+  const auto k = static_cast<std::size_t>(i);
+  const Pose T = reading.drift.empty() ? reading.robot[k] : reading.robot[k] * to_pose(f.lag * reading.drift[k]);
+  Fit there = f;
+  if (reading.split > 0 && i >= reading.split) there.Y = f.Y_after;
+  return misplaced(T, sightings.views[static_cast<std::size_t>(reading.sighting[k])], there, reading.mount);
+}
+
 }  // namespace
 
 double misplaced(const Pose& T_base_flange, const Sighting& sighting, const Fit& f, Mount mount) {
@@ -25,34 +50,15 @@ double misplaced(const Pose& T_base_flange, const Sighting& sighting, const Fit&
 }
 
 double held_out_rms(const Reading& reading, const Sightings& sightings, int folds) {
-  const int n = reading.size();
-  folds = std::min(folds, n);
+  folds = std::min(folds, reading.size());
   double sum = 0;
   int count = 0;
   for (int fold = 0; fold < folds; ++fold) {
-    Reading kept = reading;
-    kept.robot.clear(), kept.sighting.clear(), kept.drift.clear(), kept.inflation.clear(), kept.split = 0;
-    std::vector<int> left;
-    for (int i = 0; i < n; ++i) {
-      const auto k = static_cast<std::size_t>(i);
-      if (i % folds == fold) {
-        if (reading.inflation.empty() || reading.inflation[k] == 1.0) left.push_back(i);
-        continue;
-      }
-      kept.robot.push_back(reading.robot[k]);
-      kept.sighting.push_back(reading.sighting[k]);
-      if (!reading.drift.empty()) kept.drift.push_back(reading.drift[k]);
-      if (!reading.inflation.empty()) kept.inflation.push_back(reading.inflation[k]);
-      if (i < reading.split) ++kept.split;
-    }
-    const Fit f = fit(kept, sightings);
+    const Fit f = fit(without(reading, fold, folds), sightings);
     if (!f.usable) continue;
-    for (const int i : left) {
-      const auto k = static_cast<std::size_t>(i);
-      const Pose T = reading.drift.empty() ? reading.robot[k] : reading.robot[k] * to_pose(f.lag * reading.drift[k]);
-      Fit there = f;
-      if (reading.split > 0 && i >= reading.split) there.Y = f.Y_after;
-      sum += misplaced(T, sightings.views[static_cast<std::size_t>(reading.sighting[k])], there, reading.mount);
+    for (int i = fold; i < reading.size(); i += folds) {
+      if (!reading.inflation.empty() && reading.inflation[static_cast<std::size_t>(i)] != 1.0) continue;
+      sum += squared_error(reading, sightings, i, f);
       ++count;
     }
   }

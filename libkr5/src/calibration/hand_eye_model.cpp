@@ -71,7 +71,7 @@ std::optional<LinearView> linearise(Mount mount, const Poses& poses, const Sight
   LinearView out;
   out.y = e + to_error * d;
   out.F << -to_error * adjoint(M.inverse()), to_error;
-  out.U = to_error * H_inverse * to_error.transpose();
+  out.U = sight.input->correlation * to_error * H_inverse * to_error.transpose();
   out.pixel_squares = std::max(squares - g.dot(d), 0.0);
   out.pixel_dof = 2.0 * weights.sum() - 6.0;
   if (!out.U.allFinite() || !out.y.allFinite()) return std::nullopt;

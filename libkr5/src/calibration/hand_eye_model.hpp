@@ -35,7 +35,7 @@ struct Sight {
 
 /// y = F [x z] + e + n: what the pixels of one view say about the error e of its robot pose (right perturbation of
 /// the reported one [m, rad]), to first order in the perturbations x of X and z of Z.
-/// Var e = diag(sigma_position^2, sigma_rotation^2), Var n = sigma_pixel^2 U.
+/// Var e = diag(sigma_position^2, sigma_rotation^2), Var n = sigma_pixel^2 U, U widened by the view's `correlation`.
 struct LinearView {
   Vector6 y;
   Eigen::Matrix<double, 6, 12> F;

@@ -5,7 +5,10 @@
 #include <cmath>
 
 #include <Eigen/Dense>
-#include <kr5/uncertainty/confidence.hpp>
+
+#include <kr5/core/linear.hpp>
+
+#include "widening.hpp"
 
 namespace kr5::calibration::hand_eye {
 namespace {
@@ -15,7 +18,6 @@ using Matrix6x12 = Eigen::Matrix<double, 6, 12>;
 // Below these nothing a robot or a camera does can be seen; they keep exact data solvable.
 const Eigen::Vector3d noise_floor = Eigen::Vector3d(1e-7, 1e-7, 1e-5).cwiseAbs2();
 constexpr double lever_deviation = 1.25;  // of the logarithm of the ratio of the two robot deviations
-constexpr double largest_dof = 1e6;       // stands for "variances known"
 
 /// Derivative of the covariance of y by variance k.
 Matrix6 derivative(const LinearView& view, int k) {
@@ -144,13 +146,12 @@ Estimate solve(std::span<const WeightedView> views, const Variances& variances) 
   }
   // Metres and radians differ in size: judge the rank with a unit diagonal.
   const Vector12 s = N.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const Eigen::SelfAdjointEigenSolver<Matrix12> eigen(s.asDiagonal() * N * s.asDiagonal());
+  const SymmetricEigen eigen = symmetric_eigen(s.asDiagonal() * N * s.asDiagonal());
   Estimate out;
-  const Vector12 values = eigen.eigenvalues();
+  const Vector12 values = eigen.values;
   out.regular = values.allFinite() && values[0] > 1e-11 * values[11];
   const Vector12 inverse = values.cwiseMax(1e-13 * values[11]).cwiseInverse();
-  out.covariance =
-      s.asDiagonal() * eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose() * s.asDiagonal();
+  out.covariance = s.asDiagonal() * eigen.vectors * inverse.asDiagonal() * eigen.vectors.transpose() * s.asDiagonal();
   out.b = out.covariance * h;
   return out;
 }
@@ -183,7 +184,7 @@ void estimate_variances(std::span<const WeightedView> views, Variances& v, int m
 WidenedCovariance widened_covariance(std::span<const WeightedView> views, const Variances& v, int first) {
   const Moments m = moments(views, v);
   const Matrix12& C = m.estimate.covariance;
-  WidenedCovariance out{C.block<6, 6>(first, first), largest_dof};
+  WidenedCovariance out{C.block<6, 6>(first, first), noise_given};
   if (!v.free[0] && !v.free[1] && !v.free[2]) return out;
   const Eigen::Matrix3d W = variance_covariance(m, v);
   const Matrix12 bias = spread_of_variances(views, v, m, W);
@@ -203,10 +204,9 @@ WidenedCovariance widened_covariance(std::span<const WeightedView> views, const 
   const double mean = 1 / (1 - std::min(A2 / n, 0.9));
   const double variance = 2 / n * (1 + c1 * B) / (std::pow(1 - std::min(c2 * B, 0.9), 2) * (1 - std::min(c3 * B, 0.9)));
   const double ratio = variance / (2 * mean * mean);
-  out.dof = n * ratio > 1 ? std::clamp(4 + (n + 2) / (n * ratio - 1), 3.0, largest_dof) : largest_dof;
+  out.dof = n * ratio > 1 ? std::clamp(4 + (n + 2) / (n * ratio - 1), 3.0, noise_given) : noise_given;
   const double scale = out.dof / (mean * (out.dof - 2));
-  const double widen = n * uncertainty::fisher_quantile(0.95, n, out.dof) / uncertainty::chi_square_quantile(0.95, n);
-  out.covariance = (C + 2 * C * bias * C).block<6, 6>(first, first) * (widen / scale);
+  out.covariance = (C + 2 * C * bias * C).block<6, 6>(first, first) * (widening(n, out.dof) / scale);
   return out;
 }
 

@@ -6,8 +6,8 @@
 
 #include <kr5/core/random.hpp>
 
-#include "hand_eye_closed_form.hpp"
 #include "hand_eye_hypotheses.hpp"
+#include "hand_eye_of_poses.hpp"
 
 /// @file
 /// Which pose belongs to which image. Turning from one stop to another, the wrist and the target (as the camera sees

@@ -7,9 +7,10 @@
 #include <numeric>
 
 #include <Eigen/Dense>
+#include <kr5/core/linear.hpp>
 #include <kr5/core/random.hpp>
 
-#include "hand_eye_closed_form.hpp"
+#include "hand_eye_of_poses.hpp"
 
 namespace kr5::calibration::hand_eye {
 namespace {
@@ -66,7 +67,7 @@ WristTurn wrist_turn(std::span<const Pose> T_base_flange) {
       turns.push_back(log_rotation(T_base_flange[i].linear().transpose() * T_base_flange[j].linear()));
       scatter += turns.back() * turns.back().transpose();
     }
-  const Eigen::Vector3d main = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter).eigenvectors().col(2);
+  const Eigen::Vector3d main = symmetric_eigen(scatter).vectors.col(2);
   WristTurn out;
   for (const Eigen::Vector3d& w : turns) {
     out.most = std::max(out.most, w.norm());

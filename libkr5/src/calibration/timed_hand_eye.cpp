@@ -5,10 +5,9 @@
 #include <cmath>
 #include <cstdio>
 
-#include <Eigen/Eigenvalues>
-
 #include <kr5/core/error.hpp>
 
+#include "hand_eye_of_poses.hpp"
 #include "timed_hand_eye_fit.hpp"
 
 namespace kr5::calibration {
@@ -21,20 +20,6 @@ std::string text(const char* format, Values... values) {
   char buffer[512];
   std::snprintf(buffer, sizeof buffer, format, values...);
   return buffer;
-}
-
-/// RMS turn of a stream about its three principal axes, least first [rad].
-Eigen::Vector3d turns(const PoseStream& stream) {
-  const Pose mean = mean_pose(stream.poses);
-  Eigen::Matrix3d M = Eigen::Matrix3d::Zero();
-  for (const Pose& T : stream.poses) {
-    const Eigen::Vector3d w = log_rotation(mean.linear().transpose() * T.linear());
-    M += w * w.transpose() / static_cast<double>(stream.poses.size());
-  }
-  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(M, Eigen::EigenvaluesOnly)
-      .eigenvalues()
-      .cwiseMax(0)
-      .cwiseSqrt();
 }
 
 /// The stream as it would be had the quaternion been written in the other order: read as (x y z w), meant (w x y z),
@@ -111,13 +96,13 @@ bool overlapping(const Trajectory& hand, const Trajectory& camera, const TimedHa
 /// Is there turning enough, and about two axes?
 bool excited(const PoseStream& hand, const PoseStream& camera, const TimedHandEyeOptions& options,
              TimedHandEyeResult& result) {
-  const Eigen::Vector3d spread = turns(hand).cwiseMin(turns(camera));
+  const Eigen::Vector3d spread = turns(hand.poses).cwiseMin(turns(camera.poses));
   constexpr double degrees = 57.29577951308232;
-  if (spread[2] < options.min_rotation)
+  if (spread[0] < options.min_rotation)
     return degenerate(result, "no_motion",
                       text("the hand hardly turns (RMS %.1f deg, needed %.1f deg): offset and hand-eye stay unknown; "
                            "record again, turning the wrist by 30 deg or more about two axes",
-                           spread[2] * degrees, options.min_rotation * degrees)),
+                           spread[0] * degrees, options.min_rotation * degrees)),
            false;
   if (spread[1] < options.min_rotation)
     return degenerate(result, "one_axis",

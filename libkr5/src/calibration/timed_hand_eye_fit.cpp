@@ -8,8 +8,8 @@
 
 #include <kr5/core/statistics.hpp>
 
-#include "hand_eye_closed_form.hpp"
 #include "hand_eye_evidence.hpp"
+#include "hand_eye_of_poses.hpp"
 
 namespace kr5::calibration::timed {
 namespace {
@@ -102,11 +102,19 @@ double correlation_time(const std::vector<Row>& rows, const Matrix6& S) {
   return longest * period;
 }
 
+/// Part of the variance of a sum of errors that sums over blocks of `length` show: the rest lies in what neighbouring
+/// blocks have in common, as it is for errors that fade exponentially.
+double seen_by_blocks(double correlation_time, double sample, double length) {
+  // Of independent samples the correlation time is the time from one to the next, and there is no memory.
+  const double memory = 0.5 * (correlation_time - sample * sample / correlation_time);
+  return 1 - memory / length * (1 - std::exp(-length / memory));
+}
+
 /// Covariance from leaving out one block of time after another, each by one Newton step of the t-distributed fit.
-Matrix13 block_jackknife(const std::vector<Row>& rows, const Matrix6& S, double tail, double block) {
+Matrix13 block_jackknife(const std::vector<Row>& rows, const Matrix6& S, double tail, double correlation_time) {
   const Matrix6 W = S.inverse();
   const double start = rows.front().t, span = rows.back().t - start + 1e-9;
-  const auto count = static_cast<std::size_t>(std::clamp(span / block, 10.0, 200.0));
+  const auto count = static_cast<std::size_t>(std::clamp(span / (4 * correlation_time), 10.0, 200.0));
   std::vector<Matrix13> A(count, Matrix13::Zero());
   std::vector<Vector13> g(count, Vector13::Zero());
   Matrix13 total = Matrix13::Zero();
@@ -126,7 +134,8 @@ Matrix13 block_jackknife(const std::vector<Row>& rows, const Matrix6& S, double 
     C += change * change.transpose();
     filled += 1;
   }
-  return (filled - 1) / filled * C;
+  const double seen = seen_by_blocks(correlation_time, span / static_cast<double>(rows.size()), span / filled);
+  return (filled - 1) / filled / seen * C;
 }
 
 void fill(const std::vector<Row>& rows, const Matrix6& S, const Estimate& estimate, const TimedHandEyeOptions& options,
@@ -135,7 +144,7 @@ void fill(const std::vector<Row>& rows, const Matrix6& S, const Estimate& estima
   result.T_hand_camera = estimate.X;
   result.T_base_world = estimate.Z;
   result.correlation_time = correlation_time(rows, S);
-  const Matrix13 C = block_jackknife(rows, S, options.tail, 4 * result.correlation_time);
+  const Matrix13 C = block_jackknife(rows, S, options.tail, result.correlation_time);
   result.covariance = C.topLeftCorner<6, 6>();
   result.covariance_world = C.block<6, 6>(6, 6);
   result.offset_std = std::sqrt(C(12, 12));

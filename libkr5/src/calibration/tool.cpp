@@ -7,10 +7,12 @@
 #include <numeric>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 
 #include <kr5/core/error.hpp>
+#include <kr5/core/linear.hpp>
 #include <kr5/uncertainty/confidence.hpp>
+
+#include "widening.hpp"
 
 namespace kr5::calibration {
 namespace {
@@ -68,19 +70,10 @@ Fit solve(std::span<const Pose> poses, const Index& used, double ratio, const Ei
   return fit;
 }
 
-/// Averages over the ratio of the variances, weighted by restricted likelihood. Picking the most likely ratio instead
-/// pretends to know it, and from four to six poses claims far too small a doubt.
-Fit solve_estimating(std::span<const Pose> poses, const Index& used) {
-  const Fit plain = solve(poses, used, 0.0, Eigen::Vector3d::Zero());
-  const Eigen::Vector3d tip = plain.x.head<3>();
-  if (plain.cost < 1e-24 || tip.squaredNorm() < 1e-12) return plain;
-  std::vector<Fit> fits;
+/// Mean of fits at several ratios, weighted by their likelihood; its covariance holds how far they are apart.
+Fit averaged(const std::vector<Fit>& fits) {
   double best = -1e300;
-  for (double exponent = -4.0; exponent <= 6.0; exponent += 1.0) {
-    fits.push_back(solve(poses, used, std::exp(exponent) / tip.squaredNorm(), tip));
-    fits.back().log_likelihood -= exponent * exponent / 8;  // arms: both errors alike at the tip, within a factor of e
-    best = std::max(best, fits.back().log_likelihood);
-  }
+  for (const Fit& fit : fits) best = std::max(best, fit.log_likelihood);
   Fit mean = fits.front();
   mean.x.setZero(), mean.cofactor_noise.setZero();
   Matrix6 covariance = Matrix6::Zero();
@@ -100,6 +93,20 @@ Fit solve_estimating(std::span<const Pose> poses, const Index& used) {
   mean.cofactor = (covariance / sum - mean.x * mean.x.transpose()) / (position / sum);
   mean.cofactor_noise /= position;
   return mean;
+}
+
+/// Averages over the ratio of the variances, weighted by restricted likelihood. Picking the most likely ratio instead
+/// pretends to know it, and from four to six poses claims far too small a doubt.
+Fit solve_estimating(std::span<const Pose> poses, const Index& used) {
+  const Fit plain = solve(poses, used, 0.0, Eigen::Vector3d::Zero());
+  const Eigen::Vector3d tip = plain.x.head<3>();
+  if (plain.cost < 1e-24 || tip.squaredNorm() < 1e-12) return plain;
+  std::vector<Fit> fits;
+  for (double exponent = -4.0; exponent <= 6.0; exponent += 1.0) {
+    fits.push_back(solve(poses, used, std::exp(exponent) / tip.squaredNorm(), tip));
+    fits.back().log_likelihood -= exponent * exponent / 8;  // arms: both errors alike at the tip, within a factor of e
+  }
+  return averaged(fits);
 }
 
 struct Noise {
@@ -135,7 +142,7 @@ double significance(std::span<const Pose> poses, Index used, std::size_t k, cons
 
 /// Names contradicting poses, worst first, each against all that are still believed.
 void judge(std::span<const Pose> poses, Index& used, const ToolOptions& options, ToolResult& result) {
-  const double limit = (1 - options.outlier_confidence) / static_cast<double>(poses.size());
+  const double limit = options.outlier_false_alarm / static_cast<double>(poses.size());
   while (used.size() >= 5) {  // four others are needed to contradict one
     std::size_t worst = used.front();
     for (const std::size_t k : used) {
@@ -157,9 +164,9 @@ void excitation(std::span<const Pose> poses, const Index& used, ToolResult& resu
     const Eigen::Matrix3d D = poses[k].linear() - mean;
     M += D.transpose() * D / static_cast<double>(used.size());
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(M);
-  result.rotation_spread = eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt();
-  result.weak_direction = eigen.eigenvectors().col(0);
+  const SymmetricEigen eigen = symmetric_eigen(M);
+  result.rotation_spread = eigen.values.cwiseMax(0.0).cwiseSqrt();
+  result.weak_direction = eigen.vectors.col(0);
 }
 
 std::string text(const char* format, double a, double b = 0, double c = 0) {
@@ -206,8 +213,8 @@ void fill(std::span<const Pose> poses, const Fit& fit, const ToolOptions& option
   const Noise noise = noise_of(fit, options);
   result.tip = fit.x.head<3>();
   result.point = fit.x.tail<3>();
-  result.covariance = noise.variance * fit.cofactor.topLeftCorner<3, 3>();
-  result.dof = noise.given ? 0.0 : fit.dof;
+  result.covariance_dof = noise.given ? noise_given : fit.dof;
+  result.covariance = widening(3, result.covariance_dof) * noise.variance * fit.cofactor.topLeftCorner<3, 3>();
   result.sigma_position = std::sqrt(noise.variance);
   result.sigma_rotation = std::sqrt(noise.variance * fit.ratio);
   result.fit.final_rms = noise.variance > 0 ? std::sqrt(fit.cost / fit.dof / noise.variance) : 0.0;
@@ -237,7 +244,7 @@ void ToolOptions::validate() const {
   require(sigma_rotation >= 0, "sigma_rotation must not be negative [rad]; 0 means estimated");
   require(sigma_rotation == 0 || sigma_position > 0, "sigma_position must be given when sigma_rotation is [m]");
   require(min_rotation > 0 && min_rotation < 1, "min_rotation must lie between 0 and 1 [rad]");
-  require(outlier_confidence > 0.5 && outlier_confidence < 1, "outlier_confidence must lie between 0.5 and 1");
+  require(outlier_false_alarm >= 0 && outlier_false_alarm < 1, "outlier_false_alarm must lie in [0, 1) [-]");
   require(max_height_change > 0, "max_height_change must be positive [m]");
   require(height_now.has_value() == height_at_calibration.has_value(),
           "height_now and height_at_calibration must be given together [m]");

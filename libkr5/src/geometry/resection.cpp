@@ -3,12 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <optional>
 
-#include <Eigen/Dense>
+#include <Eigen/Cholesky>
 
 #include <kr5/core/error.hpp>
+#include <kr5/core/linear.hpp>
 
 namespace kr5 {
 namespace {
@@ -97,35 +97,36 @@ std::optional<Resection> refine(const Problem& p, Pose T) {
 }
 
 /// Moves the origin to the mean and the mean distance to sqrt(dimension): without it the linear solution is noisy.
-template <int D>
-Eigen::Matrix<double, D + 1, D + 1> normaliser(const Eigen::Matrix<double, D, Eigen::Dynamic>& x) {
-  const Eigen::Matrix<double, D, 1> mean = x.rowwise().mean();
-  const double scale = std::sqrt(double(D)) / (x.colwise() - mean).colwise().norm().mean();
-  Eigen::Matrix<double, D + 1, D + 1> N = Eigen::Matrix<double, D + 1, D + 1>::Identity() * scale;
-  N(D, D) = 1;
-  N.template topRightCorner<D, 1>() = -scale * mean;
-  return N;
-}
-
-/// Least-squares P with (x, 1) ~ P (X, 1): the direct linear transform.
-template <int D>
-Eigen::Matrix<double, 3, D + 1> linear_transform(const Eigen::Matrix<double, D, Eigen::Dynamic>& X,
-                                                 const Eigen::Matrix2Xd& x) {
-  const auto N_X = normaliser<D>(X);
-  const auto N_x = normaliser<2>(x);
-  const int n = D + 1;
-  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(2 * X.cols(), 3 * n);
-  for (int i = 0; i < X.cols(); ++i) {
-    const Eigen::Matrix<double, 1, D + 1> h = (N_X * X.col(i).homogeneous()).transpose();
-    const Eigen::Vector3d y = N_x * x.col(i).homogeneous();
-    A.row(2 * i) << h, 0 * h, -y.x() * h;
-    A.row(2 * i + 1) << 0 * h, h, -y.y() * h;
+struct Normaliser {
+  explicit Normaliser(const Eigen::MatrixXd& x) : mean(x.rowwise().mean()) {
+    scale = std::sqrt(static_cast<double>(x.rows())) / (x.colwise() - mean).colwise().norm().mean();
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(A.transpose() * A);
-  const Eigen::VectorXd v = eigen.eigenvectors().col(0);
-  Eigen::Matrix<double, 3, D + 1> P;
-  for (int r = 0; r < 3; ++r) P.row(r) = v.segment(r * n, n).transpose();
-  return N_x.inverse() * P * N_X;
+  Eigen::VectorXd operator()(const Eigen::VectorXd& x) const { return scale * (x - mean); }
+
+  Eigen::VectorXd mean;
+  double scale = 1.0;
+};
+
+/// Least-squares P, 3 x (D + 1), with (x, 1) ~ P (X, 1) for X of D rows: the direct linear transform.
+Eigen::MatrixXd linear_transform(const Eigen::MatrixXd& X, const Eigen::Matrix2Xd& x) {
+  const Normaliser points(X), image(x);
+  const Eigen::Index D = X.rows(), n = D + 1;
+  Eigen::MatrixXd M = Eigen::MatrixXd::Zero(3 * n, 3 * n);  // A' A, A h = 0 the two equations of every point
+  for (Eigen::Index i = 0; i < X.cols(); ++i) {
+    const Eigen::VectorXd h = points(X.col(i)).homogeneous(), y = image(x.col(i));
+    for (Eigen::Index k = 0; k < 2; ++k) {
+      Eigen::VectorXd row = Eigen::VectorXd::Zero(3 * n);
+      row.segment(k * n, n) = h;
+      row.tail(n) = -y[k] * h;
+      M += row * row.transpose();
+    }
+  }
+  const Eigen::VectorXd v = symmetric_eigen(M).vectors.col(0);
+  Eigen::MatrixXd P = v.reshaped(n, 3).transpose();
+  P.leftCols(D) *= points.scale;
+  for (Eigen::Index k = 0; k < D; ++k) P.col(D) -= points.mean[k] * P.col(k);
+  for (Eigen::Index k = 0; k < 2; ++k) P.row(k) = (P.row(k) / image.scale + image.mean[k] * P.row(2)).eval();
+  return P;
 }
 
 Pose pose_from(const Eigen::Matrix3d& M, const Eigen::Vector3d& t) {
@@ -137,7 +138,7 @@ Pose pose_from(const Eigen::Matrix3d& M, const Eigen::Vector3d& t) {
 
 /// Start for points on the plane z = 0 of their own frame.
 Pose planar_start(const Eigen::Matrix2Xd& plane, const Eigen::Matrix2Xd& rays) {
-  Eigen::Matrix3d H = linear_transform<2>(plane, rays);
+  Eigen::Matrix3d H = linear_transform(plane, rays);
   H /= std::sqrt(H.col(0).norm() * H.col(1).norm());
   if ((H * Eigen::Vector3d(plane.rowwise().mean().homogeneous())).z() < 0) H = -H;
   Eigen::Matrix3d M = H;
@@ -158,13 +159,14 @@ Pose mirrored(const Pose& T, const Eigen::Vector3d& normal, const Eigen::Vector3
 }
 
 Pose spatial_start(const Eigen::Matrix3Xd& points, const Eigen::Matrix2Xd& rays) {
-  Eigen::Matrix<double, 3, 4> P = linear_transform<3>(points, rays);
+  Eigen::Matrix<double, 3, 4> P = linear_transform(points, rays);
   if (P.leftCols<3>().determinant() < 0) P = -P;
   P /= std::cbrt(P.leftCols<3>().determinant());
   return pose_from(P.leftCols<3>(), P.col(3));
 }
 
-/// Starts over the whole of the rotations, for four or five points in space, where nothing linear is determined.
+/// Starts over the whole of the rotations (those of a cube into itself), for four or five points in space, where
+/// nothing linear is determined.
 std::vector<Pose> spread_starts(const Eigen::Matrix3Xd& points, const Eigen::Matrix2Xd& rays) {
   const Eigen::Vector3d middle = points.rowwise().mean();
   const Eigen::Vector2d seen = rays.rowwise().mean();
@@ -173,11 +175,10 @@ std::vector<Pose> spread_starts(const Eigen::Matrix3Xd& points, const Eigen::Mat
   std::vector<Pose> starts;
   for (int face = 0; face < 6; ++face)
     for (int turn = 0; turn < 4; ++turn) {
-      const Eigen::Vector3d axis = Eigen::Vector3d::Unit(face % 3) * (face < 3 ? 1 : -1);
+      const Eigen::Vector3d ahead = Eigen::Vector3d::Unit(face % 3) * (face < 3 ? 1 : -1);
+      const Eigen::Vector3d right = Eigen::Vector3d::Unit((face + 1 + turn % 2) % 3) * (turn < 2 ? 1 : -1);
       Pose T = Pose::Identity();
-      T.linear() = (Eigen::AngleAxisd(turn * std::numbers::pi / 2, Eigen::Vector3d::UnitZ()) *
-                    Eigen::Quaterniond::FromTwoVectors(axis, Eigen::Vector3d::UnitZ()))
-                       .toRotationMatrix();
+      T.linear() << right.transpose(), ahead.cross(right).transpose(), ahead.transpose();
       T.translation() = distance * seen.homogeneous() - T.linear() * middle;
       starts.push_back(T);
     }
@@ -194,6 +195,27 @@ std::optional<Eigen::Matrix2Xd> undistorted(const Eigen::Matrix2Xd& pixels, cons
   return rays;
 }
 
+/// How the points lie: their middle, their principal axes, and how far they reach along each, most first.
+struct Axes {
+  Pose T_points_axes = Pose::Identity();
+  Eigen::Vector3d spread = Eigen::Vector3d::Zero();  ///< [m]
+};
+
+Axes principal_axes(const Eigen::Matrix3Xd& points) {
+  Axes out;
+  out.T_points_axes.translation() = points.rowwise().mean();
+  Eigen::Matrix3d M = Eigen::Matrix3d::Zero();
+  for (int i = 0; i < points.cols(); ++i) {
+    const Eigen::Vector3d d = points.col(i) - out.T_points_axes.translation();
+    M += d * d.transpose();
+  }
+  const SymmetricEigen eigen = symmetric_eigen(M);
+  out.spread = eigen.values.reverse().cwiseMax(0.0).cwiseSqrt();
+  out.T_points_axes.linear() = eigen.vectors.rowwise().reverse();
+  if (out.T_points_axes.linear().determinant() < 0) out.T_points_axes.linear().col(2) *= -1;
+  return out;
+}
+
 /// Keeps the better of optima that are the same pose; sorts the best to the front.
 void add(std::vector<Resection>& found, const std::optional<Resection>& candidate) {
   if (!candidate) return;
@@ -202,8 +224,8 @@ void add(std::vector<Resection>& found, const std::optional<Resection>& candidat
       if (candidate->cost < other.cost) other = *candidate;
       return;
     }
-  found.push_back(*candidate);
-  std::sort(found.begin(), found.end(), [](const Resection& a, const Resection& b) { return a.cost < b.cost; });
+  const auto better = [](const Resection& a, const Resection& b) { return a.cost < b.cost; };
+  found.insert(std::upper_bound(found.begin(), found.end(), *candidate, better), *candidate);
 }
 
 void check(const Eigen::Matrix3Xd& points, const Eigen::Matrix2Xd& pixels, const ResectionOptions& options) {
@@ -226,14 +248,11 @@ std::vector<Resection> resect(const Eigen::Matrix3Xd& points, const Eigen::Matri
   check(points, pixels, options);
   const auto rays = undistorted(pixels, camera);
   if (!rays) return {};
-  const Eigen::Vector3d middle = points.rowwise().mean();
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd((points.colwise() - middle) * (points.colwise() - middle).transpose(),
-                                              Eigen::ComputeFullU);
-  const Eigen::Vector3d spread = svd.singularValues().cwiseSqrt();
-  if (!(spread[1] > 1e-6 * spread[0])) return {};
+  const Axes axes = principal_axes(points);
+  if (!(axes.spread[1] > 1e-6 * axes.spread[0])) return {};
   const Problem problem{points, pixels, camera, options};
   std::vector<Resection> found;
-  if (spread[2] > 1e-4 * spread[0]) {
+  if (axes.spread[2] > 1e-4 * axes.spread[0]) {
     if (points.cols() >= 6) add(found, refine(problem, spatial_start(points, *rays)));
     // A cheap second opinion where the linear start is weak.
     if (points.cols() < 8 || found.empty())
@@ -241,16 +260,12 @@ std::vector<Resection> resect(const Eigen::Matrix3Xd& points, const Eigen::Matri
     if (found.size() > 1) found.resize(1);
     return found;
   }
-  Pose T_points_plane = Pose::Identity();
-  T_points_plane.linear() = svd.matrixU();
-  if (T_points_plane.linear().determinant() < 0) T_points_plane.linear().col(2) *= -1;
-  T_points_plane.translation() = middle;
-  const Eigen::Matrix2Xd plane = (T_points_plane.inverse() * points).topRows<2>();
-  add(found, refine(problem, planar_start(plane, *rays) * T_points_plane.inverse()));
+  const Pose T_plane_points = axes.T_points_axes.inverse();
+  const Eigen::Matrix2Xd plane = (T_plane_points * points).topRows<2>();
+  add(found, refine(problem, planar_start(plane, *rays) * T_plane_points));
   if (!found.empty()) {
-    const Pose first = found.front().T_camera_points;
-    const Eigen::Vector3d normal = T_points_plane.linear().col(2);
-    add(found, refine(problem, mirrored(first, normal, middle)));
+    const Eigen::Vector3d normal = axes.T_points_axes.linear().col(2), middle = axes.T_points_axes.translation();
+    add(found, refine(problem, mirrored(found.front().T_camera_points, normal, middle)));
   }
   return found;
 }

@@ -30,10 +30,14 @@ constexpr auto enum_names(Mount) {
 struct HandEyeView {
   Pose T_base_flange = Pose::Identity();  ///< From the robot controller.
   View view;                              ///< Target points and their pixels.
+  double correlation = 1.0;               ///< [-]
 
   static void each_field(auto& self, auto&& visit) {
     visit("T_base_flange", self.T_base_flange, "From the robot controller.");
     visit("view", self.view, "Target points and their pixels.");
+    visit("correlation", self.correlation,
+          "Variance of the most doubtful change of all points together over that of independent ones, at least 1, as a "
+          "detection says it: corners of one tag err together. The pixels count so much less [-].");
   }
 };
 
@@ -123,6 +127,10 @@ struct HandEyeResult {
 /// The covariances are widened for that doubt (Kenward and Roger 1997): their normal 95 % regions, as from
 /// uncertainty::confidence_ellipsoid, hold the truth with 95 %. Views that contradict the others get weight 0 and are
 /// named, at a false-alarm rate per set of `outlier_false_alarm`; at least six in ten views stay in the fit.
+///
+/// The diagnosis (hand_eye_diagnosis.hpp) has a quicker fitter of its own, which sees each view as one pose: it
+/// compares a hundred ways of reading the same data. What it finds says which reading is right; the answer itself comes
+/// from here.
 ///
 /// Data that cannot determine the answer give `fit.status == FitStatus::Degenerate` and say why in `fit.message`.
 /// @throws InvalidArgument for fewer than three views, a view with fewer than four points, NaN, or invalid options.

@@ -16,10 +16,10 @@
 namespace kr5::calibration {
 
 struct ToolOptions {
-  double sigma_position = 0.0;  ///< [m]
-  double sigma_rotation = 0.0;  ///< [rad]
-  double min_rotation = 0.1;    ///< [rad]
-  double outlier_confidence = 0.998;
+  double sigma_position = 0.0;         ///< [m]
+  double sigma_rotation = 0.0;         ///< [rad]
+  double min_rotation = 0.1;           ///< [rad]
+  double outlier_false_alarm = 0.002;  ///< [-]
   bool reject_outliers = true;
   std::optional<double> height_at_calibration;  ///< [m]
   std::optional<double> height_now;             ///< [m]
@@ -35,7 +35,8 @@ struct ToolOptions {
     visit("sigma_rotation", self.sigma_rotation,
           "Noise of the flange orientation per axis [rad]; 0 (both sigmas): estimated from the residuals.");
     visit("min_rotation", self.min_rotation, "Least RMS turn that must bear on each component of the tip [rad].");
-    visit("outlier_confidence", self.outlier_confidence, "Rate at which a sound set passes without an outlier [-].");
+    visit("outlier_false_alarm", self.outlier_false_alarm,
+          "Chance that poses without an outlier get one named, all poses together [-].");
     visit("reject_outliers", self.reject_outliers, "Leave outlier poses out of the fit while at least four remain.");
     visit("height_at_calibration", self.height_at_calibration, "Height of the peg when the tip was calibrated [m].");
     visit("height_now", self.height_now, "Height of the peg now [m].");
@@ -60,9 +61,9 @@ struct ToolPoseReport {
 };
 
 struct ToolResult {
-  Eigen::Vector3d tip = Eigen::Vector3d::Zero();         ///< [m]
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< [m^2]
-  double dof = 0.0;
+  Eigen::Vector3d tip = Eigen::Vector3d::Zero();              ///< [m]
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();       ///< [m^2]
+  double covariance_dof = 0.0;                                ///< [-]
   Eigen::Vector3d point = Eigen::Vector3d::Zero();            ///< [m]
   double sigma_position = 0.0;                                ///< [m]
   double sigma_rotation = 0.0;                                ///< [rad]
@@ -74,8 +75,9 @@ struct ToolResult {
 
   static void each_field(auto& self, auto&& visit) {
     visit("tip", self.tip, "Tool centre point in the flange frame [m].");
-    visit("covariance", self.covariance, "Of the tip [m^2]; with `dof` the 95 % region is e' C^-1 e <= 3 F(3, dof).");
-    visit("dof", self.dof, "Degrees of freedom behind the covariance; 0 when the noise was given, not estimated.");
+    visit("covariance", self.covariance, "Of the tip [m^2].");
+    visit("covariance_dof", self.covariance_dof,
+          "Degrees of freedom behind the covariance, for which it is widened already; a million: noise given [-].");
     visit("point", self.point, "The touched point in the base [m].");
     visit("sigma_position", self.sigma_position, "Noise of the touched position per axis, given or estimated [m].");
     visit("sigma_rotation", self.sigma_rotation, "Noise of the orientation per axis, given or estimated [rad].");
@@ -90,8 +92,10 @@ struct ToolResult {
 /// Estimates the tool centre point from poses of the flange in the base whose tip touches one fixed point.
 ///
 /// The noise model is an isotropic position error and an orientation error that acts at the lever arm of the tip;
-/// unless given, both are estimated by restricted maximum likelihood. Poses that all have the same orientation, or turn
-/// about one axis only, give FitStatus::Degenerate, with the unknown direction in `weak_direction`.
+/// unless given, both are estimated by restricted maximum likelihood. The covariance is widened for that doubt: its
+/// normal 95 % region, as from uncertainty::confidence_ellipsoid, holds the truth with 95 %. Poses that all have the
+/// same orientation, or turn about one axis only, give FitStatus::Degenerate, with the unknown direction in
+/// `weak_direction`.
 /// @throws InvalidArgument for fewer than four poses, a pose that is not finite or not proper, or invalid options.
 ToolResult calibrate_tool(std::span<const Pose> T_base_flange, const ToolOptions& options = {});
 

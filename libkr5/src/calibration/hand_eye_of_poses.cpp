@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "hand_eye_closed_form.hpp"
+#include "hand_eye_of_poses.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include <Eigen/Dense>
+
+#include <kr5/core/linear.hpp>
 
 namespace kr5::calibration {
 namespace {
@@ -15,7 +17,8 @@ void rotations(std::span<const Pose> G, std::span<const Pose> C, ClosedForm& out
   for (std::size_t i = 0; i < G.size(); ++i)  // vec(Z) = (C^T kron G) vec(X), columns stacked
     for (int c = 0; c < 3; ++c)
       for (int r = 0; r < 3; ++r) K.block<3, 3>(3 * c, 3 * r) += C[i].linear()(r, c) * G[i].linear();
-  const Eigen::JacobiSVD<Eigen::Matrix<double, 9, 9>> svd(K, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::JacobiSVD<Eigen::Matrix<double, 9, 9>, Eigen::NoQRPreconditioner> svd(
+      K, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Eigen::Matrix3d R_X = Eigen::Map<const Eigen::Matrix3d>(svd.matrixV().col(0).data());
   Eigen::Matrix3d R_Z = Eigen::Map<const Eigen::Matrix3d>(svd.matrixU().col(0).data());
   if (R_X.determinant() < 0) R_X = -R_X, R_Z = -R_Z;
@@ -24,6 +27,16 @@ void rotations(std::span<const Pose> G, std::span<const Pose> C, ClosedForm& out
 }
 
 }  // namespace
+
+Eigen::Vector3d turns(std::span<const Pose> poses) {
+  const Pose mean = mean_pose(poses);
+  Eigen::Matrix3d M = Eigen::Matrix3d::Zero();
+  for (const Pose& T : poses) {
+    const Eigen::Vector3d w = log_rotation(mean.linear().transpose() * T.linear());
+    M += w * w.transpose() / static_cast<double>(poses.size());
+  }
+  return symmetric_eigen(M).values.reverse().cwiseMax(0.0).cwiseSqrt();
+}
 
 ClosedForm closed_form(std::span<const Pose> robot, std::span<const Pose> C, Mount mount, bool free_scale) {
   ClosedForm out;

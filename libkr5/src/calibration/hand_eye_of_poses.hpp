@@ -6,9 +6,13 @@
 #include <kr5/calibration/hand_eye.hpp>
 
 /// @file
-/// Private: hand-eye from poses alone, without noise model or iteration. Everything that refines starts here.
+/// Private: what poses alone tell, without noise model or iteration: how far they turn, and a first hand-eye.
+/// Everything that refines starts here.
 
 namespace kr5::calibration {
+
+/// RMS turn of poses, relative to their mean, about their three principal axes, most first [rad].
+Eigen::Vector3d turns(std::span<const Pose> poses);
 
 /// X = T_mount_camera and Z = T_fixed_target.
 struct ClosedForm {

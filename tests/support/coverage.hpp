@@ -1,0 +1,67 @@
+#pragma once
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <string>
+#include <utility>
+
+#include <catch2/catch.hpp>
+
+#include <Eigen/Cholesky>
+
+#include <kr5/uncertainty/confidence.hpp>
+
+namespace kr5::test {
+
+constexpr double noise_given = 1e6;  ///< Degrees of freedom behind a covariance for which nothing was estimated [-].
+
+/// Factor for the covariance of `numbers` numbers, estimated on `dof` degrees of freedom, that makes its normal 95 %
+/// region hold the truth with 95 %.
+inline double widening(int numbers, double dof) {
+  return numbers * uncertainty::fisher_quantile(0.95, numbers, dof) / uncertainty::chi_square_quantile(0.95, numbers);
+}
+
+/// How well stated covariances of `numbers` numbers agree with the errors that were made, trial by trial.
+class Coverage {
+ public:
+  Coverage(std::string what, int numbers) : what_(std::move(what)), numbers_(numbers) {}
+
+  /// The covariance is widened for the `dof` degrees of freedom behind it.
+  void add(const Eigen::VectorXd& error, const Eigen::MatrixXd& covariance, double dof = noise_given) {
+    const double squared = error.dot(covariance.ldlt().solve(error));
+    inside_ += squared < uncertainty::chi_square_quantile(0.95, numbers_);
+    sum_ += as_chi_square(squared, dof);
+    ++trials_;
+  }
+
+  int inside() const { return inside_; }
+  uncertainty::Interval rate(double confidence) const {
+    return uncertainty::binomial_interval(inside_, trials_, confidence);
+  }
+
+  /// Checks the mean squared distance, which a covariance too small makes large and one too large makes small: their
+  /// sum is a chi-square variable, too. Appends the counts to the table that tools/bench/coverage.py shows.
+  void check_mean() const {
+    const double freedom = static_cast<double>(numbers_) * trials_, below = uncertainty::chi_square_cdf(sum_, freedom);
+    INFO(what_ << ": mean squared distance " << sum_ / freedom << " of the stated one, " << inside_ << " of " << trials_
+               << " in the 95 % region");
+    CHECK(below > 5e-7);
+    CHECK(below < 1 - 5e-7);
+    if (const char* file = std::getenv("KR5_COVERAGE"))
+      std::ofstream(file, std::ios::app) << what_ << ',' << inside_ << ',' << trials_ << ',' << sum_ / freedom << '\n';
+  }
+
+ private:
+  /// The chi-square value as probable as a squared distance that follows Fisher's F, for the noise was estimated.
+  double as_chi_square(double squared, double dof) const {
+    if (dof >= noise_given) return squared;
+    const double f = squared * widening(numbers_, dof) / numbers_;
+    return uncertainty::chi_square_quantile(std::min(uncertainty::fisher_cdf(f, numbers_, dof), 1 - 1e-12), numbers_);
+  }
+
+  std::string what_;
+  int numbers_ = 0, trials_ = 0, inside_ = 0;
+  double sum_ = 0.0;
+};
+
+}  // namespace kr5::test
