@@ -4,8 +4,6 @@
 #include <string>
 #include <vector>
 
-#include <Eigen/Eigenvalues>
-
 #include <dart/dynamics/BodyNode.hpp>
 #include <dart/dynamics/PrismaticJoint.hpp>
 #include <dart/dynamics/RevoluteJoint.hpp>
@@ -14,6 +12,7 @@
 #include <dart/math/Geometry.hpp>
 
 #include <kr5/core/error.hpp>
+#include <kr5/core/linear.hpp>
 #include <kr5/io/node.hpp>
 
 #include "effective.hpp"
@@ -28,7 +27,7 @@ using kinematics::JointType;
 std::string brief(double value) { return io::Node::of(value).scalar; }
 
 void check_mass(const std::string& field, double mass, const Eigen::Matrix3d& inertia, bool may_be_bare) {
-  const double least = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(inertia).eigenvalues().minCoeff();
+  const double least = symmetric_eigen(inertia).values[0];
 
   const bool good = may_be_bare ? mass >= 0.0 && least >= 0.0 : mass > 0.0 && least > 0.0;
   const std::string positive = may_be_bare ? "not be negative" : "be positive";

@@ -2,10 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/SVD>
-
 #include <kr5/cell/effect.hpp>
+#include <kr5/core/linear.hpp>
 
 #include "cell/check_cell.hpp"
 
@@ -14,7 +12,7 @@ namespace {
 
 void check_inertia(Complaints& c, const std::string& body, const Eigen::Matrix3d& I) {
   constexpr double slack = 1e-3;  // printed inertias are rounded
-  const Eigen::Vector3d l = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(I, Eigen::EigenvaluesOnly).eigenvalues();
+  const Eigen::Vector3d l = symmetric_eigen(I).values;
   if (l[0] <= 0)
     c.add(body + ".inertia",
           "a positive definite matrix; least principal moment found " + rounded_text(l[0]) + " kg m^2");
@@ -54,7 +52,7 @@ void check_limits(const Cell& cell, Complaints& c) {
 void check_drives(const Cell& cell, Complaints& c) {
   if (!cell.drives) return;
   const Drives& d = *cell.drives;
-  const Eigen::VectorXd s = Eigen::JacobiSVD<Eigen::MatrixXd>(d.structure).singularValues();
+  const Eigen::VectorXd s = singular_values(d.structure);
   c.expect(s.minCoeff() > 1e-9 * s.maxCoeff(), "drives.structure",
            "a matrix that can be inverted: motor angles must tell joint angles", "a singular matrix");
   for (Eigen::Index i = 0; i < d.rotor_inertia.size(); ++i) {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <map>
 
-#include <Eigen/Eigenvalues>
+#include <kr5/core/linear.hpp>
 
 #include "gap/variables.hpp"
 
@@ -53,11 +53,11 @@ Test test_of(const std::string& variable, const Pieces& pieces) {
   Test out{variable, "", 0.0, 0.0};
   Eigen::MatrixXd total;
   const auto take = [&](const Sums& s, bool count) {
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(s.A);
+    const SymmetricEigen eigen = symmetric_eigen(s.A);
     for (Eigen::Index i = 0; i < s.b.size(); ++i) {
-      const double value = eigen.eigenvalues()(i);
+      const double value = eigen.values(i);
       if (value <= 1e-6 * std::max(total.trace(), 1e-9)) continue;
-      const double along = eigen.eigenvectors().col(i).dot(s.b);
+      const double along = eigen.vectors.col(i).dot(s.b);
       out.statistic += (count ? 1.0 : -1.0) * along * along / value;
       out.dof += count ? 1.0 : -1.0;
     }

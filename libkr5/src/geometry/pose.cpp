@@ -77,7 +77,7 @@ Vector6 to_xyzrpy(const Pose& T) {
 }
 
 Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& M) {
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(M, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::JacobiSVD<Eigen::Matrix3d, Eigen::NoQRPreconditioner> svd(M, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Eigen::Vector3d signs = Eigen::Vector3d::Ones();
   signs[2] = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1.0 : 1.0;
   return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();

@@ -4,9 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
-
 #include <kr5/core/error.hpp>
+#include <kr5/core/linear.hpp>
 #include <kr5/geometry/resection.hpp>
 
 namespace kr5 {
@@ -40,16 +39,16 @@ Points gather(std::span<const View> views) {
 
 double depth_ratio(const Eigen::Matrix3Xd& points) {
   const Eigen::Matrix3Xd centred = points.colwise() - points.rowwise().mean();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(centred * centred.transpose(), Eigen::EigenvaluesOnly);
-  return std::sqrt(std::max(0.0, eigen.eigenvalues()[0]) / std::max(eigen.eigenvalues()[1], 1e-300));
+  const Eigen::VectorXd sizes = symmetric_eigen(centred * centred.transpose()).values;
+  return std::sqrt(std::max(0.0, sizes[0]) / std::max(sizes[1], 1e-300));
 }
 
 /// RMS error of the pose with the plane's depth turned over, the one that a distant camera cannot tell from `T`. As a
 /// start it need not lie in the same valley as any optimum that was found.
 double mirrored_rms(const Eigen::Matrix3Xd& centred, const Eigen::Matrix2Xd& pixels, const Pinhole& camera,
                     const Pose& T) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(centred * centred.transpose());
-  const Eigen::Vector3d sight = T.translation().normalized(), normal = eigen.eigenvectors().col(0);
+  const SymmetricEigen eigen = symmetric_eigen(centred * centred.transpose());
+  const Eigen::Vector3d sight = T.translation().normalized(), normal = eigen.vectors.col(0);
   Pose M = T;
   M.linear() = (Eigen::Matrix3d::Identity() - 2 * sight * sight.transpose()) * T.linear() *
                (Eigen::Matrix3d::Identity() - 2 * normal * normal.transpose());

@@ -3,7 +3,6 @@
 
 #include <string>
 
-#include <Eigen/Eigenvalues>
 #include <boost/math/distributions/beta.hpp>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/fisher_f.hpp>
@@ -11,6 +10,7 @@
 #include <boost/math/distributions/students_t.hpp>
 
 #include <kr5/core/error.hpp>
+#include <kr5/core/linear.hpp>
 
 namespace kr5::uncertainty {
 namespace {
@@ -72,10 +72,10 @@ Ellipsoid confidence_ellipsoid(const Eigen::MatrixXd& covariance, double confide
   const double scale = covariance.cwiseAbs().maxCoeff();
   require(covariance.allFinite() && (covariance - covariance.transpose()).cwiseAbs().maxCoeff() <= 1e-9 * scale,
           "covariance: must be finite and symmetric");
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(covariance);
-  require(eigen.eigenvalues().minCoeff() >= -1e-9 * scale, "covariance: has a negative eigenvalue");
+  const SymmetricEigen eigen = symmetric_eigen(covariance);
+  require(eigen.values.minCoeff() >= -1e-9 * scale, "covariance: has a negative eigenvalue");
   const double c2 = chi_square_quantile(confidence, static_cast<double>(covariance.rows()));
-  return {(c2 * eigen.eigenvalues().cwiseMax(0.0)).cwiseSqrt().reverse(), eigen.eigenvectors().rowwise().reverse()};
+  return {(c2 * eigen.values.cwiseMax(0.0)).cwiseSqrt().reverse(), eigen.vectors.rowwise().reverse()};
 }
 
 }  // namespace kr5::uncertainty

@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 
 #include <kr5/core/error.hpp>
+#include <kr5/core/linear.hpp>
 
 #include "camera_calibration_detail.hpp"
 
@@ -89,10 +89,10 @@ Eigen::MatrixXd covariance_of(const RobustFit& fit, Eigen::Index free) {
   for (std::size_t i = 0; i < fit.weights.size(); ++i)
     if (fit.weights[i].size()) A += fit.adjustment.blocks[i].reduced();
   const Eigen::VectorXd scale = A.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scale.asDiagonal() * A * scale.asDiagonal());
-  if (!A.allFinite() || !(eigen.eigenvalues()[0] > 1e-13)) return {};
+  const SymmetricEigen eigen = symmetric_eigen(scale.asDiagonal() * A * scale.asDiagonal());
+  if (!A.allFinite() || !(eigen.values[0] > 1e-13)) return {};
   const Eigen::MatrixXd half =
-      scale.asDiagonal() * eigen.eigenvectors() * eigen.eigenvalues().cwiseSqrt().cwiseInverse().asDiagonal();
+      scale.asDiagonal() * eigen.vectors * eigen.values.cwiseSqrt().cwiseInverse().asDiagonal();
   return half * half.transpose();
 }
 

@@ -4,8 +4,8 @@
 #include <tuple>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 
+#include <kr5/core/linear.hpp>
 #include <kr5/core/statistics.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 
@@ -122,12 +122,12 @@ namespace {
 std::pair<double, int> contradiction(const Eigen::LLT<Eigen::MatrixXd>& all, const Block& block) {
   const Eigen::MatrixXd half = all.matrixL().solve(block.reduced());
   const Eigen::MatrixXd share = all.matrixL().solve(half.transpose());
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(0.5 * (share + share.transpose()));
-  const Eigen::VectorXd z = eigen.eigenvectors().transpose() * all.matrixL().solve(block.reduced_gradient());
+  const SymmetricEigen eigen = symmetric_eigen(0.5 * (share + share.transpose()));
+  const Eigen::VectorXd z = eigen.vectors.transpose() * all.matrixL().solve(block.reduced_gradient());
   double sum = 0;
   int count = 0;
   for (Eigen::Index k = 0; k < z.size(); ++k) {
-    const double s = eigen.eigenvalues()[k];  // the view's share of what is known in this direction
+    const double s = eigen.values[k];  // the view's share of what is known in this direction
     if (s < 1e-4 || s > 1 - 1e-4) continue;
     sum += z[k] * z[k] * (1 / s + 1 / (1 - s));
     ++count;

@@ -6,8 +6,9 @@
 #include <limits>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+
+#include <kr5/core/linear.hpp>
 
 namespace kr5::vision::detail {
 namespace {
@@ -30,9 +31,9 @@ Spread spread_of(const Eigen::Matrix3Xd& points) {
   Spread out;
   out.centre = points.rowwise().mean();
   const Eigen::Matrix3Xd d = points.colwise() - out.centre;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(Eigen::Matrix3d(d * d.transpose()));
-  out.sizes = (eigen.eigenvalues().reverse().cwiseMax(0.0) / double(points.cols())).cwiseSqrt();
-  out.basis = eigen.eigenvectors().rowwise().reverse();
+  const SymmetricEigen eigen = symmetric_eigen(d * d.transpose());
+  out.sizes = (eigen.values.reverse().cwiseMax(0.0) / double(points.cols())).cwiseSqrt();
+  out.basis = eigen.vectors.rowwise().reverse();
   Eigen::Index largest = 0;  // the normal points the same way in every view of one target
   out.basis.col(2).cwiseAbs().maxCoeff(&largest);
   if (out.basis(largest, 2) < 0) out.basis.col(2) *= -1;
@@ -72,8 +73,8 @@ Eigen::Matrix<double, 3, N + 1> direct_linear(const Eigen::Matrix<double, N, Eig
     row.template block<1, M>(1, 2 * M) = -q.y() * p.transpose();
     A += row.transpose() * row;
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 3 * M, 3 * M>> eigen(A);
-  const Eigen::Matrix<double, 3 * M, 1> h = eigen.eigenvectors().col(0);
+  const SymmetricEigen eigen = symmetric_eigen(A);
+  const Eigen::Matrix<double, 3 * M, 1> h = eigen.vectors.col(0);
   Eigen::Matrix<double, 3, M> H;
   for (int k = 0; k < 3; ++k) H.row(k) = h.template segment<M>(k * M).transpose();
   return Eigen::Matrix3d(U.inverse()) * H * T;

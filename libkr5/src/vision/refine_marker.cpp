@@ -2,8 +2,9 @@
 #include <algorithm>
 #include <vector>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+
+#include <kr5/core/linear.hpp>
 
 #include "vision/batch_sum.hpp"
 #include "vision/marker_geometry.hpp"
@@ -108,9 +109,7 @@ class MarkerModel {
       out.sigma[i] = std::sqrt(covariance.diagonal().segment<2>(2 * i).mean());
       per_sigma.segment<2>(2 * i).setConstant(1 / out.sigma[i]);
     }
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 8, 8>> eigen(
-        per_sigma.asDiagonal() * covariance * per_sigma.asDiagonal(), Eigen::EigenvaluesOnly);
-    out.correlation = eigen.eigenvalues()[7];
+    out.correlation = symmetric_eigen(per_sigma.asDiagonal() * covariance * per_sigma.asDiagonal()).values[7];
   }
 
   /// Some samples side by side; those missing at the end have grey `none`.
