@@ -123,16 +123,18 @@ def test_command_says_what_is_wrong(reference, run_kr5, tmp_path):
     images = sorted((reference / "data/camera_opencv_stereo").glob("left[0-9]*.jpg"))
     (tmp_path / "empty").mkdir()
     (tmp_path / "keep.json").write_text("old")
+    vision.save_image(np.full((240, 320), 128, np.uint8), str(tmp_path / "small.png"))
     for arguments, words in (
-        (["gone.png", "--board", "chessboard:6x9:0.025"], "gone.png"),
-        (["empty", "--board", "chessboard:6x9:0.025"], "holds no image"),
-        ([images[0], "--board", "chessboard:6x9"], "chessboard"),
-        ([images[0], images[0], "--board", "chessboard:6x9:0.025"], "given twice"),
-        ([images[0], "--board", "chessboard:4x4:0.025", "-o", "keep.json"], "found in none"),
+        (["gone.png", "--target", "chessboard:6x9:0.025"], "gone.png"),
+        (["empty", "--target", "chessboard:6x9:0.025"], "holds no image"),
+        ([images[0], "--target", "chessboard:6x9"], "chessboard"),
+        ([images[0], images[0], "--target", "chessboard:6x9:0.025"], "given twice"),
+        ([images[0], "--target", "chessboard:4x4:0.025", "-o", "keep.json"], "found in 0 of 1 images, expected at least 1"),
+        ([images[0], "small.png", "--target", "chessboard:6x9:0.025"], "small.png: 320 x 240 px, but left01.jpg is 640 x 480 px"),
     ):
         done = run_kr5("calibrate", "camera", *arguments)
         assert done.returncode == 2 and words in done.stderr and "Traceback" not in done.stderr, done.stderr
-    done = run_kr5("calibrate", "camera", *images[:2], "--board", "chessboard:6x9:0.025", "-o", "keep.json")
+    done = run_kr5("calibrate", "camera", *images[:2], "--target", "chessboard:6x9:0.025", "-o", "keep.json")
     assert done.returncode == 2 and "at least 3 views" in done.stderr
     assert (tmp_path / "keep.json").read_text() == "old"
 

@@ -32,6 +32,31 @@ def test_every_field_is_a_flag_and_what_is_not_given_keeps_the_default_of_the_st
     assert json.loads(done.stdout) == {**kr5.FitReport().to_dict(), "status": "converged", "final_rms": 1.5}
 
 
+@options_from(kr5.calibration.ToolOptions, skip=("previous",))
+@options_from(kr5.FitReport, skip=("message",), argument="report")
+def show_two(options: kr5.calibration.ToolOptions, report: kr5.FitReport) -> None:
+    print(json.dumps([options.min_rotation, report.final_rms]))
+
+
+def test_a_command_takes_the_flags_of_two_structs():
+    assert json.loads(run(show_two, "--final-rms", "1.5", "--min-rotation", "0.5").stdout) == [0.5, 1.5]
+
+
+def test_two_structs_cannot_share_a_flag():
+    with pytest.raises(ValueError, match="duplicate"):
+        options_from(kr5.FitReport, skip=("message",))(lambda options, iterations: None)
+
+
+@pytest.mark.parametrize("files, names", [
+    (["/x/a/1.png", "/x/a/2.png"], ["1.png", "2.png"]), (["/x/a/1.png", "/x/b/1.png", "/2.png"], ["a/1.png", "b/1.png", "2.png"]),
+    (["1.png", "../1.png", "./1.png"], ["c/1.png", "b/1.png", "c/1.png"]), (["/1.png", "/a/1.png"], ["1.png", "a/1.png"]), ([], []),
+])
+def test_short_names_tell_files_apart(files, names, monkeypatch, tmp_path):
+    (tmp_path / "b/c").mkdir(parents=True)
+    monkeypatch.chdir(tmp_path / "b/c")
+    assert common.short_names(files) == names
+
+
 def test_help_shows_flag_unit_choices_and_default():
     text = " ".join(run(show, "--help").stdout.split())
     for words in ("--final-rms", "[-]", "converged|max_iterations", "(default: 0.0)"):

@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -47,6 +48,22 @@ def test_draws_and_gives_the_pose(picture, tmp_path):
     assert data["format"] == "kr5-detection/1"
     T = np.array(data["found"][0]["pose"]["T_camera_target"])
     assert np.abs(T[:3, 3] - truth[:3, 3]).max() < 1e-3
+
+
+def test_drawings_of_images_of_one_name_are_kept_apart(picture, tmp_path):
+    image = vision.load_image(str(picture[0]))
+    files = [tmp_path / name for name in ("a/1.png", "b/1.png", "b/1.bmp")]
+    for file in files:
+        file.parent.mkdir(exist_ok=True)
+        vision.save_image(image, str(file))
+    for given, drawn in ((files[:2], {"a/1_seen.png", "b/1_seen.png"}), (files[1:], {"1.png_seen.png", "1.bmp_seen.png"})):
+        folder = tmp_path / f"seen{len(drawn)}{len(list(tmp_path.iterdir()))}"
+        out = run(*given, "--family", "36h11", "-o", folder, "--json", tmp_path / "seen.json")
+        assert out.returncode == 0, out.stderr
+        assert {str(f.relative_to(folder)) for f in folder.rglob("*.png")} == drawn
+        data = json.loads((tmp_path / "seen.json").read_text())
+        assert [Path(v["drawing"]).is_file() for v in data["views"]] == [True, True]
+        assert [f["view"] for f in data["found"]] == [v["name"] for v in data["views"]]
 
 
 def test_says_which_images_failed(picture, tmp_path):

@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from kr5 import vision
+
 DATASETS = Path(__file__).parent / "data/datasets"
 REAL = {
     "franka_in_hand": "handeye_visp_franka/eye-in-hand", "franka_to_hand": "handeye_visp_franka/eye-to-hand",
@@ -112,7 +114,7 @@ def test_one_view_is_refused(run_kr5, tmp_path, demo):
         image.unlink()
     lines = (demo / "poses.csv").read_text().splitlines()
     (demo / "poses.csv").write_text("\n".join(lines[:2]) + "\n")
-    refused(run_kr5, tmp_path, demo, "found in 1 of 1 images", "at least three")
+    refused(run_kr5, tmp_path, demo, "found in 1 of 1 images", "at least 3")
 
 
 def test_views_that_are_all_alike_are_refused(run_kr5, tmp_path, demo):
@@ -122,6 +124,30 @@ def test_views_that_are_all_alike_are_refused(run_kr5, tmp_path, demo):
     lines = (demo / "poses.csv").read_text().splitlines()
     (demo / "poses.csv").write_text("\n".join([lines[0]] + [lines[1]] * 6) + "\n")
     refused(run_kr5, tmp_path, demo, "unusable", "turn")
+    (tmp_path / "result.json").write_text("precious")
+    done = run_kr5("calibrate", "hand-eye", demo, "--json", "result.json", "-o", "new.json")
+    assert done.returncode == 2 and done.stderr.startswith("error: ") and "deg" in done.stderr
+    assert (tmp_path / "result.json").read_text() == "precious" and not (tmp_path / "new.json").exists()
+
+
+def test_images_of_two_sizes_are_refused(run_kr5, tmp_path, demo):
+    image = sorted((demo / "images").glob("*.png"))[4]
+    vision.save_image(np.full((240, 320), 128, np.uint8), str(image))
+    refused(run_kr5, tmp_path, demo, f"{image.name}: 320 x 240 px", "view_01.png is 960 x 720 px")
+
+
+def test_noise_that_is_known_is_taken_instead_of_estimated(run_kr5, tmp_path, demo):
+    known = {"sigma_pixel": 0.25, "sigma_robot_position": 3e-4, "sigma_robot_rotation": 2e-4}
+    flags = [word for name, value in known.items() for word in (f"--{name.replace('_', '-')}", value)]
+    done = run_kr5("calibrate", "hand-eye", demo, *flags, "-o", "r.json")
+    assert done.returncode == 0, done.stderr
+    result = json.loads((tmp_path / "r.json").read_text())["result"]
+    assert {name: result[name] for name in known} == known
+    refused(run_kr5, tmp_path, demo, "sigma_pixel", "[px]", args=("--sigma-pixel", "-1"))
+
+
+def test_the_least_turn_can_be_set(run_kr5, tmp_path, demo):
+    refused(run_kr5, tmp_path, demo, "57.30 deg", args=("--min-rotation", "1"))
 
 
 def test_a_pose_that_is_no_number_is_refused(run_kr5, tmp_path, demo):

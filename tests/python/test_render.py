@@ -78,17 +78,17 @@ def test_a_bad_scene_is_refused(tmp_path, old, new, complaint):
 
 
 def test_a_target_is_printed_to_scale(tmp_path):
-    done = command("target", "print", "--board", "chessboard:3x4:0.0254", "-o", "board.png", "--dpi", 200, cwd=tmp_path)
+    done = command("target", "print", "--target", "chessboard:3x4:0.0254", "-o", "board.png", "--dpi", 200, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     image = kr5.vision.load_image(str(tmp_path / "board.png"))
     edges = np.flatnonzero(np.diff((image[200] < 128).astype(int)))  # along the first row of squares: 5 of one inch
     assert np.abs(np.diff(edges) - 200).max() <= 1 and len(edges) == 6
-    assert command("target", "print", "--board", "chessboard:3x4:0.0254", "-o", "board.pdf", cwd=tmp_path).returncode == 0
+    assert command("target", "print", "--target", "chessboard:3x4:0.0254", "-o", "board.pdf", cwd=tmp_path).returncode == 0
     assert (tmp_path / "board.pdf").read_bytes().startswith(b"%PDF")
 
 
 @pytest.mark.parametrize("board,file", [("chessboard:3x4", "b.png"), ("chessboard:3x4:0.02", "b.gif"), ("none.yaml", "b.png"),
                                         ("chessboard:3x4:0.02", "no/such/b.png")])
 def test_a_target_that_cannot_be_printed_is_named(tmp_path, board, file):
-    done = command("target", "print", "--board", board, "-o", file, cwd=tmp_path)
+    done = command("target", "print", "--target", board, "-o", file, cwd=tmp_path)
     assert done.returncode == 2 and "Traceback" not in done.stderr and (board in done.stderr or file in done.stderr)

@@ -1,13 +1,19 @@
 """`kr5 report` on every type of result, in a headless Chromium at desktop and phone width."""
 
 import json
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
+from test_tool import streams, write_stream
 
-SAMPLES = sorted((Path(__file__).parent / "data").glob("*.json"))
+from kr5 import vision
+
+DATA = Path(__file__).parent / "data"
+RESULTS = ("camera", "detection", "hand_eye", "marker_map", "timed", "tool")
 
 
 def kr5(*arguments, cwd):
@@ -15,19 +21,33 @@ def kr5(*arguments, cwd):
 
 
 @pytest.fixture(scope="module")
-def pages(tmp_path_factory):
-    """The page of every sample, by name."""
+def pages(tmp_path_factory, share):
+    """A result of every type and its page, by name: what quick commands write, and what slow ones wrote."""
     folder = tmp_path_factory.mktemp("pages")
-    for sample in SAMPLES:
-        done = kr5("report", sample, "-o", f"{sample.stem}.html", "--png", f"{sample.stem}-png", cwd=folder)
+    for file in DATA.glob("*.json"):
+        shutil.copy(file, folder)
+    th, hands, tc, cameras = streams(noise=3e-4)
+    write_stream(folder / "hand.csv", th, hands)
+    write_stream(folder / "camera.csv", tc, cameras)
+    vision.save_image(np.full((720, 960), 128, np.uint8), str(folder / "empty.png"))
+    demo = share / "data/demo"
+    seen = [*(demo / f"images/view_0{i}.png" for i in (1, 2, 3)), "empty.png"]
+    for command in (
+        ["calibrate", "tool", share / "data/touches", "-o", "tool.json"],
+        ["calibrate", "timed", "hand.csv", "camera.csv", "-o", "timed.json"],
+        ["detect", *seen, "--target", "grid:36h11:5x7:0.03:0.01", "--camera", demo / "camera.yaml", "-o", "seen",
+         "--json", "detection.json"],
+        *(["report", f"{name}.json", "-o", f"{name}.html", "--png", f"{name}-png"] for name in RESULTS),
+    ):
+        done = kr5(*command, cwd=folder)
         assert done.returncode == 0, done.stderr
     return folder
 
 
 @pytest.mark.parametrize("width", [1280, 390])
-@pytest.mark.parametrize("sample", SAMPLES, ids=lambda s: s.stem)
-def test_a_page_opens_without_complaint_and_fits_the_width(pages, browser, sample, width):
-    browser.open_whole(pages / f"{sample.stem}.html", width)
+@pytest.mark.parametrize("name", RESULTS)
+def test_a_page_opens_without_complaint_and_fits_the_width(pages, browser, name, width):
+    browser.open_whole(pages / f"{name}.html", width)
 
 
 def test_the_frames_are_drawn_and_turn_with_the_mouse(pages, browser):
@@ -65,10 +85,35 @@ def test_every_plot_is_written_as_png(pages, name, plots):
     assert all(f.read_bytes().startswith(b"\x89PNG") for f in files.values())
 
 
+def test_a_page_of_a_detection_shows_every_image_with_what_was_seen_in_it(pages):
+    data = json.loads((pages / "detection.json").read_text())
+    assert len(data["views"]) == 4 and len(data["found"]) == 3
+    page = (pages / "detection.html").read_text()
+    assert page.count("data:image/jpeg") == 4  # three drawings and the image in which nothing is
+    for item in data["found"]:
+        row = next(line for line in page.splitlines() if f'<th scope="row">{item["view"]}</th><td>tag_grid</td>' in line)
+        noise = np.median([s for s in item["sigma"] if s > 0])
+        for text in (f"{len(item['ids'])} points, numbers {min(item['ids'])} to {max(item['ids'])}", f"<td>{noise:.3f}</td>",
+                     f"<td>{item['rms_px']:.3f}</td>", "ambiguous" if item["pose"]["ambiguous"] else "clear"):
+            assert text in row
+        assert f'<th scope="row">{item["view"]} tag_grid</th>' in page  # its pose
+    assert data["not_found"][0]["message"][:20] in page
+
+
+def test_a_drawing_that_is_gone_is_replaced_by_the_image_with_its_points(pages, tmp_path):
+    data = json.loads((pages / "detection.json").read_text())
+    data["views"][0]["drawing"] = str(tmp_path / "gone.png")
+    (tmp_path / "r.json").write_text(json.dumps(data))
+    assert kr5("report", "r.json", cwd=tmp_path).returncode == 0
+    page = (tmp_path / "report.html").read_text()
+    assert page.count("data:image/jpeg") == 4
+    assert page.count("<circle") == min(len(data["found"][0]["ids"]), 150)
+
+
 def test_thumbnails_are_shown_when_the_images_are_there(tmp_path):
     from PIL import Image
 
-    data = json.loads((Path(__file__).parent / "data" / "hand_eye.json").read_text())
+    data = json.loads((DATA / "hand_eye.json").read_text())
     Image.new("L", (1280, 960), 128).save(tmp_path / "a.png")
     data["views"][0]["image"] = "a.png"
     data["views"][1]["image"] = "gone.png"
@@ -95,6 +140,9 @@ def test_text_from_the_file_cannot_become_markup(tmp_path):
     ('{"format": "kr5-camera/1", "residuals": [{"u": ["x"], "v": [1], "du": [0], "dv": [0]}]}', "r.json"),
     ('{"format": "kr5-camera/1", "frames": [{"name": "a", "T": [[1]]}]}', "frames[0].T"),
     ('{"format": "kr5-camera/1", "verdict": {"word": "fine", "text": ""}}', "verdict.word"),
+    ('{"format": "kr5-detection/1", "found": [{"view": "a", "what": "tag", "ids": [1], "sigma": [], "pixels": [[1], []]}]}',
+     "found[0].pixels"),
+    ('{"format": "kr5-detection/1", "not_found": [{"view": "a"}]}', "not_found[0].message"),
 ])
 def test_a_bad_result_file_is_refused_and_the_old_page_kept(tmp_path, content, complaint):
     (tmp_path / "r.json").write_text(content)
@@ -108,6 +156,5 @@ def test_a_bad_result_file_is_refused_and_the_old_page_kept(tmp_path, content, c
 def test_a_missing_file_or_folder_is_named(tmp_path):
     done = kr5("report", "none.json", cwd=tmp_path)
     assert done.returncode == 2 and "none.json" in done.stderr
-    sample = Path(__file__).parent / "data" / "tool.json"
-    done = kr5("report", sample, "-o", "no/such/folder.html", cwd=tmp_path)
+    done = kr5("report", DATA / "camera.json", "-o", "no/such/folder.html", cwd=tmp_path)
     assert done.returncode == 2 and "folder" in done.stderr

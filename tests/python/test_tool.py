@@ -38,7 +38,9 @@ def write_stream(file, t, poses):
     file.write_text("\n".join(rows) + "\n")
 
 
-def streams(offset=0.123):
+def streams(offset=0.123, noise=0.0):
+    """Motion of a hand and of the camera on it, each by its own clock; noise is that of the camera's poses [m, rad]."""
+    random = np.random.default_rng(3)
     X, Z = kr5.to_pose([0.05, 0.02, 0.1, 0.1, 0.2, 1.5]), kr5.to_pose([1, 0.3, 0.2, 1, 2, 0.5])
 
     def hand(t):
@@ -46,7 +48,8 @@ def streams(offset=0.123):
                             0.4 * np.cos(1.1 * t), 0.3 * np.sin(2.3 * t)])
 
     th, tc = np.arange(0, 20, 0.02), np.arange(1, 19, 1 / 30)
-    return th, [hand(t) for t in th], tc + offset, [np.linalg.inv(Z) @ hand(t) @ X for t in tc]
+    seen = [np.linalg.inv(Z) @ hand(t) @ X @ kr5.to_pose(noise * random.normal(size=6)) for t in tc]
+    return th, [hand(t) for t in th], tc + offset, seen
 
 
 def test_tool_in_python_gives_tip_covariance_and_residuals():

@@ -9,9 +9,9 @@ import typer
 
 from kr5 import vision
 
-from .common import Json, Output, console, fail, figure, image_files, keep, number, show_result, table, track, working, write_result
+from .common import Json, Output, console, fail, figure, image_files, keep, number, show_result, table, working, write_result
 from .options import options_from
-from .target import load_target
+from .target import Sightings, Target, find_in_images, load_target
 
 app = typer.Typer()
 LENSES = Literal["auto", "none", "k1", "k1k2", "brown4", "brown5", "radial6", "rational8"]
@@ -19,20 +19,20 @@ PARAMETERS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", 
 DOUBTS = ("uncertain", "noisy_corners", "coverage", "few_views", "views_lost")
 REMEDIES = {
     "mirrored": "The picture is mirrored: switch off the mirroring in the camera driver.",
-    "wrong_size": "Count the inner corners (squares less one), rows first, and correct --board.",
-    "wrong_family": "Name the marker family that is printed in --board.",
-    "wrong_marker": "Name the marker that is printed in --board.",
+    "wrong_size": "Count the inner corners (squares less one), rows first, and correct --target.",
+    "wrong_family": "Name the marker family that is printed in --target.",
+    "wrong_marker": "Name the marker that is printed in --target.",
     "too_dark": "Expose longer.", "overexposed": "Expose shorter.",
     "blurred": "Hold camera and board still, focus, expose shorter.",
 }
 FEW = 8  # views; with fewer the held-out errors say little
 
 
-@app.command(epilog="Example:  kr5 calibrate camera left*.jpg --board chessboard:6x9:0.025 -o camera.json")
+@app.command(epilog="Example:  kr5 calibrate camera left*.jpg --target chessboard:6x9:0.025 -o camera.json")
 @options_from(vision.CameraOptions, skip=("lens", "max_iterations", "correlation"))
 def camera(
     images: Annotated[list[Path], typer.Argument(help="Images of one camera, or folders of them.")],
-    board: Annotated[str, typer.Option(help="The target, e.g. chessboard:6x9:0.025 (inner corners, rows first; squares in m).")],
+    target: Target,
     options: vision.CameraOptions,
     model: Annotated[LENSES, typer.Option(help="Lens model; auto: chosen by error on held-out views.")] = "auto",
     output: Output = None,
@@ -40,18 +40,20 @@ def camera(
     peers: Annotated[bool, typer.Option("--peers", help="Show OpenCV's and ViSP's calibration of the same points.")] = False,
 ) -> None:
     """Calibrates a camera, says how well it is known, and what is wrong with the images."""
-    target = load_target(board)
+    wanted = load_target(target)
     if model != "auto":
         options.lens = model
     options.validate()
-    files, views, size, lost, options.correlation = _detect(_files(images), target)
+    files = _files(images)
+    seen = find_in_images(files, wanted, least=1, points=6)
+    options.correlation = max(seen.correlation)
     with working("Fitting and comparing lens models"):
-        result = vision.calibrate_camera(views, *size, options)
+        result = vision.calibrate_camera(seen.views, *seen.size, options)
     out = console(json_file)
-    data = write_result(None, "kr5-camera/1", **_keys(result, files, views, size, lost, board))
+    data = write_result(None, "kr5-camera/1", **_keys(result, [files[i] for i in seen.index], seen, target))
     _show(result, data, out)
     if peers:
-        _show_peers(result, views, size, out)
+        _show_peers(result, seen.views, seen.size, out)
     keep(data, result.fit, output, json_file)
 
 
@@ -60,35 +62,6 @@ def _files(given: list[Path]) -> list[Path]:
     if doubled := [str(f) for f, n in Counter(files).items() if n > 1]:
         fail(f"given twice: {', '.join(doubled)}; a view that counts twice makes the result look better known than it is")
     return files
-
-
-def _detect(files: list[Path], target: Any) -> tuple[list[Path], list, tuple[int, int], list[dict[str, str]], float]:
-    """Views of the images in which the target was found, why the others were lost, and how much points err together."""
-    seen, views, lost, sizes, correlation = [], [], [], {}, 1.0
-    names = [f.name for f in files] if len({f.name for f in files}) == len(files) else [str(f) for f in files]
-    for file, name in track(list(zip(files, names)), "Looking for the target"):
-        image = vision.load_image(str(file))
-        height, width = np.asarray(image).shape
-        sizes.setdefault((width, height), name)
-        if len(sizes) > 1:
-            (a, first), (b, second) = sizes.items()
-            fail(f"{second} is {b[0]} x {b[1]} px, {first} {a[0]} x {a[1]}: images of one camera at one setting are needed")
-        found = vision.find_target(image, target)
-        if str(found.status) != "found":
-            lost.append({"name": name, "status": str(found.status), "message": found.message})
-            continue
-        view = found.view
-        view.name = name
-        if view.pixels.shape[1] < 6:
-            lost.append({"name": name, "status": "few_points", "message": "fewer than 6 points seen"})
-            continue
-        seen.append(file)
-        views.append(view)
-        correlation = max(correlation, found.correlation)
-    if not views:
-        reasons = "; ".join(f"{item['name']}: {item['message']}" for item in lost[:3])
-        fail(f"the target was found in none of {len(files)} images. {reasons}")
-    return seen, views, next(iter(sizes)), lost, correlation
 
 
 def _lost_causes(lost: list[dict[str, str]], total: int) -> list[dict[str, str]]:
@@ -127,12 +100,13 @@ def _figures(result: Any) -> list[dict[str, Any]]:
     return rows
 
 
-def _keys(result: Any, files: list, views: list, size: tuple[int, int], lost: list, board: str) -> dict[str, Any]:
+def _keys(result: Any, files: list[Path], seen: Sightings, target: str) -> dict[str, Any]:
+    views, lost, total = seen.views, seen.lost, len(seen.views) + len(seen.lost)
     causes = [{k: v for k, v in f.to_dict().items() if k != "severe"} for f in result.findings]
-    causes += _lost_causes(lost, len(views) + len(lost))
+    causes += _lost_causes(lost, total)
     if len(lost) > len(views):
         causes.append({"cause": "views_lost", "text": "The target was found in less than half of the images.",
-                       "remedy": "Check --board, light and focus.", "evidence": f"{len(lost)} of {len(lost) + len(views)}"})
+                       "remedy": "Check --target, light and focus.", "evidence": f"{len(lost)} of {total}"})
     if result.fit.usable and len(views) < FEW:
         causes.append({"cause": "few_views", "text": f"Only {len(views)} views: the error on held-out views says little.",
                        "remedy": "Take 10 to 20 images.", "evidence": f"{len(views)} views"})
@@ -145,8 +119,8 @@ def _keys(result: Any, files: list, views: list, size: tuple[int, int], lost: li
     frames += [{"name": v.name, "parent": "camera", "T": v.T_camera_target} for v in result.views]
     held_out = {"rms_px": result.held_out_rms, "folds": "by views; each point from the pose of the view's other points"}
     return {
-        "input": {"board": board, "images": [str(f) for f in files], "without_target": lost},
-        "verdict": _verdict(result, causes), "causes": causes, "figures": _figures(result), "image_size": list(size),
+        "input": {"target": target, "images": [str(f) for f in files], "without_target": lost},
+        "verdict": _verdict(result, causes), "causes": causes, "figures": _figures(result), "image_size": list(seen.size),
         "views": reports, "residuals": residuals, "frames": frames,
         **({"held_out": held_out} if result.held_out_rms else {}), "result": result.to_dict(),
     }

@@ -11,22 +11,24 @@ import kr5
 from kr5 import calibration, vision
 
 from .camera import load_camera
-from .common import (Json, Output, console, fail, figure, pose_figures, show_result, table, track, working, write_json,
-                     write_result)
+from .common import Json, Output, console, fail, figure, keep, pose_figures, show_result, table, working, write_result
 from .options import options_from
-from .target import load_target
+from .target import Sightings, find_in_images, load_target
 
 app = typer.Typer()
 
 
 @app.command(epilog="Example:  kr5 calibrate hand-eye share/data/demo -o hand_eye.json")
-@options_from(calibration.HandEyeDiagnosisOptions, skip=("seed",))
+@options_from(calibration.HandEyeOptions, skip=("mount", "max_iterations", "start"))
+@options_from(calibration.HandEyeDiagnosisOptions, skip=("min_rotation", "seed"), argument="judging")
 def hand_eye(
     folder: Annotated[Path, typer.Argument(help="Folder of images and robot poses, with a dataset.yaml in it.")],
-    options: calibration.HandEyeDiagnosisOptions,
+    options: calibration.HandEyeOptions,
+    judging: calibration.HandEyeDiagnosisOptions,
     dataset: Annotated[Path | None, typer.Option(help="A dataset.yaml elsewhere; the files it names lie in FOLDER.")] = None,
     camera: Annotated[Path | None, typer.Option(help="Camera file; overrides that of the data set.")] = None,
-    target: Annotated[str | None, typer.Option(help="Target, e.g. chessboard:6x9:0.0236, or map.json of kr5 calibrate map; overrides that of the data set.")] = None,
+    target: Annotated[str | None, typer.Option(help="Target, e.g. chessboard:6x9:0.0236, or map.json of kr5 calibrate map; overrides "
+                                               "that of the data set.")] = None,
     mount: Annotated[Literal["eye_in_hand", "eye_to_hand"] | None, typer.Option(help="Overrides that of the data set.")] = None,
     output: Output = None,
     json_file: Json = None,
@@ -36,19 +38,17 @@ def hand_eye(
     Exit code: 0 when the result is good or doubtful, 1 when it is unusable, 2 when there is none or the input is wrong.
     """
     options.validate()
+    judging.validate()
     data = read(folder, dataset)
-    data.mount = mount or data.mount
+    data.mount = options.mount = mount or data.mount
     wanted = target_of(target or data.target, dataset or folder / "dataset.yaml")
-    seen = detect(data.images, wanted)
+    seen = find_in_images(data.images, wanted, least=3)
     lens, note = camera_of(str(camera) if camera else data.camera, seen)
-    keys = solve(data, seen, lens, options)
-    keys["input"] = {"folder": str(folder), "images": len(data.images), "without_target": seen["lost"], "camera": note,
+    keys, fit = solve(data, seen, lens, options, judging)
+    keys["input"] = {"folder": str(folder), "images": len(data.images), "without_target": seen.lost, "camera": note,
                      "target": target or data.target, "mount": str(data.mount), "convention": data.convention.to_dict()}
-    out = console(json_file)
-    _show(keys, out)
-    if keys["result"]["fit"]["status"] == "degenerate":
-        raise typer.Exit(2)
-    write_json(write_result(output, "kr5-hand-eye/1", **keys), json_file)
+    _show(keys, console(json_file))
+    keep(write_result(None, "kr5-hand-eye/1", **keys), fit, output, json_file)
     if keys["verdict"]["word"] == "unusable":
         raise typer.Exit(1)
 
@@ -73,72 +73,51 @@ def target_of(text: str, where: Path) -> Any:
     return kr5.Target.from_dict(json.loads(text)) if text.startswith("{") else load_target(text)
 
 
-def detect(images: list[str], target: Any) -> dict[str, Any]:
-    """Views of the images that show the target, their places in the list, the image size, and why others were lost."""
-    views, index, lost, size = [], [], [], None
-    for i, file in track(list(enumerate(images)), "Looking for the target"):
-        image = np.asarray(vision.load_image(file))
-        shape = (image.shape[1], image.shape[0])
-        if size and shape != size:
-            fail(f"{file}: {shape[0]} x {shape[1]} px, but the images before are {size[0]} x {size[1]}: one camera at one setting is needed")
-        size = shape
-        found = vision.find_target(image, target)
-        if str(found.status) != "found":
-            lost.append({"name": Path(file).name, "status": str(found.status), "message": found.message})
-            continue
-        view = found.view
-        view.name = Path(file).name
-        views.append(view)
-        index.append(i)
-    if len(views) < 3:
-        why = "; ".join(f"{x['name']}: {x['message']}" for x in lost[:3])
-        fail(f"the target was found in {len(views)} of {len(images)} images, expected at least three. {why or 'Take more images.'}")
-    return {"views": views, "index": index, "lost": lost, "size": size, "images": [images[i] for i in index]}
-
-
-def camera_of(text: str, seen: dict[str, Any]) -> tuple[Any, str]:
+def camera_of(text: str, seen: Sightings) -> tuple[Any, str]:
     """The camera named by a file or by its values; without either, calibrated from the same images."""
     if text.startswith("{"):
-        values = {"width": seen["size"][0], "height": seen["size"][1], **json.loads(text)}
+        values = {"width": seen.size[0], "height": seen.size[1], **json.loads(text)}
         return kr5.Pinhole.from_dict(values), "values of the data set"
     if text:
-        return load_camera(text, seen["size"]), text
-    if min(view.pixels.shape[1] for view in seen["views"]) < 6:
+        return load_camera(text, seen.size), text
+    if min(view.pixels.shape[1] for view in seen.views) < 6:
         fail("camera: none is given, and views of fewer than 6 points cannot calibrate one; name a camera file with --camera")
     with working("Calibrating the camera"):
-        found = vision.calibrate_camera(seen["views"], *seen["size"])
+        found = vision.calibrate_camera(seen.views, *seen.size)
     if not found.fit.usable:
         fail(f"camera: none is given, and these images do not determine one: {found.fit.message}; name one with --camera")
     return found.camera, "calibrated from the same images"
 
 
-def solve(data: Any, seen: dict[str, Any], camera: Any, options: Any) -> dict[str, Any]:
-    """Calibrates and diagnoses; the keys of a result file."""
-    poses = [data.poses()[i] for i in seen["index"]]
-    views = [calibration.HandEyeView(T_base_flange=T, view=v) for T, v in zip(poses, seen["views"])]
+def solve(data: Any, seen: Sightings, camera: Any, options: Any, judging: Any) -> tuple[dict[str, Any], Any]:
+    """Calibrates and diagnoses; the keys of a result file, and how the fit ended."""
+    poses = [data.poses()[i] for i in seen.index]
+    views = [calibration.HandEyeView(T_base_flange=T, view=v, correlation=c)
+             for T, v, c in zip(poses, seen.views, seen.correlation, strict=True)]
     rows = data.rows if data.T_flange_tool is None else np.array([calibration.to_row(T, data.convention) for T in data.poses()])
-    times = [data.times[i] for i in seen["index"]] if len(data.times) else []
+    times = [data.times[i] for i in seen.index] if len(data.times) else []
     with working("Calibrating"):
-        result = calibration.calibrate_hand_eye(views, camera, calibration.HandEyeOptions(mount=data.mount))
+        result = calibration.calibrate_hand_eye(views, camera, options)
     with working("Looking for what may be wrong"):
-        diagnosis = calibration.diagnose_hand_eye(rows[seen["index"]], data.convention, seen["views"], camera, data.mount,
-                                                  result, times, options)
+        diagnosis = calibration.diagnose_hand_eye(rows[seen.index], data.convention, seen.views, camera, data.mount, result, times,
+                                                  judging)
     held_out = {}
     if result.fit.usable and len(views) >= 4:
         with working("Judging on views left out"):
-            held_out = calibration.evaluate_hand_eye(views, camera, calibration.HandEyeOptions(mount=data.mount)).to_dict()
+            held_out = calibration.evaluate_hand_eye(views, camera, options).to_dict()
     predicted = [_predict(result, T) for T in poses]
-    reports = [{**r.to_dict(), "image": str(Path(f).resolve())} for r, f in zip(result.views, seen["images"])]
-    return {
+    reports = [{**r.to_dict(), "image": str(Path(data.images[i]).resolve())} for r, i in zip(result.views, seen.index)]
+    keys = {
         "verdict": {"word": str(diagnosis.verdict), "text": diagnosis.text},
-        "causes": [{k: v for k, v in c.to_dict().items()} for c in diagnosis.causes],
+        "causes": [c.to_dict() for c in diagnosis.causes],
         "figures": _figures(result, diagnosis, held_out),
-        "image_size": list(seen["size"]), "views": reports,
-        "residuals": [_residuals(v, camera, T) for v, T in zip(seen["views"], predicted)],
-        "frames": _frames(result, poses, seen["views"]),
+        "image_size": list(seen.size), "views": reports,
+        "residuals": [_residuals(v, camera, T) for v, T in zip(seen.views, predicted)],
+        "frames": _frames(result, poses, seen.views),
         **({"held_out": _held_out(held_out)} if held_out else {}),
         "diagnosis": diagnosis.to_dict(), "camera": camera.to_dict(), "result": result.to_dict(),
     }
+    return keys, result.fit
 
 
 def _held_out(judged: dict[str, Any]) -> dict[str, float]:

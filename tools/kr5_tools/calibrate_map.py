@@ -10,8 +10,10 @@ import kr5
 from kr5 import vision
 
 from .camera import check_size, load_camera
-from .common import Json, Output, console, fail, figure, image_files, pose_figures, show_result, table, track, working, write_json, write_result
+from .common import (Json, Output, console, fail, figure, image_files, pose_figures, short_names, show_result, table, track, working,
+                     write_json, write_result)
 from .options import options_from
+from .target import load_image
 
 app = typer.Typer()
 SPREAD = 3.0  # the corners of an image that miss by so many times the noise do so for a reason
@@ -48,9 +50,8 @@ def _see(files: list[Path], family: str, camera: Path) -> tuple[list, Any, dict[
     """The markers in each image, the camera, and the file of each image's name."""
     choice = vision.TagOptions(families=[family])
     sightings, lens, paths = [], None, {}
-    names = [f.name for f in files] if len({f.name for f in files}) == len(files) else [str(f) for f in files]
-    for file, name in track(list(zip(files, names)), "Looking for markers"):
-        image = np.asarray(vision.load_image(str(file)))
+    for file, name in track(list(zip(files, short_names(files))), "Looking for markers"):
+        image = load_image(file)
         height, width = image.shape
         lens = lens or load_camera(camera, (width, height), file)
         check_size(lens, camera, (width, height), file)

@@ -63,6 +63,15 @@ def image_files(given: list[Path]) -> list[Path]:
     return files
 
 
+def short_names(files: Iterable[Path | str]) -> list[str]:
+    """The name of each file, with as many of its folders as tell it from the others."""
+    paths = [Path(os.path.abspath(file)).parts[1:] for file in files]
+    depth = 1
+    while len({path[-depth:] for path in paths}) < len(set(paths)):
+        depth += 1
+    return ["/".join(path[-depth:]) for path in paths]
+
+
 def is_users_to_mend(error: Exception) -> bool:
     """Bad input, not a bug: everything kr5 throws on purpose, and files that cannot be read or written."""
     if isinstance(error, OSError):

@@ -10,17 +10,18 @@ import typer
 import yaml
 
 import kr5
-from kr5 import calibration, vision
+from kr5 import calibration
 
 from .calibrate_hand_eye import camera_of
 from .camera import load_camera
-from .common import IMAGE_ENDINGS, Json, console, fail, table, track, working, write_json, write_text
+from .common import IMAGE_ENDINGS, Json, console, fail, table, working, write_json, write_text
+from .dataset_target import GUESSED, QUICK, guess_target
+from .target import Sightings, find_in_images, load_image, load_target
 
 app = typer.Typer()
 
 POSES = {".yaml", ".yml", ".json", ".csv", ".txt"}
-OPENCV_DICTIONARIES = {i: f"aruco_{n}x{n}_{count}" for i, (n, count) in
-                       enumerate(itertools.product((4, 5, 6, 7), (50, 100, 250, 1000)))}
+PROBES = 3  # images, spread over the set, in which targets are tried
 
 
 @app.callback()
@@ -41,9 +42,9 @@ def guess(
     out, reasons = console(json_file), []
     images = _images(folder, reasons)
     poses, forms = _poses(folder, images, reasons)
-    name, views = _target(folder, images, target, reasons)
-    camera_file, camera = _camera(folder, images, views, reasons)
-    best, rivals = _convention(images, poses, forms, views, camera)
+    name, seen = _target(folder, images, target, reasons)
+    camera_file, camera = _camera(folder, seen, reasons)
+    best, rivals = _convention(poses, forms, seen, camera)
     reasons.append(["convention, mount", _text(best), f"robot and camera agree to {1e3 * best['error']:.2g} mm, next best reading "
                     f"({_text(rivals[0])}) to {1e3 * rivals[0]['error']:.2g} mm" if rivals else "the only reading possible",
                     "high" if not rivals or rivals[0]["error"] > 3 * best["error"] else "low"])
@@ -52,7 +53,7 @@ def guess(
     reasons.append(["", f"or T_flange_base, {other}", "inverted poses with the other mount agree exactly as well: look at the cell "
                     "to see what carries the camera", "not told by the data"])
     text = _yaml(folder, images, poses, best, name, camera_file)
-    out.print(table(f"What {folder} seems to hold", ["what", "proposal", "because", "confidence"], reasons))
+    out.print(table(f"What {folder} seems to hold", ["what", "proposal", "because", "confidence"], reasons, text=(1, 2, 3)))
     if output:
         write_text(text, output)
     else:
@@ -133,78 +134,28 @@ def _hints(folder: Path) -> tuple[str, dict[str, Any]]:
     return text, keys
 
 
-def _candidates(text: str, keys: dict[str, Any]) -> list[tuple[str, str]]:
-    """Targets to try, with why: those the texts speak of first, then usual ones."""
-    out = []
-    rows, cols = keys.get("rows"), keys.get("cols")
-    size = keys.get("spacing") or keys.get("chessboard_dim") or (re.findall(r"size[^\d]*([\d.]+)\s*m\b", text) or [None])[0]
-    if rows and cols and "aruco_marker_dim" in keys and size:
-        family = OPENCV_DICTIONARIES.get(int(keys.get("dictionary", 10)), "aruco_6x6_250")
-        out.append((f"charuco:{family}:{rows}x{cols}:{size}:{keys['aruco_marker_dim']}", "named in a text of the folder"))
-    elif rows and cols and size:
-        out += [(f"{kind}:{rows}x{cols}:{size}", "named in a text of the folder") for kind in ("circles", "chessboard")]
-    if (board := re.search(r"(\d+)\s*x\s*(\d+)", text)) and size:
-        a, b = board.groups()
-        out += [(f"chessboard:{r}x{c}:{size}", "size named in a text of the folder") for r, c in ((b, a), (a, b))]
-    boards = [(6, 9), (6, 8), (5, 8), (7, 9), (7, 10), (8, 11), (5, 7), (7, 7), (8, 8), (4, 6), (6, 7), (9, 14)]
-    out += [(f"chessboard:{r}x{c}:{size or 0.025}", "found by trying" + ("" if size else "; its size is a guess: measure it")) for r, c in boards]
-    out += [(f"circles:{r}x{c}:{size or 0.02}", "found by trying" + ("" if size else "; its size is a guess: measure it"))
-            for r, c in [(10, 10), (4, 5), (7, 7), (5, 7), (6, 9)]]
-    return out
+def _target(folder: Path, images: list[Path], given: str | None, reasons: list) -> tuple[str, Sightings]:
+    """Short form of the target, and where it was seen."""
+    places = np.linspace(0, len(images) - 1, PROBES + 2)[1:-1].round().astype(int)
+    probes = {images[i]: load_image(images[i]) for i in places} if not given else {}
+    name, why = (given, "given") if given else guess_target(*_hints(folder), probes)
+    seen = find_in_images(images, load_target(name), least=4, options=None if given else QUICK,
+                          load=lambda file: probes[file] if file in probes else load_image(file))
+    reasons.append(["target", name, f"{why}; found in {len(seen.views)} of {len(images)} images", "low" if GUESSED in why else "high"])
+    return name, seen
 
 
-def _tag(image: np.ndarray, text: str) -> tuple[str, str] | None:
-    """A single tag in the image."""
-    size = (re.findall(r"size[^\d]*([\d.]+)\s*m\b", text) or [None])[0]
-    for family in ("36h11", "25h9", "16h5", "41h12", "aruco_4x4_50", "aruco_5x5_100", "aruco_6x6_250"):
-        tags = vision.find_tags(image, vision.TagOptions(families=[family]))
-        if len(tags) == 1:
-            why = f"one tag of {family} seen" + ("; size from a text of the folder" if size else "; its size is a guess: measure it")
-            return f"tag:{family}:{tags[0].id}:{size or 0.05}", why
-    return None
-
-
-def _target(folder: Path, images: list[Path], given: str | None, reasons: list) -> tuple[str, dict[int, Any]]:
-    """Short form of the target, and the views by the place of their image."""
-    text, keys = _hints(folder)
-    middle = np.asarray(vision.load_image(str(images[len(images) // 2])))
-    tried = [(given, "given")] if given else []
-    if not given:
-        if "tag" in text.lower() and (tag := _tag(middle, text)):
-            tried.append(tag)
-        tried += _candidates(text, keys)
-    options = vision.DetectOptions(explain=False)
-    for name, why in track(tried, "Trying targets"):
-        if str(vision.find_target(middle, kr5.parse_target(name), options).status) == "found":
-            break
-    else:
-        tag = None if given else _tag(middle, text)
-        if not tag:
-            fail(f"{folder}: no known target was found in {images[len(images) // 2].name}; name it with --target")
-        name, why = tag
-    target, views = kr5.parse_target(name), {}
-    for i, file in track(list(enumerate(images)), "Looking for the target"):
-        found = vision.find_target(np.asarray(vision.load_image(str(file))), target, options)
-        if str(found.status) == "found":
-            views[i] = found.view
-    if len(views) < 4:
-        fail(f"{folder}: {name} was found in {len(views)} of {len(images)} images, expected at least four; name the target with --target")
-    reasons.append(["target", name, f"{why}; found in {len(views)} of {len(images)} images", "low" if "guess" in why else "high"])
-    return name, views
-
-
-def _camera(folder: Path, images: list[Path], views: dict[int, Any], reasons: list) -> tuple[Path | None, Any]:
-    height, width = np.asarray(vision.load_image(str(images[next(iter(views))]))).shape
+def _camera(folder: Path, seen: Sightings, reasons: list) -> tuple[Path | None, Any]:
     for file in sorted(folder.glob("*")):
-        if file.suffix.lower() in {".xml", ".yaml", ".yml", ".json"} and re.search("cam|intrinsic", file.stem, re.I) and "cal_data" not in file.stem:
+        if file.suffix.lower() in {".xml", ".yaml", ".yml", ".json"} and re.search("cam|intrinsic", file.stem, re.I):
             reasons.append(["camera", file.name, "a camera file of the folder", "high"])
-            return file, load_camera(file, (width, height))
-    camera, how = camera_of("", {"views": list(views.values()), "size": (width, height)})
+            return file, load_camera(file, seen.size)
+    camera, how = camera_of("", seen)
     reasons.append(["camera", "-", f"no camera file: {how}", "high"])
     return None, camera
 
 
-def _convention(images: list, poses: list[Path], forms: list[str], views: dict[int, Any], camera: Any) -> tuple[dict, list[dict]]:
+def _convention(poses: list[Path], forms: list[str], seen: Sightings, camera: Any) -> tuple[dict, list[dict]]:
     """The reading of the poses under which robot and camera agree best, and the others."""
     found = []
     work = []
@@ -218,7 +169,7 @@ def _convention(images: list, poses: list[Path], forms: list[str], views: dict[i
             continue
         tried.append(np.array(all_poses))
         for mount in ("eye_in_hand", "eye_to_hand"):
-            data = [calibration.HandEyeView(T_base_flange=all_poses[i], view=v) for i, v in views.items()]
+            data = [calibration.HandEyeView(T_base_flange=all_poses[i], view=v) for i, v in zip(seen.index, seen.views)]
             with working("Trying conventions"):
                 result = calibration.calibrate_hand_eye(data, camera, calibration.HandEyeOptions(mount=mount))
             if not result.fit.usable:

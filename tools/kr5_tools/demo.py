@@ -37,7 +37,7 @@ def demo(
     output.mkdir(parents=True, exist_ok=True)
     out = common.console(json_file)
     images = sorted(str(p) for p in (data / "images").glob("*.png"))
-    steps = {"camera": ["calibrate", "camera", *images, "--board", target], "hand_eye": ["calibrate", "hand-eye", str(data)]}
+    steps = {"camera": ["calibrate", "camera", *images, "--target", target], "hand_eye": ["calibrate", "hand-eye", str(data)]}
     results = {}
     for name, command in steps.items():
         result, page = output / f"{name}.json", output / f"{name}.html"

@@ -10,9 +10,10 @@ import kr5
 from kr5 import vision
 
 from .camera import load_camera
-from .common import Json, console, fail, figure, image_files, pose_figures, table, track, write_json, write_result
+from .common import Json, console, fail, figure, image_files, pose_figures, short_names, table, track, write_json, write_result
 from .options import options_from
-from .target import load_target
+from .report_detection import COLUMNS, noise, seen_row
+from .target import load_image, load_target
 
 app = typer.Typer()
 
@@ -39,29 +40,46 @@ def detect(
         kr5.marker_count(name)
     if size is not None and not size > 0:
         fail(f"--size: found {size}, expected the side of the markers in metres, above 0")
-    found, lost = [], []
-    for file in track(files, "Looking"):
+    found, lost, views = [], [], []
+    for file, name, drawing in track(list(zip(files, short_names(files), _drawing_names(files))), "Looking"):
+        where, view = {"image": str(file), "view": name}, {"name": name, "image": str(file.resolve())}
         try:
-            image = np.asarray(vision.load_image(str(file)))
-        except Exception as error:  # one bad file does not spoil the others
+            image = load_image(file)
+        except (kr5.Error, OSError) as error:  # one bad file does not spoil the others
             if len(images) == 1 and not images[0].is_dir():
                 raise
-            lost.append({"image": str(file), "status": "unreadable", "message": str(error)})
-            continue
-        height, width = image.shape
-        lens = load_camera(camera, (width, height), file) if camera else None
-        items, missed = _in_target(image, wanted, lens, options) if wanted else _in_family(image, family, size, lens, options)
-        found += [{"image": str(file), **item} for item in items]
+            items, missed = [], {"status": "unreadable", "message": str(error)}
+        else:
+            lens = load_camera(camera, image.shape[::-1], file) if camera else None
+            items, missed = _in_target(image, wanted, lens, options) if wanted else _in_family(image, family, size, lens, options)
         if missed:
-            lost.append({"image": str(file), **missed})
-        if drawings and items:
-            _draw(image, items, lens, drawings, file)
-    out = console(json_file)
-    _show(found, lost, out)
+            lost.append({**where, **missed})
+            view["reason"] = missed["message"]
+        elif drawings:
+            _draw(image, items, lens, drawings / drawing)
+            view["drawing"] = str((drawings / drawing).resolve())
+        found += [{**where, **item} for item in items]
+        views.append({**view, **(_of_view(items) if items else {})})
+    _show(found, lost, console(json_file))
     if not found:
         fail("nothing was found: " + "; ".join(f"{x['image']}: {x['message']}" for x in lost[:3]))
     keys = {"target": target, "families": family, "camera": camera and str(camera), "images": [str(i) for i in images]}
-    write_json(write_result(None, "kr5-detection/1", input=keys, found=found, not_found=lost, figures=_figures(found)), json_file)
+    figures = [figure("images in which something was seen", len(files) - len(lost), None, f"of {len(files)}"), *_figures(found)]
+    write_json(write_result(None, "kr5-detection/1", input=keys, figures=figures, views=views, found=found, not_found=lost), json_file)
+
+
+def _drawing_names(files: list[Path]) -> list[str]:
+    """Where each drawing goes in its folder; images of one name in two folders, or of two formats, are kept apart."""
+    names = short_names(files)
+    stems = [str(Path(name).with_suffix("")) for name in names]
+    return [f"{name}_seen.png" for name in (stems if len(set(stems)) == len(set(names)) else names)]
+
+
+def _of_view(items: list[dict[str, Any]]) -> dict[str, Any]:
+    """What all that was seen in one image says of it."""
+    rms = [item["rms_px"] for item in items if "rms_px" in item]
+    return {"points": sum(len(item["ids"]) for item in items), "noise_px": noise(items),
+            "rms_px": float(np.sqrt(np.mean(np.square(rms)))) if rms else None}
 
 
 def _pose(points: Any, pixels: Any, ids: Any, lens: Any, correlation: float) -> dict[str, Any]:
@@ -102,34 +120,28 @@ def _figures(found: list) -> list[dict[str, Any]]:
     rows = []
     for item in found:
         if pose := item.get("pose"):
-            name = f"{Path(item['image']).name} {item['what']} {item.get('id', '')}".strip()
+            name = f"{item['view']} {item['what']} {item.get('id', '')}".strip()
             rows += pose_figures(name, np.array(pose["T_camera_target"]), np.array(pose["covariance"]))
         else:
-            rows.append(figure(f"{Path(item['image']).name} {item['what']} points", len(item["ids"]), None, "-"))
+            rows.append(figure(f"{item['view']} {item['what']} points", len(item["ids"]), None, "-"))
     return rows
 
 
 def _show(found: list, lost: list, out: Any) -> None:
     rows = []
     for item in found:
-        pixels = np.asarray(item["pixels"])
-        pose = item.get("pose")
         place = item.get("pose_message", "")
-        if pose:
+        if pose := item.get("pose"):
             parts = pose_figures("", np.array(pose["T_camera_target"]), np.array(pose["covariance"]))
             place = " ".join(f"{p['value']:.1f}±{p['std']:.1g}" for p in parts) + (" ambiguous" if pose["ambiguous"] else "")
-        corners = " ".join(f"({u:.2f} {v:.2f})" for u, v in pixels.T) if pixels.shape[1] <= 4 else f"{pixels.shape[1]} points"
-        sigma = np.asarray(item["sigma"])
-        rows.append([Path(item["image"]).name, item["what"], str(item.get("id", "")), corners,
-                     f"{np.median(sigma[sigma > 0]):.3f}" if (sigma > 0).any() else "–", float(item.get("rms_px", np.nan)), place])
+        rows.append([*seen_row(item), place])
     if rows:
-        out.print(table("Seen", ["image", "what", "id", "corners [px]", "± [px]", "rms [px]",
-                                 "pose in the camera: x y z [mm] roll pitch yaw [deg]"], rows))
+        out.print(table("Seen", [*COLUMNS, "pose in the camera: x y z [mm] roll pitch yaw [deg]"], rows, text=(1, 2, 5)))
     if lost:
-        out.print(table("Not seen", ["image", "why", "in words"], [[Path(x["image"]).name, x["status"], x["message"]] for x in lost]))
+        out.print(table("Not seen", ["image", "why", "in words"], [[x["view"], x["status"], x["message"]] for x in lost]))
 
 
-def _draw(image: Any, items: list, lens: Any, folder: Path, file: Path) -> None:
+def _draw(image: Any, items: list, lens: Any, file: Path) -> None:
     """The image with outlines, numbers and, when a pose is known, the axes X red, Y green, Z blue."""
     import matplotlib
 
@@ -161,6 +173,6 @@ def _draw(image: Any, items: list, lens: Any, folder: Path, file: Path) -> None:
                     ax.plot(*np.c_[origin, np.asarray(lens.project(tip))], color=colour, lw=2.5)
     ax.set(xlim=(-0.5, width - 0.5), ylim=(height - 0.5, -0.5))
     ax.axis("off")
-    folder.mkdir(parents=True, exist_ok=True)
-    fig.savefig(folder / f"{file.stem}_seen.png")
+    file.parent.mkdir(parents=True, exist_ok=True)
+    fig.savefig(file)
     plt.close(fig)

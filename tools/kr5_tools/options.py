@@ -27,20 +27,17 @@ def _parameter(field: dict[str, Any], flag: str) -> inspect.Parameter:
     return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=Annotated[annotation | None, option])
 
 
-def options_from(struct: type, skip: tuple[str, ...] = (), prefix: str = "") -> Callable[[Callable], Callable]:
-    """Gives a command one --flag for every field of `struct`; the command gets them as the keyword argument `options`.
+def options_from(struct: type, skip: tuple[str, ...] = (), argument: str = "options") -> Callable[[Callable], Callable]:
+    """Gives a command one --flag for every field of `struct`; the command gets them as the keyword argument named.
 
     @app.command()
     @options_from(kr5.calibration.HandEyeOptions, skip=("start",))
     def hand_eye(folder: Path, options: kr5.calibration.HandEyeOptions): ...
 
-    Flags that are not given leave the struct's own default. With `prefix` the flags are --PREFIX-FIELD, and the
-    argument is PREFIX_options, so that one command may take several structs.
+    Flags that are not given leave the struct's own default. A command that takes several structs names the `argument` of
+    each, and skips what two of them share.
     """
-    argument = f"{prefix}_options" if prefix else "options"
-    fields = {f["name"]: f for f in struct.fields() if f["name"] not in skip}
-    dashed = {f"{prefix}_{name}".strip("_"): name for name in fields}
-    added = [_parameter(fields[name], flag.replace("_", "-")) for flag, name in dashed.items()]
+    added = [_parameter(f, f["name"].replace("_", "-")) for f in struct.fields() if f["name"] not in skip]
 
     def decorate(command: Callable) -> Callable:
         signature = inspect.signature(command, eval_str=True)
@@ -50,7 +47,7 @@ def options_from(struct: type, skip: tuple[str, ...] = (), prefix: str = "") -> 
 
         @functools.wraps(command)
         def with_options(**given: Any) -> Any:
-            chosen = {name: given.pop(flag) for flag, name in dashed.items()}
+            chosen = {p.name: given.pop(p.name) for p in added}
             given[argument] = struct(**{name: value for name, value in chosen.items() if value is not None})
             return command(**given)
 

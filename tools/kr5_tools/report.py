@@ -11,6 +11,8 @@ from typing import Annotated, Any
 import typer
 
 from . import common
+from .report_detection import COLUMNS as SEEN_COLUMNS
+from .report_detection import seen_table
 from .report_page import embed, render, script_json, write_png
 
 app = typer.Typer()
@@ -21,6 +23,7 @@ TITLES = {
     "kr5-detection/1": "Detection",
 }
 MOST_THUMBNAILS = 60
+SMALL, DRAWN = 220, 640  # longest side of a thumbnail [px]: of an image, and of a drawing, whose words are to be read
 # Columns of the table of views: key, heading, factor, what rounds it.
 VIEW_COLUMNS = (
     ("points", "points", 1.0, "{:.0f}"), ("rms_px", "RMS [px]", 1.0, "{:.3f}"), ("weight", "weight [-]", 1.0, "{:.2f}"),
@@ -79,12 +82,13 @@ def write_report(data: dict[str, Any], source: Path, output: Path, png: Path | N
 # What stands at the top level of a result file, and of which type it is.
 SHAPES: dict[str, type | tuple[type, ...]] = {
     "verdict": dict, "causes": list, "figures": list, "views": list, "residuals": list, "frames": list, "held_out": dict,
-    "result": dict, "input": dict, "image_size": list, "alignment": dict,
+    "result": dict, "input": dict, "image_size": list, "alignment": dict, "found": list, "not_found": list,
 }
 # What every entry of a list must have.
 ENTRIES: dict[str, dict[str, type | tuple[type, ...]]] = {
     "causes": {"cause": str, "text": str}, "figures": {"name": str, "unit": str}, "views": {"name": (str, int)},
     "residuals": {"u": list, "v": list, "du": list, "dv": list}, "frames": {"name": str, "T": list},
+    "found": {"view": str, "what": str, "ids": list, "pixels": list, "sigma": list}, "not_found": {"view": str, "message": str},
 }
 # Numbers that may be left out or null.
 NUMBERS = {"figures": ("value", "std"), "causes": ("probability",), "views": tuple(c[0] for c in VIEW_COLUMNS)}
@@ -113,6 +117,9 @@ def check(data: dict[str, Any], source: Path) -> None:
     for i, view in enumerate(data.get("residuals", ())):
         if len({len(view[k]) for k in ("u", "v", "du", "dv")}) != 1:
             common.fail(f"{source}: residuals[{i}]: u, v, du and dv have different lengths")
+    for i, item in enumerate(data.get("found", ())):
+        if [len(row) if isinstance(row, list) else 0 for row in item["pixels"]] != [len(item["ids"])] * 2 or not item["ids"]:
+            common.fail(f"{source}: found[{i}].pixels: expected u and v of {len(item['ids'])} points")
     for i, frame in enumerate(data.get("frames", ())):
         if [len(row) if isinstance(row, list) else 0 for row in frame["T"]] != [4] * 4:
             common.fail(f"{source}: frames[{i}].T: expected a 4 x 4 matrix")
@@ -124,10 +131,11 @@ def make_page(data: dict[str, Any], source: Path, drawn: list) -> str:
     """The HTML of the page."""
     views, columns = view_table(data, source)
     figures, poses = split_figures(data.get("figures", []))
+    drawn_on = any(v["thumbnail"] and v["thumbnail"]["drawn"] for v in views)
     return render(
         "report.html", brand="kr5 report", title=TITLES[data["format"]], data=data, source=source.name,
         plots=[embed(p) for p in drawn if p.name != "frames"], views=views, columns=columns,
-        figures=figures, poses=poses,
+        figures=figures, poses=poses, seen=seen_table(data), seen_columns=SEEN_COLUMNS, drawn_on=drawn_on,
         held_out=flat(data.get("held_out", {})), input=flat(data.get("input", {})), models=model_table(data),
         scene=script_json(scene(data)), icon=ICONS.get(data.get("verdict", {}).get("word"), ""),
         fit=data.get("result", {}).get("fit"),
@@ -180,35 +188,44 @@ def view_table(data: dict[str, Any], source: Path) -> tuple[list[dict[str, Any]]
     """Rows of the table of views with thumbnails, and the headings of its columns."""
     views = data.get("views", [])
     used = [c for c in VIEW_COLUMNS if any(isinstance(v.get(c[0]), (int, float)) for v in views)]
-    seen = {r.get("view"): r for r in data.get("residuals", ())}
+    seen = seen_points(data)
     keep = {id(v) for v in sorted(views, key=lambda v: not v.get("outlier"))[:MOST_THUMBNAILS]}
     rows = []
     for view in views:
         cells = [f.format(factor * view[key]) if isinstance(view.get(key), (int, float)) else "–" for key, _, factor, f in used]
         rows.append({"name": view["name"], "outlier": bool(view.get("outlier")), "reason": view.get("reason") or "",
-                     "cells": cells, "thumbnail": thumbnail(view, source, seen.get(view["name"])) if id(view) in keep else None})
+                     "cells": cells, "thumbnail": thumbnail(view, source, seen.get(view["name"], [])) if id(view) in keep else None})
     return rows, [heading for _, heading, _, _ in used]
 
 
-def thumbnail(view: dict[str, Any], source: Path, residual: dict[str, Any] | None) -> dict[str, Any] | None:
-    """A small picture of the view with the points that were seen, if its image can still be found."""
-    if not view.get("image"):
-        return None
+def seen_points(data: dict[str, Any]) -> dict[Any, list[tuple[float, float]]]:
+    """The points that were seen in each view [px]."""
+    out: dict[Any, list[tuple[float, float]]] = {}
+    for name, u, v in [*((r.get("view"), r["u"], r["v"]) for r in data.get("residuals", ())),
+                       *((f["view"], *f["pixels"]) for f in data.get("found", ()))]:
+        out.setdefault(name, []).extend(zip(u, v))
+    return out
+
+
+def thumbnail(view: dict[str, Any], source: Path, points: list[tuple[float, float]]) -> dict[str, Any] | None:
+    """A small picture of the view, if its drawing or its image can still be found; an image has the points on it that were
+    seen."""
     from PIL import Image
 
-    places = [Path(view["image"]), source.parent / view["image"]]
-    file = next((p for p in places if p.is_file()), None)
+    places = [(key, folder / view[key]) for key in ("drawing", "image") if view.get(key) for folder in (Path(), source.parent)]
+    kind, file = next(((key, p) for key, p in places if p.is_file()), ("", None))
     if file is None:
         return None
+    drawn = kind == "drawing"
     with contextlib.suppress(OSError), Image.open(file) as image:
         width, height = image.size
-        small = image.convert("L")
-        small.thumbnail((220, 220))
+        small = image.convert("RGB" if drawn else "L")
+        small.thumbnail((DRAWN, DRAWN) if drawn else (SMALL, SMALL))
         buffer = io.BytesIO()
         small.save(buffer, format="JPEG", quality=55)
-        points = list(zip(residual["u"], residual["v"])) if residual else view.get("pixels") or []
         return {"src": "data:image/jpeg;base64," + base64.b64encode(buffer.getvalue()).decode(), "width": width,
-                "height": height, "radius": round(width / 110), "points": [(round(u), round(v)) for u, v in points[:150]]}
+                "height": height, "radius": round(width / 110), "drawn": drawn,
+                "points": [] if drawn else [(round(u), round(v)) for u, v in points[:150]]}
     return None
 
 

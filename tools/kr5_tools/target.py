@@ -1,6 +1,8 @@
-"""`kr5 target`: targets to print, and their points."""
+"""Targets: read, found in images, and `kr5 target`, which prints them and lists their points."""
 
 import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -10,7 +12,9 @@ from . import common
 
 app = typer.Typer(no_args_is_help=True)
 
-Board = Annotated[str, typer.Option(metavar="TARGET", help="Short form, such as charuco:aruco_4x4_250:7x5:0.03:0.022, or a file.")]
+Target = Annotated[str, typer.Option(
+    "--target", "--board", metavar="TARGET",
+    help="Short form, e.g. chessboard:6x9:0.025 (inner corners, rows first; lengths in m), or a file. --board says the same.")]
 MM = 1000.0
 
 
@@ -32,9 +36,59 @@ def load_target(text: str) -> Any:
         common.fail(f"{text}: is no target: {' '.join(str(error).split())}")
 
 
-@app.command("print", epilog="Example: kr5 target print --board chessboard:6x9:0.025 -o board.pdf")
+@dataclass
+class Sightings:
+    """A target as it was seen in images of one size."""
+
+    size: tuple[int, int] | None = None  # width, height [px]
+    views: list[Any] = field(default_factory=list)  # named as `short_names` does
+    index: list[int] = field(default_factory=list)  # place of each view's image in the list of files
+    lost: list[dict[str, str]] = field(default_factory=list)  # name, status and message of the other images
+    correlation: list[float] = field(default_factory=list)  # of the points of each view, as its detection says it [-]
+
+
+def load_image(file: Path | str) -> Any:
+    """Grey levels of an image, height x width."""
+    import numpy as np
+    from kr5 import vision
+
+    return np.asarray(vision.load_image(str(file)))
+
+
+def find_in_images(files: Sequence[Path | str], target: Any, least: int, points: int = 0, options: Any = None,
+                   load: Callable[[Path | str], Any] = load_image) -> Sightings:
+    """The target in all images of one camera; complains when fewer than `least` show it with `points` or more, and of an
+    image that cannot be read or is of another size than those before."""
+    from kr5 import vision
+
+    seen = Sightings()
+    names = common.short_names(files)
+    for i, file in common.track(list(enumerate(files)), "Looking for the target"):
+        image = load(file)
+        size = (image.shape[1], image.shape[0])
+        seen.size = seen.size or size
+        if size != seen.size:
+            common.fail(f"{file}: {size[0]} x {size[1]} px, but {names[0]} is {seen.size[0]} x {seen.size[1]} px: images of one camera "
+                        "at one setting are needed")
+        found = vision.find_target(image, target, options or vision.DetectOptions())
+        if str(found.status) != "found":
+            seen.lost.append({"name": names[i], "status": str(found.status), "message": found.message})
+        elif len(found.view.ids) < points:
+            seen.lost.append({"name": names[i], "status": "few_points", "message": f"fewer than {points} points seen"})
+        else:
+            found.view.name = names[i]
+            seen.views.append(found.view)
+            seen.index.append(i)
+            seen.correlation.append(found.correlation)
+    if len(seen.views) < least:
+        why = "; ".join(f"{item['name']}: {item['message']}" for item in seen.lost[:3]) or "Take more images."
+        common.fail(f"the target was found in {len(seen.views)} of {len(files)} images, expected at least {least}. {why}")
+    return seen
+
+
+@app.command("print", epilog="Example: kr5 target print --target chessboard:6x9:0.025 -o board.pdf")
 def print_target(
-    board: Board,
+    target: Target,
     output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="PNG or PDF to write.")],
     dpi: Annotated[int, typer.Option(min=50, max=1200, help="Dots per inch.")] = 300,
     json_file: common.Json = None,
@@ -45,10 +99,10 @@ def print_target(
 
     if output.suffix.lower() not in (".png", ".pdf"):
         common.fail(f"{output}: found the ending '{output.suffix}', expected .png or .pdf")
-    target = load_target(board)
-    picture = kr5.vision.draw_target(target, dpi / 0.0254)
-    size = [MM * float(v) for v in np.diff(kr5.vision.printed_area(target), axis=1).ravel()]
-    _page(picture, size, board, dpi, output)
+    wanted = load_target(target)
+    picture = kr5.vision.draw_target(wanted, dpi / 0.0254)
+    size = [MM * float(v) for v in np.diff(kr5.vision.printed_area(wanted), axis=1).ravel()]
+    _page(picture, size, target, dpi, output)
     common.write_json({"file": str(output), "width_mm": size[0], "height_mm": size[1] + RULER, "dpi": dpi}, json_file)
     common.console(json_file).print(
         f"{output}: {size[0]:.1f} x {size[1] + RULER:.1f} mm at {dpi} dpi. Print at 100 % (no 'fit to page'), then measure the ruler.",
@@ -58,7 +112,7 @@ def print_target(
 RULER = 16.0  # height of the strip below the target that holds ruler and text [mm]
 
 
-def _page(picture: Any, size: list[float], board: str, dpi: int, output: Path) -> None:
+def _page(picture: Any, size: list[float], target: str, dpi: int, output: Path) -> None:
     """One page as large as the target and its ruler."""
     import matplotlib
 
@@ -77,7 +131,7 @@ def _page(picture: Any, size: list[float], board: str, dpi: int, output: Path) -
         for mm in range(0, length + 1):
             axes.plot([3 + mm] * 2, [11, 11 - (3.5 if mm % 10 == 0 else 2 if mm % 5 == 0 else 1.2)], color="black", linewidth=0.4)
         axes.plot([3, 3 + length], [11, 11], color="black", linewidth=0.4)
-        text = f"{length} mm · {board} · lengths in metres" if len(board) < 80 else f"{length} mm"
+        text = f"{length} mm · {target} · lengths in metres" if len(target) < 80 else f"{length} mm"
         axes.text(3, 3, text, fontsize=max(3.0, min(7.0, 1.5 * width / len(text) / 0.3528)), va="center")
         figure.savefig(output, dpi=dpi)
     except OSError as error:
@@ -86,12 +140,12 @@ def _page(picture: Any, size: list[float], board: str, dpi: int, output: Path) -
         plt.close(figure)
 
 
-@app.command("points", epilog="Example: kr5 target points --board grid:36h11:5x7:0.03:0.01 --json -")
-def points(board: Board, json_file: common.Json = None) -> None:
+@app.command("points", epilog="Example: kr5 target points --target grid:36h11:5x7:0.03:0.01 --json -")
+def points(target: Target, json_file: common.Json = None) -> None:
     """Lists the points of a target that detectors find, in its own frame."""
     import kr5
 
-    where, ids = kr5.target_points(load_target(board))
+    where, ids = kr5.target_points(load_target(target))
     common.write_json({"ids": ids, "points": where.T.tolist()}, json_file)
     rows = ([str(i), *(f"{MM * float(v):.3f}" for v in p)] for i, p in zip(ids, where.T))
-    common.console(json_file).print(common.table(board, ["point", "x [mm]", "y [mm]", "z [mm]"], rows))
+    common.console(json_file).print(common.table(target, ["point", "x [mm]", "y [mm]", "z [mm]"], rows))
