@@ -98,9 +98,8 @@ def roll(steps=6000, held=15.0, mass=1.5, guide=20.0):
     """Once round in six seconds under a held force, free along Z over a fixed point.
 
     Where the contact goes from one arc to another the height has a kink, at which the peg gets its new speed in a blow:
-    its impulse is mass times the change of speed, whatever the contact is made of. In a few rows, where one feature hands
-    over to the next, the depth that is found is far too small for one step, and the peg bounces by some newtons. The noise of the force is
-    that of all rows that are not within 50 of either; both are shown.
+    its impulse is mass times the change of speed, whatever the contact is made of. The noise of the force is that of all
+    rows that do not follow one within 50; both are shown.
     """
     # A third of critical damping under the held force.
     law, stiction, dt = force.ContactLaw(damping=50.0), force.Stiction(), 6.0 / steps
@@ -127,8 +126,6 @@ def roll(steps=6000, held=15.0, mass=1.5, guide=20.0):
     kinks = np.flatnonzero(np.abs(change) > 2e-4)
     missed = np.flatnonzero(extra < -held / 2)
     blows, ratios = np.zeros(steps, bool), []
-    for k in missed:
-        blows[k:k + 50] = True
     for k in kinks[np.diff(kinks, prepend=-100) > 50]:
         rows = slice(k, k + 50)
         blows[rows] = True
