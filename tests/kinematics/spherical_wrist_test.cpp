@@ -144,7 +144,7 @@ TEST_CASE("a skew arm at the edge of its work space is named, and a pose beyond 
   const DhChain chain = with_wrist(turns(0.4, 0.2, 1.0), turns(0.1, 0.5, 0.6), turns(0.2, 0.1, 1.2));
   VectorXd q = (VectorXd(6) << 0.3, 0.1, 0.2, 0.5, 0.8, -0.4).finished();
   // Joints 2 and 3 go where the wrist centre is farthest from the foot of axis 1: no posture is beyond.
-  const auto wrist = [&](const VectorXd& at) { return chain.link_poses(at)[3].translation(); };
+  const auto wrist = [&](const VectorXd& at) -> Eigen::Vector3d { return chain.link_poses(at)[3].translation(); };
   const auto far = [&](const VectorXd& at) { return (wrist(at) - Eigen::Vector3d(0, 0, 0.4)).norm(); };
   for (double step = 1; step > 1e-10; step *= 0.9)
     for (const int joint : {1, 2, 1, 2})
