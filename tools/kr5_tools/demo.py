@@ -1,10 +1,12 @@
 """`kr5 demo`: the whole job on images and a cell whose truth is known, and how near the answers came."""
 
 import json
+import os
 import shutil
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -37,18 +39,14 @@ def demo(
     output.mkdir(parents=True, exist_ok=True)
     out = common.console(json_file)
     images = sorted(str(p) for p in (data / "images").glob("*.png"))
-    steps = {"camera": ["calibrate", "camera", *images, "--target", target], "hand_eye": ["calibrate", "hand-eye", str(data)]}
-    results = {}
-    for name, command in steps.items():
-        result, page = output / f"{name}.json", output / f"{name}.html"
-        _run([*command, "-o", str(result)], out)
-        _run(["report", str(result), "-o", str(page), "--png", str(output / f"{name}_plots")], out)
-        results[name] = json.loads(result.read_text())
+    _run([_calibration("camera", ["camera", *images, "--target", target], output),
+          _calibration("hand_eye", ["hand-eye", str(data)], output), _worn_cell(data, output)], out)
+    results = {name: json.loads((output / f"{name}.json").read_text()) for name in ("camera", "hand_eye")}
     rows = [*_camera_rows(results["camera"], truth), *_hand_eye_rows(results["hand_eye"], truth)]
     ratio = _region(results["hand_eye"], truth)
     named = [v["name"] for v in results["hand_eye"]["views"] if v.get("outlier")]
     _tell(out, rows, named, ratio, truth)
-    gaps, worn = _run_worn_cell(data, output, out)
+    gaps, worn = json.loads((output / "gap.json").read_text())["columns"], _worn(data)
     widest = max(gaps, key=gaps.__getitem__)
     out.print(f"\nThe cell that ran carries {worn['effect']} on {worn['target']}; the widest gap to the nominal cell is that of "
               f"{widest}, {gaps[widest]:.1f} times the noise.", soft_wrap=True)
@@ -61,17 +59,28 @@ def demo(
         raise typer.Exit(1)
 
 
-def _run_worn_cell(data: Path, output: Path, out: Any) -> tuple[dict[str, float], dict[str, str]]:
-    """Gap of every column of what the worn cell records, against the nominal cell; and what it carries."""
-    recording, gap = output / "recording", output / "gap.json"
+def _calibration(name: str, command: list[str], output: Path) -> list[list[str]]:
+    """A calibration and its page."""
+    result = str(output / f"{name}.json")
+    return [["calibrate", *command, "-o", result],
+            ["report", result, "-o", str(output / f"{name}.html"), "--png", str(output / f"{name}_plots")]]
+
+
+def _worn_cell(data: Path, output: Path) -> list[list[str]]:
+    """What the worn cell records, the gap of every column against the nominal cell, and a replay."""
+    recording = output / "recording"
     if (recording / "recording.yaml").is_file():
         shutil.rmtree(recording)  # of the demo before
-    worn = data / "worn_cell.yaml"
-    _run(["record", "--cell", str(worn), "--protocol", str(data / "protocol.yaml"), "-o", str(recording), "--nominal"], out)
-    _run(["gap", "measure", str(recording), "--json", str(gap), "--png", str(output / "gap.png")], out)
-    _run(["replay", str(recording), "-o", str(output / "replay.html")], out)
-    (effect, targets), = _load(worn)["effects"].items()
-    return json.loads(gap.read_text())["columns"], {"effect": effect, "target": next(iter(targets))}
+    cell, protocol = str(data / "worn_cell.yaml"), str(data / "protocol.yaml")
+    return [["record", "--cell", cell, "--protocol", protocol, "-o", str(recording), "--nominal"],
+            ["gap", "measure", str(recording), "--json", str(output / "gap.json"), "--png", str(output / "gap.png")],
+            ["replay", str(recording), "-o", str(output / "replay.html")]]
+
+
+def _worn(data: Path) -> dict[str, str]:
+    """What the worn cell carries."""
+    (effect, targets), = _load(data / "worn_cell.yaml")["effects"].items()
+    return {"effect": effect, "target": next(iter(targets))}
 
 
 def _load(file: Path) -> Any:
@@ -81,14 +90,24 @@ def _load(file: Path) -> Any:
         common.fail(f"{file}: {error.strerror}; name the folder of the demo's data: kr5 demo CHECKOUT/share/data/demo")
 
 
-def _run(command: list[str], out: Any) -> None:
-    shown = " ".join(command) if len(command) < 12 else f"{' '.join(command[:3])} … {' '.join(command[-4:])}"
-    out.print(f"[bold]$ kr5 {shown}[/bold]", soft_wrap=True)
-    with common.working("kr5 " + " ".join(command[:2]) + " …"):
+def _run(jobs: list[list[list[str]]], out: Any) -> None:
+    """Jobs side by side, as many as there are cores; the commands of a job one after the other."""
+    with common.working("Running the commands above"), ThreadPoolExecutor(os.cpu_count()) as pool:
+        done = list(pool.map(lambda job: _run_job(job, out), jobs))
+    for failed in (d for d in done if d.returncode):
+        common.errors.print(failed.stderr, markup=False, end="")
+        raise typer.Exit(failed.returncode)
+
+
+def _run_job(commands: list[list[str]], out: Any) -> subprocess.CompletedProcess:
+    """How the last command that ran ended."""
+    for command in commands:
+        shown = " ".join(command) if len(command) < 12 else f"{' '.join(command[:3])} … {' '.join(command[-4:])}"
+        out.print(f"[bold]$ kr5 {shown}[/bold]", soft_wrap=True)
         done = subprocess.run([sys.executable, "-m", "kr5_tools", *command], capture_output=True, text=True)
-    if done.returncode:
-        common.errors.print(done.stderr, markup=False, end="")
-        raise typer.Exit(done.returncode)
+        if done.returncode:
+            break
+    return done
 
 
 def _row(name: str, value: float, std: float, true: float, unit: str) -> dict[str, Any]:
