@@ -1,4 +1,4 @@
-"""Which target a few images of a set show: those that the texts beside them speak of, then usual ones, then tags."""
+"""Which target a few images of a set show: those that the texts beside them speak of, then tags, then usual boards."""
 
 import itertools
 import re
@@ -24,22 +24,28 @@ NAMED, GUESSED = "named in a text of the folder", "its size is a guess: measure 
 
 def guess_target(text: str, keys: dict[str, Any], images: dict[Path, np.ndarray]) -> tuple[str, str]:
     """Short form of the target that most of the images show, and why it was tried."""
+    if best := _best(_named(text, keys), images):
+        return best
     family, tags = _shown(images.values())
-    for way in (_named(text, keys), _tags(text, keys, family, tags), _usual(text, keys)):  # tags before dots, which they look like
-        best, most = None, 0
-        for name, why in track(way, "Trying targets"):
-            target = kr5.parse_target(name)
-            count = sum(str(vision.find_target(image, target, QUICK).status) == "found" for image in images.values())
-            if count > most:
-                best, most = (name, why), count
-            if count == len(images):
-                break
-        if best:
-            return best
+    if best := _best(_tags(text, keys, family, tags), images) or _best(_usual(text, keys), images):  # tags look like dots
+        return best
     if any(tags):
         fail(f"tags of {family} are seen, but neither one of them nor a grid numbered row by row from 0: find their places with "
              "`kr5 calibrate map`, and name the map with --target")
     fail(f"no known target was found in {', '.join(map(str, images))}; name it with --target")
+
+
+def _best(way: list[tuple[str, str]], images: dict[Path, np.ndarray]) -> tuple[str, str] | None:
+    """The one, of targets with why they are tried, that most of the images show; None when no image shows one."""
+    best, most = None, 0
+    for name, why in track(way, "Trying targets"):
+        target = kr5.parse_target(name)
+        count = sum(str(vision.find_target(image, target, QUICK).status) == "found" for image in images.values())
+        if count > most:
+            best, most = (name, why), count
+        if count == len(images):
+            break
+    return best
 
 
 def _shown(images: Iterable[np.ndarray]) -> tuple[str, list[list[Any]]]:

@@ -94,7 +94,7 @@ def _run(jobs: list[list[list[str]]], out: Any) -> None:
     """Jobs side by side, as many as there are cores; the commands of a job one after the other."""
     with common.working("Running the commands above"), ThreadPoolExecutor(os.cpu_count()) as pool:
         done = list(pool.map(lambda job: _run_job(job, out), jobs))
-    for failed in (d for d in done if d.returncode):
+    if failed := next((d for d in done if d.returncode), None):
         common.errors.print(failed.stderr, markup=False, end="")
         raise typer.Exit(failed.returncode)
 

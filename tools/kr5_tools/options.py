@@ -10,20 +10,20 @@ import typer
 SCALARS = {"float": float, "int": int, "bool": bool, "str": str}
 
 
-def _parameter(field: dict[str, Any], flag: str) -> inspect.Parameter:
-    kind = field["type"].removesuffix(" | None")
+def _parameter(field: dict[str, Any]) -> inspect.Parameter:
+    name, kind = field["name"], field["type"].removesuffix(" | None")
     if field["choices"]:
         annotation: Any = Literal[tuple(field["choices"])]
     elif kind in SCALARS:
         annotation = SCALARS[kind]
     else:
-        raise TypeError(f"{field['name']} is of type {field['type']}, which no option can give: leave it out with skip=")
+        raise TypeError(f"{name} is of type {field['type']}, which no option can give: leave it out with skip=")
     default = field["default"]
     shown = "" if default is None or default == "" else f"  [dim](default: {str(default).lower() if kind == 'bool' else default})[/dim]"
     text = field["doc"].replace("[", r"\[") + shown
+    flag = name.replace("_", "-")
     flags = f"--{flag}/--no-{flag}" if kind == "bool" else f"--{flag}"
     option = typer.Option(flags, help=text, show_default=False, rich_help_panel="Settings")
-    name = flag.replace("-", "_")
     return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=Annotated[annotation | None, option])
 
 
@@ -37,7 +37,7 @@ def options_from(struct: type, skip: tuple[str, ...] = (), argument: str = "opti
     Flags that are not given leave the struct's own default. A command that takes several structs names the `argument` of
     each, and skips what two of them share.
     """
-    added = [_parameter(f, f["name"].replace("_", "-")) for f in struct.fields() if f["name"] not in skip]
+    added = [_parameter(f) for f in struct.fields() if f["name"] not in skip]
 
     def decorate(command: Callable) -> Callable:
         signature = inspect.signature(command, eval_str=True)
