@@ -126,7 +126,7 @@ std::pair<std::string, std::string> document(const std::string& name, const Fiel
   return {signature + ") -> None\n\nFields that are not given keep their defaults.", "\n\nFields\n------" + list};
 }
 
-void add_members(const py::object& cls, const Fields& fields, void* (*pointer)(const py::handle&), void* defaults) {
+void add_members(const py::object& cls, const Fields& fields, void* (*pointer)(const py::handle&)) {
   Members members(cls);
   const Fields* all = &fields;
   const py::handle type = cls;  // which outlives its members
@@ -158,7 +158,7 @@ void add_members(const py::object& cls, const Fields& fields, void* (*pointer)(c
       "from_dict", [type](const py::dict& dict) { return type(**dict); }, "(fields: dict) -> " + members.full(),
       "Inverse of to_dict; fields that are absent keep their defaults.");
   members.function(
-      "fields", [=] { return describe(defaults, *all); }, "() -> list",
+      "fields", [=] { return describe(pointer(type()), *all); }, "() -> list",
       "Name, type, default, doc and choices of every field.");
 }
 

@@ -57,7 +57,6 @@ std::pair<std::string, std::string> document(const std::string& name, const Fiel
 
 /// Gives a class its properties, repr, to_dict, from_dict, fields and pickling.
 /// @param pointer where the struct of an instance lies
-/// @param defaults a struct that lives as long as the class
-void add_members(const py::object& cls, const Fields& fields, void* (*pointer)(const py::handle&), void* defaults);
+void add_members(const py::object& cls, const Fields& fields, void* (*pointer)(const py::handle&));
 
 }  // namespace kr5::python

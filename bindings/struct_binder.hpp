@@ -50,7 +50,6 @@ py::enum_<E> bind_enum(py::module_& m, const char* name, const char* doc) {
 /// `Base`: a struct bound before, from which T inherits.
 template <HasFields T, class... Base>
 py::class_<T, Base...> bind_struct(py::module_& m, const char* name, const char* doc) {
-  static T defaults{};
   const Fields& fields = fields_of<T>();
   const auto [signature, list] = document(m.attr("__name__").cast<std::string>() + "." + name, fields);
   py::class_<T, Base...> cls(m, name, (doc + list).c_str());
@@ -64,8 +63,7 @@ py::class_<T, Base...> bind_struct(py::module_& m, const char* name, const char*
             }),
             signature.c_str());
   }
-  add_members(
-      cls, fields, [](const py::handle& self) -> void* { return &self.cast<T&>(); }, &defaults);
+  add_members(cls, fields, [](const py::handle& self) -> void* { return &self.cast<T&>(); });
   if constexpr (HasValidate<T>)
     cls.def(
         "validate", [](const T& self) { self.validate(); }, "Raises InvalidArgument naming the offending field.");

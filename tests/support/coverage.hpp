@@ -16,7 +16,7 @@ namespace kr5::test {
 constexpr double noise_given = 1e6;  ///< Degrees of freedom behind a covariance for which nothing was estimated [-].
 
 /// Factor for the covariance of `numbers` numbers, estimated on `dof` degrees of freedom, that makes its normal 95 %
-/// region hold the truth with 95 %.
+/// region hold the truth with 95 %. Written anew here: the library's own would forgive its own mistakes.
 inline double widening(int numbers, double dof) {
   return numbers * uncertainty::fisher_quantile(0.95, numbers, dof) / uncertainty::chi_square_quantile(0.95, numbers);
 }
