@@ -14,6 +14,9 @@ void bind_uncertainty(py::module_& m) {
   m.def("normal_factor", &normal_factor, py::arg("confidence") = 0.95,
         "Two-sided factor of a standard normal variable.");
   m.def("student_factor", &student_factor, py::arg("dof"), py::arg("confidence") = 0.95, "The same for Student's t.");
+  m.def("widening", &widening, py::arg("numbers"), py::arg("dof"),
+        "Factor for a covariance of so many numbers, estimated on dof degrees of freedom, after which its normal 95 % "
+        "region is the one of Fisher's F.");
   kr5::python::bind_struct<Interval>(m, "Interval", "An interval of a number.")
       .def("contains", &Interval::contains, py::arg("x"));
   m.def("binomial_interval", &binomial_interval, py::arg("successes"), py::arg("trials"), py::arg("confidence") = 0.95,

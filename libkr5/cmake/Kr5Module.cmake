@@ -30,7 +30,7 @@ function(kr5_compile_settings target)
   target_compile_features(${target} PUBLIC cxx_std_20)
   set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON CXX_EXTENSIONS OFF)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wconversion -Wno-sign-conversion
-    -Wno-restrict  # GCC 12 warns falsely about std::string operator+
+    $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>  # GCC 12 warns falsely about std::string operator+
     $<$<BOOL:${KR5_WARNINGS_AS_ERRORS}>:-Werror>)
 endfunction()
 

@@ -88,7 +88,8 @@ TEST_CASE("the doubt covers corners that err together when told of it, and does 
   HandEyeWorldOptions world{.views = 12, .rows = 2, .cols = 2, .square = 0.1, .sigma_pixel = 0};
   world.sigma_robot_position = world.sigma_robot_rotation = 1e-5;
   const HandEyeOptions options{.sigma_pixel = sigma, .sigma_robot_position = 1e-5, .sigma_robot_rotation = 1e-5};
-  test::Coverage told("hand-eye, corners correlated", 6), untold("hand-eye, corners correlated unawares", 6);
+  test::Coverage told("hand-eye, corners correlated", 6), untold("hand-eye, corners correlated unawares", 6),
+      estimated("hand-eye, corners correlated, noise estimated", 6);
   const int n = trials(2000);
   for (int i = 0; i < n; ++i) {
     world.seed = 70'000 + i;
@@ -103,11 +104,17 @@ TEST_CASE("the doubt covers corners that err together when told of it, and does 
     const HandEyeResult r = solve(w, options);
     REQUIRE(r.fit.usable());
     told.add(pose_difference(r.T_mount_camera, w.T_mount_camera), r.covariance);
+    const HandEyeResult alone = solve(w, {});
+    REQUIRE(alone.fit.usable());
+    estimated.add(pose_difference(alone.T_mount_camera, w.T_mount_camera), alone.covariance, alone.covariance_dof);
     untold.add(pose_difference(blind.T_mount_camera, w.T_mount_camera), blind.covariance);
   }
-  CAPTURE(told.inside(), untold.inside(), n);
+  CAPTURE(told.inside(), untold.inside(), estimated.inside(), n);
   told.check_mean();
-  CHECK(told.rate(0.999).high > 0.95);
+  for (const test::Coverage* c : {&told, &estimated}) {
+    CHECK(c->rate(0.999).high > 0.93);
+    CHECK(c->rate(0.999).low < 0.97);
+  }
   CHECK(untold.rate(0.999).high < 0.93);
 }
 

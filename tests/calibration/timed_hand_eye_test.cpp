@@ -109,34 +109,24 @@ TEST_CASE("the 95 % intervals hold the truth, for errors that last as well") {
   const int trials = test::trials(2000, 150);
   for (const double memory : {0.0, 0.5}) {
     Random random(2);
-    int offset = 0, camera = 0;
     const std::string what = memory > 0 ? ", errors that last" : "";
-    test::Coverage offsets("clock offset" + what, 1), positions("camera on the hand by two clocks" + what, 3);
+    test::Coverage offsets("clock offset" + what, 1), cameras("camera on the hand by two clocks" + what, 6),
+        worlds("world in the base by two clocks" + what, 6);
     for (int i = 0; i < trials; ++i) {
       const World w = world(random, 2e-3, 3e-3, memory);
       const auto result = calibrate_timed_hand_eye(w.hand, w.camera);
       REQUIRE(result.fit.usable());
-      const double factor = uncertainty::student_factor(9);  // at least ten blocks are left out one by one
-      const Vector6 e = pose_difference(w.X, result.T_hand_camera);
-      offset += std::abs(result.offset - w.offset) <= factor * result.offset_std;
-      camera += std::abs(e[0]) <= factor * std::sqrt(result.covariance(0, 0));
-      // Leaving out one block after another estimates a covariance on as many degrees of freedom less one; that of
-      // three numbers follows Hotelling's distribution.
-      const double duration = w.camera.t.back() - w.camera.t.front();
-      const double blocks = std::clamp(duration / (4 * result.correlation_time), 10.0, 200.0), dof = blocks - 3;
+      const double dof = result.covariance_dof;
       offsets.add(Eigen::VectorXd::Constant(1, result.offset - w.offset),
-                  test::widening(1, blocks - 1) * Eigen::MatrixXd::Constant(1, 1, std::pow(result.offset_std, 2)),
-                  blocks - 1);
-      positions.add(e.head<3>(), test::widening(3, dof) * (blocks - 1) / dof * result.covariance.topLeftCorner<3, 3>(),
-                    dof);
+                  Eigen::MatrixXd::Constant(1, 1, std::pow(result.offset_std, 2)), dof + 5);
+      cameras.add(pose_difference(w.X, result.T_hand_camera), result.covariance, dof);
+      worlds.add(pose_difference(w.Z, result.T_base_world), result.covariance_world, dof);
     }
-    CAPTURE(memory, offset, camera, trials);
-    offsets.check_mean();
-    positions.check_mean();
-    for (const int inside : {offset, camera}) {
-      const auto rate = uncertainty::binomial_interval(inside, trials, 0.99);
-      CHECK(rate.high > 0.93);
-      CHECK(rate.low < 0.995);
+    for (const test::Coverage* c : {&offsets, &cameras, &worlds}) {
+      CAPTURE(memory, c->inside(), trials);
+      c->check_mean();
+      CHECK(c->rate(0.99).high > 0.93);
+      CHECK(c->rate(0.99).low < 0.97);
     }
   }
 }

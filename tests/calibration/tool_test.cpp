@@ -55,7 +55,8 @@ TEST_CASE("the 95 % region of the tip holds the truth in 93 to 97 % of trials") 
   for (const Case& c : {Case{4, 2e-4, 5e-4}, Case{6, 2e-4, 0}, Case{12, 2e-4, 2e-3}}) {
     Random random(2);
     test::Coverage coverage("tool, " + std::to_string(c.count) + " poses", 3);
-    for (int i = 0; i < trials;) {
+    for (int tried = 0, i = 0; i < trials; ++tried) {
+      REQUIRE(tried < 2 * trials);
       const Touches t = touches(random, c.count, c.sigma_position, c.sigma_rotation);
       const ToolResult result = calibrate_tool(t.poses);
       if (!result.fit.usable()) continue;  // four random turns may bear too little on the tip, and it says so
@@ -77,12 +78,13 @@ TEST_CASE("with the noise given the region is that of the chi-square") {
   options.sigma_rotation = 1e-3;
   test::Coverage coverage("tool, noise given", 3);
   constexpr int trials = 1000;
-  for (int i = 0; i < trials;) {
+  for (int tried = 0, i = 0; i < trials; ++tried) {
+    REQUIRE(tried < 2 * trials);
     const Touches t = touches(random, 6, options.sigma_position, options.sigma_rotation);
     const ToolResult result = calibrate_tool(t.poses, options);
     if (!result.fit.usable()) continue;  // as above
     ++i;
-    REQUIRE(result.covariance_dof == test::noise_given);
+    REQUIRE(result.covariance_dof == uncertainty::noise_given);
     coverage.add(result.tip - t.tip, result.covariance);
   }
   const auto rate = coverage.rate(0.99);

@@ -11,7 +11,7 @@ using namespace kr5;
 using namespace kr5::kinematics;
 using kr5::test::random_vector;
 
-#ifndef __SANITIZE_ADDRESS__
+#ifndef KR5_SANITIZED
 extern "C" void* __libc_malloc(std::size_t size);
 static std::size_t allocations = 0;
 extern "C" void* malloc(std::size_t size) {
@@ -191,7 +191,7 @@ TEST_CASE("rows give what single samples give") {
   }
 }
 
-#ifndef __SANITIZE_ADDRESS__
+#ifndef KR5_SANITIZED
 TEST_CASE("a call allocates nothing") {
   Arm arm(13);
   Eigen::VectorXd tau(6);

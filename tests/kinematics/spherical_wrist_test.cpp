@@ -86,7 +86,7 @@ TEST_CASE("every posture of any arm with a spherical wrist is found, and each re
     REQUIRE(has_closed_form(chain));
     const VectorXd q = test::random_vector(random, 6, M_PI);
     check_all(chain, q);
-    ++met[inverse(chain, chain.flange(q)).postures.size()];
+    ++met.at(inverse(chain, chain.flange(q)).postures.size());
   }
   for (const int count : {2, 4, 8}) CHECK(met[static_cast<std::size_t>(count)] > 50);
 }
@@ -124,6 +124,16 @@ TEST_CASE("first axes that meet, are parallel, or nearly so, are no exception") 
   }
 }
 
+TEST_CASE("it does not matter where along its axis a frame of the chain lies") {
+  Random random(7);
+  const double far = 20;
+  for (const DhChain& chain : {with_wrist(turns(far, 0.2, h), turns(0, 0.6, 0), turns(0, 0.1, h)),
+                               with_wrist(turns(0.4, 0.2, h), turns(far, 0.6, 0), turns(-far, 0.1, h))}) {
+    REQUIRE(has_closed_form(chain));
+    for (int k = 0; k < 50; ++k) check_all(chain, test::random_vector(random, 6, M_PI));
+  }
+}
+
 TEST_CASE("a skew wrist with its axes in one plane is named and loses nothing") {
   for (unsigned seed = 0; seed < 200; ++seed) {
     CAPTURE(seed);
@@ -156,6 +166,9 @@ TEST_CASE("a skew arm at the edge of its work space is named, and a pose beyond 
   const InverseResult result = inverse(chain, chain.flange(q), {.near = q});
   REQUIRE(!result.postures.empty());
   CHECK(nearest(result, q) < 1e-4);  // the search above cannot tell the angles of a maximum better
+  const InverseResult near = inverse(chain, chain.flange(q), {.near = q, .singular_within = 1e-3});
+  CHECK(near.postures.size() == result.postures.size());
+  CHECK(near.postures.at(0).singularity == Singularity::Shoulder);
   Pose beyond = chain.flange(q);
   beyond.translation() += 1e-4 * (wrist(q) - Eigen::Vector3d(0, 0, 0.4)).normalized();
   CHECK(inverse(chain, beyond).status == InverseStatus::OutOfReach);

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 import kr5
 from kr5 import vision
 from kr5_tools import dataset
-from kr5_tools.dataset_target import _grid
+from kr5_tools.dataset_target import _grid, _size, _tags
 
 EXPECTED = {
     "handeye_visp_franka/eye-in-hand": ("rotation_vector", "eye_in_hand", "chessboard:6x9:0.0236"),
@@ -66,6 +66,19 @@ def test_a_board_of_tags_is_proposed_though_the_middle_image_does_not_show_it(vi
     assert abs(target.gap / target.size - 1 / 3) < 0.005
     assert "its size is a guess" in " ".join(done.output.split())
     assert len(read) == len(set(read)) == 7
+
+
+def test_a_size_with_its_unit_behind_it_is_left_and_said_to_be_guessed():
+    assert _size("", {"spacing": "30mm"}) is None
+    assert _size("tag size: 0.04 m", {"spacing": "30mm", "chessboard_dim": "nan"}) == "0.04"
+    assert _size("", {"spacing": "30mm", "chessboard_dim": "0.03"}) == "0.03"
+
+
+def test_one_wrong_tag_does_not_make_a_board_larger():
+    board = tags({i: (1.25 * (i % 4), 1.25 * (i // 4)) for i in range(20)})
+    wrong = tags({**{i: (1.25 * (i % 4), 1.25 * (i // 4)) for i in range(20)}, 587: (9, 9)})
+    (name, _), = _tags("", {}, "36h11", [board, wrong, board])
+    assert name == "grid:36h11:5x4:0.05:0.0125"
 
 
 def test_a_set_without_a_known_target_is_refused(run_kr5, views):

@@ -142,6 +142,10 @@ def test_text_from_the_file_cannot_become_markup(tmp_path):
     ('{"format": "kr5-camera/1", "verdict": {"word": "fine", "text": ""}}', "verdict.word"),
     ('{"format": "kr5-detection/1", "found": [{"view": "a", "what": "tag", "ids": [1], "sigma": [], "pixels": [[1], []]}]}',
      "found[0].pixels"),
+    ('{"format": "kr5-detection/1", "found": [{"view": "a", "what": "tag", "ids": [1], "sigma": ["x"], "pixels": [[1], [2]]}]}',
+     "no sound result file"),
+    ('{"format": "kr5-detection/1", "found": [{"view": "a", "what": "t", "ids": [1], "sigma": [1], "pixels": [[1], [2]], "pose": {"x": 1}}]}',
+     "no sound result file"),
     ('{"format": "kr5-detection/1", "not_found": [{"view": "a"}]}', "not_found[0].message"),
 ])
 def test_a_bad_result_file_is_refused_and_the_old_page_kept(tmp_path, content, complaint):

@@ -13,18 +13,19 @@
 
 namespace kr5::test {
 
-constexpr double noise_given = 1e6;  ///< Degrees of freedom behind a covariance for which nothing was estimated [-].
+using uncertainty::noise_given;
 
-/// Factor for the covariance of `numbers` numbers, estimated on `dof` degrees of freedom, that makes its normal 95 %
-/// region hold the truth with 95 %. Written anew here: the library's own would forgive its own mistakes.
-inline double widening(int numbers, double dof) {
-  return numbers * uncertainty::fisher_quantile(0.95, numbers, dof) / uncertainty::chi_square_quantile(0.95, numbers);
-}
-
-/// How well stated covariances of `numbers` numbers agree with the errors that were made, trial by trial.
+/// How well stated covariances of `numbers` numbers agree with the errors that were made, trial by trial. In the end
+/// appends its counts to the table that tools/bench/coverage.py shows.
 class Coverage {
  public:
   Coverage(std::string what, int numbers) : what_(std::move(what)), numbers_(numbers) {}
+
+  ~Coverage() {
+    if (const char* file = std::getenv("KR5_COVERAGE"))
+      std::ofstream(file, std::ios::app) << what_ << ',' << inside_ << ',' << trials_ << ',' << mean() << '\n';
+  }
+  Coverage(const Coverage&) = delete;
 
   /// The covariance is widened for the `dof` degrees of freedom behind it.
   void add(const Eigen::VectorXd& error, const Eigen::MatrixXd& covariance, double dof = noise_given) {
@@ -40,22 +41,22 @@ class Coverage {
   }
 
   /// Checks the mean squared distance, which a covariance too small makes large and one too large makes small: their
-  /// sum is a chi-square variable, too. Appends the counts to the table that tools/bench/coverage.py shows.
+  /// sum is a chi-square variable, too.
   void check_mean() const {
     const double freedom = static_cast<double>(numbers_) * trials_, below = uncertainty::chi_square_cdf(sum_, freedom);
-    INFO(what_ << ": mean squared distance " << sum_ / freedom << " of the stated one, " << inside_ << " of " << trials_
+    INFO(what_ << ": mean squared distance " << mean() << " of the stated one, " << inside_ << " of " << trials_
                << " in the 95 % region");
     CHECK(below > 5e-7);
     CHECK(below < 1 - 5e-7);
-    if (const char* file = std::getenv("KR5_COVERAGE"))
-      std::ofstream(file, std::ios::app) << what_ << ',' << inside_ << ',' << trials_ << ',' << sum_ / freedom << '\n';
   }
 
  private:
+  double mean() const { return sum_ / (static_cast<double>(numbers_) * trials_); }
+
   /// The chi-square value as probable as a squared distance that follows Fisher's F, for the noise was estimated.
   double as_chi_square(double squared, double dof) const {
     if (dof >= noise_given) return squared;
-    const double f = squared * widening(numbers_, dof) / numbers_;
+    const double f = squared * uncertainty::widening(numbers_, dof) / numbers_;
     return uncertainty::chi_square_quantile(std::min(uncertainty::fisher_cdf(f, numbers_, dof), 1 - 1e-12), numbers_);
   }
 

@@ -10,8 +10,8 @@ inline bool full() { return std::getenv("KR5_FULL") != nullptr; }
 /// Trials that a rate is counted on: `all` in a full run, `part` in a short one, and an eighth of that under
 /// sanitizers, which watch what the code does and learn nothing from doing it more often.
 inline int trials(int all, int part) {
-#ifdef __SANITIZE_ADDRESS__
-  part = std::max(part / 8, 2);
+#ifdef KR5_SANITIZED
+  part = std::max(part / 8, 1);
 #endif
   return full() ? all : part;
 }

@@ -17,6 +17,14 @@ TEST_CASE("factors of the confidence ellipsoid agree with the book's table") {
   CHECK(chi_square_cdf(chi_square_quantile(0.37, 5), 5) == Approx(0.37));
 }
 
+TEST_CASE("the widening of an estimated covariance agrees with the tables of Fisher's F and of chi-square") {
+  CHECK(widening(1, 9) == Approx(2.262 * 2.262 / 3.841).epsilon(1e-3));  // Student's t, squared
+  CHECK(widening(3, 8) == Approx(3 * 4.066 / 7.815).epsilon(1e-3));
+  CHECK(widening(6, 4) == Approx(6 * 6.163 / 12.592).epsilon(1e-3));
+  CHECK(widening(6, noise_given) == Approx(1).epsilon(1e-4));
+  CHECK_THROWS_AS(widening(6, 0), InvalidArgument);
+}
+
 TEST_CASE("binomial interval is exact at its ends") {
   CHECK(binomial_interval(0, 10).low == 0.0);
   CHECK(binomial_interval(0, 10).high == Approx(1 - std::pow(0.025, 0.1)));

@@ -54,6 +54,7 @@ class Row:
 def gap(recording: Any, cell: Any) -> float:
     """RMS over the columns of the part to check."""
     found = kr5.gap.measure(recording, identify.SIMULATOR, cell)
+    assert not found.refused, found.refused  # a column left out would make the figure better
     return float(np.sqrt(np.mean([c.gap**2 for c in found.columns if str(c.split) == "check"])))
 
 

@@ -38,11 +38,12 @@ def hand_eye(
     Exit code: 0 when the result is good or doubtful, 1 when it is unusable, 2 when there is none or the input is wrong.
     """
     options.validate()
+    judging.min_rotation = min(judging.min_rotation, options.min_rotation)  # what is enough to calibrate is enough to judge
     judging.validate()
     data = read(folder, dataset)
     data.mount = options.mount = mount or data.mount
     wanted = target_of(target or data.target, dataset or folder / "dataset.yaml")
-    seen = find_in_images(data.images, wanted, least=3)
+    seen = find_in_images(data.images, wanted, least=3, points=4)
     lens, note = camera_of(str(camera) if camera else data.camera, seen)
     keys, fit = solve(data, seen, lens, options, judging)
     keys["input"] = {"folder": str(folder), "images": len(data.images), "without_target": seen.lost, "camera": note,
@@ -80,10 +81,11 @@ def camera_of(text: str, seen: Sightings) -> tuple[Any, str]:
         return kr5.Pinhole.from_dict(values), "values of the data set"
     if text:
         return load_camera(text, seen.size), text
-    if min(view.pixels.shape[1] for view in seen.views) < 6:
+    views = [view for view in seen.views if view.pixels.shape[1] >= 6]
+    if not views:
         fail("camera: none is given, and views of fewer than 6 points cannot calibrate one; name a camera file with --camera")
     with working("Calibrating the camera"):
-        found = vision.calibrate_camera(seen.views, *seen.size)
+        found = vision.calibrate_camera(views, *seen.size, vision.CameraOptions(correlation=max(seen.correlation)))
     if not found.fit.usable:
         fail(f"camera: none is given, and these images do not determine one: {found.fit.message}; name one with --camera")
     return found.camera, "calibrated from the same images"

@@ -1,6 +1,7 @@
 """Which target a few images of a set show: those that the texts beside them speak of, then tags, then usual boards."""
 
 import itertools
+import math
 import re
 from collections import Counter
 from collections.abc import Iterable
@@ -59,8 +60,20 @@ def _shown(images: Iterable[np.ndarray]) -> tuple[str, list[list[Any]]]:
 
 def _size(text: str, keys: dict[str, Any]) -> str | None:
     """The size [m] that the texts speak of."""
-    spoken = re.findall(r"size[^\d]*([\d.]+)\s*m\b", text) or [None]
-    return keys.get("spacing") or keys.get("chessboard_dim") or spoken[0]
+    spoken = re.findall(r"size[^\d]*([\d.]+)\s*m\b", text)
+    for value in (keys.get("spacing"), keys.get("chessboard_dim"), *spoken[:1]):
+        if (number := _number(value)) > 0:
+            return f"{number:g}"
+    return None
+
+
+def _number(value: Any) -> float:
+    """0 for what is no finite number."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        return 0.0
+    return number if math.isfinite(number) else 0.0
 
 
 def _named(text: str, keys: dict[str, Any]) -> list[tuple[str, str]]:
@@ -70,7 +83,7 @@ def _named(text: str, keys: dict[str, Any]) -> list[tuple[str, str]]:
     if not size:
         return []
     if rows and cols and "aruco_marker_dim" in keys:
-        family = OPENCV_DICTIONARIES.get(int(keys.get("dictionary", 10)), "aruco_6x6_250")
+        family = OPENCV_DICTIONARIES.get(int(_number(keys.get("dictionary", 10))), "aruco_6x6_250")
         out.append((f"charuco:{family}:{rows}x{cols}:{size}:{keys['aruco_marker_dim']}", NAMED))
     elif rows and cols:
         out += [(f"{kind}:{rows}x{cols}:{size}", NAMED) for kind in ("circles", "chessboard")]
@@ -92,12 +105,14 @@ def _usual(text: str, keys: dict[str, Any]) -> list[tuple[str, str]]:
 
 def _tags(text: str, keys: dict[str, Any], family: str, shown: list[list[Any]]) -> list[tuple[str, str]]:
     """The one tag, or the board of tags, that the images show, with why."""
-    ids = {tag.id for tags in shown for tag in tags}
+    counts = Counter(tag.id for tags in shown for tag in tags)
+    often = max(counts.values(), default=0)
+    ids = {i for i, n in counts.items() if 2 * n > often}  # a wrong tag is seen now and then
     named = _size(text, keys)
     size, how = float(named or 0.05), f"size {NAMED}" if named else GUESSED
     if len(ids) == 1:
         return [(f"tag:{family}:{min(ids)}:{size:g}", f"one tag of {family} seen; {how}")]
-    if grid := _grid(max(shown, key=len)):
+    if grid := _grid([tag for tag in max(shown, key=len) if tag.id in ids]):
         cols, gap = grid
         name = f"grid:{family}:{max(ids) // cols + 1}x{cols}:{size:g}:{gap * size:.3g}"
         return [(name, f"{len(ids)} tags of {family} seen in rows of {cols}, with gaps of {gap:.3f} sides; {how}")]

@@ -38,6 +38,8 @@ def demo(
     target = _load(data / "dataset.yaml")["target"]
     output.mkdir(parents=True, exist_ok=True)
     out = common.console(json_file)
+    if (output / "replay.html").is_file():  # of the demo before
+        shutil.rmtree(output / "recording", ignore_errors=True)
     images = sorted(str(p) for p in (data / "images").glob("*.png"))
     _run([_calibration("camera", ["camera", *images, "--target", target], output),
           _calibration("hand_eye", ["hand-eye", str(data)], output), _worn_cell(data, output)], out)
@@ -69,8 +71,6 @@ def _calibration(name: str, command: list[str], output: Path) -> list[list[str]]
 def _worn_cell(data: Path, output: Path) -> list[list[str]]:
     """What the worn cell records, the gap of every column against the nominal cell, and a replay."""
     recording = output / "recording"
-    if (recording / "recording.yaml").is_file():
-        shutil.rmtree(recording)  # of the demo before
     cell, protocol = str(data / "worn_cell.yaml"), str(data / "protocol.yaml")
     return [["record", "--cell", cell, "--protocol", protocol, "-o", str(recording), "--nominal"],
             ["gap", "measure", str(recording), "--json", str(output / "gap.json"), "--png", str(output / "gap.png")],
@@ -92,11 +92,13 @@ def _load(file: Path) -> Any:
 
 def _run(jobs: list[list[list[str]]], out: Any) -> None:
     """Jobs side by side, as many as there are cores; the commands of a job one after the other."""
-    with common.working("Running the commands above"), ThreadPoolExecutor(os.cpu_count()) as pool:
+    with common.working("Running these commands"), ThreadPoolExecutor(os.cpu_count()) as pool:
         done = list(pool.map(lambda job: _run_job(job, out), jobs))
-    if failed := next((d for d in done if d.returncode), None):
-        common.errors.print(failed.stderr, markup=False, end="")
-        raise typer.Exit(failed.returncode)
+    failed = [d for d in done if d.returncode]
+    for job in failed:
+        common.errors.print(job.stderr, markup=False, end="")
+    if failed:
+        raise typer.Exit(failed[0].returncode)
 
 
 def _run_job(commands: list[list[str]], out: Any) -> subprocess.CompletedProcess:

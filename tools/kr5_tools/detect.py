@@ -82,9 +82,11 @@ def _of_view(items: list[dict[str, Any]]) -> dict[str, Any]:
             "rms_px": float(np.sqrt(np.mean(np.square(rms)))) if rms else None}
 
 
-def _pose(points: Any, pixels: Any, ids: Any, lens: Any, correlation: float) -> dict[str, Any]:
+def _pose(points: Any, pixels: Any, ids: Any, lens: Any, sigma: Any, correlation: float) -> dict[str, Any]:
     view = kr5.View(points=points, pixels=pixels, ids=ids)
-    pose = vision.estimate_target_pose(view, lens, vision.TargetPoseOptions(correlation=correlation))
+    # Four corners hardly tell of themselves how far they are off; their detection does.
+    known = float(np.sqrt(np.mean(np.square(sigma)))) if len(ids) < 6 else 0.0
+    pose = vision.estimate_target_pose(view, lens, vision.TargetPoseOptions(sigma_pixel=known, correlation=correlation))
     if not pose.fit.usable:
         return {"pose_message": pose.fit.message}
     return {"pose": pose.to_dict(), "rms_px": pose.rms_px}
@@ -98,7 +100,7 @@ def _in_target(image: Any, target: Any, lens: Any, options: Any) -> tuple[list, 
     item = {"what": str(target.kind), "message": seen.message, "points": view.points, "pixels": view.pixels, "ids": view.ids,
             "sigma": seen.sigma, "size": target.size or max(m.size for m in target.map)}
     if lens:
-        item |= _pose(view.points, view.pixels, view.ids, lens, seen.correlation)
+        item |= _pose(view.points, view.pixels, view.ids, lens, seen.sigma, seen.correlation)
     return [item], None
 
 
@@ -111,7 +113,7 @@ def _in_family(image: Any, families: list[str], size: float | None, lens: Any, o
         item = {"what": tag.family, "id": tag.id, "points": points, "pixels": tag.corners, "ids": [4 * tag.id + k for k in range(4)],
                 "sigma": tag.sigma, "hamming": tag.hamming, "margin": tag.margin, "size": size}
         if lens and size:
-            item |= _pose(points, tag.corners, item["ids"], lens, tag.correlation)
+            item |= _pose(points, tag.corners, item["ids"], lens, tag.sigma, tag.correlation)
         items.append(item)
     return items, None if items else {"status": "not_found", "message": f"no marker of {', '.join(families)} is seen"}
 

@@ -64,16 +64,15 @@ def write_report(data: dict[str, Any], source: Path, output: Path, png: Path | N
     from . import plots
 
     check(data, source)
-    with common.working("Drawing the plots …"):
-        try:
-            drawn = plots.plots_of(data)
-        except (TypeError, ValueError, KeyError, AttributeError, IndexError) as error:
-            common.fail(f"{source}: is no sound result file ({type(error).__name__}: {error}); write it anew with its kr5 command")
+    drawn: list[Any] = []
     try:
-        with plt.rc_context(plots.STYLE):
+        with common.working("Drawing the plots …"), plt.rc_context(plots.STYLE):
+            drawn = plots.plots_of(data)
             page = make_page(data, source, drawn)
             common.write_text(page, output)
             return write_png(drawn, png) if png else []
+    except (TypeError, ValueError, KeyError, AttributeError, IndexError) as error:
+        common.fail(f"{source}: is no sound result file ({type(error).__name__}: {error}); write it anew with its kr5 command")
     finally:
         for plot in drawn:
             plt.close(plot.figure)

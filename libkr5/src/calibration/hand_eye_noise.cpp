@@ -7,8 +7,7 @@
 #include <Eigen/Dense>
 
 #include <kr5/core/linear.hpp>
-
-#include "widening.hpp"
+#include <kr5/uncertainty/confidence.hpp>
 
 namespace kr5::calibration::hand_eye {
 namespace {
@@ -184,7 +183,7 @@ void estimate_variances(std::span<const WeightedView> views, Variances& v, int m
 WidenedCovariance widened_covariance(std::span<const WeightedView> views, const Variances& v, int first) {
   const Moments m = moments(views, v);
   const Matrix12& C = m.estimate.covariance;
-  WidenedCovariance out{C.block<6, 6>(first, first), noise_given};
+  WidenedCovariance out{C.block<6, 6>(first, first), uncertainty::noise_given};
   if (!v.free[0] && !v.free[1] && !v.free[2]) return out;
   const Eigen::Matrix3d W = variance_covariance(m, v);
   const Matrix12 bias = spread_of_variances(views, v, m, W);
@@ -204,9 +203,10 @@ WidenedCovariance widened_covariance(std::span<const WeightedView> views, const 
   const double mean = 1 / (1 - std::min(A2 / n, 0.9));
   const double variance = 2 / n * (1 + c1 * B) / (std::pow(1 - std::min(c2 * B, 0.9), 2) * (1 - std::min(c3 * B, 0.9)));
   const double ratio = variance / (2 * mean * mean);
-  out.dof = n * ratio > 1 ? std::clamp(4 + (n + 2) / (n * ratio - 1), 3.0, noise_given) : noise_given;
+  out.dof = n * ratio > 1 ? std::clamp(4 + (n + 2) / (n * ratio - 1), 3.0, uncertainty::noise_given)
+                          : uncertainty::noise_given;
   const double scale = out.dof / (mean * (out.dof - 2));
-  out.covariance = (C + 2 * C * bias * C).block<6, 6>(first, first) * (widening(n, out.dof) / scale);
+  out.covariance = (C + 2 * C * bias * C).block<6, 6>(first, first) * (uncertainty::widening(n, out.dof) / scale);
   return out;
 }
 

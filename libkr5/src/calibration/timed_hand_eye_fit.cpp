@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include <Eigen/Dense>
 
 #include <kr5/core/statistics.hpp>
+#include <kr5/uncertainty/confidence.hpp>
 
 #include "hand_eye_evidence.hpp"
 #include "hand_eye_of_poses.hpp"
@@ -78,64 +80,106 @@ void apply(const Vector13& step, Estimate& estimate) {
   estimate.offset += std::clamp(step[12], -0.05, 0.05);  // further the interpolation is not linear
 }
 
-/// How long errors last: the longest integral of the six whitened errors' autocorrelation.
-double correlation_time(const std::vector<Row>& rows, const Matrix6& S) {
-  const Matrix6 L = S.llt().matrixL();
-  const auto n = static_cast<Eigen::Index>(rows.size());
-  Eigen::Matrix<double, 6, Eigen::Dynamic> white(6, n);
-  for (Eigen::Index k = 0; k < n; ++k) {
-    const Row& row = rows[static_cast<std::size_t>(k)];
-    white.col(k) = std::sqrt(row.weight) * L.triangularView<Eigen::Lower>().solve(row.e);
-  }
-  const double period = (rows.back().t - rows.front().t) / static_cast<double>(n - 1);
-  double longest = 1.0;
-  for (int i = 0; i < 6; ++i) {
-    const double power = white.row(i).squaredNorm();
-    double sum = 1.0;
-    for (Eigen::Index lag = 1; lag < n / 4; ++lag) {
-      const double r = white.row(i).head(n - lag).dot(white.row(i).tail(n - lag)) / power;
-      if (r < 0.05) break;
-      sum += 2 * r;
-    }
-    longest = std::max(longest, sum);
-  }
-  return longest * period;
+/// The errors as the fit weighs them, as six series of unit power that have nothing in common at one time.
+struct Series {
+  Eigen::Matrix<double, 6, Eigen::Dynamic> z;
+  Matrix6 L;              ///< weight e = L z
+  std::vector<int> slot;  ///< Of each column, in periods from the first; gaps in the stream are jumps.
+  double period = 0.0;    ///< [s]
+};
+
+Series series_of(const std::vector<Row>& rows) {
+  Series out;
+  out.z.resize(6, static_cast<Eigen::Index>(rows.size()));
+  for (std::size_t k = 0; k < rows.size(); ++k) out.z.col(static_cast<Eigen::Index>(k)) = rows[k].weight * rows[k].e;
+  const Matrix6 power = out.z * out.z.transpose() / static_cast<double>(rows.size());
+  out.L = power.llt().matrixL();
+  out.L.triangularView<Eigen::Lower>().solveInPlace(out.z);
+  std::vector<double> steps;
+  for (std::size_t k = 1; k < rows.size(); ++k) steps.push_back(rows[k].t - rows[k - 1].t);
+  out.period = std::max(median(steps), 1e-9);
+  for (const Row& row : rows) out.slot.push_back(static_cast<int>(std::lround((row.t - rows.front().t) / out.period)));
+  return out;
 }
 
-/// Part of the variance of a sum of errors that sums over blocks of `length` show: the rest lies in what neighbouring
-/// blocks have in common, as it is for errors that fade exponentially.
-double seen_by_blocks(double correlation_time, double sample, double length) {
-  // Of independent samples the correlation time is the time from one to the next, and there is no memory.
-  const double memory = 0.5 * (correlation_time - sample * sample / correlation_time);
-  return 1 - memory / length * (1 - std::exp(-length / memory));
+/// Mean product of what is so many periods apart in one of the series.
+double autocorrelation(const Series& series, int component, int lag) {
+  double sum = 0.0;
+  int pairs = 0;
+  for (std::size_t i = 0, j = 0; j < series.slot.size(); ++j) {
+    while (series.slot[j] - series.slot[i] > lag) ++i;
+    if (series.slot[j] - series.slot[i] != lag) continue;
+    sum += series.z(component, static_cast<Eigen::Index>(i)) * series.z(component, static_cast<Eigen::Index>(j));
+    ++pairs;
+  }
+  return pairs > 0 ? sum / pairs : 0.0;
 }
 
-/// Covariance from leaving out one block of time after another, each by one Newton step of the t-distributed fit.
-Matrix13 block_jackknife(const std::vector<Row>& rows, const Matrix6& S, double tail, double correlation_time) {
+/// How one of the series fades: its autocorrelation from one period on, as long as it can be told from none.
+std::vector<double> fading(const Series& series, int component) {
+  std::vector<double> out;
+  for (int lag = 1; lag < series.slot.back() / 4; ++lag) {
+    out.push_back(autocorrelation(series, component, lag));
+    if (out.back() < 0.05) break;
+  }
+  if (!out.empty()) out.pop_back();
+  return out;
+}
+
+/// Sum of h_s h_t' r(s - t), for vectors h (columns) whose errors fade like r.
+Matrix13 sum_of_pairs(const Eigen::Matrix<double, unknowns, Eigen::Dynamic>& h, const std::vector<int>& slot,
+                      const std::vector<double>& fade) {
+  Matrix13 sum = h * h.transpose();
+  for (std::size_t i = 0; i < slot.size(); ++i) {
+    Vector13 later = Vector13::Zero();
+    for (std::size_t j = i + 1; j < slot.size() && slot[j] - slot[i] <= static_cast<int>(fade.size()); ++j)
+      if (slot[j] > slot[i])
+        later += fade[static_cast<std::size_t>(slot[j] - slot[i] - 1)] * h.col(static_cast<Eigen::Index>(j));
+    const Matrix13 pairs = h.col(static_cast<Eigen::Index>(i)) * later.transpose();
+    sum += pairs + pairs.transpose();
+  }
+  return sum;
+}
+
+struct Doubt {
+  Matrix13 covariance;
+  double correlation_time = 0.0;  ///< [s]
+  double independent = 0.0;       ///< Camera poses that would tell as much of the scatter if errors did not last.
+};
+
+/// Covariance of the t-distributed fit from how its errors scatter and how they fade (the sandwich of M-estimation,
+/// with the pairs of rows that err together; Newey and West 1987, but with the fading as it is seen).
+Doubt doubt(const std::vector<Row>& rows, const Matrix6& S, double tail) {
   const Matrix6 W = S.inverse();
-  const double start = rows.front().t, span = rows.back().t - start + 1e-9;
-  const auto count = static_cast<std::size_t>(std::clamp(span / (4 * correlation_time), 10.0, 200.0));
-  std::vector<Matrix13> A(count, Matrix13::Zero());
-  std::vector<Vector13> g(count, Vector13::Zero());
-  Matrix13 total = Matrix13::Zero();
+  const Series series = series_of(rows);
+  Matrix13 curvature = Matrix13::Zero(), scatter = Matrix13::Zero();
   for (const Row& row : rows) {
-    const auto b = static_cast<std::size_t>((row.t - start) / span * static_cast<double>(count));
     const Vector13 score = row.weight * row.J.transpose() * W * row.e;
-    const Matrix13 curvature = row.weight * row.J.transpose() * W * row.J - 2 / (tail + 6) * score * score.transpose();
-    g[b] += score;
-    A[b] += curvature;
-    total += curvature;
+    curvature += row.weight * row.J.transpose() * W * row.J - 2 / (tail + 6) * score * score.transpose();
   }
-  Matrix13 C = Matrix13::Zero();
-  double filled = 0;
-  for (std::size_t b = 0; b < count; ++b) {
-    if (A[b].isZero()) continue;
-    const Vector13 change = (total - A[b]).ldlt().solve(g[b]);
-    C += change * change.transpose();
-    filled += 1;
+  double longest = 1.0, squares = 1.0, numbers = 0.0;  // [periods]; in all
+  const double slots = series.slot.back() + 1;
+  for (int i = 0; i < 6; ++i) {
+    const std::vector<double> fade = fading(series, i);
+    const double lasts = 1 + 2 * std::accumulate(fade.begin(), fade.end(), 0.0);
+    longest = std::max(longest, lasts);
+    squares = std::max(squares, 1 + 2 * std::inner_product(fade.begin(), fade.end(), fade.begin(), 0.0));
+    numbers += slots / lasts;
+    Eigen::Matrix<double, unknowns, Eigen::Dynamic> h(unknowns, series.z.cols());
+    for (std::size_t k = 0; k < rows.size(); ++k)
+      h.col(static_cast<Eigen::Index>(k)) = rows[k].J.transpose() * (W * series.L.col(i));
+    scatter += sum_of_pairs(h, series.slot, fade);
   }
-  const double seen = seen_by_blocks(correlation_time, span / static_cast<double>(rows.size()), span / filled);
-  return (filled - 1) / filled / seen * C;
+  const Matrix13 inverse = curvature.ldlt().solve(Matrix13::Identity());
+  const double fitted = numbers / std::max(numbers - unknowns, 1.0);  // the fit took as many numbers off the errors
+  return {fitted * inverse * scatter * inverse.transpose(), longest * series.period, slots / squares};
+}
+
+/// The factor after which the normal 95 % region of `numbers` numbers, whose covariance was estimated on so many
+/// independent errors, is Hotelling's.
+double hotelling(double numbers, double independent) {
+  const double dof = std::max(independent - numbers, 1.0);
+  return std::max(independent - 1, 1.0) / dof * uncertainty::widening(numbers, dof);
 }
 
 void fill(const std::vector<Row>& rows, const Matrix6& S, const Estimate& estimate, const TimedHandEyeOptions& options,
@@ -143,11 +187,13 @@ void fill(const std::vector<Row>& rows, const Matrix6& S, const Estimate& estima
   result.offset = estimate.offset;
   result.T_hand_camera = estimate.X;
   result.T_base_world = estimate.Z;
-  result.correlation_time = correlation_time(rows, S);
-  const Matrix13 C = block_jackknife(rows, S, options.tail, result.correlation_time);
-  result.covariance = C.topLeftCorner<6, 6>();
-  result.covariance_world = C.block<6, 6>(6, 6);
-  result.offset_std = std::sqrt(C(12, 12));
+  const Doubt found = doubt(rows, S, options.tail);
+  const Matrix13& C = found.covariance;
+  result.correlation_time = found.correlation_time;
+  result.covariance = hotelling(6, found.independent) * C.topLeftCorner<6, 6>();
+  result.covariance_world = hotelling(6, found.independent) * C.block<6, 6>(6, 6);
+  result.covariance_dof = std::max(found.independent - 6, 1.0);
+  result.offset_std = std::sqrt(hotelling(1, found.independent) * C(12, 12));
   result.sigma_position = std::sqrt(S.topLeftCorner<3, 3>().trace() / 3);
   result.sigma_rotation = std::sqrt(S.bottomRightCorner<3, 3>().trace() / 3);
   result.used = static_cast<int>(rows.size());

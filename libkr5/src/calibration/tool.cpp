@@ -12,8 +12,6 @@
 #include <kr5/core/linear.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 
-#include "widening.hpp"
-
 namespace kr5::calibration {
 namespace {
 
@@ -213,8 +211,9 @@ void fill(std::span<const Pose> poses, const Fit& fit, const ToolOptions& option
   const Noise noise = noise_of(fit, options);
   result.tip = fit.x.head<3>();
   result.point = fit.x.tail<3>();
-  result.covariance_dof = noise.given ? noise_given : fit.dof;
-  result.covariance = widening(3, result.covariance_dof) * noise.variance * fit.cofactor.topLeftCorner<3, 3>();
+  result.covariance_dof = noise.given ? uncertainty::noise_given : fit.dof;
+  result.covariance =
+      uncertainty::widening(3, result.covariance_dof) * noise.variance * fit.cofactor.topLeftCorner<3, 3>();
   result.sigma_position = std::sqrt(noise.variance);
   result.sigma_rotation = std::sqrt(noise.variance * fit.ratio);
   result.fit.final_rms = noise.variance > 0 ? std::sqrt(fit.cost / fit.dof / noise.variance) : 0.0;

@@ -39,6 +39,12 @@ ColumnGap column_gap(const Data& data, const Block& block, const Eigen::VectorXd
   return out;
 }
 
+std::string in_one(const std::vector<std::string>& reasons) {
+  std::string text;
+  for (const std::string& reason : reasons) text += (text.empty() ? "" : "; ") + reason;
+  return text;
+}
+
 }  // namespace
 
 Measure measure(const cell::Recording& recording, const cell::Cell& cell, const cell::Simulator& simulator) {
@@ -61,7 +67,7 @@ Measure measure(const cell::Recording& recording, const cell::Cell& cell, const 
       sum += out.columns.back().gap * out.columns.back().gap;
     }
   }
-  if (out.columns.empty() && !out.refused.empty()) throw InvalidArgument(out.refused.front());
+  if (out.columns.empty() && !out.refused.empty()) throw InvalidArgument(in_one(out.refused));
   if (!out.columns.empty()) out.gap = std::sqrt(sum / static_cast<double>(out.columns.size()));
   return out;
 }

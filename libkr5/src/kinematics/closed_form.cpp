@@ -195,7 +195,7 @@ class Solver {
     posture.singularity = at;
     const auto same = [&](const Posture& other) {
       const auto apart = [](double d) { return std::abs(std::remainder(d, 2 * std::numbers::pi)); };
-      return (posture.q - other.q).unaryExpr(apart).maxCoeff() < within_;
+      return (posture.q - other.q).unaryExpr(apart).maxCoeff() < 1e-6;
     };
     if (std::none_of(out_.begin(), out_.end(), same)) out_.push_back(std::move(posture));
   }

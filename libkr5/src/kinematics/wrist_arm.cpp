@@ -18,6 +18,8 @@ Vector3d nearest_on(const Axis& b, const Axis& a) {
   return b.point + a.way.cross(d).dot(across) / -across.squaredNorm() * b.way;
 }
 
+Vector3d foot(const Axis& axis, const Vector3d& p) { return axis.point + axis.way.dot(p - axis.point) * axis.way; }
+
 double distance(const Axis& axis, const Vector3d& p) { return axis.way.cross(p - axis.point).norm(); }
 
 /// The first three joints place the wrist centre in three directions, in one posture at least.
@@ -52,8 +54,13 @@ std::optional<WristArm> wrist_arm(const DhChain& chain) {
   for (const std::size_t i : {3, 4})
     if (arm.axes[i].way.cross(arm.axes[i + 1].way).norm() < 1e-3) return {};
   arm.wrist = nearest_on(arm.axes[4], arm.axes[3]);
-  arm.size = (arm.axes[1].point - arm.axes[0].point).norm() + (arm.axes[2].point - arm.axes[1].point).norm() +
-             (arm.wrist - arm.axes[2].point).norm();
+  Vector3d from = arm.wrist;  // its path to axis 1 is the same wherever along the axes the frames of the chain lie
+  arm.size = 0;
+  for (const std::size_t i : {2, 1, 0}) {
+    arm.axes[i].point = foot(arm.axes[i], from);
+    arm.size += (from - arm.axes[i].point).norm();
+    from = arm.axes[i].point;
+  }
   if (!(arm.size > 0)) return {};
   for (Axis& axis : arm.axes) axis.point /= arm.size;
   arm.wrist /= arm.size;

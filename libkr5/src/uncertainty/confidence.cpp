@@ -49,6 +49,10 @@ double fisher_quantile(double p, double dof1, double dof2) {
   return boost::math::quantile(boost::math::fisher_f(dof1, dof2), p);
 }
 
+double widening(double numbers, double dof) {
+  return numbers * fisher_quantile(0.95, numbers, dof) / chi_square_quantile(0.95, numbers);
+}
+
 double fisher_cdf(double x, double dof1, double dof2) {
   require(dof1 > 0 && dof2 > 0, "dof1 and dof2 must be positive");
   return x <= 0 ? 0.0 : boost::math::cdf(boost::math::fisher_f(dof1, dof2), x);

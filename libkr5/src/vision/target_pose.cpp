@@ -9,6 +9,7 @@
 
 #include <kr5/core/error.hpp>
 #include <kr5/geometry/resection.hpp>
+#include <kr5/uncertainty/confidence.hpp>
 
 namespace kr5::vision {
 namespace {
@@ -53,7 +54,9 @@ TargetPose estimate_target_pose(const View& view, const Pinhole& camera, const T
   pose.sigma_pixel = options.sigma_pixel > 0 ? options.sigma_pixel : std::sqrt(best.cost / dof);
   const Eigen::LDLT<Matrix6> information(best.information);
   if (!(information.rcond() > 1e-14)) return degenerate("the points do not determine the pose");
-  pose.covariance = options.correlation * pose.sigma_pixel * pose.sigma_pixel * information.solve(Matrix6::Identity());
+  pose.covariance_dof = options.sigma_pixel > 0 ? uncertainty::noise_given : dof;
+  const double variance = options.correlation * pose.sigma_pixel * pose.sigma_pixel;
+  pose.covariance = uncertainty::widening(6, pose.covariance_dof) * variance * information.solve(Matrix6::Identity());
   pose.covariance = (0.5 * (pose.covariance + pose.covariance.transpose())).eval();
   if (found.size() > 1) {
     pose.T_camera_target_second = found[1].T_camera_points;

@@ -77,6 +77,7 @@ struct TimedHandEyeResult {
   Pose T_base_world = Pose::Identity();
   Matrix6 covariance = Matrix6::Zero();        ///< [m, rad]
   Matrix6 covariance_world = Matrix6::Zero();  ///< [m, rad]
+  double covariance_dof = 0.0;                 ///< [-]
   double sigma_position = 0.0;                 ///< [m]
   double sigma_rotation = 0.0;                 ///< [rad]
   double correlation_time = 0.0;               ///< [s]
@@ -95,6 +96,8 @@ struct TimedHandEyeResult {
     visit("T_base_world", self.T_base_world, "Pose of the camera's world (the target) in the base.");
     visit("covariance", self.covariance, "Of T_hand_camera, right perturbation [m, rad].");
     visit("covariance_world", self.covariance_world, "Of T_base_world, right perturbation [m, rad].");
+    visit("covariance_dof", self.covariance_dof,
+          "Degrees of freedom behind either covariance, for which it is widened already, as offset_std is [-].");
     visit("sigma_position", self.sigma_position,
           "Scatter of the camera's position, both streams together, per axis [m].");
     visit("sigma_rotation", self.sigma_rotation, "Scatter of its orientation, both streams together, per axis [rad].");
@@ -118,7 +121,7 @@ struct TimedHandEyeResult {
 ///
 /// Correlation of the speeds of turning gives the first guess (Furrer et al., FSR 2017); then the hand stream is
 /// interpolated at the camera's times and all thirteen numbers are refined with t-distributed errors of estimated
-/// covariance. The doubt comes from leaving out blocks longer than the errors' correlation in time, one by one.
+/// covariance. The doubt comes from how the errors scatter and how they fade in time.
 /// Streams that do not suffice give FitStatus::Degenerate, `cause`, and words in `fit.message`.
 /// @throws InvalidArgument for streams with fewer than ten poses, unequal lengths, poses or times that are not finite.
 TimedHandEyeResult calibrate_timed_hand_eye(const PoseStream& hand, const PoseStream& camera,

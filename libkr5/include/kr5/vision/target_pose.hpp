@@ -38,6 +38,7 @@ struct TargetPoseOptions {
 struct TargetPose {
   Pose T_camera_target = Pose::Identity();     ///< The more probable one; z > 0, rotation proper.
   Matrix6 covariance = Matrix6::Zero();        ///< Right perturbation [m, rad].
+  double covariance_dof = 0.0;                 ///< [-]
   std::optional<Pose> T_camera_target_second;  ///< The other optimum of a flat target.
   double second_probability = 0.0;             ///< [-]
   double error_ratio = 0.0;                    ///< [-]
@@ -49,6 +50,8 @@ struct TargetPose {
   static void each_field(auto& self, auto&& visit) {
     visit("T_camera_target", self.T_camera_target, "Pose of the target in the camera, the more probable one.");
     visit("covariance", self.covariance, "Of it, right perturbation [m, rad].");
+    visit("covariance_dof", self.covariance_dof,
+          "Degrees of freedom behind the covariance, for which it is widened already; a million: noise given [-].");
     visit("T_camera_target_second", self.T_camera_target_second, "The other pose that explains a flat target.");
     visit("second_probability", self.second_probability, "Probability of the second pose against the first [-].");
     visit("error_ratio", self.error_ratio,
