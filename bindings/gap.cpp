@@ -182,6 +182,7 @@ void bind_gap(py::module_& m) {
   bind_diagnosis(m);
   bind_plan(m);
   bind_struct<ColumnGap>(m, "ColumnGap", "Gap of one column of one experiment.");
+  bind_struct<GapPart>(m, "GapPart", "Gap of all columns that have something in common.");
   bind_struct<Measure>(m, "Measure", "Gap of every column of a recording.");
   m.def(
       "measure",

@@ -116,9 +116,9 @@ TEST_CASE("the 95 % intervals hold the truth, for errors that last as well") {
       const World w = world(random, 2e-3, 3e-3, memory);
       const auto result = calibrate_timed_hand_eye(w.hand, w.camera);
       REQUIRE(result.fit.usable());
-      const double dof = result.covariance_dof;
+      const double dof = result.covariance_dof, span = w.camera.t.back() - w.camera.t.front();
       offsets.add(Eigen::VectorXd::Constant(1, result.offset - w.offset),
-                  Eigen::MatrixXd::Constant(1, 1, std::pow(result.offset_std, 2)), dof + 5);
+                  Eigen::MatrixXd::Constant(1, 1, std::pow(result.offset_std, 2)), span / result.correlation_time - 1);
       cameras.add(pose_difference(w.X, result.T_hand_camera), result.covariance, dof);
       worlds.add(pose_difference(w.Z, result.T_base_world), result.covariance_world, dof);
     }

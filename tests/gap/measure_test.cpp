@@ -129,6 +129,31 @@ TEST_CASE("an experiment that the simulator refuses is left out with a word, and
   CHECK(m.refused == std::vector<std::string>{"scan-1 was not judged: there is no laser"});
 }
 
+TEST_CASE("the gap is told by subsystem, target, channel and experiment") {
+  Eigen::MatrixXd far = Eigen::MatrixXd::Zero(400, 4), near = Eigen::MatrixXd::Zero(400, 1);
+  auto r = recording(make(cell::Kind::Motion, {"q3", "i3", "i4", "fz"}, far));
+  r.experiments.push_back(make(cell::Kind::Step, {"z"}, near));
+  const double current = gap::measure(r, Constant()).columns.at(1).noise;
+  r.experiments[0].data.values.col(1).setConstant(3 * current);
+  r.experiments[0].data.values.col(3).setConstant(2 * r.cell.noise.force);
+  const gap::Measure m = gap::measure(r, Constant());
+  const auto part = [&](const std::string& by, const std::string& name) {
+    for (const gap::GapPart& p : m.parts)
+      if (p.by == by && p.name == name) return p;
+    FAIL("no " << by << ' ' << name);
+    return gap::GapPart{};
+  };
+  CHECK(part("subsystem", "drives").share == Approx(8.0 / 11));
+  CHECK(part("subsystem", "drives").gap == Approx(std::sqrt(4.5)));
+  CHECK(part("subsystem", "wrist sensor").share == Approx(3.0 / 11));
+  CHECK(part("target", "joint3").columns == 2);
+  CHECK(part("target", "joint3").exceeding == 1);
+  CHECK(part("channel", "motor current").gap == Approx(std::sqrt(4.5)));
+  CHECK(part("experiment", "motion-1").share == Approx(1));
+  CHECK(part("experiment", "step-1").gap == 0);
+  CHECK(m.parts.front().name == "drives");
+}
+
 TEST_CASE("a cell with another number of joints is refused") {
   const auto r = recording(make(cell::Kind::Step, {"z"}, Eigen::MatrixXd::Zero(5, 1)));
   cell::Cell other = r.cell;

@@ -40,32 +40,40 @@ def detect(
         kr5.marker_count(name)
     if size is not None and not size > 0:
         fail(f"--size: found {size}, expected the side of the markers in metres, above 0")
+
+    def look(image: Any, lens: Any) -> tuple[list, dict | None]:
+        return _in_target(image, wanted, lens, options) if wanted else _in_family(image, family, size, lens, options)
+
     found, lost, views = [], [], []
     for file, name, drawing in track(list(zip(files, short_names(files), _drawing_names(files))), "Looking"):
-        where, view = {"image": str(file), "view": name}, {"name": name, "image": str(file.resolve())}
-        try:
-            image = load_image(file)
-        except (kr5.Error, OSError) as error:  # one bad file does not spoil the others
-            if len(images) == 1 and not images[0].is_dir():
-                raise
-            items, missed = [], {"status": "unreadable", "message": str(error)}
-        else:
-            lens = load_camera(camera, image.shape[::-1], file) if camera else None
-            items, missed = _in_target(image, wanted, lens, options) if wanted else _in_family(image, family, size, lens, options)
-        if missed:
-            lost.append({**where, **missed})
-            view["reason"] = missed["message"]
-        elif drawings:
-            _draw(image, items, lens, drawings / drawing)
-            view["drawing"] = str((drawings / drawing).resolve())
+        items, missed, drawn = _in_image(file, look, camera, drawings and drawings / drawing, alone=len(images) == 1 and not images[0].is_dir())
+        where = {"image": str(file), "view": name}
         found += [{**where, **item} for item in items]
-        views.append({**view, **(_of_view(items) if items else {})})
+        lost += [{**where, **missed}] if missed else []
+        views.append({"name": name, "image": str(file.resolve()), **drawn, **({"reason": missed["message"]} if missed else {}),
+                      **(_of_view(items) if items else {})})
     _show(found, lost, console(json_file))
     if not found:
         fail("nothing was found: " + "; ".join(f"{x['image']}: {x['message']}" for x in lost[:3]))
     keys = {"target": target, "families": family, "camera": camera and str(camera), "images": [str(i) for i in images]}
     figures = [figure("images in which something was seen", len(files) - len(lost), None, f"of {len(files)}"), *_figures(found)]
     write_json(write_result(None, "kr5-detection/1", input=keys, figures=figures, views=views, found=found, not_found=lost), json_file)
+
+
+def _in_image(file: Path, look: Any, camera: Path | None, drawing: Path | None, alone: bool) -> tuple[list, dict | None, dict[str, str]]:
+    """What is seen in an image, or why nothing is, and where that is drawn."""
+    try:
+        image = load_image(file)
+    except (kr5.Error, OSError) as error:
+        if alone:
+            raise
+        return [], {"status": "unreadable", "message": str(error)}, {}  # one bad file does not spoil the others
+    lens = load_camera(camera, image.shape[::-1], file) if camera else None
+    items, missed = look(image, lens)
+    if not items or not drawing:
+        return items, missed, {}
+    _draw(image, items, lens, drawing)
+    return items, missed, {"drawing": str(drawing.resolve())}
 
 
 def _drawing_names(files: list[Path]) -> list[str]:

@@ -53,6 +53,7 @@ def measure(
     for refused in found.refused:
         to.print(f"[yellow]note:[/yellow] {escape(refused)}.", soft_wrap=True)
     to.print(measure_table(folder, found))
+    to.print(parts_table(found))
     to.print(f"RMS gap {found.gap:.3f} over {len(found.columns)} columns, {found.exceeding} of them above what noise explains.")
     if png:
         draw(found, png, str(folder))
@@ -134,8 +135,18 @@ def _labels(folder: Path) -> dict[str, Any]:
 
 def measure_dict(found: Any) -> dict[str, Any]:
     """The file form kr5-gap-measure/1."""
-    return {"format": "kr5-gap-measure/1", "gap": found.gap,
+    return {"format": "kr5-gap-measure/1", "gap": found.gap, "parts": [part.to_dict() for part in found.parts],
             "columns": {f"{c.experiment}.{c.column}": c.gap for c in found.columns}}
+
+
+def parts_table(found: Any) -> Any:
+    """Where the gap is: by subsystem, target, channel and experiment."""
+    rows, before = [], ""
+    for part in found.parts:
+        rows.append(["" if part.by == before else part.by, part.name, part.columns, part.exceeding, f"{part.gap:.3f}",
+                     f"{100 * part.share:.1f}" if part.share else "–"])
+        before = part.by
+    return common.table("Where", ["by", "name", "columns", "above limit", "RMS gap [-]", "share of excess [%]"], rows, text=(1, 2))
 
 
 def measure_table(folder: Path, found: Any) -> Any:

@@ -145,6 +145,7 @@ struct Doubt {
   Matrix13 covariance;
   double correlation_time = 0.0;  ///< [s]
   double independent = 0.0;       ///< Camera poses that would tell as much of the scatter if errors did not last.
+  double of_one = 0.0;            ///< The same for one number, which hangs on few of the series and how they fade.
 };
 
 /// Covariance of the t-distributed fit from how its errors scatter and how they fade (the sandwich of M-estimation,
@@ -172,7 +173,7 @@ Doubt doubt(const std::vector<Row>& rows, const Matrix6& S, double tail) {
   }
   const Matrix13 inverse = curvature.ldlt().solve(Matrix13::Identity());
   const double fitted = numbers / std::max(numbers - unknowns, 1.0);  // the fit took as many numbers off the errors
-  return {fitted * inverse * scatter * inverse.transpose(), longest * series.period, slots / squares};
+  return {fitted * inverse * scatter * inverse.transpose(), longest * series.period, slots / squares, slots / longest};
 }
 
 /// The factor after which the normal 95 % region of `numbers` numbers, whose covariance was estimated on so many
@@ -193,7 +194,7 @@ void fill(const std::vector<Row>& rows, const Matrix6& S, const Estimate& estima
   result.covariance = hotelling(6, found.independent) * C.topLeftCorner<6, 6>();
   result.covariance_world = hotelling(6, found.independent) * C.block<6, 6>(6, 6);
   result.covariance_dof = std::max(found.independent - 6, 1.0);
-  result.offset_std = std::sqrt(hotelling(1, found.independent) * C(12, 12));
+  result.offset_std = std::sqrt(hotelling(1, found.of_one) * C(12, 12));
   result.sigma_position = std::sqrt(S.topLeftCorner<3, 3>().trace() / 3);
   result.sigma_rotation = std::sqrt(S.bottomRightCorner<3, 3>().trace() / 3);
   result.used = static_cast<int>(rows.size());

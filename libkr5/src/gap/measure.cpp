@@ -7,6 +7,7 @@
 #include <kr5/uncertainty/confidence.hpp>
 
 #include "gap/data.hpp"
+#include "gap/parts.hpp"
 
 namespace kr5::gap {
 namespace {
@@ -23,7 +24,9 @@ ColumnGap column_gap(const Data& data, const Block& block, const Eigen::VectorXd
   ColumnGap out;
   const cell::Experiment& experiment = data.experiment(block);
   out.experiment = experiment.name;
+  out.kind = block.kind;
   out.column = block.column;
+  out.target = target_of(block.kind, block.column);
   out.unit = unit_of(block, data.recording->cell.robot.joints());
   out.split = experiment.split;
   out.noise = block.sigma;
@@ -68,6 +71,7 @@ Measure measure(const cell::Recording& recording, const cell::Cell& cell, const 
     }
   }
   if (out.columns.empty() && !out.refused.empty()) throw InvalidArgument(in_one(out.refused));
+  out.parts = parts_of(out.columns);
   if (!out.columns.empty()) out.gap = std::sqrt(sum / static_cast<double>(out.columns.size()));
   return out;
 }

@@ -7,34 +7,13 @@
 
 #include <kr5/core/random.hpp>
 
+#include "gap/parts.hpp"
+
 namespace kr5::gap {
 namespace {
 
 bool above_floor(const Gap& gap) {
   return gap.samples > 0 && gap.samples * gap.rms * gap.rms > uncertainty::chi_square_quantile(0.999, gap.samples);
-}
-
-/// What of the cell a column shows.
-std::string target_of(const Group& group) {
-  const std::string& c = group.column;
-  switch (group.kind) {
-    case cell::Kind::Motion:
-      if (c.starts_with("tau")) return "joint" + c.substr(3);
-      return c[0] == 'q' || c[0] == 'i' ? "joint" + c.substr(1) : c;
-    case cell::Kind::Poses:
-      return "tool";
-    case cell::Kind::Views:
-      return "camera";
-    case cell::Kind::Scan:
-      return "laser";
-    case cell::Kind::Step:
-      return "servo";
-    case cell::Kind::Press:
-      return c == "z" ? "servo" : c == "fz" ? "contact" : c;
-    case cell::Kind::Profile:
-      return c == "z" ? "tube" : c;
-  }
-  return c;
 }
 
 /// Groups above the floor at the nominal cell.
@@ -109,8 +88,8 @@ std::vector<Place> places(const Data& data, const std::vector<Group>& groups, co
     if (depends.size() > 3) depends.resize(3);
     const double excess = std::max(gap.rms * gap.rms - 1, 0.0);
     total += excess;
-    out.push_back({std::string(kr5::name_of(groups[g].kind)), groups[g].column, target_of(groups[g]), gap.rms, excess,
-                   std::move(depends)});
+    out.push_back({std::string(kr5::name_of(groups[g].kind)), groups[g].column,
+                   target_of(groups[g].kind, groups[g].column), gap.rms, excess, std::move(depends)});
   }
   for (Place& place : out) place.share = total > 0 ? place.share / total : 0.0;
   std::sort(out.begin(), out.end(), [](const Place& a, const Place& b) { return a.share > b.share; });

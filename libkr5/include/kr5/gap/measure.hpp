@@ -16,7 +16,9 @@ namespace kr5::gap {
 /// Gap of one column of one experiment: RMS of (recorded - simulated) over the noise of the column; 1 is the floor.
 struct ColumnGap {
   std::string experiment;
+  cell::Kind kind = cell::Kind::Motion;
   std::string column;
+  std::string target;
   std::string unit;
   cell::Split split = cell::Split::Fit;
   int rows = 0;
@@ -29,7 +31,9 @@ struct ColumnGap {
 
   static void each_field(auto& self, auto&& visit) {
     visit("experiment", self.experiment, "Name of the experiment.");
+    visit("kind", self.kind, "Kind of the experiment.");
     visit("column", self.column, "Name of the column; orientation is rx ry rz, of Log(R_simulated^T R_recorded).");
+    visit("target", self.target, "What of the cell the column shows, e.g. joint3, camera.");
     visit("unit", self.unit, "Unit of `rms` and `noise`.");
     visit("split", self.split, "fit | check.");
     visit("rows", self.rows, "Rows compared.");
@@ -42,16 +46,37 @@ struct ColumnGap {
   }
 };
 
+/// Gap of all columns that have something in common.
+struct GapPart {
+  std::string by;
+  std::string name;
+  int columns = 0;
+  int exceeding = 0;
+  double gap = 0.0;    ///< [-]
+  double share = 0.0;  ///< [-]
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("by", self.by, "What they have in common: subsystem | target | channel | experiment.");
+    visit("name", self.name, "E.g. drives, joint3, current, motion-2.");
+    visit("columns", self.columns, "Number of columns.");
+    visit("exceeding", self.exceeding, "Number of them above their limit.");
+    visit("gap", self.gap, "RMS of their gaps [-].");
+    visit("share", self.share, "Part of the excess (gap^2 - 1, of columns above their limit) that they hold [-].");
+  }
+};
+
 struct Measure {
   double gap = 0.0;  ///< [-]
   int exceeding = 0;
   std::vector<ColumnGap> columns;
+  std::vector<GapPart> parts = {};
   std::vector<std::string> refused = {};
 
   static void each_field(auto& self, auto&& visit) {
     visit("gap", self.gap, "RMS of the gaps of all columns [-].");
     visit("exceeding", self.exceeding, "Number of columns that are above their limit.");
     visit("columns", self.columns, "Every column compared, in the order of the recording.");
+    visit("parts", self.parts, "The same by subsystem, target, channel and experiment; of each, the widest gap first.");
     visit("refused", self.refused, "Experiments that the simulator cannot predict, and why; they are left out.");
   }
 };
