@@ -17,6 +17,7 @@ from . import common
 
 app = typer.Typer()
 
+WORN_CELL = "worn_cell_recording"  # a name that nobody's own folder has: it is replaced
 CHECKOUT = Path(__file__).resolve().parents[2]
 
 
@@ -38,8 +39,8 @@ def demo(
     target = _load(data / "dataset.yaml")["target"]
     output.mkdir(parents=True, exist_ok=True)
     out = common.console(json_file)
-    if (output / "replay.html").is_file():  # of the demo before
-        shutil.rmtree(output / "recording", ignore_errors=True)
+    if (output / WORN_CELL).exists():
+        shutil.rmtree(output / WORN_CELL)  # of the demo before, whole or not
     images = sorted(str(p) for p in (data / "images").glob("*.png"))
     _run([_calibration("camera", ["camera", *images, "--target", target], output),
           _calibration("hand_eye", ["hand-eye", str(data)], output), _worn_cell(data, output)], out)
@@ -70,7 +71,7 @@ def _calibration(name: str, command: list[str], output: Path) -> list[list[str]]
 
 def _worn_cell(data: Path, output: Path) -> list[list[str]]:
     """What the worn cell records, the gap of every column against the nominal cell, and a replay."""
-    recording = output / "recording"
+    recording = output / WORN_CELL
     cell, protocol = str(data / "worn_cell.yaml"), str(data / "protocol.yaml")
     return [["record", "--cell", cell, "--protocol", protocol, "-o", str(recording), "--nominal"],
             ["gap", "measure", str(recording), "--json", str(output / "gap.json"), "--png", str(output / "gap.png")],

@@ -97,7 +97,7 @@ Series series_of(const std::vector<Row>& rows) {
   out.L.triangularView<Eigen::Lower>().solveInPlace(out.z);
   std::vector<double> steps;
   for (std::size_t k = 1; k < rows.size(); ++k) steps.push_back(rows[k].t - rows[k - 1].t);
-  out.period = std::max(median(steps), 1e-9);
+  out.period = median(steps);
   for (const Row& row : rows) out.slot.push_back(static_cast<int>(std::lround((row.t - rows.front().t) / out.period)));
   return out;
 }
@@ -166,9 +166,9 @@ Doubt doubt(const std::vector<Row>& rows, const Matrix6& S, double tail) {
     longest = std::max(longest, lasts);
     squares = std::max(squares, 1 + 2 * std::inner_product(fade.begin(), fade.end(), fade.begin(), 0.0));
     numbers += slots / lasts;
+    const Vector6 unit = W * series.L.col(i);
     Eigen::Matrix<double, unknowns, Eigen::Dynamic> h(unknowns, series.z.cols());
-    for (std::size_t k = 0; k < rows.size(); ++k)
-      h.col(static_cast<Eigen::Index>(k)) = rows[k].J.transpose() * (W * series.L.col(i));
+    for (std::size_t k = 0; k < rows.size(); ++k) h.col(static_cast<Eigen::Index>(k)) = rows[k].J.transpose() * unit;
     scatter += sum_of_pairs(h, series.slot, fade);
   }
   const Matrix13 inverse = curvature.ldlt().solve(Matrix13::Identity());
@@ -176,10 +176,13 @@ Doubt doubt(const std::vector<Row>& rows, const Matrix6& S, double tail) {
   return {fitted * inverse * scatter * inverse.transpose(), longest * series.period, slots / squares, slots / longest};
 }
 
+/// Degrees of freedom behind the covariance of `numbers` numbers that was estimated on so many independent errors.
+double dof_of(double numbers, double independent) { return std::max(independent - numbers, 1.0); }
+
 /// The factor after which the normal 95 % region of `numbers` numbers, whose covariance was estimated on so many
 /// independent errors, is Hotelling's.
 double hotelling(double numbers, double independent) {
-  const double dof = std::max(independent - numbers, 1.0);
+  const double dof = dof_of(numbers, independent);
   return std::max(independent - 1, 1.0) / dof * uncertainty::widening(numbers, dof);
 }
 
@@ -193,7 +196,7 @@ void fill(const std::vector<Row>& rows, const Matrix6& S, const Estimate& estima
   result.correlation_time = found.correlation_time;
   result.covariance = hotelling(6, found.independent) * C.topLeftCorner<6, 6>();
   result.covariance_world = hotelling(6, found.independent) * C.block<6, 6>(6, 6);
-  result.covariance_dof = std::max(found.independent - 6, 1.0);
+  result.covariance_dof = dof_of(6, found.independent);
   result.offset_std = std::sqrt(hotelling(1, found.of_one) * C(12, 12));
   result.sigma_position = std::sqrt(S.topLeftCorner<3, 3>().trace() / 3);
   result.sigma_rotation = std::sqrt(S.bottomRightCorner<3, 3>().trace() / 3);

@@ -44,8 +44,9 @@ void append(const std::vector<ColumnGap>& columns, const std::string& by, const 
   std::vector<GapPart> parts;
   double all = 0.0;
   for (const ColumnGap& c : columns) {
-    auto part = std::find_if(parts.begin(), parts.end(), [&](const GapPart& p) { return p.name == name(c); });
-    if (part == parts.end()) part = parts.insert(parts.end(), {by, name(c)});
+    const std::string own = name(c);
+    auto part = std::find_if(parts.begin(), parts.end(), [&](const GapPart& p) { return p.name == own; });
+    if (part == parts.end()) part = parts.insert(parts.end(), {by, own});
     part->columns += 1;
     part->exceeding += c.exceeds ? 1 : 0;
     part->gap += c.gap * c.gap;

@@ -57,7 +57,7 @@ struct GapPart {
 
   static void each_field(auto& self, auto&& visit) {
     visit("by", self.by, "What they have in common: subsystem | target | channel | experiment.");
-    visit("name", self.name, "E.g. drives, joint3, current, motion-2.");
+    visit("name", self.name, "E.g. drives, joint3, motor current, motion-2.");
     visit("columns", self.columns, "Number of columns.");
     visit("exceeding", self.exceeding, "Number of them above their limit.");
     visit("gap", self.gap, "RMS of their gaps [-].");
