@@ -5,6 +5,7 @@
 #include <kr5/gap/diagnose.hpp>
 #include <kr5/gap/measure.hpp>
 #include <kr5/gap/plan.hpp>
+#include <kr5/gap/trial.hpp>
 
 #include "python_simulator.hpp"
 #include "struct_binder.hpp"
@@ -133,7 +134,56 @@ void bind_diagnosis(py::module_& m) {
       "Where the gap lies, which effects cause it, how far it shrinks and what stays unknown. `simulator`: one of kr5, "
       "or any object with predict(cell, experiment) that returns the predicted columns (a kr5.io.Table or a dict of "
       "arrays, units of kr5.cell.columns), a value for each row of the experiment. `progress(stage, fraction)` is "
-      "called from time to time, from any thread.");
+      "called from time to time, from any thread: what is being done, and which part of the whole is.");
+}
+
+void bind_trials(py::module_& m) {
+  bind_struct<SeenNoise>(m, "SeenNoise", "Noise that is not what the cell of a recording declares.");
+  bind_struct<ResidualColumn>(m, "ResidualColumn", "One column of one experiment, row by row.");
+  bind_struct<TrialOptions>(m, "TrialOptions", "Options of try_effects and best_effects.");
+  bind_struct<Trial>(m, "Trial", "An effect at its best: fitted to the fit experiments, judged on the others.");
+  m.def(
+      "residual_columns",
+      [](const kr5::cell::Recording& recording, const py::object& simulator, const std::vector<kr5::cell::Cell>& cells,
+         const std::vector<SeenNoise>& noise) {
+        const auto with = simulator_from(simulator);
+        const py::gil_scoped_release released;
+        return residual_columns(recording, *with, cells, noise);
+      },
+      py::arg("recording"), py::arg("simulator"), py::arg("cells") = std::vector<kr5::cell::Cell>{},
+      py::arg("noise") = std::vector<SeenNoise>{},
+      "Recorded less simulated over noise of all columns that can be compared, row by row: a column of `residuals` for "
+      "the recording's own cell, and one for each of `cells`, the first of which is believed right: what stands out "
+      "from "
+      "it near edges, too, is a spike. Raises InvalidArgument for a cell of another robot, and when nothing can be "
+      "compared.");
+  m.def("gap_parts", &gap_parts, py::arg("recording"), py::arg("columns"), py::arg("which") = 0,
+        "Where residuals are, by subsystem, target, channel, experiment, pose region and speed: list of GapPart. "
+        "`columns`: of residual_columns; `which`: column of `residuals`.");
+  m.def(
+      "try_effects",
+      [](const kr5::cell::Recording& recording, const kr5::cell::Cell& cell, const py::object& simulator,
+         const std::vector<EffectName>& effects, const TrialOptions& options) {
+        const auto with = simulator_from(simulator);
+        const py::gil_scoped_release released;
+        return try_effects(recording, cell, *with, effects, options);
+      },
+      py::arg("recording"), py::arg("cell"), py::arg("simulator"), py::arg("effects"),
+      py::arg("options") = TrialOptions{},
+      "Fits each of these effects (list of EffectName) alone to what `cell` leaves of the recording; best first. What "
+      "changes nothing that was recorded is left out.");
+  m.def(
+      "best_effects",
+      [](const kr5::cell::Recording& recording, const kr5::cell::Cell& cell, const py::object& simulator,
+         const std::vector<EffectName>& except, int most, const TrialOptions& options) {
+        const auto with = simulator_from(simulator);
+        const py::gil_scoped_release released;
+        return best_effects(recording, cell, *with, except, most, options);
+      },
+      py::arg("recording"), py::arg("cell"), py::arg("simulator"), py::arg("except_") = std::vector<EffectName>{},
+      py::arg("most") = 3, py::arg("options") = TrialOptions{},
+      "The effects of the catalogue that explain most of what `cell` leaves of the recording, but for those in "
+      "`except_`; at most so many, best first.");
 }
 
 void bind_plan(py::module_& m) {
@@ -180,6 +230,7 @@ void bind_gap(py::module_& m) {
   m.doc() = "How far a simulation is from what was recorded, and why.";
   bind_hypotheses(m);
   bind_diagnosis(m);
+  bind_trials(m);
   bind_plan(m);
   bind_struct<ColumnGap>(m, "ColumnGap", "Gap of one column of one experiment.");
   bind_struct<GapPart>(m, "GapPart", "Gap of all columns that have something in common.");

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -146,4 +147,23 @@ TEST_CASE("a kind that cannot be fitted, or not be checked, is told") {
   CHECK(d.verdict == gap::Verdict::NoGap);
   CHECK(warns(d, "views: no experiment to fit"));
   CHECK(warns(d, "poses: no experiment to check by"));
+}
+
+TEST_CASE("progress tells which part of the whole is done, and never falls") {
+  Random random(77);
+  gap::DiagnoseOptions options;
+  std::vector<double> done;
+  std::vector<std::string> stages;
+  options.progress = [&](const std::string& stage, double fraction) {
+    done.push_back(fraction);
+    if (stages.empty() || stages.back() != stage) stages.push_back(stage);
+  };
+  gap::diagnose(protocol::only(protocol::record(protocol::nominal(), random), cell::Kind::Poses),
+                predict::FastSimulator(), options);
+  REQUIRE(!done.empty());
+  CHECK(std::is_sorted(done.begin(), done.end()));
+  CHECK(done.front() >= 0.0);
+  CHECK(done.back() == 1.0);
+  CHECK(stages.front() == "simulating the nominal cell");
+  CHECK(stages.back() == "judging what is left");
 }

@@ -1,5 +1,6 @@
 #include <kr5/gap/measure.hpp>
 
+#include <algorithm>
 #include <cmath>
 
 #include <catch2/catch.hpp>
@@ -152,6 +153,38 @@ TEST_CASE("the gap is told by subsystem, target, channel and experiment") {
   CHECK(part("experiment", "motion-1").share == Approx(1));
   CHECK(part("experiment", "step-1").gap == 0);
   CHECK(m.parts.front().name == "drives");
+}
+
+TEST_CASE("the gap is told by where the arm was and how fast it moved") {
+  constexpr int rows = 1200, third = rows / 3;
+  const std::vector<std::string> columns = {"t", "qc1", "qc2", "qc3", "qc4", "qc5", "qc6", "i3"};
+  Eigen::MatrixXd values = Eigen::MatrixXd::Zero(rows, 8);
+  double q3 = 0.0;
+  for (int i = 0; i < rows; ++i) {  // stands, goes slowly, goes fast: from the elbow stretched to bent
+    values.row(i) << 0.01 * i, 0.0, -1.0, q3, 0.0, 0.3, 0.0, 0.0;
+    q3 += i < third ? 0.0 : i < 2 * third ? 0.001 : 0.004;
+  }
+  auto r = recording(make(cell::Kind::Motion, columns, values));
+  r.experiments[0].data.values.col(7).tail(third - 1).setConstant(3 * gap::measure(r, Constant()).columns.at(0).noise);
+  const gap::Measure m = gap::measure(r, Constant());
+  std::vector<std::string> speeds;
+  double share = 0.0;
+  int regions = 0;  // of 0.1 and 0.4 rad/s, 0.25 is the middle
+  for (const gap::GapPart& p : m.parts) {
+    if (p.by == "speed") speeds.push_back(p.name);
+    if (p.by == "speed" && p.name.starts_with("fast")) CHECK(p.share == Approx(1));
+    if (p.by != "pose region") continue;
+    share += p.share;
+    ++regions;
+    CHECK(p.name.find("height") != std::string::npos);
+  }
+  CHECK(speeds == std::vector<std::string>{"fast, above 0.25 rad/s", "at rest", "slow, to 0.25 rad/s"});
+  CHECK(share == Approx(1));
+  CHECK(regions >= 2);
+
+  r.experiments[0].data.values.middleCols(1, 6).setZero();  // stands still all the time
+  const gap::Measure still = gap::measure(r, Constant());
+  CHECK(std::none_of(still.parts.begin(), still.parts.end(), [](const auto& p) { return p.by == "pose region"; }));
 }
 
 TEST_CASE("a cell with another number of joints is refused") {

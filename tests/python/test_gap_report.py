@@ -13,10 +13,10 @@ import kr5.predict
 import numpy as np
 import pytest
 import yaml
-from kr5_tools.gap_report_data import Evidence, gap_of, rotation_vector, spikes
+from kr5_tools.gap_report_data import Evidence, gap_of, seen_noise
 from kr5_tools.gap_report_effects import EFFECTS
 from kr5_tools.gap_report_evidence import parameter_rows
-from kr5_tools.gap_report_words import column_words, dependence_words, part_of, percent, verdict_words
+from kr5_tools.gap_report_words import column_words, dependence_words, notes, part_of, percent, verdict_words
 
 PROTOCOL = {
     "format": "kr5-protocol/1",
@@ -143,23 +143,12 @@ def test_the_residuals_are_those_that_measure_counts_and_go_with_the_causes(reco
     assert evidence.gap("poses.z", without=1) == pytest.approx(evidence.gap("poses.z"), rel=1e-6)
 
 
-def test_single_wild_samples_are_found_and_steps_are_not(recorded):
-    experiment = kr5.cell.load_recording(recorded / "sound")["motion-1"]
-    rows = np.random.default_rng(1).normal(size=len(experiment.data))
-    rows[100] += 40
-    rows[200:] += 40
-    assert list(np.flatnonzero(spikes(experiment, rows))) == [100]
-
-
-def test_a_turn_between_quaternions_is_a_rotation_vector():
-    turn = np.array([0.1, -0.2, 0.3])
-    angle = np.linalg.norm(turn)
-    turned = np.concatenate([[math.cos(angle / 2)], math.sin(angle / 2) * turn / angle])
-    at = np.array([0.5, 0.5, -0.5, 0.5])
-    w, x, y, z = at
-    product = np.array([[w, -x, -y, -z], [x, w, -z, y], [y, z, w, -x], [z, -y, x, w]]) @ turned
-    for sign in (1, -1):
-        np.testing.assert_allclose(rotation_vector(at[None], sign * product[None])[0], turn, atol=1e-12)
+def test_noise_is_counted_as_the_diagnosis_saw_it():
+    seen = seen_noise(["noise of current is 1.50 +- 0.01 times what the cell declares; the seen one is used", "3 samples are spikes and were left out",
+                       "noise of force in press is 0.70 +- 0.02 times what the cell declares; the seen one is used"])
+    assert [(n.key, n.kind and str(n.kind), n.ratio) for n in seen] == [("current", None, 1.5), ("force", "press", 0.7)]
+    said = notes(["noise of force in press is 0.70 +- 0.02 times what the cell declares; the seen one is used"])
+    assert "force in press 0.70 ± 0.02" in said[0][0]
 
 
 def test_explain_fits_an_effect_and_finds_its_size(recorded, run_kr5):
@@ -267,19 +256,3 @@ def test_an_effect_of_ones_own_has_a_page_without_curves_after(recorded, browser
     assert "my_fan is not in the catalogue" in page and "its gap grows with the position of joint 1" in page
     browser.open(tmp_path / "own.html", 390)
     assert browser.complaints() == []
-
-
-def test_any_effect_can_be_tried_on_any_cell(share, recorded):
-    """What a cell lacks, or what changes nothing, is no error."""
-    from kr5_tools.gap_report_trial import Ways, all_effects
-
-    nothing = {"verdict": "unknown", "where": [], "causes": [], "unexplained": [], "warnings": []}
-    recording = kr5.cell.load_recording(recorded / "sound")
-    for name in ("kr5_arc", "gantry_rrp"):
-        recording.cell = kr5.cell.load_cell(share / "cells" / f"{name}.yaml")
-        evidence = Evidence(nothing, recording)
-        evidence.columns = []
-        for effect, target in all_effects(recording.cell):
-            for way in Ways(evidence, effect, target).all():
-                for name in way.parameters(0.5 * np.minimum(way.steps, way.upper)):
-                    assert name in {p.name for p in effect.parameters}

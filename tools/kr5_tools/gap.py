@@ -140,7 +140,7 @@ def measure_dict(found: Any) -> dict[str, Any]:
 
 
 def parts_table(found: Any) -> Any:
-    """Where the gap is: by subsystem, target, channel and experiment."""
+    """Where the gap is: by subsystem, target, channel, experiment, pose region and speed."""
     rows, before = [], ""
     for part in found.parts:
         rows.append(["" if part.by == before else part.by, part.name, part.columns, part.exceeding, f"{part.gap:.3f}",

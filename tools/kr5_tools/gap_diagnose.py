@@ -69,12 +69,10 @@ def run_diagnosis(recording: Any, simulator: Any, options: Any) -> Any:
         return kr5.gap.diagnose(recording, simulator, options)
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn())
     with Progress(*columns, console=common.errors, transient=True) as bars:
-        tasks: dict[str, Any] = {}
+        bar = bars.add_task("reading", total=1.0)
 
         def progress(stage: str, fraction: float) -> None:
-            if stage not in tasks:
-                tasks[stage] = bars.add_task(stage, total=1.0)
-            bars.update(tasks[stage], completed=fraction)
+            bars.update(bar, description=stage, completed=fraction)
 
         return kr5.gap.diagnose(recording, simulator, options, progress)
 

@@ -82,7 +82,6 @@ def explain_verdict(data: dict[str, Any], evidence: Any) -> dict[str, Any]:
 def explain_effect(row: Any, target: str, data: dict[str, Any], evidence: Any) -> dict[str, Any]:
     """What the catalogue says of an effect, and what the recording says of it on each target."""
     from .gap_report_effects import words_of
-    from .gap_report_trial import Judge
 
     targets = evidence.recording.cell.effect_targets(row.id)
     if target and target not in targets:
@@ -90,22 +89,37 @@ def explain_effect(row: Any, target: str, data: dict[str, Any], evidence: Any) -
     words = words_of(row.id)
     told = {"effect": row.id, "name": words.name, "what": row.description, "shows": words.shows, "mend": words.mend,
             "parameters": [{"name": p.name, "unit": p.unit, "what": p.description} for p in row.parameters], "targets": []}
-    evidence.columns  # noqa: B018 - finds the spikes
-    causes, judges = data["causes"], {}
-    found = []
-    for at in common.track([target] if target else targets, "fitting"):
-        blamed = [k for k, c in enumerate(causes) if (c["effect"], c["target"]) == (row.id, at)]
-        best = None
-        for k in blamed or range(len(causes)) or [None]:  # in the place of each cause, or of the one it is
-            if k not in judges:
-                judges[k] = Judge(evidence, evidence.cell_with([j for j in range(len(causes)) if j != k]))
-            trial = judges[k].fit(row, at)
-            if trial and (best is None or trial.closed > best[0].closed):
-                best = trial, k
-        found.append((at, *(best or (None, None))))
-    for at, trial, k in sorted(found, key=lambda row: -(row[1].closed if row[1] else -1.0)):
+    with common.working("Fitting …"):
+        found = best_trials(row, [target] if target else targets, data["causes"], evidence)
+    for at, trial, k in found:
         told["targets"].append(_trial_words(at, trial, row, data, evidence, k))
     return told
+
+
+def best_trials(row: Any, targets: list[str], causes: list[dict[str, Any]], evidence: Any) -> list[tuple[str, Any, int | None]]:
+    """The effect on each target, in the place of the cause (by its number) where it does most, or of the one it is; best first."""
+    import kr5.gap
+
+    best: dict[str, tuple[Any, int | None]] = {}
+    for k in range(len(causes)) or [None]:
+        is_it = [at for at in targets for c in causes if (c["effect"], c["target"]) == (row.id, at)]
+        own = [at for at in is_it if k is not None and (causes[k]["effect"], causes[k]["target"]) == (row.id, at)]
+        names = [kr5.gap.EffectName(effect=row.id, target=at) for at in targets if at in own or at not in is_it]
+        cell = evidence.cell_with([j for j in range(len(causes)) if j != k])
+        for trial in kr5.gap.try_effects(evidence.recording, cell, evidence.simulator, names, evidence.options):
+            if trial.target not in best or trial.closed > best[trial.target][0].closed:
+                best[trial.target] = trial, k
+    found = [(at, *best.get(at, (None, None))) for at in targets]
+    return sorted(found, key=lambda row: -(row[1].closed if row[1] else -1.0))
+
+
+def as_cause(trial: Any) -> dict[str, Any]:
+    """In the form of a cause of kr5-gap/1."""
+    def shaped(value: list[float]) -> Any:
+        return value[0] if len(value) == 1 else [value[i:i + 4] for i in range(0, 16, 4)] if len(value) == 16 else value
+
+    parameters = {p.name: {"value": shaped(list(p.value)), "std": shaped(list(p.std)), "unit": p.unit} for p in trial.parameters}
+    return {"effect": trial.effect, "target": trial.target, "parameters": parameters}
 
 
 def _trial_words(target: str, trial: Any, row: Any, data: dict[str, Any], evidence: Any, k: int | None) -> dict[str, Any]:
@@ -115,25 +129,25 @@ def _trial_words(target: str, trial: Any, row: Any, data: dict[str, Any], eviden
     out: dict[str, Any] = {"target": target, "name": effect_words(row.id, target), "closed": None, "for": [], "against": [], "parameters": []}
     if trial is None:
         return {**out, "against": ["It changes nothing that was recorded: this recording cannot speak about it."]}
-    cause = trial.as_cause({p.name: p.unit for p in row.parameters})
-    out |= {"closed": trial.closed, "choice": trial.choice, "parameters": parameter_rows(cause, evidence.recording.cell),
-            "columns": [{"column": g, "before": b, "after": a} for g, b, a in trial.columns]}
+    columns = [(c.column, c.before, c.after) for c in trial.columns]
+    out |= {"closed": trial.closed, "choice": trial.choice, "parameters": parameter_rows(as_cause(trial), evidence.recording.cell),
+            "columns": [{"column": g, "before": b, "after": a} for g, b, a in columns]}
     blamed = k is not None and (data["causes"][k]["effect"], data["causes"][k]["target"]) == (row.id, target)
     place = "" if k is None or blamed else f" in the place of {effect_words(data['causes'][k]['effect'], data['causes'][k]['target'])}"
-    if not any(b > evidence.limit(g) for g, b, _ in trial.columns):
+    if not any(b > evidence.limit(g) for g, b, _ in columns):
         out["against"].append("There is no gap that it could explain.")
     elif trial.closed > 0.01:
         out["for"].append(f"Fitted{place}, it closes {percent(trial.closed)} of the excess, on experiments not used to fit.")
     else:
         out["against"].append(f"Fitted{place} as well as it can be, it closes less than 1 % of the excess.")
-    better = [(g, b, a) for g, b, a in trial.columns if a < b - 0.02][:4]
+    better = [(g, b, a) for g, b, a in columns if a < b - 0.02][:4]
     if better:
         out["for"].append("Better with it: " + listed([f"the {column_words(g)} ({b:.2f} → {a:.2f})" for g, b, a in better]) + ".")
-    left = sorted(((g, a) for g, b, a in trial.columns if b > evidence.limit(g) and a > 1.02 * evidence.limit(g)), key=lambda p: -p[1])
+    left = sorted(((g, a) for g, b, a in columns if b > evidence.limit(g) and a > 1.02 * evidence.limit(g)), key=lambda p: -p[1])
     if left:
         out["against"].append("It leaves " + listed([f"the {column_words(g)} at {a:.2f}" for g, a in left[:4]])
                               + (f" and {len(left) - 4} more columns above the floor" if len(left) > 4 else "") + "; 1 is the floor.")
-    worse = [(g, b, a) for g, b, a in trial.columns if a > b + 0.02 and a > evidence.limit(g)][:3]
+    worse = [(g, b, a) for g, b, a in columns if a > b + 0.02 and a > evidence.limit(g)][:3]
     out["against"] += [f"Worse with it: the {column_words(g)} ({b:.2f} → {a:.2f})." for g, b, a in worse]
     if blamed:
         out["for"].append(f"The diagnosis blames it, {percent(data['causes'][k]['probability'])} probable.")

@@ -150,8 +150,6 @@ def cause_rows(data: dict[str, Any], evidence: Any) -> list[dict[str, Any]]:
     """What is said of each cause, and what other effects do in its place."""
     import kr5.cell
 
-    from .gap_report_trial import rivals
-
     catalogue = {e.id: e for e in kr5.cell.effect_catalogue()}
     out = []
     for k, cause in enumerate(data["causes"]):
@@ -162,7 +160,7 @@ def cause_rows(data: dict[str, Any], evidence: Any) -> list[dict[str, Any]]:
                     "mend": words_of(cause["effect"]).mend, "parameters": parameters,
                     "nominal": any(p["nominal"] for p in parameters),
                     "for": for_it(data, k, evidence), "against": against(data, k, evidence),
-                    "rivals": in_its_place(rivals(evidence, k), evidence) if evidence and evidence.explained else []})
+                    "rivals": in_its_place(evidence.rivals(k), evidence) if evidence and evidence.explained else []})
     return out
 
 
@@ -185,7 +183,7 @@ def make_page(data: dict[str, Any], source: Path, evidence: Any, parts: list[dic
                       "depends": depends_text(p)} for p in data["unexplained"]],
         ties=[f"{cause_words(c).split(' (')[0]} and {listed([effect_words(t['effect'], t['target']) for t in c['tied_with']])}"
               for c in data["causes"] if c["tied_with"]],
-        warnings=notes(data.get("warnings", [])), scatter=data.get("scatter") or 0.0, parts=parts,
+        conditions=evidence.parts() if evidence else [], warnings=notes(data.get("warnings", [])), scatter=data.get("scatter") or 0.0, parts=parts,
         heat=[plots[n] for n in ("heat_before", "heat_after") if n in plots], shrink=plots.get("shrink"),
         curves=[plots[n] for n in plots if n.startswith(("rows_", "against_"))], recording=named, found=evidence is not None,
         unset=evidence.unset if evidence else [], columns=len(evidence.groups) if evidence else None, scene=script_json(scene),

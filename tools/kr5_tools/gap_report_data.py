@@ -11,9 +11,6 @@ import numpy as np
 
 from . import common
 
-ROTATION = ("rx", "ry", "rz")
-QUATERNION = ("qw", "qx", "qy", "qz")
-
 
 @dataclass
 class Column:
@@ -40,68 +37,12 @@ def gap_of(rows: np.ndarray) -> float:
     return float(np.sqrt(np.mean(rows**2))) if len(rows) else float("nan")
 
 
-def rotation_vector(simulated: np.ndarray, recorded: np.ndarray) -> np.ndarray:
-    """Log(R_simulated^T R_recorded) of quaternions w x y z, row by row."""
-    a = simulated / np.linalg.norm(simulated, axis=1, keepdims=True)
-    b = recorded / np.linalg.norm(recorded, axis=1, keepdims=True)
-    w = np.sum(a * b, axis=1)
-    v = a[:, :1] * b[:, 1:] - b[:, :1] * a[:, 1:] - np.cross(a[:, 1:], b[:, 1:])
-    v *= np.where(w < 0, -1.0, 1.0)[:, None]
-    sine = np.linalg.norm(v, axis=1)
-    angle = 2 * np.arctan2(sine, np.abs(w))
-    return v * np.where(sine > 1e-12, angle / np.maximum(sine, 1e-12), 2.0)[:, None]
+def seen_noise(warnings: list[str]) -> list[Any]:
+    """The noise that a diagnosis warned of, as kr5.gap.SeenNoise."""
+    import kr5.gap
 
-
-class Comparison:
-    """What an experiment recorded, ready to be compared with what a simulator shows: every column that both have and whose
-    noise is stated. `sizes`: by what to multiply a noise that the cell states wrongly."""
-
-    def __init__(self, recording: Any, experiment: Any, sizes: dict[str, float]) -> None:
-        import kr5.cell
-
-        cell, self.experiment = recording.cell, experiment
-        rows = kr5.cell.columns(experiment.kind, cell.robot.joints)
-        noise = {key: value * sizes.get(key, 1.0) for key, value in cell.noise.to_dict().items()}
-        recorded, names = np.asarray(experiment.data.values), list(experiment.data.columns)
-        self.recorded = {name: recorded[:, k] for k, name in enumerate(names)}
-        self.noise = {row.name: noise[row.noise] for row in rows if row.name in self.recorded and row.name not in QUATERNION and noise.get(row.noise)}
-        turned = all(q in self.recorded for q in QUATERNION) and noise.get("pose_rotation")
-        self.rotation, self.turned = noise.get("pose_rotation"), np.column_stack([self.recorded[q] for q in QUATERNION]) if turned else None
-
-    def rows(self, cell: Any, simulator: Any) -> dict[str, np.ndarray]:
-        """Recorded less simulated over noise, by column; NaN where the two cannot be compared."""
-        return self.rows_of(simulator.predict(cell, self.experiment))
-
-    def rows_of(self, table: Any) -> dict[str, np.ndarray]:
-        """The same, of what a simulator showed."""
-        values = np.asarray(table.values)
-        shown = {name: values[:, k] for k, name in enumerate(table.columns)}
-        out = {name: (self.recorded[name] - shown[name]) / sigma for name, sigma in self.noise.items() if name in shown}
-        if self.turned is not None and all(q in shown for q in QUATERNION):
-            turned = rotation_vector(np.column_stack([shown[q] for q in QUATERNION]), self.turned)
-            out |= {name: turned[:, k] / self.rotation for k, name in enumerate(ROTATION)}
-        if "sphere" in self.recorded and "sphere" in shown and "z" in out:
-            out["z"] = np.where(self.recorded["sphere"] == shown["sphere"], out["z"], np.nan)
-        return out
-
-
-def spikes(experiment: Any, rows: np.ndarray) -> np.ndarray:
-    """Single samples far from both neighbours on the same side, in experiments whose rows follow each other."""
-    out = np.zeros(len(rows), bool)
-    if str(experiment.kind) in ("poses", "views", "scan") or len(rows) < 5:
-        return out
-    run = np.asarray(experiment["run"]) if "run" in experiment.data else np.zeros(len(rows))
-    back, ahead = rows[1:-1] - rows[:-2], rows[1:-1] - rows[2:]
-    same = (run[1:-1] == run[:-2]) & (run[1:-1] == run[2:])
-    limit = 6 * 1.4826 * np.nanmedian(np.abs(back + ahead)[same]) / np.sqrt(6) if same.any() else np.inf
-    out[1:-1] = same & (back * ahead > 0) & (np.abs(back) > limit) & (np.abs(ahead) > limit)
-    return out
-
-
-def seen_noise(warnings: list[str], kind: str) -> dict[str, float]:
-    """By what the noise seen in experiments of a kind differs from the one declared, as the diagnosis warned."""
     found = (re.match(r"noise of (\w+)(?: in (\w+))? is ([\d.]+)", text) for text in warnings)
-    return {m[1]: float(m[3]) for m in found if m and m[2] in (None, kind)}
+    return [kr5.gap.SeenNoise(key=m[1], kind=m[2], ratio=float(m[3])) for m in found if m]
 
 
 class Evidence:
@@ -110,25 +51,10 @@ class Evidence:
     def __init__(self, data: dict[str, Any], recording: Any, simulator: Any = None) -> None:
         self.data, self.recording = data, recording
         self.simulator = simulator or common.simulator(False)
-        self.nominal: dict[str, Any] = {}  # what the nominal cell shows, by experiment
-        self.experiments = [e for e in recording.experiments if self.shows(e)]  # once: each look makes copies
-        self.wild: dict[tuple[str, str], np.ndarray] = {}  # spikes, by experiment and column
+        self.noise = seen_noise(data.get("warnings", []))
+        self.experiments = list(recording.experiments)  # once: each look makes copies
         self.unset: list[str] = []  # causes that a cell cannot hold
         self.cell = self.cell_with(range(len(data["causes"])))
-
-    def shows(self, experiment: Any) -> bool:
-        """Whether the simulator can show an experiment at all, and what; the diagnosis warns of those that it cannot."""
-        import kr5
-
-        try:
-            self.nominal[experiment.name] = self.simulator.predict(self.recording.cell, experiment)
-        except kr5.InvalidArgument:
-            return False
-        return True
-
-    def compare(self, experiment: Any) -> Comparison:
-        """The comparison of an experiment, by the noise that was seen."""
-        return Comparison(self.recording, experiment, seen_noise(self.data.get("warnings", []), str(experiment.kind)))
 
     def cell_with(self, causes: Any) -> Any:
         """The recording's cell with some of the causes added."""
@@ -145,29 +71,60 @@ class Evidence:
                 cell.set_effect(cause["effect"], cause["target"], name, parameter["value"])
         return cell
 
+    @property
+    def left_out(self) -> list[int]:
+        """Causes whose part is seen by leaving them out; of a single one the nominal cell tells."""
+        count = len(self.data["causes"])
+        return list(range(count)) if self.explained and count > 1 else []
+
+    @cached_property
+    def residuals(self) -> list[Any]:
+        """kr5.gap.ResidualColumn: at the nominal cell, with the causes, and without each of them."""
+        import kr5.gap
+
+        causes = range(len(self.data["causes"]))
+        others = [self.cell_with([j for j in causes if j != k]) for k in self.left_out]
+        return kr5.gap.residual_columns(self.recording, self.simulator, [self.cell, *others] if self.explained else [], self.noise)
+
     @cached_property
     def columns(self) -> list[Column]:
-        causes = range(len(self.data["causes"]))
-        others = {k: self.cell_with([j for j in causes if j != k]) for k in causes} if len(causes) > 1 and self.explained else {}
-        spiky = any("spikes" in w for w in self.data.get("warnings", []))
-        out = []
-        for experiment in common.track(self.experiments, "simulating"):
-            compare = self.compare(experiment)
-            before = compare.rows_of(self.nominal[experiment.name])
-            after = compare.rows(self.cell, self.simulator) if self.explained else {}
-            without = {k: compare.rows(cell, self.simulator) for k, cell in others.items()} or ({0: before} if self.explained else {})
-            for name, rows in before.items():
-                wild = spikes(experiment, rows) if spiky else np.zeros(len(rows), bool)
-                self.wild[experiment.name, name] = wild
-                kept = {key: np.where(wild, np.nan, values[name]) for key, values in [("before", before), ("after", after), *without.items()]
-                        if name in values}
-                out.append(Column(experiment, name, kept["before"], kept.get("after"), {k: kept[k] for k in without if k in kept}))
+        experiments, out = {e.name: e for e in self.experiments}, []
+        for shown in self.residuals:
+            rows = np.asarray(shown.residuals).T
+            after = rows[1] if self.explained else None
+            without = dict(zip(self.left_out, rows[2:])) or ({0: rows[0]} if self.explained else {})
+            out.append(Column(experiments[shown.experiment], shown.column, rows[0], after, without))
         return out
+
+    def parts(self) -> list[dict[str, Any]]:
+        """The gap by subsystem, experiment, pose region and speed, before and with the causes."""
+        import kr5.gap
+
+        before = kr5.gap.gap_parts(self.recording, self.residuals)
+        after = {(p.by, p.name): p.gap for p in kr5.gap.gap_parts(self.recording, self.residuals, 1)} if self.explained else {}
+        return [{"by": p.by, "name": p.name, "gap": p.gap, "after": after.get((p.by, p.name)), "share": p.share}
+                for p in before if p.by in ("subsystem", "experiment", "pose region", "speed")]
 
     def judged(self, group: str) -> list[Column]:
         """The columns of a group (kind.column) that judge it: of the check experiments, of all where none is to check."""
         all_of = [c for c in self.columns if c.group == group]
         return [c for c in all_of if str(c.experiment.split) == "check"] or all_of
+
+    @property
+    def options(self) -> Any:
+        """Of trials on the recording."""
+        import kr5.gap
+
+        return kr5.gap.TrialOptions(noise=self.noise)
+
+    def rivals(self, k: int) -> list[Any]:
+        """The other effects that explain most of what a cause explains, in its place."""
+        import kr5.gap
+
+        causes = self.data["causes"]
+        taken = [kr5.gap.EffectName(effect=c["effect"], target=c["target"]) for c in causes]
+        cell = self.cell_with([j for j in range(len(causes)) if j != k])
+        return kr5.gap.best_effects(self.recording, cell, self.simulator, taken, options=self.options)
 
     @property
     def explained(self) -> bool:

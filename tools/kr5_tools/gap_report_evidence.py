@@ -148,7 +148,7 @@ def in_its_place(trials: list[Any], evidence: Any) -> list[str]:
     for trial in trials:
         if trial.closed < 0.01:
             continue
-        group, left = trial.left
+        group, left = max(((c.column, c.after) for c in trial.columns), key=lambda row: row[1], default=("", 1.0))
         rest = "leaves nothing above the floor" if left <= 1.02 * evidence.limit(group) else f"leaves the {column_words(group)} at {left:.2f}"
         out.append(f"{capital(effect_words(trial.effect, trial.target))} closes {percent(trial.closed)} and {rest}.")
     return out or ["No other effect closes more than 1 % of what it closes."]

@@ -236,7 +236,7 @@ SPIKES = ("Single wild samples, as from a disturbed line, would outweigh thousan
 
 def notes(warnings: list[str]) -> list[tuple[str, str]]:
     """Each warning with what it means; those of the noise in one."""
-    noise = [m for m in (re.match(r"noise of (\w+) is ([\d.]+ (?:\+-|±) [\d.]+)", w) for w in warnings) if m]
+    noise = [m for m in (re.match(r"noise of (\w+(?: in \w+)?) is ([\d.]+ (?:\+-|±) [\d.]+)", w) for w in warnings) if m]
     out = [(capital(f"{w}."), SPIKES if "spikes" in w else "") for w in warnings if not w.startswith("noise of")]
     if noise:
         each = listed([f"{m[1].replace('_', ' ')} {m[2].replace('+-', '±')}" for m in noise])

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <iterator>
+#include <mutex>
 #include <optional>
 
 #include <kr5/core/error.hpp>
@@ -21,6 +22,15 @@ namespace {
 constexpr double scatter_sizes[] = {0.0, 0.002, 0.004, 0.008};
 /// Evidence that scatter must bring, in natural logarithms: odds of twenty.
 constexpr double scatter_pays = 3.0;
+
+/// Part of the whole that a step takes, about.
+struct Stage {
+  const char* name;
+  double from, to;
+};
+constexpr Stage simulating{"simulating the nominal cell", 0.0, 0.02}, screening{"screening effects", 0.02, 0.4},
+    refitting{"refitting effects", 0.4, 0.85}, with_scatter{"refitting effects beside small errors", 0.85, 0.95},
+    judging{"judging what is left", 0.95, 1.0};
 
 class Diagnoser {
  public:
@@ -44,20 +54,25 @@ class Diagnoser {
 
  private:
   double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
-  void progress(const std::string& stage, double fraction) const {
-    if (options_.progress) options_.progress(stage, fraction);
+  /// Tells how much of the whole is done, which never falls, whichever thread comes last.
+  void progress(const Stage& stage, double fraction) const {
+    if (!options_.progress) return;
+    const std::lock_guard lock(telling_);
+    done_ = std::max(done_, stage.from + (stage.to - stage.from) * fraction);
+    options_.progress(stage.name, done_);
   }
 
   void simulate_nominal() {
-    progress("simulating the nominal cell", 0.0);
+    progress(simulating, 0.0);
     base_ = compare_nominal(data_);
     out_.warnings = data_.left_out;
     for (std::string& lack : lacking_splits(data_)) out_.warnings.push_back(std::move(lack));
   }
 
-  void warn_of_noise(const std::vector<NoiseScale>& scales) {
+  /// Takes the noise that was seen where it is not as declared, with a word.
+  void take_noise(std::vector<NoiseScale> scales) {
+    std::erase_if(scales, [](const NoiseScale& scale) { return !wrong(scale); });
     for (const NoiseScale& scale : scales) {
-      if (!wrong(scale)) continue;
       char text[160];
       const std::string where = scale.kind ? " in " + std::string(kr5::name_of(*scale.kind)) : "";
       std::snprintf(text, sizeof text,
@@ -65,16 +80,15 @@ class Diagnoser {
                     scale.key.c_str(), where.c_str(), scale.ratio, scale.std);
       out_.warnings.emplace_back(text);
     }
+    correct(data_, scales, base_);
   }
 
   void judge_noise() {
     spikes_ = mark_spikes(data_, base_) + mark_stray_corners(data_, base_);
     std::vector<std::string> coarse;
-    const std::vector<NoiseScale> scales = noise_scales(data_, base_, coarse);
-    warn_of_noise(scales);
+    take_noise(noise_scales(data_, base_, coarse));
     for (const std::string& column : coarse)
       out_.warnings.push_back(column + " shows hardly any noise: is it coarse, or dead? The declared noise is used");
-    correct(data_, scales, base_);
   }
 
   Screen make_screen() const {
@@ -84,7 +98,7 @@ class Diagnoser {
     std::vector<Hypothesis> faults = recording_faults(*data_.recording);
     all.insert(all.end(), std::make_move_iterator(faults.begin()), std::make_move_iterator(faults.end()));
     return Screen(data_, std::move(all), base_, options_.threads,
-                  [&](double fraction) { progress("screening effects", fraction); });
+                  [&](double fraction) { progress(screening, fraction); });
   }
 
   void judge_pose_noise(const Screen& screen) {
@@ -95,15 +109,14 @@ class Diagnoser {
         acting.push_back(&candidate->hypothesis);
     const std::vector<NoiseScale> scales = judge_poses(data_, base_, acting, spikes_);
     if (spikes_ > 0) out_.warnings.push_back(std::to_string(spikes_) + " samples are spikes and were left out");
-    warn_of_noise(scales);
-    correct(data_, scales, base_);
+    take_noise(scales);
   }
 
   std::vector<Model> search_with(Screen& screen, double scatter) {
     problem_.prior = ScatterPrior(scatter_, scatter);
     problem_.log_prior_effect = -std::log(static_cast<double>(std::max(screen.effects(), 1)));
     return search(problem_, screen, base_, {options_.max_effects, options_.refits, options_.beam, options_.threads},
-                  [&](double fraction) { progress("refitting effects", fraction); });
+                  [&](double fraction) { progress(scatter > 0 ? with_scatter : refitting, fraction); });
   }
 
   /// The size of scatter under which a fitted model is most likely.
@@ -150,7 +163,7 @@ class Diagnoser {
   }
 
   void conclude() {
-    progress("judging what is left", 0.0);
+    progress(judging, 0.0);
     const FitProblem plain{data_, scatter_, {}, 0.0};
     mark_late_spikes();
     const Rest before = rest_of(plain, groups_, empty_model(plain, base_), base_, options_);
@@ -170,6 +183,7 @@ class Diagnoser {
     }
     set_verdict(rest);
     fill(best, before, rest);
+    progress(judging, 1.0);
   }
 
   /// What stands out once the best set of effects is known, also where any effect would make the residual jump.
@@ -255,6 +269,8 @@ class Diagnoser {
   std::vector<Group> groups_;
   Scatter scatter_;
   int spikes_ = 0;
+  mutable std::mutex telling_;
+  mutable double done_ = 0.0;
   FitProblem problem_{data_, scatter_, {}, 0.0};
   ModelPool models_{problem_, base_};
   Diagnosis out_;

@@ -188,7 +188,7 @@ bool wrong(const NoiseScale& scale) { return std::abs(scale.ratio - 1) > std::ma
 void correct(Data& data, const std::vector<NoiseScale>& scales, Eigen::VectorXd& residual) {
   for (const NoiseScale& scale : scales)
     for (Block& block : data.blocks)
-      if (wrong(scale) && block.noise == scale.key && scale.kind.value_or(block.kind) == block.kind) {
+      if (block.noise == scale.key && scale.kind.value_or(block.kind) == block.kind) {
         block.of(residual) /= scale.ratio;
         block.sigma *= scale.ratio;
       }

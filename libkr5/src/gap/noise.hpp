@@ -48,7 +48,7 @@ std::vector<NoiseScale> judge_poses(Data& data, const Eigen::VectorXd& residual,
 /// Whether a ratio is no chance (four standard deviations, and a twelfth at least).
 bool wrong(const NoiseScale& scale);
 
-/// Puts the noise seen in the place of the declared one, in the blocks and in residuals, for all wrong scales.
+/// Puts the noise seen in the place of the declared one, in the blocks and in residuals.
 void correct(Data& data, const std::vector<NoiseScale>& scales, Eigen::VectorXd& residual);
 
 }  // namespace kr5::gap

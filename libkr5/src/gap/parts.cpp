@@ -3,9 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <map>
+
+#include <kr5/uncertainty/confidence.hpp>
 
 namespace kr5::gap {
 namespace {
+
+constexpr double certain = 0.999;
 
 bool of_wrench(const std::string& column) { return column[0] == 'f' || (column[0] == 't' && column.size() == 2); }
 
@@ -37,21 +43,56 @@ std::string channel_of(const ColumnGap& c) {
   return c.column[0] == 'r' ? "orientation" : "position";
 }
 
-/// Columns of one name, first seen first; then the widest gap first.
 template <typename Name>
-void append(const std::vector<ColumnGap>& columns, const std::string& by, const Name& name, std::vector<GapPart>& out) {
-  const auto excess = [](const ColumnGap& c) { return c.exceeds ? c.gap * c.gap - 1 : 0.0; };
+std::vector<std::string> names_of(const std::vector<ColumnGap>& columns, const Name& name) {
+  std::vector<std::string> out;
+  std::transform(columns.begin(), columns.end(), std::back_inserter(out), name);
+  return out;
+}
+
+std::string unit_of(cell::Kind kind, const std::string& name, int joints) {
+  for (const cell::Column& column : cell::columns(kind, joints))
+    if (column.name == name) return column.unit;
+  return "rad";  // rx ry rz, which are in no file
+}
+
+ColumnGap column_gap(const cell::Experiment& experiment, const std::string& column, double sigma,
+                     const Eigen::VectorXd& residual, int joints) {
+  ColumnGap out;
+  out.experiment = experiment.name;
+  out.kind = experiment.kind;
+  out.column = column;
+  out.target = target_of(experiment.kind, column);
+  out.unit = unit_of(experiment.kind, column, joints);
+  out.split = experiment.split;
+  out.noise = sigma;
+  double sum = 0.0;
+  for (const double r : residual)
+    if (!std::isnan(r)) sum += r * r, ++out.rows;
+  out.left_out = static_cast<int>(residual.size()) - out.rows;
+  if (out.rows == 0) return out;
+  out.gap = std::sqrt(sum / out.rows);
+  out.rms = out.gap * out.noise;
+  out.limit = std::sqrt(uncertainty::chi_square_quantile(certain, out.rows) / out.rows);
+  out.exceeds = out.gap > out.limit;
+  return out;
+}
+
+/// The parts of columns with the same name, first seen first, then the widest gap first.
+void append(const std::string& by, const std::vector<ColumnGap>& columns, const std::vector<std::string>& names,
+            std::vector<GapPart>& out) {
   std::vector<GapPart> parts;
   double all = 0.0;
-  for (const ColumnGap& c : columns) {
-    const std::string own = name(c);
-    auto part = std::find_if(parts.begin(), parts.end(), [&](const GapPart& p) { return p.name == own; });
-    if (part == parts.end()) part = parts.insert(parts.end(), {by, own});
+  for (std::size_t k = 0; k < columns.size(); ++k) {
+    const ColumnGap& c = columns[k];
+    const double excess = c.exceeds ? c.gap * c.gap - 1 : 0.0;
+    auto part = std::find_if(parts.begin(), parts.end(), [&](const GapPart& p) { return p.name == names[k]; });
+    if (part == parts.end()) part = parts.insert(parts.end(), {by, names[k]});
     part->columns += 1;
     part->exceeding += c.exceeds ? 1 : 0;
     part->gap += c.gap * c.gap;
-    part->share += excess(c);
-    all += excess(c);
+    part->share += excess;
+    all += excess;
   }
   for (GapPart& part : parts) {
     part.gap = std::sqrt(part.gap / part.columns);
@@ -84,14 +125,33 @@ std::string target_of(cell::Kind kind, const std::string& column) {
   return column;
 }
 
-std::vector<GapPart> parts_of(const std::vector<ColumnGap>& columns) {
+Parts::Parts(const cell::Recording& recording)
+    : recording_(recording), conditions_({{"pose region", pose_regions(recording)}, {"speed", speeds(recording)}}) {}
+
+ColumnGap Parts::add(int experiment, const std::string& column, double sigma, const Eigen::VectorXd& residual) {
+  const cell::Experiment& of = recording_.experiments[static_cast<std::size_t>(experiment)];
+  const int joints = recording_.cell.robot.joints();
+  columns_.push_back(column_gap(of, column, sigma, residual, joints));
+  for (ByCondition& condition : conditions_) {
+    std::map<std::string, std::vector<Eigen::Index>> rows;
+    const std::vector<std::string>& words = condition.words[static_cast<std::size_t>(experiment)];
+    for (std::size_t i = 0; i < words.size(); ++i) rows[words[i]].push_back(static_cast<Eigen::Index>(i));
+    for (const auto& [word, at] : rows)
+      if (const ColumnGap part = column_gap(of, column, sigma, residual(at), joints); part.rows > 0) {
+        condition.columns.push_back(part);
+        condition.names.push_back(word);
+      }
+  }
+  return columns_.back();
+}
+
+std::vector<GapPart> Parts::all() const {
   std::vector<GapPart> out;
-  append(columns, "subsystem", subsystem_of, out);
-  append(
-      columns, "target", [](const ColumnGap& c) { return c.target; }, out);
-  append(columns, "channel", channel_of, out);
-  append(
-      columns, "experiment", [](const ColumnGap& c) { return c.experiment; }, out);
+  append("subsystem", columns_, names_of(columns_, subsystem_of), out);
+  append("target", columns_, names_of(columns_, [](const ColumnGap& c) { return c.target; }), out);
+  append("channel", columns_, names_of(columns_, channel_of), out);
+  append("experiment", columns_, names_of(columns_, [](const ColumnGap& c) { return c.experiment; }), out);
+  for (const ByCondition& condition : conditions_) append(condition.by, condition.columns, condition.names, out);
   return out;
 }
 

@@ -4,15 +4,43 @@
 #include <string>
 #include <vector>
 
+#include <Eigen/Core>
+
+#include <kr5/cell/recording.hpp>
 #include <kr5/gap/measure.hpp>
 
+#include "gap/conditions.hpp"
+
 /// @file
-/// What of the cell a column shows.
+/// What of the cell a column shows, and the gap of all columns that have something in common.
 
 namespace kr5::gap {
 
 /// The target of the catalogue nearest to it, e.g. joint3, tool, camera; a component of a wrench itself.
 std::string target_of(cell::Kind kind, const std::string& column);
-std::vector<GapPart> parts_of(const std::vector<ColumnGap>& columns);
+/// Gathers the gap of columns, and what they have in common.
+class Parts {
+ public:
+  explicit Parts(const cell::Recording& recording);
+
+  /// Counts a column of an experiment (by number): its noise, and recorded less simulated over it, NaN where the two
+  /// cannot be compared.
+  ColumnGap add(int experiment, const std::string& column, double sigma, const Eigen::VectorXd& residual);
+  /// By subsystem, target, channel and experiment, and of the rows by pose region and speed.
+  std::vector<GapPart> all() const;
+
+ private:
+  /// Columns that are split by what the arm was doing.
+  struct ByCondition {
+    std::string by;
+    Words words;
+    std::vector<ColumnGap> columns = {};
+    std::vector<std::string> names = {};
+  };
+
+  const cell::Recording& recording_;
+  std::vector<ColumnGap> columns_;
+  std::vector<ByCondition> conditions_;
+};
 
 }  // namespace kr5::gap

@@ -59,12 +59,7 @@ std::vector<Part> starts(const FitProblem& problem, Screen& screen, const Model&
     if (out.size() < choices && missing(s.part.candidate->hypothesis)) out.push_back(s.part);
   if (!out.empty()) return out;
   for (const auto& candidate : screen.candidates())
-    if (const Hypothesis& h = candidate->hypothesis; missing(h)) {
-      Eigen::VectorXd x = h.probes.front().points.front();
-      for (Eigen::Index i = 0; i < x.size(); ++i)
-        if (!h.coordinates[static_cast<std::size_t>(i)].shape) x(i) *= 0.01;
-      out.push_back({candidate.get(), x});
-    }
+    if (missing(candidate->hypothesis)) out.push_back({candidate.get(), nearly_off(candidate->hypothesis)});
   return out;
 }
 

@@ -12,10 +12,6 @@
 namespace kr5::gap {
 namespace {
 
-bool above_floor(const Gap& gap) {
-  return gap.samples > 0 && gap.samples * gap.rms * gap.rms > uncertainty::chi_square_quantile(0.999, gap.samples);
-}
-
 /// Groups above the floor at the nominal cell.
 std::vector<const Group*> exceeding(const Data& data, const std::vector<Group>& groups, const Eigen::VectorXd& before) {
   std::vector<const Group*> out;
@@ -77,6 +73,10 @@ uncertainty::Interval bootstrap(const Data& data, const std::vector<const Group*
 }
 
 }  // namespace
+
+bool above_floor(const Gap& gap) {
+  return gap.samples > 0 && gap.samples * gap.rms * gap.rms > uncertainty::chi_square_quantile(0.999, gap.samples);
+}
 
 std::vector<Place> places(const Data& data, const std::vector<Group>& groups, const Rest& rest) {
   std::vector<Place> out;

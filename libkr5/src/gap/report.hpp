@@ -10,6 +10,9 @@
 
 namespace kr5::gap {
 
+/// Whether a gap is more than noise alone shows once in 1000 columns.
+bool above_floor(const Gap& gap);
+
 /// Columns above the floor (99.9 % of chi-square at their samples, or structured), largest share of the excess first.
 std::vector<Place> places(const Data& data, const std::vector<Group>& groups, const Rest& rest);
 

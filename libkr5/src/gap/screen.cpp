@@ -113,6 +113,13 @@ bool has(const Model& model, const Hypothesis& h) {
 
 }  // namespace
 
+Eigen::VectorXd nearly_off(const Hypothesis& h) {
+  Eigen::VectorXd x = h.probes.front().points.front();
+  for (Eigen::Index i = 0; i < x.size(); ++i)
+    if (!h.coordinates[static_cast<std::size_t>(i)].shape) x(i) *= 0.01;
+  return x;
+}
+
 Screen::Screen(const Data& data, std::vector<Hypothesis> hypotheses, const Eigen::VectorXd& base, int threads,
                const Progress& progress)
     : data_(data), threads_(threads) {

@@ -25,6 +25,9 @@ struct PairSuggestion {
   double score = 0.0;
 };
 
+/// A hundredth of a usual size, where a fit can start of what no signature speaks for.
+Eigen::VectorXd nearly_off(const Hypothesis& hypothesis);
+
 class Screen {
  public:
   using Progress = std::function<void(double fraction)>;

@@ -4,6 +4,7 @@
 #include <kr5/cell/effect.hpp>
 
 #include "predict/kinds.hpp"
+#include "predict/motion_memory.hpp"
 #include "predict/real_arm.hpp"
 
 namespace kr5::predict {
@@ -20,7 +21,7 @@ void require_targets(const cell::Cell& cell) {
   }
 }
 
-Shown predicted(const cell::Cell& cell, cell::Kind kind, const Given& given) {
+Shown predicted(const cell::Cell& cell, cell::Kind kind, const Given& given, MotionMemory& memory) {
   using enum cell::Kind;
   const RealArm arm(cell);
   const FlangeAt flange = [&](const Eigen::VectorXd& q, double t) {
@@ -28,7 +29,7 @@ Shown predicted(const cell::Cell& cell, cell::Kind kind, const Given& given) {
   };
   switch (kind) {
     case Motion:
-      return motion(cell, given);
+      return motion(cell, given, memory);
     case Poses:
       return poses(cell, given, flange);
     case Views:
@@ -47,9 +48,11 @@ Shown predicted(const cell::Cell& cell, cell::Kind kind, const Given& given) {
 
 }  // namespace
 
+FastSimulator::FastSimulator() : memory_(std::make_shared<MotionMemory>()) {}
+
 io::Table FastSimulator::predict(const cell::Cell& cell, const cell::Experiment& experiment) const {
   require_targets(cell);
-  return predicted(cell, experiment.kind, Given(experiment, cell.robot.joints())).table();
+  return predicted(cell, experiment.kind, Given(experiment, cell.robot.joints()), *memory_).table();
 }
 
 }  // namespace kr5::predict

@@ -10,7 +10,9 @@
 
 namespace kr5::predict {
 
-Shown motion(const cell::Cell& cell, const Given& given);
+class MotionMemory;
+
+Shown motion(const cell::Cell& cell, const Given& given, MotionMemory& memory);
 Shown step(const cell::Cell& cell, const Given& given);
 Shown press(const cell::Cell& cell, const Given& given);
 Shown profile(const cell::Cell& cell, const Given& given);

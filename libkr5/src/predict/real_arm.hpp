@@ -31,6 +31,8 @@ class RealArm {
   /// What hangs below the force sensor. Needs a tool.
   kinematics::Cut below_sensor() const;
 
+  /// Whether the gear of a joint turns unevenly.
+  bool is_bent(int joint) const { return cell_.effects.joint(joint).transmission_amplitude != 0.0; }
   /// Where a link would be if its joint were rigid, for a motor that reads q, and the derivatives of that by q.
   double angle(int joint, double q) const;
   double angle_slope(int joint, double q) const;

@@ -62,9 +62,11 @@ class Transition {
 
 }  // namespace
 
-void follow_smooth(const cell::SecondOrder& servo, const Eigen::Ref<const Eigen::VectorXd>& t,
-                   const Eigen::Ref<const Eigen::VectorXd>& command, Response& out, Index column) {
+Eigen::Matrix<double, Eigen::Dynamic, 3> follow_smooth(const cell::SecondOrder& servo,
+                                                       const Eigen::Ref<const Eigen::VectorXd>& t,
+                                                       const Eigen::Ref<const Eigen::VectorXd>& command) {
   const Index n = t.size();
+  Eigen::Matrix<double, Eigen::Dynamic, 3> out(n, 3);
   const double w = servo.natural_frequency;
   const auto pieces = spline(t, command);
   Transition whole(servo), part(servo);
@@ -84,10 +86,11 @@ void follow_smooth(const cell::SecondOrder& servo, const Eigen::Ref<const Eigen:
     }
     const double s = t[row] - begin;
     const Vector2d state = at(p, s) + part(s) * rest;
-    out.x(row, column) = state[0];
-    out.v(row, column) = state[1];
-    out.a(row, column) = w * w * (at(c, s)[0] - state[0]) - 2 * servo.damping_ratio * w * state[1];
+    out(row, 0) = state[0];
+    out(row, 1) = state[1];
+    out(row, 2) = w * w * (at(c, s)[0] - state[0]) - 2 * servo.damping_ratio * w * state[1];
   }
+  return out;
 }
 
 }  // namespace kr5::predict

@@ -19,9 +19,9 @@ struct Response {
 Eigen::Matrix2d transition(const cell::SecondOrder& servo, double h);
 
 /// Response to a command that is smooth between the rows: a cubic spline through them (not-a-knot), and held before the
-/// first. `t` increases.
-/// @param column Of `out`, whose size is set.
-void follow_smooth(const cell::SecondOrder& servo, const Eigen::Ref<const Eigen::VectorXd>& t,
-                   const Eigen::Ref<const Eigen::VectorXd>& command, Response& out, Eigen::Index column);
+/// first. `t` increases. Position, speed and acceleration, a row a sample.
+Eigen::Matrix<double, Eigen::Dynamic, 3> follow_smooth(const cell::SecondOrder& servo,
+                                                       const Eigen::Ref<const Eigen::VectorXd>& t,
+                                                       const Eigen::Ref<const Eigen::VectorXd>& command);
 
 }  // namespace kr5::predict

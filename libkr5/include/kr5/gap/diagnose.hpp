@@ -23,7 +23,7 @@ struct DiagnoseOptions {
 
   /// Effects beyond those of the catalogue.
   std::vector<Hypothesis> own_hypotheses;
-  /// Called from any thread with what is being done, and which part of it is.
+  /// Called from any thread, one call at a time, with what is being done and which part of the whole is.
   std::function<void(const std::string& stage, double fraction)> progress;
 
   /// @throws InvalidArgument naming the offending field.

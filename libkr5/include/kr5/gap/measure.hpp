@@ -56,8 +56,8 @@ struct GapPart {
   double share = 0.0;  ///< [-]
 
   static void each_field(auto& self, auto&& visit) {
-    visit("by", self.by, "What they have in common: subsystem | target | channel | experiment.");
-    visit("name", self.name, "E.g. drives, joint3, motor current, motion-2.");
+    visit("by", self.by, "What they have in common: subsystem | target | channel | experiment | pose region | speed.");
+    visit("name", self.name, "E.g. drives, joint3, motor current, motion-2, at rest.");
     visit("columns", self.columns, "Number of columns.");
     visit("exceeding", self.exceeding, "Number of them above their limit.");
     visit("gap", self.gap, "RMS of their gaps [-].");
@@ -76,7 +76,9 @@ struct Measure {
     visit("gap", self.gap, "RMS of the gaps of all columns [-].");
     visit("exceeding", self.exceeding, "Number of columns that are above their limit.");
     visit("columns", self.columns, "Every column compared, in the order of the recording.");
-    visit("parts", self.parts, "The same by subsystem, target, channel and experiment; of each, the widest gap first.");
+    visit("parts", self.parts,
+          "The same by subsystem, target, channel, experiment, and of the rows by pose region and speed; of each, the "
+          "widest gap first.");
     visit("refused", self.refused, "Experiments that the simulator cannot predict, and why; they are left out.");
   }
 };

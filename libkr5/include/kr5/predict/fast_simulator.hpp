@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <memory>
+
 #include <kr5/cell/simulator.hpp>
 
 namespace kr5::predict {
+
+class MotionMemory;
 
 /// The fast grade of a simulator: inverse dynamics on the response of the servos, closed-form contact, projection. All
 /// effects of the catalogue act as the documentation of the formats says (kr5/cell/effects.hpp lists them).
@@ -12,12 +16,17 @@ namespace kr5::predict {
 /// motion. What a sensor cannot see is NaN: a point behind the camera, a ray that meets nothing, a peg that nothing
 /// carries.
 ///
-/// Holds nothing: one object may be used by many threads.
+/// Remembers the motions it predicted last (at most 72 MB), as effects that are compared share most of what they cost;
+/// the answers are the same. One object may be used by many threads; copies share what they remember.
 class FastSimulator : public cell::Simulator {
  public:
+  FastSimulator();
   /// @throws InvalidArgument as Simulator says; for a given value that is no finite number; for an effect on a joint,
   ///         motor or part that the cell does not have.
   io::Table predict(const cell::Cell& cell, const cell::Experiment& experiment) const override;
+
+ private:
+  std::shared_ptr<MotionMemory> memory_;
 };
 
 }  // namespace kr5::predict

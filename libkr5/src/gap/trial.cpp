@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/gap/trial.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include <kr5/core/error.hpp>
+
+#include "gap/evidence.hpp"
+#include "gap/noise.hpp"
+#include "gap/parallel.hpp"
+#include "gap/parts.hpp"
+#include "gap/report.hpp"
+#include "gap/screen.hpp"
+
+namespace kr5::gap {
+namespace {
+
+constexpr double changed = 0.02;  ///< A gap that moves by less stays the same.
+
+/// A recording with the cell that is asked about in the place of its own.
+cell::Recording asked(const cell::Recording& recording, const cell::Cell& cell) {
+  require(cell.robot.joints() == recording.cell.robot.joints(), "the cell has " + std::to_string(cell.robot.joints()) +
+                                                                    " joints, the one that was recorded " +
+                                                                    std::to_string(recording.cell.robot.joints()));
+  cell::Recording out = recording;
+  const cell::Noise noise = out.cell.noise;
+  out.cell = cell;
+  out.cell.noise = noise;
+  return from_zero(out).value_or(out);
+}
+
+/// A recording that is compared with its cell, by the noise that was seen.
+struct Compared {
+  Compared(const cell::Recording& recording, const cell::Simulator& simulator, const std::vector<SeenNoise>& noise)
+      : data(make_data(recording, simulator)), base(compare_nominal(data)) {
+    std::vector<NoiseScale> scales;
+    for (const SeenNoise& seen : noise) {
+      require(seen.ratio > 0, "noise: ratio of " + seen.key + " must be positive");
+      scales.push_back({seen.key, seen.kind, seen.ratio});
+    }
+    mark_spikes(data, base);
+    mark_stray_corners(data, base);
+    correct(data, scales, base);
+  }
+
+  Data data;
+  Eigen::VectorXd base;
+};
+
+std::vector<Hypothesis> chosen(const cell::Recording& recording, const std::function<bool(const EffectName&)>& wanted) {
+  std::vector<Hypothesis> out = hypotheses(recording.cell, span_of(recording));
+  std::erase_if(out, [&](const Hypothesis& h) { return !wanted({h.effect, h.target}); });
+  return out;
+}
+
+bool is_among(const std::vector<EffectName>& names, const EffectName& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+/// Fits effects, each alone, and judges them.
+class Trials {
+ public:
+  Trials(const cell::Recording& recording, const cell::Simulator& simulator,
+         const std::function<bool(const EffectName&)>& wanted, const TrialOptions& options)
+      : compared_(recording, simulator, options.noise),
+        threads_(options.threads),
+        wanted_(wanted),
+        groups_(make_groups(compared_.data)),
+        empty_(empty_model(problem_, compared_.base)),
+        screen_(compared_.data, chosen(recording, wanted), compared_.base, options.threads, {}),
+        ranked_(screen_.rank(problem_, empty_)) {
+    add_the_others();
+  }
+
+  /// Names that act, the best of the linear signatures first.
+  std::vector<EffectName> names() const {
+    std::vector<EffectName> out;
+    for (const Suggestion& s : ranked_)
+      if (wanted_(name_of(s.part)) && !is_among(out, name_of(s.part))) out.push_back(name_of(s.part));
+    return out;
+  }
+
+  std::vector<Trial> fitted(const std::vector<EffectName>& names) const {
+    std::vector<Trial> out(names.size());
+    parallel_for(static_cast<int>(names.size()), threads_, [&](int i) {
+      out[static_cast<std::size_t>(i)] = judged(best_of(names[static_cast<std::size_t>(i)]));
+    });
+    std::stable_sort(out.begin(), out.end(), [](const Trial& a, const Trial& b) { return a.closed > b.closed; });
+    return out;
+  }
+
+ private:
+  /// Effects that could only do harm, by their signatures.
+  void add_the_others() {
+    for (const auto& candidate : screen_.candidates())
+      if (std::none_of(ranked_.begin(), ranked_.end(),
+                       [&](const Suggestion& s) { return s.part.candidate == candidate.get(); }))
+        ranked_.push_back({{candidate.get(), nearly_off(candidate->hypothesis)}, -1e300});
+  }
+
+  /// The likeliest choices of an effect, each fitted; the one that takes most from the fit experiments.
+  Model best_of(const EffectName& name) const {
+    constexpr int choices = 3;
+    std::optional<Model> best;
+    int tried = 0;
+    for (const Suggestion& s : ranked_) {
+      if (!(name_of(s.part) == name)) continue;
+      Model model = fit(problem_, empty_, {s.part});
+      if (!best || model.chi2_fit < best->chi2_fit) best = std::move(model);
+      if (++tried == choices) break;
+    }
+    return std::move(best).value();
+  }
+
+  Trial judged(const Model& model) const {
+    const Hypothesis& h = model.parts.front().candidate->hypothesis;
+    const Eigen::VectorXd before = counted(compared_.data, compared_.base);
+    const Eigen::VectorXd after = counted(compared_.data, model.residual);
+    Trial out{h.effect, h.target, h.choice, {}, closed(compared_.data, groups_, before, before, after), {}};
+    out.parameters = parameters(compared_.data, model, 0, posterior(compared_.data, {model}).temperature);
+    for (const Group& group : groups_) {
+      const Gap from = gap_of(compared_.data, group.judged, before), to = gap_of(compared_.data, group.judged, after);
+      if (above_floor(from) || std::abs(from.rms - to.rms) > changed)
+        out.columns.push_back({group.name(), from.rms, to.rms});
+    }
+    const auto change = [](const ColumnShrink& c) { return std::abs(c.before * c.before - c.after * c.after); };
+    std::stable_sort(out.columns.begin(), out.columns.end(),
+                     [&](const ColumnShrink& a, const ColumnShrink& b) { return change(a) > change(b); });
+    return out;
+  }
+
+  Compared compared_;
+  int threads_ = 0;
+  std::function<bool(const EffectName&)> wanted_;
+  Scatter scatter_;
+  FitProblem problem_{compared_.data, scatter_, {}, 0.0};
+  std::vector<Group> groups_;
+  Model empty_;
+  Screen screen_;
+  std::vector<Suggestion> ranked_;
+};
+
+/// NaN for spikes, too.
+Eigen::VectorXd shown_rows(const Data& data, const Block& block, const Eigen::VectorXd& residual) {
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  return (data.use.segment(block.first, block.rows) > 0).select(block.of(residual).array(), nan);
+}
+
+}  // namespace
+
+void TrialOptions::validate() const {
+  for (const SeenNoise& seen : noise) require(seen.ratio > 0, "noise: ratio of " + seen.key + " must be positive");
+  require(threads >= 0, "threads must not be negative");
+}
+
+std::vector<ResidualColumn> residual_columns(const cell::Recording& recording, const cell::Simulator& simulator,
+                                             const std::vector<cell::Cell>& cells,
+                                             const std::vector<SeenNoise>& noise) {
+  const cell::Recording own = asked(recording, recording.cell);
+  Compared compared(own, simulator, noise);
+  Data& data = compared.data;
+  std::vector<int> all(own.experiments.size());
+  std::iota(all.begin(), all.end(), 0);
+  std::erase_if(all, [&](int e) { return data.blocks_of[static_cast<std::size_t>(e)].empty(); });
+  std::vector<Eigen::VectorXd> stacked = {compared.base};
+  for (const cell::Cell& cell : cells) {
+    require(cell.robot.joints() == own.cell.robot.joints(), "a cell has another number of joints than was recorded");
+    stacked.push_back(residuals(data, cell, all, compared.base));
+  }
+  if (!cells.empty()) mark_spikes(data, stacked[1], true);
+  std::vector<ResidualColumn> out;
+  for (const Block& block : data.blocks) {
+    Eigen::MatrixXd rows(block.rows, static_cast<Eigen::Index>(stacked.size()));
+    for (std::size_t k = 0; k < stacked.size(); ++k)
+      rows.col(static_cast<Eigen::Index>(k)) = shown_rows(data, block, stacked[k]);
+    out.push_back({data.experiment(block).name, block.column, block.sigma, std::move(rows)});
+  }
+  return out;
+}
+
+std::vector<GapPart> gap_parts(const cell::Recording& recording, const std::vector<ResidualColumn>& columns,
+                               int which) {
+  Parts parts(recording);
+  for (const ResidualColumn& c : columns) {
+    const auto at = std::find_if(recording.experiments.begin(), recording.experiments.end(),
+                                 [&](const cell::Experiment& e) { return e.name == c.experiment; });
+    require(at != recording.experiments.end() && at->data.values.rows() == c.residuals.rows(),
+            "residuals of " + c.experiment + " are not of this recording");
+    require(which >= 0 && which < c.residuals.cols(), "which: there are residuals of " +
+                                                          std::to_string(c.residuals.cols()) + " cells, not of cell " +
+                                                          std::to_string(which));
+    parts.add(static_cast<int>(at - recording.experiments.begin()), c.column, c.noise, c.residuals.col(which));
+  }
+  return parts.all();
+}
+
+std::vector<Trial> try_effects(const cell::Recording& recording, const cell::Cell& cell,
+                               const cell::Simulator& simulator, const std::vector<EffectName>& effects,
+                               const TrialOptions& options) {
+  options.validate();
+  const cell::Recording at = asked(recording, cell);
+  const Trials trials(
+      at, simulator, [&](const EffectName& name) { return is_among(effects, name); }, options);
+  return trials.fitted(trials.names());
+}
+
+std::vector<Trial> best_effects(const cell::Recording& recording, const cell::Cell& cell,
+                                const cell::Simulator& simulator, const std::vector<EffectName>& except, int most,
+                                const TrialOptions& options) {
+  options.validate();
+  require(most >= 1, "most must be at least 1");
+  const cell::Recording at = asked(recording, cell);
+  const Trials trials(
+      at, simulator, [&](const EffectName& name) { return !is_among(except, name); }, options);
+  std::vector<EffectName> names = trials.names();
+  if (names.size() > static_cast<std::size_t>(most)) names.resize(static_cast<std::size_t>(most));
+  return trials.fitted(names);
+}
+
+}  // namespace kr5::gap

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+#include <list>
+#include <memory>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+/// @file
+/// Remembers what costs most of a prediction for the next one: who compares many effects asks for the same motion under
+/// the same loads again and again.
+
+namespace kr5::predict {
+
+/// All numbers that a result depends on.
+class Key {
+ public:
+  Key& add(double number) {
+    numbers_.push_back(number);
+    return *this;
+  }
+  template <class Derived>
+  Key& add(const Eigen::DenseBase<Derived>& numbers) {
+    const std::size_t first = numbers_.size();
+    numbers_.resize(first + static_cast<std::size_t>(numbers.size()));
+    Eigen::Map<typename Derived::PlainMatrix>(numbers_.data() + first, numbers.rows(), numbers.cols()) = numbers;
+    return *this;
+  }
+
+  std::size_t size() const { return numbers_.size(); }
+  /// To the bit, so that what is remembered is what would be computed.
+  friend bool operator==(const Key& a, const Key& b) {
+    return a.size() == b.size() && std::memcmp(a.numbers_.data(), b.numbers_.data(), a.size() * sizeof(double)) == 0;
+  }
+  std::uint64_t hash() const {
+    std::uint64_t out = 0xcbf29ce484222325u;
+    for (const double number : numbers_) {
+      std::uint64_t bits = 0;
+      std::memcpy(&bits, &number, sizeof bits);
+      out = (out ^ bits ^ (bits >> 29)) * 0x9e3779b97f4a7c15u;
+    }
+    return out;
+  }
+
+ private:
+  std::vector<double> numbers_;
+};
+
+/// The results asked for last, as many as fit into `limit` numbers of keys and values. For any number of threads.
+template <class Value>
+class Memory {
+ public:
+  /// @param count Tells how many numbers a value holds.
+  Memory(std::size_t limit, std::size_t (*count)(const Value&)) : limit_(limit), count_(count) {}
+
+  /// The value of a key; made by `make()` when it is not known.
+  template <class Make>
+  std::shared_ptr<const Value> operator()(Key key, const Make& make) {
+    const std::uint64_t hash = key.hash();
+    if (auto known = find(hash, key)) return known;
+    auto value = std::make_shared<const Value>(make());
+    const std::lock_guard lock(guard_);
+    size_ += key.size() + count_(*value);
+    entries_.push_front({hash, std::move(key), value});
+    while (size_ > limit_ && entries_.size() > 1) {
+      size_ -= entries_.back().key.size() + count_(*entries_.back().value);
+      entries_.pop_back();
+    }
+    return value;
+  }
+
+ private:
+  struct Entry {
+    std::uint64_t hash;
+    Key key;
+    std::shared_ptr<const Value> value;
+  };
+
+  std::shared_ptr<const Value> find(std::uint64_t hash, const Key& key) {
+    const std::lock_guard lock(guard_);
+    for (auto entry = entries_.begin(); entry != entries_.end(); ++entry)
+      if (entry->hash == hash && entry->key == key) {
+        entries_.splice(entries_.begin(), entries_, entry);
+        return entry->value;
+      }
+    return nullptr;
+  }
+
+  std::mutex guard_;
+  std::list<Entry> entries_;
+  std::size_t limit_ = 0, size_ = 0;
+  std::size_t (*count_)(const Value&);
+};
+
+}  // namespace kr5::predict
