@@ -165,21 +165,25 @@ TEST_CASE("the gap is told by where the arm was and how fast it moved") {
     q3 += i < third ? 0.0 : i < 2 * third ? 0.001 : 0.004;
   }
   auto r = recording(make(cell::Kind::Motion, columns, values));
-  r.experiments[0].data.values.col(7).tail(third - 1).setConstant(3 * gap::measure(r, Constant()).columns.at(0).noise);
+  const double noise = gap::measure(r, Constant()).columns.at(0).noise;
+  Random random(12);
+  r.experiments[0].data.values.col(7) = random.normal_vector(rows, noise);
+  r.experiments[0].data.values.col(7).tail(third - 1).array() += 3 * noise;
   const gap::Measure m = gap::measure(r, Constant());
   std::vector<std::string> speeds;
   double share = 0.0;
   int regions = 0;  // of 0.1 and 0.4 rad/s, 0.25 is the middle
   for (const gap::GapPart& p : m.parts) {
     if (p.by == "speed") speeds.push_back(p.name);
-    if (p.by == "speed" && p.name.starts_with("fast")) CHECK(p.share == Approx(1));
+    if (p.by == "speed" && p.name.starts_with("fast")) CHECK(p.share > 0.95);
     if (p.by != "pose region") continue;
     share += p.share;
     ++regions;
     CHECK(p.name.find("height") != std::string::npos);
   }
-  CHECK(speeds == std::vector<std::string>{"fast, above 0.25 rad/s", "at rest", "slow, to 0.25 rad/s"});
-  CHECK(share == Approx(1));
+  std::sort(speeds.begin(), speeds.end());
+  CHECK(speeds == std::vector<std::string>{"at rest", "fast, above 0.25 rad/s", "slow, to 0.25 rad/s"});
+  CHECK(share == Approx(1).margin(0.1));
   CHECK(regions >= 2);
 
   r.experiments[0].data.values.middleCols(1, 6).setZero();  // stands still all the time

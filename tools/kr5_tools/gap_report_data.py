@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from . import common
+from .gap_report_words import percent
 
 
 @dataclass
@@ -97,13 +98,13 @@ class Evidence:
         return out
 
     def parts(self) -> list[dict[str, Any]]:
-        """The gap by subsystem, experiment, pose region and speed, before and with the causes."""
+        """The gap by subsystem, pose region, speed and experiment, before and with the causes."""
         import kr5.gap
 
         before = kr5.gap.gap_parts(self.recording, self.residuals)
         after = {(p.by, p.name): p.gap for p in kr5.gap.gap_parts(self.recording, self.residuals, 1)} if self.explained else {}
-        return [{"by": p.by, "name": p.name, "gap": p.gap, "after": after.get((p.by, p.name)), "share": p.share}
-                for p in before if p.by in ("subsystem", "experiment", "pose region", "speed")]
+        return [{"by": p.by, "name": p.name, "gap": p.gap, "after": after.get((p.by, p.name)), "share": percent(p.share) if p.share else "–"}
+                for by in ("subsystem", "pose region", "speed", "experiment") for p in before if p.by == by]
 
     def judged(self, group: str) -> list[Column]:
         """The columns of a group (kind.column) that judge it: of the check experiments, of all where none is to check."""

@@ -78,26 +78,24 @@ ColumnGap column_gap(const cell::Experiment& experiment, const std::string& colu
   return out;
 }
 
+double excess_of(const ColumnGap& c) { return c.exceeds ? c.gap * c.gap - 1 : 0.0; }
+
 /// The parts of columns with the same name, first seen first, then the widest gap first.
+/// @param of How much of its column each is, by rows.
+/// @param all Excess of all columns of the recording.
 void append(const std::string& by, const std::vector<ColumnGap>& columns, const std::vector<std::string>& names,
-            std::vector<GapPart>& out) {
+            const std::vector<double>& of, double all, std::vector<GapPart>& out) {
   std::vector<GapPart> parts;
-  double all = 0.0;
   for (std::size_t k = 0; k < columns.size(); ++k) {
     const ColumnGap& c = columns[k];
-    const double excess = c.exceeds ? c.gap * c.gap - 1 : 0.0;
     auto part = std::find_if(parts.begin(), parts.end(), [&](const GapPart& p) { return p.name == names[k]; });
     if (part == parts.end()) part = parts.insert(parts.end(), {by, names[k]});
     part->columns += 1;
     part->exceeding += c.exceeds ? 1 : 0;
     part->gap += c.gap * c.gap;
-    part->share += excess;
-    all += excess;
+    if (all > 0) part->share += of[k] * excess_of(c) / all;
   }
-  for (GapPart& part : parts) {
-    part.gap = std::sqrt(part.gap / part.columns);
-    if (all > 0) part.share /= all;
-  }
+  for (GapPart& part : parts) part.gap = std::sqrt(part.gap / part.columns);
   std::stable_sort(parts.begin(), parts.end(), [](const GapPart& a, const GapPart& b) { return a.gap > b.gap; });
   out.insert(out.end(), parts.begin(), parts.end());
 }
@@ -140,18 +138,22 @@ ColumnGap Parts::add(int experiment, const std::string& column, double sigma, co
       if (const ColumnGap part = column_gap(of, column, sigma, residual(at), joints); part.rows > 0) {
         condition.columns.push_back(part);
         condition.names.push_back(word);
+        condition.of.push_back(static_cast<double>(part.rows) / columns_.back().rows);
       }
   }
   return columns_.back();
 }
 
 std::vector<GapPart> Parts::all() const {
+  double all = 0.0;
+  for (const ColumnGap& c : columns_) all += excess_of(c);
+  const std::vector<double> whole(columns_.size(), 1.0);
   std::vector<GapPart> out;
-  append("subsystem", columns_, names_of(columns_, subsystem_of), out);
-  append("target", columns_, names_of(columns_, [](const ColumnGap& c) { return c.target; }), out);
-  append("channel", columns_, names_of(columns_, channel_of), out);
-  append("experiment", columns_, names_of(columns_, [](const ColumnGap& c) { return c.experiment; }), out);
-  for (const ByCondition& condition : conditions_) append(condition.by, condition.columns, condition.names, out);
+  append("subsystem", columns_, names_of(columns_, subsystem_of), whole, all, out);
+  append("target", columns_, names_of(columns_, [](const ColumnGap& c) { return c.target; }), whole, all, out);
+  append("channel", columns_, names_of(columns_, channel_of), whole, all, out);
+  append("experiment", columns_, names_of(columns_, [](const ColumnGap& c) { return c.experiment; }), whole, all, out);
+  for (const ByCondition& c : conditions_) append(c.by, c.columns, c.names, c.of, all, out);
   return out;
 }
 

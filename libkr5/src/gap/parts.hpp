@@ -36,6 +36,7 @@ class Parts {
     Words words;
     std::vector<ColumnGap> columns = {};
     std::vector<std::string> names = {};
+    std::vector<double> of = {};  ///< Part of the rows of the whole column.
   };
 
   const cell::Recording& recording_;
