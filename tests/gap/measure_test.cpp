@@ -183,7 +183,7 @@ TEST_CASE("the gap is told by where the arm was and how fast it moved") {
   }
   std::sort(speeds.begin(), speeds.end());
   CHECK(speeds == std::vector<std::string>{"at rest", "fast, above 0.25 rad/s", "slow, to 0.25 rad/s"});
-  CHECK(share == Approx(1).margin(0.1));
+  CHECK(share == Approx(1));
   CHECK(regions >= 2);
 
   r.experiments[0].data.values.middleCols(1, 6).setZero();  // stands still all the time

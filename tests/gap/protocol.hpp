@@ -173,6 +173,16 @@ inline void show(cell::Experiment& e, const cell::Cell& truth, Random& random) {
   e.data.values = Eigen::MatrixXd(e.data.values(seen, Eigen::all));
 }
 
+/// The table of an experiment with what a cell shows in the place of what was recorded.
+inline io::Table computed(const cell::Cell& cell, const cell::Experiment& e) {
+  io::Table out = e.data;
+  const io::Table shown = predict::FastSimulator().predict(cell, e);
+  for (std::size_t k = 0; k < shown.columns.size(); ++k)
+    if (const int at = out.find(shown.columns[k]); at >= 0)
+      out.values.col(at) = shown.values.col(static_cast<Eigen::Index>(k));
+  return out;
+}
+
 /// What the sensors of a cell show, noise added, with the nominal cell beside it.
 inline cell::Recording record(const cell::Cell& truth, Random& random) {
   using enum cell::Kind;

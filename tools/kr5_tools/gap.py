@@ -144,7 +144,7 @@ def parts_table(found: Any) -> Any:
     rows, before = [], ""
     for part in found.parts:
         rows.append(["" if part.by == before else part.by, part.name, part.columns, part.exceeding, f"{part.gap:.3f}",
-                     f"{100 * part.share:.1f}" if part.share else "–"])
+                     f"{100 * part.share:.1f}" if part.share > 0 else "–"])
         before = part.by
     return common.table("Where", ["by", "name", "columns", "above limit", "RMS gap [-]", "share of excess [%]"], rows, text=(1, 2))
 

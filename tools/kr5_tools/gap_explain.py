@@ -137,7 +137,8 @@ def _trial_words(target: str, trial: Any, row: Any, data: dict[str, Any], eviden
     if not any(b > evidence.limit(g) for g, b, _ in columns):
         out["against"].append("There is no gap that it could explain.")
     elif trial.closed > 0.01:
-        out["for"].append(f"Fitted{place}, it closes {percent(trial.closed)} of the excess, on experiments not used to fit.")
+        judged = ", on experiments not used to fit" if any(str(e.split) == "check" for e in evidence.experiments) else ""
+        out["for"].append(f"Fitted{place}, it closes {percent(trial.closed)} of the excess{judged}.")
     else:
         out["against"].append(f"Fitted{place} as well as it can be, it closes less than 1 % of the excess.")
     better = [(g, b, a) for g, b, a in columns if a < b - 0.02][:4]

@@ -43,7 +43,7 @@ def seen_noise(warnings: list[str]) -> list[Any]:
     import kr5.gap
 
     found = (re.match(r"noise of (\w+)(?: in (\w+))? is ([\d.]+)", text) for text in warnings)
-    return [kr5.gap.SeenNoise(key=m[1], kind=m[2], ratio=float(m[3])) for m in found if m]
+    return [kr5.gap.SeenNoise(key=m[1], kind=m[2], ratio=float(m[3])) for m in found if m and float(m[3]) > 0]
 
 
 class Evidence:
@@ -103,7 +103,7 @@ class Evidence:
 
         before = kr5.gap.gap_parts(self.recording, self.residuals)
         after = {(p.by, p.name): p.gap for p in kr5.gap.gap_parts(self.recording, self.residuals, 1)} if self.explained else {}
-        return [{"by": p.by, "name": p.name, "gap": p.gap, "after": after.get((p.by, p.name)), "share": percent(p.share) if p.share else "–"}
+        return [{"by": p.by, "name": p.name, "gap": p.gap, "after": after.get((p.by, p.name)), "share": percent(p.share) if p.share > 0 else "–"}
                 for by in ("subsystem", "pose region", "speed", "experiment") for p in before if p.by == by]
 
     def judged(self, group: str) -> list[Column]:
@@ -125,7 +125,9 @@ class Evidence:
         causes = self.data["causes"]
         taken = [kr5.gap.EffectName(effect=c["effect"], target=c["target"]) for c in causes]
         cell = self.cell_with([j for j in range(len(causes)) if j != k])
-        return kr5.gap.best_effects(self.recording, cell, self.simulator, taken, options=self.options)
+        explains = {c.group for c in self.columns if k in c.without and self.gap(c.group, without=k) > self.gap(c.group, "after") + 0.02}
+        tried = kr5.gap.best_effects(self.recording, cell, self.simulator, taken, 6, self.options)
+        return [t for t in tried if any(c.column in explains and c.after < c.before for c in t.columns)][:3]
 
     @property
     def explained(self) -> bool:

@@ -59,6 +59,7 @@ struct Side {
     const auto [least, most] = std::minmax_element(values.begin(), values.end());
     differ = *most - *least > hardly;
     middle = median(values);
+    if (middle - *least < hardly / 2) middle = (*least + *most) / 2;  // most of the time at one end
   }
   std::string operator()(double value) const {
     return differ ? what + (value < middle ? text(" below %.2f m", middle) : text(" from %.2f m", middle)) : "";
@@ -78,11 +79,11 @@ Words pose_regions(const cell::Recording& recording) {
     const Eigen::MatrixXd q = joint_values(e, recording.cell.robot.joints());
     reach.emplace_back(q.rows());
     height.emplace_back(q.rows());
-    for (Eigen::Index i = 0; i < q.rows(); ++i) {
-      const Eigen::Vector3d at = chain.flange(q.row(i).transpose()).translation();
-      reach.back()(i) = at.head<2>().norm();
-      height.back()(i) = at.z();
-    }
+    if (q.rows() == 0) continue;
+    const kinematics::Rows T = chain.flanges(q);  // a row the matrix, row by row
+    reach.back() = T.col(3).cwiseAbs2() + T.col(7).cwiseAbs2();
+    reach.back() = reach.back().cwiseSqrt();
+    height.back() = T.col(11);
   }
   const Side of_reach(reach, "reach"), of_height(height, "height");
   Words out(recording.experiments.size());
@@ -105,13 +106,17 @@ Words speeds(const cell::Recording& recording) {
   }
   const std::vector<double> moving = pooled(all, rest);
   const double middle = moving.empty() ? rest : median(moving);
+  const auto& dh = recording.cell.robot.dh;
+  const bool turn = std::all_of(dh.begin(), dh.end(),
+                                [](const kinematics::DhJoint& j) { return j.type == kinematics::JointType::Revolute; });
+  const std::string unit = turn ? "rad/s" : "rad/s or m/s";
   Words out;
   for (const Eigen::VectorXd& of : all) {
     out.emplace_back();
     for (const double speed : of)
       out.back().push_back(speed <= rest     ? "at rest"
-                           : speed <= middle ? text("slow, to %.2g rad/s", middle)
-                                             : text("fast, above %.2g rad/s", middle));
+                           : speed <= middle ? text("slow, to %.2g ", middle) + unit
+                                             : text("fast, above %.2g ", middle) + unit);
   }
   return out;
 }

@@ -103,6 +103,12 @@ std::optional<cell::Recording> from_zero(const cell::Recording& recording) {
   return out;
 }
 
+void require_joints(const cell::Recording& recording, const cell::Cell& cell) {
+  const int found = cell.robot.joints(), expected = recording.cell.robot.joints();
+  require(found == expected,
+          "the cell has " + std::to_string(found) + " joints, the one that was recorded " + std::to_string(expected));
+}
+
 std::vector<std::string> lacking_splits(const Data& data) {
   std::map<cell::Kind, std::set<cell::Split>> splits;
   for (const Block& block : data.blocks) splits[block.kind].insert(block.split);
@@ -188,17 +194,18 @@ std::vector<Eigen::VectorXd> compare(const Data& data, int experiment, const io:
   const int sphere_recorded = recorded.find("sphere"), sphere_predicted = predicted.find("sphere");
   for (const int b : data.blocks_of[experiment]) {
     const Block& block = data.blocks[b];
+    if (!shows(predicted, block)) {
+      out.emplace_back(Eigen::VectorXd::Constant(block.rows, std::numeric_limits<double>::quiet_NaN()));
+      continue;
+    }
     if (is_rotation(block)) {
       if (rotation.size() == 0) rotation = rotation_residuals(recorded, predicted);
       out.emplace_back(rotation.col(block.column[1] - 'x') / block.sigma);
       continue;
     }
-    const int at = predicted.find(block.column);
-    if (at < 0) {
-      out.emplace_back(Eigen::VectorXd::Zero(block.rows));  // nothing to compare with
-      continue;
-    }
-    out.emplace_back((recorded.values.col(recorded.find(block.column)) - predicted.values.col(at)) / block.sigma);
+    out.emplace_back(
+        (recorded.values.col(recorded.find(block.column)) - predicted.values.col(predicted.find(block.column))) /
+        block.sigma);
     if (block.kind == cell::Kind::Scan && sphere_recorded >= 0 && sphere_predicted >= 0)
       for (Eigen::Index row = 0; row < block.rows; ++row)
         if ((recorded.values(row, sphere_recorded) > 0.5) != (predicted.values(row, sphere_predicted) > 0.5))

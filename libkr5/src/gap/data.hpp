@@ -71,6 +71,9 @@ Data make_data(const cell::Recording& recording, const cell::Simulator& simulato
 /// drift would be over. Nothing, when they do not.
 std::optional<cell::Recording> from_zero(const cell::Recording& recording);
 
+/// @throws InvalidArgument for a cell whose robot has not as many joints as the recorded one.
+void require_joints(const cell::Recording& recording, const cell::Cell& cell);
+
 /// Kinds of which nothing can be fitted, or nothing is left to check by, in words.
 std::vector<std::string> lacking_splits(const Data& data);
 

@@ -20,9 +20,7 @@ std::string in_one(const std::vector<std::string>& reasons) {
 }  // namespace
 
 Measure measure(const cell::Recording& recording, const cell::Cell& cell, const cell::Simulator& simulator) {
-  require(cell.robot.joints() == recording.cell.robot.joints(), "the cell has " + std::to_string(cell.robot.joints()) +
-                                                                    " joints, the one that was recorded " +
-                                                                    std::to_string(recording.cell.robot.joints()));
+  require_joints(recording, cell);
   const Data data = make_data(recording, simulator);
   Parts parts(recording);
   Measure out;

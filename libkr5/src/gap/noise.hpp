@@ -41,7 +41,8 @@ std::vector<NoiseScale> noise_scales(const Data& data, const Eigen::VectorXd& re
                                      std::vector<std::string>& coarse);
 
 /// The same for poses, which have no neighbours: what no combination of signatures of these hypotheses takes away.
-/// Marks values that lie six times the noise seen off all of them; counts them in `stray`.
+/// Marks values that lie six times the noise seen off all of them; counts them in `stray`. Poses that show hardly any
+/// noise tell of none.
 std::vector<NoiseScale> judge_poses(Data& data, const Eigen::VectorXd& residual,
                                     const std::vector<const Hypothesis*>& hypotheses, int& stray);
 

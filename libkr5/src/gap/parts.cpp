@@ -5,6 +5,7 @@
 #include <cmath>
 #include <iterator>
 #include <map>
+#include <numeric>
 
 #include <kr5/uncertainty/confidence.hpp>
 
@@ -78,13 +79,10 @@ ColumnGap column_gap(const cell::Experiment& experiment, const std::string& colu
   return out;
 }
 
-double excess_of(const ColumnGap& c) { return c.exceeds ? c.gap * c.gap - 1 : 0.0; }
-
 /// The parts of columns with the same name, first seen first, then the widest gap first.
-/// @param of How much of its column each is, by rows.
-/// @param all Excess of all columns of the recording.
+/// @param excess That each holds, of `all`.
 void append(const std::string& by, const std::vector<ColumnGap>& columns, const std::vector<std::string>& names,
-            const std::vector<double>& of, double all, std::vector<GapPart>& out) {
+            const std::vector<double>& excess, double all, std::vector<GapPart>& out) {
   std::vector<GapPart> parts;
   for (std::size_t k = 0; k < columns.size(); ++k) {
     const ColumnGap& c = columns[k];
@@ -93,7 +91,7 @@ void append(const std::string& by, const std::vector<ColumnGap>& columns, const 
     part->columns += 1;
     part->exceeding += c.exceeds ? 1 : 0;
     part->gap += c.gap * c.gap;
-    if (all > 0) part->share += of[k] * excess_of(c) / all;
+    if (all > 0) part->share += excess[k] / all;
   }
   for (GapPart& part : parts) part.gap = std::sqrt(part.gap / part.columns);
   std::stable_sort(parts.begin(), parts.end(), [](const GapPart& a, const GapPart& b) { return a.gap > b.gap; });
@@ -138,22 +136,23 @@ ColumnGap Parts::add(int experiment, const std::string& column, double sigma, co
       if (const ColumnGap part = column_gap(of, column, sigma, residual(at), joints); part.rows > 0) {
         condition.columns.push_back(part);
         condition.names.push_back(word);
-        condition.of.push_back(static_cast<double>(part.rows) / columns_.back().rows);
+        const ColumnGap& whole = columns_.back();
+        condition.excess.push_back(whole.exceeds ? (part.gap * part.gap - 1) * part.rows / whole.rows : 0.0);
       }
   }
   return columns_.back();
 }
 
 std::vector<GapPart> Parts::all() const {
-  double all = 0.0;
-  for (const ColumnGap& c : columns_) all += excess_of(c);
-  const std::vector<double> whole(columns_.size(), 1.0);
+  std::vector<double> excess;
+  for (const ColumnGap& c : columns_) excess.push_back(c.exceeds ? c.gap * c.gap - 1 : 0.0);
+  const double all = std::accumulate(excess.begin(), excess.end(), 0.0);
   std::vector<GapPart> out;
-  append("subsystem", columns_, names_of(columns_, subsystem_of), whole, all, out);
-  append("target", columns_, names_of(columns_, [](const ColumnGap& c) { return c.target; }), whole, all, out);
-  append("channel", columns_, names_of(columns_, channel_of), whole, all, out);
-  append("experiment", columns_, names_of(columns_, [](const ColumnGap& c) { return c.experiment; }), whole, all, out);
-  for (const ByCondition& c : conditions_) append(c.by, c.columns, c.names, c.of, all, out);
+  append("subsystem", columns_, names_of(columns_, subsystem_of), excess, all, out);
+  append("target", columns_, names_of(columns_, [](const ColumnGap& c) { return c.target; }), excess, all, out);
+  append("channel", columns_, names_of(columns_, channel_of), excess, all, out);
+  append("experiment", columns_, names_of(columns_, [](const ColumnGap& c) { return c.experiment; }), excess, all, out);
+  for (const ByCondition& c : conditions_) append(c.by, c.columns, c.names, c.excess, all, out);
   return out;
 }
 

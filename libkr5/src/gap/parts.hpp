@@ -36,7 +36,7 @@ class Parts {
     Words words;
     std::vector<ColumnGap> columns = {};
     std::vector<std::string> names = {};
-    std::vector<double> of = {};  ///< Part of the rows of the whole column.
+    std::vector<double> excess = {};  ///< What these rows add to that of their column.
   };
 
   const cell::Recording& recording_;

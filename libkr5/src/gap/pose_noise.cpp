@@ -118,6 +118,7 @@ std::vector<NoiseScale> judge_poses(Data& data, const Eigen::VectorXd& residual,
     }
     if (dof < 20) continue;
     const double ratio = std::sqrt(chi2 / dof);
+    if (ratio < least_noise) continue;  // computed, or rounded: the declared noise is used
     out.push_back({key, std::nullopt, ratio, ratio / std::sqrt(2 * dof), dof});
   }
   return out;

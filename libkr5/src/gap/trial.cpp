@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numeric>
 
+#include <kr5/cell/effect.hpp>
 #include <kr5/core/error.hpp>
 
 #include "gap/evidence.hpp"
@@ -22,9 +24,7 @@ constexpr double changed = 0.02;  ///< A gap that moves by less stays the same.
 
 /// A recording with the cell that is asked about in the place of its own.
 cell::Recording asked(const cell::Recording& recording, const cell::Cell& cell) {
-  require(cell.robot.joints() == recording.cell.robot.joints(), "the cell has " + std::to_string(cell.robot.joints()) +
-                                                                    " joints, the one that was recorded " +
-                                                                    std::to_string(recording.cell.robot.joints()));
+  require_joints(recording, cell);
   cell::Recording out = recording;
   const cell::Noise noise = out.cell.noise;
   out.cell = cell;
@@ -33,21 +33,32 @@ cell::Recording asked(const cell::Recording& recording, const cell::Cell& cell) 
 }
 
 /// A recording that is compared with its cell, by the noise that was seen.
-struct Compared {
+class Compared {
+ public:
   Compared(const cell::Recording& recording, const cell::Simulator& simulator, const std::vector<SeenNoise>& noise)
       : data(make_data(recording, simulator)), base(compare_nominal(data)) {
     std::vector<NoiseScale> scales;
     for (const SeenNoise& seen : noise) {
-      require(seen.ratio > 0, "noise: ratio of " + seen.key + " must be positive");
+      seen.validate();
       scales.push_back({seen.key, seen.kind, seen.ratio});
     }
+    correct(data, scales, base);
     mark_spikes(data, base);
     mark_stray_corners(data, base);
-    correct(data, scales, base);
+    mark_stray_poses();
   }
 
   Data data;
   Eigen::VectorXd base;
+
+ private:
+  void mark_stray_poses() {
+    const std::vector<Hypothesis> all = hypotheses(data.recording->cell, span_of(*data.recording));
+    std::vector<const Hypothesis*> each;
+    for (const Hypothesis& h : all) each.push_back(&h);
+    int stray = 0;
+    judge_poses(data, base, each, stray);
+  }
 };
 
 std::vector<Hypothesis> chosen(const cell::Recording& recording, const std::function<bool(const EffectName&)>& wanted) {
@@ -151,8 +162,16 @@ Eigen::VectorXd shown_rows(const Data& data, const Block& block, const Eigen::Ve
 
 }  // namespace
 
+void SeenNoise::validate() const {
+  require(ratio > 0 && std::isfinite(ratio), "noise: ratio of " + key + " must be positive");
+  bool known = false;
+  const cell::Noise any;
+  cell::Noise::each_field(any, [&](const char* name, const double&, const char*) { known |= key == name; });
+  require(known, "noise: a cell has no noise." + key);
+}
+
 void TrialOptions::validate() const {
-  for (const SeenNoise& seen : noise) require(seen.ratio > 0, "noise: ratio of " + seen.key + " must be positive");
+  for (const SeenNoise& seen : noise) seen.validate();
   require(threads >= 0, "threads must not be negative");
 }
 
@@ -167,10 +186,10 @@ std::vector<ResidualColumn> residual_columns(const cell::Recording& recording, c
   std::erase_if(all, [&](int e) { return data.blocks_of[static_cast<std::size_t>(e)].empty(); });
   std::vector<Eigen::VectorXd> stacked = {compared.base};
   for (const cell::Cell& cell : cells) {
-    require(cell.robot.joints() == own.cell.robot.joints(), "a cell has another number of joints than was recorded");
+    require_joints(own, cell);
     stacked.push_back(residuals(data, cell, all, compared.base));
   }
-  if (!cells.empty()) mark_spikes(data, stacked[1], true);
+  mark_spikes(data, stacked[cells.empty() ? 0 : 1], true);
   std::vector<ResidualColumn> out;
   for (const Block& block : data.blocks) {
     Eigen::MatrixXd rows(block.rows, static_cast<Eigen::Index>(stacked.size()));
@@ -201,6 +220,8 @@ std::vector<Trial> try_effects(const cell::Recording& recording, const cell::Cel
                                const cell::Simulator& simulator, const std::vector<EffectName>& effects,
                                const TrialOptions& options) {
   options.validate();
+  for (const EffectName& name : effects) cell::find_effect(name.effect);
+  if (effects.empty()) return {};
   const cell::Recording at = asked(recording, cell);
   const Trials trials(
       at, simulator, [&](const EffectName& name) { return is_among(effects, name); }, options);
@@ -212,6 +233,7 @@ std::vector<Trial> best_effects(const cell::Recording& recording, const cell::Ce
                                 const TrialOptions& options) {
   options.validate();
   require(most >= 1, "most must be at least 1");
+  for (const EffectName& name : except) cell::find_effect(name.effect);
   const cell::Recording at = asked(recording, cell);
   const Trials trials(
       at, simulator, [&](const EffectName& name) { return !is_among(except, name); }, options);

@@ -33,6 +33,8 @@ class Key {
   }
 
   std::size_t size() const { return numbers_.size(); }
+  /// Gives back what was set aside for more numbers.
+  void shrink() { numbers_.shrink_to_fit(); }
   /// To the bit, so that what is remembered is what would be computed.
   friend bool operator==(const Key& a, const Key& b) {
     return a.size() == b.size() && std::memcmp(a.numbers_.data(), b.numbers_.data(), a.size() * sizeof(double)) == 0;
@@ -63,26 +65,38 @@ class Memory {
   std::shared_ptr<const Value> operator()(Key key, const Make& make) {
     const std::uint64_t hash = key.hash();
     if (auto known = find(hash, key)) return known;
-    auto value = std::make_shared<const Value>(make());
+    const auto value = std::make_shared<const Value>(make());
+    const std::size_t size = key.size() + count_(*value);
+    if (size > limit_) return value;
+    key.shrink();
     const std::lock_guard lock(guard_);
-    size_ += key.size() + count_(*value);
-    entries_.push_front({hash, std::move(key), value});
-    while (size_ > limit_ && entries_.size() > 1) {
-      size_ -= entries_.back().key.size() + count_(*entries_.back().value);
+    if (auto known = find_locked(hash, key)) return known;  // another thread was faster
+    size_ += size;
+    entries_.push_front({hash, size, std::move(key), value});
+    while (size_ > limit_ || entries_.size() > most_entries) {
+      size_ -= entries_.back().size;
       entries_.pop_back();
     }
     return value;
   }
 
  private:
+  /// Short pieces of motions are cheap to compute, and would make a long list to look through.
+  static constexpr std::size_t most_entries = 256;
+
   struct Entry {
     std::uint64_t hash;
+    std::size_t size;
     Key key;
     std::shared_ptr<const Value> value;
   };
 
   std::shared_ptr<const Value> find(std::uint64_t hash, const Key& key) {
     const std::lock_guard lock(guard_);
+    return find_locked(hash, key);
+  }
+
+  std::shared_ptr<const Value> find_locked(std::uint64_t hash, const Key& key) {
     for (auto entry = entries_.begin(); entry != entries_.end(); ++entry)
       if (entry->hash == hash && entry->key == key) {
         entries_.splice(entries_.begin(), entries_, entry);

@@ -61,7 +61,10 @@ struct GapPart {
     visit("columns", self.columns, "Number of columns.");
     visit("exceeding", self.exceeding, "Number of them above their limit.");
     visit("gap", self.gap, "RMS of their gaps [-].");
-    visit("share", self.share, "Part of the excess (gap^2 - 1, by rows, of what is above its limit) of all columns that they hold [-].");
+    visit(
+        "share", self.share,
+        "Part of the excess (gap^2 - 1, by rows, of columns above their limit) that they hold; below 0 where rows are "
+        "quieter than noise [-].");
   }
 };
 

@@ -24,6 +24,9 @@ struct SeenNoise {
   std::optional<cell::Kind> kind = {};
   double ratio = 1.0;  ///< [-]
 
+  /// @throws InvalidArgument for a ratio that is not positive, or a key that a cell has not.
+  void validate() const;
+
   static void each_field(auto& self, auto&& visit) {
     visit("key", self.key, "Name in `noise` of the cell, e.g. current.");
     visit("kind", self.kind, "Only in experiments of this kind; without: in all.");
@@ -48,9 +51,10 @@ struct ResidualColumn {
   }
 };
 
-/// Residuals of all columns that can be compared, at the recording's own cell and at others.
+/// Residuals of all columns that can be compared, at the recording's own cell and at others, in units of the noise that
+/// the recording's cell states. Spikes, stray corners and stray poses are told as a diagnosis tells them.
 /// @param cells the first is believed right: what stands out from it near edges, too, is a spike.
-/// @throws InvalidArgument for a cell of another robot, a ratio that is not positive, and when nothing can be compared.
+/// @throws InvalidArgument for a cell of another robot, noise that is not valid, and when nothing can be compared.
 std::vector<ResidualColumn> residual_columns(const cell::Recording& recording, const cell::Simulator& simulator,
                                              const std::vector<cell::Cell>& cells = {},
                                              const std::vector<SeenNoise>& noise = {});
@@ -88,13 +92,15 @@ struct Trial {
     visit("target", self.target, "What it sits on.");
     visit("choice", self.choice, "What is no number (cycles, source, element), in words; empty where there is none.");
     visit("parameters", self.parameters, "As the cell would hold them.");
-    visit("closed", self.closed, "Part of the excess (gap^2 - 1, of columns above the floor) that it closes [-].");
+    visit("closed", self.closed,
+          "Part of the excess (gap^2 - 1, of columns above the floor) that it closes, from 0 to 1 [-].");
     visit("columns", self.columns, "Columns that change or stand out, by how much they change.");
   }
 };
 
-/// Fits each of these effects alone to what `cell` leaves. Effects that change nothing that was recorded are left out.
-/// @throws InvalidArgument when nothing can be compared.
+/// Fits each of these effects alone to what `cell` leaves; noise is that of the recording's cell. Effects that change
+/// nothing that was recorded are left out.
+/// @throws InvalidArgument for an effect that is not in the catalogue, and when nothing can be compared.
 std::vector<Trial> try_effects(const cell::Recording& recording, const cell::Cell& cell,
                                const cell::Simulator& simulator, const std::vector<EffectName>& effects,
                                const TrialOptions& options = {});

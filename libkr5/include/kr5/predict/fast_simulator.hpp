@@ -16,8 +16,8 @@ class MotionMemory;
 /// motion. What a sensor cannot see is NaN: a point behind the camera, a ray that meets nothing, a peg that nothing
 /// carries.
 ///
-/// Remembers the motions it predicted last (at most 72 MB), as effects that are compared share most of what they cost;
-/// the answers are the same. One object may be used by many threads; copies share what they remember.
+/// Remembers the motions it predicted last (up to about 72 MB), as effects that are compared share most of what they
+/// cost; the answers are the same. One object may be used by many threads; copies share what they remember.
 class FastSimulator : public cell::Simulator {
  public:
   FastSimulator();
