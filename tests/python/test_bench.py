@@ -114,6 +114,13 @@ def test_the_same_seed_draws_the_same_cells():
     assert {s: sorts.count(s) for s in generate.MIX} == {s: round(400 * share) for s, share in generate.MIX.items()}
 
 
+def test_faint_cells_carry_one_effect_each_and_no_more_than_half_a_noise(tmp_path):
+    planned = generate.plan(50, 3, True, faint=True)
+    assert {p[1] for p in planned} == {"faint"} and len({p[2] for p in planned[:44]}) == 44  # every effect of the catalogue
+    label = generate.one_cell(tmp_path, *planned[0])
+    assert label["sort"] == "single" and len(label["effects"]) == 1 and label["effects"][0]["largest"] < 1.0
+
+
 def test_drawing_picks_up_where_it_stopped(drawn, tmp_path):
     folder, seal = drawn
     for name, label in generate.read_seal(seal)["cells"].items():
@@ -238,6 +245,9 @@ def test_the_sizes_at_which_half_are_named_are_found_again():
     limit = score.detection_limit(told)
     assert limit["half"] == pytest.approx(0.8, rel=0.06)
     assert limit["nine_in_ten"] == pytest.approx(0.8 * 9 ** (1 / 3), rel=0.1)
+    named = [c for c in told if c.first]
+    limit = score.detection_limit(named)  # without a miss there is no curve
+    assert limit["half"] is None and limit["all_from"] == pytest.approx(min(c.largest for c in named))
 
 
 def test_any_command_can_be_tried_and_one_that_fails_is_counted(drawn, tmp_path):

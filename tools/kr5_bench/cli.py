@@ -21,6 +21,7 @@ Seal = Annotated[Path | None, typer.Option(help="Where the labels are sealed; de
 Cells = Annotated[int, typer.Option(help="How many cells.")]
 Seed = Annotated[int, typer.Option(help="Of all that is drawn.")]
 Small = Annotated[bool, typer.Option("--small", help="Short recordings, for a quick look.")]
+Faint = Annotated[bool, typer.Option("--faint", help="Single effects of 0.02 to 0.5 noise only: where detection ends.")]
 Jobs = Annotated[int | None, typer.Option(help="Processes at a time; default: one a core.")]
 Scheduler = Annotated[str | None, typer.Option(help="Address of a Dask scheduler that sees the same folders.")]
 Command = Annotated[str, typer.Option(help="What diagnoses {recording} into {json} and writes the {cell}.")]
@@ -35,27 +36,28 @@ def seal_of(folder: Path, seal: Path | None) -> Path:
     return seal or folder.with_name(folder.name + ".seal")
 
 
-def check_seal(seal: Path, cells: int, seed: int, small: bool) -> None:
+def check_seal(seal: Path, cells: int, seed: int, small: bool, faint: bool) -> None:
     """What is sealed already must be what is asked for."""
     old = read_seal(seal)
-    if (len(old["cells"]), old["seed"], old["small"]) != (cells, seed, small):
-        text = f"{seal} seals {len(old['cells'])} cells of seed {old['seed']}, small: {old['small']}; choose another folder"
+    if (len(old["cells"]), old["seed"], old["small"], old.get("faint", False)) != (cells, seed, small, faint):
+        kind = f"small: {old['small']}, faint: {old.get('faint', False)}"
+        text = f"{seal} seals {len(old['cells'])} cells of seed {old['seed']}, {kind}; choose another folder"
         raise typer.BadParameter(text, param_hint="--seed")
 
 
 @app.command()
-def generate(folder: Folder, cells: Cells = 400, seed: Seed = 1, small: Small = False, seal: Seal = None, jobs: Jobs = None,
-             scheduler: Scheduler = None) -> None:
+def generate(folder: Folder, cells: Cells = 400, seed: Seed = 1, small: Small = False, faint: Faint = False, seal: Seal = None,
+             jobs: Jobs = None, scheduler: Scheduler = None) -> None:
     """Draws cells and records them; picks up where it stopped. Example: python -m kr5_bench generate /data/check --cells 400 --seed 7"""
-    at, planned = seal_of(folder, seal), plan(cells, seed, small)
+    at, planned = seal_of(folder, seal), plan(cells, seed, small, faint)
     if at.resolve().is_relative_to(folder.resolve()):
         raise typer.BadParameter(f"{at} lies inside {folder}, which the diagnosis may read; choose another place", param_hint="--seal")
     if at.exists():
-        check_seal(at, cells, seed, small)
+        check_seal(at, cells, seed, small, faint)
         return
-    parts = at.with_name(at.name + f".{cells}-{seed}{'-small' * small}")  # labels of the cells that are done, until all are
+    parts = at.with_name(at.name + f".{cells}-{seed}{'-small' * small}{'-faint' * faint}")  # labels of the cells that are done, until all are
     spread(one_sealed, [(parts, folder.resolve(), *p) for p in planned if not (parts / p[0]).exists()], "recording", jobs, scheduler)
-    join_seal(parts, at, {"seed": seed, "small": small})
+    join_seal(parts, at, {"seed": seed, "small": small, "faint": faint})
 
 
 @app.command()
@@ -97,13 +99,13 @@ def score_command(folder: Folder, seal: Seal = None, json: Json = None) -> None:
 
 
 @app.command("all")
-def everything(folder: Folder, cells: Cells = 400, seed: Seed = 1, small: Small = False, seal: Seal = None, jobs: Jobs = None,
-               scheduler: Scheduler = None, command: Command = runner.DIAGNOSE, measure: Measure = runner.MEASURE,
+def everything(folder: Folder, cells: Cells = 400, seed: Seed = 1, small: Small = False, faint: Faint = False, seal: Seal = None,
+               jobs: Jobs = None, scheduler: Scheduler = None, command: Command = runner.DIAGNOSE, measure: Measure = runner.MEASURE,
                limit: Limit = 600.0,
                count: Annotated[int, typer.Option("--baselines", help="How many recordings the plain methods are tried on.")] = 100,
                json: Json = None) -> None:
     """Draws, diagnoses, counts. Example: python -m kr5_bench all /data/check --cells 400 --seed 7"""
-    generate(folder, cells, seed, small, seal, jobs, scheduler)
+    generate(folder, cells, seed, small, faint, seal, jobs, scheduler)
     run(folder, command, measure, jobs, scheduler, limit)
     if count:
         baselines(folder, count, jobs, scheduler)

@@ -22,6 +22,7 @@ from .unknown import UNKNOWN, UNKNOWN_BY_ID
 
 SEAL = "kr5-bench-seal/1"
 LEAST_WRITTEN = 0.15  # smaller sizes are left out of the labels
+FAINT = (0.02, 0.5)  # sizes that tell where detection ends
 JITTER = {"mass": 0.004, "torque_constant": 0.004, "friction": 0.008}
 
 # Share of each sort of cell. Conditions are those a recording must survive beside one effect.
@@ -125,7 +126,8 @@ def draw_effects(scene: Scene, sort: str, rng, turn: int) -> tuple[list[Drawn], 
         chosen, wanted = [(UNKNOWN[turn % len(UNKNOWN)], False)], [log_uniform(rng, 3, 40)]
     else:
         first = CATALOGUE[turn % len(CATALOGUE)]
-        chosen, wanted = [(first, True)], [log_uniform(rng, *((0.2, 1.5) if sort == "single" and rng.random() < 0.45 else (1.5, 30)))]
+        span = FAINT if sort == "faint" else (0.2, 1.5) if sort == "single" and rng.random() < 0.45 else (1.5, 30)
+        chosen, wanted = [(first, True)], [log_uniform(rng, *span)]
         if sort == "pair":
             other = [e for e in CATALOGUE if e.id != first.id]
             chosen.append((other[rng.integers(len(other))], True))
@@ -232,7 +234,7 @@ def one_cell(folder: Path, name: str, sort: str, turn: int, seed: int, size: Siz
     again = draw_protocol(cell, home, rng, size)
     record(folder / "fresh" / name, cell, truth, again, {k: v for k, v in how.items() if k == "noise"}, labels, rng)
     jitter = JITTER["mass"] if sort.startswith("scatter") else 0.0
-    return {"sort": sort, "cell": cell["name"], "effects": labels, "jitter": jitter, "condition": how}
+    return {"sort": "single" if sort == "faint" else sort, "cell": cell["name"], "effects": labels, "jitter": jitter, "condition": how}
 
 
 def write_seal(seal: Path, cells: dict, about: dict) -> None:
@@ -266,10 +268,10 @@ def join_seal(parts: Path, seal: Path, about: dict) -> None:
     parts.rmdir()
 
 
-def plan(cells: int, seed: int, small: bool) -> list[tuple[str, str, int, int, Size]]:
+def plan(cells: int, seed: int, small: bool, faint: bool = False) -> list[tuple[str, str, int, int, Size]]:
     """Arguments of `one_cell` after the folder, for every cell."""
     rng = np.random.default_rng(seed)
-    kinds, order = sorts(cells, rng), {"unknown": rng.permutation(len(UNKNOWN)), "": rng.permutation(len(CATALOGUE))}
+    kinds, order = ["faint"] * cells if faint else sorts(cells, rng), {"unknown": rng.permutation(len(UNKNOWN)), "": rng.permutation(len(CATALOGUE))}
     turn, out = {"unknown": 0, "": 0}, []
     for k, sort in enumerate(kinds):
         of = "unknown" if sort == "unknown" else ""

@@ -11,7 +11,7 @@ from .judge import Judged, judge
 from .recording import read_json
 from .run import DONE
 
-SIZE_EDGES = (0.0, 0.35, 0.5, 0.75, 1.0, 1.5, 3.0, 6.0, 12.0, np.inf)
+SIZE_EDGES = (0.0, 0.05, 0.1, 0.2, 0.35, 0.5, 0.75, 1.0, 1.5, 3.0, 6.0, 12.0, np.inf)
 SEEN = 1.5  # an effect of this size must be named
 CONDITIONS = ("noise", "clock", "missing", "outliers")
 
@@ -55,12 +55,13 @@ def by_size(cells: list[Judged]) -> list[dict]:
 def detection_limit(cells: list[Judged]) -> dict:
     """Sizes at which half, and nine in ten, are named: a logistic curve in the size's logarithm, by maximum likelihood.
 
-    Per effect the same slope with a place of its own, drawn to the common one as a sample of e-fold spread is.
+    `all_from`: the least size of all, when every one is named, so that there is no curve. Per effect the same slope with a place of its own, drawn to the common one as a sample of e-fold spread is.
     """
     x = np.log([max(c.largest, 1e-3) for c in cells])
     y = np.array([c.first for c in cells], float)
     if len(y) < 8 or y.min() == y.max():
-        return {"half": None, "nine_in_ten": None, "half_of_effect": {}, "half_median": None}
+        all_from = float(np.exp(x.min())) if len(y) >= 8 and y.min() == 1 else None
+        return {"half": None, "nine_in_ten": None, "half_of_effect": {}, "half_median": None, "all_from": all_from}
     names, which = np.unique([c.label["effects"][0]["effect"] for c in cells], return_inverse=True)
 
     def loss(p, place):
@@ -71,7 +72,7 @@ def detection_limit(cells: list[Judged]) -> dict:
     own = minimize(lambda p: loss(p, p[0] + p[2:][which]) + 0.5 * np.sum(p[2:] ** 2), [m, s, *np.zeros(len(names))]).x
     of_effect = {str(n): float(np.exp(own[0] + d)) for n, d in zip(names, own[2:], strict=True)}
     half = {"half_of_effect": of_effect, "half_median": float(np.median(list(of_effect.values())))}
-    return {"half": float(np.exp(m)), "nine_in_ten": float(np.exp(m + np.log(9) / np.exp(s)))} | half
+    return {"half": float(np.exp(m)), "nine_in_ten": float(np.exp(m + np.log(9) / np.exp(s))), "all_from": None} | half
 
 
 def smallest_named(cells: list[Judged]) -> dict[str, float | None]:

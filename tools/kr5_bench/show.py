@@ -38,6 +38,12 @@ def number(x, form: str = "{:.2f}") -> str:
 
 
 
+def limit(s: dict, key: str) -> str:
+    """A size of the detection curve; when all were named, below the least of them."""
+    found = s["detection_limit"]
+    return f"< {found['all_from']:.2f}: all" if found["all_from"] else number(found[key])
+
+
 def more_rows() -> list[tuple]:
     """Figures that are no share: what, function of a score, what is to be reached."""
     out = [(f"recording with {c}: named", lambda s, c=c: percent(s["conditions"][c]), "") for c in ("noise", "clock", "missing", "outliers")]
@@ -45,9 +51,9 @@ def more_rows() -> list[tuple]:
         ("calibration error of the probabilities", lambda s: number(s["reliability"]["error"], "{:.3f}"), "<= 0.05"),
         ("parameters: median relative error", lambda s: number(s["parameter_relative_error_median"], "{:.3f}"), ""),
         ("excess closed on a fresh recording, median", lambda s: number(s["excess_closed"]["median"], "{:.3f}"), ">= 0.97"),
-        ("size of which half are named", lambda s: number(s["detection_limit"]["half"]), ""),
-        ("size of which nine in ten are named", lambda s: number(s["detection_limit"]["nine_in_ten"]), ""),
-        ("size of which half are named, median over effects", lambda s: number(s["detection_limit"]["half_median"]), "<= 0.5"),
+        ("size of which half are named", lambda s: limit(s, "half"), ""),
+        ("size of which nine in ten are named", lambda s: limit(s, "nine_in_ten"), ""),
+        ("size of which half are named, median over effects", lambda s: limit(s, "half_median"), "<= 0.5"),
         ("smallest size named, median over effects", lambda s: number(s["smallest_named_median"]), ""),
         ("ties told with a right first cause, mean", lambda s: number(s["ties_of_first_cause"]), ""),
         ("time, median [s]", lambda s: number(s["seconds"]["median"], "{:.1f}"), ""),
@@ -100,12 +106,12 @@ def draw_limit(scores: dict[str, dict], file: Path) -> None:
     figure, axes = _axes(6.4, 4.2)
     for k, (name, s) in enumerate(scores.items()):
         rows = [r for r in s["single_by_size"] if r["of"]]
-        x = np.array([np.sqrt(max(r["from"], 0.2) * min(r["to"], 30.0)) for r in rows]) * 1.03**k
+        x = np.array([np.sqrt(max(r["from"], 0.02) * min(r["to"], 30.0)) for r in rows]) * 1.03**k
         y, low, high = (np.array([r[key] for r in rows]) for key in ("rate", "low", "high"))
         axes.errorbar(x, 100 * y, [100 * (y - low), 100 * (high - y)], marker="o", capsize=2, lw=1.8 if k == 0 else 1, label=name)
     axes.axvline(1.5, color="0.6", ls=":")
     axes.set(xscale="log", ylim=(-3, 103), xlabel="largest RMS the effect adds to a column [noise]", ylabel="effect and target named first [%]")
-    axes.set_xticks([0.25, 0.5, 1, 2, 5, 10, 20], ["0.25", "0.5", "1", "2", "5", "10", "20"])
+    axes.set_xticks([0.05, 0.1, 0.25, 0.5, 1, 2, 5, 10, 20], ["0.05", "0.1", "0.25", "0.5", "1", "2", "5", "10", "20"])
     axes.grid(alpha=0.3)
     axes.legend(fontsize=8)
     figure.savefig(file, dpi=140)
@@ -133,10 +139,10 @@ def draw_smallest(cells: list[Judged], file: Path) -> None:
     figure, axes = _axes(6.6, 1.4 + 0.2 * max(len(effects), 3))
     for right, colour, text in ((True, "tab:blue", "named first"), (False, "tab:red", "not")):
         at = [c for c in single if c.first == right]
-        axes.scatter([max(c.largest, 0.05) for c in at], [effects.index(c.label["effects"][0]["effect"]) for c in at], c=colour, s=14, label=text)
+        axes.scatter([max(c.largest, 0.01) for c in at], [effects.index(c.label["effects"][0]["effect"]) for c in at], c=colour, s=14, label=text)
     axes.set_yticks(range(len(effects)), [e.replace("_", " ") for e in effects], fontsize=7)
     axes.set(xscale="log", xlabel="largest RMS the effect adds to a column [noise]")
-    axes.set_xticks([0.1, 0.2, 0.5, 1, 2, 5, 10, 20], ["0.1", "0.2", "0.5", "1", "2", "5", "10", "20"])
+    axes.set_xticks([0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20], ["0.02", "0.05", "0.1", "0.2", "0.5", "1", "2", "5", "10", "20"])
     axes.grid(alpha=0.3)
     axes.legend(fontsize=8, loc="lower right")
     figure.savefig(file, dpi=140)
