@@ -151,7 +151,7 @@ TEST_CASE("a tip beside the last axis is reached by the tool") {
   CHECK(chain(two.cell).flange(VectorXd::Zero(2)).linear().isApprox(expected.linear(), 1e-14));
 }
 
-TEST_CASE("an arm that branches needs a tip; joints beside it are held, and their mass rides on it") {
+TEST_CASE("an arm that branches needs a tip, joints beside it are held, and their mass rides on it") {
   const auto finger = [](const std::string& name) {
     return "<link name='" + name + "'><inertial><mass value='3'/></inertial></link><joint name='grip_" + name +
            "' type='prismatic'><parent link='b'/><child link='" + name +

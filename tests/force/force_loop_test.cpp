@@ -101,7 +101,7 @@ TEST_CASE("the loop is stable up to the gain of the reference, not beyond") {
   CHECK(swings(1.2 * 0.888e-3));
 }
 
-TEST_CASE("limits hold, and are told; a reading that is no number moves nothing") {
+TEST_CASE("limits hold and are told, and a reading that is no number moves nothing") {
   ForceLoop loop({.largest_step = 1e-4, .range = 2.5e-4});
   CHECK(loop.step(20, 0) == Approx(1e-4));
   CHECK(loop.limited());

@@ -81,7 +81,7 @@ TEST_CASE("where residuals are is what measure tells, at any cell") {
   CHECK_THROWS_WITH(gap::gap_parts(protocol::only(r, cell::Kind::Step), columns), Catch::Contains("motion-1"));
 }
 
-TEST_CASE("single wild samples are no residuals, and steps are; noise is what was seen") {
+TEST_CASE("single wild samples are no residuals, steps are, and noise is what was seen") {
   Random random(4);
   cell::Recording r = protocol::record(protocol::nominal(), random);
   for (cell::Experiment& e : r.experiments) {

@@ -24,7 +24,7 @@ sim::WristSensorOptions exact() {
 
 }  // namespace
 
-TEST_CASE("a sensor without effects, noise and steps tells the wrench; its bridges give it through their matrix") {
+TEST_CASE("a sensor without effects, noise and steps tells the wrench, and its bridges give it through their matrix") {
   sim::WristSensorOptions options = exact();
   for (int i = 0; i < 6; ++i) options.calibration(i, (i + 1) % 6) = 3.0 + i;
   WristSensor sensor(arc(), options);

@@ -141,6 +141,7 @@ def draw_smallest(cells: list[Judged], file: Path) -> None:
         at = [c for c in single if c.first == right]
         axes.scatter([max(c.largest, 0.01) for c in at], [effects.index(c.label["effects"][0]["effect"]) for c in at], c=colour, s=14, label=text)
     axes.set_yticks(range(len(effects)), [e.replace("_", " ") for e in effects], fontsize=7)
+    axes.set_ylim(-0.7, len(effects) - 0.3)
     axes.set(xscale="log", xlabel="largest RMS the effect adds to a column [noise]")
     axes.set_xticks([0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20], ["0.02", "0.05", "0.1", "0.2", "0.5", "1", "2", "5", "10", "20"])
     axes.grid(alpha=0.3)
