@@ -154,8 +154,8 @@ void bind_trials(py::module_& m) {
       py::arg("noise") = std::vector<SeenNoise>{},
       "Recorded less simulated over noise of all columns that can be compared, row by row: a column of `residuals` for "
       "the recording's own cell, and one for each of `cells`, the first of which is believed right: what stands out "
-      "from "
-      "it near edges, too, is a spike. Raises InvalidArgument for a cell of another robot, and when nothing can be "
+      "from it near edges, too, is a spike. Raises InvalidArgument for a cell of another robot, and when nothing can "
+      "be "
       "compared.");
   m.def("gap_parts", &gap_parts, py::arg("recording"), py::arg("columns"), py::arg("which") = 0,
         "Where residuals are, by subsystem, target, channel, experiment, pose region and speed: list of GapPart. "

@@ -20,11 +20,15 @@ namespace {
 
 const predict::FastSimulator simulator;
 
+void offset_tool(cell::Cell& cell) {
+  cell::set_effect(cell, "tool_offset", "tool", "offset",
+                   cell::EffectValue(Eigen::VectorXd(Eigen::Vector3d(1e-3, 0, 2e-3))));
+}
+
 cell::Recording worn(Random& random) {
   cell::Cell real = protocol::carrying("coulomb_friction", "joint2", "coulomb",
                                        1.4 * protocol::nominal().drives->friction.coulomb(1));
-  cell::set_effect(real, "tool_offset", "tool", "offset",
-                   cell::EffectValue(Eigen::VectorXd(Eigen::Vector3d(1e-3, 0, 2e-3))));
+  offset_tool(real);
   cell::Recording out = protocol::record(real, random);
   out.cell = protocol::nominal();
   return out;
@@ -63,8 +67,7 @@ TEST_CASE("where residuals are is what measure tells, at any cell") {
   Random random(3);
   const cell::Recording r = worn(random);
   cell::Cell half = r.cell;
-  cell::set_effect(half, "tool_offset", "tool", "offset",
-                   cell::EffectValue(Eigen::VectorXd(Eigen::Vector3d(1e-3, 0, 2e-3))));
+  offset_tool(half);
   const auto columns = gap::residual_columns(r, simulator, {half});
   for (const int which : {0, 1}) {
     const auto parts = gap::gap_parts(r, columns, which);
@@ -145,8 +148,7 @@ TEST_CASE("with one of two causes in the cell, the other closes the rest, and no
   Random random(5);
   const cell::Recording r = worn(random);
   cell::Cell base = r.cell;
-  cell::set_effect(base, "tool_offset", "tool", "offset",
-                   cell::EffectValue(Eigen::VectorXd(Eigen::Vector3d(1e-3, 0, 2e-3))));
+  offset_tool(base);
   const auto best = gap::best_effects(r, base, simulator, {}, 1);
   REQUIRE(best.size() == 1);
   CHECK(best[0].effect == "coulomb_friction");

@@ -55,7 +55,8 @@ def by_size(cells: list[Judged]) -> list[dict]:
 def detection_limit(cells: list[Judged]) -> dict:
     """Sizes at which half, and nine in ten, are named: a logistic curve in the size's logarithm, by maximum likelihood.
 
-    `all_from`: the least size of all, when every one is named, so that there is no curve. Per effect the same slope with a place of its own, drawn to the common one as a sample of e-fold spread is.
+    `all_from`: the least size of all, when every one is named, so that there is no curve. Per effect the same slope with a
+    place of its own, drawn to the common one as a sample of e-fold spread is.
     """
     x = np.log([max(c.largest, 1e-3) for c in cells])
     y = np.array([c.first for c in cells], float)

@@ -101,10 +101,9 @@ def best_trials(row: Any, targets: list[str], causes: list[dict[str, Any]], evid
     import kr5.gap
 
     best: dict[str, tuple[Any, int | None]] = {}
+    blamed = {c["target"]: k for k, c in enumerate(causes) if c["effect"] == row.id}
     for k in range(len(causes)) or [None]:
-        is_it = [at for at in targets for c in causes if (c["effect"], c["target"]) == (row.id, at)]
-        own = [at for at in is_it if k is not None and (causes[k]["effect"], causes[k]["target"]) == (row.id, at)]
-        names = [kr5.gap.EffectName(effect=row.id, target=at) for at in targets if at in own or at not in is_it]
+        names = [kr5.gap.EffectName(effect=row.id, target=at) for at in targets if blamed.get(at, k) == k]
         cell = evidence.cell_with([j for j in range(len(causes)) if j != k])
         for trial in kr5.gap.try_effects(evidence.recording, cell, evidence.simulator, names, evidence.options):
             if trial.target not in best or trial.closed > best[trial.target][0].closed:

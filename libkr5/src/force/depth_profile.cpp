@@ -2,24 +2,11 @@
 #include <kr5/force/depth_profile.hpp>
 
 #include <cmath>
-#include <limits>
 
-#include <kr5/core/error.hpp>
+#include "force/azimuth.hpp"
 
 namespace kr5::force {
 namespace {
-
-constexpr double turn = 2 * M_PI;
-
-double wrapped(double azimuth) {
-  const double out = std::fmod(azimuth, turn);
-  return out < 0 ? out + turn : out;
-}
-
-void require_tilt(const PegTube& bodies, double tilt) {
-  bodies.validate();
-  require(tilt > 0 && tilt < M_PI_2, "tilt must lie between 0 and a quarter turn [rad]");
-}
 
 /// The minimum on the line of symmetry at this azimuth, if there is one.
 void add_minimum(const PegTube& bodies, double tilt, const Eigen::Vector2d& centre, double azimuth,

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <string>
 
-#include <kr5/core/error.hpp>
 #include <kr5/core/linear.hpp>
 #include <kr5/force/depth_profile.hpp>
+
+#include "force/azimuth.hpp"
 
 namespace kr5::force {
 namespace {
@@ -138,8 +141,7 @@ void TubeFitOptions::validate() const {
 TubeFit fit_tube(const PegTube& bodies, double tilt, std::span<const double> azimuth, std::span<const double> height,
                  const TubeFitOptions& options) {
   options.validate();
-  bodies.validate();
-  require(tilt > 0 && tilt < M_PI_2, "tilt must lie between 0 and a quarter turn [rad]");
+  require_tilt(bodies, tilt);
   check_rows(azimuth, height);
   constexpr std::size_t least_rows = 6;
   if (azimuth.size() < least_rows)
@@ -155,7 +157,7 @@ TubeFit fit_tube(const PegTube& bodies, double tilt, std::span<const double> azi
   out.rms = std::sqrt(best.normal.cost / n);
   const SymmetricEigen of = symmetric_eigen(best.normal.A);
   if (!std::isfinite(best.normal.cost) || of.values(0) < 1e-9 * n) {
-    out.report = unknown("the profile is flat: the peg stayed on the face all round, or fell into the bore").report;
+    out.report.message = "the profile is flat: the peg stayed on the face all round, or fell into the bore";
     return out;
   }
   const double sigma = options.noise > 0 ? options.noise : std::sqrt(best.normal.cost / (n - 3));
@@ -165,8 +167,7 @@ TubeFit fit_tube(const PegTube& bodies, double tilt, std::span<const double> azi
   out.report.final_rms = sigma > 0 ? out.rms / sigma : 0.0;
   out.report.message = best.converged ? "converged" : "stopped after max_iterations";
   const double distance = out.centre.norm();
-  out.azimuth = std::atan2(-out.centre.y(), -out.centre.x());
-  if (out.azimuth < 0) out.azimuth += 2 * M_PI;
+  out.azimuth = wrapped(std::atan2(-out.centre.y(), -out.centre.x()));
   const Eigen::Vector2d across = Eigen::Vector2d(-out.centre.y(), out.centre.x()) / std::max(distance, 1e-12);
   const double off = std::sqrt(across.dot(out.covariance.topLeftCorner<2, 2>() * across));
   out.azimuth_std = distance > off ? off / distance : M_PI;

@@ -32,10 +32,6 @@ std::vector<EffectName> names_of(const Model& model) {
   return out;
 }
 
-bool contains(const std::vector<EffectName>& names, const EffectName& name) {
-  return std::find(names.begin(), names.end(), name) != names.end();
-}
-
 /// A value as a list of numbers; of a pose the matrix.
 std::vector<double> numbers(const cell::EffectValue& value) {
   if (const auto* x = std::get_if<double>(&value)) return {*x};
@@ -85,6 +81,10 @@ std::string unit_text(std::string unit) {
 }
 
 }  // namespace
+
+bool contains(const std::vector<EffectName>& names, const EffectName& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
 
 EffectName name_of(const Part& part) { return {part.candidate->hypothesis.effect, part.candidate->hypothesis.target}; }
 

@@ -12,6 +12,7 @@
 
 namespace kr5::gap {
 
+bool contains(const std::vector<EffectName>& names, const EffectName& name);
 EffectName name_of(const Part& part);
 
 /// Weights of models (sum 1) from their evidence, softened by the misfit that stays in what the best one touches: when

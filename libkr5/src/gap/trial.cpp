@@ -26,10 +26,10 @@ constexpr double changed = 0.02;  ///< A gap that moves by less stays the same.
 cell::Recording asked(const cell::Recording& recording, const cell::Cell& cell) {
   require_joints(recording, cell);
   cell::Recording out = recording;
-  const cell::Noise noise = out.cell.noise;
   out.cell = cell;
-  out.cell.noise = noise;
-  return from_zero(out).value_or(out);
+  out.cell.noise = recording.cell.noise;
+  if (auto reset = from_zero(out)) return std::move(*reset);
+  return out;
 }
 
 /// A recording that is compared with its cell, by the noise that was seen.
@@ -67,10 +67,6 @@ std::vector<Hypothesis> chosen(const cell::Recording& recording, const std::func
   return out;
 }
 
-bool is_among(const std::vector<EffectName>& names, const EffectName& name) {
-  return std::find(names.begin(), names.end(), name) != names.end();
-}
-
 /// Fits effects, each alone, and judges them.
 class Trials {
  public:
@@ -90,7 +86,7 @@ class Trials {
   std::vector<EffectName> names() const {
     std::vector<EffectName> out;
     for (const Suggestion& s : ranked_)
-      if (wanted_(name_of(s.part)) && !is_among(out, name_of(s.part))) out.push_back(name_of(s.part));
+      if (wanted_(name_of(s.part)) && !contains(out, name_of(s.part))) out.push_back(name_of(s.part));
     return out;
   }
 
@@ -224,7 +220,7 @@ std::vector<Trial> try_effects(const cell::Recording& recording, const cell::Cel
   if (effects.empty()) return {};
   const cell::Recording at = asked(recording, cell);
   const Trials trials(
-      at, simulator, [&](const EffectName& name) { return is_among(effects, name); }, options);
+      at, simulator, [&](const EffectName& name) { return contains(effects, name); }, options);
   return trials.fitted(trials.names());
 }
 
@@ -236,7 +232,7 @@ std::vector<Trial> best_effects(const cell::Recording& recording, const cell::Ce
   for (const EffectName& name : except) cell::find_effect(name.effect);
   const cell::Recording at = asked(recording, cell);
   const Trials trials(
-      at, simulator, [&](const EffectName& name) { return !is_among(except, name); }, options);
+      at, simulator, [&](const EffectName& name) { return !contains(except, name); }, options);
   std::vector<EffectName> names = trials.names();
   if (names.size() > static_cast<std::size_t>(most)) names.resize(static_cast<std::size_t>(most));
   return trials.fitted(names);
