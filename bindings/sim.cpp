@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <kr5/sim/dart_simulator.hpp>
 #include <kr5/sim/driven_arm.hpp>
+#include <kr5/sim/insertion.hpp>
 #include <kr5/sim/scene.hpp>
 
 #include "struct_binder.hpp"
@@ -105,6 +106,46 @@ static void bind_scene(py::module_& m) {
       "Runs a scene file (kr5-scene/1) and judges what it expects. Raises naming file and field.");
 }
 
+static void bind_insertion(py::module_& m) {
+  bind_enum<Strategy>(m, "Strategy", "How a peg finds its hole.");
+  bind_struct<InsertionSetup>(m, "InsertionSetup", "A task of insertion, and how well the cell knows itself.");
+  bind_struct<PegOutcome>(m, "PegOutcome", "How one peg fared.");
+  py::class_<InsertionResult>(m, "InsertionResult", "What came of an insertion.")
+      .def_readonly("inserted", &InsertionResult::inserted, "Every peg is in.")
+      .def_readonly("time", &InsertionResult::time, "Of all pegs, ways between them too [s].")
+      .def_property_readonly(
+          "pegs", [](const InsertionResult& r) { return r.pegs; }, "How each fared (copies).")
+      .def_property_readonly(
+          "rows", [](const InsertionResult& r) { return r.rows; },
+          "A row each cycle: t; peg, phase (index in kr5.force.Phase), attempt; x y z tilt azimuth of the peg as the "
+          "arm "
+          "believes, in T; fx..tz on the peg, unfiltered, in T; true_x true_y true_z true_tilt of the peg in the tube "
+          "as it "
+          "really stands; q1..n [s, m, rad, N, N m]. Empty without `log` (a copy).")
+      .def_property_readonly(
+          "profile", [](const InsertionResult& r) { return r.profile; },
+          "Of the last turn: azimuth, tilt, x, y, height as felt; closed_form, where the peg really stood; force "
+          "[rad, m, N] (a copy).")
+      .def_property_readonly(
+          "cell", [](const InsertionResult& r) { return r.cell; },
+          "As it was run: bore and place of the tube (a copy).");
+  m.def("insertion_options", &insertion_options, py::arg("cell"), py::arg("setup") = InsertionSetup{},
+        "What kr5.force.Insertion is told in a cell: bodies, servo and grip as the cell believes them. Raises naming "
+        "what "
+        "is not there.");
+  m.def(
+      "run_insertion",
+      [](const kr5::cell::Cell& cell, const InsertionSetup& setup,
+         const std::optional<kr5::force::InsertionOptions>& options) {
+        return run_insertion(cell, setup, options ? *options : insertion_options(cell, setup));
+      },
+      py::arg("cell"), py::arg("setup") = InsertionSetup{}, py::arg("options") = py::none(),
+      py::call_guard<py::gil_scoped_release>(),
+      "Inserts pegs in the simulated cell. What the cell cannot do is an outcome, with phase and reason; raises naming "
+      "the "
+      "field for a setup or options that are not valid, and for a cell that lacks something.");
+}
+
 void bind_sim(py::module_& m) {
   bind_enum<ContactBy>(m, "ContactBy", "What finds the contacts of peg, tube and bench.");
   bind_struct<DartSimulatorOptions>(m, "DartSimulatorOptions", "Step of the integration.");
@@ -114,4 +155,5 @@ void bind_sim(py::module_& m) {
       .def("__repr__", [](const DartSimulator&) { return "DartSimulator()"; });
   bind_arm(m);
   bind_scene(m);
+  bind_insertion(m);
 }

@@ -5,7 +5,8 @@
 #include <numbers>
 
 #include <kr5/core/error.hpp>
-#include <kr5/kinematics/inverse.hpp>
+
+#include "reach.hpp"
 
 namespace kr5::sim {
 namespace {
@@ -14,19 +15,10 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 VectorXd reach(const cell::Cell& cell, const Pose& T_B_F, const VectorXd& near, const std::string& field) {
-  kinematics::InverseOptions options;
-  options.near = near;
-  if (cell.robot.limits) {
-    options.lower = cell.robot.limits->lower;
-    options.upper = cell.robot.limits->upper;
-  }
-  const kinematics::InverseResult found = kinematics::inverse(cell::chain(cell), T_B_F, options);
-  require(found.status == kinematics::InverseStatus::Solved,
-          field + ": the arm cannot take it (" + std::string(name_of(found.status)) + ")");
-  const VectorXd* best = nullptr;  // the usable one nearest by
-  for (const kinematics::Posture& p : found.postures)
-    if (p.usable() && (!best || (p.q - near).norm() < (*best - near).norm())) best = &p.q;
-  return *best;
+  Reach arm(cell);
+  const std::optional<VectorXd> found = arm.posture(T_B_F, near);
+  require(found.has_value(), field + ": the arm cannot take it (" + std::string(name_of(arm.status())) + ")");
+  return *found;
 }
 
 Pose T_E_F(const cell::Cell& cell) { return cell.tool ? cell.tool->T_F_E.inverse() : Pose::Identity(); }

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+
+#include <Eigen/Core>
+
+#include <kr5/core/fields.hpp>
+#include <kr5/force/insertion_options.hpp>
+#include <kr5/geometry/pose.hpp>
+
+/// @file
+/// A peg feels its way into a tube (Hayat et al. 2022, algorithm of section 5.6, and 6.4): tilted touch, once round,
+/// slide, upright, push; again when it did not go in. No clock, socket or robot is inside: whoever owns those calls
+/// `step` once a cycle. Frame T: origin at the believed centre of the tube's top face, Z out of the tube, whichever way
+/// that lies in the cell. Frame P: bottom centre of the peg, Z along its axis, up.
+
+namespace kr5::force {
+
+enum class Phase { Tare, Approach, Touch, Roll, Locate, Aim, Slide, Upright, Push, Spiral, Retreat, Done, Stopped };
+constexpr auto enum_names(Phase) {
+  using enum Phase;
+  return names<Phase>({{Tare, "tare"},
+                       {Approach, "approach"},
+                       {Touch, "touch"},
+                       {Roll, "roll"},
+                       {Locate, "locate"},
+                       {Aim, "aim"},
+                       {Slide, "slide"},
+                       {Upright, "upright"},
+                       {Push, "push"},
+                       {Spiral, "spiral"},
+                       {Retreat, "retreat"},
+                       {Done, "done"},
+                       {Stopped, "stopped"}});
+}
+
+/// Why an attempt, or everything, ended.
+enum class Reason {
+  None,
+  Inserted,
+  PegTooWide,    ///< By the radii it was given.
+  UnstableGain,  ///< A gain that the delay of the loop does not bear.
+  NoContact,     ///< Nothing was touched where the tube should be.
+  ProfileFlat,   ///< No direction in what was felt all round.
+  NoDrop,        ///< Slid as far as allowed and never dropped.
+  Blocked,       ///< In the mouth of the bore it went no deeper.
+  Force,         ///< Limit of force.
+  Torque,        ///< Limit of torque.
+  Current,       ///< Limit of a motor current.
+  SensorDead,    ///< The sensor told the same to the last bit for too long, or no numbers.
+  SensorSaturated,
+  PegLost,     ///< The grip says it holds nothing.
+  OutOfReach,  ///< The arm cannot follow.
+  TimeOut,
+};
+constexpr auto enum_names(Reason) {
+  using enum Reason;
+  return names<Reason>({{None, "none"},
+                        {Inserted, "inserted"},
+                        {PegTooWide, "peg_too_wide"},
+                        {UnstableGain, "unstable_gain"},
+                        {NoContact, "no_contact"},
+                        {ProfileFlat, "profile_flat"},
+                        {NoDrop, "no_drop"},
+                        {Blocked, "blocked"},
+                        {Force, "force"},
+                        {Torque, "torque"},
+                        {Current, "current"},
+                        {SensorDead, "sensor_dead"},
+                        {SensorSaturated, "sensor_saturated"},
+                        {PegLost, "peg_lost"},
+                        {OutOfReach, "out_of_reach"},
+                        {TimeOut, "time_out"}});
+}
+
+struct InsertionOptions {
+  PegTube bodies;
+  double tilt = 0.2618;          ///< [rad]
+  double azimuth = 0.0;          ///< [rad]
+  double cycle = 0.012;          ///< [s]
+  double cutoff = 8.0;           ///< [Hz]
+  double delay = 0.024;          ///< [s]
+  double servo_frequency = 0.0;  ///< [rad/s]
+  double servo_damping = 0.75;   ///< [-]
+  Localisation localisation = Localisation::Fit;
+  Entry entry = Entry::Tilted;
+  InsertBy insert_by = InsertBy::Arm;
+  std::optional<Eigen::Vector3d> hole;  ///< [m]
+  GripModel grip;
+  InsertionForces forces;
+  InsertionMotion motion;
+  InsertionLimits limits;
+
+  /// @throws InvalidArgument naming the field that is no number, or has the wrong sign. A peg that is too wide and a
+  /// gain that is not stable are no broken contract: they are stated as a Reason.
+  void validate() const;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("bodies", self.bodies, "Radii of peg and tube, as believed.");
+    visit("tilt", self.tilt, "With which the peg feels round [rad].");
+    visit("azimuth", self.azimuth, "Of the lowest point of its rim at the first touch [rad].");
+    visit("cycle", self.cycle, "Time between two steps [s].");
+    visit("cutoff", self.cutoff, "Of the low-pass on forces and positions [Hz].");
+    visit("delay", self.delay, "From a command to its effect, for the check of the gains [s].");
+    visit("servo_frequency", self.servo_frequency,
+          "Natural frequency of the servo behind the commands, which are led ahead by its inverse; 0: none [rad/s].");
+    visit("servo_damping", self.servo_damping, "Its damping ratio [-].");
+    visit("localisation", self.localisation, "fit | cusp | minimum.");
+    visit("entry", self.entry, "tilted | upright.");
+    visit("insert_by", self.insert_by, "arm | gravity | air.");
+    visit("hole", self.hole, "Centre of a hole remembered from before, in T: tried first [m].");
+    visit("grip", self.grip, "What gives way between arm and peg.");
+    visit("forces", self.forces, "Forces and gains.");
+    visit("motion", self.motion, "Speeds and ways.");
+    visit("limits", self.limits, "What stops it.");
+  }
+};
+
+/// What the cell tells in a cycle.
+struct InsertionReading {
+  Pose T_T_P = Pose::Identity();     ///< As the arm believes.
+  Vector6 sensor = Vector6::Zero();  ///< As the sensor tells it, in its own axes [N, N m].
+  Vector6 wrench = Vector6::Zero();  ///< Of the environment on the peg, about the origin of P, axes of T; no weight.
+  std::span<const double> current;   ///< Of each motor [A]; may be empty.
+  bool saturated = false;            ///< The sensor is at its limit.
+  bool gripped = true;               ///< The grip holds something.
+  bool reachable = true;             ///< The arm could go where the last command was.
+};
+
+/// What the cell shall do.
+struct InsertionCommand {
+  Pose T_T_P = Pose::Identity();  ///< Where the arm shall hold the peg.
+  bool hold = true;               ///< The grip holds; otherwise it lets the peg slide along.
+  bool air = false;               ///< Compressed air on the peg.
+  bool stop = false;              ///< Stop the arm where it is; stays so.
+};
+
+/// What was felt at one place of the turn.
+struct ProfileRow {
+  double azimuth = 0.0;                              ///< Of the lowest point of the rim [rad].
+  double tilt = 0.0;                                 ///< [rad]
+  Eigen::Vector2d centre = Eigen::Vector2d::Zero();  ///< Bottom centre in T, what gives way taken into account [m].
+  double height = 0.0;                               ///< Of it [m].
+  double force = 0.0;                                ///< Along Z of T [N].
+  Eigen::Vector2d moment = Eigen::Vector2d::Zero();  ///< About the bottom centre [N m].
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("azimuth", self.azimuth, "Of the lowest point of the rim [rad].");
+    visit("tilt", self.tilt, "Of the peg [rad].");
+    visit("centre", self.centre, "Bottom centre in T, what gives way taken into account [m].");
+    visit("height", self.height, "Of that centre in T [m].");
+    visit("force", self.force, "On the peg along Z of T [N].");
+    visit("moment", self.moment, "On the peg about its bottom centre, x and y of T [N m].");
+  }
+};
+
+/// Where everything stands.
+struct InsertionState {
+  Phase phase = Phase::Tare;
+  Reason reason = Reason::None;    ///< Of the last attempt that ended, or of the stop.
+  Phase stopped_in = Phase::Tare;  ///< The phase in which the reason arose.
+  int attempt = 1;
+  double time = 0.0;                               ///< Since the first step [s].
+  Eigen::Vector3d hole = Eigen::Vector3d::Zero();  ///< Where the hole is believed, in T [m].
+  double hole_std = 0.0;                           ///< Of each of its coordinates across the tube; 0: not known [m].
+  double depth = 0.0;                              ///< Of the peg's bottom below the believed face [m].
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("phase", self.phase, "What it is at.");
+    visit("reason", self.reason, "Why the last attempt, or everything, ended.");
+    visit("stopped_in", self.stopped_in, "The phase in which that reason arose.");
+    visit("attempt", self.attempt, "Number of the attempt, from 1.");
+    visit("time", self.time, "Since the first step [s].");
+    visit("hole", self.hole, "Where the hole is believed, in T [m].");
+    visit("hole_std", self.hole_std, "Of each of its coordinates across the tube; 0: not known [m].");
+    visit("depth", self.depth, "Of the peg's bottom below the believed face [m].");
+  }
+};
+
+/// One insertion. Everything is allocated by the constructor; `step` neither allocates nor throws.
+class Insertion {
+ public:
+  /// @throws InvalidArgument as InsertionOptions::validate.
+  explicit Insertion(const InsertionOptions& options);
+  ~Insertion();
+  Insertion(Insertion&&) noexcept;
+  Insertion& operator=(Insertion&&) noexcept;
+
+  /// One cycle.
+  InsertionCommand step(const InsertionReading& reading) noexcept;
+  const InsertionState& state() const noexcept;
+  bool finished() const noexcept;
+  /// What was felt in the last turn, by azimuth; empty before one.
+  std::span<const ProfileRow> profile() const noexcept;
+  /// Begins anew with the hole of the last success remembered.
+  void again() noexcept;
+
+ private:
+  struct Machine;
+  std::unique_ptr<Machine> machine_;
+};
+
+}  // namespace kr5::force

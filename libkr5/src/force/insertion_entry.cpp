@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file The phases in which the peg goes into the hole, or back from it.
+#include <algorithm>
+#include <cmath>
+
+#include "insertion_machine.hpp"
+
+namespace kr5::force {
+namespace {
+
+constexpr double near = 1e-4;     // of a slide's end [m]
+constexpr double dropped = 3e-4;  // below its level an upright peg is in the bore [m]
+constexpr double entered = 1e-3;  // deep enough in it to be pushed [m]
+constexpr double settled = 0.2;   // for which an upright peg shall not sink any more [s]
+constexpr double mouth = 1.0;     // that an upright peg may take to sink into the bore [s]
+constexpr double release = 1.5;   // for which a peg that was let go may take to go in [s]
+constexpr double stuck = 0.8;     // for which a pushed peg may stand still [s]
+constexpr double friction = 0.5;  // more of the press than any friction across takes [-]
+
+}  // namespace
+
+/// The rim is in the bore, or is to be felt for (`probe`), with the tilt towards `azimuth`.
+void Insertion::Machine::enter(double azimuth, bool probe) noexcept {
+  toward = azimuth;
+  probing = probe;
+  begun = path.p.head<2>();
+  go(Phase::Upright);
+}
+
+void Insertion::Machine::slide(const Felt& now) noexcept {
+  options.entry == Entry::Tilted ? slide_tilted(now) : slide_upright(now);
+}
+
+/// Rim first, until it falls into the bore or meets its far wall. Across the way the peg follows the forces: on the
+/// cusp two points of the edge guide it.
+void Insertion::Machine::slide_tilted(const Felt& now) noexcept {
+  const Eigen::Vector2d d = direction(), along_wall = {-d.y(), d.x()};
+  const Eigen::Vector2d gives = now.peg.head<2>() - now.arm.head<2>();
+  const Eigen::Vector2d target = state.hole.head<2>() - 0.7 * capture_offset() * d - gives;
+  const InsertionMotion& m = options.motion;
+  const Eigen::Vector3d wished = path.towards({target.x(), target.y(), path.p.z()}, m.slide_speed, m.acceleration);
+  const double guided = along_wall.dot(give_across(now, Eigen::Vector2d::Zero()));
+  drive(d * d.dot(wished.head<2>()) + along_wall * (0.5 * along_wall.dot(wished.head<2>()) + guided),
+        press_speed(options.forces.slide, now));
+  plan_tilt(0.0, 0.0);
+  const bool wall = -d.dot(now.across()) > options.forces.lean + friction * std::max(now.press(), 0.0);
+  const bool there = calm_for(settled, d.dot(target - path.p.head<2>()) < near);
+  if (wall || captured(now) || there) enter(toward, false);
+}
+
+/// Until the force drops, or the peg (5.41).
+void Insertion::Machine::slide_upright(const Felt& now) noexcept {
+  drive(options.motion.slide_speed * direction(), press_speed(options.forces.slide, now));
+  plan_tilt(0.0, 0.0);
+  const bool released = seconds() > 2 * settled && now.press() < options.forces.drop;
+  if (released || now.peg.z() < level - dropped) {
+    feed = 0.0;
+    face = level;
+    return go(Phase::Push);
+  }
+  const double most = options.limits.travel > 0 ? options.limits.travel : options.bodies.peg_radius;
+  if ((path.p.head<2>() - begun).norm() > most) fail(Reason::NoDrop);
+}
+
+/// Takes the tilt away while the peg leans on the far wall of the bore: so its near side clears the edge, however small
+/// the clearance is.
+void Insertion::Machine::upright(const Felt& now) noexcept {
+  const Eigen::Vector2d d = direction();
+  const InsertionForces& f = options.forces;
+  const double pushed_back = -d.dot(now.across());
+  const bool leans = pushed_back > 0.5 * f.lean;
+  drive(give_across(now, -f.lean * d), press_speed(f.slide, now));
+  const double load = now.across().norm() / (4 * f.lean);
+  const double pace = options.motion.upright_speed * std::clamp(1.5 - load, 0.0, 1.0);
+  const bool begin = probing ? leans : leans || seconds() > 4 * settled;
+  if (begin) probing = false;
+  plan_tilt(begin || lean.v < 0 ? std::max(lean.towards(0.0, pace, options.motion.turning, options.cycle), -pace) : 0.0,
+            0.0);
+  if (probing) {
+    if ((path.p.head<2>() - begun).norm() > 2 * options.bodies.inner_radius) fail(Reason::NoContact);
+    return;
+  }
+  if (lean.x > 5e-3) {
+    cycles = begin && lean.v < 0 ? 0 : cycles;
+    return;
+  }
+  const bool sunk = now.peg.z() < face - entered;
+  if (sunk && lean.x < 1e-3) {
+    feed = 0.0;
+    return go(Phase::Push);
+  }
+  if (seconds() < mouth) return;
+  if (spiralled || options.entry != Entry::Tilted) return fail(Reason::NoDrop);
+  level = now.peg.z();
+  begun = path.p.head<2>();
+  swept = 0.0;
+  spiralled = true;
+  go(Phase::Spiral);
+}
+
+/// An upright peg beside a hole that is near: round and round it, outwards.
+void Insertion::Machine::spiral(const Felt& now) noexcept {
+  const InsertionMotion& m = options.motion;
+  const double radius = m.spiral_pitch * swept / (2 * M_PI);
+  swept += 0.5 * m.slide_speed / std::max(radius, 2 * m.spiral_pitch) * options.cycle;
+  const Eigen::Vector2d next = begun + radius * Eigen::Vector2d(std::cos(swept), std::sin(swept));
+  drive(path.towards({next.x(), next.y(), path.p.z()}, m.slide_speed, m.acceleration).head<2>(),
+        press_speed(options.forces.slide, now));
+  plan_tilt(0.0, 0.0);
+  if (now.peg.z() < level - dropped || now.peg.z() < face - entered) {
+    feed = 0.0;
+    return go(Phase::Push);
+  }
+  if (radius < m.spiral_radius) return;
+  if (!known) return fail(Reason::NoDrop);
+  known = false;  // the hole is not where it was: feel for it
+  go(Phase::Retreat);
+}
+
+/// Deeper, giving way to forces and moments across.
+void Insertion::Machine::push(const InsertionReading& reading, const Felt& now) noexcept {
+  const InsertionForces& f = options.forces;
+  const InsertionMotion& m = options.motion;
+  if (options.insert_by != InsertBy::Arm && state.depth > entered) {
+    holding = false;
+    air = options.insert_by == InsertBy::Air;
+    drive(Eigen::Vector2d::Zero(), 0.0);
+    plan_tilt(0.0, 0.0);
+    if (!reading.gripped) {
+      state.stopped_in = Phase::Push;
+      state.reason = Reason::Inserted;
+      return go(Phase::Done);
+    }
+    if (seconds() > release + 1.0) holding = true, fail(Reason::Blocked);
+    return;
+  }
+  Vector6 wrench;
+  wrench << now.force, now.moment;
+  const Vector6 gives = give_way(wrench, Vector6::Zero(), {f.lateral_gain, f.angular_gain, m.slide_speed, 0.1});
+  feed = now.press() > 0.5 * f.push ? 0.0 : std::min(feed + m.acceleration * options.cycle, m.push_speed);
+  const double speed = std::max(-feed + f.axial_gain * (now.press() - f.push), -m.push_speed);
+  drive(gives.head<2>(), speed);
+  path.turn(gives.segment<2>(3), m.turning);
+  lean.rest_at(path.rho.norm());
+  round.rest_at(std::atan2(-path.rho.x(), path.rho.y()));
+  if (state.depth >= m.depth) {
+    state.stopped_in = Phase::Push;
+    state.reason = Reason::Inserted;
+    state.hole = {now.peg.x(), now.peg.y(), face};
+    drive(Eigen::Vector2d::Zero(), 0.0);
+    return go(Phase::Done);
+  }
+  if (calm_for(stuck, now.press() > 0.7 * f.push)) fail(Reason::Blocked);
+}
+
+void Insertion::Machine::retreat(const Felt& now) noexcept {
+  const InsertionMotion& m = options.motion;
+  const double height = tilted_height();
+  path.drive(path.towards({path.p.x(), path.p.y(), height + m.height}, m.approach_speed, m.acceleration),
+             m.acceleration);
+  if (lean.x > 0)
+    plan_tilt(0.0, 0.0);
+  else
+    path.turn(Eigen::Vector2d::Zero(), m.turning);
+  if (now.arm.z() < height) return;
+  lean.rest_at(path.rho.norm());
+  round.rest_at(lean.x > 1e-6 ? std::atan2(-path.rho.x(), path.rho.y()) : toward);
+  // Not where it failed, but where the peg feels most: beside the hole as far as it is known.
+  if (state.hole_std > 0)
+    place = state.hole.head<2>() - 0.4 * options.bodies.peg_radius * direction();
+  else
+    place = path.p.head<2>();
+  spiralled = false;
+  go(Phase::Approach);
+}
+
+}  // namespace kr5::force

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <kr5/force/compliance.hpp>
+#include <kr5/force/guarded_move.hpp>
+#include <kr5/force/insertion.hpp>
+#include <kr5/force/safety_stop.hpp>
+#include <kr5/force/wrench_conditioner.hpp>
+
+#include "tilted_path.hpp"
+#include "tube_search.hpp"
+#include "turn_profile.hpp"
+
+namespace kr5::force {
+
+/// What is felt in a cycle, forces and places equally late.
+struct Felt {
+  Eigen::Vector3d arm = Eigen::Vector3d::Zero();     ///< Bottom centre as the arm believes, in T [m].
+  Eigen::Vector3d peg = Eigen::Vector3d::Zero();     ///< The same with what gives way [m].
+  double tilt = 0.0, azimuth = 0.0;                  ///< With what gives way [rad].
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();   ///< On the peg, in T [N].
+  Eigen::Vector3d moment = Eigen::Vector3d::Zero();  ///< About the bottom centre [N m].
+
+  double press() const { return force.z(); }
+  Eigen::Vector2d across() const { return force.head<2>(); }
+};
+
+struct Insertion::Machine {
+  InsertionOptions options;
+  InsertionState state;
+  SafetyStop guard;
+  WrenchLowPass force_filter, place_filter;
+  GuardedMove descent;
+  TubeSearch search;
+  TurnProfile turn;
+  TiltedPath path;
+  Axis lean, round;  ///< Tilt and its azimuth, where they are planned.
+  Vector6 zero = Vector6::Zero();
+  Eigen::Vector2d place = Eigen::Vector2d::Zero();  ///< Where the next attempt touches, in T [m].
+  Eigen::Vector2d begun = Eigen::Vector2d::Zero();  ///< Where a slide or a spiral began.
+  double face = 0.0;                                ///< Believed height of the tube's face [m].
+  double toward = 0.0;                              ///< Azimuth of the hole [rad].
+  double swept = 0.0, level = 0.0, feed = 0.0;      ///< Of a turn or a spiral; height of a peg that slides; of a push.
+  int cycles = 0, calm = 0;                         ///< In this phase; of them, at rest in a row.
+  bool known = false, first = true, probing = false, spiralled = false, holding = true, air = false;
+
+  explicit Machine(const InsertionOptions& given);
+
+  InsertionCommand step(const InsertionReading& reading) noexcept;
+  void again() noexcept;
+
+  // Common to all phases.
+  Felt feel(const InsertionReading& reading) noexcept;
+  void go(Phase phase) noexcept;
+  void stop(Reason reason) noexcept;
+  /// Ends the attempt: another one from above, or none.
+  void fail(Reason reason) noexcept;
+  void watch(const InsertionReading& reading, const Felt& now) noexcept;
+  void act(const InsertionReading& reading, const Felt& now) noexcept;
+  double seconds() const noexcept { return cycles * options.cycle; }
+  bool calm_for(double time, bool calm_now) noexcept;
+  double press_speed(double wish, const Felt& now) const noexcept;
+  /// Moves across the tube, the press held; tilt as planned.
+  void drive(const Eigen::Vector2d& across, double along) noexcept;
+  void plan_tilt(double lean_speed, double round_speed) noexcept;
+  Eigen::Vector2d give_across(const Felt& now, const Eigen::Vector2d& wish) const noexcept;
+  /// The bottom of the peg is below the face: the rim is in the bore.
+  bool captured(const Felt& now) const noexcept { return now.peg.z() < face - options.limits.face_error; }
+  /// How far behind its axis a tilted peg just falls into the bore.
+  double capture_offset() const noexcept;
+  Eigen::Vector2d direction() const noexcept { return {std::cos(toward), std::sin(toward)}; }
+  double tilted_height() const noexcept;
+
+  // One function a phase.
+  void tare(const Felt& now) noexcept;
+  void approach(const Felt& now) noexcept;
+  void touch(const Felt& now) noexcept;
+  void roll(const Felt& now) noexcept;
+  void locate(const Felt& now) noexcept;
+  void aim(const Felt& now) noexcept;
+  void slide(const Felt& now) noexcept;
+  void slide_tilted(const Felt& now) noexcept;
+  void slide_upright(const Felt& now) noexcept;
+  void upright(const Felt& now) noexcept;
+  void push(const InsertionReading& reading, const Felt& now) noexcept;
+  void spiral(const Felt& now) noexcept;
+  void retreat(const Felt& now) noexcept;
+
+  void found(bool fitted) noexcept;
+  void enter(double azimuth, bool probe) noexcept;
+};
+
+}  // namespace kr5::force

@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file The phases in which the peg feels where the hole is.
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/LU>
+
+#include "force/azimuth.hpp"
+#include "insertion_machine.hpp"
+
+namespace kr5::force {
+namespace {
+
+constexpr double zeroing = 0.2;   // for which an untouched sensor is averaged [s]
+constexpr double tilting = 1.0;   // greatest speed of a planned tilt in the air [rad/s]
+constexpr double felt = 1.0;      // from which on a row of the profile counts as touching [N]
+constexpr double settling = 0.1;  // [s]
+constexpr double patience = 1.5;  // for a force to settle before one goes on all the same [s]
+constexpr double overlap = 0.1;   // of the turn, so that its end meets its beginning [rad]
+constexpr int evaluations = 8;    // of the fit in a cycle
+constexpr int least_rows = TurnProfile::bins / 3;
+
+}  // namespace
+
+double Insertion::Machine::press_speed(double wish, const Felt& now) const noexcept {
+  const double most = options.motion.contact_speed;
+  return std::clamp(options.forces.axial_gain * (now.press() - wish), -most, most);
+}
+
+void Insertion::Machine::drive(const Eigen::Vector2d& across, double along) noexcept {
+  path.drive({across.x(), across.y(), along}, options.motion.acceleration);
+}
+
+void Insertion::Machine::plan_tilt(double lean_speed, double round_speed) noexcept {
+  lean.drive(lean_speed, options.motion.turning, options.cycle);
+  round.drive(round_speed, 4 * options.motion.turning, options.cycle);
+  path.turn_to(tilt_vector(lean.x, round.x));
+}
+
+Eigen::Vector2d Insertion::Machine::give_across(const Felt& now, const Eigen::Vector2d& wish) const noexcept {
+  Vector6 wrench = Vector6::Zero(), wished = Vector6::Zero();
+  wrench.head<2>() = now.across();
+  wished.head<2>() = wish;
+  return give_way(wrench, wished, {options.forces.lateral_gain, 0.0, options.motion.slide_speed, 1.0}).head<2>();
+}
+
+double Insertion::Machine::capture_offset() const noexcept {
+  const PegTube& b = options.bodies;
+  return std::sqrt(std::max(b.inner_radius * b.inner_radius - b.peg_radius * b.peg_radius, 0.0));
+}
+
+double Insertion::Machine::tilted_height() const noexcept {
+  return face + options.motion.height + options.bodies.peg_radius * std::sin(options.tilt);
+}
+
+void Insertion::Machine::tare(const Felt& now) noexcept {
+  Vector6 wrench;
+  wrench << now.force, now.moment;
+  drive(Eigen::Vector2d::Zero(), 0.0);
+  if (seconds() < zeroing) return;
+  zero = wrench;
+  lean.rest_at(path.rho.norm());
+  round.rest_at(lean.x > 1e-6 ? std::atan2(-path.rho.x(), path.rho.y()) : toward);
+  go(Phase::Approach);
+}
+
+/// Above the place, tilted. A remembered hole is entered rim first at once, or from above by an upright peg.
+void Insertion::Machine::approach(const Felt&) noexcept {
+  const bool tilted = !known || options.entry == Entry::Tilted;
+  Eigen::Vector2d over = place;
+  if (known && tilted) over -= 0.7 * capture_offset() * direction();
+  const double height = tilted ? tilted_height() : face + options.motion.height;
+  const InsertionMotion& m = options.motion;
+  path.drive(path.towards({over.x(), over.y(), height}, m.approach_speed, m.acceleration), m.acceleration);
+  if (lean.x < 1e-3) round.rest_at(toward);
+  const double turned = round.x + std::remainder(toward - round.x, 2 * M_PI);
+  plan_tilt(lean.towards(tilted ? options.tilt : 0.0, tilting, m.turning, options.cycle),
+            round.towards(turned, 2 * tilting, 4 * m.turning, options.cycle));
+  const bool there = (path.p - Eigen::Vector3d(over.x(), over.y(), height)).norm() < 2e-4 &&
+                     std::abs(lean.x - (tilted ? options.tilt : 0.0)) < 2e-3 && std::abs(round.x - turned) < 1e-2;
+  if (!there) return;
+  descent.reset();
+  go(Phase::Touch);
+}
+
+void Insertion::Machine::touch(const Felt& now) noexcept {
+  plan_tilt(0.0, 0.0);
+  if (!descent.touched()) {
+    const double way = now.peg.z() - options.bodies.peg_radius * std::sin(lean.x) - face - options.limits.face_error;
+    drive(Eigen::Vector2d::Zero(), -descent.step(way, now.force.norm()));
+    if (now.peg.z() < face - options.limits.descent) enter(round.x, true);
+    return;
+  }
+  drive(Eigen::Vector2d::Zero(), press_speed(options.forces.roll, now));
+  if (captured(now) || (known && options.entry == Entry::Tilted && seconds() > settling)) return enter(round.x, false);
+  const bool held = std::abs(now.press() - options.forces.roll) < 0.2 * options.forces.roll;
+  if (!calm_for(settling, held) && seconds() < patience) return;
+  if (now.press() < felt) return fail(Reason::NoContact);
+  if (known) {  // upright on the face beside a remembered hole, or in it
+    level = now.peg.z();
+    begun = path.p.head<2>();
+    swept = 0.0;
+    return go(Phase::Spiral);
+  }
+  turn.clear();
+  swept = 0.0;
+  go(Phase::Roll);
+}
+
+void Insertion::Machine::roll(const Felt& now) noexcept {
+  drive(Eigen::Vector2d::Zero(), press_speed(options.forces.roll, now));
+  const double whole = 2 * M_PI + overlap, speed = 2 * M_PI / options.motion.roll_time;
+  const double before = round.x;
+  Axis left = round;
+  left.x = swept;
+  plan_tilt(0.0, left.towards(whole, speed, 4 * options.motion.turning, options.cycle));
+  swept += round.x - before;
+  if (now.press() > felt)
+    turn.add({now.azimuth, now.tilt, now.peg.head<2>(), now.peg.z(), now.press(), now.moment.head<2>()});
+  if (captured(now)) return enter(round.x, false);
+  if (swept < whole - 1e-2) return;
+  turn.finish();
+  if (turn.rows().size() < static_cast<std::size_t>(least_rows)) return fail(Reason::NoContact);
+  search.begin(turn.rows(), turn.centre());
+  go(Phase::Locate);
+}
+
+void Insertion::Machine::locate(const Felt& now) noexcept {
+  drive(Eigen::Vector2d::Zero(), press_speed(options.forces.roll, now));
+  plan_tilt(0.0, 0.0);
+  if (options.localisation == Localisation::Fit) {
+    if (search.advance(evaluations)) found(true);
+    return;
+  }
+  const auto azimuth = options.localisation == Localisation::Cusp ? turn.cusp() : turn.minimum();
+  if (!azimuth) return fail(Reason::ProfileFlat);
+  toward = *azimuth;
+  found(false);
+}
+
+void Insertion::Machine::found(bool fitted) noexcept {
+  state.hole_std = 0.0;
+  if (fitted) {
+    const TubeSearch::Solution& best = search.best();
+    const auto n = static_cast<double>(turn.rows().size());
+    const Eigen::Matrix3d spread = best.normal.cost / (n - 3) * best.normal.A.inverse();
+    const double std = std::sqrt(0.5 * (spread(0, 0) + spread(1, 1)));
+    if (!(std < 0.2 * options.bodies.peg_radius)) return fail(Reason::ProfileFlat);
+    state.hole = best.place;
+    state.hole_std = std;
+    face = best.place.z();
+    const Eigen::Vector2d way = best.place.head<2>() - turn.centre();
+    toward = std::atan2(way.y(), way.x());
+  }
+  begun = path.p.head<2>();
+  go(Phase::Aim);
+}
+
+void Insertion::Machine::aim(const Felt& now) noexcept {
+  drive(Eigen::Vector2d::Zero(), press_speed(options.forces.slide, now));
+  const InsertionMotion& m = options.motion;
+  const double turned = round.x + std::remainder(toward - round.x, 2 * M_PI);
+  if (options.entry == Entry::Tilted) {
+    plan_tilt(0.0, round.towards(turned, tilting, 4 * m.turning, options.cycle));
+    if (std::abs(turned - round.x) > 1e-2) return;
+  } else {
+    plan_tilt(lean.towards(0.0, 2 * m.upright_speed, m.turning, options.cycle), 0.0);
+    const bool flat = lean.x < 1e-4 && std::abs(now.press() - options.forces.slide) < 0.3 * options.forces.slide;
+    if (!calm_for(settling, flat) && seconds() < 2 * patience) return;
+    level = now.peg.z();
+  }
+  go(Phase::Slide);
+}
+
+}  // namespace kr5::force

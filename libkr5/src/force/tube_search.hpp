@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <span>
+
+#include <kr5/force/insertion.hpp>
+#include <kr5/force/peg_on_tube.hpp>
+
+namespace kr5::force {
+
+/// Least squares of a depth profile, a few evaluations at a time: the same in real time and at a desk. Nothing here
+/// allocates or throws.
+class TubeSearch {
+ public:
+  /// Centre x, y of the tube and height of its face.
+  using Place = Eigen::Vector3d;
+
+  struct Normal {
+    Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d b = Eigen::Vector3d::Zero();
+    double cost = 0.0;  ///< Sum of squares [m^2]; infinite where the peg would fall.
+    double sum = 0.0;   ///< Of the errors [m].
+  };
+  struct Solution {
+    Place place = Place::Zero();
+    Normal normal;
+    int iterations = 0;
+    bool converged = false;
+  };
+
+  TubeSearch(const PegTube& bodies, int max_iterations) : bodies_(bodies), max_iterations_(max_iterations) {}
+
+  /// The rows are not copied. @param about Where the tube is looked for, up to its outer radius and a fifth around.
+  void begin(std::span<const ProfileRow> rows, const Eigen::Vector2d& about) noexcept;
+  /// @return All is done: best() is the answer.
+  bool advance(int evaluations) noexcept;
+  const Solution& best() const noexcept { return best_; }
+
+ private:
+  static constexpr int directions = 12, distances = 4, kept = 10;
+
+  Normal at(const Place& place) const noexcept;
+  Place start(int number) const noexcept;
+  void look() noexcept;
+  void next() noexcept;
+  void refine() noexcept;
+
+  PegTube bodies_;
+  int max_iterations_;
+  std::span<const ProfileRow> rows_;
+  Eigen::Vector2d about_ = Eigen::Vector2d::Zero();
+  int looked_ = 0, refined_ = 0;
+  std::array<Solution, kept> starts_;  ///< The best of all, rising by cost.
+  int started_ = 0;
+  Solution now_, best_;
+  double damping_ = 0.0;
+};
+
+}  // namespace kr5::force

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <kr5/cell/cell.hpp>
+#include <kr5/force/insertion.hpp>
+#include <kr5/io/csv.hpp>
+
+/// @file
+/// Insertions in the simulated cell: the arm in DART behind its servo and delay, the peg in a grip that gives way, the
+/// wrist sensor with its noise, the tube where it really stands, and the force::Insertion that would run on the cell.
+
+namespace kr5::sim {
+
+enum class Strategy {
+  Felt,  ///< Fit of the whole profile, entry rim first, giving way to what is felt.
+  Book,  ///< Cusp of the profile, upright slide along its direction (Hayat et al. 2022, algorithm of section 5.6).
+};
+constexpr auto enum_names(Strategy) { return names<Strategy>({{Strategy::Felt, "felt"}, {Strategy::Book, "book"}}); }
+
+/// A task, and how well the cell knows itself.
+struct InsertionSetup {
+  double clearance = 2.8e-4;                         ///< [m]
+  double tilt = 0.2618;                              ///< [rad]
+  Eigen::Vector2d offset = Eigen::Vector2d::Zero();  ///< [m]
+  bool horizontal = false;
+  Strategy strategy = Strategy::Felt;
+  force::InsertBy insert_by = force::InsertBy::Arm;
+  int pegs = 1;
+  double pick_distance = 0.1;        ///< [m]
+  double repeatability = 1e-4;       ///< [m]
+  double grip_error = 1e-4;          ///< [m]
+  double grip_tilt = 1.5e-3;         ///< [rad]
+  double tube_tilt = 1.5e-3;         ///< [rad]
+  double face_error = 2e-4;          ///< [m]
+  double lateral_stiffness = 0;      ///< [N/m]
+  double angular_stiffness = 300.0;  ///< [N m/rad]
+  bool noise = true;
+  bool log = true;
+  std::uint64_t seed = 1;
+
+  /// @throws InvalidArgument naming the field.
+  void validate() const;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("clearance", self.clearance, "Radius of the bore less that of the peg; the bore is made to it [m].");
+    visit("tilt", self.tilt, "Of the peg while it feels round [rad].");
+    visit("offset", self.offset, "Of the tube's real axis from where it is believed, x and y of T [m].");
+    visit("horizontal", self.horizontal, "The tube lies along Y of the base instead of standing.");
+    visit("strategy", self.strategy, "felt | book.");
+    visit("insert_by", self.insert_by, "What pushes the peg in: arm | gravity | air.");
+    visit("pegs", self.pegs, "One after the other; the hole of the one before is remembered.");
+    visit("pick_distance", self.pick_distance, "From the tube to where the next peg is taken [m].");
+    visit("repeatability", self.repeatability, "Of the arm, three standard deviations per axis [m].");
+    visit("grip_error", self.grip_error, "Standard deviation of the peg's place in the grip, per axis across it [m].");
+    visit("grip_tilt", self.grip_tilt, "Standard deviation of its tilt in the grip, per axis [rad].");
+    visit("tube_tilt", self.tube_tilt, "Standard deviation of the tilt of the tube, per axis [rad].");
+    visit("face_error", self.face_error, "Standard deviation of the believed height of its face [m].");
+    visit("lateral_stiffness", self.lateral_stiffness, "Of the grip; 0: as contact.stiffness along it [N/m].");
+    visit("angular_stiffness", self.angular_stiffness, "Of the grip against tilting [N m/rad].");
+    visit("noise", self.noise, "Noise of sensors and of the arm, and what is unknown of grip and tube.");
+    visit("log", self.log, "Keep the rows of every cycle.");
+    visit("seed", self.seed, "Of everything random.");
+  }
+};
+
+/// How one peg fared.
+struct PegOutcome {
+  bool inserted = false;
+  force::Phase phase = force::Phase::Tare;
+  force::Reason reason = force::Reason::None;
+  int attempts = 0;
+  double time = 0.0;            ///< [s]
+  double depth = 0.0;           ///< [m]
+  double hole_error = 0.0;      ///< [m]
+  double greatest_force = 0.0;  ///< [N]
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("inserted", self.inserted, "The peg really is in the tube, to nine tenths of the depth at least.");
+    visit("phase", self.phase, "In which its insertion ended.");
+    visit("reason", self.reason, "Why.");
+    visit("attempts", self.attempts, "Made.");
+    visit("time", self.time, "From above the tube, or from picking the peg, to the end [s].");
+    visit("depth", self.depth, "Of the peg's bottom below the face, really [m].");
+    visit("hole_error", self.hole_error,
+          "Of the believed axis of the tube where the profile was fitted; NaN: it was not [m].");
+    visit("greatest_force", self.greatest_force, "Between grip and peg, really [N].");
+  }
+};
+
+struct InsertionResult {
+  bool inserted = false;
+  double time = 0.0;  ///< [s]
+  std::vector<PegOutcome> pegs;
+  io::Table rows;
+  io::Table profile;
+  cell::Cell cell;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("inserted", self.inserted, "Every peg is in.");
+    visit("time", self.time, "Of all pegs, ways between them too [s].");
+    visit("pegs", self.pegs, "How each fared.");
+    visit("rows", self.rows,
+          "A row each cycle: t; peg, phase, attempt (numbers of force.Phase); x y z tilt azimuth as the "
+          "arm believes, in T; fx..tz on the peg, unfiltered, in T; true_x true_y true_z true_tilt of the peg from the "
+          "real tube; q1..n [s, m, rad, N, N m].");
+    visit("profile", self.profile,
+          "Of the last turn: azimuth, tilt, x, y, height as measured; closed_form, where it really "
+          "stood; force [rad, m, N].");
+    visit("cell", self.cell, "As it was run: bore, pose of the tube.");
+  }
+};
+
+/// What is told to force::Insertion in a cell: bodies, servo and grip as the cell believes them.
+/// @throws InvalidArgument naming what is not there: tool, contact, peg, tube, servo.
+force::InsertionOptions insertion_options(const cell::Cell& cell, const InsertionSetup& setup);
+
+/// Inserts pegs. A tube that is out of reach, a peg that is too wide and the like are outcomes.
+/// @throws InvalidArgument for a setup or options that are not valid, and for a cell that lacks something.
+InsertionResult run_insertion(const cell::Cell& cell, const InsertionSetup& setup = {});
+InsertionResult run_insertion(const cell::Cell& cell, const InsertionSetup& setup,
+                              const force::InsertionOptions& options);
+
+}  // namespace kr5::sim

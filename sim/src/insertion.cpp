@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/sim/insertion.hpp>
+
+#include <cmath>
+#include <limits>
+
+#include <kr5/core/error.hpp>
+
+#include "insertion_arm.hpp"
+#include "scene_run.hpp"
+
+namespace kr5::sim {
+namespace {
+
+using Eigen::Vector3d;
+using force::Insertion;
+using force::InsertionOptions;
+using force::InsertionReading;
+
+constexpr double above = 0.025;       // of the face, where a trial begins [m]
+constexpr double lift = 0.06;         // from an inserted peg to the next one [m]
+constexpr double carry_speed = 0.25;  // greatest, on the way there and back [m/s]
+constexpr double picking = 0.3;       // [s]
+constexpr double falling = 1.0;       // given to a peg that was let go [s]
+constexpr double most_of = 0.9;       // of the depth that counts as inserted
+
+void check(const cell::Cell& cell) {
+  require(cell.tool.has_value(), "tool: an insertion needs one");
+  require(cell.contact.has_value(), "contact: an insertion needs one");
+  require(cell.peg.has_value(), "peg: an insertion needs one");
+  require(cell.tube.has_value(), "tube: an insertion needs one");
+  require(cell.servo && !cell.servo->joint.empty(), "servo.joint: an insertion needs one");
+  require(!cell.robot.links.empty(), "robot.links: the arm needs masses");
+}
+
+/// Frame of a tube that lies along Y of the base and opens against it, where the cell's tube is.
+Pose lying(const Pose& T_B_T) {
+  Pose out = T_B_T;
+  out.linear() << 1, 0, 0, 0, 0, -1, 0, 1, 0;
+  return out;
+}
+
+/// As it really is: the bore made to the clearance, the tube where it stands.
+cell::Cell real_cell(const cell::Cell& given, const InsertionSetup& setup) {
+  cell::Cell out = given;
+  const double bore = given.peg->radius + setup.clearance, grown = bore - given.tube->inner_radius;
+  out.tube->inner_radius = bore;
+  out.tube->outer_radius += grown;
+  if (out.effects.task.tube_radius) *out.effects.task.tube_radius += grown;
+  if (setup.horizontal) out.tube->T_B_T = lying(given.tube->T_B_T);
+  Random random(setup.seed * 0x9E3779B97F4A7C15ull + 11);
+  cell::TaskEffects& task = out.effects.task;
+  task.tube_shift.head<2>() += setup.offset;
+  if (!setup.noise) return out;
+  task.tube_shift.z() += random.normal(setup.face_error);
+  task.tube_tilt += Eigen::Vector2d(random.normal(setup.tube_tilt), random.normal(setup.tube_tilt));
+  return out;
+}
+
+std::vector<std::string> columns(int joints) {
+  std::vector<std::string> out = {"t",  "peg", "phase", "attempt", "x",  "y",      "z",      "tilt",   "azimuth",  "fx",
+                                  "fy", "fz",  "tx",    "ty",      "tz", "true_x", "true_y", "true_z", "true_tilt"};
+  for (int i = 1; i <= joints; ++i) out.push_back("q" + std::to_string(i));
+  return out;
+}
+
+/// One task from beginning to end.
+class Task {
+ public:
+  Task(const cell::Cell& given, const InsertionSetup& setup, const InsertionOptions& options)
+      : setup_(setup),
+        options_(options),
+        cell_(real_cell(given, setup)),
+        arm_(cell_, setup),
+        insertion_(options),
+        rows_(columns(cell_.robot.joints())) {}
+
+  InsertionResult run() {
+    InsertionResult out;
+    Pose start = Pose::Identity();
+    start.translation().z() = above;
+    if (options_.hole) start.translation() += *options_.hole;
+    const bool reachable = arm_.start(start, options_.tilt);
+    for (int peg = 1; peg <= setup_.pegs; ++peg) {
+      const double begun = arm_.time();
+      if (peg > 1) fetch(peg);
+      out.pegs.push_back(reachable ? insert(peg) : out_of_reach());
+      out.pegs.back().time = arm_.time() - begun;
+      if (!out.pegs.back().inserted) break;
+    }
+    out.inserted = static_cast<int>(out.pegs.size()) == setup_.pegs && out.pegs.back().inserted;
+    out.time = arm_.time();
+    out.profile = profile();
+    if (setup_.log && reachable) out.rows = rows_.table();
+    out.cell = cell_;
+    return out;
+  }
+
+ private:
+  static PegOutcome out_of_reach() {
+    PegOutcome out;
+    out.phase = force::Phase::Approach;
+    out.reason = force::Reason::OutOfReach;
+    out.attempts = 1;
+    out.hole_error = std::numeric_limits<double>::quiet_NaN();
+    return out;
+  }
+
+  PegOutcome insert(int peg) {
+    PegOutcome out;
+    out.hole_error = std::numeric_limits<double>::quiet_NaN();
+    arm_.peg().forget_greatest();
+    while (!insertion_.finished()) {
+      cycle(peg);
+      const force::InsertionState& now = insertion_.state();
+      if (now.hole_std > 0) out.hole_error = (now.hole - arm_.T_T_tube().translation()).head<2>().norm();
+    }
+    const double end = arm_.time() + (options_.insert_by == force::InsertBy::Arm ? 0.0 : falling);
+    while (arm_.time() < end && -arm_.peg().pose().translation().z() < options_.motion.depth) arm_.advance(last_);
+    const force::InsertionState& state = insertion_.state();
+    out.phase = state.stopped_in;
+    out.reason = state.reason;
+    out.attempts = state.attempt;
+    const Vector3d bottom = arm_.peg().pose().translation();
+    out.depth = -bottom.z();
+    out.inserted = out.depth >= most_of * options_.motion.depth && bottom.head<2>().norm() < cell_.tube->inner_radius;
+    out.greatest_force = arm_.peg().greatest_force();
+    return out;
+  }
+
+  void cycle(int peg) {
+    const InsertionReading reading = arm_.read();
+    last_ = insertion_.step(reading);
+    if (setup_.log) note(peg, reading);
+    arm_.advance(last_);
+  }
+
+  /// Leaves the peg behind and comes back with another one.
+  void fetch(int peg) {
+    Pose over = Pose::Identity();
+    over.translation() << insertion_.state().hole.head<2>(), insertion_.state().hole.z() + above;
+    Pose aside = over;
+    aside.translation() += Vector3d(setup_.pick_distance, 0.0, lift);
+    arm_.peg().place(Pose(Eigen::Translation3d(0.0, 0.0, 1.0)));  // left behind
+    carry(peg, aside);
+    arm_.regrip();
+    for (double t = 0.0; t < picking; t += arm_.cycle()) wait(peg);
+    carry(peg, over);
+    insertion_.again();
+  }
+
+  void wait(int peg) {
+    const InsertionReading reading = arm_.read();
+    if (setup_.log) note(peg, reading);
+    arm_.advance(last_);
+    arm_.hold_peg();
+  }
+
+  /// Smoothly to a pose, led ahead as the servo of the path needs it.
+  void carry(int peg, const Pose& to) {
+    const Pose from = arm_.read().T_T_P;
+    const Vector3d way = to.translation() - from.translation();
+    const double duration = 1.875 * way.norm() / carry_speed, w = options_.servo_frequency;
+    for (double t = arm_.cycle(); t < duration + 8 * arm_.cycle(); t += arm_.cycle()) {
+      const double s = std::min(t / duration, 1.0), inside = s < 1.0 ? 1.0 : 0.0;
+      const double x = s * s * s * (10 + s * (6 * s - 15)), v = inside * 30 * s * s * (1 - s) * (1 - s) / duration;
+      const double a = inside * 60 * s * (1 - s) * (1 - 2 * s) / (duration * duration);
+      const double lead = w > 0 ? 2 * options_.servo_damping / w * v + a / (w * w) : 0.0;
+      last_ = {};
+      last_.T_T_P = Pose(Eigen::Translation3d(from.translation() + way * (x + lead)));
+      wait(peg);
+    }
+  }
+
+  void note(int peg, const InsertionReading& r) {
+    const force::InsertionState& s = insertion_.state();
+    const Vector3d axis = r.T_T_P.linear().col(2), p = r.T_T_P.translation();
+    const Pose& real = arm_.peg().pose();
+    std::vector<double> row = {arm_.time(),
+                               static_cast<double>(peg),
+                               static_cast<double>(s.phase),
+                               static_cast<double>(s.attempt),
+                               p.x(),
+                               p.y(),
+                               p.z(),
+                               std::atan2(std::hypot(axis.x(), axis.y()), axis.z()),
+                               std::atan2(axis.y(), axis.x())};
+    row.insert(row.end(), r.wrench.begin(), r.wrench.end());
+    row.insert(row.end(), real.translation().begin(), real.translation().end());
+    row.push_back(std::acos(std::min(real.linear()(2, 2), 1.0)));
+    row.insert(row.end(), arm_.position().begin(), arm_.position().end());
+    rows_.add(std::move(row));
+  }
+
+  io::Table profile() const {
+    Rows rows({"azimuth", "tilt", "x", "y", "height", "closed_form", "force"});
+    const force::PegTube bodies{cell_.peg->radius, predict::real_inner_radius(cell_), cell_.tube->outer_radius};
+    for (const force::ProfileRow& r : insertion_.profile())
+      rows.add({r.azimuth, r.tilt, r.centre.x(), r.centre.y(), r.height,
+                force::resting_height(bodies, arm_.T_T_tube(), r.tilt, r.azimuth, r.centre), r.force});
+    return rows.table();
+  }
+
+  InsertionSetup setup_;
+  InsertionOptions options_;
+  cell::Cell cell_;
+  InsertionArm arm_;
+  Insertion insertion_;
+  force::InsertionCommand last_;
+  Rows rows_;
+};
+
+}  // namespace
+
+void InsertionSetup::validate() const {
+  require(std::isfinite(clearance), "clearance: must be finite [m]");
+  require(tilt > 0 && tilt < M_PI_2, "tilt: must lie between 0 and a quarter turn [rad]");
+  require(offset.allFinite(), "offset: must be finite [m]");
+  require(pegs >= 1, "pegs: must be at least 1");
+  for (const auto& [value, name] : {std::pair{pick_distance, "pick_distance"},
+                                    {repeatability, "repeatability"},
+                                    {grip_error, "grip_error"},
+                                    {grip_tilt, "grip_tilt"},
+                                    {tube_tilt, "tube_tilt"},
+                                    {face_error, "face_error"},
+                                    {lateral_stiffness, "lateral_stiffness"}})
+    require(value >= 0 && std::isfinite(value), std::string(name) + ": must not be negative");
+  require(angular_stiffness > 0 && std::isfinite(angular_stiffness), "angular_stiffness: must be positive [N m/rad]");
+}
+
+force::InsertionOptions insertion_options(const cell::Cell& cell, const InsertionSetup& setup) {
+  setup.validate();
+  check(cell);
+  InsertionOptions out;
+  const double bore = cell.peg->radius + setup.clearance;
+  out.bodies = {cell.peg->radius, bore, cell.tube->outer_radius + bore - cell.tube->inner_radius};
+  out.tilt = setup.tilt;
+  out.cycle = cell.servo->cycle;
+  out.delay = cell.servo->tool ? cell.servo->tool->delay : cell.servo->joint.front().delay;
+  if (cell.servo->tool) {
+    out.servo_frequency = cell.servo->tool->natural_frequency;
+    out.servo_damping = cell.servo->tool->damping_ratio;
+  }
+  out.insert_by = setup.insert_by;
+  out.grip.axial = cell.contact->stiffness;
+  out.grip.lateral = setup.lateral_stiffness > 0 ? setup.lateral_stiffness : cell.contact->stiffness;
+  out.grip.angular = setup.angular_stiffness;
+  out.grip.height = 0.8 * cell.peg->length;
+  out.motion.depth = std::min(0.6 * cell.peg->length, 0.8 * cell.tube->depth);
+  if (!setup.noise) out.limits.dead_after = 0.0;  // a sensor without noise may well say the same
+  if (setup.strategy == Strategy::Felt) return out;
+  out.localisation = force::Localisation::Cusp;
+  out.entry = force::Entry::Upright;
+  out.grip.corrected = false;
+  out.motion.slide_speed = 0.03e-3 / 0.012;  // 0.03 mm a cycle
+  return out;
+}
+
+InsertionResult run_insertion(const cell::Cell& cell, const InsertionSetup& setup) {
+  return run_insertion(cell, setup, insertion_options(cell, setup));
+}
+
+InsertionResult run_insertion(const cell::Cell& cell, const InsertionSetup& setup,
+                              const force::InsertionOptions& options) {
+  setup.validate();
+  check(cell);
+  return Task(cell, setup, options).run();
+}
+
+}  // namespace kr5::sim

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include <kr5/force/wrench_conditioner.hpp>
+#include <kr5/predict/path_correction.hpp>
+#include <kr5/sim/driven_arm.hpp>
+#include <kr5/sim/insertion.hpp>
+#include <kr5/sim/sensors.hpp>
+
+#include "held_peg.hpp"
+#include "reach.hpp"
+
+namespace kr5::sim {
+
+/// The arm of a cell with a peg in its grip, cycle by cycle: path corrections with their servo and delay, joints with
+/// theirs, gears, links, encoders, the wrist sensor. T is where the tube is believed.
+class InsertionArm {
+ public:
+  InsertionArm(const cell::Cell& real, const InsertionSetup& setup);
+
+  /// Holds the peg there at rest, if the arm can take that place and tilts of `tilt` all round below it.
+  bool start(const Pose& T_T_P, double tilt);
+  /// A new peg in the grip: where it sits in it, and how far the arm is off, are drawn anew.
+  void regrip();
+  void advance(const force::InsertionCommand& command);
+  /// The peg sits in the grip, whatever was before.
+  void hold_peg();
+  /// What the cell tells; its spans hold until the next call.
+  force::InsertionReading read();
+
+  const HeldPeg& peg() const { return peg_; }
+  HeldPeg& peg() { return peg_; }
+  const Eigen::VectorXd& position() const { return reading_.position; }
+  double time() const { return time_; }
+  double cycle() const { return cycle_; }
+  /// The tube in T, as it really stands.
+  const Pose& T_T_tube() const { return T_T_tube_; }
+
+ private:
+  using Coordinates = Eigen::Matrix<double, 5, 1>;
+  static Coordinates coordinates(const Pose& T_T_P);
+  static Pose pose(const Coordinates& c);
+
+  Pose flange_for(const Pose& T_T_P) const;
+  bool choose_turn(const Pose& T_T_P, double tilt);
+  Coordinates corrected(const Coordinates& command);
+  Eigen::VectorXd led_ahead(const Eigen::VectorXd& q);
+  /// Where the grip really would hold the peg, in the real tube.
+  Pose held();
+  void wander();
+  void move_peg(const Pose& to);
+
+  cell::Cell cell_;
+  InsertionSetup setup_;
+  Random random_;
+  Reach reach_;
+  DrivenArm arm_;
+  HeldPeg peg_;
+  WristSensor sensor_;
+  Encoders encoders_;
+  force::WrenchConditioner weight_;
+  std::vector<predict::PathCorrection> servo_;
+  bool relative_ = false, reachable_ = true;
+  double cycle_ = 0.0, time_ = 0.0;
+  Pose T_B_T_ = Pose::Identity(), T_T_tube_ = Pose::Identity(), T_tube_B_ = Pose::Identity();
+  Pose T_P_E_ = Pose::Identity();        ///< The grip's turn about the peg.
+  Pose grip_ = Pose::Identity();         ///< Where the peg really sits in it.
+  Vector6 off_ = Vector6::Zero();        ///< How far the arm is off at the moment, in T.
+  Eigen::VectorXd q_, speed_, command_;  ///< Wished joints, and what the servos were told last.
+  ArmReading reading_;
+  Pose held_ = Pose::Identity();
+  Vector6 on_tool_ = Vector6::Zero();  ///< Of the peg, at S, in B.
+  std::vector<double> current_;
+};
+
+}  // namespace kr5::sim
