@@ -25,6 +25,7 @@ COMMANDS = {
     },
     "record": "Run a protocol in the simulator and write what its sensors show.",
     "recording": "Turn a log of a real cell into a recording.",
+    "insert": "Let a peg feel its way into a tube, and see how.",
     "scene": "Run a scene in DART and judge what comes of it.",
     "gap": "How far a simulation is from what was recorded.",
     "replay": "A page in which a cell moves as it was recorded.",

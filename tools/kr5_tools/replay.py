@@ -105,16 +105,19 @@ def cell_scene(cell: Any) -> dict[str, Any]:
 
 
 def make_page(cell: Any, runs: list[dict[str, Any]], source: Path, made_by: str = "kr5 replay", title: str = "",
-              things: Sequence[Any] = ()) -> str:
-    """The HTML of the page. `things`: solids that stand in the cell beside its own."""
+              things: Sequence[Any] = (), T_B_tube: Any = None, template: str = "replay.html", **values: Any) -> str:
+    """The HTML of the page. `things`: solids that stand in the cell beside its own. `T_B_tube`: where the tube really is, if not where
+    the cell says. A template that extends replay.html gets `values`; of each run, `notes` may hold [time, what begins then]."""
     import kr5
 
     from .report_page import render, script_json
 
     text = f"{cell.robot.joints} joints, {len(runs)} {'motion' if len(runs) == 1 else 'experiments'}"
     data = {**cell_scene(cell), "runs": runs, "things": [_drawn(cell, thing, runs[0]["q"][0]) for thing in things]}
-    return render("replay.html", brand=made_by, title=title or cell.name or source.stem, text=text, runs=[r["name"] for r in runs],
-                  data=script_json(data), version=kr5.__version__, source=source.name)
+    if T_B_tube is not None:
+        data["tube"]["T"] = common.plain(T_B_tube)
+    return render(template, brand=made_by, title=title or cell.name or source.stem, text=text, runs=[r["name"] for r in runs],
+                  data=script_json(data), version=kr5.__version__, source=source.name, **values)
 
 
 def _drawn(cell: Any, thing: Any, q: list[float]) -> dict[str, Any]:

@@ -23,30 +23,38 @@ function makeCell(data, postures) {
   }
 
   let faces, lines;  // of one picture
-  const face = (points, colour, hollow, behind) => faces.push({ points, colour, hollow, behind });
+  let near = false;  // close to the tube: rounder, in slices that hide each other rightly, the tube seen through
+  const face = (points, colour, hollow, behind, glass) => faces.push({ points, colour, hollow, behind, glass });
   const line = (a, b, colour, width) => lines.push({ a, b, colour, width });
-  const sides = 20;
+  const slices = (a, b, each) => { const m = near ? 8 : 1; for (let k = 0; k < m; ++k) each(plus(times(a, 1 - k / m), b, k / m), plus(times(a, 1 - (k + 1) / m), b, (k + 1) / m)); };
   function ring(p, axis, r) {
+    const sides = near ? 40 : 20;
     const u = unit(cross(axis, Math.abs(axis[2]) < 0.9 ? [0, 0, 1] : [1, 0, 0])), v = cross(axis, u);
     return Array.from({ length: sides }, (_, i) => plus(plus(p, u, r * Math.cos(2 * Math.PI * i / sides)), v, r * Math.sin(2 * Math.PI * i / sides)));
   }
   function cylinder(a, b, r, colour) {
     const way = plus(b, a, -1);
     if (long(way) < 1e-6) return;
-    const axis = unit(way), low = ring(a, axis, r), high = ring(b, axis, r);
-    low.forEach((p, i) => { const k = (i + 1) % sides; face([p, low[k], high[k], high[i]], colour); });
-    face(high, colour);
-    face([...low].reverse(), colour);
+    const axis = unit(way);
+    slices(a, b, (from, to) => {
+      const low = ring(from, axis, r), high = ring(to, axis, r);
+      low.forEach((p, i) => { const k = (i + 1) % low.length; face([p, low[k], high[k], high[i]], colour); });
+    });
+    face(ring(b, axis, r), colour);
+    face(ring(a, axis, r).reverse(), colour);
   }
   function tube(t) {
     const axis = column(t.T, 2), top = origin(t.T), bottom = plus(top, axis, -t.depth);
-    const [oh, ol, ih, il] = [ring(top, axis, t.outer), ring(bottom, axis, t.outer), ring(top, axis, t.inner), ring(bottom, axis, t.inner)];
-    oh.forEach((_, i) => {
-      const k = (i + 1) % sides;
-      face([ol[i], ol[k], oh[k], oh[i]], cell.colours.tube || "#d58a5e");
-      face([ih[i], ih[k], il[k], il[i]], "#8a4a24");
-      face([ih[i], oh[i], oh[k], ih[k]], cell.colours.tube || "#eab08c");
+    const next = (points, i) => points[(i + 1) % points.length];
+    slices(top, bottom, (from, to) => {
+      const [oh, ol, ih, il] = [ring(from, axis, t.outer), ring(to, axis, t.outer), ring(from, axis, t.inner), ring(to, axis, t.inner)];
+      oh.forEach((_, i) => {
+        face([ol[i], next(ol, i), next(oh, i), oh[i]], cell.colours.tube || "#d58a5e", false, false, near);
+        face([ih[i], next(ih, i), next(il, i), il[i]], "#8a4a24");
+      });
     });
+    const [oh, ih] = [ring(top, axis, t.outer), ring(top, axis, t.inner)];
+    oh.forEach((_, i) => face([ih[i], oh[i], next(oh, i), next(ih, i)], cell.colours.tube || "#eab08c", false, false, near));
   }
   function board(b) {
     const step = b.marker + b.gap, w = b.cols * step - b.gap, h = b.rows * step - b.gap, lift = -0.002;  // Z points into it
@@ -58,7 +66,7 @@ function makeCell(data, postures) {
     const around = (lat) => ring(plus(s.centre, [0, 0, s.radius * Math.sin(lat)]), [0, 0, 1], s.radius * Math.cos(lat));
     for (let k = 0; k < 6; ++k) {
       const low = around(-Math.PI / 2 + Math.PI * k / 6 + 1e-6), high = around(-Math.PI / 2 + Math.PI * (k + 1) / 6 - 1e-6);
-      low.forEach((p, i) => { const n = (i + 1) % sides; face([p, low[n], high[n], high[i]], "#7fb3d5"); });
+      low.forEach((p, i) => { const n = (i + 1) % low.length; face([p, low[n], high[n], high[i]], "#7fb3d5"); });
     }
   }
   function thing(t) {
@@ -77,6 +85,7 @@ function makeCell(data, postures) {
   const n = data.joints.length, thick = (i) => reach * (0.046 - 0.028 * i / n);
   const still = () => {
     if (data.tube) tube(data.tube);
+    if (near) return;
     data.boards.forEach(board);
     if (data.sphere) sphere(data.sphere);
     (data.things || []).forEach(thing);
@@ -92,15 +101,16 @@ function makeCell(data, postures) {
       cylinder(start, knee, 0.85 * r, colour || "#9fb0c3");
       cylinder(knee, end, 0.85 * r, colour || "#9fb0c3");
     }
-    frame(F, 0.07 * reach);
+    if (!near) frame(F, 0.07 * reach);
     if (data.T_F_E) {
       const E = product(F, data.T_F_E), tip = origin(E), back = unit(plus(origin(F), tip, -1));
       const p = data.peg, away = times(column(E, 2), dot(column(E, 2), back) < 0 ? -1 : 1);
       const grip = p ? plus(tip, away, Math.min(p.length, 0.7 * long(plus(origin(F), tip, -1)))) : tip;
       cylinder(origin(F), grip, 0.5 * thick(n), cell.colours.tool || "#6b7280");
       if (p) cylinder(tip, plus(tip, away, p.length), p.radius, cell.colours.contact || "#1f2937");
-      frame(E, 0.05 * reach);
+      if (!near) frame(E, 0.05 * reach);
     }
+    if (near) return;
     if (data.T_F_S && cell.colours.sensor) block(product(F, data.T_F_S), thick(n), 0.5, cell.colours.sensor);
     if (data.T_F_C) {
       eye(product(F, data.T_F_C), 0.09 * reach, "#111827", false);
@@ -122,8 +132,8 @@ function makeCell(data, postures) {
       const normal = unit(cross(plus(f.points[1], f.points[0], -1), plus(f.points[2], f.points[0], -1)));
       const shade = 0.62 + 0.38 * Math.abs(dot(normal, light)) * (dot(normal, light) > 0 || f.hollow ? 1 : 0.3);
       const colour = [1, 3, 5].map((k) => Math.round(parseInt(f.colour.slice(k, k + 2), 16) * shade));
-      const near = p.map((q) => q[2]);
-      things.push({ p, near: f.behind ? Math.min(...near) : near.reduce((s, x) => s + x, 0) / p.length, fill: `rgb(${colour})` });
+      const depths = p.map((q) => q[2]);
+      things.push({ p, near: f.behind ? Math.min(...depths) : depths.reduce((s, x) => s + x, 0) / p.length, fill: `rgb(${colour})`, glass: f.glass });
     }
     for (const l of lines) { const p = [project(l.a), project(l.b)]; things.push({ p, near: (p[0][2] + p[1][2]) / 2 + (l.near ?? 0.002), stroke: l.colour, width: l.width }); }
     things.sort((a, b) => a.near - b.near);
@@ -131,6 +141,7 @@ function makeCell(data, postures) {
     for (const t of things) {
       ink.beginPath();
       t.p.forEach((q, i) => (i ? ink.lineTo(q[0], q[1]) : ink.moveTo(q[0], q[1])));
+      if (t.glass) { ink.closePath(); ink.fillStyle = t.fill; ink.globalAlpha = 0.45; ink.fill(); ink.globalAlpha = 1; continue; }
       if (t.fill) { ink.closePath(); ink.fillStyle = ink.strokeStyle = t.fill; ink.lineWidth = 0.6; ink.fill(); }
       else { ink.strokeStyle = t.stroke; ink.lineWidth = t.width; }
       ink.stroke();
@@ -155,6 +166,12 @@ function makeCell(data, postures) {
     for (let x = edge(low[0]); x <= edge(high[0], true) + 1e-9; x += grid) lines.push({ a: [x, edge(low[1]), floor], b: [x, edge(high[1], true), floor], colour: "#dde3ea", width: 1, near: -2 * span });
     for (let y = edge(low[1]); y <= edge(high[1], true) + 1e-9; y += grid) lines.push({ a: [edge(low[0]), y, floor], b: [edge(high[0], true), y, floor], colour: "#dde3ea", width: 1, near: -2 * span });
   }
+  // The tube and room for the peg above it.
+  function closeUp() {
+    const axis = column(data.tube.T, 2), top = origin(data.tube.T), { outer, depth } = data.tube;
+    const content = [...ring(plus(top, axis, -0.8 * depth), axis, 1.2 * outer), ...ring(plus(top, axis, 0.8 * depth), axis, 1.2 * outer)];
+    return { middle: top, span: 2 * depth, content };
+  }
   // Where a label of each part points.
   function places(q) {
     const T = links(q), F = T[n], out = {};
@@ -168,9 +185,10 @@ function makeCell(data, postures) {
 
   return Object.assign(cell, {
     links, places, view: { middle, span, content }, scale: "Floor grid: " + (grid >= 1 ? grid + " m" : Math.round(grid * 1000) + " mm") + ".",
-    draw(ink, project, q) {
-      faces = []; lines = [];
-      ground();
+    close: data.tube && closeUp(),
+    draw(ink, project, q, closely = false) {
+      faces = []; lines = []; near = closely;
+      if (!near) ground();
       still();
       arm(q);
       paint(ink, project);

@@ -17,13 +17,17 @@
   const cell = makeCell(data, data.runs.flatMap((r) => r.q.filter((_, k) => k % Math.max(1, Math.floor(r.q.length / 25)) === 0)));
   get("scale").textContent = cell.scale;
   const redraw = makeView(canvas, cell.view, (ink, project) => cell.draw(ink, project, posture(time)));
+  const close = get("close");  // a page may have a second picture, close to the tube
+  const redrawClose = close ? makeView(close, cell.close, (ink, project) => cell.draw(ink, project, posture(time), true)) : () => {};
   function show() {
     const q = posture(time), end = run.t[run.t.length - 1];
     slider.value = time;
     const values = q.map((x, i) => (data.joints[i].type === "prismatic" ? (1000 * x).toFixed(1) + " mm" : (x * 180 / Math.PI).toFixed(1) + "°"));
     const when = run.still ? `posture ${Math.min(run.q.length, Math.round(time / run.still) + 1)} of ${run.q.length}` : `${time.toFixed(2)} s of ${end.toFixed(2)} s`;
-    told.textContent = `${when} · q = ${values.join(", ")}`;
+    const note = (run.notes || []).findLast(([from]) => from <= time + 1e-9);
+    told.textContent = `${when}${note ? ` · ${note[1]}` : ""} · q = ${values.join(", ")}`;
     redraw();
+    redrawClose();
   }
   function load(index) {
     run = data.runs[index];
@@ -49,7 +53,7 @@
     requestAnimationFrame(tick);
   }
   button.addEventListener("click", () => play(!playing));
-  canvas.addEventListener("keydown", (e) => { if (e.key === " ") { e.preventDefault(); play(!playing); } });
+  for (const view of [canvas, close]) view?.addEventListener("keydown", (e) => { if (e.key === " ") { e.preventDefault(); play(!playing); } });
   slider.addEventListener("input", () => { play(false); time = Number(slider.value); show(); });
   choice.addEventListener("change", () => { play(false); load(Number(choice.value)); });
   load(0);

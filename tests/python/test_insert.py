@@ -1,0 +1,111 @@
+"""`kr5 insert`: what it says of an insertion, and its page in a headless Chromium. Whether a peg goes in is the library's."""
+
+import json
+import math
+import shlex
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import kr5.cell
+import kr5.force
+import kr5.io
+
+sim = pytest.importorskip("kr5.sim", reason="this kr5 was built without DART")
+
+from kr5_tools import insert, insert_words  # noqa: E402
+from kr5_tools.insert_task import offset_in_disc  # noqa: E402
+
+EASY = ("--clearance", 1, "--offset", 3, 4, "--seed", 3)
+
+
+@pytest.fixture(scope="module")
+def result(share):
+    setup = sim.InsertionSetup(clearance=1e-3, tilt=math.radians(15), offset=[1e-3 * 3, 1e-3 * 4], seed=3)
+    return sim.run_insertion(kr5.cell.load_cell(share / "cells/kr5_arc.yaml"), setup), setup
+
+
+def test_what_is_written_is_what_the_library_says(result, run_kr5, tmp_path):
+    expected, setup = result
+    done = run_kr5("insert", *EASY, "--json", "out.json", "--csv", "rows.csv", "--png", "plots")
+    assert done.returncode == (0 if expected.inserted else 1), done.stderr
+    out = json.loads((tmp_path / "out.json").read_text())
+    assert out["inserted"] == expected.inserted and out["time"] == expected.time and len(out["pegs"]) == 1
+    assert out["setup"]["clearance"] == pytest.approx(1e-3) and out["setup"]["tilt"] == pytest.approx(np.radians(15))
+    assert out["pegs"][0]["depth"] == pytest.approx(expected.pegs[0].depth, rel=1e-6, abs=1e-6)
+    rows = kr5.io.load_csv(tmp_path / "rows.csv")
+    assert rows.columns == expected.rows.columns
+    np.testing.assert_allclose(rows["true_z"], expected.rows["true_z"], atol=1e-9)
+    assert {f.name for f in (tmp_path / "plots").iterdir()} >= {"forces.png", "height.png", "path.png"}
+    for words in ("What was done", "roll", "depth [mm]", "(3.000, 4.000) mm"):
+        assert words in done.stdout
+
+
+def test_phases_follow_each_other_without_a_gap(result):
+    found = insert.phases(result[0].rows)
+    t = np.asarray(result[0].rows["t"])
+    assert found[0]["begin"] == t[0] and [p["phase"] for p in found][:2] == ["tare", "approach"]
+    for before, after in zip(found, found[1:]):
+        assert before["begin"] + before["duration"] == pytest.approx(after["begin"])
+    assert sum(p["duration"] for p in found) == pytest.approx(t[-1] - t[0])
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+def test_the_page_replays_the_cell_and_the_tube_from_close_by(run_kr5, browser, tmp_path, width):
+    run_kr5("insert", *EASY, "-o", "page.html")
+    browser.open_whole(tmp_path / "page.html", width)
+    pictures = "['scene', 'close'].map((id) => document.getElementById(id).toDataURL())"
+    before = browser.evaluate(pictures)
+    browser.evaluate("(s => { s.value = 3.0; s.dispatchEvent(new Event('input')); })(document.getElementById('time'))")
+    assert all(a != b for a, b in zip(before, browser.evaluate(pictures)))
+    assert "attempt 1: roll" in browser.evaluate("document.getElementById('told').textContent")
+    assert browser.evaluate("document.images.length") == 4
+    assert browser.complaints() == []
+
+
+def test_the_example_of_the_help_runs(run_kr5, tmp_path):
+    command = run_kr5("insert", "--help").stdout.split("Example: kr5 ")[1].splitlines()[0]
+    done = run_kr5(*shlex.split(command))
+    assert done.returncode in (0, 1) and "insertion.html: open it in a browser" in done.stdout, done.stderr
+    assert (tmp_path / "insertion.html").is_file()
+
+
+def test_the_offset_is_drawn_from_the_seed_within_one_radius(run_kr5):
+    drawn = np.array([offset_in_disc(2.0, seed) for seed in range(2000)])
+    r = np.hypot(*drawn.T)
+    assert r.max() <= 2 and np.mean(r < np.sqrt(2)) == pytest.approx(0.5, abs=0.05)  # half of the area, half of the draws
+    assert np.abs(drawn.mean(axis=0)).max() < 0.1
+    out = [json.loads(run_kr5("insert", "--clearance", 2, "--seed", seed, "--json", "-").stdout) for seed in (7, 7, 8)]
+    assert out[0] == out[1] and out[0]["setup"]["offset"] != out[2]["setup"]["offset"]
+    np.testing.assert_allclose(out[0]["setup"]["offset"], offset_in_disc(0.00942, 7))
+
+
+@pytest.mark.parametrize("args, words", [
+    (["--clearance", 0], "--clearance: found 0, expected more than 0 mm"), (["--tilt", 95], "--tilt: found 95"), (["--pegs", 0], "pegs"),
+    (["--cell", "none.yaml"], "none.yaml"), (["-o", "nowhere/page.html"], "no folder nowhere"), (["--strategy", "luck"], "felt"),
+])
+def test_bad_input_is_refused_before_anything_moves(run_kr5, args, words):
+    done = run_kr5("insert", *args)
+    assert done.returncode == 2 and words in done.stderr and "Traceback" not in done.stderr
+
+
+def test_a_cell_without_a_peg_is_refused_by_name(run_kr5, share, tmp_path):
+    text = (share / "cells/kr5_arc.yaml").read_text().replace("peg: {radius: 0.00942, length: 0.05}\n", "")
+    (tmp_path / "cell.yaml").write_text(text)
+    done = run_kr5("insert", "--cell", "cell.yaml")
+    assert done.returncode == 2 and "peg: is missing" in done.stderr
+
+
+def test_a_peg_that_is_not_in_is_told_with_what_may_help(run_kr5):
+    done = run_kr5("insert", "--offset", 60, 0, "--json", "-")
+    assert done.returncode == 1 and json.loads(done.stdout)["inserted"] is False
+    assert "Peg 1 is not inserted, " in done.stderr and "What may help" in done.stderr
+
+
+def test_every_reason_of_the_library_has_words():
+    names = [str(reason) for reason in kr5.force.Reason.__members__.values()]
+    assert set(insert_words.REASONS) == set(names) - {"inserted"}
+    for name in names:
+        peg = SimpleNamespace(inserted=False, phase="push", reason=name, attempts=2, depth=0.01, time=3.0)
+        assert insert_words.ending(peg)[0] == "not inserted"

@@ -1,0 +1,44 @@
+"""What `kr5 insert` and `kr5 sweep insertion` share: the cell, and where the tube really is."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from . import common
+from .demo import CHECKOUT
+
+Cell = Annotated[Path | None, typer.Option("--cell", metavar="CELL.yaml", show_default=False, help="The cell; by default share/cells/kr5_arc.yaml "
+                                           "of the checkout.")]
+SHIPPED = Path("share/cells/kr5_arc.yaml")
+
+
+def cell_file(given: Path | None) -> Path:
+    """The file given, or the shipped cell."""
+    if given:
+        return given
+    found = next((p for p in (CHECKOUT / SHIPPED, SHIPPED) if p.is_file()), None)
+    if found is None:
+        common.fail(f"--cell: is missing, and there is no {SHIPPED} here: name a cell with peg, tube, tool, contact and servo")
+    return found
+
+
+def load_cell(given: Path | None) -> tuple[Any, Path]:
+    """The cell and its file; complains of one without peg or tube."""
+    import kr5.cell
+
+    file = cell_file(given)
+    cell = kr5.cell.load_cell(file)
+    for part in ("peg", "tube"):
+        if getattr(cell, part) is None:
+            common.fail(f"{file}: {part}: is missing; an insertion needs it, as in {SHIPPED}")
+    return cell, file
+
+
+def offset_in_disc(radius: float, seed: int) -> list[float]:
+    """Where the tube's axis really is [m]: uniform in a disc about the believed place, the same for the same seed everywhere."""
+    import numpy as np
+
+    share, turn = np.random.Generator(np.random.PCG64(seed)).random(2)
+    r, angle = radius * np.sqrt(share), 2 * np.pi * turn
+    return [float(r * np.cos(angle)), float(r * np.sin(angle))]
