@@ -82,7 +82,7 @@ def test_the_offset_is_drawn_from_the_seed_within_one_radius(run_kr5):
 
 
 @pytest.mark.parametrize("args, words", [
-    (["--clearance", 0], "--clearance: found 0, expected more than 0 mm"), (["--tilt", 95], "--tilt: found 95"), (["--pegs", 0], "pegs"),
+    (["--clearance", 0], "clearance: found 0, expected more than 0 mm"), (["--tilt", 95], "tilt: found 95"), (["--pegs", 0], "pegs"),
     (["--cell", "none.yaml"], "none.yaml"), (["-o", "nowhere/page.html"], "no folder nowhere"), (["--strategy", "luck"], "felt"),
 ])
 def test_bad_input_is_refused_before_anything_moves(run_kr5, args, words):

@@ -26,12 +26,16 @@ COMMANDS = {
     "record": "Run a protocol in the simulator and write what its sensors show.",
     "recording": "Turn a log of a real cell into a recording.",
     "insert": "Let a peg feel its way into a tube, and see how.",
+    "sweep": {
+        "insertion": "Insert a peg over tilts and clearances: how often, how soon.",
+    },
     "scene": "Run a scene in DART and judge what comes of it.",
     "gap": "How far a simulation is from what was recorded.",
     "replay": "A page in which a cell moves as it was recorded.",
     "report": "Turn a result file into one self-contained page.",
 }
-GROUP_HELP = {"calibrate": "Estimate where things are, how well that is known, and whether to trust it."}
+GROUP_HELP = {"calibrate": "Estimate where things are, how well that is known, and whether to trust it.",
+              "sweep": "Run the simulated cell many times over a grid."}
 
 
 class CleanErrors(TyperGroup):

@@ -11,7 +11,7 @@ import typer
 import kr5.sim
 
 from . import common, insert_words
-from .insert_task import Cell, load_cell, offset_in_disc
+from .insert_task import Cell, load_cell, set_task
 from .options import options_from
 
 app = typer.Typer()
@@ -43,9 +43,7 @@ def insert(
     output = output or (PAGE if view else None)
     common.check_writable(output, csv, json_file)
     cell, source = load_cell(cell_file)
-    setup.clearance, setup.tilt, setup.log = 1e-3 * clearance, math.radians(tilt), True
-    setup.offset = [1e-3 * x for x in offset] if offset else offset_in_disc(cell.peg.radius, setup.seed)
-    check(clearance, tilt, setup)
+    set_task(setup, clearance, tilt, offset, cell)
     with common.working("inserting"):
         result = kr5.sim.run_insertion(cell, setup)
     to = common.console(json_file)
@@ -56,15 +54,6 @@ def insert(
         show(output)
     if not result.inserted:
         raise typer.Exit(1)
-
-
-def check(clearance: float, tilt: float, setup: Any) -> None:
-    """Complaints in the units that were typed; the rest of the setup complains for itself."""
-    if not 0 < clearance < math.inf:
-        common.fail(f"--clearance: found {clearance:g}, expected more than 0 mm")
-    if not 0 < tilt < 90:
-        common.fail(f"--tilt: found {tilt:g}, expected more than 0 and less than 90 degrees")
-    setup.validate()
 
 
 def phases(rows: Any) -> list[dict[str, Any]]:
@@ -105,7 +94,8 @@ def peg_rows(result: Any, setup: Any) -> list[list[Any]]:
              "–" if math.isnan(p.hole_error) else f"{1e3 * p.hole_error:.3f}"] for k, p in enumerate(result.pegs, 1)]
 
 
-PEG_COLUMNS = ["peg", "inserted", "attempts", "time [s]", "depth [mm]", "greatest force [N]", "hole off, before [mm]", "hole off, felt [mm]"]
+PEG_COLUMNS = ["peg", "in", "attempts", "time [s]", "depth [mm]", "force [N]", "off [mm]", "felt [mm]"]
+PEG_TEXT = "Force: the greatest on the peg. Off: the true axis of the tube from the believed one, before; felt: the same after the fit, – without one."
 PHASE_COLUMNS = ["peg", "attempt", "begin [s]", "took [s]", "phases [s]"]
 
 
@@ -113,7 +103,7 @@ def tell(result: Any, setup: Any, to: Any) -> None:
     x, y = (1e3 * v for v in setup.offset)
     to.print(common.table("What was done", PHASE_COLUMNS, phase_rows(result), text=(4,)))
     to.print(common.table("\nHow it ended", PEG_COLUMNS, peg_rows(result, setup)))
-    to.print(f"\nThe tube's axis is believed at (0, 0) and really is at ({x:.3f}, {y:.3f}) mm across it.", soft_wrap=True)
+    to.print(f"{PEG_TEXT}\n\nThe tube's axis is believed at (0, 0) and really is at ({x:.3f}, {y:.3f}) mm across it.", soft_wrap=True)
     for number, peg in enumerate(result.pegs, 1):
         word, text = insert_words.ending(peg)
         to.print(f"Peg {number} is {word}, {text}", soft_wrap=True, markup=False)

@@ -18,8 +18,8 @@ def make(result: Any, setup: Any, drawn: list[Any], source: Path) -> str:
     return make_page(
         result.cell, [run(result)], source, made_by="kr5 insert", title=title(setup), T_B_tube=true_tube(result, setup), template="insert.html",
         look=look, icon=icon, endings=[insert_words.ending(p) for p in result.pegs], plots=[embed(p) for p in drawn],
-        tables=[("What was done", "seen", insert.PHASE_COLUMNS, insert.phase_rows(result)),
-                ("How it ended", "numbers", insert.PEG_COLUMNS, insert.peg_rows(result, setup))],
+        tables=[("What was done", "seen", insert.PHASE_COLUMNS, insert.phase_rows(result), ""),
+                ("How it ended", "numbers", insert.PEG_COLUMNS, insert.peg_rows(result, setup), insert.PEG_TEXT)],
         given=given(setup))
 
 

@@ -1,5 +1,6 @@
-"""What `kr5 insert` and `kr5 sweep insertion` share: the cell, and where the tube really is."""
+"""What `kr5 insert` and `kr5 sweep insertion` share: the cell, the task in the units of the command line, where the tube is."""
 
+import math
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -42,3 +43,14 @@ def offset_in_disc(radius: float, seed: int) -> list[float]:
     share, turn = np.random.Generator(np.random.PCG64(seed)).random(2)
     r, angle = radius * np.sqrt(share), 2 * np.pi * turn
     return [float(r * np.cos(angle)), float(r * np.sin(angle))]
+
+
+def set_task(setup: Any, clearance: float, tilt: float, offset: tuple[float, float] | None, cell: Any) -> None:
+    """Sets a clearance [mm], a tilt [deg] and an offset [mm], which without one is drawn from the seed of the setup."""
+    if not 0 < clearance < math.inf:
+        common.fail(f"clearance: found {clearance:g}, expected more than 0 mm")
+    if not 0 < tilt < 90:
+        common.fail(f"tilt: found {tilt:g}, expected more than 0 and less than 90 degrees")
+    setup.clearance, setup.tilt = 1e-3 * clearance, math.radians(tilt)
+    setup.offset = [1e-3 * x for x in offset] if offset else offset_in_disc(cell.peg.radius, setup.seed)
+    setup.validate()

@@ -1,0 +1,112 @@
+"""Runs the trials of a sweep: in this process, on the cores of this machine, or on a Dask cluster."""
+
+import contextlib
+import importlib.util
+import logging
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from . import common
+from .sweep_trials import Grid, Key, Trial, run_batch
+
+MOST_IN_BATCH = 8  # some seconds of work: what a killed worker costs
+DEATHS = 20  # workers that may die over one batch before the batch is blamed
+SAY_EVERY = 10.0  # [s] where there is no terminal for a bar
+
+
+def batches(keys: list[Key], workers: int) -> list[list[Key]]:
+    """Small enough that a killed worker costs seconds and that all workers end together."""
+    size = max(1, min(MOST_IN_BATCH, len(keys) // (4 * workers)))
+    return [keys[i:i + size] for i in range(0, len(keys), size)]
+
+
+def run(cell: str, keys: list[Key], grid: Grid, workers: int, scheduler: str | None, keep: Callable[[list[Trial]], None]) -> None:
+    """Runs all trials; `keep` gets them as they are finished."""
+    if not keys:
+        return
+    call = (cell, grid.insert_by, grid.seed)
+    finished = on_dask(call, keys, workers, scheduler) if scheduler or workers > 1 else here(call, keys)
+    with progress(len(keys)) as advance, contextlib.closing(finished):
+        for version, trials in finished:
+            check_version(version, scheduler)
+            keep(trials)
+            advance(len(trials))
+
+
+def here(call: tuple[str, str, int], keys: list[Key]) -> Iterator[tuple[str, list[Trial]]]:
+    cell, insert_by, seed = call
+    for key in keys:
+        yield run_batch(cell, [key], insert_by, seed)
+
+
+def on_dask(call: tuple[str, str, int], keys: list[Key], workers: int, scheduler: str | None) -> Iterator[tuple[str, list[Trial]]]:
+    """Batches as they are finished. A batch whose worker died is run again by another one."""
+    if importlib.util.find_spec("distributed") is None:
+        common.fail("several workers are led by Dask, which is absent: pip install 'kr5[cluster]' (or --workers 1, which does without)")
+    import dask
+    from dask.distributed import KilledWorker, as_completed
+
+    cell, insert_by, seed = call
+    with dask.config.set({"distributed.scheduler.allowed-failures": DEATHS}), cluster(workers, scheduler) as client:
+        count = len(client.ncores()) or workers
+        futures = [client.submit(run_batch, cell, batch, insert_by, seed, pure=False) for batch in batches(keys, count)]
+        for future in as_completed(futures, loop=client.loop):
+            try:
+                yield future.result()
+            except ImportError as error:
+                common.fail(f"--scheduler {scheduler}: a worker has no kr5 with its simulator and commands ({error}): pip install kr5 where the workers run")
+            except KilledWorker:
+                common.fail(f"{DEATHS} workers died over the same trials; is there memory enough? What is finished is kept: the same command goes on")
+            future.release()
+
+
+@contextlib.contextmanager
+def cluster(workers: int, scheduler: str | None) -> Iterator[Any]:
+    """A client of the scheduler named, or of workers of our own, which are gone with it."""
+    from dask.distributed import Client, LocalCluster
+
+    logging.getLogger("distributed").setLevel(logging.ERROR)  # a worker that dies is replaced, and not the user's concern
+    if scheduler:
+        try:
+            client = Client(scheduler, timeout="10s", set_as_default=False)
+        except (OSError, ValueError, TimeoutError) as error:
+            common.fail(f"--scheduler {scheduler}: there is no scheduler ({error}); start one with `dask scheduler`, and workers with `dask worker ADDRESS`")
+        with client:
+            if not client.ncores():
+                common.errors.print(f"[yellow]note:[/yellow] {scheduler} has no worker yet; waiting for one: dask worker {scheduler}")
+            yield client
+        return
+    with LocalCluster(n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None, memory_limit=0,
+                      silence_logs=logging.ERROR) as own, Client(own, set_as_default=False) as client:
+        yield client
+
+
+def check_version(found: str, scheduler: str | None) -> None:
+    import kr5
+
+    if found != kr5.__version__:
+        common.fail(f"--scheduler {scheduler}: a worker has kr5 {found}, and here it is {kr5.__version__}; install the same")
+
+
+@contextlib.contextmanager
+def progress(total: int) -> Iterator[Callable[[int], None]]:
+    """A bar with the time left; in a log a line now and then."""
+    columns = [TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn()]
+    begin = said = time.monotonic()
+    done = 0
+    with Progress(*columns, console=common.errors, transient=True, disable=not common.errors.is_terminal) as bar:
+        task = bar.add_task("inserting", total=total)
+
+        def advance(count: int) -> None:
+            nonlocal done, said
+            done += count
+            bar.advance(task, count)
+            now = time.monotonic()
+            if not common.errors.is_terminal and now - said > SAY_EVERY and done < total:
+                said = now
+                common.errors.print(f"{done} of {total} trials, about {(now - begin) / done * (total - done):.0f} s left")
+
+        yield advance
