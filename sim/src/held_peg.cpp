@@ -16,6 +16,7 @@ constexpr double local_stiffness = 2e6;  // of the touching edges, what else giv
 constexpr double closing = 4.0;          // Hunt-Crossley, so little that 100 N of it are still resolved [s/m]
 constexpr double damped = 0.5;           // of critical, across and about the grip
 constexpr double resolved = 2e-4;        // step that resolves peg and fingers on that stiffness [s]
+constexpr int steps_a_search = 3;         // in 0.6 ms nothing new is touched deeply
 constexpr double air_gap = 2e-4;         // above the highest point of contact nothing is looked for [m]
 
 force::PegTubeShape shape_of(const cell::Cell& cell) {
@@ -58,8 +59,14 @@ void HeldPeg::place(const Pose& T_tube_peg) {
   v_ = w_ = Vector3d::Zero();
   stiction_ = {};
   slid_ = 0.0;
-  held_ = true;
+  searched_ = 0;
+  held_ = there_ = true;
   air_ = false;
+}
+
+void HeldPeg::leave() {
+  there_ = false;
+  on_grip_.setZero();
 }
 
 void HeldPeg::hold(bool held, bool air) {
@@ -87,20 +94,38 @@ Vector6 HeldPeg::from_grip(const Pose& held, const Vector6& velocity, const Vect
   return out;
 }
 
-/// Force and torque about the peg's bottom centre.
-Vector6 HeldPeg::from_tube(double step) {
+/// Where the peg touches. Between two searches the contacts move as the peg does: the way in between is micrometres.
+const force::Contacts& HeldPeg::touching(const Vector6& twist, double step) {
   const double lean = std::hypot(T_.linear()(0, 2), T_.linear()(1, 2));
   if (T_.translation().z() > shape_.peg_radius * lean + air_gap) {
-    stiction_ = {};
-    return Vector6::Zero();
+    contacts_.count = searched_ = 0;
+    return contacts_;
   }
+  if (searched_-- <= 0) {
+    searched_ = steps_a_search - 1;
+    return contacts_ = force::peg_tube_contacts(shape_, T_);
+  }
+  int kept = 0;
+  for (int i = 0; i < contacts_.count; ++i) {
+    force::ContactPoint c = contacts_.points[static_cast<std::size_t>(i)];
+    const Vector3d way = step * (twist.head<3>() + twist.tail<3>().cross(c.point - T_.translation()));
+    c.depth -= c.normal.dot(way);
+    if (c.depth > 0) contacts_.points[static_cast<std::size_t>(kept++)] = c;
+  }
+  contacts_.count = kept;
+  return contacts_;
+}
+
+/// Force and torque about the peg's bottom centre.
+Vector6 HeldPeg::from_tube(double step) {
   Vector6 twist;
   const Vector3d omega = T_.linear() * w_;
   twist << v_ - omega.cross(0.5 * shape_.peg_length * T_.linear().col(2)), omega;
-  return force::contact_wrench(force::peg_tube_contacts(shape_, T_), law_, T_, twist, step, stiction_).wrench;
+  return force::contact_wrench(touching(twist, step), law_, T_, twist, step, stiction_).wrench;
 }
 
 void HeldPeg::advance(const Pose& held, const Vector6& velocity, double step) {
+  if (!there_) return;
   const Vector3d half = 0.5 * shape_.peg_length * T_.linear().col(2);
   const Vector3d arm = (grip_.height - 0.5 * shape_.peg_length) * T_.linear().col(2);
   const Vector6 touch = from_tube(step);

@@ -23,6 +23,8 @@ class HeldPeg {
 
   double longest_step() const { return step_; }
   void place(const Pose& T_tube_peg);
+  /// It stays behind: nothing is in the grip until it is placed again.
+  void leave();
   /// One step while the grip goes to where it would hold the peg so, at that velocity of the peg's bottom and turning.
   void advance(const Pose& held, const Vector6& velocity, double step);
   void hold(bool held, bool air);
@@ -32,12 +34,13 @@ class HeldPeg {
   double greatest_force() const { return greatest_; }
   void forget_greatest() { greatest_ = 0.0; }
   /// The grip still has hold of it, or guides it.
-  bool gripped() const { return slid_ < grip_.guide; }
+  bool gripped() const { return there_ && slid_ < grip_.guide; }
   const force::PegTubeShape& shape() const { return shape_; }
 
  private:
   Vector6 from_grip(const Pose& held, const Vector6& velocity, const Eigen::Vector3d& arm) const;
   Vector6 from_tube(double step);
+  const force::Contacts& touching(const Vector6& twist, double step);
 
   force::PegTubeShape shape_;
   Grip grip_;
@@ -45,13 +48,15 @@ class HeldPeg {
   double lateral_, damping_, angular_damping_;
   force::ContactLaw law_;
   force::Stiction stiction_;
+  force::Contacts contacts_;
+  int searched_ = 0;  ///< Steps until contacts are searched anew.
   double mass_ = 0.0, held_mass_ = 0.0, step_ = 0.0;
   Eigen::Vector3d inertia_ = Eigen::Vector3d::Zero();
   Pose T_ = Pose::Identity();
   Eigen::Vector3d v_ = Eigen::Vector3d::Zero(), w_ = Eigen::Vector3d::Zero();  ///< Of the centre of mass; of the body.
   Vector6 on_grip_ = Vector6::Zero();
   double slid_ = 0.0, greatest_ = 0.0;
-  bool held_ = true, air_ = false;
+  bool held_ = true, air_ = false, there_ = true;
 };
 
 }  // namespace kr5::sim

@@ -17,9 +17,9 @@ using force::Insertion;
 using force::InsertionOptions;
 using force::InsertionReading;
 
-constexpr double above = 0.025;       // of the face, where a trial begins [m]
-constexpr double lift = 0.06;         // from an inserted peg to the next one [m]
-constexpr double carry_speed = 0.25;  // greatest, on the way there and back [m/s]
+constexpr double above = 0.015;       // of the face, where a trial begins [m]
+constexpr double lift = 0.03;         // from an inserted peg to the next one [m]
+constexpr double carry_speed = 0.3;  // greatest, on the way there and back [m/s]
 constexpr double picking = 0.3;       // [s]
 constexpr double falling = 1.0;       // given to a peg that was let go [s]
 constexpr double most_of = 0.9;       // of the depth that counts as inserted
@@ -141,9 +141,10 @@ class Task {
     over.translation() << insertion_.state().hole.head<2>(), insertion_.state().hole.z() + above;
     Pose aside = over;
     aside.translation() += Vector3d(setup_.pick_distance, 0.0, lift);
-    arm_.peg().place(Pose(Eigen::Translation3d(0.0, 0.0, 1.0)));  // left behind
+    arm_.peg().leave();
     carry(peg, aside);
     arm_.regrip();
+    arm_.hold_peg();
     for (double t = 0.0; t < picking; t += arm_.cycle()) wait(peg);
     carry(peg, over);
     insertion_.again();
@@ -153,7 +154,6 @@ class Task {
     const InsertionReading reading = arm_.read();
     if (setup_.log) note(peg, reading);
     arm_.advance(last_);
-    arm_.hold_peg();
   }
 
   /// Smoothly to a pose, led ahead as the servo of the path needs it.
@@ -161,7 +161,7 @@ class Task {
     const Pose from = arm_.read().T_T_P;
     const Vector3d way = to.translation() - from.translation();
     const double duration = 1.875 * way.norm() / carry_speed, w = options_.servo_frequency;
-    for (double t = arm_.cycle(); t < duration + 8 * arm_.cycle(); t += arm_.cycle()) {
+    for (double t = arm_.cycle(); t < duration + 2 * arm_.cycle(); t += arm_.cycle()) {
       const double s = std::min(t / duration, 1.0), inside = s < 1.0 ? 1.0 : 0.0;
       const double x = s * s * s * (10 + s * (6 * s - 15)), v = inside * 30 * s * s * (1 - s) * (1 - s) / duration;
       const double a = inside * 60 * s * (1 - s) * (1 - 2 * s) / (duration * duration);

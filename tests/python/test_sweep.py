@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 import typer
 from scipy import stats
+from typer.testing import CliRunner
 
 pytest.importorskip("kr5.sim", reason="this kr5 was built without DART")
 
@@ -41,6 +42,12 @@ def sweep(folder, *args, trials=COUNT, workers=1):
 def run_sweep(folder, *args, **more):
     command, how = sweep(folder, *args, **more)
     return subprocess.run(command, timeout=SLOW, check=False, **how)
+
+
+def invoke(folder, *args, trials=COUNT):
+    """A sweep in this process, which spares its start; for what Dask has no part in."""
+    words = [*GRID, "--trials", trials, "--workers", 1, "-o", folder, *args]
+    return CliRunner().invoke(sweep_insertion.app, [str(word) for word in words])
 
 
 @pytest.fixture(scope="module")
@@ -156,44 +163,44 @@ def copy(undisturbed, tmp_path):
 def test_a_line_cut_short_is_run_again(undisturbed, copy):
     file = copy / "sweep/trials.csv"
     file.write_bytes(file.read_bytes()[:-40])
-    done = run_sweep(copy, "--json", "out.json")
-    assert done.returncode == 0 and "cut short" in done.stderr and f"{COUNT - 1} trials are there, 1 are to be run" in done.stdout
+    done = invoke(copy / "sweep", "--json", copy / "out.json")
+    assert done.exit_code == 0 and "cut short" in done.stderr and f"{COUNT - 1} trials are there, 1 are to be run" in done.stdout
     is_as_undisturbed(copy / "sweep", json.loads((copy / "out.json").read_text()), undisturbed)
 
 
 def test_more_trials_are_added_to_those_that_are_there(undisturbed, copy):
     before = lines(copy / "sweep")
-    done = run_sweep(copy, trials=COUNT + 1)
-    assert done.returncode == 0 and f"{COUNT} trials are there, 1 are to be run" in done.stdout
+    done = invoke(copy / "sweep", trials=COUNT + 1)
+    assert done.exit_code == 0 and f"{COUNT} trials are there, 1 are to be run" in done.stdout
     assert lines(copy / "sweep")[:-1] == before
 
 
 @pytest.mark.parametrize("args, field", [
     (["--seed", 6], "seed: found 5, now it is 6"), (["--clearances", "0.5,1"], "clearances: found [0.5], now it is [0.5, 1.0]"),
-    (["--strategy", "book"], "strategies"), (["--orientation", "both"], "orientations"), (["--cell", "other.yaml"], "cell_sha256"),
+    (["--strategy", "book"], "strategies"), (["--orientation", "both"], "orientations"), (["--cell", "OTHER"], "cell_sha256"),
 ])
 def test_another_sweep_does_not_go_on_in_the_same_folder(copy, share, args, field):
     text = (share / "cells/kr5_arc.yaml").read_text()
     (copy / "other.yaml").write_text(text.replace("friction: 0.18", "friction: 0.19"))
-    done = run_sweep(copy, *args)
-    assert done.returncode == 2 and field in done.stderr and "another folder (-o)" in done.stderr
+    done = invoke(copy / "sweep", *(copy / "other.yaml" if word == "OTHER" else word for word in args))
+    assert done.exit_code == 2 and field in done.stderr and "another folder (-o)" in done.stderr
 
 
 def test_two_sweeps_do_not_write_in_one_folder(copy):
     with open(copy / "sweep/trials.csv", "ab") as file:
         fcntl.flock(file, fcntl.LOCK_EX)
-        done = run_sweep(copy)
-    assert done.returncode == 2 and "another sweep is writing there" in done.stderr
+        done = invoke(copy / "sweep")
+    assert done.exit_code == 2 and "another sweep is writing there" in done.stderr
 
 
-def test_a_folder_of_other_things_and_a_spoiled_line_are_refused(copy, tmp_path):
+def test_a_folder_of_other_things_and_a_spoiled_line_are_refused(copy):
     file = copy / "sweep/trials.csv"
     file.write_bytes(file.read_bytes().replace(b",15.0,", b",tilted,", 1))
-    done = run_sweep(copy)
-    assert done.returncode == 2 and "trials.csv:2: is no trial" in done.stderr
+    done = invoke(copy / "sweep")
+    assert done.exit_code == 2 and "trials.csv:2: is no trial" in done.stderr
     (copy / "sweep/sweep.json").unlink()
-    done = run_sweep(copy)
-    assert done.returncode == 2 and "holds other things and no sweep.json" in done.stderr
+    done = invoke(copy / "sweep")
+    assert done.exit_code == 2 and "holds other things and no sweep.json" in done.stderr
 
 
 @pytest.mark.parametrize("text, words", [
@@ -213,9 +220,9 @@ def test_axes():
     assert sweep_insertion.values("--tilts", "25,5,5") == (5, 25)
 
 
-def test_a_tilt_that_no_peg_can_have_is_refused_before_anything_runs(run_kr5, tmp_path):
-    done = run_kr5("sweep", "insertion", "--tilts", "15,95", "-o", "sweep")
-    assert done.returncode == 2 and "tilt: found 95" in done.stderr and not (tmp_path / "sweep").exists()
+def test_a_tilt_that_no_peg_can_have_is_refused_before_anything_runs(tmp_path):
+    done = invoke(tmp_path / "sweep", "--tilts", "15,95")
+    assert done.exit_code == 2 and "tilt: found 95" in done.stderr and not (tmp_path / "sweep").exists()
 
 
 def test_without_dask_several_workers_are_refused_with_the_remedy(monkeypatch, capsys):
@@ -227,9 +234,9 @@ def test_without_dask_several_workers_are_refused_with_the_remedy(monkeypatch, c
     assert caught.value.exit_code == 2 and "pip install 'kr5[cluster]'" in said and "--workers 1" in said
 
 
-def test_a_scheduler_that_is_not_there_is_refused(dask, run_kr5):
-    done = run_kr5("sweep", "insertion", *GRID, "--scheduler", "nonsense://nowhere:1", "-o", "sweep")
-    assert done.returncode == 2 and "--scheduler nonsense://nowhere:1: there is no scheduler" in done.stderr
+def test_a_scheduler_that_is_not_there_is_refused(dask, tmp_path):
+    done = invoke(tmp_path / "sweep", "--scheduler", "nonsense://nowhere:1")
+    assert done.exit_code == 2 and "--scheduler nonsense://nowhere:1: there is no scheduler" in done.stderr
 
 
 def test_the_example_of_the_help_runs_and_its_page_is_whole(run_kr5, browser, tmp_path):

@@ -22,6 +22,17 @@ double covered(std::span<const double> azimuth) {
   return 2 * M_PI - gap;
 }
 
+/// A constant height explains the rows about as well as a tube does.
+bool flat(std::span<const double> height, double cost, double noise) {
+  const auto n = static_cast<double>(height.size());
+  double sum = 0.0, squares = 0.0;
+  for (const double h : height) sum += h;
+  for (const double h : height) squares += (h - sum / n) * (h - sum / n);
+  constexpr double by_chance = 12.0;  // F and chi square of two more parameters, one in a hundred thousand
+  const double variance = noise > 0 ? noise * noise : cost / (n - 3);
+  return squares - cost <= 2 * by_chance * variance;
+}
+
 TubeFit unknown(const std::string& why) {
   TubeFit out;
   out.report.message = why;
@@ -70,7 +81,7 @@ TubeFit fit_tube(const PegTube& bodies, double tilt, std::span<const double> azi
   out.face = best.place.z();
   out.rms = std::sqrt(best.normal.cost / n);
   const SymmetricEigen of = symmetric_eigen(best.normal.A);
-  if (!std::isfinite(best.normal.cost) || of.values(0) < 1e-9 * n) {
+  if (!std::isfinite(best.normal.cost) || of.values(0) < 1e-9 * n || flat(height, best.normal.cost, options.noise)) {
     out.report.message = "the profile is flat: the peg stayed on the face all round, or fell into the bore";
     return out;
   }

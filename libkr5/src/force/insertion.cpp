@@ -207,7 +207,7 @@ void Insertion::Machine::act(const InsertionReading& reading, const Felt& now) n
 
 InsertionCommand Insertion::Machine::step(const InsertionReading& reading) noexcept {
   const bool over = state.phase == Phase::Done || state.phase == Phase::Stopped;
-  if (first) path.rest_at(reading.T_T_P);
+  if (first && reading.T_T_P.matrix().allFinite()) path.rest_at(reading.T_T_P);
   if (!over) {
     state.time += options.cycle;
     const Felt now = feel(reading);

@@ -14,6 +14,7 @@ constexpr double entered = 1e-3;  // deep enough in it to be pushed [m]
 constexpr double settled = 0.2;   // for which an upright peg shall not sink any more [s]
 constexpr double mouth = 1.0;     // that an upright peg may take to sink into the bore [s]
 constexpr double release = 1.5;   // for which a peg that was let go may take to go in [s]
+constexpr double seeking = 2e-3;        // towards the far wall, until it is met [m/s]
 constexpr double stuck = 0.8;     // for which a pushed peg may stand still [s]
 constexpr double friction = 0.5;  // more of the press than any friction across takes [-]
 
@@ -69,7 +70,8 @@ void Insertion::Machine::upright(const Felt& now) noexcept {
   const InsertionForces& f = options.forces;
   const double pushed_back = -d.dot(now.across());
   const bool leans = pushed_back > 0.5 * f.lean;
-  drive(give_across(now, -f.lean * d), press_speed(f.slide, now));
+  const Eigen::Vector2d seek = leans || lean.v < 0 ? Eigen::Vector2d::Zero() : Eigen::Vector2d(seeking * d);
+  drive(give_across(now, -f.lean * d) + seek, press_speed(f.slide, now));
   const double load = now.across().norm() / (4 * f.lean);
   const double pace = options.motion.upright_speed * std::clamp(1.5 - load, 0.0, 1.0);
   const bool begin = probing ? leans : leans || seconds() > 4 * settled;

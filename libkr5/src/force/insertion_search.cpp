@@ -11,7 +11,7 @@
 namespace kr5::force {
 namespace {
 
-constexpr double zeroing = 0.2;   // for which an untouched sensor is averaged [s]
+constexpr double zeroing = 0.12;  // for which an untouched sensor is averaged [s]
 constexpr double tilting = 1.0;   // greatest speed of a planned tilt in the air [rad/s]
 constexpr double felt = 1.0;      // from which on a row of the profile counts as touching [N]
 constexpr double settling = 0.1;  // [s]
@@ -161,7 +161,7 @@ void Insertion::Machine::aim(const Felt& now) noexcept {
   const InsertionMotion& m = options.motion;
   const double turned = round.x + std::remainder(toward - round.x, 2 * M_PI);
   if (options.entry == Entry::Tilted) {
-    plan_tilt(0.0, round.towards(turned, tilting, 4 * m.turning, options.cycle));
+    plan_tilt(0.0, round.towards(turned, 2 * tilting, 4 * m.turning, options.cycle));
     if (std::abs(turned - round.x) > 1e-2) return;
   } else {
     plan_tilt(lean.towards(0.0, 2 * m.upright_speed, m.turning, options.cycle), 0.0);

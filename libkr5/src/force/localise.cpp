@@ -32,6 +32,14 @@ double aside(const TurnRow& row) {
   return Eigen::Vector2d(-std::sin(row.azimuth), std::cos(row.azimuth)).dot(point);
 }
 
+/// Standard deviation of aside(), from what changes between neighbours in the middle [m].
+double noise_aside(const std::vector<TurnRow>& rows) {
+  std::vector<double> change;
+  for (std::size_t k = 1; k < rows.size(); ++k) change.push_back(std::abs(aside(rows[k]) - aside(rows[k - 1])));
+  std::nth_element(change.begin(), change.begin() + static_cast<long>(change.size() / 2), change.end());
+  return change[change.size() / 2] / (0.6745 * std::sqrt(2.0));
+}
+
 }  // namespace
 
 TurnDirection locate_by_force(const PegTube& bodies, double tilt, double stiffness, const std::vector<TurnRow>& rows) {
@@ -55,23 +63,28 @@ TurnDirection locate_by_moment(const std::vector<TurnRow>& given) {
   }
   for (TurnRow& row : rows) row.azimuth = wrapped(row.azimuth);
   std::sort(rows.begin(), rows.end(), [](const TurnRow& a, const TurnRow& b) { return a.azimuth < b.azimuth; });
-  // Before the cusp the peg rests on the far side, behind it on the near one: the greatest change of the sums on either
-  // side of a row, over a tenth of the turn.
+  // Before the cusp the peg rests on the right of its tilt, behind it on the left: the greatest change of the sums on
+  // either side of a row, over a tenth of the turn.
   const auto n = rows.size(), wide = std::max<std::size_t>(n / 10, 3);
+  std::size_t at = 0;
   double sharpest = 0.0;
   for (std::size_t k = 0; k < n; ++k) {
-    double jump = 0.0, azimuth = 0.0;
+    double jump = 0.0;
     for (std::size_t i = 1; i <= wide; ++i) jump += aside(rows[(k + i) % n]) - aside(rows[(k + n + 1 - i) % n]);
-    if (-jump <= sharpest) continue;
-    const TurnRow &left = rows[k], &right = rows[(k + 1) % n];
-    const double step = std::remainder(right.azimuth - left.azimuth, 2 * M_PI), a = aside(left), b = aside(right);
-    azimuth = left.azimuth + (a > b ? step * std::clamp(a / (a - b), 0.0, 1.0) : 0.5 * step);
-    sharpest = -jump;
-    out.azimuth = wrapped(azimuth);
-    out.azimuth_std = std::abs(step) / std::sqrt(12.0);
+    if (jump > sharpest) sharpest = jump, at = k;
   }
-  out.report.status = sharpest > 0 ? FitStatus::Converged : FitStatus::Degenerate;
-  out.report.message = sharpest > 0 ? "converged" : "the force nowhere changes sides as it does over a hole";
+  constexpr double rounding = 1e-9;  // [m]
+  const double by_chance = 8 * noise_aside(rows) * std::sqrt(2.0 * static_cast<double>(wide));
+  if (sharpest <= by_chance + rounding) {
+    out.report.message = "the force nowhere changes sides as it does over a hole";
+    return out;
+  }
+  const TurnRow &left = rows[at], &right = rows[(at + 1) % n];
+  const double step = std::remainder(right.azimuth - left.azimuth, 2 * M_PI);
+  out.azimuth = wrapped(left.azimuth + 0.5 * step);
+  out.azimuth_std = std::abs(step) / std::sqrt(12.0);
+  out.report.status = FitStatus::Converged;
+  out.report.message = "converged";
   return out;
 }
 

@@ -80,15 +80,15 @@ struct InsertionForces {
 };
 
 struct InsertionMotion {
-  double height = 0.005;         ///< [m]
+  double height = 0.002;         ///< [m]
   double approach_speed = 0.04;  ///< [m/s]
   double contact_speed = 0.006;  ///< [m/s]
-  double roll_time = 4.0;        ///< [s]
-  double slide_speed = 0.006;    ///< [m/s]
-  double upright_speed = 0.20;   ///< [rad/s]
-  double push_speed = 0.03;      ///< [m/s]
+  double roll_time = 2.5;        ///< [s]
+  double slide_speed = 0.008;    ///< [m/s]
+  double upright_speed = 0.50;   ///< [rad/s]
+  double push_speed = 0.04;      ///< [m/s]
   double acceleration = 0.15;    ///< [m/s^2]
-  double turning = 1.5;          ///< [rad/s^2]
+  double turning = 4.0;          ///< [rad/s^2]
   double depth = 0.03;           ///< [m]
   double spiral_radius = 3e-4;   ///< [m]
   double spiral_pitch = 8e-5;    ///< [m]

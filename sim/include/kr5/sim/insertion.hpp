@@ -29,7 +29,7 @@ struct InsertionSetup {
   Strategy strategy = Strategy::Felt;
   force::InsertBy insert_by = force::InsertBy::Arm;
   int pegs = 1;
-  double pick_distance = 0.1;        ///< [m]
+  double pick_distance = 0.06;       ///< [m]
   double repeatability = 1e-4;       ///< [m]
   double grip_error = 1e-4;          ///< [m]
   double grip_tilt = 1.5e-3;         ///< [rad]

@@ -1,0 +1,297 @@
+#include <kr5/force/insertion.hpp>
+
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <new>
+#include <set>
+#include <vector>
+
+#include <catch2/catch.hpp>
+
+#include <kr5/core/error.hpp>
+#include <kr5/core/random.hpp>
+#include <kr5/force/depth_profile.hpp>
+#include <support/trials.hpp>
+
+#include "book_peg.hpp"
+
+using namespace kr5;
+using namespace kr5::force;
+using namespace kr5::test;
+
+#ifndef KR5_SANITIZED
+namespace {
+long allocations = 0;
+}
+void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* out = std::malloc(size)) return out;
+  throw std::bad_alloc();
+}
+void operator delete(void* p) noexcept { std::free(p); }
+void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+#endif
+
+namespace {
+
+constexpr double mm = 1e-3;
+
+InsertionOptions book_options() {
+  InsertionOptions out;
+  out.bodies = radii;
+  out.tilt = 15 * degree;
+  return out;
+}
+
+/// An arm that is where it was told to be two cycles ago, over a tube whose top alone is there: what carries the peg
+/// pushes it up by a spring, forces across are left out. Enough for everything up to the slide.
+class Cell {
+ public:
+  explicit Cell(const Eigen::Vector3d& tube, std::uint64_t seed = 1) : tube_(tube), random_(seed) {
+    start_.translation() = Eigen::Vector3d(0, 0, 20 * mm);
+    line_ = {start_, start_};
+  }
+
+  InsertionReading read() {
+    InsertionReading out;
+    out.T_T_P = line_[0];
+    const double force = present ? press(line_[0]) : 0.0;
+    for (int i = 0; i < 6; ++i) out.sensor[i] = random_.normal(i < 3 ? 0.15 : 0.008);
+    out.wrench = out.sensor;
+    out.wrench[2] += force;
+    out.sensor[2] += force;
+    return out;
+  }
+  void obey(const InsertionCommand& command) {
+    if (command.stop) return;
+    line_[0] = line_[1];
+    line_[1] = command.T_T_P;
+  }
+  /// Steps until the phase, or to the end.
+  void run(Insertion& insertion, Phase until = Phase::Done) {
+    for (int i = 0; i < 10000 && !insertion.finished() && insertion.state().phase != until; ++i)
+      obey(insertion.step(read()));
+  }
+  const Pose& pose() const { return line_[0]; }
+
+  bool present = true;
+
+ private:
+  double press(const Pose& T_T_P) const {
+    const Eigen::Vector3d axis = T_T_P.linear().col(2), p = T_T_P.translation();
+    const double tilt = std::atan2(axis.head<2>().norm(), axis.z());
+    const PegRest rest = rest_peg_on_tube(radii, tilt, std::atan2(axis.y(), axis.x()), p.head<2>() - tube_.head<2>());
+    const double depth = tube_.z() + rest.height - p.z();
+    return depth > 0 ? 23.38e3 * depth : 0.0;  // nothing where nothing carries it: NaN
+  }
+
+  Eigen::Vector3d tube_;
+  Random random_;
+  Pose start_ = Pose::Identity();
+  std::array<Pose, 2> line_;
+};
+
+Insertion started(const InsertionOptions& options, Cell& cell, Phase phase) {
+  Insertion out(options);
+  cell.run(out, phase);
+  REQUIRE(out.state().phase == phase);
+  return out;
+}
+
+void check_stopped(Insertion& insertion, Cell& cell, Reason reason) {
+  CHECK(insertion.state().phase == Phase::Stopped);
+  CHECK(insertion.state().reason == reason);
+  const InsertionCommand first = insertion.step(cell.read());
+  CHECK(first.stop);
+  for (int i = 0; i < 20; ++i) {  // it stays so, whatever comes
+    const InsertionCommand next = insertion.step(cell.read());
+    CHECK(next.stop);
+    CHECK(next.T_T_P.isApprox(first.T_T_P));
+  }
+  CHECK(insertion.state().reason == reason);
+}
+
+}  // namespace
+
+TEST_CASE("a peg that goes round knows where the hole is, whatever the direction") {
+  Random random(5);
+  const int all = trials(2000, 60);
+  int covered = 0, within = 0;
+  for (int k = 0; k < all; ++k) {
+    const double azimuth = random.uniform(0, 2 * M_PI), distance = random.uniform(3 * mm, 9.42 * mm);
+    const Eigen::Vector3d tube(distance * std::cos(azimuth), distance * std::sin(azimuth), random.normal(0.2 * mm));
+    Cell cell(tube, 100 + static_cast<std::uint64_t>(k));
+    Insertion insertion = started(book_options(), cell, Phase::Aim);
+    const Eigen::Vector3d error = insertion.state().hole - tube;
+    within += error.head<2>().norm() < 0.1 * mm && std::abs(error.z()) < 0.1 * mm;
+    covered += insertion.state().hole_std > 0;
+  }
+  CHECK(within == all);
+  CHECK(covered == all);
+}
+
+TEST_CASE("beyond the critical offset the least height leads the wrong way and the cusp does not") {
+  InsertionOptions options = book_options();
+  options.tilt = 7.5 * degree;
+  options.entry = Entry::Upright;
+  options.motion.roll_time = 12;
+  const double offset = critical_offset(radii, options.tilt) + 1 * mm;
+  const Eigen::Vector3d tube(offset * std::cos(0.7), offset * std::sin(0.7), 0);
+  const auto moved = [&](Localisation by) {
+    options.localisation = by;
+    Cell cell(tube);
+    Insertion insertion = started(options, cell, Phase::Slide);
+    const Eigen::Vector3d begin = cell.pose().translation();
+    for (int i = 0; i < 150; ++i) cell.obey(insertion.step(cell.read()));
+    const Eigen::Vector2d way = (cell.pose().translation() - begin).head<2>();
+    return way.normalized().dot(tube.head<2>().normalized());
+  };
+  CHECK(moved(Localisation::Cusp) > std::cos(15 * degree));
+  CHECK(moved(Localisation::Minimum) < -std::cos(30 * degree));
+}
+
+TEST_CASE("a step allocates nothing, from the first to the last") {
+#ifndef KR5_SANITIZED
+  Cell cell({5 * mm, 2 * mm, 0});
+  Insertion insertion(book_options());
+  long most = 0;
+  std::set<Phase> phases;
+  for (int i = 0; i < 4000 && !insertion.finished(); ++i) {
+    const InsertionReading reading = cell.read();
+    const long before = allocations;
+    const InsertionCommand command = insertion.step(reading);
+    most = std::max(most, allocations - before);
+    phases.insert(insertion.state().phase);
+    cell.obey(command);
+  }
+  CHECK(insertion.finished());
+  CHECK(phases.size() >= 9);
+  CHECK(most == 0);
+#endif
+}
+
+TEST_CASE("an insertion that cannot be is stated, not thrown") {
+  InsertionOptions wide = book_options();
+  wide.bodies.peg_radius = 9.8 * mm;
+  Cell cell({0, 0, 0});
+  Insertion insertion(wide);
+  CHECK(insertion.finished());
+  check_stopped(insertion, cell, Reason::PegTooWide);
+
+  for (const auto field : {&InsertionForces::axial_gain, &InsertionForces::lateral_gain, &InsertionForces::angular_gain}) {
+    InsertionOptions fast = book_options();
+    fast.forces.*field *= 10;
+    Insertion unstable(fast);
+    check_stopped(unstable, cell, Reason::UnstableGain);
+  }
+}
+
+TEST_CASE("without a tube nothing is touched, and that is said in the end") {
+  Cell cell({0, 0, 0});
+  cell.present = false;
+  Insertion insertion(book_options());
+  cell.run(insertion);
+  check_stopped(insertion, cell, Reason::NoContact);
+  CHECK(insertion.state().attempt == 3);
+  CHECK(cell.pose().translation().z() > -20 * mm);  // it did not go on downwards
+}
+
+TEST_CASE("a sensor that says the same for ever is dead, and stops the arm in the air") {
+  Cell cell({5 * mm, 0, 0});
+  Insertion insertion = started(book_options(), cell, Phase::Approach);
+  const InsertionReading frozen = cell.read();
+  int cycles = 0;
+  for (; !insertion.finished() && cycles < 100; ++cycles) insertion.step(frozen);
+  CHECK(cycles * 0.012 <= 0.25 + 2 * 0.012);
+  CHECK(insertion.state().stopped_in == Phase::Approach);
+  check_stopped(insertion, cell, Reason::SensorDead);
+}
+
+TEST_CASE("every violation stops within the cycle, from any phase, with its name") {
+  const std::vector<double> currents = {0.5, 2.5};
+  struct Case {
+    Reason reason;
+    void (*spoil)(InsertionReading&);
+  };
+  const Case cases[] = {
+      {Reason::Force, [](InsertionReading& r) { r.wrench[0] = 90; }},
+      {Reason::Torque, [](InsertionReading& r) { r.wrench[4] = 9; }},
+      {Reason::SensorSaturated, [](InsertionReading& r) { r.saturated = true; }},
+      {Reason::SensorDead, [](InsertionReading& r) { r.sensor[3] = std::numeric_limits<double>::quiet_NaN(); }},
+      {Reason::SensorDead, [](InsertionReading& r) { r.wrench[3] = std::numeric_limits<double>::infinity(); }},
+      {Reason::PegLost, [](InsertionReading& r) { r.gripped = false; }},
+      {Reason::OutOfReach, [](InsertionReading& r) { r.reachable = false; }},
+      {Reason::OutOfReach,
+       [](InsertionReading& r) { r.T_T_P.translation().x() = std::numeric_limits<double>::quiet_NaN(); }},
+  };
+  for (const Phase phase : {Phase::Tare, Phase::Approach, Phase::Touch, Phase::Roll, Phase::Locate, Phase::Slide})
+    for (const Case& c : cases) {
+      Cell cell({5 * mm, 2 * mm, 0});
+      Insertion insertion = started(book_options(), cell, phase);
+      InsertionReading reading = cell.read();
+      c.spoil(reading);
+      CHECK(insertion.step(reading).stop);
+      CHECK(insertion.state().stopped_in == phase);
+      check_stopped(insertion, cell, c.reason);
+    }
+  InsertionOptions options = book_options();
+  options.limits.current = Eigen::Vector2d(1.0, 2.0);
+  Cell cell({5 * mm, 2 * mm, 0});
+  Insertion insertion = started(options, cell, Phase::Roll);
+  InsertionReading reading = cell.read();
+  reading.current = currents;
+  CHECK(insertion.step(reading).stop);
+  check_stopped(insertion, cell, Reason::Current);
+}
+
+TEST_CASE("what takes too long is stopped") {
+  InsertionOptions options = book_options();
+  options.limits.time = 2.0;
+  Cell cell({5 * mm, 2 * mm, 0});
+  Insertion insertion(options);
+  cell.run(insertion);
+  CHECK(insertion.state().time == Approx(2.0).margin(0.02));
+  check_stopped(insertion, cell, Reason::TimeOut);
+}
+
+TEST_CASE("an insertion begins anew after a stop") {
+  Cell cell({5 * mm, 2 * mm, 0});
+  Insertion insertion = started(book_options(), cell, Phase::Roll);
+  InsertionReading reading = cell.read();
+  reading.saturated = true;
+  insertion.step(reading);
+  REQUIRE(insertion.finished());
+  insertion.again();
+  CHECK_FALSE(insertion.finished());
+  CHECK(insertion.state().attempt == 1);
+  Cell fresh({5 * mm, 2 * mm, 0});
+  fresh.run(insertion, Phase::Aim);
+  CHECK(insertion.state().phase == Phase::Aim);
+}
+
+TEST_CASE("options that are no numbers, or of the wrong sign, are refused by name") {
+  const auto refused = [](const char* field, auto spoil) {
+    InsertionOptions options = book_options();
+    spoil(options);
+    CHECK_THROWS_AS(Insertion(options), InvalidArgument);
+    CHECK_THROWS_WITH(Insertion(options), Catch::Contains(field));
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  refused("tilt", [](auto& o) { o.tilt = 0; });
+  refused("tilt", [](auto& o) { o.tilt = 2; });
+  refused("peg_radius", [](auto& o) { o.bodies.peg_radius = -1; });
+  refused("cycle", [](auto& o) { o.cycle = 0; });
+  refused("cutoff", [](auto& o) { o.cutoff = 50; });
+  refused("delay", [](auto& o) { o.delay = -1; });
+  refused("hole", [=](auto& o) { o.hole = Eigen::Vector3d(nan, 0, 0); });
+  refused("forces.roll", [=](auto& o) { o.forces.roll = nan; });
+  refused("forces.lean", [](auto& o) { o.forces.lean = -1; });
+  refused("motion.depth", [=](auto& o) { o.motion.depth = nan; });
+  refused("motion.roll_time", [](auto& o) { o.motion.roll_time = 0; });
+  refused("grip.axial", [](auto& o) { o.grip.axial = -1; });
+  refused("limits.attempts", [](auto& o) { o.limits.attempts = 0; });
+  refused("limits.time", [](auto& o) { o.limits.time = -1; });
+  refused("force", [](auto& o) { o.limits.force = 0; });
+  refused("current", [](auto& o) { o.limits.current = Eigen::VectorXd::Zero(6); });
+}

@@ -1,0 +1,195 @@
+#include <kr5/sim/insertion.hpp>
+
+#include <cmath>
+#include <limits>
+
+#include <catch2/catch.hpp>
+
+#include <kr5/cell/cell.hpp>
+#include <kr5/core/error.hpp>
+#include <kr5/core/random.hpp>
+#include <kr5/uncertainty/confidence.hpp>
+#include <support/trials.hpp>
+
+using namespace kr5;
+using namespace kr5::sim;
+
+namespace {
+
+constexpr double mm = 1e-3, degree = M_PI / 180;
+
+cell::Cell arc() { return cell::load_cell(KR5_SHARE_DIR "/cells/kr5_arc.yaml"); }
+
+/// Somewhere within one radius of the peg.
+InsertionSetup drawn(std::uint64_t seed) {
+  Random random(seed);
+  const double azimuth = random.uniform(0, 2 * M_PI), distance = 9.42 * mm * std::sqrt(random.uniform());
+  InsertionSetup out;
+  out.seed = seed;
+  out.log = false;
+  out.offset = distance * Eigen::Vector2d(std::cos(azimuth), std::sin(azimuth));
+  return out;
+}
+
+const PegOutcome& only(const InsertionResult& result) {
+  REQUIRE(result.pegs.size() == 1);
+  return result.pegs.front();
+}
+
+}  // namespace
+
+TEST_CASE("the peg finds its hole at the first attempt, standing and lying, at every clearance") {
+  const int each = test::trials(200, 6);
+  for (const bool horizontal : {false, true})
+    for (const double clearance : {0.05, 0.1, 0.28, 0.5, 1.0, 2.2}) {
+      int first = 0;
+      for (int k = 0; k < each; ++k) {
+        InsertionSetup setup = drawn(static_cast<std::uint64_t>(1000 + k));
+        setup.clearance = clearance * mm;
+        setup.horizontal = horizontal;
+        const InsertionResult result = run_insertion(arc(), setup);
+        first += result.inserted && only(result).attempts == 1;
+      }
+      INFO("clearance " << clearance << " mm, horizontal " << horizontal << ": " << first << " of " << each);
+      // Not significantly below 95 %: the upper end of the exact 95 % interval.
+      CHECK(uncertainty::binomial_interval(first, each, 0.95).high >= 0.95);
+    }
+}
+
+TEST_CASE("gravity drops a peg into a standing tube, air blows it into a lying one") {
+  for (const bool horizontal : {false, true}) {
+    InsertionSetup setup = drawn(7);
+    setup.horizontal = horizontal;
+    setup.insert_by = horizontal ? force::InsertBy::Air : force::InsertBy::Gravity;
+    const InsertionResult result = run_insertion(arc(), setup);
+    CHECK(result.inserted);
+    CHECK(only(result).depth > 27 * mm);
+  }
+}
+
+TEST_CASE("an insertion is the same for the same seed, and another for another") {
+  const InsertionSetup setup = drawn(3);
+  const InsertionResult a = run_insertion(arc(), setup), b = run_insertion(arc(), setup);
+  CHECK(a.time == b.time);
+  CHECK(only(a).depth == only(b).depth);
+  CHECK(only(a).greatest_force == only(b).greatest_force);
+  InsertionSetup other = setup;
+  other.seed = 4;
+  CHECK(only(run_insertion(arc(), other)).greatest_force != only(a).greatest_force);
+}
+
+TEST_CASE("rows and profile of an insertion tell what happened") {
+  InsertionSetup setup = drawn(3);
+  setup.log = true;
+  const InsertionResult result = run_insertion(arc(), setup);
+  REQUIRE(result.inserted);
+  const Eigen::VectorXd t = result.rows.column("t"), z = result.rows.column("true_z"), fz = result.rows.column("fz");
+  CHECK(t.size() == std::lround(result.time / 0.012));
+  CHECK(z[0] > 10 * mm);
+  CHECK(z[z.size() - 1] < -27 * mm);
+  CHECK(fz.maxCoeff() < 80);
+  const Eigen::VectorXd felt = result.profile.column("height"), real = result.profile.column("closed_form");
+  REQUIRE(felt.size() > 100);
+  // Per standard deviation: place in the grip 0.1 mm on slopes of tan 15 degrees, tilt in it and of the tube 1.5 mrad each
+  // on a lever of a radius, repeatability 0.033 mm; together 0.053 mm.
+  CHECK((felt - real).array().abs().mean() < 3 * 0.053 * mm + 0.2 * mm * 3);
+  const Eigen::VectorXd shape = (felt - real).array() - (felt - real).mean();  // what is unknown of the face left out
+  CHECK(std::sqrt(shape.array().square().mean()) < 3 * 0.053 * mm);
+  CHECK(only(result).hole_error < 1 * mm);
+}
+
+TEST_CASE("what is known exactly is felt exactly: without noise the profile is that of the closed form") {
+  InsertionSetup setup = drawn(3);
+  setup.noise = false;
+  const InsertionResult result = run_insertion(arc(), setup);
+  REQUIRE(result.inserted);
+  const Eigen::VectorXd error = result.profile.column("height") - result.profile.column("closed_form");
+  CHECK(std::sqrt(error.array().square().mean()) < 0.1 * mm);
+  CHECK(only(result).hole_error < 0.29 * mm);  // what a slide may end short by at a clearance of 0.05 mm
+}
+
+TEST_CASE("four pegs one after the other take no longer than in the book") {
+  InsertionSetup setup = drawn(11);
+  setup.pegs = 4;
+  const InsertionResult result = run_insertion(arc(), setup);
+  CHECK(result.inserted);
+  REQUIRE(result.pegs.size() == 4);
+  CHECK(result.pegs[1].time < result.pegs[0].time);  // the hole is remembered
+  CHECK(result.time <= 22.5);
+}
+
+TEST_CASE("what a cell cannot do is an outcome with phase and reason") {
+  SECTION("a tube out of reach") {
+    cell::Cell cell = arc();
+    cell.tube->T_B_T.translation() = Eigen::Vector3d(3, 0, 0.3);
+    const InsertionResult result = run_insertion(cell, drawn(1));
+    CHECK_FALSE(result.inserted);
+    CHECK(only(result).reason == force::Reason::OutOfReach);
+    CHECK(only(result).phase == force::Phase::Approach);
+  }
+  SECTION("a peg wider than the tube") {
+    InsertionSetup setup = drawn(1);
+    setup.clearance = -0.1 * mm;
+    const InsertionResult result = run_insertion(arc(), setup);
+    CHECK_FALSE(result.inserted);
+    CHECK(only(result).reason == force::Reason::PegTooWide);
+  }
+  SECTION("a tube that is narrower than it is believed") {
+    cell::Cell cell = arc();
+    cell.effects.task.tube_radius = cell.peg->radius - 0.1 * mm;
+    const InsertionResult result = run_insertion(cell, drawn(1));
+    CHECK_FALSE(result.inserted);
+    CHECK(only(result).attempts == 3);
+    CHECK(only(result).reason != force::Reason::Inserted);
+  }
+  SECTION("no tube where it should be") {
+    InsertionSetup setup = drawn(1);
+    setup.offset = Eigen::Vector2d(100 * mm, 0);
+    const InsertionResult result = run_insertion(arc(), setup);
+    CHECK_FALSE(result.inserted);
+    CHECK(only(result).reason == force::Reason::NoContact);
+    CHECK(only(result).depth < 20 * mm);
+  }
+  SECTION("a tube in the way") {
+    cell::Cell cell = arc();
+    cell.effects.task.tube_shift.z() = 8 * mm;
+    const InsertionResult result = run_insertion(cell, drawn(1));
+    CHECK(only(result).reason != force::Reason::None);
+    CHECK(only(result).greatest_force < 160);
+  }
+  SECTION("a force sensor with its sign turned round") {
+    cell::Cell cell = arc();
+    cell.effects.wrench[2].gain = -1;
+    const InsertionResult result = run_insertion(cell, drawn(1));
+    CHECK_FALSE(result.inserted);
+    CHECK(only(result).reason == force::Reason::Force);
+    CHECK(only(result).greatest_force < 200);
+  }
+}
+
+TEST_CASE("a cell that lacks something, or a setup that is none, is refused by name") {
+  const auto lacks = [](const char* what, auto spoil) {
+    cell::Cell cell = arc();
+    spoil(cell);
+    CHECK_THROWS_WITH(run_insertion(cell, drawn(1)), Catch::Contains(what));
+  };
+  lacks("tool", [](cell::Cell& c) { c.tool.reset(); });
+  lacks("peg", [](cell::Cell& c) { c.peg.reset(); });
+  lacks("tube", [](cell::Cell& c) { c.tube.reset(); });
+  lacks("contact", [](cell::Cell& c) { c.contact.reset(); });
+  lacks("servo", [](cell::Cell& c) { c.servo.reset(); });
+  lacks("links", [](cell::Cell& c) { c.robot.links.clear(); });
+  const auto refused = [](const char* field, auto spoil) {
+    InsertionSetup setup = drawn(1);
+    spoil(setup);
+    CHECK_THROWS_AS(run_insertion(arc(), setup), InvalidArgument);
+    CHECK_THROWS_WITH(run_insertion(arc(), setup), Catch::Contains(field));
+  };
+  const double no_number = std::numeric_limits<double>::quiet_NaN();
+  refused("clearance", [=](InsertionSetup& s) { s.clearance = no_number; });
+  refused("tilt", [](InsertionSetup& s) { s.tilt = 0; });
+  refused("offset", [=](InsertionSetup& s) { s.offset.x() = no_number; });
+  refused("pegs", [](InsertionSetup& s) { s.pegs = 0; });
+  refused("repeatability", [](InsertionSetup& s) { s.repeatability = -1; });
+  refused("angular_stiffness", [](InsertionSetup& s) { s.angular_stiffness = 0; });
+}
