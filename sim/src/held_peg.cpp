@@ -16,7 +16,7 @@ constexpr double local_stiffness = 2e6;  // of the touching edges, what else giv
 constexpr double closing = 4.0;          // Hunt-Crossley, so little that 100 N of it are still resolved [s/m]
 constexpr double damped = 0.5;           // of critical, across and about the grip
 constexpr double resolved = 2e-4;        // step that resolves peg and fingers on that stiffness [s]
-constexpr int steps_a_search = 3;         // in 0.6 ms nothing new is touched deeply
+constexpr int steps_a_search = 3;        // in 0.6 ms nothing new is touched deeply
 constexpr double air_gap = 2e-4;         // above the highest point of contact nothing is looked for [m]
 
 force::PegTubeShape shape_of(const cell::Cell& cell) {

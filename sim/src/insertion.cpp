@@ -17,12 +17,12 @@ using force::Insertion;
 using force::InsertionOptions;
 using force::InsertionReading;
 
-constexpr double above = 0.015;       // of the face, where a trial begins [m]
-constexpr double lift = 0.03;         // from an inserted peg to the next one [m]
+constexpr double above = 0.015;      // of the face, where a trial begins [m]
+constexpr double lift = 0.03;        // from an inserted peg to the next one [m]
 constexpr double carry_speed = 0.3;  // greatest, on the way there and back [m/s]
-constexpr double picking = 0.3;       // [s]
-constexpr double falling = 1.0;       // given to a peg that was let go [s]
-constexpr double most_of = 0.9;       // of the depth that counts as inserted
+constexpr double picking = 0.3;      // [s]
+constexpr double falling = 1.0;      // given to a peg that was let go [s]
+constexpr double most_of = 0.9;      // of the depth that counts as inserted
 
 void check(const cell::Cell& cell) {
   require(cell.tool.has_value(), "tool: an insertion needs one");

@@ -159,9 +159,9 @@ VectorXd InsertionArm::led_ahead(const VectorXd& q) {
   return out;
 }
 
-void InsertionArm::wander() {
+void InsertionArm::wander(double passed) {
   if (!setup_.noise) return;
-  const double keep = std::exp(-cycle_ / wandering), fresh = std::sqrt(1 - keep * keep);
+  const double keep = std::exp(-passed / wandering), fresh = std::sqrt(1 - keep * keep);
   for (int i = 0; i < 6; ++i)
     off_[i] = keep * off_[i] + random_.normal(fresh * setup_.repeatability / 3 / (i < 3 ? 1.0 : lever));
 }
@@ -175,13 +175,13 @@ Pose InsertionArm::held() {
   return T_tube_P;
 }
 
-/// The peg through one cycle, in which the grip goes steadily to where it is now.
-void InsertionArm::move_peg(const Pose& to) {
+/// The peg through a time in which the grip goes steadily to where it is now.
+void InsertionArm::move_peg(const Pose& to, double passed) {
   Vector6 velocity;
   velocity << to.translation() - held_.translation(), log_rotation(to.linear() * held_.linear().transpose());
-  velocity /= cycle_;
-  const int steps = static_cast<int>(std::ceil(cycle_ / peg_.longest_step() - 1e-6));
-  const double step = cycle_ / steps;
+  velocity /= passed;
+  const int steps = static_cast<int>(std::ceil(passed / peg_.longest_step() - 1e-6));
+  const double step = passed / steps;
   const Eigen::Matrix3d turn = exp_rotation(velocity.tail<3>() * step);
   Vector6 sum = Vector6::Zero();
   Pose now = held_;
@@ -210,14 +210,20 @@ void InsertionArm::advance(const force::InsertionCommand& command) {
   } else {
     command_ = q_;
   }
+  peg_.hold(command.hold, command.air);
   const int steps = static_cast<int>(std::ceil(cycle_ / arm_.step() - 1e-6));
   arm_.set_step(cycle_ / steps);
-  for (int i = 1; i <= steps; ++i) arm_.follow(before + (command_ - before) * i / steps);
+  // Gears that give way swing against the contact: peg and arm then take turns step by step.
+  const bool stiff = arm_.drives().rigid();
+  for (int i = 1; i <= steps; ++i) {
+    arm_.follow(before + (command_ - before) * i / steps);
+    if (stiff && i < steps) continue;
+    const double passed = stiff ? cycle_ : cycle_ / steps;
+    wander(passed);
+    reading_ = arm_.read();
+    move_peg(held(), passed);
+  }
   time_ += cycle_;
-  wander();
-  reading_ = arm_.read();
-  peg_.hold(command.hold, command.air);
-  move_peg(held());
 }
 
 force::InsertionReading InsertionArm::read() {

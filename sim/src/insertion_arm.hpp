@@ -49,8 +49,8 @@ class InsertionArm {
   Eigen::VectorXd led_ahead(const Eigen::VectorXd& q);
   /// Where the grip really would hold the peg, in the real tube.
   Pose held();
-  void wander();
-  void move_peg(const Pose& to);
+  void wander(double passed);
+  void move_peg(const Pose& to, double passed);
 
   cell::Cell cell_;
   InsertionSetup setup_;

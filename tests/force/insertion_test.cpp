@@ -179,7 +179,8 @@ TEST_CASE("an insertion that cannot be is stated, not thrown") {
   CHECK(insertion.finished());
   check_stopped(insertion, cell, Reason::PegTooWide);
 
-  for (const auto field : {&InsertionForces::axial_gain, &InsertionForces::lateral_gain, &InsertionForces::angular_gain}) {
+  for (const auto field :
+       {&InsertionForces::axial_gain, &InsertionForces::lateral_gain, &InsertionForces::angular_gain}) {
     InsertionOptions fast = book_options();
     fast.forces.*field *= 10;
     Insertion unstable(fast);

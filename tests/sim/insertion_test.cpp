@@ -90,8 +90,8 @@ TEST_CASE("rows and profile of an insertion tell what happened") {
   CHECK(fz.maxCoeff() < 80);
   const Eigen::VectorXd felt = result.profile.column("height"), real = result.profile.column("closed_form");
   REQUIRE(felt.size() > 100);
-  // Per standard deviation: place in the grip 0.1 mm on slopes of tan 15 degrees, tilt in it and of the tube 1.5 mrad each
-  // on a lever of a radius, repeatability 0.033 mm; together 0.053 mm.
+  // Per standard deviation: place in the grip 0.1 mm on slopes of tan 15 degrees, tilt in it and of the tube 1.5 mrad
+  // each on a lever of a radius, repeatability 0.033 mm; together 0.053 mm.
   CHECK((felt - real).array().abs().mean() < 3 * 0.053 * mm + 0.2 * mm * 3);
   const Eigen::VectorXd shape = (felt - real).array() - (felt - real).mean();  // what is unknown of the face left out
   CHECK(std::sqrt(shape.array().square().mean()) < 3 * 0.053 * mm);

@@ -14,7 +14,7 @@ constexpr double entered = 1e-3;  // deep enough in it to be pushed [m]
 constexpr double settled = 0.2;   // for which an upright peg shall not sink any more [s]
 constexpr double mouth = 1.0;     // that an upright peg may take to sink into the bore [s]
 constexpr double release = 1.5;   // for which a peg that was let go may take to go in [s]
-constexpr double seeking = 2e-3;        // towards the far wall, until it is met [m/s]
+constexpr double seeking = 2e-3;  // towards the far wall, until it is met [m/s]
 constexpr double stuck = 0.8;     // for which a pushed peg may stand still [s]
 constexpr double friction = 0.5;  // more of the press than any friction across takes [-]
 
