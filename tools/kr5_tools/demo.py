@@ -28,10 +28,11 @@ def demo(
     json_file: common.Json = None,
 ) -> None:
     """Calibrates the camera and its place on the arm from the demo's images, writes both pages, compares with the truth.
-    Then lets a worn cell run a protocol in the simulator, and measures how far the nominal cell is from what it showed.
+    Then lets a worn cell run a protocol in the simulator, and measures how far the nominal cell is from what it showed. In
+    the end the worn cell inserts a peg, for you to watch.
 
-    Ends with exit code 1 when the truth lies outside the doubt that was claimed (99.9 %), the bumped view is not named, or
-    the gap is not where the worn joint is.
+    Ends with exit code 1 when the truth lies outside the doubt that was claimed (99.9 %), the bumped view is not named, the
+    gap is not where the worn joint is, or the peg does not go in.
     """
     begin = time.monotonic()
     data = data or next((p for p in (CHECKOUT / "share/data/demo", Path("share/data/demo")) if p.is_dir()), Path("share/data/demo"))
@@ -43,7 +44,8 @@ def demo(
         shutil.rmtree(output / WORN_CELL)  # of the demo before, whole or not
     images = sorted(str(p) for p in (data / "images").glob("*.png"))
     _run([_calibration("camera", ["camera", *images, "--target", target], output),
-          _calibration("hand_eye", ["hand-eye", str(data)], output), _worn_cell(data, output)], out)
+          _calibration("hand_eye", ["hand-eye", str(data)], output), _worn_cell(data, output),
+          _insertion(data, output)], out)
     results = {name: json.loads((output / f"{name}.json").read_text()) for name in ("camera", "hand_eye")}
     rows = [*_camera_rows(results["camera"], truth), *_hand_eye_rows(results["hand_eye"], truth)]
     ratio = _region(results["hand_eye"], truth)
@@ -53,12 +55,14 @@ def demo(
     widest = max(gaps, key=gaps.__getitem__)
     out.print(f"\nThe cell that ran carries {worn['effect']} on {worn['target']}; the widest gap to the nominal cell is that of "
               f"{widest}, {gaps[widest]:.1f} times the noise.", soft_wrap=True)
-    out.print(f"Took {time.monotonic() - begin:.1f} s. Open {output / 'hand_eye.html'}, {output / 'camera.html'} and "
-              f"{output / 'replay.html'} in a browser.", soft_wrap=True)
+    peg = json.loads((output / "insertion.json").read_text())
+    out.print(_peg_words(peg), soft_wrap=True)
+    out.print(f"Took {time.monotonic() - begin:.1f} s. Open {output / 'hand_eye.html'}, {output / 'camera.html'}, "
+              f"{output / 'replay.html'} and {output / 'insertion.html'} in a browser.", soft_wrap=True)
     common.write_json({"figures": rows, "region_99_9": ratio, "named": named, "bumped": truth["bumped"], "gaps": gaps, "worn": worn,
-                       "output": str(output)}, json_file)
+                       "insertion": peg, "output": str(output)}, json_file)
     where = widest.endswith(f".i{worn['target'].removeprefix('joint')}")
-    if ratio > 1 or [Path(n).stem for n in named] != [Path(truth["bumped"]).stem] or not where:
+    if ratio > 1 or [Path(n).stem for n in named] != [Path(truth["bumped"]).stem] or not where or not peg["inserted"]:
         raise typer.Exit(1)
 
 
@@ -76,6 +80,21 @@ def _worn_cell(data: Path, output: Path) -> list[list[str]]:
     return [["record", "--cell", cell, "--protocol", protocol, "-o", str(recording), "--nominal"],
             ["gap", "measure", str(recording), "--json", str(output / "gap.json"), "--png", str(output / "gap.png")],
             ["replay", str(recording), "-o", str(output / "replay.html")]]
+
+
+def _insertion(data: Path, output: Path) -> list[list[str]]:
+    """The worn cell feels for a tube and inserts its peg."""
+    task = ["--clearance", "0.05", "--offset", "4", "-3"]
+    return [["insert", "--cell", str(data / "worn_cell.yaml"), *task, "-o", str(output / "insertion.html"), "--json",
+             str(output / "insertion.json")]]
+
+
+def _peg_words(result: dict[str, Any]) -> str:
+    peg = result["pegs"][0]
+    if not peg["inserted"]:
+        return f"[red]The worn cell does not insert its peg: {peg['reason']} in {peg['phase']}.[/red]"
+    return (f"The worn cell feels for a tube that stands 5 mm off, and inserts its peg, with 0.05 mm of clearance, at attempt "
+            f"{peg['attempts']} after {peg['time']:.1f} s; it presses with {peg['greatest_force']:.0f} N at most.")
 
 
 def _worn(data: Path) -> dict[str, str]:

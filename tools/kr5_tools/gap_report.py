@@ -45,6 +45,7 @@ def write_gap_report(data: dict[str, Any], source: Path, output: Path, png: Path
 
     from .gap_report_data import Evidence, find_recording
     from .gap_report_plots import plots_of
+    from .gap_report_task import task_terms
     from .plot_style import STYLE
     from .report_page import write_png
 
@@ -57,9 +58,10 @@ def write_gap_report(data: dict[str, Any], source: Path, output: Path, png: Path
         with common.working("Simulating and drawing …"):
             evidence = Evidence(data, recording) if recording else None
             parts, q = parts_of(evidence, data), posture(recording) if recording else []
+            task = task_terms(recording.cell, evidence.cell) if evidence and data["causes"] and not evidence.unset else None
             drawn = plots_of(evidence, data, parts, q)
             with plt.rc_context(STYLE):
-                page = make_page(data, source, evidence, parts, q, drawn)
+                page = make_page(data, source, evidence, parts, q, drawn, task)
                 common.write_text(page, output)
                 return write_png(drawn, png) if png else []
     except (TypeError, ValueError, KeyError, AttributeError, IndexError) as error:
@@ -164,7 +166,8 @@ def cause_rows(data: dict[str, Any], evidence: Any) -> list[dict[str, Any]]:
     return out
 
 
-def make_page(data: dict[str, Any], source: Path, evidence: Any, parts: list[dict[str, Any]], q: list[float], drawn: list) -> str:
+def make_page(data: dict[str, Any], source: Path, evidence: Any, parts: list[dict[str, Any]], q: list[float], drawn: list,
+              task: dict[str, Any] | None = None) -> str:
     """The HTML of the page."""
     from .replay import cell_scene
     from .report_page import embed, render, script_json
@@ -186,5 +189,5 @@ def make_page(data: dict[str, Any], source: Path, evidence: Any, parts: list[dic
         conditions=evidence.parts() if evidence else [], warnings=notes(data.get("warnings", [])), scatter=data.get("scatter") or 0.0, parts=parts,
         heat=[plots[n] for n in ("heat_before", "heat_after") if n in plots], shrink=plots.get("shrink"),
         curves=[plots[n] for n in plots if n.startswith(("rows_", "against_"))], recording=named, found=evidence is not None,
-        unset=evidence.unset if evidence else [], columns=len(evidence.groups) if evidence else None, scene=script_json(scene),
+        unset=evidence.unset if evidence else [], columns=len(evidence.groups) if evidence else None, scene=script_json(scene), task=task,
     )
