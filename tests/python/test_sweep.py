@@ -186,6 +186,17 @@ def test_another_sweep_does_not_go_on_in_the_same_folder(copy, share, args, fiel
     assert done.exit_code == 2 and field in done.stderr and "another folder (-o)" in done.stderr
 
 
+def test_trials_of_another_library_are_not_mixed_without_a_word(copy):
+    assert "gives other numbers now" not in invoke(copy / "sweep").stderr
+    file = copy / "sweep/trials.csv"
+    rows = list(csv.reader(file.open()))
+    first = min(rows[1:], key=lambda row: int(row[4]))
+    first[-1] = repr(float(first[-1]) + 1e-9)
+    file.write_text("".join(",".join(row) + "\n" for row in rows))
+    done = invoke(copy / "sweep")
+    assert done.exit_code == 0 and "gives other numbers now" in done.stderr
+
+
 def test_two_sweeps_do_not_write_in_one_folder(copy):
     with open(copy / "sweep/trials.csv", "ab") as file:
         fcntl.flock(file, fcntl.LOCK_EX)

@@ -3,6 +3,7 @@
 import math
 from typing import Any
 
+import kr5.force
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -27,9 +28,10 @@ def plots(result: Any, setup: Any) -> list[Plot]:
 
 
 def _columns(result: Any, *names: str) -> list[np.ndarray]:
-    """Columns of the rows, thinned out for the page."""
+    """Time and columns of the rows, thinned out for the page; NaN on the way from one peg to the next."""
     step = max(1, math.ceil(len(result.rows) / MOST_POINTS))
-    return [np.asarray(result.rows[name])[::step] for name in names]
+    between = np.asarray(result.rows["phase"])[::step] == int(kr5.force.Phase.Done)
+    return [np.asarray(result.rows["t"])[::step], *(np.where(between, np.nan, np.asarray(result.rows[name])[::step]) for name in names)]
 
 
 def _shade(axes: Any, result: Any, label: bool) -> None:
@@ -65,7 +67,7 @@ def profile(result: Any, setup: Any) -> Figure | None:
 
 
 def forces(result: Any, setup: Any) -> Figure:
-    t, fx, fy, fz = _columns(result, "t", "fx", "fy", "fz")
+    t, fx, fy, fz = _columns(result, "fx", "fy", "fz")
     figure, axes = plt.subplots(2, 1, figsize=(WIDE, 4.2), sharex=True)
     for ax, values, colour, name in ((axes[0], fz, BLUE, "along the tube [N]"), (axes[1], np.hypot(fx, fy), RED, "across it [N]")):
         _shade(ax, result, ax is axes[0])
@@ -76,7 +78,7 @@ def forces(result: Any, setup: Any) -> Figure:
 
 
 def height(result: Any, setup: Any) -> Figure:
-    t, z, tilt = _columns(result, "t", "true_z", "true_tilt")
+    t, z, tilt = _columns(result, "true_z", "true_tilt")
     figure, axes = plt.subplots(2, 1, figsize=(WIDE, 4.2), sharex=True, height_ratios=(2, 1))
     for ax, values, colour, name in ((axes[0], 1e3 * z, BLUE, "above the face [mm]"), (axes[1], np.degrees(tilt), GREEN, "tilt [deg]")):
         _shade(ax, result, ax is axes[0])
@@ -89,19 +91,20 @@ def height(result: Any, setup: Any) -> Figure:
 
 def path(result: Any, setup: Any) -> Figure:
     """In the frame of the believed tube; the peg where it really is."""
-    x, y, phase = _columns(result, "true_x", "true_y", "phase")
+    _, x, y = _columns(result, "true_x", "true_y")
     off, tube = 1e3 * np.asarray(setup.offset), result.cell.tube
     x, y = 1e3 * x + off[0], 1e3 * y + off[1]
+    first, last = np.flatnonzero(np.isfinite(x))[[0, -1]]
     figure, axes = plt.subplots(figsize=(WIDE, 4.9))
     for radius, colour, name in ((tube.outer_radius, "#f3e3d8", "face of the tube"), (tube.inner_radius, "white", "bore")):
         axes.add_patch(plt.Circle(off, 1e3 * radius, facecolor=colour, edgecolor="#8a4a24", linewidth=1.2, zorder=1, label=name))
     axes.plot(x, y, color=BLUE, linewidth=1.2, zorder=3, label="path of the peg")
-    axes.plot(x[0], y[0], "s", color=BLUE, markersize=5, zorder=4, label="begin")
-    axes.plot(x[-1], y[-1], "o", color=BLUE, mfc="white", markersize=6, zorder=4, label="end")
+    axes.plot(x[first], y[first], "s", color=BLUE, markersize=5, zorder=4, label="begin")
+    axes.plot(x[last], y[last], "o", color=BLUE, mfc="white", markersize=6, zorder=4, label="end")
     axes.plot(0, 0, "x", color=RED, markersize=8, mew=1.8, zorder=5, label="axis as believed")
     axes.plot(*off, "+", color=GREEN, markersize=11, mew=1.8, zorder=5, label="axis of the tube")
     axes.set_aspect("equal")
-    reach = 1.25e3 * tube.outer_radius  # the way to the next peg goes on beyond
+    reach = 1.25e3 * tube.outer_radius
     axes.set(xlabel="x [mm]", ylabel="y [mm]", xlim=off[0] + np.array([-reach, reach]), ylim=off[1] + np.array([-reach, reach]))
     axes.legend(fontsize=8.5, loc="upper left", bbox_to_anchor=(1.02, 1))
     return figure
@@ -111,7 +114,7 @@ def path(result: Any, setup: Any) -> Figure:
 CATALOGUE = [
     ("profile", "Depth profile of the last turn", profile, True,
      "How high the tilted peg rests while its lowest point goes once round: measured, and what the closed form says for where the peg really was."),
-    ("forces", "Forces on the peg", forces, True, "Not filtered, in the frame of the tube. Shades: the phases."),
+    ("forces", "Forces on the peg", forces, True, "Not filtered, in the frame of the tube; not on the way to the next peg. Shades: the phases."),
     ("height", "Height and tilt of the peg", height, True, "Of the bottom centre above the tube's real face, below it when negative. Shades: the phases."),
     ("path", "Path over the face, from above", path, False,
      "The tube as it stands, in the frame in which it is believed; the path is that of the peg's bottom centre."),

@@ -9,7 +9,7 @@ import typer
 
 from . import common
 from .insert_task import Cell, load_cell
-from .sweep_trials import Grid, make_setup
+from .sweep_trials import Grid, make_setup, run_trial
 
 app = typer.Typer()
 
@@ -52,6 +52,7 @@ def insertion(
     to, text = common.console(json_file), sweep_file.cell_text(cell)
     with sweep_file.Folder(output, grid, text) as folder:
         missing = begin(folder, keys, to)
+        compare(folder, cell, grid)
         try:
             sweep_run.run(text, missing, grid, min(workers or cores(), max(1, len(missing))), scheduler, folder.add)
         except KeyboardInterrupt:
@@ -72,6 +73,15 @@ def begin(folder: Any, keys: list[Any], to: Any) -> list[Any]:
     if folder.trials:
         to.print(f"{folder.path}: {len(folder.trials)} trials are there, {len(missing)} are to be run.", soft_wrap=True, markup=False)
     return missing
+
+
+def compare(folder: Any, cell: Any, grid: Grid) -> None:
+    """Runs one finished trial again: a library that has changed under the same version, or another machine, would mix two results."""
+    first = min(folder.trials.values(), default=None)
+    if first and repr(run_trial(cell, first.key, grid.insert_by, grid.seed)) != repr(first):  # in words NaN equals NaN
+        which = f"trial {first.number} at {first.tilt:g} deg and {first.clearance:g} mm"
+        common.errors.print(f"[yellow]note:[/yellow] {which} gives other numbers now than when it was run: the library or the machine is another "
+                            "one, and the tables mix both; another folder (-o) keeps them apart.", soft_wrap=True)
 
 
 def cores() -> int:

@@ -44,6 +44,7 @@ def draw(tables: list[dict[str, Any]], over: str, fixed: str, value: float, labe
         upper.set_title(f"{table['orientation']}, {table['strategy']}", loc="left")
         lower.set_xlabel(label)
         ticks(lower, [p[over] for p in places])
+    axes[1, 0].set_ylim(0, axes[1, 0].get_ylim()[1])  # shared by all, so only now that all are drawn
     axes[0, 0].set_ylabel("inserted [%]")
     axes[1, 0].set_ylabel("time [s]")
     axes[0, 0].legend(fontsize=8.5, loc="lower left")
@@ -82,4 +83,3 @@ def times(axes: Any, places: list[dict[str, Any]], over: str) -> None:
     low, high = (np.array([d[1][key] if d[1][key] is not None else d[1]["median"] for d in done]) for key in ("low", "high"))
     axes.errorbar(x, y, yerr=[y - low, high - y], fmt="o-", color=BLUE, markersize=5, linewidth=1.2, capsize=2.5, label="median")
     axes.plot(x, [d[1]["q90"] for d in done], "_", color=RED, markersize=11, mew=1.6, label="nine of ten within")
-    axes.set_ylim(bottom=0)

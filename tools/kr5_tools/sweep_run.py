@@ -3,6 +3,7 @@
 import contextlib
 import importlib.util
 import logging
+import signal
 import time
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -67,10 +68,12 @@ def on_dask(call: tuple[str, str, int], keys: list[Key], workers: int, scheduler
 def cluster(workers: int, scheduler: str | None) -> Iterator[Any]:
     """A client of the scheduler named, or of workers of our own, which are gone with it."""
     from dask.distributed import Client, LocalCluster
+    from distributed.comm import resolve_address
 
     logging.getLogger("distributed").setLevel(logging.ERROR)  # a worker that dies is replaced, and not the user's concern
     if scheduler:
         try:
+            resolve_address(scheduler)  # a client that fails at this takes long to go
             client = Client(scheduler, timeout="10s", set_as_default=False)
         except (OSError, ValueError, TimeoutError) as error:
             common.fail(f"--scheduler {scheduler}: there is no scheduler ({error}); start one with `dask scheduler`, and workers with `dask worker ADDRESS`")
@@ -79,9 +82,20 @@ def cluster(workers: int, scheduler: str | None) -> Iterator[Any]:
                 common.errors.print(f"[yellow]note:[/yellow] {scheduler} has no worker yet; waiting for one: dask worker {scheduler}")
             yield client
         return
-    with LocalCluster(n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None, memory_limit=0,
-                      silence_logs=logging.ERROR) as own, Client(own, set_as_default=False) as client:
+    with deaf_to_interrupts():
+        own = LocalCluster(n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None, memory_limit=0, silence_logs=logging.ERROR)
+    with own, Client(own, set_as_default=False) as client:
         yield client
+
+
+@contextlib.contextmanager
+def deaf_to_interrupts() -> Iterator[None]:
+    """Processes that are started inside do not hear Ctrl-C, which a terminal sends to all of them: this one ends them."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def check_version(found: str, scheduler: str | None) -> None:

@@ -61,7 +61,7 @@ def short(places: list[dict[str, Any]]) -> None:
         places[k] |= {"p_below": most, "below": most < LEVEL}
 
 
-COLUMNS = ["tilt [deg]", "clearance [mm]", "first attempt (95 % [%])", "by second (95 % [%])", "by third (95 % [%])", "median [s]", "90 % [s]"]
+COLUMNS = ["tilt [deg]", "clearance [mm]", "first attempt ([%])", "by second ([%])", "by third ([%])", "median [s]", "90 % [s]"]
 COLUMNS_TEXT = "Successes of trials, in brackets the exact 95 % interval of their share; median and 90 % quantile of the times of the successes."
 
 
