@@ -14,6 +14,7 @@ from .sweep_trials import Grid, make_setup, run_trial
 app = typer.Typer()
 
 MOST_VALUES = 1000  # of one axis; more is a step that was mistyped
+WIDEST = 14  # of a count with its interval, in a table of 80 letters
 BOTH = {"orientation": ("vertical", "horizontal"), "strategy": ("felt", "book")}
 
 
@@ -21,7 +22,8 @@ BOTH = {"orientation": ("vertical", "horizontal"), "strategy": ("felt", "book")}
 def insertion(
     cell_file: Cell = None,
     tilts: Annotated[str, typer.Option(metavar="A:B:STEP", help="Of the peg while it feels round \\[deg]; or a list, as 5,15,25.")] = "15",
-    clearances: Annotated[str, typer.Option(metavar="C,C,...", help="Radius of the bore less that of the peg \\[mm]; or A:B:STEP.")] = "0.05,0.1,0.25,0.5,1",
+    clearances: Annotated[str, typer.Option(metavar="C,C,...", help="Radius of the bore less that of the peg \\[mm]; or a range as in "
+                                              "--tilts.")] = "0.05,0.1,0.25,0.5,1",
     trials: Annotated[int, typer.Option(min=1, help="Of each tilt and clearance. A sweep may be given more of them later.")] = 10,
     orientation: Annotated[Literal["vertical", "horizontal", "both"], typer.Option(help="How the tube stands.")] = "vertical",
     strategy: Annotated[Literal["felt", "book", "both"], typer.Option(help="How the hole is found, as in kr5 insert.")] = "felt",
@@ -123,7 +125,8 @@ def tell(tables: list[dict[str, Any]], to: Any) -> None:
 
     for table in tables:
         columns = [name.replace(" [", "\n[").replace(" (", "\n(") for name in sweep_table.COLUMNS]
-        shown = common.table(title(table), columns, sweep_table.shown_rows(table))
+        rows = [[cell.replace(" (", "\n(") if len(cell) > WIDEST else cell for cell in row] for row in sweep_table.shown_rows(table)]
+        shown = common.table(title(table), columns, rows)
         for column in shown.columns:
             column.no_wrap = True
         to.print(shown)
