@@ -35,11 +35,12 @@ inline Pose over_tube(double height = stand_off) {
   return T_camera_tube;
 }
 
-/// A pose of the tube in a camera that stands up to `distance` [m] and `angle` [rad] away from `goal`.
-inline Pose away_from(const Pose& goal, Random& random, double distance, double angle) {
+/// A pose of the tube in a camera that stands up to `distance` [m] and `angle` [rad] away from `goal`, or just so far.
+inline Pose away_from(const Pose& goal, Random& random, double distance, double angle, bool farthest = false) {
   Pose T_goal_camera = Pose::Identity();
-  T_goal_camera.translation() = distance * std::cbrt(random.uniform()) * random.direction();
-  T_goal_camera.linear() = exp_rotation(angle * random.uniform() * random.direction());
+  const double far = farthest ? 1.0 : std::cbrt(random.uniform()), turn = farthest ? 1.0 : random.uniform();
+  T_goal_camera.translation() = distance * far * random.direction();
+  T_goal_camera.linear() = exp_rotation(angle * turn * random.direction());
   return T_goal_camera.inverse() * goal;
 }
 

@@ -63,7 +63,7 @@ ServoEnd simulated(const Kind& kind, int seed) {
   const Pinhole camera = cell_camera();
   const CellErrors errors(random, camera);
   Pose start;
-  do start = away_from(over_tube(), random, 0.1, 20 * degree);
+  do start = away_from(over_tube(), random, 0.1, 20 * degree, seed % 2 == 1);
   while (!in_view(start, camera, kind.hole ? 1.2 * bore : 0.9 * tag_side));
   VisualServoOptions o{.by = kind.by};
   o.turn_free = kind.hole;
