@@ -318,5 +318,9 @@ TEST_CASE("sights, times and options that make no sense are refused by name") {
   sight = exact(goal);
   sight.rays.conservativeResize(2, 3);
   CHECK_THROWS_WITH(servo.step(sight, 2.0), Catch::Contains("ray for each"));
+  sight = exact(goal);
+  sight.points *= 100.0;
+  const Pose tilted = goal * Eigen::AngleAxisd(0.8, Vector3d::UnitX());
+  CHECK_THROWS_WITH(VisualServo(tilted, {.by = ServoBy::Image}).step(sight, 2.0), Catch::Contains("goal"));
   CHECK(servo.step(exact(goal), 2.0).state == ServoState::Moving);  // what was refused has changed nothing
 }

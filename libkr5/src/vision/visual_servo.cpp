@@ -31,7 +31,7 @@ Pose nearest_turn(const Pose& goal, const Pose& now) {
   return goal * Eigen::AngleAxisd(std::atan2(M(1, 0) - M(0, 1), M(0, 0) + M(1, 1)), Vector3d::UnitZ());
 }
 
-void require_sound(const ServoSight& sight, ServoBy by) {
+void require_sound(const ServoSight& sight, ServoBy by, const Pose& goal) {
   require(sight.T_camera_target.matrix().allFinite() && is_rotation(sight.T_camera_target.linear()),
           "visual_servo: T_camera_target of the sight must be a rigid motion");
   if (by == ServoBy::Position) return;
@@ -41,6 +41,8 @@ void require_sound(const ServoSight& sight, ServoBy by) {
           "visual_servo: points and rays of a sight must be finite");
   require((sight.T_camera_target * sight.points).row(2).minCoeff() > 0,
           "visual_servo: points of the sight lie behind the camera");
+  require((goal * sight.points).row(2).minCoeff() > 0,
+          "visual_servo: at the goal points of the target would lie behind the camera");
 }
 
 }  // namespace
@@ -51,7 +53,7 @@ class VisualServo::Course {
 
   ServoStep step(const ServoSight& sight, double time) {
     require(std::isfinite(time) && !(time <= time_), "visual_servo: time must grow from step to step [s]");
-    if (sight.seen) require_sound(sight, options_.by);
+    if (sight.seen) require_sound(sight, options_.by, goal_);
     if (last_.state != ServoState::Moving) return last_;
     if (std::isnan(start_)) start_ = seen_ = time;
     time_ = time;
@@ -100,7 +102,6 @@ class VisualServo::Course {
     const detail::ServoGain gain{options_.gain, options_.gain_near, options_.gain_slope};
     if (options_.by == ServoBy::Position) return detail::visp_position_law(sight.T_camera_target, goal, gain);
     const Eigen::Matrix3Xd there = goal * sight.points;
-    require(there.row(2).minCoeff() > 0, "visual_servo: at the goal points of the target would lie behind the camera");
     Eigen::Matrix3Xd now(3, there.cols()), then(3, there.cols());
     now << sight.rays, (sight.T_camera_target * sight.points).row(2);
     then << there.colwise().hnormalized(), there.row(2);
