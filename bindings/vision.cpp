@@ -3,10 +3,12 @@
 #include <kr5/vision/camera_peers.hpp>
 #include <kr5/vision/detect.hpp>
 #include <kr5/vision/family.hpp>
+#include <kr5/vision/find_hole.hpp>
 #include <kr5/vision/hand_eye_closed_form.hpp>
 #include <kr5/vision/marker_map.hpp>
 #include <kr5/vision/render.hpp>
 #include <kr5/vision/target_pose.hpp>
+#include <kr5/vision/visual_servo.hpp>
 
 #include "struct_binder.hpp"
 
@@ -149,6 +151,52 @@ static void bind_poses(py::module_& m) {
       "Where markers sit relative to each other, from images that show several at once. Look at fit.usable.");
 }
 
+static void bind_hole(py::module_& m) {
+  python::bind_enum<HoleStatus>(m, "HoleStatus", "Whether a bore was found, and why not.");
+  python::bind_struct<HoleOptions>(m, "HoleOptions", "Options of find_hole.");
+  python::bind_struct<HoleSight>(m, "HoleSight",
+                                 "The mouth of a bore in an image. Numbers hold only when it was found.")
+      .def_property_readonly("found", &HoleSight::found);
+  m.def(
+      "find_hole",
+      [](const GreyArray& image, const Pinhole& camera, const Pose& T_camera_plane, const HoleOptions& options) {
+        const ImageView view = view_of(image);
+        py::gil_scoped_release release;
+        return find_hole(view, camera, T_camera_plane, options);
+      },
+      py::arg("image"), py::arg("camera"), py::arg("T_camera_plane"), py::arg("options"),
+      "The bore of `options.radius` in the plane z = 0 of T_camera_plane (4x4, Z out of the face), darker than it, in "
+      "a\n"
+      "grey image (uint8, height x width). When it is not found, `status` and `message` say why.\n\n"
+      "Hough circles kept by their radius in metres, as Hayat et al. 2022, section 6.3; then measured at the edge.");
+}
+
+static void bind_servo(py::module_& m) {
+  python::bind_enum<ServoBy>(m, "ServoBy", "What visual servoing regulates.");
+  python::bind_enum<ServoState>(m, "ServoState", "Whether to go on, and how it ended.");
+  python::bind_struct<VisualServoOptions>(m, "VisualServoOptions", "Options of VisualServo.");
+  python::bind_struct<ServoSight>(m, "ServoSight", "What one image says of the target.");
+  python::bind_struct<ServoStep>(m, "ServoStep", "How the camera shall move now.");
+  m.def(
+      "see_target",
+      [](const GreyArray& image, const Target& target, const Pinhole& camera, const DetectOptions& options) {
+        const ImageView view = view_of(image);
+        py::gil_scoped_release release;
+        return see_target(view, target, camera, options);
+      },
+      py::arg("image"), py::arg("target"), py::arg("camera"), py::arg("options") = DetectOptions(),
+      "The sight of a target in a grey image (uint8, height x width), found in the image without its lens.");
+  m.def("see_hole", &see_hole, py::arg("hole"), "The sight of a bore that find_hole looked for; use `turn_free`.");
+  py::class_<VisualServo>(m, "VisualServo",
+                          "One approach of a camera to where a target stands in it as wished, by ViSP's control laws\n"
+                          "(Chaumette and Hutchinson 2006). Call `step` with each image's sight until the state is no\n"
+                          "longer moving.")
+      .def(py::init<const Pose&, const VisualServoOptions&>(), py::arg("T_camera_target_goal"),
+           py::arg("options") = VisualServoOptions(), "Raises InvalidArgument naming what is wrong.")
+      .def("step", &VisualServo::step, py::arg("sight"), py::arg("time"), py::call_guard<py::gil_scoped_release>(),
+           "The next twist from the sight of the image taken at `time` [s], which must grow.");
+}
+
 static void bind_hand_eye(py::module_& m) {
   python::bind_enum<HandEyeMethod>(m, "HandEyeMethod", "Hand-eye solvers of OpenCV and ViSP.");
   python::bind_struct<HandEyeSample>(m, "HandEyeSample", "One stop of the robot.");
@@ -167,6 +215,8 @@ void bind_vision(py::module_& m) {
   bind_render(m);
   bind_detect(m);
   bind_poses(m);
+  bind_hole(m);
+  bind_servo(m);
   bind_camera_calibration(m);
   bind_camera_peers(m);
 }

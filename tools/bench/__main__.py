@@ -33,6 +33,7 @@ BENCHES = {
     "sim_speed": ("steps a second of the simulated cell beside MuJoCo", [], ["--steps", "20000"]),
     "simulated_cell": ("the simulated cell: recordings, dynamics, contact, energy, speed in one table", ["--full"], ["--quick"]),
     "sweep": ("insertions a second on two workers beside one", [], ["--trials", "60"]),
+    "visual_servo": ("visual servoing over the tube from random starts, on a tag and on the bore", [], ["--starts", "2"]),
     "coverage": ("how often the 95 % regions hold the truth", [str(BUILD)], [str(BUILD), "--quick"]),
 }
 

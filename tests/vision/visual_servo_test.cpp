@@ -1,0 +1,326 @@
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <string>
+
+#include <kr5/core/error.hpp>
+#include <kr5/vision/visual_servo.hpp>
+
+#include "support/servo_world.hpp"
+#include "support/trials.hpp"
+
+using namespace kr5;
+using namespace kr5::vision;
+using namespace kr5::test;
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr double degree = std::numbers::pi / 180;
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+
+/// What a perfect camera sees of a target with four points.
+ServoSight exact(const Pose& T_camera_target) {
+  ServoSight sight{.seen = true, .T_camera_target = T_camera_target};
+  sight.points = square_corners(tag_side);
+  sight.rays = (T_camera_target * sight.points).colwise().hnormalized();
+  return sight;
+}
+
+ServoSight unseen(const std::string& why) { return {.message = why}; }
+
+Pose exact_goal() { return tag_pose(over_tube()); }
+Pose exact_start(Random& random) { return away_from(exact_goal(), random, 0.1, 20 * degree); }
+
+/// A robot that does at once what it is told, with perfect sights; `visit` gets each pose and step.
+template <class Visit>
+ServoStep ideal_run(const Pose& start, const VisualServoOptions& o, const Visit& visit) {
+  VisualServo servo(exact_goal(), o);
+  Pose T = start;
+  for (double time = 0;; time += o.cycle) {
+    const ServoStep step = servo.step(exact(T), time);
+    visit(T, step);
+    if (step.state != ServoState::Moving) return step;
+    T = moved(step.twist, o.cycle).inverse() * T;
+  }
+}
+
+/// The first step with this sight.
+ServoStep first(const ServoSight& sight, const VisualServoOptions& o = {}) {
+  VisualServo servo(exact_goal(), o);
+  return servo.step(sight, 0.0);
+}
+
+struct Kind {
+  bool hole;
+  ServoBy by;
+};
+
+ServoEnd simulated(const Kind& kind, int seed) {
+  Random random(static_cast<std::uint64_t>(seed));
+  const Pinhole camera = cell_camera();
+  const CellErrors errors(random, camera);
+  Pose start;
+  do start = away_from(over_tube(), random, 0.1, 20 * degree, seed % 2 == 1);
+  while (!in_view(start, camera, kind.hole ? 1.2 * bore : 0.9 * tag_side));
+  VisualServoOptions o{.by = kind.by};
+  o.turn_free = kind.hole;
+  return approach(over_tube(), start, o, errors, [&](const Pose& T, int cycle) {
+    const int image = 1000 * seed + cycle;
+    return kind.hole ? see_hole(T, camera, errors, image) : see_tag(T, camera, errors, image);
+  });
+}
+
+}  // namespace
+
+TEST_CASE("from 100 mm and 20 degrees away the camera ends over the tube, on a tag and on the bare bore") {
+  const Kind kind = GENERATE(Kind{false, ServoBy::Position}, Kind{false, ServoBy::Image}, Kind{true, ServoBy::Position},
+                             Kind{true, ServoBy::Image});
+  for (int seed = 1; seed <= trials(100, 1); ++seed) {
+    const ServoEnd end = simulated(kind, seed);
+    INFO((kind.hole ? "bore" : "tag") << " by " << name_of(kind.by) << ", seed " << seed << ": " << end.last.reason
+                                      << "; truly " << 1e3 * end.position << " mm, " << end.angle / degree << " deg");
+    CHECK(end.over_tube());
+  }
+}
+
+TEST_CASE("with perfect sights both laws reach the goal from every start, within the limits of speed") {
+  const ServoBy by = GENERATE(ServoBy::Position, ServoBy::Image);
+  Random random(7);
+  for (int i = 0; i < 40; ++i) {
+    VisualServoOptions o{.by = by};
+    o.latency = 0, o.tolerance_position = 1e-6, o.tolerance_angle = 1e-5;
+    o.max_speed = 0.05, o.max_turn_rate = 0.1;
+    const Pose start = exact_start(random);
+    Pose last;
+    const ServoStep end = ideal_run(start, o, [&](const Pose& T, const ServoStep& step) {
+      CHECK(step.twist.head<3>().norm() <= 0.05 * (1 + 1e-12));
+      CHECK(step.twist.tail<3>().norm() <= 0.1 * (1 + 1e-12));
+      last = T;
+    });
+    INFO(i << ": " << end.reason);
+    CHECK(end.state == ServoState::Arrived);
+    CHECK(end.twist.isZero(0));
+    const Vector6 error = to_vector(exact_goal() * last.inverse());
+    CHECK(error.head<3>().norm() < 1e-6);
+    CHECK(error.tail<3>().norm() < 1e-5);
+  }
+}
+
+TEST_CASE("by position the target crosses the image on a straight line, by image its points do") {
+  Random random(11);
+  const Pose start = exact_start(random);
+  const auto off_line = [](const Eigen::Vector2d& p, const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    const Eigen::Vector2d along = (b - a).normalized(), d = p - a;
+    return std::abs(d.x() * along.y() - d.y() * along.x());
+  };
+  VisualServoOptions o;
+  o.latency = 0, o.cycle = 0.005, o.gain_near = 1.0;
+  const Eigen::Vector2d from = start.translation().hnormalized(), to = exact_goal().translation().hnormalized();
+  double worst = 0;
+  ideal_run(start, o, [&](const Pose& T, const ServoStep&) {
+    worst = std::max(worst, off_line(T.translation().hnormalized(), from, to));
+  });
+  CHECK(worst < 0.01 * (from - to).norm());
+  o.by = ServoBy::Image;
+  const Eigen::Matrix2Xd first = exact(start).rays, last = exact(exact_goal()).rays;
+  double most = 0;
+  ideal_run(start, o, [&](const Pose& T, const ServoStep&) {
+    for (int k = 0; k < 4; ++k) most = std::max(most, off_line(exact(T).rays.col(k), first.col(k), last.col(k)));
+  });
+  CHECK(most < 0.05 * (first - last).colwise().norm().minCoeff());
+}
+
+TEST_CASE("a free turn is left alone and does not count") {
+  const ServoBy by = GENERATE(ServoBy::Position, ServoBy::Image);
+  VisualServoOptions o{.by = by};
+  o.turn_free = true;
+  const Pose turned = exact_goal() * Eigen::AngleAxisd(2.5, Vector3d::UnitZ());
+  CHECK(first(exact(turned), o).error_angle < 1e-9);
+  CHECK(first(exact(turned), o).twist.norm() < 1e-9);
+  Random random(3);
+  const Pose start = exact_start(random) * Eigen::AngleAxisd(-1.7, Vector3d::UnitZ());
+  Pose last;
+  const ServoStep end = ideal_run(start, o, [&](const Pose& T, const ServoStep&) { last = T; });
+  CHECK(end.state == ServoState::Arrived);
+  CHECK((last.translation() - exact_goal().translation()).norm() < o.tolerance_position);
+  CHECK(last.linear().col(2).cross(exact_goal().linear().col(2)).norm() < o.tolerance_angle);
+  const Pose back = exact_goal().inverse() * last;  // the turn it began with is the turn it ends with
+  CHECK(std::abs(std::atan2(back.linear()(1, 0), back.linear()(0, 0)) + 1.7) < 20 * degree);
+}
+
+TEST_CASE("a camera at its goal arrives after as many sights as it takes to be sure") {
+  VisualServo servo(exact_goal(), {});
+  for (int i = 0; i < 3; ++i) CHECK(servo.step(exact(exact_goal()), 0.1 * i).state == ServoState::Moving);
+  CHECK(servo.step(exact(exact_goal()), 0.3).state == ServoState::Arrived);
+  const ServoStep after = servo.step(unseen("gone"), 0.4);  // the end stays the end
+  CHECK(after.state == ServoState::Arrived);
+  CHECK(after.twist.isZero(0));
+}
+
+TEST_CASE("sights that scatter more than the tolerance do not make an arrival") {
+  Random random(5);
+  VisualServo servo(exact_goal(), {});
+  ServoStep step;
+  for (int i = 0; i < 200 && step.state == ServoState::Moving; ++i) {
+    Vector6 noise;
+    noise << 1e-3 * Vector3d(random.normal_vector(3)), 5e-3 * Vector3d(random.normal_vector(3));
+    step = servo.step(exact(exact_goal() * to_pose(noise)), 0.1 * i);
+  }
+  CHECK(step.state == ServoState::Stalled);
+  CHECK_THAT(step.reason, Catch::Contains("scatter"));
+}
+
+TEST_CASE("a target that is hidden half way stops the camera, which goes on when it is seen again in time") {
+  Random random(9);
+  Pose T = exact_start(random);
+  VisualServo servo(exact_goal(), {});
+  double time = 0;
+  const auto move = [&](const ServoSight& sight) {
+    const ServoStep step = servo.step(sight, time);
+    T = moved(step.twist, 0.1).inverse() * T;
+    time += 0.1;
+    return step;
+  };
+  for (int i = 0; i < 5; ++i) CHECK(move(exact(T)).state == ServoState::Moving);
+  for (int i = 0; i < 4; ++i) {
+    const ServoStep step = move(unseen("something hides it"));
+    CHECK(step.state == ServoState::Moving);
+    CHECK(step.twist.isZero(0));
+    CHECK_THAT(step.reason, Catch::Contains("something hides it"));
+  }
+  CHECK_FALSE(move(exact(T)).twist.isZero(0));
+  ServoStep step;
+  for (int i = 0; i < 5; ++i) step = move(unseen("something hides it"));
+  CHECK(step.state == ServoState::Lost);
+  CHECK(step.twist.isZero(0));
+  CHECK_THAT(step.reason, Catch::Contains("was lost") && Catch::Contains("something hides it"));
+}
+
+TEST_CASE("a start that does not show the target ends with the reason, from images") {
+  const Pinhole camera = cell_camera();
+  Random random(1);
+  const CellErrors errors(random, camera);
+  Pose away = over_tube();
+  away.translation().x() = 0.25;
+  VisualServoOptions o;
+  const auto tag = [&](const Pose& T, int k) { return see_tag(T, camera, errors, k); };
+  const auto hole = [&](const Pose& T, int k) { return see_hole(T, camera, errors, k); };
+  const ServoEnd of_tag = approach(over_tube(), away, o, errors, tag),
+                 of_hole = approach(over_tube(), away, o, errors, hole);
+  for (const ServoEnd& end : {of_tag, of_hole}) {
+    INFO(end.last.reason);
+    CHECK(end.last.state == ServoState::Lost);
+    CHECK_THAT(end.last.reason, Catch::Contains("never seen"));
+  }
+  CHECK_THAT(of_hole.last.reason, Catch::Contains("circle"));
+  const auto wrong = [&](const Pose& T, int k) { return see_hole(T, camera, errors, k, 1.2 * bore); };
+  CHECK_THAT(approach(over_tube(), over_tube(), o, errors, wrong).last.reason, Catch::Contains("9.7"));
+}
+
+TEST_CASE("a mirrored tag is not followed, and is told") {
+  const Pinhole camera = cell_camera();
+  const PlacedTarget placed{tag_target(), tag_pose(over_tube())};
+  const Image image = render(std::span(&placed, 1), camera, realistic(1));
+  Image mirrored = image;
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x) mirrored.at(x, y) = image.view().at(image.width - 1 - x, y);
+  const ServoSight sight = see_target(mirrored, tag_target(), camera);
+  CHECK_FALSE(sight.seen);
+  CHECK_THAT(sight.message, Catch::Contains("mirror"));
+  CHECK(first(sight).twist.isZero(0));
+}
+
+TEST_CASE("a first sight too far away moves nothing") {
+  Pose far = exact_goal();
+  far.translation().z() += 0.4;
+  CHECK(first(exact(far)).state == ServoState::TooFar);
+  const Pose turned = exact_goal() * Eigen::AngleAxisd(1.0, Vector3d::UnitZ());
+  CHECK(first(exact(turned)).state == ServoState::TooFar);
+  CHECK(first(exact(turned)).twist.isZero(0));
+}
+
+TEST_CASE("a robot that takes the twist in a wrong frame is stopped before it has gone far") {
+  Random random(2);
+  Pose T = away_from(exact_goal(), random, 0.05, 5 * degree);
+  const double before = to_vector(exact_goal() * T.inverse()).head<3>().norm();
+  VisualServo servo(exact_goal(), {});
+  ServoStep step;
+  for (double time = 0; step.state == ServoState::Moving; time += 0.1) {
+    step = servo.step(exact(T), time);
+    T = moved(-step.twist, 0.1).inverse() * T;
+  }
+  INFO(step.reason);
+  CHECK(step.state == ServoState::Diverged);
+  CHECK_THAT(step.reason, Catch::Contains("hand-eye"));
+  CHECK(to_vector(exact_goal() * T.inverse()).head<3>().norm() < 3 * before + 0.02);
+}
+
+TEST_CASE("a robot that does not move is told of") {
+  Random random(2);
+  const ServoSight sight = exact(exact_start(random));
+  VisualServo servo(exact_goal(), {});
+  ServoStep step;
+  double time = 0;
+  for (; step.state == ServoState::Moving; time += 0.1) step = servo.step(sight, time);
+  CHECK(step.state == ServoState::Stalled);
+  CHECK_THAT(step.reason, Catch::Contains("follow"));
+  CHECK(time < 5.0);
+}
+
+TEST_CASE("the time limit ends a run that is too slow") {
+  Random random(2);
+  VisualServoOptions slow;
+  slow.max_speed = 1e-3, slow.time_limit = 3.0;
+  const ServoStep end = ideal_run(exact_start(random), slow, [](const Pose&, const ServoStep&) {});
+  CHECK(end.state == ServoState::TimedOut);
+  CHECK_THAT(end.reason, Catch::Contains("time_limit"));
+  slow.lost_after = 100.0;
+  VisualServo blind(exact_goal(), slow);
+  ServoStep step;
+  for (double time = 0; step.state == ServoState::Moving; time += 0.1) step = blind.step(unseen("dark"), time);
+  CHECK(step.state == ServoState::TimedOut);
+}
+
+TEST_CASE("sights, times and options that make no sense are refused by name") {
+  const Pose goal = exact_goal();
+  const auto refused = [&](VisualServoOptions o, const std::string& field) {
+    CHECK_THROWS_WITH(VisualServo(goal, o), Catch::Contains(field));
+  };
+  refused({.gain = 0.0}, "gain");
+  refused({.gain = not_a_number}, "gain");
+  refused({.gain_near = 3.0}, "gain_near");  // above 0.5 / 0.2 s
+  refused({.latency = 0.5}, "gain_near");
+  refused({.gain = 2.0, .gain_near = 1.0}, "gain_near");
+  refused({.cycle = -0.1}, "cycle");
+  refused({.max_speed = 0.0}, "max_speed");
+  refused({.tolerance_angle = -1.0}, "tolerance_angle");
+  refused({.settle = 1}, "settle");
+  refused({.time_limit = not_a_number}, "time_limit");
+  Pose broken = goal;
+  broken.translation().z() = -0.2;
+  CHECK_THROWS_WITH(VisualServo(broken), Catch::Contains("behind"));
+  broken.translation().z() = not_a_number;
+  CHECK_THROWS_AS(VisualServo(broken), InvalidArgument);
+
+  VisualServo servo(goal, {.by = ServoBy::Image});
+  servo.step(exact(goal), 1.0);
+  CHECK_THROWS_WITH(servo.step(exact(goal), 1.0), Catch::Contains("time"));
+  CHECK_THROWS_WITH(servo.step(exact(goal), not_a_number), Catch::Contains("time"));
+  ServoSight sight = exact(goal);
+  sight.T_camera_target.translation().x() = not_a_number;
+  CHECK_THROWS_WITH(servo.step(sight, 2.0), Catch::Contains("T_camera_target"));
+  sight = exact(goal);
+  sight.rays(0, 1) = not_a_number;
+  CHECK_THROWS_WITH(servo.step(sight, 2.0), Catch::Contains("finite"));
+  sight = exact(goal);
+  sight.rays.conservativeResize(2, 3);
+  CHECK_THROWS_WITH(servo.step(sight, 2.0), Catch::Contains("ray for each"));
+  sight = exact(goal);
+  sight.points *= 100.0;
+  const Pose tilted = goal * Eigen::AngleAxisd(0.8, Vector3d::UnitX());
+  CHECK_THROWS_WITH(VisualServo(tilted, {.by = ServoBy::Image}).step(sight, 2.0), Catch::Contains("goal"));
+  CHECK(servo.step(exact(goal), 2.0).state == ServoState::Moving);  // what was refused has changed nothing
+}
