@@ -167,6 +167,18 @@ TEST_CASE("what a cell cannot do is an outcome with phase and reason") {
   }
 }
 
+TEST_CASE("an insertion knows whether the peg is in, however far off the tube stands") {
+  const int all = test::trials(400, 24);
+  for (int k = 0; k < all; ++k) {
+    InsertionSetup setup = drawn(static_cast<std::uint64_t>(500 + k));
+    setup.offset *= 4.0;  // anywhere within four radii of the peg: on the tube, half beside it, beside it
+    const InsertionResult result = run_insertion(arc(), setup);
+    INFO("seed " << setup.seed << ", " << setup.offset.norm() / mm << " mm off: " << name_of(only(result).reason));
+    CHECK(result.inserted == (only(result).reason == force::Reason::Inserted));
+    CHECK((result.inserted || only(result).depth < 20 * mm));
+  }
+}
+
 TEST_CASE("a cell that lacks something, or a setup that is none, is refused by name") {
   const auto lacks = [](const char* what, auto spoil) {
     cell::Cell cell = arc();

@@ -99,7 +99,7 @@ void Insertion::Machine::again() noexcept {
   toward = options.azimuth;
   cycles = calm = 0;
   first = holding = true;
-  probing = spiralled = air = false;
+  probing = doubtful = spiralled = air = false;
 }
 
 void Insertion::Machine::go(Phase phase) noexcept {
@@ -193,6 +193,8 @@ void Insertion::Machine::act(const InsertionReading& reading, const Felt& now) n
       return slide(now);
     case Phase::Upright:
       return upright(now);
+    case Phase::Confirm:
+      return confirm(now);
     case Phase::Push:
       return push(reading, now);
     case Phase::Spiral:

@@ -8,22 +8,25 @@
 namespace kr5::force {
 namespace {
 
-constexpr double near = 1e-4;     // of a slide's end [m]
-constexpr double dropped = 3e-4;  // below its level an upright peg is in the bore [m]
-constexpr double entered = 1e-3;  // deep enough in it to be pushed [m]
-constexpr double settled = 0.2;   // for which an upright peg shall not sink any more [s]
-constexpr double mouth = 1.0;     // that an upright peg may take to sink into the bore [s]
-constexpr double release = 1.5;   // for which a peg that was let go may take to go in [s]
-constexpr double seeking = 2e-3;  // towards the far wall, until it is met [m/s]
-constexpr double stuck = 0.8;     // for which a pushed peg may stand still [s]
-constexpr double friction = 0.5;  // more of the press than any friction across takes [-]
+constexpr double near = 1e-4;         // of a slide's end [m]
+constexpr double dropped = 3e-4;      // below its level an upright peg is in the bore [m]
+constexpr double entered = 1e-3;      // deep enough in it to be pushed [m]
+constexpr double settled = 0.2;       // for which an upright peg shall not sink any more [s]
+constexpr double mouth = 1.0;         // that an upright peg may take to sink into the bore [s]
+constexpr double release = 1.5;       // for which a peg that was let go may take to go in [s]
+constexpr double elsewhere = 1.5e-3;  // more than the play of a bore: there is none [m]
+constexpr double seeking = 2e-3;      // towards the far wall, until it is met [m/s]
+constexpr double stuck = 0.8;         // for which a pushed peg may stand still [s]
+constexpr double friction = 0.5;      // more of the press than any friction across takes [-]
 
 }  // namespace
 
-/// The rim is in the bore, or is to be felt for (`probe`), with the tilt towards `azimuth`.
-void Insertion::Machine::enter(double azimuth, bool probe) noexcept {
+/// The rim is below the face with the tilt towards `azimuth`: in the bore, or, as long as no turn has told, beside the
+/// tube.
+void Insertion::Machine::enter(double azimuth) noexcept {
   toward = azimuth;
-  probing = probe;
+  doubtful = !known && state.hole_std == 0;
+  probing = doubtful;
   begun = path.p.head<2>();
   go(Phase::Upright);
 }
@@ -46,7 +49,7 @@ void Insertion::Machine::slide_tilted(const Felt& now) noexcept {
   plan_tilt(0.0, 0.0);
   const bool wall = -d.dot(now.across()) > options.forces.lean + friction * std::max(now.press(), 0.0);
   const bool there = calm_for(settled, d.dot(target - path.p.head<2>()) < near);
-  if (wall || captured(now) || there) enter(toward, false);
+  if (wall || captured(now) || there) enter(toward);
 }
 
 /// Until the force drops, or the peg (5.41).
@@ -71,7 +74,8 @@ void Insertion::Machine::upright(const Felt& now) noexcept {
   const double pushed_back = -d.dot(now.across());
   const bool leans = pushed_back > 0.5 * f.lean;
   const Eigen::Vector2d seek = leans || lean.v < 0 ? Eigen::Vector2d::Zero() : Eigen::Vector2d(seeking * d);
-  drive(give_across(now, -f.lean * d) + seek, press_speed(f.slide, now));
+  const bool deep = probing && now.peg.z() < face - options.limits.descent;
+  drive(give_across(now, -f.lean * d) + seek, deep ? 0.0 : press_speed(f.slide, now));
   const double load = now.across().norm() / (4 * f.lean);
   const double pace = options.motion.upright_speed * std::clamp(1.5 - load, 0.0, 1.0);
   const bool begin = probing ? leans : leans || seconds() > 4 * settled;
@@ -89,7 +93,8 @@ void Insertion::Machine::upright(const Felt& now) noexcept {
   const bool sunk = now.peg.z() < face - entered;
   if (sunk && lean.x < 1e-3) {
     feed = 0.0;
-    return go(Phase::Push);
+    begun = path.p.head<2>();
+    return go(doubtful ? Phase::Confirm : Phase::Push);
   }
   if (seconds() < mouth) return;
   if (spiralled || options.entry != Entry::Tilted) return fail(Reason::NoDrop);
@@ -98,6 +103,17 @@ void Insertion::Machine::upright(const Felt& now) noexcept {
   swept = 0.0;
   spiralled = true;
   go(Phase::Spiral);
+}
+
+/// A peg that was let down without a turn leans on a wall: that of the bore, or the tube's from outside. In the bore
+/// there is one on the other side as well.
+void Insertion::Machine::confirm(const Felt& now) noexcept {
+  const Eigen::Vector2d d = direction();
+  drive(give_across(now, options.forces.lean * d) - seeking * d, 0.0);
+  plan_tilt(0.0, 0.0);
+  if (d.dot(now.across()) > 0.5 * options.forces.lean) return go(Phase::Push);
+  const double play = 2 * (options.bodies.inner_radius - options.bodies.peg_radius);
+  if ((path.p.head<2>() - begun).norm() > play + elsewhere) fail(Reason::NoContact);
 }
 
 /// An upright peg beside a hole that is near: round and round it, outwards.

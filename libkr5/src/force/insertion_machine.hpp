@@ -42,7 +42,7 @@ struct Insertion::Machine {
   double toward = 0.0;                              ///< Azimuth of the hole [rad].
   double swept = 0.0, level = 0.0, feed = 0.0;      ///< Of a turn or a spiral; height of a peg that slides; of a push.
   int cycles = 0, calm = 0;                         ///< In this phase; of them, at rest in a row.
-  bool known = false, first = true, probing = false, spiralled = false, holding = true, air = false;
+  bool known = false, first = true, probing = false, doubtful = false, spiralled = false, holding = true, air = false;
 
   explicit Machine(const InsertionOptions& given);
 
@@ -83,11 +83,12 @@ struct Insertion::Machine {
   void slide_upright(const Felt& now) noexcept;
   void upright(const Felt& now) noexcept;
   void push(const InsertionReading& reading, const Felt& now) noexcept;
+  void confirm(const Felt& now) noexcept;
   void spiral(const Felt& now) noexcept;
   void retreat(const Felt& now) noexcept;
 
   void found(bool fitted) noexcept;
-  void enter(double azimuth, bool probe) noexcept;
+  void enter(double azimuth) noexcept;
 };
 
 }  // namespace kr5::force

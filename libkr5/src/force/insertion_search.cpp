@@ -88,11 +88,11 @@ void Insertion::Machine::touch(const Felt& now) noexcept {
   if (!descent.touched()) {
     const double way = now.peg.z() - options.bodies.peg_radius * std::sin(lean.x) - face - options.limits.face_error;
     drive(Eigen::Vector2d::Zero(), -descent.step(way, now.force.norm()));
-    if (now.peg.z() < face - options.limits.descent) enter(round.x, true);
+    if (now.peg.z() < face - options.limits.descent) enter(round.x);
     return;
   }
   drive(Eigen::Vector2d::Zero(), press_speed(options.forces.roll, now));
-  if (captured(now) || (known && options.entry == Entry::Tilted && seconds() > settling)) return enter(round.x, false);
+  if (captured(now) || (known && options.entry == Entry::Tilted && seconds() > settling)) return enter(round.x);
   const bool held = std::abs(now.press() - options.forces.roll) < 0.2 * options.forces.roll;
   if (!calm_for(settling, held) && seconds() < patience) return;
   if (now.press() < felt) return fail(Reason::NoContact);
@@ -117,7 +117,7 @@ void Insertion::Machine::roll(const Felt& now) noexcept {
   swept += round.x - before;
   if (now.press() > felt)
     turn.add({now.azimuth, now.tilt, now.peg.head<2>(), now.peg.z(), now.press(), now.moment.head<2>()});
-  if (captured(now)) return enter(round.x, false);
+  if (captured(now)) return enter(round.x);
   if (swept < whole - 1e-2) return;
   turn.finish();
   if (turn.rows().size() < static_cast<std::size_t>(least_rows)) return fail(Reason::NoContact);

@@ -19,7 +19,22 @@
 
 namespace kr5::force {
 
-enum class Phase { Tare, Approach, Touch, Roll, Locate, Aim, Slide, Upright, Push, Spiral, Retreat, Done, Stopped };
+enum class Phase {
+  Tare,
+  Approach,
+  Touch,
+  Roll,
+  Locate,
+  Aim,
+  Slide,
+  Upright,
+  Confirm,  ///< Whether the peg is in the bore, or beside the tube.
+  Push,
+  Spiral,
+  Retreat,
+  Done,
+  Stopped,
+};
 constexpr auto enum_names(Phase) {
   using enum Phase;
   return names<Phase>({{Tare, "tare"},
@@ -30,6 +45,7 @@ constexpr auto enum_names(Phase) {
                        {Aim, "aim"},
                        {Slide, "slide"},
                        {Upright, "upright"},
+                       {Confirm, "confirm"},
                        {Push, "push"},
                        {Spiral, "spiral"},
                        {Retreat, "retreat"},
