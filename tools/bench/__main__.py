@@ -32,6 +32,7 @@ BENCHES = {
     "dynamics": ("forward kinematics and inverse dynamics beside Pinocchio", [], ["--postures", "100000"]),
     "sim_speed": ("steps a second of the simulated cell beside MuJoCo", [], ["--steps", "20000"]),
     "simulated_cell": ("the simulated cell: recordings, dynamics, contact, energy, speed in one table", ["--full"], ["--quick"]),
+    "insertion": ("feeling the way in: geometry, localisation, force loop, rates and times of insertions", [], ["--trials", "12"]),
     "sweep": ("insertions a second on two workers beside one", [], ["--trials", "60"]),
     "visual_servo": ("visual servoing over the tube from random starts, on a tag and on the bore", [], ["--starts", "2"]),
     "coverage": ("how often the 95 % regions hold the truth", [str(BUILD)], [str(BUILD), "--quick"]),

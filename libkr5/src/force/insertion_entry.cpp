@@ -78,7 +78,7 @@ void Insertion::Machine::upright(const Felt& now) noexcept {
   drive(give_across(now, -f.lean * d) + seek, deep ? 0.0 : press_speed(f.slide, now));
   const double load = now.across().norm() / (4 * f.lean);
   const double pace = options.motion.upright_speed * std::clamp(1.5 - load, 0.0, 1.0);
-  const bool begin = probing ? leans : leans || seconds() > 4 * settled;
+  const bool begin = probing ? leans : leans || seconds() > 2 * settled;
   if (begin) probing = false;
   plan_tilt(begin || lean.v < 0 ? std::max(lean.towards(0.0, pace, options.motion.turning, options.cycle), -pace) : 0.0,
             0.0);

@@ -87,7 +87,7 @@ struct InsertionMotion {
   double slide_speed = 0.008;    ///< [m/s]
   double upright_speed = 0.50;   ///< [rad/s]
   double push_speed = 0.04;      ///< [m/s]
-  double acceleration = 0.15;    ///< [m/s^2]
+  double acceleration = 0.3;     ///< [m/s^2]
   double turning = 4.0;          ///< [rad/s^2]
   double depth = 0.03;           ///< [m]
   double spiral_radius = 3e-4;   ///< [m]
