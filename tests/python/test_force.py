@@ -46,3 +46,53 @@ def test_contacts_give_a_wrench_and_keep_stiction():
     assert result.wrench[0] < 0
     bench = force.peg_bench_contacts(shape, T)
     assert len(bench) == 24 and bench[0].depth == pytest.approx(1e-5)
+
+
+def test_minima_profile_and_direction_of_the_book():
+    centre = [-7.53e-3, -7.2e-3]
+    hole, outer = force.depth_minima(BOOK, TILT, centre)
+    assert hole.cusp and not outer.cusp
+    assert math.degrees(hole.azimuth) + 90 == pytest.approx(133.72, abs=0.005)
+    assert force.critical_offset(BOOK, TILT) == pytest.approx(8.650e-3, abs=5e-7)
+    azimuth = np.linspace(0, 2 * np.pi, 90, endpoint=False)
+    fit = force.fit_tube(BOOK, TILT, azimuth, force.resting_heights(BOOK, TILT, azimuth, *centre))
+    np.testing.assert_allclose(fit.centre, centre, atol=1e-8)
+    assert str(fit.report.status) == "converged"
+    rows = [force.TurnRow(azimuth=a, force=0.0) for a in azimuth]
+    assert not force.locate_by_moment(rows).report.to_dict()["status"] == "converged"
+
+
+def test_control_loops_step_from_python():
+    loop = force.ForceLoop(force.ForceLoopOptions(gain=5e-6))
+    assert loop.step(20.0, 0.0) == pytest.approx(5e-6 * 20.0 * force.ForceLoopOptions(gain=5e-6).compensator())
+    move = force.GuardedMove()
+    assert move.step(0.1, 0.0) > 0 and move.step(0.1, 5.0) == 0 and move.touched
+    twist = force.give_way(np.array([10.0, 0, 0, 0, 0, 1.0]), np.zeros(6))
+    assert twist[0] > 0 and twist[5] > 0
+    stop = force.SafetyStop(force.SafetyLimits(current=[1.0, 1.0]))
+    assert str(stop.step(np.ones(6), np.ones(6), [0.5, -1.5])) == "current"
+    assert str(stop.step(np.ones(6), np.ones(6))) == "current"  # latched
+    np.testing.assert_allclose(force.current_limits([2.0], [0.5]), [2.75])
+    conditioner = force.WrenchConditioner(force.WrenchConditionerOptions(mass=2.0))
+    np.testing.assert_allclose(conditioner.step(conditioner.weight(np.eye(3)), np.eye(3)), np.zeros(6), atol=1e-12)
+
+
+def test_an_insertion_steps_from_python_and_says_what_stopped_it():
+    insertion = force.Insertion(force.InsertionOptions(bodies=BOOK, tilt=0.26))
+    pose = np.eye(4)
+    pose[2, 3] = 0.02
+    random = np.random.default_rng(1)
+    for _ in range(30):
+        noise = random.normal(0, 0.1, 6)
+        command = insertion.step(pose, noise, noise)
+        pose = np.array(command.T_T_P)
+    assert str(insertion.state.phase) == "approach" and not command.stop and command.hold
+    assert insertion.step(pose, noise, noise, gripped=False).stop
+    assert insertion.finished and str(insertion.state.reason) == "peg_lost" and str(insertion.state.stopped_in) == "approach"
+    assert insertion.profile == []
+    insertion.again()
+    assert not insertion.finished
+    with pytest.raises(kr5.InvalidArgument, match="tilt"):
+        force.Insertion(force.InsertionOptions(bodies=BOOK, tilt=0.0))
+    wide = force.Insertion(force.InsertionOptions(bodies=force.PegTube(peg_radius=9.8e-3, inner_radius=9.7e-3, outer_radius=12.65e-3)))
+    assert wide.finished and str(wide.state.reason) == "peg_too_wide"

@@ -20,6 +20,7 @@ import judge
 
 WANTED = 1.8
 PLACES = 10  # of the grid below
+CELL = Path(__file__).resolve().parents[2] / "share/cells/kr5_arc.yaml"
 
 
 def processor_time() -> float:
@@ -31,7 +32,7 @@ def processor_time() -> float:
 def sweep(folder: Path, workers: int, each: int) -> tuple[float, float, dict]:
     """Time of a sweep and its processor time [s], and its result."""
     out = folder / f"{workers}.json"
-    command = [sys.executable, "-m", "kr5_tools", "sweep", "insertion", "--tilts", "5:25:5", "--clearances", "0.05,0.5", "--trials", str(each),
+    command = [sys.executable, "-m", "kr5_tools", "sweep", "insertion", "--cell", str(CELL), "--tilts", "5:25:5", "--clearances", "0.05,0.5", "--trials", str(each),
                "--workers", str(workers), "-o", str(folder / str(workers)), "--json", str(out)]
     start, spent = time.monotonic(), processor_time()
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
