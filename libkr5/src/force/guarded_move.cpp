@@ -25,7 +25,7 @@ void GuardedMoveOptions::validate() const {
 
 GuardedMove::GuardedMove(const GuardedMoveOptions& options) : options_(options) {
   options.validate();
-  slow_ = options.safe_speed();
+  slow_ = std::min(options.safe_speed(), options.speed);
   if (options.contact_speed > 0) slow_ = std::min(slow_, options.contact_speed);
 }
 
@@ -34,7 +34,7 @@ double GuardedMove::step(double way, double force) noexcept {
   if (touched_) return 0.0;
   if (!(way > 0)) return slow_;
   return std::clamp(std::sqrt(slow_ * slow_ + 1.6 * options_.acceleration * way), slow_,
-                    std::max(options_.speed, slow_));
+                    options_.speed);
 }
 
 }  // namespace kr5::force

@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
+#include <string>
+#include <string_view>
 
 #include <kr5/core/error.hpp>
 
@@ -39,10 +42,16 @@ const InsertionOptions& checked(const InsertionOptions& o) {
   return o;
 }
 
-void positive(const auto& part, const char* name) {
+/// Every number of a part by its name. @param zero These may be 0. @param infinite Whether they may be infinite.
+void check_numbers(const auto& part, const std::string& name, std::initializer_list<std::string_view> zero,
+                   bool infinite = false) {
   std::remove_cvref_t<decltype(part)>::each_field(part, [&](const char* field, const auto& value, const char*) {
-    if constexpr (std::is_same_v<std::remove_cvref_t<decltype(value)>, double>)
-      require(value >= 0 && !std::isnan(value), std::string(name) + "." + field + ": must not be negative");
+    if constexpr (std::is_same_v<std::remove_cvref_t<decltype(value)>, double>) {
+      const bool may_be_zero = std::find(zero.begin(), zero.end(), field) != zero.end();
+      require(infinite ? !std::isnan(value) : std::isfinite(value), name + "." + field + ": must be finite");
+      require(value > 0 || (may_be_zero && value == 0),
+              name + "." + field + (may_be_zero ? ": must not be negative" : ": must be positive"));
+    }
   });
 }
 
@@ -58,11 +67,12 @@ void InsertionOptions::validate() const {
   require(servo_frequency >= 0 && std::isfinite(servo_frequency), "servo_frequency: must not be negative [rad/s]");
   require(servo_damping >= 0 && std::isfinite(servo_damping), "servo_damping: must not be negative");
   require(!hole || hole->allFinite(), "hole: must be finite [m]");
-  positive(grip, "grip");
-  positive(forces, "forces");
-  positive(motion, "motion");
-  positive(limits, "limits");
-  require(motion.roll_time > 0, "motion.roll_time: must be positive [s]");
+  check_numbers(grip, "grip", {"height"}, true);
+  check_numbers(forces, "forces", {"angular_gain"});
+  check_numbers(motion, "motion", {"spiral_radius"});
+  check_numbers(limits, "limits", {"face_error", "travel", "dead_after"});
+  require(0.8 * limits.force > forces.touch, "limits.force: must be more than five quarters of forces.touch [N]");
+  require((limits.current.array() > 0).all(), "limits.current: every limit must be positive [A]");
   require(limits.attempts >= 1, "limits.attempts: must be at least 1");
   safety(*this).validate();
   guarded(*this).validate();
@@ -77,14 +87,11 @@ Insertion::Machine::Machine(const InsertionOptions& given)
       search(given.bodies, search_iterations) {
   path.cycle = options.cycle;
   again();
-  if (options.bodies.peg_radius >= options.bodies.inner_radius) stop(Reason::PegTooWide);
-  if (!stable(options)) stop(Reason::UnstableGain);
 }
 
 void Insertion::Machine::again() noexcept {
-  const bool remembered = state.reason == Reason::Inserted || options.hole;
-  const Eigen::Vector3d hole =
-      state.reason == Reason::Inserted ? state.hole : options.hole.value_or(Eigen::Vector3d::Zero());
+  const std::optional<Eigen::Vector3d> before = last_hole ? last_hole : options.hole;
+  const Eigen::Vector3d hole = before.value_or(Eigen::Vector3d::Zero());
   state = InsertionState{};
   guard.reset();
   force_filter.reset();
@@ -92,7 +99,7 @@ void Insertion::Machine::again() noexcept {
   descent.reset();
   turn.clear();
   zero.setZero();
-  known = remembered;
+  known = before.has_value();
   face = hole.z();
   state.hole = hole;
   place = hole.head<2>();
@@ -100,6 +107,8 @@ void Insertion::Machine::again() noexcept {
   cycles = calm = 0;
   first = holding = true;
   probing = doubtful = spiralled = air = false;
+  if (options.bodies.peg_radius >= options.bodies.inner_radius) stop(Reason::PegTooWide);
+  if (!stable(options)) stop(Reason::UnstableGain);
 }
 
 void Insertion::Machine::go(Phase phase) noexcept {
@@ -154,7 +163,7 @@ Felt Insertion::Machine::feel(const InsertionReading& reading) noexcept {
 
 /// What ends everything, whatever the phase.
 void Insertion::Machine::watch(const InsertionReading& reading, const Felt& now) noexcept {
-  Vector6 raw = reading.wrench - zero;
+  const Vector6 raw = reading.wrench - zero;
   switch (guard.step(reading.sensor, raw, reading.current, reading.saturated)) {
     case Violation::None:
       break;
@@ -172,7 +181,7 @@ void Insertion::Machine::watch(const InsertionReading& reading, const Felt& now)
   if (!reading.reachable || !reading.T_T_P.matrix().allFinite()) return stop(Reason::OutOfReach);
   if (!reading.gripped && holding) return stop(Reason::PegLost);
   if (state.time > options.limits.time) return stop(Reason::TimeOut);
-  if (!path.finite() || !now.peg.allFinite()) return stop(Reason::SensorDead);
+  if (!now.peg.allFinite()) return stop(Reason::SensorDead);
 }
 
 void Insertion::Machine::act(const InsertionReading& reading, const Felt& now) noexcept {
@@ -207,24 +216,34 @@ void Insertion::Machine::act(const InsertionReading& reading, const Felt& now) n
   }
 }
 
+/// After its end the peg comes to rest, and is watched as before.
+void Insertion::Machine::rest(const InsertionReading& reading, const Felt& now) noexcept {
+  path.drive(Eigen::Vector3d::Zero(), options.motion.acceleration);
+  path.turn(Eigen::Vector2d::Zero(), options.motion.turning);
+  if (state.reason == Reason::Inserted) watch(reading, now);
+}
+
 InsertionCommand Insertion::Machine::step(const InsertionReading& reading) noexcept {
-  const bool over = state.phase == Phase::Done || state.phase == Phase::Stopped;
   if (first && reading.T_T_P.matrix().allFinite()) path.rest_at(reading.T_T_P);
-  if (!over) {
-    state.time += options.cycle;
+  if (state.phase != Phase::Stopped) {
     const Felt now = feel(reading);
     first = false;
     ++cycles;
-    watch(reading, now);
-    act(reading, now);
-    state.depth = face - now.peg.z();
+    if (state.phase != Phase::Done) {
+      state.time += options.cycle;
+      watch(reading, now);
+      act(reading, now);
+      state.depth = face - now.peg.z();
+    } else {
+      rest(reading, now);
+    }
+    if (!path.finite()) stop(Reason::SensorDead);
   }
+  if (state.phase == Phase::Stopped) path.stand();
   InsertionCommand out;
-  if (state.phase == Phase::Stopped && !over) path.v = path.a = Eigen::Vector3d::Zero();
-  if (state.phase == Phase::Stopped && !over) path.rho_v = path.rho_a = Eigen::Vector2d::Zero();
   out.T_T_P = path.command(options.servo_frequency, options.servo_damping);
   out.hold = holding;
-  out.air = air && state.phase == Phase::Push;
+  out.air = air;
   out.stop = state.phase == Phase::Stopped;
   return out;
 }

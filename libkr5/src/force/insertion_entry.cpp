@@ -13,7 +13,10 @@ constexpr double dropped = 3e-4;      // below its level an upright peg is in th
 constexpr double entered = 1e-3;      // deep enough in it to be pushed [m]
 constexpr double settled = 0.2;       // for which an upright peg shall not sink any more [s]
 constexpr double mouth = 1.0;         // that an upright peg may take to sink into the bore [s]
-constexpr double release = 1.5;       // for which a peg that was let go may take to go in [s]
+constexpr double release = 2.0;        // for which a peg may take to be let go, and to go in then [s]
+constexpr double quiet = 0.1;          // for which forces across are small before it is let go [s]
+constexpr double loose = 1.0;          // [N]
+constexpr double creeping = 2e-3;      // with which the wanted depth is come to [m/s]
 constexpr double elsewhere = 1.5e-3;  // more than the play of a bore: there is none [m]
 constexpr double seeking = 2e-3;      // towards the far wall, until it is met [m/s]
 constexpr double stuck = 0.8;         // for which a pushed peg may stand still [s]
@@ -135,40 +138,51 @@ void Insertion::Machine::spiral(const Felt& now) noexcept {
   go(Phase::Retreat);
 }
 
+void Insertion::Machine::inserted(const Felt& now) noexcept {
+  state.stopped_in = Phase::Push;
+  state.reason = Reason::Inserted;
+  state.hole = {now.peg.x(), now.peg.y(), face};
+  last_hole = state.hole;
+  go(Phase::Done);
+}
+
+/// A peg that is pushed by its weight or by air: nobody can tell how deep it is, but that the grip is empty.
+void Insertion::Machine::let_go(const InsertionReading& reading, const Felt& now) noexcept {
+  plan_tilt(0.0, 0.0);
+  drive(holding ? give_across(now, Eigen::Vector2d::Zero()) : Eigen::Vector2d::Zero(), 0.0);
+  if (holding) {
+    if (!calm_for(quiet, now.across().norm() < loose) && seconds() < release) return;
+    holding = false;
+    air = options.insert_by == InsertBy::Air;
+    cycles = 0;
+    return;
+  }
+  if (!reading.gripped) {
+    air = false;
+    return inserted(now);
+  }
+  if (seconds() > release) stop(Reason::Blocked);  // it has slid in the grip: nobody knows by how much
+}
+
 /// Deeper, giving way to forces and moments across.
 void Insertion::Machine::push(const InsertionReading& reading, const Felt& now) noexcept {
   const InsertionForces& f = options.forces;
   const InsertionMotion& m = options.motion;
-  if (options.insert_by != InsertBy::Arm && state.depth > entered) {
-    holding = false;
-    air = options.insert_by == InsertBy::Air;
-    drive(Eigen::Vector2d::Zero(), 0.0);
-    plan_tilt(0.0, 0.0);
-    if (!reading.gripped) {
-      state.stopped_in = Phase::Push;
-      state.reason = Reason::Inserted;
-      return go(Phase::Done);
-    }
-    if (seconds() > release + 1.0) holding = true, fail(Reason::Blocked);
-    return;
-  }
+  if (!holding || (options.insert_by != InsertBy::Arm && state.depth > entered)) return let_go(reading, now);
   Vector6 wrench;
   wrench << now.force, now.moment;
   const Vector6 gives = give_way(wrench, Vector6::Zero(), {f.lateral_gain, f.angular_gain, m.slide_speed, 0.1});
   feed = now.press() > 0.5 * f.push ? 0.0 : std::min(feed + m.acceleration * options.cycle, m.push_speed);
-  const double speed = std::max(-feed + f.axial_gain * (now.press() - f.push), -m.push_speed);
-  drive(gives.head<2>(), speed);
+  const double left = std::max(m.depth - state.depth, 0.0);
+  const double most = std::min(m.push_speed, creeping + std::sqrt(m.acceleration * left));
+  drive(gives.head<2>(), std::max(-feed + f.axial_gain * (now.press() - f.push), -most));
   path.turn(gives.segment<2>(3), m.turning);
   lean.rest_at(path.rho.norm());
   round.rest_at(std::atan2(-path.rho.x(), path.rho.y()));
-  if (state.depth >= m.depth) {
-    state.stopped_in = Phase::Push;
-    state.reason = Reason::Inserted;
-    state.hole = {now.peg.x(), now.peg.y(), face};
-    drive(Eigen::Vector2d::Zero(), 0.0);
-    return go(Phase::Done);
-  }
-  if (calm_for(stuck, now.press() > 0.7 * f.push)) fail(Reason::Blocked);
+  if (state.depth >= m.depth) return inserted(now);
+  if (calm == 0) level = now.peg.z();
+  const bool held_up = now.press() > 0.7 * f.push && level - now.peg.z() < dropped;
+  if (calm_for(stuck, held_up)) fail(Reason::Blocked);
 }
 
 void Insertion::Machine::retreat(const Felt& now) noexcept {

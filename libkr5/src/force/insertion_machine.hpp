@@ -36,6 +36,7 @@ struct Insertion::Machine {
   TiltedPath path;
   Axis lean, round;  ///< Tilt and its azimuth, where they are planned.
   Vector6 zero = Vector6::Zero();
+  std::optional<Eigen::Vector3d> last_hole;         ///< Of the last success, in T [m].
   Eigen::Vector2d place = Eigen::Vector2d::Zero();  ///< Where the next attempt touches, in T [m].
   Eigen::Vector2d begun = Eigen::Vector2d::Zero();  ///< Where a slide or a spiral began.
   double face = 0.0;                                ///< Believed height of the tube's face [m].
@@ -57,6 +58,7 @@ struct Insertion::Machine {
   void fail(Reason reason) noexcept;
   void watch(const InsertionReading& reading, const Felt& now) noexcept;
   void act(const InsertionReading& reading, const Felt& now) noexcept;
+  void rest(const InsertionReading& reading, const Felt& now) noexcept;
   double seconds() const noexcept { return cycles * options.cycle; }
   bool calm_for(double time, bool calm_now) noexcept;
   double press_speed(double wish, const Felt& now) const noexcept;
@@ -84,10 +86,14 @@ struct Insertion::Machine {
   void upright(const Felt& now) noexcept;
   void push(const InsertionReading& reading, const Felt& now) noexcept;
   void confirm(const Felt& now) noexcept;
+  void let_go(const InsertionReading& reading, const Felt& now) noexcept;
+  void inserted(const Felt& now) noexcept;
   void spiral(const Felt& now) noexcept;
   void retreat(const Felt& now) noexcept;
 
   void found(bool fitted) noexcept;
+  /// Standard deviation of the fitted centre, rows taken to err together over a twelfth of the turn.
+  double fit_std() const noexcept;
   void enter(double azimuth) noexcept;
 };
 

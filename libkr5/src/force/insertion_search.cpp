@@ -138,14 +138,27 @@ void Insertion::Machine::locate(const Felt& now) noexcept {
   found(false);
 }
 
+double Insertion::Machine::fit_std() const noexcept {
+  constexpr int blocks = 12;
+  const TubeSearch::Solution& best = search.best();
+  const std::span<const ProfileRow> rows = turn.rows();
+  Eigen::Matrix3d meat = Eigen::Matrix3d::Zero();
+  for (int k = 0; k < blocks; ++k) {
+    const std::size_t from = rows.size() * static_cast<std::size_t>(k) / blocks;
+    const std::size_t to = rows.size() * static_cast<std::size_t>(k + 1) / blocks;
+    const Eigen::Vector3d score = search.score(rows.subspan(from, to - from), best.place);
+    meat += score * score.transpose();
+  }
+  const Eigen::Matrix3d bread = best.normal.A.inverse(), spread = bread * meat * bread;
+  return std::sqrt(blocks / (blocks - 3.0) * 0.5 * (spread(0, 0) + spread(1, 1)));
+}
+
 void Insertion::Machine::found(bool fitted) noexcept {
   state.hole_std = 0.0;
   if (fitted) {
     const TubeSearch::Solution& best = search.best();
-    const auto n = static_cast<double>(turn.rows().size());
-    const Eigen::Matrix3d spread = best.normal.cost / (n - 3) * best.normal.A.inverse();
-    const double std = std::sqrt(0.5 * (spread(0, 0) + spread(1, 1)));
-    if (!(std < 0.2 * options.bodies.peg_radius)) return fail(Reason::ProfileFlat);
+    const double std = fit_std();
+    if (!best.converged || !(std < 0.2 * options.bodies.peg_radius)) return fail(Reason::ProfileFlat);
     state.hole = best.place;
     state.hole_std = std;
     face = best.place.z();

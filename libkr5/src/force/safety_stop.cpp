@@ -32,8 +32,9 @@ Violation SafetyStop::judge(const Vector6& raw, const Vector6& wrench, std::span
   if (wrench.head<3>().norm() > limits_.force) return Violation::Force;
   if (wrench.tail<3>().norm() > limits_.torque) return Violation::Torque;
   if (limits_.dead_after > 0 && same_ * limits_.cycle >= limits_.dead_after) return Violation::SensorDead;
-  const auto watched = std::min(current.size(), static_cast<std::size_t>(limits_.current.size()));
-  for (std::size_t i = 0; i < watched; ++i)
+  if (limits_.current.size() == 0) return Violation::None;
+  if (current.size() != static_cast<std::size_t>(limits_.current.size())) return Violation::Current;  // not told
+  for (std::size_t i = 0; i < current.size(); ++i)
     if (!(std::abs(current[i]) <= limits_.current[static_cast<Eigen::Index>(i)])) return Violation::Current;
   return Violation::None;
 }

@@ -41,6 +41,13 @@ void TiltedPath::rest_at(const Pose& T_T_P) noexcept {
   rho_v = rho_a = Eigen::Vector2d::Zero();
 }
 
+void TiltedPath::stand() noexcept {
+  v = a = Eigen::Vector3d::Zero();
+  rho_v = rho_a = Eigen::Vector2d::Zero();
+  if (!p.allFinite()) p.setZero();  // the arm stops; what it is told does not count any more
+  if (!rho.allFinite()) rho.setZero();
+}
+
 void TiltedPath::drive(const Eigen::Vector3d& wanted, double most) noexcept {
   const Eigen::Vector3d next = reached(v, wanted, most * cycle);
   a = (next - v) / cycle;

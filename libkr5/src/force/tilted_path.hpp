@@ -23,6 +23,8 @@ struct TiltedPath {
   double cycle = 0.012;
 
   void rest_at(const Pose& T_T_P) noexcept;
+  /// At rest where it is.
+  void stand() noexcept;
   /// One cycle at a wished velocity.
   void drive(const Eigen::Vector3d& wanted, double most) noexcept;
   /// One cycle of tilting at a wished speed, or to where the tilt shall be after it.
@@ -32,7 +34,7 @@ struct TiltedPath {
   Eigen::Vector3d towards(const Eigen::Vector3d& target, double speed, double most) const noexcept;
   /// What a servo of second order must be told to be there: the path, led ahead by the inverse of that servo.
   Pose command(double frequency, double damping) const noexcept;
-  bool finite() const noexcept { return p.allFinite() && rho.allFinite(); }
+  bool finite() const noexcept { return p.allFinite() && v.allFinite() && rho.allFinite() && rho_v.allFinite(); }
 };
 
 /// Rotation vector of a tilt towards an azimuth, and back.

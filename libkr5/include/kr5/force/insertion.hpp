@@ -148,7 +148,7 @@ struct InsertionReading {
 
 /// What the cell shall do.
 struct InsertionCommand {
-  Pose T_T_P = Pose::Identity();  ///< Where the arm shall hold the peg.
+  Pose T_T_P = Pose::Identity();  ///< What the arm is told: where it shall hold the peg, led ahead for its servo.
   bool hold = true;               ///< The grip holds; otherwise it lets the peg slide along.
   bool air = false;               ///< Compressed air on the peg.
   bool stop = false;              ///< Stop the arm where it is; stays so.
@@ -211,7 +211,7 @@ class Insertion {
   bool finished() const noexcept;
   /// What was felt in the last turn, by azimuth; empty before one.
   std::span<const ProfileRow> profile() const noexcept;
-  /// Begins anew with the hole of the last success remembered.
+  /// Begins anew; the hole of the last success, if there was one, is remembered.
   void again() noexcept;
 
  private:
