@@ -127,6 +127,9 @@ static void bind_insertion(py::module_& m) {
           "Of the last turn: azimuth, tilt, x, y, height as felt; closed_form, where the peg really stood; force "
           "[rad, m, N] (a copy).")
       .def_property_readonly(
+          "T_T_tube", [](const InsertionResult& r) { return r.T_T_tube; },
+          "The tube as it really stood, from where it is believed [m].")
+      .def_property_readonly(
           "cell", [](const InsertionResult& r) { return r.cell; },
           "As it was run: bore and place of the tube (a copy).");
   m.def("insertion_options", &insertion_options, py::arg("cell"), py::arg("setup") = InsertionSetup{},

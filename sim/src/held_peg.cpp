@@ -17,6 +17,7 @@ constexpr double closing = 4.0;          // Hunt-Crossley, so little that 100 N 
 constexpr double damped = 0.5;           // of critical, across and about the grip
 constexpr double resolved = 2e-4;        // step that resolves peg and fingers on that stiffness [s]
 constexpr int steps_a_search = 3;        // in 0.6 ms nothing new is touched deeply
+constexpr double guiding = 0.5;           // of its stiffness is left of a grip that lets slide
 constexpr double air_gap = 2e-4;         // above the highest point of contact nothing is looked for [m]
 
 force::PegTubeShape shape_of(const cell::Cell& cell) {
@@ -24,11 +25,6 @@ force::PegTubeShape shape_of(const cell::Cell& cell) {
   const cell::Tube& tube = *cell.tube;
   return {peg.radius,        peg.length, peg.chamfer, predict::real_inner_radius(cell),
           tube.outer_radius, tube.depth, tube.chamfer};
-}
-
-Eigen::Matrix3d turned_by(const Vector3d& w) {
-  const double angle = w.norm();
-  return angle > 0 ? Eigen::AngleAxisd(angle, w / angle).toRotationMatrix() : Eigen::Matrix3d::Identity().eval();
 }
 
 /// Rotation vector of a small rotation, to third order.
@@ -51,14 +47,15 @@ HeldPeg::HeldPeg(const cell::Cell& cell, const Grip& grip) : shape_(shape_of(cel
   const double about = across + held_mass_ * std::pow(grip.height - 0.5 * l, 2);
   angular_damping_ = 2 * damped * std::sqrt(grip.angular * about);
   law_ = {local_stiffness, closing, axial_.friction(), 0.3 * local_stiffness, 100.0};
-  step_ = resolved;
 }
+
+double HeldPeg::longest_step() const { return held_ ? resolved : 0.4 * resolved; }
 
 void HeldPeg::place(const Pose& T_tube_peg) {
   T_ = T_tube_peg;
   v_ = w_ = Vector3d::Zero();
   stiction_ = {};
-  slid_ = 0.0;
+  slid_ = rest_ = 0.0;
   searched_ = 0;
   held_ = there_ = true;
   air_ = false;
@@ -70,6 +67,7 @@ void HeldPeg::leave() {
 }
 
 void HeldPeg::hold(bool held, bool air) {
+  if (held && !held_) rest_ = slid_;  // it is taken where it has slid to
   held_ = held;
   air_ = air;
 }
@@ -81,16 +79,17 @@ Vector6 HeldPeg::from_grip(const Pose& held, const Vector6& velocity, const Vect
       held.translation() + up - (T_.translation() + 0.5 * shape_.peg_length * T_.linear().col(2) + arm);
   const Vector3d omega = T_.linear() * w_;
   const Vector3d drift = velocity.head<3>() + velocity.tail<3>().cross(up) - v_ - omega.cross(arm);
-  const double along = axis.dot(off), pressed = -along;  // a peg pushed up into its grip presses on it
-  Vector3d force = lateral_ * (off - along * axis) + damping_ * (drift - axis.dot(drift) * axis);
+  const double along = axis.dot(off), pressed = rest_ - along;  // a peg pushed up into its grip presses on it
+  const double share = held_ ? 1.0 : guiding;
+  Vector3d force = share * (lateral_ * (off - along * axis) + damping_ * (drift - axis.dot(drift) * axis));
   if (held_) {
     const double speed = -axis.dot(drift);
     const double size = pressed > 0 ? axial_.force(pressed, speed) : -axial_.force(-pressed, -speed);
     force -= size * axis;
   }
   Vector6 out;
-  out << force, arm.cross(force) + grip_.angular * turn_between(T_.linear(), held.linear()) +
-                    angular_damping_ * (velocity.tail<3>() - omega);
+  out << force, arm.cross(force) + share * (grip_.angular * turn_between(T_.linear(), held.linear()) +
+                                             angular_damping_ * (velocity.tail<3>() - omega));
   return out;
 }
 
@@ -139,16 +138,22 @@ void HeldPeg::advance(const Pose& held, const Vector6& velocity, double step) {
     if (air_) total.head<3>() -= grip_.air * T_.linear().col(2);
     slid_ = std::max(slid_, held.linear().col(2).dot(held.translation() - T_.translation()));
   }
-  v_ += step / held_mass_ * total.head<3>();
+  const double mass = held_ ? held_mass_ : mass_;
+  const Vector3d inertia = mass / held_mass_ * inertia_;
+  v_ += step / mass * total.head<3>();
   const Vector3d torque = T_.linear().transpose() * total.tail<3>();
-  w_ += step * (torque - w_.cross(inertia_.cwiseProduct(w_))).cwiseQuotient(inertia_);
+  w_ += step * (torque - w_.cross(inertia.cwiseProduct(w_))).cwiseQuotient(inertia);
   const Vector3d centre = T_.translation() + half + step * v_;
-  T_.linear() = T_.linear() * turned_by(step * w_);
+  T_.linear() = T_.linear() * exp_rotation(step * w_);
   T_.translation() = centre - 0.5 * shape_.peg_length * T_.linear().col(2);
   const Vector3d at = T_.translation() + half + arm;
   on_grip_ << -grip.head<3>(),
       -(grip.tail<3>() - arm.cross(grip.head<3>())) - (at - held.translation()).cross(grip.head<3>());
-  if (!held_) on_grip_.head<3>() -= mass_ * grip_.gravity;  // the sensor misses its weight
+  if (!held_) {  // the sensor misses its weight
+    const Vector3d weight = mass_ * grip_.gravity, middle = 0.5 * shape_.peg_length * held.linear().col(2);
+    on_grip_.head<3>() -= weight;
+    on_grip_.tail<3>() -= middle.cross(weight);
+  }
   greatest_ = std::max(greatest_, grip.head<3>().norm());
 }
 

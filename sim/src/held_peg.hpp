@@ -21,7 +21,8 @@ class HeldPeg {
  public:
   HeldPeg(const cell::Cell& cell, const Grip& grip);
 
-  double longest_step() const { return step_; }
+  /// That resolves the contact with the mass that moves: a peg alone is lighter [s].
+  double longest_step() const;
   void place(const Pose& T_tube_peg);
   /// It stays behind: nothing is in the grip until it is placed again.
   void leave();
@@ -50,12 +51,12 @@ class HeldPeg {
   force::Stiction stiction_;
   force::Contacts contacts_;
   int searched_ = 0;  ///< Steps until contacts are searched anew.
-  double mass_ = 0.0, held_mass_ = 0.0, step_ = 0.0;
+  double mass_ = 0.0, held_mass_ = 0.0;
   Eigen::Vector3d inertia_ = Eigen::Vector3d::Zero();
   Pose T_ = Pose::Identity();
   Eigen::Vector3d v_ = Eigen::Vector3d::Zero(), w_ = Eigen::Vector3d::Zero();  ///< Of the centre of mass; of the body.
   Vector6 on_grip_ = Vector6::Zero();
-  double slid_ = 0.0, greatest_ = 0.0;
+  double slid_ = 0.0, rest_ = 0.0, greatest_ = 0.0;
   bool held_ = true, air_ = false, there_ = true;
 };
 

@@ -52,6 +52,9 @@ cell::Cell real_cell(const cell::Cell& given, const InsertionSetup& setup) {
   cell::TaskEffects& task = out.effects.task;
   task.tube_shift.head<2>() += setup.offset;
   if (!setup.noise) return out;
+  const double factor = std::max(1 + random.normal(setup.stiffness_error), 0.1);
+  out.contact->stiffness *= factor;
+  if (task.stiffness) *task.stiffness *= factor;
   task.tube_shift.z() += random.normal(setup.face_error);
   task.tube_tilt += Eigen::Vector2d(random.normal(setup.tube_tilt), random.normal(setup.tube_tilt));
   return out;
@@ -93,6 +96,7 @@ class Task {
     out.profile = profile();
     if (setup_.log && reachable) out.rows = rows_.table();
     out.cell = cell_;
+    out.T_T_tube = arm_.T_T_tube();
     return out;
   }
 
@@ -222,10 +226,17 @@ void InsertionSetup::validate() const {
                                     {grip_error, "grip_error"},
                                     {grip_tilt, "grip_tilt"},
                                     {tube_tilt, "tube_tilt"},
-                                    {face_error, "face_error"},
+                                    {face_error, "face_error"}, {stiffness_error, "stiffness_error"},
                                     {lateral_stiffness, "lateral_stiffness"}})
     require(value >= 0 && std::isfinite(value), std::string(name) + ": must not be negative");
   require(angular_stiffness > 0 && std::isfinite(angular_stiffness), "angular_stiffness: must be positive [N m/rad]");
+}
+
+force::GripModel believed_grip(const cell::Cell& cell, const InsertionSetup& setup) {
+  return {.axial = cell.contact->stiffness,
+          .lateral = setup.lateral_stiffness > 0 ? setup.lateral_stiffness : cell.contact->stiffness,
+          .angular = setup.angular_stiffness,
+          .height = 0.8 * cell.peg->length};
 }
 
 force::InsertionOptions insertion_options(const cell::Cell& cell, const InsertionSetup& setup) {
@@ -242,10 +253,7 @@ force::InsertionOptions insertion_options(const cell::Cell& cell, const Insertio
     out.servo_damping = cell.servo->tool->damping_ratio;
   }
   out.insert_by = setup.insert_by;
-  out.grip.axial = cell.contact->stiffness;
-  out.grip.lateral = setup.lateral_stiffness > 0 ? setup.lateral_stiffness : cell.contact->stiffness;
-  out.grip.angular = setup.angular_stiffness;
-  out.grip.height = 0.8 * cell.peg->length;
+  out.grip = believed_grip(cell, setup);
   out.motion.depth = std::min(0.6 * cell.peg->length, 0.8 * cell.tube->depth);
   if (!setup.noise) out.limits.dead_after = 0.0;  // a sensor without noise may well say the same
   if (setup.strategy == Strategy::Felt) return out;

@@ -18,12 +18,13 @@ constexpr double wandering = 1.5;  // time in which the arm forgets how far it w
 constexpr double lever = 0.5;      // over which the same errors turn the tool [m]
 
 Grip grip_of(const cell::Cell& cell, const InsertionSetup& setup, const Pose& T_tube_B) {
-  Grip out;
-  out.lateral = setup.lateral_stiffness > 0 ? setup.lateral_stiffness : cell.contact->stiffness;
-  out.angular = setup.angular_stiffness;
-  out.height = 0.8 * cell.peg->length;
-  out.gravity = T_tube_B.linear() * cell.robot.gravity;
-  return out;
+  const force::GripModel believed = believed_grip(cell, setup);
+  Random random(setup.seed * 2 + 3);
+  const double factor = setup.noise ? std::max(1 + random.normal(setup.stiffness_error), 0.1) : 1.0;
+  return {.lateral = factor * believed.lateral,
+          .angular = factor * believed.angular,
+          .height = believed.height,
+          .gravity = T_tube_B.linear() * cell.robot.gravity};
 }
 
 force::WrenchConditionerOptions weight_of(const cell::Cell& cell) {
@@ -117,7 +118,7 @@ bool InsertionArm::choose_turn(const Pose& T_T_P, double tilt) {
 
 bool InsertionArm::start(const Pose& T_T_P, double tilt) {
   if (!choose_turn(T_T_P, tilt)) return false;
-  const Coordinates at = coordinates(T_T_P);
+  const Coordinates at = seen_ = coordinates(T_T_P);
   servo_.clear();
   if (cell_.servo->tool) {
     const predict::PathServo position(cell_);
@@ -139,7 +140,7 @@ InsertionArm::Coordinates InsertionArm::corrected(const Coordinates& command) {
   Coordinates out = command;
   for (std::size_t i = 0; i < servo_.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
-    servo_[i].advance(relative_ ? command[k] - servo_[i].z() : command[k]);
+    servo_[i].advance(relative_ ? command[k] - seen_[k] : command[k]);
     out[k] = servo_[i].z();
   }
   return out;
@@ -232,6 +233,7 @@ force::InsertionReading InsertionArm::read() {
   const Pose T_B_F = reach_.chain().flange(encoders_.read(reading_.position));
   const Pose T_T_F = T_B_T_.inverse() * T_B_F;
   out.T_T_P = T_T_F * cell_.tool->T_F_E * T_P_E_.inverse();
+  seen_ = coordinates(out.T_T_P);
   out.sensor = sensor_.read(reading_.wrench, time_);
   const Pose T_T_S = T_T_F * cell_.tool->T_F_S;
   const Vector6 felt = out.sensor - weight_.weight(T_B_F.linear() * cell_.tool->T_F_S.linear());

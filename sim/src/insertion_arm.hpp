@@ -14,6 +14,9 @@
 
 namespace kr5::sim {
 
+/// The grip as the cell believes it.
+force::GripModel believed_grip(const cell::Cell& cell, const InsertionSetup& setup);
+
 /// The arm of a cell with a peg in its grip, cycle by cycle: path corrections with their servo and delay, joints with
 /// theirs, gears, links, encoders, the wrist sensor. T is where the tube is believed.
 class InsertionArm {
@@ -63,6 +66,7 @@ class InsertionArm {
   force::WrenchConditioner weight_;
   std::vector<predict::PathCorrection> servo_;
   bool relative_ = false, reachable_ = true;
+  Coordinates seen_ = Coordinates::Zero();  ///< Where the arm was told to be last.
   double cycle_ = 0.0, time_ = 0.0;
   Pose T_B_T_ = Pose::Identity(), T_T_tube_ = Pose::Identity(), T_tube_B_ = Pose::Identity();
   Pose T_P_E_ = Pose::Identity();        ///< The grip's turn about the peg.

@@ -35,6 +35,7 @@ struct InsertionSetup {
   double grip_tilt = 1.5e-3;         ///< [rad]
   double tube_tilt = 1.5e-3;         ///< [rad]
   double face_error = 2e-4;          ///< [m]
+  double stiffness_error = 0.1;                      ///< [-]
   double lateral_stiffness = 0;      ///< [N/m]
   double angular_stiffness = 300.0;  ///< [N m/rad]
   bool noise = true;
@@ -58,6 +59,8 @@ struct InsertionSetup {
     visit("grip_tilt", self.grip_tilt, "Standard deviation of its tilt in the grip, per axis [rad].");
     visit("tube_tilt", self.tube_tilt, "Standard deviation of the tilt of the tube, per axis [rad].");
     visit("face_error", self.face_error, "Standard deviation of the believed height of its face [m].");
+    visit("stiffness_error", self.stiffness_error,
+          "Standard deviation of the real stiffness of contact and grip over the believed one, less 1 [-].");
     visit("lateral_stiffness", self.lateral_stiffness, "Of the grip; 0: as contact.stiffness along it [N/m].");
     visit("angular_stiffness", self.angular_stiffness, "Of the grip against tilting [N m/rad].");
     visit("noise", self.noise, "Noise of sensors and of the arm, and what is unknown of grip and tube.");
@@ -97,6 +100,7 @@ struct InsertionResult {
   io::Table rows;
   io::Table profile;
   cell::Cell cell;
+  Pose T_T_tube = Pose::Identity();
 
   static void each_field(auto& self, auto&& visit) {
     visit("inserted", self.inserted, "Every peg is in.");
@@ -109,6 +113,7 @@ struct InsertionResult {
     visit("profile", self.profile,
           "Of the last turn: azimuth, tilt, x, y, height as measured; closed_form, where it really "
           "stood; force [rad, m, N].");
+    visit("T_T_tube", self.T_T_tube, "The tube as it really stood, from where it is believed.");
     visit("cell", self.cell, "As it was run: bore, pose of the tube.");
   }
 };
@@ -118,6 +123,7 @@ struct InsertionResult {
 force::InsertionOptions insertion_options(const cell::Cell& cell, const InsertionSetup& setup);
 
 /// Inserts pegs. A tube that is out of reach, a peg that is too wide and the like are outcomes.
+/// With options, `tilt`, `strategy` and `insert_by` of the setup are not looked at: the options say it.
 /// @throws InvalidArgument for a setup or options that are not valid, and for a cell that lacks something.
 InsertionResult run_insertion(const cell::Cell& cell, const InsertionSetup& setup = {});
 InsertionResult run_insertion(const cell::Cell& cell, const InsertionSetup& setup,
