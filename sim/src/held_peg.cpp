@@ -17,7 +17,7 @@ constexpr double closing = 4.0;          // Hunt-Crossley, so little that 100 N 
 constexpr double damped = 0.5;           // of critical, across and about the grip
 constexpr double resolved = 2e-4;        // step that resolves peg and fingers on that stiffness [s]
 constexpr int steps_a_search = 3;        // in 0.6 ms nothing new is touched deeply
-constexpr double guiding = 0.5;           // of its stiffness is left of a grip that lets slide
+constexpr double guiding = 0.5;          // of its stiffness is left of a grip that lets slide
 constexpr double air_gap = 2e-4;         // above the highest point of contact nothing is looked for [m]
 
 force::PegTubeShape shape_of(const cell::Cell& cell) {
@@ -89,7 +89,7 @@ Vector6 HeldPeg::from_grip(const Pose& held, const Vector6& velocity, const Vect
   }
   Vector6 out;
   out << force, arm.cross(force) + share * (grip_.angular * turn_between(T_.linear(), held.linear()) +
-                                             angular_damping_ * (velocity.tail<3>() - omega));
+                                            angular_damping_ * (velocity.tail<3>() - omega));
   return out;
 }
 

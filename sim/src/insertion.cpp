@@ -226,7 +226,8 @@ void InsertionSetup::validate() const {
                                     {grip_error, "grip_error"},
                                     {grip_tilt, "grip_tilt"},
                                     {tube_tilt, "tube_tilt"},
-                                    {face_error, "face_error"}, {stiffness_error, "stiffness_error"},
+                                    {face_error, "face_error"},
+                                    {stiffness_error, "stiffness_error"},
                                     {lateral_stiffness, "lateral_stiffness"}})
     require(value >= 0 && std::isfinite(value), std::string(name) + ": must not be negative");
   require(angular_stiffness > 0 && std::isfinite(angular_stiffness), "angular_stiffness: must be positive [N m/rad]");

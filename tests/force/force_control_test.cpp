@@ -158,7 +158,8 @@ TEST_CASE("the first violation is latched within its cycle, with its name") {
   stop.reset();
   CHECK(stop.step(fine, fine, lost, false) == Violation::Current);
   stop.reset();
-  CHECK(stop.step(fine, fine, {}, false) == Violation::None);
+  CHECK(stop.step(fine, fine, {}, false) == Violation::Current);  // watched, and not told
+  CHECK(SafetyStop({}).step(fine, fine, {}, false) == Violation::None);
 }
 
 TEST_CASE("a sensor that repeats itself is dead after its time, one that lives never") {

@@ -1,9 +1,8 @@
 #include <kr5/force/insertion.hpp>
 
 #include <cmath>
-#include <cstdlib>
+#include <cstddef>
 #include <limits>
-#include <new>
 #include <set>
 #include <vector>
 
@@ -24,13 +23,12 @@ using namespace kr5::test;
 namespace {
 long allocations = 0;
 }
-void* operator new(std::size_t size) {
+// What every allocation comes to, Eigen's and that of operator new.
+extern "C" void* __libc_malloc(std::size_t size);
+extern "C" void* malloc(std::size_t size) {
   ++allocations;
-  if (void* out = std::malloc(size)) return out;
-  throw std::bad_alloc();
+  return __libc_malloc(size);
 }
-void operator delete(void* p) noexcept { std::free(p); }
-void operator delete(void* p, std::size_t) noexcept { std::free(p); }
 #endif
 
 namespace {
@@ -59,6 +57,7 @@ class Cell {
     const double force = present ? press(line_[0]) : 0.0;
     for (int i = 0; i < 6; ++i) out.sensor[i] = random_.normal(i < 3 ? 0.15 : 0.008);
     out.wrench = out.sensor;
+    out.current = current;
     out.wrench[2] += force;
     out.sensor[2] += force;
     return out;
@@ -76,6 +75,7 @@ class Cell {
   const Pose& pose() const { return line_[0]; }
 
   bool present = true;
+  std::vector<double> current;
 
  private:
   double press(const Pose& T_T_P) const {
@@ -122,13 +122,17 @@ TEST_CASE("a peg that goes round knows where the hole is, whatever the direction
     const double azimuth = random.uniform(0, 2 * M_PI), distance = random.uniform(3 * mm, 9.42 * mm);
     const Eigen::Vector3d tube(distance * std::cos(azimuth), distance * std::sin(azimuth), random.normal(0.2 * mm));
     Cell cell(tube, 100 + static_cast<std::uint64_t>(k));
-    Insertion insertion = started(book_options(), cell, Phase::Aim);
+    InsertionOptions options = book_options();
+    options.grip.angular = 1e9;  // the grip of this cell gives way to forces alone
+    options.forces.angular_gain = 0;
+    Insertion insertion = started(options, cell, Phase::Aim);
     const Eigen::Vector3d error = insertion.state().hole - tube;
     within += error.head<2>().norm() < 0.1 * mm && std::abs(error.z()) < 0.1 * mm;
-    covered += insertion.state().hole_std > 0;
+    covered += error.head<2>().norm() < 2.45 * insertion.state().hole_std;
   }
   CHECK(within == all);
-  CHECK(covered == all);
+  INFO(covered << " of " << all << " within 2.45 standard deviations, where 95 % are in every direction");
+  CHECK(covered >= 0.95 * all - 3 * std::sqrt(0.95 * 0.05 * all));
 }
 
 TEST_CASE("beyond the critical offset the least height leads the wrong way and the cusp does not") {
@@ -151,7 +155,7 @@ TEST_CASE("beyond the critical offset the least height leads the wrong way and t
   CHECK(moved(Localisation::Minimum) < -std::cos(30 * degree));
 }
 
-TEST_CASE("a step allocates nothing, from the first to the last") {
+TEST_CASE("a step allocates nothing, whatever it is at") {
 #ifndef KR5_SANITIZED
   Cell cell({5 * mm, 2 * mm, 0});
   Insertion insertion(book_options());
@@ -226,7 +230,8 @@ TEST_CASE("every violation stops within the cycle, from any phase, with its name
       {Reason::OutOfReach,
        [](InsertionReading& r) { r.T_T_P.translation().x() = std::numeric_limits<double>::quiet_NaN(); }},
   };
-  for (const Phase phase : {Phase::Tare, Phase::Approach, Phase::Touch, Phase::Roll, Phase::Locate, Phase::Slide})
+  for (const Phase phase : {Phase::Tare, Phase::Approach, Phase::Touch, Phase::Roll, Phase::Locate, Phase::Aim,
+                            Phase::Slide, Phase::Upright, Phase::Push})
     for (const Case& c : cases) {
       Cell cell({5 * mm, 2 * mm, 0});
       Insertion insertion = started(book_options(), cell, phase);
@@ -239,6 +244,7 @@ TEST_CASE("every violation stops within the cycle, from any phase, with its name
   InsertionOptions options = book_options();
   options.limits.current = Eigen::Vector2d(1.0, 2.0);
   Cell cell({5 * mm, 2 * mm, 0});
+  cell.current = {0.5, 1.5};
   Insertion insertion = started(options, cell, Phase::Roll);
   InsertionReading reading = cell.read();
   reading.current = currents;
@@ -254,6 +260,15 @@ TEST_CASE("what takes too long is stopped") {
   cell.run(insertion);
   CHECK(insertion.state().time == Approx(2.0).margin(0.02));
   check_stopped(insertion, cell, Reason::TimeOut);
+}
+
+TEST_CASE("what cannot be is still stated after beginning anew") {
+  InsertionOptions wide = book_options();
+  wide.bodies.peg_radius = 9.8 * mm;
+  Cell cell({0, 0, 0});
+  Insertion insertion(wide);
+  insertion.again();
+  check_stopped(insertion, cell, Reason::PegTooWide);
 }
 
 TEST_CASE("an insertion begins anew after a stop") {
@@ -293,6 +308,16 @@ TEST_CASE("options that are no numbers, or of the wrong sign, are refused by nam
   refused("grip.axial", [](auto& o) { o.grip.axial = -1; });
   refused("limits.attempts", [](auto& o) { o.limits.attempts = 0; });
   refused("limits.time", [](auto& o) { o.limits.time = -1; });
+  for (const double bad : {0.0, -1.0, nan, std::numeric_limits<double>::infinity()}) {
+    refused("forces.lean", [=](auto& o) { o.forces.lean = bad; });
+    refused("motion.spiral_pitch", [=](auto& o) { o.motion.spiral_pitch = bad; });
+    refused("motion.contact_speed", [=](auto& o) { o.motion.contact_speed = bad; });
+    refused("motion.upright_speed", [=](auto& o) { o.motion.upright_speed = bad; });
+    refused("motion.turning", [=](auto& o) { o.motion.turning = bad; });
+    refused("limits.time", [=](auto& o) { o.limits.time = bad; });
+    if (!(bad > 0)) refused("grip.angular", [=](auto& o) { o.grip.angular = bad; });
+  }
+  refused("limits.force", [](auto& o) { o.limits.force = 3; });
   refused("force", [](auto& o) { o.limits.force = 0; });
   refused("current", [](auto& o) { o.limits.current = Eigen::VectorXd::Zero(6); });
 }

@@ -40,6 +40,7 @@ const PegOutcome& only(const InsertionResult& result) {
 
 TEST_CASE("the peg finds its hole at the first attempt, standing and lying, at every clearance") {
   const int each = test::trials(200, 6);
+  int pooled = 0, all = 0;
   for (const bool horizontal : {false, true})
     for (const double clearance : {0.05, 0.1, 0.28, 0.5, 1.0, 2.2}) {
       int first = 0;
@@ -53,18 +54,56 @@ TEST_CASE("the peg finds its hole at the first attempt, standing and lying, at e
       INFO("clearance " << clearance << " mm, horizontal " << horizontal << ": " << first << " of " << each);
       // Not significantly below 95 %: the upper end of the exact 95 % interval.
       CHECK(uncertainty::binomial_interval(first, each, 0.95).high >= 0.95);
+      pooled += first;
+      all += each;
     }
+  INFO("first attempt: " << pooled << " of " << all);
+  const uncertainty::Interval rate = uncertainty::binomial_interval(pooled, all, 0.95);
+  CHECK((test::full() ? rate.low : rate.high) >= 0.95);
+}
+
+TEST_CASE(
+    "at the book's tilt and clearance seven of ten go in at once, and all but one of twenty at the second attempt") {
+  const int all = test::trials(400, 100);
+  int first = 0, second = 0;
+  for (int k = 0; k < all; ++k) {
+    const InsertionResult result = run_insertion(arc(), drawn(static_cast<std::uint64_t>(3000 + k)));
+    first += result.inserted && only(result).attempts == 1;
+    second += result.inserted && only(result).attempts <= 2;
+  }
+  INFO(first << " and " << second << " of " << all);
+  CHECK(uncertainty::binomial_interval(first, all, 0.95).low >= 0.70);
+  CHECK(uncertainty::binomial_interval(second, all, 0.95).high >= 0.95);
 }
 
 TEST_CASE("gravity drops a peg into a standing tube, air blows it into a lying one") {
-  for (const bool horizontal : {false, true}) {
-    InsertionSetup setup = drawn(7);
-    setup.horizontal = horizontal;
-    setup.insert_by = horizontal ? force::InsertBy::Air : force::InsertBy::Gravity;
-    const InsertionResult result = run_insertion(arc(), setup);
-    CHECK(result.inserted);
-    CHECK(only(result).depth > 27 * mm);
-  }
+  const int all = test::trials(100, 12);
+  for (const bool horizontal : {false, true})
+    for (const Strategy strategy : {Strategy::Felt, Strategy::Book}) {
+      int in = 0, only_believed = 0;
+      for (int k = 0; k < all; ++k) {
+        InsertionSetup setup = drawn(static_cast<std::uint64_t>(700 + k));
+        setup.strategy = strategy;
+        setup.horizontal = horizontal;
+        setup.insert_by = horizontal ? force::InsertBy::Air : force::InsertBy::Gravity;
+        const InsertionResult result = run_insertion(arc(), setup);
+        in += result.inserted;
+        only_believed += !result.inserted && only(result).reason == force::Reason::Inserted;
+      }
+      INFO("horizontal " << horizontal << ", " << name_of(strategy) << ": " << in << " of " << all);
+      CHECK(uncertainty::binomial_interval(in, all, 0.95).high >= 0.95);
+      CHECK(only_believed == 0);
+    }
+}
+
+TEST_CASE("the hole of a peg that fell in is remembered for the next one, however it was found") {
+  InsertionSetup setup = drawn(31);
+  setup.strategy = Strategy::Book;
+  setup.insert_by = force::InsertBy::Gravity;
+  setup.pegs = 3;
+  const InsertionResult result = run_insertion(arc(), setup);
+  REQUIRE(result.inserted);
+  for (const std::size_t k : {1u, 2u}) CHECK(result.pegs[k].time < 0.5 * result.pegs[0].time);
 }
 
 TEST_CASE("an insertion is the same for the same seed, and another for another") {
@@ -118,6 +157,10 @@ TEST_CASE("four pegs one after the other take no longer than in the book") {
   CHECK(result.time <= 22.5);
 }
 
+/// The limit, and what the contact is driven in at the speed of an approach until the arm stands: path servo and joint
+/// servo behind their delays, some 0.1 s [N].
+constexpr double most_force = 80 + 1.2 * 23.38e3 * 0.04 * 0.1;
+
 TEST_CASE("what a cell cannot do is an outcome with phase and reason") {
   SECTION("a tube out of reach") {
     cell::Cell cell = arc();
@@ -154,8 +197,9 @@ TEST_CASE("what a cell cannot do is an outcome with phase and reason") {
     cell::Cell cell = arc();
     cell.effects.task.tube_shift.z() = 8 * mm;
     const InsertionResult result = run_insertion(cell, drawn(1));
-    CHECK(only(result).reason != force::Reason::None);
-    CHECK(only(result).greatest_force < 160);
+    CHECK_FALSE(result.inserted);
+    CHECK(only(result).reason == force::Reason::Force);
+    CHECK(only(result).greatest_force < most_force);
   }
   SECTION("a force sensor with its sign turned round") {
     cell::Cell cell = arc();
@@ -163,7 +207,7 @@ TEST_CASE("what a cell cannot do is an outcome with phase and reason") {
     const InsertionResult result = run_insertion(cell, drawn(1));
     CHECK_FALSE(result.inserted);
     CHECK(only(result).reason == force::Reason::Force);
-    CHECK(only(result).greatest_force < 200);
+    CHECK(only(result).greatest_force < most_force);
   }
 }
 

@@ -183,7 +183,8 @@ def main():
         results = [next(done) for _ in judge.steps(wanted, "Starts")]
     of_kind = {kind: [r for r in results if (r["on"], r["by"]) == kind] for kind in KINDS}
     drawn = sum(r["drawn"] for r in results)
-    judge.show([line(*kind, of) for kind, of in of_kind.items()],
+    lines = [line(*kind, of) for kind, of in of_kind.items()]
+    judge.show(lines,
                f"Where the camera truly ended; {len(results)} of {drawn} starts drawn show the target and were run")
     for r in results:
         if not r["over_tube"]:
@@ -191,7 +192,8 @@ def main():
                   f"(truly {1e3 * r['position']:.2f} mm, {np.degrees(r['angle']):.3f} deg)")
     if given.json:
         given.json.write_text(json.dumps({"starts": given.starts, "binning": given.binning, "runs": results}, indent=1) + "\n")
+    return 0 if all(one.reached for one in lines) else 1
 
 
 if __name__ == "__main__":
-    main()
+    raise SystemExit(main())

@@ -40,7 +40,7 @@ def _row(name: str, pegs: list[Any]) -> dict[str, Any]:
 
     first = sum(p.inserted and p.attempts == 1 for p in pegs)
     bounds = binomtest(first, len(pegs)).proportion_ci(0.95, "exact")
-    failed = sorted({str(p.reason).replace("_", " ") for p in pegs if not p.inserted})
+    failed = sorted({"only believed inserted" if str(p.reason) == "inserted" else str(p.reason).replace("_", " ") for p in pegs if not p.inserted})
     times = [p.time for p in pegs if p.inserted]
     return {"name": name, "first": first, "low": bounds.low, "high": bounds.high, "inserted": sum(p.inserted for p in pegs),
             "time": float(np.median(times)) if times else None, "force": float(np.median([p.greatest_force for p in pegs])),

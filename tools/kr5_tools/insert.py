@@ -47,7 +47,7 @@ def insert(
     with common.working("inserting"):
         result = kr5.sim.run_insertion(cell, setup)
     to = common.console(json_file)
-    tell(result, setup, to)
+    tell(result, to)
     write(result, setup, source, to, output, csv, png)
     common.write_json(as_dict(result, setup), json_file)
     if view:
@@ -87,9 +87,9 @@ def phase_rows(result: Any) -> list[list[Any]]:
              ", ".join(f"{p['phase']} {p['duration']:.2f}" for p in each if p["duration"] > 0)] for (peg, attempt), each in found.items()]
 
 
-def peg_rows(result: Any, setup: Any) -> list[list[Any]]:
+def peg_rows(result: Any) -> list[list[Any]]:
     """How each peg fared, in mm."""
-    off = 1e3 * math.hypot(*setup.offset)
+    off = 1e3 * math.hypot(*result.T_T_tube[:2, 3])
     return [[f"{k}", "yes" if p.inserted else "no", p.attempts, f"{p.time:.2f}", f"{1e3 * p.depth:.2f}", f"{p.greatest_force:.1f}", f"{off:.3f}",
              "–" if math.isnan(p.hole_error) else f"{1e3 * p.hole_error:.3f}"] for k, p in enumerate(result.pegs, 1)]
 
@@ -99,10 +99,10 @@ PEG_TEXT = "Force: the greatest on the peg. Off: the true axis of the tube from 
 PHASE_COLUMNS = ["peg", "attempt", "begin [s]", "took [s]", "phases [s]"]
 
 
-def tell(result: Any, setup: Any, to: Any) -> None:
-    x, y = (1e3 * v for v in setup.offset)
+def tell(result: Any, to: Any) -> None:
+    x, y = (1e3 * v for v in result.T_T_tube[:2, 3])
     to.print(common.table("What was done", PHASE_COLUMNS, phase_rows(result), text=(4,)))
-    to.print(common.table("\nHow it ended", PEG_COLUMNS, peg_rows(result, setup)))
+    to.print(common.table("\nHow it ended", PEG_COLUMNS, peg_rows(result)))
     to.print(f"{PEG_TEXT}\n\nThe tube's axis is believed at (0, 0) and really is at ({x:.3f}, {y:.3f}) mm across it.", soft_wrap=True)
     for number, peg in enumerate(result.pegs, 1):
         word, text = insert_words.ending(peg)
@@ -125,7 +125,7 @@ def write(result: Any, setup: Any, source: Path, to: Any, output: Path | None, c
     from .plot_style import plt
 
     with common.working("drawing"):
-        drawn = insert_plots.plots(result, setup)
+        drawn = insert_plots.plots(result)
         if png:
             files = report_page.write_png(drawn, png)
             to.print(f"{png}: {len(files)} plots.", soft_wrap=True, markup=False)

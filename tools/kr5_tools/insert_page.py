@@ -16,10 +16,10 @@ def make(result: Any, setup: Any, drawn: list[Any], source: Path) -> str:
     """The HTML."""
     look, icon = ("good", "✓") if result.inserted else ("unusable", "✗")
     return make_page(
-        result.cell, [run(result)], source, made_by="kr5 insert", title=title(setup), T_B_tube=true_tube(result, setup), template="insert.html",
+        result.cell, [run(result)], source, made_by="kr5 insert", title=title(setup), T_B_tube=true_tube(result), template="insert.html",
         look=look, icon=icon, endings=[insert_words.ending(p) for p in result.pegs], plots=[embed(p) for p in drawn],
         tables=[("What was done", "seen", insert.PHASE_COLUMNS, insert.phase_rows(result), ""),
-                ("How it ended", "numbers", insert.PEG_COLUMNS, insert.peg_rows(result, setup), insert.PEG_TEXT)],
+                ("How it ended", "numbers", insert.PEG_COLUMNS, insert.peg_rows(result), insert.PEG_TEXT)],
         given=given(setup))
 
 
@@ -29,7 +29,7 @@ def title(setup: Any) -> str:
 
 def given(setup: Any) -> list[tuple[str, str]]:
     x, y = (1e3 * v for v in setup.offset)
-    return [("clearance", f"{1e3 * setup.clearance:g} mm"), ("tilt", f"{np.degrees(setup.tilt):.3g}°"), ("true axis from believed", f"({x:.3f}, {y:.3f}) mm"),
+    return [("clearance", f"{1e3 * setup.clearance:g} mm"), ("tilt", f"{np.degrees(setup.tilt):.3g}°"), ("offset of the tube", f"({x:.3f}, {y:.3f}) mm"),
             ("tube", "lying" if setup.horizontal else "standing"), ("strategy", str(setup.strategy)), ("pushed in by", str(setup.insert_by)),
             ("seed", str(setup.seed))]
 
@@ -45,8 +45,6 @@ def run(result: Any) -> dict[str, Any]:
     return {"name": "insertion", "t": (t[keep] - t[0]).round(4).tolist(), "q": q[keep].round(6).tolist(), "still": None, "notes": notes}
 
 
-def true_tube(result: Any, setup: Any) -> np.ndarray:
-    """Pose of the tube, its axis where it really is."""
-    T = np.array(result.cell.tube.T_B_T)
-    T[:3, 3] += T[:3, :2] @ np.asarray(setup.offset)
-    return T
+def true_tube(result: Any) -> np.ndarray:
+    """Pose of the tube in the base, where it really stands."""
+    return np.array(result.cell.tube.T_B_T) @ result.T_T_tube

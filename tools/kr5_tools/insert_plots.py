@@ -17,12 +17,12 @@ SHADES = {"touch": "#fde7c7", "roll": "#d6e9f5", "slide": "#d7efe4", "upright": 
 MOST_POINTS = 3000
 
 
-def plots(result: Any, setup: Any) -> list[Plot]:
+def plots(result: Any) -> list[Plot]:
     """All that there is something to show for. Close the figures after use."""
     out = []
     with plt.rc_context(STYLE):
         for name, title, function, wide, text in CATALOGUE:
-            if (figure := function(result, setup)) is not None:
+            if (figure := function(result)) is not None:
                 out.append(Plot(name, title, text, figure, wide))
     return out
 
@@ -48,7 +48,7 @@ def _shade(axes: Any, result: Any, label: bool) -> None:
     axes.grid(False, axis="x")
 
 
-def profile(result: Any, setup: Any) -> Figure | None:
+def profile(result: Any) -> Figure | None:
     if not len(result.profile):
         return None
     order = np.argsort(result.profile["azimuth"])
@@ -66,7 +66,7 @@ def profile(result: Any, setup: Any) -> Figure | None:
     return figure
 
 
-def forces(result: Any, setup: Any) -> Figure:
+def forces(result: Any) -> Figure:
     t, fx, fy, fz = _columns(result, "fx", "fy", "fz")
     figure, axes = plt.subplots(2, 1, figsize=(WIDE, 4.2), sharex=True)
     for ax, values, colour, name in ((axes[0], fz, BLUE, "along the tube [N]"), (axes[1], np.hypot(fx, fy), RED, "across it [N]")):
@@ -77,7 +77,7 @@ def forces(result: Any, setup: Any) -> Figure:
     return figure
 
 
-def height(result: Any, setup: Any) -> Figure:
+def height(result: Any) -> Figure:
     t, z, tilt = _columns(result, "true_z", "true_tilt")
     figure, axes = plt.subplots(2, 1, figsize=(WIDE, 4.2), sharex=True, height_ratios=(2, 1))
     for ax, values, colour, name in ((axes[0], 1e3 * z, BLUE, "above the face [mm]"), (axes[1], np.degrees(tilt), GREEN, "tilt [deg]")):
@@ -89,10 +89,10 @@ def height(result: Any, setup: Any) -> Figure:
     return figure
 
 
-def path(result: Any, setup: Any) -> Figure:
+def path(result: Any) -> Figure:
     """In the frame of the believed tube; the peg where it really is."""
     _, x, y = _columns(result, "true_x", "true_y")
-    off, tube = 1e3 * np.asarray(setup.offset), result.cell.tube
+    off, tube = 1e3 * result.T_T_tube[:2, 3], result.cell.tube
     x, y = 1e3 * x + off[0], 1e3 * y + off[1]
     first, last = np.flatnonzero(np.isfinite(x))[[0, -1]]
     figure, axes = plt.subplots(figsize=(WIDE, 4.9))

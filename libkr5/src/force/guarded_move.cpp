@@ -33,8 +33,7 @@ double GuardedMove::step(double way, double force) noexcept {
   touched_ = touched_ || !(force < options_.touch);  // a force that is no number stops, too
   if (touched_) return 0.0;
   if (!(way > 0)) return slow_;
-  return std::clamp(std::sqrt(slow_ * slow_ + 1.6 * options_.acceleration * way), slow_,
-                    options_.speed);
+  return std::clamp(std::sqrt(slow_ * slow_ + 1.6 * options_.acceleration * way), slow_, options_.speed);
 }
 
 }  // namespace kr5::force

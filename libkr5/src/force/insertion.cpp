@@ -99,6 +99,8 @@ void Insertion::Machine::again() noexcept {
   descent.reset();
   turn.clear();
   zero.setZero();
+  sum.setZero();
+  squares.setZero();
   known = before.has_value();
   face = hole.z();
   state.hole = hole;
@@ -136,11 +138,7 @@ bool Insertion::Machine::calm_for(double time, bool calm_now) noexcept {
   return calm * options.cycle >= time;
 }
 
-Felt Insertion::Machine::feel(const InsertionReading& reading) noexcept {
-  const Vector6 wrench = force_filter.step(reading.wrench) - zero;
-  Vector6 place6 = Vector6::Zero();
-  place6 << reading.T_T_P.translation(), tilt_of(reading.T_T_P), 0.0;
-  place6 = place_filter.step(place6);
+Felt Insertion::Machine::felt(const Vector6& wrench, const Vector6& place6) const noexcept {
   Felt out;
   out.arm = place6.head<3>();
   out.force = wrench.head<3>();
@@ -159,6 +157,14 @@ Felt Insertion::Machine::feel(const InsertionReading& reading) noexcept {
   out.tilt = rho.norm();
   out.azimuth = std::atan2(-rho.x(), rho.y());
   return out;
+}
+
+Felt Insertion::Machine::feel(const InsertionReading& reading) noexcept {
+  Vector6 place6;
+  place6 << reading.T_T_P.translation(), tilt_of(reading.T_T_P), 0.0;
+  const Vector6 wrench = force_filter.step(reading.wrench) - zero;
+  sharp = felt(reading.wrench - zero, place6);
+  return felt(wrench, place_filter.step(place6));
 }
 
 /// What ends everything, whatever the phase.

@@ -35,8 +35,10 @@ struct Insertion::Machine {
   TurnProfile turn;
   TiltedPath path;
   Axis lean, round;  ///< Tilt and its azimuth, where they are planned.
-  Vector6 zero = Vector6::Zero();
-  std::optional<Eigen::Vector3d> last_hole;         ///< Of the last success, in T [m].
+  Felt sharp;        ///< Unfiltered: a filter would round the cusp of a profile, and a fit averages by itself.
+  Vector6 zero = Vector6::Zero(), sum = Vector6::Zero(), squares = Vector6::Zero();
+  double zero_std = 0.0;                     ///< Of the peg's place in the grip, for what is not known of the zero [m].
+  std::optional<Eigen::Vector3d> last_hole;  ///< Of the last success, in T [m].
   Eigen::Vector2d place = Eigen::Vector2d::Zero();  ///< Where the next attempt touches, in T [m].
   Eigen::Vector2d begun = Eigen::Vector2d::Zero();  ///< Where a slide or a spiral began.
   double face = 0.0;                                ///< Believed height of the tube's face [m].
@@ -51,6 +53,7 @@ struct Insertion::Machine {
   void again() noexcept;
 
   // Common to all phases.
+  Felt felt(const Vector6& wrench, const Vector6& place6) const noexcept;
   Felt feel(const InsertionReading& reading) noexcept;
   void go(Phase phase) noexcept;
   void stop(Reason reason) noexcept;
@@ -92,7 +95,7 @@ struct Insertion::Machine {
   void retreat(const Felt& now) noexcept;
 
   void found(bool fitted) noexcept;
-  /// Standard deviation of the fitted centre, rows taken to err together over a twelfth of the turn.
+  /// Standard deviation of the fitted centre in the direction in which it is least known.
   double fit_std() const noexcept;
   void enter(double azimuth) noexcept;
 };

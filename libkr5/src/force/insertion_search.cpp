@@ -11,14 +11,14 @@
 namespace kr5::force {
 namespace {
 
-constexpr double zeroing = 0.12;  // for which an untouched sensor is averaged [s]
-constexpr double tilting = 1.0;   // greatest speed of a planned tilt in the air [rad/s]
-constexpr double felt = 1.0;      // from which on a row of the profile counts as touching [N]
-constexpr double settling = 0.1;  // [s]
-constexpr double patience = 1.5;  // for a force to settle before one goes on all the same [s]
-constexpr double overlap = 0.1;   // of the turn, so that its end meets its beginning [rad]
-constexpr int evaluations = 8;    // of the fit in a cycle
-constexpr int least_rows = TurnProfile::bins / 3;
+constexpr double zeroing = 0.12;     // for which an untouched sensor is averaged [s]
+constexpr double tilting = 1.0;      // greatest speed of a planned tilt in the air [rad/s]
+constexpr double least_press = 1.0;  // from which on a row of the profile counts as least_press [N]
+constexpr double settling = 0.1;     // [s]
+constexpr double patience = 1.5;     // for a force to settle before one goes on all the same [s]
+constexpr double overlap = 0.1;      // of the turn, so that its end meets its beginning [rad]
+constexpr int evaluations = 8;       // of the fit in a cycle
+constexpr int least_rows = 40;
 
 }  // namespace
 
@@ -53,12 +53,18 @@ double Insertion::Machine::tilted_height() const noexcept {
   return face + options.motion.height + options.bodies.peg_radius * std::sin(options.tilt);
 }
 
-void Insertion::Machine::tare(const Felt& now) noexcept {
+/// What an untouched sensor tells is zero from now on, and how much that wavers is kept for the doubt of a fit.
+void Insertion::Machine::tare(const Felt&) noexcept {
   Vector6 wrench;
-  wrench << now.force, now.moment;
+  wrench << sharp.force, sharp.moment;
+  sum += wrench;
+  squares += wrench.cwiseProduct(wrench);
   drive(Eigen::Vector2d::Zero(), 0.0);
   if (seconds() < zeroing) return;
-  zero = wrench;
+  const double n = cycles;
+  zero = sum / n;
+  const Vector6 variance = (squares / n - zero.cwiseProduct(zero)).cwiseMax(0.0) / std::max(n - 1, 1.0);
+  zero_std = std::sqrt(0.5 * (variance[0] + variance[1])) / options.grip.lateral;
   lean.rest_at(path.rho.norm());
   round.rest_at(lean.x > 1e-6 ? std::atan2(-path.rho.x(), path.rho.y()) : toward);
   go(Phase::Approach);
@@ -95,7 +101,7 @@ void Insertion::Machine::touch(const Felt& now) noexcept {
   if (captured(now) || (known && options.entry == Entry::Tilted && seconds() > settling)) return enter(round.x);
   const bool held = std::abs(now.press() - options.forces.roll) < 0.2 * options.forces.roll;
   if (!calm_for(settling, held) && seconds() < patience) return;
-  if (now.press() < felt) return fail(Reason::NoContact);
+  if (now.press() < least_press) return fail(Reason::NoContact);
   if (known) {  // upright on the face beside a remembered hole, or in it
     level = now.peg.z();
     begun = path.p.head<2>();
@@ -115,8 +121,8 @@ void Insertion::Machine::roll(const Felt& now) noexcept {
   left.x = swept;
   plan_tilt(0.0, left.towards(whole, speed, 4 * options.motion.turning, options.cycle));
   swept += round.x - before;
-  if (now.press() > felt)
-    turn.add({now.azimuth, now.tilt, now.peg.head<2>(), now.peg.z(), now.press(), now.moment.head<2>()});
+  if (sharp.press() > least_press)
+    turn.add({sharp.azimuth, sharp.tilt, sharp.peg.head<2>(), sharp.peg.z(), sharp.press(), sharp.moment.head<2>()});
   if (captured(now)) return enter(round.x);
   if (swept < whole - 1e-2) return;
   turn.finish();
@@ -139,18 +145,10 @@ void Insertion::Machine::locate(const Felt& now) noexcept {
 }
 
 double Insertion::Machine::fit_std() const noexcept {
-  constexpr int blocks = 12;
-  const TubeSearch::Solution& best = search.best();
-  const std::span<const ProfileRow> rows = turn.rows();
-  Eigen::Matrix3d meat = Eigen::Matrix3d::Zero();
-  for (int k = 0; k < blocks; ++k) {
-    const std::size_t from = rows.size() * static_cast<std::size_t>(k) / blocks;
-    const std::size_t to = rows.size() * static_cast<std::size_t>(k + 1) / blocks;
-    const Eigen::Vector3d score = search.score(rows.subspan(from, to - from), best.place);
-    meat += score * score.transpose();
-  }
-  const Eigen::Matrix3d bread = best.normal.A.inverse(), spread = bread * meat * bread;
-  return std::sqrt(blocks / (blocks - 3.0) * 0.5 * (spread(0, 0) + spread(1, 1)));
+  const TubeSearch::Normal& best = search.best().normal;
+  const Eigen::Matrix3d spread = best.cost / (static_cast<double>(turn.rows().size()) - 3) * best.A.inverse();
+  const double mean = 0.5 * (spread(0, 0) + spread(1, 1)), half = 0.5 * (spread(0, 0) - spread(1, 1));
+  return std::hypot(std::sqrt(mean + std::hypot(half, spread(0, 1))), zero_std);
 }
 
 void Insertion::Machine::found(bool fitted) noexcept {

@@ -23,9 +23,9 @@ void TubeSearch::begin(std::span<const ProfileRow> rows, const Eigen::Vector2d& 
   best_.normal.cost = nowhere;
 }
 
-TubeSearch::Normal TubeSearch::sum_over(std::span<const ProfileRow> rows, const Place& place) const noexcept {
+TubeSearch::Normal TubeSearch::at(const Place& place) const noexcept {
   Normal out;
-  for (const ProfileRow& row : rows) {
+  for (const ProfileRow& row : rows_) {
     const PegRest rest = rest_peg_on_tube(bodies_, row.tilt, row.azimuth, row.centre - place.head<2>());
     const double error = row.height - place.z() - rest.height;
     if (std::isnan(error)) {

@@ -36,16 +36,11 @@ class TubeSearch {
   /// @return All is done: best() is the answer.
   bool advance(int evaluations) noexcept;
   const Solution& best() const noexcept { return best_; }
-  /// Sum of slope times error over some rows: half the gradient of what is made least.
-  Eigen::Vector3d score(std::span<const ProfileRow> rows, const Place& place) const noexcept {
-    return sum_over(rows, place).b;
-  }
 
  private:
   static constexpr int directions = 12, distances = 4, kept = 10;
 
-  Normal sum_over(std::span<const ProfileRow> rows, const Place& place) const noexcept;
-  Normal at(const Place& place) const noexcept { return sum_over(rows_, place); }
+  Normal at(const Place& place) const noexcept;
   Place start(int number) const noexcept;
   void look() noexcept;
   void next() noexcept;

@@ -63,8 +63,9 @@ Eigen::Vector2d TurnProfile::line(int k, int from, int to) const noexcept {
 }
 
 std::optional<double> TurnProfile::cusp() const noexcept {
-  constexpr int wide = 6;  // rows on either side, 18 degrees of a whole turn
-  if (count_ < bins / 2) return std::nullopt;
+  constexpr int least = 60;
+  if (count_ < least) return std::nullopt;
+  const int wide = count_ / 20;  // rows on either side, 18 degrees of a whole turn
   std::optional<double> azimuth;
   double sharpest = 0.0;
   for (int k = 0; k < count_; ++k) {

@@ -12,7 +12,7 @@ namespace kr5::force {
 /// What is felt while a peg goes once round, gathered by azimuth. Of fixed size.
 class TurnProfile {
  public:
-  static constexpr int bins = 120;
+  static constexpr int bins = 360;  ///< So narrow that the cusp is not rounded.
 
   void clear() noexcept;
   void add(const ProfileRow& row) noexcept;

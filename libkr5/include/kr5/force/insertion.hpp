@@ -181,7 +181,7 @@ struct InsertionState {
   int attempt = 1;
   double time = 0.0;                               ///< Since the first step [s].
   Eigen::Vector3d hole = Eigen::Vector3d::Zero();  ///< Where the hole is believed, in T [m].
-  double hole_std = 0.0;                           ///< Of each of its coordinates across the tube; 0: not known [m].
+  double hole_std = 0.0;                           ///< Across the tube, where it is least known; 0: not fitted [m].
   double depth = 0.0;                              ///< Of the peg's bottom below the believed face [m].
 
   static void each_field(auto& self, auto&& visit) {
@@ -191,7 +191,7 @@ struct InsertionState {
     visit("attempt", self.attempt, "Number of the attempt, from 1.");
     visit("time", self.time, "Since the first step [s].");
     visit("hole", self.hole, "Where the hole is believed, in T [m].");
-    visit("hole_std", self.hole_std, "Of each of its coordinates across the tube; 0: not known [m].");
+    visit("hole_std", self.hole_std, "Across the tube, where it is least known; 0: not fitted [m].");
     visit("depth", self.depth, "Of the peg's bottom below the believed face [m].");
   }
 };

@@ -35,7 +35,7 @@ struct InsertionSetup {
   double grip_tilt = 1.5e-3;         ///< [rad]
   double tube_tilt = 1.5e-3;         ///< [rad]
   double face_error = 2e-4;          ///< [m]
-  double stiffness_error = 0.1;                      ///< [-]
+  double stiffness_error = 0.1;      ///< [-]
   double lateral_stiffness = 0;      ///< [N/m]
   double angular_stiffness = 300.0;  ///< [N m/rad]
   bool noise = true;
