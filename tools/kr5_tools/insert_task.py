@@ -9,16 +9,17 @@ import typer
 from . import common
 from .demo import CHECKOUT
 
-Cell = Annotated[Path | None, typer.Option("--cell", metavar="CELL.yaml", show_default=False, help="The cell; by default share/cells/kr5_arc.yaml "
-                                           "of the checkout.")]
+Cell = Annotated[Path | None, typer.Option("--cell", metavar="CELL.yaml", show_default=False, help="The cell; by default the KR5 Arc that kr5 ships "
+                                           "(share/cells/kr5_arc.yaml).")]
 SHIPPED = Path("share/cells/kr5_arc.yaml")
+INSTALLED = Path(__file__).resolve().parent / "cells/kr5_arc.yaml"  # the same file, beside installed commands
 
 
 def cell_file(given: Path | None) -> Path:
     """The file given, or the shipped cell."""
     if given:
         return given
-    found = next((p for p in (CHECKOUT / SHIPPED, SHIPPED) if p.is_file()), None)
+    found = next((p for p in (CHECKOUT / SHIPPED, INSTALLED, SHIPPED) if p.is_file()), None)
     if found is None:
         common.fail(f"--cell: is missing, and there is no {SHIPPED} here: name a cell with peg, tube, tool, contact and servo")
     return found
