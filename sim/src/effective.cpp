@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "effective.hpp"
 
+#include <kr5/predict/contact.hpp>
+
 #include <cmath>
 
 namespace kr5::sim {
@@ -29,6 +31,13 @@ kinematics::Body effective_tool(const cell::Cell& cell) {
   const kinematics::Body tool{cell.tool->mass, cell.tool->com, cell.tool->inertia};
   const cell::ToolEffects& effects = cell.effects.tool;
   return kinematics::combined(tool, {effects.payload_mass, effects.payload_com, Vector6::Zero()});
+}
+
+force::PegTubeShape real_shape(const cell::Cell& cell) {
+  const cell::Peg& peg = *cell.peg;
+  const cell::Tube& tube = *cell.tube;
+  return {peg.radius,        peg.length, peg.chamfer, predict::real_inner_radius(cell),
+          tube.outer_radius, tube.depth, tube.chamfer};
 }
 
 }  // namespace kr5::sim

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include <kr5/cell/cell.hpp>
+#include <kr5/force/peg_tube_contact.hpp>
 #include <kr5/geometry/pose.hpp>
 #include <kr5/kinematics/body.hpp>
 
@@ -16,6 +17,8 @@ namespace kr5::sim {
 std::vector<kinematics::DhJoint> effective_joints(const cell::Cell& cell, double t);
 /// T_B_0 of the robot as it stands.
 Pose effective_base(const cell::Cell& cell);
+/// Peg and tube, with tube_radius. Needs both.
+force::PegTubeShape real_shape(const cell::Cell& cell);
 /// Tool and payload (a point) as one body, in S.
 kinematics::Body effective_tool(const cell::Cell& cell);
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "effective.hpp"
+
 namespace kr5::sim {
 namespace {
 
@@ -20,13 +22,6 @@ constexpr int steps_a_search = 3;        // in 0.6 ms nothing new is touched dee
 constexpr double guiding = 0.5;          // of its stiffness is left of a grip that lets slide
 constexpr double air_gap = 2e-4;         // above the highest point of contact nothing is looked for [m]
 
-force::PegTubeShape shape_of(const cell::Cell& cell) {
-  const cell::Peg& peg = *cell.peg;
-  const cell::Tube& tube = *cell.tube;
-  return {peg.radius,        peg.length, peg.chamfer, predict::real_inner_radius(cell),
-          tube.outer_radius, tube.depth, tube.chamfer};
-}
-
 /// Rotation vector of a small rotation, to third order.
 Vector3d turn_between(const Eigen::Matrix3d& from, const Eigen::Matrix3d& to) {
   const Eigen::Matrix3d R = to * from.transpose();
@@ -35,7 +30,7 @@ Vector3d turn_between(const Eigen::Matrix3d& from, const Eigen::Matrix3d& to) {
 
 }  // namespace
 
-HeldPeg::HeldPeg(const cell::Cell& cell, const Grip& grip) : shape_(shape_of(cell)), grip_(grip), axial_(cell) {
+HeldPeg::HeldPeg(const cell::Cell& cell, const Grip& grip) : shape_(real_shape(cell)), grip_(grip), axial_(cell) {
   shape_.validate();
   const double r = shape_.peg_radius, l = shape_.peg_length;
   mass_ = steel * std::numbers::pi * r * r * l;

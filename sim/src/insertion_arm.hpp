@@ -66,7 +66,7 @@ class InsertionArm {
   force::WrenchConditioner weight_;
   std::vector<predict::PathCorrection> servo_;
   bool relative_ = false, reachable_ = true;
-  Coordinates seen_ = Coordinates::Zero();  ///< Where the arm was told to be last.
+  Coordinates seen_ = Coordinates::Zero();  ///< What the arm last read of itself.
   double cycle_ = 0.0, time_ = 0.0;
   Pose T_B_T_ = Pose::Identity(), T_T_tube_ = Pose::Identity(), T_tube_B_ = Pose::Identity();
   Pose T_P_E_ = Pose::Identity();        ///< The grip's turn about the peg.

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "effective.hpp"
+
 namespace kr5::sim {
 namespace {
 
@@ -12,13 +14,6 @@ using Eigen::Vector3d;
 constexpr double local_stiffness = 1e7;  // of the touching edges alone, what else gives way is in series [N/m]
 constexpr double resolved = 2.5e-4;      // step that resolves the tool on that stiffness [s]
 constexpr double closing = 200.0;        // Hunt-Crossley: a third of critical damping at 15 N [s/m]
-
-force::PegTubeShape real_shape(const cell::Cell& cell) {
-  const cell::Peg& peg = *cell.peg;
-  const cell::Tube& tube = *cell.tube;
-  return {peg.radius,        peg.length, peg.chamfer, predict::real_inner_radius(cell),
-          tube.outer_radius, tube.depth, tube.chamfer};
-}
 
 Pose slide_along(const Vector3d& axis) {
   return Pose(Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), axis).toRotationMatrix());

@@ -101,10 +101,14 @@ void Insertion::Machine::upright(const Felt& now) noexcept {
   }
   if (seconds() < mouth) return;
   if (spiralled || options.entry != Entry::Tilted) return fail(Reason::NoDrop);
+  spiralled = true;
+  begin_spiral(now);
+}
+
+void Insertion::Machine::begin_spiral(const Felt& now) noexcept {
   level = now.peg.z();
   begun = path.p.head<2>();
   swept = 0.0;
-  spiralled = true;
   go(Phase::Spiral);
 }
 
@@ -177,8 +181,7 @@ void Insertion::Machine::push(const InsertionReading& reading, const Felt& now) 
   const double most = std::min(m.push_speed, creeping + std::sqrt(m.acceleration * left));
   drive(gives.head<2>(), std::max(-feed + f.axial_gain * (now.press() - f.push), -most));
   path.turn(gives.segment<2>(3), m.turning);
-  lean.rest_at(path.rho.norm());
-  round.rest_at(std::atan2(-path.rho.x(), path.rho.y()));
+  plan_from_path();
   if (state.depth >= m.depth) return inserted(now);
   if (calm == 0) level = now.peg.z();
   const bool held_up = now.press() > 0.7 * f.push && level - now.peg.z() < dropped;
@@ -195,8 +198,7 @@ void Insertion::Machine::retreat(const Felt& now) noexcept {
   else
     path.turn(Eigen::Vector2d::Zero(), m.turning);
   if (now.arm.z() < height) return;
-  lean.rest_at(path.rho.norm());
-  round.rest_at(lean.x > 1e-6 ? std::atan2(-path.rho.x(), path.rho.y()) : toward);
+  plan_from_path();
   // Not where it failed, but where the peg feels most: beside the hole as far as it is known.
   if (state.hole_std > 0)
     place = state.hole.head<2>() - 0.4 * options.bodies.peg_radius * direction();

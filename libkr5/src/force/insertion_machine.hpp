@@ -68,6 +68,10 @@ struct Insertion::Machine {
   /// Moves across the tube, the press held; tilt as planned.
   void drive(const Eigen::Vector2d& across, double along) noexcept;
   void plan_tilt(double lean_speed, double round_speed) noexcept;
+  /// What is planned of the tilt goes on from where the path is.
+  void plan_from_path() noexcept;
+  /// Where the planned azimuth is that of the hole, the shortest way round [rad].
+  double nearest_turn() const noexcept;
   Eigen::Vector2d give_across(const Felt& now, const Eigen::Vector2d& wish) const noexcept;
   /// The bottom of the peg is below the face: the rim is in the bore.
   bool captured(const Felt& now) const noexcept { return now.peg.z() < face - options.limits.face_error; }
@@ -91,6 +95,7 @@ struct Insertion::Machine {
   void confirm(const Felt& now) noexcept;
   void let_go(const InsertionReading& reading, const Felt& now) noexcept;
   void inserted(const Felt& now) noexcept;
+  void begin_spiral(const Felt& now) noexcept;
   void spiral(const Felt& now) noexcept;
   void retreat(const Felt& now) noexcept;
 

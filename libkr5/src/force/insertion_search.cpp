@@ -13,7 +13,7 @@ namespace {
 
 constexpr double zeroing = 0.12;     // for which an untouched sensor is averaged [s]
 constexpr double tilting = 1.0;      // greatest speed of a planned tilt in the air [rad/s]
-constexpr double least_press = 1.0;  // from which on a row of the profile counts as least_press [N]
+constexpr double least_press = 1.0;  // from which on a row of the profile counts [N]
 constexpr double settling = 0.1;     // [s]
 constexpr double patience = 1.5;     // for a force to settle before one goes on all the same [s]
 constexpr double overlap = 0.1;      // of the turn, so that its end meets its beginning [rad]
@@ -29,6 +29,15 @@ double Insertion::Machine::press_speed(double wish, const Felt& now) const noexc
 
 void Insertion::Machine::drive(const Eigen::Vector2d& across, double along) noexcept {
   path.drive({across.x(), across.y(), along}, options.motion.acceleration);
+}
+
+void Insertion::Machine::plan_from_path() noexcept {
+  lean.rest_at(path.rho.norm());
+  round.rest_at(lean.x > 1e-6 ? std::atan2(-path.rho.x(), path.rho.y()) : toward);
+}
+
+double Insertion::Machine::nearest_turn() const noexcept {
+  return round.x + std::remainder(toward - round.x, 2 * M_PI);
 }
 
 void Insertion::Machine::plan_tilt(double lean_speed, double round_speed) noexcept {
@@ -65,8 +74,7 @@ void Insertion::Machine::tare(const Felt&) noexcept {
   zero = sum / n;
   const Vector6 variance = (squares / n - zero.cwiseProduct(zero)).cwiseMax(0.0) / std::max(n - 1, 1.0);
   zero_std = std::sqrt(0.5 * (variance[0] + variance[1])) / options.grip.lateral;
-  lean.rest_at(path.rho.norm());
-  round.rest_at(lean.x > 1e-6 ? std::atan2(-path.rho.x(), path.rho.y()) : toward);
+  plan_from_path();
   go(Phase::Approach);
 }
 
@@ -79,7 +87,7 @@ void Insertion::Machine::approach(const Felt&) noexcept {
   const InsertionMotion& m = options.motion;
   path.drive(path.towards({over.x(), over.y(), height}, m.approach_speed, m.acceleration), m.acceleration);
   if (lean.x < 1e-3) round.rest_at(toward);
-  const double turned = round.x + std::remainder(toward - round.x, 2 * M_PI);
+  const double turned = nearest_turn();
   plan_tilt(lean.towards(tilted ? options.tilt : 0.0, tilting, m.turning, options.cycle),
             round.towards(turned, 2 * tilting, 4 * m.turning, options.cycle));
   const bool there = (path.p - Eigen::Vector3d(over.x(), over.y(), height)).norm() < 2e-4 &&
@@ -103,10 +111,7 @@ void Insertion::Machine::touch(const Felt& now) noexcept {
   if (!calm_for(settling, held) && seconds() < patience) return;
   if (now.press() < least_press) return fail(Reason::NoContact);
   if (known) {  // upright on the face beside a remembered hole, or in it
-    level = now.peg.z();
-    begun = path.p.head<2>();
-    swept = 0.0;
-    return go(Phase::Spiral);
+    return begin_spiral(now);
   }
   turn.clear();
   swept = 0.0;
@@ -170,7 +175,7 @@ void Insertion::Machine::found(bool fitted) noexcept {
 void Insertion::Machine::aim(const Felt& now) noexcept {
   drive(Eigen::Vector2d::Zero(), press_speed(options.forces.slide, now));
   const InsertionMotion& m = options.motion;
-  const double turned = round.x + std::remainder(toward - round.x, 2 * M_PI);
+  const double turned = nearest_turn();
   if (options.entry == Entry::Tilted) {
     plan_tilt(0.0, round.towards(turned, 2 * tilting, 4 * m.turning, options.cycle));
     if (std::abs(turned - round.x) > 1e-2) return;
