@@ -96,7 +96,7 @@ class Task {
     out.profile = profile();
     if (setup_.log && reachable) out.rows = rows_.table();
     out.cell = cell_;
-    out.T_T_tube = arm_.T_T_tube();
+    out.T_T_tube = arm_.tube();
     return out;
   }
 
@@ -117,7 +117,7 @@ class Task {
     while (!insertion_.finished()) {
       cycle(peg);
       const force::InsertionState& now = insertion_.state();
-      if (now.hole_std > 0) out.hole_error = (now.hole - arm_.T_T_tube().translation()).head<2>().norm();
+      if (now.hole_std > 0) out.hole_error = (now.hole - arm_.tube().translation()).head<2>().norm();
     }
     const double end = arm_.time() + (options_.insert_by == force::InsertBy::Arm ? 0.0 : falling);
     while (arm_.time() < end && -arm_.peg().pose().translation().z() < options_.motion.depth) arm_.advance(last_);
@@ -201,7 +201,7 @@ class Task {
     const force::PegTube bodies{cell_.peg->radius, predict::real_inner_radius(cell_), cell_.tube->outer_radius};
     for (const force::ProfileRow& r : insertion_.profile())
       rows.add({r.azimuth, r.tilt, r.centre.x(), r.centre.y(), r.height,
-                force::resting_height(bodies, arm_.T_T_tube(), r.tilt, r.azimuth, r.centre), r.force});
+                force::resting_height(bodies, arm_.tube(), r.tilt, r.azimuth, r.centre), r.force});
     return rows.table();
   }
 

@@ -39,7 +39,7 @@ class InsertionArm {
   double time() const { return time_; }
   double cycle() const { return cycle_; }
   /// The tube in T, as it really stands.
-  const Pose& T_T_tube() const { return T_T_tube_; }
+  const Pose& tube() const { return T_T_tube_; }
 
  private:
   using Coordinates = Eigen::Matrix<double, 5, 1>;
