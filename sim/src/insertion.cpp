@@ -8,6 +8,7 @@
 
 #include "insertion_arm.hpp"
 #include "scene_run.hpp"
+#include "smooth_way.hpp"
 
 namespace kr5::sim {
 namespace {
@@ -164,14 +165,14 @@ class Task {
   void carry(int peg, const Pose& to) {
     const Pose from = arm_.read().T_T_P;
     const Vector3d way = to.translation() - from.translation();
-    const double duration = 1.875 * way.norm() / carry_speed, w = options_.servo_frequency;
+    const double duration = std::max(smooth_way_peak * way.norm() / carry_speed, arm_.cycle());
+    const double w = options_.servo_frequency;
     for (double t = arm_.cycle(); t < duration + 2 * arm_.cycle(); t += arm_.cycle()) {
-      const double s = std::min(t / duration, 1.0), inside = s < 1.0 ? 1.0 : 0.0;
-      const double x = s * s * s * (10 + s * (6 * s - 15)), v = inside * 30 * s * s * (1 - s) * (1 - s) / duration;
-      const double a = inside * 60 * s * (1 - s) * (1 - 2 * s) / (duration * duration);
+      const SmoothWay now = smooth_way(t / duration);
+      const double v = now.v / duration, a = now.a / (duration * duration);
       const double lead = w > 0 ? 2 * options_.servo_damping / w * v + a / (w * w) : 0.0;
       last_ = {};
-      last_.T_T_P = Pose(Eigen::Translation3d(from.translation() + way * (x + lead)));
+      last_.T_T_P = Pose(Eigen::Translation3d(from.translation() + way * (now.x + lead)));
       wait(peg);
     }
   }

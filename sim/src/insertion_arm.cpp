@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include <kr5/core/error.hpp>
+#include <kr5/geometry/tilt.hpp>
 
 namespace kr5::sim {
 namespace {
@@ -65,17 +66,8 @@ InsertionArm::InsertionArm(const cell::Cell& real, const InsertionSetup& setup)
 }
 
 InsertionArm::Coordinates InsertionArm::coordinates(const Pose& T_T_P) {
-  const Vector3d axis = T_T_P.linear().col(2);
-  const double across = std::hypot(axis.x(), axis.y());
   Coordinates out;
-  out << T_T_P.translation(), 0.0, 0.0;
-  if (across > 1e-15) out.tail<2>() = std::atan2(across, axis.z()) / across * Eigen::Vector2d(-axis.y(), axis.x());
-  return out;
-}
-
-Pose InsertionArm::pose(const Coordinates& c) {
-  Pose out(Eigen::Translation3d(c.head<3>()));
-  out.linear() = exp_rotation({c[3], c[4], 0.0});
+  out << T_T_P.translation(), tilt_of(T_T_P);
   return out;
 }
 
@@ -100,9 +92,8 @@ bool InsertionArm::choose_turn(const Pose& T_T_P, double tilt) {
     std::optional<VectorXd> q = reach_.posture(flange_for(T_T_P), VectorXd::Zero(cell_.robot.joints()));
     double greatest = 0.0;
     for (int k = 0; k < 8 && q; ++k) {
-      Pose leaned = T_T_P;
-      leaned.translation().z() -= 0.05;
-      leaned.linear() = exp_rotation({-tilt * std::sin(k * pi / 4), tilt * std::cos(k * pi / 4), 0.0});
+      const Vector3d below = T_T_P.translation() - Vector3d(0, 0, 0.05);
+      const Pose leaned = tilted_pose(below, tilt_vector(tilt, k * pi / 4));
       const std::optional<VectorXd> other = reach_.posture(flange_for(leaned), *q);
       greatest = other ? std::max(greatest, (*other - *q).lpNorm<Eigen::Infinity>()) : 1e9;
       if (!other) q.reset();
@@ -136,14 +127,16 @@ bool InsertionArm::start(const Pose& T_T_P, double tilt) {
   return true;
 }
 
-InsertionArm::Coordinates InsertionArm::corrected(const Coordinates& command) {
+/// What becomes of a command behind the servo of the path.
+Pose InsertionArm::commanded(const Pose& T_T_P) {
+  const Coordinates command = coordinates(T_T_P);
   Coordinates out = command;
   for (std::size_t i = 0; i < servo_.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
     servo_[i].advance(relative_ ? command[k] - seen_[k] : command[k]);
     out[k] = servo_[i].z();
   }
-  return out;
+  return tilted_pose(out.head<3>(), out.tail<2>());
 }
 
 /// The servo of the path is what was measured of the whole arm, joint servos in it: these are told ahead of time.
@@ -205,7 +198,7 @@ void InsertionArm::hold_peg() { peg_.place(held_); }
 void InsertionArm::advance(const force::InsertionCommand& command) {
   const VectorXd before = command_;
   if (!command.stop) {
-    const std::optional<VectorXd> q = reach_.posture(flange_for(pose(corrected(coordinates(command.T_T_P)))), q_);
+    const std::optional<VectorXd> q = reach_.posture(flange_for(commanded(command.T_T_P)), q_);
     reachable_ = q.has_value();
     command_ = led_ahead(reachable_ ? *q : q_);
   } else {

@@ -44,11 +44,10 @@ class InsertionArm {
  private:
   using Coordinates = Eigen::Matrix<double, 5, 1>;
   static Coordinates coordinates(const Pose& T_T_P);
-  static Pose pose(const Coordinates& c);
 
   Pose flange_for(const Pose& T_T_P) const;
   bool choose_turn(const Pose& T_T_P, double tilt);
-  Coordinates corrected(const Coordinates& command);
+  Pose commanded(const Pose& T_T_P);
   Eigen::VectorXd led_ahead(const Eigen::VectorXd& q);
   /// Where the grip really would hold the peg, in the real tube.
   Pose held();

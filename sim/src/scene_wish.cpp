@@ -7,6 +7,7 @@
 #include <kr5/core/error.hpp>
 
 #include "reach.hpp"
+#include "smooth_way.hpp"
 
 namespace kr5::sim {
 namespace {
@@ -94,11 +95,6 @@ std::vector<double> Wish::rests() const {
   return out;
 }
 
-double Wish::way(double t) const {
-  if (t <= 0.0) return 0.0;
-  if (t >= c_.within) return 1.0;
-  const double s = t / c_.within;
-  return s * s * s * (10.0 + s * (6.0 * s - 15.0));  // speed and acceleration begin and end at zero
-}
+double Wish::way(double t) const { return t <= 0.0 ? 0.0 : smooth_way(t / c_.within).x; }  // within may be 0
 
 }  // namespace kr5::sim

@@ -16,7 +16,6 @@ from pathlib import Path
 
 import numpy as np
 from scipy.linalg import expm
-from scipy.stats import binomtest
 
 import arguments
 import judge
@@ -25,6 +24,7 @@ import kr5.sim
 from contact import BODIES, CENTRE, TILT, brute
 from kr5 import force
 from kr5_tools.insert_task import offset_in_disc
+from kr5_tools.sweep_table import rate
 
 CELL = Path(__file__).resolve().parents[2] / "share/cells/kr5_arc.yaml"
 MM = 1e-3
@@ -115,8 +115,8 @@ def insertions(trials, **task):
 
 
 def share(count, total):
-    low, high = binomtest(count, total).proportion_ci(0.95, "exact")
-    return f"{count} of {total} [{100 * low:.1f}, {100 * high:.1f}] %", low, high
+    found = rate(count, total)
+    return f"{count} of {total} [{100 * found['low']:.1f}, {100 * found['high']:.1f}] %", found["low"], found["high"]
 
 
 def within(results, attempts):

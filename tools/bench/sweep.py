@@ -3,12 +3,12 @@
     python tools/bench/sweep.py [--trials 1000]
 
 Wall-clock time of the whole command `kr5 sweep insertion`, its start and its page with it; one worker runs without Dask. Two
-workers can only be as quick as the cores that are free: run nothing beside it. Processor time, of all processes, tells what
-free cores would give where others are busy too.
+workers can only be as quick as two cores are: run nothing beside it. Cores that share what is in them (threads of one core,
+virtual ones) are slower when both are busy; how much, half the sweep tells that runs at once with another half of it, two
+processes that know nothing of each other.
 """
 
 import json
-import os
 import subprocess
 import sys
 import tempfile
@@ -23,32 +23,34 @@ PLACES = 10  # of the grid below
 CELL = Path(__file__).resolve().parents[2] / "share/cells/kr5_arc.yaml"
 
 
-def processor_time() -> float:
-    """Of all processes that were started here and have ended [s]."""
-    spent = os.times()
-    return spent.children_user + spent.children_system
+def command(folder: Path, workers: int, each: int, name: str) -> list[str]:
+    return [sys.executable, "-m", "kr5_tools", "sweep", "insertion", "--cell", str(CELL), "--tilts", "5:25:5", "--clearances", "0.05,0.5", "--trials", str(each),
+            "--workers", str(workers), "-o", str(folder / name), "--json", str(folder / f"{name}.json")]
 
 
-def sweep(folder: Path, workers: int, each: int) -> tuple[float, float, dict]:
-    """Time of a sweep and its processor time [s], and its result."""
-    out = folder / f"{workers}.json"
-    command = [sys.executable, "-m", "kr5_tools", "sweep", "insertion", "--cell", str(CELL), "--tilts", "5:25:5", "--clearances", "0.05,0.5", "--trials", str(each),
-               "--workers", str(workers), "-o", str(folder / str(workers)), "--json", str(out)]
-    start, spent = time.monotonic(), processor_time()
-    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-    return time.monotonic() - start, processor_time() - spent, json.loads(out.read_text())
+def timed(*commands: list[str]) -> float:
+    """Until all of them, begun at once, are done [s]."""
+    start = time.monotonic()
+    running = [subprocess.Popen(c, stdout=subprocess.DEVNULL) for c in commands]
+    if any([process.wait() for process in running]):
+        raise SystemExit("error: a sweep failed; what it said is above")
+    return time.monotonic() - start
 
 
 def main() -> int:
     parser = arguments.parser(__doc__)
-    parser.add_argument("--trials", type=int, default=1000, help=f"of all places together; a multiple of {PLACES}")
-    each = max(1, parser.parse_args().trials // PLACES)
-    with tempfile.TemporaryDirectory() as folder:
-        (one, spent_one, first), (two, spent_two, second) = (sweep(Path(folder), workers, each) for workers in (1, 2))
-    lines = [judge.Line(f"{each * PLACES} insertions on two workers beside one, ratio of times [-]", f"{one / two:.2f} ({one:.1f} s, {two:.1f} s)",
-                        f"{WANTED}", one / two >= WANTED),
-             judge.Line("by processor time, on free cores [-]", f"{2 * spent_one / spent_two:.2f} ({spent_one:.1f} s, {spent_two:.1f} s)", "–", True),
-             judge.Line("the same trials and tables", str(first == second), "True", first == second)]
+    parser.add_argument("--trials", type=int, default=1000, help=f"of all places together; a multiple of {2 * PLACES}")
+    half = max(1, parser.parse_args().trials // (2 * PLACES))
+    with tempfile.TemporaryDirectory() as text:
+        folder = Path(text)
+        one = timed(command(folder, 1, 2 * half, "one"))
+        two = timed(command(folder, 2, 2 * half, "two"))
+        apart = timed(*(command(folder, 1, half, name) for name in ("left", "right")))
+        same = json.loads((folder / "one.json").read_text()) == json.loads((folder / "two.json").read_text())
+    lines = [judge.Line(f"{2 * half * PLACES} insertions on two workers beside one, ratio of times [-]", f"{one / two:.2f} ({one:.1f} s, {two:.1f} s)", f"{WANTED}",
+                        one / two >= WANTED),
+             judge.Line("two processes apart beside one, half of them each: what these cores can [-]", f"{one / apart:.2f} ({apart:.1f} s)", "–", True),
+             judge.Line("the same trials and tables", str(same), "True", same)]
     judge.show(lines, "Sweep of insertions")
     return 0 if all(line.reached for line in lines) else 1
 

@@ -6,17 +6,27 @@ from typing import Any
 
 import numpy as np
 
+import kr5
+
+from . import sweep_table
+
 TRIALS = 20  # of each cell, with the same seeds; 20 of 20 is [83, 100] %
 
 
 def can_insert(cell: Any) -> bool:
-    """Whether the cell holds all that an insertion takes."""
-    return bool(cell.peg and cell.tube and cell.tool and cell.contact and cell.servo and cell.servo.joint and cell.robot.links)
+    """Whether the cell holds all that an insertion takes, a bore wider than its peg with it, and there is a simulator for it."""
+    try:
+        from kr5 import sim
+
+        sim.insertion_options(cell, sim.InsertionSetup())
+    except (ImportError, kr5.InvalidArgument):
+        return False
+    return cell.tube.inner_radius > cell.peg.radius
 
 
 def task_terms(nominal: Any, updated: Any) -> dict[str, Any] | None:
     """Success, time and force of insertions in both cells, by the controller of the nominal one; None where there is no such task."""
-    if not can_insert(nominal) or nominal.tube.inner_radius <= nominal.peg.radius:
+    if not can_insert(nominal):
         return None
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         trials = list(pool.map(lambda job: _insert(*job), [(cell, seed) for cell in (nominal, updated) for seed in range(1, TRIALS + 1)]))
@@ -36,13 +46,10 @@ def _insert(cell: Any, seed: int) -> Any:
 
 
 def _row(name: str, pegs: list[Any]) -> dict[str, Any]:
-    from scipy.stats import binomtest
-
-    first = sum(p.inserted and p.attempts == 1 for p in pegs)
-    bounds = binomtest(first, len(pegs)).proportion_ci(0.95, "exact")
-    failed = sorted({"only believed inserted" if str(p.reason) == "inserted" else str(p.reason).replace("_", " ") for p in pegs if not p.inserted})
+    first = sweep_table.rate(sum(p.inserted and p.attempts == 1 for p in pegs), len(pegs))
+    failed = sorted({sweep_table.why(p.reason).replace("_", " ") for p in pegs if not p.inserted})
     times = [p.time for p in pegs if p.inserted]
-    return {"name": name, "first": first, "low": bounds.low, "high": bounds.high, "inserted": sum(p.inserted for p in pegs),
+    return {"name": name, "first": first["count"], "low": first["low"], "high": first["high"], "inserted": sum(p.inserted for p in pegs),
             "time": float(np.median(times)) if times else None, "force": float(np.median([p.greatest_force for p in pegs])),
             "failed": ", ".join(failed)}
 

@@ -30,9 +30,14 @@ def median(times: list[float]) -> dict[str, Any]:
     return {"median": float(np.median(ordered)), "low": low, "high": high, "q90": float(np.quantile(ordered, 0.9))}
 
 
+def why(reason: Any) -> str:
+    """The reason for which a peg is not in; its controller may believe it is."""
+    return "only believed inserted" if str(reason) == "inserted" else str(reason)
+
+
 def summary(trials: list[Trial]) -> dict[str, Any]:
     """Of any set of trials: success by each attempt, times of the successes, why the others failed."""
-    reasons = [f"{t.phase}: {'only believed inserted' if t.reason == 'inserted' else t.reason}" for t in trials if not t.inserted]
+    reasons = [f"{t.phase}: {why(t.reason)}" for t in trials if not t.inserted]
     return {"trials": len(trials),
             "by_attempt": [rate(sum(1 for t in trials if t.inserted and t.attempts <= k), len(trials)) for k in range(1, ATTEMPTS + 1)],
             "time": median([t.time for t in trials if t.inserted]), "failures": {r: reasons.count(r) for r in sorted(set(reasons))}}

@@ -193,9 +193,9 @@ void Insertion::Machine::watch(const InsertionReading& reading, const Felt& now)
 void Insertion::Machine::act(const InsertionReading& reading, const Felt& now) noexcept {
   switch (state.phase) {
     case Phase::Tare:
-      return tare(now);
+      return tare();
     case Phase::Approach:
-      return approach(now);
+      return approach();
     case Phase::Touch:
       return touch(now);
     case Phase::Roll:

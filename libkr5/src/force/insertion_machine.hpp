@@ -81,8 +81,8 @@ struct Insertion::Machine {
   double tilted_height() const noexcept;
 
   // One function a phase.
-  void tare(const Felt& now) noexcept;
-  void approach(const Felt& now) noexcept;
+  void tare() noexcept;
+  void approach() noexcept;
   void touch(const Felt& now) noexcept;
   void roll(const Felt& now) noexcept;
   void locate(const Felt& now) noexcept;

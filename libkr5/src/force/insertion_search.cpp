@@ -63,7 +63,7 @@ double Insertion::Machine::tilted_height() const noexcept {
 }
 
 /// What an untouched sensor tells is zero from now on, and how much that wavers is kept for the doubt of a fit.
-void Insertion::Machine::tare(const Felt&) noexcept {
+void Insertion::Machine::tare() noexcept {
   Vector6 wrench;
   wrench << sharp.force, sharp.moment;
   sum += wrench;
@@ -79,7 +79,7 @@ void Insertion::Machine::tare(const Felt&) noexcept {
 }
 
 /// Above the place, tilted. A remembered hole is entered rim first at once, or from above by an upright peg.
-void Insertion::Machine::approach(const Felt&) noexcept {
+void Insertion::Machine::approach() noexcept {
   const bool tilted = !known || options.entry == Entry::Tilted;
   Eigen::Vector2d over = place;
   if (known && tilted) over -= 0.7 * capture_offset() * direction();

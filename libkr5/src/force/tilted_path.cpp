@@ -23,9 +23,7 @@ double braking(double way, double most, double cycle) noexcept {
 }  // namespace
 
 void Axis::drive(double wanted, double most, double cycle) noexcept {
-  const double next = std::clamp(wanted, v - most * cycle, v + most * cycle);
-  a = (next - v) / cycle;
-  v = next;
+  v = std::clamp(wanted, v - most * cycle, v + most * cycle);
   x += v * cycle;
 }
 
@@ -80,24 +78,6 @@ Pose TiltedPath::command(double frequency, double damping) const noexcept {
   if (frequency <= 0) return tilted_pose(p, rho);
   const double first = 2 * damping / frequency, second = 1 / (frequency * frequency);
   return tilted_pose(p + first * v + second * a, rho + first * rho_v + second * rho_a);
-}
-
-Eigen::Vector2d tilt_vector(double tilt, double azimuth) noexcept {
-  return tilt * Eigen::Vector2d(-std::sin(azimuth), std::cos(azimuth));
-}
-
-Pose tilted_pose(const Eigen::Vector3d& p, const Eigen::Vector2d& rho) noexcept {
-  Pose out(Eigen::Translation3d{p});
-  const double angle = rho.norm();
-  if (angle > 0) out.rotate(Eigen::AngleAxisd(angle, Eigen::Vector3d(rho.x() / angle, rho.y() / angle, 0.0)));
-  return out;
-}
-
-Eigen::Vector2d tilt_of(const Pose& T_T_P) noexcept {
-  const Eigen::Vector3d axis = T_T_P.linear().col(2);
-  const double across = std::hypot(axis.x(), axis.y());
-  if (across < 1e-15) return Eigen::Vector2d::Zero();
-  return std::atan2(across, axis.z()) / across * Eigen::Vector2d(-axis.y(), axis.x());
 }
 
 }  // namespace kr5::force

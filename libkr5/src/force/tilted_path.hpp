@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <kr5/geometry/pose.hpp>
+#include <kr5/geometry/tilt.hpp>
 
 namespace kr5::force {
 
 /// One coordinate that is moved by wished speeds within a bound of acceleration.
 struct Axis {
-  double x = 0.0, v = 0.0, a = 0.0;
+  double x = 0.0, v = 0.0;
 
   void drive(double wanted, double most, double cycle) noexcept;
   /// The speed at which one still stops at the target.
   double towards(double target, double speed, double most, double cycle) const noexcept;
-  void rest_at(double place) noexcept { *this = {place, 0.0, 0.0}; }
+  void rest_at(double place) noexcept { *this = {place, 0.0}; }
 };
 
 /// How the peg is wished to move: bottom centre, and tilt as the rotation vector (-sin, cos) of the azimuth times its
@@ -36,10 +36,5 @@ struct TiltedPath {
   Pose command(double frequency, double damping) const noexcept;
   bool finite() const noexcept { return p.allFinite() && v.allFinite() && rho.allFinite() && rho_v.allFinite(); }
 };
-
-/// Rotation vector of a tilt towards an azimuth, and back.
-Eigen::Vector2d tilt_vector(double tilt, double azimuth) noexcept;
-Pose tilted_pose(const Eigen::Vector3d& p, const Eigen::Vector2d& rho) noexcept;
-Eigen::Vector2d tilt_of(const Pose& T_T_P) noexcept;
 
 }  // namespace kr5::force

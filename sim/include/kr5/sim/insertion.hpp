@@ -94,28 +94,17 @@ struct PegOutcome {
 };
 
 struct InsertionResult {
-  bool inserted = false;
-  double time = 0.0;  ///< [s]
-  std::vector<PegOutcome> pegs;
+  bool inserted = false;         ///< Every peg is in.
+  double time = 0.0;             ///< Of all pegs, ways between them too [s].
+  std::vector<PegOutcome> pegs;  ///< How each fared.
+  /// A row each cycle: t; peg, phase, attempt (numbers of force::Phase); x y z tilt azimuth as the arm believes, in T;
+  /// fx..tz on the peg, unfiltered, in T; true_x true_y true_z true_tilt of the peg from the real tube; q1..n
+  /// [s, m, rad, N, N m].
   io::Table rows;
+  /// Of the last turn: azimuth, tilt, x, y, height as measured; closed_form, where it really stood; force [rad, m, N].
   io::Table profile;
-  cell::Cell cell;
-  Pose T_T_tube = Pose::Identity();
-
-  static void each_field(auto& self, auto&& visit) {
-    visit("inserted", self.inserted, "Every peg is in.");
-    visit("time", self.time, "Of all pegs, ways between them too [s].");
-    visit("pegs", self.pegs, "How each fared.");
-    visit("rows", self.rows,
-          "A row each cycle: t; peg, phase, attempt (numbers of force.Phase); x y z tilt azimuth as the "
-          "arm believes, in T; fx..tz on the peg, unfiltered, in T; true_x true_y true_z true_tilt of the peg from the "
-          "real tube; q1..n [s, m, rad, N, N m].");
-    visit("profile", self.profile,
-          "Of the last turn: azimuth, tilt, x, y, height as measured; closed_form, where it really "
-          "stood; force [rad, m, N].");
-    visit("T_T_tube", self.T_T_tube, "The tube as it really stood, from where it is believed.");
-    visit("cell", self.cell, "As it was run: bore, pose of the tube.");
-  }
+  cell::Cell cell;                   ///< As it was run: bore, pose of the tube.
+  Pose T_T_tube = Pose::Identity();  ///< The tube as it really stood, from where it is believed.
 };
 
 /// What is told to force::Insertion in a cell: bodies, servo and grip as the cell believes them.
