@@ -7,6 +7,7 @@
 #include <kr5/core/error.hpp>
 
 #include "insertion_arm.hpp"
+#include "insertion_task.hpp"
 #include "scene_run.hpp"
 #include "smooth_way.hpp"
 
@@ -18,21 +19,10 @@ using force::Insertion;
 using force::InsertionOptions;
 using force::InsertionReading;
 
-constexpr double above = 0.015;      // of the face, where a trial begins [m]
-constexpr double lift = 0.03;        // from an inserted peg to the next one [m]
 constexpr double carry_speed = 0.3;  // greatest, on the way there and back [m/s]
 constexpr double picking = 0.3;      // [s]
 constexpr double falling = 1.0;      // given to a peg that was let go [s]
 constexpr double most_of = 0.9;      // of the depth that counts as inserted
-
-void check(const cell::Cell& cell) {
-  require(cell.tool.has_value(), "tool: an insertion needs one");
-  require(cell.contact.has_value(), "contact: an insertion needs one");
-  require(cell.peg.has_value(), "peg: an insertion needs one");
-  require(cell.tube.has_value(), "tube: an insertion needs one");
-  require(cell.servo && !cell.servo->joint.empty(), "servo.joint: an insertion needs one");
-  require(!cell.robot.links.empty(), "robot.links: the arm needs masses");
-}
 
 /// Frame of a tube that lies along Y of the base and opens against it, where the cell's tube is.
 Pose lying(const Pose& T_B_T) {
@@ -165,7 +155,9 @@ class Task {
   void carry(int peg, const Pose& to) {
     const Pose from = arm_.read().T_T_P;
     const Vector3d way = to.translation() - from.translation();
-    const double duration = std::max(smooth_way_peak * way.norm() / carry_speed, arm_.cycle());
+    const PathLimits most = path_limits(cell_);
+    const double duration = std::max({smooth_way_peak.v * way.norm() / std::min(carry_speed, most.speed),
+                                      std::sqrt(smooth_way_peak.a * way.norm() / most.acceleration), arm_.cycle()});
     const double w = options_.servo_frequency;
     for (double t = arm_.cycle(); t < duration + 2 * arm_.cycle(); t += arm_.cycle()) {
       const SmoothWay now = smooth_way(t / duration);
@@ -217,56 +209,6 @@ class Task {
 
 }  // namespace
 
-void InsertionSetup::validate() const {
-  require(std::isfinite(clearance), "clearance: must be finite [m]");
-  require(tilt > 0 && tilt < M_PI_2, "tilt: must lie between 0 and a quarter turn [rad]");
-  require(offset.allFinite(), "offset: must be finite [m]");
-  require(pegs >= 1, "pegs: must be at least 1");
-  for (const auto& [value, name] : {std::pair{pick_distance, "pick_distance"},
-                                    {repeatability, "repeatability"},
-                                    {grip_error, "grip_error"},
-                                    {grip_tilt, "grip_tilt"},
-                                    {tube_tilt, "tube_tilt"},
-                                    {face_error, "face_error"},
-                                    {stiffness_error, "stiffness_error"},
-                                    {lateral_stiffness, "lateral_stiffness"}})
-    require(value >= 0 && std::isfinite(value), std::string(name) + ": must not be negative");
-  require(angular_stiffness > 0 && std::isfinite(angular_stiffness), "angular_stiffness: must be positive [N m/rad]");
-}
-
-force::GripModel believed_grip(const cell::Cell& cell, const InsertionSetup& setup) {
-  return {.axial = cell.contact->stiffness,
-          .lateral = setup.lateral_stiffness > 0 ? setup.lateral_stiffness : cell.contact->stiffness,
-          .angular = setup.angular_stiffness,
-          .height = 0.8 * cell.peg->length};
-}
-
-force::InsertionOptions insertion_options(const cell::Cell& cell, const InsertionSetup& setup) {
-  setup.validate();
-  check(cell);
-  InsertionOptions out;
-  const double bore = cell.peg->radius + setup.clearance;
-  out.bodies = {cell.peg->radius, bore, cell.tube->outer_radius + bore - cell.tube->inner_radius};
-  out.tilt = setup.tilt;
-  out.cycle = cell.servo->cycle;
-  out.delay = cell.servo->tool ? cell.servo->tool->delay : cell.servo->joint.front().delay;
-  if (cell.servo->tool) {
-    out.servo_frequency = cell.servo->tool->natural_frequency;
-    out.servo_damping = cell.servo->tool->damping_ratio;
-  }
-  out.insert_by = setup.insert_by;
-  out.grip = believed_grip(cell, setup);
-  out.motion.depth = std::min(0.6 * cell.peg->length, 0.8 * cell.tube->depth);
-  if (!setup.noise) out.limits.dead_after = 0.0;  // a sensor without noise may well say the same
-  if (setup.strategy == Strategy::Felt) return out;
-  out.localisation = force::Localisation::Cusp;
-  out.entry = force::Entry::Upright;
-  out.grip.corrected = false;
-  out.motion.slide_speed = 0.03e-3 / 0.012;  // 0.03 mm a cycle
-  out.motion.roll_time = 24.0;  // not printed: with it the first attempt succeeds as often as theirs did, 70 %
-  return out;
-}
-
 InsertionResult run_insertion(const cell::Cell& cell, const InsertionSetup& setup) {
   return run_insertion(cell, setup, insertion_options(cell, setup));
 }
@@ -274,7 +216,7 @@ InsertionResult run_insertion(const cell::Cell& cell, const InsertionSetup& setu
 InsertionResult run_insertion(const cell::Cell& cell, const InsertionSetup& setup,
                               const force::InsertionOptions& options) {
   setup.validate();
-  check(cell);
+  check_parts(cell);
   return Task(cell, setup, options).run();
 }
 

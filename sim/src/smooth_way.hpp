@@ -8,7 +8,7 @@ namespace kr5::sim {
 struct SmoothWay {
   double x = 0.0, v = 0.0, a = 0.0;
 };
-constexpr double smooth_way_peak = 1.875;  // greatest v
+constexpr SmoothWay smooth_way_peak = {1.0, 1.875, 5.7735};  // the greatest of each
 
 constexpr SmoothWay smooth_way(double s) noexcept {
   if (s <= 0.0) return {};

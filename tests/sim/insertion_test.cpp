@@ -96,6 +96,39 @@ TEST_CASE("gravity drops a peg into a standing tube, air blows it into a lying o
     }
 }
 
+TEST_CASE("an arm whose corrections are limited inserts as surely, more slowly") {
+  const int all = test::trials(200, 16);
+  for (const cell::CorrectionMode mode : {cell::CorrectionMode::Absolute, cell::CorrectionMode::Relative}) {
+    int first = 0;
+    for (int k = 0; k < all; ++k) {
+      const auto seed = static_cast<std::uint64_t>(5000 + k);
+      Random random(seed);
+      cell::Cell cell = arc();
+      cell.servo->correction = cell::Correction{mode, mm * std::exp(random.uniform(0.0, std::log(20.0))), std::nullopt};
+      InsertionSetup setup = drawn(seed);
+      setup.clearance = 0.1 * mm;
+      const InsertionResult result = run_insertion(cell, setup);
+      first += result.inserted && only(result).attempts == 1;
+    }
+    INFO(name_of(mode) << ": " << first << " of " << all);
+    CHECK(uncertainty::binomial_interval(first, all, 0.95).high >= 0.95);
+  }
+}
+
+TEST_CASE("pegs are fetched by an arm whose corrections are limited") {
+  cell::Cell cell = arc();
+  cell.servo->correction = cell::Correction{cell::CorrectionMode::Relative, 5 * mm, std::nullopt};
+  InsertionSetup setup = drawn(2);
+  setup.pegs = 2;
+  CHECK(run_insertion(cell, setup).inserted);
+}
+
+TEST_CASE("a range of corrections that an insertion does not fit into is named") {
+  cell::Cell cell = arc();
+  cell.servo->correction = cell::Correction{cell::CorrectionMode::Absolute, std::nullopt, 0.03};
+  CHECK_THROWS_WITH(run_insertion(cell, drawn(1)), Catch::Contains("servo.correction.total"));
+}
+
 TEST_CASE("the hole of a peg that fell in is remembered for the next one, however it was found") {
   InsertionSetup setup = drawn(31);
   setup.strategy = Strategy::Book;

@@ -107,8 +107,10 @@ struct InsertionResult {
   Pose T_T_tube = Pose::Identity();  ///< The tube as it really stood, from where it is believed.
 };
 
-/// What is told to force::Insertion in a cell: bodies, servo and grip as the cell believes them.
-/// @throws InvalidArgument naming what is not there: tool, contact, peg, tube, servo.
+/// What is told to force::Insertion in a cell: bodies, servo and grip as the cell believes them; an arm whose path
+/// corrections are limited (servo.correction.per_cycle) is moved within what they can, however slow that is.
+/// @throws InvalidArgument naming what is not there: tool, contact, peg, tube, servo; or a servo.correction.total
+/// within which no insertion fits.
 force::InsertionOptions insertion_options(const cell::Cell& cell, const InsertionSetup& setup);
 
 /// Inserts pegs. A tube that is out of reach, a peg that is too wide and the like are outcomes.

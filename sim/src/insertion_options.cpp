@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/sim/insertion.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <kr5/core/error.hpp>
+
+#include "insertion_arm.hpp"
+#include "insertion_task.hpp"
+
+namespace kr5::sim {
+namespace {
+
+constexpr double turn_back = 0.3;  // in which a speed along the contact can be taken back [s]
+
+/// The longest way along one axis must lie within the range of the corrections.
+void check_range(const cell::Cell& cell, const InsertionSetup& setup, double depth) {
+  if (!cell.servo->tool || !cell.servo->correction || !cell.servo->correction->total) return;
+  double way = above + depth;
+  if (setup.pegs > 1) way = std::max({way, setup.pick_distance, above + lift});
+  require(*cell.servo->correction->total >= way,
+          "servo.correction.total: the arm may be corrected by " + std::to_string(*cell.servo->correction->total) +
+              " m, and an insertion goes " + std::to_string(way) + " m along one axis");
+}
+
+/// An arm whose corrections are limited is moved within what they can: forces are held by reversing speeds.
+void slow_down(force::InsertionOptions& options, const PathLimits& most) {
+  force::InsertionMotion& m = options.motion;
+  m.acceleration = std::min(m.acceleration, most.acceleration);
+  m.approach_speed = std::min(m.approach_speed, most.speed);
+  m.push_speed = std::min(m.push_speed, most.speed);
+  const double before = m.contact_speed;
+  for (double* speed : {&m.contact_speed, &m.slide_speed})
+    *speed = std::min({*speed, most.speed, turn_back * most.acceleration});
+  options.limits.time *= before / m.contact_speed;
+}
+
+}  // namespace
+
+void check_parts(const cell::Cell& cell) {
+  require(cell.tool.has_value(), "tool: an insertion needs one");
+  require(cell.contact.has_value(), "contact: an insertion needs one");
+  require(cell.peg.has_value(), "peg: an insertion needs one");
+  require(cell.tube.has_value(), "tube: an insertion needs one");
+  require(cell.servo && !cell.servo->joint.empty(), "servo.joint: an insertion needs one");
+  require(!cell.robot.links.empty(), "robot.links: the arm needs masses");
+}
+
+/// Absolute corrections: the command steps by two accelerations over the square of the frequency when one is reversed.
+/// Relative ones: it may be ahead of the arm by so much and no more.
+PathLimits path_limits(const cell::Cell& cell) {
+  constexpr double infinite = std::numeric_limits<double>::infinity();
+  if (!cell.servo->tool || !cell.servo->correction || !cell.servo->correction->per_cycle) return {infinite, infinite};
+  const double half = 0.5 * *cell.servo->correction->per_cycle, w = cell.servo->tool->natural_frequency;
+  const bool relative = cell.servo->correction->mode == cell::CorrectionMode::Relative;
+  return {relative ? half * w / (2 * cell.servo->tool->damping_ratio) : infinite, half * w * w};
+}
+
+void InsertionSetup::validate() const {
+  require(std::isfinite(clearance), "clearance: must be finite [m]");
+  require(tilt > 0 && tilt < M_PI_2, "tilt: must lie between 0 and a quarter turn [rad]");
+  require(offset.allFinite(), "offset: must be finite [m]");
+  require(pegs >= 1, "pegs: must be at least 1");
+  for (const auto& [value, name] : {std::pair{pick_distance, "pick_distance"},
+                                    {repeatability, "repeatability"},
+                                    {grip_error, "grip_error"},
+                                    {grip_tilt, "grip_tilt"},
+                                    {tube_tilt, "tube_tilt"},
+                                    {face_error, "face_error"},
+                                    {stiffness_error, "stiffness_error"},
+                                    {lateral_stiffness, "lateral_stiffness"}})
+    require(value >= 0 && std::isfinite(value), std::string(name) + ": must not be negative");
+  require(angular_stiffness > 0 && std::isfinite(angular_stiffness), "angular_stiffness: must be positive [N m/rad]");
+}
+
+force::GripModel believed_grip(const cell::Cell& cell, const InsertionSetup& setup) {
+  return {.axial = cell.contact->stiffness,
+          .lateral = setup.lateral_stiffness > 0 ? setup.lateral_stiffness : cell.contact->stiffness,
+          .angular = setup.angular_stiffness,
+          .height = 0.8 * cell.peg->length};
+}
+
+force::InsertionOptions insertion_options(const cell::Cell& cell, const InsertionSetup& setup) {
+  setup.validate();
+  check_parts(cell);
+  InsertionOptions out;
+  const double bore = cell.peg->radius + setup.clearance;
+  out.bodies = {cell.peg->radius, bore, cell.tube->outer_radius + bore - cell.tube->inner_radius};
+  out.tilt = setup.tilt;
+  out.cycle = cell.servo->cycle;
+  out.delay = cell.servo->tool ? cell.servo->tool->delay : cell.servo->joint.front().delay;
+  if (cell.servo->tool) {
+    out.servo_frequency = cell.servo->tool->natural_frequency;
+    out.servo_damping = cell.servo->tool->damping_ratio;
+  }
+  out.insert_by = setup.insert_by;
+  out.grip = believed_grip(cell, setup);
+  out.motion.depth = std::min(0.6 * cell.peg->length, 0.8 * cell.tube->depth);
+  check_range(cell, setup, out.motion.depth);
+  slow_down(out, path_limits(cell));
+  if (!setup.noise) out.limits.dead_after = 0.0;  // a sensor without noise may well say the same
+  if (setup.strategy == Strategy::Felt) return out;
+  out.localisation = force::Localisation::Cusp;
+  out.entry = force::Entry::Upright;
+  out.grip.corrected = false;
+  out.motion.slide_speed = 0.03e-3 / 0.012;  // 0.03 mm a cycle
+  out.motion.roll_time = 24.0;  // not printed: with it the first attempt succeeds as often as theirs did, 70 %
+  return out;
+}
+
+}  // namespace kr5::sim

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <kr5/cell/cell.hpp>
+
+/// @file
+/// What a simulated insertion is made of, for those who plan it and those who run it.
+
+namespace kr5::sim {
+
+constexpr double above = 0.015;  // of the face, where a trial begins [m]
+constexpr double lift = 0.03;    // from an inserted peg to the next one [m]
+
+/// @throws InvalidArgument naming the part of the cell that is not there.
+void check_parts(const cell::Cell& cell);
+
+/// What the limits of the path correction leave of speed and acceleration, when commands are led ahead by the inverse
+/// of its servo; without limits infinite.
+struct PathLimits {
+  double speed, acceleration;  // [m/s, m/s^2]
+};
+PathLimits path_limits(const cell::Cell& cell);
+
+}  // namespace kr5::sim
