@@ -76,6 +76,22 @@ TEST_CASE(
   CHECK(uncertainty::binomial_interval(second, all, 0.95).high >= 0.95);
 }
 
+TEST_CASE("a contact of half the stiffness that is believed does no harm: the fit of the turn allows for it") {
+  const int all = test::trials(200, 24);
+  const double believed = arc().contact->stiffness;
+  int first = 0;
+  for (int k = 0; k < all; ++k) {
+    cell::Cell cell = arc();
+    cell.effects.task.stiffness = 0.5 * believed;
+    InsertionSetup setup = drawn(static_cast<std::uint64_t>(9000 + k));
+    setup.clearance = 0.05 * mm;
+    const InsertionResult result = run_insertion(cell, setup);
+    first += result.inserted && only(result).attempts == 1;
+  }
+  INFO(first << " of " << all);
+  CHECK(uncertainty::binomial_interval(first, all, 0.95).high >= 0.95);
+}
+
 TEST_CASE("gravity drops a peg into a standing tube, air blows it into a lying one") {
   const int all = test::trials(100, 12);
   for (const bool horizontal : {false, true})

@@ -80,7 +80,7 @@ TubeFit fit_tube(const PegTube& bodies, double tilt, std::span<const double> azi
   out.centre = -best.place.head<2>();
   out.face = best.place.z();
   out.rms = std::sqrt(best.normal.cost / n);
-  const SymmetricEigen of = symmetric_eigen(best.normal.A);
+  const SymmetricEigen of = symmetric_eigen(best.normal.A.topLeftCorner<3, 3>());
   if (!std::isfinite(best.normal.cost) || of.values(0) < 1e-9 * n || flat(height, best.normal.cost, options.noise)) {
     out.report.message = "the profile is flat: the peg stayed on the face all round, or fell into the bore";
     return out;

@@ -15,6 +15,7 @@ namespace kr5::force {
 namespace {
 
 constexpr int search_iterations = 40;
+constexpr double doubtful_part = 0.3;  // of the believed stiffness, as a standard deviation
 
 /// From a force to the arm's answer to it [s].
 double loop_delay(const InsertionOptions& o) {
@@ -27,6 +28,9 @@ bool stable(const InsertionOptions& o) {
   const ComplianceOptions across{f.lateral_gain, f.angular_gain, 1.0, 1.0}, along{f.axial_gain, 0.0, 1.0, 1.0};
   return across.stable(o.grip.lateral, o.grip.angular, delay) && along.stable(o.grip.axial, 0.0, delay);
 }
+
+/// What is not known of what gives way along the peg, where it is counted in at all [m/N].
+double softness(const InsertionOptions& o) { return o.grip.corrected ? doubtful_part / o.grip.axial : 0.0; }
 
 SafetyLimits safety(const InsertionOptions& o) {
   return {o.limits.force, o.limits.torque, o.limits.current, o.limits.dead_after, o.cycle};
@@ -84,7 +88,7 @@ Insertion::Machine::Machine(const InsertionOptions& given)
       force_filter(given.cutoff, given.cycle),
       place_filter(given.cutoff, given.cycle),
       descent(guarded(given)),
-      search(given.bodies, search_iterations) {
+      search(given.bodies, search_iterations, softness(given)) {
   path.cycle = options.cycle;
   again();
 }

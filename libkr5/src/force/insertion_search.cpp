@@ -151,7 +151,7 @@ void Insertion::Machine::locate(const Felt& now) noexcept {
 
 double Insertion::Machine::fit_std() const noexcept {
   const TubeSearch::Normal& best = search.best().normal;
-  const Eigen::Matrix3d spread = best.cost / (static_cast<double>(turn.rows().size()) - 3) * best.A.inverse();
+  const Eigen::Matrix4d spread = best.cost / (static_cast<double>(turn.rows().size()) - 4) * best.A.inverse();
   const double mean = 0.5 * (spread(0, 0) + spread(1, 1)), half = 0.5 * (spread(0, 0) - spread(1, 1));
   return std::hypot(std::sqrt(mean + std::hypot(half, spread(0, 1))), zero_std);
 }
@@ -162,7 +162,7 @@ void Insertion::Machine::found(bool fitted) noexcept {
     const TubeSearch::Solution& best = search.best();
     const double std = fit_std();
     if (!best.converged || !(std < 0.2 * options.bodies.peg_radius)) return fail(Reason::ProfileFlat);
-    state.hole = best.place;
+    state.hole = best.place.head<3>();
     state.hole_std = std;
     face = best.place.z();
     const Eigen::Vector2d way = best.place.head<2>() - turn.centre();

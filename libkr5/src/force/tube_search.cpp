@@ -11,7 +11,8 @@ namespace kr5::force {
 namespace {
 
 constexpr double nowhere = std::numeric_limits<double>::infinity();
-constexpr double fine = 1e-10;  // steps below a tenth of a nanometre end a search [m]
+constexpr double fine = 1e-10;      // steps below a tenth of a nanometre end a search [m]
+constexpr double row_noise = 5e-5;  // of a height, beside which the softness is believed before [m]
 
 }  // namespace
 
@@ -27,17 +28,20 @@ TubeSearch::Normal TubeSearch::at(const Place& place) const noexcept {
   Normal out;
   for (const ProfileRow& row : rows_) {
     const PegRest rest = rest_peg_on_tube(bodies_, row.tilt, row.azimuth, row.centre - place.head<2>());
-    const double error = row.height - place.z() - rest.height;
+    const double error = row.height + place[3] * row.force - place.z() - rest.height;
     if (std::isnan(error)) {
       out.cost = nowhere;
       return out;
     }
-    const Eigen::Vector3d slope(-rest.by_centre.x(), -rest.by_centre.y(), 1.0);
+    const Eigen::Vector4d slope(-rest.by_centre.x(), -rest.by_centre.y(), 1.0, softness_ > 0 ? -row.force : 0.0);
     out.A += slope * slope.transpose();
     out.b += slope * error;
     out.cost += error * error;
-    out.sum += error;
   }
+  const double weight = softness_ > 0 ? row_noise / softness_ : 1.0, before = weight * place[3];
+  out.A(3, 3) += weight * weight;
+  out.b[3] -= weight * before;
+  out.cost += before * before;
   return out;
 }
 
@@ -46,18 +50,18 @@ TubeSearch::Place TubeSearch::start(int number) const noexcept {
   constexpr std::array<double, distances> parts = {0.2, 0.5, 0.85, 1.2};
   const double distance = parts[static_cast<std::size_t>(number / directions)] * bodies_.outer_radius;
   const double azimuth = 2 * M_PI * (number % directions) / directions;
-  return {about_.x() + distance * std::cos(azimuth), about_.y() + distance * std::sin(azimuth), 0.0};
+  return {about_.x() + distance * std::cos(azimuth), about_.y() + distance * std::sin(azimuth), 0.0, 0.0};
 }
 
-/// How well a start does with the face that suits it best; the best ones are kept.
+/// How well a start does with the face and the softness that suit it best; the best ones are kept.
 void TubeSearch::look() noexcept {
   Solution found;
   found.place = start(looked_++);
   found.normal = at(found.place);
   if (!std::isfinite(found.normal.cost)) return;
-  const auto n = static_cast<double>(rows_.size());
-  found.place.z() = found.normal.sum / n;
-  found.normal.cost -= found.normal.sum * found.normal.sum / n;
+  const Eigen::Vector2d b = found.normal.b.tail<2>(), suits = found.normal.A.bottomRightCorner<2, 2>().inverse() * b;
+  found.place.tail<2>() = suits;
+  found.normal.cost -= b.dot(suits);
   if (started_ == kept && starts_.back().normal.cost <= found.normal.cost) return;
   int k = started_ < kept ? started_++ : kept - 1;
   for (; k > 0 && starts_[static_cast<std::size_t>(k - 1)].normal.cost > found.normal.cost; --k)
@@ -74,10 +78,10 @@ void TubeSearch::next() noexcept {
 
 /// One step of Levenberg and Marquardt.
 void TubeSearch::refine() noexcept {
-  Eigen::Matrix3d A = now_.normal.A;
+  Eigen::Matrix4d A = now_.normal.A;
   A.diagonal() *= 1 + damping_;
   A.diagonal().array() += 1e-12;
-  const Eigen::Vector3d step = A.inverse() * now_.normal.b;
+  const Eigen::Vector4d step = A.inverse() * now_.normal.b;
   const Normal moved = at(now_.place + step);
   ++now_.iterations;
   now_.converged = !(step.norm() >= fine);

@@ -13,14 +13,14 @@ namespace kr5::force {
 /// allocates or throws.
 class TubeSearch {
  public:
-  /// Centre x, y of the tube and height of its face.
-  using Place = Eigen::Vector3d;
+  /// Centre x, y of the tube, height of its face [m], and by how much what gives way gives more than the heights were
+  /// corrected by [m/N].
+  using Place = Eigen::Vector4d;
 
   struct Normal {
-    Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
-    Eigen::Vector3d b = Eigen::Vector3d::Zero();
+    Eigen::Matrix4d A = Eigen::Matrix4d::Zero();
+    Eigen::Vector4d b = Eigen::Vector4d::Zero();
     double cost = 0.0;  ///< Sum of squares [m^2]; infinite where the peg would fall.
-    double sum = 0.0;   ///< Of the errors [m].
   };
   struct Solution {
     Place place = Place::Zero();
@@ -29,7 +29,9 @@ class TubeSearch {
     bool converged = false;
   };
 
-  TubeSearch(const PegTube& bodies, int max_iterations) : bodies_(bodies), max_iterations_(max_iterations) {}
+  /// @param softness Standard deviation of the fourth of a place, about 0; at 0 it stays 0 [m/N].
+  TubeSearch(const PegTube& bodies, int max_iterations, double softness = 0.0)
+      : bodies_(bodies), max_iterations_(max_iterations), softness_(softness) {}
 
   /// The rows are not copied. @param about Where the tube is looked for, up to its outer radius and a fifth around.
   void begin(std::span<const ProfileRow> rows, const Eigen::Vector2d& about) noexcept;
@@ -48,6 +50,7 @@ class TubeSearch {
 
   PegTube bodies_;
   int max_iterations_;
+  double softness_;
   std::span<const ProfileRow> rows_;
   Eigen::Vector2d about_ = Eigen::Vector2d::Zero();
   int looked_ = 0, refined_ = 0;

@@ -47,7 +47,8 @@ struct GripModel {
   bool corrected = true;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("axial", self.axial, "Stiffness along the peg of all that gives way [N/m].");
+    visit("axial", self.axial,
+          "Stiffness along the peg of all that gives way; a fit of the profile allows for an error of it [N/m].");
     visit("lateral", self.lateral, "Stiffness across it [N/m].");
     visit("angular", self.angular, "Stiffness against tilting [N m/rad].");
     visit("height", self.height, "Of the grip above the peg's bottom [m].");
