@@ -124,8 +124,8 @@ static void bind_insertion(py::module_& m) {
           "really stands; q1..n [s, m, rad, N, N m]. Empty without `log` (a copy).")
       .def_property_readonly(
           "profile", [](const InsertionResult& r) { return r.profile; },
-          "Of the last turn: azimuth, tilt, x, y, height as felt; closed_form, where the peg really stood; force "
-          "[rad, m, N] (a copy).")
+          "Of the last turn: azimuth, tilt, x, y, height as felt; closed_form, where the peg really stood; force, "
+          "moment_x, moment_y about its bottom centre [rad, m, N, N m] (a copy).")
       .def_property_readonly(
           "T_T_tube", [](const InsertionResult& r) { return r.T_T_tube; },
           "The tube as it really stood, from where it is believed [m].")

@@ -190,11 +190,12 @@ class Task {
   }
 
   io::Table profile() const {
-    Rows rows({"azimuth", "tilt", "x", "y", "height", "closed_form", "force"});
+    Rows rows({"azimuth", "tilt", "x", "y", "height", "closed_form", "force", "moment_x", "moment_y"});
     const force::PegTube bodies{cell_.peg->radius, predict::real_inner_radius(cell_), cell_.tube->outer_radius};
     for (const force::ProfileRow& r : insertion_.profile())
       rows.add({r.azimuth, r.tilt, r.centre.x(), r.centre.y(), r.height,
-                force::resting_height(bodies, arm_.tube(), r.tilt, r.azimuth, r.centre), r.force});
+                force::resting_height(bodies, arm_.tube(), r.tilt, r.azimuth, r.centre), r.force, r.moment.x(),
+                r.moment.y()});
     return rows.table();
   }
 

@@ -14,7 +14,7 @@ import kr5.io
 
 sim = pytest.importorskip("kr5.sim", reason="this kr5 was built without DART")
 
-from kr5_tools import insert, insert_words  # noqa: E402
+from kr5_tools import insert, insert_directions, insert_words  # noqa: E402
 from kr5_tools.insert_task import offset_in_disc  # noqa: E402
 
 EASY = ("--clearance", 1, "--offset", 3, 4, "--seed", 3)
@@ -40,6 +40,25 @@ def test_what_is_written_is_what_the_library_says(result, run_kr5, tmp_path):
     assert {f.name for f in (tmp_path / "plots").iterdir()} >= {"forces.png", "height.png", "path.png"}
     for words in ("What was done", "roll", "depth [mm]", "(3.000, 4.000) mm"):
         assert words in done.stdout
+
+
+def test_directions_to_the_hole_are_those_of_the_turn_beside_the_real_one(result):
+    inserted, setup = result
+    found = insert_directions.directions(inserted)
+    assert list(found) == ["depth", "moment", "least depth", "really"]
+    turn = inserted.profile
+    # From the middle of the turn to the tube, which stands 3 and 4 mm off.
+    assert found["really"] == pytest.approx(math.atan2(4e-3 - np.mean(turn["y"]), 3e-3 - np.mean(turn["x"])))
+    assert abs(math.remainder(found["depth"] - found["really"], math.tau)) < math.radians(6)  # a degree for each 17 um of height
+    shown = insert_directions.table_rows(inserted)
+    assert [row[0] for row in shown] == list(found) and shown[-1][2] == "–"
+    assert float(shown[0][2]) == pytest.approx(math.degrees(math.remainder(found["depth"] - found["really"], math.tau)), abs=0.05)
+
+
+def test_without_a_turn_there_are_no_directions(share):
+    cell = kr5.cell.load_cell(share / "cells/kr5_arc.yaml")
+    nothing = sim.run_insertion(cell, sim.InsertionSetup(clearance=-1e-4))
+    assert insert_directions.directions(nothing) == {} and insert_directions.table_rows(nothing) == []
 
 
 def test_phases_follow_each_other_without_a_gap(result):

@@ -10,7 +10,7 @@ import typer
 
 import kr5.sim
 
-from . import common, insert_words
+from . import common, insert_directions, insert_words
 from .insert_task import Cell, load_cell, set_task
 from .options import options_from
 
@@ -75,7 +75,7 @@ def as_dict(result: Any, setup: Any) -> dict[str, Any]:
     """All of it but the rows, in SI."""
     profile = {name: result.profile[name] for name in result.profile.columns} if len(result.profile) else {}
     return {"inserted": result.inserted, "time": result.time, "setup": setup.to_dict(), "pegs": [p.to_dict() for p in result.pegs],
-            "phases": phases(result.rows), "profile": profile, "tube": result.cell.tube.to_dict(), "peg": result.cell.peg.to_dict()}
+            "phases": phases(result.rows), "profile": profile, "directions": insert_directions.directions(result), "tube": result.cell.tube.to_dict(), "peg": result.cell.peg.to_dict()}
 
 
 def phase_rows(result: Any) -> list[list[Any]]:
@@ -102,6 +102,8 @@ PHASE_COLUMNS = ["peg", "attempt", "begin [s]", "took [s]", "phases [s]"]
 def tell(result: Any, to: Any) -> None:
     x, y = (1e3 * v for v in result.T_T_tube[:2, 3])
     to.print(common.table("What was done", PHASE_COLUMNS, phase_rows(result), text=(4,)))
+    if turn := insert_directions.table_rows(result):
+        to.print(common.table("\nWhere the last turn says the hole is", insert_directions.COLUMNS, turn))
     to.print(common.table("\nHow it ended", PEG_COLUMNS, peg_rows(result)))
     to.print(f"{PEG_TEXT}\n\nThe tube's axis is believed at (0, 0) and really is at ({x:.3f}, {y:.3f}) mm across it.", soft_wrap=True)
     for number, peg in enumerate(result.pegs, 1):

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from . import insert, insert_words
+from . import insert, insert_directions, insert_words
 from .replay import make_page
 from .report_page import embed
 
@@ -19,8 +19,13 @@ def make(result: Any, setup: Any, drawn: list[Any], source: Path) -> str:
         result.cell, [run(result)], source, made_by="kr5 insert", title=title(setup), T_B_tube=true_tube(result), template="insert.html",
         look=look, icon=icon, endings=[insert_words.ending(p) for p in result.pegs], plots=[embed(p) for p in drawn],
         tables=[("What was done", "seen", insert.PHASE_COLUMNS, insert.phase_rows(result), ""),
-                ("How it ended", "numbers", insert.PEG_COLUMNS, insert.peg_rows(result), insert.PEG_TEXT)],
+                *_turn(result), ("How it ended", "numbers", insert.PEG_COLUMNS, insert.peg_rows(result), insert.PEG_TEXT)],
         given=given(setup))
+
+
+def _turn(result: Any) -> list[tuple]:
+    rows = insert_directions.table_rows(result)
+    return [("Where the last turn says the hole is", "numbers", insert_directions.COLUMNS, rows, insert_directions.TEXT)] if rows else []
 
 
 def title(setup: Any) -> str:

@@ -106,7 +106,7 @@ def path(result: Any) -> Figure:
     axes.set_aspect("equal")
     reach = 1.25e3 * tube.outer_radius
     axes.set(xlabel="x [mm]", ylabel="y [mm]", xlim=off[0] + np.array([-reach, reach]), ylim=off[1] + np.array([-reach, reach]))
-    axes.legend(fontsize=8.5, loc="upper left", bbox_to_anchor=(1.02, 1))
+    axes.legend(fontsize=8.5, loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=3)
     return figure
 
 

@@ -93,6 +93,11 @@ void Insertion::Machine::upright(const Felt& now) noexcept {
     cycles = begin && lean.v < 0 ? 0 : cycles;
     return;
   }
+  stood(now);
+}
+
+/// An upright peg sinks into the mouth of the bore, or stands beside it.
+void Insertion::Machine::stood(const Felt& now) noexcept {
   const bool sunk = now.peg.z() < face - entered;
   if (sunk && lean.x < 1e-3) {
     feed = 0.0;

@@ -91,6 +91,7 @@ struct Insertion::Machine {
   void slide_tilted(const Felt& now) noexcept;
   void slide_upright(const Felt& now) noexcept;
   void upright(const Felt& now) noexcept;
+  void stood(const Felt& now) noexcept;
   void push(const InsertionReading& reading, const Felt& now) noexcept;
   void confirm(const Felt& now) noexcept;
   void let_go(const InsertionReading& reading, const Felt& now) noexcept;

@@ -101,7 +101,8 @@ struct InsertionResult {
   /// fx..tz on the peg, unfiltered, in T; true_x true_y true_z true_tilt of the peg from the real tube; q1..n
   /// [s, m, rad, N, N m].
   io::Table rows;
-  /// Of the last turn: azimuth, tilt, x, y, height as measured; closed_form, where it really stood; force [rad, m, N].
+  /// Of the last turn: azimuth, tilt, x, y, height as measured; closed_form, where it really stood; force,
+  /// moment_x, moment_y about the bottom centre, axes of T [rad, m, N, N m].
   io::Table profile;
   cell::Cell cell;                   ///< As it was run: bore, pose of the tube.
   Pose T_T_tube = Pose::Identity();  ///< The tube as it really stood, from where it is believed.
