@@ -238,6 +238,7 @@ void DrivenArm::set_step(double step) {
 
 void DrivenArm::reset(const VectorXd& position, double t) { state_->reset(position, t); }
 void DrivenArm::set_environment(Environment environment) { state_->environment = std::move(environment); }
+void DrivenArm::environment_changed() { state_->fresh = false; }
 
 void DrivenArm::follow(const VectorXd& command) {
   require(!state_->servo.empty(), "servo.joint: this cell has no joint servo");

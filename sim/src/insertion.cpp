@@ -106,9 +106,13 @@ class Task {
     out.hole_error = std::numeric_limits<double>::quiet_NaN();
     arm_.peg().forget_greatest();
     while (!insertion_.finished()) {
+      const force::Phase before = insertion_.state().phase;
       cycle(peg);
       const force::InsertionState& now = insertion_.state();
-      if (now.hole_std > 0) out.hole_error = (now.hole - arm_.tube().translation()).head<2>().norm();
+      if (before != force::Phase::Locate || now.phase != force::Phase::Aim || now.hole_std == 0) continue;
+      out.hole_error = (now.hole - arm_.tube().translation()).head<2>().norm();
+      out.hole_std = now.hole_std;
+      out.hole = now.hole;
     }
     const double end = arm_.time() + (options_.insert_by == force::InsertBy::Arm ? 0.0 : falling);
     while (arm_.time() < end && -arm_.peg().pose().translation().z() < options_.motion.depth) arm_.advance(last_);

@@ -177,20 +177,19 @@ void InsertionArm::move_peg(const Pose& to, double passed) {
   const int steps = static_cast<int>(std::ceil(passed / peg_.longest_step() - 1e-6));
   const double step = passed / steps;
   const Eigen::Matrix3d turn = exp_rotation(velocity.tail<3>() * step);
-  Vector6 sum = Vector6::Zero();
   Pose now = held_;
   for (int i = 0; i < steps; ++i) {
     now.translation() += step * velocity.head<3>();
     now.linear() = turn * now.linear();
     peg_.advance(now, velocity, step);
-    sum += peg_.on_grip();
   }
   held_ = to;
-  const Vector6 mean = sum / steps;
+  const Vector6& felt = peg_.on_grip();
   const Eigen::Matrix3d R_B_tube = T_tube_B_.linear().transpose();
-  const Vector3d force = R_B_tube * mean.head<3>();
+  const Vector3d force = R_B_tube * felt.head<3>();
   const Vector3d at = T_tube_B_.inverse() * to.translation();
-  on_tool_ << force, R_B_tube * mean.tail<3>() + (at - arm_.arm().T_B_S().translation()).cross(force);
+  on_tool_ << force, R_B_tube * felt.tail<3>() + (at - arm_.arm().T_B_S().translation()).cross(force);
+  arm_.environment_changed();
 }
 
 void InsertionArm::hold_peg() { peg_.place(held_); }

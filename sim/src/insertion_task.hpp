@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <limits>
+
 #include <kr5/cell/cell.hpp>
 
 /// @file
@@ -17,7 +19,8 @@ void check_parts(const cell::Cell& cell);
 /// What the limits of the path correction leave of speed and acceleration, when commands are led ahead by the inverse
 /// of its servo; without limits infinite.
 struct PathLimits {
-  double speed, acceleration;  // [m/s, m/s^2]
+  double speed = std::numeric_limits<double>::infinity();         // [m/s]
+  double acceleration = std::numeric_limits<double>::infinity();  // [m/s^2]
 };
 PathLimits path_limits(const cell::Cell& cell);
 

@@ -123,7 +123,8 @@ TEST_CASE("a peg that goes round knows where the hole is, whatever the direction
     const Eigen::Vector3d tube(distance * std::cos(azimuth), distance * std::sin(azimuth), random.normal(0.2 * mm));
     Cell cell(tube, 100 + static_cast<std::uint64_t>(k));
     InsertionOptions options = book_options();
-    options.grip.angular = 1e9;  // the grip of this cell gives way to forces alone
+    options.grip.angular = 1e9;                                // the grip of this cell gives way to forces alone
+    options.grip.tilt_doubt = options.grip.place_doubt = 0.0;  // and holds the peg as it is believed
     options.forces.angular_gain = 0;
     Insertion insertion = started(options, cell, Phase::Aim);
     const Eigen::Vector3d error = insertion.state().hole - tube;

@@ -286,3 +286,13 @@ def test_intervals_are_exact_and_what_falls_short_is_named():
     assert time["median"] == 19.5 and (time["low"], time["high"]) == (15, 24)  # the 6th from below and from above
     assert any("0.5 mm" in text and "Holm" in text for text in sweep_table.words(table))
     assert table["pooled"]["failures"] == {"push: blocked": 8}
+
+
+def test_a_cell_in_which_no_insertion_fits_is_refused_before_anything_is_written(share, run_kr5, tmp_path):
+    text = (share / "cells/kr5_arc.yaml").read_text()
+    tool = "tool: {natural_frequency: 3.064, damping_ratio: 0.7492, delay: 0.024}"
+    assert tool in text
+    (tmp_path / "cell.yaml").write_text(text.replace(tool, tool + "\n  correction: {mode: absolute, total: 0.03}"))
+    done = run_kr5("sweep", "insertion", *GRID, "--cell", "cell.yaml", "--trials", 1, "--workers", 1, "-o", "folder")
+    assert done.returncode == 2 and "servo.correction.total" in done.stderr and "raise it" in done.stderr
+    assert not (tmp_path / "folder").exists()

@@ -40,7 +40,7 @@ const PegOutcome& only(const InsertionResult& result) {
 
 TEST_CASE("the peg finds its hole at the first attempt, standing and lying, at every clearance") {
   const int each = test::trials(200, 6);
-  int pooled = 0, all = 0;
+  int pooled = 0, all = 0, fitted = 0, covered = 0;
   for (const bool horizontal : {false, true})
     for (const double clearance : {0.05, 0.1, 0.28, 0.5, 1.0, 2.2}) {
       int first = 0;
@@ -50,6 +50,8 @@ TEST_CASE("the peg finds its hole at the first attempt, standing and lying, at e
         setup.horizontal = horizontal;
         const InsertionResult result = run_insertion(arc(), setup);
         first += result.inserted && only(result).attempts == 1;
+        fitted += only(result).hole_std > 0;
+        covered += only(result).hole_error < 2.45 * only(result).hole_std;  // 95 % in two directions
       }
       INFO("clearance " << clearance << " mm, horizontal " << horizontal << ": " << first << " of " << each);
       // Not significantly below 95 %: the upper end of the exact 95 % interval.
@@ -60,6 +62,8 @@ TEST_CASE("the peg finds its hole at the first attempt, standing and lying, at e
   INFO("first attempt: " << pooled << " of " << all);
   const uncertainty::Interval rate = uncertainty::binomial_interval(pooled, all, 0.95);
   CHECK((test::full() ? rate.low : rate.high) >= 0.95);
+  INFO("holes within 2.45 of the standard deviations that were claimed: " << covered << " of " << fitted);
+  CHECK(uncertainty::binomial_interval(covered, fitted, 0.95).high >= 0.95);
 }
 
 TEST_CASE(
@@ -112,8 +116,8 @@ TEST_CASE("gravity drops a peg into a standing tube, air blows it into a lying o
     }
 }
 
-TEST_CASE("an arm whose corrections are limited inserts as surely, more slowly") {
-  const int all = test::trials(200, 16);
+TEST_CASE("an arm whose corrections are limited inserts as surely, more slowly, whatever its servo") {
+  const int all = test::trials(200, 12);
   for (const cell::CorrectionMode mode : {cell::CorrectionMode::Absolute, cell::CorrectionMode::Relative}) {
     int first = 0;
     for (int k = 0; k < all; ++k) {
@@ -121,6 +125,7 @@ TEST_CASE("an arm whose corrections are limited inserts as surely, more slowly")
       Random random(seed);
       cell::Cell cell = arc();
       cell.servo->correction = cell::Correction{mode, mm * std::exp(random.uniform(0.0, std::log(20.0))), std::nullopt};
+      cell.servo->tool->natural_frequency = std::exp(random.uniform(std::log(3.0), std::log(60.0)));
       InsertionSetup setup = drawn(seed);
       setup.clearance = 0.1 * mm;
       const InsertionResult result = run_insertion(cell, setup);
@@ -131,12 +136,32 @@ TEST_CASE("an arm whose corrections are limited inserts as surely, more slowly")
   }
 }
 
-TEST_CASE("pegs are fetched by an arm whose corrections are limited") {
+TEST_CASE("pegs are fetched by an arm whose corrections are limited, and the turn of the first is kept") {
+  for (const cell::CorrectionMode mode : {cell::CorrectionMode::Absolute, cell::CorrectionMode::Relative})
+    for (const double frequency : {3.064, 50.0}) {
+      cell::Cell cell = arc();
+      cell.servo->correction = cell::Correction{mode, 5 * mm, std::nullopt};
+      cell.servo->tool->natural_frequency = frequency;
+      InsertionSetup setup = drawn(2);
+      setup.pegs = 2;
+      const InsertionResult result = run_insertion(cell, setup);
+      CHECK(result.inserted);
+      REQUIRE(result.pegs.size() == 2);
+      CHECK(std::isnan(result.pegs.back().hole_error));  // entered without a turn
+      CHECK(result.profile.values.rows() > 100);
+    }
+}
+
+TEST_CASE("a limit of corrections within which no peg feels its way is named, with the least that will do") {
   cell::Cell cell = arc();
-  cell.servo->correction = cell::Correction{cell::CorrectionMode::Relative, 5 * mm, std::nullopt};
-  InsertionSetup setup = drawn(2);
-  setup.pegs = 2;
-  CHECK(run_insertion(cell, setup).inserted);
+  const auto limited = [&](double most) {
+    cell.servo->correction = cell::Correction{cell::CorrectionMode::Relative, most, std::nullopt};
+    return insertion_options(cell, {});
+  };
+  CHECK_THROWS_WITH(limited(1e-6), Catch::Contains("servo.correction.per_cycle") && Catch::Contains("at least"));
+  CHECK_THROWS_WITH(limited(0.0), Catch::Contains("servo.correction.per_cycle"));
+  cell.servo->tool.reset();
+  CHECK_THROWS_WITH(limited(1e-3), Catch::Contains("servo.tool"));
 }
 
 TEST_CASE("a range of corrections that an insertion does not fit into is named") {
@@ -183,7 +208,7 @@ TEST_CASE("rows and profile of an insertion tell what happened") {
   CHECK((felt - real).array().abs().mean() < 3 * 0.053 * mm + 0.2 * mm * 3);
   const Eigen::VectorXd shape = (felt - real).array() - (felt - real).mean();  // what is unknown of the face left out
   CHECK(std::sqrt(shape.array().square().mean()) < 3 * 0.053 * mm);
-  CHECK(only(result).hole_error < 1 * mm);
+  CHECK(only(result).hole_error < 3 * only(result).hole_std);
 }
 
 TEST_CASE("what is known exactly is felt exactly: without noise the profile is that of the closed form") {
@@ -193,7 +218,7 @@ TEST_CASE("what is known exactly is felt exactly: without noise the profile is t
   REQUIRE(result.inserted);
   const Eigen::VectorXd error = result.profile.column("height") - result.profile.column("closed_form");
   CHECK(std::sqrt(error.array().square().mean()) < 0.1 * mm);
-  CHECK(only(result).hole_error < 0.29 * mm);  // what a slide may end short by at a clearance of 0.05 mm
+  CHECK(only(result).hole_error < 0.1 * mm);  // less than the arm repeats
 }
 
 TEST_CASE("four pegs one after the other take no longer than in the book") {

@@ -75,7 +75,8 @@ def as_dict(result: Any, setup: Any) -> dict[str, Any]:
     """All of it but the rows, in SI."""
     profile = {name: result.profile[name] for name in result.profile.columns} if len(result.profile) else {}
     return {"inserted": result.inserted, "time": result.time, "setup": setup.to_dict(), "pegs": [p.to_dict() for p in result.pegs],
-            "phases": phases(result.rows), "profile": profile, "directions": insert_directions.directions(result), "tube": result.cell.tube.to_dict(), "peg": result.cell.peg.to_dict()}
+            "phases": phases(result.rows), "profile": profile, "directions": insert_directions.directions(result),
+            "tube": result.cell.tube.to_dict(), "peg": result.cell.peg.to_dict()}
 
 
 def phase_rows(result: Any) -> list[list[Any]]:

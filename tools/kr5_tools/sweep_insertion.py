@@ -42,6 +42,8 @@ def insertion(
     Every finished trial is on the disk at once: after a kill the same command goes on where it was. The same seed gives the same
     result, whatever the number of workers. Where the tube really is, is drawn within one radius of the peg from the seed of each trial.
     """
+    import kr5.sim
+
     from . import sweep_file, sweep_run, sweep_table
 
     common.check_writable(json_file)
@@ -49,8 +51,8 @@ def insertion(
     grid = Grid(values("--tilts", tilts), values("--clearances", clearances), chosen("orientation", orientation), chosen("strategy", strategy),
                 insert_by, seed)
     keys = grid.keys(trials)
-    for key in grid.keys(1):
-        make_setup(cell, key, insert_by, seed)  # complains of what cannot be run before anything is
+    for key in grid.keys(1):  # complains of what cannot be run before anything is
+        kr5.sim.insertion_options(cell, make_setup(cell, key, insert_by, seed))
     to, text = common.console(json_file), sweep_file.cell_text(cell)
     with sweep_file.Folder(output, grid, text) as folder:
         missing = begin(folder, keys, to)

@@ -30,7 +30,7 @@ bool stable(const InsertionOptions& o) {
 }
 
 /// What is not known of what gives way along the peg, where it is counted in at all [m/N].
-double softness(const InsertionOptions& o) { return o.grip.corrected ? doubtful_part / o.grip.axial : 0.0; }
+double softness_doubt(const InsertionOptions& o) { return o.grip.corrected ? doubtful_part / o.grip.axial : 0.0; }
 
 SafetyLimits safety(const InsertionOptions& o) {
   return {o.limits.force, o.limits.torque, o.limits.current, o.limits.dead_after, o.cycle};
@@ -71,7 +71,7 @@ void InsertionOptions::validate() const {
   require(servo_frequency >= 0 && std::isfinite(servo_frequency), "servo_frequency: must not be negative [rad/s]");
   require(servo_damping >= 0 && std::isfinite(servo_damping), "servo_damping: must not be negative");
   require(!hole || hole->allFinite(), "hole: must be finite [m]");
-  check_numbers(grip, "grip", {"height"}, true);
+  check_numbers(grip, "grip", {"height", "tilt_doubt", "place_doubt"}, true);
   check_numbers(forces, "forces", {"angular_gain"});
   check_numbers(motion, "motion", {"spiral_radius"});
   check_numbers(limits, "limits", {"face_error", "travel", "dead_after"});
@@ -88,7 +88,7 @@ Insertion::Machine::Machine(const InsertionOptions& given)
       force_filter(given.cutoff, given.cycle),
       place_filter(given.cutoff, given.cycle),
       descent(guarded(given)),
-      search(given.bodies, search_iterations, softness(given)) {
+      search(given.bodies, search_iterations, softness_doubt(given)) {
   path.cycle = options.cycle;
   again();
 }
@@ -101,7 +101,6 @@ void Insertion::Machine::again() noexcept {
   force_filter.reset();
   place_filter.reset();
   descent.reset();
-  turn.clear();
   zero.setZero();
   sum.setZero();
   squares.setZero();
@@ -110,6 +109,7 @@ void Insertion::Machine::again() noexcept {
   state.hole = hole;
   place = hole.head<2>();
   toward = options.azimuth;
+  softness = 0.0;
   cycles = calm = 0;
   first = holding = true;
   probing = doubtful = spiralled = air = false;
@@ -155,7 +155,8 @@ Felt Insertion::Machine::felt(const Vector6& wrench, const Vector6& place6) cons
   out.peg = out.arm;
   Eigen::Vector2d rho = place6.segment<2>(3);
   if (grip.corrected) {
-    out.peg += along / grip.axial * axis + (out.force - along * axis) / grip.lateral + turned.cross(arm);
+    out.peg +=
+        along * (1 / grip.axial + softness) * axis + (out.force - along * axis) / grip.lateral + turned.cross(arm);
     rho += turned.head<2>();
   }
   out.tilt = rho.norm();

@@ -104,7 +104,7 @@ void Insertion::Machine::stood(const Felt& now) noexcept {
     begun = path.p.head<2>();
     return go(doubtful ? Phase::Confirm : Phase::Push);
   }
-  if (seconds() < mouth) return;
+  if (seconds() < waiting(mouth, entered)) return;
   if (spiralled || options.entry != Entry::Tilted) return fail(Reason::NoDrop);
   spiralled = true;
   begin_spiral(now);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
+
 #include <kr5/force/compliance.hpp>
 #include <kr5/force/guarded_move.hpp>
 #include <kr5/force/insertion.hpp>
@@ -42,6 +44,7 @@ struct Insertion::Machine {
   Eigen::Vector2d place = Eigen::Vector2d::Zero();  ///< Where the next attempt touches, in T [m].
   Eigen::Vector2d begun = Eigen::Vector2d::Zero();  ///< Where a slide or a spiral began.
   double face = 0.0;                                ///< Believed height of the tube's face [m].
+  double softness = 0.0;                            ///< Of what gives way along the peg, beyond belief [m/N].
   double toward = 0.0;                              ///< Azimuth of the hole [rad].
   double swept = 0.0, level = 0.0, feed = 0.0;      ///< Of a turn or a spiral; height of a peg that slides; of a push.
   int cycles = 0, calm = 0;                         ///< In this phase; of them, at rest in a row.
@@ -79,6 +82,12 @@ struct Insertion::Machine {
   double capture_offset() const noexcept;
   Eigen::Vector2d direction() const noexcept { return {std::cos(toward), std::sin(toward)}; }
   double tilted_height() const noexcept;
+  /// A time to wait, or what a way at the speed of contact takes with as much again.
+  double waiting(double least, double way) const noexcept {
+    return std::max(least, 2 * way / options.motion.contact_speed);
+  }
+  /// For a force to settle before one goes on all the same [s].
+  double patience() const noexcept { return waiting(1.5, options.forces.roll / options.grip.axial); }
 
   // One function a phase.
   void tare() noexcept;

@@ -15,7 +15,6 @@ constexpr double zeroing = 0.12;     // for which an untouched sensor is average
 constexpr double tilting = 1.0;      // greatest speed of a planned tilt in the air [rad/s]
 constexpr double least_press = 1.0;  // from which on a row of the profile counts [N]
 constexpr double settling = 0.1;     // [s]
-constexpr double patience = 1.5;     // for a force to settle before one goes on all the same [s]
 constexpr double overlap = 0.1;      // of the turn, so that its end meets its beginning [rad]
 constexpr int evaluations = 8;       // of the fit in a cycle
 constexpr int least_rows = 40;
@@ -108,7 +107,7 @@ void Insertion::Machine::touch(const Felt& now) noexcept {
   drive(Eigen::Vector2d::Zero(), press_speed(options.forces.roll, now));
   if (captured(now) || (known && options.entry == Entry::Tilted && seconds() > settling)) return enter(round.x);
   const bool held = std::abs(now.press() - options.forces.roll) < 0.2 * options.forces.roll;
-  if (!calm_for(settling, held) && seconds() < patience) return;
+  if (!calm_for(settling, held) && seconds() < patience()) return;
   if (now.press() < least_press) return fail(Reason::NoContact);
   if (known) {  // upright on the face beside a remembered hole, or in it
     return begin_spiral(now);
@@ -151,9 +150,12 @@ void Insertion::Machine::locate(const Felt& now) noexcept {
 
 double Insertion::Machine::fit_std() const noexcept {
   const TubeSearch::Normal& best = search.best().normal;
-  const Eigen::Matrix4d spread = best.cost / (static_cast<double>(turn.rows().size()) - 4) * best.A.inverse();
+  const double left = best.cost / (static_cast<double>(turn.rows().size()) - 3);  // what is believed before is a row
+  const Eigen::Matrix<double, 4, 2> leaned = options.grip.tilt_doubt * search.by_tilt();
+  const Eigen::Matrix4d spread = left * best.A.inverse() + leaned * leaned.transpose();
   const double mean = 0.5 * (spread(0, 0) + spread(1, 1)), half = 0.5 * (spread(0, 0) - spread(1, 1));
-  return std::hypot(std::sqrt(mean + std::hypot(half, spread(0, 1))), zero_std);
+  const double most = mean + std::hypot(half, spread(0, 1));
+  return std::sqrt(most + zero_std * zero_std + options.grip.place_doubt * options.grip.place_doubt);
 }
 
 void Insertion::Machine::found(bool fitted) noexcept {
@@ -164,6 +166,7 @@ void Insertion::Machine::found(bool fitted) noexcept {
     if (!best.converged || !(std < 0.2 * options.bodies.peg_radius)) return fail(Reason::ProfileFlat);
     state.hole = best.place.head<3>();
     state.hole_std = std;
+    softness += best.place[3];
     face = best.place.z();
     const Eigen::Vector2d way = best.place.head<2>() - turn.centre();
     toward = std::atan2(way.y(), way.x());
@@ -182,7 +185,7 @@ void Insertion::Machine::aim(const Felt& now) noexcept {
   } else {
     plan_tilt(lean.towards(0.0, 2 * m.upright_speed, m.turning, options.cycle), 0.0);
     const bool flat = lean.x < 1e-4 && std::abs(now.press() - options.forces.slide) < 0.3 * options.forces.slide;
-    if (!calm_for(settling, flat) && seconds() < 2 * patience) return;
+    if (!calm_for(settling, flat) && seconds() < 2 * patience()) return;
     level = now.peg.z();
   }
   go(Phase::Slide);

@@ -24,6 +24,11 @@ void TubeSearch::begin(std::span<const ProfileRow> rows, const Eigen::Vector2d& 
   best_.normal.cost = nowhere;
 }
 
+/// Derivative of what a row is expected to show, by the place.
+Eigen::Vector4d TubeSearch::slope_of(const PegRest& rest, const ProfileRow& row) const noexcept {
+  return {-rest.by_centre.x(), -rest.by_centre.y(), 1.0, softness_ > 0 ? -row.force : 0.0};
+}
+
 TubeSearch::Normal TubeSearch::at(const Place& place) const noexcept {
   Normal out;
   for (const ProfileRow& row : rows_) {
@@ -33,7 +38,7 @@ TubeSearch::Normal TubeSearch::at(const Place& place) const noexcept {
       out.cost = nowhere;
       return out;
     }
-    const Eigen::Vector4d slope(-rest.by_centre.x(), -rest.by_centre.y(), 1.0, softness_ > 0 ? -row.force : 0.0);
+    const Eigen::Vector4d slope = slope_of(rest, row);
     out.A += slope * slope.transpose();
     out.b += slope * error;
     out.cost += error * error;
@@ -43,6 +48,19 @@ TubeSearch::Normal TubeSearch::at(const Place& place) const noexcept {
   out.b[3] -= weight * before;
   out.cost += before * before;
   return out;
+}
+
+Eigen::Matrix<double, 4, 2> TubeSearch::by_tilt() const noexcept {
+  Eigen::Matrix<double, 4, 2> sum = Eigen::Matrix<double, 4, 2>::Zero();
+  const Place& place = best_.place;
+  for (const ProfileRow& row : rows_) {
+    const PegRest rest = rest_peg_on_tube(bodies_, row.tilt, row.azimuth, row.centre - place.head<2>());
+    const double s = std::sin(row.azimuth), c = std::cos(row.azimuth);
+    const Eigen::RowVector2d higher =
+        rest.by_tilt * Eigen::RowVector2d(-s, c) - rest.by_alpha / row.tilt * Eigen::RowVector2d(c, s);
+    sum += slope_of(rest, row) * higher;
+  }
+  return best_.normal.A.inverse() * sum;
 }
 
 /// From all round, near and far: the profile of a place and that of its mirror image differ by little only.
@@ -84,7 +102,7 @@ void TubeSearch::refine() noexcept {
   const Eigen::Vector4d step = A.inverse() * now_.normal.b;
   const Normal moved = at(now_.place + step);
   ++now_.iterations;
-  now_.converged = !(step.norm() >= fine);
+  now_.converged = !(step.head<3>().norm() >= fine);
   if (moved.cost <= now_.normal.cost) {
     now_.place += step;
     now_.normal = moved;

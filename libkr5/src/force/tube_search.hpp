@@ -38,11 +38,15 @@ class TubeSearch {
   /// @return All is done: best() is the answer.
   bool advance(int evaluations) noexcept;
   const Solution& best() const noexcept { return best_; }
+  /// By how much the best place moves when the peg is tilted otherwise than its rows say: by x and y of a rotation
+  /// vector [m/rad], [m/N/rad].
+  Eigen::Matrix<double, 4, 2> by_tilt() const noexcept;
 
  private:
   static constexpr int directions = 12, distances = 4, kept = 10;
 
   Normal at(const Place& place) const noexcept;
+  Eigen::Vector4d slope_of(const PegRest& rest, const ProfileRow& row) const noexcept;
   Place start(int number) const noexcept;
   void look() noexcept;
   void next() noexcept;

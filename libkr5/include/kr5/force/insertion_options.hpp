@@ -45,6 +45,8 @@ struct GripModel {
   double angular = 300.0;    ///< [N m/rad]
   double height = 0.04;      ///< [m]
   bool corrected = true;
+  double tilt_doubt = 1.5e-3;  ///< [rad]
+  double place_doubt = 1e-4;   ///< [m]
 
   static void each_field(auto& self, auto&& visit) {
     visit("axial", self.axial,
@@ -53,6 +55,10 @@ struct GripModel {
     visit("angular", self.angular, "Stiffness against tilting [N m/rad].");
     visit("height", self.height, "Of the grip above the peg's bottom [m].");
     visit("corrected", self.corrected, "What gives way is counted in where the peg is; otherwise the arm is believed.");
+    visit("tilt_doubt", self.tilt_doubt,
+          "Standard deviation of the peg's tilt against the tube from what arm and forces tell, per axis [rad].");
+    visit("place_doubt", self.place_doubt,
+          "Standard deviation of its place from what arm and forces tell, per axis across it [m].");
   }
 };
 

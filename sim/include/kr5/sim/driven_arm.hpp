@@ -65,6 +65,8 @@ class DrivenArm {
   /// At rest at a motor-side position, the links sagging in their springs. The clock of slow effects stands at t.
   void reset(const Eigen::VectorXd& position, double t = 0.0);
   void set_environment(Environment environment);
+  /// What the environment does has changed within this instant: it is asked again by the next reading.
+  void environment_changed();
   /// One step of the ideal servos, whose command runs straight to `command`; its delay is the caller's.
   /// @throws InvalidArgument for a cell without joint servo, here and below.
   void follow(const Eigen::VectorXd& command);

@@ -75,10 +75,12 @@ struct PegOutcome {
   force::Phase phase = force::Phase::Tare;
   force::Reason reason = force::Reason::None;
   int attempts = 0;
-  double time = 0.0;            ///< [s]
-  double depth = 0.0;           ///< [m]
-  double hole_error = 0.0;      ///< [m]
-  double greatest_force = 0.0;  ///< [N]
+  double time = 0.0;                               ///< [s]
+  double depth = 0.0;                              ///< [m]
+  Eigen::Vector3d hole = Eigen::Vector3d::Zero();  ///< [m]
+  double hole_error = 0.0;                         ///< [m]
+  double hole_std = 0.0;                           ///< [m]
+  double greatest_force = 0.0;                     ///< [N]
 
   static void each_field(auto& self, auto&& visit) {
     visit("inserted", self.inserted, "The peg really is in the tube, to nine tenths of the depth at least.");
@@ -87,8 +89,9 @@ struct PegOutcome {
     visit("attempts", self.attempts, "Made.");
     visit("time", self.time, "From above the tube, or from picking the peg, to the end [s].");
     visit("depth", self.depth, "Of the peg's bottom below the face, really [m].");
-    visit("hole_error", self.hole_error,
-          "Of the believed axis of the tube where the profile was fitted; NaN: it was not [m].");
+    visit("hole", self.hole, "Where the last fit of a profile puts the centre of the tube's face, in T [m].");
+    visit("hole_error", self.hole_error, "Of the tube's axis in that fit; NaN: there was none [m].");
+    visit("hole_std", self.hole_std, "Standard deviation that fit claims, where it knows least; 0: none [m].");
     visit("greatest_force", self.greatest_force, "Between grip and peg, really [N].");
   }
 };
@@ -108,10 +111,11 @@ struct InsertionResult {
   Pose T_T_tube = Pose::Identity();  ///< The tube as it really stood, from where it is believed.
 };
 
-/// What is told to force::Insertion in a cell: bodies, servo and grip as the cell believes them; an arm whose path
-/// corrections are limited (servo.correction.per_cycle) is moved within what they can, however slow that is.
-/// @throws InvalidArgument naming what is not there: tool, contact, peg, tube, servo; or a servo.correction.total
-/// within which no insertion fits.
+/// What is told to force::Insertion in a cell: bodies, servo and grip as the cell believes them, what is not known of
+/// them as the setup draws it. An arm whose path corrections are limited (servo.correction.per_cycle) is moved within
+/// what they can, more slowly.
+/// @throws InvalidArgument naming what is not there: tool, contact, peg, tube, servo; or a limit of servo.correction
+/// within which no insertion fits, with the least that will do.
 force::InsertionOptions insertion_options(const cell::Cell& cell, const InsertionSetup& setup);
 
 /// Inserts pegs. A tube that is out of reach, a peg that is too wide and the like are outcomes.
