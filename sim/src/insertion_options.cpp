@@ -127,7 +127,7 @@ force::GripModel believed_grip(const cell::Cell& cell, const InsertionSetup& set
 force::InsertionOptions insertion_options(const cell::Cell& cell, const InsertionSetup& setup) {
   setup.validate();
   check_parts(cell);
-  InsertionOptions out;
+  force::InsertionOptions out;
   const double bore = cell.peg->radius + setup.clearance;
   out.bodies = {cell.peg->radius, bore, cell.tube->outer_radius + bore - cell.tube->inner_radius};
   out.tilt = setup.tilt;
