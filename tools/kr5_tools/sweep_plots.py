@@ -48,7 +48,7 @@ def draw(tables: list[dict[str, Any]], over: str, fixed: str, value: float, labe
     axes[0, 0].set_ylabel("inserted [%]")
     axes[1, 0].set_ylabel("time [s]")
     axes[0, 0].legend(fontsize=8.5, loc="lower left")
-    axes[1, 0].legend(fontsize=8.5, loc="lower left")
+    axes[1, 0].legend(fontsize=8.5, loc="best")
     return figure
 
 
