@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "effective.hpp"
 
-#include <kr5/predict/contact.hpp>
-
 #include <cmath>
+
+#include <kr5/predict/contact.hpp>
 
 namespace kr5::sim {
 std::vector<kinematics::DhJoint> effective_joints(const cell::Cell& cell, double t) {

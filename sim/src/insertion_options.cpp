@@ -27,7 +27,7 @@ std::string text(double value) {
 
 /// The longest way along one axis must lie within the range of the corrections.
 void check_range(const cell::Cell& cell, const InsertionSetup& setup, double depth) {
-  if (!cell.servo->tool || !cell.servo->correction || !cell.servo->correction->total) return;
+  if (!cell.servo->correction || !cell.servo->correction->total) return;
   double way = above + depth;
   if (setup.pegs > 1) way = std::max({way, setup.pick_distance, lift});
   require(*cell.servo->correction->total >= way,
@@ -52,8 +52,9 @@ void slow_down(force::InsertionOptions& options, const cell::Cell& cell) {
                           text(m.contact_speed) + " m/s; an insertion needs " +
                           text(limit * slowest / m.contact_speed) + " m at least");
   }
-  m.roll_time *= before / m.contact_speed;
-  options.limits.time *= before / m.contact_speed;
+  const double slower = before / m.contact_speed;
+  m.roll_time *= slower;
+  options.limits.time *= slower;
 }
 
 /// Hayat et al. 2022, algorithm of section 5.6.
@@ -81,7 +82,7 @@ void check_parts(const cell::Cell& cell) {
 /// acceleration is reversed, by two of it over the square of the frequency. An absolute correction may change by so
 /// much; a relative one counts from where the arm is: there the whole lead must fit, and the way of the delay.
 PathLimits path_limits(const cell::Cell& cell) {
-  if (!cell.servo->tool || !cell.servo->correction || !cell.servo->correction->per_cycle) return {};
+  if (!cell.servo->correction || !cell.servo->correction->per_cycle) return {};
   const double limit = *cell.servo->correction->per_cycle, cycle = cell.servo->cycle;
   require(limit > 0, "servo.correction.per_cycle: must be positive [m]");
   const double w = cell.servo->tool->natural_frequency, lead = 2 * cell.servo->tool->damping_ratio / w;

@@ -17,7 +17,7 @@ constexpr double lift = 0.03;    // from an inserted peg to the next one [m]
 void check_parts(const cell::Cell& cell);
 
 /// What the limits of the path correction leave of speed and acceleration, when commands are led ahead by the inverse
-/// of its servo; without limits infinite.
+/// of its servo; without limits infinite. Of a cell that check_parts bears: limits come with the servo they limit.
 struct PathLimits {
   double speed = std::numeric_limits<double>::infinity();         // [m/s]
   double acceleration = std::numeric_limits<double>::infinity();  // [m/s^2]

@@ -36,6 +36,8 @@ const PegOutcome& only(const InsertionResult& result) {
   return result.pegs.front();
 }
 
+bool at_once(const InsertionResult& result) { return result.inserted && only(result).attempts == 1; }
+
 }  // namespace
 
 TEST_CASE("the peg finds its hole at the first attempt, standing and lying, at every clearance") {
@@ -49,7 +51,7 @@ TEST_CASE("the peg finds its hole at the first attempt, standing and lying, at e
         setup.clearance = clearance * mm;
         setup.horizontal = horizontal;
         const InsertionResult result = run_insertion(arc(), setup);
-        first += result.inserted && only(result).attempts == 1;
+        first += at_once(result);
         fitted += only(result).hole_std > 0;
         covered += only(result).hole_error < 2.45 * only(result).hole_std;  // 95 % in two directions
       }
@@ -72,7 +74,7 @@ TEST_CASE(
   int first = 0, second = 0;
   for (int k = 0; k < all; ++k) {
     const InsertionResult result = run_insertion(arc(), drawn(static_cast<std::uint64_t>(3000 + k)));
-    first += result.inserted && only(result).attempts == 1;
+    first += at_once(result);
     second += result.inserted && only(result).attempts <= 2;
   }
   INFO(first << " and " << second << " of " << all);
@@ -90,7 +92,7 @@ TEST_CASE("a contact of half the stiffness that is believed does no harm: the fi
     InsertionSetup setup = drawn(static_cast<std::uint64_t>(9000 + k));
     setup.clearance = 0.05 * mm;
     const InsertionResult result = run_insertion(cell, setup);
-    first += result.inserted && only(result).attempts == 1;
+    first += at_once(result);
   }
   INFO(first << " of " << all);
   CHECK(uncertainty::binomial_interval(first, all, 0.95).high >= 0.95);
@@ -129,7 +131,7 @@ TEST_CASE("an arm whose corrections are limited inserts as surely, more slowly, 
       InsertionSetup setup = drawn(seed);
       setup.clearance = 0.1 * mm;
       const InsertionResult result = run_insertion(cell, setup);
-      first += result.inserted && only(result).attempts == 1;
+      first += at_once(result);
     }
     INFO(name_of(mode) << ": " << first << " of " << all);
     CHECK(uncertainty::binomial_interval(first, all, 0.95).high >= 0.95);

@@ -109,9 +109,7 @@ void Insertion::Machine::touch(const Felt& now) noexcept {
   const bool held = std::abs(now.press() - options.forces.roll) < 0.2 * options.forces.roll;
   if (!calm_for(settling, held) && seconds() < patience()) return;
   if (now.press() < least_press) return fail(Reason::NoContact);
-  if (known) {  // upright on the face beside a remembered hole, or in it
-    return begin_spiral(now);
-  }
+  if (known) return begin_spiral(now);  // upright on the face beside a remembered hole, or in it
   turn.clear();
   swept = 0.0;
   go(Phase::Roll);
