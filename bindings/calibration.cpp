@@ -3,6 +3,7 @@
 #include <kr5/calibration/evaluate.hpp>
 #include <kr5/calibration/hand_eye.hpp>
 #include <kr5/calibration/hand_eye_diagnosis.hpp>
+#include <kr5/calibration/pose_file.hpp>
 #include <kr5/calibration/pose_format.hpp>
 #include <kr5/calibration/timed_hand_eye.hpp>
 #include <kr5/calibration/tool.hpp>
@@ -11,13 +12,13 @@
 
 namespace py = pybind11;
 using namespace kr5::calibration;
+using kr5::Mount;
 
 static void bind_hand_eye(py::module_& m) {
-  kr5::python::bind_enum<Mount>(m, "Mount", "What carries the camera.");
   kr5::python::bind_struct<HandEyeView>(m, "HandEyeView", "One robot stop at which the target was seen.");
   kr5::python::bind_struct<HandEyeOptions>(m, "HandEyeOptions", "Options of calibrate_hand_eye.");
-  kr5::python::bind_struct<HandEyeViewReport>(m, "HandEyeViewReport", "How one view agrees with the result.");
-  kr5::python::bind_struct<HandEyeResult>(m, "HandEyeResult", "Where the camera sits, and how well that is known.");
+  kr5::python::bind_struct<HandEyeViewReport>(m, "HandEyeViewReport", "Agreement of one view with the result.");
+  kr5::python::bind_struct<HandEyeResult>(m, "HandEyeResult", "Pose of the camera with its covariance.");
   m.def(
       "calibrate_hand_eye",
       [](const std::vector<HandEyeView>& views, const kr5::Pinhole& camera, const HandEyeOptions& options) {
@@ -33,7 +34,7 @@ static void bind_hand_eye(py::module_& m) {
 
 static void bind_evaluation(py::module_& m) {
   kr5::python::bind_struct<HeldOutView>(m, "HeldOutView", "One view, predicted from a calibration made without it.");
-  kr5::python::bind_struct<HandEyeEvaluation>(m, "HandEyeEvaluation", "How good a method is on views left out.");
+  kr5::python::bind_struct<HandEyeEvaluation>(m, "HandEyeEvaluation", "Accuracy of a method on held-out views.");
   m.def(
       "evaluate_hand_eye",
       [](const std::vector<HandEyeView>& views, const kr5::Pinhole& camera, const HandEyeOptions& options, int folds) {
@@ -63,20 +64,20 @@ static void bind_evaluation(py::module_& m) {
 static void bind_pose_format(py::module_& m) {
   kr5::python::bind_enum<LengthUnit>(m, "LengthUnit", "Unit of positions.");
   kr5::python::bind_enum<AngleUnit>(m, "AngleUnit", "Unit of angles.");
-  kr5::python::bind_enum<RotationForm>(m, "RotationForm", "What follows the position in a row.");
-  kr5::python::bind_enum<PoseMeaning>(m, "PoseMeaning", "Which pose of what in what.");
+  kr5::python::bind_enum<RotationForm>(m, "RotationForm", "Form of the rotation in a row.");
+  kr5::python::bind_enum<PoseMeaning>(m, "PoseMeaning", "Meaning of a pose row.");
   kr5::python::bind_struct<PoseFormat>(m, "PoseFormat", "The convention of pose rows.");
   m.def("to_poses", &to_poses, py::arg("rows"), py::arg("format"), "Poses T_base_flange (4x4) from rows of numbers.");
   m.def("to_row", &to_row, py::arg("T_base_flange"), py::arg("format"), "The row that to_poses reads back.");
-  m.def("doubts", &doubts, py::arg("rows"), py::arg("format"),
-        "What speaks against reading the rows like this, in words; empty when nothing does.");
-  m.def("plausible_formats", &plausible_formats, py::arg("rows"), "Every convention without doubts, usual ones first.");
+  m.def("format_objections", &format_objections, py::arg("rows"), py::arg("format"),
+        "Objections to reading the rows in this format, in words; empty when there are none.");
+  m.def("plausible_formats", &plausible_formats, py::arg("rows"), "Every format without objections, usual ones first.");
 }
 
 static void bind_tool(py::module_& m) {
   kr5::python::bind_struct<ToolOptions>(m, "ToolOptions", "Options of calibrate_tool.");
-  kr5::python::bind_struct<ToolPoseReport>(m, "ToolPoseReport", "How one pose agrees with the result.");
-  kr5::python::bind_struct<ToolResult>(m, "ToolResult", "Where the tool tip sits, and how well that is known.");
+  kr5::python::bind_struct<ToolPoseReport>(m, "ToolPoseReport", "Agreement of one pose with the result.");
+  kr5::python::bind_struct<ToolResult>(m, "ToolResult", "Position of the tool tip with its covariance.");
   m.def(
       "calibrate_tool",
       [](const std::vector<kr5::Pose>& poses, const ToolOptions& options) { return calibrate_tool(poses, options); },
@@ -86,24 +87,25 @@ static void bind_tool(py::module_& m) {
 }
 
 static void bind_timed_hand_eye(py::module_& m) {
-  kr5::python::bind_struct<PoseStream>(m, "PoseStream", "Poses and when they were taken.");
+  kr5::python::bind_struct<PoseStream>(m, "PoseStream", "Poses with their times.");
   kr5::python::bind_struct<TimedHandEyeOptions>(m, "TimedHandEyeOptions", "Options of calibrate_timed_hand_eye.");
   kr5::python::bind_struct<SpeedAlignment>(m, "SpeedAlignment", "Speed of turning of both streams.");
-  kr5::python::bind_struct<TimedHandEyeResult>(m, "TimedHandEyeResult", "Clock offset and hand-eye, with their doubt.");
+  kr5::python::bind_struct<TimedHandEyeResult>(m, "TimedHandEyeResult",
+                                               "Clock offset and hand-eye pose with their covariance.");
   m.def("calibrate_timed_hand_eye", &calibrate_timed_hand_eye, py::arg("hand"), py::arg("camera"),
         py::arg("options") = TimedHandEyeOptions(), py::call_guard<py::gil_scoped_release>(),
         "Estimates t_camera = t_hand + offset together with T_hand_camera and T_base_world.\n\n"
         "Raises\n------\nkr5.InvalidArgument\n    A stream of fewer than ten poses, or not finite.");
   m.def("world_in_base", &world_in_base, py::arg("hand"), py::arg("camera"), py::arg("result"),
         py::arg("max_gap") = TimedHandEyeOptions().max_gap, py::call_guard<py::gil_scoped_release>(),
-        "Where each camera pose puts the world in the base with a given result.");
+        "Pose of the world in the base by each camera pose, with a given result.");
   m.def("position_spread", &position_spread, py::arg("poses"),
         "Median and RMS distance of positions from their mean [m].");
 }
 
 static void bind_dataset(py::module_& m) {
-  kr5::python::bind_enum<Pairing>(m, "Pairing", "How images and poses are brought together.");
-  kr5::python::bind_struct<Dataset>(m, "Dataset", "A data set with its poses read.")
+  kr5::python::bind_enum<Pairing>(m, "Pairing", "Pairing of images and poses.");
+  kr5::python::bind_struct<Dataset>(m, "Dataset", "Data set with its poses.")
       .def("poses", &Dataset::poses, "Poses T_base_flange (list of 4x4), the tool offset taken off.");
   m.def(
       "load_dataset", [](const std::string& file, const std::string& folder) { return load_dataset(file, folder); },
@@ -119,11 +121,11 @@ static void bind_dataset(py::module_& m) {
 }
 
 static void bind_diagnosis(py::module_& m) {
-  kr5::python::bind_enum<HandEyeCause>(m, "HandEyeCause", "What may be wrong with a hand-eye recording.");
-  kr5::python::bind_enum<Verdict>(m, "Verdict", "Whether to trust a result.");
+  kr5::python::bind_enum<HandEyeCause>(m, "HandEyeCause", "Fault of a hand-eye recording.");
+  kr5::python::bind_enum<Verdict>(m, "Verdict", "Verdict on a result.");
   kr5::python::bind_struct<HandEyeDiagnosisOptions>(m, "HandEyeDiagnosisOptions", "Options of diagnose_hand_eye.");
-  kr5::python::bind_struct<NamedCause>(m, "NamedCause", "One cause, with what speaks for it.");
-  kr5::python::bind_struct<HandEyeDiagnosis>(m, "HandEyeDiagnosis", "How good a calibration is, and if bad, why.");
+  kr5::python::bind_struct<NamedCause>(m, "NamedCause", "Cause with its evidence.");
+  kr5::python::bind_struct<HandEyeDiagnosis>(m, "HandEyeDiagnosis", "Diagnosis of a calibration.");
   m.def(
       "diagnose_hand_eye",
       [](const Eigen::MatrixXd& rows, const PoseFormat& format, const std::vector<kr5::View>& views,

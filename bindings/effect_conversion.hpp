@@ -20,16 +20,16 @@ inline io::Node to_node(const py::handle& value) {
     for (const auto& [key, item] : py::reinterpret_borrow<py::dict>(value))
       node.entries.emplace_back(py::str(key).cast<std::string>(), to_node(item));
   } else if (py::isinstance<py::str>(value)) {
-    node = Node::of(value.cast<std::string>());
+    node = Node::make_scalar(value.cast<std::string>());
   } else if (py::isinstance<py::int_>(value)) {
-    node = Node::of(py::str(value).cast<std::string>());
+    node = Node::make_scalar(py::str(value).cast<std::string>());
   } else if (py::hasattr(value, "tolist")) {
     node = to_node(value.attr("tolist")());
   } else if (py::isinstance<py::sequence>(value)) {
     node.kind = Node::Kind::Sequence;
     for (const auto& item : value) node.items.push_back(to_node(item));
   } else {
-    node = Node::of(cast_or_complain<double>(value, "effects"));
+    node = Node::make_scalar(cast_or_complain<double>(value, "effects"));
   }
   return node;
 }
@@ -78,8 +78,8 @@ struct Convert<cell::Effects> {
     if (!py::isinstance<py::dict>(value)) return cast_or_complain<cell::Effects>(value, where);
     cell::Effects effects;
     io::Reader reader(where);
-    effects.read_form(reader, to_node(value), "");
-    if (!reader.problems().empty()) throw InvalidArgument(reader.problems().front().text());
+    effects.from_node(reader, to_node(value), "");
+    if (!reader.diagnostics().empty()) throw InvalidArgument(reader.diagnostics().front().text());
     return effects;
   }
 };

@@ -3,6 +3,7 @@
 #include <kr5/force/compliance.hpp>
 #include <kr5/force/contact_wrench.hpp>
 #include <kr5/force/depth_profile.hpp>
+#include <kr5/force/fit_tube.hpp>
 #include <kr5/force/force_loop.hpp>
 #include <kr5/force/guarded_move.hpp>
 #include <kr5/force/insertion.hpp>
@@ -35,16 +36,16 @@ using ContactFunction = Contacts (*)(const PegTubeShape&, const kr5::Pose&) noex
 
 /// The list of contacts of a shape that has been checked.
 template <ContactFunction function>
-std::vector<ContactPoint> listed(const PegTubeShape& shape, const kr5::Pose& T_T_peg) {
+std::vector<ContactPoint> listed(const PegTubeShape& shape, const kr5::Pose& T_tube_peg) {
   shape.validate();
-  const Contacts found = function(shape, T_T_peg);
+  const Contacts found = function(shape, T_tube_peg);
   return {found.begin(), found.end()};
 }
 
 void bind_rest(py::module_& m) {
-  bind_enum<Rest>(m, "Rest", "What carries a peg on a tube.");
+  bind_enum<RestContact>(m, "RestContact", "Contact that carries a peg on a tube.");
   bind_struct<PegTube>(m, "PegTube", "Radii of a peg and a tube, sharp-edged.");
-  bind_struct<PegRest>(m, "PegRest", "Where a peg rests, with the derivatives of its height.");
+  bind_struct<PegRest>(m, "PegRest", "Resting pose of a peg, with the derivatives of its height.");
   m.def(
       "rest_peg_on_tube",
       [](const PegTube& bodies, double tilt, double alpha, const Eigen::Vector2d& centre) {
@@ -57,47 +58,48 @@ void bind_rest(py::module_& m) {
   m.def(
       "resting_heights",
       [](const PegTube& bodies, py::array_t<double> tilt, py::array_t<double> alpha, py::array_t<double> cx,
-         py::array_t<double> cy, const kr5::Pose& T_T_tube) {
+         py::array_t<double> cy, const kr5::Pose& T_tube_actual) {
         bodies.validate();
         const auto height = [&](double a, double b, double x, double y) {
-          return resting_height(bodies, T_T_tube, a, b, {x, y});
+          return resting_height(bodies, T_tube_actual, a, b, {x, y});
         };
         return py::vectorize(height)(std::move(tilt), std::move(alpha), std::move(cx), std::move(cy));
       },
       py::arg("bodies"), py::arg("tilt"), py::arg("alpha"), py::arg("cx"), py::arg("cy"),
-      py::arg("T_T_tube") = kr5::Pose::Identity(),
-      "Resting heights over arrays that broadcast [rad, m], on a tube at `T_T_tube`; NaN where nothing carries the "
+      py::arg("T_tube_actual") = kr5::Pose::Identity(),
+      "Resting heights over arrays that broadcast [rad, m], on a tube at `T_tube_actual`; NaN where nothing carries "
+      "the "
       "peg.");
 }
 
 void bind_contacts(py::module_& m) {
-  bind_enum<Touch>(m, "Touch", "Which features touch.");
+  bind_enum<ContactFeature>(m, "ContactFeature", "Features in contact.");
   bind_struct<PegTubeShape>(m, "PegTubeShape", "Peg and tube with 45 degree chamfers.");
   bind_struct<ContactPoint>(m, "ContactPoint",
                             "One point of contact: moving the peg along `normal` by `depth` ends it.");
-  bind_struct<ContactLaw>(m, "ContactLaw", "How contacts push back.");
-  bind_struct<Stiction>(m, "Stiction", "What friction remembers from call to call.");
-  bind_struct<ContactForce>(m, "ContactForce", "What the contacts do to the peg.");
-  m.def("peg_tube_contacts", &listed<&peg_tube_contacts>, py::arg("shape"), py::arg("T_T_peg"),
+  bind_struct<ContactLaw>(m, "ContactLaw", "Contact law: normal force and friction.");
+  bind_struct<Stiction>(m, "Stiction", "State of friction between calls.");
+  bind_struct<ContactForce>(m, "ContactForce", "Wrench of the contacts on the peg.");
+  m.def("peg_tube_contacts", &listed<&peg_tube_contacts>, py::arg("shape"), py::arg("T_tube_peg"),
         "Every contact of a peg (origin: bottom centre, Z: axis) with a tube, at any depth of insertion.");
-  m.def("peg_bench_contacts", &listed<&peg_bench_contacts>, py::arg("shape"), py::arg("T_T_peg"),
+  m.def("peg_bench_contacts", &listed<&peg_bench_contacts>, py::arg("shape"), py::arg("T_tube_peg"),
         "Every contact of a peg with a flat bench at z = 0.");
   m.def(
       "contact_wrench",
-      [](const std::vector<ContactPoint>& contacts, const ContactLaw& law, const kr5::Pose& T_T_peg,
+      [](const std::vector<ContactPoint>& contacts, const ContactLaw& law, const kr5::Pose& T_tube_peg,
          const kr5::Vector6& twist, double dt, Stiction& stiction) {
         law.validate();
-        return contact_wrench(packed(contacts), law, T_T_peg, twist, dt, stiction);
+        return contact_wrench(packed(contacts), law, T_tube_peg, twist, dt, stiction);
       },
-      py::arg("contacts"), py::arg("law"), py::arg("T_T_peg"), py::arg("twist"), py::arg("dt"), py::arg("stiction"),
+      py::arg("contacts"), py::arg("law"), py::arg("T_tube_peg"), py::arg("twist"), py::arg("dt"), py::arg("stiction"),
       "Wrench of the contacts on a peg that moves with `twist` (bottom centre, then turning) in T; `stiction` is "
       "changed.");
 }
 
 void bind_profile(py::module_& m) {
-  bind_struct<DepthMinimum>(m, "DepthMinimum", "A place in the turn at which the peg rests lower than beside it.");
+  bind_struct<DepthMinimum>(m, "DepthMinimum", "Minimum of the depth profile over a turn.");
   bind_struct<TubeFitOptions>(m, "TubeFitOptions", "Options of fit_tube.");
-  bind_struct<TubeFit>(m, "TubeFit", "Where the peg stood on the tube, from the whole profile.");
+  bind_struct<TubeFit>(m, "TubeFit", "Position of the peg on the tube, fitted to the whole profile.");
   m.def(
       "depth_minima", &depth_minima, py::arg("bodies"), py::arg("tilt"), py::arg("centre"),
       "The minima of the depth profile, the hole's first; tilt [rad], centre of the peg's bottom from that of the tube "
@@ -105,7 +107,7 @@ void bind_profile(py::module_& m) {
   m.def("critical_offset", &critical_offset, py::arg("bodies"), py::arg("tilt"),
         "Distance of the axes [m] below which the lowest of the two minima is that of the hole (eq. 5.39).");
   m.def("azimuth_error", &azimuth_error, py::arg("bodies"), py::arg("tilt"), py::arg("centre"), py::arg("depth_error"),
-        "By how much the azimuth of the hole is off when depth is read wrongly by `depth_error` [m]: [rad].");
+        "Error of the azimuth of the hole [rad] caused by an error `depth_error` of the depth [m].");
   m.def(
       "depth_map",
       [](const PegTube& bodies, double tilt, double azimuth, const std::vector<double>& x,
@@ -117,107 +119,117 @@ void bind_profile(py::module_& m) {
       [](const PegTube& bodies, double tilt, const std::vector<double>& azimuth, const std::vector<double>& height,
          const TubeFitOptions& options) { return fit_tube(bodies, tilt, azimuth, height, options); },
       py::arg("bodies"), py::arg("tilt"), py::arg("azimuth"), py::arg("height"), py::arg("options") = TubeFitOptions{},
-      "Least squares of heights [m] over azimuths [rad] by the exact profile: where the hole is, and how far.");
-  bind_struct<TurnRow>(m, "TurnRow", "What is felt at one azimuth of a turn at a constant height.");
-  bind_struct<TurnDirection>(m, "TurnDirection", "Azimuth of the hole, and how well it is known.");
+      "Least-squares fit of heights [m] over azimuths [rad] by the exact profile: direction and distance of the hole.");
+  bind_struct<TurnRow>(m, "TurnRow", "Force and moment at one azimuth of a turn at constant height.");
+  bind_struct<TurnDirection>(m, "TurnDirection", "Azimuth of the hole with its standard deviation.");
   m.def("locate_by_force", &locate_by_force, py::arg("bodies"), py::arg("tilt"), py::arg("stiffness"), py::arg("rows"),
-        "From the forces of a turn at a constant height: what gives way turns them into heights.");
+        "Direction of the hole from the forces of a turn at constant height, converted to heights by the stiffness.");
   m.def("locate_by_moment", &locate_by_moment, py::arg("rows"),
-        "From the moments of a turn: over the cusp the point of contact changes sides.");
+        "Direction of the hole from the moments of a turn: over the cusp the point of contact changes sides.");
 }
 
-/// A function of Python has no use for the C++ classes' noexcept.
 void bind_control(py::module_& m) {
-  bind_enum<CorrectionOf>(m, "CorrectionOf", "What a correction adds to.");
+  bind_enum<CorrectionReference>(m, "CorrectionReference", "Reference pose of a correction: start | actual.");
   bind_struct<ForceLoopOptions>(m, "ForceLoopOptions", "Options of ForceLoop.")
-      .def("compensator", &ForceLoopOptions::compensator, "What the wish is multiplied by (eq. 5.17).")
-      .def("contact_speed", &ForceLoopOptions::contact_speed, py::arg("wish"), py::arg("cycle"),
-           "The fastest contact after which the first cycle is no harder than the wish [m/s].");
-  py::class_<ForceLoop>(m, "ForceLoop", "Force along one axis by corrections of the path (section 5.3).")
+      .def("compensator", &ForceLoopOptions::compensator, "Factor on the reference (eq. 5.17).")
+      .def("contact_speed", &ForceLoopOptions::contact_speed, py::arg("reference"), py::arg("cycle"),
+           "Greatest contact speed at which the force of the first cycle stays within the reference [m/s].");
+  py::class_<ForceLoop>(m, "ForceLoop", "Control of the force along one axis by corrections of the path (section 5.3).")
       .def(py::init<const ForceLoopOptions&>(), py::arg("options") = ForceLoopOptions{})
-      .def("reset", &ForceLoop::reset, "Begins anew from no correction.")
-      .def("step", &ForceLoop::step, py::arg("wish"), py::arg("measured"), "Correction of this cycle; [N], [N] to [m].")
-      .def_property_readonly("limited", &ForceLoop::limited, "A limit holds the correction back.")
-      .def_property_readonly("correction", &ForceLoop::correction, "The last one [m].");
+      .def("reset", &ForceLoop::reset, "Resets the correction to zero.")
+      .def("step", &ForceLoop::step, py::arg("reference"), py::arg("measured"),
+           "Correction of this cycle; [N], [N] to [m].")
+      .def_property_readonly("limited", &ForceLoop::limited,
+                             "True when a limit, or an argument that is not finite, holds the correction back.")
+      .def_property_readonly("correction", &ForceLoop::correction, "Last correction [m].");
   bind_struct<GuardedMoveOptions>(m, "GuardedMoveOptions", "Options of GuardedMove.")
-      .def("safe_speed", &GuardedMoveOptions::safe_speed, "The fastest contact that ends within `most` [m/s].");
-  py::class_<GuardedMove>(m, "GuardedMove", "Moving until something is touched, no faster than the loop can stop.")
+      .def("safe_speed", &GuardedMoveOptions::safe_speed,
+           "Greatest contact speed for which the force stays within `max_force` [m/s].");
+  py::class_<GuardedMove>(m, "GuardedMove", "Motion until contact, no faster than the loop can stop.")
       .def(py::init<const GuardedMoveOptions&>(), py::arg("options") = GuardedMoveOptions{})
-      .def("step", &GuardedMove::step, py::arg("way"), py::arg("force"), "Speed of this cycle; [m], [N] to [m/s].")
-      .def("reset", &GuardedMove::reset, "Begins anew.")
-      .def_property_readonly("touched", &GuardedMove::touched, "Something was touched.");
-  bind_struct<ComplianceOptions>(m, "ComplianceOptions", "Options of give_way.")
+      .def("step", &GuardedMove::step, py::arg("way"), py::arg("force"),
+           "Speed of this cycle [m/s] for the distance left [m] and the force [N]; 0 from contact, or a number that is "
+           "not finite, on.")
+      .def("reset", &GuardedMove::reset, "Resets the detection of contact.")
+      .def_property_readonly("touched", &GuardedMove::touched, "True once contact was detected.");
+  bind_struct<ComplianceOptions>(m, "ComplianceOptions", "Options of admittance_twist.")
       .def("stable", &ComplianceOptions::stable, py::arg("stiffness"), py::arg("turning_stiffness"), py::arg("delay"),
-           "Whether the loop comes to rest; [N/m], [N m/rad], [s].");
-  m.def("give_way", &give_way, py::arg("wrench"), py::arg("wish"), py::arg("options") = ComplianceOptions{},
-        "Twist with which a tool goes where it is pushed, away from a wished wrench [N, N m] to [m/s, rad/s].");
+           "True for a stable loop with these stiffnesses [N/m], [N m/rad] and this delay [s].");
+  m.def("admittance_twist", &admittance_twist, py::arg("wrench"), py::arg("reference"),
+        py::arg("options") = ComplianceOptions{},
+        "Twist with which a tool yields to a wrench, away from a reference wrench: [N, N m] to [m/s, rad/s].");
   bind_struct<WrenchConditionerOptions>(m, "WrenchConditionerOptions", "Options of WrenchConditioner.");
-  py::class_<WrenchConditioner>(m, "WrenchConditioner", "From what a wrist sensor reads to what touches the tool.")
+  py::class_<WrenchConditioner>(
+      m, "WrenchConditioner",
+      "Wrench of the environment from readings of a wrist sensor: weight removed, noise filtered.")
       .def(py::init<const WrenchConditionerOptions&>(), py::arg("options") = WrenchConditionerOptions{})
-      .def("step", &WrenchConditioner::step, py::arg("reading"), py::arg("R_B_S"),
+      .def("step", &WrenchConditioner::step, py::arg("reading"), py::arg("R_base_sensor"),
            "Wrench of the environment, without weight, filtered, in S [N, N m].")
-      .def("tare", &WrenchConditioner::tare, "What the last reading held beside the weight is zero from now on.")
-      .def("reset", &WrenchConditioner::reset, "Forgets what was filtered.")
-      .def("weight", &WrenchConditioner::weight, py::arg("R_B_S"),
-           "What the sensor reads of the weight, in S [N, N m].")
-      .def_property_readonly("delay", &WrenchConditioner::delay, "Of the filter [s].");
+      .def("tare", &WrenchConditioner::tare, "Takes the last finite reading, less the weight, as zero.")
+      .def("reset", &WrenchConditioner::reset, "Resets the filter.")
+      .def("weight", &WrenchConditioner::weight, py::arg("R_base_sensor"),
+           "Reading of the weight alone, in S [N, N m].")
+      .def_property_readonly("delay", &WrenchConditioner::delay, "Delay of the filter [s].");
   bind_struct<SafetyLimits>(m, "SafetyLimits", "Limits of SafetyStop.");
-  bind_enum<Violation>(m, "Violation", "What stopped the arm.");
-  py::class_<SafetyStop>(m, "SafetyStop", "Watches every cycle; the first violation stays until reset().")
+  bind_enum<Violation>(m, "Violation", "Reason for a stop of the arm.");
+  py::class_<SafetyStop>(m, "SafetyStop", "Monitoring of every cycle; the first violation stays until reset().")
       .def(py::init<const SafetyLimits&>(), py::arg("limits") = SafetyLimits{})
       .def(
           "step",
           [](SafetyStop& self, const kr5::Vector6& raw, const kr5::Vector6& wrench, const std::vector<double>& current,
              bool saturated) { return self.step(raw, wrench, current, saturated); },
           py::arg("raw"), py::arg("wrench"), py::arg("current") = std::vector<double>{}, py::arg("saturated") = false,
-          "Judges a cycle; [N, N m], [N, N m], [A].")
-      .def("reset", &SafetyStop::reset, "Lets the arm move again.")
-      .def_property_readonly("violation", &SafetyStop::violation, "The first one.");
+          "Violation of a cycle: raw reading [N, N m], wrench [N, N m], currents [A].")
+      .def("reset", &SafetyStop::reset, "Clears the violation.")
+      .def_property_readonly("violation", &SafetyStop::violation, "First violation since the last reset().");
   bind_struct<CurrentLimitOptions>(m, "CurrentLimitOptions", "Options of current_limits.");
   m.def("current_limits", &current_limits, py::arg("gravity"), py::arg("friction"),
         py::arg("options") = CurrentLimitOptions{},
-        "Limit of each motor [A]: a margin above what holding the posture and sliding needs (section 5.2).");
+        "Current limit of each motor [A]: a margin above the current that holds the posture and overcomes friction "
+        "(section 5.2).");
 }
 
 void bind_insertion(py::module_& m) {
-  bind_enum<Localisation>(m, "Localisation", "What tells where the hole is.");
-  bind_enum<Entry>(m, "Entry", "How the peg goes into the hole.");
-  bind_enum<InsertBy>(m, "InsertBy", "What pushes the peg in.");
-  bind_enum<Phase>(m, "Phase", "What an insertion is at.");
-  bind_enum<Reason>(m, "Reason", "Why an attempt, or everything, ended.");
-  bind_struct<GripModel>(m, "GripModel", "The believed grip between arm and peg.");
+  bind_enum<Localisation>(m, "Localisation", "Localisation of the hole: fit | cusp | minimum.");
+  bind_enum<Entry>(m, "Entry", "Entry of the peg: tilted | upright.");
+  bind_enum<InsertBy>(m, "InsertBy", "Drive of the insertion: arm | gravity | air.");
+  bind_enum<Phase>(m, "Phase", "Phase of an insertion.");
+  bind_enum<Reason>(m, "Reason", "Reason for the end of an attempt, or of the insertion.");
+  bind_struct<GripModel>(m, "GripModel", "Believed compliance between arm and peg.");
   bind_struct<InsertionForces>(m, "InsertionForces", "Forces and gains of an insertion.");
-  bind_struct<InsertionMotion>(m, "InsertionMotion", "Speeds and ways of an insertion.");
-  bind_struct<InsertionLimits>(m, "InsertionLimits", "What stops an insertion.");
-  bind_struct<InsertionOptions>(m, "InsertionOptions", "What a peg is inserted with.");
-  bind_struct<InsertionState>(m, "InsertionState", "Where an insertion stands.");
-  bind_struct<ProfileRow>(m, "ProfileRow", "What was felt at one place of the turn.");
-  py::class_<InsertionCommand>(m, "InsertionCommand", "What the cell shall do.")
+  bind_struct<InsertionMotion>(m, "InsertionMotion", "Speeds and distances of an insertion.");
+  bind_struct<InsertionLimits>(m, "InsertionLimits", "Limits that stop an insertion.");
+  bind_struct<InsertionOptions>(m, "InsertionOptions", "Options of Insertion.");
+  bind_struct<InsertionState>(m, "InsertionState", "State of an insertion.");
+  bind_struct<ProfileRow>(m, "ProfileRow", "Measurement at one azimuth of the turn.");
+  py::class_<InsertionCommand>(m, "InsertionCommand", "Command to the cell for one cycle.")
       .def_property_readonly(
-          "T_T_P", [](const InsertionCommand& c) { return c.T_T_P; }, "Where the arm shall hold the peg, in T [m].")
-      .def_readonly("hold", &InsertionCommand::hold, "The grip holds; otherwise it lets the peg slide along.")
-      .def_readonly("air", &InsertionCommand::air, "Compressed air on the peg.")
-      .def_readonly("stop", &InsertionCommand::stop, "Stop the arm where it is; stays so.");
-  py::class_<Insertion>(m, "Insertion", "A peg feels its way into a tube; `step` once a cycle.")
+          "T_tube_peg", [](const InsertionCommand& c) { return c.T_tube_peg; },
+          "Pose at which the arm shall hold the peg, in T [m].")
+      .def_readonly("hold", &InsertionCommand::hold, "True while the grip holds; otherwise it lets the peg slide.")
+      .def_readonly("air", &InsertionCommand::air, "True for compressed air on the peg.")
+      .def_readonly("stop", &InsertionCommand::stop, "True once the arm shall stop where it is.");
+  py::class_<Insertion>(m, "Insertion", "Insertion of a peg into a tube by force control; call `step` once per cycle.")
       .def(py::init<const InsertionOptions&>(), py::arg("options"))
       .def(
           "step",
-          [](Insertion& self, const kr5::Pose& T_T_P, const kr5::Vector6& sensor, const kr5::Vector6& wrench,
+          [](Insertion& self, const kr5::Pose& T_tube_peg, const kr5::Vector6& sensor, const kr5::Vector6& wrench,
              const std::vector<double>& current, bool saturated, bool gripped, bool reachable) {
-            return self.step({T_T_P, sensor, wrench, current, saturated, gripped, reachable});
+            return self.step({T_tube_peg, sensor, wrench, current, saturated, gripped, reachable});
           },
-          py::arg("T_T_P"), py::arg("sensor"), py::arg("wrench"), py::arg("current") = std::vector<double>{},
+          py::arg("T_tube_peg"), py::arg("sensor"), py::arg("wrench"), py::arg("current") = std::vector<double>{},
           py::arg("saturated") = false, py::arg("gripped") = true, py::arg("reachable") = true,
-          "One cycle. T_T_P: the peg as the arm believes [m]. sensor: as it tells [N, N m]. wrench: of the environment "
+          "One cycle. T_tube_peg: the peg as the arm believes [m]. sensor: as it tells [N, N m]. wrench: of the "
+          "environment "
           "on "
           "the peg about its bottom centre, axes of T, weight taken away [N, N m].")
-      .def_property_readonly("state", &Insertion::state, py::return_value_policy::copy, "Where it stands (a copy).")
-      .def_property_readonly("finished", &Insertion::finished, "Done or stopped.")
+      .def_property_readonly("state", &Insertion::state, py::return_value_policy::copy, "State (a copy).")
+      .def_property_readonly("finished", &Insertion::finished, "True when done or stopped.")
       .def_property_readonly(
           "profile",
           [](const Insertion& self) { return std::vector<ProfileRow>(self.profile().begin(), self.profile().end()); },
-          "What was felt in the last turn, by azimuth (copies).")
-      .def("again", &Insertion::again, "Begins anew with the hole of the last success remembered.");
+          "Measured profile of the last turn, by azimuth (copies).")
+      .def("restart", &Insertion::restart, "Starts again, with the hole of the last success as the first guess.");
 }
 
 }  // namespace

@@ -3,10 +3,12 @@
 #include <optional>
 
 #include <kr5/gap/diagnose.hpp>
+#include <kr5/gap/effect_fit.hpp>
 #include <kr5/gap/measure.hpp>
 #include <kr5/gap/plan.hpp>
-#include <kr5/gap/trial.hpp>
 
+#include "column_conversion.hpp"
+#include "interruptible.hpp"
 #include "python_simulator.hpp"
 #include "struct_binder.hpp"
 
@@ -15,6 +17,8 @@ using namespace kr5::gap;
 using kr5::python::bind_enum;
 using kr5::python::bind_struct;
 using kr5::python::call_python;
+using kr5::python::compute_interruptibly;
+using kr5::python::put_back_columns;
 using kr5::python::Shared;
 using kr5::python::simulator_from;
 
@@ -26,28 +30,6 @@ std::function<void(const std::string&, double)> shared(const py::object& progres
   return [progress = Shared(progress)](const std::string& stage, double fraction) {
     call_python("progress", [&] { (*progress)(stage, fraction); });
   };
-}
-
-/// Columns as a dict of arrays.
-py::dict to_dict(const kr5::io::Table& table) {
-  py::dict out;
-  for (std::size_t i = 0; i < table.columns.size(); ++i)
-    out[py::str(table.columns[i])] = Eigen::VectorXd(table.values.col(static_cast<Eigen::Index>(i)));
-  return out;
-}
-
-/// Puts changed columns back.
-void put_back(kr5::io::Table& table, const py::dict& columns) {
-  for (const auto& [name, values] : columns) {
-    const std::string key = py::str(name), where = "change: column '" + key + "'";
-    const int at = table.find(key);
-    if (at < 0) throw py::value_error(where + " is none that the simulator predicts");
-    const auto numbers = kr5::python::cast_or_complain<Eigen::VectorXd>(values, where);
-    if (numbers.size() != table.values.rows())
-      throw py::value_error(where + ": found " + std::to_string(numbers.size()) + " rows, expected " +
-                            std::to_string(table.values.rows()));
-    table.values.col(at) = numbers;
-  }
 }
 
 Hypothesis make_hypothesis(const std::string& effect, const std::string& target,
@@ -66,11 +48,11 @@ Hypothesis make_hypothesis(const std::string& effect, const std::string& target,
     own.change = [function = Shared(change), of](kr5::io::Table& table, const kr5::cell::Experiment& experiment,
                                                  const Eigen::VectorXd& x) {
       call_python("change" + of, [&] {
-        const py::dict columns = to_dict(table);
+        const py::dict columns = kr5::python::columns_to_dict(table);
         const py::object out = (*function)(columns, experiment, x);
         if (!out.is_none() && !py::isinstance<py::dict>(out))
           kr5::python::complain("change" + of, "a dict of columns, or None", out);
-        put_back(table, out.is_none() ? columns : py::reinterpret_borrow<py::dict>(out));
+        put_back_columns(table, out.is_none() ? columns : py::reinterpret_borrow<py::dict>(out));
       });
     };
   return own_hypothesis(own);
@@ -108,12 +90,12 @@ void bind_options(py::module_& m, const char* name, const char* doc) {
 void bind_diagnosis(py::module_& m) {
   bind_enum<Verdict>(m, "Verdict", "no_gap | explained | partly_explained | unknown.");
   bind_struct<Dependence>(m, "Dependence", "A tested dependence of a residual on what the cell was doing.");
-  bind_struct<Place>(m, "Place", "The gap of one column over all experiments of a kind.");
+  bind_struct<ColumnExcess>(m, "ColumnExcess", "The gap of one column over all experiments of a kind.");
   bind_struct<ParameterEstimate>(m, "ParameterEstimate", "A parameter as the cell would hold it.");
   bind_struct<EffectName>(m, "EffectName", "An effect and its target.");
   bind_struct<Cause>(m, "Cause", "An effect that is blamed.");
-  bind_struct<ColumnShrink>(m, "ColumnShrink", "Gap of a column before and after.");
-  bind_struct<Shrink>(m, "Shrink", "How far the gap shrinks.");
+  bind_struct<ColumnReduction>(m, "ColumnReduction", "Gap of a column before and after.");
+  bind_struct<GapReduction>(m, "GapReduction", "How far the gap shrinks.");
   bind_struct<NextExperiment>(m, "NextExperiment", "What would tell tied effects apart.");
   bind_struct<Diagnosis>(m, "Diagnosis", "Why a simulation and a cell disagree (kr5-gap/1).")
       .def("to_json", &to_json, "The text of format kr5-gap/1.")
@@ -125,9 +107,8 @@ void bind_diagnosis(py::module_& m) {
       [](const kr5::cell::Recording& recording, const py::object& simulator, DiagnoseOptions options,
          const py::object& progress) {
         options.progress = shared(progress);
-        const auto with = simulator_from(simulator);
-        const py::gil_scoped_release released;
-        return diagnose(recording, *with, options);
+        return compute_interruptibly(simulator_from(simulator),
+                                     [&](const kr5::cell::Simulator& s) { return diagnose(recording, s, options); });
       },
       py::arg("recording"), py::arg("simulator"), py::arg("options") = DiagnoseOptions{},
       py::arg("progress") = py::none(),
@@ -138,20 +119,20 @@ void bind_diagnosis(py::module_& m) {
 }
 
 void bind_trials(py::module_& m) {
-  bind_struct<SeenNoise>(m, "SeenNoise", "Noise that is not what the cell of a recording declares.");
+  bind_struct<NoiseOverride>(m, "NoiseOverride", "Noise that is not what the cell of a recording declares.");
   bind_struct<ResidualColumn>(m, "ResidualColumn", "One column of one experiment, row by row.");
-  bind_struct<TrialOptions>(m, "TrialOptions", "Options of try_effects and best_effects.");
-  bind_struct<Trial>(m, "Trial", "An effect at its best: fitted to the fit experiments, judged on the others.");
+  bind_struct<EffectFitOptions>(m, "EffectFitOptions", "Options of fit_effects and fit_best_effects.");
+  bind_struct<EffectFit>(m, "EffectFit", "An effect at its best: fitted to the fit experiments, judged on the others.");
   m.def(
       "residual_columns",
       [](const kr5::cell::Recording& recording, const py::object& simulator, const std::vector<kr5::cell::Cell>& cells,
-         const std::vector<SeenNoise>& noise) {
-        const auto with = simulator_from(simulator);
-        const py::gil_scoped_release released;
-        return residual_columns(recording, *with, cells, noise);
+         const std::vector<NoiseOverride>& noise) {
+        return compute_interruptibly(simulator_from(simulator), [&](const kr5::cell::Simulator& s) {
+          return residual_columns(recording, s, cells, noise);
+        });
       },
       py::arg("recording"), py::arg("simulator"), py::arg("cells") = std::vector<kr5::cell::Cell>{},
-      py::arg("noise") = std::vector<SeenNoise>{},
+      py::arg("noise") = std::vector<NoiseOverride>{},
       "Recorded less simulated over noise of all columns that can be compared, row by row: a column of `residuals` for "
       "the recording's own cell, and one for each of `cells`, the first of which is believed right: what stands out "
       "from it near edges, too, is a spike. Raises InvalidArgument for a cell of another robot, and when nothing can "
@@ -161,27 +142,27 @@ void bind_trials(py::module_& m) {
         "Where residuals are, by subsystem, target, channel, experiment, pose region and speed: list of GapPart. "
         "`columns`: of residual_columns; `which`: column of `residuals`.");
   m.def(
-      "try_effects",
+      "fit_effects",
       [](const kr5::cell::Recording& recording, const kr5::cell::Cell& cell, const py::object& simulator,
-         const std::vector<EffectName>& effects, const TrialOptions& options) {
-        const auto with = simulator_from(simulator);
-        const py::gil_scoped_release released;
-        return try_effects(recording, cell, *with, effects, options);
+         const std::vector<EffectName>& effects, const EffectFitOptions& options) {
+        return compute_interruptibly(simulator_from(simulator), [&](const kr5::cell::Simulator& s) {
+          return fit_effects(recording, cell, s, effects, options);
+        });
       },
       py::arg("recording"), py::arg("cell"), py::arg("simulator"), py::arg("effects"),
-      py::arg("options") = TrialOptions{},
+      py::arg("options") = EffectFitOptions{},
       "Fits each of these effects (list of EffectName) alone to what `cell` leaves of the recording; best first. What "
       "changes nothing that was recorded is left out.");
   m.def(
-      "best_effects",
+      "fit_best_effects",
       [](const kr5::cell::Recording& recording, const kr5::cell::Cell& cell, const py::object& simulator,
-         const std::vector<EffectName>& except, int most, const TrialOptions& options) {
-        const auto with = simulator_from(simulator);
-        const py::gil_scoped_release released;
-        return best_effects(recording, cell, *with, except, most, options);
+         const std::vector<EffectName>& except, int most, const EffectFitOptions& options) {
+        return compute_interruptibly(simulator_from(simulator), [&](const kr5::cell::Simulator& s) {
+          return fit_best_effects(recording, cell, s, except, most, options);
+        });
       },
       py::arg("recording"), py::arg("cell"), py::arg("simulator"), py::arg("except_") = std::vector<EffectName>{},
-      py::arg("most") = 3, py::arg("options") = TrialOptions{},
+      py::arg("most") = 3, py::arg("options") = EffectFitOptions{},
       "The effects of the catalogue that explain most of what `cell` leaves of the recording, but for those in "
       "`except_`; at most so many, best first.");
 }
@@ -196,27 +177,27 @@ void bind_plan(py::module_& m) {
       .def_property_readonly(
           "cells", [](const Plan& p) { return p.cells; },
           "The cell of the recording with each alternative, alike in this recording (copies).");
-  bind_struct<Weighed>(m, "Weighed", "Which of several explanations recordings of one cell support.");
+  bind_struct<ModelComparison>(m, "ModelComparison", "Which of several explanations recordings of one cell support.");
   m.def(
       "plan",
       [](const kr5::cell::Recording& recording, const py::object& simulator,
          const std::vector<Alternative>& alternatives, PlanOptions options, const py::object& progress) {
         options.progress = shared(progress);
-        const auto with = simulator_from(simulator);
-        const py::gil_scoped_release released;
-        return plan(recording, *with, alternatives, options);
+        return compute_interruptibly(simulator_from(simulator), [&](const kr5::cell::Simulator& s) {
+          return plan(recording, s, alternatives, options);
+        });
       },
       py::arg("recording"), py::arg("simulator"), py::arg("alternatives"), py::arg("options") = PlanOptions{},
       py::arg("progress") = py::none(),
       "The experiment that tells explanations of a recording apart, computed from their signatures. `alternatives`: "
       "two or more lists of EffectName. Raises InvalidArgument for an effect that the cell cannot have.");
   m.def(
-      "weigh",
+      "compare_models",
       [](const std::vector<kr5::cell::Recording>& recordings, const py::object& simulator,
          const std::vector<Alternative>& alternatives, const PlanOptions& options) {
-        const auto with = simulator_from(simulator);
-        const py::gil_scoped_release released;
-        return weigh(recordings, *with, alternatives, options);
+        return compute_interruptibly(simulator_from(simulator), [&](const kr5::cell::Simulator& s) {
+          return compare_models(recordings, s, alternatives, options);
+        });
       },
       py::arg("recordings"), py::arg("simulator"), py::arg("alternatives"), py::arg("options") = PlanOptions{},
       "Fits each alternative to all recordings together, whose cells may differ in the tool; how probable each is.");
@@ -239,9 +220,9 @@ void bind_gap(py::module_& m) {
       "measure",
       [](const kr5::cell::Recording& recording, const py::object& simulator,
          const std::optional<kr5::cell::Cell>& cell) {
-        const auto with = simulator_from(simulator);
-        const py::gil_scoped_release released;
-        return measure(recording, cell ? *cell : recording.cell, *with);
+        return compute_interruptibly(simulator_from(simulator), [&](const kr5::cell::Simulator& s) {
+          return measure(recording, cell ? *cell : recording.cell, s);
+        });
       },
       py::arg("recording"), py::arg("simulator"), py::arg("cell") = py::none(),
       "RMS of (recorded - simulated) over the noise, of every column that was recorded and is predicted: 1 is the "

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <kr5/geometry/marker_family.hpp>
+#include <kr5/geometry/mount.hpp>
 #include <kr5/geometry/pinhole.hpp>
 #include <kr5/geometry/placed.hpp>
+#include <kr5/geometry/single_image_calibration.hpp>
 #include <kr5/geometry/target.hpp>
-#include <kr5/geometry/two_plane.hpp>
 #include <kr5/geometry/view.hpp>
 
 #include "struct_binder.hpp"
@@ -44,14 +45,14 @@ static Eigen::Matrix3Xd rays(const Pinhole& camera, const Eigen::Matrix2Xd& pixe
 }
 
 static void bind_two_plane(py::module_& m) {
-  python::bind_struct<TwoPlaneOptions>(m, "TwoPlaneOptions", "Options of calibrate_single_image.");
-  python::bind_struct<TwoPlaneResult>(m, "TwoPlaneResult", "Where the camera sits, from one image.");
+  python::bind_struct<SingleImageOptions>(m, "SingleImageOptions", "Options of calibrate_single_image.");
+  python::bind_struct<SingleImageResult>(m, "SingleImageResult", "Where the camera sits, from one image.");
   m.def(
       "calibrate_single_image",
-      [](const std::vector<View>& views, const Pinhole& camera, const TwoPlaneOptions& options) {
+      [](const std::vector<View>& views, const Pinhole& camera, const SingleImageOptions& options) {
         return calibrate_single_image(views, camera, options);
       },
-      py::arg("views"), py::arg("camera"), py::arg("options") = TwoPlaneOptions(),
+      py::arg("views"), py::arg("camera"), py::arg("options") = SingleImageOptions(),
       py::call_guard<py::gil_scoped_release>(),
       "Pose of the camera from views of a grid on two planes, whose points are given in the flange frame.\n\n"
       "Raises\n------\nkr5.InvalidArgument\n    No view, fewer than six points, unequal sizes, or NaN.");
@@ -77,12 +78,13 @@ static void bind_targets(py::module_& m) {
 static void bind_placed(py::module_& m) {
   python::bind_struct<PlacedTarget>(m, "PlacedTarget", "A target in front of a camera.");
   python::bind_enum<SolidKind>(m, "SolidKind", "Form of a solid.");
-  python::bind_struct<Solid>(m, "Solid", "A thing of simple form that rays of a camera or a scanner may meet.");
+  python::bind_struct<Solid>(m, "Solid", "A solid of simple shape that rays of a camera or a scanner may hit.");
   python::bind_struct<PlacedSolid>(m, "PlacedSolid", "A solid in front of a camera.");
 }
 
 void bind_geometry(py::module_& m) {
   bind_poses(m);
+  python::bind_enum<Mount>(m, "Mount", "Part of the cell that carries the camera.");
   python::bind_enum<LensModel>(m, "LensModel", "Which coefficients of a Pinhole a lens has.");
   python::bind_struct<Pinhole>(m, "Pinhole", "Pinhole camera with the rational lens model; z out of the lens, x right.")
       .def("project", &project, py::arg("points"), "Pixels (2 x n) of points in the camera frame (3 x n) [m].")

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <kr5/core/error.hpp>
 #include <kr5/io/csv.hpp>
-#include <kr5/io/problem.hpp>
+#include <kr5/io/diagnostic.hpp>
 
 #include "struct_binder.hpp"
 
@@ -9,10 +9,11 @@ namespace py = pybind11;
 using namespace kr5::io;
 
 void bind_io(py::module_& m) {
-  m.doc() = "Tables of numbers, and what is wrong with files.";
-  kr5::python::bind_struct<Problem>(m, "Problem", "One thing wrong with a file.")
-      .def("text", &Problem::text, "`file:line: field: found ..., expected ...`")
-      .def("__str__", &Problem::text);
+  m.doc() = "Tables of numbers, and diagnostics of files.";
+  kr5::python::bind_enum<Severity>(m, "Severity", "Severity of a diagnostic.");
+  kr5::python::bind_struct<Diagnostic>(m, "Diagnostic", "One error or warning about a file.")
+      .def("text", &Diagnostic::text, "`file:line: field: found ..., expected ...`")
+      .def("__str__", &Diagnostic::text);
   py::class_<Table>(m, "Table", "Numbers in named columns.")
       .def(py::init([](std::vector<std::string> columns, Eigen::MatrixXd values) {
              kr5::require(values.cols() == static_cast<Eigen::Index>(columns.size()),

@@ -12,21 +12,21 @@ using kr5::python::bind_enum;
 using kr5::python::bind_struct;
 
 static void bind_chain(py::module_& m) {
-  bind_enum<JointType>(m, "JointType", "What a joint does.");
+  bind_enum<JointType>(m, "JointType", "Type of a joint.");
   bind_struct<DhJoint>(m, "DhJoint", "One joint and the link behind it.")
       .def("transform", &DhJoint::transform, py::arg("q"),
            "Pose of the link in the one before [joint value in rad or m].");
   py::class_<DhChain>(m, "DhChain", "An open chain from the robot base B to the flange F.")
-      .def(py::init([](std::vector<DhJoint> joints, const kr5::Pose& T_B_0) {
-             return DhChain{T_B_0, std::move(joints)};
+      .def(py::init([](std::vector<DhJoint> joints, const kr5::Pose& T_base_0) {
+             return DhChain{T_base_0, std::move(joints)};
            }),
-           py::arg("joints"), py::arg("T_B_0") = kr5::Pose::Identity())
+           py::arg("joints"), py::arg("T_base_0") = kr5::Pose::Identity())
       .def_readwrite("joints", &DhChain::joints, "The joints, from the base.")
       .def_property(
-          "T_B_0", [](const DhChain& c) { return c.T_B_0; }, [](DhChain& c, const kr5::Pose& T) { c.T_B_0 = T; },
-          "Frame of the first joint in the base.")
+          "T_base_0", [](const DhChain& c) { return c.T_base_0; },
+          [](DhChain& c, const kr5::Pose& T) { c.T_base_0 = T; }, "Frame of the first joint in the base.")
       .def("link_poses", &DhChain::link_poses, py::arg("q"), "Poses of link frames 1..n in B for q [rad or m].")
-      .def("flange", &DhChain::flange, py::arg("q"), "T_B_F for q [rad or m].")
+      .def("flange", &DhChain::flange, py::arg("q"), "T_base_flange for q [rad or m].")
       .def(
           "flanges",
           [](const DhChain& self, const Eigen::Ref<const Rows>& q) {
@@ -38,27 +38,27 @@ static void bind_chain(py::module_& m) {
             }
             return py::array_t<double>({q.rows(), Eigen::Index{4}, Eigen::Index{4}}, T->data(), owner);
           },
-          py::arg("q"), "T_B_F of every row of q (N x n) [rad or m]: N x 4 x 4.");
+          py::arg("q"), "T_base_flange of every row of q (N x n) [rad or m]: N x 4 x 4.");
 }
 
 static void bind_inverse(py::module_& m) {
-  m.def("jacobian", &jacobian, py::arg("chain"), py::arg("q"), py::arg("T_F_X") = kr5::Pose::Identity(),
+  m.def("jacobian", &jacobian, py::arg("chain"), py::arg("q"), py::arg("T_flange_x") = kr5::Pose::Identity(),
         "Geometric Jacobian, 6 x n, linear first, of frame X on the flange, in axes of B.");
-  bind_struct<Manipulability>(m, "Manipulability", "How far a posture is from a singular one.");
+  bind_struct<Manipulability>(m, "Manipulability", "Distance of a posture from a singular one.");
   m.def("manipulability", &manipulability, py::arg("J"), py::arg("length") = 1.0,
         "Singular values of a Jacobian whose linear rows are divided by `length` [m].");
   m.def("outside_limits", &outside_limits, py::arg("q"), py::arg("lower"), py::arg("upper"),
         py::arg("tolerance") = 1e-9, "Joints, counted from 0, that are not within their limits.");
-  bind_enum<InverseStatus>(m, "InverseStatus", "What came of an inverse problem.");
-  bind_enum<Singularity>(m, "Singularity", "Where a posture loses a degree of freedom.");
+  bind_enum<InverseStatus>(m, "InverseStatus", "Status of an inverse problem.");
+  bind_enum<Singularity>(m, "Singularity", "Singularity of a posture.");
   bind_struct<Posture>(m, "Posture", "Joint values that reach a pose.")
-      .def_property_readonly("usable", &Posture::usable, "In limits.");
+      .def_property_readonly("usable", &Posture::usable, "True within the limits.");
   bind_struct<InverseOptions>(m, "InverseOptions", "Limits and start of the inverse.");
   bind_struct<InverseResult>(m, "InverseResult", "Postures that reach a pose.");
   m.def("has_closed_form", &has_closed_form, py::arg("chain"),
         "Six revolute joints, the last three axes in one point.");
-  m.def("inverse", &inverse, py::arg("chain"), py::arg("T_B_F"), py::arg("options") = InverseOptions{},
-        py::call_guard<py::gil_scoped_release>(),
+  m.def("inverse_kinematics", &inverse_kinematics, py::arg("chain"), py::arg("T_base_flange"),
+        py::arg("options") = InverseOptions{}, py::call_guard<py::gil_scoped_release>(),
         "Joint values that bring the flange to a pose: all of them where the chain has a closed form.");
 }
 
@@ -71,17 +71,17 @@ static Eigen::VectorXd torques(Dynamics& self, const Eigen::VectorXd& q, const E
 
 static void bind_dynamics(py::module_& m) {
   bind_struct<Body>(m, "Body", "Mass of one rigid body.").def("inertia_matrix", &Body::inertia_matrix, "3x3 [kg m^2].");
-  py::class_<Cut>(m, "Cut", "A body fixed to a link, cut off at frame S.")
-      .def(py::init([](const Body& body, const kr5::Pose& T_link_S, int link) {
-             return Cut{link, T_link_S, body};
+  py::class_<SensorCut>(m, "SensorCut", "A body fixed to a link, cut off at frame S.")
+      .def(py::init([](const Body& body, const kr5::Pose& T_link_sensor, int link) {
+             return SensorCut{link, T_link_sensor, body};
            }),
-           py::arg("body"), py::arg("T_link_S") = kr5::Pose::Identity(), py::arg("link") = -1);
+           py::arg("body"), py::arg("T_link_sensor") = kr5::Pose::Identity(), py::arg("link") = -1);
   py::class_<Dynamics>(m, "Dynamics", "Equations of motion of a chain with massive links, counted from 0.")
       .def(py::init<const DhChain&, const std::vector<Body>&, const Eigen::Vector3d&>(), py::arg("chain"),
            py::arg("bodies"), py::arg("gravity") = Eigen::Vector3d(0.0, 0.0, -9.81))
       .def("set_body", &Dynamics::set_body, py::arg("link"), py::arg("body"))
       .def("add_body", &Dynamics::add_body, py::arg("link"), py::arg("body"),
-           py::arg("T_link_body") = kr5::Pose::Identity(), "What rides on a link besides.")
+           py::arg("T_link_body") = kr5::Pose::Identity(), "Adds a body to a link.")
       .def("set_gravity", &Dynamics::set_gravity, py::arg("gravity"), "In B [m/s^2].")
       .def("torques", &torques, py::arg("q"), py::arg("qd"), py::arg("qdd"),
            py::arg("external") = std::vector<kr5::Vector6>(),
@@ -93,7 +93,7 @@ static void bind_dynamics(py::module_& m) {
       .def(
           "loads",
           [](Dynamics& self, const Eigen::Ref<const Rows>& q, const Eigen::Ref<const Rows>& qd,
-             const Eigen::Ref<const Rows>& qdd, const std::optional<Cut>& cut) {
+             const Eigen::Ref<const Rows>& qdd, const std::optional<SensorCut>& cut) {
             MotionLoads out = self.loads(q, qd, qdd, cut);
             return std::pair{std::move(out.tau), std::move(out.wrench)};
           },

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/physics/tool.hpp>
+#include <kr5/predict/camera_scene.hpp>
 #include <kr5/predict/fast_simulator.hpp>
-#include <kr5/predict/sight.hpp>
 
 #include "struct_binder.hpp"
 
@@ -15,9 +16,12 @@ void bind_predict(py::module_& m) {
       "projection. All effects that the cell carries act. What a sensor cannot see is NaN.")
       .def(py::init<>())
       .def("__repr__", [](const FastSimulator&) { return "FastSimulator()"; });
-  kr5::python::bind_struct<Sight>(m, "Sight", "What a camera of a cell has before it, as it really is.");
-  m.def(
-      "sight", &sight, py::arg("cell"), py::arg("T_B_F"), py::arg("things") = std::vector<kr5::cell::Thing>(),
-      "What the camera has before it when the flange is at T_B_F: the cell's targets, tube and sphere, and the things "
-      "given. Raises InvalidArgument naming the part of the cell that is not there.");
+  kr5::python::bind_struct<CameraScene>(m, "CameraScene",
+                                        "What a camera of a cell has before it, with the effects it carries.");
+  m.def("T_flange_tool", &kr5::physics::tool_offset, py::arg("cell"),
+        "Tool tip in the flange, with the effects that the cell carries; the flange itself for a cell without tool.");
+  m.def("camera_scene", &camera_scene, py::arg("cell"), py::arg("T_base_flange"),
+        py::arg("objects") = std::vector<kr5::cell::PlacedObject>(),
+        "What the camera has before it for a pose of the flange: targets, tube and sphere of the cell, and the objects "
+        "given. Raises InvalidArgument naming the part of the cell that is not there.");
 }

@@ -70,7 +70,7 @@ class ObjectSimulator : public cell::Simulator {
  public:
   explicit ObjectSimulator(py::object object) : object_(std::move(object)) {}
 
-  io::Table predict(const cell::Cell& cell, const cell::Experiment& experiment) const override {
+  io::Table simulate(const cell::Cell& cell, const cell::Experiment& experiment) const override {
     return call_python("predict of the simulator, experiment " + experiment.name, [&] {
       io::Table out = table_from((*object_).attr("predict")(cell, experiment), "predict");
       if (out.values.rows() != experiment.data.values.rows())

@@ -127,7 +127,7 @@ static void bind_insertion(py::module_& m) {
           "Of the last turn: azimuth, tilt, x, y, height as felt; closed_form, where the peg really stood; force, "
           "moment_x, moment_y about its bottom centre [rad, m, N, N m] (a copy).")
       .def_property_readonly(
-          "T_T_tube", [](const InsertionResult& r) { return r.T_T_tube; },
+          "T_tube_actual", [](const InsertionResult& r) { return r.T_tube_actual; },
           "The tube as it really stood, from where it is believed [m].")
       .def_property_readonly(
           "cell", [](const InsertionResult& r) { return r.cell; },

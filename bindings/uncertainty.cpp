@@ -7,14 +7,14 @@ namespace py = pybind11;
 using namespace kr5::uncertainty;
 
 void bind_uncertainty(py::module_& m) {
-  m.doc() = "What a covariance or a count allows one to say.";
+  m.doc() = "Confidence regions and intervals.";
   m.def("chi_square_quantile", &chi_square_quantile, py::arg("p"), py::arg("dof"),
         "Value that a chi-square variable stays below with probability p.");
   m.def("chi_square_cdf", &chi_square_cdf, py::arg("x"), py::arg("dof"), "Probability that it stays below x.");
   m.def("normal_factor", &normal_factor, py::arg("confidence") = 0.95,
         "Two-sided factor of a standard normal variable.");
   m.def("student_factor", &student_factor, py::arg("dof"), py::arg("confidence") = 0.95, "The same for Student's t.");
-  m.def("widening", &widening, py::arg("numbers"), py::arg("dof"),
+  m.def("covariance_inflation", &covariance_inflation, py::arg("numbers"), py::arg("dof"),
         "Factor for a covariance of so many numbers, estimated on dof degrees of freedom, after which its normal 95 % "
         "region is the one of Fisher's F.");
   kr5::python::bind_struct<Interval>(m, "Interval", "An interval of a number.")

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <kr5/vision/camera_calibration.hpp>
 #include <kr5/vision/camera_peers.hpp>
-#include <kr5/vision/detect.hpp>
 #include <kr5/vision/family.hpp>
 #include <kr5/vision/find_hole.hpp>
+#include <kr5/vision/find_target.hpp>
 #include <kr5/vision/hand_eye_closed_form.hpp>
 #include <kr5/vision/marker_map.hpp>
 #include <kr5/vision/render.hpp>
@@ -154,9 +154,9 @@ static void bind_poses(py::module_& m) {
 static void bind_hole(py::module_& m) {
   python::bind_enum<HoleStatus>(m, "HoleStatus", "Whether a bore was found, and why not.");
   python::bind_struct<HoleOptions>(m, "HoleOptions", "Options of find_hole.");
-  python::bind_struct<HoleSight>(m, "HoleSight",
-                                 "The mouth of a bore in an image. Numbers hold only when it was found.")
-      .def_property_readonly("found", &HoleSight::found);
+  python::bind_struct<HoleDetection>(m, "HoleDetection",
+                                     "The mouth of a bore in an image. Numbers hold only when it was found.")
+      .def_property_readonly("found", &HoleDetection::found);
   m.def(
       "find_hole",
       [](const GreyArray& image, const Pinhole& camera, const Pose& T_camera_plane, const HoleOptions& options) {
@@ -172,21 +172,22 @@ static void bind_hole(py::module_& m) {
 }
 
 static void bind_servo(py::module_& m) {
-  python::bind_enum<ServoBy>(m, "ServoBy", "What visual servoing regulates.");
-  python::bind_enum<ServoState>(m, "ServoState", "Whether to go on, and how it ended.");
+  python::bind_enum<ServoFeature>(m, "ServoFeature", "What visual servoing regulates.");
+  python::bind_enum<ServoState>(m, "ServoState", "State of the approach.");
   python::bind_struct<VisualServoOptions>(m, "VisualServoOptions", "Options of VisualServo.");
-  python::bind_struct<ServoSight>(m, "ServoSight", "What one image says of the target.");
+  python::bind_struct<TargetObservation>(m, "TargetObservation", "What one image says of the target.");
   python::bind_struct<ServoStep>(m, "ServoStep", "How the camera shall move now.");
   m.def(
-      "see_target",
+      "observe_target",
       [](const GreyArray& image, const Target& target, const Pinhole& camera, const DetectOptions& options) {
         const ImageView view = view_of(image);
         py::gil_scoped_release release;
-        return see_target(view, target, camera, options);
+        return observe_target(view, target, camera, options);
       },
       py::arg("image"), py::arg("target"), py::arg("camera"), py::arg("options") = DetectOptions(),
       "The sight of a target in a grey image (uint8, height x width), found in the image without its lens.");
-  m.def("see_hole", &see_hole, py::arg("hole"), "The sight of a bore that find_hole looked for; use `turn_free`.");
+  m.def("observe_hole", &observe_hole, py::arg("hole"),
+        "The sight of a bore that find_hole looked for; use `turn_free`.");
   py::class_<VisualServo>(m, "VisualServo",
                           "One approach of a camera to where a target stands in it as wished, by ViSP's control laws\n"
                           "(Chaumette and Hutchinson 2006). Call `step` with each image's sight until the state is no\n"

@@ -10,7 +10,7 @@ PYBIND11_MODULE(_kr5_window, m) {
   m.doc() = "DART's own window.";
   m.def(
       "show",
-      [](const kr5::cell::Cell& cell, const std::vector<kr5::cell::Thing>& things, const Eigen::VectorXd& t,
+      [](const kr5::cell::Cell& cell, const std::vector<kr5::cell::PlacedObject>& things, const Eigen::VectorXd& t,
          const Eigen::MatrixXd& q, const std::string& picture) {
         kr5::sim::show_window(cell, things, {t, q}, picture);
       },

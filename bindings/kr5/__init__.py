@@ -9,7 +9,19 @@ import importlib
 from ._kr5 import *  # noqa: F403
 from ._kr5 import __version__
 
-_MODULES = ("calibration", "cell", "force", "gap", "io", "kinematics", "predict", "sim", "uncertainty", "vision")
+_MODULES = (
+    "calibration",
+    "cell",
+    "force",
+    "gap",
+    "io",
+    "kinematics",
+    "physics",
+    "predict",
+    "sim",
+    "uncertainty",
+    "vision",
+)
 
 for _name in _MODULES:
     globals().pop(_name, None)  # of the extension; __getattr__ imports the Python module of that name

@@ -1,5 +1,5 @@
 # kr5_module(<name> [DEPENDS kr5 modules] [PACKAGES private third-party] [LINKS targets] [FOLDER folder])
-# Describes one module, whose sources are src/<name>/*.cpp, or <FOLDER>/src/*.cpp for one with a top-level folder of its
+# Describes one module, whose sources stand in src/<name>/, or in <FOLDER>/src/ for one with a top-level folder of its
 # own; nothing is searched for or built until kr5_build_modules() asks for it.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
@@ -50,7 +50,7 @@ function(_kr5_build name)
     find_package(${package} REQUIRED)  # in a function: what a package does to the flags ends here
     set_directory_properties(PROPERTIES COMPILE_DEFINITIONS "${definitions}")  # DART's leaks BOOST_TEST_DYN_LINK
   endforeach()
-  file(GLOB sources CONFIGURE_DEPENDS ${KR5_${name}_SOURCES}/*.cpp)
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${KR5_${name}_SOURCES}/*.cpp)
   # ViSP 3.5's headers are not C++20 (vpArray2D<Type>() as a constructor): their users are files of their own.
   set(visp_sources ${sources})
   list(FILTER visp_sources INCLUDE REGEX "/visp_[a-z_]*\\.cpp$")

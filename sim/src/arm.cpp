@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <kr5/sim/arm.hpp>
 
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -14,8 +15,8 @@
 #include <kr5/core/error.hpp>
 #include <kr5/core/linear.hpp>
 #include <kr5/io/node.hpp>
-
-#include "effective.hpp"
+#include <kr5/physics/effective_arm.hpp>
+#include <kr5/physics/tool.hpp>
 
 namespace kr5::sim {
 namespace {
@@ -24,7 +25,7 @@ namespace dd = dart::dynamics;
 using kinematics::DhJoint;
 using kinematics::JointType;
 
-std::string brief(double value) { return io::Node::of(value).scalar; }
+std::string brief(double value) { return io::Node::make_scalar(value).scalar; }
 
 void check_mass(const std::string& field, double mass, const Eigen::Matrix3d& inertia, bool may_be_bare) {
   const double least = symmetric_eigen(inertia).values[0];
@@ -35,6 +36,31 @@ void check_mass(const std::string& field, double mass, const Eigen::Matrix3d& in
           field + ".mass: must " + positive + ", found " + brief(mass) + " kg");
   require(good, field + ".inertia: every principal moment must " + positive + ", the least found is " + brief(least) +
                     " kg m^2");
+}
+
+constexpr double longest = 1e3;     // of what is a robot cell [m]
+constexpr double heaviest = 1e6;    // [kg]
+constexpr double fastest = 1e6;     // motion that has run away [rad, m, rad/s or m/s]
+constexpr double strongest = 1e12;  // [N or N m]
+
+/// DART ends the process on numbers that are none: what reaches it is checked before.
+template <class Field, class Derived>
+void check_numbers(const Field& field, const Eigen::DenseBase<Derived>& values, double most) {
+  for (Eigen::Index i = 0; i < values.size(); ++i)
+    if (!(std::abs(values(i)) <= most))  // no text is made in a step that goes well
+      throw InvalidArgument(std::string(field) + ": found " + brief(values(i)) + ", expected a number of at most " +
+                            brief(most));
+}
+
+void check_pose(const std::string& field, const Pose& T) {
+  check_numbers(field, T.translation(), longest);
+  require((T.linear() * T.linear().transpose()).isIdentity(1e-6), field + ": is no rigid motion");
+}
+
+void check_body(const std::string& field, const kinematics::Body& body) {
+  require(body.mass <= heaviest, field + ".mass: found " + brief(body.mass) + ", expected at most " + brief(heaviest));
+  check_numbers(field + ".com", body.com, longest);
+  check_numbers(field + ".inertia", body.inertia, heaviest * longest);
 }
 
 dd::BodyNode::Properties body(const std::string& name, const kinematics::Body& m) {
@@ -60,6 +86,7 @@ dd::BodyNode* add_joint(const dd::SkeletonPtr& skeleton, dd::BodyNode* parent, i
 
 struct Arm::Body {
   cell::Cell cell;
+  physics::EffectiveArm effective;
   dd::SkeletonPtr skeleton = dd::Skeleton::create("arm");
   std::vector<dd::BodyNode*> links;
   dd::BodyNode* tool = nullptr;
@@ -69,11 +96,11 @@ struct Arm::Body {
   Vector6 contact = Vector6::Zero();
   ArmForces forces;
 
-  explicit Body(const cell::Cell& given) : cell(given) {
+  explicit Body(const cell::Cell& given) : cell(given), effective(cell) {
     check();
     const int n = cell.robot.joints();
-    const std::vector<DhJoint> dh = effective_joints(cell, 0.0);
-    for (int i = 0; i < n; ++i) add_link(i, dh[static_cast<std::size_t>(i)]);
+    const kinematics::DhChain chain = effective.chain(0.0);
+    for (int i = 0; i < n; ++i) add_link(i, chain);
     add_tool();
     skeleton->setGravity(cell.robot.gravity);
     q = v = forces.torque = forces.acceleration = Eigen::VectorXd::Zero(n);
@@ -91,15 +118,31 @@ struct Arm::Body {
     for (std::size_t i = 0; i < robot.links.size(); ++i)
       check_mass("robot.links[" + std::to_string(i) + "]", robot.links[i].mass, robot.links[i].inertia_matrix(), false);
     if (cell.tool) check_mass("tool", cell.tool->mass, cell.tool->inertia_matrix(), true);
-    const double payload = cell.effects.tool.payload_mass;
-    require(payload >= 0.0, "effects.payload.tool.mass: must not be negative, found " + brief(payload) + " kg");
+    if (cell.tool) {
+      const kinematics::Body load = physics::payload(cell);
+      check_body("tool and effects.payload", load);
+      require(load.mass >= cell.tool->mass,
+              "effects.payload.tool.mass: must not be negative, found " + brief(load.mass - cell.tool->mass) + " kg");
+      check_pose("tool.T_F_S", cell.tool->T_flange_sensor);
+    }
+    for (std::size_t i = 0; i < robot.links.size(); ++i)
+      check_body("robot.links[" + std::to_string(i) + "]", robot.links[i]);
+    check_numbers("robot.gravity", robot.gravity, 1e4);
+    const kinematics::DhChain chain = effective.chain(0.0);
+    check_pose("robot.T_B_0", chain.T_base_0);
+    for (std::size_t i = 0; i < chain.joints.size(); ++i) {
+      const DhJoint& j = chain.joints[i];
+      check_numbers("robot.dh[" + std::to_string(i) + "]", Eigen::Vector3d(j.a, j.b, 0.0), longest);
+      check_numbers("robot.dh[" + std::to_string(i) + "]", Eigen::Vector3d(j.theta_offset, j.alpha, j.beta), 1e3);
+    }
   }
 
-  void add_link(int i, const DhJoint& joint) {
+  void add_link(int i, const kinematics::DhChain& chain) {
     const auto index = static_cast<std::size_t>(i);
+    const DhJoint& joint = chain.joints[index];
     kinematics::Body mass{1.0, Eigen::Vector3d::Zero(), Vector6::Ones()};  // any will do for kinematics alone
     if (masses) mass = {cell.robot.links[index].mass, cell.robot.links[index].com, cell.robot.links[index].inertia};
-    const Pose place = i == 0 ? effective_base(cell) : Pose::Identity();
+    const Pose place = i == 0 ? chain.T_base_0 : Pose::Identity();
     dd::BodyNode* parent = i == 0 ? nullptr : links.back();
     links.push_back(joint.type == JointType::Revolute
                         ? add_joint<dd::RevoluteJoint>(skeleton, parent, i + 1, place, joint.transform(0.0), mass)
@@ -110,8 +153,8 @@ struct Arm::Body {
     if (!cell.tool) return;
     dd::WeldJoint::Properties weld;
     weld.mName = "sensor";
-    weld.mT_ParentBodyToJoint = cell.tool->T_F_S;
-    tool = skeleton->createJointAndBodyNodePair<dd::WeldJoint>(links.back(), weld, body("tool", effective_tool(cell)))
+    weld.mT_ParentBodyToJoint = cell.tool->T_flange_sensor;
+    tool = skeleton->createJointAndBodyNodePair<dd::WeldJoint>(links.back(), weld, body("tool", physics::payload(cell)))
                .second;
   }
 
@@ -163,15 +206,19 @@ int Arm::joints() const { return static_cast<int>(body_->links.size()); }
 bool Arm::has_masses() const { return body_->masses; }
 
 void Arm::set_clock(double t) {
-  if (body_->cell.effects.arm.growth == 0.0) return;
-  const std::vector<DhJoint> dh = effective_joints(body_->cell, t);
-  for (std::size_t i = 0; i < dh.size(); ++i)
-    body_->skeleton->getJoint(i)->setTransformFromChildBodyNode(dh[i].transform(0.0).inverse());
+  if (!body_->effective.grows()) return;
+  const kinematics::DhChain chain = body_->effective.chain(t);
+  for (const DhJoint& j : chain.joints)
+    check_numbers("effects.thermal_growth: length of a link", Eigen::Vector2d(j.a, j.b), longest);
+  for (std::size_t i = 0; i < chain.joints.size(); ++i)
+    body_->skeleton->getJoint(i)->setTransformFromChildBodyNode(chain.joints[i].transform(0.0).inverse());
 }
 
 void Arm::set_state(const Eigen::VectorXd& q, const Eigen::VectorXd& v) {
   require(q.size() == joints() && v.size() == joints() && q.allFinite() && v.allFinite(),
           "state of the arm: " + std::to_string(joints()) + " finite joint values and speeds are needed");
+  check_numbers("state of the arm, which has run away", q, fastest);
+  check_numbers("speed of the arm, which has run away", v, fastest);
   body_->q = q;
   body_->v = v;
   body_->skeleton->setPositions(q);
@@ -189,6 +236,7 @@ void Arm::set_actuation(int joint, Actuation actuation) {
 
 void Arm::set_contact(const Vector6& wrench) {
   require(body_->tool != nullptr, "tool: a cell without tool touches nothing");
+  check_numbers("wrench of a contact", wrench, strongest);
   body_->contact = wrench;
   body_->tool->setExtForce(wrench.head<3>(), Eigen::Vector3d::Zero(), false, true);
   body_->tool->setExtTorque(wrench.tail<3>(), false);
@@ -197,6 +245,7 @@ void Arm::set_contact(const Vector6& wrench) {
 const ArmForces& Arm::solve(const Eigen::VectorXd& command) {
   Body& b = *body_;
   b.need_masses();
+  check_numbers("command of the arm", command, strongest);
   b.skeleton->setCommands(command);
   b.skeleton->computeForwardDynamics();
   b.forces.acceleration = b.skeleton->getAccelerations();
@@ -211,6 +260,7 @@ const ArmForces& Arm::solve(const Eigen::VectorXd& command) {
 const ArmForces& Arm::inverse_dynamics(const Eigen::VectorXd& acceleration) {
   Body& b = *body_;
   b.need_masses();
+  check_numbers("acceleration of the arm", acceleration, strongest);
   b.skeleton->setAccelerations(acceleration);
   b.skeleton->computeInverseDynamics(true, false, false);
   b.forces.acceleration = acceleration;
@@ -243,9 +293,9 @@ double Arm::energy() {
   return s.computeKineticEnergy() - s.getMass() * s.getGravity().dot(s.getCOM());
 }
 
-Pose Arm::T_B_F() const { return body_->links.back()->getWorldTransform(); }
+Pose Arm::T_base_flange() const { return body_->links.back()->getWorldTransform(); }
 
-Pose Arm::T_B_S() const {
+Pose Arm::T_base_sensor() const {
   require(body_->tool != nullptr, "tool: this cell has no sensor frame");
   return body_->tool->getWorldTransform();
 }

@@ -2,45 +2,65 @@
 #include <kr5/sim/dart_simulator.hpp>
 
 #include <cmath>
-
 #include <optional>
 
 #include <kr5/core/error.hpp>
-#include <kr5/predict/postures.hpp>
+#include <kr5/physics/effect_targets.hpp>
+#include <kr5/physics/joint_drive.hpp>
+#include <kr5/predict/static_kinds.hpp>
 #include <kr5/sim/arm.hpp>
-#include <kr5/sim/drives.hpp>
 
-#include "kinds.hpp"
+#include "moving_kinds.hpp"
 
 namespace kr5::sim {
-
 namespace {
 
 /// The arm at rest at motor-side readings, its links in their gears as the formats say of static kinds.
-class StillArm {
+class RestingArm {
  public:
-  explicit StillArm(const cell::Cell& cell) : arm_(cell), drives_(cell) {}
+  explicit RestingArm(const cell::Cell& cell) : arm_(cell), joints_(physics::joint_drives(cell)) {}
 
-  Pose flange(const Eigen::VectorXd& reading, double t) {
+  Pose T_base_flange(const Eigen::VectorXd& reading, double t) {
     arm_.set_clock(t);
-    Eigen::VectorXd q = drives_.link(reading);
-    arm_.set_state(q);
-    constexpr int passes = 3;  // the sag moves gravity by a part of itself that is tiny
-    for (int pass = 0; pass < passes && !drives_.rigid(); ++pass) {
-      const Eigen::VectorXd load = arm_.gravity_torque() + drives_.cable(q);
-      for (int i = 0; i < drives_.size(); ++i) {
-        const JointDrive& joint = drives_.joints[static_cast<std::size_t>(i)];
-        q[i] = joint.link(reading[i]) - joint.spring.lead_at_rest(load[i]);
-      }
-      arm_.set_state(q);
-    }
-    return arm_.T_B_F();
+    const auto gravity = [this](const Eigen::VectorXd& links) {
+      arm_.set_state(links);
+      return arm_.gravity_torque();
+    };
+    arm_.set_state(physics::links_at_rest(joints_, reading, physics::RestRule::Static, gravity));
+    return arm_.T_base_flange();
   }
 
  private:
   Arm arm_;
-  Drives drives_;
+  std::vector<physics::JointDrive> joints_;
 };
+
+predict::PredictionTable simulate_kind(const cell::Cell& cell, cell::Kind kind, const predict::ExperimentInput& input,
+                                       const DartSimulatorOptions& options) {
+  std::optional<RestingArm> arm;
+  const predict::FlangeAtRest flange = [&](const Eigen::VectorXd& q, double t) {
+    if (!arm) arm.emplace(cell);
+    return arm->T_base_flange(q, t);
+  };
+  using enum cell::Kind;
+  switch (kind) {
+    case Motion:
+      return simulate_motion(cell, input, options);
+    case Step:
+      return simulate_step(cell, input, options);
+    case Press:
+      return simulate_press(cell, input, options);
+    case Profile:
+      return simulate_profile(cell, input, options);
+    case Poses:
+      return predict::predict_poses(cell, input, flange);
+    case Views:
+      return predict::predict_views(cell, input, flange);
+    case Scan:
+      return predict::predict_scan(cell, input, flange);
+  }
+  input.fail("is of a kind that does not exist");
+}
 
 }  // namespace
 
@@ -50,31 +70,11 @@ void DartSimulatorOptions::validate() const {
 
 DartSimulator::DartSimulator(const DartSimulatorOptions& options) : options_(options) { options_.validate(); }
 
-io::Table DartSimulator::predict(const cell::Cell& cell, const cell::Experiment& experiment) const {
-  const predict::Given given(experiment, cell.robot.joints());
-  std::optional<StillArm> arm;
-  const predict::FlangeAt flange = [&](const Eigen::VectorXd& q, double t) {
-    if (!arm) arm.emplace(cell);
-    return arm->flange(q, t);
-  };
-  using enum cell::Kind;
-  switch (experiment.kind) {
-    case Motion:
-      return motion(cell, given, options_).table();
-    case Step:
-      return step(cell, given, options_).table();
-    case Press:
-      return press(cell, given, options_).table();
-    case Profile:
-      return profile(cell, given, options_).table();
-    case Poses:
-      return predict::poses(cell, given, flange).table();
-    case Views:
-      return predict::views(cell, given, flange).table();
-    case Scan:
-      return predict::scan(cell, given, flange).table();
-  }
-  given.fail("is of a kind that does not exist");
+io::Table DartSimulator::simulate(const cell::Cell& cell, const cell::Experiment& experiment) const {
+  cell.validate();
+  physics::check_effect_targets(cell);
+  const predict::ExperimentInput input(experiment, cell.robot.joints());
+  return simulate_kind(cell, experiment.kind, input, options_).table();
 }
 
 }  // namespace kr5::sim

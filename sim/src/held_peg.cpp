@@ -5,7 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "effective.hpp"
+#include <kr5/physics/contact.hpp>
+#include <kr5/physics/tube.hpp>
 
 namespace kr5::sim {
 namespace {
@@ -30,14 +31,15 @@ Vector3d turn_between(const Eigen::Matrix3d& from, const Eigen::Matrix3d& to) {
 
 }  // namespace
 
-HeldPeg::HeldPeg(const cell::Cell& cell, const Grip& grip) : shape_(real_shape(cell)), grip_(grip), axial_(cell) {
+HeldPeg::HeldPeg(const cell::Cell& cell, const Grip& grip)
+    : shape_(physics::peg_tube_shape(cell)), grip_(grip), axial_(cell) {
   shape_.validate();
   const double r = shape_.peg_radius, l = shape_.peg_length;
   mass_ = steel * std::numbers::pi * r * r * l;
   held_mass_ = mass_ + fingers;
   const double across = held_mass_ * (3 * r * r + l * l) / 12;
   inertia_.setConstant(across);  // the fingers make up for what a peg lacks about its axis
-  lateral_ = 1.0 / (1.0 / grip.lateral + cell.effects.task.lateral);
+  lateral_ = 1.0 / (1.0 / grip.lateral + axial_.lateral_compliance());
   damping_ = 2 * damped * std::sqrt(lateral_ * held_mass_);
   const double about = across + held_mass_ * std::pow(grip.height - 0.5 * l, 2);
   angular_damping_ = 2 * damped * std::sqrt(grip.angular * about);

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <kr5/force/contact_wrench.hpp>
-#include <kr5/predict/contact.hpp>
+#include <kr5/physics/contact.hpp>
 
 namespace kr5::sim {
 
@@ -45,7 +45,7 @@ class HeldPeg {
 
   force::PegTubeShape shape_;
   Grip grip_;
-  predict::RealContact axial_;
+  physics::EffectiveContact axial_;
   double lateral_, damping_, angular_damping_;
   force::ContactLaw law_;
   force::Stiction stiction_;

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "held_tool.hpp"
 
+#include <cmath>
+
 #include <dart/dynamics/BodyNode.hpp>
 #include <dart/dynamics/PrismaticJoint.hpp>
 #include <dart/dynamics/Skeleton.hpp>
 #include <dart/dynamics/WeldJoint.hpp>
 
 #include <kr5/core/error.hpp>
-
-#include "effective.hpp"
+#include <kr5/physics/tool.hpp>
 
 namespace kr5::sim {
 namespace {
@@ -32,19 +33,22 @@ struct HeldTool::Body {
   }
 };
 
-HeldTool::HeldTool(const cell::Cell& cell, const Pose& T_B_slide) : body_(std::make_unique<Body>()) {
+HeldTool::HeldTool(const cell::Cell& cell, const Pose& T_base_slide) : body_(std::make_unique<Body>()) {
   Body& b = *body_;
-  const kinematics::Body load = effective_tool(cell);
+  const kinematics::Body load = physics::payload(cell);
   require(load.mass > 0.0, "tool.mass: a tool that is pushed must weigh something");
+  require(load.mass <= 1e6 && load.com.cwiseAbs().maxCoeff() <= 1e3 && load.inertia.cwiseAbs().maxCoeff() <= 1e9,
+          "tool: mass, com or inertia is beyond what any tool has");
+  require(cell.robot.gravity.norm() <= 1e4, "robot.gravity: is beyond what any place has");
   b.mass = load.mass + hand_mass;
-  b.axis = T_B_slide.linear().col(2);
+  b.axis = T_base_slide.linear().col(2);
   dd::PrismaticJoint::Properties slide;
   slide.mName = "slide";
-  slide.mT_ParentBodyToJoint = T_B_slide;
+  slide.mT_ParentBodyToJoint = T_base_slide;
   // The hand is S turned to X, -Y, -Z of B, however the slide lies.
-  Pose T_B_hand = T_B_slide;
-  T_B_hand.linear() = Eigen::Vector3d(1, -1, -1).asDiagonal();
-  slide.mT_ChildBodyToJoint = T_B_hand.inverse() * T_B_slide;
+  Pose T_base_hand = T_base_slide;
+  T_base_hand.linear() = Eigen::Vector3d(1, -1, -1).asDiagonal();
+  slide.mT_ChildBodyToJoint = T_base_hand.inverse() * T_base_slide;
   slide.mAxis = Eigen::Vector3d::UnitZ();
   dd::BodyNode::Properties hand, tool;
   hand.mName = "hand";
@@ -63,6 +67,7 @@ HeldTool::~HeldTool() = default;
 double HeldTool::mass() const { return body_->mass; }
 
 void HeldTool::place(double z, double speed) {
+  if (!(std::abs(z) <= 1e6 && std::abs(speed) <= 1e6)) throw InvalidArgument("path of the tool: has run away");
   body_->slide->setPosition(0, z);
   body_->slide->setVelocity(0, speed);
 }
@@ -71,11 +76,14 @@ double HeldTool::z() const { return body_->slide->getPosition(0); }
 double HeldTool::speed() const { return body_->slide->getVelocity(0); }
 
 void HeldTool::touch(const Eigen::Vector3d& force) {
+  if (!(force.cwiseAbs().maxCoeff() <= 1e12))
+    throw InvalidArgument("force on the tool: is no number or beyond all bounds");
   body_->tool->setExtForce(force, Eigen::Vector3d::Zero(), false, true);
 }
 
 void HeldTool::push(double force, double step) {
   Body& b = *body_;
+  place(z(), this->speed());  // refuses a state that has run away
   b.slide->setActuatorType(dd::Joint::FORCE);
   b.slide->setCommand(0, force - b.mass * b.gravity.dot(b.axis));
   b.skeleton->computeForwardDynamics();

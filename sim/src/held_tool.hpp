@@ -11,8 +11,8 @@ namespace kr5::sim {
 /// The tool on a slide that stands for the arm: it moves along one axis, pointing down, behind the force sensor.
 class HeldTool {
  public:
-  /// @param T_B_slide Origin and (along its Z) direction of the slide. Needs a tool, whose mass must be positive.
-  HeldTool(const cell::Cell& cell, const Pose& T_B_slide);
+  /// @param T_base_slide Origin and (along its Z) direction of the slide. Needs a tool, whose mass must be positive.
+  HeldTool(const cell::Cell& cell, const Pose& T_base_slide);
   ~HeldTool();
   HeldTool(const HeldTool&) = delete;
   HeldTool& operator=(const HeldTool&) = delete;

@@ -5,11 +5,13 @@
 #include <limits>
 
 #include <kr5/core/error.hpp>
+#include <kr5/physics/contact.hpp>
+#include <kr5/physics/tube.hpp>
 
 #include "insertion_arm.hpp"
 #include "insertion_task.hpp"
-#include "scene_run.hpp"
-#include "smooth_way.hpp"
+#include "quintic_profile.hpp"
+#include "scene_rows.hpp"
 
 namespace kr5::sim {
 namespace {
@@ -25,29 +27,35 @@ constexpr double falling = 1.0;      // given to a peg that was let go [s]
 constexpr double most_of = 0.9;      // of the depth that counts as inserted
 
 /// Frame of a tube that lies along Y of the base and opens against it, where the cell's tube is.
-Pose lying(const Pose& T_B_T) {
-  Pose out = T_B_T;
+Pose horizontal_tube(const Pose& T_base_tube) {
+  Pose out = T_base_tube;
   out.linear() << 1, 0, 0, 0, 0, -1, 0, 1, 0;
   return out;
 }
 
-/// As it really is: the bore made to the clearance, the tube where it stands.
-cell::Cell real_cell(const cell::Cell& given, const InsertionSetup& setup) {
+/// The cell as it is in truth: the bore made to the clearance, the tube where it stands, what is not known exactly
+/// drawn.
+cell::Cell actual_cell(const cell::Cell& given, const InsertionSetup& setup) {
   cell::Cell out = given;
   const double bore = given.peg->radius + setup.clearance, grown = bore - given.tube->inner_radius;
   out.tube->inner_radius = bore;
   out.tube->outer_radius += grown;
-  if (out.effects.task.tube_radius) *out.effects.task.tube_radius += grown;
-  if (setup.horizontal) out.tube->T_B_T = lying(given.tube->T_B_T);
+  physics::widen_tube(out, grown);
+  if (setup.horizontal) out.tube->T_base_tube = horizontal_tube(given.tube->T_base_tube);
   Random random(setup.seed * 0x9E3779B97F4A7C15ull + 11);
-  cell::TaskEffects& task = out.effects.task;
-  task.tube_shift.head<2>() += setup.offset;
+  physics::shift_tube(out, {setup.offset.x(), setup.offset.y(), 0.0});
   if (!setup.noise) return out;
   const double factor = std::max(1 + random.normal(setup.stiffness_error), 0.1);
-  out.contact->stiffness *= factor;
-  if (task.stiffness) *task.stiffness *= factor;
-  task.tube_shift.z() += random.normal(setup.face_error);
-  task.tube_tilt += Eigen::Vector2d(random.normal(setup.tube_tilt), random.normal(setup.tube_tilt));
+  physics::scale_contact_stiffness(out, factor);
+  physics::shift_tube(out, {0.0, 0.0, random.normal(setup.face_error)});
+  physics::tilt_tube(out, Eigen::Vector2d(random.normal(setup.tube_tilt), random.normal(setup.tube_tilt)));
+  const auto spread = [&](double error) { return std::max(1 + random.normal(error), 0.1); };
+  if (out.servo->tool) {
+    out.servo->tool->natural_frequency *= spread(setup.servo_error);
+    out.servo->tool->damping_ratio *= spread(setup.servo_error);
+  }
+  const double friction = spread(setup.friction_error);
+  physics::scale_contact_friction(out, friction);
   return out;
 }
 
@@ -64,7 +72,7 @@ class Task {
   Task(const cell::Cell& given, const InsertionSetup& setup, const InsertionOptions& options)
       : setup_(setup),
         options_(options),
-        cell_(real_cell(given, setup)),
+        cell_(actual_cell(given, setup)),
         arm_(cell_, setup),
         insertion_(options),
         rows_(columns(cell_.robot.joints())) {}
@@ -87,7 +95,7 @@ class Task {
     out.profile = profile();
     if (setup_.log && reachable) out.rows = rows_.table();
     out.cell = cell_;
-    out.T_T_tube = arm_.tube();
+    out.T_tube_actual = arm_.tube();
     return out;
   }
 
@@ -146,7 +154,7 @@ class Task {
     arm_.hold_peg();
     for (double t = 0.0; t < picking; t += arm_.cycle()) wait(peg);
     carry(peg, over);
-    insertion_.again();
+    insertion_.restart();
   }
 
   void wait(int peg) {
@@ -157,25 +165,26 @@ class Task {
 
   /// Smoothly to a pose, led ahead as the servo of the path needs it.
   void carry(int peg, const Pose& to) {
-    const Pose from = arm_.read().T_T_P;
+    const Pose from = arm_.read().T_tube_peg;
     const Vector3d way = to.translation() - from.translation();
     const PathLimits most = path_limits(cell_);
-    const double duration = std::max({smooth_way_peak.v * way.norm() / std::min(carry_speed, most.speed),
-                                      std::sqrt(smooth_way_peak.a * way.norm() / most.acceleration), arm_.cycle()});
+    const double duration =
+        std::max({quintic_profile_peak.v * way.norm() / std::min(carry_speed, most.speed),
+                  std::sqrt(quintic_profile_peak.a * way.norm() / most.acceleration), arm_.cycle()});
     const double w = options_.servo_frequency;
     for (double t = arm_.cycle(); t < duration + 2 * arm_.cycle(); t += arm_.cycle()) {
-      const SmoothWay now = smooth_way(t / duration);
+      const QuinticProfile now = quintic_profile(t / duration);
       const double v = now.v / duration, a = now.a / (duration * duration);
       const double lead = w > 0 ? 2 * options_.servo_damping / w * v + a / (w * w) : 0.0;
       last_ = {};
-      last_.T_T_P = Pose(Eigen::Translation3d(from.translation() + way * (now.x + lead)));
+      last_.T_tube_peg = Pose(Eigen::Translation3d(from.translation() + way * (now.x + lead)));
       wait(peg);
     }
   }
 
   void note(int peg, const InsertionReading& r) {
     const force::InsertionState& s = insertion_.state();
-    const Vector3d axis = r.T_T_P.linear().col(2), p = r.T_T_P.translation();
+    const Vector3d axis = r.T_tube_peg.linear().col(2), p = r.T_tube_peg.translation();
     const Pose& real = arm_.peg().pose();
     std::vector<double> row = {arm_.time(),
                                static_cast<double>(peg),
@@ -194,8 +203,8 @@ class Task {
   }
 
   io::Table profile() const {
-    Rows rows({"azimuth", "tilt", "x", "y", "height", "closed_form", "force", "moment_x", "moment_y"});
-    const force::PegTube bodies{cell_.peg->radius, predict::real_inner_radius(cell_), cell_.tube->outer_radius};
+    RowTable rows({"azimuth", "tilt", "x", "y", "height", "closed_form", "force", "moment_x", "moment_y"});
+    const force::PegTube bodies{cell_.peg->radius, physics::tube_radius(cell_), cell_.tube->outer_radius};
     for (const force::ProfileRow& r : insertion_.profile())
       rows.add({r.azimuth, r.tilt, r.centre.x(), r.centre.y(), r.height,
                 force::resting_height(bodies, arm_.tube(), r.tilt, r.azimuth, r.centre), r.force, r.moment.x(),
@@ -209,7 +218,7 @@ class Task {
   InsertionArm arm_;
   Insertion insertion_;
   force::InsertionCommand last_;
-  Rows rows_;
+  RowTable rows_;
 };
 
 }  // namespace

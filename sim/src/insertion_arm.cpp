@@ -7,6 +7,8 @@
 
 #include <kr5/core/error.hpp>
 #include <kr5/geometry/tilt.hpp>
+#include <kr5/physics/tool.hpp>
+#include <kr5/physics/tube.hpp>
 
 namespace kr5::sim {
 namespace {
@@ -18,14 +20,14 @@ using std::numbers::pi;
 constexpr double wandering = 1.5;  // time in which the arm forgets how far it was off [s]
 constexpr double lever = 0.5;      // over which the same errors turn the tool [m]
 
-Grip grip_of(const cell::Cell& cell, const InsertionSetup& setup, const Pose& T_tube_B) {
+Grip grip_of(const cell::Cell& cell, const InsertionSetup& setup, const Pose& T_actual_base) {
   const force::GripModel believed = believed_grip(cell, setup);
   Random random(setup.seed * 2 + 3);
   const double factor = setup.noise ? std::max(1 + random.normal(setup.stiffness_error), 0.1) : 1.0;
   return {.lateral = factor * believed.lateral,
           .angular = factor * believed.angular,
           .height = believed.height,
-          .gravity = T_tube_B.linear() * cell.robot.gravity};
+          .gravity = T_actual_base.linear() * cell.robot.gravity};
 }
 
 force::WrenchConditionerOptions weight_of(const cell::Cell& cell) {
@@ -50,28 +52,30 @@ InsertionArm::InsertionArm(const cell::Cell& real, const InsertionSetup& setup)
     : cell_(real),
       setup_(setup),
       random_(setup.seed),
-      reach_(real),
+      ik_(real),
       arm_(real),
-      peg_(real, grip_of(real, setup, (real.tube->T_B_T * predict::real_tube(real.effects.task)).inverse())),
+      peg_(real, grip_of(real, setup, (real.tube->T_base_tube * physics::T_tube_actual(real)).inverse())),
       sensor_(real, sensor_of(setup)),
       encoders_(arm_.drives(), 0.0, setup.noise ? real.noise.position : 0.0, setup.seed * 2 + 2),
       weight_(weight_of(real)),
       cycle_(real.servo->cycle),
-      T_B_T_(real.tube->T_B_T),
-      T_T_tube_(predict::real_tube(real.effects.task)),
-      T_tube_B_((T_B_T_ * T_T_tube_).inverse()) {
+      T_base_tube_(real.tube->T_base_tube),
+      T_tube_actual_(physics::T_tube_actual(real)),
+      T_actual_base_((T_base_tube_ * T_tube_actual_).inverse()) {
   relative_ = cell_.servo->correction && cell_.servo->correction->mode == cell::CorrectionMode::Relative;
   arm_.set_environment([this](const Pose&, const Vector6&, double) { return on_tool_; });
   regrip();
 }
 
-InsertionArm::Coordinates InsertionArm::coordinates(const Pose& T_T_P) {
+InsertionArm::Coordinates InsertionArm::coordinates(const Pose& T_tube_peg) {
   Coordinates out;
-  out << T_T_P.translation(), tilt_of(T_T_P);
+  out << T_tube_peg.translation(), tilt_of(T_tube_peg);
   return out;
 }
 
-Pose InsertionArm::flange_for(const Pose& T_T_P) const { return T_B_T_ * T_T_P * T_P_E_ * cell_.tool->T_F_E.inverse(); }
+Pose InsertionArm::flange_for(const Pose& T_tube_peg) const {
+  return T_base_tube_ * T_tube_peg * T_peg_tool_ * cell_.tool->T_flange_tool.inverse();
+}
 
 void InsertionArm::regrip() {
   grip_ = Pose::Identity();
@@ -82,38 +86,39 @@ void InsertionArm::regrip() {
 }
 
 /// How the grip is turned about the peg: so that the arm can do the whole task, and its joints move least in it.
-bool InsertionArm::choose_turn(const Pose& T_T_P, double tilt) {
+bool InsertionArm::choose_turn(const Pose& T_tube_peg, double tilt) {
   double least = std::numeric_limits<double>::infinity();
-  Pose best = T_P_E_;
+  Pose best = T_peg_tool_;
   for (int turn = 0; turn < 12; ++turn) {
-    T_P_E_ = Pose::Identity();
-    T_P_E_.linear() = (Eigen::AngleAxisd(turn * pi / 6, Vector3d::UnitZ()) * Eigen::AngleAxisd(pi, Vector3d::UnitX()))
-                          .toRotationMatrix();
-    std::optional<VectorXd> q = reach_.posture(flange_for(T_T_P), VectorXd::Zero(cell_.robot.joints()));
+    T_peg_tool_ = Pose::Identity();
+    T_peg_tool_.linear() =
+        (Eigen::AngleAxisd(turn * pi / 6, Vector3d::UnitZ()) * Eigen::AngleAxisd(pi, Vector3d::UnitX()))
+            .toRotationMatrix();
+    std::optional<VectorXd> q = ik_.posture(flange_for(T_tube_peg), VectorXd::Zero(cell_.robot.joints()));
     double greatest = 0.0;
     for (int k = 0; k < 8 && q; ++k) {
-      const Vector3d below = T_T_P.translation() - Vector3d(0, 0, 0.05);
+      const Vector3d below = T_tube_peg.translation() - Vector3d(0, 0, 0.05);
       const Pose leaned = tilted_pose(below, tilt_vector(tilt, k * pi / 4));
-      const std::optional<VectorXd> other = reach_.posture(flange_for(leaned), *q);
+      const std::optional<VectorXd> other = ik_.posture(flange_for(leaned), *q);
       greatest = other ? std::max(greatest, (*other - *q).lpNorm<Eigen::Infinity>()) : 1e9;
       if (!other) q.reset();
     }
     if (!q || greatest >= least) continue;
     least = greatest;
-    best = T_P_E_;
+    best = T_peg_tool_;
     q_ = *q;
   }
-  T_P_E_ = best;
+  T_peg_tool_ = best;
   return std::isfinite(least);
 }
 
-bool InsertionArm::start(const Pose& T_T_P, double tilt) {
-  if (!choose_turn(T_T_P, tilt)) return false;
-  const Coordinates at = seen_ = coordinates(T_T_P);
+bool InsertionArm::start(const Pose& T_tube_peg, double tilt) {
+  if (!choose_turn(T_tube_peg, tilt)) return false;
+  const Coordinates at = seen_ = coordinates(T_tube_peg);
   servo_.clear();
   if (cell_.servo->tool) {
-    const predict::PathServo position(cell_);
-    predict::PathServo rotation = position;  // the limits of a file are those of positions
+    const physics::PathServo position(cell_);
+    physics::PathServo rotation = position;  // the limits of a file are those of positions
     rotation.correction.per_cycle.reset();
     rotation.correction.total.reset();
     for (int i = 0; i < 5; ++i) servo_.emplace_back(i < 3 ? position : rotation, at[i]);
@@ -128,8 +133,8 @@ bool InsertionArm::start(const Pose& T_T_P, double tilt) {
 }
 
 /// What becomes of a command behind the servo of the path.
-Pose InsertionArm::commanded(const Pose& T_T_P) {
-  const Coordinates command = coordinates(T_T_P);
+Pose InsertionArm::commanded(const Pose& T_tube_peg) {
+  const Coordinates command = coordinates(T_tube_peg);
   Coordinates out = command;
   for (std::size_t i = 0; i < servo_.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
@@ -161,12 +166,11 @@ void InsertionArm::wander(double passed) {
 }
 
 Pose InsertionArm::held() {
-  Pose tip = cell_.tool->T_F_E;
-  tip.translate(cell_.effects.tool.offset);
-  Pose T_tube_P = T_tube_B_ * arm_.arm().T_B_F() * tip * T_P_E_.inverse() * grip_;
-  T_tube_P.translation() += off_.head<3>();
-  T_tube_P.linear() = exp_rotation(off_.tail<3>()) * T_tube_P.linear();
-  return T_tube_P;
+  Pose T_actual_peg =
+      T_actual_base_ * arm_.arm().T_base_flange() * physics::tool_offset(cell_) * T_peg_tool_.inverse() * grip_;
+  T_actual_peg.translation() += off_.head<3>();
+  T_actual_peg.linear() = exp_rotation(off_.tail<3>()) * T_actual_peg.linear();
+  return T_actual_peg;
 }
 
 /// The peg through a time in which the grip goes steadily to where it is now.
@@ -185,10 +189,10 @@ void InsertionArm::move_peg(const Pose& to, double passed) {
   }
   held_ = to;
   const Vector6& felt = peg_.on_grip();
-  const Eigen::Matrix3d R_B_tube = T_tube_B_.linear().transpose();
-  const Vector3d force = R_B_tube * felt.head<3>();
-  const Vector3d at = T_tube_B_.inverse() * to.translation();
-  on_tool_ << force, R_B_tube * felt.tail<3>() + (at - arm_.arm().T_B_S().translation()).cross(force);
+  const Eigen::Matrix3d R_base_actual = T_actual_base_.linear().transpose();
+  const Vector3d force = R_base_actual * felt.head<3>();
+  const Vector3d at = T_actual_base_.inverse() * to.translation();
+  on_tool_ << force, R_base_actual * felt.tail<3>() + (at - arm_.arm().T_base_sensor().translation()).cross(force);
   arm_.environment_changed();
 }
 
@@ -197,7 +201,7 @@ void InsertionArm::hold_peg() { peg_.place(held_); }
 void InsertionArm::advance(const force::InsertionCommand& command) {
   const VectorXd before = command_;
   if (!command.stop) {
-    const std::optional<VectorXd> q = reach_.posture(flange_for(commanded(command.T_T_P)), q_);
+    const std::optional<VectorXd> q = ik_.posture(flange_for(commanded(command.T_tube_peg)), q_);
     reachable_ = q.has_value();
     command_ = led_ahead(reachable_ ? *q : q_);
   } else {
@@ -222,15 +226,16 @@ void InsertionArm::advance(const force::InsertionCommand& command) {
 force::InsertionReading InsertionArm::read() {
   force::InsertionReading out;
   reading_ = arm_.read();
-  const Pose T_B_F = reach_.chain().flange(encoders_.read(reading_.position));
-  const Pose T_T_F = T_B_T_.inverse() * T_B_F;
-  out.T_T_P = T_T_F * cell_.tool->T_F_E * T_P_E_.inverse();
-  seen_ = coordinates(out.T_T_P);
+  const Pose T_base_flange = ik_.chain().flange(encoders_.read(reading_.position));
+  const Pose T_tube_flange = T_base_tube_.inverse() * T_base_flange;
+  out.T_tube_peg = T_tube_flange * cell_.tool->T_flange_tool * T_peg_tool_.inverse();
+  seen_ = coordinates(out.T_tube_peg);
   out.sensor = sensor_.read(reading_.wrench, time_);
-  const Pose T_T_S = T_T_F * cell_.tool->T_F_S;
-  const Vector6 felt = out.sensor - weight_.weight(T_B_F.linear() * cell_.tool->T_F_S.linear());
-  const Vector3d force = T_T_S.linear() * felt.head<3>();
-  out.wrench << force, T_T_S.linear() * felt.tail<3>() + (T_T_S.translation() - out.T_T_P.translation()).cross(force);
+  const Pose T_tube_sensor = T_tube_flange * cell_.tool->T_flange_sensor;
+  const Vector6 felt = out.sensor - weight_.weight(T_base_flange.linear() * cell_.tool->T_flange_sensor.linear());
+  const Vector3d force = T_tube_sensor.linear() * felt.head<3>();
+  out.wrench << force, T_tube_sensor.linear() * felt.tail<3>() +
+                           (T_tube_sensor.translation() - out.T_tube_peg.translation()).cross(force);
   current_.assign(reading_.current.begin(), reading_.current.end());
   out.current = current_;
   out.saturated = sensor_.saturated();

@@ -4,13 +4,13 @@
 #include <vector>
 
 #include <kr5/force/wrench_conditioner.hpp>
-#include <kr5/predict/path_correction.hpp>
+#include <kr5/physics/path_correction.hpp>
 #include <kr5/sim/driven_arm.hpp>
 #include <kr5/sim/insertion.hpp>
 #include <kr5/sim/sensors.hpp>
 
 #include "held_peg.hpp"
-#include "reach.hpp"
+#include "ik_solver.hpp"
 
 namespace kr5::sim {
 
@@ -24,7 +24,7 @@ class InsertionArm {
   InsertionArm(const cell::Cell& real, const InsertionSetup& setup);
 
   /// Holds the peg there at rest, if the arm can take that place and tilts of `tilt` all round below it.
-  bool start(const Pose& T_T_P, double tilt);
+  bool start(const Pose& T_tube_peg, double tilt);
   /// A new peg in the grip: where it sits in it, and how far the arm is off, are drawn anew.
   void regrip();
   void advance(const force::InsertionCommand& command);
@@ -39,15 +39,15 @@ class InsertionArm {
   double time() const { return time_; }
   double cycle() const { return cycle_; }
   /// The tube in T, as it really stands.
-  const Pose& tube() const { return T_T_tube_; }
+  const Pose& tube() const { return T_tube_actual_; }
 
  private:
   using Coordinates = Eigen::Matrix<double, 5, 1>;
-  static Coordinates coordinates(const Pose& T_T_P);
+  static Coordinates coordinates(const Pose& T_tube_peg);
 
-  Pose flange_for(const Pose& T_T_P) const;
-  bool choose_turn(const Pose& T_T_P, double tilt);
-  Pose commanded(const Pose& T_T_P);
+  Pose flange_for(const Pose& T_tube_peg) const;
+  bool choose_turn(const Pose& T_tube_peg, double tilt);
+  Pose commanded(const Pose& T_tube_peg);
   Eigen::VectorXd led_ahead(const Eigen::VectorXd& q);
   /// Where the grip really would hold the peg, in the real tube.
   Pose held();
@@ -57,21 +57,21 @@ class InsertionArm {
   cell::Cell cell_;
   InsertionSetup setup_;
   Random random_;
-  Reach reach_;
+  IkSolver ik_;
   DrivenArm arm_;
   HeldPeg peg_;
   WristSensor sensor_;
   Encoders encoders_;
   force::WrenchConditioner weight_;
-  std::vector<predict::PathCorrection> servo_;
+  std::vector<physics::PathCorrection> servo_;
   bool relative_ = false, reachable_ = true;
   Coordinates seen_ = Coordinates::Zero();  ///< What the arm last read of itself.
   double cycle_ = 0.0, time_ = 0.0;
-  Pose T_B_T_ = Pose::Identity(), T_T_tube_ = Pose::Identity(), T_tube_B_ = Pose::Identity();
-  Pose T_P_E_ = Pose::Identity();        ///< The grip's turn about the peg.
+  Pose T_base_tube_ = Pose::Identity(), T_tube_actual_ = Pose::Identity(), T_actual_base_ = Pose::Identity();
+  Pose T_peg_tool_ = Pose::Identity();   ///< The grip's turn about the peg.
   Pose grip_ = Pose::Identity();         ///< Where the peg really sits in it.
   Vector6 off_ = Vector6::Zero();        ///< How far the arm is off at the moment, in T.
-  Eigen::VectorXd q_, speed_, command_;  ///< Wished joints, and what the servos were told last.
+  Eigen::VectorXd q_, speed_, command_;  ///< Joint setpoints, and what the servos were told last.
   ArmReading reading_;
   Pose held_ = Pose::Identity();
   Vector6 on_tool_ = Vector6::Zero();  ///< Of the peg, at S, in B.

@@ -69,6 +69,7 @@ void as_in_the_book(force::InsertionOptions& out) {
 }  // namespace
 
 void check_parts(const cell::Cell& cell) {
+  cell.validate();
   require(cell.tool.has_value(), "tool: an insertion needs one");
   require(cell.contact.has_value(), "contact: an insertion needs one");
   require(cell.peg.has_value(), "peg: an insertion needs one");
@@ -109,6 +110,8 @@ void InsertionSetup::validate() const {
                                     {tube_tilt, "tube_tilt"},
                                     {face_error, "face_error"},
                                     {stiffness_error, "stiffness_error"},
+                                    {servo_error, "servo_error"},
+                                    {friction_error, "friction_error"},
                                     {lateral_stiffness, "lateral_stiffness"}})
     require(value >= 0 && std::isfinite(value), std::string(name) + ": must not be negative");
   require(angular_stiffness > 0 && std::isfinite(angular_stiffness), "angular_stiffness: must be positive [N m/rad]");
@@ -120,8 +123,8 @@ force::GripModel believed_grip(const cell::Cell& cell, const InsertionSetup& set
           .lateral = setup.lateral_stiffness > 0 ? setup.lateral_stiffness : cell.contact->stiffness,
           .angular = setup.angular_stiffness,
           .height = height,
-          .tilt_doubt = setup.noise ? std::hypot(setup.grip_tilt, setup.tube_tilt) : 0.0,
-          .place_doubt =
+          .tilt_uncertainty = setup.noise ? std::hypot(setup.grip_tilt, setup.tube_tilt) : 0.0,
+          .position_uncertainty =
               setup.noise ? std::hypot(setup.grip_error, setup.repeatability / 3, height * setup.grip_tilt) : 0.0};
 }
 
@@ -143,7 +146,7 @@ force::InsertionOptions insertion_options(const cell::Cell& cell, const Insertio
   out.motion.depth = std::min(0.6 * cell.peg->length, 0.8 * cell.tube->depth);
   check_range(cell, setup, out.motion.depth);
   if (!setup.noise) out.limits.dead_after = 0.0;  // a sensor without noise may well say the same
-  if (setup.strategy == Strategy::Book) as_in_the_book(out);
+  if (setup.strategy == Strategy::Hayat2022) as_in_the_book(out);
   slow_down(out, cell);
   return out;
 }

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include <kr5/core/error.hpp>
-#include <kr5/predict/sight.hpp>
+#include <kr5/physics/scanner.hpp>
 
 namespace kr5::sim {
 
@@ -16,41 +16,39 @@ void LineScannerOptions::validate() const {
   require(near >= 0.0 && std::isfinite(far) && far > near, "far: must be more than near, and near not negative");
 }
 
-LineScanner::LineScanner(const cell::Cell& cell, std::vector<cell::Thing> things, const LineScannerOptions& options)
-    : things_(std::move(things)),
+LineScanner::LineScanner(const cell::Cell& cell, std::vector<cell::PlacedObject> objects,
+                         const LineScannerOptions& options)
+    : objects_(std::move(objects)),
       options_(options),
-      effects_(cell.effects.sensors),
       sigma_(options.noise ? cell.noise.laser : 0.0),
-      T_F_L_(predict::real_scanner_mount(cell)),
+      scanner_(cell),
       random_(static_cast<std::uint64_t>(options.seed)) {
   options.validate();
-  for (const cell::Thing& thing : things_) thing.validate();
+  for (const cell::PlacedObject& object : objects_) object.validate();
   profile_.x = Eigen::VectorXd::LinSpaced(options.points, -options.width / 2, options.width / 2);
   profile_.z.resize(options.points);
-  profile_.thing.resize(static_cast<std::size_t>(options.points));
+  profile_.object.resize(static_cast<std::size_t>(options.points));
 }
 
-double LineScanner::meet(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, int& thing) const {
+double LineScanner::nearest_hit(const Ray& ray, int& object) const {
   double nearest = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < things_.size(); ++i) {
-    const double distance = things_[i].meet(Ray{origin, direction}.in(things_[i].T_B_O)).distance;
-    if (distance < nearest) nearest = distance, thing = static_cast<int>(i);
+  for (std::size_t i = 0; i < objects_.size(); ++i) {
+    const double distance = objects_[i].intersect(ray.in(objects_[i].T_B_O)).distance;
+    if (distance < nearest) nearest = distance, object = static_cast<int>(i);
   }
   return nearest;
 }
 
-const Profile& LineScanner::read(const Pose& T_B_F, double speed) {
-  const Pose T_B_L = T_B_F * T_F_L_;
-  const Eigen::Vector3d direction = T_B_L.linear().col(2);
+const Profile& LineScanner::read(const Pose& T_base_flange, double speed) {
+  const Pose T_base_scanner = T_base_flange * scanner_.T_flange_scanner();
   for (Eigen::Index k = 0; k < profile_.x.size(); ++k) {
-    int& thing = profile_.thing[static_cast<std::size_t>(k)];
-    const double range =
-        meet(T_B_L * Eigen::Vector3d(profile_.x[k], -speed * effects_.laser_lag, 0.0), direction, thing);
+    int& object = profile_.object[static_cast<std::size_t>(k)];
+    const double range = nearest_hit(scanner_.laser_lag(T_base_scanner, profile_.x[k], speed), object);
     nearest_ = std::min(nearest_, range);
     const bool seen = range >= options_.near && range <= options_.far;
-    profile_.z[k] = seen ? predict::biased_range(effects_, range) + random_.normal(sigma_)
-                         : std::numeric_limits<double>::quiet_NaN();
-    if (!seen) thing = -1;
+    profile_.z[k] =
+        seen ? scanner_.laser_bias(range) + random_.normal(sigma_) : std::numeric_limits<double>::quiet_NaN();
+    if (!seen) object = -1;
   }
   return profile_;
 }

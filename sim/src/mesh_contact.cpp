@@ -111,9 +111,9 @@ double MeshContact::sagitta() const {
   return bodies_->shape.outer_radius * (1.0 - std::cos(std::numbers::pi / bodies_->options.segments));
 }
 
-force::Contacts MeshContact::contacts(const Pose& T_T_peg) {
+force::Contacts MeshContact::contacts(const Pose& T_tube_peg) {
   Bodies& b = *bodies_;
-  b.peg->setTransform(T_T_peg * Eigen::Translation3d(0.0, 0.0, 0.5 * b.shape.peg_length));
+  b.peg->setTransform(T_tube_peg * Eigen::Translation3d(0.0, 0.0, 0.5 * b.shape.peg_length));
   const dc::CollisionOption option(true, force::Contacts::capacity);
   dc::CollisionResult result;
   b.group->collide(option, &result);

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <kr5/force/contact_wrench.hpp>
-#include <kr5/predict/contact.hpp>
+#include <kr5/physics/contact.hpp>
 #include <kr5/sim/mesh_contact.hpp>
 
 #include "held_tool.hpp"
@@ -44,23 +44,21 @@ class PegSlide {
   Vector6 wrench() const { return tool_.wrench(); }
   double depth() const { return depth_; }
   const force::PegTubeShape& shape() const { return shape_; }
-  const Pose& tube() const { return T_T_tube_; }
+  const Pose& tube() const { return T_tube_actual_; }
   /// Where the peg is once the grip has given way to friction.
   Eigen::Vector2d centre(const PegPosture& at) const;
   double stiffness() const { return law_.stiffness; }
 
  private:
-  Eigen::Vector3d friction(const PegPosture& at) const;
   Eigen::Vector3d force_on_peg(const PegPosture& at, double step);
   force::Contacts contacts(const Pose& T_tube_peg);
 
   force::PegTubeShape shape_;
-  Pose T_T_tube_, T_tube_T_;
-  Eigen::Matrix3d R_B_T_;
+  Pose T_tube_actual_, T_actual_tube_;
+  Eigen::Matrix3d R_base_tube_;
   Eigen::Vector3d axis_;
   std::optional<MeshContact> mesh_;
-  predict::RealContact contact_;
-  double lateral_;
+  physics::EffectiveContact contact_;
   FrictionBy friction_by_;
   force::ContactLaw law_;
   force::Stiction stiction_;

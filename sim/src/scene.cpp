@@ -6,13 +6,15 @@
 
 #include <kr5/core/error.hpp>
 #include <kr5/io/fields.hpp>
+#include <kr5/predict/cell_objects.hpp>
 
-#include "scene_run.hpp"
+#include "scene_arm.hpp"
+#include "scene_push.hpp"
 
 namespace kr5::sim {
 namespace {
 
-double statistic_of(const Eigen::VectorXd& values, Statistic statistic) {
+double compute_statistic(const Eigen::VectorXd& values, Statistic statistic) {
   using enum Statistic;
   switch (statistic) {
     case Last:
@@ -31,7 +33,7 @@ double statistic_of(const Eigen::VectorXd& values, Statistic statistic) {
   return NAN;
 }
 
-SceneCheck judge(const Expectation& e, const io::Table& rows, const std::string& field) {
+SceneCheck check_expectation(const Expectation& e, const io::Table& rows, const std::string& field) {
   const int column = rows.find(e.column);
   if (column < 0) {
     std::string known;
@@ -42,17 +44,20 @@ SceneCheck judge(const Expectation& e, const io::Table& rows, const std::string&
   std::vector<double> chosen;
   for (Eigen::Index k = 0; k < rows.values.rows(); ++k) {
     const double t = rows.values(k, 0);
-    if (t < e.from - rounding || (e.to && t > *e.to + rounding)) continue;
+    if (t < e.begin - rounding || (e.end && t > *e.end + rounding)) continue;
     if (!std::isnan(rows.values(k, column))) chosen.push_back(rows.values(k, column));
   }
-  require(!chosen.empty(), field + ": no rows between from and to");
+  require(!chosen.empty(), field + ": no rows between begin and end");
   const auto values = Eigen::Map<Eigen::VectorXd>(chosen.data(), static_cast<Eigen::Index>(chosen.size()));
-  SceneCheck out{e, statistic_of(values, e.statistic), false};
+  SceneCheck out{e, compute_statistic(values, e.statistic), false};
   out.passed = (!e.least || out.value >= *e.least) && (!e.most || out.value <= *e.most);
   return out;
 }
 
-cell::Cell cell_of(const Scene& scene) {
+constexpr double longest_scene = 3600.0;  // [s], of which every controller cycle is a row that is kept
+constexpr double shortest_cycle = 1e-4;   // [s]
+
+cell::Cell load_scene_cell(const Scene& scene) {
   cell::Cell cell = cell::load_cell(scene.file.parent_path() / scene.cell);
   if (scene.effects) cell.effects = *scene.effects;
   if (scene.frictionless && cell.drives) {
@@ -62,9 +67,11 @@ cell::Cell cell_of(const Scene& scene) {
   return cell;
 }
 
-void check(const Scene& scene) {
+void check_scene(const Scene& scene) {
   require(scene.format == "kr5-scene/1", "format: found '" + scene.format + "', expected kr5-scene/1");
-  require(std::isfinite(scene.duration) && scene.duration > 0.0, "duration: must be positive");
+  require(scene.duration > 0.0 && scene.duration <= longest_scene,
+          "duration: must be positive, and at most " + std::to_string(static_cast<int>(longest_scene)) + " s");
+  require(scene.cycle >= shortest_cycle && scene.cycle <= longest_scene, "cycle: must be 0.0001 s or more");
   require(!scene.expect.empty(), "expect: a scene that expects nothing cannot fail");
   for (std::size_t i = 0; i < scene.expect.size(); ++i)
     require(scene.expect[i].least || scene.expect[i].most,
@@ -74,18 +81,19 @@ void check(const Scene& scene) {
           "events: must be in order of time");
 }
 
-SceneResult run(const Scene& scene) {
-  check(scene);
+SceneResult run_checked_scene(const Scene& scene) {
+  check_scene(scene);
   SceneResult out;
-  out.cell = cell_of(scene);
+  out.cell = load_scene_cell(scene);
   out.camera = scene.camera;
   out.things = scene.objects.things;
   if (scene.objects.bench) out.things.push_back(predict::wide_plate("bench", *scene.objects.bench));
   out.passed = true;
+  out.cell.validate();
   const cell::Cell cell = out.cell;
-  scene.controller.kind == ControllerKind::Push ? run_push(scene, cell, out) : run_arm(scene, cell, out);
+  scene.controller.kind == ControllerKind::Push ? run_push_scene(scene, cell, out) : run_arm_scene(scene, cell, out);
   for (std::size_t i = 0; i < scene.expect.size(); ++i) {
-    out.checks.push_back(judge(scene.expect[i], out.rows, "expect[" + std::to_string(i) + "]"));
+    out.checks.push_back(check_expectation(scene.expect[i], out.rows, "expect[" + std::to_string(i) + "]"));
     out.passed &= out.checks.back().passed;
   }
   return out;
@@ -93,18 +101,8 @@ SceneResult run(const Scene& scene) {
 
 }  // namespace
 
-io::Table Rows::table() const {
-  io::Table out{columns_,
-                Eigen::MatrixXd(static_cast<Eigen::Index>(rows_.size()), static_cast<Eigen::Index>(columns_.size()))};
-  for (std::size_t k = 0; k < rows_.size(); ++k)
-    out.values.row(static_cast<Eigen::Index>(k)) =
-        Eigen::Map<const Eigen::RowVectorXd>(rows_[k].data(), out.values.cols());
-  return out;
-}
-
-double scene_cycle(const cell::Cell& cell) {
-  constexpr double usual = 0.012;
-  return cell.servo && cell.servo->cycle > 0.0 ? cell.servo->cycle : usual;
+double scene_cycle(const Scene& scene, const cell::Cell& cell) {
+  return cell.servo && cell.servo->cycle > 0.0 ? cell.servo->cycle : scene.cycle;
 }
 
 Scene load_scene(const std::filesystem::path& file) {
@@ -115,7 +113,7 @@ Scene load_scene(const std::filesystem::path& file) {
 
 SceneResult run_scene(const Scene& scene) {
   try {
-    return run(scene);
+    return run_checked_scene(scene);
   } catch (const InvalidArgument& e) {
     throw InvalidArgument((scene.file.empty() ? std::string("scene") : scene.file.string()) + ": " + e.what());
   }

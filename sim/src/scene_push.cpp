@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "scene_push.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -6,11 +8,11 @@
 #include <kr5/core/error.hpp>
 
 #include "peg_slide.hpp"
-#include "scene_run.hpp"
+#include "scene_rows.hpp"
 
 namespace kr5::sim {
 
-void run_push(const Scene& scene, const cell::Cell& cell, SceneResult& out) {
+void run_push_scene(const Scene& scene, const cell::Cell& cell, SceneResult& out) {
   const Controller& c = scene.controller;
   require(cell.tool && cell.contact && cell.peg && cell.tube, "cell: a push needs tool, contact, peg and tube");
   require(c.force > 0.0 && c.speed > 0.0, "controller: force and speed of a push must be positive");
@@ -22,14 +24,14 @@ void run_push(const Scene& scene, const cell::Cell& cell, SceneResult& out) {
   PegSlide peg(cell, PegSlide::FrictionBy::Contact, scene.contact, axis);
   require(scene.step <= peg.longest_step(),
           "step: the stable bound of this contact is " + std::to_string(1e3 * peg.longest_step()) + " ms");
-  const double cycle = scene_cycle(cell);
+  const double cycle = scene_cycle(scene, cell);
   const double wanted = scene.step > 0.0 ? scene.step : peg.longest_step();
   const auto count = static_cast<int>(std::ceil(cycle / wanted - 1e-6));
   const double step = cycle / count;
   // Below the held force the push is a damper against the wanted speed, which the step must resolve.
   const double damper = std::min(10.0 * c.force / c.speed, 0.3 * peg.mass() / step);
   peg.place(0.0, 0.0);
-  Rows rows({"t", "z", "fx", "fy", "fz", "tx", "ty", "tz", "depth", "push", "x", "y", "tilt", "alpha"});
+  RowTable rows({"t", "z", "fx", "fy", "fz", "tx", "ty", "tz", "depth", "push", "x", "y", "tilt", "alpha"});
   PegPosture at{c.tilt, 0.0, c.offset.x(), c.offset.y(), c.force, c.height};
   double push = 0.0;
   for (double t = 0.0; t < scene.duration + 1e-9; t += cycle) {

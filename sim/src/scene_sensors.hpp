@@ -18,12 +18,12 @@ class SceneSensors {
   SceneSensors(const Scene& scene, const cell::Cell& cell, const std::vector<double>& rests);
 
   /// The cell carries other effects from now on.
-  void change(const cell::Cell& cell);
-  void see(double t, DrivenArm& arm);
+  void set_cell(const cell::Cell& cell);
+  void sample(double t, DrivenArm& arm);
   /// Least range of the last profile; NaN: no profile, or nothing within range [m].
   double range() const { return range_; }
   /// Pictures and profiles. @throws InvalidArgument when the scanner never met anything within its range.
-  void tell(SceneResult& out) const;
+  void report(SceneResult& out) const;
 
  private:
   void take_picture(double t, DrivenArm& arm);

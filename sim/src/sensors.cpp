@@ -7,7 +7,6 @@
 #include <Eigen/LU>
 
 #include <kr5/core/error.hpp>
-#include <kr5/predict/wrench.hpp>
 
 namespace kr5::sim {
 namespace {
@@ -24,17 +23,14 @@ void WristSensorOptions::validate() const {
 }
 
 WristSensor::WristSensor(const cell::Cell& cell, const WristSensorOptions& options)
-    : effects_(cell.effects), noise_(cell.noise), options_(options), random_(options.seed) {
+    : sensor_(cell), noise_(cell.noise), options_(options), random_(options.seed) {
   options_.validate();
   bridges_ = options_.calibration.inverse();
 }
 
 Vector6 WristSensor::read(const Vector6& wrench, double t) {
-  Eigen::MatrixXd row = wrench.transpose();
-  predict::sense(effects_, Eigen::VectorXd::Constant(1, t), {{0, 1}}, row);
-  const double lag = effects_.sensors.ft_lag;
-  const double part = started_ && lag > 0.0 ? -std::expm1(-(t - last_) / lag) : 1.0;
-  lagged_ += part * (row.transpose() - lagged_);
+  const double share = started_ ? physics::ft_lag(sensor_.time_constant, t - last_) : 1.0;
+  lagged_ += share * (sensor_.distorted(wrench, t) - lagged_);
   last_ = t;
   started_ = true;
   Vector6 felt = lagged_;
@@ -49,13 +45,13 @@ Vector6 WristSensor::read(const Vector6& wrench, double t) {
   return out;
 }
 
-Encoders::Encoders(const Drives& drives, double counts, double noise, std::uint64_t seed)
+Encoders::Encoders(const physics::Drives& drives, double counts, double noise, std::uint64_t seed)
     : count_(0.0), noise_(noise), random_(seed) {
   require(counts >= 0.0 && noise >= 0.0, "counts, noise: must not be negative");
   if (counts == 0.0) return;
-  require(drives.motors, "drives: encoders sit on motors, this cell has none");
-  structure_ = drives.structure;
-  back_ = structure_.inverse();
+  require(drives.motors.has_value(), "drives: encoders sit on motors, this cell has none");
+  structure_ = drives.motors->structure;
+  back_ = drives.motors->inverse;
   count_ = 2.0 * std::numbers::pi / counts;
 }
 

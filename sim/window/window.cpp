@@ -15,7 +15,7 @@
 #include <dart/simulation/World.hpp>
 
 #include <kr5/core/error.hpp>
-#include <kr5/predict/sight.hpp>
+#include <kr5/predict/cell_objects.hpp>
 
 namespace kr5::sim {
 namespace {
@@ -45,7 +45,8 @@ Pose between(const Vector3d& a, const Vector3d& b) {
 /// The arm as cylinders: one about each axis, one along it, one along a.
 class ArmParts {
  public:
-  ArmParts(const dart::simulation::WorldPtr& world, const cell::Cell& cell) : chain_(cell::chain(cell)), cell_(cell) {
+  ArmParts(const dart::simulation::WorldPtr& world, const cell::Cell& cell)
+      : chain_(cell::nominal_chain(cell)), cell_(cell) {
     const int n = cell.robot.joints();
     double reach = 0.1;
     for (const auto& row : cell.robot.dh) reach += std::abs(row.a) + std::abs(row.b);
@@ -64,7 +65,7 @@ class ArmParts {
   }
 
   void move(const Eigen::VectorXd& q) {
-    Pose T = chain_.T_B_0;
+    Pose T = chain_.T_base_0;
     const std::vector<Pose> links = chain_.link_poses(q);
     for (std::size_t i = 0; i < links.size(); ++i) {
       const Vector3d start = T.translation(), end = links[i].translation(), z = T.linear().col(2);
@@ -74,11 +75,11 @@ class ArmParts {
       stretch(across_[i], knee, end);
       T = links[i];
     }
-    const Pose T_B_E = T * (cell_.tool ? cell_.tool->T_F_E : Pose::Identity());
+    const Pose T_base_tool = T * (cell_.tool ? cell_.tool->T_flange_tool : Pose::Identity());
     // The peg sticks out of the grip by what is seen of it.
-    const Vector3d shown = T_B_E.linear().col(2) * (cell_.peg ? 0.7 * cell_.peg->length : 0.0);
-    stretch(tool_, T.translation(), T_B_E.translation() - shown);
-    if (peg_) peg_->setTransform(T_B_E * Eigen::Translation3d(0.0, 0.0, -cell_.peg->length / 2));
+    const Vector3d shown = T_base_tool.linear().col(2) * (cell_.peg ? 0.7 * cell_.peg->length : 0.0);
+    stretch(tool_, T.translation(), T_base_tool.translation() - shown);
+    if (peg_) peg_->setTransform(T_base_tool * Eigen::Translation3d(0.0, 0.0, -cell_.peg->length / 2));
   }
 
  private:
@@ -96,7 +97,7 @@ class ArmParts {
 };
 
 /// A tube is drawn as boxes in a ring, as DART has no hollow cylinder.
-void add_tube(const dart::simulation::WorldPtr& world, const cell::Thing& tube) {
+void add_tube(const dart::simulation::WorldPtr& world, const cell::PlacedObject& tube) {
   constexpr int sides = 36;
   const double middle = (tube.radius + tube.inner_radius) / 2, wall = tube.radius - tube.inner_radius;
   const double width = 2.0 * tube.radius * std::tan(M_PI / sides);
@@ -109,7 +110,7 @@ void add_tube(const dart::simulation::WorldPtr& world, const cell::Thing& tube) 
 }
 
 /// Of a bench without end, the part below `tip` is drawn.
-void add(const dart::simulation::WorldPtr& world, const cell::Thing& thing, const Vector3d& tip) {
+void add(const dart::simulation::WorldPtr& world, const cell::PlacedObject& thing, const Vector3d& tip) {
   constexpr double thin = 1e-3, widest = 0.6;
   if (thing.kind == SolidKind::Tube) return add_tube(world, thing);
   if (thing.kind == SolidKind::Ball) {
@@ -135,15 +136,15 @@ Eigen::VectorXd posture(const Motion& motion, double t) {
 
 }  // namespace
 
-void show_window(const cell::Cell& cell, const std::vector<cell::Thing>& things, const Motion& motion,
+void show_window(const cell::Cell& cell, const std::vector<cell::PlacedObject>& things, const Motion& motion,
                  const std::string& picture) {
   require(motion.t.size() > 0 && motion.q.rows() == motion.t.size() && motion.q.cols() == cell.robot.joints(),
           "motion: expected a row of joint values each time");
   const auto world = dart::simulation::World::create();
   ArmParts arm(world, cell);
-  const Vector3d tip = cell::T_B_E(cell, motion.q.row(0).transpose()).translation();
-  for (const cell::Thing& thing : predict::things_of(cell)) add(world, thing, tip);
-  for (const cell::Thing& thing : things) add(world, thing, tip);
+  const Vector3d tip = cell::T_base_tool(cell, motion.q.row(0).transpose()).translation();
+  for (const cell::PlacedObject& thing : predict::scanner_objects(cell)) add(world, thing, tip);
+  for (const cell::PlacedObject& thing : things) add(world, thing, tip);
   ::osg::ref_ptr<dart::gui::osg::Viewer> viewer = new dart::gui::osg::Viewer;
   const ::osg::ref_ptr<dart::gui::osg::WorldNode> node = new dart::gui::osg::WorldNode(world);
   viewer->addWorldNode(node);

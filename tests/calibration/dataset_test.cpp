@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 
 #include <kr5/calibration/dataset.hpp>
+#include <kr5/calibration/pose_file.hpp>
 #include <kr5/core/error.hpp>
 
 namespace fs = std::filesystem;

@@ -112,5 +112,5 @@ TEST_CASE("the numbers allow the convention they were written in, and rule out w
     CHECK(has_truth);
   }
   const Eigen::MatrixXd metres = rows_of(poses, {});
-  CHECK_FALSE(doubts(metres, {.position = LengthUnit::Millimetre}).empty());
+  CHECK_FALSE(format_objections(metres, {.position = LengthUnit::Millimetre}).empty());
 }

@@ -126,19 +126,19 @@ TEST_CASE("each effect on each of its targets is set alone, survives the file, a
     }
 }
 
-TEST_CASE("a simulator reads a member, whatever was set by name") {
+TEST_CASE("a law reads what was set by name, and what is off otherwise") {
   Cell cell = sample();
-  CHECK(cell.effects.joint(2).stribeck == 0.0);
-  CHECK(std::isinf(cell.effects.joint(5).elasticity));
+  CHECK(cell.effects.number("stribeck_friction", "stribeck", 2) == 0.0);
+  CHECK(std::isinf(cell.effects.number("joint_elasticity", "stiffness", 5)));
   set_effect(cell, "stribeck_friction", "joint3", "stribeck", 11.2);
   set_effect(cell, "coulomb_friction", "joint6", "coulomb", 3.2);
   set_effect(cell, "ft_gain", "tz", "gain", 1.1);
   set_effect(cell, "tube_tilt", "tube", "tilt", Eigen::VectorXd(Eigen::Vector2d(0.1, -0.2)));
-  CHECK(cell.effects.joint(2).stribeck == 11.2);
-  CHECK(cell.effects.joint(5).coulomb == 3.2);
-  CHECK_FALSE(cell.effects.joint(4).coulomb);
-  CHECK(cell.effects.wrench[5].gain == 1.1);
-  CHECK(cell.effects.task.tube_tilt[1] == -0.2);
+  CHECK(cell.effects.number("stribeck_friction", "stribeck", 2) == 11.2);
+  CHECK(cell.effects.replaced_number("coulomb_friction", "coulomb", 5) == 3.2);
+  CHECK_FALSE(cell.effects.replaced_number("coulomb_friction", "coulomb", 4));
+  CHECK(cell.effects.number("ft_gain", "gain", 5) == 1.1);
+  CHECK(cell.effects.vector("tube_tilt", "tilt")[1] == -0.2);
 }
 
 TEST_CASE("targets follow the cell: joints are counted, and what a cell lacks carries no effect") {
@@ -180,10 +180,10 @@ TEST_CASE("effects in a file are read in all their forms, and what is wrong with
           "effects:\n  ft_crosstalk: {fz: {source: tx, gain: 0.02}}\n  tube_shift: {tube: {shift: [0.001, -0.002]}}\n"
           "  wrist_coupling: {motor5: {element: [4, 3], value: -1.05}}\n",
       "t");
-  CHECK(cell.effects.wrench[2].source == 3);
-  CHECK(cell.effects.task.tube_shift == Eigen::Vector3d(0.001, -0.002, 0.0));
-  CHECK(cell.effects.motor(4).coupling_element == 3);
-  CHECK(cell.effects.motor(4).coupling_value == -1.05);
+  CHECK(cell.effects.number("ft_crosstalk", "source", 2) == 3);
+  CHECK(cell.effects.vector("tube_shift", "shift") == Eigen::Vector3d(0.001, -0.002, 0.0));
+  CHECK(cell.effects.number("wrist_coupling", "element", 4) == 3);
+  CHECK(cell.effects.replaced_number("wrist_coupling", "value", 4) == -1.05);
   CHECK_THAT(to_yaml(cell), Contains("source: tx") && Contains("[0.001, -0.002]") && Contains("[4, 3]"));
 
   const auto wrong = [&](const std::string& effects) {

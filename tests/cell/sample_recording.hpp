@@ -32,7 +32,7 @@ inline double sample_value(const cell::Cell& cell, const std::string& name, cell
   if (name[0] == 'q' && std::isdigit(static_cast<unsigned char>(name[1]))) return q(i)[name[1] - '1'] + 1e-5;
   if (name[0] == 'q') return 0.5;  // a quaternion
   if (kind == cell::Kind::Poses) {
-    const Pose T = cell::T_B_E(cell, q(i));
+    const Pose T = cell::T_base_tool(cell, q(i));
     return T.translation()[name[0] - 'x'];
   }
   if (name == "u" || name == "v") return 100.0 + i;
@@ -64,6 +64,7 @@ inline cell::Recording sample_recording() {
     for (int i = 0; i < rows; ++i)
       for (std::size_t c = 0; c < e.data.columns.size(); ++c)
         e.data.values(i, static_cast<Eigen::Index>(c)) = sample_value(recording.cell, e.data.columns[c], e.kind, i);
+    if (name == "motion-2") e.data.values.col(e.data.find("i1")).array() += 0.5;  // measured anew
     recording.experiments.push_back(std::move(e));
   }
   return recording;

@@ -26,7 +26,7 @@ Cell random_cell(unsigned seed) {
   Cell cell;
   const int n = 1 + static_cast<int>(seed % 8);
   const kinematics::DhChain chain = test::random_chain(random, n);
-  cell.robot.T_B_0 = chain.T_B_0;
+  cell.robot.T_base_0 = chain.T_base_0;
   cell.robot.dh = chain.joints;
   for (const kinematics::Body& b : test::random_bodies(random, n))
     cell.robot.links.push_back({b.mass, b.com, b.inertia});
@@ -37,8 +37,9 @@ Cell random_cell(unsigned seed) {
 }
 
 VectorXd torques(const Cell& cell, const VectorXd& q, const VectorXd& qd, const VectorXd& qdd) {
-  kinematics::Dynamics dynamics(chain(cell), cell.robot.links, cell.robot.gravity);
-  if (cell.tool) dynamics.add_body(-1, {cell.tool->mass, cell.tool->com, cell.tool->inertia}, cell.tool->T_F_S);
+  kinematics::Dynamics dynamics(nominal_chain(cell), cell.robot.links, cell.robot.gravity);
+  if (cell.tool)
+    dynamics.add_body(-1, {cell.tool->mass, cell.tool->com, cell.tool->inertia}, cell.tool->T_flange_sensor);
   return dynamics.torques(q, qd, qdd);
 }
 
@@ -50,7 +51,7 @@ double difference(const Cell& a, const Cell& b) {
   for (int k = 0; k < 20; ++k) {
     const VectorXd q = test::random_vector(random, n, 3), qd = test::random_vector(random, n, 2),
                    qdd = test::random_vector(random, n, 4);
-    worst = std::max(worst, (T_B_E(a, q).matrix() - T_B_E(b, q).matrix()).cwiseAbs().maxCoeff());
+    worst = std::max(worst, (T_base_tool(a, q).matrix() - T_base_tool(b, q).matrix()).cwiseAbs().maxCoeff());
     if (a.robot.links.empty() || b.robot.links.empty()) continue;
     const VectorXd tau = torques(a, q, qd, qdd);
     worst = std::max(worst, (tau - torques(b, q, qd, qdd)).norm() / (1 + tau.norm()));
@@ -101,7 +102,7 @@ TEST_CASE("the table of the KR5 comes back from its URDF") {
   const Cell back = parse_urdf(to_urdf(cell), "text", {.tip = "flange"}).cell;
   REQUIRE(back.robot.joints() == 6);
   CHECK_FALSE(back.tool.has_value());
-  CHECK(back.robot.T_B_0.isApprox(Pose::Identity(), 1e-15));
+  CHECK(back.robot.T_base_0.isApprox(Pose::Identity(), 1e-15));
   for (std::size_t i = 0; i < 6; ++i) {
     const kinematics::DhJoint &a = cell.robot.dh[i], &b = back.robot.dh[i];
     CHECK(a.b == Approx(b.b).margin(1e-14));
@@ -119,7 +120,7 @@ TEST_CASE("axes, fixed links, limits and notes are read as the file has them") {
   CHECK(two.tip == "tip");
   CHECK(two.joints == std::vector<std::string>{"j1", "j2"});
   const Eigen::Vector2d q(0.4, 0.7);
-  const Pose T = T_B_E(two.cell, q);
+  const Pose T = T_base_tool(two.cell, q);
   Pose expected = Pose(Eigen::Translation3d(0, 0, 0.3)) * Pose(Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitY())) *
                   Pose(Eigen::Translation3d(0.5, 0, 0)) * Pose(Eigen::AngleAxisd(-0.7, Eigen::Vector3d::UnitZ())) *
                   Pose(Eigen::Translation3d(0, 0, 0.1));
@@ -147,8 +148,8 @@ TEST_CASE("a tip beside the last axis is reached by the tool") {
   REQUIRE(two.cell.tool.has_value());
   const Pose expected =
       Pose(Eigen::Translation3d(0.5, 0, 0.3)) * from_xyzrpy((Vector6() << 0.1, 0.2, 0.1, 1, 2, 3).finished());
-  CHECK(T_B_E(two.cell, VectorXd::Zero(2)).isApprox(expected, 1e-14));
-  CHECK(chain(two.cell).flange(VectorXd::Zero(2)).linear().isApprox(expected.linear(), 1e-14));
+  CHECK(T_base_tool(two.cell, VectorXd::Zero(2)).isApprox(expected, 1e-14));
+  CHECK(nominal_chain(two.cell).flange(VectorXd::Zero(2)).linear().isApprox(expected.linear(), 1e-14));
 }
 
 TEST_CASE("an arm that branches needs a tip, joints beside it are held, and their mass rides on it") {
@@ -269,18 +270,38 @@ TEST_CASE("inverse kinematics agrees with the ortho-parallel formulas of the KR5
     return T;
   };
   const Cell cell = import_urdf(folder / "kr5_arc.urdf", {"base_link", "tool0"}).cell;
-  REQUIRE(kinematics::has_closed_form(chain(cell)));
+  REQUIRE(kinematics::has_closed_form(nominal_chain(cell)));
   Random random(4);
   for (int k = 0; k < 200; ++k) {
     VectorXd q = test::random_vector(random, 6, 3);
-    const Pose T = T_B_E(cell, q);
+    const Pose T = T_base_tool(cell, q);
     // The frames of tool0 differ by a constant turn only.
-    const Eigen::Matrix3d turn = opw(VectorXd::Zero(6)).linear().transpose() * T_B_E(cell, VectorXd::Zero(6)).linear();
+    const Eigen::Matrix3d turn =
+        opw(VectorXd::Zero(6)).linear().transpose() * T_base_tool(cell, VectorXd::Zero(6)).linear();
     CHECK((opw(q).translation() - T.translation()).norm() < 1e-10);
     CHECK((opw(q).linear() * turn - T.linear()).norm() < 1e-10);
-    const kinematics::InverseResult inverse = kinematics::inverse(chain(cell), T);
+    const kinematics::InverseResult inverse = kinematics::inverse_kinematics(nominal_chain(cell), T);
     CHECK((inverse.postures.size() == 4 || inverse.postures.size() == 8));
     for (const kinematics::Posture& p : inverse.postures)
       CHECK((opw(p.q).translation() - T.translation()).norm() < 1e-10);
   }
+}
+
+TEST_CASE("an arm of which a link has no mass or no inertia keeps the masses of the others") {
+  const std::string b =
+      "<link name=\"b\"><inertial><mass value=\"1\"/>\n    <inertia ixx=\"0.1\" ixy=\"0\" ixz=\"0\" "
+      "iyy=\"0.1\" iyz=\"0\" izz=\"0.1\"/></inertial></link>";
+  const auto masses = [&](const std::string& by) {
+    const UrdfImport found = parse_urdf(replaced(two_joints, b, by), "x.urdf");
+    CHECK_NOTHROW(found.cell.validate());
+    std::vector<double> out;
+    for (const Link& link : found.cell.robot.links) out.push_back(link.mass);
+    return out;
+  };
+  const std::vector<double> whole = masses(b), bare = masses("<link name=\"b\"/>"),
+                            point = masses("<link name=\"b\"><inertial><mass value=\"1\"/></inertial></link>");
+  REQUIRE(whole.size() == 2);
+  CHECK(whole[1] == 1.0);
+  CHECK(bare == std::vector<double>{whole[0], 0.0});
+  CHECK(point == whole);
 }

@@ -39,15 +39,25 @@ class IncludesTest(unittest.TestCase):
             self.assertEqual(problems("libkr5/include/kr5/geometry/a.hpp", line), [])
 
     def test_a_public_header_may_show_nothing_else(self):
-        for line in ("#include <opencv2/core.hpp>", "#include <kr5/vision/image.hpp>", '#include "detail.hpp"',
-                     "#  include <boost/math/x.hpp>", "#include <unistd.h>"):
+        for line in (
+            "#include <opencv2/core.hpp>",
+            "#include <kr5/vision/image.hpp>",
+            '#include "detail.hpp"',
+            "#  include <boost/math/x.hpp>",
+            "#include <unistd.h>",
+        ):
             self.assertEqual(len(problems("libkr5/include/kr5/geometry/a.hpp", line)), 1, line)
 
     def test_a_source_may_use_only_the_packages_its_module_lists(self):
         self.assertEqual(problems("libkr5/src/vision/a.cpp", "#include <visp3/core/vpMath.h>"), [])
         self.assertEqual(problems("libkr5/src/vision/a.cpp", "#include <opencv2/core.hpp>"), [])
-        for line in ("#include <opencv2/core.hpp>", "#include <kr5/vision/image.hpp>", "#include <dart/x.hpp>",
-                     '#include "vision/detail.hpp"', "#include <pybind11/pybind11.h>"):
+        for line in (
+            "#include <opencv2/core.hpp>",
+            "#include <kr5/vision/image.hpp>",
+            "#include <dart/x.hpp>",
+            '#include "vision/detail.hpp"',
+            "#include <pybind11/pybind11.h>",
+        ):
             self.assertEqual(len(problems("libkr5/src/geometry/a.cpp", line)), 1, line)
 
     def test_only_the_sources_of_the_simulation_use_dart(self):

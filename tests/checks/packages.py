@@ -42,8 +42,12 @@ class Workshop:
         """Lines of the cache, the build rules and the package lookups that name one of the words."""
         files = [self.folder / into / "CMakeCache.txt", self.folder / into / "build.ninja"]
         pattern = re.compile("|".join(words), re.I)
-        return [line for file in files for line in file.read_text().splitlines()
-                if pattern.search(line.replace(str(ROOT), "").replace(str(self.folder), ""))]
+        return [
+            line
+            for file in files
+            for line in file.read_text().splitlines()
+            if pattern.search(line.replace(str(ROOT), "").replace(str(self.folder), ""))
+        ]
 
 
 def expect_none(lines: list[str], what: str) -> None:
@@ -72,8 +76,9 @@ def scene(w: Workshop) -> None:
 def missing_component(w: Workshop) -> None:
     """Asking for a module that was not installed says so, and says what there is."""
     prefix = w.install()
-    text = w.configure(ROOT / "tests/consumer", "consumer", f"-DCMAKE_PREFIX_PATH={prefix}", "-DCOMPONENT=simulation",
-                       fails=True)
+    text = w.configure(
+        ROOT / "tests/consumer", "consumer", f"-DCMAKE_PREFIX_PATH={prefix}", "-DCOMPONENT=simulation", fails=True
+    )
     said = " ".join(text.split())
     if "kr5 was installed without the module 'simulation' (it has: core" not in said:
         sys.exit(f"the message does not help:\n{text}")
@@ -94,9 +99,10 @@ def geometry_alone(w: Workshop) -> None:
 def order(w: Workshop) -> None:
     """A module that uses one declared below it stops the configuration with a plain sentence."""
     (w.folder / "CMakeLists.txt").write_text(
-        f'cmake_minimum_required(VERSION 3.25)\nproject(order LANGUAGES CXX)\n'
+        f"cmake_minimum_required(VERSION 3.25)\nproject(order LANGUAGES CXX)\n"
         f'list(APPEND CMAKE_MODULE_PATH "{ROOT}/libkr5/cmake")\ninclude(Kr5Module)\n'
-        "kr5_module(lower DEPENDS upper)\nkr5_module(upper)\n")
+        "kr5_module(lower DEPENDS upper)\nkr5_module(upper)\n"
+    )
     text = w.configure(w.folder, "build", fails=True)
     if "module 'lower' uses 'upper', which is not declared above it" not in " ".join(text.split()):
         sys.exit(f"the message does not help:\n{text}")

@@ -8,6 +8,7 @@
 
 #include <kr5/core/error.hpp>
 #include <kr5/core/random.hpp>
+#include <kr5/force/fit_tube.hpp>
 #include <support/trials.hpp>
 
 #include "book_peg.hpp"
@@ -113,7 +114,7 @@ TEST_CASE("below the critical offset the lowest minimum is the hole's, above it 
     const double tilt = random.uniform(3, 20) * degree, critical = critical_offset(bodies, tilt);
     for (const double part : {0.98, 1.0, 1.02}) {
       const auto minima = depth_minima(bodies, tilt, {part * critical, 0.0});
-      if (minima.size() < 2 || !minima[0].cusp || minima[1].kind != Rest::FaceOnOuterEdge) continue;
+      if (minima.size() < 2 || !minima[0].cusp || minima[1].kind != RestContact::FaceOnOuterEdge) continue;
       ++both;
       const double above = minima[0].height - minima[1].height;
       if (part == 1.0) CHECK(std::abs(above) < 1e-10);
@@ -171,7 +172,7 @@ TEST_CASE("a fit of the whole profile finds the tube, near and far, for any bodi
   CHECK(tried > 60);
 }
 
-TEST_CASE("what a fit says of its doubt holds the truth as often as it says") {
+TEST_CASE("what a fit says of its doubt holds the truth as often as it says", "[statistics]") {
   constexpr double noise = 0.03e-3, chi_square_95 = 7.815;
   const int trials = test::trials(2000, 300);
   Random random(44);

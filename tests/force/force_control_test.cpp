@@ -13,6 +13,7 @@
 #include <kr5/core/error.hpp>
 #include <kr5/core/random.hpp>
 #include <kr5/force/depth_profile.hpp>
+#include <kr5/force/fit_tube.hpp>
 #include <support/trials.hpp>
 
 #include "book_peg.hpp"
@@ -54,7 +55,7 @@ bool dies_out(const ComplianceOptions& options, double stiffness, double delay) 
     Vector6 wrench = Vector6::Zero();
     wrench[0] = late.front();
     late.pop_front();
-    x += 1e-3 * give_way(wrench, Vector6::Zero(), options)[0];
+    x += 1e-3 * admittance_twist(wrench, Vector6::Zero(), options)[0];
   }
   return std::abs(x) < 1e-6;
 }
@@ -80,17 +81,17 @@ double angle_between(double a, double b) { return std::abs(std::remainder(a - b,
 
 }  // namespace
 
-TEST_CASE("a guarded move touches no harder than it may, however far the way is known") {
+TEST_CASE("a guarded move touches no harder than it may, however far the way is known", "[statistics]") {
   Random random(3);
   for (int k = 0; k < trials(500, 40); ++k) {
     GuardedMoveOptions options;
-    options.most = random.uniform(5, 80);
+    options.max_force = random.uniform(5, 80);
     options.stiffness = random.uniform(5e3, 1e5);
     options.delay = random.uniform(0.02, 0.15);
     options.acceleration = random.uniform(0.05, 1.0);
-    CHECK(greatest_force(options, random.uniform(0, 0.02)) < options.most * 1.001 + options.stiffness * 2e-6);
+    CHECK(greatest_force(options, random.uniform(0, 0.02)) < options.max_force * 1.001 + options.stiffness * 2e-6);
     options.contact_speed = 10.0;  // a faster wish is cut to the safe speed
-    CHECK(greatest_force(options, 0.01) < options.most * 1.001 + options.stiffness * 2e-6);
+    CHECK(greatest_force(options, 0.01) < options.max_force * 1.001 + options.stiffness * 2e-6);
   }
 }
 
@@ -104,13 +105,13 @@ TEST_CASE("a guarded move is fast as long as nothing can be touched, and stops a
   move.reset();
   CHECK(move.step(0.05, 0) > 0);
   GuardedMoveOptions bad;
-  bad.most = bad.touch;
-  CHECK_THROWS_WITH(GuardedMove(bad), Catch::Contains("most"));
+  bad.max_force = bad.touch_force;
+  CHECK_THROWS_WITH(GuardedMove(bad), Catch::Contains("max_force"));
 }
 
 TEST_CASE("giving way comes to rest where it is said to, and swings up beyond half pi") {
   ComplianceOptions options;
-  options.most = 1e3;
+  options.max_speed = 10;
   for (const double stiffness : {5e3, 23.38e3, 1e5})
     for (const double delay : {0.05, 0.1, 0.2}) {
       options.gain = 0.99 / (stiffness * delay);
@@ -127,15 +128,15 @@ TEST_CASE("giving way is bounded and stands still for what is no number") {
   ComplianceOptions options;
   Vector6 wrench;
   wrench << 1e6, 0, 0, 0, 1e6, 0;
-  const Vector6 twist = give_way(wrench, Vector6::Zero(), options);
-  CHECK(twist.head<3>().norm() == Approx(options.most));
-  CHECK(twist.tail<3>().norm() == Approx(options.most_turning));
+  const Vector6 twist = admittance_twist(wrench, Vector6::Zero(), options);
+  CHECK(twist.head<3>().norm() == Approx(options.max_speed));
+  CHECK(twist.tail<3>().norm() == Approx(options.max_turning_speed));
   CHECK(twist[0] > 0);
   CHECK(twist[4] > 0);
   wrench[1] = no_number;
-  CHECK(give_way(wrench, Vector6::Zero(), options).head<3>().isZero());
+  CHECK(admittance_twist(wrench, Vector6::Zero(), options).head<3>().isZero());
   wrench.setConstant(2.0);
-  CHECK(give_way(wrench, wrench, options).isZero());
+  CHECK(admittance_twist(wrench, wrench, options).isZero());
 }
 
 TEST_CASE("the first violation is latched within its cycle, with its name") {
@@ -186,7 +187,8 @@ TEST_CASE("current limits leave a tenth above what pose and friction need") {
   CHECK_THROWS_WITH(current_limits(Eigen::Vector2d(0, 1), Eigen::Vector2d(0, -1)), Catch::Contains("friction"));
 }
 
-TEST_CASE("the large peg of the book: depth tells the direction within 1.5 degrees, force and moment beside it") {
+TEST_CASE("the large peg of the book: depth tells the direction within 1.5 degrees, force and moment beside it",
+          "[statistics]") {
   const PegTube bodies{.peg_radius = 23.62e-3, .inner_radius = 24.5e-3, .outer_radius = 28e-3};
   const double tilt = 7.5 * degree, truth = 218.4 * degree, stiffness = 23.38e3;
   Random random(218);
@@ -227,4 +229,40 @@ TEST_CASE("directions from rows without a force, or without a hole, are not made
   rows[3].force = no_number;
   CHECK_THROWS_WITH(locate_by_moment(rows), Catch::Contains("row 4"));
   CHECK_THROWS_WITH(locate_by_force(radii, 0.2, -1, rows), Catch::Contains("stiffness"));
+}
+
+TEST_CASE("a number that is none stops every loop, and nothing is a limit that limits nothing") {
+  const double infinite = std::numeric_limits<double>::infinity();
+  for (const double bad : {no_number, infinite, -infinite}) {
+    CAPTURE(bad);
+    GuardedMove by_force({}), by_distance({});
+    CHECK(by_force.step(0.05, bad) == 0);
+    CHECK(by_force.step(0.05, 0) == 0);
+    CHECK(by_distance.step(bad, 0) == 0);
+    CHECK(by_distance.touched());
+    SafetyStop stop({});
+    Vector6 raw = Vector6::Constant(0.1);
+    raw[2] = bad;
+    CHECK(stop.step(raw, Vector6::Zero(), {}, false) == Violation::SensorDead);
+    CHECK(stop.step(Vector6::Constant(0.2), Vector6::Zero(), {}, false) == Violation::SensorDead);
+    Vector6 wrench = Vector6::Zero();
+    wrench[4] = bad;
+    CHECK(admittance_twist(wrench, Vector6::Zero(), {}).isZero());
+  }
+  for (const double none : {infinite, 1e308, no_number, 0.0, -1.0}) {
+    CAPTURE(none);
+    CHECK_THROWS_AS(SafetyStop({.force = none}), InvalidArgument);
+    CHECK_THROWS_AS(SafetyStop({.torque = none}), InvalidArgument);
+    CHECK_THROWS_AS(SafetyStop({.current = Eigen::Vector2d(1.0, none)}), InvalidArgument);
+    CHECK_THROWS_AS(SafetyStop({.cycle = none}), InvalidArgument);
+    GuardedMoveOptions move;
+    move.max_force = none;
+    CHECK_THROWS_AS(GuardedMove(move), InvalidArgument);
+    ComplianceOptions compliance;
+    compliance.max_speed = none;
+    CHECK_THROWS_AS(compliance.validate(), InvalidArgument);
+    compliance = {};
+    compliance.max_turning_speed = none;
+    CHECK_THROWS_AS(compliance.validate(), InvalidArgument);
+  }
 }

@@ -53,7 +53,7 @@ Response respond(const ForceLoopOptions& options, double wish, double stiffness 
   Response out;
   for (int k = 0; k * Bench::cycle < seconds; ++k) {
     const double correction = loop.step(wish, bench.force());
-    bench.advance(options.correction == CorrectionOf::Start ? correction : bench.z() + correction);
+    bench.advance(options.correction == CorrectionReference::Start ? correction : bench.z() + correction);
     const double t = (k + 1) * Bench::cycle;
     out.last = bench.force();
     if (out.last > out.most) out.most = out.last, out.peak_at = t;
@@ -86,7 +86,7 @@ TEST_CASE("a stiffness that is a fifth wrong makes the force as wrong as the boo
 }
 
 TEST_CASE("corrections of the actual pose need no compensator, whatever the stiffness") {
-  const ForceLoopOptions options{.correction = CorrectionOf::Actual};
+  const ForceLoopOptions options{.correction = CorrectionReference::Actual};
   CHECK(options.compensator() == 1.0);
   for (const double stiffness : {15e3, 23.38e3, 30e3})
     CHECK(respond(options, 20.0, stiffness, 60.0).last == Approx(20.0).margin(0.1));
@@ -119,4 +119,29 @@ TEST_CASE("contact is made no faster than the loop can take it") {
   CHECK(ForceLoopOptions{}.contact_speed(20.0, 0.012) == Approx(8.3e-3).margin(1e-4));
   CHECK_THROWS_WITH(ForceLoop({.gain = 0.0}), Catch::Contains("gain"));
   CHECK_THROWS_WITH(ForceLoop({.range = -1.0}), Catch::Contains("range"));
+}
+
+TEST_CASE("forces that are no finite numbers move nothing, then or afterwards") {
+  const double infinite = std::numeric_limits<double>::infinity(), none = std::numeric_limits<double>::quiet_NaN();
+  for (const CorrectionReference reference : {CorrectionReference::Start, CorrectionReference::Actual})
+    for (const double bad : {none, infinite, -infinite}) {
+      CAPTURE(name_of(reference), bad);
+      ForceLoop loop({.correction = reference});
+      const double before = loop.step(10, 0), held = reference == CorrectionReference::Start ? before : 0.0;
+      CHECK(loop.step(10, bad) == held);
+      CHECK(loop.limited());
+      CHECK(loop.step(bad, 10) == held);
+      CHECK(std::abs(loop.step(10, 0)) <= 1e-3);
+    }
+}
+
+TEST_CASE("a step of a correction that adds up is bounded without being asked for") {
+  ForceLoop loop({.correction = CorrectionReference::Actual});
+  CHECK(loop.step(10, -1e9) == Approx(1e-3));
+  CHECK(loop.limited());
+  CHECK(loop.step(10, 1e300) == Approx(-1e-3));
+  for (const double limit : {std::numeric_limits<double>::infinity(), 1e308}) {
+    CHECK_THROWS_WITH(ForceLoop({.range = limit}), Catch::Contains("range"));
+    CHECK_THROWS_WITH(ForceLoop({.largest_step = limit}), Catch::Contains("largest_step"));
+  }
 }

@@ -53,7 +53,7 @@ class Cell {
 
   InsertionReading read() {
     InsertionReading out;
-    out.T_T_P = line_[0];
+    out.T_tube_peg = line_[0];
     const double force = present ? press(line_[0]) : 0.0;
     for (int i = 0; i < 6; ++i) out.sensor[i] = random_.normal(i < 3 ? 0.15 : 0.008);
     out.wrench = out.sensor;
@@ -65,7 +65,7 @@ class Cell {
   void obey(const InsertionCommand& command) {
     if (command.stop) return;
     line_[0] = line_[1];
-    line_[1] = command.T_T_P;
+    line_[1] = command.T_tube_peg;
   }
   /// Steps until the phase, or to the end.
   void run(Insertion& insertion, Phase until = Phase::Done) {
@@ -78,8 +78,8 @@ class Cell {
   std::vector<double> current;
 
  private:
-  double press(const Pose& T_T_P) const {
-    const Eigen::Vector3d axis = T_T_P.linear().col(2), p = T_T_P.translation();
+  double press(const Pose& T_tube_peg) const {
+    const Eigen::Vector3d axis = T_tube_peg.linear().col(2), p = T_tube_peg.translation();
     const double tilt = std::atan2(axis.head<2>().norm(), axis.z());
     const PegRest rest = rest_peg_on_tube(radii, tilt, std::atan2(axis.y(), axis.x()), p.head<2>() - tube_.head<2>());
     const double depth = tube_.z() + rest.height - p.z();
@@ -107,14 +107,14 @@ void check_stopped(Insertion& insertion, Cell& cell, Reason reason) {
   for (int i = 0; i < 20; ++i) {  // it stays so, whatever comes
     const InsertionCommand next = insertion.step(cell.read());
     CHECK(next.stop);
-    CHECK(next.T_T_P.isApprox(first.T_T_P));
+    CHECK(next.T_tube_peg.isApprox(first.T_tube_peg));
   }
   CHECK(insertion.state().reason == reason);
 }
 
 }  // namespace
 
-TEST_CASE("a peg that goes round knows where the hole is, whatever the direction") {
+TEST_CASE("a peg that goes round knows where the hole is, whatever the direction", "[statistics]") {
   Random random(5);
   const int all = trials(2000, 60);
   int covered = 0, within = 0;
@@ -123,8 +123,8 @@ TEST_CASE("a peg that goes round knows where the hole is, whatever the direction
     const Eigen::Vector3d tube(distance * std::cos(azimuth), distance * std::sin(azimuth), random.normal(0.2 * mm));
     Cell cell(tube, 100 + static_cast<std::uint64_t>(k));
     InsertionOptions options = book_options();
-    options.grip.angular = 1e9;                                // the grip of this cell gives way to forces alone
-    options.grip.tilt_doubt = options.grip.place_doubt = 0.0;  // and holds the peg as it is believed
+    options.grip.angular = 1e9;  // the grip of this cell gives way to forces alone
+    options.grip.tilt_uncertainty = options.grip.position_uncertainty = 0.0;  // and holds the peg as it is believed
     options.forces.angular_gain = 0;
     Insertion insertion = started(options, cell, Phase::Aim);
     const Eigen::Vector3d error = insertion.state().hole - tube;
@@ -229,7 +229,7 @@ TEST_CASE("every violation stops within the cycle, from any phase, with its name
       {Reason::PegLost, [](InsertionReading& r) { r.gripped = false; }},
       {Reason::OutOfReach, [](InsertionReading& r) { r.reachable = false; }},
       {Reason::OutOfReach,
-       [](InsertionReading& r) { r.T_T_P.translation().x() = std::numeric_limits<double>::quiet_NaN(); }},
+       [](InsertionReading& r) { r.T_tube_peg.translation().x() = std::numeric_limits<double>::quiet_NaN(); }},
   };
   for (const Phase phase : {Phase::Tare, Phase::Approach, Phase::Touch, Phase::Roll, Phase::Locate, Phase::Aim,
                             Phase::Slide, Phase::Upright, Phase::Push})
@@ -268,7 +268,7 @@ TEST_CASE("what cannot be is still stated after beginning anew") {
   wide.bodies.peg_radius = 9.8 * mm;
   Cell cell({0, 0, 0});
   Insertion insertion(wide);
-  insertion.again();
+  insertion.restart();
   check_stopped(insertion, cell, Reason::PegTooWide);
 }
 
@@ -279,7 +279,7 @@ TEST_CASE("an insertion begins anew after a stop") {
   reading.saturated = true;
   insertion.step(reading);
   REQUIRE(insertion.finished());
-  insertion.again();
+  insertion.restart();
   CHECK_FALSE(insertion.finished());
   CHECK(insertion.state().attempt == 1);
   Cell fresh({5 * mm, 2 * mm, 0});

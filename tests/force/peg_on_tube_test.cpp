@@ -109,12 +109,12 @@ TEST_CASE("the closed form is the maximum over all arcs to 1e-10 m") {
     const PegRest rest = rest_peg_on_tube(p.bodies, p.tilt, p.alpha, p.centre);
     const double brute = brute_height(p.bodies, p.tilt, p.alpha, p.centre);
     ++met[static_cast<int>(rest.kind)];
-    REQUIRE((rest.kind == Rest::None) == (brute < -1e299));
-    if (rest.kind != Rest::None) worst = std::max(worst, std::abs(rest.height - brute));
+    REQUIRE((rest.kind == RestContact::None) == (brute < -1e299));
+    if (rest.kind != RestContact::None) worst = std::max(worst, std::abs(rest.height - brute));
   }
   CHECK(worst < 1e-10);
-  for (const Rest kind :
-       {Rest::None, Rest::RimOnFace, Rest::RimOnInnerEdge, Rest::RimOnOuterEdge, Rest::FaceOnOuterEdge})
+  for (const RestContact kind : {RestContact::None, RestContact::RimOnFace, RestContact::RimOnInnerEdge,
+                                 RestContact::RimOnOuterEdge, RestContact::FaceOnOuterEdge})
     CHECK(met[static_cast<int>(kind)] > 20);
 }
 
@@ -129,8 +129,8 @@ TEST_CASE("the height is continuous as the tilt goes to zero") {
                                   std::abs(p.centre.norm() - p.bodies.peg_radius - p.bodies.outer_radius));
       if (gap < p.bodies.peg_radius * tilt) continue;  // whether it touches at all depends on the tilt
       CAPTURE(tilt, i);
-      REQUIRE((rest.kind == Rest::None) == (upright.kind == Rest::None));
-      if (rest.kind == Rest::None) continue;
+      REQUIRE((rest.kind == RestContact::None) == (upright.kind == RestContact::None));
+      if (rest.kind == RestContact::None) continue;
       CHECK(upright.height == 0);
       CHECK(std::abs(rest.height) <= p.bodies.peg_radius * tilt * (1 + 1e-9));
     }
@@ -148,7 +148,7 @@ TEST_CASE("derivatives of the height match differences") {
     };
     constexpr double h = 1e-7;
     const PegRest rest = at(0, 0, 0, 0);
-    if (rest.kind == Rest::None || rest.by_centre.norm() > 3)
+    if (rest.kind == RestContact::None || rest.by_centre.norm() > 3)
       continue;  // beside a tangent point the curvature is large
     const auto difference = [&](double tilt, double alpha, double step) {
       return (at(tilt * h, alpha * h, 0, 0).height - at(-tilt * h, -alpha * h, 0, 0).height) / (2 * step);
@@ -198,28 +198,31 @@ TEST_CASE("the book's example has its cusp at 133.7 and its smooth minimum at 31
   const double direction = std::atan2(7.2, 7.53);
   CHECK(direction / degree == Approx(cusp - 90).margin(0.01));
   const PegRest rest = rest_peg_on_tube(radii, 7.5 * degree, 0, Eigen::Vector2d(-10.418e-3, 0));
-  CHECK(rest.kind == Rest::RimOnInnerEdge);
+  CHECK(rest.kind == RestContact::RimOnInnerEdge);
   CHECK((rest.mirrored - Eigen::Vector2d(rest.point.x(), -rest.point.y())).norm() < 1e-15);
   CHECK(rest.by_centre.x() < 0);  // towards the bore the peg sinks
 }
 
 TEST_CASE("the plateau is the radius times the sine of the tilt") {
   const PegRest rest = rest_peg_on_tube(radii, 7.5 * degree, 0, Eigen::Vector2d(1.5e-3, 0));
-  CHECK(rest.kind == Rest::RimOnFace);
+  CHECK(rest.kind == RestContact::RimOnFace);
   CHECK(rest.height == Approx(1.2296e-3).margin(1e-7));
 }
 
 TEST_CASE("a peg that nothing carries has no height") {
-  CHECK(rest_peg_on_tube(radii, 0, 0, Eigen::Vector2d::Zero()).kind == Rest::None);
-  CHECK(rest_peg_on_tube(radii, 0.1, 0, Eigen::Vector2d(0.03, 0)).kind == Rest::None);
-  CHECK(rest_peg_on_tube(radii, 0, 0, Eigen::Vector2d(0.3e-3, 0)).kind == Rest::Flat);
+  CHECK(rest_peg_on_tube(radii, 0, 0, Eigen::Vector2d::Zero()).kind == RestContact::None);
+  CHECK(rest_peg_on_tube(radii, 0.1, 0, Eigen::Vector2d(0.03, 0)).kind == RestContact::None);
+  CHECK(rest_peg_on_tube(radii, 0, 0, Eigen::Vector2d(0.3e-3, 0)).kind == RestContact::Flat);
   CHECK(std::isnan(rest_peg_on_tube(radii, 0, 0, Eigen::Vector2d::Zero()).height));
-  for (const double wrong : {std::nan(""), 2.0}) CHECK(rest_peg_on_tube(radii, wrong, 0, {0.01, 0}).kind == Rest::None);
-  CHECK(rest_peg_on_tube({.peg_radius = 1, .inner_radius = 2, .outer_radius = 1}, 0.1, 0, {0, 0}).kind == Rest::None);
+  for (const double wrong : {std::nan(""), 2.0})
+    CHECK(rest_peg_on_tube(radii, wrong, 0, {0.01, 0}).kind == RestContact::None);
+  CHECK(rest_peg_on_tube({.peg_radius = 1, .inner_radius = 2, .outer_radius = 1}, 0.1, 0, {0, 0}).kind ==
+        RestContact::None);
 }
 
 TEST_CASE("a tube that stands elsewhere and tilted carries the peg at its own face") {
   Random random(5);
+  int resting = 0;
   for (int i = 0; i < 200; ++i) {
     const Pose2 p = random_pose(random);
     const Pose straight(Eigen::Translation3d(1e-3, -2e-3, 3e-3));
@@ -227,6 +230,7 @@ TEST_CASE("a tube that stands elsewhere and tilted carries the peg at its own fa
     const double height = resting_height(p.bodies, straight, p.tilt, p.alpha, p.centre);
     REQUIRE(std::isnan(height) == std::isnan(here));
     if (!std::isnan(here)) CHECK(height == Approx(here + 3e-3).margin(1e-12));
+    resting += !std::isnan(here);
 
     // On a tilted one the bottom centre found must lie at the resting height seen from that tube.
     const Pose tilted = from_xyzrpy({1e-3, 0, 0, random.normal(0.05), random.normal(0.05), 0});
@@ -240,6 +244,7 @@ TEST_CASE("a tube that stands elsewhere and tilted carries the peg at its own fa
         rest_peg_on_tube(p.bodies, std::acos(axis.z()), std::atan2(axis.y(), axis.x()), seen.head<2>());
     CHECK(rest.height == Approx(seen.z()).margin(1e-11));
   }
+  CHECK(resting > 50);
 }
 
 TEST_CASE("many rows are the single ones, and unequal columns are refused") {

@@ -70,7 +70,7 @@ PegTubeShape chamfered() {
 
 }  // namespace
 
-TEST_CASE("the depth of a peg pressed on the top is what frees it, to 1 micron") {
+TEST_CASE("the depth of a peg pressed on the top is what frees it, to 1 micron", "[statistics]") {
   Random random(1);
   int single = 0, met[3] = {};
   const int tries = test::trials(300, 300);
@@ -85,10 +85,10 @@ TEST_CASE("the depth of a peg pressed on the top is what frees it, to 1 micron")
     const Contacts contacts = peg_tube_contacts(s, T);
     REQUIRE(contacts.count > 0);
     int exact = 0;
-    for (const ContactPoint& p : contacts) exact += p.touch != Touch::Sample;
+    for (const ContactPoint& p : contacts) exact += p.touch != ContactFeature::Sample;
     if (exact != 1) continue;
     for (const ContactPoint& p : contacts)
-      if (p.touch != Touch::Sample) {
+      if (p.touch != ContactFeature::Sample) {
         ++single;
         ++met[static_cast<int>(p.touch)];
         check_single(s, T, p);
@@ -98,7 +98,7 @@ TEST_CASE("the depth of a peg pressed on the top is what frees it, to 1 micron")
   for (const int count : met) CHECK(count > tries / 60);
 }
 
-TEST_CASE("the depth of a peg in the bore pressed to its wall is what frees it, to 1 micron") {
+TEST_CASE("the depth of a peg in the bore pressed to its wall is what frees it, to 1 micron", "[statistics]") {
   Random random(2);
   int single = 0;
   const int tries = test::trials(140, 140);
@@ -116,7 +116,7 @@ TEST_CASE("the depth of a peg in the bore pressed to its wall is what frees it, 
     for (const ContactPoint& p : contacts)
       if (p.depth > deepest->depth) deepest = &p;
     int exact = 0;
-    for (const ContactPoint& p : contacts) exact += p.touch != Touch::Sample;
+    for (const ContactPoint& p : contacts) exact += p.touch != ContactFeature::Sample;
     CHECK(deepest->normal.dot(way) < 0);
     if (exact != 1) continue;
     ++single;
@@ -157,13 +157,13 @@ TEST_CASE("pressed from above, depth along the normal is the closed form's to se
         random.uniform(8e-3, 13e-3) * Eigen::Rotation2Dd(random.uniform(0, 7)).toRotationMatrix().col(0);
     const PegRest rest = rest_peg_on_tube({9.42e-3, 9.7e-3, 12.65e-3}, tilt, alpha, c);
     // Where rim and circle nearly touch along their way, the overlap is long and the second order large.
-    if (rest.kind == Rest::None || rest.by_centre.norm() > 2 * std::tan(tilt)) continue;
+    if (rest.kind == RestContact::None || rest.by_centre.norm() > 2 * std::tan(tilt)) continue;
     const Contacts contacts = peg_tube_contacts(book, leaning(tilt, alpha, {c.x(), c.y(), rest.height - press}));
     double deepest = 0;
     for (const ContactPoint& p : contacts) {
       if (p.depth / p.normal.z() < deepest) continue;
       deepest = p.depth / p.normal.z();
-      if ((rest.point - rest.mirrored).norm() == 0 && rest.kind != Rest::RimOnInnerEdge)
+      if ((rest.point - rest.mirrored).norm() == 0 && rest.kind != RestContact::RimOnInnerEdge)
         CHECK((p.point.head<2>() - rest.point).norm() < 1e-4);
     }
     ++met;
@@ -201,7 +201,7 @@ TEST_CASE("around every hand-over of a roll the contact is as deep as the peg is
       if (rest(alpha).kind == rest(alpha + 0.01).kind) continue;
       for (double beside = -0.01; beside < 0.02; beside += 2e-4) {
         const PegRest at = rest(alpha + beside);
-        if (at.kind == Rest::None || at.by_centre.norm() > 2 * std::tan(tilt)) continue;
+        if (at.kind == RestContact::None || at.by_centre.norm() > 2 * std::tan(tilt)) continue;
         double deepest = 0;
         for (const ContactPoint& p :
              peg_tube_contacts(book, leaning(tilt, alpha + beside, {c.x(), c.y(), at.height - press})))

@@ -93,3 +93,22 @@ TEST_CASE("options that cannot be are refused") {
   CHECK_THROWS_WITH(WrenchLowPass(5.0, 0.0), Catch::Contains("cycle"));
   CHECK_THROWS_WITH(WrenchConditioner({.mass = -1.0}), Catch::Contains("mass"));
 }
+
+TEST_CASE("a reading that is no number is told in its cycle, and spoils neither filter nor tare") {
+  const Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  const Vector6 good = Vector6::Constant(2.0);
+  for (const double bad : {std::nan(""), HUGE_VAL, -HUGE_VAL}) {
+    CAPTURE(bad);
+    WrenchConditioner conditioner(WrenchConditionerOptions{}), undisturbed(WrenchConditionerOptions{});
+    Vector6 broken = good;
+    broken[3] = bad;
+    conditioner.step(good, R);
+    CHECK_FALSE(conditioner.step(broken, R).allFinite());
+    undisturbed.step(good, R);
+    CHECK((conditioner.step(2 * good, R) - undisturbed.step(2 * good, R)).isZero());
+    conditioner.step(good, R);
+    conditioner.step(broken, R);
+    conditioner.tare();
+    CHECK(conditioner.step(good, R).isZero(1e-12));
+  }
+}

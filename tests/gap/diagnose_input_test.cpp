@@ -10,16 +10,16 @@
 #include <kr5/gap/diagnose.hpp>
 #include <kr5/predict/fast_simulator.hpp>
 
+#include "gap/diagnosis_matchers.hpp"
 #include "gap/protocol.hpp"
-#include "gap/told.hpp"
 
 /// @file
 /// Recordings that are not as one would wish: the diagnosis judges by what there is, and says what it left out.
 
 using namespace kr5;
-using told::blames;
-using told::text;
-using told::warns;
+using test::names_only;
+using test::text;
+using test::warns;
 
 namespace {
 
@@ -76,11 +76,10 @@ TEST_CASE("an effect is found although the first motions move other joints") {
   const gap::Diagnosis d = diagnosed(r);
   INFO(text(d));
   CHECK(d.verdict == gap::Verdict::Explained);
-  REQUIRE(d.causes.size() == 1);
-  CHECK(blames(d, "coulomb_friction", "joint3"));
+  REQUIRE(names_only(d, {{"coulomb_friction", "joint3"}}));
 }
 
-TEST_CASE("a clock that counts from another epoch changes neither cause nor size") {
+TEST_CASE("a clock that counts from another epoch changes neither cause nor size", "[not_sanitized]") {
   Random random(34);
   cell::Cell broken = protocol::carrying("thermal_friction", "joint1", "drop", 0.6);
   cell::set_effect(broken, "thermal_friction", "joint1", "time_constant", cell::EffectValue(150.0));
@@ -92,25 +91,24 @@ TEST_CASE("a clock that counts from another epoch changes neither cause nor size
   INFO(text(d));
   CHECK(warns(d, "another epoch"));
   CHECK(d.verdict == before.verdict);
-  CHECK(blames(d, "thermal_friction", "joint1"));
+  CHECK(names_only(d, {{"thermal_friction", "joint1"}}));
 }
 
-TEST_CASE("an effect beside a wrench that is logged late is explained, and the clock is told") {
+TEST_CASE("an effect beside a wrench that is logged late is explained, and the clock is told", "[not_sanitized]") {
   Random random(35);
   cell::Recording r = protocol::record(protocol::carrying("coulomb_friction", "joint2", "coulomb", 50.0), random);
   protocol::late(r, cell::Kind::Motion, {"fx", "fy", "fz", "tx", "ty", "tz"}, 0.012);
   const gap::Diagnosis d = diagnosed(r);
   INFO(text(d));
   CHECK(d.verdict == gap::Verdict::Explained);
-  REQUIRE(d.causes.size() == 1);
-  CHECK(blames(d, "coulomb_friction", "joint2"));
+  REQUIRE(names_only(d, {{"coulomb_friction", "joint2"}}));
   REQUIRE(d.warnings.size() == 1);
   double late = 0.0, doubt = 0.0;
   REQUIRE(std::sscanf(d.warnings[0].c_str(), "wrench of motion: logged %lf +- %lf ms late", &late, &doubt) == 2);
   CHECK(std::abs(late - 12.0) < 4 * doubt);
 }
 
-TEST_CASE("a dead column does not make the noise of its like seem small") {
+TEST_CASE("a dead column does not make the noise of its like seem small", "[not_sanitized]") {
   Random random(36);
   cell::Recording r = protocol::record(protocol::carrying("coulomb_friction", "joint2", "coulomb", 50.0), random);
   for (cell::Experiment& e : r.experiments)
@@ -118,11 +116,11 @@ TEST_CASE("a dead column does not make the noise of its like seem small") {
   const gap::Diagnosis d = diagnosed(r);
   INFO(text(d));
   CHECK(d.verdict != gap::Verdict::NoGap);
-  CHECK(blames(d, "coulomb_friction", "joint2"));
+  CHECK(names_only(d, {{"coulomb_friction", "joint2"}, {"ft_gain", "tz"}}));  // a gain of zero shows nothing
   CHECK_FALSE(warns(d, "noise of torque"));
 }
 
-TEST_CASE("joint torques in the place of currents tell of friction") {
+TEST_CASE("joint torques in the place of currents tell of friction", "[not_sanitized]") {
   Random random(37);
   cell::Cell nominal = protocol::nominal();
   nominal.drives.reset();
@@ -133,12 +131,11 @@ TEST_CASE("joint torques in the place of currents tell of friction") {
   const gap::Diagnosis d = diagnosed(r);
   INFO(text(d));
   CHECK(d.verdict == gap::Verdict::Explained);
-  REQUIRE(d.causes.size() == 1);
-  CHECK(blames(d, "coulomb_friction", "joint2"));
+  REQUIRE(names_only(d, {{"coulomb_friction", "joint2"}}));
   CHECK(std::abs(d.causes[0].parameters[0].value[0] - 20.0) < 4 * d.causes[0].parameters[0].std[0]);
 }
 
-TEST_CASE("a kind that cannot be fitted, or not be checked, is told") {
+TEST_CASE("a kind that cannot be fitted, or not be checked, is told", "[not_sanitized]") {
   Random random(38);
   cell::Recording r = protocol::record(protocol::nominal(), random);
   std::erase_if(r.experiments, [](const cell::Experiment& e) { return e.name == "views-1" || e.name == "poses-2"; });

@@ -63,7 +63,7 @@ TEST_CASE("an own effect that changes columns is found beside the catalogue, wit
   CHECK(std::abs(p.value[0] - bend) < 5 * p.std[0] + 0.02 * bend);  // the noise of i2 is bent as well
 }
 
-TEST_CASE("an own effect that changes the cell is found") {
+TEST_CASE("an own effect that changes the cell is found", "[not_sanitized]") {
   Random random(22);
   cell::Cell truth = protocol::nominal();
   truth.robot.gravity *= 1.04;

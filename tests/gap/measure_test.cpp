@@ -15,7 +15,7 @@ namespace {
 /// Shows a constant in every column there may be, and a pose that is turned by nothing.
 class Constant : public cell::Simulator {
  public:
-  io::Table predict(const cell::Cell& cell, const cell::Experiment& experiment) const override {
+  io::Table simulate(const cell::Cell& cell, const cell::Experiment& experiment) const override {
     io::Table out;
     for (const cell::Column& c : cell::columns(experiment.kind, cell.robot.joints()))
       if (c.role == cell::Role::Predicted && c.name != "v") out.columns.push_back(c.name);
@@ -92,7 +92,8 @@ TEST_CASE("columns that were not recorded, are not predicted, or have no noise a
   auto r = recording(make(cell::Kind::Views, {"u", "v"}, Eigen::MatrixXd::Zero(5, 2)));
   CHECK(gap::measure(r, Constant()).columns.size() == 1);
   r.cell.noise.pixel = 0.0;
-  CHECK(gap::measure(r, Constant()).columns.empty());
+  CHECK_THROWS_WITH(gap::measure(r, Constant()),
+                    Catch::Contains("views.u was not judged: the cell does not state noise.pixel"));
   r = recording(make(cell::Kind::Press, {"z"}, Eigen::MatrixXd::Zero(5, 1)));
   CHECK(gap::measure(r, Constant()).columns.size() == 1);
 }
@@ -116,9 +117,9 @@ TEST_CASE("noise alone exceeds the limit in one column of a thousand, for any nu
 TEST_CASE("an experiment that the simulator refuses is left out with a word, and alone is an error") {
   class NoScan : public Constant {
    public:
-    io::Table predict(const cell::Cell& cell, const cell::Experiment& experiment) const override {
+    io::Table simulate(const cell::Cell& cell, const cell::Experiment& experiment) const override {
       require(experiment.kind != cell::Kind::Scan, "there is no laser");
-      return Constant::predict(cell, experiment);
+      return Constant::simulate(cell, experiment);
     }
   };
   auto r = recording(make(cell::Kind::Scan, {"z"}, Eigen::MatrixXd::Zero(5, 1)));

@@ -32,27 +32,27 @@ bool inside_material(const Solid& t, const Vector3d& p) {
 }  // namespace
 
 TEST_CASE("a ray meets a ball first on the near side, with the normal out of it") {
-  const Meeting met = ball(0.02).meet({Vector3d(0.012, 0.0, -1.0), Vector3d(0.0, 0.0, 2.0)});
-  REQUIRE(met.met());
+  const RayHit met = ball(0.02).intersect({Vector3d(0.012, 0.0, -1.0), Vector3d(0.0, 0.0, 2.0)});
+  REQUIRE(met.hit());
   CHECK(2.0 * met.distance == Approx(1.0 - 0.016).epsilon(1e-14));
   CHECK((met.normal - Vector3d(0.6, 0.0, -0.8)).norm() < 1e-12);
-  CHECK_FALSE(ball(0.02).meet({Vector3d(0.021, 0.0, -1.0), Vector3d::UnitZ()}).met());
-  CHECK_FALSE(ball(0.02).meet({Vector3d(0.0, 0.0, 1.0), Vector3d::UnitZ()}).met());
+  CHECK_FALSE(ball(0.02).intersect({Vector3d(0.021, 0.0, -1.0), Vector3d::UnitZ()}).hit());
+  CHECK_FALSE(ball(0.02).intersect({Vector3d(0.0, 0.0, 1.0), Vector3d::UnitZ()}).hit());
 }
 
 TEST_CASE("rays from above meet the rim of a tube, its bore wall, or its bottom") {
   const Solid t = tube(0.0097, 0.01265, 0.06);
-  const auto down = [&](double x) { return t.meet({Vector3d(x, 0.0, 0.2), -Vector3d::UnitZ()}); };
+  const auto down = [&](double x) { return t.intersect({Vector3d(x, 0.0, 0.2), -Vector3d::UnitZ()}); };
   CHECK(down(0.0).face == SolidFace::Bottom);
   CHECK(down(0.0).distance == Approx(0.26));
   CHECK(down(0.0098).face == SolidFace::Top);
   CHECK(down(0.0126).distance == Approx(0.2));
-  CHECK_FALSE(down(0.0127).met());
-  const Meeting wall = t.meet({Vector3d(0.0, 0.0, 0.1), Vector3d(0.0097, 0.0, -0.11)});
+  CHECK_FALSE(down(0.0127).hit());
+  const RayHit wall = t.intersect({Vector3d(0.0, 0.0, 0.1), Vector3d(0.0097, 0.0, -0.11)});
   CHECK(wall.face == SolidFace::Bore);
   CHECK(wall.distance == Approx(1.0));
   CHECK((wall.normal + Vector3d::UnitX()).norm() < 1e-12);
-  CHECK(t.meet({Vector3d(1.0, 0.0, -0.03), -Vector3d::UnitX()}).face == SolidFace::Outside);
+  CHECK(t.intersect({Vector3d(1.0, 0.0, -0.03), -Vector3d::UnitX()}).face == SolidFace::Outside);
 }
 
 TEST_CASE("a ray enters the material of a tube where it meets it, and not before") {
@@ -63,10 +63,10 @@ TEST_CASE("a ray enters the material of a tube where it meets it, and not before
     CAPTURE(trial);
     const Vector3d origin = 3.0 * random.direction(), aim = 1.5 * random.uniform() * random.direction();
     const Ray ray{origin, (aim - origin).normalized()};
-    const Meeting m = t.meet(ray);
-    const double end = m.met() ? m.distance : 8.0;
+    const RayHit m = t.intersect(ray);
+    const double end = m.hit() ? m.distance : 8.0;
     for (double s = 0.0; s < end - 1e-6; s += 0.01) REQUIRE_FALSE(inside_material(t, ray.at(s)));
-    if (!m.met() || m.face == SolidFace::Bottom) continue;
+    if (!m.hit() || m.face == SolidFace::Bottom) continue;
     ++met;
     CHECK(inside_material(t, ray.at(end) - 1e-9 * m.normal));
     CHECK(m.normal.dot(ray.direction) < 0.0);
@@ -77,10 +77,10 @@ TEST_CASE("a ray enters the material of a tube where it meets it, and not before
 TEST_CASE("a plate is met from both sides within its edges") {
   Solid plate{.kind = SolidKind::Plate};
   plate.width = 0.2, plate.height = 0.1;
-  CHECK(plate.meet({Vector3d(0.09, 0.04, 1.0), -Vector3d::UnitZ()}).distance == Approx(1.0));
-  CHECK(plate.meet({Vector3d(0.09, 0.04, -1.0), Vector3d::UnitZ()}).normal.z() == -1.0);
-  CHECK_FALSE(plate.meet({Vector3d(0.0, 0.051, 1.0), -Vector3d::UnitZ()}).met());
-  CHECK_FALSE(plate.meet({Vector3d(0.0, 0.0, 1.0), Vector3d::UnitX()}).met());
+  CHECK(plate.intersect({Vector3d(0.09, 0.04, 1.0), -Vector3d::UnitZ()}).distance == Approx(1.0));
+  CHECK(plate.intersect({Vector3d(0.09, 0.04, -1.0), Vector3d::UnitZ()}).normal.z() == -1.0);
+  CHECK_FALSE(plate.intersect({Vector3d(0.0, 0.051, 1.0), -Vector3d::UnitZ()}).hit());
+  CHECK_FALSE(plate.intersect({Vector3d(0.0, 0.0, 1.0), Vector3d::UnitX()}).hit());
 }
 
 TEST_CASE("solids without a size are refused by field") {

@@ -78,12 +78,29 @@ TEST_CASE("bad rows are refused with line and column, all of them at once") {
 }
 
 TEST_CASE("good rows keep their line when others are left out") {
-  const ParsedCsv parsed = examine_csv("t,z\n0,1\n\nx,2\n3,4\n", "log.csv");
-  CHECK(parsed.problems.size() == 1);
+  const ParsedCsv parsed = try_parse_csv("t,z\n0,1\n\nx,2\n3,4\n", "log.csv");
+  CHECK(parsed.diagnostics.size() == 1);
   CHECK(parsed.lines == std::vector<int>{2, 5});
   CHECK(parsed.table.values(1, 1) == 4);
 }
 
 TEST_CASE("a table whose names and values disagree is not written") {
   CHECK_THROWS_AS(save_csv({{"a"}, Eigen::RowVector2d(1, 2)}, "unused.csv"), InvalidArgument);
+}
+
+TEST_CASE("bytes that are no text are refused, and what is echoed stays short and is text") {
+  const ParsedCsv utf16 = try_parse_csv(std::string("\xFF\xFEt\0,\0z\0\n\0", 10), "log.csv");
+  REQUIRE(utf16.diagnostics.size() == 1);
+  CHECK(utf16.diagnostics[0].expected == "a text file saved as UTF-8");
+  CHECK(try_parse_csv("t,\xE4\n0,1\n", "log.csv").diagnostics.size() == 1);  // Latin-1
+  const ParsedCsv huge = try_parse_csv("t\n" + std::string(1 << 20, 'x') + "\n", "log.csv");
+  REQUIRE(huge.diagnostics.size() == 1);
+  CHECK(huge.diagnostics[0].found.size() < 100);
+}
+
+TEST_CASE("a hundred thousand columns are read, and one that is there twice is found among them") {
+  std::string header = "c0", row = "0";
+  for (int i = 1; i < 100'000; ++i) header += ",c" + std::to_string(i), row += ",0";
+  CHECK(try_parse_csv(header + "\n" + row + "\n", "wide.csv").table.values.cols() == 100'000);
+  CHECK(try_parse_csv(header + ",c7\n", "wide.csv").diagnostics.size() == 1);
 }

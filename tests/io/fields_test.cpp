@@ -60,7 +60,7 @@ std::string complaint(const std::string& yaml) {
   Reader reader("x.yaml");
   reader.read(parse_yaml(yaml, "x.yaml"), "", value);
   std::string text;
-  for (const Problem& p : reader.problems()) text += p.text() + "\n";
+  for (const Diagnostic& p : reader.diagnostics()) text += p.text() + "\n";
   return text;
 }
 
@@ -172,4 +172,29 @@ TEST_CASE("a pose is six numbers or a proper 4x4 matrix") {
              Contains("x.yaml:1: T_a_b: found a mirrored rotation (determinant -1)"));
   CHECK_THAT(complaint("T_a_b: [[2,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]"), Contains("a matrix that is no rotation"));
   CHECK_THAT(complaint("T_a_b: [[1,0,0,0],[0,1,0,0],[0,0,1,0],[1,2,3,1]]"), Contains("last row 0 0 0 1"));
+}
+
+namespace {
+struct Renamed {
+  double T_long = 0.0, plain = 0.0;
+  static constexpr std::array<std::pair<std::string_view, std::string_view>, 1> file_keys = {{{"T_long", "T_L"}}};
+  static constexpr std::array<std::string_view, 1> required = {"T_L"};
+  static void each_field(auto& self, auto&& visit) {
+    visit("T_long", self.T_long, "A field with another key in files.");
+    visit("plain", self.plain, "A field with its own.");
+  }
+};
+}  // namespace
+
+TEST_CASE("a field may have another key in files, which is read, written, required and named") {
+  Renamed value;
+  Reader good("t");
+  CHECK(good.read(parse_yaml("T_L: 2\nplain: 3\n", "t"), "", value));
+  CHECK(value.T_long == 2.0);
+  CHECK(to_yaml(to_node(value)) == "T_L: 2.0\nplain: 3.0\n");
+  Reader bad("t");
+  CHECK_FALSE(bad.read(parse_yaml("T_long: 2\n", "t"), "", value));
+  REQUIRE(bad.diagnostics().size() == 2);
+  CHECK(bad.diagnostics()[0].field == "T_L");
+  CHECK(bad.diagnostics()[1].found == "an unknown key");
 }

@@ -8,7 +8,8 @@
 #include <kr5/core/error.hpp>
 #include <kr5/core/random.hpp>
 #include <kr5/io/fields.hpp>
-#include <kr5/io/form.hpp>
+#include <kr5/io/format.hpp>
+#include <kr5/io/json.hpp>
 #include <kr5/io/node.hpp>
 
 using namespace kr5;
@@ -35,7 +36,7 @@ TEST_CASE("a tree written as YAML reads back the same") {
       "  - mass: 2\nempty: []\nnothing: ~\nquoted: '12'\nwords: \"a: b # c\"\n";
   const Node tree = parse_yaml(text, "t");
   const Node again = parse_yaml(to_yaml(tree), "t");
-  CHECK(same(tree, again));
+  CHECK(tree == again);
   CHECK(again.find("quoted")->quoted);
   CHECK(again.find("words")->scalar == "a: b # c");
 }
@@ -44,15 +45,15 @@ TEST_CASE("numbers read back bit for bit, and carry a point for readers of YAML 
   Random random(7);
   for (int i = 0; i < 2000; ++i) {
     const double value = random.normal() * std::pow(10.0, random.uniform(-300, 300));
-    const Node node = Node::of(value);
+    const Node node = Node::make_scalar(value);
     CHECK(node.scalar.find('.') != std::string::npos);
     Reader reader("t");
     double back = 0;
     REQUIRE(reader.read(parse_yaml(to_yaml(node), "t"), "x", back));
     CHECK(back == value);
   }
-  CHECK(Node::of(2e-5).scalar == "2.0e-05");
-  CHECK(std::signbit(std::strtod(Node::of(-0.0).scalar.c_str(), nullptr)));
+  CHECK(Node::make_scalar(2e-5).scalar == "2.0e-05");
+  CHECK(std::signbit(std::strtod(Node::make_scalar(-0.0).scalar.c_str(), nullptr)));
 }
 
 TEST_CASE("every node knows its line, an entry that of its key") {
@@ -121,4 +122,65 @@ TEST_CASE("bytes that are no UTF-8 text are refused with their line") {
   CHECK(parse_yaml("a: \xc3\xa9\xe2\x82\xac\xf0\x9f\xa4\x96", "t").find("a")->scalar ==
         "\xc3\xa9\xe2\x82\xac\xf0\x9f\xa4\x96");
   CHECK_THROWS_WITH(parse_yaml("a: 1\nb: \"\\N\"", "t"), Catch::StartsWith("t:2: an escape that is no character"));
+}
+
+TEST_CASE("documents nested a thousand deep, and aliases that multiply, are refused with their line") {
+  std::string deep(1000, '[');
+  deep += std::string(1000, ']');
+  CHECK_THAT(complaint("a: " + deep), Contains("cell.yaml:1: not valid YAML"));
+  std::string maps;
+  for (int i = 0; i < 1000; ++i) maps += "{a: ";
+  CHECK_THAT(complaint("a: " + maps), Contains("not valid YAML"));
+  std::string bomb = "a0: &a0 [x, x, x, x, x, x, x, x, x]\n";
+  for (int i = 1; i < 12; ++i) {
+    const std::string before = "*a" + std::to_string(i - 1);
+    bomb += "a" + std::to_string(i) + ": &a" + std::to_string(i) + " [" + before;
+    for (int k = 0; k < 8; ++k) bomb += ", " + before;
+    bomb += "]\n";
+  }
+  CHECK_THAT(complaint(bomb), Contains("the aliases make the document too large"));
+}
+
+TEST_CASE("values of any length are shortened in messages, between two characters") {
+  CHECK(shortened("short") == "short");
+  CHECK(shortened(std::string(200, 'x')) == std::string(80, 'x') + "...");
+  std::string accents;
+  for (int i = 0; i < 100; ++i) accents += "\xC3\xA9";  // e with an accent
+  const std::string cut = shortened(accents, 81);
+  CHECK(cut == accents.substr(0, 80) + "...");
+  Reader reader("t");
+  double value = 0;
+  reader.read(parse_yaml("x: " + std::string(100'000, 'y'), "t"), "", value);
+  reader.read(parse_yaml(std::string(100'000, 'y'), "t"), std::string(5000, 'z'), value);
+  for (const Diagnostic& d : reader.diagnostics()) CHECK(d.text().size() < 1200);
+  const std::vector<Diagnostic> one = {{"f", 1, "k", std::string(1 << 20, 'v'), std::string(1 << 20, 'w')}};
+  CHECK_THROWS_AS(throw_diagnostics(one), IoError);
+  CHECK(one[0].text().size() < 1200);
+  CHECK(nearest_name(std::string(1 << 20, 'q'), std::vector<std::string>{"q1"}).empty());
+}
+
+TEST_CASE("warnings alone let a file be used, errors beside them do not") {
+  Diagnostic warning{"f", 1, "mass", "9000", "a mass in kilograms", Severity::Warning};
+  CHECK_NOTHROW(throw_diagnostics(std::vector{warning}));
+  const std::vector<Diagnostic> both = {warning, {"f", 2, "b", "x", "a number"}};
+  CHECK_THROWS_WITH(throw_diagnostics(both), "f:2: b: found x, expected a number");
+}
+
+TEST_CASE("loops of links and devices are errors of the file, and a link given to write to is followed") {
+  namespace fs = std::filesystem;
+  const fs::path folder = scratch("links");
+  fs::remove_all(folder);
+  fs::create_directories(folder);
+  fs::create_symlink("b", folder / "a");
+  fs::create_symlink("a", folder / "b");
+  CHECK_THROWS_WITH(read_text(folder / "a"), Contains("cannot be read"));
+  CHECK_THROWS_AS(write_text(folder / "a", "x"), IoError);
+  if (fs::exists("/dev/zero")) CHECK_THROWS_WITH(read_text("/dev/zero"), Contains("is a device"));
+  write_text(folder / "real", "old");
+  fs::create_symlink("real", folder / "link");
+  write_text(folder / "link", "new");
+  CHECK(fs::is_symlink(folder / "link"));
+  CHECK(read_text(folder / "real") == "new");
+  CHECK(std::distance(fs::directory_iterator(folder), fs::directory_iterator()) == 4);  // nothing is left beside
+  fs::remove_all(folder);
 }

@@ -51,7 +51,7 @@ TEST_CASE("every posture of an ortho-parallel arm is found, and each reaches the
     const DhChain chain = random_ortho_parallel(random);
     REQUIRE(has_closed_form(chain));
     const VectorXd q = test::random_vector(random, 6, 3.1);
-    const InverseResult result = inverse(chain, chain.flange(q));
+    const InverseResult result = inverse_kinematics(chain, chain.flange(q));
     CHECK(result.closed_form);
     CHECK(result.status == InverseStatus::Solved);
     CHECK(result.postures.size() % 2 == 0);
@@ -71,7 +71,7 @@ TEST_CASE("both KR5 tables have four postures at any pose, eight where the arm c
     int eight = 0;
     for (int k = 0; k < 200; ++k) {
       const VectorXd q = test::random_vector(random, 6, 3.1);
-      const InverseResult result = inverse(chain, chain.flange(q));
+      const InverseResult result = inverse_kinematics(chain, chain.flange(q));
       CHECK((result.postures.size() == 4 || result.postures.size() == 8));
       eight += result.postures.size() == 8;
       CHECK(nearest(result, q) < 1e-8);
@@ -88,13 +88,13 @@ TEST_CASE("both KR5 tables have four postures at any pose, eight where the arm c
 TEST_CASE("a wrist in line is named and leaves joint 4 where it was") {
   const DhChain chain = kr5_arc(-h);
   const VectorXd q = plain(0.8, h);  // theta 5 = 0
-  const InverseResult result = inverse(chain, chain.flange(q), {.near = q});
+  const InverseResult result = inverse_kinematics(chain, chain.flange(q), {.near = q});
   REQUIRE(!result.postures.empty());
   CHECK(result.postures[0].singularity == Singularity::Wrist);
   CHECK((result.postures[0].q - q).norm() < 1e-8);
   CHECK(result.postures[0].rotation_error < 1e-8);
   const VectorXd close = plain(0.8, h + 3e-7);
-  const InverseResult two = inverse(chain, chain.flange(close), {.near = close});
+  const InverseResult two = inverse_kinematics(chain, chain.flange(close), {.near = close});
   CHECK(two.postures[0].singularity == Singularity::Wrist);
   CHECK(two.postures[0].rotation_error < 1e-12);
   CHECK((two.postures[0].q - close).norm() < 1e-8);
@@ -110,7 +110,7 @@ TEST_CASE("a wrist centre above joint 1 is named and leaves joint 1 where it was
     const Eigen::Vector3d wrist = chain.link_poses(q)[3].translation();
     (wrist.x() * std::cos(q[0]) + wrist.y() * std::sin(q[0]) > 0 ? low : high) = q[1];
   }
-  const InverseResult result = inverse(chain, chain.flange(q), {.near = q});
+  const InverseResult result = inverse_kinematics(chain, chain.flange(q), {.near = q});
   REQUIRE(!result.postures.empty());
   CHECK(result.postures[0].singularity == Singularity::Shoulder);
   CHECK((result.postures[0].q - q).norm() < 1e-7);
@@ -134,16 +134,16 @@ TEST_CASE("a stretched arm is named, one pose beyond it is out of reach") {
   }
   REQUIRE(best == Approx(0.6 + std::hypot(0.62, 0.12)).epsilon(1e-12));
   const Pose T = chain.flange(q);
-  const InverseResult stretched = inverse(chain, T, {.near = q});
+  const InverseResult stretched = inverse_kinematics(chain, T, {.near = q});
   REQUIRE(!stretched.postures.empty());
   CHECK(stretched.postures[0].singularity == Singularity::Elbow);
   CHECK((stretched.postures[0].q - q).norm() < 1e-6);
   const Eigen::Vector3d out = chain.link_poses(q)[3].translation() - chain.link_poses(q)[0].translation();
   Pose beyond = T;
   beyond.translation() += 1e-3 * out.normalized();
-  CHECK(inverse(chain, beyond).status != InverseStatus::Solved);
+  CHECK(inverse_kinematics(chain, beyond).status != InverseStatus::Solved);
   beyond.translation() += 2 * out;
-  const InverseResult none = inverse(chain, beyond);
+  const InverseResult none = inverse_kinematics(chain, beyond);
   CHECK(none.status == InverseStatus::OutOfReach);
   CHECK(none.postures.empty());
 }
@@ -155,7 +155,7 @@ TEST_CASE("limits sort postures, full turns are used, and joints outside are nam
   options.lower = q.array() - 0.2;
   options.upper = q.array() + 0.2;
   options.near = q;
-  const InverseResult result = inverse(chain, chain.flange(q), options);
+  const InverseResult result = inverse_kinematics(chain, chain.flange(q), options);
   CHECK(result.status == InverseStatus::Solved);
   CHECK(result.postures.size() > 1);
   CHECK(result.postures[0].usable());
@@ -163,10 +163,10 @@ TEST_CASE("limits sort postures, full turns are used, and joints outside are nam
   CHECK_FALSE(result.postures[1].usable());
   options.lower[5] += 2 * M_PI;
   options.upper[5] += 2 * M_PI;
-  CHECK(inverse(chain, chain.flange(q), options).postures[0].q[5] == Approx(q[5] + 2 * M_PI));
+  CHECK(inverse_kinematics(chain, chain.flange(q), options).postures[0].q[5] == Approx(q[5] + 2 * M_PI));
   options.lower[0] += 0.3;
   options.upper[0] += 0.3;
-  const InverseResult outside = inverse(chain, chain.flange(q), options);
+  const InverseResult outside = inverse_kinematics(chain, chain.flange(q), options);
   CHECK(outside.status == InverseStatus::OutsideLimits);
   bool named = false;
   for (const Posture& p : outside.postures) named = named || p.outside_limits == std::vector<int>{0};
@@ -181,7 +181,7 @@ TEST_CASE("any other arm is solved within its limits, step by step") {
     REQUIRE_FALSE(has_closed_form(chain));
     const VectorXd q = test::random_vector(random, 7, 1.5);
     const InverseOptions options{.lower = VectorXd::Constant(7, -1.6), .upper = VectorXd::Constant(7, 1.6)};
-    const InverseResult result = inverse(chain, chain.flange(q), options);
+    const InverseResult result = inverse_kinematics(chain, chain.flange(q), options);
     if (result.status != InverseStatus::Solved) continue;
     ++solved;
     CHECK(result.postures[0].position_error < 1e-9);
@@ -197,18 +197,18 @@ TEST_CASE("what cannot be reached step by step is said not to converge") {
   Pose far = Pose::Identity();
   far.translation().x() = 1000;
   const InverseOptions options{.lower = VectorXd::Constant(4, -1.0), .upper = VectorXd::Constant(4, 1.0), .starts = 3};
-  const InverseResult result = inverse(chain, far, options);
+  const InverseResult result = inverse_kinematics(chain, far, options);
   CHECK(result.status == InverseStatus::NotConverged);
   CHECK(result.postures.empty());
 }
 
 TEST_CASE("options of the wrong size and a matrix that is no pose are refused by name") {
   const DhChain chain = kr5_arc(-h);
-  CHECK_THROWS_WITH(inverse(chain, Pose::Identity(), {.near = VectorXd::Zero(5)}),
+  CHECK_THROWS_WITH(inverse_kinematics(chain, Pose::Identity(), {.near = VectorXd::Zero(5)}),
                     "near has 5 values, the chain 6 joints");
-  CHECK_THROWS_WITH(inverse(chain, Pose::Identity(), {.starts = 0}), "starts must be positive");
+  CHECK_THROWS_WITH(inverse_kinematics(chain, Pose::Identity(), {.starts = 0}), "starts must be positive");
   Pose skewed = Pose::Identity();
   skewed.linear()(0, 1) = 0.1;
-  CHECK_THROWS_WITH(inverse(chain, skewed), "T_B_F is not a pose");
-  CHECK_THROWS_AS(inverse(DhChain{}, Pose::Identity()), InvalidArgument);
+  CHECK_THROWS_WITH(inverse_kinematics(chain, skewed), "T_base_flange is not a pose");
+  CHECK_THROWS_AS(inverse_kinematics(DhChain{}, Pose::Identity()), InvalidArgument);
 }

@@ -139,26 +139,26 @@ TEST_CASE("a wrench on a link is carried by the torques that its virtual work as
 TEST_CASE("the wrench through a cut is what the tool beyond it adds to the last joint") {
   Arm arm(9);
   Random random(4);
-  const Cut cut{-1, test::random_pose(random), test::random_body(random)};
+  const SensorCut cut{-1, test::random_pose(random), test::random_body(random)};
   arm.dynamics.torques(arm.q, arm.qd, arm.qdd);
   const Vector6 bare = arm.dynamics.joint_wrench(5), through = arm.dynamics.wrench(cut);
-  arm.dynamics.add_body(5, cut.body, cut.T_link_S);
+  arm.dynamics.add_body(5, cut.body, cut.T_link_sensor);
   arm.dynamics.torques(arm.q, arm.qd, arm.qdd);
   const Vector6 added = arm.dynamics.joint_wrench(5) - bare;
-  const Eigen::Matrix3d R = cut.T_link_S.linear();
+  const Eigen::Matrix3d R = cut.T_link_sensor.linear();
   const Eigen::Vector3d force = R * through.head<3>();
   CHECK((added.head<3>() - force).norm() < 1e-10 * force.norm());
-  CHECK((added.tail<3>() - R * through.tail<3>() - cut.T_link_S.translation().cross(force)).norm() < 1e-9);
+  CHECK((added.tail<3>() - R * through.tail<3>() - cut.T_link_sensor.translation().cross(force)).norm() < 1e-9);
 }
 
 TEST_CASE("at rest the wrench through a cut bears the weight") {
   Arm arm(10);
   Random random(5);
-  const Cut cut{2, test::random_pose(random), test::random_body(random)};
+  const SensorCut cut{2, test::random_pose(random), test::random_body(random)};
   arm.dynamics.gravity_torques(arm.q);
   const Vector6 w = arm.dynamics.wrench(cut);
-  const Eigen::Matrix3d R_B_S = arm.chain.link_poses(arm.q)[2].linear() * cut.T_link_S.linear();
-  const Eigen::Vector3d force = -cut.body.mass * (R_B_S.transpose() * gravity);
+  const Eigen::Matrix3d R_base_sensor = arm.chain.link_poses(arm.q)[2].linear() * cut.T_link_sensor.linear();
+  const Eigen::Vector3d force = -cut.body.mass * (R_base_sensor.transpose() * gravity);
   CHECK((w.head<3>() - force).norm() < 1e-12 * force.norm());
   CHECK((w.tail<3>() - cut.body.com.cross(force)).norm() < 1e-12 * force.norm());
 }
@@ -170,7 +170,7 @@ TEST_CASE("bodies and gravity change in place, and a tilted base is a turned gra
   std::vector<Body> bodies = arm.bodies;
   bodies[3] = test::random_body(random);
   DhChain tilted = arm.chain;
-  tilted.T_B_0 = Pose(tilt) * tilted.T_B_0;
+  tilted.T_base_0 = Pose(tilt) * tilted.T_base_0;
   Dynamics fresh(tilted, bodies, gravity);
   arm.dynamics.set_body(3, bodies[3]);
   arm.dynamics.set_gravity(tilt.transpose() * gravity);
@@ -182,7 +182,7 @@ TEST_CASE("rows give what single samples give") {
   Arm arm(12);
   const Rows q = Rows::Random(5, 6), qd = Rows::Random(5, 6), qdd = Rows::Random(5, 6);
   Random random(7);
-  const Cut cut{-1, test::random_pose(random), test::random_body(random)};
+  const SensorCut cut{-1, test::random_pose(random), test::random_body(random)};
   const MotionLoads loads = arm.dynamics.loads(q, qd, qdd, cut);
   CHECK(arm.dynamics.loads(q, qd, qdd).wrench.size() == 0);
   for (int k = 0; k < 5; ++k) {
@@ -195,7 +195,7 @@ TEST_CASE("rows give what single samples give") {
 TEST_CASE("a call allocates nothing") {
   Arm arm(13);
   Eigen::VectorXd tau(6);
-  const Cut cut{-1, Pose::Identity(), arm.bodies[0]};
+  const SensorCut cut{-1, Pose::Identity(), arm.bodies[0]};
   const std::size_t before = allocations;
   arm.dynamics.torques(arm.q, arm.qd, arm.qdd, tau);
   const Vector6 w = arm.dynamics.wrench(cut);
@@ -208,18 +208,18 @@ TEST_CASE("a call allocates nothing") {
 TEST_CASE("bodies are moved and welded without a change of their moments") {
   Random random(8);
   const Body a = test::random_body(random), b = test::random_body(random);
-  Moments sum = moments(a);
-  sum += moments(b);
-  const Body both = to_body(sum), same = combined(a, b);
+  Moments sum = inertial_moments(a);
+  sum += inertial_moments(b);
+  const Body both = to_body(sum), same = merged_body(a, b);
   CHECK(same.mass == Approx(both.mass));
   CHECK((same.com - both.com).norm() < 1e-14);
   CHECK((same.inertia - both.inertia).norm() < 1e-14);
   const Pose T = test::random_pose(random);
-  const Body back = moved(T.inverse(), moved(T, a));
+  const Body back = transformed_body(T.inverse(), transformed_body(T, a));
   CHECK((back.com - a.com).norm() < 1e-14);
   CHECK((back.inertia - a.inertia).norm() < 1e-14);
-  CHECK(combined(Body{}, a).com == a.com);
-  CHECK(combined(Body{}, Body{}).mass == 0.0);
+  CHECK(merged_body(Body{}, a).com == a.com);
+  CHECK(merged_body(Body{}, Body{}).mass == 0.0);
 }
 
 TEST_CASE("a wrong size or link is refused by name") {

@@ -23,7 +23,7 @@ inline kinematics::Body random_body(Random& random) {
   kinematics::Moments sum;
   for (int k = 0; k < 6; ++k) {
     const Eigen::Vector3d p = random_vector(random, 3, 0.2);
-    sum += kinematics::moments({random.uniform(0.1, 2.0), p, Vector6::Zero()});
+    sum += kinematics::inertial_moments({random.uniform(0.1, 2.0), p, Vector6::Zero()});
   }
   return kinematics::to_body(sum);
 }

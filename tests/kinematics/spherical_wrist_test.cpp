@@ -44,7 +44,7 @@ DhChain with_wrist(const DhJoint& one, const DhJoint& two, const DhJoint& three)
 
 /// Returns how many postures there are.
 std::size_t check_all(const DhChain& chain, const VectorXd& q) {
-  const InverseResult result = inverse(chain, chain.flange(q));
+  const InverseResult result = inverse_kinematics(chain, chain.flange(q));
   CHECK(result.closed_form);
   CHECK(result.status == InverseStatus::Solved);
   CHECK(result.postures.size() % 2 == 0);
@@ -97,7 +97,7 @@ TEST_CASE("there are as many postures as a dense search finds") {
     Random random(seed);
     const DhChain chain = random_arm(random);
     const Pose T = chain.flange(test::random_vector(random, 6, M_PI));
-    const InverseResult result = inverse(chain, T);
+    const InverseResult result = inverse_kinematics(chain, T);
     const std::vector<VectorXd> found = search(chain, T, random, 600);
     CHECK(found.size() == result.postures.size());
     for (const VectorXd& q : found) CHECK(nearest(result, q) < 1e-6);
@@ -141,7 +141,7 @@ TEST_CASE("a skew wrist with its axes in one plane is named and loses nothing") 
     const DhChain chain = random_arm(random);
     VectorXd q = test::random_vector(random, 6, M_PI);
     q[4] = (seed % 2 ? M_PI : 0) - chain.joints[4].theta_offset;
-    const InverseResult result = inverse(chain, chain.flange(q), {.near = q});
+    const InverseResult result = inverse_kinematics(chain, chain.flange(q), {.near = q});
     REQUIRE(!result.postures.empty());
     CHECK(nearest(result, q) < 1e-5);
     CHECK(result.postures[0].singularity == Singularity::Wrist);
@@ -163,15 +163,15 @@ TEST_CASE("a skew arm at the edge of its work space is named, and a pose beyond 
         other[joint] += way;
         if (far(other) > far(q)) q = other;
       }
-  const InverseResult result = inverse(chain, chain.flange(q), {.near = q});
+  const InverseResult result = inverse_kinematics(chain, chain.flange(q), {.near = q});
   REQUIRE(!result.postures.empty());
   CHECK(nearest(result, q) < 1e-4);  // the search above cannot tell the angles of a maximum better
-  const InverseResult near = inverse(chain, chain.flange(q), {.near = q, .singular_within = 1e-3});
+  const InverseResult near = inverse_kinematics(chain, chain.flange(q), {.near = q, .singular_within = 1e-3});
   CHECK(near.postures.size() == result.postures.size());
   CHECK(near.postures.at(0).singularity == Singularity::Shoulder);
   Pose beyond = chain.flange(q);
   beyond.translation() += 1e-4 * (wrist(q) - Eigen::Vector3d(0, 0, 0.4)).normalized();
-  CHECK(inverse(chain, beyond).status == InverseStatus::OutOfReach);
+  CHECK(inverse_kinematics(chain, beyond).status == InverseStatus::OutOfReach);
 }
 
 TEST_CASE("an arm folded onto its shoulder leaves joint 2 where it was") {
@@ -181,7 +181,7 @@ TEST_CASE("an arm folded onto its shoulder leaves joint 2 where it was") {
   q[2] = -h;
   if ((chain.link_poses(q)[3].translation() - chain.link_poses(q)[0].translation()).norm() > 0.1) q[2] = h;
   REQUIRE((chain.link_poses(q)[3].translation() - chain.link_poses(q)[0].translation()).norm() < 1e-12);
-  const InverseResult result = inverse(chain, chain.flange(q), {.near = q});
+  const InverseResult result = inverse_kinematics(chain, chain.flange(q), {.near = q});
   REQUIRE(!result.postures.empty());
   CHECK(result.postures[0].singularity == Singularity::Elbow);
   CHECK(nearest(result, q) < 1e-6);
@@ -192,7 +192,7 @@ TEST_CASE("axis 3 folded onto axis 1 leaves joint 3 where it was") {
   const DhChain chain = with_wrist(turns(0, 0.4, 0.9), turns(0, 0.4, 0.9), turns(0.3, 0.2, 1.1));
   for (const double q3 : {-2.0, 0.4, 1.3}) {
     const VectorXd q = (VectorXd(6) << 0.3, M_PI, q3, 0.5, 0.8, -0.4).finished();
-    const InverseResult result = inverse(chain, chain.flange(q), {.near = q});
+    const InverseResult result = inverse_kinematics(chain, chain.flange(q), {.near = q});
     REQUIRE(!result.postures.empty());
     CHECK(nearest(result, q) < 1e-6);
   }

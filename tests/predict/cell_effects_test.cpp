@@ -58,7 +58,7 @@ TEST_CASE("a tilted base turns every pose about the base, and the weight with it
   const World w;
   const World tilted = w.with("base_tilt", "base", {{"roll", 0.02}, {"pitch", -0.03}});
   const Pose tilt(Eigen::AngleAxisd(-0.03, Vector3d::UnitY()) * Eigen::AngleAxisd(0.02, Vector3d::UnitX()));
-  check_poses(tilted, [&](const VectorXd& q, double) { return tilt * cell::T_B_E(w.cell, q); });
+  check_poses(tilted, [&](const VectorXd& q, double) { return tilt * cell::T_base_tool(w.cell, q); });
   const auto force = [](const World& of) {
     return Vector3d(of.show(Kind::Motion, "fx")[0], of.show(Kind::Motion, "fy")[0], of.show(Kind::Motion, "fz")[0]);
   };
@@ -73,7 +73,7 @@ TEST_CASE("an encoder offset turns the joint and not its reading") {
   CHECK(off.show(Kind::Motion, "q3") == w.show(Kind::Motion, "q3"));
   check_poses(off, [&](VectorXd q, double) {
     q[2] += 0.004;
-    return cell::T_B_E(w.cell, q);
+    return cell::T_base_tool(w.cell, q);
   });
 }
 
@@ -96,7 +96,7 @@ TEST_CASE("a transmission error is periodic in the joint angle") {
   CHECK(off.show(Kind::Motion, "q2") == w.show(Kind::Motion, "q2"));
   check_poses(off, [&](VectorXd q, double) {
     q[1] += 0.002 * std::sin(5.0 * q[1] + 0.4);
-    return cell::T_B_E(w.cell, q);
+    return cell::T_base_tool(w.cell, q);
   });
 }
 
@@ -105,7 +105,7 @@ TEST_CASE("a tool offset moves the tip along its own axes, and not camera nor sc
   const Vector3d offset(0.001, -0.002, 0.003);
   const World off = w.with("tool_offset", "tool", {{"offset", VectorXd(offset)}});
   check_poses(off, [&](const VectorXd& q, double) {
-    Pose T = cell::T_B_E(w.cell, q);
+    Pose T = cell::T_base_tool(w.cell, q);
     return Pose(T.translate(offset));
   });
   CHECK(largest(difference(w, off, Kind::Views, "u")) == 0.0);
@@ -121,7 +121,7 @@ TEST_CASE("links grow as the session goes on") {
       row.a *= 1 + 0.001 * (1 - std::exp(-t / 250.0));
       row.b *= 1 + 0.001 * (1 - std::exp(-t / 250.0));
     }
-    return cell::T_B_E(warm, q);
+    return cell::T_base_tool(warm, q);
   });
 }
 
@@ -176,23 +176,23 @@ TEST_CASE("the camera is as its effects say") {
   lens.cell.camera->distortion.values[1] = 0.02;
   CHECK(w.with("lens_distortion", "camera", {{"k1", -0.19}, {"k2", 0.02}}).show(Kind::Views).values ==
         lens.show(Kind::Views).values);
-  moved.cell.camera->T_E_C = *c.T_E_C * from_xyzrpy(0.01 * Vector6::Ones());
-  CHECK(w.with("hand_eye", "camera", {{"T_E_C", *moved.cell.camera->T_E_C}}).show(Kind::Views).values ==
+  moved.cell.camera->T_tool_camera = *c.T_tool_camera * from_xyzrpy(0.01 * Vector6::Ones());
+  CHECK(w.with("hand_eye", "camera", {{"T_E_C", *moved.cell.camera->T_tool_camera}}).show(Kind::Views).values ==
         moved.show(Kind::Views).values);
 }
 
 TEST_CASE("the scanner is as its effects say") {
   const World w;
   World moved = w;
-  moved.cell.laser->T_E_L = *w.cell.laser->T_E_L * from_xyzrpy(0.002 * Vector6::Ones());
-  CHECK(w.with("laser_mount", "laser", {{"T_E_L", *moved.cell.laser->T_E_L}}).show(Kind::Scan).values ==
+  moved.cell.laser->T_tool_scanner = *w.cell.laser->T_tool_scanner * from_xyzrpy(0.002 * Vector6::Ones());
+  CHECK(w.with("laser_mount", "laser", {{"T_E_L", *moved.cell.laser->T_tool_scanner}}).show(Kind::Scan).values ==
         moved.show(Kind::Scan).values);
   const VectorXd z = w.show(Kind::Scan, "z");
   const VectorXd bias = w.with("laser_bias", "laser", {{"bias", 0.001}}).show(Kind::Scan, "z") - z;
   CHECK(largest(bias - 0.001 * ((z.array() - 0.19) / 0.05).square().matrix()) < 1e-12);
   World back = w;  // 20 ms at 10 mm/s
-  Pose T = *w.cell.laser->T_E_L;
-  back.cell.laser->T_E_L = T.translate(Vector3d(0, -0.0002, 0));
+  Pose T = *w.cell.laser->T_tool_scanner;
+  back.cell.laser->T_tool_scanner = T.translate(Vector3d(0, -0.0002, 0));
   CHECK(largest(w.with("laser_lag", "laser", {{"lag", 0.02}}).show(Kind::Scan, "z") - back.show(Kind::Scan, "z")) <
         1e-12);
 }

@@ -36,8 +36,8 @@ VectorXd posture(const World& w, Index row) {
 }
 
 kinematics::Dynamics dynamics(const cell::Cell& c) {
-  kinematics::Dynamics arm(cell::chain(c), c.robot.links, c.robot.gravity);
-  arm.add_body(5, {c.tool->mass, c.tool->com, c.tool->inertia}, c.tool->T_F_S);
+  kinematics::Dynamics arm(cell::nominal_chain(c), c.robot.links, c.robot.gravity);
+  arm.add_body(5, {c.tool->mass, c.tool->com, c.tool->inertia}, c.tool->T_flange_sensor);
   return arm;
 }
 
@@ -109,7 +109,7 @@ TEST_CASE("an elastic joint sags by gravity torque over stiffness, and does so l
     for (Index row = 0; row < shown.values.rows(); ++row) {
       VectorXd q = posture(w, row);
       for (int pass = 0; pass < 20; ++pass) q[1] = posture(w, row)[1] - gravity_torques(w.cell, q)[1] / stiffness;
-      CHECK((shown.values.row(row).head<3>().transpose() - cell::T_B_E(w.cell, q).translation()).norm() < 1e-6);
+      CHECK((shown.values.row(row).head<3>().transpose() - cell::T_base_tool(w.cell, q).translation()).norm() < 1e-6);
     }
   }
 }
@@ -143,7 +143,7 @@ TEST_CASE("a link with backlash lies at the side to which gravity pushes it") {
     const double torque = gravity_torques(w.cell, q)[1];
     REQUIRE(std::abs(torque) > 0.5);
     q[1] -= std::copysign(0.0015, torque);
-    CHECK((shown.values.row(row).head<3>().transpose() - cell::T_B_E(w.cell, q).translation()).norm() < 1e-12);
+    CHECK((shown.values.row(row).head<3>().transpose() - cell::T_base_tool(w.cell, q).translation()).norm() < 1e-12);
   }
 }
 

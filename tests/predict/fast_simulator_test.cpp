@@ -95,8 +95,8 @@ std::vector<Case> cases(const World& world) {
       {"ft_lag", "force_torque", {{"time_constant", 0.03}}, wrench},
       {"camera_focal", "camera", {{"fx", 2330.0}, {"fy", 2330.0}}, {"views"}},
       {"lens_distortion", "camera", {{"k1", -0.19}, {"k2", 0.01}}, {"views"}},
-      {"hand_eye", "camera", {{"T_E_C", *world.cell.camera->T_E_C * nudge}}, {"views"}},
-      {"laser_mount", "laser", {{"T_E_L", *world.cell.laser->T_E_L * nudge}}, {"scan"}},
+      {"hand_eye", "camera", {{"T_E_C", *world.cell.camera->T_tool_camera * nudge}}, {"views"}},
+      {"laser_mount", "laser", {{"T_E_L", *world.cell.laser->T_tool_scanner * nudge}}, {"scan"}},
       {"laser_bias", "laser", {{"bias", 0.001}}, {"scan"}},
       {"laser_lag", "laser", {{"lag", 0.02}}, {"scan"}},
       {"contact_stiffness", "contact", {{"stiffness", 15000.0}}, contact},
@@ -148,7 +148,7 @@ TEST_CASE("a value equal to the believed one leaves no trace either") {
                          .with("wrist_coupling", "motor6", {{"element", 3.0}, {"value", c.drives->structure(5, 3)}})
                          .with("link_length", "joint4", {{"b", c.robot.dh[3].b}})
                          .with("tool_delay", "servo", {{"delay", c.servo->tool->delay}})
-                         .with("hand_eye", "camera", {{"T_E_C", *c.camera->T_E_C}})
+                         .with("hand_eye", "camera", {{"T_E_C", *c.camera->T_tool_camera}})
                          .with("contact_stiffness", "contact", {{"stiffness", c.contact->stiffness}})
                          .with("tube_radius", "tube", {{"inner_radius", c.tube->inner_radius}});
   CHECK(changed(w, same).empty());
@@ -213,7 +213,7 @@ TEST_CASE("a target of the general form is seen as the same board of the short f
   const io::Table board = w.show(cell::Kind::Views);
   cell::Target map;
   map.kind = TargetKind::MarkerMap;
-  map.T_B_W = w.cell.board->T_B_W;
+  map.T_base_target = w.cell.board->T_base_target;
   for (int id = 0; id < 35; ++id) {
     Pose T = Pose::Identity();
     const int down = id / 7, across = id % 7;
@@ -255,10 +255,19 @@ TEST_CASE("what is missing or wrong is named") {
   w.cell.tube.reset();
   complains(cell::Kind::Profile, "needs 'tube'");
   w.cell.robot.links.clear();
-  w.cell.effects.joints.resize(6);
-  w.cell.effects.joints[4].backlash = 0.001;
+  w.cell.effects.set("backlash", "joint5", "gap", 0.001);
   complains(cell::Kind::Poses, "needs 'robot.links'");
-  w.cell.effects.joints.resize(9);
-  w.cell.effects.joints[8].backlash = 0.001;
+  w.cell.effects.set("backlash", "joint9", "gap", 0.001);
   complains(cell::Kind::Step, "effects.backlash.joint9: the cell has only 6 joints");
+}
+
+TEST_CASE("step experiments obey mode and limits of the cell") {
+  World w;
+  const Eigen::VectorXd free = w.show(cell::Kind::Step, "z");
+  w.cell.servo->correction = cell::Correction{cell::CorrectionMode::Absolute, {}, 0.004};
+  const Eigen::VectorXd held = w.show(cell::Kind::Step, "z");
+  CHECK((held - 0.4 * free).cwiseAbs().maxCoeff() < 1e-12);  // steps of 0.01 m cut to 0.004 m
+  w.cell.servo->correction = cell::Correction{cell::CorrectionMode::Relative, {}, {}};
+  const Eigen::VectorXd moved = w.show(cell::Kind::Step, "z");
+  CHECK(moved[299] > 2 * free[299]);
 }

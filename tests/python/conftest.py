@@ -1,14 +1,17 @@
 """Shared by the tests of the Python surface and of the command."""
 
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
 from headless import CHROMIUM, Browser
 
 ROOT = Path(__file__).resolve().parents[2]
+SECONDS_PER_TEST = 600
 
 
 @pytest.fixture(scope="session")
@@ -27,6 +30,20 @@ def reference() -> Path:
             pytest.fail(text)
         pytest.skip(text)
     return folder
+
+
+@pytest.fixture(autouse=True)
+def time_limit():
+    """Ends a test that hangs, with the place where it hung."""
+
+    def stop(*_) -> None:
+        raise TimeoutError(f"the test took longer than {SECONDS_PER_TEST} s")
+
+    before = signal.signal(signal.SIGALRM, stop)
+    signal.alarm(SECONDS_PER_TEST)
+    yield
+    signal.alarm(0)
+    signal.signal(signal.SIGALRM, before)
 
 
 @pytest.fixture

@@ -15,12 +15,27 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shuti
 
 
 class Browser:
-    """A headless Chromium, spoken to in its DevTools protocol over one WebSocket."""
+    """A headless Chromium, driven over one WebSocket in its DevTools protocol.
+
+    Not Selenium or Playwright: each needs a driver or a browser of its own that fits the version of Chromium.
+    """
 
     def __init__(self, folder):
-        flags = ["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-component-update",
-                 "--disable-background-networking", "--disable-sync", f"--user-data-dir={folder}", "--remote-debugging-port=0"]
-        self.process = subprocess.Popen([CHROMIUM, *flags, "about:blank"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        flags = [
+            "--headless=new",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--disable-quic",
+            "--no-first-run",
+            "--disable-component-update",
+            "--disable-background-networking",
+            "--disable-sync",
+            f"--user-data-dir={folder}",
+            "--remote-debugging-port=0",
+        ]
+        self.process = subprocess.Popen(
+            [CHROMIUM, *flags, "about:blank"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        )
         port_file = Path(folder) / "DevToolsActivePort"
         deadline = time.monotonic() + 60
         while not port_file.is_file() or not port_file.read_text().strip():
@@ -33,8 +48,10 @@ class Browser:
         self.socket = socket.create_connection(("127.0.0.1", port), timeout=60)
         path = target["webSocketDebuggerUrl"].split(str(port), 1)[1]
         key = base64.b64encode(os.urandom(16)).decode()
-        self.socket.sendall(f"GET {path} HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
-                            f"Sec-WebSocket-Key: {key}\r\nSec-WebSocket-Version: 13\r\n\r\n".encode())
+        self.socket.sendall(
+            f"GET {path} HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+            f"Sec-WebSocket-Key: {key}\r\nSec-WebSocket-Version: 13\r\n\r\n".encode()
+        )
         self.stream = self.socket.makefile("rb")
         while self.stream.readline().strip():
             pass
@@ -66,7 +83,9 @@ class Browser:
 
     def open(self, page, width):
         self.events.clear()
-        self.call("Emulation.setDeviceMetricsOverride", width=width, height=900, deviceScaleFactor=1, mobile=width < 500)
+        self.call(
+            "Emulation.setDeviceMetricsOverride", width=width, height=900, deviceScaleFactor=1, mobile=width < 500
+        )
         self.call("Page.navigate", url=page.as_uri())
         while not any(e.get("method") == "Page.loadEventFired" for e in self.events):
             self.events.append(self._receive())
@@ -90,7 +109,8 @@ class Browser:
         for event in self.events:
             params = event.get("params", {})
             if event.get("method") == "Runtime.exceptionThrown" or (
-                    event.get("method") == "Runtime.consoleAPICalled" and params["type"] in ("error", "warning", "assert")):
+                event.get("method") == "Runtime.consoleAPICalled" and params["type"] in ("error", "warning", "assert")
+            ):
                 bad.append(params)
             if event.get("method") == "Log.entryAdded" and params["entry"]["level"] in ("error", "warning"):
                 bad.append(params["entry"])

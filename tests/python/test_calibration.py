@@ -1,9 +1,8 @@
 """The Python surface of kr5.calibration; the mathematics is tested in C++."""
 
+import kr5
 import numpy as np
 import pytest
-
-import kr5
 from kr5 import calibration
 
 
@@ -18,7 +17,9 @@ def cell(count: int = 10) -> tuple:
     for i in range(count):
         M = kr5.to_pose(np.array([-0.06, -0.05, 0.6, *rng.normal(0, 0.35, 3)]))
         T = Z @ np.linalg.inv(M) @ np.linalg.inv(X)
-        view = kr5.View(name=f"v{i}", points=points, pixels=camera.project(M[:3, :3] @ points + M[:3, 3:]), ids=list(range(20)))
+        view = kr5.View(
+            name=f"v{i}", points=points, pixels=camera.project(M[:3, :3] @ points + M[:3, 3:]), ids=list(range(20))
+        )
         views.append(calibration.HandEyeView(T_base_flange=T, view=view))
     return views, camera, X
 
@@ -39,7 +40,9 @@ def test_bad_input_raises_with_the_view_named():
         calibration.calibrate_hand_eye(views[:2], camera)
     pixels = views[4].view.pixels.copy()
     pixels[0, 0] = np.nan
-    views[4] = calibration.HandEyeView(T_base_flange=views[4].T_base_flange, view=kr5.View(name="v4", points=views[4].view.points, pixels=pixels))
+    views[4] = calibration.HandEyeView(
+        T_base_flange=views[4].T_base_flange, view=kr5.View(name="v4", points=views[4].view.points, pixels=pixels)
+    )
     with pytest.raises(kr5.InvalidArgument, match="v4"):
         calibration.calibrate_hand_eye(views, camera)
     with pytest.raises(kr5.InvalidArgument, match="sigma_pixel"):

@@ -2,15 +2,15 @@
 
 import json
 
+import kr5
 import numpy as np
 import pytest
 import yaml
-
-import kr5
 from kr5 import vision
-from kr5_tools import camera as camera_files
 
-CAMERA = dict(width=640, height=480, fx=540.0, fy=540.0, cx=325.0, cy=236.0, k1=-0.2, k2=0.05)
+from kr5_tools.files import camera as camera_files
+
+CAMERA = {"width": 640, "height": 480, "fx": 540.0, "fy": 540.0, "cx": 325.0, "cy": 236.0, "k1": -0.2, "k2": 0.05}
 
 
 def views(count=8, tilt=0.6, noise=0.1):
@@ -40,7 +40,10 @@ def test_calibration_from_python():
 
 
 def test_peers_from_python():
-    for peer in (vision.calibrate_camera_opencv(views(), 640, 480, "k1k2"), vision.calibrate_camera_visp(views(), 640, 480)):
+    for peer in (
+        vision.calibrate_camera_opencv(views(), 640, 480, "k1k2"),
+        vision.calibrate_camera_visp(views(), 640, 480),
+    ):
         assert peer.fit.usable and abs(peer.camera.fx - CAMERA["fx"]) < 20
 
 
@@ -67,13 +70,17 @@ def test_load_camera_from_every_form(tmp_path):
         file.write_text(yaml.safe_dump({"format": "kr5-cell/1", "camera": {**short, "distortion": distortion}}))
         same(camera_files.load_camera(file), **CAMERA)
     K, D = "540,0,325,0,540,236,0,0,1", "-0.2,0.05,0,0,0"
-    file.write_text(f"%YAML:1.0\n---\nimage_width:640\nimage_height:480\n"
-                    f"camera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: [ {K} ]\n"
-                    f"distortion_coefficients: !!opencv-matrix\n   rows: 1\n   cols: 5\n   dt: d\n   data: [ {D} ]\n")
+    file.write_text(
+        f"%YAML:1.0\n---\nimage_width:640\nimage_height:480\n"
+        f"camera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: [ {K} ]\n"
+        f"distortion_coefficients: !!opencv-matrix\n   rows: 1\n   cols: 5\n   dt: d\n   data: [ {D} ]\n"
+    )
     same(camera_files.load_camera(file), **CAMERA)
-    file.write_text("<root><camera><image_width>640</image_width><image_height>480</image_height><model>"
-                    "<type>perspectiveProjWithDistortion</type><px>540</px><py>540</py><u0>325</u0><v0>236</v0>"
-                    "<kud>-0.2</kud></model></camera></root>")
+    file.write_text(
+        "<root><camera><image_width>640</image_width><image_height>480</image_height><model>"
+        "<type>perspectiveProjWithDistortion</type><px>540</px><py>540</py><u0>325</u0><v0>236</v0>"
+        "<kud>-0.2</kud></model></camera></root>"
+    )
     same(camera_files.load_camera(file), **{**CAMERA, "k2": 0.0})
 
 
@@ -84,17 +91,23 @@ def test_load_camera_from_files_of_opencv_and_visp(reference):
     same(visp, height=480, fx=607.5931396484375, cy=243.25529479980469)
 
 
-@pytest.mark.parametrize("text, words", [
-    ("fx: 1\nfy: 1\ncx: 0\n", "cy is missing"),
-    (yaml.safe_dump({**CAMERA, "fx": "wide"}), "fx: found 'wide'"),
-    (yaml.safe_dump({**CAMERA, "fx": -5.0}), "fx"),
-    ("- 1\n", "holds no camera"),
-    ("{", "cannot be read"),
-    ("<root/>", "<camera>"),
-    ("<root", "no XML"),
-    ("camera_matrix: [1, 2]\n", "found 2 numbers"),
-    (json.dumps({"format": "kr5-camera/1", "verdict": {"word": "unusable"}, "result": {"camera": CAMERA}}), "unusable"),
-])
+@pytest.mark.parametrize(
+    "text, words",
+    [
+        ("fx: 1\nfy: 1\ncx: 0\n", "cy is missing"),
+        (yaml.safe_dump({**CAMERA, "fx": "wide"}), "fx: found 'wide'"),
+        (yaml.safe_dump({**CAMERA, "fx": -5.0}), "fx"),
+        ("- 1\n", "holds no camera"),
+        ("{", "is not valid JSON"),
+        ("<root/>", "<camera>"),
+        ("<root", "no XML"),
+        ("camera_matrix: [1, 2]\n", "found 2 numbers"),
+        (
+            json.dumps({"format": "kr5-camera/1", "verdict": {"word": "unusable"}, "result": {"camera": CAMERA}}),
+            "unusable",
+        ),
+    ],
+)
 def test_bad_camera_files_are_explained(tmp_path, capsys, text, words):
     import typer
 
@@ -129,8 +142,14 @@ def test_command_says_what_is_wrong(reference, run_kr5, tmp_path):
         (["empty", "--target", "chessboard:6x9:0.025"], "holds no image"),
         ([images[0], "--target", "chessboard:6x9"], "chessboard"),
         ([images[0], images[0], "--target", "chessboard:6x9:0.025"], "given twice"),
-        ([images[0], "--target", "chessboard:4x4:0.025", "-o", "keep.json"], "found in 0 of 1 images, expected at least 1"),
-        ([images[0], "small.png", "--target", "chessboard:6x9:0.025"], "small.png: 320 x 240 px, but left01.jpg is 640 x 480 px"),
+        (
+            [images[0], "--target", "chessboard:4x4:0.025", "-o", "keep.json"],
+            "found in 0 of 1 images, expected at least 1",
+        ),
+        (
+            [images[0], "small.png", "--target", "chessboard:6x9:0.025"],
+            "small.png: 320 x 240 px, but left01.jpg is 640 x 480 px",
+        ),
     ):
         done = run_kr5("calibrate", "camera", *arguments)
         assert done.returncode == 2 and words in done.stderr and "Traceback" not in done.stderr, done.stderr

@@ -1,22 +1,25 @@
-"""The frame of the command `kr5`: flags from field lists, complaints, result files. Commands have tests of their own."""
+"""The frame of the command `kr5`: flags from field lists, complaints, result files. Commands have tests of their
+own."""
 
 import json
 import math
 import subprocess
 import sys
 
+import kr5
 import numpy as np
 import pytest
 import typer
 from typer.testing import CliRunner
 
-import kr5
-from kr5_tools import cli, common
-from kr5_tools.options import options_from
+from kr5_tools import app as command_line
+from kr5_tools.cli import tables
+from kr5_tools.cli.options import options_from
+from kr5_tools.files import images, results, writing
 
 
 def run(command, *args):
-    app = typer.Typer(cls=cli.CleanErrors)
+    app = typer.Typer(cls=command_line.CleanErrors)
     app.command("go")(command)
     app.callback()(lambda: None)
     return CliRunner().invoke(app, ["go", *args])
@@ -47,14 +50,20 @@ def test_two_structs_cannot_share_a_flag():
         options_from(kr5.FitReport, skip=("message",))(lambda options, iterations: None)
 
 
-@pytest.mark.parametrize("files, names", [
-    (["/x/a/1.png", "/x/a/2.png"], ["1.png", "2.png"]), (["/x/a/1.png", "/x/b/1.png", "/2.png"], ["a/1.png", "b/1.png", "2.png"]),
-    (["1.png", "../1.png", "./1.png"], ["c/1.png", "b/1.png", "c/1.png"]), (["/1.png", "/a/1.png"], ["1.png", "a/1.png"]), ([], []),
-])
+@pytest.mark.parametrize(
+    "files, names",
+    [
+        (["/x/a/1.png", "/x/a/2.png"], ["1.png", "2.png"]),
+        (["/x/a/1.png", "/x/b/1.png", "/2.png"], ["a/1.png", "b/1.png", "2.png"]),
+        (["1.png", "../1.png", "./1.png"], ["c/1.png", "b/1.png", "c/1.png"]),
+        (["/1.png", "/a/1.png"], ["1.png", "a/1.png"]),
+        ([], []),
+    ],
+)
 def test_short_names_tell_files_apart(files, names, monkeypatch, tmp_path):
     (tmp_path / "b/c").mkdir(parents=True)
     monkeypatch.chdir(tmp_path / "b/c")
-    assert common.short_names(files) == names
+    assert images.short_names(files) == names
 
 
 def test_help_shows_flag_unit_choices_and_default():
@@ -74,7 +83,9 @@ def test_a_field_no_flag_can_give_must_be_left_out_by_name():
         options_from(kr5.View)(lambda options: None)
 
 
-@pytest.mark.parametrize("error", [kr5.InvalidArgument("sigma: [px] negative"), kr5.IoError("a.yaml: gone"), OSError("disk full")])
+@pytest.mark.parametrize(
+    "error", [kr5.InvalidArgument("sigma: [px] negative"), kr5.IoError("a.yaml: gone"), OSError("disk full")]
+)
 def test_bad_input_is_one_line_on_standard_error_with_exit_code_2(error):
     def command() -> None:
         raise error
@@ -91,13 +102,19 @@ def test_a_bug_is_not_hidden_as_bad_input():
 
 
 def test_help_is_quick_because_it_imports_neither_the_library_nor_numpy():
-    code = ("import sys; sys.argv = ['kr5', '--help']\nfrom kr5_tools.cli import main\n"
-            "try: main()\nexcept SystemExit: pass\nassert not {'kr5', 'numpy', 'matplotlib'} & set(sys.modules)")
+    code = (
+        "import sys; sys.argv = ['kr5', '--help']\nfrom kr5_tools.app import main\n"
+        "try: main()\nexcept SystemExit: pass\nassert not {'kr5', 'numpy', 'matplotlib'} & set(sys.modules)"
+    )
     subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
 
 
 def test_every_command_of_the_table_is_there_and_has_help_with_an_example(run_kr5):
-    names = [(n,) if isinstance(e, str) else (n, c) for n, e in cli.COMMANDS.items() for c in (("",) if isinstance(e, str) else e)]
+    names = [
+        (n,) if isinstance(e, tuple) else (n, c)
+        for n, e in command_line.COMMANDS.items()
+        for c in (("",) if isinstance(e, tuple) else e)
+    ]
     for words in names:
         done = run_kr5(*words, "--help")
         assert done.returncode == 0, (words, done.stderr)
@@ -110,8 +127,10 @@ def test_version_is_that_of_the_library(run_kr5):
 
 def test_a_result_file_is_read_back_and_says_what_made_it(tmp_path):
     file = tmp_path / "r.json"
-    common.write_result(file, "kr5-camera/1", result=kr5.Pinhole(fx=500.0), figures=[common.figure("fx", math.nan, None, "px")])
-    data = common.read_result(file, "kr5-camera/1")
+    results.write_result(
+        file, "kr5-camera/1", result=kr5.Pinhole(fx=500.0), figures=[tables.figure_row("fx", math.nan, None, "px")]
+    )
+    data = results.read_result(file, "kr5-camera/1")
     assert data["version"] == kr5.__version__ and data["result"]["fx"] == 500.0
     assert data["figures"][0]["value"] is None  # JSON has no NaN
     assert list(tmp_path.iterdir()) == [file]
@@ -121,7 +140,7 @@ def test_a_failed_write_leaves_the_old_file(tmp_path):
     file = tmp_path / "r.json"
     file.write_text("old")
     with pytest.raises(RuntimeError):
-        common.write_json({"a": Unwritable()}, file)
+        writing.write_json({"a": Unwritable()}, file)
     assert file.read_text() == "old"
     assert list(tmp_path.iterdir()) == [file]
 
@@ -131,12 +150,15 @@ class Unwritable:
         raise RuntimeError
 
 
-@pytest.mark.parametrize("text, complaint", [("{", "is no JSON"), ('{"format": "x"}', "format: found 'x', expected one of"), ("[]", "format")])
+@pytest.mark.parametrize(
+    "text, complaint",
+    [("{", "is not valid JSON"), ('{"format": "x"}', "format: found 'x', expected one of"), ("[]", "format")],
+)
 def test_what_is_no_result_file_is_named(tmp_path, capsys, text, complaint):
     file = tmp_path / "r.json"
     file.write_text(text)
     with pytest.raises(typer.Exit) as caught:
-        common.read_result(file)
+        results.read_result(file)
     assert caught.value.exit_code == 2
     said = capsys.readouterr().err
     assert str(file) in said and complaint in said
@@ -149,10 +171,12 @@ def test_pose_figures_agree_with_a_monte_carlo_of_the_covariance():
     T = kr5.to_pose(np.array([0.1, 0.2, 0.3, 0.4, -0.5, 2.0]))
     drawn = [kr5.to_xyzrpy(T @ kr5.to_pose(d)) for d in rng.multivariate_normal(np.zeros(6), covariance, 4000)]
     expected = np.std(drawn, axis=0) * ([1e3] * 3 + [180 / np.pi] * 3)
-    std = [f["std"] for f in common.pose_figures("camera", T, covariance)]
+    std = [f["std"] for f in tables.pose_figures("camera", T, covariance)]
     assert np.allclose(std, expected, rtol=4 / math.sqrt(2 * 4000))  # four deviations of a sample deviation
 
 
-@pytest.mark.parametrize("value, std, text", [(12.3456, 0.123, "12.35"), (1234.5, 20.0, "1234"), (0.5, None, "0.5"), (math.nan, 1.0, "–")])
+@pytest.mark.parametrize(
+    "value, std, text", [(12.3456, 0.123, "12.35"), (1234.5, 20.0, "1234"), (0.5, None, "0.5"), (math.nan, 1.0, "–")]
+)
 def test_numbers_show_as_many_digits_as_their_doubt_allows(value, std, text):
-    assert common.number(value, std) == text
+    assert tables.format_number(value, std) == text

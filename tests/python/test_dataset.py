@@ -3,21 +3,25 @@
 import shutil
 from types import SimpleNamespace
 
+import kr5
 import numpy as np
 import pytest
 import yaml
+from kr5 import vision
 from typer.testing import CliRunner
 
-import kr5
-from kr5 import vision
-from kr5_tools import dataset
-from kr5_tools.dataset_target import _grid, _size, _tags
+from kr5_tools.dataset import command
+from kr5_tools.dataset.target_guess import _grid, _size, _tags
 
 EXPECTED = {
     "handeye_visp_franka/eye-in-hand": ("rotation_vector", "eye_in_hand", "chessboard:6x9:0.0236"),
     "handeye_visp_franka/eye-to-hand": ("rotation_vector", "eye_to_hand", "tag:36h11:10:0.048"),
     "handeye_industrial_calibration/test_set_10x10": ("quaternion_xyzw", "eye_in_hand", "circles:10x10:0.0254"),
-    "handeye_industrial_calibration/test_set_charuco": ("quaternion_xyzw", "eye_to_hand", "charuco:aruco_6x6_250:7x5:0.036195:0.018256"),
+    "handeye_industrial_calibration/test_set_charuco": (
+        "quaternion_xyzw",
+        "eye_to_hand",
+        "charuco:aruco_6x6_250:7x5:0.036195:0.018256",
+    ),
 }
 
 
@@ -57,7 +61,7 @@ def views(tmp_path, share):
 def test_a_board_of_tags_is_proposed_though_the_middle_image_does_not_show_it(views, monkeypatch):
     read, load = [], vision.load_image
     monkeypatch.setattr(vision, "load_image", lambda file: (read.append(file), load(file))[1])
-    done = CliRunner().invoke(dataset.app, ["guess", str(views), "-o", str(views / "guessed.yaml")])
+    done = CliRunner().invoke(command.app, ["guess", str(views), "-o", str(views / "guessed.yaml")])
     assert done.exit_code == 0, done.output
     data = yaml.safe_load((views / "guessed.yaml").read_text())
     assert data["convention"]["rotation"] == "kuka_abc" and data["camera"] == "camera.yaml"
@@ -77,7 +81,7 @@ def test_a_size_with_its_unit_behind_it_is_left_and_said_to_be_guessed():
 def test_one_wrong_tag_does_not_make_a_board_larger():
     board = tags({i: (1.25 * (i % 4), 1.25 * (i // 4)) for i in range(20)})
     wrong = tags({**{i: (1.25 * (i % 4), 1.25 * (i // 4)) for i in range(20)}, 587: (9, 9)})
-    (name, _), = _tags("", {}, "36h11", [board, wrong, board])
+    ((name, _),) = _tags("", {}, "36h11", [board, wrong, board])
     assert name == "grid:36h11:5x4:0.05:0.0125"
 
 
@@ -106,11 +110,19 @@ def test_columns_and_gap_of_a_board_of_tags_are_told_from_some_of_its_tags():
         assert cols == 4 and gap == pytest.approx(0.25, abs=1e-6)
 
 
-@pytest.mark.parametrize("places", [
-    {}, {3: (0, 0)}, {i: (1.25 * i, 0) for i in range(8)},  # too few, or on one line
-    {i: (1.25 * (i % 4), -1.25 * (i // 4)) for i in range(20)},  # numbered from below
-    {i: (1.25 * (7 * i % 20 % 4), 1.25 * (7 * i % 20 // 4)) for i in range(20)},  # numbered anyhow
-    {i: (2.5 * (i % 3) + 1.25 * (i // 3 % 2), 1.25 * (i // 3)) for i in range(15)},  # in the white squares of a chessboard
-], ids=["none", "one", "row", "upwards", "anyhow", "chessboard"])
+@pytest.mark.parametrize(
+    "places",
+    [
+        {},
+        {3: (0, 0)},
+        {i: (1.25 * i, 0) for i in range(8)},  # too few, or on one line
+        {i: (1.25 * (i % 4), -1.25 * (i // 4)) for i in range(20)},  # numbered from below
+        {i: (1.25 * (7 * i % 20 % 4), 1.25 * (7 * i % 20 // 4)) for i in range(20)},  # numbered anyhow
+        {
+            i: (2.5 * (i % 3) + 1.25 * (i // 3 % 2), 1.25 * (i // 3)) for i in range(15)
+        },  # in the white squares of a chessboard
+    ],
+    ids=["none", "one", "row", "upwards", "anyhow", "chessboard"],
+)
 def test_tags_that_are_no_such_board_are_not_taken_for_one(places):
     assert _grid(tags(places)) is None

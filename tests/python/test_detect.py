@@ -5,15 +5,16 @@ import subprocess
 import sys
 from pathlib import Path
 
+import kr5
 import numpy as np
 import pytest
-
-import kr5
 from kr5 import vision
 
 
 def run(*words):
-    return subprocess.run([sys.executable, "-m", "kr5_tools", "detect", *map(str, words)], capture_output=True, text=True)
+    return subprocess.run(
+        [sys.executable, "-m", "kr5_tools", "detect", *map(str, words)], capture_output=True, text=True
+    )
 
 
 @pytest.fixture
@@ -41,7 +42,17 @@ def test_python_surface(picture):
 
 def test_draws_and_gives_the_pose(picture, tmp_path):
     file, camera, truth = picture
-    out = run(file, "--target", "tag:36h11:10:0.05", "--camera", camera, "-o", tmp_path / "seen", "--json", tmp_path / "seen.json")
+    out = run(
+        file,
+        "--target",
+        "tag:36h11:10:0.05",
+        "--camera",
+        camera,
+        "-o",
+        tmp_path / "seen",
+        "--json",
+        tmp_path / "seen.json",
+    )
     assert out.returncode == 0, out.stderr
     assert (tmp_path / "seen" / "tag_seen.png").stat().st_size > 1000
     data = json.loads((tmp_path / "seen.json").read_text())
@@ -56,7 +67,10 @@ def test_drawings_of_images_of_one_name_are_kept_apart(picture, tmp_path):
     for file in files:
         file.parent.mkdir(exist_ok=True)
         vision.save_image(image, str(file))
-    for given, drawn in ((files[:2], {"a/1_seen.png", "b/1_seen.png"}), (files[1:], {"1.png_seen.png", "1.bmp_seen.png"})):
+    for given, drawn in (
+        (files[:2], {"a/1_seen.png", "b/1_seen.png"}),
+        (files[1:], {"1.png_seen.png", "1.bmp_seen.png"}),
+    ):
         folder = tmp_path / f"seen{len(drawn)}{len(list(tmp_path.iterdir()))}"
         out = run(*given, "--family", "36h11", "-o", folder, "--json", tmp_path / "seen.json")
         assert out.returncode == 0, out.stderr
@@ -72,14 +86,17 @@ def test_says_which_images_failed(picture, tmp_path):
     assert out.returncode == 0 and "unreadable" in out.stdout
 
 
-@pytest.mark.parametrize("words, said", [
-    (["nowhere.png", "--family", "36h11"], "no such file"),
-    (["{folder}", "--family", "36h11"], "holds no image"),
-    (["{image}", "--family", "36h12"], "36h11"),
-    (["{image}", "--target", "chess:6x9:1"], "chessboard:6x9"),
-    (["{image}"], "either"),
-    (["{image}", "--target", "tag:36h11:11:0.05"], "ids 10"),
-])
+@pytest.mark.parametrize(
+    "words, said",
+    [
+        (["nowhere.png", "--family", "36h11"], "no such file"),
+        (["{folder}", "--family", "36h11"], "holds no image"),
+        (["{image}", "--family", "36h12"], "36h11"),
+        (["{image}", "--target", "chess:6x9:1"], "chessboard:6x9"),
+        (["{image}"], "either"),
+        (["{image}", "--target", "tag:36h11:11:0.05"], "ids 10"),
+    ],
+)
 def test_what_is_wrong_is_said_with_exit_code_2(picture, tmp_path, words, said):
     (tmp_path / "empty").mkdir()
     out = run(*[w.format(folder=tmp_path / "empty", image=picture[0]) for w in words])

@@ -97,9 +97,18 @@ def test_a_recording_is_at_the_floor_of_its_own_cell(run_kr5, tmp_path, recorded
 
 def test_the_same_seed_gives_the_same_recording(run_kr5, tmp_path, share, recorded, protocol):
     for name, seed in (("same", 1), ("other", 2)):
-        assert run_kr5("record", "--cell", share / "cells/kr5_arc.yaml", "--protocol", protocol(), "-o", name, "--seed", seed).returncode == 0
+        assert (
+            run_kr5(
+                "record", "--cell", share / "cells/kr5_arc.yaml", "--protocol", protocol(), "-o", name, "--seed", seed
+            ).returncode
+            == 0
+        )
     file = "views-1.csv"
-    assert (recorded / file).read_bytes() == (tmp_path / "same" / file).read_bytes() != (tmp_path / "other" / file).read_bytes()
+    assert (
+        (recorded / file).read_bytes()
+        == (tmp_path / "same" / file).read_bytes()
+        != (tmp_path / "other" / file).read_bytes()
+    )
 
 
 def test_an_effect_shows_as_a_gap_of_the_nominal_cell(run_kr5, tmp_path, arc, protocol):
@@ -123,16 +132,31 @@ def test_what_the_simulator_refuses_is_left_out_with_a_word(run_kr5, tmp_path, s
     assert done.returncode == 0, done.stderr
     assert "note: profile-1 was not judged: " in done.stdout
     found = json.loads((tmp_path / "gap.json").read_text())
-    assert {name.split(".")[0] for name in found["columns"]} == {e["name"] for e in SMALL["experiments"]} - {"profile-1"}
+    assert {name.split(".")[0] for name in found["columns"]} == {e["name"] for e in SMALL["experiments"]} - {
+        "profile-1"
+    }
     assert found["gap"] == pytest.approx(1.0, abs=0.05)
     profile = [e for e in SMALL["experiments"] if e["kind"] == "profile"]
-    assert run_kr5("record", "--cell", share / "cells/kr5_arc.yaml", "--protocol", protocol(experiments=profile), "-o", "alone").returncode == 0
+    assert (
+        run_kr5(
+            "record", "--cell", share / "cells/kr5_arc.yaml", "--protocol", protocol(experiments=profile), "-o", "alone"
+        ).returncode
+        == 0
+    )
     done = run_kr5("gap", "measure", "alone", "--cell", "no_tube.yaml")
     assert done.returncode == 2 and "error: profile-1 was not judged: " in done.stderr
 
 
 def test_the_standard_protocol_runs(run_kr5, tmp_path, share):
-    done = run_kr5("record", "--cell", share / "cells/kr5_arc.yaml", "--protocol", share / "protocols/standard.yaml", "-o", "standard")
+    done = run_kr5(
+        "record",
+        "--cell",
+        share / "cells/kr5_arc.yaml",
+        "--protocol",
+        share / "protocols/standard.yaml",
+        "-o",
+        "standard",
+    )
     assert done.returncode == 0, done.stderr
     assert len(kr5.cell.load_recording(tmp_path / "standard").experiments) == 17
 
@@ -146,18 +170,36 @@ def test_given_columns_may_come_from_a_file(run_kr5, tmp_path, share, recorded, 
     assert len(kr5.cell.load_recording(tmp_path / "mine")["mine"].data) == len(columns)
 
 
-@pytest.mark.parametrize("changes, words", [
-    ({"format": "kr5-protocol/2"}, "format: found 'kr5-protocol/2', expected kr5-protocol/1"),
-    ({"experiment": []}, "unknown key 'experiment'"),
-    ({"home": [0, 0]}, "home: found [0, 0], expected 6 joint values"),
-    ({"experiments": []}, "expected a list of experiments"),
-    ({"experiments": [{"name": "a", "kind": "dance", "split": "fit"}]}, "found kind 'dance'"),
-    ({"experiments": [{"name": "a", "kind": "motion", "split": "fit", "signal": "noise"}]}, "signal: found 'noise', expected one of fourier"),
-    ({"experiments": [{"name": "a", "kind": "poses", "split": "fit", "number": 3}]}, "unknown key 'number', expected count"),
-    ({"experiments": [{"name": "a", "kind": "poses", "split": "fit", "count": "many"}]}, "count: found 'many', expected a number"),
-    ({"experiments": [{"name": "a", "kind": "views", "split": "fit", "near": 3.0, "far": 3.1, "count": 1}]}, "found 0 views of the board"),
-    ({"experiments": [{"name": "a", "kind": "step", "split": "fit", "given": "none.csv"}]}, "none.csv"),
-])
+@pytest.mark.parametrize(
+    "changes, words",
+    [
+        ({"format": "kr5-protocol/2"}, "format: found 'kr5-protocol/2', expected kr5-protocol/1"),
+        ({"experiment": []}, "unknown key 'experiment'"),
+        ({"home": [0, 0]}, "home: found [0.0, 0.0], expected 6 joint values"),
+        ({"experiments": []}, "experiments: found 0 entries, expected at least 1"),
+        (
+            {"experiments": [{"name": "a", "kind": "dance", "split": "fit"}]},
+            "kind: found 'dance', expected motion, poses, views, scan, step, press or profile",
+        ),
+        (
+            {"experiments": [{"name": "a", "kind": "motion", "split": "fit", "signal": "noise"}]},
+            "signal: found 'noise', expected one of fourier",
+        ),
+        (
+            {"experiments": [{"name": "a", "kind": "poses", "split": "fit", "number": 3}]},
+            "unknown key 'number', expected count",
+        ),
+        (
+            {"experiments": [{"name": "a", "kind": "poses", "split": "fit", "count": "many"}]},
+            "count: found 'many', expected a whole number",
+        ),
+        (
+            {"experiments": [{"name": "a", "kind": "views", "split": "fit", "near": 3.0, "far": 3.1, "count": 1}]},
+            "found 0 views of the board",
+        ),
+        ({"experiments": [{"name": "a", "kind": "step", "split": "fit", "given": "none.csv"}]}, "none.csv"),
+    ],
+)
 def test_a_wrong_protocol_is_refused(run_kr5, share, protocol, changes, words):
     done = run_kr5("record", "--cell", share / "cells/kr5_arc.yaml", "--protocol", protocol(**changes), "-o", "out")
     assert done.returncode == 2, done.stderr

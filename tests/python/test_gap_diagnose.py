@@ -2,18 +2,28 @@
 
 import json
 
-import pytest
-
 import kr5.cell
 import kr5.gap
+import pytest
 
 
 def test_a_labelled_recording_is_diagnosed(run_kr5, reference, tmp_path):
     case = reference / "cases" / "case-008"
     if not case.exists():
         pytest.skip(f"no recording in {case}")
-    done = run_kr5("gap", "diagnose", case, "--json", tmp_path / "gap.json", "--write-cell", tmp_path / "cell.yaml", "--report", "gap.html",
-                   "-o", "result.json")
+    done = run_kr5(
+        "gap",
+        "diagnose",
+        case,
+        "--json",
+        tmp_path / "gap.json",
+        "--write-cell",
+        tmp_path / "cell.yaml",
+        "--report",
+        "gap.html",
+        "-o",
+        "result.json",
+    )
     assert done.returncode == 0, done.stderr
     assert "tube_tilt" in done.stdout
     data = json.loads((tmp_path / "gap.json").read_text())
@@ -32,7 +42,17 @@ def test_a_labelled_recording_is_diagnosed(run_kr5, reference, tmp_path):
 
 def has_the_keys_of_the_format(data):
     """Those of kr5-gap/1, and beside them the scatter and the warnings."""
-    assert set(data) == {"format", "verdict", "where", "causes", "unexplained", "shrink", "next_experiment", "scatter", "warnings"}
+    assert set(data) == {
+        "format",
+        "verdict",
+        "where",
+        "causes",
+        "unexplained",
+        "shrink",
+        "next_experiment",
+        "scatter",
+        "warnings",
+    }
     assert data["where"] and data["causes"]
     for place in data["where"]:
         assert set(place) == {"experiment", "column", "target", "gap", "share", "depends_on"}

@@ -2,11 +2,10 @@
 
 import json
 
-import numpy as np
-import pytest
-
 import kr5
 import kr5.cell
+import numpy as np
+import pytest
 
 gap = pytest.importorskip("kr5.gap")
 
@@ -50,7 +49,9 @@ def test_a_plan_becomes_a_protocol_that_is_recorded_and_decides(run_kr5, hasty, 
 
 def test_a_protocol_hangs_a_known_weight_on_the_tool(run_kr5, hasty, tmp_path):
     (tmp_path / "heavy.yaml").write_text(SHORT.replace("experiments:", "load: 3.0\nexperiments:"))
-    assert run_kr5("record", "--cell", "worn.yaml", "--protocol", "heavy.yaml", "--nominal", "-o", "heavy").returncode == 0
+    assert (
+        run_kr5("record", "--cell", "worn.yaml", "--protocol", "heavy.yaml", "--nominal", "-o", "heavy").returncode == 0
+    )
     heavy, light = kr5.cell.load_recording(tmp_path / "heavy"), kr5.cell.load_recording(hasty)
     assert heavy.cell.tool.mass == pytest.approx(light.cell.tool.mass + 3.0)
     assert np.mean(heavy.experiments[0]["fz"] - light.experiments[0]["fz"]) == pytest.approx(3.0 * 9.81, abs=3.0)
@@ -59,9 +60,15 @@ def test_a_protocol_hangs_a_known_weight_on_the_tool(run_kr5, hasty, tmp_path):
     assert done.returncode == 2 and "load" in done.stderr and "much" in done.stderr
 
 
-@pytest.mark.parametrize("given, word", [("coulomb_friction", "EFFECT:TARGET"), ("coulomb_friction:joint2", "two"),
-                                         ("coulomb_friction:joint2,coulomb_friction:elbow", "elbow"),
-                                         ("coulomb_friction:joint2,friktion:joint2", "friktion")])
+@pytest.mark.parametrize(
+    "given, word",
+    [
+        ("coulomb_friction", "EFFECT:TARGET"),
+        ("coulomb_friction:joint2", "two"),
+        ("coulomb_friction:joint2,coulomb_friction:elbow", "elbow"),
+        ("coulomb_friction:joint2,friktion:joint2", "friktion"),
+    ],
+)
 def test_what_cannot_be_separated_is_refused(run_kr5, hasty, given, word):
     done = run_kr5("gap", "plan", hasty, "--separate", given)
     assert done.returncode == 2 and word in done.stderr

@@ -1,9 +1,8 @@
 """`kr5.calibrate_single_image`: the camera in the hand from one rendered image of a grid on two planes."""
 
+import kr5
 import numpy as np
 import pytest
-
-import kr5
 from kr5 import vision
 
 CAMERA = kr5.Pinhole(width=1280, height=960, fx=1100, fy=1100, cx=639.5, cy=479.5)
@@ -32,14 +31,18 @@ def seen(image, sheets, T_flange_sheet):
 def test_one_image_of_two_planes_gives_the_camera():
     sheets, T_flange_sheet = planes()
     truth = kr5.to_pose([0.02, -0.03, 0.05, 0.05, -0.08, 0.2])
-    placed = [vision.PlacedTarget(target=s, T_camera_target=np.linalg.inv(truth) @ T) for s, T in zip(sheets, T_flange_sheet)]
+    placed = [
+        vision.PlacedTarget(target=s, T_camera_target=np.linalg.inv(truth) @ T) for s, T in zip(sheets, T_flange_sheet)
+    ]
     image = vision.render(placed, CAMERA, vision.RenderOptions(blur=0.8, noise=3, seed=3))
     views, correlation = seen(image, sheets, T_flange_sheet)
     assert 1.3 < correlation < 3  # four corners from one fit
-    result = kr5.calibrate_single_image(views, CAMERA, kr5.TwoPlaneOptions(correlation=correlation))
+    result = kr5.calibrate_single_image(views, CAMERA, kr5.SingleImageOptions(correlation=correlation))
     assert result.fit.usable, result.fit.message
     d = kr5.pose_difference(result.T_flange_camera, truth)
-    assert np.linalg.norm(d[:3]) < 0.1 / CAMERA.fx * 0.5 and np.linalg.norm(d[3:]) < 0.1 / CAMERA.fx  # 0.1 px at half a metre
+    assert (
+        np.linalg.norm(d[:3]) < 0.1 / CAMERA.fx * 0.5 and np.linalg.norm(d[3:]) < 0.1 / CAMERA.fx
+    )  # 0.1 px at half a metre
     assert d @ np.linalg.solve(result.covariance, d) < kr5.uncertainty.chi_square_quantile(0.9999, 6)
     assert result.covariance.shape == (6, 6) and result.sigma_pixel < 0.2 and result.depth_ratio > 0.05
     alone = kr5.calibrate_single_image(views[:1], CAMERA)
@@ -51,4 +54,4 @@ def test_too_few_points_are_refused():
     with pytest.raises(kr5.InvalidArgument):
         kr5.calibrate_single_image([view], CAMERA)
     with pytest.raises(kr5.InvalidArgument, match="correlation"):
-        kr5.calibrate_single_image([view], CAMERA, kr5.TwoPlaneOptions(correlation=0.5))
+        kr5.calibrate_single_image([view], CAMERA, kr5.SingleImageOptions(correlation=0.5))

@@ -1,21 +1,25 @@
-"""`kr5 insert`: what it says of an insertion, and its page in a headless Chromium. Whether a peg goes in is the library's."""
+"""`kr5 insert`: what it says of an insertion, and its page in a headless Chromium. Whether a peg goes in is the
+library's."""
 
 import json
 import math
 import shlex
 from types import SimpleNamespace
 
-import numpy as np
-import pytest
-
 import kr5.cell
 import kr5.force
 import kr5.io
+import numpy as np
+import pytest
 
 sim = pytest.importorskip("kr5.sim", reason="this kr5 was built without DART")
 
-from kr5_tools import insert, insert_directions, insert_words  # noqa: E402
-from kr5_tools.insert_task import offset_in_disc  # noqa: E402
+from kr5_tools.insertion import (
+    directions,
+    ending_tables,
+    messages,
+)
+from kr5_tools.insertion.task import offset_in_disc
 
 EASY = ("--clearance", 1, "--offset", 3, 4, "--seed", 3)
 
@@ -27,7 +31,7 @@ def result(share):
 
 
 def test_what_is_written_is_what_the_library_says(result, run_kr5, tmp_path):
-    expected, setup = result
+    expected, _setup = result
     done = run_kr5("insert", *EASY, "--json", "out.json", "--csv", "rows.csv", "--png", "plots")
     assert done.returncode == (0 if expected.inserted else 1), done.stderr
     out = json.loads((tmp_path / "out.json").read_text())
@@ -38,7 +42,7 @@ def test_what_is_written_is_what_the_library_says(result, run_kr5, tmp_path):
     assert rows.columns == expected.rows.columns
     np.testing.assert_allclose(rows["true_z"], expected.rows["true_z"], atol=1e-9)
     assert {f.name for f in (tmp_path / "plots").iterdir()} >= {"forces.png", "height.png", "path.png"}
-    for words in ("What was done", "roll", "depth [mm]", "(3.000, 4.000) mm"):
+    for words in ("Phases", "roll", "depth [mm]", "(3.000, 4.000) mm"):
         assert words in done.stdout
 
 
@@ -46,26 +50,28 @@ def test_what_is_written_is_what_the_library_says(result, run_kr5, tmp_path):
 def test_directions_to_the_hole_are_those_of_the_turn_beside_the_real_one(share, seed):
     cell = kr5.cell.load_cell(share / "cells/kr5_arc.yaml")
     inserted = sim.run_insertion(cell, sim.InsertionSetup(offset=[4e-3, 4e-3], seed=seed))
-    found = insert_directions.directions(inserted)
+    found = directions.directions(inserted)
     assert list(found) == ["fit", "moment", "least depth", "really"]
     turn = inserted.profile
     really = found["really"]["azimuth"]
     assert really == pytest.approx(math.atan2(4e-3 - np.mean(turn["y"]), 4e-3 - np.mean(turn["x"])))
     # Four standard deviations: one in 16000 is further off.
     assert abs(math.remainder(found["fit"]["azimuth"] - really, math.tau)) < 4 * found["fit"]["std"] < math.radians(10)
-    shown = insert_directions.table_rows(inserted)
+    shown = directions.table_rows(inserted)
     assert [row[0] for row in shown] == list(found) and shown[-1][2:] == ["–", "–"]
-    assert float(shown[0][3]) == pytest.approx(math.degrees(math.remainder(found["fit"]["azimuth"] - really, math.tau)), abs=0.051)
+    assert float(shown[0][3]) == pytest.approx(
+        math.degrees(math.remainder(found["fit"]["azimuth"] - really, math.tau)), abs=0.051
+    )
 
 
 def test_without_a_turn_there_are_no_directions(share):
     cell = kr5.cell.load_cell(share / "cells/kr5_arc.yaml")
     nothing = sim.run_insertion(cell, sim.InsertionSetup(clearance=-1e-4))
-    assert insert_directions.directions(nothing) == {} and insert_directions.table_rows(nothing) == []
+    assert directions.directions(nothing) == {} and directions.table_rows(nothing) == []
 
 
 def test_phases_follow_each_other_without_a_gap(result):
-    found = insert.phases(result[0].rows)
+    found = ending_tables.phases(result[0].rows)
     t = np.asarray(result[0].rows["t"])
     assert found[0]["begin"] == t[0] and [p["phase"] for p in found][:2] == ["tare", "approach"]
     for before, after in zip(found, found[1:]):
@@ -96,17 +102,26 @@ def test_the_example_of_the_help_runs(run_kr5, tmp_path):
 def test_the_offset_is_drawn_from_the_seed_within_one_radius(run_kr5):
     drawn = np.array([offset_in_disc(2.0, seed) for seed in range(2000)])
     r = np.hypot(*drawn.T)
-    assert r.max() <= 2 and np.mean(r < np.sqrt(2)) == pytest.approx(0.5, abs=0.05)  # half of the area, half of the draws
+    assert r.max() <= 2 and np.mean(r < np.sqrt(2)) == pytest.approx(
+        0.5, abs=0.05
+    )  # half of the area, half of the draws
     assert np.abs(drawn.mean(axis=0)).max() < 0.1
     out = [json.loads(run_kr5("insert", "--clearance", 2, "--seed", seed, "--json", "-").stdout) for seed in (7, 7, 8)]
     assert out[0] == out[1] and out[0]["setup"]["offset"] != out[2]["setup"]["offset"]
     np.testing.assert_allclose(out[0]["setup"]["offset"], offset_in_disc(0.00942, 7))
 
 
-@pytest.mark.parametrize("args, words", [
-    (["--clearance", 0], "clearance: found 0, expected more than 0 mm"), (["--tilt", 95], "tilt: found 95"), (["--pegs", 0], "pegs"),
-    (["--cell", "none.yaml"], "none.yaml"), (["-o", "nowhere/page.html"], "no folder nowhere"), (["--strategy", "luck"], "felt"),
-])
+@pytest.mark.parametrize(
+    "args, words",
+    [
+        (["--clearance", 0], "clearance: found 0, expected more than 0 mm"),
+        (["--tilt", 95], "tilt: found 95"),
+        (["--pegs", 0], "pegs"),
+        (["--cell", "none.yaml"], "none.yaml"),
+        (["-o", "nowhere/page.html"], "no folder nowhere"),
+        (["--strategy", "luck"], "profile_fit"),
+    ],
+)
 def test_bad_input_is_refused_before_anything_moves(run_kr5, args, words):
     done = run_kr5("insert", *args)
     assert done.returncode == 2 and words in done.stderr and "Traceback" not in done.stderr
@@ -122,12 +137,12 @@ def test_a_cell_without_a_peg_is_refused_by_name(run_kr5, share, tmp_path):
 def test_a_peg_that_is_not_in_is_told_with_what_may_help(run_kr5):
     done = run_kr5("insert", "--offset", 60, 0, "--json", "-")
     assert done.returncode == 1 and json.loads(done.stdout)["inserted"] is False
-    assert "Peg 1 is not inserted, " in done.stderr and "What may help" in done.stderr
+    assert "Peg 1 is not inserted, " in done.stderr and "Possible remedy" in done.stderr
 
 
 def test_every_reason_of_the_library_has_words():
     names = [str(reason) for reason in kr5.force.Reason.__members__.values()]
-    assert set(insert_words.REASONS) == set(names) - {"inserted"}
+    assert set(messages.REASONS) == set(names) - {"inserted"}
     for name in names:
         peg = SimpleNamespace(inserted=False, phase="push", reason=name, attempts=2, depth=0.01, time=3.0)
-        assert insert_words.ending(peg)[0] == "not inserted"
+        assert messages.ending_text(peg)[0] == "not inserted"

@@ -7,12 +7,13 @@ import json
 import pickle
 import pkgutil
 
+import kr5
 import numpy as np
 import pytest
 
-import kr5
-
-MODULES = [kr5] + [importlib.import_module(f"kr5.{m.name}") for m in pkgutil.iter_modules(kr5.__path__) if m.name[0] != "_"]
+MODULES = [kr5] + [
+    importlib.import_module(f"kr5.{m.name}") for m in pkgutil.iter_modules(kr5.__path__) if m.name[0] != "_"
+]
 CLASSES = {c for module in MODULES for _, c in inspect.getmembers(module, inspect.isclass)}
 STRUCTS = sorted((c for c in CLASSES if hasattr(c, "fields")), key=str)
 ENUMS = sorted((c for c in CLASSES if hasattr(c, "__members__") and c.__module__.startswith("kr5")), key=str)
@@ -28,7 +29,12 @@ def other_value(field):
     if field["choices"]:
         return next(c for c in field["choices"] if c != field["default"])
     kind = field["type"].removesuffix(" | None")
-    simple = {"bool": lambda d: not d, "int": lambda d: (d or 0) + 3, "float": lambda d: (d or 0.0) + 0.5, "str": lambda d: f"{d or ''}x"}
+    simple = {
+        "bool": lambda d: not d,
+        "int": lambda d: (d or 0) + 3,
+        "float": lambda d: (d or 0.0) + 0.5,
+        "str": lambda d: f"{d or ''}x",
+    }
     return simple[kind](field["default"]) if kind in simple else None
 
 
@@ -96,7 +102,9 @@ def test_every_enumerator_round_trips_by_name_and_number(enum):
 
 
 def test_an_unknown_enumerator_lists_those_there_are():
-    with pytest.raises(ValueError, match=r"FitReport.status: found 'nope', expected one of converged \| max_iterations"):
+    with pytest.raises(
+        ValueError, match=r"FitReport.status: found 'nope', expected one of converged \| max_iterations"
+    ):
         kr5.FitReport(status="nope")
 
 
@@ -139,7 +147,10 @@ def test_vision_is_imported_on_first_use_only():
     import subprocess
     import sys
 
-    code = "import sys, kr5, kr5.calibration; assert 'kr5._kr5_vision' not in sys.modules; kr5.vision; assert 'kr5._kr5_vision' in sys.modules"
+    code = (
+        "import sys, kr5, kr5.calibration; assert 'kr5._kr5_vision' not in sys.modules; kr5.vision; assert"
+        " 'kr5._kr5_vision' in sys.modules"
+    )
     subprocess.run([sys.executable, "-c", code], check=True)
 
 

@@ -2,10 +2,9 @@
 
 import json
 
+import kr5
 import numpy as np
 import pytest
-
-import kr5
 from kr5 import vision
 
 LENS = {"width": 1280, "height": 960, "fx": 1100, "fy": 1100, "cx": 639.5, "cy": 479.5}
@@ -60,16 +59,23 @@ def test_images_of_two_sizes_are_refused_also_where_the_camera_says_none(tmp_pat
     (tmp_path / "camera.yaml").write_text(json.dumps({k: v for k, v in LENS.items() if k not in ("width", "height")}))
     vision.save_image(np.full((480, 640), 128, np.uint8), str(photos / "9.png"))
     done = make_map(run_kr5, photos, "--size", SIZE)
-    assert done.returncode == 2 and "is a camera of 1280 x 960 px" in done.stderr and "9.png has 640 x 480 px" in done.stderr
+    assert (
+        done.returncode == 2
+        and "is a camera of 1280 x 960 px" in done.stderr
+        and "9.png has 640 x 480 px" in done.stderr
+    )
     assert not (tmp_path / "map.json").exists()
 
 
-@pytest.mark.parametrize("args, words", [
-    (("--size", "0"), ["size", "[m]"]),
-    (("--size", "0.05", "--family", "25h9"), ["no marker of 25h9", "kr5 detect"]),
-    (("--size", "0.05", "--reference", "40"), ["40"]),
-    (("--size", "0.05", "--family", "nonsense"), ["nonsense"]),
-])
+@pytest.mark.parametrize(
+    "args, words",
+    [
+        (("--size", "0"), ["size", "[m]"]),
+        (("--size", "0.05", "--family", "25h9"), ["no marker of 25h9", "kr5 detect"]),
+        (("--size", "0.05", "--reference", "40"), ["40"]),
+        (("--size", "0.05", "--family", "nonsense"), ["nonsense"]),
+    ],
+)
 def test_input_that_gives_no_map_is_refused_and_writes_nothing(tmp_path, run_kr5, photos, args, words):
     (tmp_path / "map.json").write_text("precious")
     done = make_map(run_kr5, photos, *args)

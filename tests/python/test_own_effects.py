@@ -2,12 +2,11 @@
 
 import threading
 
-import numpy as np
-import pytest
-
 import kr5
 import kr5.cell
 import kr5.io
+import numpy as np
+import pytest
 
 gap = pytest.importorskip("kr5.gap")
 predict = pytest.importorskip("kr5.predict")
@@ -51,7 +50,11 @@ def bend(columns, experiment, x):
 
 def with_own(**kw):
     options = gap.DiagnoseOptions(threads=2)
-    given = {"effect": "bent_sensor", "target": "i2", "coordinates": [gap.Coordinate(name="bend", unit="1/A", size=0.01)]} | kw
+    given = {
+        "effect": "bent_sensor",
+        "target": "i2",
+        "coordinates": [gap.Coordinate(name="bend", unit="1/A", size=0.01)],
+    } | kw
     options.own_hypotheses = [gap.Hypothesis(**given)]
     return options
 
@@ -84,7 +87,12 @@ def test_an_own_effect_that_changes_the_cell_is_named(cell):
     truth.robot.gravity = np.asarray(cell.robot.gravity) * 1.05
     r = recording(truth, predict.FastSimulator())
     r.cell = cell
-    options = with_own(effect="heavy_world", target="gravity", apply=heavier, coordinates=[gap.Coordinate(name="part", unit="-", size=0.02)])
+    options = with_own(
+        effect="heavy_world",
+        target="gravity",
+        apply=heavier,
+        coordinates=[gap.Coordinate(name="part", unit="-", size=0.02)],
+    )
     found = gap.diagnose(r, predict.FastSimulator(), options)
     assert [(c.effect, c.target) for c in found.causes] == [("heavy_world", "gravity")]
     assert abs(found.causes[0].parameters[0].value[0] - 0.05) < 5 * found.causes[0].parameters[0].std[0]
@@ -144,7 +152,11 @@ def test_a_simulator_of_python_is_diagnosed_like_ours(cell, make):
     r = recording(truth, predict.FastSimulator())
     r.cell = cell
     own, ours = gap.diagnose(r, make()), gap.diagnose(r, predict.FastSimulator())
-    assert [(c.effect, c.target) for c in own.causes] == [("coulomb_friction", "joint2")] == [(c.effect, c.target) for c in ours.causes]
+    assert (
+        [(c.effect, c.target) for c in own.causes]
+        == [("coulomb_friction", "joint2")]
+        == [(c.effect, c.target) for c in ours.causes]
+    )
     assert own.causes[0].parameters[0].value == pytest.approx(ours.causes[0].parameters[0].value)
     assert gap.measure(r, make()).gap == pytest.approx(gap.measure(r, predict.FastSimulator()).gap)
 

@@ -8,9 +8,10 @@ import kr5.io
 import kr5.kinematics
 import numpy as np
 import pytest
+
 from conftest import ROOT
 
-sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tools/bench")]
+sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tools/benchmarks")]
 
 import real_arms
 import real_arms_identify as identify
@@ -24,15 +25,24 @@ H = np.pi / 2
 def arm():
     """Three joints with masses, friction and rotors, moved and recorded without noise; fit and check."""
     rows = [(0.3, 0.0, H), (0.0, 0.4, 0.0), (0.0, 0.3, 0.0)]
-    links = [kr5.cell.Link(mass=m, com=c, inertia=[0.05, 0.06, 0.04, 0.0, 0.0, 0.0])
-             for m, c in ((5.0, [0.0, -0.1, 0.02]), (4.0, [-0.2, 0.0, 0.05]), (2.0, [-0.1, 0.02, 0.0]))]
+    links = [
+        kr5.cell.Link(mass=m, com=c, inertia=[0.05, 0.06, 0.04, 0.0, 0.0, 0.0])
+        for m, c in ((5.0, [0.0, -0.1, 0.02]), (4.0, [-0.2, 0.0, 0.05]), (2.0, [-0.1, 0.02, 0.0]))
+    ]
     robot = kr5.cell.Robot(dh=[kr5.kinematics.DhJoint(b=b, a=a, alpha=alpha) for b, a, alpha in rows], links=links)
-    cell = sets.believed(sets.TorqueArm("synthetic", "", robot, {}, {}, 0.02, 5, (0, 1), (1, 2)))
-    cell = identify.with_drives(cell, coulomb=np.array([3.0, 4.0, 1.0]), viscous=np.array([2.0, 5.0, 0.5]), rotor_inertia=np.array([0.4, 0.3, 0.1]))
+    cell = sets.nominal_cell(sets.TorqueArm("synthetic", "", robot, {}, {}, 0.02, 5, (0, 1), (1, 2)))
+    cell = identify.with_drives(
+        cell,
+        coulomb=np.array([3.0, 4.0, 1.0]),
+        viscous=np.array([2.0, 5.0, 0.5]),
+        rotor_inertia=np.array([0.4, 0.3, 0.1]),
+    )
     experiments = []
     for split, phase in (("fit", 0.0), ("check", 1.0)):
         t = 0.02 * np.arange(400)
-        q = np.column_stack([0.8 * np.sin(1.3 * t + phase), 0.6 * np.sin(2.1 * t + 1) + 0.3, 0.7 * np.sin(2.9 * t + 2 + phase)])
+        q = np.column_stack(
+            [0.8 * np.sin(1.3 * t + phase), 0.6 * np.sin(2.1 * t + 1) + 0.3, 0.7 * np.sin(2.9 * t + 2 + phase)]
+        )
         e = kr5.cell.Experiment(name=split, kind="motion", file=f"{split}.csv", split=split)
         e.data = kr5.io.Table(["t", "qc1", "qc2", "qc3"], np.column_stack([t, q]))
         torque = identify.columns(cell, [e])
@@ -46,7 +56,9 @@ def test_friction_and_rotors_are_identified_from_another_start_and_torques_of_an
     robot = start.robot
     robot.links = [kr5.cell.Link(mass=link.mass, com=np.zeros(3), inertia=np.full(6, 0.0)) for link in robot.links]
     start.robot = robot
-    shifted = sets.with_torques(kr5.cell.Recording(arm.cell, arm.experiments), arm.cell, lambda y: y + [0.5, -1.0, 0.2])
+    shifted = sets.with_torques(
+        kr5.cell.Recording(arm.cell, arm.experiments), arm.cell, lambda y: y + np.array([0.5, -1.0, 0.2])
+    )
     found = identify.identify(start, shifted.experiments)
     np.testing.assert_allclose(found.cell.drives.friction.coulomb, [3, 4, 1], rtol=2e-3)
     np.testing.assert_allclose(found.cell.drives.friction.viscous, [2, 5, 0.5], rtol=2e-3)
@@ -72,16 +84,20 @@ def test_a_calibration_of_all_dh_parameters_finds_an_arm_that_is_off():
     rows, tool = sets.NOMINAL["UR5"]
     random = np.random.default_rng(4)
     joint = lambda b, a, alpha, d: kr5.kinematics.DhJoint(b=b + d[0], a=a + d[1], alpha=alpha + d[2], theta_offset=d[3])
-    make = lambda d: kr5.cell.Cell(robot=kr5.cell.Robot(dh=[joint(*r, x) for r, x in zip(rows, d)]),
-                                   tool=kr5.cell.Tool(T_F_E=kr5.from_xyzrpy([0, 0, tool, 0, 0, 0])))
+    make = lambda d: kr5.cell.Cell(
+        robot=kr5.cell.Robot(dh=[joint(*r, x) for r, x in zip(rows, d)]),
+        tool=kr5.cell.Tool(T_flange_tool=kr5.from_xyzrpy([0, 0, tool, 0, 0, 0])),
+    )
     true, nominal = make(random.normal(0, 2e-3, (6, 4))), make(np.zeros((6, 4)))
     made = []
     for count in (120, 30):
         q = random.uniform(-2, 2, (count, 6))
-        seen = np.array([true.T_B_E(x)[:3, 3] for x in q])
+        seen = np.array([true.T_base_tool(x)[:3, 3] for x in q])
         e = kr5.cell.Experiment(name="p", kind="poses", file="p.csv", split="fit")
-        e.data = kr5.io.Table(["pose", "t", *(f"q{k + 1}" for k in range(6)), "x", "y", "z"],
-                              np.column_stack([np.arange(count), np.arange(count), q, seen]))
+        e.data = kr5.io.Table(
+            ["pose", "t", *(f"q{k + 1}" for k in range(6)), "x", "y", "z"],
+            np.column_stack([np.arange(count), np.arange(count), q, seen]),
+        )
         made.append(e)
     found = sets.all_of_dh(nominal, made[0])
     assert sets.position_errors(nominal, made[1]).mean() > 1e-3
@@ -108,7 +124,7 @@ def test_runs_begun_at_different_instants_are_cut_to_begin_together():
 
 
 def test_a_hand_that_rests_is_seen():
-    assert mico.still(path())[120:].all() and not mico.still(path())[20:60].any()
+    assert mico.at_rest(path())[120:].all() and not mico.at_rest(path())[20:60].any()
 
 
 def test_friction_withheld_from_a_real_arm_is_named(reference):

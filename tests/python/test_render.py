@@ -19,7 +19,9 @@ options: {blur: 0.7, noise: 2, seed: 4}
 
 
 def command(*arguments, cwd):
-    return subprocess.run([sys.executable, "-m", "kr5_tools", *map(str, arguments)], cwd=cwd, capture_output=True, text=True)
+    return subprocess.run(
+        [sys.executable, "-m", "kr5_tools", *map(str, arguments)], cwd=cwd, capture_output=True, text=True
+    )
 
 
 def square_on(z):
@@ -65,10 +67,17 @@ def test_kr5_render_writes_image_and_truth(tmp_path):
     assert len(json.loads((tmp_path / "view.json").read_text())[0]["ids"]) == 12
 
 
-@pytest.mark.parametrize("old,new,complaint", [
-    ("width:", "widht:", "width"), ("chessboard:3x4", "chess:3x4", "chess:3x4"), ("0.2, 0.1, 0.1]", "0.2]", "T_camera_target"),
-    ("targets:", "boards:", "targets"), ("blur: 0.7", "blur: -1", "blur"), ("options:", "opitons:", "opitons"),
-])
+@pytest.mark.parametrize(
+    "old,new,complaint",
+    [
+        ("width:", "widht:", "width"),
+        ("chessboard:3x4", "chess:3x4", "chess:3x4"),
+        ("0.2, 0.1, 0.1]", "0.2]", "T_camera_target"),
+        ("targets:", "boards:", "targets"),
+        ("blur: 0.7", "blur: -1", "blur"),
+        ("options:", "opitons:", "opitons"),
+    ],
+)
 def test_a_bad_scene_is_refused(tmp_path, old, new, complaint):
     assert old in SCENE
     (tmp_path / "scene.yaml").write_text(SCENE.replace(old, new))
@@ -78,17 +87,28 @@ def test_a_bad_scene_is_refused(tmp_path, old, new, complaint):
 
 
 def test_a_target_is_printed_to_scale(tmp_path):
-    done = command("target", "print", "--target", "chessboard:3x4:0.0254", "-o", "board.png", "--dpi", 200, cwd=tmp_path)
+    done = command(
+        "target", "print", "--target", "chessboard:3x4:0.0254", "-o", "board.png", "--dpi", 200, cwd=tmp_path
+    )
     assert done.returncode == 0, done.stderr
     image = kr5.vision.load_image(str(tmp_path / "board.png"))
     edges = np.flatnonzero(np.diff((image[200] < 128).astype(int)))  # along the first row of squares: 5 of one inch
     assert np.abs(np.diff(edges) - 200).max() <= 1 and len(edges) == 6
-    assert command("target", "print", "--target", "chessboard:3x4:0.0254", "-o", "board.pdf", cwd=tmp_path).returncode == 0
+    assert (
+        command("target", "print", "--target", "chessboard:3x4:0.0254", "-o", "board.pdf", cwd=tmp_path).returncode == 0
+    )
     assert (tmp_path / "board.pdf").read_bytes().startswith(b"%PDF")
 
 
-@pytest.mark.parametrize("board,file", [("chessboard:3x4", "b.png"), ("chessboard:3x4:0.02", "b.gif"), ("none.yaml", "b.png"),
-                                        ("chessboard:3x4:0.02", "no/such/b.png")])
+@pytest.mark.parametrize(
+    "board,file",
+    [
+        ("chessboard:3x4", "b.png"),
+        ("chessboard:3x4:0.02", "b.gif"),
+        ("none.yaml", "b.png"),
+        ("chessboard:3x4:0.02", "no/such/b.png"),
+    ],
+)
 def test_a_target_that_cannot_be_printed_is_named(tmp_path, board, file):
     done = command("target", "print", "--target", board, "-o", file, cwd=tmp_path)
     assert done.returncode == 2 and "Traceback" not in done.stderr and (board in done.stderr or file in done.stderr)

@@ -3,11 +3,10 @@
 import importlib.util
 import json
 
+import kr5.cell
 import numpy as np
 import pytest
 import yaml
-
-import kr5.cell
 
 START = [0.0, -0.3, -1.9, 0.1, 0.5, 0.2]
 
@@ -30,7 +29,9 @@ def recording(share, tmp_path):
 
 def describe(folder, *kinds):
     experiments = [{"name": f"{k}-1", "kind": k, "file": f"{k}.csv", "split": "fit"} for k in kinds]
-    (folder / "recording.yaml").write_text(yaml.safe_dump({"format": "kr5-recording/1", "cell": "cell.yaml", "experiments": experiments}))
+    (folder / "recording.yaml").write_text(
+        yaml.safe_dump({"format": "kr5-recording/1", "cell": "cell.yaml", "experiments": experiments})
+    )
     return folder
 
 
@@ -114,11 +115,11 @@ class FakeRerun:
 
 
 def test_a_rerun_recording_holds_poses_of_links_and_columns_over_time(recording):
-    from kr5_tools import replay, rerun_log
+    from kr5_tools.replay import command, rerun_log
 
     data = kr5.cell.load_recording(describe(recording, "motion"))
-    runs, sdk = replay.recorded_runs(data, data.cell, 100), FakeRerun()
-    rerun_log.write(rerun_log.entries(data.cell, runs, [data.experiments[0].data]), "out.rrd", sdk)
+    runs, sdk = command.recorded_runs(data, data.cell, 100), FakeRerun()
+    rerun_log.write_log(rerun_log.log_entries(data.cell, runs, [data.experiments[0].data]), "out.rrd", sdk)
     assert sdk.saved == "out.rrd"
     poses = [entry for entry in sdk.logged if entry[0] == "motion-1_(motion)/link_6"]
     assert [t for _, t, _ in poses] == pytest.approx([0.012 * k for k in range(10)])

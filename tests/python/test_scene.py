@@ -2,15 +2,14 @@
 
 import json
 
-import numpy as np
-import pytest
-import yaml
-
 import kr5
 import kr5.cell
 import kr5.io
 import kr5.predict
 import kr5.uncertainty
+import numpy as np
+import pytest
+import yaml
 
 sim = pytest.importorskip("kr5.sim", reason="this kr5 was built without DART")
 
@@ -87,10 +86,10 @@ def test_pictures_of_a_scene_give_back_where_its_camera_sits(few_views, run_kr5,
     data = json.loads((tmp_path / "hand_eye.json").read_text())
     truth = yaml.safe_load((tmp_path / "views/truth.yaml").read_text())
     cell = kr5.cell.load_cell(tmp_path / "cell.yaml")
-    moved = np.asarray(cell.tool.T_F_E) @ kr5.from_xyzrpy(MOUNT)
+    moved = np.asarray(cell.tool.T_flange_tool) @ kr5.from_xyzrpy(MOUNT)
     np.testing.assert_allclose(truth["T_flange_camera"], moved, atol=1e-12)
     away = kr5.pose_difference(data["result"]["T_mount_camera"], moved)
-    assert np.linalg.norm(away[:3]) < 1e-3 < np.linalg.norm(kr5.pose_difference(cell.T_F_C(), moved)[:3])
+    assert np.linalg.norm(away[:3]) < 1e-3 < np.linalg.norm(kr5.pose_difference(cell.T_flange_camera(), moved)[:3])
     distance = away @ np.linalg.solve(np.array(data["result"]["covariance"]), away)
     assert distance < kr5.uncertainty.chi_square_quantile(0.999, 6)
     done = run_kr5("scene", "run", few_views, "--images", tmp_path / "views")
@@ -113,9 +112,9 @@ def test_a_push_is_shown_with_an_arm_that_holds_the_peg(run_kr5, share, tmp_path
     text = (tmp_path / "page.html").read_text()
     run = json.loads(text.split('id="replay-data" type="application/json">')[1].split("</script>")[0])["runs"][0]
     cell = kr5.cell.load_cell(share / "cells/kr5_arc.yaml")
-    T_T_E = np.linalg.inv(cell.tube.T_B_T) @ cell.T_B_E(run["q"][-1])
-    assert np.linalg.norm(T_T_E[:2, 3] - [0.001, 0.0]) < 1e-5 and abs(T_T_E[2, 3]) < 0.002
-    assert np.degrees(np.arccos(-T_T_E[2, 2])) == pytest.approx(7.5, abs=0.01)
+    T_tube_tool = np.linalg.inv(cell.tube.T_base_tube) @ cell.T_base_tool(run["q"][-1])
+    assert np.linalg.norm(T_tube_tool[:2, 3] - [0.001, 0.0]) < 1e-5 and abs(T_tube_tool[2, 3]) < 0.002
+    assert np.degrees(np.arccos(-T_tube_tool[2, 2])) == pytest.approx(7.5, abs=0.01)
 
 
 @pytest.mark.parametrize("flag", ["--images", "--scan"])
@@ -133,11 +132,17 @@ def test_a_window_without_a_display_is_refused_with_another_way(run_kr5, share, 
 
 def test_a_recording_has_pictures_of_its_views_from_where_the_arm_really_was(few_views, run_kr5, tmp_path):
     pytest.importorskip("kr5.vision", reason="this kr5 was built without vision")
-    protocol = {"format": "kr5-protocol/1", "home": [0.0, 0.02, -2.75, 0.0, -0.3, 1.571],
-                "experiments": [{"name": "views-1", "kind": "views", "split": "fit", "count": 2}]}
+    protocol = {
+        "format": "kr5-protocol/1",
+        "home": [0.0, 0.02, -2.75, 0.0, -0.3, 1.571],
+        "experiments": [{"name": "views-1", "kind": "views", "split": "fit", "count": 2}],
+    }
     (tmp_path / "protocol.yaml").write_text(yaml.safe_dump(protocol))
     cell = yaml.safe_load((tmp_path / "cell.yaml").read_text())
-    cell["effects"] = {"encoder_offset": {"joint2": {"offset": 0.01}}, "tool_offset": {"tool": {"offset": [0.01, 0.0, 0.0]}}}
+    cell["effects"] = {
+        "encoder_offset": {"joint2": {"offset": 0.01}},
+        "tool_offset": {"tool": {"offset": [0.01, 0.0, 0.0]}},
+    }
     (tmp_path / "cell.yaml").write_text(yaml.safe_dump(cell))
     done = run_kr5("record", "--cell", "cell.yaml", "--protocol", "protocol.yaml", "-o", "monday", "--images")
     assert done.returncode == 0, done.stderr
@@ -147,11 +152,16 @@ def test_a_recording_has_pictures_of_its_views_from_where_the_arm_really_was(few
     assert len(images) == 2
     cell = kr5.cell.load_cell(tmp_path / "cell.yaml")
     truth = yaml.safe_load((folder / "truth.yaml").read_text())
-    np.testing.assert_allclose(truth["T_flange_camera"], cell.T_F_C(), atol=1e-9)  # neither effect moves it on the flange
+    np.testing.assert_allclose(
+        truth["T_flange_camera"], cell.T_flange_camera(), atol=1e-9
+    )  # neither effect moves it on the flange
     found = kr5.vision.find_target(kr5.vision.load_image(str(images[0])), cell.board.target())
     first = np.asarray(views["view"]) == views["view"][0]
-    predicted = {4 * int(m) + int(c): (u, v) for m, c, u, v in zip(*(np.asarray(views[n])[first] for n in ("marker", "corner", "u", "v")))}
+    predicted = {
+        4 * int(m) + int(c): (u, v)
+        for m, c, u, v in zip(*(np.asarray(views[n])[first] for n in ("marker", "corner", "u", "v")))
+    }
     seen = {i: p for i, p in zip(found.view.ids, np.asarray(found.view.pixels).T) if i in predicted}
     assert len(seen) > 60
     apart = np.array([seen[i] - predicted[i] for i in seen])
-    assert np.sqrt((apart ** 2).mean()) < 0.3  # noise of the columns 0.1 px; the joint alone would be off by 20 px
+    assert np.sqrt((apart**2).mean()) < 0.3  # noise of the columns 0.1 px; the joint alone would be off by 20 px

@@ -6,14 +6,15 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
-
 import kr5
+import pytest
 
 FOLDER = Path(kr5.__file__).parent
 STUBS = sorted([*FOLDER.glob("_kr5*.pyi"), *FOLDER.glob("_kr5*/*.pyi")])
 
-pytestmark = pytest.mark.skipif(not STUBS and "site-packages" not in kr5.__file__, reason="stubs come with the installed package only")
+pytestmark = pytest.mark.skipif(
+    not STUBS and "site-packages" not in kr5.__file__, reason="stubs come with the installed package only"
+)
 
 
 def test_the_package_says_it_is_typed():
@@ -23,19 +24,26 @@ def test_the_package_says_it_is_typed():
 def test_every_public_name_of_the_extensions_stands_in_a_stub():
     import kr5._kr5 as extension
 
-    modules = [extension, *(m for _, m in inspect.getmembers(extension, inspect.ismodule) if m.__name__.startswith("kr5._kr5."))]
+    modules = [
+        extension,
+        *(m for _, m in inspect.getmembers(extension, inspect.ismodule) if m.__name__.startswith("kr5._kr5.")),
+    ]
     for module in modules:
         path = FOLDER.joinpath(*module.__name__.split(".")[1:])
         stub = path / "__init__.pyi" if path.is_dir() else path.with_suffix(".pyi")
         tree = ast.parse(stub.read_text())
         named = {n.name for n in tree.body if isinstance(n, (ast.ClassDef, ast.FunctionDef))}
-        named |= {a.asname for n in tree.body if isinstance(n, ast.ImportFrom) for a in n.names}  # one type, two modules
+        named |= {
+            a.asname for n in tree.body if isinstance(n, ast.ImportFrom) for a in n.names
+        }  # one type, two modules
         public = {n for n, v in vars(module).items() if n[0] != "_" and (inspect.isclass(v) or inspect.isroutine(v))}
         assert public <= named, public - named
 
 
 GOOD = """
 import kr5
+import kr5.sim
+import kr5.vision
 import numpy as np
 camera = kr5.Pinhole(width=640, height=480, fx=500.0)
 x: float = camera.fx
@@ -44,10 +52,19 @@ report = kr5.FitReport(status="converged")
 """
 
 
-@pytest.mark.parametrize("code, complaint", [(GOOD, None), ("import kr5\nkr5.Pinhole(widht=3)", "widht"), ("import kr5\nkr5.Pinhole().fx = 'wide'", "assignment")])
+@pytest.mark.parametrize(
+    "code, complaint",
+    [
+        (GOOD, None),
+        ("import kr5\nkr5.Pinhole(widht=3)", "widht"),
+        ("import kr5\nkr5.Pinhole().fx = 'wide'", "assignment"),
+    ],
+)
 def test_a_type_checker_accepts_what_is_right_and_finds_what_is_wrong(tmp_path, code, complaint):
     file = tmp_path / "script.py"
     file.write_text(code)
-    done = subprocess.run([sys.executable, "-m", "mypy", "--no-incremental", str(file)], capture_output=True, text=True, cwd=tmp_path)
+    done = subprocess.run(
+        [sys.executable, "-m", "mypy", "--no-incremental", str(file)], capture_output=True, text=True, cwd=tmp_path
+    )
     assert (done.returncode == 0) == (complaint is None), done.stdout
     assert complaint is None or complaint in done.stdout

@@ -1,4 +1,5 @@
-"""`kr5 sweep insertion`: the same result whatever runs it and however often it is killed. Whether pegs go in is the library's."""
+"""`kr5 sweep insertion`: the same result whatever runs it and however often it is killed. Whether pegs go in is the
+library's."""
 
 import csv
 import fcntl
@@ -21,8 +22,12 @@ from typer.testing import CliRunner
 
 pytest.importorskip("kr5.sim", reason="this kr5 was built without DART")
 
-from kr5_tools import sweep_insertion, sweep_run, sweep_table  # noqa: E402
-from kr5_tools.sweep_trials import Grid, Key, Trial, seed_of  # noqa: E402
+from kr5_tools.sweep import command as sweep_command
+from kr5_tools.sweep import (
+    rate_table,
+    runner,
+)
+from kr5_tools.sweep.trials import Grid, Key, Trial, seed_of
 
 GRID = ("--tilts", 15, "--clearances", 0.5, "--seed", 5)
 COUNT = 12
@@ -35,8 +40,27 @@ def dask():
 
 
 def sweep(folder, *args, trials=COUNT, workers=1):
-    command = [sys.executable, "-m", "kr5_tools", "sweep", "insertion", *GRID, "--trials", trials, "--workers", workers, "-o", "sweep", *args]
-    return [str(word) for word in command], {"cwd": folder, "text": True, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    command = [
+        sys.executable,
+        "-m",
+        "kr5_tools",
+        "sweep",
+        "insertion",
+        *GRID,
+        "--trials",
+        trials,
+        "--workers",
+        workers,
+        "-o",
+        "sweep",
+        *args,
+    ]
+    return [str(word) for word in command], {
+        "cwd": folder,
+        "text": True,
+        "stdout": subprocess.PIPE,
+        "stderr": subprocess.PIPE,
+    }
 
 
 def run_sweep(folder, *args, **more):
@@ -47,7 +71,7 @@ def run_sweep(folder, *args, **more):
 def invoke(folder, *args, trials=COUNT):
     """A sweep in this process, which spares its start; for what Dask has no part in."""
     words = [*GRID, "--trials", trials, "--workers", 1, "-o", folder, *args]
-    return CliRunner().invoke(sweep_insertion.app, [str(word) for word in words])
+    return CliRunner().invoke(sweep_command.app, [str(word) for word in words])
 
 
 @pytest.fixture(scope="module")
@@ -94,10 +118,14 @@ def test_the_tables_are_those_of_the_file(undisturbed):
 
 def test_a_trial_is_run_again_by_its_seed(undisturbed, run_kr5):
     trial = undisturbed[1]["trials"][3]
-    done = run_kr5("insert", "--clearance", trial["clearance"], "--tilt", trial["tilt"], "--seed", trial["seed"], "--json", "-")
+    done = run_kr5(
+        "insert", "--clearance", trial["clearance"], "--tilt", trial["tilt"], "--seed", trial["seed"], "--json", "-"
+    )
     out = json.loads(done.stdout)
     assert out["setup"]["offset"] == [trial["offset_x"], trial["offset_y"]]
-    assert [out["pegs"][0][name] for name in ("time", "depth", "attempts")] == [trial[name] for name in ("time", "depth", "attempts")]
+    assert [out["pegs"][0][name] for name in ("time", "depth", "attempts")] == [
+        trial[name] for name in ("time", "depth", "attempts")
+    ]
 
 
 def test_one_worker_and_two_give_the_same(undisturbed, dask, tmp_path):
@@ -125,7 +153,7 @@ def test_a_killed_sweep_goes_on_and_runs_nothing_twice(undisturbed, dask, tmp_pa
     assert len(before) >= 4
     done = run_sweep(tmp_path, "--json", "out.json", workers=workers)
     assert done.returncode == 0, done.stderr
-    assert lines(tmp_path / "sweep")[:len(before)] == before
+    assert lines(tmp_path / "sweep")[: len(before)] == before
     is_as_undisturbed(tmp_path / "sweep", json.loads((tmp_path / "out.json").read_text()), undisturbed)
 
 
@@ -164,7 +192,11 @@ def test_a_line_cut_short_is_run_again(undisturbed, copy):
     file = copy / "sweep/trials.csv"
     file.write_bytes(file.read_bytes()[:-40])
     done = invoke(copy / "sweep", "--json", copy / "out.json")
-    assert done.exit_code == 0 and "cut short" in done.stderr and f"{COUNT - 1} trials are there, 1 are to be run" in done.stdout
+    assert (
+        done.exit_code == 0
+        and "cut short" in done.stderr
+        and f"{COUNT - 1} trials are there, 1 are to be run" in done.stdout
+    )
     is_as_undisturbed(copy / "sweep", json.loads((copy / "out.json").read_text()), undisturbed)
 
 
@@ -175,10 +207,16 @@ def test_more_trials_are_added_to_those_that_are_there(undisturbed, copy):
     assert lines(copy / "sweep")[:-1] == before
 
 
-@pytest.mark.parametrize("args, field", [
-    (["--seed", 6], "seed: found 5, now it is 6"), (["--clearances", "0.5,1"], "clearances: found [0.5], now it is [0.5, 1.0]"),
-    (["--strategy", "book"], "strategies"), (["--orientation", "both"], "orientations"), (["--cell", "OTHER"], "cell_sha256"),
-])
+@pytest.mark.parametrize(
+    "args, field",
+    [
+        (["--seed", 6], "seed: found 5, now it is 6"),
+        (["--clearances", "0.5,1"], "clearances: found [0.5], now it is [0.5, 1.0]"),
+        (["--strategy", "hayat2022"], "strategies"),
+        (["--orientation", "both"], "orientations"),
+        (["--cell", "OTHER"], "cell_sha256"),
+    ],
+)
 def test_another_sweep_does_not_go_on_in_the_same_folder(copy, share, args, field):
     text = (share / "cells/kr5_arc.yaml").read_text()
     (copy / "other.yaml").write_text(text.replace("friction: 0.18", "friction: 0.19"))
@@ -214,21 +252,31 @@ def test_a_folder_of_other_things_and_a_spoiled_line_are_refused(copy):
     assert done.exit_code == 2 and "holds other things and no sweep.json" in done.stderr
 
 
-@pytest.mark.parametrize("text, words", [
-    ("5:25", "as 5:25:5"), ("5:25:0", "STEP above 0"), ("25:5:5", "A up to B"), ("five", "as 5,15,25"), ("", "as 5,15,25"), ("5,-1", "above 0"),
-    ("5,nan", "above 0"), ("1:89:0.001", "more than 1000"), ("5:inf:1", "A up to B"),
-])
+@pytest.mark.parametrize(
+    "text, words",
+    [
+        ("5:25", "as 5:25:5"),
+        ("5:25:0", "STEP above 0"),
+        ("25:5:5", "A up to B"),
+        ("five", "as 5,15,25"),
+        ("", "as 5,15,25"),
+        ("5,-1", "above 0"),
+        ("5,nan", "above 0"),
+        ("1:89:0.001", "more than 1000"),
+        ("5:inf:1", "A up to B"),
+    ],
+)
 def test_axes_that_are_none_are_refused(text, words, capsys):
     with pytest.raises(typer.Exit) as caught:
-        sweep_insertion.values("--tilts", text)
+        sweep_command.parse_values("--tilts", text)
     said = capsys.readouterr().err
     assert caught.value.exit_code == 2 and "--tilts: found" in said and words in said
 
 
 def test_axes():
-    assert sweep_insertion.values("--tilts", "5:25:5") == (5, 10, 15, 20, 25)
-    assert sweep_insertion.values("--tilts", "0.1:0.3:0.1") == (0.1, 0.2, 0.3)
-    assert sweep_insertion.values("--tilts", "25,5,5") == (5, 25)
+    assert sweep_command.parse_values("--tilts", "5:25:5") == (5, 10, 15, 20, 25)
+    assert sweep_command.parse_values("--tilts", "0.1:0.3:0.1") == (0.1, 0.2, 0.3)
+    assert sweep_command.parse_values("--tilts", "25,5,5") == (5, 25)
 
 
 def test_a_tilt_that_no_peg_can_have_is_refused_before_anything_runs(tmp_path):
@@ -237,10 +285,10 @@ def test_a_tilt_that_no_peg_can_have_is_refused_before_anything_runs(tmp_path):
 
 
 def test_without_dask_several_workers_are_refused_with_the_remedy(monkeypatch, capsys):
-    monkeypatch.setattr(sweep_run.importlib.util, "find_spec", lambda name: None)
-    grid = Grid((15.0,), (1.0,), ("vertical",), ("felt",), "arm", 1)
+    monkeypatch.setattr(runner.importlib.util, "find_spec", lambda name: None)
+    grid = Grid((15.0,), (1.0,), ("vertical",), ("profile_fit",), "arm", 1)
     with pytest.raises(typer.Exit) as caught:
-        sweep_run.run("", grid.keys(2), grid, 2, None, list)
+        runner.run_trials("", grid.keys(2), grid, 2, None, list)
     said = capsys.readouterr().err
     assert caught.value.exit_code == 2 and "pip install 'kr5[cluster]'" in said and "--workers 1" in said
 
@@ -253,7 +301,7 @@ def test_a_scheduler_that_is_not_there_is_refused(dask, tmp_path):
 def test_the_example_of_the_help_runs_and_its_page_is_whole(run_kr5, browser, tmp_path):
     command = " ".join(run_kr5("sweep", "insertion", "--help").stdout.split("Example: kr5 ")[1].split())
     done = run_kr5(*shlex.split(command), "--png", "plots")
-    assert done.returncode == 0 and "Tube standing, strategy felt" in done.stdout, done.stderr
+    assert done.returncode == 0 and "Tube standing, strategy profile_fit" in done.stdout, done.stderr
     assert {f.name for f in (tmp_path / "plots").iterdir()} == {"over_clearance.png", "over_tilt.png"}
     for width in (1280, 390):
         browser.open_whole(tmp_path / "sweep/report.html", width)
@@ -261,30 +309,62 @@ def test_the_example_of_the_help_runs_and_its_page_is_whole(run_kr5, browser, tm
 
 
 def test_the_seed_of_a_trial_stays_what_it_is():
-    key = Key("vertical", "felt", 15.0, 0.05, 3)
-    assert seed_of(key, 1) == 5598176211240048787
-    assert len({seed_of(k, s) for s in (1, 2) for k in Grid((5.0, 15.0), (0.05, 1.0), ("vertical", "horizontal"), ("felt", "book"), "arm", s).keys(5)}) == 160
+    key = Key("vertical", "profile_fit", 15.0, 0.05, 3)
+    assert seed_of(key, 1) == 4378381778781342310
+    assert (
+        len(
+            {
+                seed_of(k, s)
+                for s in (1, 2)
+                for k in Grid(
+                    (5.0, 15.0), (0.05, 1.0), ("vertical", "horizontal"), ("profile_fit", "hayat2022"), "arm", s
+                ).keys(5)
+            }
+        )
+        == 160
+    )
 
 
 def trial(number, inserted=True, attempts=1, t=10.0, clearance=1.0):
-    return Trial("vertical", "felt", 15.0, clearance, number, 1, 0.0, 0.0, int(inserted), attempts, "push", "inserted" if inserted else "blocked", t, 0.03,
-                 1e-4, 20.0)
+    return Trial(
+        "vertical",
+        "profile_fit",
+        15.0,
+        clearance,
+        number,
+        1,
+        0.0,
+        0.0,
+        int(inserted),
+        attempts,
+        "push",
+        "inserted" if inserted else "blocked",
+        t,
+        0.03,
+        1e-4,
+        20.0,
+    )
 
 
 def test_intervals_are_exact_and_what_falls_short_is_named():
-    grid = Grid((15.0,), (0.5, 1.0), ("vertical",), ("felt",), "arm", 1)
+    grid = Grid((15.0,), (0.5, 1.0), ("vertical",), ("profile_fit",), "arm", 1)
     good = [trial(k, t=10.0 + k) for k in range(20)]
     bad = [trial(k, inserted=k >= 8, attempts=1 + k % 2, clearance=0.5) for k in range(20)]
-    (table,) = sweep_table.tables(good + bad, grid)
+    (table,) = rate_table.rate_tables(good + bad, grid)
     first, second = (by for by in table["rows"][0]["by_attempt"][:2])
     assert (first["count"], second["count"]) == (6, 12)
-    assert first["low"] == pytest.approx(stats.beta.ppf(0.025, 6, 15)) and first["high"] == pytest.approx(stats.beta.ppf(0.975, 7, 14))
+    assert first["low"] == pytest.approx(stats.beta.ppf(0.025, 6, 15)) and first["high"] == pytest.approx(
+        stats.beta.ppf(0.975, 7, 14)
+    )
     assert table["pooled"]["by_attempt"][0]["least"] == pytest.approx(stats.beta.ppf(0.05, 26, 15))
     assert [row["below"] for row in table["rows"]] == [True, False]
-    assert table["rows"][0]["p_below"] == pytest.approx(2 * stats.binom.cdf(6, 20, 0.95)) and table["rows"][1]["p_below"] == 1
+    assert (
+        table["rows"][0]["p_below"] == pytest.approx(2 * stats.binom.cdf(6, 20, 0.95))
+        and table["rows"][1]["p_below"] == 1
+    )
     time = table["rows"][1]["time"]
     assert time["median"] == 19.5 and (time["low"], time["high"]) == (15, 24)  # the 6th from below and from above
-    assert any("0.5 mm" in text and "Holm" in text for text in sweep_table.words(table))
+    assert any("0.5 mm" in text and "Holm" in text for text in rate_table.table_texts(table))
     assert table["pooled"]["failures"] == {"push: blocked": 8}
 
 

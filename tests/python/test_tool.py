@@ -2,10 +2,9 @@
 
 import json
 
+import kr5
 import numpy as np
 import pytest
-
-import kr5
 from kr5 import calibration
 
 TIP = np.array([0.01, -0.02, 0.15])
@@ -27,7 +26,9 @@ def write_kuka(file, poses, scale=1e3, turn=180 / np.pi):
     rows = ["x,y,z,a,b,c"]
     for T in poses:
         x, y, z, roll, pitch, yaw = kr5.to_xyzrpy(T)
-        rows.append(",".join(map(repr, map(float, [scale * x, scale * y, scale * z, turn * yaw, turn * pitch, turn * roll]))))
+        rows.append(
+            ",".join(map(repr, map(float, [scale * x, scale * y, scale * z, turn * yaw, turn * pitch, turn * roll])))
+        )
     file.write_text("\n".join(rows) + "\n")
 
 
@@ -44,8 +45,16 @@ def streams(offset=0.123, noise=0.0):
     X, Z = kr5.to_pose([0.05, 0.02, 0.1, 0.1, 0.2, 1.5]), kr5.to_pose([1, 0.3, 0.2, 1, 2, 0.5])
 
     def hand(t):
-        return kr5.to_pose([0.2 * np.sin(t), 0.2 * np.cos(1.3 * t), 0.1 * np.sin(0.7 * t), 0.5 * np.sin(1.7 * t),
-                            0.4 * np.cos(1.1 * t), 0.3 * np.sin(2.3 * t)])
+        return kr5.to_pose(
+            [
+                0.2 * np.sin(t),
+                0.2 * np.cos(1.3 * t),
+                0.1 * np.sin(0.7 * t),
+                0.5 * np.sin(1.7 * t),
+                0.4 * np.cos(1.1 * t),
+                0.3 * np.sin(2.3 * t),
+            ]
+        )
 
     th, tc = np.arange(0, 20, 0.02), np.arange(1, 19, 1 / 30)
     seen = [np.linalg.inv(Z) @ hand(t) @ X @ kr5.to_pose(noise * random.normal(size=6)) for t in tc]
@@ -126,7 +135,8 @@ def test_tool_command_takes_a_folder_whose_dataset_names_poses_and_convention(tm
     folder.mkdir()
     write_kuka(folder / "touches.csv", touches())
     (folder / "dataset.yaml").write_text(
-        "format: kr5-dataset/1\nposes: touches.csv\nconvention: {position: mm, rotation: kuka_abc, angle: deg}\n")
+        "format: kr5-dataset/1\nposes: touches.csv\nconvention: {position: mm, rotation: kuka_abc, angle: deg}\n"
+    )
     done = run_kr5("calibrate", "tool", "touched", "-o", "folder.json")
     assert done.returncode == 0, done.stderr
     assert run_kr5("calibrate", "tool", "touched/touches.csv", "-o", "file.json").returncode == 0
@@ -140,7 +150,9 @@ def test_tool_command_says_what_a_folder_lacks(tmp_path, run_kr5):
     done = run_kr5("calibrate", "tool", "touched")
     assert done.returncode == 2 and "dataset.yaml" in done.stderr
     write_kuka(folder / "touches.csv", touches())
-    (folder / "dataset.yaml").write_text("poses: touches.csv\nconvention: {position: m, rotation: kuka_abc, angle: deg}\n")
+    (folder / "dataset.yaml").write_text(
+        "poses: touches.csv\nconvention: {position: m, rotation: kuka_abc, angle: deg}\n"
+    )
     done = run_kr5("calibrate", "tool", "touched")
     assert done.returncode == 2 and "correct the convention" in " ".join(done.stderr.split())
     done = run_kr5("calibrate", "tool", "touched", "--length", "mm")

@@ -2,10 +2,9 @@
 
 from pathlib import Path
 
+import kr5
 import numpy as np
 import pytest
-
-import kr5
 from kr5.cell import import_urdf, load_cell, to_urdf
 from kr5.kinematics import Body, Dynamics
 
@@ -23,7 +22,7 @@ ROBOTS = [
 
 def dynamics(cell, gravity):
     bodies = [Body(**link.to_dict()) for link in cell.robot.links]
-    return Dynamics(cell.chain(), bodies, gravity)
+    return Dynamics(cell.nominal_chain(), bodies, gravity)
 
 
 def arm_of(pin, file: Path, joints: list[str]):
@@ -49,10 +48,12 @@ def test_poses_and_torques_equal_pinocchio(reference, name, base, tip):
     assert arm is not None or sum(inertia.mass for inertia in list(model.inertias)[1:]) == 0  # no mass in the file
     for _ in range(20):
         q, qd, qdd = random.uniform(-3, 3, (3, n))
-        q_pin = np.concatenate([[np.cos(v), np.sin(v)] if joint.nq == 2 else [v] for v, joint in zip(q, model.joints[1:])])
+        q_pin = np.concatenate(
+            [[np.cos(v), np.sin(v)] if joint.nq == 2 else [v] for v, joint in zip(q, model.joints[1:])]
+        )
         pin.framesForwardKinematics(model, data, q_pin)
         expected = (data.oMf[frame_base].inverse() * data.oMf[frame_tip]).homogeneous
-        assert np.abs(urdf.cell.T_B_E(q) - expected).max() < 1e-10
+        assert np.abs(urdf.cell.T_base_tool(q) - expected).max() < 1e-10
         if arm is None:
             continue
         tau = pin.rnea(model, data, q_pin, qd, qdd)
@@ -67,7 +68,7 @@ def test_a_cell_goes_out_and_comes_back(run_kr5, share, tmp_path):
     assert "6 joints from base_link to tool_tip" in done.stdout
     a, b = load_cell(share / "cells/kr5_arc.yaml"), load_cell(back)
     q = np.linspace(-1, 1, 6)
-    assert np.abs(a.T_B_E(q) - b.T_B_E(q)).max() < 1e-12
+    assert np.abs(a.T_base_tool(q) - b.T_base_tool(q)).max() < 1e-12
     assert run_kr5("cell", "check", back).returncode == 0
 
 
@@ -85,19 +86,19 @@ def test_both_tables_of_the_kr5_ship(share):
     printed = load_cell(share / "cells/kr5_arc_printed.yaml")
     kuka = load_cell(share / "cells/kr5_arc_kuka.yaml")
     zero = np.zeros(6)
-    assert np.allclose(printed.T_B_E(zero)[:3, 3], [-0.44, 0, 1.12], atol=1e-12)  # Hayat et al. 2022, table 3.1
-    assert np.allclose(kuka.T_B_E(zero)[:3, 3], [0.8, 0, 1.12], atol=1e-12)
+    assert np.allclose(printed.T_base_tool(zero)[:3, 3], [-0.44, 0, 1.12], atol=1e-12)  # Hayat et al. 2022, table 3.1
+    assert np.allclose(kuka.T_base_tool(zero)[:3, 3], [0.8, 0, 1.12], atol=1e-12)
     home = np.radians([0, 70, 12, 0, 0, 0])
-    assert np.allclose(printed.T_B_E(home)[:3, 3], [-0.8141, 0, 0.1430], atol=1e-4)
-    assert np.allclose(kuka.T_B_E(home)[:3, 3], [-0.1570, 0, 1.1946], atol=1e-4)
+    assert np.allclose(printed.T_base_tool(home)[:3, 3], [-0.8141, 0, 0.1430], atol=1e-4)
+    assert np.allclose(kuka.T_base_tool(home)[:3, 3], [-0.1570, 0, 1.1946], atol=1e-4)
     for cell in (printed, kuka):
-        found = kr5.kinematics.inverse(cell.chain(), cell.T_B_E(home + 0.3))
+        found = kr5.kinematics.inverse_kinematics(cell.nominal_chain(), cell.T_base_tool(home + 0.3))
         assert found.closed_form
         assert len(found.postures) in (4, 8)
 
 
 def test_a_batch_of_postures_is_what_single_ones_are(share):
-    chain = load_cell(share / "cells/kr5_arc.yaml").chain()
+    chain = load_cell(share / "cells/kr5_arc.yaml").nominal_chain()
     q = np.random.default_rng(2).uniform(-3, 3, (5, 6))
     T = chain.flanges(q)
     assert T.shape == (5, 4, 4)

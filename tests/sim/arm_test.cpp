@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <cmath>
+#include <limits>
 
 #include <catch2/catch.hpp>
 
@@ -22,8 +23,9 @@ cell::Cell load(const std::string& name) {
 }
 
 kinematics::Dynamics newton_euler(const cell::Cell& cell) {
-  kinematics::Dynamics out(cell::chain(cell), cell.robot.links, cell.robot.gravity);
-  out.add_body(cell.robot.joints() - 1, {cell.tool->mass, cell.tool->com, cell.tool->inertia}, cell.tool->T_F_S);
+  kinematics::Dynamics out(cell::nominal_chain(cell), cell.robot.links, cell.robot.gravity);
+  out.add_body(cell.robot.joints() - 1, {cell.tool->mass, cell.tool->com, cell.tool->inertia},
+               cell.tool->T_flange_sensor);
   return out;
 }
 
@@ -67,7 +69,8 @@ TEST_CASE("forward and inverse dynamics of any arm agree with Newton-Euler, and 
     kinematics::Dynamics reference = newton_euler(cell);
     Arm arm(cell);
     const Eigen::Index n = arm.joints();
-    const kinematics::Cut cut{-1, cell.tool->T_F_S, {cell.tool->mass, cell.tool->com, cell.tool->inertia}};
+    const kinematics::SensorCut cut{
+        -1, cell.tool->T_flange_sensor, {cell.tool->mass, cell.tool->com, cell.tool->inertia}};
     Random random(4);
     for (int trial = 0; trial < 100; ++trial) {
       const Eigen::VectorXd q = random.normal_vector(n), v = random.normal_vector(n), a = random.normal_vector(n, 5);
@@ -83,7 +86,7 @@ TEST_CASE("forward and inverse dynamics of any arm agree with Newton-Euler, and 
       for (int i = 0; i < n; ++i) arm.set_actuation(i, Actuation::Free);
       CHECK((arm.solve(torque).acceleration - a).norm() < 1e-9 * a.norm());
       CHECK((arm.solve(torque).wrench - wrench).norm() < 1e-9);
-      CHECK(arm.T_B_F().isApprox(cell::chain(cell).flange(q), 1e-12));
+      CHECK(arm.T_base_flange().isApprox(cell::nominal_chain(cell).flange(q), 1e-12));
     }
   }
 }
@@ -116,7 +119,7 @@ TEST_CASE("a force on the tool shows in the wrench and in the torques that hold 
   Vector6 push;
   push << 10, -20, 30, 1, 2, -3;
   arm.set_contact(push);
-  const Eigen::Matrix3d R = arm.T_B_S().linear();
+  const Eigen::Matrix3d R = arm.T_base_sensor().linear();
   Vector6 expected = still;
   expected.head<3>() += R.transpose() * push.head<3>();
   expected.tail<3>() += R.transpose() * push.tail<3>();
@@ -133,7 +136,7 @@ TEST_CASE("a force on the tool shows in the wrench and in the torques that hold 
     CHECK(arm.inverse_dynamics(none).torque[i] == Approx(held[i] - work).margin(1e-9));
   }
   arm.set_state(q + h * step);
-  CHECK(arm.T_B_S().linear().isApprox(R, 1e-5));
+  CHECK(arm.T_base_sensor().linear().isApprox(R, 1e-5));
 }
 
 TEST_CASE("a free swing keeps its energy to 0.5 % over 10 s at 1 ms, the better the smaller the step") {
@@ -162,7 +165,7 @@ TEST_CASE("geometry, growth, base tilt and payload of the effects change the arm
     Arm arm(cell);
     arm.set_state(q);
     arm.set_clock(200.0);
-    CHECK(arm.T_B_F().isApprox(cell::chain(grown).flange(q), 1e-12));
+    CHECK(arm.T_base_flange().isApprox(cell::nominal_chain(grown).flange(q), 1e-12));
   }
   SECTION("base tilt turns the robot in B, where gravity stays") {
     cell::Cell cell = nominal;
@@ -176,7 +179,7 @@ TEST_CASE("geometry, growth, base tilt and payload of the effects change the arm
     Arm arm(cell), other(turned);
     arm.set_state(q);
     other.set_state(q);
-    CHECK((arm.T_B_F().translation() - R * other.T_B_F().translation()).norm() < 1e-12);
+    CHECK((arm.T_base_flange().translation() - R * other.T_base_flange().translation()).norm() < 1e-12);
     CHECK((arm.inverse_dynamics(none).torque - other.inverse_dynamics(none).torque).norm() < 1e-9);
   }
   SECTION("a payload hangs on the sensor") {
@@ -186,7 +189,7 @@ TEST_CASE("geometry, growth, base tilt and payload of the effects change the arm
     Arm with(cell), without(nominal);
     with.set_state(q);
     without.set_state(q);
-    const Eigen::Vector3d weight = with.T_B_S().linear().transpose() * (0.5 * nominal.robot.gravity);
+    const Eigen::Vector3d weight = with.T_base_sensor().linear().transpose() * (0.5 * nominal.robot.gravity);
     const Vector6 more = with.inverse_dynamics(none).wrench - without.inverse_dynamics(none).wrench;
     CHECK((more.head<3>() - weight).norm() < 1e-9);
     CHECK((more.tail<3>() - Eigen::Vector3d(0.02, 0.01, 0.1).cross(weight)).norm() < 1e-9);
@@ -212,7 +215,7 @@ TEST_CASE("masses and inertias that no body has are refused by field") {
   cell.robot.links.clear();
   Arm bare(cell);
   bare.set_state(Eigen::VectorXd::Zero(6));
-  CHECK(bare.T_B_F().isApprox(cell::chain(good).flange(Eigen::VectorXd::Zero(6)), 1e-12));
+  CHECK(bare.T_base_flange().isApprox(cell::nominal_chain(good).flange(Eigen::VectorXd::Zero(6)), 1e-12));
   CHECK_THROWS_WITH(bare.mass_matrix(), Catch::StartsWith("robot.links: this cell has no masses"));
 }
 
@@ -221,4 +224,32 @@ TEST_CASE("a state of the wrong size or without numbers is refused") {
   CHECK_THROWS_AS(arm.set_state(Eigen::VectorXd::Zero(5)), InvalidArgument);
   CHECK_THROWS_AS(arm.set_state(Eigen::VectorXd::Constant(6, NAN)), InvalidArgument);
   CHECK_THROWS_AS(arm.set_actuation(6, Actuation::Free), InvalidArgument);
+}
+
+TEST_CASE("numbers that no arm has are refused by field, and never reach the assertions of DART") {
+  const auto expect = [](const char* field, auto&& change) {
+    for (const double odd : {std::numeric_limits<double>::infinity(), std::nan(""), 1e308}) {
+      cell::Cell cell = load("kr5_arc");
+      change(cell, odd);
+      CAPTURE(field, odd);
+      CHECK_THAT(complaint(cell), Catch::StartsWith(field));
+    }
+  };
+  expect("robot.links[2].mass", [](cell::Cell& c, double x) { c.robot.links[2].mass = x; });
+  expect("robot.links[2].com", [](cell::Cell& c, double x) { c.robot.links[2].com.y() = x; });
+  expect("robot.gravity", [](cell::Cell& c, double x) { c.robot.gravity.z() = x; });
+  expect("robot.dh[1]", [](cell::Cell& c, double x) { c.robot.dh[1].a = x; });
+  expect("robot.dh[3]", [](cell::Cell& c, double x) { c.robot.dh[3].alpha = x; });
+  expect("tool", [](cell::Cell& c, double x) { c.tool->mass = x; });
+  expect("tool", [](cell::Cell& c, double x) { c.tool->com.x() = x; });
+}
+
+TEST_CASE("a motion that has run away is refused before it is simulated") {
+  Arm arm(load("kr5_arc"));
+  const Eigen::VectorXd zero = Eigen::VectorXd::Zero(6);
+  CHECK_THROWS_WITH(arm.set_state(zero, Eigen::VectorXd::Constant(6, 1e200)), Catch::Contains("has run away"));
+  CHECK_THROWS_AS(arm.set_contact(Vector6::Constant(std::nan(""))), InvalidArgument);
+  arm.set_state(zero);
+  CHECK_THROWS_AS(arm.solve(Eigen::VectorXd::Constant(6, std::nan(""))), InvalidArgument);
+  CHECK_THROWS_AS(arm.inverse_dynamics(Eigen::VectorXd::Constant(6, 1e300)), InvalidArgument);
 }

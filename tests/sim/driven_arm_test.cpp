@@ -212,7 +212,6 @@ TEST_CASE("sizes, signs and parts that are not there are refused by name") {
   cell.drives->structure.row(5).setZero();
   CHECK_THROWS_WITH(DrivenArm(cell), Catch::StartsWith("drives.structure: has no inverse"));
   cell = arc();
-  cell.effects.joints.resize(7);
-  cell.effects.joints[6].stribeck = 1.0;
+  cell.effects.set("stribeck_friction", "joint7", "stribeck", 1.0);
   CHECK_THROWS_WITH(DrivenArm(cell), Catch::Contains("joint7"));
 }

@@ -8,7 +8,7 @@
 #include <kr5/cell/cell.hpp>
 #include <kr5/core/error.hpp>
 #include <kr5/core/random.hpp>
-#include <kr5/uncertainty/confidence.hpp>
+#include <support/rates.hpp>
 #include <support/trials.hpp>
 
 using namespace kr5;
@@ -40,7 +40,7 @@ bool at_once(const InsertionResult& result) { return result.inserted && only(res
 
 }  // namespace
 
-TEST_CASE("the peg finds its hole at the first attempt, standing and lying, at every clearance") {
+TEST_CASE("the peg finds its hole at the first attempt, standing and lying, at every clearance", "[statistics]") {
   const int each = test::trials(200, 6);
   int pooled = 0, all = 0, fitted = 0, covered = 0;
   for (const bool horizontal : {false, true})
@@ -56,20 +56,19 @@ TEST_CASE("the peg finds its hole at the first attempt, standing and lying, at e
         covered += only(result).hole_error < 2.45 * only(result).hole_std;  // 95 % in two directions
       }
       INFO("clearance " << clearance << " mm, horizontal " << horizontal << ": " << first << " of " << each);
-      // Not significantly below 95 %: the upper end of the exact 95 % interval.
-      CHECK(uncertainty::binomial_interval(first, each, 0.95).high >= 0.95);
+      test::check_rate(first, each, test::full() ? 0.93 : 0.8, test::full() ? 0.9 : 0.35);  // six prove little
       pooled += first;
       all += each;
     }
   INFO("first attempt: " << pooled << " of " << all);
-  const uncertainty::Interval rate = uncertainty::binomial_interval(pooled, all, 0.95);
-  CHECK((test::full() ? rate.low : rate.high) >= 0.95);
+  test::check_rate(pooled, all, 0.95, test::full() ? 0.95 : 0.88);
   INFO("holes within 2.45 of the standard deviations that were claimed: " << covered << " of " << fitted);
-  CHECK(uncertainty::binomial_interval(covered, fitted, 0.95).high >= 0.95);
+  test::check_rate(covered, fitted, 0.9, 0.8);
 }
 
 TEST_CASE(
-    "at the book's tilt and clearance seven of ten go in at once, and all but one of twenty at the second attempt") {
+    "at the book's tilt and clearance seven of ten go in at once, and all but one of twenty at the second attempt",
+    "[statistics]") {
   const int all = test::trials(400, 100);
   int first = 0, second = 0;
   for (int k = 0; k < all; ++k) {
@@ -78,30 +77,31 @@ TEST_CASE(
     second += result.inserted && only(result).attempts <= 2;
   }
   INFO(first << " and " << second << " of " << all);
-  CHECK(uncertainty::binomial_interval(first, all, 0.95).low >= 0.70);
-  CHECK(uncertainty::binomial_interval(second, all, 0.95).high >= 0.95);
+  test::check_rate(first, all, 0.7, 0.7);
+  test::check_rate(second, all, 0.95, 0.9);
 }
 
-TEST_CASE("a contact of half the stiffness that is believed does no harm: the fit of the turn allows for it") {
+TEST_CASE("a contact of half the stiffness that is believed does no harm: the fit of the turn allows for it",
+          "[statistics]") {
   const int all = test::trials(200, 24);
   const double believed = arc().contact->stiffness;
   int first = 0;
   for (int k = 0; k < all; ++k) {
     cell::Cell cell = arc();
-    cell.effects.task.stiffness = 0.5 * believed;
+    cell.effects.set("contact_stiffness", "contact", "stiffness", 0.5 * believed);
     InsertionSetup setup = drawn(static_cast<std::uint64_t>(9000 + k));
     setup.clearance = 0.05 * mm;
     const InsertionResult result = run_insertion(cell, setup);
     first += at_once(result);
   }
-  INFO(first << " of " << all);
-  CHECK(uncertainty::binomial_interval(first, all, 0.95).high >= 0.95);
+  test::check_rate(first, all, 0.95, test::full() ? 0.9 : 0.75);
 }
 
-TEST_CASE("gravity drops a peg into a standing tube, air blows it into a lying one") {
+TEST_CASE("gravity drops a peg into a standing tube, air blows it into a lying one", "[statistics]") {
   const int all = test::trials(100, 12);
+  int pooled = 0;
   for (const bool horizontal : {false, true})
-    for (const Strategy strategy : {Strategy::Felt, Strategy::Book}) {
+    for (const Strategy strategy : {Strategy::ProfileFit, Strategy::Hayat2022}) {
       int in = 0, only_believed = 0;
       for (int k = 0; k < all; ++k) {
         InsertionSetup setup = drawn(static_cast<std::uint64_t>(700 + k));
@@ -113,13 +113,16 @@ TEST_CASE("gravity drops a peg into a standing tube, air blows it into a lying o
         only_believed += !result.inserted && only(result).reason == force::Reason::Inserted;
       }
       INFO("horizontal " << horizontal << ", " << name_of(strategy) << ": " << in << " of " << all);
-      CHECK(uncertainty::binomial_interval(in, all, 0.95).high >= 0.95);
+      test::check_rate(in, all, 0.9, test::full() ? 0.85 : 0.6);
       CHECK(only_believed == 0);
+      pooled += in;
     }
+  test::check_rate(pooled, 4 * all, 0.95, test::full() ? 0.92 : 0.85);
 }
 
-TEST_CASE("an arm whose corrections are limited inserts as surely, more slowly, whatever its servo") {
+TEST_CASE("an arm whose corrections are limited inserts as surely, more slowly, whatever its servo", "[statistics]") {
   const int all = test::trials(200, 12);
+  int pooled = 0;
   for (const cell::CorrectionMode mode : {cell::CorrectionMode::Absolute, cell::CorrectionMode::Relative}) {
     int first = 0;
     for (int k = 0; k < all; ++k) {
@@ -134,8 +137,10 @@ TEST_CASE("an arm whose corrections are limited inserts as surely, more slowly, 
       first += at_once(result);
     }
     INFO(name_of(mode) << ": " << first << " of " << all);
-    CHECK(uncertainty::binomial_interval(first, all, 0.95).high >= 0.95);
+    test::check_rate(first, all, 0.9, test::full() ? 0.88 : 0.6);
+    pooled += first;
   }
+  test::check_rate(pooled, 2 * all, 0.95, test::full() ? 0.92 : 0.75);
 }
 
 TEST_CASE("pegs are fetched by an arm whose corrections are limited, and the turn of the first is kept") {
@@ -174,7 +179,7 @@ TEST_CASE("a range of corrections that an insertion does not fit into is named")
 
 TEST_CASE("the hole of a peg that fell in is remembered for the next one, however it was found") {
   InsertionSetup setup = drawn(31);
-  setup.strategy = Strategy::Book;
+  setup.strategy = Strategy::Hayat2022;
   setup.insert_by = force::InsertBy::Gravity;
   setup.pegs = 3;
   const InsertionResult result = run_insertion(arc(), setup);
@@ -240,7 +245,7 @@ constexpr double most_force = 80 + 1.2 * 23.38e3 * 0.04 * 0.1;
 TEST_CASE("what a cell cannot do is an outcome with phase and reason") {
   SECTION("a tube out of reach") {
     cell::Cell cell = arc();
-    cell.tube->T_B_T.translation() = Eigen::Vector3d(3, 0, 0.3);
+    cell.tube->T_base_tube.translation() = Eigen::Vector3d(3, 0, 0.3);
     const InsertionResult result = run_insertion(cell, drawn(1));
     CHECK_FALSE(result.inserted);
     CHECK(only(result).reason == force::Reason::OutOfReach);
@@ -255,7 +260,7 @@ TEST_CASE("what a cell cannot do is an outcome with phase and reason") {
   }
   SECTION("a tube that is narrower than it is believed") {
     cell::Cell cell = arc();
-    cell.effects.task.tube_radius = cell.peg->radius - 0.1 * mm;
+    cell.effects.set("tube_radius", "tube", "inner_radius", cell.peg->radius - 0.1 * mm);
     const InsertionResult result = run_insertion(cell, drawn(1));
     CHECK_FALSE(result.inserted);
     CHECK(only(result).attempts == 3);
@@ -271,7 +276,7 @@ TEST_CASE("what a cell cannot do is an outcome with phase and reason") {
   }
   SECTION("a tube in the way") {
     cell::Cell cell = arc();
-    cell.effects.task.tube_shift.z() = 8 * mm;
+    cell.effects.set("tube_shift", "tube", "shift", Eigen::VectorXd(Eigen::Vector3d(0, 0, 8 * mm)));
     const InsertionResult result = run_insertion(cell, drawn(1));
     CHECK_FALSE(result.inserted);
     CHECK(only(result).reason == force::Reason::Force);
@@ -279,7 +284,7 @@ TEST_CASE("what a cell cannot do is an outcome with phase and reason") {
   }
   SECTION("a force sensor with its sign turned round") {
     cell::Cell cell = arc();
-    cell.effects.wrench[2].gain = -1;
+    cell.effects.set("ft_gain", "fz", "gain", -1.0);
     const InsertionResult result = run_insertion(cell, drawn(1));
     CHECK_FALSE(result.inserted);
     CHECK(only(result).reason == force::Reason::Force);
@@ -287,7 +292,7 @@ TEST_CASE("what a cell cannot do is an outcome with phase and reason") {
   }
 }
 
-TEST_CASE("an insertion knows whether the peg is in, however far off the tube stands") {
+TEST_CASE("an insertion knows whether the peg is in, however far off the tube stands", "[statistics]") {
   const int all = test::trials(400, 24);
   for (int k = 0; k < all; ++k) {
     InsertionSetup setup = drawn(static_cast<std::uint64_t>(500 + k));
@@ -324,4 +329,22 @@ TEST_CASE("a cell that lacks something, or a setup that is none, is refused by n
   refused("pegs", [](InsertionSetup& s) { s.pegs = 0; });
   refused("repeatability", [](InsertionSetup& s) { s.repeatability = -1; });
   refused("angular_stiffness", [](InsertionSetup& s) { s.angular_stiffness = 0; });
+}
+
+TEST_CASE("a servo and a friction that differ from what the insertion is told are those of the simulated cell") {
+  const cell::Cell cell = cell::load_cell(KR5_SHARE_DIR "/cells/kr5_arc.yaml");
+  sim::InsertionSetup setup;
+  setup.log = false;
+  const auto run = [&] { return sim::run_insertion(cell, setup); };
+  const sim::InsertionResult told = run();
+  CHECK(told.cell.servo->tool->natural_frequency == cell.servo->tool->natural_frequency);
+  CHECK(told.cell.contact->friction == cell.contact->friction);
+  setup.servo_error = 0.1, setup.friction_error = 0.3;
+  const sim::InsertionResult other = run();
+  CHECK(other.cell.servo->tool->natural_frequency != cell.servo->tool->natural_frequency);
+  CHECK(other.cell.servo->tool->damping_ratio != cell.servo->tool->damping_ratio);
+  CHECK(other.cell.contact->friction != cell.contact->friction);
+  CHECK(sim::insertion_options(cell, setup).servo_frequency == cell.servo->tool->natural_frequency);
+  setup.servo_error = -0.1;
+  CHECK_THROWS_WITH(run(), Catch::StartsWith("servo_error"));
 }

@@ -53,7 +53,7 @@ TEST_CASE("a tilted peg meets the mesh where the closed form says, but for what 
       const Eigen::Vector2d centre(random.uniform(-0.009, 0.009), random.uniform(-0.009, 0.009));
       const force::PegRest low = force::rest_peg_on_tube(least, tilt, alpha, centre);
       const force::PegRest high = force::rest_peg_on_tube(most, tilt, alpha, centre);
-      if (low.kind == force::Rest::None) continue;
+      if (low.kind == force::RestContact::None) continue;
       ++rows;
       width += high.height - low.height;
       const double found = first_touch(mesh, tilt, alpha, centre, low.height);
@@ -76,7 +76,7 @@ TEST_CASE("a rim on the flat top is pushed straight up by as much as it has sunk
     const Eigen::Vector2d centre(random.uniform(-0.009, 0.009), random.uniform(-0.009, 0.009));
     const force::PegRest rest = force::rest_peg_on_tube(bodies, tilt, alpha, centre);
     const double rho = rest.point.norm(), margin = 4e-4;
-    if (rest.kind != force::Rest::RimOnFace) continue;
+    if (rest.kind != force::RestContact::RimOnFace) continue;
     if (rho < shape.inner_radius + margin || rho > shape.outer_radius - margin) continue;
     ++rows;
     const Pose T = leaning(tilt, alpha, centre, rest.height - sunk);

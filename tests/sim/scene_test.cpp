@@ -170,20 +170,21 @@ TEST_CASE("a scene takes its pictures at rest, from where the arm really is") {
   REQUIRE(nominal.pictures.size() == 1);
   const sim::ScenePicture& picture = nominal.pictures[0];
   CHECK(picture.t == Approx(1.6).margin(0.012));
-  const Pose wanted = *scene.controller.way_points[0].T_B_C;
-  CHECK((picture.sight.T_B_C.matrix() - wanted.matrix()).cwiseAbs().maxCoeff() < 1e-3);  // what the servo is still off
-  const Pose by_readings = cell::chain(nominal.cell).flange(picture.q);
-  CHECK((picture.T_B_F.matrix() - by_readings.matrix()).cwiseAbs().maxCoeff() < 1e-12);
+  const Pose wanted = *scene.controller.way_points[0].T_base_camera;
+  CHECK((picture.scene.T_base_camera.matrix() - wanted.matrix()).cwiseAbs().maxCoeff() <
+        1e-3);  // what the servo is still off
+  const Pose by_readings = cell::nominal_chain(nominal.cell).flange(picture.q);
+  CHECK((picture.T_base_flange.matrix() - by_readings.matrix()).cwiseAbs().maxCoeff() < 1e-12);
 
   scene.effects.emplace();
-  scene.effects->joints.resize(6);
-  scene.effects->joints[1].elasticity = 2e5;
-  scene.effects->sensors.fx = 2300.0;
+  scene.effects->set("joint_elasticity", "joint2", "stiffness", 2e5);
+  scene.effects->set("camera_focal", "camera", "fx", 2300.0);
   const sim::SceneResult soft = sim::run_scene(scene);
-  const double sag =
-      (soft.pictures[0].T_B_F.translation() - cell::chain(soft.cell).flange(soft.pictures[0].q).translation()).norm();
+  const double sag = (soft.pictures[0].T_base_flange.translation() -
+                      cell::nominal_chain(soft.cell).flange(soft.pictures[0].q).translation())
+                         .norm();
   CHECK(sag > 1e-4);
-  CHECK(soft.pictures[0].sight.lens.fx == 2300.0);
+  CHECK(soft.pictures[0].scene.lens.fx == 2300.0);
 }
 
 TEST_CASE("profiles of a scene have the columns of the kind scan, and lag shows with the speed of the scanner alone") {
@@ -198,7 +199,7 @@ TEST_CASE("profiles of a scene have the columns of the kind scan, and lag shows 
   scene.scanner->noise = false;
   scene.effects.emplace();
   const auto z = [&](double lag) {
-    scene.effects->sensors.laser_lag = lag;
+    scene.effects->set("laser_lag", "laser", "lag", lag);
     return sim::run_scene(scene).rows.column("range");
   };
   const Eigen::VectorXd at_once = z(0.0), late = z(0.036);
@@ -216,7 +217,7 @@ TEST_CASE("profiles of a scene have the columns of the kind scan, and lag shows 
 
 TEST_CASE("pictures and profiles on which there is nothing are refused by file and field") {
   sim::Scene scene = picture_scene();
-  scene.controller.way_points[0].T_B_C->translation().x() = 4.0;
+  scene.controller.way_points[0].T_base_camera->translation().x() = 4.0;
   CHECK_THAT(complaint(scene),
              Catch::Contains("camera_views.yaml: controller.way_points[0].T_B_C: the arm cannot take it"));
   scene = picture_scene();
@@ -246,12 +247,13 @@ TEST_CASE("a picture whose board lies behind the camera, or shows its back, says
   cell::Cell cell = cell::load_cell(scene.file.parent_path() / scene.cell);
   cell.laser.reset(), cell.tube.reset();
   const auto file = std::filesystem::temp_directory_path() / "kr5_scene_test_cell.yaml";
-  cell.board->T_B_W.translation().z() = 1.5;
+  cell.board->T_base_target.translation().z() = 1.5;
   cell::save_cell(cell, file);
   scene.cell = file.string();
   CHECK_THAT(complaint(scene),
              Catch::Contains("camera.at[0]: at 1.596 s nothing is on the picture") && Catch::Contains("only the back"));
-  cell.board->T_B_W = cell.board->T_B_W * Eigen::AngleAxisd(3.141592653589793, Eigen::Vector3d::UnitX());
+  cell.board->T_base_target =
+      cell.board->T_base_target * Eigen::AngleAxisd(3.141592653589793, Eigen::Vector3d::UnitX());
   cell::save_cell(cell, file);
   CHECK_THAT(complaint(scene), Catch::Contains("'board' lies behind the camera"));
 }

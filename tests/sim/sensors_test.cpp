@@ -87,13 +87,13 @@ TEST_CASE("noise has the size the cell states, and follows the seed") {
 }
 
 TEST_CASE("encoders count motor turns, coupled joints included") {
-  const sim::Drives drives(arc());
+  const physics::Drives drives(arc());
   const double counts = 1000.0, count = 2 * std::numbers::pi / counts;
   sim::Encoders encoders(drives, counts, 0.0);
   const Eigen::VectorXd q = Eigen::VectorXd::LinSpaced(6, 0.123, -1.234), read = encoders.read(q);
-  const Eigen::VectorXd angle = drives.structure * read / count;
+  const Eigen::VectorXd angle = drives.motors->structure * read / count;
   for (const double turns : angle) CHECK(turns == Approx(std::round(turns)).margin(1e-6));
-  CHECK((drives.structure * (read - q)).cwiseAbs().maxCoeff() <= count / 2 * (1 + 1e-9));
+  CHECK((drives.motors->structure * (read - q)).cwiseAbs().maxCoeff() <= count / 2 * (1 + 1e-9));
   sim::Encoders smooth(drives, 0.0, 0.0);
   CHECK(smooth.read(q) == q);
 }
@@ -105,5 +105,5 @@ TEST_CASE("sensor options that make no sense are refused by name") {
   options = {};
   options.calibration.row(2).setZero();
   CHECK_THROWS_WITH(WristSensor(arc(), options), Catch::StartsWith("calibration: has no inverse"));
-  CHECK_THROWS_AS(sim::Encoders(sim::Drives(arc()), -1.0, 0.0), InvalidArgument);
+  CHECK_THROWS_AS(sim::Encoders(physics::Drives(arc()), -1.0, 0.0), InvalidArgument);
 }

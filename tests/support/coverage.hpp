@@ -13,10 +13,10 @@
 
 namespace kr5::test {
 
-using uncertainty::noise_given;
+using uncertainty::known_noise;
 
 /// How well stated covariances of `numbers` numbers agree with the errors that were made, trial by trial. In the end
-/// appends its counts to the table that tools/bench/coverage.py shows.
+/// appends its counts to the table that tools/benchmarks/coverage.py shows.
 class Coverage {
  public:
   Coverage(std::string what, int numbers) : what_(std::move(what)), numbers_(numbers) {}
@@ -28,7 +28,7 @@ class Coverage {
   Coverage(const Coverage&) = delete;
 
   /// The covariance is widened for the `dof` degrees of freedom behind it.
-  void add(const Eigen::VectorXd& error, const Eigen::MatrixXd& covariance, double dof = noise_given) {
+  void add(const Eigen::VectorXd& error, const Eigen::MatrixXd& covariance, double dof = known_noise) {
     const double squared = error.dot(covariance.ldlt().solve(error));
     inside_ += squared < uncertainty::chi_square_quantile(0.95, numbers_);
     sum_ += as_chi_square(squared, dof);
@@ -36,8 +36,22 @@ class Coverage {
   }
 
   int inside() const { return inside_; }
+  int trials() const { return trials_; }
   uncertainty::Interval rate(double confidence) const {
     return uncertainty::binomial_interval(inside_, trials_, confidence);
+  }
+
+  /// Checks the share inside: 93 to 97 % of a thousand trials and more, else what so few show of a region that holds
+  /// the truth in 95 %.
+  void check_rate() const {
+    INFO(what_ << ": " << inside_ << " of " << trials_ << " in the 95 % region");
+    REQUIRE(trials_ > 0);
+    if (trials_ >= 1000) {
+      CHECK(inside_ >= 0.93 * trials_);
+      CHECK(inside_ <= 0.97 * trials_);
+    } else {
+      CHECK(rate(0.99).contains(0.95));
+    }
   }
 
   /// Checks the mean squared distance, which a covariance too small makes large and one too large makes small: their
@@ -55,8 +69,8 @@ class Coverage {
 
   /// The chi-square value as probable as a squared distance that follows Fisher's F, for the noise was estimated.
   double as_chi_square(double squared, double dof) const {
-    if (dof >= noise_given) return squared;
-    const double f = squared * uncertainty::widening(numbers_, dof) / numbers_;
+    if (dof >= known_noise) return squared;
+    const double f = squared * uncertainty::covariance_inflation(numbers_, dof) / numbers_;
     return uncertainty::chi_square_quantile(std::min(uncertainty::fisher_cdf(f, numbers_, dof), 1 - 1e-12), numbers_);
   }
 

@@ -45,7 +45,7 @@ inline void set_poses(Draw& d, const std::vector<Pose>& poses) {
 
 inline HandEyeWorldOptions draw_options(Random& random) {
   HandEyeWorldOptions o;
-  o.mount = random.integer(2) ? calibration::Mount::EyeInHand : calibration::Mount::EyeToHand;
+  o.mount = random.integer(2) ? Mount::EyeInHand : Mount::EyeToHand;
   o.views = 8 + random.integer(18);
   o.rows = 4 + random.integer(5);
   o.cols = o.rows + 1 + random.integer(3);

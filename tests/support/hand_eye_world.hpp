@@ -15,7 +15,7 @@
 namespace kr5::test {
 
 struct HandEyeWorldOptions {
-  calibration::Mount mount = calibration::Mount::EyeInHand;
+  Mount mount = Mount::EyeInHand;
   int views = 15;
   int rows = 6, cols = 9;             ///< Points of the target.
   double square = 0.03;               ///< [m]
@@ -52,15 +52,14 @@ inline Eigen::Matrix3Xd board_points(int rows, int cols, double square) {
 }
 
 /// True pose of the flange when the camera sees the target at T_camera_target.
-inline Pose flange_for(const HandEyeWorld& w, calibration::Mount mount, const Pose& T_camera_target) {
-  return mount == calibration::Mount::EyeInHand
-             ? w.T_fixed_target * T_camera_target.inverse() * w.T_mount_camera.inverse()
-             : w.T_mount_camera * T_camera_target * w.T_fixed_target.inverse();
+inline Pose flange_for(const HandEyeWorld& w, Mount mount, const Pose& T_camera_target) {
+  return mount == Mount::EyeInHand ? w.T_fixed_target * T_camera_target.inverse() * w.T_mount_camera.inverse()
+                                   : w.T_mount_camera * T_camera_target * w.T_fixed_target.inverse();
 }
 
 /// Where the camera would see the target when the flange is at T_base_flange.
-inline Pose target_in_camera(const HandEyeWorld& w, calibration::Mount mount, const Pose& T_base_flange) {
-  const Pose T_mount_fixed = mount == calibration::Mount::EyeInHand ? T_base_flange.inverse() : T_base_flange;
+inline Pose target_in_camera(const HandEyeWorld& w, Mount mount, const Pose& T_base_flange) {
+  const Pose T_mount_fixed = mount == Mount::EyeInHand ? T_base_flange.inverse() : T_base_flange;
   return w.T_mount_camera.inverse() * T_mount_fixed * w.T_fixed_target;
 }
 
@@ -114,7 +113,7 @@ inline HandEyeWorld make_hand_eye_world(const HandEyeWorldOptions& o = {}) {
   Random random(o.seed);
   HandEyeWorld w;
   w.camera = world_camera();
-  const bool in_hand = o.mount == calibration::Mount::EyeInHand;
+  const bool in_hand = o.mount == Mount::EyeInHand;
   Vector6 mount, fixed;
   if (in_hand) {
     mount << 0.05, -0.03, 0.08, 0.1, -0.15, 1.6;

@@ -165,13 +165,13 @@ inline Pose tag_pose(const Pose& T_camera_tube) {
 inline Target tag_target(double size = tag_side) { return parse_target("tag:36h11:10:" + std::to_string(size)); }
 
 /// A sight of the tag as the controller has it, told as one of the tube.
-inline vision::ServoSight see_tag(const Pose& T_camera_tube, const Pinhole& camera, const CellErrors& errors,
-                                  int seed) {
+inline vision::TargetObservation see_tag(const Pose& T_camera_tube, const Pinhole& camera, const CellErrors& errors,
+                                         int seed) {
   Target printed = tag_target();
   printed.size *= errors.tag_size;
   const PlacedTarget placed{printed, tag_pose(T_camera_tube)};
   const vision::Image image = vision::render(std::span(&placed, 1), camera, realistic(seed));
-  vision::ServoSight sight = vision::see_target(image, tag_target(), errors.believed_camera);
+  vision::TargetObservation sight = vision::observe_target(image, tag_target(), errors.believed_camera);
   const Pose T_tube_tag = tag_pose(Pose::Identity());
   sight.T_camera_target = sight.T_camera_target * T_tube_tag.inverse();
   sight.points = T_tube_tag * sight.points;
@@ -179,11 +179,11 @@ inline vision::ServoSight see_tag(const Pose& T_camera_tube, const Pinhole& came
 }
 
 /// A sight of the bore: the plane is where robot and scanner say.
-inline vision::ServoSight see_hole(const Pose& T_camera_tube, const Pinhole& camera, const CellErrors& errors, int seed,
-                                   double radius = bore) {
+inline vision::TargetObservation see_hole(const Pose& T_camera_tube, const Pinhole& camera, const CellErrors& errors,
+                                          int seed, double radius = bore) {
   const Pose T_camera_plane = errors.T_believed_camera * T_camera_tube * errors.T_tube_plane;
-  return vision::see_hole(vision::find_hole(tube_image(T_camera_tube, camera, seed), errors.believed_camera,
-                                            T_camera_plane, {.radius = radius}));
+  return vision::observe_hole(vision::find_hole(tube_image(T_camera_tube, camera, seed), errors.believed_camera,
+                                                T_camera_plane, {.radius = radius}));
 }
 
 }  // namespace kr5::test

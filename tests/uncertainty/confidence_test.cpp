@@ -1,3 +1,6 @@
+#include <cmath>
+#include <limits>
+
 #include <catch2/catch.hpp>
 
 #include <kr5/core/error.hpp>
@@ -17,12 +20,12 @@ TEST_CASE("factors of the confidence ellipsoid agree with the book's table") {
   CHECK(chi_square_cdf(chi_square_quantile(0.37, 5), 5) == Approx(0.37));
 }
 
-TEST_CASE("the widening of an estimated covariance agrees with the tables of Fisher's F and of chi-square") {
-  CHECK(widening(1, 9) == Approx(2.262 * 2.262 / 3.841).epsilon(1e-3));  // Student's t, squared
-  CHECK(widening(3, 8) == Approx(3 * 4.066 / 7.815).epsilon(1e-3));
-  CHECK(widening(6, 4) == Approx(6 * 6.163 / 12.592).epsilon(1e-3));
-  CHECK(widening(6, noise_given) == Approx(1).epsilon(1e-4));
-  CHECK_THROWS_AS(widening(6, 0), InvalidArgument);
+TEST_CASE("the inflation of an estimated covariance agrees with the tables of Fisher's F and of chi-square") {
+  CHECK(covariance_inflation(1, 9) == Approx(2.262 * 2.262 / 3.841).epsilon(1e-3));  // Student's t, squared
+  CHECK(covariance_inflation(3, 8) == Approx(3 * 4.066 / 7.815).epsilon(1e-3));
+  CHECK(covariance_inflation(6, 4) == Approx(6 * 6.163 / 12.592).epsilon(1e-3));
+  CHECK(covariance_inflation(6, known_noise) == Approx(1).epsilon(1e-4));
+  CHECK_THROWS_AS(covariance_inflation(6, 0), InvalidArgument);
 }
 
 TEST_CASE("binomial interval is exact at its ends") {
@@ -62,4 +65,19 @@ TEST_CASE("Fisher's F agrees with its tables, and becomes the chi-square for man
   CHECK(fisher_quantile(0.95, 3, 6) == Approx(4.757).epsilon(1e-3));
   CHECK(fisher_cdf(fisher_quantile(0.9, 2, 7), 2, 7) == Approx(0.9));
   CHECK(3 * fisher_quantile(0.95, 3, 1e7) == Approx(chi_square_quantile(0.95, 3)).epsilon(1e-4));
+}
+
+TEST_CASE("arguments that are no finite numbers are refused in words, and infinity is certain") {
+  const double infinite = std::numeric_limits<double>::infinity(), none = std::nan("");
+  CHECK(chi_square_cdf(infinite, 3) == 1.0);
+  CHECK(fisher_cdf(infinite, 3, 4) == 1.0);
+  CHECK(chi_square_cdf(-infinite, 3) == 0.0);
+  for (const double bad : {infinite, none, 0.0, -1.0}) {
+    CAPTURE(bad);
+    CHECK_THROWS_AS(chi_square_quantile(0.9, bad), InvalidArgument);
+    CHECK_THROWS_AS(student_factor(bad), InvalidArgument);
+    CHECK_THROWS_AS(fisher_quantile(0.9, 3, bad), InvalidArgument);
+  }
+  CHECK_THROWS_AS(chi_square_cdf(none, 3), InvalidArgument);
+  CHECK_THROWS_AS(fisher_cdf(none, 3, 4), InvalidArgument);
 }

@@ -10,7 +10,7 @@ using namespace kr5;
 using namespace kr5::vision;
 using namespace kr5::test;
 
-TEST_CASE("OpenCV and ViSP answer the same question on the same views") {
+TEST_CASE("OpenCV and ViSP answer the same question on the same views", "[not_sanitized]") {
   Random random(1);
   Pinhole c = true_camera();
   c.k1 = -0.1, c.k2 = 0;

@@ -22,14 +22,14 @@ constexpr double degree = std::numbers::pi / 180;
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 /// What a perfect camera sees of a target with four points.
-ServoSight exact(const Pose& T_camera_target) {
-  ServoSight sight{.seen = true, .T_camera_target = T_camera_target};
+TargetObservation exact(const Pose& T_camera_target) {
+  TargetObservation sight{.seen = true, .T_camera_target = T_camera_target};
   sight.points = square_corners(tag_side);
   sight.rays = (T_camera_target * sight.points).colwise().hnormalized();
   return sight;
 }
 
-ServoSight unseen(const std::string& why) { return {.message = why}; }
+TargetObservation unseen(const std::string& why) { return {.message = why}; }
 
 Pose exact_goal() { return tag_pose(over_tube()); }
 Pose exact_start(Random& random) { return away_from(exact_goal(), random, 0.1, 20 * degree); }
@@ -48,14 +48,14 @@ ServoStep ideal_run(const Pose& start, const VisualServoOptions& o, const Visit&
 }
 
 /// The first step with this sight.
-ServoStep first(const ServoSight& sight, const VisualServoOptions& o = {}) {
+ServoStep first(const TargetObservation& sight, const VisualServoOptions& o = {}) {
   VisualServo servo(exact_goal(), o);
   return servo.step(sight, 0.0);
 }
 
 struct Kind {
   bool hole;
-  ServoBy by;
+  ServoFeature by;
 };
 
 ServoEnd simulated(const Kind& kind, int seed) {
@@ -65,7 +65,7 @@ ServoEnd simulated(const Kind& kind, int seed) {
   Pose start;
   do start = away_from(over_tube(), random, 0.1, 20 * degree, seed % 2 == 1);
   while (!in_view(start, camera, kind.hole ? 1.2 * bore : 0.9 * tag_side));
-  VisualServoOptions o{.by = kind.by};
+  VisualServoOptions o{.feature = kind.by};
   o.turn_free = kind.hole;
   return approach(over_tube(), start, o, errors, [&](const Pose& T, int cycle) {
     const int image = 1000 * seed + cycle;
@@ -75,9 +75,10 @@ ServoEnd simulated(const Kind& kind, int seed) {
 
 }  // namespace
 
-TEST_CASE("from 100 mm and 20 degrees away the camera ends over the tube, on a tag and on the bare bore") {
-  const Kind kind = GENERATE(Kind{false, ServoBy::Position}, Kind{false, ServoBy::Image}, Kind{true, ServoBy::Position},
-                             Kind{true, ServoBy::Image});
+TEST_CASE("from 100 mm and 20 degrees away the camera ends over the tube, on a tag and on the bare bore",
+          "[statistics]") {
+  const Kind kind = GENERATE(Kind{false, ServoFeature::Position}, Kind{false, ServoFeature::Image},
+                             Kind{true, ServoFeature::Position}, Kind{true, ServoFeature::Image});
   for (int seed = 1; seed <= trials(100, 1); ++seed) {
     const ServoEnd end = simulated(kind, seed);
     INFO((kind.hole ? "bore" : "tag") << " by " << name_of(kind.by) << ", seed " << seed << ": " << end.last.reason
@@ -87,10 +88,10 @@ TEST_CASE("from 100 mm and 20 degrees away the camera ends over the tube, on a t
 }
 
 TEST_CASE("with perfect sights both laws reach the goal from every start, within the limits of speed") {
-  const ServoBy by = GENERATE(ServoBy::Position, ServoBy::Image);
+  const ServoFeature by = GENERATE(ServoFeature::Position, ServoFeature::Image);
   Random random(7);
   for (int i = 0; i < 40; ++i) {
-    VisualServoOptions o{.by = by};
+    VisualServoOptions o{.feature = by};
     o.latency = 0, o.tolerance_position = 1e-6, o.tolerance_angle = 1e-5;
     o.max_speed = 0.05, o.max_turn_rate = 0.1;
     const Pose start = exact_start(random);
@@ -124,7 +125,7 @@ TEST_CASE("by position the target crosses the image on a straight line, by image
     worst = std::max(worst, off_line(T.translation().hnormalized(), from, to));
   });
   CHECK(worst < 0.01 * (from - to).norm());
-  o.by = ServoBy::Image;
+  o.feature = ServoFeature::Image;
   const Eigen::Matrix2Xd first = exact(start).rays, last = exact(exact_goal()).rays;
   double most = 0;
   ideal_run(start, o, [&](const Pose& T, const ServoStep&) {
@@ -134,8 +135,8 @@ TEST_CASE("by position the target crosses the image on a straight line, by image
 }
 
 TEST_CASE("a free turn is left alone and does not count") {
-  const ServoBy by = GENERATE(ServoBy::Position, ServoBy::Image);
-  VisualServoOptions o{.by = by};
+  const ServoFeature by = GENERATE(ServoFeature::Position, ServoFeature::Image);
+  VisualServoOptions o{.feature = by};
   o.turn_free = true;
   const Pose turned = exact_goal() * Eigen::AngleAxisd(2.5, Vector3d::UnitZ());
   CHECK(first(exact(turned), o).error_angle < 1e-9);
@@ -178,7 +179,7 @@ TEST_CASE("a target that is hidden half way stops the camera, which goes on when
   Pose T = exact_start(random);
   VisualServo servo(exact_goal(), {});
   double time = 0;
-  const auto move = [&](const ServoSight& sight) {
+  const auto move = [&](const TargetObservation& sight) {
     const ServoStep step = servo.step(sight, time);
     T = moved(step.twist, 0.1).inverse() * T;
     time += 0.1;
@@ -227,7 +228,7 @@ TEST_CASE("a mirrored tag is not followed, and is told") {
   Image mirrored = image;
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x) mirrored.at(x, y) = image.view().at(image.width - 1 - x, y);
-  const ServoSight sight = see_target(mirrored, tag_target(), camera);
+  const TargetObservation sight = observe_target(mirrored, tag_target(), camera);
   CHECK_FALSE(sight.seen);
   CHECK_THAT(sight.message, Catch::Contains("mirror"));
   CHECK(first(sight).twist.isZero(0));
@@ -260,7 +261,7 @@ TEST_CASE("a robot that takes the twist in a wrong frame is stopped before it ha
 
 TEST_CASE("a robot that does not move is told of") {
   Random random(2);
-  const ServoSight sight = exact(exact_start(random));
+  const TargetObservation sight = exact(exact_start(random));
   VisualServo servo(exact_goal(), {});
   ServoStep step;
   double time = 0;
@@ -305,11 +306,11 @@ TEST_CASE("sights, times and options that make no sense are refused by name") {
   broken.translation().z() = not_a_number;
   CHECK_THROWS_AS(VisualServo(broken), InvalidArgument);
 
-  VisualServo servo(goal, {.by = ServoBy::Image});
+  VisualServo servo(goal, {.feature = ServoFeature::Image});
   servo.step(exact(goal), 1.0);
   CHECK_THROWS_WITH(servo.step(exact(goal), 1.0), Catch::Contains("time"));
   CHECK_THROWS_WITH(servo.step(exact(goal), not_a_number), Catch::Contains("time"));
-  ServoSight sight = exact(goal);
+  TargetObservation sight = exact(goal);
   sight.T_camera_target.translation().x() = not_a_number;
   CHECK_THROWS_WITH(servo.step(sight, 2.0), Catch::Contains("T_camera_target"));
   sight = exact(goal);
@@ -321,6 +322,6 @@ TEST_CASE("sights, times and options that make no sense are refused by name") {
   sight = exact(goal);
   sight.points *= 100.0;
   const Pose tilted = goal * Eigen::AngleAxisd(0.8, Vector3d::UnitX());
-  CHECK_THROWS_WITH(VisualServo(tilted, {.by = ServoBy::Image}).step(sight, 2.0), Catch::Contains("goal"));
+  CHECK_THROWS_WITH(VisualServo(tilted, {.feature = ServoFeature::Image}).step(sight, 2.0), Catch::Contains("goal"));
   CHECK(servo.step(exact(goal), 2.0).state == ServoState::Moving);  // what was refused has changed nothing
 }

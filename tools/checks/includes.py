@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Fails when a file includes what its module may not use: the table in libkr5/CMakeLists.txt, applied to #include lines.
+"""Fails when a file includes what its module may not use: the table in libkr5/CMakeLists.txt, applied to #include
+lines.
 
 Usage: includes.py [FOLDER]    the checkout, by default the one this file stands in
 """
@@ -9,10 +10,18 @@ import sys
 from pathlib import Path
 
 # Folder of a third-party header -> the package whose PACKAGES entry allows it.
-PACKAGE_OF = {"opencv2": "OpenCV", "visp3": "VISP", "apriltag": "apriltag", "ceres": "Ceres", "yaml-cpp": "yaml-cpp",
-              "boost": "Boost", "pcl": "PCL", "pugixml.hpp": "pugixml", "dart": "DART"}
-NEVER = {"pybind11": "the library knows no Python",
-         "catch2": "tests stay in tests/"}
+PACKAGE_OF = {
+    "opencv2": "OpenCV",
+    "visp3": "VISP",
+    "apriltag": "apriltag",
+    "ceres": "Ceres",
+    "yaml-cpp": "yaml-cpp",
+    "boost": "Boost",
+    "pcl": "PCL",
+    "pugixml.hpp": "pugixml",
+    "dart": "DART",
+}
+NEVER = {"pybind11": "the library knows no Python", "catch2": "tests stay in tests/"}
 
 
 def read_table(file: Path) -> dict[str, tuple[set[str], set[str]]]:
@@ -52,8 +61,12 @@ def check(root: Path) -> list[str]:
     library = root / "libkr5"
     table = read_table(library / "CMakeLists.txt")
     problems = []
-    folders = [(library / "include/kr5", True), (library / "src", False), (root / "sim/include/kr5", True),
-               (root / "sim/src", False)]
+    folders = [
+        (library / "include/kr5", True),
+        (library / "src", False),
+        (root / "sim/include/kr5", True),
+        (root / "sim/src", False),
+    ]
     for folder, public in folders:
         for file in sorted(folder.rglob("*.[ch]pp")):
             module = "sim" if folder == root / "sim/src" else file.relative_to(folder).parts[0]

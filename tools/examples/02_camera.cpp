@@ -5,7 +5,7 @@
 
 #include <kr5/calibration/dataset.hpp>
 #include <kr5/vision/camera_calibration.hpp>
-#include <kr5/vision/detect.hpp>
+#include <kr5/vision/find_target.hpp>
 #include <kr5/vision/image.hpp>
 
 using namespace kr5;

@@ -2,9 +2,8 @@
 
 import sys
 
-import numpy as np
-
 import kr5
+import numpy as np
 from kr5 import calibration, vision
 
 data = calibration.load_dataset(f"{sys.argv[1]}/data/demo/dataset.yaml")

@@ -6,7 +6,7 @@
 #include <kr5/calibration/dataset.hpp>
 #include <kr5/calibration/hand_eye_diagnosis.hpp>
 #include <kr5/core/fields.hpp>
-#include <kr5/vision/detect.hpp>
+#include <kr5/vision/find_target.hpp>
 #include <kr5/vision/image.hpp>
 
 using namespace kr5;

@@ -3,7 +3,6 @@
 import sys
 
 import numpy as np
-
 from kr5 import calibration
 
 data = calibration.load_pose_set(f"{sys.argv[1]}/data/touches/dataset.yaml")

@@ -50,5 +50,5 @@ int main(int, char** argv) {
     for (const gap::ParameterEstimate& p : cause.parameters)
       std::printf("%s on %s: %s %.4f +- %.4f %s\n", cause.effect.c_str(), cause.target.c_str(), p.name.c_str(),
                   p.value[0], p.std[0], p.unit.c_str());
-  std::printf("gap %.1f -> %.1f\n", found.shrink.before, found.shrink.after);
+  std::printf("gap %.1f -> %.1f\n", found.reduction.before, found.reduction.after);
 }

@@ -2,12 +2,11 @@
 
 import sys
 
-import numpy as np
-
 import kr5.cell
 import kr5.gap
 import kr5.io
 import kr5.predict
+import numpy as np
 
 cell = kr5.cell.load_cell(f"{sys.argv[1]}/cells/kr5_arc.yaml")
 cell.effects = {}
@@ -35,7 +34,9 @@ def bend(columns, experiment, x):
     return columns
 
 
-recording = kr5.cell.Recording(cell, [moved("slow", "fit", 1.3), moved("fast", "fit", 2.9), moved("other", "check", 2.1)])
+recording = kr5.cell.Recording(
+    cell, [moved("slow", "fit", 1.3), moved("fast", "fit", 2.9), moved("other", "check", 2.1)]
+)
 options = kr5.gap.DiagnoseOptions()
 options.own_hypotheses = [
     kr5.gap.Hypothesis(
@@ -50,4 +51,4 @@ print(found.verdict)
 for cause in found.causes:
     for p in cause.parameters:
         print(f"{cause.effect} on {cause.target}: {p.name} {p.value[0]:.4f} +- {p.std[0]:.4f} {p.unit}")
-print(f"gap {found.shrink.before:.1f} -> {found.shrink.after:.1f}")
+print(f"gap {found.reduction.before:.1f} -> {found.reduction.after:.1f}")

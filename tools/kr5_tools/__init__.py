@@ -1,1 +1,1 @@
-"""The `kr5` command. One file a command: `<name>.py`, or `<group>_<name>.py` for `kr5 <group> <name>`."""
+"""The `kr5` command: a package a concept; `app.py` names the module of each command."""

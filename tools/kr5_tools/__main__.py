@@ -1,5 +1,5 @@
 """`python -m kr5_tools` is the command `kr5`."""
 
-from .cli import main
+from kr5_tools.app import main
 
 main()

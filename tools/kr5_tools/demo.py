@@ -1,6 +1,5 @@
 """`kr5 demo`: the whole job on images and a cell whose truth is known, and how near the answers came."""
 
-import json
 import os
 import shutil
 import subprocess
@@ -11,56 +10,86 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-import yaml
 
-from . import common
+from kr5_tools.cli import arguments, tables, terminal
+from kr5_tools.files import writing
+from kr5_tools.files.documents import read_json, read_yaml
+from kr5_tools.files.paths import CHECKOUT
 
 app = typer.Typer()
 
 WORN_CELL = "worn_cell_recording"  # a name that nobody's own folder has: it is replaced
-CHECKOUT = Path(__file__).resolve().parents[2]
 
 
 @app.command(epilog="Example: kr5 demo share/data/demo -o kr5-demo")
 def demo(
-    data: Annotated[Path | None, typer.Argument(metavar="FOLDER", help="The demo's data; by default share/data/demo of the checkout.")] = None,
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Where results, pages and plots go.")] = Path("kr5-demo"),
-    json_file: common.Json = None,
+    data: Annotated[
+        Path | None,
+        typer.Argument(metavar="FOLDER", help="The demo's data; by default share/data/demo of the checkout."),
+    ] = None,
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="DIR", help="Folder of results, pages and plots.")
+    ] = Path("kr5-demo"),
+    json_file: arguments.JsonOption = None,
 ) -> None:
-    """Calibrates the camera and its place on the arm from the demo's images, writes both pages, compares with the truth.
-    Then lets a worn cell run a protocol in the simulator, and measures how far the nominal cell is from what it showed. In
-    the end the worn cell inserts a peg, for you to watch.
+    """Demonstration of the main commands on data whose truth is known: camera and hand-eye calibration from images, a
+    recording of a worn cell with its gap to the nominal cell, and an insertion.
 
-    Ends with exit code 1 when the truth lies outside the doubt that was claimed (99.9 %), the bumped view is not named, the
-    gap is not where the worn joint is, or the peg does not go in.
+    Exit code 1 when the truth lies outside the estimated 99.9 % region, the disturbed view is not identified, the
+    largest gap is not at the worn joint, or the peg is not inserted.
     """
     begin = time.monotonic()
-    data = data or next((p for p in (CHECKOUT / "share/data/demo", Path("share/data/demo")) if p.is_dir()), Path("share/data/demo"))
+    data = data or next(
+        (p for p in (CHECKOUT / "share/data/demo", Path("share/data/demo")) if p.is_dir()), Path("share/data/demo")
+    )
     truth = _load(data / "truth.yaml")
     target = _load(data / "dataset.yaml")["target"]
     output.mkdir(parents=True, exist_ok=True)
-    out = common.console(json_file)
+    out = terminal.console(json_file)
     if (output / WORN_CELL).exists():
         shutil.rmtree(output / WORN_CELL)  # of the demo before, whole or not
     images = sorted(str(p) for p in (data / "images").glob("*.png"))
-    _run([_calibration("camera", ["camera", *images, "--target", target], output),
-          _calibration("hand_eye", ["hand-eye", str(data)], output), _worn_cell(data, output),
-          _insertion(data, output)], out)
-    results = {name: json.loads((output / f"{name}.json").read_text()) for name in ("camera", "hand_eye")}
+    _run(
+        [
+            _calibration("camera", ["camera", *images, "--target", target], output),
+            _calibration("hand_eye", ["hand-eye", str(data)], output),
+            _worn_cell(data, output),
+            _insertion(data, output),
+        ],
+        out,
+    )
+    results = {name: read_json(output / f"{name}.json") for name in ("camera", "hand_eye")}
     rows = [*_camera_rows(results["camera"], truth), *_hand_eye_rows(results["hand_eye"], truth)]
     ratio = _region(results["hand_eye"], truth)
     named = [v["name"] for v in results["hand_eye"]["views"] if v.get("outlier")]
     _tell(out, rows, named, ratio, truth)
-    gaps, worn = json.loads((output / "gap.json").read_text())["columns"], _worn(data)
+    gaps, worn = read_json(output / "gap.json")["columns"], _worn(data)
     widest = max(gaps, key=gaps.__getitem__)
-    out.print(f"\nThe cell that ran carries {worn['effect']} on {worn['target']}; the widest gap to the nominal cell is that of "
-              f"{widest}, {gaps[widest]:.1f} times the noise.", soft_wrap=True)
-    peg = json.loads((output / "insertion.json").read_text())
+    out.print(
+        f"\nThe cell that ran carries {worn['effect']} on {worn['target']}; the widest gap to the nominal cell is that"
+        f" of {widest}, {gaps[widest]:.1f} times the noise.",
+        soft_wrap=True,
+    )
+    peg = read_json(output / "insertion.json")
     out.print(_peg_words(peg), soft_wrap=True)
-    out.print(f"Took {time.monotonic() - begin:.1f} s. Open {output / 'hand_eye.html'}, {output / 'camera.html'}, "
-              f"{output / 'replay.html'} and {output / 'insertion.html'} in a browser.", soft_wrap=True)
-    common.write_json({"figures": rows, "region_99_9": ratio, "named": named, "bumped": truth["bumped"], "gaps": gaps, "worn": worn,
-                       "insertion": peg, "output": str(output)}, json_file)
+    out.print(
+        f"Took {time.monotonic() - begin:.1f} s. Open {output / 'hand_eye.html'}, {output / 'camera.html'}, "
+        f"{output / 'replay.html'} and {output / 'insertion.html'} in a browser.",
+        soft_wrap=True,
+    )
+    writing.write_json(
+        {
+            "figures": rows,
+            "region_99_9": ratio,
+            "named": named,
+            "bumped": truth["bumped"],
+            "gaps": gaps,
+            "worn": worn,
+            "insertion": peg,
+            "output": str(output),
+        },
+        json_file,
+    )
     where = widest.endswith(f".i{worn['target'].removeprefix('joint')}")
     if ratio > 1 or [Path(n).stem for n in named] != [Path(truth["bumped"]).stem] or not where or not peg["inserted"]:
         raise typer.Exit(1)
@@ -69,63 +98,76 @@ def demo(
 def _calibration(name: str, command: list[str], output: Path) -> list[list[str]]:
     """A calibration and its page."""
     result = str(output / f"{name}.json")
-    return [["calibrate", *command, "-o", result],
-            ["report", result, "-o", str(output / f"{name}.html"), "--png", str(output / f"{name}_plots")]]
+    return [
+        ["calibrate", *command, "-o", result],
+        ["report", result, "-o", str(output / f"{name}.html"), "--png", str(output / f"{name}_plots")],
+    ]
 
 
 def _worn_cell(data: Path, output: Path) -> list[list[str]]:
     """What the worn cell records, the gap of every column against the nominal cell, and a replay."""
     recording = output / WORN_CELL
     cell, protocol = str(data / "worn_cell.yaml"), str(data / "protocol.yaml")
-    return [["record", "--cell", cell, "--protocol", protocol, "-o", str(recording), "--nominal"],
-            ["gap", "measure", str(recording), "--json", str(output / "gap.json"), "--png", str(output / "gap.png")],
-            ["replay", str(recording), "-o", str(output / "replay.html")]]
+    return [
+        ["record", "--cell", cell, "--protocol", protocol, "-o", str(recording), "--nominal"],
+        ["gap", "measure", str(recording), "--json", str(output / "gap.json"), "--png", str(output / "gap.png")],
+        ["replay", str(recording), "-o", str(output / "replay.html")],
+    ]
 
 
 def _insertion(data: Path, output: Path) -> list[list[str]]:
     """The worn cell feels for a tube and inserts its peg."""
     task = ["--clearance", "0.05", "--offset", "4", "-3"]
-    return [["insert", "--cell", str(data / "worn_cell.yaml"), *task, "-o", str(output / "insertion.html"), "--json",
-             str(output / "insertion.json")]]
+    return [
+        [
+            "insert",
+            "--cell",
+            str(data / "worn_cell.yaml"),
+            *task,
+            "-o",
+            str(output / "insertion.html"),
+            "--json",
+            str(output / "insertion.json"),
+        ]
+    ]
 
 
 def _peg_words(result: dict[str, Any]) -> str:
     peg = result["pegs"][0]
     if not peg["inserted"]:
-        return f"[red]The worn cell does not insert its peg: {peg['reason']} in {peg['phase']}.[/red]"
-    return (f"The worn cell feels for a tube that stands 5 mm off, and inserts its peg, with 0.05 mm of clearance, at attempt "
-            f"{peg['attempts']} after {peg['time']:.1f} s; it presses with {peg['greatest_force']:.0f} N at most.")
+        return f"The worn cell does not insert its peg: {peg['reason']} in {peg['phase']}."
+    return (
+        "The worn cell inserts its peg into a tube 5 mm from its assumed position, with 0.05 mm of clearance, at"
+        f" attempt {peg['attempts']} after {peg['time']:.1f} s; it presses with {peg['greatest_force']:.0f} N at most."
+    )
 
 
 def _worn(data: Path) -> dict[str, str]:
     """What the worn cell carries."""
-    (effect, targets), = _load(data / "worn_cell.yaml")["effects"].items()
+    ((effect, targets),) = _load(data / "worn_cell.yaml")["effects"].items()
     return {"effect": effect, "target": next(iter(targets))}
 
 
 def _load(file: Path) -> Any:
-    try:
-        return yaml.safe_load(file.read_text(encoding="utf-8"))
-    except OSError as error:
-        common.fail(f"{file}: {error.strerror}; name the folder of the demo's data: kr5 demo CHECKOUT/share/data/demo")
+    return read_yaml(file, "the demo's data; name their folder: kr5 demo CHECKOUT/share/data/demo")
 
 
 def _run(jobs: list[list[list[str]]], out: Any) -> None:
     """Jobs side by side, as many as there are cores; the commands of a job one after the other."""
-    with common.working("Running these commands"), ThreadPoolExecutor(os.cpu_count()) as pool:
+    with terminal.spinner("Running these commands"), ThreadPoolExecutor(os.cpu_count()) as pool:
         done = list(pool.map(lambda job: _run_job(job, out), jobs))
     failed = [d for d in done if d.returncode]
     for job in failed:
-        common.errors.print(job.stderr, markup=False, end="")
+        terminal.errors.print(job.stderr, markup=False, end="")
     if failed:
         raise typer.Exit(failed[0].returncode)
 
 
-def _run_job(commands: list[list[str]], out: Any) -> subprocess.CompletedProcess:
+def _run_job(commands: list[list[str]], out: Any) -> subprocess.CompletedProcess[str]:
     """How the last command that ran ended."""
     for command in commands:
         shown = " ".join(command) if len(command) < 12 else f"{' '.join(command[:3])} … {' '.join(command[-4:])}"
-        out.print(f"[bold]$ kr5 {shown}[/bold]", soft_wrap=True)
+        out.print(f"$ kr5 {shown}", style="bold", soft_wrap=True)
         done = subprocess.run([sys.executable, "-m", "kr5_tools", *command], capture_output=True, text=True)
         if done.returncode:
             break
@@ -138,13 +180,15 @@ def _row(name: str, value: float, std: float, true: float, unit: str) -> dict[st
 
 def _camera_rows(data: dict[str, Any], truth: dict[str, Any]) -> list[dict[str, Any]]:
     result = data["result"]
-    return [_row(name, result["camera"][name], result["covariance"][i][i] ** 0.5, truth["camera"][name], "px")
-            for i, name in enumerate(("fx", "fy", "cx", "cy"))]
+    return [
+        _row(name, result["camera"][name], result["covariance"][i][i] ** 0.5, truth["camera"][name], "px")
+        for i, name in enumerate(("fx", "fy", "cx", "cy"))
+    ]
 
 
 def _hand_eye_rows(data: dict[str, Any], truth: dict[str, Any]) -> list[dict[str, Any]]:
-    found = common.pose_figures("camera on flange,", data["result"]["T_mount_camera"], data["result"]["covariance"])
-    true = common.pose_figures("", truth["T_flange_camera"], data["result"]["covariance"])
+    found = tables.pose_figures("camera on flange,", data["result"]["T_mount_camera"], data["result"]["covariance"])
+    true = tables.pose_figures("", truth["T_flange_camera"], data["result"]["covariance"])
     return [_row(f["name"], f["value"], f["std"], t["value"], f["unit"]) for f, t in zip(found, true)]
 
 
@@ -155,18 +199,39 @@ def _region(data: dict[str, Any], truth: dict[str, Any]) -> float:
     import numpy as np
 
     d = kr5.pose_difference(data["result"]["T_mount_camera"], truth["T_flange_camera"])
-    return float(d @ np.linalg.solve(np.array(data["result"]["covariance"]), d)) / kr5.uncertainty.chi_square_quantile(0.999, 6)
+    return float(d @ np.linalg.solve(np.array(data["result"]["covariance"]), d)) / kr5.uncertainty.chi_square_quantile(
+        0.999, 6
+    )
 
 
-def _tell(out: Any, rows: list[dict], named: list[str], ratio: float, truth: dict) -> None:
+def _tell(out: Any, rows: list[dict[str, Any]], named: list[str], ratio: float, truth: dict[str, Any]) -> None:
     import numpy as np
 
-    cells = ([r["name"], common.number(r["value"], r["std"]), common.number(r["std"], r["std"]), common.number(r["truth"], r["std"]),
-              common.number(r["error"], r["std"]), r["unit"]] for r in rows)
-    out.print(common.table("\nEstimate against truth", ["what", "estimate", "± std", "truth", "error", "unit"], cells))
+    cells = (
+        [
+            r["name"],
+            tables.format_number(r["value"], r["std"]),
+            tables.format_number(r["std"], r["std"]),
+            tables.format_number(r["truth"], r["std"]),
+            tables.format_number(r["error"], r["std"]),
+            r["unit"],
+        ]
+        for r in rows
+    )
+    out.print(
+        tables.make_table(
+            "\nEstimate against truth", ["quantity", "estimate", "± std", "truth", "error", "unit"], cells
+        )
+    )
     place = [r for r in rows if r["unit"] == "mm"]
     error, claimed = (float(np.sqrt(sum(r[key] ** 2 for r in place))) for key in ("error", "std"))
-    verdict = "within" if ratio <= 1 else "[red]outside[/red]"
-    out.print(f"\nThe camera's place on the flange is {error:.3f} mm from the truth; {claimed:.3f} mm was claimed (one standard "
-              f"deviation). The truth lies {verdict} the claimed 99.9 % region.", soft_wrap=True)
-    out.print(f"The arm was bumped in {truth['bumped']}; named as contradicting the others: {', '.join(named) or 'none'}.", soft_wrap=True)
+    verdict = "within" if ratio <= 1 else "outside"
+    out.print(
+        f"\nThe camera's place on the flange is {error:.3f} mm from the truth; {claimed:.3f} mm was claimed (one"
+        f" standard deviation). The truth lies {verdict} the claimed 99.9 % region.",
+        soft_wrap=True,
+    )
+    out.print(
+        f"The arm was bumped in {truth['bumped']}; named as contradicting the others: {', '.join(named) or 'none'}.",
+        soft_wrap=True,
+    )

@@ -8,13 +8,13 @@
 #include <kr5/core/error.hpp>
 #include <kr5/geometry/resection.hpp>
 
-#include "hand_eye_model.hpp"
+#include "calibration/hand_eye/model.hpp"
 
 namespace kr5::calibration {
 namespace {
 
 using hand_eye::Poses;
-using hand_eye::Sight;
+using hand_eye::SightedView;
 
 /// T_fixed_target as the views see it through T_mount_camera.
 Pose mean_target(Mount mount, const Pose& X, std::span<const HandEyeView> views, std::span<const Pose> targets) {
@@ -26,7 +26,7 @@ Pose mean_target(Mount mount, const Pose& X, std::span<const HandEyeView> views,
   return mean_pose(Z);
 }
 
-HeldOutView judge(Mount mount, const Poses& poses, const Sight& sight, const Pinhole& camera) {
+HeldOutView judge(Mount mount, const Poses& poses, const SightedView& sight, const Pinhole& camera) {
   const Pose M = hand_eye::predict(mount, poses, sight.input->T_base_flange);
   HeldOutView out;
   out.name = sight.input->view.name;
@@ -81,7 +81,7 @@ HandEyeEvaluation evaluate_hand_eye(std::span<const HandEyeView> views, const Pi
                                     const HandEyeSolver& solver, const EvaluateOptions& options) {
   options.validate();
   require(views.size() >= 4, "evaluate_hand_eye needs at least four views, found " + std::to_string(views.size()));
-  std::vector<Sight> sights;
+  std::vector<SightedView> sights;
   for (const HandEyeView& v : views) {
     require(v.T_base_flange.matrix().allFinite(), "view " + v.view.name + ": T_base_flange must be finite");
     sights.push_back({.input = &v, .found = resect(v.view.points, v.view.pixels, camera), .chosen = 0});

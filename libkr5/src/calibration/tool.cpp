@@ -211,9 +211,9 @@ void fill(std::span<const Pose> poses, const Fit& fit, const ToolOptions& option
   const Noise noise = noise_of(fit, options);
   result.tip = fit.x.head<3>();
   result.point = fit.x.tail<3>();
-  result.covariance_dof = noise.given ? uncertainty::noise_given : fit.dof;
+  result.covariance_dof = noise.given ? uncertainty::known_noise : fit.dof;
   result.covariance =
-      uncertainty::widening(3, result.covariance_dof) * noise.variance * fit.cofactor.topLeftCorner<3, 3>();
+      uncertainty::covariance_inflation(3, result.covariance_dof) * noise.variance * fit.cofactor.topLeftCorner<3, 3>();
   result.sigma_position = std::sqrt(noise.variance);
   result.sigma_rotation = std::sqrt(noise.variance * fit.ratio);
   result.fit.final_rms = noise.variance > 0 ? std::sqrt(fit.cost / fit.dof / noise.variance) : 0.0;
@@ -254,9 +254,13 @@ ToolResult calibrate_tool(std::span<const Pose> T_base_flange, const ToolOptions
   options.validate();
   require(T_base_flange.size() >= 4,
           "calibrate_tool: found " + std::to_string(T_base_flange.size()) + " poses, expected at least 4");
-  for (std::size_t k = 0; k < T_base_flange.size(); ++k)
+  for (std::size_t k = 0; k < T_base_flange.size(); ++k) {
+    const std::string pose = "calibrate_tool: pose " + std::to_string(k + 1);
     require(T_base_flange[k].matrix().allFinite() && is_rotation(T_base_flange[k].linear()),
-            "calibrate_tool: pose " + std::to_string(k + 1) + " is not finite with a proper rotation");
+            pose + " is not finite with a proper rotation");
+    require(T_base_flange[k].translation().cwiseAbs().maxCoeff() <= 1e3,
+            pose + " lies more than 1000 m away; is it in millimetres?");
+  }
   ToolResult result;
   result.poses.resize(T_base_flange.size());
   Index used(T_base_flange.size());

@@ -1,41 +1,48 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <deque>
+#include <string>
+#include <vector>
+
+#include <kr5/cell/cell.hpp>
 #include <kr5/cell/effect.hpp>
 
 /// @file
-/// The catalogue with the way to each parameter's place in Effects.
+/// The rows of the catalogue by subsystem, and the names of targets.
 
 namespace kr5::cell {
 
-template <class... T>
-using PointerTo = std::variant<T*...>;
-using Slot = PointerTo<double, std::optional<double>, int, Eigen::Vector2d, Eigen::Vector3d, std::optional<Pose>>;
-using ConstSlot = PointerTo<const double, const std::optional<double>, const int, const Eigen::Vector2d,
-                            const Eigen::Vector3d, const std::optional<Pose>>;
+std::vector<Effect> drive_rows();
+std::vector<Effect> arm_rows();
+std::vector<Effect> sensor_rows();
+std::vector<Effect> task_rows();
 
-/// Place of one parameter; the index (from 0) is that of a joint, motor or wrench component.
-struct SlotAccess {
-  Slot (*write)(Effects&, int) = nullptr;
-  ConstSlot (*read)(const Effects&, int) = nullptr;
-};
+/// All rows, also those that were registered; they stay where they are.
+const std::deque<Effect>& effect_rows();
+/// The row with what follows from the rest of it: which parameters replace a nominal value, and what else is off at 0.
+Effect completed(Effect row);
+void add_row(Effect row);
+void remove_row(const std::string& id);
 
-struct EffectRow {
-  Effect effect;
-  std::vector<SlotAccess> slots;  ///< One a parameter.
-};
-
-const std::vector<EffectRow>& effect_rows();
 /// The row of an effect, or null.
-const EffectRow* find_row(const std::string& id);
+const Effect* find_row(std::string_view id);
+/// @throws InvalidArgument naming the nearest effect.
+const Effect& required_row(std::string_view id);
+/// @throws InvalidArgument naming the parameters that the effect has.
+const EffectParameter& required_parameter(const Effect& row, std::string_view parameter);
+/// @throws InvalidArgument naming the targets that the effect has.
+int required_index(const Effect& row, const std::string& target);
+
+/// Active effects of rows that were registered.
+std::vector<ActiveEffect> registered_active_effects(const Effects& effects);
+
 /// Index of a target such as `joint3` (2), `fx` (0) or `camera` (0) for an effect of this kind; -1 when it is none.
 int target_index(EffectTarget kind, const std::string& target);
 std::string target_name(EffectTarget kind, int index);
-/// `joint<k>`, `fx | fy | ...`, `camera`: for messages.
+/// `joint1, joint2, ...`, `fx | fy | ...`, `camera`: for messages.
 std::string target_text(EffectTarget kind);
-
-std::optional<EffectValue> read_slot(const ConstSlot& slot);
-/// Whether two slots of one parameter hold the same.
-bool same_slot(const ConstSlot& a, const ConstSlot& b);
+/// How many targets of a kind a cell has that has any.
+int target_count(EffectTarget kind, const Cell& cell);
 
 }  // namespace kr5::cell

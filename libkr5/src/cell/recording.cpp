@@ -8,14 +8,17 @@
 #include <kr5/core/error.hpp>
 #include <kr5/io/fields.hpp>
 
-#include "cell/check_cell.hpp"
-#include "cell/read_recording.hpp"
+#include "cell/cell_document.hpp"
+#include "cell/check/columns.hpp"
+#include "cell/check/data.hpp"
+#include "cell/check/diagnostic_collector.hpp"
+#include "cell/recording_document.hpp"
 
 namespace kr5::cell {
 namespace {
 
+using io::Diagnostic;
 using io::Node;
-using io::Problem;
 
 constexpr const char* recording_format = "kr5-recording/1";
 
@@ -37,8 +40,8 @@ bool stays_inside(const std::string& file) {
   return !file.empty() && path.is_relative() && std::find(path.begin(), path.end(), "..") == path.end();
 }
 
-void check_index(const Index& index, const Node& root, const std::string& file, std::vector<Problem>& problems) {
-  Complaints c(file, root);
+void check_index(const Index& index, const Node& root, const std::string& file, std::vector<Diagnostic>& diagnostics) {
+  DiagnosticCollector c(file, root);
   c.expect(index.format == recording_format, "format", recording_format);
   c.expect(!index.experiments.empty(), "experiments", "at least one experiment");
   std::set<std::string> names, files;
@@ -46,47 +49,48 @@ void check_index(const Index& index, const Node& root, const std::string& file, 
     const Experiment& e = index.experiments[i];
     const std::string field = item("experiments", static_cast<Eigen::Index>(i));
     c.expect(names.insert(e.name).second, field + ".name", "every name once", "'" + e.name + "' a second time");
-    c.expect(files.insert(e.file).second, field + ".file", "every file once: rows that are used to fit may not judge",
-             "'" + e.file + "' a second time");
+    c.expect(files.insert(std::filesystem::path(e.file).lexically_normal().string()).second, field + ".file",
+             "every file once: rows that are used to fit may not judge", "'" + e.file + "' a second time");
     c.expect(stays_inside(e.file), field + ".file", "a file in the folder of the recording");
   }
-  for (Problem& p : c.take()) problems.push_back(std::move(p));
+  for (Diagnostic& p : c.take()) diagnostics.push_back(std::move(p));
 }
 
 /// Text of a file, or nothing and a problem.
-std::optional<std::string> read_file(const std::filesystem::path& file, std::vector<Problem>& problems) {
+std::optional<std::string> read_file(const std::filesystem::path& file, std::vector<Diagnostic>& diagnostics) {
   try {
     return io::read_text(file);
   } catch (const IoError&) {
-    problems.push_back({file.string(), 0, "",
-                        std::filesystem::exists(file) ? "no file that can be read" : "no such file",
-                        "a file of a cell or recording; is the name right?"});
+    std::error_code error;
+    const bool there = std::filesystem::status(file, error).type() != std::filesystem::file_type::not_found;
+    diagnostics.push_back({file.string(), 0, "", there ? "no file that can be read" : "no such file",
+                           "a file of a cell or recording; is the name right?"});
     return std::nullopt;
   }
 }
 
-void read_cell_of(ReadRecording& out, std::vector<Problem>& problems) {
+void read_cell_of(ReadRecording& out, std::vector<Diagnostic>& diagnostics) {
   const auto file = out.recording.folder / out.recording.cell_file;
-  const auto root = read_document(file, problems);
+  const auto root = read_document(file, diagnostics);
   if (!root) return;
-  const std::size_t before = problems.size();
-  out.recording.cell = read_cell(*root, file.string(), problems);
-  out.cell_usable = problems.size() == before;
+  const std::size_t before = diagnostics.size();
+  out.recording.cell = read_cell(*root, file.string(), diagnostics);
+  out.cell_usable = diagnostics.size() == before;
 }
 
-void read_experiments(ReadRecording& out, std::vector<Problem>& problems) {
+void read_experiments(ReadRecording& out, std::vector<Diagnostic>& diagnostics) {
   for (Experiment& e : out.recording.experiments) {
     const auto file = out.recording.folder / e.file;
     out.lines.emplace_back();
     out.usable.push_back(false);
-    const auto text = read_file(file, problems);
+    const auto text = read_file(file, diagnostics);
     if (!text) continue;
-    io::ParsedCsv parsed = io::examine_csv(*text, file.string());
-    problems.insert(problems.end(), parsed.problems.begin(), parsed.problems.end());
+    io::ParsedCsv parsed = io::try_parse_csv(*text, file.string());
+    diagnostics.insert(diagnostics.end(), parsed.diagnostics.begin(), parsed.diagnostics.end());
     e.data = std::move(parsed.table);
     out.lines.back() = std::move(parsed.lines);
     if (out.cell_usable && e.data.values.rows() > 0)
-      out.usable.back() = check_columns(e, out.recording.cell.robot.joints(), file.string(), problems);
+      out.usable.back() = check_columns(e, out.recording.cell.robot.joints(), file.string(), diagnostics);
   }
 }
 
@@ -101,44 +105,46 @@ const Experiment& Recording::experiment(const std::string& name) const {
   throw InvalidArgument("no experiment '" + name + "'; there are " + all);
 }
 
-std::optional<Node> read_document(const std::filesystem::path& file, std::vector<Problem>& problems) {
-  const auto text = read_file(file, problems);
+std::optional<Node> read_document(const std::filesystem::path& file, std::vector<Diagnostic>& diagnostics) {
+  const auto text = read_file(file, diagnostics);
   if (!text) return std::nullopt;
   try {
     return io::parse_yaml(*text, file.string());
   } catch (const IoError& e) {
     // The text starts with the file, which a problem names itself.
-    problems.push_back(
+    diagnostics.push_back(
         {file.string(), 0, "", std::string(e.what()).substr(file.string().size() + 1), "a YAML document"});
     return std::nullopt;
   }
 }
 
-ReadRecording read_recording(const std::filesystem::path& folder, std::vector<Problem>& problems) {
+ReadRecording read_recording(const std::filesystem::path& folder, std::vector<Diagnostic>& diagnostics) {
   ReadRecording out;
   out.recording.folder = folder;
   const auto file = folder / "recording.yaml";
-  const auto root = read_document(file, problems);
+  const auto root = read_document(file, diagnostics);
   if (!root) return out;
   Index index;
   io::Reader reader(file.string());
   reader.read(*root, "", index);
-  problems.insert(problems.end(), reader.problems().begin(), reader.problems().end());
-  if (!reader.problems().empty()) return out;
-  const std::size_t before = problems.size();
-  check_index(index, *root, file.string(), problems);
-  if (problems.size() > before) return out;
+  diagnostics.insert(diagnostics.end(), reader.diagnostics().begin(), reader.diagnostics().end());
+  if (!reader.diagnostics().empty()) return out;
+  const std::size_t before = diagnostics.size();
+  check_index(index, *root, file.string(), diagnostics);
+  if (diagnostics.size() > before) return out;
   out.recording.cell_file = index.cell;
   out.recording.experiments = std::move(index.experiments);
-  read_cell_of(out, problems);
-  read_experiments(out, problems);
+  read_cell_of(out, diagnostics);
+  read_experiments(out, diagnostics);
   return out;
 }
 
 Recording load_recording(const std::filesystem::path& folder) {
-  std::vector<Problem> problems;
-  ReadRecording read = read_recording(folder, problems);
-  io::throw_problems(problems);
+  std::vector<Diagnostic> diagnostics;
+  ReadRecording read = read_recording(folder, diagnostics);
+  if (read.cell_usable)
+    check_recording(read, *read.recording.cell.source, (folder / read.recording.cell_file).string(), diagnostics);
+  io::throw_diagnostics(diagnostics);
   return std::move(read.recording);
 }
 

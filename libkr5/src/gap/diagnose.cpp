@@ -10,10 +10,14 @@
 
 #include <kr5/core/error.hpp>
 
-#include "gap/model_pool.hpp"
-#include "gap/noise.hpp"
-#include "gap/report.hpp"
-#include "gap/search.hpp"
+#include "gap/fitting/model_pool.hpp"
+#include "gap/fitting/search.hpp"
+#include "gap/planning/next_experiment.hpp"
+#include "gap/recording_scope.hpp"
+#include "gap/reporting/gap_figures.hpp"
+#include "gap/screening/noise.hpp"
+#include "gap/screening/pose_noise.hpp"
+#include "gap/screening/recording_faults.hpp"
 
 namespace kr5::gap {
 namespace {
@@ -22,6 +26,15 @@ namespace {
 constexpr double scatter_sizes[] = {0.0, 0.002, 0.004, 0.008};
 /// Evidence that scatter must bring, in natural logarithms: odds of twenty.
 constexpr double scatter_pays = 3.0;
+
+/// Prior odds of a shape that no catalogue names against an effect of the catalogue.
+constexpr double free_shape_odds = 0.1;
+/// Most likely models whose scatter is looked at.
+constexpr std::size_t models_with_scatter = 3;
+/// Iterations that refit a model beside scatter.
+constexpr int scatter_iterations = 3;
+/// An effect that is trusted less than evenly is not blamed.
+constexpr double least_trust = 0.5;
 
 /// Part of the whole that a step takes, about.
 struct Stage {
@@ -35,7 +48,7 @@ constexpr Stage simulating{"simulating the nominal cell", 0.0, 0.02}, screening{
 class Diagnoser {
  public:
   Diagnoser(const cell::Recording& recording, const cell::Simulator& simulator, const DiagnoseOptions& options)
-      : options_(options), start_(std::chrono::steady_clock::now()), data_(make_data(recording, simulator)) {}
+      : options_(options), start_(std::chrono::steady_clock::now()), data_(compare_columns(recording, simulator)) {}
 
   Diagnosis run() {
     simulate_nominal();
@@ -43,10 +56,10 @@ class Diagnoser {
     Screen screen = make_screen();
     judge_pose_noise(screen);
     groups_ = make_groups(data_);
-    scatter_ = make_scatter(data_, base_, options_.threads);
+    scatter_ = make_nuisance_model(data_, base_, options_.threads);
     out_.seconds_screening = seconds();
     find_models(screen);
-    drop_within_discrepancy();
+    drop_needless_effects();
     conclude();
     out_.seconds = seconds();
     return std::move(out_);
@@ -67,6 +80,7 @@ class Diagnoser {
     base_ = compare_nominal(data_);
     out_.warnings = data_.left_out;
     for (std::string& lack : lacking_splits(data_)) out_.warnings.push_back(std::move(lack));
+    for (std::string& limit : scope_warnings(*data_.recording)) out_.warnings.push_back(std::move(limit));
   }
 
   /// Takes the noise that was seen where it is not as declared, with a word.
@@ -107,13 +121,13 @@ class Diagnoser {
       if (std::any_of(candidate->experiments.begin(), candidate->experiments.end(),
                       [&](int e) { return data_.recording->experiments[e].kind == cell::Kind::Poses; }))
         acting.push_back(&candidate->hypothesis);
-    const std::vector<NoiseScale> scales = judge_poses(data_, base_, acting, spikes_);
+    const std::vector<NoiseScale> scales = pose_noise_scales(data_, base_, acting, spikes_);
     if (spikes_ > 0) out_.warnings.push_back(std::to_string(spikes_) + " samples are spikes and were left out");
     take_noise(scales);
   }
 
   std::vector<Model> search_with(Screen& screen, double scatter) {
-    problem_.prior = ScatterPrior(scatter_, scatter);
+    problem_.prior = NuisancePrior(scatter_, scatter);
     problem_.log_prior_effect = -std::log(static_cast<double>(std::max(screen.effects(), 1)));
     return search(problem_, screen, base_, {options_.max_effects, options_.refits, options_.beam, options_.threads},
                   [&](double fraction) { progress(scatter > 0 ? with_scatter : refitting, fraction); });
@@ -123,8 +137,9 @@ class Diagnoser {
   double best_scatter(const Model& model) {
     double best = 0.0, most = 0.0;
     for (const double size : scatter_sizes) {
-      FitProblem problem{data_, scatter_, ScatterPrior(scatter_, size), problem_.log_prior_effect};
-      const Model fitted = model.parts.empty() ? empty_model(problem, base_) : fit(problem, model, model.parts, 3);
+      FitProblem problem{data_, scatter_, NuisancePrior(scatter_, size), problem_.log_prior_effect};
+      const Model fitted =
+          model.parts.empty() ? empty_model(problem, base_) : fit(problem, model, model.parts, scatter_iterations);
       const double evidence = fitted.log_evidence - (size > 0 ? scatter_pays : 0.0);
       if (size == 0.0 || evidence > most) {
         most = evidence;
@@ -139,7 +154,7 @@ class Diagnoser {
   void find_models(Screen& screen) {
     models_.replace(search_with(screen, 0.0));
     double size = 0.0;
-    const std::size_t tried = std::min<std::size_t>(models_.all().size(), 3);
+    const std::size_t tried = std::min(models_.all().size(), models_with_scatter);
     for (std::size_t i = 0; i < tried && size == 0.0; ++i) size = best_scatter(models_.all()[i]);
     if (size == 0.0) return;
     std::vector<Model> with = search_with(screen, size);
@@ -148,38 +163,45 @@ class Diagnoser {
       out_.scatter = size;
       return;
     }
-    problem_.prior = ScatterPrior();
+    problem_.prior = NuisancePrior();
   }
 
-  /// Takes away models that differ from smaller ones by no more than the simulator may be off, until the best is none.
-  void drop_within_discrepancy() {
+  /// Takes away models with an effect that makes the check experiments fit worse, or that explains no more than the
+  /// simulator may be off, until the best has none.
+  void drop_needless_effects() {
     for (bool dropped = true; dropped;) {
       dropped = false;
       const Model best = models_.best();
-      for (std::size_t k = 0; k < best.parts.size() && !dropped; ++k)
-        dropped = within_discrepancy(problem_, groups_, best, models_.without(best, k), base_, options_);
+      for (std::size_t k = 0; k < best.parts.size() && !dropped; ++k) dropped = is_needless(best, k);
       if (dropped) models_.drop(best.parts);
     }
+  }
+
+  bool is_needless(const Model& best, std::size_t part) {
+    const Model without = models_.without(best, part);
+    const bool cause = !best.parts[part].candidate->hypothesis.of_recording;
+    return (cause && worsens_check(data_, groups_, best, without)) ||
+           within_discrepancy(problem_, groups_, best, without, base_, options_);
   }
 
   void conclude() {
     progress(judging, 0.0);
     const FitProblem plain{data_, scatter_, {}, 0.0};
     mark_late_spikes();
-    const Rest before = rest_of(plain, groups_, empty_model(plain, base_), base_, options_);
+    const ResidualAnalysis before = analyze_residual(plain, groups_, empty_model(plain, base_), base_, options_);
     Model best = free_shape_is_likelier(models_.best()) ? models_.nominal() : models_.best();
-    Rest rest = rest_of(problem_, groups_, best, base_, options_);
+    ResidualAnalysis rest = analyze_residual(problem_, groups_, best, base_, options_);
     std::vector<double> trusts = trusts_of(best, rest);
     for (int worst = distrusted(best, trusts); worst >= 0; worst = distrusted(best, trusts)) {
       // The rest must explain without it, too: what only made up for its errors is then seen.
       best = models_.without(best, static_cast<std::size_t>(worst));
-      rest = rest_of(problem_, groups_, best, base_, options_);
+      rest = analyze_residual(problem_, groups_, best, base_, options_);
       trusts = trusts_of(best, rest);
     }
     add_causes(best, posterior(data_, models_.all()), rest, trusts);
     if (out_.causes.empty() && !best.parts.empty()) {  // faults of the recording alone explain nothing of the cell
       best = models_.nominal();
-      rest = rest_of(problem_, groups_, best, base_, options_);
+      rest = analyze_residual(problem_, groups_, best, base_, options_);
     }
     set_verdict(rest);
     fill(best, before, rest);
@@ -192,7 +214,7 @@ class Diagnoser {
     if (found > 0) out_.warnings.push_back(std::to_string(found) + " more samples stand out from what was found");
   }
 
-  std::vector<double> trusts_of(const Model& model, const Rest& rest) const {
+  std::vector<double> trusts_of(const Model& model, const ResidualAnalysis& rest) const {
     std::vector<double> out(model.parts.size(), 1.0);
     if (rest.any())
       for (std::size_t k = 0; k < out.size(); ++k) out[k] = trust(data_, groups_, model, rest, k, options_);
@@ -203,22 +225,22 @@ class Diagnoser {
   static int distrusted(const Model& model, const std::vector<double>& trusts) {
     int out = -1;
     for (std::size_t k = 0; k < trusts.size(); ++k)
-      if (!model.parts[k].candidate->hypothesis.of_recording && trusts[k] < 0.5 &&
+      if (!model.parts[k].candidate->hypothesis.of_recording && trusts[k] < least_trust &&
           (out < 0 || trusts[k] < trusts[static_cast<std::size_t>(out)]))
         out = static_cast<int>(k);
     return out;
   }
 
-  /// Whether one shape in one column, which no catalogue names, says as much as several effects that act together. It
-  /// is a tenth as likely beforehand as an effect of the catalogue.
+  /// Whether one shape in one column, which no catalogue names, says as much as several effects that act together.
   bool free_shape_is_likelier(const Model& best) const {
     if (best.parts.size() < 2) return false;
     const Model empty = models_.nominal();
-    const double gain = best_free_shape(data_, groups_, counted(data_, base_), prior_width) / 2;
-    return empty.log_evidence + gain + problem_.log_prior_effect - std::log(10.0) > best.log_evidence;
+    const double gain = best_free_shape(data_, groups_, counted_residual(data_, base_), prior_width) / 2;
+    return empty.log_evidence + gain + problem_.log_prior_effect + std::log(free_shape_odds) > best.log_evidence;
   }
 
-  void add_causes(const Model& best, const Posterior& weights, const Rest& rest, const std::vector<double>& trusts) {
+  void add_causes(const Model& best, const Posterior& weights, const ResidualAnalysis& rest,
+                  const std::vector<double>& trusts) {
     for (std::size_t k = 0; k < best.parts.size(); ++k) {
       if (best.parts[k].candidate->hypothesis.of_recording) {
         warn_of_clock(parameters(data_, best, k, weights.temperature).front(), name_of(best.parts[k]).target);
@@ -231,7 +253,8 @@ class Diagnoser {
       cause.probability = trusts[k] * probability(models_.all(), weights, name);
       cause.tied_with = ties(models_.all(), weights, best, k);
       cause.parameters = parameters(data_, best, k, weights.temperature);
-      cause.gap_closed = closed(data_, groups_, counted(data_, base_), rest.without[k], rest.whole);
+      cause.explained_fraction =
+          explained_fraction(data_, groups_, counted_residual(data_, base_), rest.without[k], rest.whole);
       out_.causes.push_back(std::move(cause));
     }
   }
@@ -244,30 +267,30 @@ class Diagnoser {
     out_.warnings.emplace_back(text);
   }
 
-  void set_verdict(const Rest& rest) {
+  void set_verdict(const ResidualAnalysis& rest) {
     if (!out_.causes.empty())
       out_.verdict = rest.any() ? Verdict::PartlyExplained : Verdict::Explained;
     else
       out_.verdict = rest.any() ? Verdict::Unknown : Verdict::NoGap;
   }
 
-  void fill(const Model& judged, const Rest& before, const Rest& rest) {
+  void fill(const Model& judged, const ResidualAnalysis& before, const ResidualAnalysis& rest) {
     std::stable_sort(out_.causes.begin(), out_.causes.end(),
                      [](const Cause& a, const Cause& b) { return a.probability > b.probability; });
-    out_.where = places(data_, groups_, before);
+    out_.where = column_excesses(data_, groups_, before);
     if (out_.verdict == Verdict::NoGap) out_.where.clear();
-    if (rest.any()) out_.unexplained = places(data_, groups_, rest);
-    out_.shrink = shrink_of(data_, groups_, before.shown, rest.shown);
+    if (rest.any()) out_.unexplained = column_excesses(data_, groups_, rest);
+    out_.reduction = gap_reduction(data_, groups_, before.shown, rest.shown);
     out_.cell = setup_of(data_, judged.parts).cell;
     out_.next_experiment = next_experiment(data_, judged, models_.all(), out_.causes, options_.threads);
   }
 
   const DiagnoseOptions& options_;
   std::chrono::steady_clock::time_point start_;
-  Data data_;
+  ComparisonData data_;
   Eigen::VectorXd base_;
   std::vector<Group> groups_;
-  Scatter scatter_;
+  NuisanceModel scatter_;
   int spikes_ = 0;
   mutable std::mutex telling_;
   mutable double done_ = 0.0;
@@ -290,6 +313,7 @@ void DiagnoseOptions::validate() const {
 
 Diagnosis diagnose(const cell::Recording& recording, const cell::Simulator& simulator, const DiagnoseOptions& options) {
   options.validate();
+  recording.cell.validate();
   const std::optional<cell::Recording> reset = from_zero(recording);
   Diagnosis out = Diagnoser(reset ? *reset : recording, simulator, options).run();
   if (reset)

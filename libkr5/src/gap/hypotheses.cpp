@@ -4,12 +4,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include <kr5/cell/effect.hpp>
 #include <kr5/core/error.hpp>
 
-#include "gap/hypothesis_builder.hpp"
-#include "gap/sizes.hpp"
+#include "gap/screening/row_hypothesis.hpp"
 
 namespace kr5::gap {
+
+using Point = Eigen::VectorXd;
 
 TimeSpan span_of(const cell::Recording& recording) {
   TimeSpan out{0.0, 0.0};
@@ -23,24 +25,17 @@ TimeSpan span_of(const cell::Recording& recording) {
 }
 
 std::vector<Hypothesis> hypotheses(const cell::Cell& cell, const TimeSpan& span) {
-  HypothesisBuilder builder{cell, span, {}};
-  for (int joint = 0; joint < cell.robot.joints(); ++joint) {
-    if (!cell.robot.links.empty()) add_joint_friction(builder, joint);
-    if (cell.drives) add_joint_drive(builder, joint);
-    add_joint_geometry(builder, joint);
+  std::vector<Hypothesis> out;
+  for (const cell::Effect& effect : cell::effect_catalogue()) {
+    if (effect.periodic()) continue;
+    const std::vector<std::string> targets = cell::effect_targets(effect, cell);
+    for (int i = 0; i < static_cast<int>(targets.size()); ++i) {
+      if (!cell::effect_possible(effect, cell, targets[i])) continue;
+      for (Hypothesis& h : row_hypotheses(effect, {cell, i, 0, span.first, span.last}, targets[i]))
+        out.push_back(std::move(h));
+    }
   }
-  if (cell.drives) add_couplings(builder);
-  add_arm(builder);
-  if (cell.servo) add_servos(builder);
-  if (cell.tool) add_wrench(builder);
-  add_optics(builder);
-  if (cell.contact) add_contact(builder);
-  // What an effect needs beside its own part of the cell, the catalogue knows.
-  std::erase_if(builder.list, [&](const Hypothesis& h) {
-    const std::vector<std::string> targets = cell::effect_targets(cell::find_effect(h.effect), cell);
-    return std::find(targets.begin(), targets.end(), h.target) == targets.end();
-  });
-  return std::move(builder.list);
+  return out;
 }
 
 Hypothesis own_hypothesis(const OwnEffect& own) {
@@ -89,18 +84,21 @@ Hypothesis own_hypothesis(const OwnEffect& own) {
   return out;
 }
 
-Hypothesis periodic_hypothesis(const cell::Cell& cell, const std::string& effect, int joint, int cycles) {
-  const bool ripple = effect == "torque_ripple";
-  const double size = ripple ? sizes::part * sizes::friction(cell, joint) : sizes::angle / 2;
-  const std::string target = "joint" + std::to_string(joint + 1);
-  HypothesisBuilder builder{cell, {}, {}};
-  Hypothesis& h = builder.add(effect, target, {{}, {}}, [=](cell::Cell& c, const Point& x) {
-    cell::set_effect(c, effect, target, "amplitude", cell::EffectValue(size * x.norm()));
-    cell::set_effect(c, effect, target, "cycles", cell::EffectValue(static_cast<double>(cycles)));
-    cell::set_effect(c, effect, target, "phase", cell::EffectValue(std::atan2(x(1), x(0))));
-  });
-  h.choice = std::to_string(cycles) + (cycles == 1 ? " cycle" : " cycles");
-  return h;
+std::vector<PeriodicEffect> periodic_effects(const cell::Cell& cell) {
+  std::vector<PeriodicEffect> out;
+  for (const cell::Effect& effect : cell::effect_catalogue()) {
+    if (!effect.periodic()) continue;
+    const std::vector<std::string> targets = cell::effect_targets(effect, cell);
+    for (int joint = 0; joint < static_cast<int>(targets.size()); ++joint)
+      if (cell::effect_possible(effect, cell, targets[joint])) out.push_back({effect.id, joint});
+  }
+  return out;
+}
+
+Hypothesis periodic_hypothesis(const cell::Cell& cell, const PeriodicEffect& periodic, int cycles) {
+  const cell::Effect& effect = cell::find_effect(periodic.effect);
+  const std::string target = cell::effect_targets(effect, cell).at(static_cast<std::size_t>(periodic.joint));
+  return row_hypotheses(effect, {cell, periodic.joint}, target, cycles).front();
 }
 
 }  // namespace kr5::gap

@@ -5,8 +5,8 @@
 
 #include <kr5/core/error.hpp>
 
-#include "gap/data.hpp"
-#include "gap/parts.hpp"
+#include "gap/comparison_data.hpp"
+#include "gap/reporting/gap_breakdown.hpp"
 
 namespace kr5::gap {
 namespace {
@@ -21,23 +21,30 @@ std::string in_one(const std::vector<std::string>& reasons) {
 
 Measure measure(const cell::Recording& recording, const cell::Cell& cell, const cell::Simulator& simulator) {
   require_joints(recording, cell);
-  const Data data = make_data(recording, simulator);
-  Parts parts(recording);
+  cell.validate();
+  const ComparisonData data = compare_columns(recording, simulator);
+  GapBreakdown parts(recording);
   Measure out;
   double sum = 0.0;
   for (std::size_t e = 0; e < recording.experiments.size(); ++e) {
     if (data.blocks_of[e].empty()) continue;
-    const auto predicted = shown(data, cell, static_cast<int>(e), out.refused);
+    const auto predicted = try_predict(data, cell, static_cast<int>(e), out.refused);
     if (!predicted) continue;
     const auto residuals = compare(data, static_cast<int>(e), *predicted);
     for (std::size_t k = 0; k < residuals.size(); ++k) {
       const Block& block = data.blocks[static_cast<std::size_t>(data.blocks_of[e][k])];
-      if (!shows(*predicted, block)) continue;
+      if (!has_column_of(*predicted, block)) continue;
+      if (!residuals[k].array().isFinite().any()) {
+        out.refused.push_back(recording.experiments[e].name + "." + block.column +
+                              ": the simulation gives no finite number to compare");
+        continue;
+      }
       out.columns.push_back(parts.add(block.experiment, block.column, block.sigma, residuals[k]));
       out.exceeding += out.columns.back().exceeds ? 1 : 0;
       sum += out.columns.back().gap * out.columns.back().gap;
     }
   }
+  for (const std::string& lack : data.left_out) out.refused.push_back(lack);
   if (out.columns.empty() && !out.refused.empty()) throw InvalidArgument(in_one(out.refused));
   out.parts = parts.all();
   if (!out.columns.empty()) out.gap = std::sqrt(sum / static_cast<double>(out.columns.size()));

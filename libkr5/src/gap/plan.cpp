@@ -9,7 +9,7 @@
 #include <kr5/core/error.hpp>
 
 #include "gap/parallel.hpp"
-#include "gap/plan_score.hpp"
+#include "gap/planning/experiment_scorer.hpp"
 
 namespace kr5::gap {
 namespace {
@@ -47,24 +47,25 @@ class Planner {
 
   Plan run() {
     progress("fitting the alternatives", 0.0);
-    make_alike();
-    const Study study(pretended_, simulator_);
-    std::vector<Fitted> fitted = look_alikes(study);
-    const Judge judge{study.data, fitted, options_.scatter, options_.simulator_accuracy, most_current(recording_)};
+    synthesize_likeliest();
+    const FitContext context(synthesized_, simulator_);
+    std::vector<Fitted> fitted = look_alikes(context);
+    const ExperimentScorer scorer{context.data, fitted, options_.scatter, options_.simulator_accuracy,
+                                  highest_current(recording_)};
     for (const Fitted& f : fitted) {
       out_.already = std::max(out_.already, std::sqrt(std::max(f.chi2, 0.0)));
-      out_.cells.push_back(setup_of(study.data, f.parts()).cell);
+      out_.cells.push_back(setup_of(context.data, f.parts()).cell);
     }
     std::vector<cell::Kind> done, left;
     for (const auto& [kind, name] : enum_names(cell::Kind{}))
-      (recorded(recording_, kind) ? done : left).push_back(kind);
-    std::vector<Entry> entries = judged(judge, done);
+      (recorded_experiment(recording_, kind) ? done : left).push_back(kind);
+    std::vector<Entry> entries = judged(scorer, done);
     if (entries.empty() || entries.front().score.separation[0] < options_.separation) {
-      std::vector<Entry> more = judged(judge, left);
+      std::vector<Entry> more = judged(scorer, left);
       std::move(more.begin(), more.end(), std::back_inserter(entries));
       rank(entries);
     }
-    confirm(judge, study, entries);
+    confirm(scorer, context, entries);
     report(entries);
     return std::move(out_);
   }
@@ -76,8 +77,8 @@ class Planner {
 
   /// What the cell would have recorded with the likeliest alternative; with the first at a usual size, when the
   /// recording shows none.
-  void make_alike() {
-    const Study seen(recording_, simulator_);
+  void synthesize_likeliest() {
+    const FitContext seen(recording_, simulator_);
     std::vector<Fitted> fitted = fit_alternatives(seen, out_.alternatives, options_);
     const auto best = std::max_element(
         fitted.begin(), fitted.end(), [](const Fitted& a, const Fitted& b) { return a.log_evidence < b.log_evidence; });
@@ -88,18 +89,18 @@ class Planner {
       assume_usual_size(fitted.front());
     }
     true_one_ = fitted[truth_];
-    pretended_ = pretend(seen, true_one_);
+    synthesized_ = synthesize_recording(seen, true_one_);
   }
 
   /// The alternatives as they look most alike: all fitted to what one of them shows.
-  std::vector<Fitted> look_alikes(const Study& study) {
-    std::vector<Fitted> fitted = fit_alternatives(study, out_.alternatives, options_);
-    Fitted own = refit(study, true_one_, 0);
+  std::vector<Fitted> look_alikes(const FitContext& context) {
+    std::vector<Fitted> fitted = fit_alternatives(context, out_.alternatives, options_);
+    Fitted own = refit(context, true_one_, 0);
     fitted[truth_] = std::move(own);
     return fitted;
   }
 
-  std::vector<Entry> judged(const Judge& judge, const std::vector<cell::Kind>& kinds) {
+  std::vector<Entry> judged(const ExperimentScorer& scorer, const std::vector<cell::Kind>& kinds) {
     constexpr std::size_t closer = 10;
     const Family family{
         recording_, joints_of(out_.alternatives), options_.speed, options_.load, options_.wait, options_.seed, false};
@@ -108,19 +109,19 @@ class Planner {
       std::vector<Proposal> more = proposals(family, kind);
       std::move(more.begin(), more.end(), std::back_inserter(all));
     }
-    std::vector<Entry> out = scored(judge, std::move(all), false, "trying experiments");
+    std::vector<Entry> out = scored(scorer, std::move(all), false, "trying experiments");
     if (out.size() > closer) out.resize(closer);
     std::vector<Proposal> best;
     for (Entry& e : out) best.push_back(std::move(e.proposal));
-    return scored(judge, std::move(best), true, "allowing for scatter of the model");
+    return scored(scorer, std::move(best), true, "allowing for scatter of the model");
   }
 
-  std::vector<Entry> scored(const Judge& judge, std::vector<Proposal> all, bool with_scatter,
+  std::vector<Entry> scored(const ExperimentScorer& scorer, std::vector<Proposal> all, bool with_scatter,
                             const std::string& stage) {
     std::vector<std::optional<Score>> scores(all.size());
     std::atomic<int> done{0};
     parallel_for(static_cast<int>(all.size()), options_.threads, [&](int i) {
-      scores[i] = judge.score(all[i], with_scatter);
+      scores[i] = scorer.score(all[i], with_scatter);
       progress(stage, static_cast<double>(++done) / static_cast<double>(all.size()));
     });
     std::vector<Entry> out;
@@ -155,12 +156,12 @@ class Planner {
   }
 
   /// Fits the best through the simulator until one stands; those that do not are ranked by what is left of them.
-  void confirm(const Judge& judge, const Study& study, std::vector<Entry>& entries) {
+  void confirm(const ExperimentScorer& scorer, const FitContext& context, std::vector<Entry>& entries) {
     constexpr int tries = 4;
     for (int i = 0; i < tries && !entries.empty() && entries.front().score.separation.back() > exact_tie; ++i) {
       progress("confirming the best", static_cast<double>(i) / tries);
       Score& best = entries.front().score;
-      const double kept = judge.confirmed(study, entries.front().proposal) / std::max(best.separation[0], 1e-9);
+      const double kept = scorer.confirmed(context, entries.front().proposal) / std::max(best.separation[0], 1e-9);
       if (kept > 0.8) return;
       for (double& separation : best.separation) separation *= kept;
       rank(entries);
@@ -219,7 +220,7 @@ class Planner {
   const PlanOptions& options_;
   std::size_t truth_ = 0;
   Fitted true_one_;
-  cell::Recording pretended_;
+  cell::Recording synthesized_;
   Plan out_;
 };
 
@@ -243,8 +244,8 @@ Plan plan(const cell::Recording& recording, const cell::Simulator& simulator,
   return Planner(recording, simulator, alternatives, options).run();
 }
 
-Weighed weigh(const std::vector<cell::Recording>& recordings, const cell::Simulator& simulator,
-              const std::vector<Alternative>& alternatives, const PlanOptions& options) {
+ModelComparison compare_models(const std::vector<cell::Recording>& recordings, const cell::Simulator& simulator,
+                               const std::vector<Alternative>& alternatives, const PlanOptions& options) {
   options.validate();
   require(!recordings.empty(), "recordings: expected one at least");
   require(alternatives.size() >= 2, "alternatives: expected two at least");
@@ -257,9 +258,9 @@ Weighed weigh(const std::vector<cell::Recording>& recordings, const cell::Simula
       if (recordings[i].cell.tool) tools[e.name] = *recordings[i].cell.tool;
       all.experiments.push_back(std::move(e));
     }
-  const Study study(std::move(all), simulator, std::move(tools));
-  Weighed out;
-  for (const Fitted& f : fit_alternatives(study, alternatives, options)) out.log_evidence.push_back(f.log_evidence);
+  const FitContext context(std::move(all), simulator, std::move(tools));
+  ModelComparison out;
+  for (const Fitted& f : fit_alternatives(context, alternatives, options)) out.log_evidence.push_back(f.log_evidence);
   const auto best = std::max_element(out.log_evidence.begin(), out.log_evidence.end());
   out.best = static_cast<int>(best - out.log_evidence.begin());
   double sum = 0.0;

@@ -3,98 +3,97 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
-#include <Eigen/Cholesky>
-
 #include <kr5/core/error.hpp>
+#include <kr5/core/levenberg_marquardt.hpp>
 #include <kr5/core/linear.hpp>
+#include <kr5/core/statistics.hpp>
 
 namespace kr5 {
 namespace {
 
-struct Problem {
-  const Eigen::Matrix3Xd& points;
-  const Eigen::Matrix2Xd& pixels;
-  const Pinhole& camera;
-  const ResectionOptions& options;
-};
+/// Squared distances of seen and predicted points, weighted by Huber's law.
+class ReprojectionProblem {
+ public:
+  ReprojectionProblem(const Eigen::Matrix3Xd& points, const Eigen::Matrix2Xd& pixels, const Pinhole& camera,
+                      const ResectionOptions& options)
+      : points_(points), pixels_(pixels), camera_(camera), options_(options), squared_(points.cols()) {}
 
-/// Squared distances of seen and predicted points; empty when a point lies behind the camera.
-std::optional<Eigen::VectorXd> squared_errors(const Problem& p, const Pose& T) {
-  Eigen::VectorXd e(p.points.cols());
-  for (int i = 0; i < p.points.cols(); ++i) {
-    const Eigen::Vector3d q = T * p.points.col(i);
-    if (!(q.z() > 1e-9)) return std::nullopt;
-    e[i] = (p.camera.project(q) - p.pixels.col(i)).squaredNorm();
-  }
-  return e;
-}
-
-/// Huber weights against a scale that outlying points do not move. The median of a Rayleigh variable is 1.1774 sigma.
-Eigen::VectorXd huber_weights(const Eigen::VectorXd& squared, double huber) {
-  const Eigen::Index n = squared.size();
-  Eigen::VectorXd weights = Eigen::VectorXd::Ones(n);
-  if (huber <= 0) return weights;
-  std::vector<double> sorted(squared.data(), squared.data() + n);
-  std::nth_element(sorted.begin(), sorted.begin() + n / 2, sorted.end());
-  // Six parameters have absorbed part of the noise.
-  const double readings = 2.0 * static_cast<double>(n), shrink = std::sqrt(readings / std::max(readings - 6.0, 1.0));
-  const double limit = huber * std::max(std::sqrt(sorted[n / 2]) / 1.1774 * shrink, 1e-6);
-  for (Eigen::Index i = 0; i < n; ++i) weights[i] = std::min(1.0, limit / std::max(std::sqrt(squared[i]), 1e-300));
-  return weights;
-}
-
-void normal_equations(const Problem& p, const Pose& T, const Eigen::VectorXd& weights, Matrix6& H, Vector6& g) {
-  H.setZero();
-  g.setZero();
-  for (int i = 0; i < p.points.cols(); ++i) {
-    Eigen::Matrix<double, 2, 3> P;
-    const Eigen::Vector2d r = p.pixels.col(i) - p.camera.project(T * p.points.col(i), &P, nullptr);
-    Eigen::Matrix<double, 2, 6> J;
-    J.leftCols<3>() = P * T.linear();
-    J.rightCols<3>() = -J.leftCols<3>() * skew(p.points.col(i));
-    H += weights[i] * J.transpose() * J;
-    g += weights[i] * J.transpose() * r;
-  }
-}
-
-/// Levenberg-Marquardt on the weighted reprojection error, weights renewed at every accepted step.
-std::optional<Resection> refine(const Problem& p, Pose T) {
-  auto errors = squared_errors(p, T);
-  if (!errors) return std::nullopt;
-  Resection out;
-  out.weights = huber_weights(*errors, p.options.huber);
-  double damping = 1e-4;
-  Vector6 g;
-  for (int k = 0; k < p.options.max_iterations; ++k) {
-    normal_equations(p, T, out.weights, out.information, g);
-    Matrix6 A = out.information;
-    A.diagonal() *= 1 + damping;
-    const Vector6 step = A.ldlt().solve(g);
-    if (!step.allFinite()) return std::nullopt;
-    const Pose next = T * to_pose(step);
-    const auto next_errors = squared_errors(p, next);
-    if (!next_errors || !(out.weights.dot(*next_errors) <= out.weights.dot(*errors))) {
-      damping *= 10;
-      if (damping > 1e8) break;
-      continue;
+  /// Infinite when a point lies behind the camera.
+  double cost(const Pose& T) {
+    for (Eigen::Index i = 0; i < points_.cols(); ++i) {
+      const Eigen::Vector3d q = T * points_.col(i);
+      if (!(q.z() > 1e-9)) return std::numeric_limits<double>::infinity();
+      squared_[i] = (camera_.project(q) - pixels_.col(i)).squaredNorm();
     }
-    const double gain = out.weights.dot(*errors) - out.weights.dot(*next_errors);
-    const bool settled = gain <= 1e-12 * out.weights.dot(*errors) || step.norm() < 1e-12;
-    T = next;
-    errors = next_errors;
-    out.weights = huber_weights(*errors, p.options.huber);
-    damping = std::max(damping * 0.1, 1e-12);
-    if (settled) break;
+    return weights_.dot(squared_);
   }
-  T.linear() = nearest_rotation(T.linear());
-  normal_equations(p, T, out.weights, out.information, g);
-  out.T_camera_points = T;
-  out.cost = out.weights.dot(*errors);
-  out.rms_px = std::sqrt(errors->mean());
-  return out;
-}
+
+  NormalEquations<6> equations(const Pose& T) const {
+    NormalEquations<6> out;
+    for (Eigen::Index i = 0; i < points_.cols(); ++i) {
+      const Eigen::Vector3d point = points_.col(i);
+      Eigen::Matrix<double, 2, 3> P;
+      const Eigen::Vector2d r = camera_.project(T * point, &P, nullptr) - pixels_.col(i);
+      Eigen::Matrix<double, 6, 2> J;
+      J.topRows<3>() = (P * T.linear()).transpose();
+      J.bottomRows<3>() = skew(point) * J.topRows<3>();
+      for (int k = 0; k < 2; ++k) out.add(J.col(k), r[k], weights_[i]);
+    }
+    return out;
+  }
+
+  Pose moved(const Pose& T, const Vector6& step) const { return T * to_pose(step); }
+
+  bool reweigh(const Pose&, const NormalEquations<6>&) {
+    set_weights();
+    return true;
+  }
+
+  /// The local optimum near a start; empty when the start puts points behind the camera.
+  std::optional<Resection> refine(const Pose& start) {
+    weights_.setOnes(points_.cols());
+    if (!std::isfinite(cost(start))) return std::nullopt;
+    set_weights();
+    const auto found =
+        levenberg_marquardt<6>(start, *this, {.max_iterations = options_.max_iterations, .least_sigma = rounding});
+    if (found.status == LevenbergMarquardtStatus::NotFinite) return std::nullopt;
+    Resection out;
+    out.T_camera_points = found.x;
+    out.T_camera_points.linear() = nearest_rotation(found.x.linear());
+    if (!std::isfinite(cost(out.T_camera_points))) return std::nullopt;
+    set_weights();
+    out.information = equations(out.T_camera_points).information.selfadjointView<Eigen::Lower>();
+    out.cost = weights_.dot(squared_);
+    out.rms_px = std::sqrt(squared_.mean());
+    out.weights = weights_;
+    return out;
+  }
+
+ private:
+  static constexpr double rounding = 1e-6;  // [px] what a fit to exact pixels may leave
+
+  /// Huber weights against a scale that outlying points do not move. The median of a Rayleigh variable is 1.1774 sigma.
+  void set_weights() {
+    weights_.setOnes(squared_.size());
+    if (options_.huber <= 0) return;
+    // Six parameters have absorbed part of the noise.
+    const double readings = 2.0 * static_cast<double>(squared_.size());
+    const double shrink = std::sqrt(readings / std::max(readings - 6.0, 1.0));
+    const double middle = median({squared_.data(), squared_.data() + squared_.size()});
+    const double limit = options_.huber * std::max(std::sqrt(middle) / 1.1774 * shrink, rounding);
+    for (Eigen::Index i = 0; i < squared_.size(); ++i)
+      weights_[i] = std::min(1.0, limit / std::max(std::sqrt(squared_[i]), 1e-300));
+  }
+
+  const Eigen::Matrix3Xd& points_;
+  const Eigen::Matrix2Xd& pixels_;
+  const Pinhole& camera_;
+  const ResectionOptions& options_;
+  Eigen::VectorXd squared_, weights_;  ///< [px^2] at the last pose whose cost was asked for; [-]
+};
 
 /// Moves the origin to the mean and the mean distance to sqrt(dimension): without it the linear solution is noisy.
 struct Normaliser {
@@ -250,22 +249,22 @@ std::vector<Resection> resect(const Eigen::Matrix3Xd& points, const Eigen::Matri
   if (!rays) return {};
   const Axes axes = principal_axes(points);
   if (!(axes.spread[1] > 1e-6 * axes.spread[0])) return {};
-  const Problem problem{points, pixels, camera, options};
+  ReprojectionProblem problem(points, pixels, camera, options);
   std::vector<Resection> found;
   if (axes.spread[2] > 1e-4 * axes.spread[0]) {
-    if (points.cols() >= 6) add(found, refine(problem, spatial_start(points, *rays)));
+    if (points.cols() >= 6) add(found, problem.refine(spatial_start(points, *rays)));
     // A cheap second opinion where the linear start is weak.
     if (points.cols() < 8 || found.empty())
-      for (const Pose& start : spread_starts(points, *rays)) add(found, refine(problem, start));
+      for (const Pose& start : spread_starts(points, *rays)) add(found, problem.refine(start));
     if (found.size() > 1) found.resize(1);
     return found;
   }
   const Pose T_plane_points = axes.T_points_axes.inverse();
   const Eigen::Matrix2Xd plane = (T_plane_points * points).topRows<2>();
-  add(found, refine(problem, planar_start(plane, *rays) * T_plane_points));
+  add(found, problem.refine(planar_start(plane, *rays) * T_plane_points));
   if (!found.empty()) {
     const Eigen::Vector3d normal = axes.T_points_axes.linear().col(2), middle = axes.T_points_axes.translation();
-    add(found, refine(problem, mirrored(found.front().T_camera_points, normal, middle)));
+    add(found, problem.refine(mirrored(found.front().T_camera_points, normal, middle)));
   }
   return found;
 }

@@ -21,7 +21,7 @@ std::array<double, 2> roots(double a, double b, double c) {
   return {std::min(one, two), std::max(one, two)};
 }
 
-Meeting meet_ball(const Solid& ball, const Ray& ray) {
+RayHit intersect_ball(const Solid& ball, const Ray& ray) {
   const auto s = roots(ray.direction.squaredNorm(), ray.direction.dot(ray.origin),
                        ray.origin.squaredNorm() - ball.radius * ball.radius);
   if (!(s[0] > 0.0)) return {};
@@ -29,12 +29,12 @@ Meeting meet_ball(const Solid& ball, const Ray& ray) {
 }
 
 /// Nearer of two meetings.
-void take(Meeting& best, double distance, const Vector3d& normal, SolidFace face) {
+void take(RayHit& best, double distance, const Vector3d& normal, SolidFace face) {
   if (distance > 0.0 && distance < best.distance) best = {distance, normal, face};
 }
 
-Meeting meet_tube(const Solid& tube, const Ray& ray) {
-  Meeting best;
+RayHit intersect_tube(const Solid& tube, const Ray& ray) {
+  RayHit best;
   const auto flat = [&](double z, double inner, double outer, SolidFace face) {
     const double s = (z - ray.origin.z()) / ray.direction.z();
     if (!std::isfinite(s)) return;
@@ -56,7 +56,7 @@ Meeting meet_tube(const Solid& tube, const Ray& ray) {
   return best;
 }
 
-Meeting meet_plate(const Solid& plate, const Ray& ray) {
+RayHit intersect_plate(const Solid& plate, const Ray& ray) {
   const double s = -ray.origin.z() / ray.direction.z();
   const Vector3d p = ray.at(s);
   if (!(s > 0.0) || !(std::abs(p.x()) <= plate.width / 2 && std::abs(p.y()) <= plate.height / 2)) return {};
@@ -81,19 +81,19 @@ void Solid::validate() const {
   require(inner_radius >= 0.0 && inner_radius < radius, "inner_radius: must be 0 or more, and less than radius");
 }
 
-Meeting Solid::meet(const Ray& ray) const {
+RayHit Solid::intersect(const Ray& ray) const {
   switch (kind) {
     case SolidKind::Ball:
-      return meet_ball(*this, ray);
+      return intersect_ball(*this, ray);
     case SolidKind::Tube:
-      return meet_tube(*this, ray);
+      return intersect_tube(*this, ray);
     case SolidKind::Plate:
-      return meet_plate(*this, ray);
+      return intersect_plate(*this, ray);
   }
   return {};
 }
 
-double Solid::reach() const {
+double Solid::bounding_radius() const {
   if (kind == SolidKind::Ball) return radius;
   return kind == SolidKind::Tube ? std::hypot(radius, depth / 2) : std::hypot(width, height) / 2;
 }

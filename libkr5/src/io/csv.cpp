@@ -4,9 +4,12 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <set>
 
 #include <kr5/core/error.hpp>
 #include <kr5/io/node.hpp>
+
+#include "io/utf8.hpp"
 
 namespace kr5::io {
 namespace {
@@ -33,6 +36,10 @@ class CsvParser {
 
   ParsedCsv parse(std::string_view text) {
     if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // byte-order mark of some spreadsheets
+    if (!is_utf8(text)) {
+      report(0, "", "bytes that are no text", "a text file saved as UTF-8");
+      return std::move(out_);
+    }
     std::vector<double> values;
     while (!text.empty()) {
       const std::string_view line = trim(take(text, '\n'));
@@ -50,34 +57,35 @@ class CsvParser {
   }
 
  private:
-  void problem(int line, const std::string& field, const std::string& found, const std::string& expected) {
-    out_.problems.push_back({source_, line, field, found, expected});
+  void report(int line, const std::string& field, const std::string& found, const std::string& expected) {
+    out_.diagnostics.push_back({source_, line, field, found, expected});
   }
 
   bool header(std::string_view line) {
     std::vector<std::string>& columns = out_.table.columns;
+    std::set<std::string> known;
     const auto count = static_cast<std::size_t>(std::count(line.begin(), line.end(), ',')) + 1;
     for (std::size_t i = 1; i <= count; ++i) {
       std::string name(trim(take(line, ',')));
       double value = 0;
       const std::string field = "column " + std::to_string(i);
       if (name.empty())
-        problem(line_, field, "no name", "a name for every column of the header");
+        report(line_, field, "no name", "a name for every column of the header");
       else if (std::from_chars(name.data(), name.data() + name.size(), value).ptr == name.data() + name.size())
-        problem(line_, field, "the number '" + name + "'", "a header line of column names");
-      else if (std::find(columns.begin(), columns.end(), name) != columns.end())
-        problem(line_, field, "'" + name + "' a second time", "every column once");
+        report(line_, field, "the number '" + shortened(name) + "'", "a header line of column names");
+      else if (!known.insert(name).second)
+        report(line_, field, "'" + shortened(name) + "' a second time", "every column once");
       columns.push_back(std::move(name));
     }
-    return out_.problems.empty();  // without names the rows mean nothing
+    return out_.diagnostics.empty();  // without names the rows mean nothing
   }
 
   bool row(std::string_view line, bool last) {
     const std::vector<std::string>& columns = out_.table.columns;
     const auto count = static_cast<std::size_t>(std::count(line.begin(), line.end(), ',')) + 1;
     if (count != columns.size()) {
-      problem(line_, "", std::to_string(count) + (count == 1 ? " value" : " values"),
-              std::to_string(columns.size()) + " as in the header" + (last ? "; is the file cut off?" : ""));
+      report(line_, "", std::to_string(count) + (count == 1 ? " value" : " values"),
+             std::to_string(columns.size()) + " as in the header" + (last ? "; is the file cut off?" : ""));
       return false;
     }
     row_.clear();
@@ -85,7 +93,7 @@ class CsvParser {
       const std::string_view text = trim(take(line, ','));
       double value = 0;
       if (!parse_number(text, value)) {
-        problem(line_, column, "'" + std::string(text) + "'", "a finite number");
+        report(line_, column, "'" + shortened(text) + "'", "a finite number");
         return false;
       }
       row_.push_back(value);
@@ -95,9 +103,9 @@ class CsvParser {
 
   void finish(const std::vector<double>& values) {
     if (out_.table.columns.empty())
-      problem(0, "", "an empty file", "a header line of column names and rows of numbers");
-    else if (out_.lines.empty() && out_.problems.empty())
-      problem(line_, "", "a header without rows", "rows of numbers");
+      report(0, "", "an empty file", "a header line of column names and rows of numbers");
+    else if (out_.lines.empty() && out_.diagnostics.empty())
+      report(line_, "", "a header without rows", "rows of numbers");
     out_.table.values = Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
         values.data(), static_cast<Eigen::Index>(out_.lines.size()),
         static_cast<Eigen::Index>(out_.table.columns.size()));
@@ -130,11 +138,11 @@ Eigen::VectorXd Table::column(std::string_view name) const {
   throw InvalidArgument("no column '" + std::string(name) + "'; there are " + all);
 }
 
-ParsedCsv examine_csv(std::string_view text, const std::string& source) { return CsvParser(source).parse(text); }
+ParsedCsv try_parse_csv(std::string_view text, const std::string& source) { return CsvParser(source).parse(text); }
 
 Table parse_csv(std::string_view text, const std::string& source) {
-  ParsedCsv parsed = examine_csv(text, source);
-  throw_problems(parsed.problems);
+  ParsedCsv parsed = try_parse_csv(text, source);
+  throw_diagnostics(parsed.diagnostics);
   return std::move(parsed.table);
 }
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/io/json.hpp>
+
 #include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <string>
 #include <string_view>
-
-#include <kr5/io/node.hpp>
 
 namespace kr5::io {
 namespace {
@@ -31,7 +31,7 @@ void json_string(std::string& out, const std::string& text) {
 std::string json_number(const std::string& text, double value) {
   const std::string_view digits = std::string_view(text).substr(text.starts_with('-') ? 1 : 0);
   const bool whole = digits.find_first_not_of("0123456789") == std::string_view::npos;
-  return whole && (digits.size() == 1 || digits[0] != '0') ? text : Node::of(value).scalar;
+  return whole && (digits.size() == 1 || digits[0] != '0') ? text : Node::make_scalar(value).scalar;
 }
 
 void json_scalar(std::string& out, const Node& node) {

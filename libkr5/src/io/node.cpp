@@ -3,8 +3,10 @@
 
 #include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <fstream>
 #include <map>
+#include <random>
 #include <set>
 #include <sstream>
 #include <system_error>
@@ -14,7 +16,7 @@
 
 #include <kr5/core/error.hpp>
 
-#include "utf8.hpp"
+#include "io/utf8.hpp"
 
 namespace kr5::io {
 namespace {
@@ -49,7 +51,7 @@ class TreeBuilder : public YAML::EventHandler {
   void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
                 const std::string& value) override {
     if (!is_utf8(value)) fail(mark, "an escape that is no character; write the character itself");
-    Node node = Node::of(value, tag == "!");  // yaml-cpp tags quoted scalars "!"
+    Node node = Node::make_scalar(value, tag == "!");  // yaml-cpp tags quoted scalars "!"
     if (!node.quoted && (value == "~" || value == "null")) node = Node{};
     add(std::move(node), mark, anchor);
   }
@@ -161,6 +163,17 @@ Node& Node::operator=(const Node& other) = default;
 Node& Node::operator=(Node&& other) noexcept = default;
 Node::~Node() = default;
 
+bool operator==(const Node& a, const Node& b) {
+  if (a.kind != b.kind || a.scalar != b.scalar || a.items.size() != b.items.size() ||
+      a.entries.size() != b.entries.size())
+    return false;
+  for (std::size_t i = 0; i < a.items.size(); ++i)
+    if (!(a.items[i] == b.items[i])) return false;
+  for (std::size_t i = 0; i < a.entries.size(); ++i)
+    if (a.entries[i].first != b.entries[i].first || !(a.entries[i].second == b.entries[i].second)) return false;
+  return true;
+}
+
 const Node* Node::find(std::string_view key) const {
   for (const auto& [name, entry] : entries)
     if (name == key) return &entry;
@@ -174,7 +187,7 @@ Node& Node::operator[](std::string_view key) {
   return entries.emplace_back(std::string(key), Node{}).second;
 }
 
-Node Node::of(std::string text, bool quoted) {
+Node Node::make_scalar(std::string text, bool quoted) {
   Node node;
   node.kind = Kind::Scalar;
   node.scalar = std::move(text);
@@ -182,9 +195,9 @@ Node Node::of(std::string text, bool quoted) {
   return node;
 }
 
-Node Node::of(double value) {
-  if (std::isnan(value)) return of(std::string(".nan"));
-  if (std::isinf(value)) return of(std::string(value > 0 ? ".inf" : "-.inf"));
+Node Node::make_scalar(double value) {
+  if (std::isnan(value)) return make_scalar(std::string(".nan"));
+  if (std::isinf(value)) return make_scalar(std::string(value > 0 ? ".inf" : "-.inf"));
   char buffer[64];
   const auto end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
   std::string text(buffer, end);
@@ -193,10 +206,14 @@ Node Node::of(double value) {
     const std::size_t e = text.find('e');
     text.insert(e == std::string::npos ? text.size() : e, ".0");
   }
-  return of(std::move(text));
+  return make_scalar(std::move(text));
 }
 
 Node parse_yaml(std::string_view text, const std::string& source) {
+  constexpr std::size_t most = 64 << 20;  // a tree takes some fifty times its text
+  if (text.size() > most)
+    throw IoError(source + ": found " + std::to_string(text.size() >> 20) +
+                  " MiB, expected a document of at most 64 MiB");
   require_utf8(text, source);
   TreeBuilder builder(source);
   try {
@@ -223,8 +240,17 @@ std::string to_yaml(const Node& node) {
 
 std::string read_text(const std::filesystem::path& file) {
   std::error_code error;
-  if (!std::filesystem::exists(file, error)) throw IoError(file.string() + ": no such file");
-  if (std::filesystem::is_directory(file, error)) throw IoError(file.string() + ": is a folder, expected a file");
+  const std::filesystem::file_status status = std::filesystem::status(file, error);
+  if (status.type() == std::filesystem::file_type::not_found) throw IoError(file.string() + ": no such file");
+  if (status.type() == std::filesystem::file_type::none)  // such as a loop of symbolic links
+    throw IoError(file.string() + ": cannot be read: " + error.message());
+  if (status.type() == std::filesystem::file_type::directory)
+    throw IoError(file.string() + ": is a folder, expected a file");
+  constexpr std::uintmax_t most = std::uintmax_t{4} << 30;
+  if (std::filesystem::is_regular_file(status) && std::filesystem::file_size(file, error) > most && !error)
+    throw IoError(file.string() + ": found more than 4 GiB, expected a smaller file");
+  if (std::filesystem::is_character_file(status) || std::filesystem::is_block_file(status))
+    throw IoError(file.string() + ": is a device, expected a file");
   std::ifstream stream(file, std::ios::binary);
   std::ostringstream text;
   if (!stream || !(text << stream.rdbuf() || stream.eof())) {
@@ -235,18 +261,30 @@ std::string read_text(const std::filesystem::path& file) {
 }
 
 void write_text(const std::filesystem::path& file, std::string_view text) {
-  std::filesystem::path beside = file;
-  beside += ".part";
   std::error_code error;
+  std::filesystem::path target = file;
+  for (int links = 0; links < 40 && std::filesystem::is_symlink(target, error); ++links) {
+    const std::filesystem::path next = std::filesystem::read_symlink(target, error);
+    if (error) break;
+    target = target.parent_path() / next;
+  }
+  const std::filesystem::file_status status = std::filesystem::status(target, error);
+  if (std::filesystem::is_symlink(target, error))
+    throw IoError(file.string() + ": cannot be written: the link leads in a circle");
+  const bool in_place =
+      std::filesystem::exists(status) && !std::filesystem::is_regular_file(status);  // a device, a pipe
+  std::filesystem::path beside = target;
+  if (!in_place) beside += "." + std::to_string(std::random_device()()) + ".part";
   {
     std::ofstream stream(beside, std::ios::binary | std::ios::trunc);
     stream << text;
     if (!stream.flush()) {
-      std::filesystem::remove(beside, error);
+      if (!in_place) std::filesystem::remove(beside, error);
       throw IoError(file.string() + ": cannot be written");
     }
   }
-  std::filesystem::rename(beside, file, error);
+  if (in_place) return;
+  std::filesystem::rename(beside, target, error);
   if (error) {
     const std::string why = error.message();
     std::filesystem::remove(beside, error);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "utf8.hpp"
+#include "io/utf8.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -39,6 +39,8 @@ bool is_control(std::string_view text) {
 }  // namespace
 
 bool is_utf8(std::string_view text) {
+  const auto ascii = [](char c) { return static_cast<unsigned char>(c) < 0x80; };
+  if (std::all_of(text.begin(), text.end(), ascii)) return true;
   while (!text.empty()) {
     const std::size_t length = character_length(text);
     if (length == 0) return false;

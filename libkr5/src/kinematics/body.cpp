@@ -30,7 +30,7 @@ Moments& Moments::operator+=(const Moments& other) {
 
 Eigen::Matrix3d Body::inertia_matrix() const { return kinematics::inertia_matrix(inertia); }
 
-Moments moments(const Body& body) {
+Moments inertial_moments(const Body& body) {
   return {body.mass, body.mass * body.com, inertia_matrix(body.inertia) + point_inertia(body.mass, body.com)};
 }
 
@@ -40,12 +40,12 @@ Body to_body(const Moments& m) {
   return {m.mass, com, inertia_vector(m.second - point_inertia(m.mass, com))};
 }
 
-Body moved(const Pose& T_a_b, const Body& body) {
+Body transformed_body(const Pose& T_a_b, const Body& body) {
   const Eigen::Matrix3d R = T_a_b.linear();
   return {body.mass, T_a_b * body.com, inertia_vector(R * inertia_matrix(body.inertia) * R.transpose())};
 }
 
-Body combined(const Body& a, const Body& b) {
+Body merged_body(const Body& a, const Body& b) {
   // Not by way of the moments about the origin: far from it they would lose the digits of the inertia.
   if (a.mass + b.mass == 0.0) return {0.0, Eigen::Vector3d::Zero(), a.inertia + b.inertia};
   const double mass = a.mass + b.mass;

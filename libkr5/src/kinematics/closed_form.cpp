@@ -72,9 +72,9 @@ std::vector<double> roots_of_conic(const Matrix3d& Q, double scale, double free)
 /// Pieper 1968 for the wrist centre, Rodrigues' turns for the wrist.
 class Solver {
  public:
-  Solver(const WristArm& arm, const Pose& T_B_F, const Eigen::VectorXd& near, double within)
+  Solver(const WristArm& arm, const Pose& T_base_flange, const Eigen::VectorXd& near, double within)
       : axes_(arm.axes), arm_(arm), near_(near), within_(within) {
-    const Pose move = T_B_F * arm.T_B_F.inverse();
+    const Pose move = T_base_flange * arm.T_base_flange.inverse();
     R_ = move.linear();
     wrist_ = (move * (arm.wrist * arm.size)) / arm.size;
     set_frame();
@@ -219,11 +219,11 @@ class Solver {
 
 bool has_closed_form(const DhChain& chain) { return wrist_arm(chain).has_value(); }
 
-std::optional<std::vector<Posture>> closed_form(const DhChain& chain, const Pose& T_B_F, const Eigen::VectorXd& near,
-                                                double within) {
+std::optional<std::vector<Posture>> closed_form(const DhChain& chain, const Pose& T_base_flange,
+                                                const Eigen::VectorXd& near, double within) {
   const std::optional<WristArm> arm = wrist_arm(chain);
   if (!arm) return {};
-  return Solver(*arm, T_B_F, near, within).solve();
+  return Solver(*arm, T_base_flange, near, within).solve();
 }
 
 }  // namespace kr5::kinematics

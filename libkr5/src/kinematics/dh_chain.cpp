@@ -31,7 +31,7 @@ std::vector<Pose> DhChain::link_poses(const Eigen::VectorXd& q) const {
   require_size(*this, q.size());
   std::vector<Pose> poses;
   poses.reserve(joints.size());
-  Pose T = T_B_0;
+  Pose T = T_base_0;
   for (std::size_t i = 0; i < joints.size(); ++i)
     poses.push_back(T = T * joints[i].transform(q[static_cast<Eigen::Index>(i)]));
   return poses;
@@ -39,7 +39,7 @@ std::vector<Pose> DhChain::link_poses(const Eigen::VectorXd& q) const {
 
 Pose DhChain::flange(const Eigen::VectorXd& q) const {
   require_size(*this, q.size());
-  Pose T = T_B_0;
+  Pose T = T_base_0;
   for (std::size_t i = 0; i < joints.size(); ++i) T = T * joints[i].transform(q[static_cast<Eigen::Index>(i)]);
   return T;
 }
@@ -48,7 +48,7 @@ Rows DhChain::flanges(const Eigen::Ref<const Rows>& q) const {
   require_size(*this, q.cols());
   Rows out(q.rows(), 16);
   for (Eigen::Index k = 0; k < q.rows(); ++k) {
-    Pose T = T_B_0;
+    Pose T = T_base_0;
     for (std::size_t i = 0; i < joints.size(); ++i) T = T * joints[i].transform(q(k, static_cast<Eigen::Index>(i)));
     Eigen::Map<Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(out.row(k).data()) = T.matrix();
   }

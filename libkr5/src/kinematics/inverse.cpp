@@ -27,18 +27,23 @@ constexpr double turn = 2 * std::numbers::pi;
 /// Options with every vector filled.
 struct Task {
   const DhChain& chain;
-  const Pose& T_B_F;
+  const Pose& T_base_flange;
   InverseOptions options;
   VectorXd lower, upper, near;
 };
 
-Task task(const DhChain& chain, const Pose& T_B_F, const InverseOptions& options) {
+Task task(const DhChain& chain, const Pose& T_base_flange, const InverseOptions& options) {
   const auto n = static_cast<Eigen::Index>(chain.joints.size());
   const double inf = std::numeric_limits<double>::infinity();
   const auto filled = [&](const VectorXd& v, double value) -> VectorXd {
     return v.size() ? v : VectorXd::Constant(n, value);
   };
-  return {chain, T_B_F, options, filled(options.lower, -inf), filled(options.upper, inf), filled(options.near, 0.0)};
+  return {chain,
+          T_base_flange,
+          options,
+          filled(options.lower, -inf),
+          filled(options.upper, inf),
+          filled(options.near, 0.0)};
 }
 
 /// The full turn of a joint that is within the limits and nearest to `near`, or nearest to the limits.
@@ -53,8 +58,8 @@ double best_turn(double q, double lower, double upper, double near) {
 
 Vector6 error(const Task& task, const VectorXd& q) {
   const Pose T = task.chain.flange(q);
-  return (Vector6() << task.T_B_F.translation() - T.translation(),
-          log_rotation(task.T_B_F.linear() * T.linear().transpose()))
+  return (Vector6() << task.T_base_flange.translation() - T.translation(),
+          log_rotation(task.T_base_flange.linear() * T.linear().transpose()))
       .finished();
 }
 
@@ -158,12 +163,12 @@ void InverseOptions::validate(int joints) const {
   require(starts > 0, "starts must be positive");
 }
 
-InverseResult inverse(const DhChain& chain, const Pose& T_B_F, const InverseOptions& options) {
+InverseResult inverse_kinematics(const DhChain& chain, const Pose& T_base_flange, const InverseOptions& options) {
   require(!chain.joints.empty(), "the chain has no joints");
   options.validate(static_cast<int>(chain.joints.size()));
-  require(T_B_F.matrix().allFinite() && is_rotation(T_B_F.linear()), "T_B_F is not a pose");
-  const Task given = task(chain, T_B_F, options);
-  auto all = closed_form(chain, T_B_F, given.near, options.singular_within);
+  require(T_base_flange.matrix().allFinite() && is_rotation(T_base_flange.linear()), "T_base_flange is not a pose");
+  const Task given = task(chain, T_base_flange, options);
+  auto all = closed_form(chain, T_base_flange, given.near, options.singular_within);
   if (!all) return iterate(given);
   InverseResult result{InverseStatus::OutOfReach, true, *std::move(all)};
   for (Posture& posture : result.postures) complete(given, posture);

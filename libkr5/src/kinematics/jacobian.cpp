@@ -9,13 +9,13 @@
 
 namespace kr5::kinematics {
 
-Jacobian jacobian(const DhChain& chain, const Eigen::VectorXd& q, const Pose& T_F_X) {
+Jacobian jacobian(const DhChain& chain, const Eigen::VectorXd& q, const Pose& T_flange_x) {
   const std::vector<Pose> T = chain.link_poses(q);
   Jacobian J(6, q.size());
   if (T.empty()) return J;
-  const Eigen::Vector3d x = T.back() * T_F_X.translation();
+  const Eigen::Vector3d x = T.back() * T_flange_x.translation();
   for (std::size_t i = 0; i < T.size(); ++i) {
-    const Pose& before = i == 0 ? chain.T_B_0 : T[i - 1];
+    const Pose& before = i == 0 ? chain.T_base_0 : T[i - 1];
     const Eigen::Vector3d z = before.linear().col(2), arm = x - before.translation();
     const auto column = static_cast<Eigen::Index>(i);
     if (chain.joints[i].type == JointType::Revolute)

@@ -27,7 +27,7 @@ Eigen::Matrix3d acceleration_field(const Eigen::Vector3d& w, const Eigen::Vector
 }  // namespace
 
 Dynamics::Dynamics(const DhChain& chain, std::span<const Body> bodies, const Eigen::Vector3d& gravity)
-    : joints_(chain.joints.size()), links_(chain.joints.size()), R_B_0_(chain.T_B_0.linear()) {
+    : joints_(chain.joints.size()), links_(chain.joints.size()), R_base_0_(chain.T_base_0.linear()) {
   require_joints(static_cast<Eigen::Index>(bodies.size()), joints(), "bodies");
   for (std::size_t i = 0; i < joints_.size(); ++i) {
     DhJoint row = chain.joints[i];
@@ -37,12 +37,12 @@ Dynamics::Dynamics(const DhChain& chain, std::span<const Body> bodies, const Eig
     const Pose C = row.transform(0.0);
     const Eigen::Matrix3d R = C.linear();
     joints_[i] = {revolute, theta_offset, R, R.row(2).transpose(), R.transpose() * C.translation()};
-    links_[i].body = moments(bodies[i]);
+    links_[i].body = inertial_moments(bodies[i]);
   }
   set_gravity(gravity);
 }
 
-int Dynamics::checked(int link) const {
+int Dynamics::link_index(int link) const {
   if (link < -1 || link >= joints())
     throw InvalidArgument("there is no link " + std::to_string(link) + ", the chain has links 0 to " +
                           std::to_string(joints() - 1));
@@ -50,16 +50,16 @@ int Dynamics::checked(int link) const {
 }
 
 void Dynamics::set_body(int link, const Body& body) {
-  links_[static_cast<std::size_t>(checked(link))].body = moments(body);
+  links_[static_cast<std::size_t>(link_index(link))].body = inertial_moments(body);
 }
 
 void Dynamics::add_body(int link, const Body& body, const Pose& T_link_body) {
-  links_[static_cast<std::size_t>(checked(link))].body += moments(moved(T_link_body, body));
+  links_[static_cast<std::size_t>(link_index(link))].body += inertial_moments(transformed_body(T_link_body, body));
 }
 
-void Dynamics::set_gravity(const Eigen::Vector3d& gravity) { a_0_ = -(R_B_0_.transpose() * gravity); }
+void Dynamics::set_gravity(const Eigen::Vector3d& gravity) { a_0_ = -(R_base_0_.transpose() * gravity); }
 
-void Dynamics::place(std::size_t i, double q) {
+void Dynamics::set_joint(std::size_t i, double q) {
   const Joint& joint = joints_[i];
   Link& link = links_[i];
   if (!joint.revolute) {
@@ -74,16 +74,16 @@ void Dynamics::place(std::size_t i, double q) {
   link.p = joint.p;
 }
 
-void Dynamics::load(const Moments& body, const Motion& m, Eigen::Vector3d& f, Eigen::Vector3d& n) {
+void Dynamics::body_load(const Moments& body, const Motion& m, Eigen::Vector3d& f, Eigen::Vector3d& n) {
   f = body.mass * m.a + acceleration_field(m.w, m.wd) * body.first;
   n = body.second * m.wd + m.w.cross(body.second * m.w) + body.first.cross(m.a);
 }
 
-void Dynamics::move(const double* q, const double* qd, const double* qdd) {
+void Dynamics::forward_pass(const double* q, const double* qd, const double* qdd) {
   Motion before;
   before.a = a_0_;
   for (std::size_t i = 0; i < joints_.size(); ++i) {
-    place(i, q[i]);
+    set_joint(i, q[i]);
     const Joint& joint = joints_[i];
     Link& link = links_[i];
     const Eigen::Vector3d w = link.R.transpose() * before.w, slide = joint.z * qd[i], push = joint.z * qdd[i];
@@ -95,12 +95,12 @@ void Dynamics::move(const double* q, const double* qd, const double* qdd) {
       now.a += push + 2.0 * w.cross(slide);
     }
     now.a += acceleration_field(now.w, now.wd) * link.p;
-    load(link.body, now, link.f, link.n);
+    body_load(link.body, now, link.f, link.n);
     link.motion = before = now;
   }
 }
 
-void Dynamics::carry(double* tau, const Vector6* external) {
+void Dynamics::backward_pass(double* tau, const Vector6* external) {
   Eigen::Vector3d f = Eigen::Vector3d::Zero(), n = Eigen::Vector3d::Zero();
   for (std::size_t i = joints_.size(); i-- > 0;) {
     Link& link = links_[i];
@@ -125,8 +125,8 @@ void Dynamics::torques(const Eigen::Ref<const Eigen::VectorXd>& q, const Eigen::
   require_joints(qdd.size(), joints(), "qdd");
   require_joints(tau.size(), joints(), "tau");
   if (!external.empty()) require_joints(static_cast<Eigen::Index>(external.size()), joints(), "external");
-  move(q.data(), qd.data(), qdd.data());
-  carry(tau.data(), external.empty() ? nullptr : external.data());
+  forward_pass(q.data(), qd.data(), qdd.data());
+  backward_pass(tau.data(), external.empty() ? nullptr : external.data());
 }
 
 Eigen::VectorXd Dynamics::torques(const Eigen::VectorXd& q, const Eigen::VectorXd& qd, const Eigen::VectorXd& qdd) {
@@ -140,40 +140,41 @@ Eigen::VectorXd Dynamics::gravity_torques(const Eigen::VectorXd& q) {
   return torques(q, still, still);
 }
 
-Vector6 Dynamics::wrench(const Cut& cut) const {
-  const Link& link = links_[static_cast<std::size_t>(checked(cut.link))];
-  const Eigen::Matrix3d R_S_link = cut.T_link_S.linear().transpose();
-  Motion moving{R_S_link * link.motion.w, R_S_link * link.motion.wd, link.motion.a};
-  moving.a = R_S_link * (moving.a + acceleration_field(link.motion.w, link.motion.wd) * cut.T_link_S.translation());
+Vector6 Dynamics::wrench(const SensorCut& cut) const {
+  const Link& link = links_[static_cast<std::size_t>(link_index(cut.link))];
+  const Eigen::Matrix3d R_sensor_link = cut.T_link_sensor.linear().transpose();
+  Motion moving{R_sensor_link * link.motion.w, R_sensor_link * link.motion.wd, link.motion.a};
+  moving.a =
+      R_sensor_link * (moving.a + acceleration_field(link.motion.w, link.motion.wd) * cut.T_link_sensor.translation());
   Eigen::Vector3d f, n;
-  load(moments(cut.body), moving, f, n);
+  body_load(inertial_moments(cut.body), moving, f, n);
   return (Vector6() << f, n).finished();
 }
 
 Vector6 Dynamics::joint_wrench(int link) const {
-  const Link& at = links_[static_cast<std::size_t>(checked(link))];
+  const Link& at = links_[static_cast<std::size_t>(link_index(link))];
   return (Vector6() << at.f, at.n).finished();
 }
 
 MotionLoads Dynamics::loads(const Eigen::Ref<const Rows>& q, const Eigen::Ref<const Rows>& qd,
-                            const Eigen::Ref<const Rows>& qdd, const std::optional<Cut>& cut) {
+                            const Eigen::Ref<const Rows>& qdd, const std::optional<SensorCut>& cut) {
   require_joints(q.cols(), joints(), "a row of q");
   require_joints(qd.cols(), joints(), "a row of qd");
   require_joints(qdd.cols(), joints(), "a row of qdd");
   require(qd.rows() == q.rows() && qdd.rows() == q.rows(), "q, qd and qdd have different numbers of rows");
   MotionLoads out{Rows(q.rows(), q.cols()), Rows(cut ? q.rows() : 0, cut ? 6 : 0)};
   for (Eigen::Index k = 0; k < q.rows(); ++k) {
-    move(q.row(k).data(), qd.row(k).data(), qdd.row(k).data());
-    carry(out.tau.row(k).data(), nullptr);
+    forward_pass(q.row(k).data(), qd.row(k).data(), qdd.row(k).data());
+    backward_pass(out.tau.row(k).data(), nullptr);
     if (cut) out.wrench.row(k) = wrench(*cut).transpose();
   }
   return out;
 }
 
-void Dynamics::mass(const Eigen::VectorXd& q, Eigen::MatrixXd* whole, Eigen::VectorXd& diagonal) {
+void Dynamics::composite_bodies(const Eigen::VectorXd& q, Eigen::MatrixXd* whole, Eigen::VectorXd& diagonal) {
   require_joints(q.size(), joints(), "q");
   diagonal.resize(joints());
-  for (std::size_t i = 0; i < joints_.size(); ++i) place(i, q[static_cast<Eigen::Index>(i)]);
+  for (std::size_t i = 0; i < joints_.size(); ++i) set_joint(i, q[static_cast<Eigen::Index>(i)]);
   Moments rest;  // all that lies beyond joint i, about the origin and in the axes of frame i
   for (std::size_t i = joints_.size(); i-- > 0;) {
     const Link& link = links_[i];
@@ -186,13 +187,13 @@ void Dynamics::mass(const Eigen::VectorXd& q, Eigen::MatrixXd* whole, Eigen::Vec
     const Eigen::Vector3d f = joint.revolute ? joint.z.cross(rest.first) : Eigen::Vector3d(rest.mass * joint.z);
     const Eigen::Vector3d n = joint.revolute ? Eigen::Vector3d(rest.second * joint.z) : rest.first.cross(joint.z);
     diagonal[static_cast<Eigen::Index>(i)] = joint.z.dot(joint.revolute ? n : f);
-    if (whole) feel(i, f, n, *whole);
+    if (whole) propagate_unit_load(i, f, n, *whole);
     rest.first = link.R * rest.first;
     rest.second = link.R * rest.second * link.R.transpose();
   }
 }
 
-void Dynamics::feel(std::size_t i, Eigen::Vector3d f, Eigen::Vector3d n, Eigen::MatrixXd& M) const {
+void Dynamics::propagate_unit_load(std::size_t i, Eigen::Vector3d f, Eigen::Vector3d n, Eigen::MatrixXd& M) const {
   const auto column = static_cast<Eigen::Index>(i);
   for (std::size_t j = i;; --j) {
     const auto row = static_cast<Eigen::Index>(j);
@@ -206,13 +207,13 @@ void Dynamics::feel(std::size_t i, Eigen::Vector3d f, Eigen::Vector3d n, Eigen::
 Eigen::MatrixXd Dynamics::mass_matrix(const Eigen::VectorXd& q) {
   Eigen::MatrixXd M(joints(), joints());
   Eigen::VectorXd diagonal;
-  mass(q, &M, diagonal);
+  composite_bodies(q, &M, diagonal);
   return M;
 }
 
 Eigen::VectorXd Dynamics::mass_diagonal(const Eigen::VectorXd& q) {
   Eigen::VectorXd diagonal;
-  mass(q, nullptr, diagonal);
+  composite_bodies(q, nullptr, diagonal);
   return diagonal;
 }
 

@@ -45,10 +45,10 @@ std::optional<WristArm> wrist_arm(const DhChain& chain) {
   const auto revolute = [](const DhJoint& joint) { return joint.type == JointType::Revolute; };
   if (chain.joints.size() != 6 || !std::all_of(chain.joints.begin(), chain.joints.end(), revolute)) return {};
   WristArm arm;
-  arm.T_B_F = chain.T_B_0;
+  arm.T_base_flange = chain.T_base_0;
   for (std::size_t i = 0; i < 6; ++i) {
-    arm.axes[i] = {arm.T_B_F.translation(), arm.T_B_F.linear().col(2)};
-    arm.T_B_F = arm.T_B_F * chain.joints[i].transform(0.0);
+    arm.axes[i] = {arm.T_base_flange.translation(), arm.T_base_flange.linear().col(2)};
+    arm.T_base_flange = arm.T_base_flange * chain.joints[i].transform(0.0);
   }
   // Neighbouring axes of the wrist that are parallel could not turn it freely.
   for (const std::size_t i : {3, 4})

@@ -24,7 +24,7 @@ struct Axis {
 struct WristArm {
   std::array<Axis, 6> axes;
   Eigen::Vector3d wrist = Eigen::Vector3d::Zero();  ///< Where axes 4, 5 and 6 meet.
-  Pose T_B_F = Pose::Identity();                    ///< With every joint at zero, in metres.
+  Pose T_base_flange = Pose::Identity();            ///< With every joint at zero, in metres.
   double size = 1.0;                                ///< [m]
 
   struct Reach {

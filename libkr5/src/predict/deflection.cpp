@@ -6,7 +6,7 @@
 
 #include <Eigen/Cholesky>
 
-#include <kr5/predict/spline.hpp>
+#include <kr5/physics/cubic_spline.hpp>
 
 namespace kr5::predict {
 namespace {
@@ -20,8 +20,6 @@ constexpr double step_angle = 0.2;
 constexpr int most_substeps = 64;
 /// A spring that touches within the step may let another one go: solved again, at most so often.
 constexpr int most_passes = 4;
-/// A load below this is what rounding leaves of none: the link starts in the middle of its play [N m or N].
-constexpr double no_load = 1e-6;
 
 /// Size is 1 for one soft joint, which is the common case, or dynamic.
 template <int Size>
@@ -30,13 +28,10 @@ class Integrator {
   using Vector = Eigen::Matrix<double, Size, 1>;
   using Matrix = Eigen::Matrix<double, Size, Size>;
 
-  explicit Integrator(const std::vector<SoftJoint>& joints) {
-    const auto m = static_cast<Index>(joints.size());
-    k_.resize(m), half_.resize(m), zeta_.resize(m), d_.resize(m), x_.setZero(m), v_.setZero(m), a_.setZero(m);
-    for (Index i = 0; i < m; ++i) {
-      const SoftJoint& j = joints[static_cast<std::size_t>(i)];
-      k_[i] = j.stiffness, half_[i] = j.gap / 2, zeta_[i] = j.damping;
-    }
+  explicit Integrator(const std::vector<physics::GearSpring>& springs) : springs_(springs) {
+    const auto m = static_cast<Index>(springs.size());
+    k_.resize(m), half_.resize(m), d_.resize(m), x_.setZero(m), v_.setZero(m), a_.setZero(m);
+    for (Index i = 0; i < m; ++i) k_[i] = gear(i).stiffness, half_[i] = gear(i).gap / 2;
   }
 
   void start(const Vector& x, const Matrix& mass, const Vector& load) {
@@ -62,7 +57,7 @@ class Integrator {
  private:
   void set_mass(const Matrix& mass) {
     M_ = mass;
-    d_ = 2 * zeta_.array() * (k_.array() * M_.diagonal().array()).sqrt();
+    for (Index i = 0; i < d_.size(); ++i) d_[i] = gear(i).damping(M_(i, i));
   }
 
   int substeps(double dt) const {
@@ -70,8 +65,13 @@ class Integrator {
     return std::clamp(static_cast<int>(std::ceil(dt * fastest / step_angle)), 1, most_substeps);
   }
 
-  Vector play(const Vector& x) const { return x.cwiseMin(half_).cwiseMax(-half_); }
-  Vector spring(const Vector& x) const { return k_.cwiseProduct(x - play(x)); }
+  const physics::GearSpring& gear(Index i) const { return springs_[static_cast<std::size_t>(i)]; }
+
+  Vector spring(const Vector& x) const {
+    Vector out(x.size());
+    for (Index i = 0; i < x.size(); ++i) out[i] = k_[i] * gear(i).strain(x[i]);
+    return out;
+  }
 
   /// Trapezoidal rule; which springs touch is guessed and mended.
   void step(double h, const Vector& load) {
@@ -92,41 +92,37 @@ class Integrator {
     a_ = a;
   }
 
-  /// Side on which each spring touches: -1, 1, or 0 within the play; without play always one.
+  /// Side on which each spring touches.
   Vector touching(const Vector& x) const {
     Vector out(x.size());
-    for (Index i = 0; i < x.size(); ++i) out[i] = x[i] >= half_[i] ? 1.0 : (x[i] <= -half_[i] ? -1.0 : 0.0);
-    return half_.maxCoeff() > 0 ? out : Vector(Vector::Ones(x.size()));
+    for (Index i = 0; i < x.size(); ++i) out[i] = gear(i).touching_side(x[i]);
+    return out;
   }
 
-  Vector k_, half_, zeta_, d_, x_, v_, a_;
+  const std::vector<physics::GearSpring>& springs_;
+  Vector k_, half_, d_, x_, v_, a_;
   Matrix M_;
 };
 
 template <int Size>
-Deflection solve(const std::vector<SoftJoint>& joints, const VectorXd& t, const MatrixXd& load,
+Deflection solve(const std::vector<physics::GearSpring>& springs, const VectorXd& t, const MatrixXd& load,
                  const std::vector<MatrixXd>& mass) {
   const Index n = load.rows(), m = load.cols();
   Deflection out{MatrixXd(n, m), MatrixXd(n, m), MatrixXd(n, m)};
-  VectorXd rest(m);  // in balance: on the side to which the load pushes, however light it is
-  for (Index i = 0; i < m; ++i) {
-    const SoftJoint& j = joints[static_cast<std::size_t>(i)];
-    const double side = std::abs(load(0, i)) < no_load ? 0.0 : std::copysign(j.gap / 2, load(0, i));
-    rest[i] = -load(0, i) / j.stiffness - side;
-  }
-  std::vector<Pieces> smooth;  // a load that is linear between rows of 12 ms would be off by several noises of a wrench
-  for (Index i = 0; i < m; ++i) smooth.push_back(spline(t, load.col(i)));
-  Integrator<Size> link(joints);
+  VectorXd rest(m);
+  for (Index i = 0; i < m; ++i) rest[i] = -springs[static_cast<std::size_t>(i)].lead_in_balance(load(0, i));
+  std::vector<physics::SplinePieces>
+      smooth;  // a load that is linear between rows of 12 ms would be off by several noises of a wrench
+  for (Index i = 0; i < m; ++i) smooth.push_back(physics::cubic_spline(t, load.col(i)));
+  Integrator<Size> link(springs);
   link.start(rest, mass[0], load.row(0).transpose());
   for (Index row = 0; row < n; ++row) {
     if (row > 0) {
       const auto k = static_cast<std::size_t>(row);
       const auto between = [&](double s) {
         typename Integrator<Size>::Vector out(m);
-        for (Index i = 0; i < m; ++i) {
-          const auto c = smooth[static_cast<std::size_t>(i)].row(row - 1);
-          out[i] = c[0] + s * (c[1] + s * (c[2] + s * c[3]));
-        }
+        for (Index i = 0; i < m; ++i)
+          out[i] = physics::spline_value(smooth[static_cast<std::size_t>(i)].row(row - 1), s);
         return out;
       };
       link.advance(t[row] - t[row - 1], between, (mass[k - 1] + mass[k]) / 2);
@@ -140,9 +136,9 @@ Deflection solve(const std::vector<SoftJoint>& joints, const VectorXd& t, const 
 
 }  // namespace
 
-Deflection deflect(const std::vector<SoftJoint>& joints, const VectorXd& t, const MatrixXd& load,
+Deflection deflect(const std::vector<physics::GearSpring>& springs, const VectorXd& t, const MatrixXd& load,
                    const std::vector<MatrixXd>& mass) {
-  return joints.size() == 1 ? solve<1>(joints, t, load, mass) : solve<Eigen::Dynamic>(joints, t, load, mass);
+  return springs.size() == 1 ? solve<1>(springs, t, load, mass) : solve<Eigen::Dynamic>(springs, t, load, mass);
 }
 
 }  // namespace kr5::predict

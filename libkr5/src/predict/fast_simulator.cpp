@@ -1,58 +1,61 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <kr5/predict/fast_simulator.hpp>
 
-#include <kr5/cell/effect.hpp>
+#include <kr5/physics/effect_targets.hpp>
+#include <kr5/physics/effective_arm.hpp>
+#include <kr5/physics/joint_drive.hpp>
+#include <kr5/predict/static_kinds.hpp>
 
-#include "predict/kinds.hpp"
-#include "predict/motion_memory.hpp"
-#include "predict/real_arm.hpp"
+#include "predict/motion_cache.hpp"
+#include "predict/moving_kinds.hpp"
 
 namespace kr5::predict {
 namespace {
 
-/// What lies beyond the last joint may only be there at its off value.
-void require_targets(const cell::Cell& cell) {
-  const auto n = static_cast<std::size_t>(cell.robot.joints());
-  if (cell.effects.joints.size() <= n && cell.effects.motors.size() <= n) return;
-  for (const cell::ActiveEffect& active : cell::active_effects(cell.effects)) {
-    const auto targets = cell::effect_targets(cell::find_effect(active.id), cell);
-    require(std::find(targets.begin(), targets.end(), active.target) != targets.end(),
-            "effects." + active.id + "." + active.target + ": the cell has only " + std::to_string(n) + " joints");
-  }
+/// Flange poses of the arm at rest, in closed form.
+FlangeAtRest flange_at_rest(const cell::Cell& cell, const ExperimentInput& input) {
+  return [&input, &cell, arm = physics::EffectiveArm(cell), joints = physics::joint_drives(cell)](
+             const Eigen::VectorXd& q, double t) {
+    std::optional<kinematics::Dynamics> dynamics;
+    const auto gravity = [&](const Eigen::VectorXd& links) {
+      input.need(!cell.robot.links.empty(), "robot.links");
+      if (!dynamics) dynamics.emplace(arm.dynamics(t));
+      return dynamics->gravity_torques(links);
+    };
+    return arm.chain(t).flange(physics::links_at_rest(joints, q, physics::RestRule::Static, gravity));
+  };
 }
 
-Shown predicted(const cell::Cell& cell, cell::Kind kind, const Given& given, MotionMemory& memory) {
+PredictionTable predict_kind(const cell::Cell& cell, cell::Kind kind, const ExperimentInput& input,
+                             MotionCache& cache) {
   using enum cell::Kind;
-  const RealArm arm(cell);
-  const FlangeAt flange = [&](const Eigen::VectorXd& q, double t) {
-    return arm.chain(t).flange(arm.at_rest(given, q, t));
-  };
   switch (kind) {
     case Motion:
-      return motion(cell, given, memory);
+      return predict_motion(cell, input, cache);
     case Poses:
-      return poses(cell, given, flange);
+      return predict_poses(cell, input, flange_at_rest(cell, input));
     case Views:
-      return views(cell, given, flange);
+      return predict_views(cell, input, flange_at_rest(cell, input));
     case Scan:
-      return scan(cell, given, flange);
+      return predict_scan(cell, input, flange_at_rest(cell, input));
     case Step:
-      return step(cell, given);
+      return predict_step(cell, input);
     case Press:
-      return press(cell, given);
+      return predict_press(cell, input);
     case Profile:
-      return profile(cell, given);
+      return predict_profile(cell, input);
   }
   throw InvalidArgument("no kind of experiment has the number " + std::to_string(static_cast<int>(kind)));
 }
 
 }  // namespace
 
-FastSimulator::FastSimulator() : memory_(std::make_shared<MotionMemory>()) {}
+FastSimulator::FastSimulator() : cache_(std::make_shared<MotionCache>()) {}
 
-io::Table FastSimulator::predict(const cell::Cell& cell, const cell::Experiment& experiment) const {
-  require_targets(cell);
-  return predicted(cell, experiment.kind, Given(experiment, cell.robot.joints()), *memory_).table();
+io::Table FastSimulator::simulate(const cell::Cell& cell, const cell::Experiment& experiment) const {
+  physics::check_effect_targets(cell);
+  const ExperimentInput input(experiment, cell.robot.joints());
+  return predict_kind(cell, experiment.kind, input, *cache_).table();
 }
 
 }  // namespace kr5::predict

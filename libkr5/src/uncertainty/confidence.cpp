@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <kr5/uncertainty/confidence.hpp>
 
+#include <cmath>
 #include <string>
 
 #include <boost/math/distributions/beta.hpp>
@@ -19,16 +20,24 @@ void require_probability(double p, const char* name) {
   require(p > 0 && p < 1, std::string(name) + " must lie between 0 and 1, found " + std::to_string(p));
 }
 
+/// Boost's own exceptions are for its own arguments.
+void require_dof(double dof, const char* name = "dof") {
+  require(dof > 0 && std::isfinite(dof),
+          std::string(name) + " must be positive and finite, found " + std::to_string(dof));
+}
+
 }  // namespace
 
 double chi_square_quantile(double p, double dof) {
   require_probability(p, "p");
-  require(dof > 0, "dof must be positive");
+  require_dof(dof);
   return boost::math::quantile(boost::math::chi_squared(dof), p);
 }
 
 double chi_square_cdf(double x, double dof) {
-  require(dof > 0, "dof must be positive");
+  require_dof(dof);
+  require(!std::isnan(x), "x must be a number");
+  if (std::isinf(x)) return x > 0 ? 1.0 : 0.0;
   return x <= 0 ? 0.0 : boost::math::cdf(boost::math::chi_squared(dof), x);
 }
 
@@ -39,22 +48,26 @@ double normal_factor(double confidence) {
 
 double student_factor(double dof, double confidence) {
   require_probability(confidence, "confidence");
-  require(dof > 0, "dof must be positive");
+  require_dof(dof);
   return boost::math::quantile(boost::math::students_t(dof), 0.5 + confidence / 2);
 }
 
 double fisher_quantile(double p, double dof1, double dof2) {
   require_probability(p, "p");
-  require(dof1 > 0 && dof2 > 0, "dof1 and dof2 must be positive");
+  require_dof(dof1, "dof1");
+  require_dof(dof2, "dof2");
   return boost::math::quantile(boost::math::fisher_f(dof1, dof2), p);
 }
 
-double widening(double numbers, double dof) {
+double covariance_inflation(double numbers, double dof) {
   return numbers * fisher_quantile(0.95, numbers, dof) / chi_square_quantile(0.95, numbers);
 }
 
 double fisher_cdf(double x, double dof1, double dof2) {
-  require(dof1 > 0 && dof2 > 0, "dof1 and dof2 must be positive");
+  require_dof(dof1, "dof1");
+  require_dof(dof2, "dof2");
+  require(!std::isnan(x), "x must be a number");
+  if (std::isinf(x)) return x > 0 ? 1.0 : 0.0;
   return x <= 0 ? 0.0 : boost::math::cdf(boost::math::fisher_f(dof1, dof2), x);
 }
 

@@ -46,16 +46,16 @@ struct Dataset {
   std::vector<Pose> poses() const;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("images", self.images, "Image files, each beside its pose.");
+    visit("images", self.images, "Image files, one per pose.");
     visit("rows", self.rows, "Robot poses as written, one a row, in the order of the convention.");
     visit("pose_sources", self.pose_sources, "File (and line) of each pose.");
-    visit("convention", self.convention, "How the rows are meant.");
-    visit("pairing", self.pairing, "number | order: how images and poses were brought together.");
-    visit("mount", self.mount, "What carries the camera.");
+    visit("convention", self.convention, "Convention of the rows.");
+    visit("pairing", self.pairing, "Pairing of images and poses: number | order.");
+    visit("mount", self.mount, "Mount of the camera.");
     visit("target", self.target, "Short form of the target, or JSON of its fields; empty when absent.");
     visit("camera", self.camera, "Camera file, or JSON of its values; empty when absent.");
     visit("times", self.times, "Time stamps of the views [s]; empty when absent.");
-    visit("T_flange_tool", self.T_flange_tool, "Set when the poses are those of a tool instead of the flange.");
+    visit("T_flange_tool", self.T_flange_tool, "Pose of the tool on the flange, when the poses are those of a tool.");
   }
 };
 
@@ -70,16 +70,6 @@ Dataset load_pose_set(const std::filesystem::path& file, const std::filesystem::
 
 /// Files below `folder` that match `pattern` (* and ? in the file name), sorted as people do: 2 before 10.
 std::vector<std::filesystem::path> matching_files(const std::filesystem::path& folder, const std::string& pattern);
-
-/// Rows of numbers in a pose file: YAML or JSON (flat or nested keys such as x y z qx qy qz qw, ViSP's rows/cols/data,
-/// or lists), CSV with a header, or plain text. Named values are put into the order of `rotation`.
-struct PoseFile {
-  Eigen::MatrixXd rows;
-  std::vector<int> lines;     ///< Where each row stands.
-  std::vector<double> times;  ///< From a column `t`, `time` or `stamp` [s]; else empty.
-};
-/// @throws IoError as above.
-PoseFile load_poses(const std::filesystem::path& file, RotationForm rotation);
 
 /// Last number in the name of a file, without its ending; -1 when there is none.
 long long number_in_name(const std::filesystem::path& file);

@@ -23,9 +23,9 @@ struct EvaluateOptions {
   void validate() const;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("mount", self.mount, "eye_in_hand: camera on the flange; eye_to_hand: camera fixed in the base.");
+    visit("mount", self.mount, "Mount of the camera: eye_in_hand (on the flange) | eye_to_hand (fixed in the base).");
     visit("folds", self.folds,
-          "Groups that are left out in turn, view i in group i modulo folds; 0: every view alone.");
+          "Number of groups left out in turn, view i in group i modulo folds; 0: each view alone.");
   }
 };
 
@@ -53,12 +53,14 @@ struct HandEyeEvaluation {
   int unjudged = 0;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("views", self.views, "Every view that could be judged, in input order.");
-    visit("position_rms", self.position_rms, "RMS over the views [m].");
-    visit("rotation_rms", self.rotation_rms, "RMS over the views [rad].");
-    visit("position_median", self.position_median, "Median over the views [m].");
-    visit("rotation_median", self.rotation_median, "Median over the views [rad].");
-    visit("unjudged", self.unjudged, "Views without a pose of the target, or whose rest gave no calibration.");
+    visit("views", self.views, "Evaluated views, in input order.");
+    visit("position_rms", self.position_rms, "RMS position error over the views [m].");
+    visit("rotation_rms", self.rotation_rms, "RMS rotation error over the views [rad].");
+    visit("position_median", self.position_median, "Median position error over the views [m].");
+    visit("rotation_median", self.rotation_median, "Median rotation error over the views [rad].");
+    visit("unjudged", self.unjudged,
+          "Number of views that could not be evaluated: without a pose of the target, or without a calibration from "
+          "the rest.");
   }
 };
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <kr5/core/fit_report.hpp>
+#include <kr5/geometry/mount.hpp>
 #include <kr5/geometry/pinhole.hpp>
 #include <kr5/geometry/pose.hpp>
 #include <kr5/geometry/view.hpp>
@@ -16,16 +17,6 @@
 
 namespace kr5::calibration {
 
-/// What carries the camera.
-enum class Mount {
-  EyeInHand,  ///< Camera on the flange, target fixed in the base.
-  EyeToHand,  ///< Camera fixed in the base, target on the flange.
-};
-
-constexpr auto enum_names(Mount) {
-  return names<Mount>({{Mount::EyeInHand, "eye_in_hand"}, {Mount::EyeToHand, "eye_to_hand"}});
-}
-
 /// One robot stop at which the target was seen.
 struct HandEyeView {
   Pose T_base_flange = Pose::Identity();  ///< From the robot controller.
@@ -33,11 +24,11 @@ struct HandEyeView {
   double correlation = 1.0;               ///< [-]
 
   static void each_field(auto& self, auto&& visit) {
-    visit("T_base_flange", self.T_base_flange, "From the robot controller.");
+    visit("T_base_flange", self.T_base_flange, "Pose of the flange in the base, from the robot controller.");
     visit("view", self.view, "Target points and their pixels.");
     visit("correlation", self.correlation,
-          "Variance of the most doubtful change of all points together over that of independent ones, at least 1, as a "
-          "detection says it: corners of one tag err together. The pixels count so much less [-].");
+          "Correlation factor: variance of the least certain common change of all points over that of independent "
+          "points, at least 1, as given by the detection; the weight of the pixels is divided by it [-].");
   }
 };
 
@@ -55,17 +46,17 @@ struct HandEyeOptions {
   void validate() const;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("mount", self.mount, "eye_in_hand: camera on the flange; eye_to_hand: camera fixed in the base.");
+    visit("mount", self.mount, "Mount of the camera: eye_in_hand (on the flange) | eye_to_hand (fixed in the base).");
     visit("sigma_pixel", self.sigma_pixel, "Noise of a detected point per axis [px]; 0: estimated from the data.");
     visit("sigma_robot_position", self.sigma_robot_position,
           "Noise of a robot position per axis [m]; 0: estimated from the data.");
     visit("sigma_robot_rotation", self.sigma_robot_rotation,
           "Noise of a robot orientation per axis [rad]; 0: estimated from the data.");
-    visit("min_rotation", self.min_rotation, "Least turn of the wrist, about two axes, to attempt an answer [rad].");
+    visit("min_rotation", self.min_rotation, "Least rotation of the wrist, about two axes, for a calibration [rad].");
     visit("outlier_false_alarm", self.outlier_false_alarm,
-          "Chance that views without an outlier get one named, all views together [-].");
-    visit("max_iterations", self.max_iterations, "At most so many steps of the refinement.");
-    visit("start", self.start, "First guess of T_mount_camera; by default from a closed form.");
+          "Probability that an outlier is named in views without one, over all views [-].");
+    visit("max_iterations", self.max_iterations, "Greatest number of iterations of the refinement.");
+    visit("start", self.start, "Initial value of T_mount_camera; by default from a closed form.");
   }
 };
 
@@ -80,11 +71,12 @@ struct HandEyeViewReport {
 
   static void each_field(auto& self, auto&& visit) {
     visit("name", self.name, "Name of the view.");
-    visit("rms_px", self.rms_px, "RMS distance of seen and predicted points, with the robot pose as reported [px].");
-    visit("robot_position", self.robot_position, "Shift of the robot position that would explain the view [m].");
-    visit("robot_rotation", self.robot_rotation, "Turn of the robot that would explain the view [rad].");
-    visit("weight", self.weight, "Weight of the view in the fit, 1 for a sound one [-].");
-    visit("outlier", self.outlier, "Contradicts the others beyond the noise.");
+    visit("rms_px", self.rms_px,
+          "RMS distance of observed and predicted points, with the robot pose as reported [px].");
+    visit("robot_position", self.robot_position, "Position error of the robot that would explain the view [m].");
+    visit("robot_rotation", self.robot_rotation, "Rotation error of the robot that would explain the view [rad].");
+    visit("weight", self.weight, "Weight of the view in the fit, 1 for a normal one [-].");
+    visit("outlier", self.outlier, "True for a view that contradicts the others beyond the noise.");
   }
 };
 
@@ -102,20 +94,20 @@ struct HandEyeResult {
   FitReport fit;                                ///< Look at `fit.usable()` before the poses.
 
   static void each_field(auto& self, auto&& visit) {
-    visit("mount", self.mount, "What carries the camera.");
+    visit("mount", self.mount, "Mount of the camera.");
     visit("T_mount_camera", self.T_mount_camera,
           "Pose of the camera on the flange (in hand) or in the base (to hand).");
     visit("T_fixed_target", self.T_fixed_target,
           "Pose of the target in the base (in hand) or on the flange (to hand).");
-    visit("covariance", self.covariance, "Of T_mount_camera, right perturbation [m, rad].");
-    visit("covariance_target", self.covariance_target, "Of T_fixed_target, right perturbation [m, rad].");
+    visit("covariance", self.covariance, "Covariance of T_mount_camera, right perturbation [m, rad].");
+    visit("covariance_target", self.covariance_target, "Covariance of T_fixed_target, right perturbation [m, rad].");
     visit("covariance_dof", self.covariance_dof,
-          "Degrees of freedom behind the covariance, for which it is widened already; a million: noise given [-].");
+          "Degrees of freedom behind the covariance, by which it is already inflated; a million: known noise [-].");
     visit("sigma_pixel", self.sigma_pixel, "Noise of a detected point, given or estimated [px].");
     visit("sigma_robot_position", self.sigma_robot_position, "Noise of a robot position, given or estimated [m].");
     visit("sigma_robot_rotation", self.sigma_robot_rotation, "Noise of a robot orientation, given or estimated [rad].");
-    visit("views", self.views, "How each view agrees, in input order.");
-    visit("fit", self.fit, "How the estimation ended.");
+    visit("views", self.views, "Agreement of each view, in input order.");
+    visit("fit", self.fit, "Report of the estimation.");
   }
 };
 

@@ -61,18 +61,18 @@ struct NamedCause {
   std::vector<int> views;        ///< Those concerned, from 0.
 
   static void each_field(auto& self, auto&& visit) {
-    visit("cause", self.cause, "What is wrong.");
-    visit("probability", self.probability, "Of this cause among all that were tried [-].");
-    visit("text", self.text, "What is wrong, in words.");
-    visit("evidence", self.evidence, "What speaks for it.");
-    visit("remedy", self.remedy, "What to do.");
+    visit("cause", self.cause, "Identifier of the cause.");
+    visit("probability", self.probability, "Probability of this cause among all that were tested [-].");
+    visit("text", self.text, "Description of the fault.");
+    visit("evidence", self.evidence, "Evidence for it.");
+    visit("remedy", self.remedy, "Recommended action.");
     visit("value", self.value, "Size of the fault, in `unit`.");
     visit("unit", self.unit, "Unit of `value`.");
     visit("consequence", self.consequence,
-          "How far allowing for it moves a point at the working distance [m]; 0 when nothing can be allowed for.");
+          "Displacement of a point at the working distance when the cause is allowed for; 0 when it cannot be [m].");
     visit("held_out_before", self.held_out_before,
-          "RMS error of a point at the target's distance on views left out, as read [m].");
-    visit("held_out_after", self.held_out_after, "The same once this cause is allowed for [m].");
+          "RMS error of a point at the target's distance on held-out views, as recorded [m].");
+    visit("held_out_after", self.held_out_after, "RMS error of the same point with this cause allowed for [m].");
     visit("views", self.views, "Views concerned, from 0.");
   }
 };

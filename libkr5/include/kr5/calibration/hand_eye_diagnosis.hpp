@@ -41,12 +41,12 @@ struct HandEyeDiagnosisOptions {
   void validate() const;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("false_alarm", self.false_alarm, "Rate at which a cause may be named on a sound set [-].");
-    visit("tolerance", self.tolerance, "Error at the tool that still does (95 %) [m].");
+    visit("false_alarm", self.false_alarm, "Rate of causes named on a sound data set [-].");
+    visit("tolerance", self.tolerance, "Acceptable error at the tool (95 %) [m].");
     visit("working_distance", self.working_distance,
-          "Distance in front of the camera at which the error is stated [m]; 0: that of the target.");
-    visit("min_rotation", self.min_rotation, "Least RMS turn about the second axis [rad].");
-    visit("seed", self.seed, "Of the search for the order of the views.");
+          "Distance in front of the camera at which the error is stated; 0: that of the target [m].");
+    visit("min_rotation", self.min_rotation, "Least RMS rotation about the second axis [rad].");
+    visit("seed", self.seed, "Random seed of the search for the order of the views.");
   }
 };
 
@@ -73,15 +73,16 @@ struct HandEyeDiagnosis {
   double rotation_minor = 0.0;     ///< [rad]
 
   static void each_field(auto& self, auto&& visit) {
-    visit("verdict", self.verdict, "good | doubtful | unusable.");
-    visit("text", self.text, "The verdict in plain words.");
-    visit("causes", self.causes, "What is wrong, most probable first; empty for a sound set.");
+    visit("verdict", self.verdict, "Verdict: good | doubtful | unusable.");
+    visit("text", self.text, "Verdict in words.");
+    visit("causes", self.causes, "Causes, most probable first; empty for a sound data set.");
     visit("tool_error", self.tool_error, "Expected (RMS) error of a point at the working distance [m].");
-    visit("tool_error_95", self.tool_error_95, "Error that 95 % stay below [m].");
-    visit("working_distance", self.working_distance, "Distance in front of the camera for which that holds [m].");
-    visit("held_out_rms", self.held_out_rms, "RMS error of a point at the target's distance on views left out [m].");
-    visit("rotation_major", self.rotation_major, "RMS turn of the wrist about the axis it turned most about [rad].");
-    visit("rotation_minor", self.rotation_minor, "The same about the second axis; both are needed [rad].");
+    visit("tool_error_95", self.tool_error_95, "Error of that point at 95 % [m].");
+    visit("working_distance", self.working_distance,
+          "Distance in front of the camera to which these errors refer [m].");
+    visit("held_out_rms", self.held_out_rms, "RMS error of a point at the target's distance on held-out views [m].");
+    visit("rotation_major", self.rotation_major, "RMS rotation of the wrist about its main axis [rad].");
+    visit("rotation_minor", self.rotation_minor, "RMS rotation about the second axis; both are needed [rad].");
   }
 };
 

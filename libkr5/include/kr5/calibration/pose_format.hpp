@@ -66,9 +66,11 @@ struct PoseFormat {
   static void each_field(auto& self, auto&& visit) {
     visit("position", self.position, "Unit of the positions: m | cm | mm.");
     visit("rotation", self.rotation,
-          "quaternion_xyzw | quaternion_wxyz | rotation_vector | rpy | kuka_abc | matrix (3x4 or 4x4, row by row).");
+          "Form of the rotation: quaternion_xyzw | quaternion_wxyz | rotation_vector | rpy | kuka_abc | matrix (3x4 or "
+          "4x4, row by row).");
     visit("angle", self.angle, "Unit of angles: rad | deg; of no effect for quaternions and matrices.");
-    visit("meaning", self.meaning, "T_base_flange: pose of the flange in the base; T_flange_base: its inverse.");
+    visit("meaning", self.meaning,
+          "Meaning: T_base_flange (pose of the flange in the base) | T_flange_base (its inverse).");
   }
 };
 
@@ -85,7 +87,7 @@ Eigen::VectorXd to_row(const Pose& T_base_flange, const PoseFormat& format);
 
 /// What speaks against reading the rows like this, in words; empty when nothing does. Only the numbers themselves are
 /// looked at: the order of a quaternion and an inversion show only beside the images.
-std::vector<std::string> doubts(const Eigen::MatrixXd& rows, const PoseFormat& format);
+std::vector<std::string> format_objections(const Eigen::MatrixXd& rows, const PoseFormat& format);
 
 /// Every convention without doubts, T_base_flange before T_flange_base, usual ones first.
 std::vector<PoseFormat> plausible_formats(const Eigen::MatrixXd& rows);

@@ -19,7 +19,7 @@ struct PoseStream {
   std::vector<Pose> poses;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("t", self.t, "When each pose was taken, by the clock of this stream [s].");
+    visit("t", self.t, "Time of each pose, by the clock of this stream [s].");
     visit("poses", self.poses, "Poses, in the order of `t`.");
   }
 };
@@ -38,16 +38,15 @@ struct TimedHandEyeOptions {
   void validate() const;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("max_offset", self.max_offset, "The clocks differ by no more than this [s].");
-    visit("max_gap", self.max_gap, "No interpolation across a longer gap of the hand stream [s].");
-    visit("window", self.window, "Time over which the speed of turning is taken for the first guess [s].");
-    visit("min_duration", self.min_duration, "Least time for which both streams must run together [s].");
-    visit("min_rotation", self.min_rotation, "Least RMS turn about the second axis to attempt an answer [rad].");
-    visit("min_correlation", self.min_correlation,
-          "Least correlation of the speeds of turning to attempt an answer [-].");
+    visit("max_offset", self.max_offset, "Greatest offset of the clocks [s].");
+    visit("max_gap", self.max_gap, "Longest gap of the hand stream across which poses are interpolated [s].");
+    visit("window", self.window, "Time over which the angular speed is computed for the initial offset [s].");
+    visit("min_duration", self.min_duration, "Least common duration of both streams [s].");
+    visit("min_rotation", self.min_rotation, "Least RMS rotation about the second axis for a calibration [rad].");
+    visit("min_correlation", self.min_correlation, "Least correlation of the angular speeds for a calibration [-].");
     visit("tail", self.tail,
-          "Degrees of freedom of the error's t distribution: the lower, the less an outlier weighs.");
-    visit("max_iterations", self.max_iterations, "At most so many steps of the refinement.");
+          "Degrees of freedom of the error's t distribution: lower values reduce the weight of outliers.");
+    visit("max_iterations", self.max_iterations, "Greatest number of iterations of the refinement.");
   }
 };
 
@@ -62,10 +61,10 @@ struct SpeedAlignment {
 
   static void each_field(auto& self, auto&& visit) {
     visit("t_hand", self.t_hand, "Time by the hand's clock [s].");
-    visit("hand", self.hand, "Speed of turning of the hand [rad/s].");
+    visit("hand", self.hand, "Angular speed of the hand [rad/s].");
     visit("t_camera", self.t_camera, "Time by the camera's clock [s].");
-    visit("camera", self.camera, "Speed of turning of the camera [rad/s].");
-    visit("offset", self.offset, "First guess: t_camera = t_hand + offset [s].");
+    visit("camera", self.camera, "Angular speed of the camera [rad/s].");
+    visit("offset", self.offset, "Initial offset: t_camera = t_hand + offset [s].");
     visit("correlation", self.correlation, "Correlation of both at that offset [-].");
   }
 };
@@ -90,29 +89,28 @@ struct TimedHandEyeResult {
   FitReport fit;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("offset", self.offset, "t_camera = t_hand + offset [s].");
-    visit("offset_std", self.offset_std, "Its standard deviation, with the errors' correlation in time [s].");
+    visit("offset", self.offset, "Clock offset: t_camera = t_hand + offset [s].");
+    visit("offset_std", self.offset_std, "Standard deviation of the offset, with the errors' correlation in time [s].");
     visit("T_hand_camera", self.T_hand_camera, "Pose of the camera on the hand.");
     visit("T_base_world", self.T_base_world, "Pose of the camera's world (the target) in the base.");
-    visit("covariance", self.covariance, "Of T_hand_camera, right perturbation [m, rad].");
-    visit("covariance_world", self.covariance_world, "Of T_base_world, right perturbation [m, rad].");
+    visit("covariance", self.covariance, "Covariance of T_hand_camera, right perturbation [m, rad].");
+    visit("covariance_world", self.covariance_world, "Covariance of T_base_world, right perturbation [m, rad].");
     visit("covariance_dof", self.covariance_dof,
-          "Degrees of freedom behind either covariance, for which it is widened already, as offset_std is [-].");
+          "Degrees of freedom behind both covariances, by which they and offset_std are already inflated [-].");
     visit("sigma_position", self.sigma_position,
-          "Scatter of the camera's position, both streams together, per axis [m].");
-    visit("sigma_rotation", self.sigma_rotation, "Scatter of its orientation, both streams together, per axis [rad].");
-    visit("correlation_time", self.correlation_time, "How long an error lasts [s].");
-    visit("used", self.used, "Camera poses used.");
-    visit("outliers", self.outliers, "Camera poses with hardly any weight among them.");
-    visit("spread_median", self.spread_median,
-          "Median distance of the single poses' T_base_world from their mean [m].");
-    visit("spread_rms", self.spread_rms, "RMS of the same [m].");
-    visit("alignment", self.alignment, "Speed of turning of both streams.");
+          "Standard deviation of the camera's position, both streams together, per axis [m].");
+    visit("sigma_rotation", self.sigma_rotation,
+          "Standard deviation of its orientation, both streams together, per axis [rad].");
+    visit("correlation_time", self.correlation_time, "Correlation time of the errors [s].");
+    visit("used", self.used, "Number of camera poses used.");
+    visit("outliers", self.outliers, "Number of camera poses of negligible weight among them.");
+    visit("spread_median", self.spread_median, "Median distance of T_base_world by single poses from their mean [m].");
+    visit("spread_rms", self.spread_rms, "RMS of that distance [m].");
+    visit("alignment", self.alignment, "Angular speed of both streams.");
     visit("cause", self.cause,
-          "Why there is no good answer: no_overlap | too_short | no_motion | one_axis | no_correlation | "
-          "quaternion_order_hand | quaternion_order_camera | quaternion_order_both | inverted; "
-          "empty when there is one.");
-    visit("fit", self.fit, "How the estimation ended.");
+          "Cause of a missing result: no_overlap | too_short | no_motion | one_axis | no_correlation | "
+          "quaternion_order_hand | quaternion_order_camera | quaternion_order_both | inverted; empty otherwise.");
+    visit("fit", self.fit, "Report of the estimation.");
   }
 };
 

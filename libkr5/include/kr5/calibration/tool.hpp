@@ -34,14 +34,16 @@ struct ToolOptions {
           "Noise of the touched position per axis, robot and hand [m]; 0 (both sigmas): estimated from the residuals.");
     visit("sigma_rotation", self.sigma_rotation,
           "Noise of the flange orientation per axis [rad]; 0 (both sigmas): estimated from the residuals.");
-    visit("min_rotation", self.min_rotation, "Least RMS turn that must bear on each component of the tip [rad].");
+    visit("min_rotation", self.min_rotation, "Least RMS rotation that bears on each component of the tip [rad].");
     visit("outlier_false_alarm", self.outlier_false_alarm,
-          "Chance that poses without an outlier get one named, all poses together [-].");
-    visit("reject_outliers", self.reject_outliers, "Leave outlier poses out of the fit while at least four remain.");
+          "Probability that an outlier is named in poses without one, over all poses [-].");
+    visit("reject_outliers", self.reject_outliers,
+          "Exclusion of outlier poses from the fit while at least four remain.");
     visit("height_at_calibration", self.height_at_calibration, "Height of the peg when the tip was calibrated [m].");
     visit("height_now", self.height_now, "Height of the peg now [m].");
-    visit("previous", self.previous, "Tip that was in use before, in the flange frame [m].");
-    visit("max_height_change", self.max_height_change, "Change of peg height, or of the tip, that is warned of [m].");
+    visit("previous", self.previous, "Tip in use before, in the flange frame [m].");
+    visit("max_height_change", self.max_height_change,
+          "Change of peg height, or of the tip, above which a warning is given [m].");
   }
 };
 
@@ -53,10 +55,11 @@ struct ToolPoseReport {
   bool outlier = false;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("residual", self.residual, "Where this pose puts the tip, less the fixed point, in the base [m].");
+    visit("residual", self.residual, "Tip as given by this pose, less the fixed point, in the base [m].");
     visit("distance", self.distance, "Length of the residual [m].");
-    visit("significance", self.significance, "Chance of a sound pose lying so far from what the others predict [-].");
-    visit("outlier", self.outlier, "Contradicts the other poses beyond the noise.");
+    visit("significance", self.significance,
+          "Probability of a sound pose at this distance from the prediction of the others [-].");
+    visit("outlier", self.outlier, "True for a pose that contradicts the others beyond the noise.");
   }
 };
 
@@ -75,17 +78,18 @@ struct ToolResult {
 
   static void each_field(auto& self, auto&& visit) {
     visit("tip", self.tip, "Tool centre point in the flange frame [m].");
-    visit("covariance", self.covariance, "Of the tip [m^2].");
+    visit("covariance", self.covariance, "Covariance of the tip [m^2].");
     visit("covariance_dof", self.covariance_dof,
-          "Degrees of freedom behind the covariance, for which it is widened already; a million: noise given [-].");
-    visit("point", self.point, "The touched point in the base [m].");
+          "Degrees of freedom behind the covariance, by which it is already inflated; a million: known noise [-].");
+    visit("point", self.point, "Touched point in the base [m].");
     visit("sigma_position", self.sigma_position, "Noise of the touched position per axis, given or estimated [m].");
     visit("sigma_rotation", self.sigma_rotation, "Noise of the orientation per axis, given or estimated [rad].");
-    visit("rotation_spread", self.rotation_spread, "RMS turn bearing on each principal direction of the tip [rad].");
-    visit("weak_direction", self.weak_direction, "Direction in the flange frame along which the tip is least known.");
-    visit("poses", self.poses, "How each pose agrees, in input order.");
-    visit("warnings", self.warnings, "What to look at before the tip is used.");
-    visit("fit", self.fit, "How the estimation ended.");
+    visit("rotation_spread", self.rotation_spread,
+          "RMS rotation bearing on each principal direction of the tip [rad].");
+    visit("weak_direction", self.weak_direction, "Direction in the flange frame along which the tip is least certain.");
+    visit("poses", self.poses, "Agreement of each pose, in input order.");
+    visit("warnings", self.warnings, "Warnings to consider before the tip is used.");
+    visit("fit", self.fit, "Report of the estimation.");
   }
 };
 

@@ -43,32 +43,36 @@ struct Cell {
   Noise noise;
   Effects effects;
 
+  /// Checks everything that `load_cell` checks; simulators call it.
+  /// @throws InvalidArgument with every error of form and value.
+  void validate() const;
+
   /// The document the cell was read from, so that it is written back in that form. No part of what the cell is.
   std::shared_ptr<const io::Node> source;
 
   static constexpr std::array<std::string_view, 1> required = {"robot"};
   static void each_field(auto& self, auto&& visit) {
     visit("name", self.name, "Name of the cell.");
-    visit("robot", self.robot, "The arm.");
+    visit("robot", self.robot, "Robot arm.");
     visit("drives", self.drives, "Motors and gears.");
-    visit("servo", self.servo, "How commands become motion.");
-    visit("tool", self.tool, "What the flange carries.");
-    visit("camera", self.camera, "The camera.");
-    visit("board", self.board, "The marker board it looks at.");
-    visit("targets", self.targets, "Other boards and marker maps.");
-    visit("laser", self.laser, "The line scanner.");
-    visit("contact", self.contact, "Contact of the tool with what it presses on.");
-    visit("peg", self.peg, "The part that is inserted.");
-    visit("tube", self.tube, "The hole.");
+    visit("servo", self.servo, "Servo of the axes and of the path correction.");
+    visit("tool", self.tool, "Tool on the flange.");
+    visit("camera", self.camera, "Camera.");
+    visit("board", self.board, "Marker board.");
+    visit("targets", self.targets, "Further boards and marker maps.");
+    visit("laser", self.laser, "Line scanner.");
+    visit("contact", self.contact, "Contact of the tool with its surroundings.");
+    visit("peg", self.peg, "Peg that is inserted.");
+    visit("tube", self.tube, "Tube that receives the peg.");
     visit("noise", self.noise, "Standard deviation of every sensor; 0 where there is none.");
-    visit("effects", self.effects, "Effects that are switched on: <id>.<target>.<parameter>.");
+    visit("effects", self.effects, "Active effects: <id>.<target>.<parameter>.");
   }
 };
 
 /// Reads a cell in any of its forms.
-/// @throws IoError with file, line, field, the value found and what was expected of everything that is wrong in form:
-///         unknown or missing keys, types, sizes that do not fit the number of joints, effects on parts that are not
-///         there. What only looks wrong (units, masses) is for `check`.
+/// @throws IoError with file, line, field, the value found and what was expected of every error: unknown or missing
+///         keys, types, sizes that do not fit the number of joints, effects on parts that are not there, values that no
+///         cell has or that cannot be simulated. Warnings (values that look like another unit) are for `check`.
 Cell load_cell(const std::filesystem::path& file);
 Cell parse_cell(std::string_view yaml, const std::string& source);
 
@@ -77,11 +81,11 @@ void save_cell(const Cell& cell, const std::filesystem::path& file);
 std::string to_yaml(const Cell& cell);
 
 /// The nominal arm, effects apart.
-kinematics::DhChain chain(const Cell& cell);
+kinematics::DhChain nominal_chain(const Cell& cell);
 /// Nominal pose of the tool tip in the base for joint values q [rad or m].
-Pose T_B_E(const Cell& cell, const Eigen::VectorXd& q);
+Pose T_base_tool(const Cell& cell, const Eigen::VectorXd& q);
 /// Nominal camera and scanner in the flange, or nothing when the cell has none there.
-std::optional<Pose> T_F_C(const Cell& cell);
-std::optional<Pose> T_F_L(const Cell& cell);
+std::optional<Pose> T_flange_camera(const Cell& cell);
+std::optional<Pose> T_flange_scanner(const Cell& cell);
 
 }  // namespace kr5::cell

@@ -7,7 +7,8 @@
 #include <kr5/core/fields.hpp>
 
 /// @file
-/// The columns of every kind of experiment: the one place that knows their units and noise.
+/// The columns of every kind of experiment: the one place that knows what they mean, their units
+/// and noise.
 
 namespace kr5::cell {
 
@@ -39,24 +40,44 @@ enum class Role {
 constexpr auto enum_names(Role) { return names<Role>({{Role::Given, "given"}, {Role::Predicted, "predicted"}}); }
 
 struct Column {
-  std::string name;
+  std::string name = {};
   Role role = Role::Given;
-  std::string unit;
-  std::string noise;  ///< Key of `noise` in the cell; empty for what is given, or exact.
-  /// Columns of one group are there together or not at all; an empty group must be there.
-  std::string group;
+  std::string unit = {};
+  std::string noise = {};      ///< Key of `noise` in the cell; empty for what is given, or exact.
+  std::string group = {};      ///< Columns of one group are there together or not at all; an empty group must be there.
+  std::string target = {};     ///< Target of the catalogue nearest to it: joint3, fx, tool, camera...
+  std::string subsystem = {};  ///< Part of the cell that it tells of.
+  std::string channel = {};    ///< Quantity.
+  std::string label = {};
+  int joint = -1;  ///< Joint that it belongs to, from 0; -1: none.
 
   static void each_field(auto& self, auto&& visit) {
     visit("name", self.name, "Name in the header of the file.");
     visit("role", self.role, "given | predicted.");
     visit("unit", self.unit, "Unit.");
-    visit("noise", self.noise, "Key of noise in the cell; empty for what is given, or exact.");
+    visit("noise", self.noise, "Key of `noise` in the cell; empty for what is given, or exact.");
     visit("group", self.group, "Columns of a group are there together or not at all; without a group: always.");
+    visit("target", self.target, "Nearest target of the catalogue, e.g. joint3, fx, camera; empty for what is given.");
+    visit("subsystem", self.subsystem, "Part of the cell that the column tells of; empty for what is given.");
+    visit("channel", self.channel, "Quantity, e.g. motor current; empty for what is given.");
+    visit("label", self.label, "Name in words, e.g. current of joint 3.");
+    visit("joint", self.joint, "Number of its joint, from 0; -1 where it belongs to none.");
   }
 };
 
+/// Group of the columns that hold an orientation: a quaternion in files, rx ry rz where recordings are compared.
+inline constexpr const char* orientation_group = "orientation";
+
 /// Columns of a kind for n joints, in the order of the files.
 std::vector<Column> columns(Kind kind, int joints);
+
+/// Columns in which a recording and a simulation of a kind are compared: those predicted with noise, an orientation as
+/// rx ry rz [rad], the rotation vector Log(R_simulated^T R_recorded).
+std::vector<Column> compared_columns(Kind kind, int joints);
+
+/// A column of a kind by its name, also of those compared.
+/// @throws InvalidArgument for a name that the kind has not.
+const Column& find_column(Kind kind, const std::string& name);
 
 /// The column whose values keep a file's runs apart (`run`, `view`, ...); empty for `motion`, which has one.
 std::string run_column(Kind kind);

@@ -20,8 +20,8 @@ struct Friction {
 
   static constexpr std::array<std::string_view, 2> required = {"coulomb", "viscous"};
   static void each_field(auto& self, auto&& visit) {
-    visit("coulomb", self.coulomb, "Level of the dry friction of each joint [N m or N].");
-    visit("viscous", self.viscous, "Slope of the friction over joint speed [N m s/rad or N s/m].");
+    visit("coulomb", self.coulomb, "Coulomb friction of each joint [N m or N].");
+    visit("viscous", self.viscous, "Viscous friction of each joint over its speed [N m s/rad or N s/m].");
   }
 };
 
@@ -35,9 +35,10 @@ struct Drives {
   static constexpr std::array<std::string_view, 4> required = {"structure", "rotor_inertia", "torque_constant",
                                                                "friction"};
   static void each_field(auto& self, auto&& visit) {
-    visit("structure", self.structure, "S, n x n: motor angle = S q; joint torque = S^T motor torque [-].");
+    visit("structure", self.structure,
+          "Structure matrix S, n x n: motor angle = S q; joint torque = S^T motor torque [-].");
     visit("rotor_inertia", self.rotor_inertia, "Inertia of each rotor, motor side [kg m^2].");
-    visit("torque_constant", self.torque_constant, "Torque of each motor over its current, motor side [N m/A].");
+    visit("torque_constant", self.torque_constant, "Torque constant of each motor, motor side [N m/A].");
     visit("friction", self.friction, "Joint friction.");
   }
 };
@@ -52,7 +53,7 @@ struct SecondOrder {
   static void each_field(auto& self, auto&& visit) {
     visit("natural_frequency", self.natural_frequency, "Natural frequency wn [rad/s].");
     visit("damping_ratio", self.damping_ratio, "Damping ratio xi [-].");
-    visit("delay", self.delay, "From the command to its effect [s].");
+    visit("delay", self.delay, "Delay from the command to its effect [s].");
   }
 };
 
@@ -72,8 +73,10 @@ struct Correction {
   std::optional<double> total;      ///< [m]
 
   static void each_field(auto& self, auto&& visit) {
-    visit("mode", self.mode, "absolute (counted from the start of the path) | relative (from where the arm is).");
-    visit("per_cycle", self.per_cycle, "Greatest change of an absolute correction, or greatest relative one [m].");
+    visit("mode", self.mode,
+          "Reference of corrections: absolute (the start of the path) | relative (the present pose).");
+    visit("per_cycle", self.per_cycle,
+          "Greatest change of an absolute correction, or greatest relative one, in one cycle [m].");
     visit("total", self.total, "Greatest distance of the commanded path from its start [m].");
   }
 };
@@ -91,13 +94,13 @@ struct Servo {
   }
 
   /// In a file `joint` is one map for all joints, a list of maps, or a map whose values are lists.
-  bool read_form(io::Reader& reader, const io::Node& node, const std::string& field);
-  io::Node write_form() const;
+  bool from_node(io::Reader& reader, const io::Node& node, const std::string& field);
+  io::Node to_node() const;
 
   static constexpr std::array<std::string_view, 1> required = {"cycle"};
   static void each_field(auto& self, auto&& visit) {
-    visit("cycle", self.cycle, "Period of the controller [s].");
-    visit("joint", self.joint, "Joint servo: one for all joints, or one a joint; none when not known.");
+    visit("cycle", self.cycle, "Cycle time of the controller [s].");
+    visit("joint", self.joint, "Joint servo: one for all joints, or one per joint; none when not known.");
     visit("tool", self.tool, "Servo of the path correction.");
     visit("correction", self.correction, "Mode and limits of the path correction; none: absolute, without limits.");
   }

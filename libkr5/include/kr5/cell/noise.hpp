@@ -18,7 +18,7 @@ struct Noise {
   double depth = 0.0;          ///< [m]
 
   static void each_field(auto& self, auto&& visit) {
-    visit("position", self.position, "Joint reading [rad or m], and z of step and press [m].");
+    visit("position", self.position, "Joint reading [rad or m], and z of step and press experiments [m].");
     visit("current", self.current, "Motor current [A].");
     visit("force", self.force, "Force component [N].");
     visit("torque", self.torque, "Torque component [N m].");

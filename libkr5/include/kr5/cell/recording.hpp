@@ -33,9 +33,9 @@ struct Experiment {
   static constexpr std::array<std::string_view, 4> required = {"name", "kind", "file", "split"};
   static void each_field(auto& self, auto&& visit) {
     visit("name", self.name, "Name of the experiment.");
-    visit("kind", self.kind, "motion | poses | views | scan | step | press | profile.");
+    visit("kind", self.kind, "Kind: motion | poses | views | scan | step | press | profile.");
     visit("file", self.file, "CSV file in the folder of the recording.");
-    visit("split", self.split, "fit: may be used to estimate; check: only to judge.");
+    visit("split", self.split, "Use of the data: fit (estimation) | check (validation only).");
   }
 };
 
@@ -50,8 +50,8 @@ struct Recording {
 };
 
 /// Reads recording.yaml, the cell and every CSV file of a folder.
-/// @throws IoError with everything that is wrong in form: keys, files, columns missing or unknown, rows, numbers.
-///         What only looks wrong is for `check`.
+/// @throws IoError with every error: keys, files, columns missing or unknown, rows, numbers, the cell. Warnings are for
+///         `check`.
 Recording load_recording(const std::filesystem::path& folder);
 
 /// Writes recording.yaml, the cell and the CSV files into a folder, which is made when it is not there. Reads back bit

@@ -12,17 +12,22 @@ class Simulator {
  public:
   virtual ~Simulator() = default;
 
+  /// The prediction with every effect that the cell carries: those of the library as the simulator knows them, those
+  /// that were registered (kr5/cell/effect_registry.hpp) by their own laws.
   /// @param experiment Its kind, and in `data` the given columns; columns to be predicted may be there and are not
   /// read.
   /// @returns one row for each row of the experiment, and the columns to be predicted, in the order of `columns()`;
   ///          those the cell has no part for (currents without drives ...) are left out. Units of `columns()`.
   /// @throws InvalidArgument naming the part of the cell, or the given column, that is not there.
-  virtual io::Table predict(const Cell& cell, const Experiment& experiment) const = 0;
+  io::Table predict(const Cell& cell, const Experiment& experiment) const;
 
  protected:
   Simulator() = default;
   Simulator(const Simulator&) = default;
   Simulator& operator=(const Simulator&) = default;
+
+  /// The same of a cell that carries no registered effect.
+  virtual io::Table simulate(const Cell& cell, const Experiment& experiment) const = 0;
 };
 
 }  // namespace kr5::cell

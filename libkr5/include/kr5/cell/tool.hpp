@@ -3,6 +3,7 @@
 
 #include <array>
 #include <string_view>
+#include <utility>
 
 #include <kr5/core/fields.hpp>
 #include <kr5/geometry/pose.hpp>
@@ -11,8 +12,8 @@ namespace kr5::cell {
 
 /// What the flange carries. The default is a bare flange without mass, its tip and sensor in the flange.
 struct Tool {
-  Pose T_F_E = Pose::Identity();                  ///< Tool tip (peg-bottom centre).
-  Pose T_F_S = Pose::Identity();                  ///< Force/torque sensor.
+  Pose T_flange_tool = Pose::Identity();          ///< Tool tip (peg-bottom centre).
+  Pose T_flange_sensor = Pose::Identity();        ///< Force/torque sensor.
   double mass = 0.0;                              ///< [kg]
   Eigen::Vector3d com = Eigen::Vector3d::Zero();  ///< In S [m].
   Vector6 inertia = Vector6::Zero();              ///< Ixx Iyy Izz Ixy Ixz Iyz about the com, axes of S [kg m^2].
@@ -20,13 +21,15 @@ struct Tool {
   /// The symmetric 3x3 matrix [kg m^2].
   Eigen::Matrix3d inertia_matrix() const;
 
+  static constexpr std::array<std::pair<std::string_view, std::string_view>, 2> file_keys = {
+      {{"T_flange_tool", "T_F_E"}, {"T_flange_sensor", "T_F_S"}}};
   static constexpr std::array<std::string_view, 1> required = {"T_F_E"};
   static void each_field(auto& self, auto&& visit) {
-    visit("T_F_E", self.T_F_E, "Tool tip (peg-bottom centre) in the flange [m, rad].");
-    visit("T_F_S", self.T_F_S, "Force/torque sensor in the flange [m, rad].");
-    visit("mass", self.mass, "Mass of all below the sensor [kg].");
-    visit("com", self.com, "Its centre of mass in S [m].");
-    visit("inertia", self.inertia, "Ixx Iyy Izz Ixy Ixz Iyz about the com, axes of S [kg m^2].");
+    visit("T_flange_tool", self.T_flange_tool, "Tool tip (peg-bottom centre) in the flange [m, rad].");
+    visit("T_flange_sensor", self.T_flange_sensor, "Force/torque sensor in the flange [m, rad].");
+    visit("mass", self.mass, "Mass of everything below the sensor [kg].");
+    visit("com", self.com, "Centre of mass of it in S [m].");
+    visit("inertia", self.inertia, "Inertia Ixx Iyy Izz Ixy Ixz Iyz about the centre of mass, axes of S [kg m^2].");
   }
 };
 
@@ -49,15 +52,18 @@ struct Tube {
   double inner_radius = 0.0;  ///< [m]
   double outer_radius = 0.0;  ///< [m]
   double depth = 0.0;         ///< [m]
-  Pose T_B_T = Pose::Identity();
+  Pose T_base_tube = Pose::Identity();
   double chamfer = 0.0;  ///< [m]
 
+  static constexpr std::array<std::pair<std::string_view, std::string_view>, 1> file_keys = {
+      {{"T_base_tube", "T_B_T"}}};
   static constexpr std::array<std::string_view, 4> required = {"inner_radius", "outer_radius", "depth", "T_B_T"};
   static void each_field(auto& self, auto&& visit) {
     visit("inner_radius", self.inner_radius, "Radius of the bore [m].");
-    visit("outer_radius", self.outer_radius, "Radius of the tube outside [m].");
+    visit("outer_radius", self.outer_radius, "Outer radius of the tube [m].");
     visit("depth", self.depth, "Depth of the bore [m].");
-    visit("T_B_T", self.T_B_T, "Tube in the base: centre of its top face, Z out of the tube [m, rad].");
+    visit("T_base_tube", self.T_base_tube,
+          "Pose of the tube in the base: centre of its top face, Z out of the tube [m, rad].");
     visit("chamfer", self.chamfer, "Width of the 45 degree chamfer of the bore [m].");
   }
 };
@@ -70,7 +76,7 @@ struct Contact {
 
   static constexpr std::array<std::string_view, 3> required = {"stiffness", "damping", "friction"};
   static void each_field(auto& self, auto&& visit) {
-    visit("stiffness", self.stiffness, "Stiffness of all that gives way, in series [N/m].");
+    visit("stiffness", self.stiffness, "Total stiffness of the contact and all compliance in series [N/m].");
     visit("damping", self.damping, "Damping [N s/m].");
     visit("friction", self.friction, "Friction coefficient of peg on tube [-].");
   }

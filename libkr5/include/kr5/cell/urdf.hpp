@@ -9,7 +9,8 @@
 #include <kr5/cell/cell.hpp>
 
 /// @file
-/// Cells from and to the Unified Robot Description Format (URDF).
+/// Cells from and to the Unified Robot Description Format (URDF). Read with pugixml, not urdfdom, which logs what is
+/// wrong instead of naming file, element and remedy.
 
 namespace kr5::cell {
 
@@ -18,8 +19,8 @@ struct UrdfOptions {
   std::string tip = {};   ///< Link that becomes E; empty: the end, when there is but one.
 
   static void each_field(auto& self, auto&& visit) {
-    visit("base", self.base, "Link that becomes the base B; by default the root.");
-    visit("tip", self.tip, "Link that becomes the tool tip E; by default the end, when there is but one.");
+    visit("base", self.base, "Link that becomes the base B; by default the root of the tree.");
+    visit("tip", self.tip, "Link that becomes the tool tip E; by default the only leaf of the tree.");
   }
 };
 
@@ -32,9 +33,9 @@ struct UrdfImport {
   std::vector<std::string> notes;   ///< What the cell cannot hold or the file did not say, in words.
 };
 
-/// The serial arm between two links of a robot. T_B_E is the pose of the tip for the same joint values, and the flange
-/// has the tip's axes. Links behind fixed joints, and behind joints beside the arm (held at 0, as a note says), give
-/// their mass to the link that carries them. Limits that the file leaves out or sets to 0 become infinite.
+/// The serial arm between two links of a robot. T_base_tool is the pose of the tip for the same joint values, and the
+/// flange has the tip's axes. Links behind fixed joints, and behind joints beside the arm (held at 0, as a note says),
+/// give their mass to the link that carries them. Limits that the file leaves out or sets to 0 become infinite.
 /// `damping` and `friction` of the joints become viscous and Coulomb friction of drives that are otherwise of unit gear
 /// and motor (a current is a joint torque), as a note says.
 /// Joint axes less than 3 degrees from parallel get a Hayati angle.

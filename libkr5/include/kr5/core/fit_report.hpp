@@ -32,10 +32,11 @@ struct FitReport {
 
   static void each_field(auto& self, auto&& visit) {
     visit("status", self.status, "How the estimation ended.");
-    visit("iterations", self.iterations, "Steps taken.");
+    visit("iterations", self.iterations, "Number of steps taken.");
     visit("initial_rms", self.initial_rms, "RMS of the whitened residuals before the fit [-].");
-    visit("final_rms", self.final_rms, "The same after the fit; near 1 when the noise model is right [-].");
-    visit("message", self.message, "What happened, in words.");
+    visit("final_rms", self.final_rms,
+          "RMS of the whitened residuals after the fit; near 1 when the noise model is right [-].");
+    visit("message", self.message, "Explanation of the status.");
   }
 };
 

@@ -11,14 +11,14 @@ namespace kr5 {
 
 /// A symmetric matrix as V diag(values) V^T.
 struct SymmetricEigen {
-  Eigen::VectorXd values;   ///< Rising.
+  Eigen::VectorXd values;   ///< In ascending order.
   Eigen::MatrixXd vectors;  ///< V, of unit columns.
 };
 
 /// Eigenvalues and eigenvectors of a symmetric matrix, of which the lower triangle is read.
 SymmetricEigen symmetric_eigen(const Eigen::Ref<const Eigen::MatrixXd>& A);
 
-/// Singular values, falling.
+/// Singular values, in descending order.
 Eigen::VectorXd singular_values(const Eigen::Ref<const Eigen::MatrixXd>& A);
 
 }  // namespace kr5

@@ -11,10 +11,10 @@
 namespace kr5::force {
 
 struct ComplianceOptions {
-  double gain = 2e-4;           ///< [m/(s N)]
-  double turning_gain = 0.015;  ///< [rad/(s N m)]
-  double most = 0.01;           ///< [m/s]
-  double most_turning = 0.2;    ///< [rad/s]
+  double gain = 2e-4;              ///< [m/(s N)]
+  double turning_gain = 0.015;     ///< [rad/(s N m)]
+  double max_speed = 0.01;         ///< [m/s]
+  double max_turning_speed = 0.2;  ///< [rad/s]
 
   /// Whether an integrating loop with this gain, a contact and a grip of these stiffnesses and a delay comes to rest
   /// with a gain margin of at least 1.57: gain x stiffness x delay <= 1 (an integrator behind a delay, limit pi / 2).
@@ -23,15 +23,16 @@ struct ComplianceOptions {
   void validate() const;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("gain", self.gain, "Speed for an error of force [m/(s N)].");
-    visit("turning_gain", self.turning_gain, "Turning speed for an error of moment [rad/(s N m)].");
-    visit("most", self.most, "Greatest speed [m/s].");
-    visit("most_turning", self.most_turning, "Greatest turning speed [rad/s].");
+    visit("gain", self.gain, "Speed per error of force [m/(s N)].");
+    visit("turning_gain", self.turning_gain, "Turning speed per error of moment [rad/(s N m)].");
+    visit("max_speed", self.max_speed, "Greatest speed [m/s].");
+    visit("max_turning_speed", self.max_turning_speed, "Greatest turning speed [rad/s].");
   }
 };
 
-/// Twist with which a tool goes where it is pushed, away from a wished wrench: linear part first [m/s, rad/s].
-/// @param wrench What the environment does to the tool. @param wish What it shall do; in the same frame [N, N m].
-Vector6 give_way(const Vector6& wrench, const Vector6& wish, const ComplianceOptions& options) noexcept;
+/// Twist with which a tool yields to a wrench, away from a reference wrench: linear part first [m/s, rad/s]; zero when
+/// a number is not finite.
+/// @param wrench What the environment does to the tool. @param reference What it shall do; in the same frame [N, N m].
+Vector6 admittance_twist(const Vector6& wrench, const Vector6& reference, const ComplianceOptions& options) noexcept;
 
 }  // namespace kr5::force

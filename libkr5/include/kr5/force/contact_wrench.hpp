@@ -18,8 +18,7 @@ struct ContactLaw {
 
   static void each_field(auto& self, auto&& visit) {
     visit("stiffness", self.stiffness, "Normal force over depth [N/m].");
-    visit("damping", self.damping,
-          "Hunt-Crossley damping: the normal force is multiplied by 1 + damping * speed [s/m].");
+    visit("damping", self.damping, "Hunt-Crossley damping: factor 1 + damping * speed on the normal force [s/m].");
     visit("friction", self.friction, "Coefficient of Coulomb friction [-].");
     visit("tangential_stiffness", self.tangential_stiffness,
           "Friction over elastic displacement while sticking [N/m].");
@@ -49,7 +48,7 @@ struct ContactForce {
     visit("wrench", self.wrench, "Force and torque on the peg about its bottom centre, in T [N, N m].");
     visit("normal", self.normal, "Sum of the normal forces [N].");
     visit("friction", self.friction, "Size of the friction force [N].");
-    visit("sliding", self.sliding, "Friction has reached its limit.");
+    visit("sliding", self.sliding, "True when friction has reached its limit.");
   }
 };
 
@@ -62,7 +61,7 @@ struct ContactForce {
 /// @param twist Velocity of the peg's bottom centre and its angular velocity, in T [m/s, rad/s].
 /// @param dt Time since the last call [s].
 /// @param stiction In: from the last call; out: for the next one.
-ContactForce contact_wrench(const Contacts& contacts, const ContactLaw& law, const Pose& T_T_peg, const Vector6& twist,
-                            double dt, Stiction& stiction) noexcept;
+ContactForce contact_wrench(const Contacts& contacts, const ContactLaw& law, const Pose& T_tube_peg,
+                            const Vector6& twist, double dt, Stiction& stiction) noexcept;
 
 }  // namespace kr5::force

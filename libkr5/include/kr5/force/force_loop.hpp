@@ -10,35 +10,37 @@
 namespace kr5::force {
 
 /// What a correction adds to.
-enum class CorrectionOf {
+enum class CorrectionReference {
   Start,   ///< The pose at which the loop began: proportional, with the compensator (5.17) no steady error.
   Actual,  ///< The present pose: corrections add up, the loop integrates by itself.
 };
-constexpr auto enum_names(CorrectionOf) {
-  return names<CorrectionOf>({{CorrectionOf::Start, "start"}, {CorrectionOf::Actual, "actual"}});
+constexpr auto enum_names(CorrectionReference) {
+  return names<CorrectionReference>({{CorrectionReference::Start, "start"}, {CorrectionReference::Actual, "actual"}});
 }
 
 struct ForceLoopOptions {
   double gain = 5e-6;
-  CorrectionOf correction = CorrectionOf::Start;
+  CorrectionReference correction = CorrectionReference::Start;
   double stiffness = 23.38e3;
   double largest_step = 0.0;
   double range = 0.05;
 
-  /// (1 + k_p k_e) / (k_p k_e), eq. 5.17: what the wish is multiplied by so that a proportional loop reaches it; 1 for
-  /// corrections of the actual pose, which need none.
+  /// (1 + k_p k_e) / (k_p k_e), eq. 5.17: what the reference is multiplied by so that a proportional loop reaches it; 1
+  /// for corrections of the actual pose, which need none.
   double compensator() const;
-  /// The fastest that contact may be made at, so that the first cycle behind it is no harder than the wish [m/s].
-  double contact_speed(double wish, double cycle) const;
+  /// The fastest that contact may be made at, so that the first cycle behind it is no harder than the reference [m/s].
+  double contact_speed(double reference, double cycle) const;
   /// @throws InvalidArgument naming the offending field.
   void validate() const;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("gain", self.gain, "k_p: correction for an error of force [m/N].");
-    visit("correction", self.correction, "start: of the pose at the beginning; actual: of the present one.");
-    visit("stiffness", self.stiffness, "k_e: of the contact, for the compensator [N/m].");
-    visit("largest_step", self.largest_step, "By which one cycle may move the arm, at most; 0: any [m].");
-    visit("range", self.range, "Corrections of the start stay within this [m].");
+    visit("gain", self.gain, "Gain k_p: correction per error of force [m/N].");
+    visit("correction", self.correction,
+          "Reference of the corrections: start (the pose at the beginning) | actual (the present pose).");
+    visit("stiffness", self.stiffness, "Stiffness k_e of the contact, for the compensator [N/m].");
+    visit("largest_step", self.largest_step,
+          "Greatest step of one cycle; 0: unlimited within range for start, a fiftieth of range for actual [m].");
+    visit("range", self.range, "Greatest correction of the start; greatest step of the present pose [m].");
   }
 };
 
@@ -49,16 +51,18 @@ class ForceLoop {
 
   /// Begins anew from no correction.
   void reset() noexcept;
-  /// The correction of this cycle, towards a wished force: of the pose at reset() [m], or with `CorrectionOf::Actual`
-  /// of the present one.
-  /// @param wish and @param measured: force of the tool into the contact [N].
-  double step(double wish, double measured) noexcept;
-  /// A limit holds the correction back.
+  /// The correction of this cycle, towards a reference force: of the pose at reset() [m], or with
+  /// `CorrectionReference::Actual` of the present one.
+  /// @param reference and @param measured: force of the tool into the contact [N].
+  double step(double reference, double measured) noexcept;
+  /// A limit, or an argument that is no finite number, holds the correction back.
   bool limited() const noexcept { return limited_; }
   /// The last one [m].
   double correction() const noexcept { return correction_; }
 
  private:
+  double step_limit() const noexcept;
+
   ForceLoopOptions options_;
   double compensator_ = 1.0;
   double correction_ = 0.0;

@@ -13,25 +13,26 @@ struct GuardedMoveOptions {
   double speed = 0.04;         ///< [m/s]
   double contact_speed = 0.0;  ///< [m/s]
   double acceleration = 0.15;  ///< [m/s^2]
-  double touch = 3.0;          ///< [N]
-  double most = 20.0;          ///< [N]
+  double touch_force = 3.0;    ///< [N]
+  double max_force = 20.0;     ///< [N]
   double stiffness = 23.38e3;  ///< [N/m]
   double delay = 0.1;          ///< [s]
 
   /// The fastest contact after which the force is no more than `most` when the arm stops at the touch: what the contact
-  /// is driven in while the touch is being noticed and while it brakes [m/s].
+  /// is driven in while the touch is being detected and while it brakes [m/s].
   double safe_speed() const;
   /// @throws InvalidArgument naming the field.
   void validate() const;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("speed", self.speed, "Where nothing can be touched yet [m/s].");
-    visit("contact_speed", self.contact_speed, "Where it can; 0: the safe speed. Faster ones are cut to it [m/s].");
-    visit("acceleration", self.acceleration, "With which the arm brakes [m/s^2].");
-    visit("touch", self.touch, "From which it is a touch [N].");
-    visit("most", self.most, "That the contact may bear [N].");
-    visit("stiffness", self.stiffness, "Of the contact [N/m].");
-    visit("delay", self.delay, "From a force to the arm's answer, filter and servo in it [s].");
+    visit("speed", self.speed, "Speed where nothing can be touched yet [m/s].");
+    visit("contact_speed", self.contact_speed,
+          "Speed where contact is possible; 0: the safe speed, to which faster ones are limited [m/s].");
+    visit("acceleration", self.acceleration, "Braking acceleration of the arm [m/s^2].");
+    visit("touch_force", self.touch_force, "Force from which contact is detected [N].");
+    visit("max_force", self.max_force, "Greatest force on the contact [N].");
+    visit("stiffness", self.stiffness, "Stiffness of the contact [N/m].");
+    visit("delay", self.delay, "Delay from a force to the response of the arm, with filter and servo [s].");
   }
 };
 
@@ -40,7 +41,7 @@ class GuardedMove {
   /// @throws InvalidArgument as its options.
   explicit GuardedMove(const GuardedMoveOptions& options);
 
-  /// Speed of this cycle, 0 from the touch on [m/s].
+  /// Speed of this cycle [m/s]; 0 from the touch on, and from an argument that is no finite number on.
   /// @param way Left until something can be touched; below 0 it may be anywhere [m]. @param force Against the move [N].
   double step(double way, double force) noexcept;
   bool touched() const noexcept { return touched_; }

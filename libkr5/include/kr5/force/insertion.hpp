@@ -13,10 +13,10 @@
 #include <kr5/geometry/pose.hpp>
 
 /// @file
-/// A peg feels its way into a tube (Hayat et al. 2022, algorithm of section 5.6, and 6.4): tilted touch, once round,
-/// slide, upright, push; again when it did not go in. No clock, socket or robot is inside: whoever owns those calls
-/// `step` once a cycle. Frame T: origin at the believed centre of the tube's top face, Z out of the tube, whichever way
-/// that lies in the cell. Frame P: bottom centre of the peg, Z along its axis, up.
+/// Insertion of a peg into a tube by force control (Hayat et al. 2022, algorithm of section 5.6, and 6.4): tilted
+/// touch, turn, slide, upright, push; a new attempt when it did not go in. No clock, socket or robot is inside: whoever
+/// owns those calls `step` once a cycle. Frame T: origin at the believed centre of the tube's top face, Z out of the
+/// tube, whichever way that lies in the cell. Frame P: bottom centre of the peg, Z along its axis, up.
 
 namespace kr5::force {
 
@@ -43,44 +43,44 @@ struct InsertionOptions {
   void validate() const;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("bodies", self.bodies, "Radii of peg and tube, as believed.");
-    visit("tilt", self.tilt, "With which the peg feels round [rad].");
-    visit("azimuth", self.azimuth, "Of the lowest point of its rim at the first touch [rad].");
+    visit("bodies", self.bodies, "Believed radii of peg and tube.");
+    visit("tilt", self.tilt, "Tilt of the peg during the turn [rad].");
+    visit("azimuth", self.azimuth, "Azimuth of the lowest point of its rim at the first touch [rad].");
     visit("cycle", self.cycle, "Time between two steps [s].");
-    visit("cutoff", self.cutoff, "Of the low-pass on forces and positions [Hz].");
-    visit("delay", self.delay, "From a command to its effect, for the check of the gains [s].");
+    visit("cutoff", self.cutoff, "Cut-off frequency of the low-pass on forces and positions [Hz].");
+    visit("delay", self.delay, "Delay from a command to its effect, for the check of the gains [s].");
     visit("servo_frequency", self.servo_frequency,
           "Natural frequency of the servo behind the commands, which are led ahead by its inverse; 0: none [rad/s].");
-    visit("servo_damping", self.servo_damping, "Its damping ratio [-].");
-    visit("localisation", self.localisation, "fit | cusp | minimum.");
-    visit("entry", self.entry, "tilted | upright.");
-    visit("insert_by", self.insert_by, "arm | gravity | air.");
-    visit("hole", self.hole, "Centre of a hole remembered from before, in T: tried first [m].");
-    visit("grip", self.grip, "What gives way between arm and peg.");
+    visit("servo_damping", self.servo_damping, "Damping ratio of that servo [-].");
+    visit("localisation", self.localisation, "Localisation of the hole: fit | cusp | minimum.");
+    visit("entry", self.entry, "Entry of the peg: tilted | upright.");
+    visit("insert_by", self.insert_by, "Drive of the insertion: arm | gravity | air.");
+    visit("hole", self.hole, "Centre of a hole known from before, in T, which is tried first [m].");
+    visit("grip", self.grip, "Compliance between arm and peg.");
     visit("forces", self.forces, "Forces and gains.");
-    visit("motion", self.motion, "Speeds and ways.");
-    visit("limits", self.limits, "What stops it.");
+    visit("motion", self.motion, "Speeds and distances.");
+    visit("limits", self.limits, "Limits that stop the insertion.");
   }
 };
 
-/// What the cell tells in a cycle: pose and forces of one instant. When the forces are 18 ms older than the pose, as
+/// Reading of the cell in one cycle: pose and forces of one instant. When the forces are 18 ms older than the pose, as
 /// with an unmatched filter in a sensor, the fitted hole is some 0.3 mm off.
 struct InsertionReading {
-  Pose T_T_P = Pose::Identity();     ///< As the arm believes.
-  Vector6 sensor = Vector6::Zero();  ///< As the sensor tells it, in its own axes [N, N m].
-  Vector6 wrench = Vector6::Zero();  ///< Of the environment on the peg, about the origin of P, axes of T; no weight.
-  std::span<const double> current;   ///< Of each motor [A]; may be empty.
-  bool saturated = false;            ///< The sensor is at its limit.
-  bool gripped = true;               ///< The grip holds something.
-  bool reachable = true;             ///< The arm could go where the last command was.
+  Pose T_tube_peg = Pose::Identity();  ///< As the arm believes.
+  Vector6 sensor = Vector6::Zero();    ///< As the sensor tells it, in its own axes [N, N m].
+  Vector6 wrench = Vector6::Zero();    ///< Of the environment on the peg, about the origin of P, axes of T; no weight.
+  std::span<const double> current;     ///< Of each motor [A]; may be empty.
+  bool saturated = false;              ///< The sensor is at its limit.
+  bool gripped = true;                 ///< The grip holds something.
+  bool reachable = true;               ///< The arm could go where the last command was.
 };
 
-/// What the cell shall do.
+/// Command to the cell for one cycle.
 struct InsertionCommand {
-  Pose T_T_P = Pose::Identity();  ///< What the arm is told: where it shall hold the peg, led ahead for its servo.
-  bool hold = true;               ///< The grip holds; otherwise it lets the peg slide along.
-  bool air = false;               ///< Compressed air on the peg.
-  bool stop = false;              ///< Stop the arm where it is; stays so.
+  Pose T_tube_peg = Pose::Identity();  ///< What the arm is told: where it shall hold the peg, led ahead for its servo.
+  bool hold = true;                    ///< The grip holds; otherwise it lets the peg slide along.
+  bool air = false;                    ///< Compressed air on the peg.
+  bool stop = false;                   ///< Stop the arm where it is; stays so.
 };
 
 /// One insertion. Everything is allocated by the constructor; `step` neither allocates nor throws.
@@ -96,10 +96,10 @@ class Insertion {
   InsertionCommand step(const InsertionReading& reading) noexcept;
   const InsertionState& state() const noexcept;
   bool finished() const noexcept;
-  /// What was felt in the last turn, by azimuth; empty before one.
+  /// Measured profile of the last turn, by azimuth; empty before one.
   std::span<const ProfileRow> profile() const noexcept;
   /// Begins anew; the hole of the last success, if there was one, is remembered.
-  void again() noexcept;
+  void restart() noexcept;
 
  private:
   struct Machine;

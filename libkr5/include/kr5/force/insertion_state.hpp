@@ -6,7 +6,7 @@
 #include <kr5/core/fields.hpp>
 
 /// @file
-/// Where an insertion stands, why it ended, and what it felt. Frame T as in insertion.hpp.
+/// State of an insertion, the reason of its end, and the profile it measured. Frame T as in insertion.hpp.
 
 namespace kr5::force {
 
@@ -51,7 +51,7 @@ enum class Reason {
   PegTooWide,    ///< By the radii it was given.
   UnstableGain,  ///< A gain that the delay of the loop does not bear.
   NoContact,     ///< Nothing was touched where the tube should be.
-  ProfileFlat,   ///< No direction in what was felt all round.
+  ProfileFlat,   ///< No direction in the profile of the turn.
   NoDrop,        ///< Slid as far as allowed and never dropped.
   Blocked,       ///< In the mouth of the bore it went no deeper.
   Force,         ///< Limit of force.
@@ -83,7 +83,7 @@ constexpr auto enum_names(Reason) {
                         {TimeOut, "time_out"}});
 }
 
-/// What was felt at one place of the turn.
+/// Measurement at one azimuth of the turn.
 struct ProfileRow {
   double azimuth = 0.0;                              ///< Of the lowest point of the rim [rad].
   double tilt = 0.0;                                 ///< [rad]
@@ -93,16 +93,16 @@ struct ProfileRow {
   Eigen::Vector2d moment = Eigen::Vector2d::Zero();  ///< About the bottom centre [N m].
 
   static void each_field(auto& self, auto&& visit) {
-    visit("azimuth", self.azimuth, "Of the lowest point of the rim [rad].");
-    visit("tilt", self.tilt, "Of the peg [rad].");
-    visit("centre", self.centre, "Bottom centre in T, what gives way taken into account [m].");
-    visit("height", self.height, "Of that centre in T [m].");
-    visit("force", self.force, "On the peg along Z of T [N].");
-    visit("moment", self.moment, "On the peg about its bottom centre, x and y of T [N m].");
+    visit("azimuth", self.azimuth, "Azimuth of the lowest point of the rim [rad].");
+    visit("tilt", self.tilt, "Tilt of the peg [rad].");
+    visit("centre", self.centre, "Bottom centre in T, corrected for compliance [m].");
+    visit("height", self.height, "Height of that centre in T [m].");
+    visit("force", self.force, "Force on the peg along Z of T [N].");
+    visit("moment", self.moment, "Moment on the peg about its bottom centre, x and y of T [N m].");
   }
 };
 
-/// Where everything stands.
+/// State of an insertion.
 struct InsertionState {
   Phase phase = Phase::Tare;
   Reason reason = Reason::None;    ///< Of the last attempt that ended, or of the stop.
@@ -114,14 +114,15 @@ struct InsertionState {
   double depth = 0.0;                              ///< Of the peg's bottom below the believed face [m].
 
   static void each_field(auto& self, auto&& visit) {
-    visit("phase", self.phase, "What it is at.");
-    visit("reason", self.reason, "Why the last attempt, or everything, ended.");
-    visit("stopped_in", self.stopped_in, "The phase in which that reason arose.");
+    visit("phase", self.phase, "Current phase.");
+    visit("reason", self.reason, "Reason for which the last attempt, or the insertion, ended.");
+    visit("stopped_in", self.stopped_in, "Phase in which that reason arose.");
     visit("attempt", self.attempt, "Number of the attempt, from 1.");
-    visit("time", self.time, "Since the first step [s].");
-    visit("hole", self.hole, "Where the hole is believed, in T [m].");
-    visit("hole_std", self.hole_std, "Across the tube, where it is least known; 0: not fitted [m].");
-    visit("depth", self.depth, "Of the peg's bottom below the believed face [m].");
+    visit("time", self.time, "Time since the first step [s].");
+    visit("hole", self.hole, "Believed centre of the hole, in T [m].");
+    visit("hole_std", self.hole_std,
+          "Standard deviation of the hole across the tube in its least known direction; 0: not fitted [m].");
+    visit("depth", self.depth, "Depth of the peg's bottom below the believed face [m].");
   }
 };
 

@@ -7,21 +7,21 @@
 #include <kr5/force/peg_on_tube.hpp>
 
 /// @file
-/// Where the hole lies by what a tilted peg feels in a turn at a constant height of the arm: forces and moments, beside
-/// the depth profile of a turn at a constant force (Hayat et al. 2022, section 5.7).
+/// Direction of the hole from forces and moments on a tilted peg in a turn at a constant height of the arm, beside the
+/// depth profile of a turn at a constant force (Hayat et al. 2022, section 5.7).
 
 namespace kr5::force {
 
-/// What is felt at one azimuth, in axes of T.
+/// Force and moment at one azimuth, in axes of T.
 struct TurnRow {
   double azimuth = 0.0;                              ///< [rad]
   double force = 0.0;                                ///< [N]
   Eigen::Vector2d moment = Eigen::Vector2d::Zero();  ///< [N m]
 
   static void each_field(auto& self, auto&& visit) {
-    visit("azimuth", self.azimuth, "Of the lowest point of the peg's rim [rad].");
-    visit("force", self.force, "On the peg along Z of T [N].");
-    visit("moment", self.moment, "On the peg about its bottom centre, x and y of T [N m].");
+    visit("azimuth", self.azimuth, "Azimuth of the lowest point of the peg's rim [rad].");
+    visit("force", self.force, "Force on the peg along Z of T [N].");
+    visit("moment", self.moment, "Moment on the peg about its bottom centre, x and y of T [N m].");
   }
 };
 
@@ -31,9 +31,9 @@ struct TurnDirection {
   double azimuth_std = 0.0;  ///< [rad]
 
   static void each_field(auto& self, auto&& visit) {
-    visit("report", self.report, "How it ended.");
-    visit("azimuth", self.azimuth, "Of the hole, seen from the peg, in [0, 2 pi) [rad].");
-    visit("azimuth_std", self.azimuth_std, "Its standard deviation [rad].");
+    visit("report", self.report, "Report of the estimation.");
+    visit("azimuth", self.azimuth, "Azimuth of the hole, seen from the peg, in [0, 2 pi) [rad].");
+    visit("azimuth_std", self.azimuth_std, "Standard deviation of the azimuth [rad].");
   }
 };
 

@@ -37,17 +37,17 @@ struct PegTubeShape {
 };
 
 /// Which features touch.
-enum class Touch {
+enum class ContactFeature {
   RimOnFace,  ///< An edge of the peg on a face of the tube (top, chamfer, bore, outside) or on the bench.
   EdgeOnPeg,  ///< An edge of the tube on a face of the peg (bottom, chamfer, side).
   EdgeEdge,   ///< An edge of each, crossing.
   Sample,     ///< A point that spreads the contact of a nearly upright peg along the edges.
 };
-constexpr auto enum_names(Touch) {
-  return names<Touch>({{Touch::RimOnFace, "rim_on_face"},
-                       {Touch::EdgeOnPeg, "edge_on_peg"},
-                       {Touch::EdgeEdge, "edge_edge"},
-                       {Touch::Sample, "sample"}});
+constexpr auto enum_names(ContactFeature) {
+  return names<ContactFeature>({{ContactFeature::RimOnFace, "rim_on_face"},
+                                {ContactFeature::EdgeOnPeg, "edge_on_peg"},
+                                {ContactFeature::EdgeEdge, "edge_edge"},
+                                {ContactFeature::Sample, "sample"}});
 }
 
 /// One point of contact: moving the peg by `depth` along `normal` would end it.
@@ -56,14 +56,14 @@ struct ContactPoint {
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< [-]
   double depth = 0.0;                                ///< [m]
   double weight = 1.0;                               ///< [-]
-  Touch touch = Touch::RimOnFace;
+  ContactFeature touch = ContactFeature::RimOnFace;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("point", self.point, "Where they touch, in T [m].");
+    visit("point", self.point, "Point of contact, in T [m].");
     visit("normal", self.normal, "Unit vector from tube to peg, in T [-].");
-    visit("depth", self.depth, "How far the peg reaches into the tube along the normal [m].");
+    visit("depth", self.depth, "Penetration of the peg along the normal [m].");
     visit("weight", self.weight, "Share of this point beside others of its depth, 0 to 1 [-].");
-    visit("touch", self.touch, "Which features touch.");
+    visit("touch", self.touch, "Features in contact.");
   }
 };
 
@@ -82,15 +82,15 @@ struct Contacts {
   double depth() const noexcept;
 };
 
-/// Contacts of the peg whose bottom centre and axis are the origin and Z of `T_T_peg`, for tilts up to 80 degrees.
+/// Contacts of the peg whose bottom centre and axis are the origin and Z of `T_tube_peg`, for tilts up to 80 degrees.
 ///
 /// Each edge circle of either body is searched for its deepest points in the other one; where the faces on both sides
 /// of an edge push alike, the two edges cross and their common perpendicular is the normal. Exact as long as the depth
 /// is small against the radii (error about depth^2 / radius). Below 2.6 degrees of tilt, where the contact is an area,
 /// samples of the edges join and carry all of their weight below 1 degree. Nothing is allocated.
-Contacts peg_tube_contacts(const PegTubeShape& shape, const Pose& T_T_peg) noexcept;
+Contacts peg_tube_contacts(const PegTubeShape& shape, const Pose& T_tube_peg) noexcept;
 
 /// The same with a flat bench at z = 0 instead of the tube.
-Contacts peg_bench_contacts(const PegTubeShape& shape, const Pose& T_T_peg) noexcept;
+Contacts peg_bench_contacts(const PegTubeShape& shape, const Pose& T_tube_peg) noexcept;
 
 }  // namespace kr5::force

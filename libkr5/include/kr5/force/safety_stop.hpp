@@ -24,8 +24,9 @@ struct SafetyLimits {
   static void each_field(auto& self, auto&& visit) {
     visit("force", self.force, "Greatest force [N].");
     visit("torque", self.torque, "Greatest torque [N m].");
-    visit("current", self.current, "Greatest current of each motor; empty: not watched [A].");
-    visit("dead_after", self.dead_after, "For which a living sensor never tells the same to the last bit; 0: any [s].");
+    visit("current", self.current, "Greatest current of each motor; empty: not monitored [A].");
+    visit("dead_after", self.dead_after,
+          "Time after which a sensor with unchanged readings counts as dead; 0: never [s].");
     visit("cycle", self.cycle, "Time between two readings [s].");
   }
 };
@@ -55,7 +56,8 @@ class SafetyStop {
   void reset() noexcept;
 
  private:
-  Violation judge(const Vector6& raw, const Vector6& wrench, std::span<const double> current, bool saturated) noexcept;
+  Violation find_violation(const Vector6& raw, const Vector6& wrench, std::span<const double> current,
+                           bool saturated) noexcept;
 
   SafetyLimits limits_;
   Vector6 last_ = Vector6::Zero();
@@ -72,8 +74,8 @@ struct CurrentLimitOptions {
   void validate() const;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("margin", self.margin, "Above what the pose and its friction need [-].");
-    visit("least", self.least, "No limit is less, so that a joint without load can move [A].");
+    visit("margin", self.margin, "Margin above what the posture and its friction need [-].");
+    visit("least", self.least, "Lower bound of every limit, so that a joint without load can move [A].");
   }
 };
 

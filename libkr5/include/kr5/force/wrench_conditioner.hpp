@@ -21,7 +21,8 @@ class WrenchLowPass {
   /// @throws InvalidArgument otherwise.
   WrenchLowPass(double cutoff, double cycle);
 
-  /// The filtered wrench of a cycle; the first call settles on what it is given.
+  /// The filtered wrench of a cycle; the first call settles on what it is given. A wrench that is not finite gives NaN
+  /// in its cycle, which a SafetyStop takes for a dead sensor, and leaves the filter as it was.
   Vector6 step(const Vector6& wrench) noexcept;
   /// Forgets everything.
   void reset() noexcept { settled_ = false; }
@@ -52,9 +53,9 @@ struct WrenchConditionerOptions {
   static void each_field(auto& self, auto&& visit) {
     visit("cycle", self.cycle, "Time between readings [s].");
     visit("cutoff", self.cutoff, "Half-power frequency of the low-pass, fourth-order Butterworth [Hz].");
-    visit("mass", self.mass, "Of what hangs below the sensor [kg].");
-    visit("com", self.com, "Its centre of mass in S [m].");
-    visit("gravity", self.gravity, "In B [m/s^2].");
+    visit("mass", self.mass, "Mass below the sensor [kg].");
+    visit("com", self.com, "Centre of mass of it in S [m].");
+    visit("gravity", self.gravity, "Gravity in B [m/s^2].");
   }
 };
 
@@ -63,16 +64,17 @@ class WrenchConditioner {
  public:
   explicit WrenchConditioner(const WrenchConditionerOptions& options);
 
-  /// @param reading Force first, in S [N, N m]; @param R_B_S orientation of the sensor.
+  /// @param reading Force first, in S [N, N m]; @param R_base_sensor orientation of the sensor.
   /// @return Without the tool's weight and without what tare() took as zero, filtered, in S [N, N m].
-  Vector6 step(const Vector6& reading, const Eigen::Matrix3d& R_B_S) noexcept;
-  /// What the last reading held beside the weight is zero from now on: the sensor's offset, when nothing touches.
+  Vector6 step(const Vector6& reading, const Eigen::Matrix3d& R_base_sensor) noexcept;
+  /// What the last finite reading held beside the weight is zero from now on: the sensor's offset, when nothing
+  /// touches.
   void tare() noexcept;
   void reset() noexcept { filter_.reset(); }
   double delay() const noexcept { return filter_.delay(); }
 
   /// What the sensor reads of the tool's weight alone, in S [N, N m].
-  Vector6 weight(const Eigen::Matrix3d& R_B_S) const noexcept;
+  Vector6 weight(const Eigen::Matrix3d& R_base_sensor) const noexcept;
 
  private:
   WrenchConditionerOptions options_;

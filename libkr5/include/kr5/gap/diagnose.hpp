@@ -21,7 +21,7 @@ struct DiagnoseOptions {
   double simulator_floor = 0.05;
   int threads = 0;
 
-  /// Effects beyond those of the catalogue.
+  /// Hypotheses for this diagnosis only; an effect for every place is registered (kr5/cell/effect_registry.hpp).
   std::vector<Hypothesis> own_hypotheses;
   /// Called from any thread, one call at a time, with what is being done and which part of the whole is.
   std::function<void(const std::string& stage, double fraction)> progress;
@@ -30,18 +30,18 @@ struct DiagnoseOptions {
   void validate() const;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("max_effects", self.max_effects, "At most so many effects on one cell.");
-    visit("refits", self.refits, "So many of the best effects are refitted through the simulator, at least.");
-    visit("beam", self.beam, "So many of the best sets of effects are carried on to larger ones.");
+    visit("max_effects", self.max_effects, "Largest number of effects that are looked for on one cell.");
+    visit("refits", self.refits, "Smallest number of screened effects that are refitted through the simulator.");
+    visit("beam", self.beam, "Number of the best sets of effects that are extended by one effect more.");
     visit("false_alarms", self.false_alarms,
-          "Probability that a test of a recording without gap finds one; holds for all columns and tests together.");
+          "Probability of a false alarm for a recording without gap, over all columns and tests together.");
     visit("simulator_accuracy", self.simulator_accuracy,
-          "What a simulated effect may be off, of its own size, before what it leaves counts as structure [-].");
-    visit(
-        "simulator_floor", self.simulator_floor,
-        "The same without any effect, in units of noise: inputs are known to their printed digits only; on a real arm "
-        "what the best model known of it leaves, above 1 then [-].");
-    visit("threads", self.threads, "Threads; 0: one a core.");
+          "Assumed relative error of a simulated effect; only what exceeds it counts as structure [-].");
+    visit("simulator_floor", self.simulator_floor,
+          "Assumed error of the simulator without any effect, in units of noise: for a simulated cell the printed "
+          "digits of "
+          "the inputs, for a real arm what its best known model leaves, above 1 then [-].");
+    visit("threads", self.threads, "Number of threads; 0: one for each core.");
   }
 };
 

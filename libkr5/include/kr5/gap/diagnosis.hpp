@@ -33,15 +33,16 @@ struct Dependence {
   double share = 0.0;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("variable", self.variable, "Column, or rate (qd3), acceleration (qdd3), prediction it depends on.");
-    visit("how", self.how, "In words.");
-    visit("evidence", self.evidence, "Probability that this is no chance, corrected for the number of tests.");
-    visit("share", self.share, "Part of the structured excess that this variable alone describes.");
+    visit("variable", self.variable,
+          "Variable it depends on: a column, a rate (qd3), an acceleration (qdd3), or the prediction.");
+    visit("how", self.how, "Kind of dependence, in words.");
+    visit("evidence", self.evidence, "Probability that the dependence is real, corrected for the number of tests.");
+    visit("share", self.share, "Fraction of the structured excess that this variable alone describes.");
   }
 };
 
 /// The gap of one column, over all check experiments of a kind (over all, where none is to check).
-struct Place {
+struct ColumnExcess {
   std::string experiment;
   std::string column;
   std::string target;
@@ -52,10 +53,10 @@ struct Place {
   static void each_field(auto& self, auto&& visit) {
     visit("experiment", self.experiment, "Kind of experiment.");
     visit("column", self.column, "Column.");
-    visit("target", self.target, "What of the cell the column belongs to.");
-    visit("gap", self.gap, "RMS of recorded less simulated, over noise; 1 is the floor.");
-    visit("share", self.share, "Part of the excess (gap^2 - 1) of all columns.");
-    visit("depends_on", self.depends_on, "What the residual depends on, strongest first.");
+    visit("target", self.target, "Target of the catalogue nearest to the column.");
+    visit("gap", self.gap, "RMS of recorded minus simulated over the noise; 1 is the floor.");
+    visit("share", self.share, "Fraction of the excess (gap^2 - 1) of all columns.");
+    visit("depends_on", self.depends_on, "Variables that the residual depends on, strongest first.");
   }
 };
 
@@ -81,7 +82,7 @@ struct EffectName {
   friend bool operator==(const EffectName&, const EffectName&) = default;
   static void each_field(auto& self, auto&& visit) {
     visit("effect", self.effect, "Id in the catalogue.");
-    visit("target", self.target, "What it sits on.");
+    visit("target", self.target, "Target of the effect.");
   }
 };
 
@@ -91,46 +92,47 @@ struct Cause {
   std::string target;
   double probability = 0.0;
   std::vector<ParameterEstimate> parameters;
-  double gap_closed = 0.0;
+  double explained_fraction = 0.0;
   std::vector<EffectName> tied_with;
 
   static void each_field(auto& self, auto&& visit) {
     visit("effect", self.effect, "Id in the catalogue.");
-    visit("target", self.target, "What it sits on.");
-    visit("probability", self.probability, "That the cell carries this effect on this target.");
-    visit("parameters", self.parameters, "Absolute values, as the cell would hold them.");
-    visit("gap_closed", self.gap_closed, "Part of the excess that goes when this effect joins the other causes.");
-    visit("tied_with", self.tied_with, "Effects that this recording cannot tell from it.");
+    visit("target", self.target, "Target of the effect.");
+    visit("probability", self.probability, "Probability that the cell carries this effect on this target.");
+    visit("parameters", self.parameters, "Parameters in absolute values, as the cell would hold them.");
+    visit("explained_fraction", self.explained_fraction,
+          "Fraction of the excess that this effect explains beyond the other causes.");
+    visit("tied_with", self.tied_with, "Effects that this recording cannot distinguish from it.");
   }
 };
 
-struct ColumnShrink {
+struct ColumnReduction {
   std::string column;
   double before = 0.0;
   double after = 0.0;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("column", self.column, "Kind of experiment and column.");
+    visit("column", self.column, "Kind of experiment and column, e.g. motion.i3.");
     visit("before", self.before, "Gap at the nominal cell.");
     visit("after", self.after, "Gap with the causes.");
   }
 };
 
-/// How far the gap shrinks, over the columns that stand above the floor before.
-struct Shrink {
+/// Reduction of the gap by the causes, over the columns that stand above the floor before.
+struct GapReduction {
   double before = 1.0;
   double after = 1.0;
   double floor = 1.0;
   uncertainty::Interval before_ci, after_ci;
-  std::vector<ColumnShrink> columns;
+  std::vector<ColumnReduction> columns;
 
   static void each_field(auto& self, auto&& visit) {
     visit("before", self.before, "RMS gap at the nominal cell.");
-    visit("after", self.after, "RMS gap with the causes, same columns.");
-    visit("floor", self.floor, "What noise alone leaves.");
+    visit("after", self.after, "RMS gap with the causes, over the same columns.");
+    visit("floor", self.floor, "Gap that noise alone leaves.");
     visit("before_ci", self.before_ci, "95 % interval of `before`, from resampled pieces of the recording.");
-    visit("after_ci", self.after_ci, "The same of `after`.");
-    visit("columns", self.columns, "Each column.");
+    visit("after_ci", self.after_ci, "95 % interval of `after`.");
+    visit("columns", self.columns, "Gap of each column before and after.");
   }
 };
 
@@ -140,17 +142,17 @@ struct NextExperiment {
   std::string what;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("separates", self.separates, "Effects, with targets.");
-    visit("do", self.what, "The experiment, in words; empty when nothing is tied.");
+    visit("separates", self.separates, "Effects to be told apart, with their targets.");
+    visit("do", self.what, "Experiment in words; empty when nothing is tied.");
   }
 };
 
 struct Diagnosis {
   Verdict verdict = Verdict::NoGap;
-  std::vector<Place> where;
+  std::vector<ColumnExcess> where;
   std::vector<Cause> causes;
-  std::vector<Place> unexplained;
-  Shrink shrink;
+  std::vector<ColumnExcess> unexplained;
+  GapReduction reduction;
   NextExperiment next_experiment;
   double scatter = 0.0;
   std::vector<std::string> warnings;
@@ -161,15 +163,16 @@ struct Diagnosis {
   static void each_field(auto& self, auto&& visit) {
     visit("verdict", self.verdict, "no_gap | explained | partly_explained | unknown.");
     visit("where", self.where, "Columns above the floor at the nominal cell, largest share first.");
-    visit("causes", self.causes, "Every effect that is blamed, most probable first.");
-    visit("unexplained", self.unexplained, "Columns that hold a structure with the causes.");
-    visit("shrink", self.shrink, "How far the gap shrinks.");
-    visit("next_experiment", self.next_experiment, "What would tell tied effects apart.");
+    visit("causes", self.causes, "Effects that are blamed, most probable first.");
+    visit("unexplained", self.unexplained, "Columns that still hold a structure with the causes.");
+    visit("reduction", self.reduction, "Reduction of the gap by the causes.");
+    visit("next_experiment", self.next_experiment, "Experiment that would tell tied effects apart.");
     visit("scatter", self.scatter,
-          "Relative scatter of masses, torque constants and (twice that) friction seen; no cause.");
-    visit("warnings", self.warnings, "Noise that is not as declared, spikes, parts that could not be judged.");
-    visit("seconds_screening", self.seconds_screening, "Time for screening [s].");
-    visit("seconds", self.seconds, "Time in all [s].");
+          "Relative scatter seen of masses, torque constants and (twice that) friction; not a cause.");
+    visit("warnings", self.warnings,
+          "Warnings of noise that is not as declared, of spikes, and of parts that could not be judged.");
+    visit("seconds_screening", self.seconds_screening, "Computing time of the screening [s].");
+    visit("seconds", self.seconds, "Total computing time [s].");
   }
 };
 

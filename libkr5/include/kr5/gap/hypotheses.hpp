@@ -65,14 +65,15 @@ struct OwnCoordinate {
   std::vector<double> shapes = {};
 
   static void each_field(auto& self, auto&& visit) {
-    visit("name", self.name, "Name, as it is reported.");
-    visit("unit", self.unit, "Unit, as it is reported.");
-    visit("size", self.size, "What the number often is [unit]; the prior is three times as wide.");
-    visit("lower", self.lower, "Least value [unit].");
-    visit("upper", self.upper, "Greatest value [unit].");
+    visit("name", self.name, "Name in reports.");
+    visit("unit", self.unit, "Unit in reports.");
+    visit("size", self.size, "Usual size of the number [unit]; the prior is three times as wide.");
+    visit("lower", self.lower, "Smallest value [unit].");
+    visit("upper", self.upper, "Largest value [unit].");
     visit("shapes", self.shapes,
-          "For a number that says nothing by itself (a time constant, a speed): values at which the effect is first "
-          "tried [unit]. At most one number is such, and not the first.");
+          "Values at which the effect is first tried, for a number that says nothing by itself (a time constant, a "
+          "speed) "
+          "[unit]. At most one number is such, and not the first.");
   }
 };
 
@@ -105,11 +106,14 @@ TimeSpan span_of(const cell::Recording& recording);
 /// come from the data.
 std::vector<Hypothesis> hypotheses(const cell::Cell& cell, const TimeSpan& span);
 
-/// Faults of a recording that look like effects: a group of columns that is logged late or early against the others.
-std::vector<Hypothesis> recording_faults(const cell::Recording& recording);
+/// An effect of the catalogue that is periodic in the angle of a joint (from 0).
+struct PeriodicEffect {
+  std::string effect;
+  int joint = 0;
+};
+std::vector<PeriodicEffect> periodic_effects(const cell::Cell& cell);
 
-/// `torque_ripple` and `transmission_error` of a joint (from 0) with so many cycles a turn; coordinates are the
-/// amplitudes of sine and cosine.
-Hypothesis periodic_hypothesis(const cell::Cell& cell, const std::string& effect, int joint, int cycles);
+/// A periodic effect with so many cycles a turn; coordinates are the amplitudes of sine and cosine.
+Hypothesis periodic_hypothesis(const cell::Cell& cell, const PeriodicEffect& effect, int cycles);
 
 }  // namespace kr5::gap

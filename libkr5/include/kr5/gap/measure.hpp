@@ -33,15 +33,16 @@ struct ColumnGap {
     visit("experiment", self.experiment, "Name of the experiment.");
     visit("kind", self.kind, "Kind of the experiment.");
     visit("column", self.column, "Name of the column; orientation is rx ry rz, of Log(R_simulated^T R_recorded).");
-    visit("target", self.target, "What of the cell the column shows, e.g. joint3, camera.");
+    visit("target", self.target, "Target of the catalogue nearest to the column, e.g. joint3, camera.");
     visit("unit", self.unit, "Unit of `rms` and `noise`.");
     visit("split", self.split, "fit | check.");
-    visit("rows", self.rows, "Rows compared.");
-    visit("left_out", self.left_out, "Rows not compared: a scan's ray that met the sphere in one of the two only.");
-    visit("gap", self.gap, "RMS of recorded less simulated over the noise; 1 is the floor [-].");
-    visit("limit", self.limit, "What noise alone stays below in 99.9 % of recordings, by chi-square [-].");
-    visit("exceeds", self.exceeds, "The gap is above the limit.");
-    visit("rms", self.rms, "RMS of recorded less simulated.");
+    visit("rows", self.rows, "Number of rows compared.");
+    visit("left_out", self.left_out,
+          "Number of rows not compared: a scan's ray that met the sphere in one of the two only.");
+    visit("gap", self.gap, "RMS of recorded minus simulated over the noise; 1 is the floor [-].");
+    visit("limit", self.limit, "Limit that noise alone stays below in 99.9 % of recordings, by chi-square [-].");
+    visit("exceeds", self.exceeds, "Whether the gap is above the limit.");
+    visit("rms", self.rms, "RMS of recorded minus simulated.");
     visit("noise", self.noise, "Standard deviation of one sample that the cell of the recording states.");
   }
 };
@@ -56,15 +57,15 @@ struct GapPart {
   double share = 0.0;  ///< [-]
 
   static void each_field(auto& self, auto&& visit) {
-    visit("by", self.by, "What they have in common: subsystem | target | channel | experiment | pose region | speed.");
-    visit("name", self.name, "E.g. drives, joint3, motor current, motion-2, at rest.");
+    visit("by", self.by, "Property that they share: subsystem | target | channel | experiment | pose region | speed.");
+    visit("name", self.name, "Value of that property, e.g. drives, joint3, motor current, motion-2, at rest.");
     visit("columns", self.columns, "Number of columns.");
     visit("exceeding", self.exceeding, "Number of them above their limit.");
     visit("gap", self.gap, "RMS of their gaps [-].");
     visit(
         "share", self.share,
-        "Part of the excess (gap^2 - 1, by rows, of columns above their limit) that they hold; below 0 where rows are "
-        "quieter than noise [-].");
+        "Fraction of the excess (gap^2 - 1, by rows, of columns above their limit) that they hold; negative where rows "
+        "are quieter than noise [-].");
   }
 };
 
@@ -77,12 +78,12 @@ struct Measure {
 
   static void each_field(auto& self, auto&& visit) {
     visit("gap", self.gap, "RMS of the gaps of all columns [-].");
-    visit("exceeding", self.exceeding, "Number of columns that are above their limit.");
-    visit("columns", self.columns, "Every column compared, in the order of the recording.");
+    visit("exceeding", self.exceeding, "Number of columns above their limit.");
+    visit("columns", self.columns, "Compared columns, in the order of the recording.");
     visit("parts", self.parts,
-          "The same by subsystem, target, channel, experiment, and of the rows by pose region and speed; of each, the "
-          "widest gap first.");
-    visit("refused", self.refused, "Experiments that the simulator cannot predict, and why; they are left out.");
+          "Gaps by subsystem, target, channel and experiment, and of the rows by pose region and speed; of each, the "
+          "widest first.");
+    visit("refused", self.refused, "Experiments that the simulator cannot predict, and why.");
   }
 };
 

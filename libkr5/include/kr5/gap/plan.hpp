@@ -39,15 +39,17 @@ struct PlanOptions {
   void validate() const;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("separation", self.separation, "Separation that is wanted, in standard deviations [-].");
-    visit("speed", self.speed, "Part of the speed limits that motions may use [-].");
-    visit("load", self.load, "Known weight that may be hung on the tool, at its centre of mass; 0: none [kg].");
-    visit("wait", self.wait, "Longest time one is ready to wait, the cell kept moving, before an experiment [s].");
-    visit("scatter", self.scatter, "What masses, torque constants and (twice that) friction may be off besides [-].");
-    visit("simulator_accuracy", self.simulator_accuracy, "What a simulated effect may be off, of its own size [-].");
-    visit("keep", self.keep, "So many of the best experiments are returned.");
-    visit("threads", self.threads, "Threads; 0: one a core.");
-    visit("seed", self.seed, "Of random postures and motions.");
+    visit("separation", self.separation, "Desired separation of the alternatives, in standard deviations [-].");
+    visit("speed", self.speed, "Fraction of the speed limits that motions may use [-].");
+    visit("load", self.load,
+          "Mass of a known weight that may be hung on the tool, at its centre of mass; 0: none [kg].");
+    visit("wait", self.wait, "Longest acceptable wait before an experiment, the cell kept moving [s].");
+    visit("scatter", self.scatter,
+          "Assumed relative error of the nominal masses, torque constants and (twice that) friction [-].");
+    visit("simulator_accuracy", self.simulator_accuracy, "Assumed relative error of a simulated effect [-].");
+    visit("keep", self.keep, "Number of experiments that are returned, the best first.");
+    visit("threads", self.threads, "Number of threads; 0: one for each core.");
+    visit("seed", self.seed, "Random seed of postures and motions.");
   }
 };
 
@@ -59,8 +61,8 @@ struct ForecastColumn {
 
   static void each_field(auto& self, auto&& visit) {
     visit("column", self.column, "Column; orientation is rx ry rz.");
-    visit("change", self.change, "RMS by which each alternative moves it from the nominal cell, over the noise [-].");
-    visit("difference", self.difference, "Largest RMS between two alternatives, over the noise [-].");
+    visit("change", self.change, "RMS change against the nominal cell over the noise, one for each alternative [-].");
+    visit("difference", self.difference, "Largest RMS difference between two alternatives over the noise [-].");
   }
 };
 
@@ -78,15 +80,16 @@ struct PlannedExperiment {
   std::vector<ForecastColumn> columns;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("what", self.what, "The experiment in words.");
-    visit("load", self.load, "Known weight on the tool, at its centre of mass [kg].");
-    visit("seconds", self.seconds, "Time it takes, set-up and waiting included [s].");
-    visit("separation", self.separation, "Expected, between the two alternatives that are hardest to tell apart [-].");
-    visit("log_bayes", self.log_bayes, "Expected logarithm of the odds it brings: half the square of the separation.");
-    visit("repeats", self.repeats, "So many of it (100 at most) reach the separation that is wanted.");
+    visit("what", self.what, "Experiment in words.");
+    visit("load", self.load, "Mass of the known weight on the tool, at its centre of mass [kg].");
+    visit("seconds", self.seconds, "Duration, set-up and waiting included [s].");
+    visit("separation", self.separation,
+          "Expected separation of the two alternatives that are hardest to tell apart [-].");
+    visit("log_bayes", self.log_bayes, "Expected log Bayes factor: half the square of the separation [-].");
+    visit("repeats", self.repeats, "Number of repeats (100 at most) that reach the desired separation.");
     visit("separation_repeated", self.separation_repeated, "Separation after these repeats [-].");
     visit("wrong", self.wrong, "Probability that the likelier alternative is the wrong one after these repeats.");
-    visit("columns", self.columns, "What the columns would show, largest difference first.");
+    visit("columns", self.columns, "Forecast of each column, largest difference first.");
   }
 };
 
@@ -100,13 +103,14 @@ struct Plan {
   std::vector<cell::Cell> cells;  ///< The cell of the recording with each alternative, alike in this recording.
 
   static void each_field(auto& self, auto&& visit) {
-    visit("alternatives", self.alternatives, "What is to be told apart.");
-    visit("assumed", self.assumed, "The recording shows none of them: a size they often have is assumed.");
-    visit("already", self.already, "Separation that the recording itself has [-].");
+    visit("alternatives", self.alternatives, "Alternatives to be told apart.");
+    visit("assumed", self.assumed, "Whether the recording shows none of them, so that usual sizes are assumed.");
+    visit("already", self.already, "Separation that the recording itself provides [-].");
     visit("exact_tie", self.exact_tie,
-          "No experiment of the family tells them apart by two standard deviations, not even if done 100 times.");
-    visit("text", self.text, "In words.");
-    visit("experiments", self.experiments, "Best first: the clearest of those that reach the separation soonest.");
+          "Whether no experiment tells them apart by two standard deviations, not even if done 100 times.");
+    visit("text", self.text, "Summary in words.");
+    visit("experiments", self.experiments,
+          "Experiments, best first: the clearest of those that reach the separation soonest.");
   }
 };
 
@@ -127,23 +131,23 @@ struct Plan {
 Plan plan(const cell::Recording& recording, const cell::Simulator& simulator,
           const std::vector<Alternative>& alternatives, const PlanOptions& options = {});
 
-/// Which of several explanations recordings of one cell support.
-struct Weighed {
+/// Support that recordings of one cell give to each of several explanations.
+struct ModelComparison {
   int best = 0;
   std::vector<double> log_evidence;
   std::vector<double> probability;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("best", self.best, "The likeliest alternative, from 0.");
-    visit("log_evidence", self.log_evidence, "Of each alternative, fitted to all recordings (Laplace).");
-    visit("probability", self.probability, "Of each among these, equally likely beforehand.");
+    visit("best", self.best, "Index of the likeliest alternative, from 0.");
+    visit("log_evidence", self.log_evidence, "Log evidence of each alternative, fitted to all recordings (Laplace).");
+    visit("probability", self.probability, "Probability of each alternative among these, equally likely beforehand.");
   }
 };
 
 /// Fits each alternative to all recordings together. Their cells may differ in the tool (a known weight hung on it).
 /// @throws InvalidArgument as `plan` does.
-Weighed weigh(const std::vector<cell::Recording>& recordings, const cell::Simulator& simulator,
-              const std::vector<Alternative>& alternatives, const PlanOptions& options = {});
+ModelComparison compare_models(const std::vector<cell::Recording>& recordings, const cell::Simulator& simulator,
+                               const std::vector<Alternative>& alternatives, const PlanOptions& options = {});
 
 /// The cell with a known weight on the tool: a point mass [kg] at the tool's centre of mass.
 /// @throws InvalidArgument for a cell without tool, or a negative mass.

@@ -16,7 +16,7 @@ struct PlacedTarget {
 
   static void each_field(auto& self, auto&& visit) {
     visit("target", self.target, "The target.");
-    visit("T_camera_target", self.T_camera_target, "Its pose in the camera.");
+    visit("T_camera_target", self.T_camera_target, "Pose in the camera.");
   }
 };
 
@@ -27,7 +27,7 @@ struct PlacedSolid {
 
   static void each_field(auto& self, auto&& visit) {
     visit("solid", self.solid, "The solid.");
-    visit("T_camera_solid", self.T_camera_solid, "Its pose in the camera.");
+    visit("T_camera_solid", self.T_camera_solid, "Pose in the camera.");
   }
 };
 

@@ -19,9 +19,9 @@ struct ResectionOptions {
   void validate() const;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("max_iterations", self.max_iterations, "At most so many steps of the refinement.");
+    visit("max_iterations", self.max_iterations, "Greatest number of steps of the refinement.");
     visit("huber", self.huber,
-          "A point farther off than this many robust standard deviations counts in proportion less [-]; 0: never.");
+          "Huber threshold in robust standard deviations, beyond which a point counts less; 0: off [-].");
   }
 };
 

@@ -11,7 +11,7 @@
 #include <kr5/geometry/pose.hpp>
 
 /// @file
-/// Things of simple form that rays of a camera or a scanner may meet.
+/// Solids of simple shape that rays of a camera or a scanner may hit.
 
 namespace kr5 {
 
@@ -36,13 +36,13 @@ constexpr auto enum_names(SolidKind) {
 /// Which surface of a solid.
 enum class SolidFace { Outside, Top, Bore, Bottom };
 
-/// Where a ray meets a solid first.
-struct Meeting {
+/// Where a ray hits a solid first.
+struct RayHit {
   double distance = std::numeric_limits<double>::infinity();  ///< In units of the ray's direction; infinite: nowhere.
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();           ///< Out of the material, of length 1.
   SolidFace face = SolidFace::Outside;
 
-  bool met() const { return distance < std::numeric_limits<double>::infinity(); }
+  bool hit() const { return distance < std::numeric_limits<double>::infinity(); }
 };
 
 struct Solid {
@@ -56,21 +56,21 @@ struct Solid {
 
   /// @throws InvalidArgument naming the field.
   void validate() const;
-  /// Of a ray in the frame of the solid.
-  Meeting meet(const Ray& ray) const;
-  /// Of a sphere that holds all of it, about `centre` [m].
-  double reach() const;
+  /// First hit of a ray given in the frame of the solid.
+  RayHit intersect(const Ray& ray) const;
+  /// Radius of a sphere about `centre` that holds the whole solid [m].
+  double bounding_radius() const;
   Eigen::Vector3d centre() const;
 
   static constexpr std::array<std::string_view, 1> required = {"kind"};
   static void each_field(auto& self, auto&& visit) {
     visit("kind", self.kind, "ball | tube | plate.");
-    visit("radius", self.radius, "Of a ball, or of a tube outside [m].");
-    visit("inner_radius", self.inner_radius, "Of the bore of a tube [m].");
-    visit("depth", self.depth, "Of the bore and length of the tube [m].");
-    visit("width", self.width, "Of a plate, along X [m].");
-    visit("height", self.height, "Of a plate, along Y [m].");
-    visit("grey", self.grey, "How light it is in a picture [grey, 0 to 255].");
+    visit("radius", self.radius, "Radius of a ball, or outer radius of a tube [m].");
+    visit("inner_radius", self.inner_radius, "Radius of the bore of a tube [m].");
+    visit("depth", self.depth, "Depth of the bore and length of the tube [m].");
+    visit("width", self.width, "Size of a plate along X [m].");
+    visit("height", self.height, "Size of a plate along Y [m].");
+    visit("grey", self.grey, "Grey level in an image [grey, 0 to 255].");
   }
 };
 

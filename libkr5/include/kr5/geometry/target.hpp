@@ -80,10 +80,10 @@ struct Target {
 
   static void each_field(auto& self, auto&& visit) {
     visit("kind", self.kind, "chessboard | circle_grid | tag | tag_grid | charuco | marker_map.");
-    visit("rows", self.rows, "Inner corners, dots, markers or squares down.");
-    visit("cols", self.cols, "The same across.");
-    visit("size", self.size, "Square, dot distance or marker side [m].");
-    visit("gap", self.gap, "Between the markers of a tag grid [m].");
+    visit("rows", self.rows, "Number of rows of inner corners, dots, markers or squares.");
+    visit("cols", self.cols, "Number of columns of inner corners, dots, markers or squares.");
+    visit("size", self.size, "Side of a square or marker, or distance of the dots [m].");
+    visit("gap", self.gap, "Gap between the markers of a tag grid [m].");
     visit("marker", self.marker, "Side of the markers of a ChArUco board [m].");
     visit("family", self.family,
           "Marker family: 36h11 | 25h9 | 16h5 | 41h12, or an ArUco dictionary such as aruco_4x4_50, aruco_6x6_250.");

@@ -19,7 +19,7 @@ struct View {
   static void each_field(auto& self, auto&& visit) {
     visit("name", self.name, "File or number of the image.");
     visit("points", self.points, "Points in the target frame, 3 x n [m].");
-    visit("pixels", self.pixels, "Where each point was seen, 2 x n [px].");
+    visit("pixels", self.pixels, "Pixels of the points, 2 x n [px].");
     visit("ids", self.ids, "Stable number of each point on the target.");
   }
 };

@@ -8,7 +8,7 @@
 
 #include <Eigen/Core>
 
-#include <kr5/io/problem.hpp>
+#include <kr5/io/diagnostic.hpp>
 
 namespace kr5::io {
 
@@ -27,9 +27,9 @@ struct Table {
 struct ParsedCsv {
   Table table;
   std::vector<int> lines;
-  std::vector<Problem> problems;
+  std::vector<Diagnostic> diagnostics;
 };
-ParsedCsv examine_csv(std::string_view text, const std::string& source);
+ParsedCsv try_parse_csv(std::string_view text, const std::string& source);
 
 /// Reads comma-separated numbers under one header line. Blank lines are passed over.
 /// @throws IoError with file, line and remedy of everything that is wrong: missing or empty file, no header, a

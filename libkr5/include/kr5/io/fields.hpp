@@ -11,12 +11,12 @@
 
 #include <kr5/core/error.hpp>
 #include <kr5/core/fields.hpp>
+#include <kr5/io/diagnostic.hpp>
 #include <kr5/io/node.hpp>
-#include <kr5/io/problem.hpp>
 #include <kr5/io/reader.hpp>
 
 /// @file
-/// Any struct with a field list to and from a Node. Unknown keys and wrong types are collected as problems with
+/// Any struct with a field list to and from a Node. Unknown keys and wrong types are collected as diagnostics with
 /// line, field, the value found and what was expected, all in one pass.
 
 namespace kr5::io {
@@ -29,7 +29,7 @@ Node to_node(const Eigen::Isometry3d& T);  ///< As a 4x4 matrix, so that nothing
 
 template <HasNames E>
 Node to_node(E value) {
-  return Node::of(std::string(name_of(value)));
+  return Node::make_scalar(std::string(name_of(value)));
 }
 template <int R, int C>
 Node to_node(const Eigen::Matrix<double, R, C>& value);
@@ -37,10 +37,10 @@ template <class T>
 Node to_node(const std::vector<T>& value);
 template <class T>
 Node to_node(const std::map<std::string, T>& value);
-template <HasForms T>
+template <CustomSerializable T>
 Node to_node(const T& value);
 template <HasFields T>
-requires(!HasForms<T>) Node to_node(const T& value);
+requires(!CustomSerializable<T>) Node to_node(const T& value);
 
 template <class T>
 Node to_node(const std::optional<T>& value) {
@@ -83,17 +83,17 @@ Node to_node(const std::map<std::string, T>& value) {
   return node;
 }
 
-template <HasForms T>
+template <CustomSerializable T>
 Node to_node(const T& value) {
-  return value.write_form();
+  return value.to_node();
 }
 
 template <HasFields T>
-requires(!HasForms<T>) Node to_node(const T& value) {
+requires(!CustomSerializable<T>) Node to_node(const T& value) {
   Node node;
   node.kind = Node::Kind::Map;
   T::each_field(value, [&](const char* name, const auto& member, const char*) {
-    node.entries.emplace_back(name, to_node(member));
+    node.entries.emplace_back(file_key<T>(name), to_node(member));
   });
   return node;
 }

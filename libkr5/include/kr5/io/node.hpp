@@ -8,8 +8,8 @@
 #include <vector>
 
 /// @file
-/// A YAML (or JSON) document as a tree that remembers where it came from, so that every complaint can name
-/// file, line and field.
+/// A YAML (or JSON) document as a tree that keeps the line of every node, so that each diagnostic can name file, line
+/// and field. YAML::Node is not used: it drops duplicate keys, quotes and the lines of keys.
 
 namespace kr5::io {
 
@@ -38,10 +38,13 @@ struct Node {
   /// Entry of a map, made when absent. Turns a null node into a map.
   Node& operator[](std::string_view key);
 
-  static Node of(std::string text, bool quoted = false);
+  static Node make_scalar(std::string text, bool quoted = false);
   /// Shortest text that reads back to the same double.
-  static Node of(double value);
+  static Node make_scalar(double value);
 };
+
+/// Same kind, text, items and entries; layout and lines are not compared.
+bool operator==(const Node& a, const Node& b);
 
 /// Parses YAML (of which JSON is a part). `source` names the text in errors.
 /// @throws IoError with source and line for malformed text, a duplicate key, aliases nested beyond reason.
@@ -50,12 +53,11 @@ Node parse_yaml(std::string_view text, const std::string& source);
 Node load_yaml(const std::filesystem::path& file);
 /// YAML text; `parse_yaml` gives the same tree back.
 std::string to_yaml(const Node& node);
-/// JSON text. Scalars that look like numbers or booleans and are not quoted are written as such; NaN becomes null.
-std::string to_json(const Node& node, int indent = 1);
 
 /// Whole text of a file. @throws IoError naming the file.
 std::string read_text(const std::filesystem::path& file);
-/// Writes beside the file and renames, so that a failure never leaves half a file. @throws IoError naming the file.
+/// Writes beside the file and renames, so that a failure never leaves half a file; follows links, and writes straight
+/// into what is no regular file. @throws IoError naming the file.
 void write_text(const std::filesystem::path& file, std::string_view text);
 
 }  // namespace kr5::io

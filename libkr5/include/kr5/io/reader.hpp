@@ -10,19 +10,34 @@
 #include <Eigen/Geometry>
 
 #include <kr5/core/fields.hpp>
+#include <kr5/io/diagnostic.hpp>
 #include <kr5/io/node.hpp>
-#include <kr5/io/problem.hpp>
 
 namespace kr5::io {
 
 class Reader;
 
-/// A struct that a file may write in more ways than a map of its fields.
+/// A struct with its own forms in a file, beside a map of its fields.
 template <class T>
-concept HasForms = requires(T& value, const T& constant, Reader& reader, const Node& node) {
-  { value.read_form(reader, node, std::string()) } -> std::same_as<bool>;
-  { constant.write_form() } -> std::same_as<Node>;
+concept CustomSerializable = requires(T& value, const T& constant, Reader& reader, const Node& node) {
+  { value.from_node(reader, node, std::string()) } -> std::same_as<bool>;
+  { constant.to_node() } -> std::same_as<Node>;
 };
+
+/// A struct whose keys in a file differ from its fields' names: `file_keys` is an array of {field, key}.
+template <class T>
+concept HasFileKeys = requires {
+  T::file_keys.size();
+};
+
+/// Key of a field in a file.
+template <class T>
+constexpr std::string_view file_key(std::string_view field) {
+  if constexpr (HasFileKeys<T>)
+    for (const auto& [name, key] : T::file_keys)
+      if (name == field) return key;
+  return field;
+}
 
 /// A struct that names, in `static constexpr std::array<std::string_view, n> required`, the keys a file must have.
 template <class T>
@@ -35,11 +50,12 @@ class Reader {
  public:
   explicit Reader(std::string file) : file_(std::move(file)) {}
 
-  void problem(const Node& node, const std::string& field, const std::string& expected);
+  void report(const Node& node, const std::string& field, const std::string& expected);
   /// The key `field` is not in `map`.
-  void missing(const Node& map, const std::string& field, const std::string& expected = "this key, it is required");
+  void report_missing(const Node& map, const std::string& field,
+                      const std::string& expected = "this key, it is required");
   static std::string join(const std::string& field, const std::string& name);
-  const std::vector<Problem>& problems() const { return problems_; }
+  const std::vector<Diagnostic>& diagnostics() const { return diagnostics_; }
   const std::string& file() const { return file_; }
   /// @throws IoError with every problem, one a line, when there is any.
   void finish() const;
@@ -56,7 +72,7 @@ class Reader {
       if (node.kind == Node::Kind::Scalar && node.scalar == name) return value = candidate, true;
       choices += (choices.empty() ? "" : " | ") + std::string(name);
     }
-    return problem(node, field, "one of " + choices), false;
+    return report(node, field, "one of " + choices), false;
   }
 
   template <class T>
@@ -67,7 +83,7 @@ class Reader {
 
   template <class T>
   bool read(const Node& node, const std::string& field, std::vector<T>& value) {
-    if (node.kind != Node::Kind::Sequence) return problem(node, field, "a list"), false;
+    if (node.kind != Node::Kind::Sequence) return report(node, field, "a list"), false;
     value.assign(node.items.size(), T{});
     bool good = true;
     for (std::size_t i = 0; i < value.size(); ++i)
@@ -77,7 +93,7 @@ class Reader {
 
   template <class T>
   bool read(const Node& node, const std::string& field, std::map<std::string, T>& value) {
-    if (node.kind != Node::Kind::Map) return problem(node, field, "a map of name: value"), false;
+    if (node.kind != Node::Kind::Map) return report(node, field, "a map of name: value"), false;
     bool good = true;
     for (const auto& [key, entry] : node.entries) good &= read(entry, join(field, key), value[key]);
     return good;
@@ -91,32 +107,32 @@ class Reader {
   /// A pose is six numbers `x y z roll pitch yaw` [m, rad] or a 4x4 matrix.
   bool read(const Node& node, const std::string& field, Eigen::Isometry3d& value);
 
-  template <HasForms T>
+  template <CustomSerializable T>
   bool read(const Node& node, const std::string& field, T& value) {
-    return value.read_form(*this, node, field);
+    return value.from_node(*this, node, field);
   }
   template <HasFields T>
-  requires(!HasForms<T>) bool read(const Node& node, const std::string& field, T& value) {
+  requires(!CustomSerializable<T>) bool read(const Node& node, const std::string& field, T& value) {
     return read_fields(node, field, value);
   }
   /// A map of fields. Absent keys keep their defaults, unless the struct requires them.
   template <HasFields T>
   bool read_fields(const Node& node, const std::string& field, T& value) {
-    if (node.kind != Node::Kind::Map) return problem(node, field, "a map of name: value"), false;
-    const std::size_t before = problems_.size();
+    if (node.kind != Node::Kind::Map) return report(node, field, "a map of name: value"), false;
+    const std::size_t before = diagnostics_.size();
     std::vector<std::string> known;
     T::each_field(value, [&](const char* name, auto& member, const char*) {
-      known.push_back(name);
-      if (const Node* entry = node.find(name)) read(*entry, join(field, name), member);
+      const std::string& key = known.emplace_back(file_key<T>(name));
+      if (const Node* entry = node.find(key)) read(*entry, join(field, key), member);
     });
     if constexpr (HasRequired<T>)
       for (const std::string_view name : T::required)
-        if (!node.find(name)) missing(node, join(field, std::string(name)));
+        if (!node.find(name)) report_missing(node, join(field, std::string(name)));
     report_unknown(node, field, known);
-    return problems_.size() == before;
+    return diagnostics_.size() == before;
   }
 
-  /// Complains about every key that is not in `known`, and names the nearest one.
+  /// Reports every key that is not in `known`, with the nearest known one.
   void report_unknown(const Node& node, const std::string& field, const std::vector<std::string>& known);
 
  private:
@@ -133,7 +149,7 @@ class Reader {
       return false;
     }
     if ((R != Eigen::Dynamic && any.rows() != R) || (C != Eigen::Dynamic && any.cols() != C))
-      return problem(node, field, size_text(R, C)), false;
+      return report(node, field, size_text(R, C)), false;
     value = any;
     return true;
   }
@@ -141,7 +157,7 @@ class Reader {
   static std::string size_text(int rows, int cols);
 
   std::string file_;
-  std::vector<Problem> problems_;
+  std::vector<Diagnostic> diagnostics_;
 };
 
 }  // namespace kr5::io

@@ -38,14 +38,14 @@ struct Moments {
   Moments& operator+=(const Moments& other);
 };
 
-Moments moments(const Body& body);
+Moments inertial_moments(const Body& body);
 /// Inverse of `moments`. A body without mass has its com at the origin.
 Body to_body(const Moments& moments);
 
 /// The same body, given in frame b, described in frame a.
-Body moved(const Pose& T_a_b, const Body& body);
+Body transformed_body(const Pose& T_a_b, const Body& body);
 /// Two bodies of one frame, welded together.
-Body combined(const Body& a, const Body& b);
+Body merged_body(const Body& a, const Body& b);
 
 /// The symmetric matrix of Ixx Iyy Izz Ixy Ixz Iyz, and back.
 Eigen::Matrix3d inertia_matrix(const Vector6& inertia);

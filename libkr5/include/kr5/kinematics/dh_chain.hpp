@@ -30,9 +30,9 @@ struct DhJoint {
   Pose transform(double q) const;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("type", self.type, "revolute | prismatic.");
+    visit("type", self.type, "Type of the joint: revolute | prismatic.");
     visit("b", self.b, "Offset along the joint axis [m].");
-    visit("theta_offset", self.theta_offset, "Added to the joint angle [rad].");
+    visit("theta_offset", self.theta_offset, "Offset of the joint angle [rad].");
     visit("a", self.a, "Length along the rotated x axis [m].");
     visit("alpha", self.alpha, "Twist about that x axis [rad].");
     visit("beta", self.beta, "Hayati's turn about y, for near-parallel axes [rad].");
@@ -44,15 +44,15 @@ using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMaj
 
 /// An open chain from the robot base B to the flange F.
 struct DhChain {
-  Pose T_B_0 = Pose::Identity();  ///< Frame of the first joint in the base.
+  Pose T_base_0 = Pose::Identity();  ///< Frame of the first joint in the base.
   std::vector<DhJoint> joints;
 
   /// Poses of link frames 1..n in B; the last is the flange. `q` in joint units [rad or m].
   /// @throws InvalidArgument when q has not one value a joint.
   std::vector<Pose> link_poses(const Eigen::VectorXd& q) const;
-  /// T_B_F.
+  /// T_base_flange.
   Pose flange(const Eigen::VectorXd& q) const;
-  /// T_B_F of every row of q (N x n): N x 16, a row the 4 x 4 matrix row by row. Allocates only the result.
+  /// T_base_flange of every row of q (N x n): N x 16, a row the 4 x 4 matrix row by row. Allocates only the result.
   Rows flanges(const Eigen::Ref<const Rows>& q) const;
 };
 

@@ -57,10 +57,11 @@ struct Posture {
 
   static void each_field(auto& self, auto&& visit) {
     visit("q", self.q, "Joint values [rad or m].");
-    visit("outside_limits", self.outside_limits, "Joints, counted from 0, that no full turn brings within limits.");
-    visit("singularity", self.singularity, "Where the posture loses a degree of freedom.");
-    visit("position_error", self.position_error, "Of the flange, by forward kinematics [m].");
-    visit("rotation_error", self.rotation_error, "Of the flange, by forward kinematics [rad].");
+    visit("outside_limits", self.outside_limits,
+          "Joints, counted from 0, that no full turn brings within their limits.");
+    visit("singularity", self.singularity, "Singularity of the posture.");
+    visit("position_error", self.position_error, "Position error of the flange, by forward kinematics [m].");
+    visit("rotation_error", self.rotation_error, "Rotation error of the flange, by forward kinematics [rad].");
   }
 };
 
@@ -81,13 +82,13 @@ struct InverseOptions {
   static void each_field(auto& self, auto&& visit) {
     visit("lower", self.lower, "Least joint values; empty: no limits [rad or m].");
     visit("upper", self.upper, "Greatest joint values; empty: no limits [rad or m].");
-    visit("near", self.near, "Start, and where to stay near of several turns; empty: zeros [rad or m].");
+    visit("near", self.near, "Start, and preferred joint values among full turns; empty: zeros [rad or m].");
     visit("singular_within", self.singular_within, "Relative distance at which a posture counts as singular [-].");
-    visit("position_tolerance", self.position_tolerance, "Of the iterative solver [m].");
-    visit("rotation_tolerance", self.rotation_tolerance, "Of the iterative solver [rad].");
-    visit("iterations", self.iterations, "Most steps of the iterative solver from one start.");
-    visit("starts", self.starts, "Starts of the iterative solver: near, then random postures within the limits.");
-    visit("seed", self.seed, "Of the random postures.");
+    visit("position_tolerance", self.position_tolerance, "Position tolerance of the iterative solver [m].");
+    visit("rotation_tolerance", self.rotation_tolerance, "Rotation tolerance of the iterative solver [rad].");
+    visit("iterations", self.iterations, "Greatest number of iterations from one start.");
+    visit("starts", self.starts, "Number of starts: `near`, then random postures within the limits.");
+    visit("seed", self.seed, "Random seed of those postures.");
   }
 };
 
@@ -97,9 +98,9 @@ struct InverseResult {
   std::vector<Posture> postures;  ///< Usable ones first, then by distance from `near`.
 
   static void each_field(auto& self, auto&& visit) {
-    visit("status", self.status, "solved | outside_limits | out_of_reach | not_converged.");
-    visit("closed_form", self.closed_form, "Then the postures are all there are, full turns apart.");
-    visit("postures", self.postures, "Usable ones first, then by distance from near.");
+    visit("status", self.status, "Status: solved | outside_limits | out_of_reach | not_converged.");
+    visit("closed_form", self.closed_form, "True when the postures are complete, full turns apart.");
+    visit("postures", self.postures, "Postures, usable ones first, then by distance from `near`.");
   }
 };
 
@@ -109,8 +110,8 @@ bool has_closed_form(const DhChain& chain);
 
 /// In closed form where the chain has one (Pieper 1968: a quartic for joint 3), up to eight postures; otherwise one by
 /// damped least squares within the limits.
-/// @param T_B_F Wanted pose of the flange.
+/// @param T_base_flange Wanted pose of the flange.
 /// @throws InvalidArgument for options of the wrong size, or a pose that is none.
-InverseResult inverse(const DhChain& chain, const Pose& T_B_F, const InverseOptions& options = {});
+InverseResult inverse_kinematics(const DhChain& chain, const Pose& T_base_flange, const InverseOptions& options = {});
 
 }  // namespace kr5::kinematics

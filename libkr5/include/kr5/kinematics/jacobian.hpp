@@ -16,7 +16,7 @@ using Jacobian = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 /// Geometric Jacobian, 6 x n, linear velocity first: that of the origin of X, fixed to the flange, and the angular
 /// velocity, both in axes of B [m/rad or 1, rad/rad or 0] (Hayat et al. 2022, eq. B.1-B.3).
 /// @throws InvalidArgument when q has not one value a joint.
-Jacobian jacobian(const DhChain& chain, const Eigen::VectorXd& q, const Pose& T_F_X = Pose::Identity());
+Jacobian jacobian(const DhChain& chain, const Eigen::VectorXd& q, const Pose& T_flange_x = Pose::Identity());
 
 /// How far a posture is from a singular one.
 struct Manipulability {
@@ -26,8 +26,9 @@ struct Manipulability {
 
   static void each_field(auto& self, auto&& visit) {
     visit("volume", self.volume, "Product of the singular values of the Jacobian.");
-    visit("singular_values", self.singular_values, "Of the Jacobian, greatest first.");
-    visit("condition", self.condition, "Greatest over least singular value; infinite in a singular posture.");
+    visit("singular_values", self.singular_values, "Singular values of the Jacobian, in descending order.");
+    visit("condition", self.condition,
+          "Ratio of the greatest to the least singular value; infinite in a singular posture.");
   }
 };
 

@@ -15,10 +15,10 @@
 namespace kr5::kinematics {
 
 /// A body fixed to a link, cut off at frame S: a tool below its force sensor.
-struct Cut {
-  int link = -1;                     ///< Counted from 0; -1 is the last.
-  Pose T_link_S = Pose::Identity();  ///< Where it is cut.
-  Body body;                         ///< What is cut off, in S.
+struct SensorCut {
+  int link = -1;                          ///< Counted from 0; -1 is the last.
+  Pose T_link_sensor = Pose::Identity();  ///< Where it is cut.
+  Body body;                              ///< What is cut off, in S.
 };
 
 struct MotionLoads {
@@ -56,14 +56,14 @@ class Dynamics {
   /// Wrench that moves what lies below the cut, about S and in its axes, force first [N, N m], in the motion of the
   /// last call of `torques`: the negative of what a force sensor at S reads. The body must not be part of the arm
   /// twice: it adds nothing to the torques here, `add_body` does.
-  Vector6 wrench(const Cut& cut) const;
+  Vector6 wrench(const SensorCut& cut) const;
   /// Wrench that passes from link - 1 into a link, about the origin and in the axes of the frame of `link`, force first
   /// [N, N m], in the last call of `torques`.
   Vector6 joint_wrench(int link) const;
 
   /// The same for every row (N x n); allocates only the result.
   MotionLoads loads(const Eigen::Ref<const Rows>& q, const Eigen::Ref<const Rows>& qd,
-                    const Eigen::Ref<const Rows>& qdd, const std::optional<Cut>& cut = {});
+                    const Eigen::Ref<const Rows>& qdd, const std::optional<SensorCut>& cut = {});
 
   /// M(q), n x n, symmetric: kinetic energy is qd^T M qd / 2.
   Eigen::MatrixXd mass_matrix(const Eigen::VectorXd& q);
@@ -91,20 +91,20 @@ class Dynamics {
     Eigen::Vector3d f = Eigen::Vector3d::Zero(), n = Eigen::Vector3d::Zero();  ///< Force and torque into the link.
   };
 
-  static void load(const Moments& body, const Motion& motion, Eigen::Vector3d& f, Eigen::Vector3d& n);
-  int checked(int link) const;
-  void place(std::size_t i, double q);
+  static void body_load(const Moments& body, const Motion& motion, Eigen::Vector3d& f, Eigen::Vector3d& n);
+  int link_index(int link) const;
+  void set_joint(std::size_t i, double q);
   /// From the base outwards: motion of every link, and the load that its body is.
-  void move(const double* q, const double* qd, const double* qdd);
+  void forward_pass(const double* q, const double* qd, const double* qdd);
   /// From the flange inwards: what each joint carries.
-  void carry(double* tau, const Vector6* external);
-  void mass(const Eigen::VectorXd& q, Eigen::MatrixXd* whole, Eigen::VectorXd& diagonal);
+  void backward_pass(double* tau, const Vector6* external);
+  void composite_bodies(const Eigen::VectorXd& q, Eigen::MatrixXd* whole, Eigen::VectorXd& diagonal);
   /// Column i of M from the load f, n about and in the axes of the joint i.
-  void feel(std::size_t i, Eigen::Vector3d f, Eigen::Vector3d n, Eigen::MatrixXd& M) const;
+  void propagate_unit_load(std::size_t i, Eigen::Vector3d f, Eigen::Vector3d n, Eigen::MatrixXd& M) const;
 
   std::vector<Joint> joints_;
   std::vector<Link> links_;
-  Eigen::Matrix3d R_B_0_;
+  Eigen::Matrix3d R_base_0_;
   Eigen::Vector3d a_0_;  ///< Of the base, in frame 0: gravity upside down.
 };
 

@@ -7,7 +7,7 @@
 
 namespace kr5::predict {
 
-class MotionMemory;
+class MotionCache;
 
 /// The fast grade of a simulator: inverse dynamics on the response of the servos, closed-form contact, projection. All
 /// effects of the catalogue act as the documentation of the formats says (kr5/cell/effects.hpp lists them).
@@ -23,10 +23,10 @@ class FastSimulator : public cell::Simulator {
   FastSimulator();
   /// @throws InvalidArgument as Simulator says; for a given value that is no finite number; for an effect on a joint,
   ///         motor or part that the cell does not have.
-  io::Table predict(const cell::Cell& cell, const cell::Experiment& experiment) const override;
+  io::Table simulate(const cell::Cell& cell, const cell::Experiment& experiment) const override;
 
  private:
-  std::shared_ptr<MotionMemory> memory_;
+  std::shared_ptr<MotionCache> cache_;
 };
 
 }  // namespace kr5::predict

@@ -23,8 +23,8 @@ double student_factor(double dof, double confidence = 0.95);
 double fisher_quantile(double p, double dof1, double dof2);
 /// Factor for the covariance of `numbers` numbers that was estimated on `dof` degrees of freedom, after which its
 /// normal 95 % region, as from confidence_ellipsoid, is the one of Fisher's F [-].
-double widening(double numbers, double dof);
-constexpr double noise_given = 1e6;  ///< Degrees of freedom behind a covariance for which nothing was estimated [-].
+double covariance_inflation(double numbers, double dof);
+constexpr double known_noise = 1e6;  ///< Degrees of freedom behind a covariance for which nothing was estimated [-].
 /// Probability that Fisher's F stays below `x`.
 double fisher_cdf(double x, double dof1, double dof2);
 

@@ -30,20 +30,21 @@ struct CameraOptions {
 
   static void each_field(auto& self, auto&& visit) {
     visit("lens", self.lens,
-          "none | k1 | k1k2 | brown4 | brown5 | radial6 | rational8; by default chosen by held-out views.");
-    visit("square_pixels", self.square_pixels, "fx = fy; by default chosen by held-out views.");
+          "Lens model: none | k1 | k1k2 | brown4 | brown5 | radial6 | rational8; by default chosen by held-out views.");
+    visit("square_pixels", self.square_pixels, "Square pixels, fx = fy; by default chosen by held-out views.");
     visit("bent_target", self.bent_target,
-          "Estimate how far a flat target is bent or stretched; by default chosen by held-out views.");
+          "Estimation of how far a flat target is bent or stretched; by default chosen by held-out views.");
     visit("correlation", self.correlation,
-          "Variance of what points err together over that of points that err alone, as the detection says; at least 1 "
-          "[-].");
-    visit("robust", self.robust, "Weigh points beyond 3 sigma down, and views by their own noise.");
+          "Ratio of the variance of correlated to that of independent point errors, as reported by the detection; at "
+          "least 1 [-].");
+    visit("robust", self.robust, "Reduced weight of points beyond 3 sigma; weight of each view by its own noise.");
     visit("reject_views", self.reject_views,
-          "Leave views that spoil the result out of it (they are named in any case).");
-    visit("false_alarm", self.false_alarm, "Chance to name any view of a sound set as spoiling [-].");
+          "Exclusion of views that contradict the others (they are named in any case).");
+    visit("false_alarm", self.false_alarm, "Probability that any view of a sound set is named as contradicting [-].");
     visit("folds", self.folds,
-          "Parts into which the views are split to judge models; 0: fit the given lens alone, judge nothing.");
-    visit("max_iterations", self.max_iterations, "At most so many steps of each refinement.");
+          "Number of cross-validation folds by which models are compared; 0: the given lens is fitted and nothing "
+          "compared.");
+    visit("max_iterations", self.max_iterations, "Greatest number of steps of each refinement.");
   }
 };
 

@@ -35,18 +35,18 @@ struct CameraViewReport {
     visit("name", self.name, "Name of the view.");
     visit("T_camera_target", self.T_camera_target, "Pose of the target in the camera.");
     visit("covariance", self.covariance,
-          "Of T_camera_target, right perturbation, the camera's doubt included [m, rad].");
+          "Covariance of T_camera_target, right perturbation, the uncertainty of the camera included [m, rad].");
     visit("rms_px", self.rms_px, "RMS distance of seen and predicted points [px].");
     visit("noise_px", self.noise_px, "Noise of the view's points per axis, by a robust scale [px].");
     visit("weight", self.weight, "Weight of the view in the fit; 1 for one of average noise, 0 when left out [-].");
     visit("influence", self.influence,
-          "How far the view's camera lies from that of all others, squared, in units of doubt and per parameter: about "
-          "1 for a sound view [-].");
-    visit("probability", self.probability, "Chance that a sound view lies as far off or further [-].");
-    visit("tilt", self.tilt, "Between the optical axis and the target's normal [rad].");
-    visit("outlier", self.outlier, "Contradicts the others beyond the noise.");
-    visit("reason", self.reason, "Why it is an outlier, in words.");
-    visit("residuals", self.residuals, "Seen minus predicted, 2 x n [px].");
+          "Squared distance of the view's camera from that of all others, in standard deviations and per parameter: "
+          "about 1 for a sound view [-].");
+    visit("probability", self.probability, "Probability that a sound view lies at least as far off [-].");
+    visit("tilt", self.tilt, "Angle between the optical axis and the normal of the target [rad].");
+    visit("outlier", self.outlier, "Contradiction to the other views beyond the noise.");
+    visit("reason", self.reason, "Reason why the view is an outlier.");
+    visit("residuals", self.residuals, "Residuals, seen minus predicted, 2 x n [px].");
     visit("weights", self.weights, "Weight of each point within its view [-].");
   }
 };
@@ -65,14 +65,14 @@ struct CameraModelScore {
 
   static void each_field(auto& self, auto&& visit) {
     visit("lens", self.lens, "Lens model.");
-    visit("square_pixels", self.square_pixels, "fx = fy.");
-    visit("bent_target", self.bent_target, "Shape of the target estimated too.");
+    visit("square_pixels", self.square_pixels, "Square pixels, fx = fy.");
+    visit("bent_target", self.bent_target, "Estimation of the target's shape.");
     visit("parameters", self.parameters, "Free parameters, poses not counted.");
     visit("held_out_rms", self.held_out_rms, "RMS distance of points in held-out views [px].");
     visit("fitted_rms", self.fitted_rms, "RMS distance of points in the views it was fitted to [px].");
     visit("excess", self.excess, "Mean squared held-out error above that of the best model [px^2].");
     visit("excess_std", self.excess_std, "Standard error of `excess`, paired over views [px^2].");
-    visit("chosen", self.chosen, "The result uses this model.");
+    visit("chosen", self.chosen, "Whether this model was chosen for the result.");
   }
 };
 
@@ -87,13 +87,13 @@ struct CameraCoverage {
   double distance_ratio = 1.0;                           ///< [-]
 
   static void each_field(auto& self, auto&& visit) {
-    visit("counts", self.counts, "Points seen in each cell of a grid of 8 rows and 10 columns over the image.");
+    visit("counts", self.counts, "Number of points in each cell of a grid of 8 rows and 10 columns over the image.");
     visit("cells_hit", self.cells_hit, "Share of the cells with a point [-].");
     visit("largest_gap", self.largest_gap, "Share of the image in the largest rectangle without a point [-].");
-    visit("gap_region", self.gap_region, "That rectangle: left, top, right, bottom [px].");
-    visit("tilt_min", self.tilt_min, "Least tilt of the target against the image [rad].");
-    visit("tilt_max", self.tilt_max, "Largest tilt [rad].");
-    visit("distance_ratio", self.distance_ratio, "Farthest over nearest target [-].");
+    visit("gap_region", self.gap_region, "Largest rectangle without a point: left, top, right, bottom [px].");
+    visit("tilt_min", self.tilt_min, "Least tilt of the target relative to the image [rad].");
+    visit("tilt_max", self.tilt_max, "Largest tilt of the target relative to the image [rad].");
+    visit("distance_ratio", self.distance_ratio, "Distance of the farthest over that of the nearest target [-].");
   }
 };
 
@@ -109,10 +109,10 @@ struct CameraFinding {
     visit("cause", self.cause,
           "too_few_views | views_alike | fronto_parallel | uncertain | coverage | spoiling_view | mirrored_view | "
           "noisy_corners | views_disagree | bent_target.");
-    visit("text", self.text, "What is wrong, in words.");
-    visit("remedy", self.remedy, "What to do.");
-    visit("evidence", self.evidence, "The figures behind it.");
-    visit("severe", self.severe, "The result must not be used as it is.");
+    visit("text", self.text, "Description of what is wrong.");
+    visit("remedy", self.remedy, "Remedy.");
+    visit("evidence", self.evidence, "Figures behind the finding.");
+    visit("severe", self.severe, "Whether the result must not be used as it is.");
   }
 };
 
@@ -137,22 +137,23 @@ struct CameraCalibration {
   FitReport fit;  ///< Look at `fit.usable()` before the camera.
 
   static void each_field(auto& self, auto&& visit) {
-    visit("camera", self.camera, "The camera.");
+    visit("camera", self.camera, "Camera.");
     visit("lens", self.lens, "Lens model used.");
-    visit("square_pixels", self.square_pixels, "fx = fy.");
-    visit("bent_target", self.bent_target, "The target's shape was estimated too.");
+    visit("square_pixels", self.square_pixels, "Square pixels, fx = fy.");
+    visit("bent_target", self.bent_target, "Estimation of the target's shape.");
     visit("free", self.free, "Names of the free parameters; with square pixels fy follows fx.");
-    visit("covariance", self.covariance, "Of fx fy cx cy k1 k2 p1 p2 k3 k4 k5 k6; fixed ones are 0.");
+    visit("covariance", self.covariance, "Covariance of fx fy cx cy k1 k2 p1 p2 k3 k4 k5 k6; fixed ones are 0.");
     visit("target_shape", self.target_shape, "Bow xx, xy, yy; stretch; shear of a flat target, in half its size [-].");
-    visit("sigma_pixel", self.sigma_pixel, "Noise of a point per axis [px].");
+    visit("sigma_pixel", self.sigma_pixel, "Standard deviation of a point per axis [px].");
     visit("dispersion", self.dispersion,
-          "Disagreement of the views over what their noise allows; the covariance is widened by it [-].");
+          "Disagreement of the views over what their noise allows; the covariance is inflated by it [-].");
     visit("rms_px", self.rms_px, "RMS distance of seen and predicted points of the views used [px].");
-    visit("held_out_rms", self.held_out_rms, "The same in held-out views; 0 with too few views to tell [px].");
-    visit("views", self.views, "How each view agrees, in input order.");
-    visit("models", self.models, "Models compared.");
-    visit("coverage", self.coverage, "What the views cover.");
-    visit("findings", self.findings, "What a person should know.");
+    visit("held_out_rms", self.held_out_rms,
+          "RMS distance of points in held-out views; 0 with too few views to tell [px].");
+    visit("views", self.views, "Agreement of each view, in input order.");
+    visit("models", self.models, "Models that were compared.");
+    visit("coverage", self.coverage, "Coverage of the image and of the directions by the views.");
+    visit("findings", self.findings, "Findings for the user.");
     visit("fit", self.fit, "How the estimation ended.");
   }
 };

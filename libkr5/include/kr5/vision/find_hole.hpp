@@ -40,7 +40,7 @@ struct HoleOptions {
 
   static void each_field(auto& self, auto&& visit) {
     visit("radius", self.radius, "Radius of the bore; must be given [m].");
-    visit("radius_tolerance", self.radius_tolerance, "A circle whose radius differs by more is another one [m].");
+    visit("radius_tolerance", self.radius_tolerance, "Greatest difference of the radius seen from the given one [m].");
     visit("search", self.search,
           "Half side of the square about the origin of the plane in which the centre may lie; 0: wherever the camera "
           "sees the plane [m].");
@@ -48,11 +48,11 @@ struct HoleOptions {
           "Radius of the bore in the picture in which circles are searched for [px].");
     visit("accumulator_pixel", self.accumulator_pixel, "Side of a cell of the Hough accumulator, OpenCV's dp [px].");
     visit("edge_threshold", self.edge_threshold, "Upper threshold of Canny's edges, OpenCV's param1 [grey].");
-    visit("accumulator_votes", self.accumulator_votes, "Votes that a centre needs, OpenCV's param2 [-].");
-    visit("min_contrast", self.min_contrast, "An edge of the mouth is a step of at least so much, dark inside [grey].");
-    visit("min_seen", self.min_seen, "Part of the mouth's edge that must be seen [-].");
+    visit("accumulator_votes", self.accumulator_votes, "Number of votes that a centre needs, OpenCV's param2 [-].");
+    visit("min_contrast", self.min_contrast, "Least contrast of the edge of the mouth, dark inside [grey].");
+    visit("min_seen", self.min_seen, "Least visible part of the edge of the mouth [-].");
     visit("sigma_height", self.sigma_height,
-          "Standard deviation of the plane's place along its normal; widens the covariance [m].");
+          "Standard deviation of the position of the plane along its normal; inflates the covariance [m].");
   }
 };
 
@@ -74,7 +74,7 @@ constexpr auto enum_names(HoleStatus) {
 }
 
 /// The mouth of a bore in an image. Numbers hold only when it was found.
-struct HoleSight {
+struct HoleDetection {
   HoleStatus status = HoleStatus::NoCircle;
   std::string message = "not run";                       ///< In words, with the remedy when nothing was found.
   Pose T_camera_hole = Pose::Identity();                 ///< Centre of the mouth, axes of the plane.
@@ -88,14 +88,14 @@ struct HoleSight {
   bool found() const { return status == HoleStatus::Found; }
 
   static void each_field(auto& self, auto&& visit) {
-    visit("status", self.status, "Whether the bore was found, and why not.");
-    visit("message", self.message, "The same in words, with the remedy.");
+    visit("status", self.status, "Whether the bore was found, or why not.");
+    visit("message", self.message, "Explanation of the status, with the remedy.");
     visit("T_camera_hole", self.T_camera_hole, "Pose of the mouth in the camera: its centre, with the plane's axes.");
-    visit("radius", self.radius, "Radius seen, on the given plane [m].");
-    visit("sigma_radius", self.sigma_radius, "Its standard deviation [m].");
+    visit("radius", self.radius, "Radius on the given plane [m].");
+    visit("sigma_radius", self.sigma_radius, "Standard deviation of the radius [m].");
     visit("covariance", self.covariance, "Covariance of the centre, in the axes of the camera, 3 x 3 [m^2].");
     visit("rms_px", self.rms_px, "Scatter of the edge about the circle, in pixels of the image [px].");
-    visit("edges", self.edges, "Places on the mouth at which its edge was measured.");
+    visit("edges", self.edges, "Number of places at which the edge of the mouth was measured.");
     visit("other_radii", self.other_radii, "Radii of circles that are not the bore, when it was not found [m].");
   }
 };
@@ -104,6 +104,6 @@ struct HoleSight {
 /// the camera. The bore must look darker than the face. `T_camera_plane` is what the robot knows: T_camera_base of this
 /// image times the plane as scanned.
 /// @throws InvalidArgument for an empty image, a bad camera, a pose that is no rigid motion, or bad options.
-HoleSight find_hole(ImageView image, const Pinhole& camera, const Pose& T_camera_plane, const HoleOptions& options);
+HoleDetection find_hole(ImageView image, const Pinhole& camera, const Pose& T_camera_plane, const HoleOptions& options);
 
 }  // namespace kr5::vision

@@ -8,7 +8,7 @@
 #include <kr5/core/fit_report.hpp>
 #include <kr5/geometry/pinhole.hpp>
 #include <kr5/geometry/target.hpp>
-#include <kr5/vision/detect.hpp>
+#include <kr5/vision/find_target.hpp>
 
 /// @file
 /// Where markers sit relative to each other, from images that show several of them at once.
@@ -22,7 +22,7 @@ struct MarkerSighting {
 
   static void each_field(auto& self, auto&& visit) {
     visit("name", self.name, "File or number of the image.");
-    visit("tags", self.tags, "Markers seen in it.");
+    visit("tags", self.tags, "Markers seen in the image.");
   }
 };
 
@@ -37,9 +37,9 @@ struct MarkerMapOptions {
 
   static void each_field(auto& self, auto&& visit) {
     visit("size", self.size, "Side of the markers' squares [m].");
-    visit("reference", self.reference, "Marker whose frame is that of the map; -1: the one of lowest number.");
-    visit("sigma_pixel", self.sigma_pixel, "Noise of a corner per axis [px]; 0: estimated from the data.");
-    visit("max_iterations", self.max_iterations, "At most so many steps of the refinement.");
+    visit("reference", self.reference, "Number of the marker whose frame is that of the map; -1: the lowest number.");
+    visit("sigma_pixel", self.sigma_pixel, "Standard deviation of a corner per axis; 0: estimated from the data [px].");
+    visit("max_iterations", self.max_iterations, "Greatest number of steps of the refinement.");
   }
 };
 
@@ -57,13 +57,14 @@ struct MarkerMapResult {
   static void each_field(auto& self, auto&& visit) {
     visit("target", self.target, "The map, a target of kind marker_map; its frame is that of the reference marker.");
     visit("covariance", self.covariance,
-          "Of each T_target_marker, right perturbation, in the order of the map [m, rad].");
-    visit("islands", self.islands, "Ids that images connect with each other; one list when all is well.");
-    visit("views", self.views, "Images used.");
+          "Covariance of each T_target_marker, right perturbation, in the order of the map [m, rad].");
+    visit("islands", self.islands,
+          "Groups of marker numbers that images connect with each other; one group when the map is complete.");
+    visit("views", self.views, "Names of the images used.");
     visit("T_target_camera", self.T_target_camera, "Pose of the camera in the map for each of them.");
     visit("view_rms_px", self.view_rms_px, "RMS distance of seen and predicted corners in each of them [px].");
-    visit("rms_px", self.rms_px, "The same over all [px].");
-    visit("sigma_pixel", self.sigma_pixel, "Noise of a corner per axis, given or estimated [px].");
+    visit("rms_px", self.rms_px, "RMS distance of seen and predicted corners over all images [px].");
+    visit("sigma_pixel", self.sigma_pixel, "Standard deviation of a corner per axis, given or estimated [px].");
     visit("fit", self.fit, "How the estimation ended.");
   }
 };

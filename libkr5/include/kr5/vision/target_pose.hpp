@@ -24,14 +24,16 @@ struct TargetPoseOptions {
   void validate() const;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("sigma_pixel", self.sigma_pixel, "Noise of a seen point per axis [px]; 0: estimated from the view.");
+    visit("sigma_pixel", self.sigma_pixel,
+          "Standard deviation of a seen point per axis; 0: estimated from the view [px].");
     visit("correlation", self.correlation,
-          "Variance of what points err together over that of points that err alone, as the detection says; it widens "
-          "the covariance and weakens the odds, at least 1 [-].");
+          "Ratio of the variance of correlated to that of independent point errors, as reported by the detection; it "
+          "inflates the covariance and weakens the odds, at least 1 [-].");
     visit("ambiguous_from", self.ambiguous_from,
-          "A view whose second pose is at least so probable, given the noise, is called ambiguous [-].");
-    visit("max_iterations", self.max_iterations, "At most so many steps of the refinement.");
-    visit("huber", self.huber, "A point farther off than this many deviations counts less [-]; 0: never.");
+          "Probability of the second pose from which a view is called ambiguous [-].");
+    visit("max_iterations", self.max_iterations, "Greatest number of steps of the refinement.");
+    visit("huber", self.huber,
+          "Huber threshold in robust standard deviations, beyond which a point counts less; 0: off [-].");
   }
 };
 
@@ -49,16 +51,16 @@ struct TargetPose {
 
   static void each_field(auto& self, auto&& visit) {
     visit("T_camera_target", self.T_camera_target, "Pose of the target in the camera, the more probable one.");
-    visit("covariance", self.covariance, "Of it, right perturbation [m, rad].");
+    visit("covariance", self.covariance, "Covariance of T_camera_target, right perturbation [m, rad].");
     visit("covariance_dof", self.covariance_dof,
-          "Degrees of freedom behind the covariance, for which it is widened already; a million: noise given [-].");
-    visit("T_camera_target_second", self.T_camera_target_second, "The other pose that explains a flat target.");
+          "Degrees of freedom behind the covariance, for which it is inflated already; a million: known noise [-].");
+    visit("T_camera_target_second", self.T_camera_target_second, "Second pose that explains a flat target.");
     visit("second_probability", self.second_probability, "Probability of the second pose against the first [-].");
     visit("error_ratio", self.error_ratio,
           "RMS error of the second pose over that of the first; 0 without a second [-].");
-    visit("ambiguous", self.ambiguous, "The noise of the pixels does not rule out the second pose.");
+    visit("ambiguous", self.ambiguous, "Whether the noise of the pixels does not rule out the second pose.");
     visit("rms_px", self.rms_px, "RMS distance of seen and predicted points [px].");
-    visit("sigma_pixel", self.sigma_pixel, "Noise of a seen point per axis, given or estimated [px].");
+    visit("sigma_pixel", self.sigma_pixel, "Standard deviation of a seen point per axis, given or estimated [px].");
     visit("fit", self.fit, "How the estimation ended.");
   }
 };

@@ -69,8 +69,8 @@ class Arm {
   double energy();
 
   /// Poses in B, which stays upright when the robot is tilted.
-  Pose T_B_F() const;
-  Pose T_B_S() const;
+  Pose T_base_flange() const;
+  Pose T_base_sensor() const;
   /// Velocity of the origin of S in B [m/s, rad/s].
   Vector6 sensor_velocity() const;
 

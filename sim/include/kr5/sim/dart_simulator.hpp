@@ -15,7 +15,8 @@ struct DartSimulatorOptions {
   void validate() const;
   static void each_field(auto& self, auto&& visit) {
     visit("step", self.step, "Step of the integration; 0: chosen so that gears and contact are resolved [s].");
-    visit("contact", self.contact, "Of peg and tube: closed_form | mesh (ODE, an independent check).");
+    visit("contact", self.contact,
+          "Search of the contacts of peg and tube: closed_form | mesh (ODE, an independent check).");
   }
 };
 
@@ -30,7 +31,7 @@ class DartSimulator : public cell::Simulator {
 
   /// @throws InvalidArgument as Simulator says; for masses and inertias that are not positive, joint values out of the
   ///         limits of the cell, an effect on a joint that is not there, a step that is not stable, each by name.
-  io::Table predict(const cell::Cell& cell, const cell::Experiment& experiment) const override;
+  io::Table simulate(const cell::Cell& cell, const cell::Experiment& experiment) const override;
 
  private:
   DartSimulatorOptions options_;

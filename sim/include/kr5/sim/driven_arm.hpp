@@ -5,8 +5,8 @@
 #include <memory>
 
 #include <kr5/core/fields.hpp>
+#include <kr5/physics/drives.hpp>
 #include <kr5/sim/arm.hpp>
-#include <kr5/sim/drives.hpp>
 
 /// @file
 /// The arm of a cell with its motors, gears and joint servos, stepped through time.
@@ -40,7 +40,7 @@ struct ArmReading {
 };
 
 /// Wrench of the environment on the tool at the origin of S, in B [N, N m].
-using Environment = std::function<Vector6(const Pose& T_B_S, const Vector6& velocity, double t)>;
+using Environment = std::function<Vector6(const Pose& T_base_sensor, const Vector6& velocity, double t)>;
 
 /// Two ways to move: `follow`, the motor side on the exact response of the joint servos, whatever it takes; `drive` and
 /// `follow_limited`, where motor currents act on rotors, gears and links, with dry friction that holds. Elastic gears
@@ -54,7 +54,7 @@ class DrivenArm {
   DrivenArm(DrivenArm&&) noexcept;
   DrivenArm& operator=(DrivenArm&&) noexcept;
 
-  const Drives& drives() const;
+  const physics::Drives& drives() const;
   Arm& arm();
   double step() const;
   /// Makes the step smaller until the next reset, so that whole steps fit between samples.

@@ -15,10 +15,12 @@
 namespace kr5::sim {
 
 enum class Strategy {
-  Felt,  ///< Fit of the whole profile, entry rim first, giving way to what is felt.
-  Book,  ///< Cusp of the profile, upright slide along its direction (Hayat et al. 2022, algorithm of section 5.6).
+  ProfileFit,  ///< Fit of the whole profile, entry rim first, giving way to what is felt.
+  Hayat2022,  ///< Cusp of the profile, upright slide along its direction (Hayat et al. 2022, algorithm of section 5.6).
 };
-constexpr auto enum_names(Strategy) { return names<Strategy>({{Strategy::Felt, "felt"}, {Strategy::Book, "book"}}); }
+constexpr auto enum_names(Strategy) {
+  return names<Strategy>({{Strategy::ProfileFit, "profile_fit"}, {Strategy::Hayat2022, "hayat2022"}});
+}
 
 /// A task, and how well the cell knows itself.
 struct InsertionSetup {
@@ -26,7 +28,7 @@ struct InsertionSetup {
   double tilt = 0.2618;                              ///< [rad]
   Eigen::Vector2d offset = Eigen::Vector2d::Zero();  ///< [m]
   bool horizontal = false;
-  Strategy strategy = Strategy::Felt;
+  Strategy strategy = Strategy::ProfileFit;
   force::InsertBy insert_by = force::InsertBy::Arm;
   int pegs = 1;
   double pick_distance = 0.06;       ///< [m]
@@ -36,6 +38,8 @@ struct InsertionSetup {
   double tube_tilt = 1.5e-3;         ///< [rad]
   double face_error = 2e-4;          ///< [m]
   double stiffness_error = 0.1;      ///< [-]
+  double servo_error = 0.0;          ///< [-]
+  double friction_error = 0.0;       ///< [-]
   double lateral_stiffness = 0;      ///< [N/m]
   double angular_stiffness = 300.0;  ///< [N m/rad]
   bool noise = true;
@@ -47,29 +51,36 @@ struct InsertionSetup {
 
   static void each_field(auto& self, auto&& visit) {
     visit("clearance", self.clearance, "Radius of the bore less that of the peg; the bore is made to it [m].");
-    visit("tilt", self.tilt, "Of the peg while it feels round [rad].");
-    visit("offset", self.offset, "Of the tube's real axis from where it is believed, x and y of T [m].");
-    visit("horizontal", self.horizontal, "The tube lies along Y of the base instead of standing.");
-    visit("strategy", self.strategy, "felt | book.");
-    visit("insert_by", self.insert_by, "What pushes the peg in: arm | gravity | air.");
-    visit("pegs", self.pegs, "One after the other; the hole of the one before is remembered.");
-    visit("pick_distance", self.pick_distance, "From the tube to where the next peg is taken [m].");
-    visit("repeatability", self.repeatability, "Of the arm, three standard deviations per axis [m].");
-    visit("grip_error", self.grip_error, "Standard deviation of the peg's place in the grip, per axis across it [m].");
-    visit("grip_tilt", self.grip_tilt, "Standard deviation of its tilt in the grip, per axis [rad].");
+    visit("tilt", self.tilt, "Tilt of the peg while it is rolled round the tube [rad].");
+    visit("offset", self.offset, "Offset of the actual axis of the tube from the believed one, x and y of T [m].");
+    visit("horizontal", self.horizontal, "Tube that lies along Y of the base instead of standing.");
+    visit("strategy", self.strategy, "profile_fit | hayat2022.");
+    visit("insert_by", self.insert_by, "Source of the force that pushes the peg in: arm | gravity | air.");
+    visit("pegs", self.pegs, "Number of pegs, one after the other; each starts from the hole of the one before.");
+    visit("pick_distance", self.pick_distance, "Distance from the tube to where the next peg is taken [m].");
+    visit("repeatability", self.repeatability, "Repeatability of the arm, three standard deviations per axis [m].");
+    visit("grip_error", self.grip_error,
+          "Standard deviation of the position of the peg in the grip, per axis across it [m].");
+    visit("grip_tilt", self.grip_tilt, "Standard deviation of the tilt of the peg in the grip, per axis [rad].");
     visit("tube_tilt", self.tube_tilt, "Standard deviation of the tilt of the tube, per axis [rad].");
-    visit("face_error", self.face_error, "Standard deviation of the believed height of its face [m].");
+    visit("face_error", self.face_error, "Standard deviation of the believed height of the face of the tube [m].");
     visit("stiffness_error", self.stiffness_error,
-          "Standard deviation of the real stiffness of contact and grip over the believed one, less 1 [-].");
-    visit("lateral_stiffness", self.lateral_stiffness, "Of the grip; 0: as contact.stiffness along it [N/m].");
-    visit("angular_stiffness", self.angular_stiffness, "Of the grip against tilting [N m/rad].");
+          "Relative standard deviation of the actual stiffness of contact and grip from the believed one [-].");
+    visit("servo_error", self.servo_error,
+          "Relative standard deviation of natural frequency and damping of the actual path servo from those that the "
+          "insertion is told [-].");
+    visit("friction_error", self.friction_error,
+          "Relative standard deviation of the actual friction of peg on tube from that of the cell [-].");
+    visit("lateral_stiffness", self.lateral_stiffness,
+          "Stiffness of the grip across the peg; 0: as contact.stiffness along it [N/m].");
+    visit("angular_stiffness", self.angular_stiffness, "Stiffness of the grip against tilting [N m/rad].");
     visit("noise", self.noise, "Noise of sensors and of the arm, and what is unknown of grip and tube.");
-    visit("log", self.log, "Keep the rows of every cycle.");
-    visit("seed", self.seed, "Of everything random.");
+    visit("log", self.log, "Log of every cycle in the rows of the result.");
+    visit("seed", self.seed, "Random seed.");
   }
 };
 
-/// How one peg fared.
+/// Outcome of one peg.
 struct PegOutcome {
   bool inserted = false;
   force::Phase phase = force::Phase::Tare;
@@ -83,23 +94,24 @@ struct PegOutcome {
   double greatest_force = 0.0;                     ///< [N]
 
   static void each_field(auto& self, auto&& visit) {
-    visit("inserted", self.inserted, "The peg really is in the tube, to nine tenths of the depth at least.");
-    visit("phase", self.phase, "In which its insertion ended.");
-    visit("reason", self.reason, "Why.");
-    visit("attempts", self.attempts, "Made.");
-    visit("time", self.time, "From above the tube, or from picking the peg, to the end [s].");
-    visit("depth", self.depth, "Of the peg's bottom below the face, really [m].");
-    visit("hole", self.hole, "Where the last fit of a profile puts the centre of the tube's face, in T [m].");
-    visit("hole_error", self.hole_error, "Of the tube's axis in that fit; NaN: there was none [m].");
-    visit("hole_std", self.hole_std, "Standard deviation that fit claims, where it knows least; 0: none [m].");
-    visit("greatest_force", self.greatest_force, "Between grip and peg, really [N].");
+    visit("inserted", self.inserted, "Whether the peg is in the tube, to nine tenths of the depth at least.");
+    visit("phase", self.phase, "Phase in which its insertion ended.");
+    visit("reason", self.reason, "Reason of that end.");
+    visit("attempts", self.attempts, "Number of attempts.");
+    visit("time", self.time, "Time from above the tube, or from picking the peg, to the end [s].");
+    visit("depth", self.depth, "Depth of the bottom of the peg below the face [m].");
+    visit("hole", self.hole, "Centre of the face of the tube by the last fit of a profile, in T [m].");
+    visit("hole_error", self.hole_error, "Error of the axis of the tube in that fit; NaN: there was none [m].");
+    visit("hole_std", self.hole_std,
+          "Standard deviation that the fit claims in its least certain direction; 0: there was none [m].");
+    visit("greatest_force", self.greatest_force, "Greatest force between grip and peg [N].");
   }
 };
 
 struct InsertionResult {
   bool inserted = false;         ///< Every peg is in.
   double time = 0.0;             ///< Of all pegs, ways between them too [s].
-  std::vector<PegOutcome> pegs;  ///< How each fared.
+  std::vector<PegOutcome> pegs;  ///< Outcome of each.
   /// A row each cycle: t; peg, phase, attempt (numbers of force::Phase); x y z tilt azimuth as the arm believes, in T;
   /// fx..tz on the peg, unfiltered, in T; true_x true_y true_z true_tilt of the peg from the real tube; q1..n
   /// [s, m, rad, N, N m].
@@ -107,8 +119,8 @@ struct InsertionResult {
   /// Of the last turn: azimuth, tilt, x, y, height as measured; closed_form, where it really stood; force,
   /// moment_x, moment_y about the bottom centre, axes of T [rad, m, N, N m].
   io::Table profile;
-  cell::Cell cell;                   ///< As it was run: bore, pose of the tube.
-  Pose T_T_tube = Pose::Identity();  ///< The tube as it really stood, from where it is believed.
+  cell::Cell cell;                        ///< As it was run: bore, pose of the tube.
+  Pose T_tube_actual = Pose::Identity();  ///< The tube as it really stood, from where it is believed.
 };
 
 /// What is told to force::Insertion in a cell: bodies, servo and grip as the cell believes them, what is not known of

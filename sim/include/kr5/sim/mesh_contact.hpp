@@ -42,7 +42,7 @@ class MeshContact {
   MeshContact& operator=(MeshContact&&) noexcept;
 
   /// As force::peg_tube_contacts; the features that touch are not told apart.
-  force::Contacts contacts(const Pose& T_T_peg);
+  force::Contacts contacts(const Pose& T_tube_peg);
   /// How far the middle of an edge of the outer polygon lies inside its circle [m].
   double sagitta() const;
 

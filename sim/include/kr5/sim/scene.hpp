@@ -50,20 +50,21 @@ struct Controller {
   static constexpr std::array<std::string_view, 1> required = {"kind"};
   static void each_field(auto& self, auto&& visit) {
     visit("kind", self.kind, "off | servo | limited | push.");
-    visit("target", self.target, "Joint values to go to; empty: stay [rad or m].");
-    visit("way_points", self.way_points, "Or the places to go to one after the other.");
-    visit("within", self.within, "Time to go there, or to each, smoothly; 0: a step [s].");
+    visit("target", self.target, "Target joint values; empty: stay at the start [rad or m].");
+    visit("way_points", self.way_points, "Way points, one after the other, in place of a target.");
+    visit("within", self.within, "Duration of the smooth motion to the target, or to each way point; 0: a step [s].");
     visit("rest", self.rest, "Time at rest at each way point [s].");
-    visit("amplitude", self.amplitude, "Of a sine each joint makes about its start; empty: none [rad or m].");
-    visit("frequency", self.frequency, "Of that sine [Hz].");
+    visit("amplitude", self.amplitude, "Amplitude of a sine of each joint about its start; empty: none [rad or m].");
+    visit("frequency", self.frequency, "Frequency of that sine [Hz].");
     visit("current_limit", self.current_limit, "Greatest current of each motor, for kind limited [A].");
     visit("force", self.force, "Force of a push [N].");
     visit("speed", self.speed, "Greatest speed of a push [m/s].");
     visit("tilt", self.tilt, "Tilt of the pushed peg [rad].");
-    visit("turns", self.turns, "Turns its direction of tilt makes during the scene [-].");
-    visit("offset", self.offset, "Peg-bottom centre beside the axis of the tube, x and y in T [m].");
-    visit("height", self.height, "Where the pushed peg starts, above the top face [m].");
-    visit("direction", self.direction, "In which it is pushed, and moves freely; of any length, in T [-].");
+    visit("turns", self.turns, "Number of turns of the direction of tilt during the scene [-].");
+    visit("offset", self.offset, "Offset of the peg-bottom centre from the axis of the tube, x and y in T [m].");
+    visit("height", self.height, "Height of the pushed peg above the top face at the start [m].");
+    visit("direction", self.direction,
+          "Direction of the push, along which the tool moves freely; of any length, in T [-].");
   }
 };
 
@@ -72,13 +73,13 @@ struct Objects {
   std::optional<double> bench;                     ///< [m]
   double push_at = 0.0;                            ///< [s]
   Eigen::Vector3d push = Eigen::Vector3d::Zero();  ///< [N]
-  std::vector<cell::Thing> things;
+  std::vector<cell::PlacedObject> things;
 
   static void each_field(auto& self, auto&& visit) {
     visit("bench", self.bench, "Height in B of a flat bench that the tool tip touches; stiffness is the cell's [m].");
-    visit("push_at", self.push_at, "When something begins to push the tool [s].");
-    visit("push", self.push, "With this force, in B, at the sensor [N].");
-    visit("things", self.things, "Balls, tubes and plates that camera and scanner see beside those of the cell.");
+    visit("push_at", self.push_at, "Time from which the tool is pushed [s].");
+    visit("push", self.push, "Force of that push, in B, at the sensor [N].");
+    visit("things", self.things, "Balls, tubes and plates that camera and scanner see, beside those of the cell.");
   }
 };
 
@@ -89,7 +90,7 @@ struct SceneEvent {
 
   static constexpr std::array<std::string_view, 2> required = {"at", "effects"};
   static void each_field(auto& self, auto&& visit) {
-    visit("at", self.at, "When [s].");
+    visit("at", self.at, "Time of the event [s].");
     visit("effects", self.effects, "Effects of the cell from then on.");
   }
 };
@@ -105,18 +106,18 @@ constexpr auto enum_names(Statistic) {
 struct Expectation {
   std::string column;
   Statistic statistic = Statistic::Last;
-  double from = 0.0;         ///< [s]
-  std::optional<double> to;  ///< [s]
+  double begin = 0.0;         ///< [s]
+  std::optional<double> end;  ///< [s]
   std::optional<double> least, most;
 
   static constexpr std::array<std::string_view, 1> required = {"column"};
   static void each_field(auto& self, auto&& visit) {
     visit("column", self.column, "Column of the scene, e.g. q2, i3, fz, z, energy.");
-    visit("statistic", self.statistic, "last | mean | least | greatest | range | rms, over from..to.");
-    visit("from", self.from, "Begin of the rows that count [s].");
-    visit("to", self.to, "Their end; none: the end of the scene [s].");
-    visit("least", self.least, "The statistic must not be less.");
-    visit("most", self.most, "The statistic must not be more.");
+    visit("statistic", self.statistic, "last | mean | least | greatest | range | rms, over begin to end.");
+    visit("begin", self.begin, "Time of the first row that counts [s].");
+    visit("end", self.end, "Time of the last row that counts; without it, the end of the scene [s].");
+    visit("least", self.least, "Least allowed value of the statistic.");
+    visit("most", self.most, "Greatest allowed value of the statistic.");
   }
 };
 
@@ -126,9 +127,10 @@ struct Scene {
   std::string cell;
   std::optional<cell::Effects> effects;
   Eigen::VectorXd start;           ///< [rad or m]
-  std::optional<Pose> start_pose;  ///< T_B_E.
+  std::optional<Pose> start_pose;  ///< T_base_tool.
   double duration = 1.0;           ///< [s]
   double step = 0.0;               ///< [s]
+  double cycle = 0.012;            ///< [s]
   ContactBy contact = ContactBy::ClosedForm;
   bool frictionless = false;
   Controller controller;
@@ -142,21 +144,22 @@ struct Scene {
   static constexpr std::array<std::string_view, 5> required = {"format", "cell", "duration", "controller", "expect"};
   static void each_field(auto& self, auto&& visit) {
     visit("format", self.format, "kr5-scene/1.");
-    visit("name", self.name, "What the scene shows.");
+    visit("name", self.name, "Name: what the scene shows.");
     visit("cell", self.cell, "File of the cell, beside the scene or from its folder.");
     visit("effects", self.effects, "Effects the cell carries instead of those in its file.");
-    visit("start", self.start, "Joint values at the start [rad or m]; or");
-    visit("start_pose", self.start_pose, "tool tip in B at the start [m, rad].");
-    visit("duration", self.duration, "How long [s].");
+    visit("start", self.start, "Joint values at the start, in place of a pose [rad or m].");
+    visit("start_pose", self.start_pose, "Tool tip in B at the start [m, rad].");
+    visit("duration", self.duration, "Duration of the scene [s].");
     visit("step", self.step, "Step of the integration; 0: chosen [s].");
-    visit("contact", self.contact, "What finds the contacts of peg and tube: closed_form | mesh (ODE, slower).");
-    visit("frictionless", self.frictionless, "Leave out dry and viscous friction of the joints.");
-    visit("controller", self.controller, "What drives it.");
-    visit("objects", self.objects, "What the arm can meet.");
+    visit("cycle", self.cycle, "Period of the rows of a cell without servo; with one it is servo.cycle [s].");
+    visit("contact", self.contact, "Search of the contacts of peg and tube: closed_form | mesh (ODE, slower).");
+    visit("frictionless", self.frictionless, "Absence of dry and viscous friction in the joints.");
+    visit("controller", self.controller, "Controller that drives the arm.");
+    visit("objects", self.objects, "Objects that the arm can touch or see.");
     visit("camera", self.camera, "Pictures that the camera of the cell takes.");
     visit("scanner", self.scanner, "Profiles that the line scanner of the cell takes.");
-    visit("events", self.events, "Effects that come or go.");
-    visit("expect", self.expect, "What must come of it.");
+    visit("events", self.events, "Changes of the effects during the scene.");
+    visit("expect", self.expect, "Expectations by which the scene passes or fails.");
   }
 };
 
@@ -166,9 +169,9 @@ struct SceneCheck {
   bool passed = false;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("expected", self.expected, "What was expected.");
-    visit("value", self.value, "What came.");
-    visit("passed", self.passed, "Within least and most.");
+    visit("expected", self.expected, "Expectation.");
+    visit("value", self.value, "Value of the statistic.");
+    visit("passed", self.passed, "Whether the value lies within least and most.");
   }
 };
 
@@ -176,13 +179,16 @@ struct SceneResult {
   bool passed = false;
   std::vector<SceneCheck> checks;
   int steps = 0;
-  io::Table rows;                   ///< A row every cycle of the controller, or 12 ms.
-  cell::Cell cell;                  ///< With the effects it carried in the end.
-  std::vector<cell::Thing> things;  ///< Those of the scene, its bench too.
+  io::Table rows;                          ///< A row every cycle of the controller.
+  cell::Cell cell;                         ///< With the effects it carried in the end.
+  std::vector<cell::PlacedObject> things;  ///< Those of the scene, its bench too.
   std::optional<ScenePictures> camera;
   std::vector<ScenePicture> pictures;
   io::Table profiles;  ///< Of the scanner, columns of the kind `scan`; points without a range are left out.
 };
+
+/// Period of the rows of a scene [s]: that of the cell's controller, or without one that of the scene.
+double scene_cycle(const Scene& scene, const cell::Cell& cell);
 
 /// @throws IoError with file, line and field of everything that is wrong in form, or a cell that cannot be read.
 Scene load_scene(const std::filesystem::path& file);

@@ -7,7 +7,8 @@
 #include <kr5/core/fields.hpp>
 #include <kr5/core/random.hpp>
 #include <kr5/geometry/pose.hpp>
-#include <kr5/sim/drives.hpp>
+#include <kr5/physics/drives.hpp>
+#include <kr5/physics/wrench_sensor.hpp>
 
 /// @file
 /// Sensors that are read one sample after the other, with their noise and steps.
@@ -25,12 +26,12 @@ struct WristSensorOptions {
   /// @throws InvalidArgument naming the field.
   void validate() const;
   static void each_field(auto& self, auto&& visit) {
-    visit("force_resolution", self.force_resolution, "Smallest step of a force; 0: none [N].");
-    visit("torque_resolution", self.torque_resolution, "Smallest step of a torque; 0: none [N m].");
+    visit("force_resolution", self.force_resolution, "Resolution of a force; 0: unlimited [N].");
+    visit("torque_resolution", self.torque_resolution, "Resolution of a torque; 0: unlimited [N m].");
     visit("calibration", self.calibration, "Wrench over the six bridge voltages, 6 x 6 [N/V, N m/V].");
     visit("full_scale", self.full_scale, "Voltage at which a bridge saturates [V].");
-    visit("noise", self.noise, "Add the noise of the cell.");
-    visit("seed", self.seed, "Of the noise.");
+    visit("noise", self.noise, "Noise of the cell, added to the wrench.");
+    visit("seed", self.seed, "Random seed of the noise.");
   }
 };
 
@@ -48,7 +49,7 @@ class WristSensor {
   bool saturated() const { return saturated_; }
 
  private:
-  cell::Effects effects_;
+  physics::WrenchSensor sensor_;
   cell::Noise noise_;
   WristSensorOptions options_;
   Matrix6 bridges_;
@@ -63,7 +64,7 @@ class Encoders {
  public:
   /// @param counts Counts a motor turn; 0: no steps. @param noise Of a joint value [rad or m].
   /// @throws InvalidArgument for negative values, or counts for a cell without drives.
-  Encoders(const Drives& drives, double counts, double noise, std::uint64_t seed = 1);
+  Encoders(const physics::Drives& drives, double counts, double noise, std::uint64_t seed = 1);
   Eigen::VectorXd read(const Eigen::VectorXd& position);
 
  private:

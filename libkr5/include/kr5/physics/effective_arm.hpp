@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include <kr5/cell/cell.hpp>
+#include <kr5/kinematics/newton_euler.hpp>
+
+namespace kr5::physics {
+
+/// Robot base as it stands, in the base as it is believed: Ry(pitch) Rx(roll). Gravity stays as it is.
+Pose base_tilt(const cell::Cell& cell);
+/// DH row of a joint with the lengths a and b that the effect replaces.
+kinematics::DhJoint link_length(const cell::Cell& cell, int joint, kinematics::DhJoint row);
+/// DH row of a joint with the twist that the effect replaces.
+kinematics::DhJoint link_twist(const cell::Cell& cell, int joint, kinematics::DhJoint row);
+/// Factor of all DH lengths at time t [s] of a session in which the robot warms up.
+double thermal_growth(const cell::Cell& cell, double t);
+
+/// Geometry and masses of the arm of a cell with their effects: base_tilt, link_length, link_twist, thermal_growth and
+/// payload. Gears and drives are in kr5/physics/drives.hpp.
+class EffectiveArm {
+ public:
+  /// Keeps a reference to the cell.
+  explicit EffectiveArm(const cell::Cell& cell);
+
+  int joints() const { return cell_.robot.joints(); }
+  /// Links change with the time of the session.
+  bool grows() const { return cell_.effects.carries("thermal_growth"); }
+  /// Chain in the base as it is believed, at time t [s] of the session.
+  kinematics::DhChain chain(double t) const;
+  /// Equations of motion of arm, tool and payload; links without masses are massless.
+  kinematics::Dynamics dynamics(double t) const;
+  /// What hangs below the force sensor. Needs a tool.
+  kinematics::SensorCut below_sensor() const;
+
+ private:
+  const cell::Cell& cell_;
+  kinematics::DhChain cold_;  ///< Before any growth.
+};
+
+}  // namespace kr5::physics

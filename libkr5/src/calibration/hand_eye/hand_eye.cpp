@@ -1,0 +1,312 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/calibration/hand_eye.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <sstream>
+
+#include <Eigen/Dense>
+#include <kr5/core/error.hpp>
+#include <kr5/core/statistics.hpp>
+#include <kr5/uncertainty/confidence.hpp>
+
+#include "calibration/hand_eye/fit.hpp"
+#include "calibration/hand_eye/start.hpp"
+
+namespace kr5::calibration {
+namespace {
+
+using namespace hand_eye;
+
+constexpr double sound_part = 0.6;  // at least this part of the views stays in the fit
+constexpr double farthest = 1e5;    // a pose in millimetres is a cause to name, one beyond that no pose [m]
+
+std::string name_of_view(std::span<const HandEyeView> views, std::size_t i) {
+  return views[i].view.name.empty() ? std::to_string(i) : views[i].view.name;
+}
+
+/// A view that is given twice would count twice, as if it had been measured twice.
+void require_distinct(std::span<const HandEyeView> views) {
+  std::map<std::vector<double>, std::size_t> known;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const Eigen::Matrix4d& T = views[i].T_base_flange.matrix();
+    const Eigen::Matrix2Xd& pixels = views[i].view.pixels;
+    std::vector<double> key(T.data(), T.data() + T.size());
+    key.insert(key.end(), pixels.data(), pixels.data() + pixels.size());
+    const auto [first, fresh] = known.emplace(std::move(key), i);
+    require(fresh, "view " + name_of_view(views, i) + " is the same as view " + name_of_view(views, first->second) +
+                       ", in its robot pose and in every pixel: give each view once");
+  }
+}
+
+void check(std::span<const HandEyeView> views, const Pinhole& camera, const HandEyeOptions& options) {
+  options.validate();
+  camera.validate();
+  require(views.size() >= 3, "hand-eye calibration needs at least three views, found " + std::to_string(views.size()));
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const std::string where = "view " + name_of_view(views, i) + ": ";
+    const View& v = views[i].view;
+    require(v.points.cols() == v.pixels.cols(),
+            where + std::to_string(v.points.cols()) + " points, but " + std::to_string(v.pixels.cols()) + " pixels");
+    require(v.points.cols() >= 4, where + "at least four points are needed, found " + std::to_string(v.points.cols()));
+    require(v.points.allFinite() && v.pixels.allFinite(), where + "points and pixels must be finite");
+    require(std::isfinite(views[i].correlation) && views[i].correlation >= 1,
+            where + "correlation must be at least 1 [-]");
+    require(views[i].T_base_flange.matrix().allFinite(), where + "T_base_flange must be finite");
+    require(is_rotation(views[i].T_base_flange.linear(), 1e-3), where + "T_base_flange has no proper rotation");
+    require(views[i].T_base_flange.translation().cwiseAbs().maxCoeff() <= farthest,
+            where + "T_base_flange lies more than 100 km away; is its unit right?");
+  }
+  require_distinct(views);
+}
+
+/// Distance at which a turn of the robot moves the tool as far as its position error: the usual reach of this arm.
+double lever(std::span<const HandEyeView> views) {
+  std::vector<double> distance;
+  for (const HandEyeView& v : views) distance.push_back(v.T_base_flange.translation().norm());
+  const double reach = median(distance);
+  return reach > 1e-6 ? reach : 1.0;
+}
+
+void first_variances(HandEyeFit& fit, const HandEyeOptions& options) {
+  std::vector<double> pixel, position, rotation;
+  for (std::size_t i = 0; i < fit.sights.size(); ++i) {
+    const Resection& r = fit.sights[i].pose();
+    pixel.push_back(r.cost / std::max(2 * r.weights.sum() - 6, 1.0));
+    position.push_back(fit.errors[i].head<3>().squaredNorm() / 3);
+    rotation.push_back(fit.errors[i].tail<3>().squaredNorm() / 3);
+  }
+  const double given[] = {options.sigma_robot_position, options.sigma_robot_rotation, options.sigma_pixel};
+  fit.variances.value << median(position), median(rotation), median(pixel);
+  for (int k = 0; k < 3; ++k) {
+    fit.variances.free[k] = given[k] == 0;
+    if (given[k] > 0) fit.variances.value[k] = given[k] * given[k];
+  }
+}
+
+/// With a doubtful plane, believes the pose that pixels and robot together find more probable.
+void choose_by_probability(HandEyeFit& fit) {
+  for (std::size_t i = 0; i < fit.sights.size(); ++i) {
+    SightedView& sight = fit.sights[i];
+    if (sight.found.size() < 2) continue;
+    double best = std::numeric_limits<double>::infinity();
+    const int before = sight.chosen;
+    int choice = before;
+    for (int k = 0; k < 2; ++k) {
+      sight.chosen = k;
+      const Vector6 e = robot_error(fit.mount, fit.poses, sight);
+      const auto view = linearise(fit.mount, fit.poses, sight, *fit.camera, e);
+      if (!view) continue;
+      const double pixel = fit.variances.value[2] * sight.input->correlation;
+      const double unlikely = sight.pose().cost / pixel + e.dot(fit.variances.of(*view).ldlt().solve(e));
+      if (unlikely < best) best = unlikely, choice = k;
+    }
+    sight.chosen = choice;
+    if (choice != before) fit.errors[i] = robot_error(fit.mount, fit.poses, sight);
+  }
+}
+
+/// Probability that a sound view lies at least so far from what the others say.
+double p_value(const HandEyeFit& fit, std::size_t i, double inside) {
+  const double squared = fit.deleted_distance(i);
+  if (!fit.variances.free[0] && !fit.variances.free[1]) return 1 - uncertainty::chi_square_cdf(squared, 6);
+  // Position and rotation noise are each estimated from half of the readings.
+  const double dof = std::max(3 * inside - 6, 1.0);
+  if (fit.weights[i] == 0) return 1 - uncertainty::fisher_cdf(squared / 6, 6, dof);
+  const double rest = std::max(6 * inside - 18, 1.0);
+  const double external = squared * rest / std::max(rest + 6 - squared, 1e-9);
+  return 1 - uncertainty::fisher_cdf(external / 6, 6, std::max(dof - 3, 1.0));
+}
+
+/// Takes out of the fit what the first, robust fit found far off; the tests that follow decide.
+void keep_the_nearest(HandEyeFit& fit) {
+  const std::size_t n = fit.sights.size();
+  std::vector<std::pair<double, std::size_t>> distance;
+  for (std::size_t i = 0; i < n; ++i) {
+    const auto view = fit.linear(i);
+    const double squared = view ? view->y.dot(fit.variances.of(*view).ldlt().solve(view->y)) : 1e300;
+    distance.emplace_back(squared, i);
+  }
+  std::sort(distance.begin(), distance.end());
+  const double scale = std::max(distance[n / 2].first / uncertainty::chi_square_quantile(0.5, 6), 1.0);
+  const auto least = std::max<std::size_t>(3, static_cast<std::size_t>(std::ceil(sound_part * static_cast<double>(n))));
+  for (std::size_t k = 0; k < n; ++k) {
+    const auto [squared, i] = distance[k];
+    fit.weights[i] = k < least || squared < scale * uncertainty::chi_square_quantile(0.995, 6) ? 1.0 : 0.0;
+    if (fit.weights[i] == 0) fit.errors[i] = robot_error(fit.mount, fit.poses, fit.sights[i]);
+  }
+}
+
+/// Lets views back in and puts views out, one at a time, until every view is where its test puts it.
+void name_outliers(HandEyeFit& fit, const HandEyeOptions& options) {
+  const std::size_t n = fit.sights.size();
+  const double threshold = options.outlier_false_alarm / static_cast<double>(n);
+  for (std::size_t round = 0; round < 3 * n; ++round) {
+    fit.settle(options.max_iterations, false);
+    const auto inside = static_cast<double>(std::count(fit.weights.begin(), fit.weights.end(), 1.0));
+    double best = -1, worst = 2;
+    std::size_t enter = 0, leave = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      if (fit.weights[i] == 0) fit.errors[i] = robot_error(fit.mount, fit.poses, fit.sights[i]);
+      const double p = p_value(fit, i, inside);
+      if (fit.weights[i] == 0 && p > best) best = p, enter = i;
+      if (fit.weights[i] > 0 && p < worst) worst = p, leave = i;
+    }
+    if (best > threshold) {
+      fit.weights[enter] = 1;
+    } else if (worst < threshold && inside - 1 >= std::max(4.0, sound_part * static_cast<double>(n))) {
+      fit.weights[leave] = 0;
+    } else {
+      return;
+    }
+  }
+}
+
+/// RMS of the views' disagreements, each over its own doubt.
+double whitened_rms(const HandEyeFit& fit) {
+  double squares = 0, inside = 0;
+  for (const auto& [view, weight] : fit.active()) {
+    squares += view.y.dot(fit.variances.of(view).ldlt().solve(view.y));
+    inside += 1;
+  }
+  return std::sqrt(squares / std::max(6 * inside - 12, 1.0));
+}
+
+HandEyeViewReport report(const HandEyeFit& fit, const HandEyeView& input, const SightedView* sight, std::size_t k) {
+  HandEyeViewReport out;
+  const Pose M = predict(fit.mount, fit.poses, input.T_base_flange);
+  const double diagonal = std::hypot(fit.camera->width, fit.camera->height);
+  double squares = 0;
+  for (int c = 0; c < input.view.points.cols(); ++c) {
+    const Eigen::Vector3d p = M * input.view.points.col(c);
+    // A point behind the camera, or thrown to nowhere by the lens model, counts as a whole image away.
+    const double square = p.z() > 1e-9 ? (fit.camera->project(p) - input.view.pixels.col(c)).squaredNorm() : 1e300;
+    squares += std::min(square, diagonal * diagonal);
+  }
+  out.rms_px = std::sqrt(squares / static_cast<double>(input.view.points.cols()));
+  out.weight = 0;
+  if (!sight) return out;
+  out.robot_position = fit.errors[k].head<3>().norm();
+  out.robot_rotation = fit.errors[k].tail<3>().norm();
+  out.weight = fit.weights[k];
+  out.outlier = fit.weights[k] == 0;
+  return out;
+}
+
+/// Why the views cannot tell the answer; empty when they can.
+std::string why_degenerate(const HandEyeFit& fit, const HandEyeOptions& options) {
+  std::vector<Pose> T;
+  for (std::size_t i = 0; i < fit.sights.size(); ++i)
+    if (fit.weights[i] > 0) T.push_back(fit.sights[i].input->T_base_flange);
+  const WristTurn turn = wrist_turn(T);
+  const double degrees = 180 / std::numbers::pi;
+  std::ostringstream text;
+  text.precision(2);
+  text << std::fixed;
+  if (turn.most < options.min_rotation)
+    text << "the wrist turned by at most " << turn.most * degrees << " deg between views; at least "
+         << options.min_rotation * degrees << " deg about two axes is needed";
+  else if (turn.second < options.min_rotation)
+    text << "the wrist turned about one axis only: " << turn.most * degrees << " deg about it, but at most "
+         << turn.second * degrees << " deg about another; at least " << options.min_rotation * degrees
+         << " deg about two axes is needed";
+  else if (!fit.estimate.regular)
+    text << "the views do not determine all twelve numbers of the two poses";
+  return text.str();
+}
+
+std::string summary(const HandEyeFit& fit, std::span<const HandEyeView> views, std::span<const std::size_t> index) {
+  std::string text = std::to_string(views.size()) + " views";
+  std::string outliers;
+  for (std::size_t k = 0; k < index.size(); ++k)
+    if (fit.weights[k] == 0) outliers += (outliers.empty() ? "" : ", ") + name_of_view(views, index[k]);
+  if (!outliers.empty()) text += "; contradict the others: " + outliers;
+  if (index.size() < views.size())
+    text += "; without a pose of the target: " + std::to_string(views.size() - index.size());
+  return text;
+}
+
+void write_result(const HandEyeFit& fit, HandEyeResult& out) {
+  out.T_mount_camera = fit.poses.X;
+  out.T_fixed_target = fit.poses.Z;
+  out.sigma_robot_position = std::sqrt(fit.variances.value[0]);
+  out.sigma_robot_rotation = std::sqrt(fit.variances.value[1]);
+  out.sigma_pixel = std::sqrt(fit.variances.value[2]);
+  const std::vector<WeightedView> active = fit.active();
+  const WidenedCovariance X = widened_covariance(active, fit.variances, 0);
+  const WidenedCovariance Z = widened_covariance(active, fit.variances, 6);
+  out.covariance = X.covariance;
+  out.covariance_target = Z.covariance;
+  out.covariance_dof = X.dof;
+}
+
+/// First poses, robust fit, then the fit of the views that agree.
+void run(HandEyeFit& fit, const HandEyeOptions& options, FitReport& report) {
+  fit.poses = robust_start(fit.mount, fit.sights, fit.variances.lever);
+  if (options.start) {
+    fit.poses = {*options.start, fixed_target(fit.mount, *options.start, fit.sights)};
+    choose_poses(fit.mount, fit.poses, fit.sights, fit.variances.lever);
+  }
+  for (std::size_t k = 0; k < fit.sights.size(); ++k) fit.errors[k] = robot_error(fit.mount, fit.poses, fit.sights[k]);
+  first_variances(fit, options);
+  report.initial_rms = whitened_rms(fit);
+  fit.settle(options.max_iterations, true);
+  choose_by_probability(fit);
+  keep_the_nearest(fit);
+  name_outliers(fit, options);
+}
+
+}  // namespace
+
+void HandEyeOptions::validate() const {
+  require(sigma_pixel >= 0, "sigma_pixel must not be negative [px]; 0 means estimated");
+  require(sigma_robot_position >= 0, "sigma_robot_position must not be negative [m]; 0 means estimated");
+  require(sigma_robot_rotation >= 0, "sigma_robot_rotation must not be negative [rad]; 0 means estimated");
+  require(min_rotation > 0 && min_rotation < 3.14, "min_rotation must lie between 0 and pi [rad]");
+  require(outlier_false_alarm >= 0 && outlier_false_alarm < 1, "outlier_false_alarm must lie in [0, 1) [-]");
+  require(max_iterations >= 1, "max_iterations must be at least 1");
+}
+
+HandEyeResult calibrate_hand_eye(std::span<const HandEyeView> views, const Pinhole& camera,
+                                 const HandEyeOptions& options) {
+  check(views, camera, options);
+  HandEyeFit fit;
+  fit.mount = options.mount;
+  fit.camera = &camera;
+  std::vector<std::size_t> index;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    SightedView sight{.input = &views[i], .found = resect(views[i].view.points, views[i].view.pixels, camera)};
+    if (sight.found.empty()) continue;
+    fit.sights.push_back(std::move(sight));
+    index.push_back(i);
+  }
+  HandEyeResult out;
+  out.mount = options.mount;
+  fit.errors.assign(fit.sights.size(), Vector6::Zero());
+  fit.weights.assign(fit.sights.size(), 1.0);
+  fit.variances.lever = lever(views);
+  std::string reason = "fewer than three views give a pose of the target";
+  if (fit.sights.size() >= 3) {
+    run(fit, options, out.fit);
+    reason = why_degenerate(fit, options);
+    write_result(fit, out);
+    out.fit.final_rms = whitened_rms(fit);
+  }
+  std::size_t k = 0;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const bool has = k < index.size() && index[k] == i;
+    out.views.push_back(report(fit, views[i], has ? &fit.sights[k] : nullptr, k));
+    out.views.back().name = name_of_view(views, i);
+    k += has;
+  }
+  out.fit.iterations = fit.iterations;
+  out.fit.message = reason.empty() ? summary(fit, views, index) : reason;
+  out.fit.status = !reason.empty() ? FitStatus::Degenerate
+                   : fit.settled   ? FitStatus::Converged
+                                   : FitStatus::MaxIterations;
+  return out;
+}
+
+}  // namespace kr5::calibration

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/hand_eye/start.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include <Eigen/Dense>
+#include <kr5/core/linear.hpp>
+#include <kr5/core/random.hpp>
+
+#include "calibration/hand_eye/closed_form.hpp"
+
+namespace kr5::calibration::hand_eye {
+namespace {
+
+constexpr int random_subsets = 60;
+constexpr double trusted_share = 0.6;  // part of the views that must agree
+// A second pose of a plane whose pixel error is this many times the first's cannot be the right one.
+constexpr double hopeless_share = 25.0;
+
+bool hopeful(const SightedView& sight, const Resection& other) {
+  return other.cost <=
+         hopeless_share * std::max(sight.found.front().cost, 1e-6 * static_cast<double>(other.weights.size()));
+}
+
+double square(const Vector6& e, double lever) {
+  return e.head<3>().squaredNorm() / (lever * lever) + e.tail<3>().squaredNorm();
+}
+
+Poses closed_form_of(Mount mount, const std::vector<SightedView>& sights, std::span<const int> subset) {
+  std::vector<Pose> T, M;
+  for (const int i : subset) {
+    T.push_back(sights[i].input->T_base_flange);
+    M.push_back(sights[i].pose().T_camera_points);
+  }
+  const ClosedForm form = closed_form(T, M, mount);
+  return {form.X, form.Z};
+}
+
+/// Squared disagreements of all views, and the views from best to worst.
+struct Ranking {
+  std::vector<int> order;
+  double trimmed = std::numeric_limits<double>::infinity();
+};
+
+Ranking rank(Mount mount, const Poses& poses, const std::vector<SightedView>& sights, double lever,
+             std::size_t trusted) {
+  std::vector<double> squares(sights.size());
+  for (std::size_t i = 0; i < sights.size(); ++i) squares[i] = square(robot_error(mount, poses, sights[i]), lever);
+  Ranking out;
+  out.order.resize(sights.size());
+  std::iota(out.order.begin(), out.order.end(), 0);
+  std::stable_sort(out.order.begin(), out.order.end(), [&](int a, int b) { return squares[a] < squares[b]; });
+  out.trimmed = 0;
+  for (std::size_t k = 0; k < trusted; ++k) out.trimmed += squares[out.order[k]];
+  return out;
+}
+
+}  // namespace
+
+WristTurn wrist_turn(std::span<const Pose> T_base_flange) {
+  std::vector<Eigen::Vector3d> turns;
+  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+  for (std::size_t i = 0; i < T_base_flange.size(); ++i)
+    for (std::size_t j = i + 1; j < T_base_flange.size(); ++j) {
+      turns.push_back(log_rotation(T_base_flange[i].linear().transpose() * T_base_flange[j].linear()));
+      scatter += turns.back() * turns.back().transpose();
+    }
+  const Eigen::Vector3d main = symmetric_eigen(scatter).vectors.col(2);
+  WristTurn out;
+  for (const Eigen::Vector3d& w : turns) {
+    out.most = std::max(out.most, w.norm());
+    out.second = std::max(out.second, (w - w.dot(main) * main).norm());
+  }
+  return out;
+}
+
+Pose fixed_target(Mount mount, const Pose& T_mount_camera, std::span<const SightedView> sights) {
+  std::vector<Pose> candidates;
+  for (const SightedView& sight : sights) {
+    const Pose& T = sight.input->T_base_flange;
+    candidates.push_back((mount == Mount::EyeInHand ? T : Pose(T.inverse())) * T_mount_camera *
+                         sight.pose().T_camera_points);
+  }
+  const auto far = [&](const Pose& from) {
+    double sum = 0;
+    for (const Pose& to : candidates) sum += pose_difference(from, to).norm();
+    return sum;
+  };
+  return *std::min_element(candidates.begin(), candidates.end(),
+                           [&](const Pose& a, const Pose& b) { return far(a) < far(b); });
+}
+
+Vector6 robot_error(Mount mount, const Poses& poses, const SightedView& sight) {
+  return pose_difference(sight.input->T_base_flange, robot_pose(mount, poses, sight.pose().T_camera_points));
+}
+
+void choose_poses(Mount mount, const Poses& poses, std::vector<SightedView>& sights, double lever) {
+  for (SightedView& sight : sights) {
+    double best = std::numeric_limits<double>::infinity();
+    int choice = 0;
+    for (std::size_t k = 0; k < sight.found.size(); ++k) {
+      if (k > 0 && !hopeful(sight, sight.found[k])) continue;
+      sight.chosen = static_cast<int>(k);
+      const double s = square(robot_error(mount, poses, sight), lever);
+      if (s < best) best = s, choice = static_cast<int>(k);
+    }
+    sight.chosen = choice;
+  }
+}
+
+Poses robust_start(Mount mount, std::vector<SightedView>& sights, double lever) {
+  const int n = static_cast<int>(sights.size());
+  const std::size_t trusted = std::max<std::size_t>(3, static_cast<std::size_t>(std::ceil(trusted_share * n)));
+  std::vector<int> all(n);
+  std::iota(all.begin(), all.end(), 0);
+  Random random(20221);  // the subsets are part of the method: the same data give the same answer
+  Poses best;
+  double best_trimmed = std::numeric_limits<double>::infinity();
+  std::vector<SightedView> best_sights = sights;
+  for (int draw = 0; draw <= random_subsets; ++draw) {
+    std::vector<int> subset = all;
+    for (SightedView& sight : sights) sight.chosen = 0;
+    if (draw > 0) {
+      std::shuffle(subset.begin(), subset.end(), random.engine());
+      subset.resize(std::min(n, 3 + draw % 2));
+      for (const int i : subset)
+        if (sights[i].found.size() > 1 && hopeful(sights[i], sights[i].found[1])) sights[i].chosen = random.integer(2);
+    }
+    Poses poses = closed_form_of(mount, sights, subset);
+    for (int settle = 0; settle < 3; ++settle) {
+      choose_poses(mount, poses, sights, lever);
+      const Ranking ranking = rank(mount, poses, sights, lever, trusted);
+      if (ranking.trimmed < best_trimmed) best_trimmed = ranking.trimmed, best = poses, best_sights = sights;
+      poses = closed_form_of(mount, sights, std::span(ranking.order).first(trusted));
+    }
+  }
+  sights = best_sights;
+  return best;
+}
+
+}  // namespace kr5::calibration::hand_eye

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/hand_eye_diagnosis/cause_messages.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+
+namespace kr5::calibration::evidence {
+namespace {
+
+std::string number(double value, int digits = 3) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.*g", digits, value);
+  return text;
+}
+std::string mm(double metres) { return number(1e3 * metres) + " mm"; }
+std::string degrees(double radians) { return number(radians * 180 / std::numbers::pi) + " deg"; }
+
+std::string list(const Case& c, const std::vector<int>& views) {
+  std::string out;
+  for (std::size_t k = 0; k < views.size() && k < 8; ++k) {
+    const std::string& name = c.recording.views[static_cast<std::size_t>(views[k])].name;
+    out += (k ? ", " : "") + (name.empty() ? "view " + std::to_string(views[k] + 1) : name);
+  }
+  return out + (views.size() > 8 ? ", ..." : "");
+}
+
+std::string format_text(const PoseFormat& f) {
+  return std::string(name_of(f.meaning)) + ", " + std::string(name_of(f.rotation)) + ", " +
+         std::string(name_of(f.position)) + ", " + std::string(name_of(f.angle));
+}
+
+void say(NamedCause& n, std::string text, std::string remedy) {
+  n.text = std::move(text);
+  n.remedy = std::move(remedy);
+}
+
+void describe_format(const Case& c, const Hypothesis& h, NamedCause& n) {
+  const std::string convention = "Set the convention of the poses to: " + format_text(h.format) + ".";
+  switch (n.cause) {
+    case HandEyeCause::PosesInverted:
+      return say(n,
+                 "The robot poses are the inverse of what they are taken for, or the camera is mounted the other way "
+                 "(eye in hand and eye to hand exchanged).",
+                 convention + " Or change the mount.");
+    case HandEyeCause::QuaternionOrder:
+      return say(n, "The numbers of the quaternions are in another order.", convention);
+    case HandEyeCause::DegreesForRadians:
+      return say(n,
+                 std::string("The angles are ") + (h.format.angle == AngleUnit::Degree ? "degrees" : "radians") +
+                     ", but are read as " + (h.format.angle == AngleUnit::Degree ? "radians." : "degrees."),
+                 convention);
+    case HandEyeCause::MillimetresForMetres:
+      return say(n,
+                 "The positions are in " + std::string(name_of(h.format.position)) + ", but are read as " +
+                     std::string(name_of(c.recording.format.position)) + ".",
+                 convention);
+    default:
+      return say(n, "The orientations are written in another form.", convention);
+  }
+}
+
+void describe_camera(const Case& c, const Hypothesis& h, NamedCause& n) {
+  const double focal = 100 * (h.camera.fx / c.recording.camera.fx - 1);
+  n.value = focal, n.unit = "% of the focal length";
+  say(n,
+      "The camera's parameters do not fit these images: a focal length " + number(std::abs(focal)) + " % " +
+          (focal > 0 ? "longer" : "shorter") + " (fx " + number(h.camera.fx, 5) + " instead of " +
+          number(c.recording.camera.fx, 5) + " px)" + (h.freedom > 4 ? " and another lens distortion" : "") +
+          " explains them better.",
+      "Calibrate the camera again at this focus, zoom and resolution, or leave the camera file away: it is then "
+      "calibrated from these images.");
+}
+
+void describe_setup(const Case& c, const Hypothesis& h, NamedCause& n) {
+  switch (n.cause) {
+    case HandEyeCause::TargetSizeWrong:
+      n.unit = "times the stated size";
+      return say(n, "The target is " + number(h.value, 4) + " times as large as stated.",
+                 "Measure the printed target over its whole length and correct its size.");
+    case HandEyeCause::MillimetresForMetres:
+      n.unit = "times the stated size";
+      return say(n, "The target's size is off by a factor of " + number(h.value, 4) + ": millimetres for metres.",
+                 "State the size of the target in metres.");
+    case HandEyeCause::ShiftedByOne:
+      n.unit = "views";
+      return say(n,
+                 "Every image is paired with the pose of the " + std::string(std::abs(h.value) > 1 ? "second " : "") +
+                     (h.value > 0 ? "next" : "previous") + " one.",
+                 "Remove the surplus image or pose at the start or end, so that pairs belong together.");
+    case HandEyeCause::OutOfOrder:
+      n.unit = "views";
+      return say(n, number(h.value) + " images are paired with the wrong pose: " + list(c, h.views) + ".",
+                 "Check how files are sorted (1, 10, 11, 2?) and pair images and poses by number.");
+    case HandEyeCause::TargetMoved:
+      n.unit = "m";
+      return say(n,
+                 "The target (or the camera) was moved by " + mm(h.value) + " / " +
+                     degrees(pose_difference(h.fit.Y, h.fit.Y_after).tail<3>().norm()) + " before " + list(c, h.views) +
+                     ".",
+                 "Use only the views before or after, or fasten the target and record again.");
+    case HandEyeCause::ClockOffset:
+      n.unit = c.recording.times.empty() ? "views" : "s";
+      return say(n,
+                 "The arm was moving: the pose that belongs to an image is that of " + number(std::abs(h.value)) + " " +
+                     n.unit + (h.value > 0 ? " later." : " earlier."),
+                 "Let the arm stand still for each image, or correct the clocks by this time.");
+    default:
+      n.unit = "views";
+      return say(n, number(h.value) + " view(s) contradict the others: " + list(c, h.views) + ".",
+                 "Look at these images and poses; leave them out or record them again.");
+  }
+}
+
+}  // namespace
+
+void describe(const Case& c, const Hypothesis& h, NamedCause& n) {
+  if (n.cause == HandEyeCause::CameraModelWrong)
+    describe_camera(c, h, n);
+  else if (h.freedom == 0 && n.cause != HandEyeCause::ShiftedByOne && n.cause != HandEyeCause::OutOfOrder)
+    describe_format(c, h, n);
+  else
+    describe_setup(c, h, n);
+  const ReadingFit& a = c.sound.fit;
+  n.evidence = "With this allowed for, robot and camera agree to " + mm(h.fit.sigma_position) + " and " +
+               degrees(h.fit.sigma_rotation) + " per axis instead of " + mm(a.sigma_position) + " and " +
+               degrees(a.sigma_rotation) + "; on views left out the target is misplaced by " + mm(n.held_out_after) +
+               " instead of " + mm(n.held_out_before) + " (RMS); log likelihood up by " +
+               number(0.5 * (c.sound.score - h.score)) + ".";
+}
+
+void describe_rotation(const HandEyeDiagnosis& d, const HandEyeDiagnosisOptions& options, NamedCause& n) {
+  const bool none = n.cause == HandEyeCause::TooLittleRotation;
+  say(n, none ? "The wrist turned too little between the views." : "The wrist turned about one axis only.",
+      "Record views with the wrist turned by 20 to 40 deg about at least two axes, to both sides.");
+  n.evidence = "The wrist turned by " + degrees(d.rotation_major) + " (RMS) about one axis and by " +
+               degrees(d.rotation_minor) + " about the second; below " + degrees(options.min_rotation) +
+               " the camera's place does not follow from the views.";
+}
+
+std::string verdict_text(const HandEyeResult& result, const HandEyeDiagnosisOptions& options,
+                         const HandEyeDiagnosis& d) {
+  std::string text;
+  if (!result.fit.usable())
+    text = "No usable calibration: " + result.fit.message + ".";
+  else
+    text = "A point " + number(d.working_distance) + " m in front of the camera is located to " + mm(d.tool_error) +
+           " (RMS), with 95 % to " + mm(d.tool_error_95) + "; asked for: " + mm(options.tolerance) + ".";
+  if (d.causes.empty()) return text + (result.fit.usable() ? " Nothing speaks against the recording." : "");
+  text += " " + d.causes.front().text;
+  if (d.causes.front().consequence > 0)
+    text += " Allowing for that moves the point by " + mm(d.causes.front().consequence) + ".";
+  return text;
+}
+
+}  // namespace kr5::calibration::evidence

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include <kr5/calibration/hand_eye_diagnosis.hpp>
+
+#include "calibration/hand_eye_diagnosis/reading_fit.hpp"
+
+/// @file
+/// The competing readings of a recording. Each function fits one family and returns its candidates.
+
+namespace kr5::calibration::evidence {
+
+/// A fitted reading beside the sound one.
+struct Hypothesis {
+  std::vector<HandEyeCause> causes;  ///< Empty: sound.
+  Reading reading;
+  ReadingFit fit;
+  double score = 0.0;      ///< -2 log likelihood of the recording, comparable between hypotheses.
+  int freedom = 0;         ///< Continuous parameters beyond the sound reading's.
+  double choices = 1.0;    ///< log of how many readings of the kind were tried.
+  double value = 0.0;      ///< Size of the fault.
+  std::vector<int> views;  ///< Those concerned.
+  Pinhole camera;          ///< Of a camera hypothesis.
+  PoseFormat format;       ///< Of a format hypothesis.
+};
+
+/// What all families look at.
+struct Case {
+  const HandEyeRecording& recording;
+  Sightings sightings;
+  std::vector<Pose> poses;  ///< Of every view, seen or not.
+  Hypothesis sound;
+};
+
+/// Pairs every sighting with the pose of its own view.
+Reading as_recorded(const Case& c, const std::vector<Pose>& poses);
+
+std::vector<Hypothesis> other_formats(const Case& c);
+std::vector<Hypothesis> other_size(const Case& c);
+std::vector<Hypothesis> shifted_readings(const Case& c);
+std::vector<Hypothesis> moved_target(const Case& c);
+std::vector<Hypothesis> outlier_readings(const Case& c);
+}  // namespace kr5::calibration::evidence

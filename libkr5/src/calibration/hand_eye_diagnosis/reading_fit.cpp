@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/hand_eye_diagnosis/reading_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Dense>
+
+#include "calibration/hand_eye/closed_form.hpp"
+
+namespace kr5::calibration::evidence {
+namespace {
+
+// Below these the noise of a robot is not looked for: readings are printed with as many digits.
+constexpr double least_position = 1e-6, least_rotation = 1e-6;
+
+/// One pair as the fit sees it.
+struct Pair {
+  Vector6 r;
+  Matrix6 S, S_inverse;
+  Eigen::Matrix<double, 6, Eigen::Dynamic> J;
+  double excess = 0.0;
+};
+
+Pose scaled(const Pose& T, double scale) {
+  Pose out = T;
+  out.translation() *= scale;
+  return out;
+}
+
+class Fitter {
+ public:
+  Fitter(const Reading& reading, const Sightings& sightings) : reading_(reading), sightings_(sightings) {
+    solution_.assign(reading.robot.size(), 0);
+    pairs_.resize(reading.robot.size());
+  }
+
+  ReadingFit run() {
+    start();
+    double last = 1e300;
+    for (int k = 0; k < 60; ++k) {
+      if (k < 6) choose_solutions();
+      if (!step()) return {};
+      for (int s = 0; s < 2; ++s) update_noise();
+      linearise();
+      const double now = score();
+      if (!std::isfinite(now)) return {};
+      if (k > 6 && std::abs(last - now) < 1e-4) break;
+      last = now;
+    }
+    return finish();
+  }
+
+ private:
+  const Sighting& sighting(int i) const {
+    return sightings_.views[static_cast<std::size_t>(reading_.sighting[static_cast<std::size_t>(i)])];
+  }
+  const Sighting::Solution& solution(int i) const {
+    return sighting(i).solutions[static_cast<std::size_t>(solution_[static_cast<std::size_t>(i)])];
+  }
+  const Pose& target(int i) const { return reading_.split > 0 && i >= reading_.split ? fit_.Y_after : fit_.Y; }
+  Pose robot(int i) const {
+    const auto k = static_cast<std::size_t>(i);
+    return reading_.drift.empty() ? reading_.robot[k] : reading_.robot[k] * to_pose(fit_.lag * reading_.drift[k]);
+  }
+  double inflation(int i) const {
+    return reading_.inflation.empty() ? 1.0 : reading_.inflation[static_cast<std::size_t>(i)];
+  }
+
+  void start() {
+    std::vector<Pose> robot, seen;
+    for (int i = 0; i < reading_.size(); ++i) {
+      if (inflation(i) > 1.0 || (reading_.split > 0 && i >= reading_.split && reading_.split * 2 >= reading_.size()) ||
+          (reading_.split > 0 && i < reading_.split && reading_.split * 2 < reading_.size()))
+        continue;
+      robot.push_back(reading_.robot[static_cast<std::size_t>(i)]);
+      seen.push_back(solution(i).T_camera_target);
+    }
+    const ClosedForm c = closed_form(robot, seen, reading_.mount, reading_.free_scale);
+    fit_.X = c.X, fit_.Y = fit_.Y_after = c.Z, fit_.scale = c.scale;
+    if (reading_.split > 0) start_other_half();
+    start_noise();
+    linearise();
+  }
+
+  /// The half of the views that the closed form has not seen takes its target pose from the other's X.
+  void start_other_half() {
+    const bool late = reading_.split * 2 >= reading_.size();
+    std::vector<Pose> targets;
+    for (int i = late ? reading_.split : 0; i < (late ? reading_.size() : reading_.split); ++i) {
+      const Pose& T = reading_.robot[static_cast<std::size_t>(i)];
+      const Pose G = reading_.mount == Mount::EyeInHand ? T : T.inverse();
+      targets.push_back(G * fit_.X * scaled(solution(i).T_camera_target, fit_.scale));
+    }
+    (late ? fit_.Y_after : fit_.Y) = mean_pose(targets);
+  }
+
+  void start_noise() {
+    std::vector<double> p, r;
+    for (int i = 0; i < reading_.size(); ++i) {
+      const Vector6 e =
+          flange_residual(robot(i), scaled(solution(i).T_camera_target, fit_.scale), fit_.X, target(i), reading_.mount);
+      p.push_back(e.head<3>().norm());
+      r.push_back(e.tail<3>().norm());
+    }
+    std::nth_element(p.begin(), p.begin() + p.size() / 2, p.end());
+    std::nth_element(r.begin(), r.begin() + r.size() / 2, r.end());
+    fit_.sigma_position = std::max(p[p.size() / 2], least_position);
+    fit_.sigma_rotation = std::max(r[r.size() / 2], least_rotation);
+  }
+
+  /// Residual, covariance and derivatives of pair i at the present estimate.
+  void linearise(int i) {
+    Pair& pair = pairs_[static_cast<std::size_t>(i)];
+    const Sighting::Solution& s = solution(i);
+    const Pose C = scaled(s.T_camera_target, fit_.scale);
+    pair.r = flange_residual(robot(i), C, fit_.X, target(i), reading_.mount);
+    pair.excess = s.excess;
+    const Matrix6 B = flange_by_sighting(C, fit_.X, target(i), reading_.mount);
+    Vector6 unit = Vector6::Ones();
+    unit.head<3>() *= fit_.scale;
+    Vector6 noise;
+    noise << Eigen::Vector3d::Constant(fit_.sigma_position * fit_.sigma_position),
+        Eigen::Vector3d::Constant(fit_.sigma_rotation * fit_.sigma_rotation);
+    pair.S = B * (unit.asDiagonal() * s.covariance * unit.asDiagonal()) * B.transpose();
+    pair.S.diagonal() += noise;
+    pair.S *= inflation(i);
+    pair.S_inverse = pair.S.llt().solve(Matrix6::Identity());
+    pair.J.setZero(6, 12 + reading_.extra());
+    pair.J.leftCols<6>() = flange_by_camera(C, fit_.X, target(i), reading_.mount);
+    const int at = reading_.split > 0 && i >= reading_.split ? 12 : 6;
+    pair.J.middleCols<6>(at) = flange_by_target(C, fit_.X, target(i), reading_.mount);
+    int next = reading_.split > 0 ? 18 : 12;
+    if (reading_.free_scale)  // log of the scale
+      pair.J.col(next++) = B.leftCols<3>() * (C.linear().transpose() * C.translation());
+    if (!reading_.drift.empty()) pair.J.col(next) = -reading_.drift[static_cast<std::size_t>(i)];
+    // The residual is read in the robot's frame, turned by the residual itself.
+    pair.J.topRows<3>() = exp_rotation(pair.r.tail<3>()) * pair.J.topRows<3>();
+  }
+  void linearise() {
+    for (int i = 0; i < reading_.size(); ++i) linearise(i);
+  }
+
+  void choose_solutions() {
+    for (int i = 0; i < reading_.size(); ++i) {
+      int& chosen = solution_[static_cast<std::size_t>(i)];
+      double best = 1e300;
+      int winner = 0;
+      for (int k = 0; k < static_cast<int>(sighting(i).solutions.size()); ++k) {
+        chosen = k;
+        linearise(i);
+        const double cost = misfit(i);
+        if (cost < best) best = cost, winner = k;
+      }
+      chosen = winner;
+      linearise(i);
+    }
+  }
+
+  double misfit(int i) const {
+    const Pair& p = pairs_[static_cast<std::size_t>(i)];
+    return p.r.dot(p.S_inverse * p.r) + p.excess;
+  }
+  double total_misfit() const {
+    double sum = 0;
+    for (int i = 0; i < reading_.size(); ++i) sum += misfit(i);
+    return sum;
+  }
+  double score() const {
+    double sum = total_misfit();
+    for (const Pair& p : pairs_) sum += std::log(p.S.determinant());
+    return sum;
+  }
+
+  Eigen::MatrixXd information() const {
+    const int n = 12 + reading_.extra();
+    Eigen::MatrixXd H = Eigen::MatrixXd::Zero(n, n);
+    for (const Pair& p : pairs_) H.noalias() += p.J.transpose() * p.S_inverse * p.J;
+    return H;
+  }
+
+  /// One Levenberg-Marquardt step at fixed covariances.
+  bool step() {
+    const Eigen::MatrixXd H = information();
+    Eigen::VectorXd g = Eigen::VectorXd::Zero(H.rows());
+    for (const Pair& p : pairs_) g -= p.J.transpose() * (p.S_inverse * p.r);
+    const ReadingFit before = fit_;
+    const double misfit_before = total_misfit();
+    for (double damping = 1e-9; damping < 1e6; damping *= 100) {
+      Eigen::MatrixXd A = H;
+      A.diagonal() *= 1 + damping;
+      A.diagonal().array() += 1e-9;
+      apply(A.ldlt().solve(g));
+      if (misfit_with_frozen_noise() <= misfit_before * (1 + 1e-9) + 1e-9) return true;
+      fit_ = before;
+    }
+    return std::isfinite(misfit_before);
+  }
+
+  void apply(const Eigen::VectorXd& d) {
+    if (!d.allFinite()) return;
+    fit_.X = fit_.X * to_pose(d.head<6>());
+    fit_.Y = fit_.Y * to_pose(d.segment<6>(6));
+    int next = 12;
+    if (reading_.split > 0)
+      fit_.Y_after = fit_.Y_after * to_pose(d.segment<6>(12)), next = 18;
+    else
+      fit_.Y_after = fit_.Y;
+    if (reading_.free_scale) fit_.scale *= std::exp(std::clamp(d[next], -0.5, 0.5)), ++next;
+    if (!reading_.drift.empty()) fit_.lag += d[next];
+  }
+
+  double misfit_with_frozen_noise() const {
+    double sum = 0;
+    for (int i = 0; i < reading_.size(); ++i) {
+      const Pair& p = pairs_[static_cast<std::size_t>(i)];
+      const Vector6 r =
+          flange_residual(robot(i), scaled(solution(i).T_camera_target, fit_.scale), fit_.X, target(i), reading_.mount);
+      sum += r.dot(p.S_inverse * r) + p.excess;
+    }
+    return sum;
+  }
+
+  /// Fisher scoring of the two variances of the robot.
+  void update_noise() {
+    linearise();
+    Eigen::Vector2d g = Eigen::Vector2d::Zero();
+    Eigen::Matrix2d I = Eigen::Matrix2d::Zero();
+    for (int i = 0; i < reading_.size(); ++i) {
+      const Pair& p = pairs_[static_cast<std::size_t>(i)];
+      const Matrix6 W = inflation(i) * p.S_inverse;
+      const Vector6 u = p.S_inverse * p.r * std::sqrt(inflation(i));
+      g -= Eigen::Vector2d(W.topLeftCorner<3, 3>().trace() - u.head<3>().squaredNorm(),
+                           W.bottomRightCorner<3, 3>().trace() - u.tail<3>().squaredNorm());
+      const double across = W.topRightCorner<3, 3>().squaredNorm();
+      I += (Eigen::Matrix2d() << W.topLeftCorner<3, 3>().squaredNorm(), across, across,
+            W.bottomRightCorner<3, 3>().squaredNorm())
+               .finished();
+    }
+    const Eigen::Vector2d d = I.ldlt().solve(g);
+    const auto moved = [](double sigma, double change, double least) {
+      const double variance = std::clamp(sigma * sigma + change, 0.2 * sigma * sigma, 9.0 * sigma * sigma);
+      return std::max(std::sqrt(variance), least);
+    };
+    if (!d.allFinite()) return;
+    fit_.sigma_position = moved(fit_.sigma_position, d[0], least_position);
+    fit_.sigma_rotation = moved(fit_.sigma_rotation, d[1], least_rotation);
+  }
+
+  ReadingFit finish() {
+    fit_.score = score();
+    for (int i = 0; i < reading_.size(); ++i) fit_.chi_squared.push_back(misfit(i));
+    Eigen::MatrixXd H = information();
+    H.diagonal().array() += 1e-9;
+    fit_.covariance = H.ldlt().solve(Eigen::MatrixXd::Identity(H.rows(), H.cols()));
+    fit_.usable = fit_.covariance.allFinite() && std::isfinite(fit_.score);
+    return fit_;
+  }
+
+  const Reading& reading_;
+  const Sightings& sightings_;
+  std::vector<int> solution_;
+  std::vector<Pair> pairs_;
+  ReadingFit fit_;
+};
+
+}  // namespace
+
+ReadingFit fit_reading(const Reading& reading, const Sightings& sightings) {
+  return reading.size() < 3 ? ReadingFit{} : Fitter(reading, sightings).run();
+}
+
+}  // namespace kr5::calibration::evidence

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/hand_eye_diagnosis/sightings.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Dense>
+
+#include <kr5/geometry/resection.hpp>
+
+/// @file
+/// Where the target is seen, and how that, X and Y bear on the flange pose.
+
+namespace kr5::calibration::evidence {
+
+double Sightings::score() const { return freedom * std::log(std::max(squared_sum, 1e-12) / freedom); }
+
+Sightings find_sightings(std::span<const View> views, const Pinhole& camera) {
+  Sightings out;
+  std::vector<std::vector<Resection>> found;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    std::vector<Resection> poses = resect(views[i].points, views[i].pixels, camera);
+    if (poses.empty()) continue;
+    out.squared_sum += poses.front().cost;
+    out.freedom += 2.0 * static_cast<double>(views[i].points.cols()) - 6.0;
+    out.index.push_back(static_cast<int>(i));
+    found.push_back(std::move(poses));
+  }
+  out.sigma_pixel = std::max(std::sqrt(out.squared_sum / std::max(out.freedom, 1.0)), 1e-3);
+  const double variance = out.sigma_pixel * out.sigma_pixel;
+  for (const auto& poses : found) {
+    Sighting sighting;
+    for (const Resection& p : poses)
+      sighting.solutions.push_back(
+          {p.T_camera_points, Matrix6(variance * p.information.inverse()), (p.cost - poses.front().cost) / variance});
+    out.views.push_back(std::move(sighting));
+  }
+  return out;
+}
+
+Vector6 flange_residual(const Pose& T_base_flange, const Pose& C, const Pose& X, const Pose& Y, Mount mount) {
+  return pose_difference(T_base_flange, mount == Mount::EyeInHand ? Y * (X * C).inverse() : X * C * Y.inverse());
+}
+
+Matrix6 flange_by_sighting(const Pose& C, const Pose& X, const Pose& Y, Mount mount) {
+  return mount == Mount::EyeInHand ? Matrix6(-adjoint(X * C)) : adjoint(Y);
+}
+Matrix6 flange_by_camera(const Pose& C, const Pose& X, const Pose& Y, Mount mount) {
+  return mount == Mount::EyeInHand ? Matrix6(-adjoint(X)) : adjoint(Y * C.inverse());
+}
+Matrix6 flange_by_target(const Pose& C, const Pose& X, const Pose& Y, Mount mount) {
+  return mount == Mount::EyeInHand ? adjoint(X * C) : Matrix6(-adjoint(Y));
+}
+
+}  // namespace kr5::calibration::evidence

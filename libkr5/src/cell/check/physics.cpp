@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cell/check/physics.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <kr5/cell/effect.hpp>
+#include <kr5/core/linear.hpp>
+
+namespace kr5::cell {
+namespace {
+
+constexpr double least_mass = 1e-6;  // a tool is lighter only when it is none [kg]
+
+void check_masses(const Cell& cell, DiagnosticCollector& c) {
+  for (std::size_t i = 0; i < cell.robot.links.size(); ++i) {
+    const Link& link = cell.robot.links[i];
+    const std::string field = item("robot.links", static_cast<Eigen::Index>(i));
+    c.expect(link.mass >= 0, field + ".mass", "a mass that is not negative [kg]");
+  }
+  if (!cell.tool) return;
+  const Tool& tool = *cell.tool;
+  const bool any = tool.mass != 0 || !tool.com.isZero(0) || !tool.inertia.isZero(0);
+  c.expect(!any || tool.mass > least_mass, "tool.mass", "a positive mass [kg], or no mass, com and inertia at all");
+}
+
+constexpr double slowest = 1e-4;  // a slower joint takes hours for a motion of any use [rad/s or m/s]
+
+void check_limits(const Cell& cell, DiagnosticCollector& c) {
+  if (!cell.robot.limits) return;
+  const Limits& limits = *cell.robot.limits;
+  for (Eigen::Index i = 0; i < limits.lower.size(); ++i)
+    c.expect(std::isinf(limits.lower[i]) == std::isinf(limits.upper[i]), item("robot.limits.upper", i),
+             "two finite limits, or -.inf and .inf for a joint that turns without end", text_of(limits.upper[i]));
+  for (Eigen::Index i = 0; i < limits.lower.size(); ++i)
+    c.expect(limits.lower[i] < limits.upper[i], item("robot.limits.lower", i),
+             "less than the upper limit " + text_of(limits.upper[i]) + "; are lower and upper swapped?",
+             text_of(limits.lower[i]));
+  for (Eigen::Index i = 0; i < limits.velocity.size(); ++i)
+    c.expect(limits.velocity[i] >= slowest, item("robot.limits.velocity", i),
+             "a positive speed of at least " + text_of(slowest) + " rad/s or m/s", text_of(limits.velocity[i]));
+  for (Eigen::Index i = 0; i < limits.effort.size(); ++i)
+    c.expect(limits.effort[i] > 1e-6, item("robot.limits.effort", i), "a positive torque or force [N m or N]");
+}
+
+void check_drives(const Cell& cell, DiagnosticCollector& c) {
+  if (!cell.drives) return;
+  const Drives& d = *cell.drives;
+  const Eigen::VectorXd s = singular_values(d.structure);
+  c.expect(s.minCoeff() > 1e-9 * s.maxCoeff(), "drives.structure",
+           "a matrix that can be inverted: motor angles must tell joint angles", "a singular matrix");
+  for (Eigen::Index i = 0; i < d.rotor_inertia.size(); ++i) {
+    c.expect(d.rotor_inertia[i] >= 0, item("drives.rotor_inertia", i), "an inertia, not negative [kg m^2]");
+    c.expect(d.torque_constant[i] > 1e-6, item("drives.torque_constant", i), "a positive torque constant [N m/A]");
+    c.expect(d.friction.coulomb[i] >= 0, item("drives.friction.coulomb", i), "a friction level, not negative [N m]");
+    c.expect(d.friction.viscous[i] >= 0, item("drives.friction.viscous", i), "a slope, not negative [N m s/rad]");
+  }
+}
+
+void check_servo_loop(DiagnosticCollector& c, const std::string& field, const SecondOrder& s) {
+  c.expect(s.natural_frequency >= 1e-3, field + ".natural_frequency", "a positive frequency [rad/s]");
+  c.expect(s.damping_ratio >= 1e-3 && s.damping_ratio <= 1e3, field + ".damping_ratio", "a positive damping ratio [-]");
+  c.expect(s.delay >= 0, field + ".delay", "a delay, not negative [s]");
+}
+
+void check_servo(const Cell& cell, DiagnosticCollector& c) {
+  if (!cell.servo) return;
+  const Servo& servo = *cell.servo;
+  c.expect(servo.cycle >= 1e-5, "servo.cycle", "a period of at least 1e-5 s");
+  for (std::size_t i = 0; i < servo.joint.size(); ++i)
+    check_servo_loop(c, servo.joint.size() == 1 ? "servo.joint" : item("servo.joint", static_cast<Eigen::Index>(i)),
+                     servo.joint[i]);
+  if (servo.tool) check_servo_loop(c, "servo.tool", *servo.tool);
+  if (!servo.correction) return;
+  c.expect(servo.correction->per_cycle.value_or(1.0) > 1e-9, "servo.correction.per_cycle", "a positive length [m]");
+  c.expect(servo.correction->total.value_or(1.0) > 1e-9, "servo.correction.total", "a positive length [m]");
+}
+
+constexpr double least_length = 1e-6;  // [m]
+
+void check_sensors(const Cell& cell, DiagnosticCollector& c) {
+  if (const auto& camera = cell.camera) {
+    c.expect(camera->width > 0, "camera.width", "a positive number of pixels");
+    c.expect(camera->height > 0, "camera.height", "a positive number of pixels");
+    c.expect(camera->fx > 0, "camera.fx", "a positive focal length [px]");
+    c.expect(camera->fy > 0, "camera.fy", "a positive focal length [px]");
+    c.expect(camera->cx >= 0 && camera->cx <= camera->width, "camera.cx", "a principal point inside the image [px]");
+    c.expect(camera->cy >= 0 && camera->cy <= camera->height, "camera.cy", "a principal point inside the image [px]");
+  }
+  if (cell.board)
+    for (const TargetProblem& p : cell.board->target().problems())
+      c.add("board." + (p.field == "size" ? "marker" : p.field), p.expected, p.found);
+  for (std::size_t i = 0; i < cell.targets.size(); ++i)
+    for (const TargetProblem& p : cell.targets[i].problems())
+      c.add(item("targets", static_cast<Eigen::Index>(i)) + "." + p.field, p.expected, p.found);
+  if (cell.laser && cell.laser->target)
+    c.expect(cell.laser->target->radius > least_length, "laser.target.radius", "a positive radius [m]");
+  Noise::each_field(cell.noise, [&](const char* name, double value, const char*) {
+    c.expect(value == 0 || value >= 1e-12, std::string("noise.") + name,
+             "a positive standard deviation, or 0 for a sensor that is not there");
+  });
+}
+
+void check_task(const Cell& cell, DiagnosticCollector& c) {
+  if (const auto& contact = cell.contact) {
+    c.expect(contact->stiffness >= 1, "contact.stiffness", "a stiffness of at least 1 N/m");
+    c.expect(contact->damping >= 0, "contact.damping", "a damping, not negative [N s/m]");
+    c.expect(contact->friction >= 0, "contact.friction", "a friction coefficient, not negative");
+  }
+  if (const auto& peg = cell.peg) {
+    c.expect(peg->radius > least_length, "peg.radius", "a positive radius [m]");
+    c.expect(peg->length > least_length, "peg.length", "a positive length [m]");
+    c.expect(peg->chamfer >= 0 && peg->chamfer < peg->radius, "peg.chamfer", "a width between 0 and the radius [m]");
+  }
+  if (const auto& tube = cell.tube) {
+    c.expect(tube->inner_radius > least_length, "tube.inner_radius", "a positive radius [m]");
+    c.expect(tube->outer_radius > tube->inner_radius, "tube.outer_radius",
+             "more than the inner radius " + text_of(tube->inner_radius) + " m");
+    c.expect(tube->depth > least_length, "tube.depth", "a positive depth [m]");
+    c.expect(tube->chamfer >= 0 && tube->chamfer < tube->outer_radius, "tube.chamfer",
+             "a width between 0 and the outer radius [m]");
+    c.expect(!cell.peg || cell.peg->radius <= tube->inner_radius, "peg.radius",
+             "no more than the inner radius of the tube, " + text_of(tube->inner_radius) + " m: it does not go in");
+  }
+}
+
+void check_bounds(const Cell& cell, DiagnosticCollector& c) {
+  for (const ActiveEffect& active : active_effects(cell.effects)) {
+    const Effect& effect = find_effect(active.id);
+    for (const auto& [name, value] : active.parameters) {
+      const auto p = std::find_if(effect.parameters.begin(), effect.parameters.end(),
+                                  [&name = name](const EffectParameter& q) { return q.name == name; });
+      const bool unlimited = !p->off.empty() && std::isinf(p->off.front());  // such as a stiffness that is off
+      const auto inside = [&](double x) {
+        return x >= p->lower && x <= p->upper && (std::isfinite(x) ? std::abs(x) <= 1e12 : unlimited);
+      };
+      bool good = true;
+      if (const auto* x = std::get_if<double>(&value)) good = inside(*x);
+      if (const auto* T = std::get_if<Pose>(&value))
+        good = T->matrix().allFinite() && T->translation().cwiseAbs().maxCoeff() <= 1e3;
+      if (const auto* v = std::get_if<Eigen::VectorXd>(&value)) good = std::all_of(v->begin(), v->end(), inside);
+      c.expect(good, "effects." + active.id + "." + active.target + "." + name,
+               text_of(p->lower) + " to " + text_of(p->upper) + " " + p->unit);
+    }
+  }
+}
+
+}  // namespace
+
+void check_physics(const Cell& cell, DiagnosticCollector& c) {
+  check_masses(cell, c);
+  check_limits(cell, c);
+  check_drives(cell, c);
+  check_servo(cell, c);
+  check_sensors(cell, c);
+  check_task(cell, c);
+  check_bounds(cell, c);
+}
+
+}  // namespace kr5::cell

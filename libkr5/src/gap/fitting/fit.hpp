@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "gap/fitting/nuisance_model.hpp"
+#include "gap/screening/signature.hpp"
+
+/// @file
+/// A set of effects, fitted together through the simulator, and how well it explains the recording.
+
+namespace kr5::gap {
+
+/// A hypothesis, what it touches, and its signatures on fit experiments about the nominal cell, one list a probe.
+struct Candidate {
+  Hypothesis hypothesis;
+  std::vector<int> experiments;
+  std::vector<std::vector<Signature>> signatures;
+};
+
+/// One effect at a value.
+struct Part {
+  const Candidate* candidate = nullptr;
+  Eigen::VectorXd x;
+};
+
+/// A fitted set of effects; without any: the nominal cell.
+struct Model {
+  std::vector<Part> parts;
+  Eigen::VectorXd residual;         ///< Stacked, at the optimum; NaN where not compared.
+  std::vector<Signature> jacobian;  ///< Of all coordinates, on fit experiments.
+  std::vector<Signature> check_jacobian;
+  Eigen::MatrixXd information;        ///< Of all coordinates, scatter marginalised.
+  Eigen::MatrixXd check_information;  ///< What the check experiments would add.
+  Eigen::VectorXd update;             ///< By which they would move the coordinates.
+  double chi2_fit = 0.0;              ///< NuisanceModel marginalised.
+  double chi2_check = 0.0;            ///< Of the prediction with its doubt; most likely scatter taken out.
+  double log_evidence = 0.0;          ///< Of the fit experiments, times the prediction of the check experiments.
+
+  int coordinates() const {
+    int n = 0;
+    for (const Part& part : parts) n += part.candidate->hypothesis.size();
+    return n;
+  }
+};
+
+/// What fitting needs besides the effects.
+struct FitProblem {
+  const ComparisonData& data;
+  const NuisanceModel& scatter;
+  NuisancePrior prior;
+  double log_prior_effect = 0.0;  ///< Of one more effect among all of them.
+};
+
+Setup setup_of(const ComparisonData& data, const std::vector<Part>& parts);
+
+std::vector<Part> without(std::vector<Part> parts, std::size_t part);
+
+/// Whether both are the same effects, whatever their values.
+bool same_effects(const std::vector<Part>& a, const std::vector<Part>& b);
+
+/// The nominal cell.
+Model empty_model(const FitProblem& problem, const Eigen::VectorXd& base);
+
+/// Fits all coordinates by bounded Levenberg-Marquardt on the fit experiments, from `parts`, simulating only what they
+/// touch; `from.residual` holds at least the experiments none of them touches. At most `max_iterations` steps are
+/// tried.
+Model fit(const FitProblem& problem, const Model& from, std::vector<Part> parts, int max_iterations = 40);
+
+/// What is counted of a model's residual when the check experiments may move its coordinates as far as the doubt of the
+/// fit allows: what is left then is no error of the parameters. NuisanceModel taken out.
+Eigen::VectorXd updated(const FitProblem& problem, const Model& model);
+
+/// Log evidence (Laplace) of a model: misfit of the fit experiments, Occam factor of each coordinate under a Cauchy
+/// prior of `prior_width` typical sizes, prior of its effects; times the prediction of the check experiments, which is
+/// as wide as the fit leaves the coordinates in doubt.
+double log_evidence(const FitProblem& problem, const Model& model);
+
+/// Width of the Cauchy prior of a coordinate, in usual sizes of its effect.
+constexpr double prior_width = 3.0;
+
+}  // namespace kr5::gap

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "gap/fitting/fit.hpp"
+
+namespace kr5::gap {
+
+/// Sets of effects that were fitted, most likely first.
+class ModelPool {
+ public:
+  ModelPool(const FitProblem& problem, const Eigen::VectorXd& base) : problem_(problem), base_(base) {}
+
+  const std::vector<Model>& all() const { return models_; }
+  const Model& best() const { return models_.front(); }
+  void replace(std::vector<Model> models) { models_ = std::move(models); }
+
+  Model nominal() const { return empty_model(problem_, base_); }
+  /// A model fitted without one of its parts; fitted now if it was not.
+  Model without(const Model& model, std::size_t part);
+  /// Takes a set of effects away.
+  void drop(const std::vector<Part>& parts);
+
+ private:
+  Model fitted(std::vector<Part> parts);
+
+  const FitProblem& problem_;
+  const Eigen::VectorXd& base_;
+  std::vector<Model> models_;
+};
+
+}  // namespace kr5::gap

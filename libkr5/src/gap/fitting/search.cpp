@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "gap/fitting/search.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <memory>
+#include <set>
+#include <string>
+
+#include "gap/parallel.hpp"
+
+namespace kr5::gap {
+namespace {
+
+/// A set of effects to fit: from which model, with which parts.
+struct Task {
+  const Model* from = nullptr;
+  std::vector<Part> parts;
+};
+
+using Names = std::set<std::string>;
+
+/// Gain of log evidence, by its linear signature, below which a suggestion is not refitted.
+constexpr double hopeless = -2.0;
+/// A suggestion is near the best one at this part of its gain, less `near_margin`.
+constexpr double near_part = 0.9, near_margin = 5.0;
+/// Pairs that are refitted at most, and what each must gain on the best single effect (log evidence).
+constexpr std::size_t most_pairs = 24;
+constexpr double pair_gain = 3.0;
+/// Sizes of sets that are tried even when one that is smaller by one is likelier.
+constexpr int always_tried = 3;
+/// Standard deviations of chi-square within which a residual is noise.
+constexpr double floor_deviations = 3.0;
+
+Names names_of(const std::vector<Part>& parts) {
+  Names out;
+  for (const Part& p : parts)
+    out.insert(p.candidate->hypothesis.effect + "." + p.candidate->hypothesis.target + "." +
+               p.candidate->hypothesis.choice);
+  return out;
+}
+
+/// Suggestions worth a refit: the best, and whatever is likely beside them. A signature is linear and an effect is not,
+/// so that a tenth of what the best one takes may be its error.
+std::vector<Suggestion> worth(const std::vector<Suggestion>& all, int least) {
+  std::vector<Suggestion> out;
+  for (const Suggestion& s : all) {
+    if (s.score < hopeless) break;
+    const bool near = s.score > near_part * all.front().score - near_margin;
+    if (static_cast<int>(out.size()) >= (near ? 2 * least : least)) break;
+    out.push_back(s);
+  }
+  return out;
+}
+
+class Searcher {
+ public:
+  Searcher(const FitProblem& problem, Screen& screen, const SearchOptions& options,
+           const std::function<void(double)>& progress)
+      : problem_(problem), screen_(screen), options_(options), progress_(progress) {}
+
+  std::vector<Model> run(const Eigen::VectorXd& base) {
+    models_.push_back(std::make_unique<Model>(empty_model(problem_, base)));
+    const Model& empty = *models_.front();
+    const std::vector<Suggestion> singles = screen_.rank(problem_, empty);
+    if (singles.empty()) return result();
+    for (const Suggestion& s : worth(singles, options_.refits)) add({&empty, {s.part}});
+    fit_all(0.0, 0.35);
+    add_pairs(empty, singles.front().score);
+    // Beside as many effects as asked for, one fault of the recording.
+    for (int size = 2; size <= options_.max_effects + 1; ++size) {
+      extend(size - 1);
+      const bool any = !tasks_.empty();
+      fit_all(0.35 + 0.6 * (size - 2) / options_.max_effects, 0.35 + 0.6 * (size - 1) / options_.max_effects);
+      if (!any || (size > always_tried && !improved_at(size))) break;
+    }
+    drop_needless();
+    fit_all(0.95, 1.0);
+    return result();
+  }
+
+ private:
+  void add(Task task) {
+    if (known_.insert(names_of(task.parts)).second) tasks_.push_back(std::move(task));
+  }
+
+  void fit_all(double from, double to) {
+    std::vector<std::unique_ptr<Model>> fitted(tasks_.size());
+    std::atomic<int> done{0};
+    parallel_for(static_cast<int>(tasks_.size()), options_.threads, [&](int i) {
+      fitted[i] = std::make_unique<Model>(fit(problem_, *tasks_[i].from, tasks_[i].parts));
+      if (progress_) progress_(from + (to - from) * ++done / static_cast<double>(tasks_.size()));
+    });
+    for (auto& model : fitted) models_.push_back(std::move(model));
+    tasks_.clear();
+  }
+
+  /// Pairs that explain the nominal gap better than any single effect: a wrong single one may stand for two right ones.
+  void add_pairs(const Model& empty, double best_single) {
+    for (const PairSuggestion& p : screen_.rank_pairs(problem_, empty, most_pairs))
+      if (p.score > best_single + pair_gain) add({&empty, {p.first, p.second}});
+  }
+
+  /// Whether noise alone (three standard deviations of chi-square) would leave as much as a model does.
+  bool at_floor(const Model& model) const {
+    const double n = problem_.data.use.sum();
+    return counted_residual(problem_.data, model.residual).squaredNorm() < n + floor_deviations * std::sqrt(2 * n);
+  }
+
+  static int effects_of(const Model& model) {
+    return static_cast<int>(std::count_if(model.parts.begin(), model.parts.end(),
+                                          [](const Part& part) { return !part.candidate->hypothesis.of_recording; }));
+  }
+
+  /// The best sets of a size, each with one more effect that could explain what it leaves. When the best one leaves
+  /// noise that no effect could lessen, its rivals with one effect more can only be less likely.
+  void extend(int size) {
+    std::vector<const Model*> best = ranked(size);
+    if (best.size() > static_cast<std::size_t>(options_.beam)) best.resize(static_cast<std::size_t>(options_.beam));
+    for (std::size_t k = 0; k < best.size(); ++k) {
+      std::vector<Suggestion> all = screen_.rank(problem_, *best[k]);
+      if (effects_of(*best[k]) >= options_.max_effects)
+        std::erase_if(all, [](const Suggestion& s) { return !s.part.candidate->hypothesis.of_recording; });
+      const bool gain = !all.empty() && all.front().score > 0.0;
+      if (k == 0 && !gain && at_floor(*best[k])) return;
+      for (const Suggestion& s : worth(all, options_.refits / 2)) {
+        if (s.score <= 0.0) break;
+        std::vector<Part> parts = best[k]->parts;
+        parts.push_back(s.part);
+        add({best[k], std::move(parts)});
+      }
+    }
+  }
+
+  /// The best set without each of its effects.
+  void drop_needless() {
+    const Model* best = ranked(-1).front();
+    if (best->parts.size() < 2) return;
+    for (std::size_t k = 0; k < best->parts.size(); ++k) add({models_.front().get(), without(best->parts, k)});
+  }
+
+  /// Whether a set of this size is likelier than every smaller one.
+  bool improved_at(int size) const {
+    const std::vector<const Model*> all = ranked(-1);
+    return static_cast<int>(all.front()->parts.size()) >= size;
+  }
+
+  /// Models with so many effects (any number: -1), most likely first.
+  std::vector<const Model*> ranked(int size) const {
+    std::vector<const Model*> out;
+    for (const auto& m : models_)
+      if (size < 0 || static_cast<int>(m->parts.size()) == size) out.push_back(m.get());
+    std::stable_sort(out.begin(), out.end(),
+                     [](const Model* a, const Model* b) { return a->log_evidence > b->log_evidence; });
+    return out;
+  }
+
+  std::vector<Model> result() {
+    std::vector<Model> out;
+    for (const Model* m : ranked(-1)) out.push_back(*m);
+    return out;
+  }
+
+  const FitProblem& problem_;
+  Screen& screen_;
+  const SearchOptions& options_;
+  const std::function<void(double)>& progress_;
+  std::vector<std::unique_ptr<Model>> models_;
+  std::vector<Task> tasks_;
+  std::set<Names> known_;
+};
+
+}  // namespace
+
+std::vector<Model> search(const FitProblem& problem, Screen& screen, const Eigen::VectorXd& base,
+                          const SearchOptions& options, const std::function<void(double)>& progress) {
+  return Searcher(problem, screen, options, progress).run(base);
+}
+
+}  // namespace kr5::gap

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "gap/screening/screen.hpp"
+
+/// @file
+/// Which sets of effects explain a recording best: singles, pairs and more, kept only while they pay.
+
+namespace kr5::gap {
+
+struct SearchOptions {
+  int max_effects = 0;  ///< These four as in DiagnoseOptions.
+  int refits = 0;
+  int beam = 0;
+  int threads = 0;
+};
+
+/// All models that were fitted, most likely first; the nominal cell is one of them.
+std::vector<Model> search(const FitProblem& problem, Screen& screen, const Eigen::VectorXd& base,
+                          const SearchOptions& options, const std::function<void(double)>& progress);
+
+}  // namespace kr5::gap

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "gap/recording_scope.hpp"
+
+#include <set>
+
+namespace kr5::gap {
+namespace {
+
+const char* shown_by(cell::Kind kind) {
+  switch (kind) {
+    case cell::Kind::Motion:
+      return "the joints, their drives and the force sensor";
+    case cell::Kind::Poses:
+      return "the geometry of the arm and the tool";
+    case cell::Kind::Views:
+      return "the geometry of the arm and the camera";
+    case cell::Kind::Scan:
+      return "the geometry of the arm and the line scanner";
+    case cell::Kind::Step:
+      return "the path correction";
+    case cell::Kind::Press:
+      return "the contact, the path correction and the force sensor";
+    case cell::Kind::Profile:
+      return "the contact of peg and tube and the force sensor";
+  }
+  return "";
+}
+
+bool at_rest(const cell::Experiment& e, int joints) {
+  for (int j = 1; j <= joints; ++j) {
+    const int at = e.data.find("qc" + std::to_string(j));
+    if (at < 0 || e.data.values.col(at).maxCoeff() > e.data.values.col(at).minCoeff()) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+std::vector<std::string> scope_warnings(const cell::Recording& recording) {
+  constexpr Eigen::Index least_rows = 10;
+  std::vector<std::string> out;
+  std::set<cell::Kind> kinds;
+  for (const cell::Experiment& e : recording.experiments) {
+    const Eigen::Index rows = e.data.values.rows();
+    kinds.insert(e.kind);
+    if (rows < least_rows)
+      out.push_back(e.name + " has " + std::to_string(rows) + (rows == 1 ? " row" : " rows") +
+                    ": too few to show a gap, or that there is none");
+    else if (e.kind == cell::Kind::Motion && at_rest(e, recording.cell.robot.joints()))
+      out.push_back(e.name + " commands no motion: friction, inertia and servos do not show in it");
+  }
+  if (kinds.size() == 1)
+    out.push_back("the recording has experiments of the kind " + std::string(kr5::name_of(*kinds.begin())) +
+                  " only: the verdict holds for " + shown_by(*kinds.begin()) + ", and says nothing of the rest");
+  return out;
+}
+
+}  // namespace kr5::gap

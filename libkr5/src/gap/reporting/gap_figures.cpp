@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "gap/reporting/gap_figures.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <kr5/core/random.hpp>
+
+namespace kr5::gap {
+namespace {
+
+/// Groups above the floor at the nominal cell.
+std::vector<const Group*> exceeding(const ComparisonData& data, const std::vector<Group>& groups,
+                                    const Eigen::VectorXd& before) {
+  std::vector<const Group*> out;
+  for (const Group& group : groups)
+    if (above_floor(gap_of(data, group.judged, before))) out.push_back(&group);
+  return out;
+}
+
+/// RMS of the gaps of some columns.
+double rms_gap(const ComparisonData& data, const std::vector<const Group*>& groups, const Eigen::VectorXd& counted) {
+  double sum = 0.0;
+  for (const Group* group : groups) {
+    const double gap = gap_of(data, group->judged, counted).rms;
+    sum += gap * gap;
+  }
+  return groups.empty() ? 1.0 : std::sqrt(sum / static_cast<double>(groups.size()));
+}
+
+/// 95 % of the RMS gap when pieces of the recording, each longer than what errors last, are drawn again and again.
+uncertainty::Interval bootstrap(const ComparisonData& data, const std::vector<const Group*>& groups,
+                                const Eigen::VectorXd& counted) {
+  constexpr Eigen::Index piece = 25;
+  constexpr int draws = 400;
+  struct Pieces {
+    std::vector<double> chi2, samples;
+  };
+  std::vector<Pieces> all;
+  for (const Group* group : groups) {
+    Pieces& pieces = all.emplace_back();
+    for (const int b : group->judged) {
+      const Block& block = data.blocks[b];
+      const Eigen::Index length = std::max<Eigen::Index>(1, std::min(piece, block.rows / 20));
+      for (Eigen::Index i = 0; i < block.rows; i += length) {
+        const Eigen::Index n = std::min(length, block.rows - i);
+        const auto r = counted.segment(block.first + i, n).array();
+        pieces.chi2.push_back(r.isNaN().select(0.0, r.square()).sum());
+        pieces.samples.push_back(r.isNaN().select(0.0, data.use.segment(block.first + i, n)).sum());
+      }
+    }
+  }
+  Random random(1);
+  std::vector<double> values;
+  for (int draw = 0; draw < draws && !all.empty(); ++draw) {
+    double sum = 0.0;
+    for (const Pieces& pieces : all) {
+      double chi2 = 0.0, samples = 0.0;
+      for (std::size_t k = 0; k < pieces.chi2.size(); ++k) {
+        const auto i = static_cast<std::size_t>(random.integer(static_cast<int>(pieces.chi2.size())));
+        chi2 += pieces.chi2[i];
+        samples += pieces.samples[i];
+      }
+      sum += chi2 / std::max(samples, 1.0);
+    }
+    values.push_back(std::sqrt(sum / static_cast<double>(all.size())));
+  }
+  if (values.empty()) return {1.0, 1.0};
+  std::sort(values.begin(), values.end());
+  return {values[draws / 40], values[draws - 1 - draws / 40]};
+}
+
+}  // namespace
+
+bool above_floor(const Gap& gap) {
+  return gap.samples > 0 && gap.samples * gap.rms * gap.rms > uncertainty::chi_square_quantile(0.999, gap.samples);
+}
+
+std::vector<ColumnExcess> column_excesses(const ComparisonData& data, const std::vector<Group>& groups,
+                                          const ResidualAnalysis& rest) {
+  std::vector<ColumnExcess> out;
+  double total = 0.0;
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    const Gap gap = gap_of(data, groups[g].judged, rest.shown);
+    if (!rest.structured[g] && !above_floor(gap)) continue;
+    std::vector<Dependence> depends = rest.structure[g].dependences;
+    if (depends.size() > 3) depends.resize(3);
+    const double excess = std::max(gap.rms * gap.rms - 1, 0.0);
+    total += excess;
+    out.push_back({std::string(kr5::name_of(groups[g].kind)), groups[g].column,
+                   cell::find_column(groups[g].kind, groups[g].column).target, gap.rms, excess, std::move(depends)});
+  }
+  for (ColumnExcess& place : out) place.share = total > 0 ? place.share / total : 0.0;
+  std::sort(out.begin(), out.end(), [](const ColumnExcess& a, const ColumnExcess& b) { return a.share > b.share; });
+  return out;
+}
+
+GapReduction gap_reduction(const ComparisonData& data, const std::vector<Group>& groups, const Eigen::VectorXd& before,
+                           const Eigen::VectorXd& after) {
+  const std::vector<const Group*> above = exceeding(data, groups, before);
+  GapReduction out;
+  out.before = rms_gap(data, above, before);
+  out.after = rms_gap(data, above, after);
+  out.before_ci = bootstrap(data, above, before);
+  out.after_ci = bootstrap(data, above, after);
+  for (const Group* group : above)
+    out.columns.push_back(
+        {group->name(), gap_of(data, group->judged, before).rms, gap_of(data, group->judged, after).rms});
+  return out;
+}
+
+double explained_fraction(const ComparisonData& data, const std::vector<Group>& groups, const Eigen::VectorXd& before,
+                          const Eigen::VectorXd& without, const Eigen::VectorXd& with) {
+  double from = 0.0, to = 0.0;
+  for (const Group* group : exceeding(data, groups, before)) {
+    from += std::pow(gap_of(data, group->judged, without).rms, 2) - 1;
+    to += std::pow(gap_of(data, group->judged, with).rms, 2) - 1;
+  }
+  return from > 0 ? std::clamp((from - to) / from, 0.0, 1.0) : 0.0;
+}
+
+}  // namespace kr5::gap

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "gap/reporting/residual_analysis.hpp"
+
+/// @file
+/// The figures of a diagnosis, on the experiments that were not used to fit.
+
+namespace kr5::gap {
+
+/// Whether a gap is more than noise alone shows once in 1000 columns.
+bool above_floor(const Gap& gap);
+
+/// Columns above the floor (99.9 % of chi-square at their samples, or structured), largest share of the excess first.
+std::vector<ColumnExcess> column_excesses(const ComparisonData& data, const std::vector<Group>& groups,
+                                          const ResidualAnalysis& rest);
+
+/// The gap before and after over the columns that stand above the floor before.
+GapReduction gap_reduction(const ComparisonData& data, const std::vector<Group>& groups, const Eigen::VectorXd& before,
+                           const Eigen::VectorXd& after);
+
+/// Part of the excess over those columns that goes from `without` to `with`.
+double explained_fraction(const ComparisonData& data, const std::vector<Group>& groups, const Eigen::VectorXd& before,
+                          const Eigen::VectorXd& without, const Eigen::VectorXd& with);
+
+}  // namespace kr5::gap

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "gap/comparison_data.hpp"
+
+namespace kr5::gap {
+
+struct Group;
+
+/// What a residual may depend on, over all samples of a column.
+struct Variable {
+  std::string name;
+  std::string unit;
+  Eigen::VectorXd values;
+  Eigen::VectorXd sign;  ///< Direction of motion, for what acts against it; empty where there is none.
+  std::string sign_name;
+};
+
+/// Given columns, rates and accelerations of commands, image coordinates, and what the simulator predicts for the
+/// column.
+std::vector<Variable> variables(const ComparisonData& data, const Group& group, const Eigen::VectorXd& counted);
+
+}  // namespace kr5::gap

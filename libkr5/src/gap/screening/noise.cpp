@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "gap/screening/noise.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include <Eigen/QR>
+
+namespace kr5::gap {
+namespace {
+
+constexpr double spike = 7.0;        // noise alone is there once in a hundred million samples
+constexpr std::size_t telling = 50;  // differences that tell a scale
+
+bool in_order(cell::Kind kind) { return kind != cell::Kind::Poses && kind != cell::Kind::Views; }
+
+/// 1 near the rim of a scanned sphere, where a ray moves far for a small cause.
+Eigen::VectorXd edges(const cell::Experiment& e, const Eigen::VectorXd& r) {
+  constexpr Eigen::Index near = 4;
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(r.size());
+  const int sphere = e.data.find("sphere");
+  if (sphere < 0) return out;
+  for (Eigen::Index i = 1; i < r.size(); ++i)
+    if (std::isnan(r(i)) || e.data.values(i, sphere) != e.data.values(i - 1, sphere))
+      out.segment(std::max<Eigen::Index>(i - near, 0),
+                  std::min(2 * near, r.size() - std::max<Eigen::Index>(i - near, 0)))
+          .setOnes();
+  return out;
+}
+
+/// |second differences| over sqrt(6): the size of one sample's noise, whatever is smooth.
+std::vector<double> second_differences(const Eigen::VectorXd& r, const Eigen::VectorXd& run) {
+  std::vector<double> out;
+  for (Eigen::Index i = 1; i + 1 < r.size(); ++i) {
+    if (run(i - 1) != run(i) || run(i + 1) != run(i)) continue;
+    const double d = r(i - 1) - 2 * r(i) + r(i + 1);
+    if (!std::isnan(d)) out.push_back(std::abs(d) / std::sqrt(6.0));
+  }
+  return out;
+}
+
+/// |c0 - c1 + c2 - c3| / 2 of the four corners of each marker.
+std::vector<double> corner_differences(const cell::Experiment& e, const Eigen::VectorXd& r) {
+  const int view = e.data.find("view"), marker = e.data.find("marker"), corner = e.data.find("corner");
+  std::vector<double> out;
+  for (Eigen::Index i = 0; i + 3 < r.size(); ++i) {
+    bool square = true;
+    for (int k = 0; k < 4; ++k)
+      square &= e.data.values(i + k, corner) == k && e.data.values(i + k, view) == e.data.values(i, view) &&
+                e.data.values(i + k, marker) == e.data.values(i, marker);
+    const double d = square ? (r(i) - r(i + 1) + r(i + 2) - r(i + 3)) / 2 : 0.0;
+    if (square && !std::isnan(d)) out.push_back(std::abs(d));
+  }
+  return out;
+}
+
+/// The nearest sample in use of the same run, going by `step` from i; -1 when there is none.
+Eigen::Index next_used(const Eigen::VectorXd& run, const Eigen::ArrayXd& use, Eigen::Index i, Eigen::Index step) {
+  for (Eigen::Index k = i + step; k >= 0 && k < run.size() && run(k) == run(i); k += step)
+    if (use(k) > 0) return k;
+  return -1;
+}
+
+/// Whether a sample stands out from both neighbours, on the same side; at the end of a run from the two next to it.
+bool isolated(const Eigen::VectorXd& r, const Eigen::VectorXd& run, const Eigen::ArrayXd& use, Eigen::Index i,
+              double limit) {
+  Eigen::Index before = next_used(run, use, i, -1), after = next_used(run, use, i, 1);
+  if (before < 0 && after >= 0) before = next_used(run, use, after, 1);
+  if (after < 0 && before >= 0) after = next_used(run, use, before, -1);
+  if (before < 0 || after < 0) return false;
+  const double from = r(i) - r(before), to = r(i) - r(after);
+  return from * to > 0 && std::abs(from) > limit && std::abs(to) > limit;
+}
+
+NoiseScale scale_of(const std::string& key, std::optional<cell::Kind> kind, std::vector<double>& differences) {
+  const double n = static_cast<double>(differences.size());
+  const double ratio = mad_to_sigma * median(differences);
+  return {key, kind, ratio, 1.8 * ratio / std::sqrt(n), n};  // of a median of correlated differences
+}
+
+/// What is left of a view's residuals by a smooth shift, of second order in the image.
+Eigen::VectorXd rough(const Eigen::VectorXd& u, const Eigen::VectorXd& v, const Eigen::VectorXd& r,
+                      const Eigen::ArrayXd& use) {
+  const Eigen::ArrayXd x = (u.array() - u.mean()) / 100.0, y = (v.array() - v.mean()) / 100.0;
+  Eigen::MatrixXd A(r.size(), 6);
+  A << Eigen::VectorXd::Ones(r.size()), x, y, x.square(), x * y, y.square();
+  const Eigen::MatrixXd weighted = use.matrix().asDiagonal() * A;
+  const Eigen::VectorXd kept = use * r.array();
+  return r - A * weighted.colPivHouseholderQr().solve(kept);
+}
+
+/// Marks the stray corners of one view, rows `at` of a block: the farthest first, until none is far.
+int mark_view(ComparisonData& data, const Block& block, const Eigen::VectorXd& r, const std::vector<Eigen::Index>& at) {
+  constexpr std::size_t least = 20;
+  if (at.size() < least) return 0;
+  const cell::Experiment& e = data.experiment(block);
+  const Eigen::VectorXd u = e.data.values(at, e.data.find("u")), v = e.data.values(at, e.data.find("v")), own = r(at);
+  if (!own.allFinite()) return 0;
+  Eigen::ArrayXd use = Eigen::ArrayXd::Ones(own.size());
+  int found = 0;
+  for (; found < own.size() / 10; ++found) {
+    const Eigen::ArrayXd left = rough(u, v, own, use).array().abs() * use;
+    std::vector<double> sizes(left.begin(), left.end());
+    Eigen::Index worst = 0;
+    if (left.maxCoeff(&worst) <= spike * std::max(mad_to_sigma * median(sizes), least_noise)) break;
+    use(worst) = 0.0;
+    data.use(block.first + at[static_cast<std::size_t>(worst)]) = 0.0;
+  }
+  return found;
+}
+
+}  // namespace
+
+int mark_stray_corners(ComparisonData& data, const Eigen::VectorXd& residual) {
+  int found = 0;
+  for (const Block& block : data.blocks) {
+    if (block.kind != cell::Kind::Views) continue;
+    const io::Table& table = data.experiment(block).data;
+    if (table.find("u") < 0 || table.find("v") < 0) continue;
+    std::map<double, std::vector<Eigen::Index>> views;
+    for (Eigen::Index row = 0; row < block.rows; ++row) views[table.values(row, table.find("view"))].push_back(row);
+    for (const auto& [view, rows] : views) found += mark_view(data, block, block.rows_of(residual), rows);
+  }
+  return found;
+}
+
+int mark_spikes(ComparisonData& data, const Eigen::VectorXd& residual, bool near_edges) {
+  int found = 0;
+  for (const Block& block : data.blocks) {
+    if (!in_order(block.kind)) continue;
+    const Eigen::VectorXd r = block.rows_of(residual), run = runs(data.experiment(block));
+    std::vector<double> differences = second_differences(r, run);
+    const double limit = spike * std::max(mad_to_sigma * median(differences), least_noise);
+    const Eigen::VectorXd edge = near_edges ? Eigen::VectorXd::Zero(r.size()) : edges(data.experiment(block), r);
+    Eigen::ArrayXd use = data.use.segment(block.first, block.rows);
+    // Once more for those that stand beside another.
+    for (int pass = 0; pass < 3; ++pass)
+      for (Eigen::Index i = 0; i < r.size(); ++i)
+        if (use(i) > 0 && edge(i) == 0 && isolated(r, run, use, i, limit)) {
+          use(i) = 0.0;
+          ++found;
+        }
+    data.use.segment(block.first, block.rows) = use;
+  }
+  return found;
+}
+
+std::vector<NoiseScale> noise_scales(const ComparisonData& data, const Eigen::VectorXd& residual,
+                                     std::vector<std::string>& coarse) {
+  std::map<std::string, std::map<cell::Kind, std::vector<double>>> all;
+  for (const Block& block : data.blocks) {
+    std::vector<double> d;
+    if (in_order(block.kind))
+      d = second_differences(block.rows_of(residual), runs(data.experiment(block)));
+    else if (block.kind == cell::Kind::Views)
+      d = corner_differences(data.experiment(block), block.rows_of(residual));
+    if (d.size() >= telling && mad_to_sigma * median(d) < least_noise) {
+      coarse.push_back(data.experiment(block).name + "." + block.column);
+      continue;
+    }
+    auto& of_kind = all[block.noise][block.kind];
+    of_kind.insert(of_kind.end(), d.begin(), d.end());
+  }
+  std::vector<NoiseScale> out;
+  for (auto& [key, kinds] : all) {
+    std::vector<NoiseScale> each;
+    std::vector<double> pooled;
+    for (auto& [kind, differences] : kinds) {
+      pooled.insert(pooled.end(), differences.begin(), differences.end());
+      if (differences.size() >= telling) each.push_back(scale_of(key, kind, differences));
+    }
+    if (pooled.size() < telling) continue;
+    const NoiseScale common = scale_of(key, std::nullopt, pooled);
+    const bool agree = std::all_of(each.begin(), each.end(), [&](const NoiseScale& s) {
+      return std::abs(s.ratio - common.ratio) <= std::max(4 * std::hypot(s.std, common.std), 1.0 / 24);
+    });
+    if (agree)
+      out.push_back(common);
+    else
+      out.insert(out.end(), each.begin(), each.end());
+  }
+  return out;
+}
+
+bool wrong(const NoiseScale& scale) { return std::abs(scale.ratio - 1) > std::max(4 * scale.std, 1.0 / 12); }
+
+void correct(ComparisonData& data, const std::vector<NoiseScale>& scales, Eigen::VectorXd& residual) {
+  for (const NoiseScale& scale : scales)
+    for (Block& block : data.blocks)
+      if (block.noise == scale.key && scale.kind.value_or(block.kind) == block.kind) {
+        block.rows_of(residual) /= scale.ratio;
+        block.sigma *= scale.ratio;
+      }
+}
+
+}  // namespace kr5::gap

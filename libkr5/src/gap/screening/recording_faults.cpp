@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "gap/screening/recording_faults.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kr5::gap {
+namespace {
+
+/// Offset that a clock often has: half a usual control cycle [s].
+constexpr double usual_clock_offset = 0.006;
+
+/// Columns of one clock, in experiments of these kinds.
+struct Clock {
+  std::string target;
+  std::vector<cell::Kind> kinds;
+  std::string group;  ///< Of cell::columns.
+  int joints = 0;
+  bool early_only = false;  ///< Late is an effect of the catalogue.
+
+  bool counts(cell::Kind kind) const { return std::find(kinds.begin(), kinds.end(), kind) != kinds.end(); }
+  /// The columns that it stamps, of those that a table has.
+  std::vector<int> columns(cell::Kind kind, const io::Table& table) const {
+    std::vector<int> out;
+    for (const cell::Column& c : cell::columns(kind, joints))
+      if (c.role == cell::Role::Predicted && c.group == group && table.find(c.name) >= 0)
+        out.push_back(table.find(c.name));
+    return out;
+  }
+};
+
+/// A column read `delay` earlier, linear between rows, run by run, held at the ends.
+Eigen::VectorXd earlier(const Eigen::VectorXd& t, const Eigen::VectorXd& run, const Eigen::VectorXd& values,
+                        double delay) {
+  Eigen::VectorXd out = values;
+  for (Eigen::Index i = 0, k = 0; i < t.size(); ++i) {
+    const double at = t(i) - delay;
+    while (k > 0 && t(k) > at && run(k - 1) == run(i)) --k;
+    while (k + 1 < t.size() && (run(k) != run(i) || (t(k + 1) <= at && run(k + 1) == run(i)))) ++k;
+    const bool inside = k + 1 < t.size() && run(k + 1) == run(i) && t(k + 1) > t(k);
+    const double part = inside ? std::clamp((at - t(k)) / (t(k + 1) - t(k)), 0.0, 1.0) : 0.0;
+    out(i) = part > 0 ? (1 - part) * values(k) + part * values(k + 1) : values(k);
+  }
+  return out;
+}
+
+void shift(io::Table& table, const cell::Experiment& e, const Clock& clock, double delay) {
+  const int t = e.data.find("t");
+  if (t < 0 || !clock.counts(e.kind)) return;
+  const std::string name = cell::run_column(e.kind);
+  const int at = name.empty() ? -1 : e.data.find(name);
+  const Eigen::VectorXd run =
+      at < 0 ? Eigen::VectorXd::Zero(e.data.values.rows()) : Eigen::VectorXd(e.data.values.col(at));
+  for (const int column : clock.columns(e.kind, table))
+    table.values.col(column) = earlier(e.data.values.col(t), run, table.values.col(column), delay);
+}
+
+bool recorded_experiment(const cell::Recording& recording, const Clock& clock) {
+  return std::any_of(recording.experiments.begin(), recording.experiments.end(), [&](const cell::Experiment& e) {
+    return clock.counts(e.kind) && e.data.find("t") >= 0 && !clock.columns(e.kind, e.data).empty();
+  });
+}
+
+}  // namespace
+
+std::vector<Hypothesis> recording_faults(const cell::Recording& recording) {
+  using enum cell::Kind;
+  const int n = recording.cell.robot.joints();
+  std::vector<Clock> clocks = {{"wrench of motion", {Motion}, "wrench", n},
+                               {"joint angles", {Motion}, "positions", n},
+                               {"motor currents", {Motion}, "currents", n, true},
+                               {"joint torques", {Motion}, "torques", n}};
+  const Clock contact{"wrench of contact", {Press, Profile}, "wrench", n};
+  if (recorded_experiment(recording, contact))
+    clocks.insert(clocks.end(), {contact, {"wrench", {Motion, Press, Profile}, "wrench", n}});
+  std::vector<Hypothesis> out;
+  for (const Clock& clock : clocks) {
+    if (!recorded_experiment(recording, clock)) continue;
+    Hypothesis h;
+    h.effect = "clock_offset";
+    h.target = clock.target;
+    Coordinate delay;
+    delay.name = "delay";
+    delay.unit = "s";
+    delay.size = usual_clock_offset;
+    if (clock.early_only) delay.upper = 0.0;
+    h.coordinates = {delay};
+    h.probes = {{{Eigen::VectorXd::Constant(1, clock.early_only ? -0.5 : 0.5)}}};
+    h.change = [clock](io::Table& table, const cell::Experiment& e, const Eigen::VectorXd& x) {
+      shift(table, e, clock, usual_clock_offset * x(0));
+    };
+    h.of_recording = true;
+    out.push_back(std::move(h));
+  }
+  return out;
+}
+
+}  // namespace kr5::gap

@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "gap/screening/screen.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <set>
+
+#include <Eigen/Cholesky>
+
+#include <kr5/core/error.hpp>
+
+#include "gap/parallel.hpp"
+
+namespace kr5::gap {
+namespace {
+
+/// What a list of columns would take from the residual, linear, base columns and scatter projected out.
+struct Normal {
+  Eigen::MatrixXd A;
+  Eigen::VectorXd b;
+};
+
+/// The columns a model already has: whatever a new effect shares with them is theirs as well.
+class Projection {
+ public:
+  Projection(const FitProblem& problem, const Model& model)
+      : problem_(problem), columns_(model.jacobian), residual_(counted_residual(problem.data, model.residual)) {
+    if (problem.prior.size() > 0) scatter_b_ = project(problem.data, problem.scatter, residual_);
+    const Eigen::Index n = static_cast<Eigen::Index>(columns_.size());
+    b_.resize(n);
+    for (Eigen::Index i = 0; i < n; ++i) b_(i) = dot(problem.data, columns_[i], residual_);
+    if (n == 0) return;
+    Eigen::MatrixXd A = gram(columns_, columns_);
+    if (problem.prior.size() > 0) {
+      scatter_ = project(problem.scatter, columns_);
+      A -= problem.prior.inner(scatter_, scatter_);
+      b_ -= problem.prior.inner(scatter_, scatter_b_);
+    }
+    A.diagonal().array() += 1e-9 + 1.0 / (prior_width * prior_width);
+    factor_.compute(A);
+  }
+
+  Normal normal(const std::vector<Signature>& columns) const {
+    Normal out{gram(columns, columns), Eigen::VectorXd(columns.size())};
+    for (std::size_t i = 0; i < columns.size(); ++i) out.b(i) = dot(problem_.data, columns[i], residual_);
+    Eigen::MatrixXd scatter;
+    if (problem_.prior.size() > 0) {
+      scatter = project(problem_.scatter, columns);
+      out.A -= problem_.prior.inner(scatter, scatter);
+      out.b -= problem_.prior.inner(scatter, scatter_b_);
+    }
+    if (columns_.empty()) return out;
+    Eigen::MatrixXd cross = gram(columns_, columns);
+    if (problem_.prior.size() > 0) cross -= problem_.prior.inner(scatter_, scatter);
+    const Eigen::MatrixXd solved = factor_.solve(cross);
+    out.A -= cross.transpose() * solved;
+    out.b -= solved.transpose() * b_;
+    return out;
+  }
+
+  const Eigen::VectorXd& residual() const { return residual_; }
+
+ private:
+  const FitProblem& problem_;
+  const std::vector<Signature>& columns_;
+  Eigen::VectorXd residual_, b_, scatter_b_;
+  Eigen::MatrixXd scatter_;
+  Eigen::LDLT<Eigen::MatrixXd> factor_;
+};
+
+/// Gain of log evidence of adding these columns, and their coefficients.
+double gain(const Normal& normal, Eigen::VectorXd& coefficients) {
+  const Eigen::Index n = normal.b.size();
+  const Eigen::MatrixXd ridge = normal.A + Eigen::MatrixXd::Identity(n, n) / (prior_width * prior_width);
+  const Eigen::LDLT<Eigen::MatrixXd> factor(ridge);
+  coefficients = factor.solve(normal.b);
+  double out = 0.5 * normal.b.dot(coefficients);
+  out -= 0.5 * (factor.vectorD().array().max(1e-12) * prior_width * prior_width).log().sum();
+  out += 0.5 * coefficients.squaredNorm() / (prior_width * prior_width);  // the Cauchy prior below counts instead
+  out -= (coefficients.array() / prior_width).square().log1p().sum();
+  return out;
+}
+
+/// The point that coefficients of a probe's points mean.
+Eigen::VectorXd start(const Hypothesis& h, const Probe& probe, const Eigen::VectorXd& coefficients) {
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(h.size());
+  for (int i = 0; i < h.size(); ++i) {
+    const Coordinate& c = h.coordinates[static_cast<std::size_t>(i)];
+    if (c.shape) {
+      x(i) = probe.points.front()(i);
+      continue;
+    }
+    const double scale = probe.points.size() == 1 ? 1 / probe.points.front()(0) : 1.0;
+    for (std::size_t k = 0; k < probe.points.size(); ++k)
+      x(i) += coefficients(static_cast<Eigen::Index>(k)) * scale * probe.points[k](i);
+    x(i) = std::clamp(x(i), c.lower, c.upper);
+  }
+  return x;
+}
+
+/// A single amplitude on the wrong side of its bound explains nothing.
+bool out_of_bounds(const Hypothesis& h, const Eigen::VectorXd& coefficients) {
+  return coefficients.size() == 1 &&
+         (coefficients(0) <= h.coordinates.front().lower + 1e-12 && h.coordinates.front().lower >= 0);
+}
+
+bool has(const Model& model, const Hypothesis& h) {
+  return std::any_of(model.parts.begin(), model.parts.end(), [&](const Part& p) {
+    return p.candidate->hypothesis.effect == h.effect && p.candidate->hypothesis.target == h.target;
+  });
+}
+
+}  // namespace
+
+Eigen::VectorXd nearly_off(const Hypothesis& h) {
+  Eigen::VectorXd x = h.probes.front().points.front();
+  for (Eigen::Index i = 0; i < x.size(); ++i)
+    if (!h.coordinates[static_cast<std::size_t>(i)].shape) x(i) *= 0.01;
+  return x;
+}
+
+Screen::Screen(const ComparisonData& data, std::vector<Hypothesis> hypotheses, const Eigen::VectorXd& base, int threads,
+               const Progress& progress)
+    : data_(data), threads_(threads) {
+  const std::size_t plain = hypotheses.size();
+  const std::vector<PeriodicEffect> periodic = periodic_effects(data.recording->cell);
+  for (const PeriodicEffect& effect : periodic)
+    hypotheses.push_back(periodic_hypothesis(data.recording->cell, effect, 1));
+  for (Hypothesis& h : hypotheses) candidates_.push_back(std::make_unique<Candidate>(Candidate{std::move(h), {}, {}}));
+  const AffectedExperiments touch(data);
+  std::atomic<int> done{0};
+  parallel_for(static_cast<int>(candidates_.size()), threads, [&](int i) {
+    candidates_[i]->experiments = touch.experiments(candidates_[i]->hypothesis);
+    simulate(*candidates_[i], base);
+    if (progress) progress(static_cast<double>(++done) / static_cast<double>(candidates_.size()));
+  });
+  for (std::size_t i = plain; i < candidates_.size(); ++i)
+    if (!candidates_[i]->signatures.empty())
+      carriers_.push_back(make_carrier(data, *candidates_[i], periodic[i - plain].joint));
+  candidates_.resize(plain);
+  std::erase_if(candidates_, [](const auto& c) { return c->signatures.empty(); });
+  std::set<std::pair<std::string, std::string>> pairs;
+  for (const auto& c : candidates_) pairs.emplace(c->hypothesis.effect, c->hypothesis.target);
+  effects_ = static_cast<int>(pairs.size() + carriers_.size());
+}
+
+void Screen::simulate(Candidate& candidate, const Eigen::VectorXd& base) const {
+  const std::vector<int> experiments = experiments_of_split(data_, candidate.experiments, cell::Split::Fit);
+  for (const Probe& probe : candidate.hypothesis.probes) {
+    std::vector<Signature> columns;
+    for (const Eigen::VectorXd& x : probe.points) {
+      Setup setup = data_.recording->cell;
+      apply(setup, candidate.hypothesis, x);
+      const double factor = probe.points.size() == 1 ? 1 / x(0) : 1.0;
+      columns.push_back(difference(data_, experiments, base, residuals(data_, setup, experiments, base), factor));
+    }
+    if (std::any_of(columns.begin(), columns.end(), [](const Signature& s) { return !s.empty(); }))
+      candidate.signatures.push_back(std::move(columns));
+    else
+      return candidate.signatures.clear();
+  }
+}
+
+void Screen::add_periodic(const Eigen::VectorXd& left) {
+  std::vector<std::vector<int>> cycles(carriers_.size());
+  parallel_for(static_cast<int>(carriers_.size()), threads_,
+               [&](int i) { cycles[i] = best_cycles(data_, carriers_[i], left, 2); });
+  for (std::size_t i = 0; i < carriers_.size(); ++i)
+    for (const int c : cycles[i]) {
+      Candidate candidate = modulated(data_, carriers_[i], c);
+      const auto known = std::any_of(candidates_.begin(), candidates_.end(), [&](const auto& other) {
+        return other->hypothesis.effect == candidate.hypothesis.effect &&
+               other->hypothesis.target == candidate.hypothesis.target &&
+               other->hypothesis.choice == candidate.hypothesis.choice;
+      });
+      if (!known) candidates_.push_back(std::make_unique<Candidate>(std::move(candidate)));
+    }
+}
+
+std::vector<Suggestion> Screen::rank(const FitProblem& problem, const Model& model) {
+  const Projection projection(problem, model);
+  add_periodic(projection.residual());
+  std::vector<Suggestion> all(candidates_.size());
+  parallel_for(static_cast<int>(candidates_.size()), threads_, [&](int i) {
+    const Candidate& candidate = *candidates_[i];
+    Suggestion& best = all[i];
+    best.score = -1e300;
+    if (has(model, candidate.hypothesis)) return;
+    for (std::size_t p = 0; p < candidate.signatures.size(); ++p) {
+      Eigen::VectorXd coefficients;
+      const double score = gain(projection.normal(candidate.signatures[p]), coefficients) + problem.log_prior_effect +
+                           candidate.hypothesis.log_prior;
+      if (score <= best.score || out_of_bounds(candidate.hypothesis, coefficients)) continue;
+      best = {{&candidate, start(candidate.hypothesis, candidate.hypothesis.probes[p], coefficients)}, score};
+    }
+  });
+  std::erase_if(all, [](const Suggestion& s) { return s.part.candidate == nullptr; });
+  std::sort(all.begin(), all.end(), [](const Suggestion& a, const Suggestion& b) { return a.score > b.score; });
+  return all;
+}
+
+std::vector<PairSuggestion> Screen::rank_pairs(const FitProblem& problem, const Model& empty, std::size_t count) const {
+  const Projection projection(problem, empty);
+  struct Entry {
+    const Candidate* candidate;
+    std::size_t probe;
+    Normal normal;
+    Eigen::MatrixXd scatter;
+  };
+  std::vector<Entry> entries;
+  for (const auto& c : candidates_)
+    for (std::size_t p = 0; p < c->signatures.size(); ++p) entries.push_back({c.get(), p, {}, {}});
+  parallel_for(static_cast<int>(entries.size()), threads_, [&](int i) {
+    const auto& columns = entries[i].candidate->signatures[entries[i].probe];
+    entries[i].normal = projection.normal(columns);
+    if (problem.prior.size() > 0) entries[i].scatter = project(problem.scatter, columns);
+  });
+  std::vector<std::vector<PairSuggestion>> found(entries.size());
+  parallel_for(static_cast<int>(entries.size()), threads_, [&](int i) {
+    const Entry& a = entries[i];
+    for (std::size_t j = static_cast<std::size_t>(i) + 1; j < entries.size(); ++j) {
+      const Entry& b = entries[j];
+      const Hypothesis &ha = a.candidate->hypothesis, &hb = b.candidate->hypothesis;
+      if (ha.effect == hb.effect && ha.target == hb.target) continue;
+      Eigen::MatrixXd cross = gram(a.candidate->signatures[a.probe], b.candidate->signatures[b.probe]);
+      if (problem.prior.size() > 0) cross -= problem.prior.inner(a.scatter, b.scatter);
+      const Eigen::Index n = a.normal.b.size(), m = b.normal.b.size();
+      Normal joint{Eigen::MatrixXd(n + m, n + m), Eigen::VectorXd(n + m)};
+      joint.A << a.normal.A, cross, cross.transpose(), b.normal.A;
+      joint.b << a.normal.b, b.normal.b;
+      Eigen::VectorXd x;
+      const double score = gain(joint, x) + 2 * problem.log_prior_effect + ha.log_prior + hb.log_prior;
+      if (out_of_bounds(ha, x.head(n)) || out_of_bounds(hb, x.tail(m))) continue;
+      found[i].push_back({{a.candidate, start(ha, ha.probes[a.probe], x.head(n))},
+                          {b.candidate, start(hb, hb.probes[b.probe], x.tail(m))},
+                          score});
+    }
+    std::sort(found[i].begin(), found[i].end(), [](const auto& x, const auto& y) { return x.score > y.score; });
+    if (found[i].size() > count) found[i].resize(count);
+  });
+  std::vector<PairSuggestion> out;
+  for (auto& list : found) out.insert(out.end(), list.begin(), list.end());
+  std::sort(out.begin(), out.end(), [](const auto& x, const auto& y) { return x.score > y.score; });
+  if (out.size() > count) out.resize(count);
+  return out;
+}
+
+}  // namespace kr5::gap

@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "predict/moving_kinds.hpp"
+
+#include <kr5/force/peg_on_tube.hpp>
+#include <kr5/physics/contact.hpp>
+#include <kr5/physics/drives.hpp>
+#include <kr5/physics/effective_arm.hpp>
+#include <kr5/physics/path_correction.hpp>
+#include <kr5/physics/second_order.hpp>
+#include <kr5/physics/tool.hpp>
+#include <kr5/physics/tube.hpp>
+#include <kr5/physics/wrench_sensor.hpp>
+
+#include "predict/deflection.hpp"
+#include "predict/motion_cache.hpp"
+
+namespace kr5::predict {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using kinematics::Rows;
+
+namespace {
+
+/// Position, speed and acceleration, one row a sample; one column an axis.
+struct MotorMotion {
+  MatrixXd x, v, a;
+};
+
+/// Motors follow the commands; readings are theirs.
+MotorMotion follow_commands(const physics::Drives& drives, const MatrixXd& command, const VectorXd& t,
+                            MotionCache& cache) {
+  const MatrixXd none(command.rows(), command.cols());
+  MotorMotion out{none, none, none};
+  for (int i = 0; i < drives.size(); ++i) {
+    const cell::SecondOrder& servo = drives.servo[static_cast<std::size_t>(i)];
+    CacheKey key;
+    key.add(servo.natural_frequency).add(servo.damping_ratio).add(servo.delay).add(t).add(command.col(i));
+    const auto axis =
+        cache.axes.find_or_make(std::move(key), [&] { return physics::follow_smooth(servo, t, command.col(i)); });
+    out.x.col(i) = axis->col(0);
+    out.v.col(i) = axis->col(1);
+    out.a.col(i) = axis->col(2);
+  }
+  return out;
+}
+
+/// Motion of the links, a row a sample.
+struct LinkMotion {
+  Rows q, qd, qdd;
+};
+
+LinkMotion rigid_links(const physics::Drives& drives, const MotorMotion& motor) {
+  LinkMotion out{motor.x, motor.v, motor.a};
+  for (Index i = 0; i < motor.x.cols(); ++i) {
+    const physics::Transmission& transmission = drives.joint(i).transmission;
+    if (transmission.uniform()) {
+      out.q.col(i).array() += transmission.encoder_offset;
+      continue;
+    }
+    for (Index k = 0; k < out.q.rows(); ++k) {
+      const double q = motor.x(k, i), v = motor.v(k, i), slope = transmission.slope(q);
+      out.q(k, i) = transmission.link(q);
+      out.qd(k, i) = slope * v;
+      out.qdd(k, i) = slope * motor.a(k, i) + transmission.curvature(q) * v * v;
+    }
+  }
+  return out;
+}
+
+/// All that the loads of a motion depend on.
+CacheKey load_key(const kinematics::DhChain& chain, const std::vector<kinematics::Body>& bodies,
+                  const Eigen::Vector3d& gravity, const std::optional<kinematics::SensorCut>& cut,
+                  const LinkMotion& links) {
+  CacheKey key;
+  const auto add_body = [&](const kinematics::Body& b) { key.add(b.mass).add(b.com).add(b.inertia); };
+  key.add(chain.T_base_0.matrix()).add(gravity);
+  for (const kinematics::DhJoint& j : chain.joints)
+    key.add(static_cast<double>(j.type)).add(j.b).add(j.theta_offset).add(j.a).add(j.alpha).add(j.beta);
+  for (const kinematics::Body& body : bodies) add_body(body);
+  if (cut) {
+    key.add(cut->T_link_sensor.matrix());
+    add_body(cut->body);
+  }
+  return std::move(key.add(links.q).add(links.qd).add(links.qdd));
+}
+
+void add_cables(const physics::Drives& drives, const Rows& q, Rows& load) {
+  for (Index i = 0; i < q.cols(); ++i)
+    for (Index k = 0; k < q.rows(); ++k) load(k, i) += physics::cable_spring(drives.joint(i).cable, q(k, i));
+}
+
+/// Torques on the joints, cables included, of a motion of the links.
+Rows joint_loads(const physics::Drives& drives, kinematics::Dynamics& dynamics, const LinkMotion& links) {
+  Rows out = dynamics.loads(links.q, links.qd, links.qdd).tau;
+  add_cables(drives, links.q, out);
+  return out;
+}
+
+/// Adds the deflection of elastic joints and of those with play. The second pass knows how the deflection of the first
+/// changes the load, by which a link crosses its play some milliseconds earlier or later.
+void deflect_links(const physics::Drives& drives, kinematics::Dynamics& dynamics, const VectorXd& t,
+                   LinkMotion& links) {
+  std::vector<Index> soft;
+  std::vector<physics::GearSpring> springs;
+  for (Index i = 0; i < drives.size(); ++i) {
+    if (drives.joint(i).spring.rigid()) continue;
+    soft.push_back(i);
+    springs.push_back(drives.joint(i).spring);
+  }
+  std::vector<MatrixXd> mass;
+  for (Index k = 0; k < t.size(); ++k) mass.push_back(dynamics.mass_matrix(links.q.row(k).transpose())(soft, soft));
+  const LinkMotion rigid = links;
+  MatrixXd load = joint_loads(drives, dynamics, rigid)(Eigen::all, soft);
+  for (const bool last : {false, true}) {
+    const Deflection d = deflect(springs, t, load, mass);
+    links = rigid;
+    for (std::size_t i = 0; i < soft.size(); ++i) {
+      links.q.col(soft[i]) += d.x.col(static_cast<Index>(i));
+      links.qd.col(soft[i]) += d.v.col(static_cast<Index>(i));
+      links.qdd.col(soft[i]) += d.a.col(static_cast<Index>(i));
+    }
+    if (last) break;
+    load = joint_loads(drives, dynamics, links)(Eigen::all, soft);
+    for (Index k = 0; k < t.size(); ++k) load.row(k) -= d.a.row(k) * mass[static_cast<std::size_t>(k)];
+  }
+}
+
+VectorXd increasing_times(const ExperimentInput& input) {
+  const VectorXd t = input["t"];
+  for (Index k = 1; k < t.size(); ++k)
+    if (!(t[k] > t[k - 1]))
+      input.fail("column 't', row " + std::to_string(k + 1) + ": does not increase, found " + std::to_string(t[k]) +
+                 " after " + std::to_string(t[k - 1]));
+  return t;
+}
+
+}  // namespace
+
+PredictionTable predict_motion(const cell::Cell& cell, const ExperimentInput& input, MotionCache& cache) {
+  input.need(cell.servo && !cell.servo->joint.empty(), "servo.joint");
+  const bool massive = !cell.robot.links.empty();
+  const VectorXd t = increasing_times(input);
+  const physics::EffectiveArm arm(cell);
+  const physics::Drives drives(cell);
+  const MotorMotion motor = follow_commands(drives, input.joints("qc"), t, cache);
+  PredictionTable out(t.size());
+  out.add_each("q", motor.x);
+  if (!massive && !cell.tool) return out;
+  LinkMotion links = rigid_links(drives, motor);
+  const double middle = (t[0] + t[t.size() - 1]) / 2;  // warms little in one motion
+  kinematics::Dynamics dynamics = arm.dynamics(middle);
+  if (!drives.rigid()) {
+    input.need(massive, "robot.links");
+    deflect_links(drives, dynamics, t, links);
+  }
+  std::optional<kinematics::SensorCut> cut;
+  if (cell.tool) cut = arm.below_sensor();
+  const auto loads =
+      cache.loads.find_or_make(load_key(arm.chain(middle), cell.robot.links, cell.robot.gravity, cut, links),
+                               [&] { return dynamics.loads(links.q, links.qd, links.qdd, cut); });
+  if (massive) {
+    Rows tau = loads->tau;
+    add_cables(drives, links.q, tau);
+    const MatrixXd torque = drives.drive_torques(t, motor.x, motor.v, tau);
+    if (drives.motors)
+      out.add_each("i",
+                   physics::delayed_log(t, drives.motors->currents(motor.a, torque), physics::current_delay(cell)));
+    else
+      out.add_each("tau", torque);
+  }
+  if (cell.tool) {
+    MatrixXd wrench = -loads->wrench;
+    physics::apply_sensor_effects(physics::WrenchSensor(cell), t, input.runs(), wrench);
+    out.add_wrench(wrench);
+  }
+  return out;
+}
+
+namespace {
+
+/// z and its speed in each row, run by run.
+Eigen::MatrixX2d follow_path(const cell::Cell& cell, const ExperimentInput& input,
+                             const std::vector<physics::RowRange>& runs) {
+  input.need(cell.servo && cell.servo->tool, "servo.tool");
+  const physics::PathServo servo(cell);
+  const auto asked = input["zc"];
+  Eigen::MatrixX2d out(input.rows(), 2);
+  for (const physics::RowRange& run : runs) {
+    physics::PathCorrection path(servo, servo.start(asked[run.first]));
+    for (Eigen::Index k = run.first; k < run.last; ++k) {
+      out.row(k) << path.z(), path.speed();
+      path.advance(asked[k]);
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+PredictionTable predict_step(const cell::Cell& cell, const ExperimentInput& input) {
+  PredictionTable out(input.rows());
+  out.add("z", follow_path(cell, input, input.runs()).col(0));
+  return out;
+}
+
+PredictionTable predict_press(const cell::Cell& cell, const ExperimentInput& input) {
+  input.need(cell.contact.has_value(), "contact");
+  const std::vector<physics::RowRange> runs = input.runs();
+  const Eigen::MatrixX2d path = follow_path(cell, input, runs);
+  const physics::EffectiveContact contact(cell);
+  PredictionTable out(input.rows());
+  out.add("z", path.col(0));
+  if (!cell.tool) return out;
+  Eigen::MatrixXd wrench = physics::tool_weight(cell, input.rows());
+  for (Eigen::Index k = 0; k < input.rows(); ++k) wrench(k, 2) -= contact.force(-path(k, 0), -path(k, 1));
+  physics::apply_sensor_effects(physics::WrenchSensor(cell), input["t"], runs, wrench);
+  out.add_wrench(wrench);
+  return out;
+}
+
+namespace {
+
+std::span<const double> as_span(const VectorXd& v) { return {v.data(), static_cast<std::size_t>(v.size())}; }
+
+}  // namespace
+
+PredictionTable predict_profile(const cell::Cell& cell, const ExperimentInput& input) {
+  input.need(cell.contact.has_value(), "contact");
+  input.need(cell.peg.has_value(), "peg");
+  input.need(cell.tube.has_value(), "tube");
+  const physics::EffectiveContact contact(cell);
+  const VectorXd tilt = input["tilt"], alpha = input["alpha"], held = input["fc"];
+  Eigen::MatrixX3d friction(input.rows(), 3);  // on the peg, in T
+  VectorXd cx = input["cx"], cy = input["cy"];
+  for (Index k = 0; k < input.rows(); ++k) {
+    friction.row(k) = contact.rolling_friction(alpha[k], held[k]);
+    const Eigen::Vector2d away = contact.lateral_displacement(friction.row(k));
+    cx[k] += away.x(), cy[k] += away.y();
+  }
+  VectorXd z(input.rows());
+  const force::PegTubeShape shape = physics::peg_tube_shape(cell);
+  force::resting_heights({shape.peg_radius, shape.inner_radius, shape.outer_radius}, physics::T_tube_actual(cell),
+                         as_span(tilt), as_span(alpha), as_span(cx), as_span(cy),
+                         {z.data(), static_cast<std::size_t>(z.size())});
+  for (Index k = 0; k < z.size(); ++k) z[k] -= contact.depth(held[k]);
+  PredictionTable out(input.rows());
+  out.add("z", z);
+  if (!cell.tool) return out;
+  const Eigen::MatrixX3d on_peg = friction * cell.tube->T_base_tube.linear().transpose();
+  Eigen::MatrixXd wrench = physics::tool_weight(cell, input.rows());
+  wrench.col(0) += on_peg.col(0);
+  wrench.col(1) -= on_peg.col(1);
+  wrench.col(2) -= held;
+  physics::apply_sensor_effects(physics::WrenchSensor(cell), input["t"], input.runs(), wrench);
+  out.add_wrench(wrench);
+  return out;
+}
+
+}  // namespace kr5::predict

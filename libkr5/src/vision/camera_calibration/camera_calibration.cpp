@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/vision/camera_calibration.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+
+#include <kr5/core/error.hpp>
+#include <kr5/core/linear.hpp>
+
+#include "vision/camera_calibration/camera_findings.hpp"
+#include "vision/camera_calibration/camera_start.hpp"
+#include "vision/camera_calibration/check_views.hpp"
+#include "vision/camera_calibration/model_selection.hpp"
+#include "vision/camera_calibration/view_test.hpp"
+
+namespace kr5::vision {
+
+namespace {
+
+using namespace detail;
+constexpr double greatest_focal_uncertainty = 0.05;  // relative; beyond it focal length and distance are not separable
+
+std::vector<CameraViewReport> blank_reports(std::span<const View> views) {
+  std::vector<CameraViewReport> out(views.size());
+  for (std::size_t i = 0; i < views.size(); ++i) out[i].name = views[i].name;
+  return out;
+}
+
+void exclude_view(std::vector<bool>& used, std::vector<CameraViewReport>& reports, std::size_t view,
+                  const std::string& why) {
+  used[view] = false;
+  reports[view].outlier = true;
+  reports[view].reason = why;
+}
+
+/// A flat target seen from behind among others seen from the front: its points are numbered mirror-wise.
+void exclude_mirrored_views(const TargetPlane& plane, const CameraState& state, std::vector<bool>& used,
+                            std::vector<CameraViewReport>& reports) {
+  if (!plane.flat) return;
+  const auto side = [&](std::size_t i) {
+    const Pose& T = state.poses[i];
+    return (T.linear() * plane.basis.col(2)).dot(T * plane.centre) > 0 ? 1 : -1;
+  };
+  int sum = 0;
+  for (std::size_t i = 0; i < used.size(); ++i) sum += used[i] ? side(i) : 0;
+  for (std::size_t i = 0; i < used.size(); ++i)
+    if (used[i] && sum != 0 && side(i) * sum < 0)
+      exclude_view(used, reports, i, "mirrored: its points run the other way round than in the other views");
+}
+
+/// Fits the reference model, naming the worst view and fitting again until no view contradicts the others.
+RobustAdjustment exclude_contradicting_views(const CameraProblem& problem, const CameraModel& model,
+                                             const CameraState& start, const CameraOptions& options,
+                                             std::vector<bool>& used, std::vector<CameraViewReport>& reports) {
+  std::vector<bool> kept = used;
+  RobustAdjustment fit = adjust_robustly(problem, model, start, kept, options.robust, 3);
+  const auto floor = std::max<std::ptrdiff_t>(3, std::ptrdiff_t(used.size()) / 2);
+  while (std::count(kept.begin(), kept.end(), true) > floor) {
+    const int worst = test_views(fit, kept, options.false_alarm, options.correlation, reports).worst;
+    if (worst < 0) break;
+    reports[std::size_t(worst)].outlier = true;
+    kept[std::size_t(worst)] = false;
+    fit = adjust_robustly(problem, model, fit.adjustment.state, kept, options.robust, 2);
+  }
+  if (!options.reject_views) return adjust_robustly(problem, model, fit.adjustment.state, used, options.robust, 2);
+  used = kept;
+  return fit;
+}
+
+/// Covariance of the free parameters, empty when the data do not determine them.
+Eigen::MatrixXd covariance_of(const RobustAdjustment& fit, Eigen::Index free) {
+  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(free, free);
+  for (std::size_t i = 0; i < fit.weights.size(); ++i)
+    if (fit.weights[i].size()) A += fit.adjustment.blocks[i].reduced();
+  const Eigen::VectorXd scale = A.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const SymmetricEigen eigen = symmetric_eigen(scale.asDiagonal() * A * scale.asDiagonal());
+  if (!A.allFinite() || !(eigen.values[0] > 1e-13)) return {};
+  const Eigen::MatrixXd half =
+      scale.asDiagonal() * eigen.vectors * eigen.values.cwiseSqrt().cwiseInverse().asDiagonal();
+  return half * half.transpose();
+}
+
+void report_view(const CameraProblem& problem, const RobustAdjustment& fit, const Eigen::MatrixXd& covariance,
+                 const CameraState& state, std::size_t i, CameraViewReport& report) {
+  const Pose& T = report.T_camera_target = state.poses[i];
+  report.residuals = residuals(problem, state, i);
+  if (report.residuals.cols() == 0) {
+    report.outlier = true;
+    report.weight = 0;
+    if (report.reason.empty()) report.reason = "under this camera its points would lie behind it or outside the lens";
+    return;
+  }
+  report.rms_px = std::sqrt(report.residuals.colwise().squaredNorm().mean());
+  report.noise_px = noise_of(report.residuals, true, 6);
+  const Eigen::Vector3d normal = T.linear() * problem.plane.basis.col(2);
+  report.tilt = problem.plane.flat ? std::acos(std::min(std::abs(normal.z()), 1.0)) : 0.0;
+  report.weights = huber_weights(report.residuals, report.noise_px);
+  report.weight = 0;
+  if (!fit.weights[i].size()) return;
+  report.weight = fit.weights[i].maxCoeff() * fit.sigma * fit.sigma;
+  const ViewEquations& b = fit.adjustment.blocks[i];
+  const Matrix6 inverse = b.pose.inverse();
+  const Eigen::MatrixXd gain = inverse * b.cross.transpose();
+  report.covariance = inverse + gain * covariance * gain.transpose();
+}
+
+/// Everything that follows from the last fit.
+void report_fit(const CameraProblem& problem, const CameraModel& model, const RobustAdjustment& fit,
+                const std::vector<bool>& used, double correlation, CameraCalibration& result) {
+  const Eigen::MatrixXd basis = free_basis(model);
+  result.dispersion = test_views(fit, used, 1e-9, correlation, result.views).dispersion;
+  const Eigen::MatrixXd covariance = std::max(result.dispersion, correlation) * covariance_of(fit, basis.cols());
+  CameraState state = fit.adjustment.state;
+  const int width = result.camera.width, height = result.camera.height;
+  result.camera = state.camera;
+  result.camera.width = width, result.camera.height = height;
+  result.target_shape = state.shape;
+  result.lens = model.lens, result.square_pixels = model.square_pixels, result.bent_target = model.bent_target;
+  result.free = free_names(model);
+  result.sigma_pixel = fit.sigma;
+  double sum = 0;
+  for (std::size_t i = 0; i < problem.views.size(); ++i) {
+    if (!fit.weights[i].size())
+      state.poses[i] = fit_pose(problem, state, i, Eigen::VectorXd::Ones(problem.views[i].points.cols()));
+    report_view(problem, fit, covariance.size() ? covariance : Eigen::MatrixXd::Zero(basis.cols(), basis.cols()), state,
+                i, result.views[i]);
+    if (fit.weights[i].size()) sum += result.views[i].residuals.squaredNorm();
+  }
+  result.rms_px = std::sqrt(sum / std::max(fit.points, 1));
+  result.fit.iterations += fit.adjustment.iterations;
+  result.fit.final_rms = fit.sigma > 0 ? std::sqrt(0.5 * sum / std::max(fit.points, 1)) / fit.sigma : 0;
+  if (covariance.size() == 0) return;
+  const Eigen::MatrixXd wide = basis * covariance * basis.transpose();
+  result.covariance = wide.topLeftCorner<Pinhole::parameter_count, Pinhole::parameter_count>();
+  const bool known = std::sqrt(result.covariance(0, 0)) < greatest_focal_uncertainty * result.camera.fx &&
+                     std::sqrt(result.covariance(1, 1)) < greatest_focal_uncertainty * result.camera.fy;
+  if (known && result.camera.fx > 0 && result.camera.fy > 0 && fit.sigma > 0)
+    result.fit.status = fit.adjustment.converged ? FitStatus::Converged : FitStatus::MaxIterations;
+}
+
+double rms_of(const CameraProblem& problem, const CameraState& state, const std::vector<bool>& used) {
+  double sum = 0, count = 0;
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    if (!used[i]) continue;
+    const Eigen::Matrix2Xd e = residuals(problem, state, i);
+    sum += e.squaredNorm(), count += 2.0 * double(e.cols());
+  }
+  return count > 0 ? std::sqrt(sum / count) : 0.0;
+}
+
+/// The richest model that all allowed ones of moderate size belong to: views are judged under it.
+CameraModel reference_model(const CameraOptions& options) {
+  return {options.lens.value_or(LensModel::Brown5), options.square_pixels.value_or(false),
+          options.bent_target.value_or(false)};
+}
+
+CameraModel choose_model(const CameraProblem& problem, const RobustAdjustment& reference, const std::vector<bool>& used,
+                         const CameraOptions& options, CameraCalibration& result) {
+  CameraModel chosen = reference_model(options);
+  const auto views = std::count(used.begin(), used.end(), true);
+  if (options.folds == 0) return chosen;
+  if (views < 4) {  // too few to hold any out: the lens most cameras have
+    if (!options.lens) chosen.lens = LensModel::K1K2;
+    if (!options.square_pixels) chosen.square_pixels = true;
+    return chosen;
+  }
+  result.models = compare_models(problem, reference, used, options);
+  for (const CameraModelScore& s : result.models)
+    if (s.chosen) {
+      chosen = {s.lens, s.square_pixels, s.bent_target};
+      result.held_out_rms = s.held_out_rms;
+    }
+  return chosen;
+}
+
+}  // namespace
+
+void CameraOptions::validate() const {
+  require(false_alarm > 0 && false_alarm < 0.5, "false_alarm must lie between 0 and 0.5 [-]");
+  require(std::isfinite(correlation) && correlation >= 1, "correlation must be at least 1 [-]");
+  require(folds == 0 || folds >= 2, "folds must be 0 or at least 2");
+  require(folds != 0 || lens, "folds = 0 compares no models: name the lens");
+  require(max_iterations >= 5, "max_iterations must be at least 5");
+}
+
+CameraCalibration calibrate_camera(std::span<const View> views, int width, int height, const CameraOptions& options) {
+  options.validate();
+  check_views(views, width, height);
+  CameraCalibration result;
+  result.camera.width = width, result.camera.height = height;
+  result.views = blank_reports(views);
+  const CameraProblem problem{views, common_plane(views), options.max_iterations};
+  CameraStart start = guess_camera(views, width, height);
+  std::vector<bool> used(views.size(), true);
+  for (std::size_t i = 0; i < used.size(); ++i)
+    if (!start.sound[i])
+      exclude_view(used, result.views, i, "no pose explains its points: they seem to be in a wrong order");
+  const auto count = [&] { return std::count(used.begin(), used.end(), true); };
+  if (count() > 0) {
+    const RobustAdjustment rough =
+        adjust_robustly(problem, {LensModel::K1, true, false, true}, start.state, used, true, 2);
+    exclude_mirrored_views(problem.plane, rough.adjustment.state, used, result.views);
+    const double initial = rms_of(problem, start.state, used);
+    RobustAdjustment fit = exclude_contradicting_views(problem, reference_model(options), rough.adjustment.state,
+                                                       options, used, result.views);
+    const CameraModel model = choose_model(problem, fit, used, options, result);
+    if (!(model == reference_model(options)))
+      fit = adjust_robustly(problem, model, fit.adjustment.state, used, options.robust, 3);
+    result.fit.iterations = rough.adjustment.iterations;
+    report_fit(problem, model, fit, used, options.correlation, result);
+    result.fit.initial_rms = fit.sigma > 0 ? initial / fit.sigma : 0;
+  }
+  result.coverage = coverage_of(views, result.views, width, height);
+  add_findings(used, problem.plane, result);
+  return result;
+}
+
+}  // namespace kr5::vision

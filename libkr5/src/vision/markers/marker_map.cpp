@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/vision/marker_map.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include <Eigen/Cholesky>
+
+#include <kr5/core/error.hpp>
+
+#include "vision/markers/marker_map_adjustment.hpp"
+#include "vision/markers/marker_map_start.hpp"
+
+namespace kr5::vision {
+namespace {
+
+/// Sightings by id, those that occur once in their image.
+std::vector<std::map<int, Eigen::Matrix<double, 2, 4>>> unique_tags(std::span<const MarkerSighting> images,
+                                                                    std::string* family) {
+  std::vector<std::map<int, Eigen::Matrix<double, 2, 4>>> all;
+  for (const MarkerSighting& image : images) {
+    std::map<int, int> count;
+    for (const TagDetection& tag : image.tags) {
+      require(family->empty() || tag.family == *family, "marker map: all markers must be of one family, found " +
+                                                            *family + " and " + tag.family + " (" + image.name + ")");
+      require(tag.corners.allFinite(), "marker map: a corner in " + image.name + " is not finite");
+      *family = tag.family;
+      ++count[tag.id];
+    }
+    auto& tags = all.emplace_back();
+    for (const TagDetection& tag : image.tags)
+      if (count[tag.id] == 1) tags[tag.id] = tag.corners;
+  }
+  return all;
+}
+
+/// Groups of ids that images connect, that of the lowest id first.
+std::vector<std::vector<int>> islands_of(const std::vector<std::map<int, Eigen::Matrix<double, 2, 4>>>& images) {
+  std::vector<std::set<int>> groups;
+  for (const auto& image : images) {
+    std::set<int> joined;
+    for (const auto& [id, corners] : image) joined.insert(id);
+    if (joined.empty()) continue;
+    std::vector<std::set<int>> rest;
+    for (const auto& group : groups) {
+      const bool meets = std::any_of(group.begin(), group.end(), [&](int id) { return joined.contains(id); });
+      if (meets)
+        joined.insert(group.begin(), group.end());
+      else
+        rest.push_back(group);
+    }
+    rest.push_back(joined);
+    groups = std::move(rest);
+  }
+  std::vector<std::vector<int>> out;
+  for (const auto& group : groups) out.emplace_back(group.begin(), group.end());
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+std::string describe(const std::vector<std::vector<int>>& islands) {
+  std::string text;
+  for (const auto& island : islands) {
+    text += text.empty() ? "{" : "} {";
+    for (std::size_t i = 0; i < island.size(); ++i) text += (i ? ", " : "") + std::to_string(island[i]);
+  }
+  return text + "}";
+}
+
+void fill(MarkerMapResult& result, const MapProblem& p, const MapState& state, const MapSolution& solution,
+          const std::vector<int>& ids, const MarkerMapOptions& options) {
+  const double readings = 8.0 * static_cast<double>(p.sightings.size());
+  const double dof = readings - static_cast<double>(solution.information.rows());
+  result.rms_px = std::sqrt(2 * solution.cost / readings);
+  result.sigma_pixel = options.sigma_pixel > 0 ? options.sigma_pixel : std::sqrt(solution.cost / std::max(dof, 1.0));
+  const Eigen::LDLT<Eigen::MatrixXd> ldlt(solution.information);
+  const auto n = solution.information.rows();
+  const Eigen::MatrixXd covariance =
+      result.sigma_pixel * result.sigma_pixel * ldlt.solve(Eigen::MatrixXd::Identity(n, 6 * (p.markers - 1)));
+  for (int m = 0; m < p.markers; ++m) {
+    const auto k = static_cast<std::size_t>(m);
+    result.target.map.push_back({ids[k], options.size, state.T_map_marker[k]});
+    const int column = 6 * (m - (m > p.reference ? 1 : 0));
+    const Matrix6 C = m == p.reference ? Matrix6(Matrix6::Zero()) : Matrix6(covariance.block<6, 6>(column, column));
+    result.covariance.push_back(0.5 * (C + C.transpose()));
+  }
+  std::vector<double> sums(static_cast<std::size_t>(p.images), 0.0), counts = sums;
+  for (const Sighting& s : p.sightings) {
+    Eigen::Matrix<double, 8, 1> r;
+    map_residual(p, s, state, r, nullptr, nullptr);
+    sums[static_cast<std::size_t>(s.image)] += r.squaredNorm();
+    counts[static_cast<std::size_t>(s.image)] += 4;
+  }
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    result.T_target_camera.push_back(state.T_camera_map[i].inverse());
+    result.view_rms_px.push_back(std::sqrt(sums[i] / counts[i]));
+  }
+  result.fit.status = solution.converged ? FitStatus::Converged : FitStatus::MaxIterations;
+  result.fit.iterations = solution.iterations;
+  result.fit.final_rms = std::sqrt(solution.cost / std::max(dof, 1.0)) / result.sigma_pixel;
+  result.fit.message = std::to_string(p.markers) + " markers from " + std::to_string(p.images) + " images";
+  if (!covariance.allFinite() || dof < 1 || (ldlt.vectorD().array() <= 0).any()) {
+    result.fit.status = FitStatus::Degenerate;
+    result.fit.message = "the images do not determine the map; take more of them, from other sides";
+  }
+}
+
+}  // namespace
+
+void MarkerMapOptions::validate() const {
+  require(std::isfinite(size) && size > 0, "size must be positive: the side of the markers [m]");
+  require(reference >= -1, "reference must be a marker id, or -1 for the lowest");
+  require(std::isfinite(sigma_pixel) && sigma_pixel >= 0, "sigma_pixel must not be negative [px]; 0 means estimated");
+  require(max_iterations >= 1, "max_iterations must be at least 1");
+}
+
+MarkerMapResult estimate_marker_map(std::span<const MarkerSighting> images, const Pinhole& camera,
+                                    const MarkerMapOptions& options) {
+  options.validate();
+  camera.validate();
+  MarkerMapResult result;
+  result.target.kind = TargetKind::MarkerMap;
+  result.target.family.clear();
+  const auto tags = unique_tags(images, &result.target.family);
+  result.islands = islands_of(tags);
+  if (result.islands.size() != 1) {
+    result.fit.message = result.islands.empty()
+                             ? "no marker is seen in any image"
+                             : "no image connects these groups of markers: " + describe(result.islands) +
+                                   "; take images that show markers of two groups together";
+    return result;
+  }
+  const std::vector<int>& ids = result.islands.front();
+  const auto reference = options.reference < 0 ? ids.begin() : std::find(ids.begin(), ids.end(), options.reference);
+  require(reference != ids.end(), "reference: marker " + std::to_string(options.reference) + " is seen in no image");
+  if (ids.size() < 2) {
+    result.fit.message = "only marker " + std::to_string(ids.front()) + " is seen; a map needs two or more together";
+    return result;
+  }
+  MapProblem problem{
+      camera, square_corners(options.size), 0, static_cast<int>(ids.size()), static_cast<int>(reference - ids.begin()),
+      {}};
+  for (std::size_t i = 0; i < tags.size(); ++i) {
+    if (tags[i].size() < 2) continue;  // one marker alone says nothing of the map
+    for (const auto& [id, corners] : tags[i])
+      problem.sightings.push_back(
+          {problem.images, static_cast<int>(std::lower_bound(ids.begin(), ids.end(), id) - ids.begin()), corners});
+    result.views.push_back(images[i].name);
+    ++problem.images;
+  }
+  MapState state = start_map(problem);
+  if (std::find(state.camera_known.begin(), state.camera_known.end(), false) != state.camera_known.end()) {
+    result.fit.message = "no pose explains one of the images; is the camera the right one?";
+    return result;
+  }
+  const MapSolution solution = adjust_map(problem, state, options.max_iterations);
+  fill(result, problem, state, solution, ids, options);
+  return result;
+}
+
+}  // namespace kr5::vision

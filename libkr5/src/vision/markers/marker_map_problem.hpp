@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include <kr5/vision/marker_map.hpp>
+
+namespace kr5::vision {
+
+/// One marker seen in one image, by position in the lists of markers and images.
+struct Sighting {
+  int image = 0, marker = 0;
+  Eigen::Matrix<double, 2, 4> corners;
+};
+
+struct MapProblem {
+  const Pinhole& camera;
+  Eigen::Matrix<double, 3, 4> square;
+  int images = 0, markers = 0, reference = 0;
+  std::vector<Sighting> sightings;
+};
+
+struct MapState {
+  std::vector<Pose> T_map_marker, T_camera_map;
+  std::vector<bool> marker_known, camera_known;
+};
+
+}  // namespace kr5::vision

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/vision/target_observation.hpp>
+
+#include <kr5/core/error.hpp>
+#include <kr5/vision/target_pose.hpp>
+
+#include "vision/cv_view.hpp"
+#include "vision/undistort.hpp"
+
+namespace kr5::vision {
+
+TargetObservation observe_target(ImageView image, const Target& target, const Pinhole& camera,
+                                 const DetectOptions& options) {
+  require_image(image);
+  camera.validate();
+  require(image.width == camera.width && image.height == camera.height,
+          "observe_target: image and camera differ in size");
+  TargetObservation sight;
+  const PlainView plain = undistort(image, camera);
+  const Detection detection = find_target(plain.image, target, options);
+  sight.message = detection.message;
+  if (!detection.found()) return sight;
+  const TargetPose pose = estimate_target_pose(detection.view, plain.camera, {.correlation = detection.correlation});
+  sight.message = pose.fit.message;
+  if (!pose.fit.usable() || pose.ambiguous) return sight;
+  sight.T_camera_target = pose.T_camera_target;
+  sight.points = detection.view.points;
+  const Pinhole& c = plain.camera;
+  sight.rays =
+      (detection.view.pixels.colwise() - Eigen::Vector2d(c.cx, c.cy)).array().colwise() / Eigen::Array2d(c.fx, c.fy);
+  sight.seen = true;
+  return sight;
+}
+
+TargetObservation observe_hole(const HoleDetection& hole) {
+  TargetObservation sight;
+  sight.message = hole.message;
+  if (!hole.found()) return sight;
+  sight.T_camera_target = hole.T_camera_hole;
+  const double r = 2 * hole.radius;
+  sight.points.resize(3, 4);
+  sight.points << r, 0, -r, 0, 0, r, 0, -r, 0, 0, 0, 0;
+  sight.rays = (sight.T_camera_target * sight.points).colwise().hnormalized();
+  sight.seen = true;
+  return sight;
+}
+
+}  // namespace kr5::vision

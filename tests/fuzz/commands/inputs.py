@@ -1,0 +1,536 @@
+"""Valid inputs of every command of `kr5`, small enough that a run takes a fraction of a second, and the commands
+that read them.
+"""
+
+import json
+import shutil
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+ROOT = Path(__file__).resolve().parents[3]
+SHARE = ROOT / "share"
+
+PROTOCOL = """\
+format: kr5-protocol/1
+name: short
+home: [0.0, 0.02, -2.75, 0.0, -0.3, 1.571]
+load: 0.5
+experiments:
+- {name: motion-1, kind: motion, split: fit, signal: fourier, start: 0.0, duration: 3.0, reach: 0.7, speed: 0.2}
+- {name: motion-2, kind: motion, split: check, signal: way_points, start: 10.0, count: 2, reach: 0.5, speed: 0.45,
+pause: 0.1}
+- {name: motion-3, kind: motion, split: check, signal: one_by_one, start: 20.0, reach: 0.48, swing: 1.0}
+- {name: poses-1, kind: poses, split: fit, count: 8, start: 0.0, interval: 30.0, reach: 1.0}
+- {name: views-1, kind: views, split: fit, count: 4, start: 0.0, interval: 20.0, near: 0.35, far: 0.6, tilt: 0.5}
+- {name: scan-1, kind: scan, split: fit, passes: 1, lines: 3, points: 11, speeds: [0.01, 0.03]}
+- {name: step-1, kind: step, split: fit, heights: [0.01], rest: 1.0, duration: 2.0}
+- {name: press-1, kind: press, split: fit, speeds: [0.003], depth: 0.006}
+- {name: profile-1, kind: profile, split: fit, tilts: [0.1745], cx: [0.007], cy: [-0.005], forces: [10.0], rows: 60}
+"""
+MAP = """\
+format: kr5-map/1
+cell: cell.yaml
+clock: {column: time, unit: ms}
+columns:
+  qc: {from: "cmd_{}", unit: deg}
+  q: {from: "pos_{}", unit: deg, scale: 1.0, offset: 0.0}
+  i: {from: "cur_{}", unit: mA}
+  wrench: {from: [Fx, Fy, Fz, Mx, My, Mz], unit: [N, N m], frame: [0, 0, 0, 0, 0, 0]}
+resample: {every: 0.012, low_pass: 30}
+experiments:
+- {name: motion-1, kind: motion, split: fit, to: 2.0}
+- {name: motion-2, kind: motion, split: check, from: 2.0}
+"""
+ARRAY_MAP = (
+    MAP.replace("column: time", "column: t")
+    .replace("cmd_{}", "qc[{0}]")
+    .replace("pos_{}", "q[{0}]")
+    .replace("cur_{}", "i[{0}]")
+    .replace("from: [Fx, Fy, Fz, Mx, My, Mz]", 'from: ["w[0]", "w[1]", "w[2]", "w[3]", "w[4]", "w[5]"]')
+)
+MCAP_MAP = (
+    MAP.replace("clock: {column: time, unit: ms}\n", "")
+    .replace("cmd_{}", "/joints:qc.a{}")
+    .replace("pos_{}", "/joints:q.a{}")
+    .replace("cur_{}", "/joints:i.a{}")
+    .replace(
+        "from: [Fx, Fy, Fz, Mx, My, Mz]",
+        'from: ["/wrench:w[0]", "/wrench:w[1]", "/wrench:w[2]", "/wrench:w[3]", "/wrench:w[4]", "/wrench:w[5]"]',
+    )
+)
+RENDER = """\
+camera: {width: 160, height: 120, fx: 150, fy: 150, cx: 79.5, cy: 59.5, k1: -0.1}
+targets:
+- {target: "chessboard:3x4:0.03", T_camera_target: [-0.04, -0.03, 0.4, 0.2, 0.1, 0.1]}
+- {target: {kind: chessboard, rows: 3, cols: 4, size: 0.02}, T_camera_target: [0.04, 0.03, 0.4, 0.2, 0.1, 0.1]}
+options: {blur: 0.7, noise: 2, seed: 4}
+"""
+BOARD = "chessboard:4x5:0.03"
+CAMERA = {"width": 320, "height": 240, "fx": 300.0, "fy": 300.0, "cx": 159.5, "cy": 119.5}
+VIEWS = 6
+
+
+@dataclass(frozen=True)
+class Job:
+    """A command and the files that it reads."""
+
+    group: str  # row of the table
+    arguments: str  # with spaces between; relative to a folder that holds the files of `folder`
+    folder: str
+    files: tuple[str, ...]  # those to be changed, as patterns
+    outputs: tuple[str, ...] = ()  # files that were there and must stay when the command fails
+    weight: float = 1.0
+
+    def words(self) -> list[str]:
+        return self.arguments.split()
+
+
+def _result(group: str, name: str, weight: float = 1.0) -> Job:
+    return Job(
+        group,
+        f"report {name}.json -o page.html --json page.json",
+        "results",
+        (f"{name}.json",),
+        ("page.html", "page.json"),
+        weight,
+    )
+
+
+JOBS = [
+    Job(
+        "NPZ logs",
+        "recording import log.npz --map array_map.yaml -o new --json out.json",
+        "logs",
+        ("log.npz",),
+        ("out.json",),
+        3,
+    ),
+    Job("NPZ logs", "recording guess log.npz --cell cell.yaml -o guess.yaml", "logs", ("log.npz",), ("guess.yaml",)),
+    Job("MCAP logs", "recording import log.mcap --map mcap_map.yaml -o new", "logs", ("log.mcap",), (), 3),
+    Job("MCAP logs", "recording guess log.mcap --cell cell.yaml -o guess.yaml", "logs", ("log.mcap",), ("guess.yaml",)),
+    Job(
+        "CSV logs",
+        "recording import log.csv --map map.yaml -o new --json out.json",
+        "logs",
+        ("log.csv",),
+        ("out.json",),
+        2,
+    ),
+    Job("CSV logs", "recording guess log.csv --cell cell.yaml -o guess.yaml", "logs", ("log.csv",), ("guess.yaml",)),
+    Job("maps of logs", "recording import log.csv --map map.yaml -o new", "logs", ("map.yaml",), (), 3),
+    Job(
+        "protocols",
+        "record --cell cell.yaml --protocol protocol.yaml -o new --json out.json",
+        "cell",
+        ("protocol.yaml",),
+        ("out.json",),
+        4,
+    ),
+    Job(
+        "protocols", "record --cell cell.yaml --protocol given.yaml -o new", "cell", ("given.yaml", "given.csv"), (), 2
+    ),
+    Job(
+        "render scenes",
+        "render render.yaml -o view.png --truth view.json --json out.json",
+        "cell",
+        ("render.yaml",),
+        ("view.png", "view.json"),
+        4,
+    ),
+    Job(
+        "sweep folders",
+        "sweep insertion --cell cell.yaml --clearances 1 --trials 1 --workers 1 -o sweep --json out.json",
+        "sweep",
+        ("sweep/sweep.json", "sweep/trials.csv"),
+        ("out.json",),
+        2,
+    ),
+    Job("diagnosis JSON", "report gap.json -o page.html", "diagnosis", ("gap.json",), ("page.html",), 2),
+    Job(
+        "diagnosis JSON",
+        "gap explain recording --diagnosis gap.json --json out.json",
+        "diagnosis",
+        ("gap.json",),
+        ("out.json",),
+        2,
+    ),
+    Job("recordings", "cell check recording --json out.json", "recording", ("recording/*",), (), 3),
+    Job("recordings", "cell show recording --json out.json", "recording", ("recording/*",), ("out.json",)),
+    Job(
+        "recordings",
+        "replay recording -o page.html --json out.json",
+        "recording",
+        ("recording/*",),
+        ("page.html", "out.json"),
+        2,
+    ),
+    Job("recordings", "gap measure recording --json out.json", "recording", ("recording/*",), ("out.json",), 2),
+    Job(
+        "gap diagnose, plan",
+        "gap diagnose recording -o out.json --json short.json --write-cell tuned.yaml",
+        "recording",
+        ("recording/*",),
+        ("out.json", "short.json", "tuned.yaml"),
+        2,
+    ),
+    Job(
+        "gap diagnose, plan",
+        "gap diagnose recording --report page.html",
+        "recording",
+        ("recording/*",),
+        ("page.html",),
+        0.3,
+    ),
+    Job(
+        "gap diagnose, plan",
+        "gap plan recording --separate coulomb_friction:joint3,viscous_friction:joint3 -o next.yaml --json out.json",
+        "recording",
+        ("recording/*",),
+        ("next.yaml", "out.json"),
+        0.5,
+    ),
+    Job(
+        "gap diagnose, plan", "gap explain recording --json out.json", "recording", ("recording/*",), ("out.json",), 0.5
+    ),
+    Job("gap cases", "gap cases cases --json out.json", "cases", ("cases/labels.json",), ("out.json",)),
+    Job(
+        "camera and map JSON",
+        "target points --target markers.json --json out.json",
+        "images",
+        ("markers.json",),
+        ("out.json",),
+    ),
+    Job(
+        "camera and map JSON",
+        "detect images/view_1.png --target chessboard:4x5:0.03 --camera camera.json --json out.json",
+        "images",
+        ("camera.json",),
+        ("out.json",),
+        2,
+    ),
+    Job(
+        "camera and map JSON",
+        "detect images/view_1.png --target chessboard:4x5:0.03 --camera camera.yaml --json out.json",
+        "images",
+        ("camera.yaml",),
+        ("out.json",),
+        2,
+    ),
+    Job("cell files", "cell check cell.yaml --json out.json", "cell", ("cell.yaml",), (), 3),
+    Job("cell files", "cell show cell.yaml --json out.json", "cell", ("cell.yaml",), ("out.json",)),
+    Job("cell files", "cell export cell.yaml -o robot.urdf", "cell", ("cell.yaml",), ("robot.urdf",)),
+    Job("cells in use", "insert --cell cell.yaml --clearance 1 --json out.json", "cell", ("cell.yaml",), ("out.json",)),
+    Job("cells in use", "record --cell cell.yaml --protocol brief.yaml -o new", "cell", ("cell.yaml",), (), 2),
+    Job("cells in use", "record --full --cell cell.yaml --protocol brief.yaml -o new", "cell", ("cell.yaml",)),
+    Job("cells in use", "replay cell.yaml -o page.html", "cell", ("cell.yaml",), ("page.html",), 2),
+    Job("cells in use", "scene run scene.yaml --json out.json", "cell", ("cell.yaml",), ("out.json",), 2),
+    Job(
+        "cells in use",
+        "gap measure recording --cell cell.yaml --json out.json",
+        "recording",
+        ("cell.yaml",),
+        ("out.json",),
+        2,
+    ),
+    Job("cells in use", "gap diagnose recording --json out.json", "recording", ("recording/cell.yaml",), ("out.json",)),
+    Job(
+        "results to report",
+        "report tool.json -o page.html --json page.json",
+        "results",
+        ("tool.json",),
+        ("page.html", "page.json"),
+        2,
+    ),
+    _result("results to report", "camera"),
+    _result("results to report", "hand_eye"),
+    _result("results to report", "timed"),
+    _result("results to report", "markers"),
+    _result("results to report", "seen"),
+    Job("timed", "calibrate timed hand.csv eye.csv -o out.json", "poses", ("hand.csv", "eye.csv"), ("out.json",), 4),
+    Job(
+        "scenes",
+        "scene run scene.yaml --json out.json --csv rows.csv",
+        "cell",
+        ("scene.yaml",),
+        ("out.json", "rows.csv"),
+        4,
+    ),
+    Job("scenes", "scene run push.yaml --json out.json", "cell", ("push.yaml",), ("out.json",), 2),
+    Job(
+        "tool", "calibrate tool touches.csv --convention kuka -o out.json", "poses", ("touches.csv",), ("out.json",), 3
+    ),
+    Job(
+        "tool",
+        "calibrate tool touches -o out.json",
+        "poses",
+        ("touches/dataset.yaml", "touches/touches.csv"),
+        ("out.json",),
+        2,
+    ),
+    Job(
+        "hand-eye folders",
+        "calibrate hand-eye . -o out.json",
+        "images",
+        ("dataset.yaml", "poses.csv", "camera.yaml", "images/*"),
+        ("out.json",),
+        3,
+    ),
+    Job(
+        "hand-eye folders",
+        "dataset guess . -o guess.yaml",
+        "images",
+        ("poses.csv", "camera.yaml"),
+        ("guess.yaml",),
+        0.3,
+    ),
+    Job(
+        "URDF",
+        "cell import robot.urdf -o out.yaml --json out.json",
+        "cell",
+        ("robot.urdf",),
+        ("out.yaml", "out.json"),
+        3,
+    ),
+    Job(
+        "images",
+        "detect images/view_1.png images/view_2.png --target chessboard:4x5:0.03 --json out.json",
+        "images",
+        ("images/view_[12].png",),
+        ("out.json",),
+    ),
+    Job(
+        "images",
+        "calibrate camera images --target chessboard:4x5:0.03 -o out.json",
+        "images",
+        ("images/view_3.png",),
+        ("out.json",),
+    ),
+    Job(
+        "images",
+        "calibrate map images --camera camera.yaml --size 0.03 -o out.json",
+        "images",
+        ("images/*",),
+        ("out.json",),
+        0.5,
+    ),
+]
+
+# Commands given a cell of which one number is not what it should be.
+CELL_JOBS = [job for job in JOBS if job.files in (("cell.yaml",), ("recording/cell.yaml",))]
+
+
+def prepare(folder: Path, run: Callable[..., None]) -> None:
+    """Writes the inputs. `run` runs a command of kr5 in a folder, which must succeed."""
+    cell = SHARE / "cells" / "kr5_arc.yaml"
+    for name in ("cell", "logs", "recording", "cases", "diagnosis", "sweep", "results", "poses", "images"):
+        (folder / name).mkdir(parents=True)
+        shutil.copy(cell, folder / name / "cell.yaml")
+    _prepare_cells(folder / "cell", run)
+    _prepare_recordings(folder, run)
+    _prepare_logs(folder / "logs", folder / "recording" / "recording")
+    _prepare_poses(folder / "poses")
+    _prepare_images(folder / "images")
+    run(folder / "sweep", "sweep insertion --cell cell.yaml --clearances 1 --trials 1 --workers 1 -o sweep")
+    (folder / "sweep" / "sweep" / "report.html").unlink()
+    run(folder / "poses", "calibrate tool touches -o ../results/tool.json")
+    run(folder / "poses", "calibrate timed hand.csv eye.csv -o ../results/timed.json")
+    run(folder / "images", "calibrate camera images --target chessboard:4x5:0.03 -o camera.json")
+    run(folder / "images", "calibrate hand-eye . -o ../results/hand_eye.json")
+    run(
+        folder / "images",
+        "detect images/view_1.png --target chessboard:4x5:0.03 --camera camera.yaml --json ../results/seen.json",
+    )
+    _prepare_markers(folder / "images" / "markers.json")
+    shutil.copy(folder / "images" / "markers.json", folder / "results" / "markers.json")
+    shutil.copy(folder / "images" / "camera.json", folder / "results" / "camera.json")
+
+
+def _prepare_cells(folder: Path, run: Callable[..., None]) -> None:
+    (folder / "protocol.yaml").write_text(PROTOCOL)
+    brief = yaml.safe_load(PROTOCOL)
+    brief["experiments"] = [
+        {**brief["experiments"][0], "duration": 1.0},
+        brief["experiments"][3],
+        brief["experiments"][7],
+    ]
+    (folder / "brief.yaml").write_text(yaml.safe_dump(brief, sort_keys=False))
+    (folder / "render.yaml").write_text(RENDER)
+    for source, name in (("servo_step", "scene"), ("peg_against_wall", "push")):
+        scene = yaml.safe_load((SHARE / "scenes" / f"{source}.yaml").read_text(encoding="utf-8"))
+        scene.update(cell="cell.yaml", duration=0.1)
+        (folder / f"{name}.yaml").write_text(yaml.safe_dump(scene, sort_keys=False))
+    t = np.arange(100) * 0.012
+    q = np.array([0.0, 0.02, -2.75, 0.0, -0.3, 1.571]) + 0.2 * (1 - np.cos(t))[:, None]
+    _write_csv(folder / "given.csv", ["t", *(f"qc{k + 1}" for k in range(6))], np.column_stack([t, q]))
+    (folder / "given.yaml").write_text(
+        "format: kr5-protocol/1\nexperiments:\n- {name: motion-1, kind: motion, split: fit, given: given.csv}\n"
+    )
+    run(folder, "cell export cell.yaml -o robot.urdf")
+
+
+def _prepare_recordings(folder: Path, run: Callable[..., None]) -> None:
+    run(folder / "recording", "record --cell cell.yaml --protocol ../cell/protocol.yaml -o recording")
+    shutil.copytree(folder / "recording" / "recording", folder / "diagnosis" / "recording")
+    shutil.copytree(folder / "recording" / "recording", folder / "cases" / "cases" / "case-000")
+    effect = {"effect": "payload", "target": "tool", "parameters": {"mass": 0.1}}
+    (folder / "cases" / "cases" / "labels.json").write_text(json.dumps({"case-000": {"effects": [effect]}}))
+    # A worn cell, so that there are causes to tell of.
+    worn = (folder / "cell" / "cell.yaml").read_text(
+        encoding="utf-8"
+    ) + "\neffects:\n  coulomb_friction: {joint3: {coulomb: 60.0}}\n"
+    (folder / "diagnosis" / "worn.yaml").write_text(worn, encoding="utf-8")
+    shutil.rmtree(folder / "diagnosis" / "recording")
+    run(folder / "diagnosis", "record --nominal --cell worn.yaml --protocol ../cell/protocol.yaml -o recording")
+    run(folder / "diagnosis", "gap diagnose recording -o gap.json")
+
+
+def _prepare_logs(folder: Path, recording: Path) -> None:
+    rows = np.genfromtxt(recording / "motion-1.csv", delimiter=",", names=True)
+    degrees = 180 / np.pi
+    wrench = np.column_stack([rows[c] for c in ("fx", "fy", "fz", "tx", "ty", "tz")])
+    joints = {
+        stem: np.column_stack([rows[f"{stem}{k + 1}"] for k in range(6)]) * factor
+        for stem, factor in (("qc", degrees), ("q", degrees), ("i", 1e3))
+    }
+    names = [
+        "time",
+        *(f"{word}_{k + 1}" for word in ("cmd", "pos", "cur") for k in range(6)),
+        "Fx",
+        "Fy",
+        "Fz",
+        "Mx",
+        "My",
+        "Mz",
+    ]
+    time = 1e3 * rows["t"] + 5000
+    _write_csv(folder / "log.csv", names, np.column_stack([time, *joints.values(), wrench]))
+    np.savez(folder / "log.npz", t=time, w=wrench, **joints)
+    (folder / "map.yaml").write_text(MAP)
+    (folder / "array_map.yaml").write_text(ARRAY_MAP)
+    (folder / "mcap_map.yaml").write_text(MCAP_MAP)
+    _write_mcap(folder / "log.mcap", rows["t"], joints, wrench)
+
+
+def _write_mcap(file: Path, t: np.ndarray, joints: dict[str, np.ndarray], wrench: np.ndarray) -> None:
+    from mcap.writer import CompressionType, Writer
+
+    with file.open("wb") as stream:
+        writer = Writer(stream, compression=CompressionType.ZSTD, chunk_size=20000)
+        writer.start()
+        schema = writer.register_schema(name="any", encoding="jsonschema", data=b"{}")
+        channels = {
+            topic: writer.register_channel(schema_id=schema, topic=topic, message_encoding="json")
+            for topic in ("/joints", "/wrench")
+        }
+        for k, at in enumerate(t):
+            stamp = int(1e9 * at) + 1_700_000_000_000_000_000
+            values = {
+                "name": [f"a{j + 1}" for j in range(6)],
+                **{stem: found[k].tolist() for stem, found in joints.items()},
+            }
+            for topic, message in (("/joints", values), ("/wrench", {"w": wrench[k].tolist()})):
+                writer.add_message(
+                    channels[topic], log_time=stamp, publish_time=stamp, data=json.dumps(message).encode()
+                )
+        writer.finish()
+
+
+def _prepare_poses(folder: Path) -> None:
+    import kr5
+    from scipy.spatial.transform import Rotation
+
+    shutil.copytree(SHARE / "data" / "touches", folder / "touches")
+    shutil.copy(SHARE / "data" / "touches" / "touches.csv", folder / "touches.csv")
+    X, Z = kr5.from_xyzrpy([0.02, 0.01, 0.1, 0.1, 0.2, 0.3]), kr5.from_xyzrpy([0.5, 0.1, 0.0, 0.0, 0.1, 0.4])
+    random = np.random.default_rng(3)
+    t = np.arange(0.0, 12.0, 0.05)
+    hand, eye = [], []
+    for at in t:
+        angles = 0.5 * np.sin(np.array([0.9, 1.3, 1.7]) * at)
+        T = kr5.from_xyzrpy([0.4 + 0.1 * np.sin(at), 0.1 * np.cos(at), 0.5, *angles])
+        for rows, pose in ((hand, T), (eye, np.linalg.inv(Z) @ T @ X)):
+            turn = Rotation.from_matrix(pose[:3, :3]) * Rotation.from_rotvec(random.normal(0, 1e-3, 3))
+            rows.append([at, *pose[:3, 3] + random.normal(0, 1e-4, 3), *turn.as_quat()])
+    names = ["t", "x", "y", "z", "qx", "qy", "qz", "qw"]
+    _write_csv(folder / "hand.csv", names, np.array(hand))
+    _write_csv(folder / "eye.csv", names, np.array(eye))
+
+
+def _prepare_images(folder: Path) -> None:
+    import kr5
+    import kr5.vision
+
+    (folder / "images").mkdir()
+    target, camera = kr5.parse_target(BOARD), kr5.Pinhole(**CAMERA)
+    X, W = kr5.from_xyzrpy([0.03, 0.0, 0.05, 0.0, 0.0, 0.1]), kr5.from_xyzrpy([0.5, 0.0, 0.0, 0.0, 0.0, 0.0])
+    middle, rows = kr5.from_xyzrpy([-0.06, -0.045, 0, 0, 0, 0]), []
+    for k in range(VIEWS):
+        T = (
+            kr5.from_xyzrpy([0.0, 0.0, 0.3 + 0.01 * k, 0.5 * np.sin(2.1 * k), 0.5 * np.cos(1.7 * k), 0.2 * k - 0.5])
+            @ middle
+        )
+        placed = kr5.vision.PlacedTarget(target=target, T_camera_target=T)
+        image = kr5.vision.render([placed], camera, kr5.vision.RenderOptions(blur=0.6, noise=1.0, seed=k + 1))
+        kr5.vision.save_image(image, str(folder / "images" / f"view_{k + 1}.png"))
+        rows.append(kr5.to_xyzrpy(W @ np.linalg.inv(T) @ np.linalg.inv(X)))
+    _write_csv(folder / "poses.csv", ["x", "y", "z", "roll", "pitch", "yaw"], np.array(rows))
+    (folder / "camera.yaml").write_text(yaml.safe_dump(CAMERA))
+    (folder / "dataset.yaml").write_text(
+        yaml.safe_dump(
+            {
+                "format": "kr5-dataset/1",
+                "images": "images/*.png",
+                "poses": "poses.csv",
+                "pairing": "order",
+                "mount": "eye_in_hand",
+                "target": BOARD,
+                "convention": {"position": "m", "rotation": "rpy", "angle": "rad", "meaning": "T_base_flange"},
+                "camera": "camera.yaml",
+            },
+            sort_keys=False,
+        )
+    )
+
+
+def _prepare_markers(file: Path) -> None:
+    """A marker map as `kr5 calibrate map` writes it."""
+    import kr5
+
+    target = kr5.Target.from_dict(
+        {
+            "kind": "marker_map",
+            "family": "36h11",
+            "map": [
+                {"id": k, "size": 0.05, "T_target_marker": kr5.from_xyzrpy([0.1 * k, 0, 0, 0, 0, 0]).tolist()}
+                for k in range(2)
+            ],
+        }
+    )
+    frames = [{"name": f"marker {k}", "parent": None, "T": np.eye(4).tolist(), "size": [0.05, 0.05]} for k in range(2)]
+    file.write_text(
+        json.dumps(
+            {
+                "format": "kr5-marker-map/1",
+                "version": "0",
+                "created": "",
+                "command": "kr5 calibrate map",
+                "input": {},
+                "verdict": {"word": "good", "text": "2 markers."},
+                "figures": [{"name": "markers", "value": 2, "std": None, "unit": "-"}],
+                "views": [{"name": "a.png", "rms_px": 0.1, "outlier": False}],
+                "frames": frames,
+                "residuals": [{"view": "a.png", "u": [1.0, 2.0], "v": [1.0, 2.0], "du": [0.1, 0.1], "dv": [0.1, -0.1]}],
+                "image_size": [320, 240],
+                "result": {"target": target.to_dict()},
+            },
+            default=str,
+        )
+    )
+
+
+def _write_csv(file: Path, names: list[str], values: np.ndarray) -> None:
+    file.write_text("\n".join([",".join(names), *(",".join(f"{v:.12g}" for v in row) for row in values)]) + "\n")

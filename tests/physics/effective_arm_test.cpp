@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/physics/effective_arm.hpp>
+
+#include <catch2/catch.hpp>
+
+#include <kr5/cell/effect.hpp>
+#include <kr5/physics/joint_drive.hpp>
+#include <kr5/physics/tool.hpp>
+
+using namespace kr5;
+using Eigen::VectorXd;
+using physics::EffectiveArm;
+
+namespace {
+
+cell::Cell arc() { return cell::load_cell(KR5_SHARE_DIR "/cells/kr5_arc.yaml"); }
+
+cell::Cell arc_with(const char* effect, const char* target,
+                    const std::vector<std::pair<std::string, cell::EffectValue>>& parameters) {
+  cell::Cell cell = arc();
+  for (const auto& [name, value] : parameters) cell::set_effect(cell, effect, target, name, value);
+  return cell;
+}
+
+const VectorXd posture = (VectorXd(6) << 0.2, 0.1, -2.7, 0.3, -0.4, 1.2).finished();
+
+}  // namespace
+
+TEST_CASE("an arm without effects is the nominal one") {
+  const cell::Cell cell = arc();
+  CHECK(EffectiveArm(cell).chain(1000.0).flange(posture).matrix() ==
+        cell::nominal_chain(cell).flange(posture).matrix());
+}
+
+TEST_CASE("a tilted base turns the arm about the base, and not gravity") {
+  const cell::Cell cell = arc_with("base_tilt", "base", {{"roll", 0.02}, {"pitch", -0.03}});
+  const Eigen::Matrix3d tilt =
+      (Eigen::AngleAxisd(-0.03, Eigen::Vector3d::UnitY()) * Eigen::AngleAxisd(0.02, Eigen::Vector3d::UnitX()))
+          .toRotationMatrix();
+  const Pose nominal = cell::nominal_chain(cell).flange(posture),
+             tilted = EffectiveArm(cell).chain(0.0).flange(posture);
+  CHECK((tilted.translation() - tilt * nominal.translation()).norm() < 1e-12);
+  CHECK((tilted.linear() - tilt * nominal.linear()).norm() < 1e-12);
+}
+
+TEST_CASE("links that have grown by a share have moved the flange by that share of the way to it") {
+  const cell::Cell cell = arc_with("thermal_growth", "links", {{"growth", 2e-3}, {"time_constant", 100.0}});
+  CHECK(physics::thermal_growth(cell, 100.0 * std::log(2.0)) == Approx(1.001).epsilon(1e-14));
+  const Eigen::Vector3d nominal = cell::nominal_chain(cell).flange(posture).translation();
+  const Eigen::Vector3d grown = EffectiveArm(cell).chain(1e9).flange(posture).translation();
+  CHECK((grown - 1.002 * nominal).norm() < 1e-12);
+}
+
+TEST_CASE("a payload adds its weight and its moment to those of the tool") {
+  Eigen::VectorXd com(3);
+  com << 0.02, -0.01, 0.1;
+  const cell::Cell cell = arc_with("payload", "tool", {{"mass", 0.4}, {"com", com}});
+  const double g = cell.robot.gravity.norm(), m = cell.tool->mass;
+  const Eigen::MatrixXd weight = physics::tool_weight(cell, 2);
+  CHECK(weight(1, 2) == Approx((m + 0.4) * g).epsilon(1e-12));
+  CHECK(weight(1, 3) == Approx((m * cell.tool->com.y() - 0.4 * 0.01) * g).margin(1e-12));
+  CHECK(weight(1, 4) == Approx(-(m * cell.tool->com.x() + 0.4 * 0.02) * g).margin(1e-12));
+}
+
+TEST_CASE("at rest a soft joint sags by its load over its stiffness, and the others stand where they are read") {
+  cell::Cell cell = arc_with("joint_elasticity", "joint3", {{"stiffness", 2e4}});
+  cell::set_effect(cell, "encoder_offset", "joint1", "offset", 0.01);
+  const auto joints = physics::joint_drives(cell);
+  kinematics::Dynamics dynamics = EffectiveArm(cell).dynamics(0.0);
+  const VectorXd links = physics::links_at_rest(joints, posture, physics::RestRule::Static,
+                                                [&](const VectorXd& q) { return dynamics.gravity_torques(q); });
+  CHECK(links[0] == posture[0] + 0.01);
+  CHECK(links.tail(3) == posture.tail(3));
+  CHECK(links[2] == Approx(posture[2] - dynamics.gravity_torques(links)[2] / 2e4).epsilon(1e-9));
+  CHECK(std::abs(links[2] - posture[2]) > 1e-4);
+}
+
+TEST_CASE("the slope and curvature of a transmission are the derivatives of its link value") {
+  physics::Transmission t;
+  t.encoder_offset = 0.1, t.amplitude = 2e-3, t.cycles = 7.0, t.phase = 0.3;
+  const double q = 0.4, h = 1e-4;
+  CHECK(t.slope(q) == Approx((t.link(q + h) - t.link(q - h)) / (2 * h)).epsilon(1e-8));
+  CHECK(t.curvature(q) == Approx((t.slope(q + h) - t.slope(q - h)) / (2 * h)).epsilon(1e-5));
+}

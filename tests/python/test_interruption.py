@@ -1,0 +1,116 @@
+"""Ctrl-C ends a command also while the library computes, which does not hear it."""
+
+import signal
+import subprocess
+import sys
+
+import kr5.cell
+import kr5.gap
+import kr5.io
+import kr5.predict
+import numpy as np
+import pytest
+
+# Calls that would take hours: one holds Python's own loop, the other is in C, with the interpreter let go as kr5
+# does it.
+LOOP = "while True: sum(range(1000))"
+LIBRARY = "hashlib.pbkdf2_hmac('sha256', b'a', b'b', 2_000_000_000)"
+PROGRAM = """
+import hashlib
+import sys
+import threading
+from kr5_tools.cli.interruption import prompt_interruption
+try:
+    with prompt_interruption(lambda: print("gave up", flush=True)):
+        threading.Timer(1.0, print, ["begun"], {{"flush": True}}).start()  # the call has begun by then
+        {}
+except KeyboardInterrupt:
+    print("heard", flush=True)
+    sys.exit(130)
+"""
+
+
+@pytest.mark.parametrize("call, said", [(LOOP, "heard"), (LIBRARY, "gave up")])
+def test_a_long_call_is_ended(call, said):
+    process = subprocess.Popen([sys.executable, "-c", PROGRAM.format(call)], stdout=subprocess.PIPE, text=True)
+    try:
+        assert process.stdout.readline() == "begun\n"
+        process.send_signal(signal.SIGINT)
+        out, _ = process.communicate(timeout=120)  # the calls themselves take far longer
+    finally:
+        process.kill()
+    assert out == f"{said}\n" and process.returncode == 130
+
+
+def test_an_interrupted_recording_leaves_no_folder(tmp_path, share, monkeypatch):
+    from typer.testing import CliRunner
+
+    from kr5_tools.app import make_app
+    from kr5_tools.simulation import record
+
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(record, "take_pictures", interrupted)
+    (tmp_path / "protocol.yaml").write_text(
+        "format: kr5-protocol/1\nhome: [0.0, 0.02, -2.75, 0.0, -0.3, 1.571]\n"
+        "experiments:\n- {name: views-1, kind: views, split: fit, count: 2}\n"
+    )
+    cell = share / "cells" / "kr5_arc.yaml"
+    words = ["record", "--cell", cell, "--protocol", tmp_path / "protocol.yaml", "-o", tmp_path / "new", "--images"]
+    done = CliRunner().invoke(make_app(("record",)), [str(w) for w in words])
+    assert done.exit_code == 130 and done.stderr == "Stopped.\n"
+    assert [f.name for f in tmp_path.iterdir()] == ["protocol.yaml"]
+
+
+class Stop(Exception):
+    """What the handler of a signal raises."""
+
+
+class Interrupting:
+    """A simulator in which a signal comes with the third prediction; it counts those that begin afterwards."""
+
+    def __init__(self):
+        self.calls = 0
+        self.simulator = kr5.predict.FastSimulator()
+
+    def predict(self, cell, experiment):
+        self.calls += 1
+        if self.calls == 3:
+            signal.raise_signal(signal.SIGUSR1)
+        return self.simulator.predict(cell, experiment)
+
+
+@pytest.fixture
+def recording(share):
+    cell = kr5.cell.load_cell(share / "cells" / "kr5_arc.yaml")
+    t = 0.012 * np.arange(200)
+    q = np.array([0.0, 0.02, -2.75, 0.0, -0.3, 1.571]) + 0.3 * (1 - np.cos(t[:, None] * np.arange(1, 7)))
+    experiments = []
+    for k in range(20):
+        e = kr5.cell.Experiment(
+            name=f"motion-{k}", kind="motion", file=f"motion-{k}.csv", split=("fit", "check")[k % 2]
+        )
+        e.data = kr5.io.Table(["t", *(f"qc{j + 1}" for j in range(6))], np.column_stack([t, q]))
+        shown = kr5.predict.FastSimulator().predict(cell, e)
+        e.data = kr5.io.Table(
+            [*e.data.columns, *shown.columns], np.column_stack([t, q, *(shown[c] for c in shown.columns)])
+        )
+        experiments.append(e)
+    return kr5.cell.Recording(cell, experiments)
+
+
+@pytest.mark.parametrize("compute", [kr5.gap.measure, kr5.gap.diagnose], ids=["measure", "diagnose"])
+def test_a_signal_ends_a_long_computation_of_the_library(recording, compute):
+    def stop(*_):
+        raise Stop
+
+    simulator = Interrupting()
+    before = signal.signal(signal.SIGUSR1, stop)
+    try:
+        with pytest.raises(Stop) as raised:
+            compute(recording, simulator)
+    finally:
+        signal.signal(signal.SIGUSR1, before)
+    # Raised by the call itself, and not in a prediction that happened to run in the main thread.
+    assert not getattr(raised.value, "__notes__", [])

@@ -1,0 +1,242 @@
+"""Outputs: written beside and renamed, all or none, through links and into devices, and never over what a command
+reads.
+"""
+
+import errno
+import json
+import os
+import shutil
+import stat
+import threading
+from pathlib import Path
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from kr5_tools.app import make_app
+from kr5_tools.files import writing
+from kr5_tools.pages.rendering import script_json
+
+
+@pytest.fixture
+def kr5_here(tmp_path, monkeypatch):
+    """Runs `kr5 ARGS...` in this process, in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "300")
+
+    def run(*args):
+        words = [str(a) for a in args]
+        return CliRunner().invoke(make_app(tuple(words)), words)
+
+    return run
+
+
+@pytest.fixture
+def cell_file(share, tmp_path):
+    return shutil.copy(share / "cells" / "kr5_arc.yaml", tmp_path / "cell.yaml")
+
+
+def only(folder, *names):
+    """The folder holds these files and no temporary one."""
+    return sorted(f.name for f in folder.iterdir()) == sorted(names)
+
+
+def test_a_file_is_replaced_whole_and_keeps_its_rights(tmp_path):
+    file = tmp_path / "a.txt"
+    file.write_text("old")
+    file.chmod(0o640)
+    writing.write_text("new", file)
+    assert file.read_text() == "new" and stat.S_IMODE(file.stat().st_mode) == 0o640 and only(tmp_path, "a.txt")
+
+
+def test_a_failure_leaves_the_old_file_and_no_other(tmp_path):
+    file = tmp_path / "a.png"
+    file.write_bytes(b"old")
+    with pytest.raises(KeyboardInterrupt), writing.beside(file) as new:
+        new.write_bytes(b"half")
+        raise KeyboardInterrupt
+    assert file.read_bytes() == b"old" and only(tmp_path, "a.png")
+
+
+def test_two_writers_do_not_share_a_temporary_file(tmp_path):
+    file = tmp_path / "a.txt"
+    with writing.beside(file) as one, writing.beside(file) as two:
+        one.write_text("one")
+        two.write_text("two")
+        assert one != two
+    assert file.read_text() == "one" and only(tmp_path, "a.txt")
+
+
+def test_a_link_is_followed(tmp_path):
+    (tmp_path / "there").mkdir()
+    link = tmp_path / "link.txt"
+    link.symlink_to("there/real.txt")
+    writing.write_text("new", link)
+    assert link.is_symlink() and (tmp_path / "there" / "real.txt").read_text() == "new"
+
+
+def test_links_in_a_circle_and_folders_are_refused(tmp_path, capsys):
+    circle = tmp_path / "circle"
+    circle.symlink_to("circle")
+    for target in (circle, tmp_path):
+        with pytest.raises(typer.Exit):
+            writing.write_text("new", target)
+    assert circle.is_symlink() and "circle: cannot be written" in capsys.readouterr().err.replace("\n", "")
+
+
+def test_what_is_no_regular_file_is_written_to_and_stays(tmp_path):
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    read = []
+    reader = threading.Thread(target=lambda: read.append(pipe.read_text()))
+    reader.start()
+    writing.write_text("new", pipe)
+    reader.join()
+    assert read == ["new"] and stat.S_ISFIFO(pipe.stat().st_mode) and only(tmp_path, "pipe")
+
+
+def test_a_full_disk_is_said_with_the_name_of_the_file(tmp_path, monkeypatch, capsys):
+    def no_space(*_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    file = tmp_path / "a.txt"
+    file.write_text("old")
+    monkeypatch.setattr("pathlib.Path.write_bytes", no_space)
+    with pytest.raises(typer.Exit):
+        writing.write_text("new", file)
+    said = capsys.readouterr().err.replace("\n", "")
+    assert "a.txt: cannot be written: No space left on device" in said and file.read_text() == "old"
+    assert only(tmp_path, "a.txt")
+
+
+def test_files_of_a_command_appear_together_or_not_at_all(tmp_path):
+    def two_files(*, fail):
+        with writing.held_back():
+            writing.write_text("1", tmp_path / "one")
+            writing.write_text("2", tmp_path / "two")
+            assert not (tmp_path / "one").exists()
+            if fail:
+                raise typer.Exit(2)
+
+    with pytest.raises(typer.Exit):
+        two_files(fail=True)
+    assert only(tmp_path)
+    two_files(fail=False)
+    assert only(tmp_path, "one", "two")
+
+
+def test_an_output_that_was_there_stays_when_another_cannot_be_written(kr5_here, cell_file, tmp_path):
+    if not Path("/dev/full").exists():
+        pytest.skip("needs /dev/full, a device on which there is never room")
+    assert kr5_here("cell", "export", cell_file, "-o", "robot.urdf").exit_code == 0
+    (tmp_path / "out.yaml").write_text("kept")
+    done = kr5_here("cell", "import", "robot.urdf", "-o", "out.yaml", "--json", "/dev/full")
+    assert done.exit_code == 2 and "/dev/full: cannot be written: No space left on device" in done.stderr
+    assert (tmp_path / "out.yaml").read_text() == "kept" and only(tmp_path, "cell.yaml", "out.yaml", "robot.urdf")
+
+
+def test_a_new_folder_is_complete_or_not_there(tmp_path):
+    folder = tmp_path / "recording"
+    with pytest.raises(KeyboardInterrupt), writing.folder_beside(folder) as new:
+        writing.write_text("1", new / "one.csv")
+        raise KeyboardInterrupt
+    assert only(tmp_path)
+    with writing.held_back(), writing.folder_beside(folder) as new:
+        (new / "images").mkdir()
+        writing.write_text("1", new / "images" / "one.csv")
+    assert (folder / "images" / "one.csv").read_text() == "1" and only(tmp_path, "recording")
+    with pytest.raises(typer.Exit), writing.folder_beside(folder):
+        pass
+    assert (folder / "images" / "one.csv").read_text() == "1"
+
+
+INPUT_IS_OUTPUT = [
+    ("cell", "export", "cell.yaml", "-o", "{}"),
+    ("cell", "show", "cell.yaml", "--json", "{}"),
+    ("replay", "cell.yaml", "-o", "{}"),
+    ("insert", "--cell", "cell.yaml", "--json", "{}"),
+    ("recording", "guess", "log.csv", "--cell", "cell.yaml", "-o", "{}"),
+    ("sweep", "insertion", "--cell", "cell.yaml", "--json", "{}"),
+]
+
+
+@pytest.mark.parametrize("words", INPUT_IS_OUTPUT, ids=lambda w: " ".join(w[:2]))
+@pytest.mark.parametrize("other", ["cell.yaml", "link.yaml", "folder/../cell.yaml"])
+def test_an_output_is_no_input(kr5_here, cell_file, tmp_path, words, other):
+    before = (tmp_path / "cell.yaml").read_bytes()
+    (tmp_path / "log.csv").write_text("t,q1\n1,2\n")
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "link.yaml").symlink_to("cell.yaml")
+    done = kr5_here(*(word.format(other) for word in words))
+    assert done.exit_code == 2 and "is read by this command" in done.stderr
+    assert (tmp_path / "cell.yaml").read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("report", "in.json", "-o", "in.json"),
+        ("render", "in.json", "-o", "a.png", "--truth", "in.json"),
+        ("calibrate", "tool", "in.json", "-o", "in.json"),
+        ("calibrate", "timed", "in.json", "in.json", "-o", "in.json"),
+        ("calibrate", "camera", "in.json", "--target", "chessboard:4x5:0.03", "-o", "in.json"),
+        ("calibrate", "map", "in.json", "--camera", "in.json", "--size", "0.1", "-o", "in.json"),
+        ("scene", "run", "in.json", "--csv", "in.json"),
+        ("record", "--cell", "in.json", "--protocol", "in.json", "-o", "new", "--json", "in.json"),
+        ("recording", "import", "in.json", "--map", "in.json", "-o", "new", "--json", "in.json"),
+        ("cell", "import", "in.json", "-o", "in.json"),
+        ("cell", "show", "in.json", "-o", "a.png", "--json", "a.png"),
+    ],
+    ids=lambda w: " ".join(w[:2]),
+)
+def test_no_command_writes_over_what_it_reads(kr5_here, tmp_path, words):
+    (tmp_path / "in.json").write_text("{}")
+    done = kr5_here(*words)
+    assert done.exit_code == 2 and ("is read by this command" in done.stderr or "written twice" in done.stderr), (
+        done.stderr
+    )
+    assert (tmp_path / "in.json").read_text() == "{}"
+
+
+def test_a_hand_eye_folder_keeps_its_poses(kr5_here, share, tmp_path):
+    folder = tmp_path / "demo"
+    shutil.copytree(share / "data" / "demo", folder)
+    before = (folder / "poses.csv").read_bytes()
+    done = kr5_here("calibrate", "hand-eye", folder, "-o", folder / "poses.csv")
+    assert (
+        done.exit_code == 2
+        and "is read by this command" in done.stderr
+        and (folder / "poses.csv").read_bytes() == before
+    )
+
+
+def test_names_with_brackets_are_shown_as_they_are(kr5_here, cell_file, tmp_path):
+    odd = tmp_path / "[bold]x[" / "red].yaml"
+    odd.parent.mkdir()
+    shutil.move(cell_file, odd)
+    for words in (("cell", "check", odd), ("cell", "show", odd), ("cell", "export", odd, "-o", "[a].urdf")):
+        done = kr5_here(*words)
+        assert done.exit_code == 0, done.output
+    assert "[bold]x[/red].yaml" in kr5_here("cell", "check", odd).stdout
+    odd.write_text("format: [bold]")
+    done = kr5_here("cell", "check", odd)
+    assert done.exit_code == 2 and "[bold]x[/red].yaml" in done.stdout
+
+
+@pytest.mark.parametrize("name", ["<!--<script>", "</script>", "a\u2028b", "<b>"])
+def test_a_name_ends_no_script(name):
+    text = script_json({"name": name})
+    assert "<" not in text and json.loads(text) == {"name": name}
+
+
+def test_a_name_that_is_no_utf_8_is_read_and_told(run_kr5, share, tmp_path):
+    file = os.fsencode(tmp_path) + b"/z\xff.yaml"
+    shutil.copy(share / "cells" / "kr5_arc.yaml", file)
+    for words in (("cell", "check"), ("cell", "show")):
+        done = run_kr5(*words, os.fsdecode(file), "--json", "out.json")
+        assert done.returncode == 0 and "Traceback" not in done.stderr, done.stderr
+        json.loads((tmp_path / "out.json").read_text())
+    os.rename(file, os.fsencode(tmp_path) + b"/z\xff.png")
+    done = run_kr5("detect", os.fsdecode(os.fsencode(tmp_path) + b"/z\xff.png"), "--family", "36h11")
+    assert done.returncode == 2 and done.stderr.startswith("error:") and "Traceback" not in done.stderr

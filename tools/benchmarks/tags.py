@@ -1,0 +1,106 @@
+"""Tags found in the AprilTag reference images, and the speed on a rendered 5 Mpx image with 35 tags, beside OpenCV.
+
+    python tools/benchmarks/tags.py [--repeat N]
+
+Peers come from PyPI: pip install 'opencv-contrib-python-headless<5'. The images are those of KR5_REFERENCE_DIR, by
+default the folder `shared` beside the checkout. All run on one thread; times are of the processor,
+which neighbours on the machine disturb least.
+"""
+
+import re
+import time
+
+import cv2
+import kr5
+import numpy as np
+from kr5 import vision
+
+import arguments
+import comparison
+
+DATA = arguments.REFERENCE / "data" / "tags_apriltag"
+
+
+def opencv_detector():
+    parameters = cv2.aruco.DetectorParameters()
+    parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
+    return cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_APRILTAG_36h11), parameters)
+
+
+def by_kr5(image):
+    return [(t.id, t.corners.mean(axis=1)) for t in vision.find_tags(image)]
+
+
+def by_opencv(image):
+    corners, ids, _ = opencv_detector().detectMarkers(image)
+    return [] if ids is None else [(int(i), c[0].mean(axis=0)) for i, c in zip(ids.ravel(), corners)]
+
+
+def compare(find):
+    hits = false = expected = 0
+    for file in sorted(DATA.glob("*.jpg")):
+        truth = []
+        for line in file.with_suffix(".txt").read_text().splitlines():
+            numbers = [float(x) for x in re.findall(r"[-\d.]+", line)]
+            truth.append((int(numbers[0]), np.reshape(numbers[1:], (4, 2)).mean(axis=0)))
+        expected += len(truth)
+        for tag, middle in find(vision.load_image(str(file))):
+            near = [t for t in truth if t[0] == tag and np.linalg.norm(t[1] - middle) < 5]
+            hits += bool(near)
+            false += not near
+            if near:
+                truth = [t for t in truth if t is not near[0]]
+    return hits, expected, false
+
+
+def main():
+    parser = arguments.parser(__doc__)
+    parser.add_argument("--repeat", type=int, default=7)
+    repeat = parser.parse_args().repeat
+    cv2.setNumThreads(1)
+    camera = kr5.Pinhole(width=2592, height=1944, fx=2600, fy=2600, cx=1295.5, cy=971.5)
+    T = np.eye(4)
+    T[:3, :3] = kr5.exp_rotation([0.3, 0.2, 0.0])
+    T[:3, 3] = -0.13, -0.1, 0.45
+    board = vision.PlacedTarget(target=kr5.parse_target("grid:36h11:5x7:0.03:0.01"), T_camera_target=T)
+    image = vision.render([board], camera, vision.RenderOptions(blur=0.8, noise=2, clutter=10))
+    finders = {"kr5": by_kr5, "OpenCV": by_opencv}
+    seen = {name: len(find(image)) for name, find in finders.items()}
+    times = {name: [] for name in finders}
+    for _ in comparison.progress(range(repeat), "Timing"):  # in turns: what slows the machine slows both
+        for name, find in finders.items():
+            start = time.process_time()
+            find(image)
+            times[name].append(1e3 * (time.process_time() - start))
+    found = {name: compare(find) for name, find in finders.items()}
+    text = {name: "{} of {}, {} false".format(*f) for name, f in found.items()}
+    hits, expected, false = found["kr5"]
+    slower = comparison.mean_difference(times["kr5"], times["OpenCV"])
+    median = {name: f"{np.median(t):.0f} ms" for name, t in times.items()}
+    comparison.print_comparisons(
+        [
+            comparison.Row(
+                "tags in the reference images",
+                text["kr5"],
+                "all, none false",
+                hits == expected and not false,
+                f"OpenCV {text['OpenCV']}",
+            ),
+            comparison.Row(
+                "tags in a 5 Mpx image", str(seen["kr5"]), "35", seen["kr5"] == 35, f"OpenCV {seen['OpenCV']}"
+            ),
+            comparison.Row(
+                "its processor time, median",
+                median["kr5"],
+                "no slower at equal finds",
+                slower.low <= 0 and seen["kr5"] >= seen["OpenCV"],
+                f"OpenCV {median['OpenCV']}",
+                slower.text("ms", "+.0f"),
+            ),
+        ],
+        "Tags",
+    )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,151 @@
+"""Puts the command `kr5` together. A command's file is imported when that command runs, so `kr5 --help` is quick."""
+
+import importlib
+import os
+import sys
+from typing import Any
+
+import typer
+from typer.core import TyperGroup
+
+from kr5_tools.cli.interruption import STOPPED, prompt_interruption
+
+PACKAGE = "kr5_tools"
+# The module of each command and what `kr5 --help` says of it. A module has `app`, a typer.Typer: with one command and
+# no callback it is that command, otherwise a group of commands.
+Entry = tuple[str, str]
+COMMANDS: dict[str, Entry | dict[str, Entry]] = {
+    "demo": ("demo", "Main commands on data whose truth is known."),
+    "cell": ("cell.command", "Cells and recordings: check, tables, drawings, URDF."),
+    "dataset": ("dataset.command", "Description of a folder of images and robot poses."),
+    "detect": ("targets.detect", "Detection of targets in images."),
+    "target": ("targets.command", "Targets to print, and their points."),
+    "render": ("targets.render", "Rendered image of targets, with known truth."),
+    "calibrate": {
+        "camera": ("calibrate.camera", "Camera: lens and sensor, from images of a target."),
+        "hand-eye": ("calibrate.hand_eye", "Hand-eye: pose of the camera on the flange or in the base."),
+        "tool": ("calibrate.tool", "Tool centre point in the flange frame."),
+        "map": ("calibrate.marker_map", "Marker map: poses of markers relative to each other."),
+        "timed": ("calibrate.timed", "Hand-eye from pose streams with two clocks."),
+    },
+    "record": ("simulation.record", "Recording of a simulated cell."),
+    "recording": ("log_import.command", "Recordings from logs of a real cell."),
+    "insert": ("insertion.command", "Insertion of a peg into a tube, simulated."),
+    "sweep": {
+        "insertion": ("sweep.command", "Insertions over tilts and clearances: success rates and times."),
+    },
+    "scene": ("simulation.scene", "Scenes in DART with expected results."),
+    "gap": ("gap.command", "Gap between simulation and recording: measurement, causes, next experiment."),
+    "replay": ("replay.command", "Page with a 3D replay of a recording."),
+    "report": ("report.command", "Self-contained page of a result file."),
+}
+GROUP_HELP = {
+    "calibrate": "Calibrations, with uncertainty and verdict.",
+    "sweep": "Many simulated runs over a grid of conditions.",
+}
+
+
+class CleanErrors(TyperGroup):
+    """Says in one line what the user can mend, with exit code 2; anything else is a bug and keeps its traceback.
+
+    The files of a command appear once it has succeeded.
+    """
+
+    def invoke(self, ctx: Any) -> Any:
+        from kr5_tools.cli.terminal import describe_error, errors, fail, is_user_error
+        from kr5_tools.files.writing import held_back
+
+        end = None
+        try:
+            with held_back():
+                try:
+                    super().invoke(ctx)
+                except typer.Exit as done:
+                    if done.exit_code not in (0, 1):
+                        raise
+                    end = done
+        except KeyboardInterrupt:
+            errors.print("Stopped.")
+            raise typer.Exit(STOPPED) from None
+        except Exception as error:
+            if not is_user_error(error):
+                raise
+            fail(describe_error(error))
+        if end:
+            raise end
+
+
+def _add(parent: typer.Typer, name: str, entry: Entry, load: bool) -> None:
+    """Adds one command; unless it is to be loaded, a stand-in that has nothing but the help text."""
+    module, text = entry
+    if not load:
+        parent.command(name, help=text)(lambda: None)
+        return
+    app = importlib.import_module(f"{PACKAGE}.{module}").app
+    if len(app.registered_commands) == 1 and app.registered_callback is None and not app.registered_groups:
+        info = app.registered_commands[0]
+        info.name = name
+        parent.registered_commands.append(info)
+    else:
+        parent.add_typer(app, name=name, help=text, no_args_is_help=True)
+
+
+def make_app(wanted: tuple[str, ...] | None = None) -> typer.Typer:
+    """The whole command, or with `wanted` (the words typed) only as much of it as that takes."""
+    app = typer.Typer(
+        cls=CleanErrors,
+        name="kr5",
+        help="Calibrate, check and diagnose a robot cell.",
+        no_args_is_help=True,
+        rich_markup_mode="rich",
+        pretty_exceptions_show_locals=False,
+    )
+    app.callback()(_root)
+    for name, entry in COMMANDS.items():
+        if isinstance(entry, tuple):
+            _add(app, name, entry, wanted is None or wanted[:1] == (name,))
+            continue
+        group = typer.Typer(help=GROUP_HELP[name], no_args_is_help=True)
+        group.callback()(lambda: None)
+        for child, child_entry in entry.items():
+            _add(group, child, child_entry, wanted is None or wanted[:2] == (name, child))
+        app.add_typer(group, name=name)
+    return app
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        import kr5
+
+        typer.echo(f"kr5 {kr5.__version__}")
+        raise typer.Exit
+
+
+def _root(
+    version: bool = typer.Option(False, "--version", callback=_print_version, is_eager=True, help="Show the version."),
+) -> None:
+    pass
+
+
+def __getattr__(name: str) -> Any:
+    if name == "app":
+        return make_app()
+    raise AttributeError(name)
+
+
+def main() -> None:
+    """Entry point of the command `kr5`."""
+    completing = any(key.endswith("_COMPLETE") for key in os.environ)
+    words = tuple(word for word in sys.argv[1:] if not word.startswith("-"))
+    for stream in (sys.stdout, sys.stderr):  # names of files need not be UTF-8
+        stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
+    with prompt_interruption(_give_up):
+        make_app(None if completing else words)(prog_name="kr5")
+
+
+def _give_up() -> None:
+    from kr5_tools.cli.terminal import errors
+    from kr5_tools.files.writing import discard
+
+    discard()
+    errors.print("Stopped.")

@@ -1,0 +1,1 @@
+"""Estimates of where things are: `kr5 calibrate ...`."""

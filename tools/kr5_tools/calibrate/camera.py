@@ -1,0 +1,257 @@
+"""`kr5 calibrate camera`: lens and sensor of a camera, from images of a target."""
+
+from collections import Counter
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import kr5
+import numpy as np
+import typer
+from kr5 import vision
+
+from kr5_tools.cli.arguments import JsonOption, ResultOption
+from kr5_tools.cli.options import options_from
+from kr5_tools.cli.tables import figure_row, format_number, make_table, print_result
+from kr5_tools.cli.terminal import console, fail, spinner
+from kr5_tools.files.images import image_files
+from kr5_tools.files.results import write_if_usable, write_result
+from kr5_tools.files.writing import check_writable
+from kr5_tools.targets.command import Sightings, Target, find_in_images, load_target
+
+app = typer.Typer()
+LENSES = Literal["auto", "none", "k1", "k1k2", "brown4", "brown5", "radial6", "rational8"]
+PARAMETERS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
+DOUBTS = ("uncertain", "noisy_corners", "coverage", "few_views", "views_lost")
+REMEDIES = {
+    "mirrored": "The picture is mirrored: switch off the mirroring in the camera driver.",
+    "wrong_size": "Count the inner corners (squares less one), rows first, and correct --target.",
+    "wrong_family": "Name the marker family that is printed in --target.",
+    "wrong_marker": "Name the marker that is printed in --target.",
+    "too_dark": "Expose longer.",
+    "overexposed": "Expose shorter.",
+    "blurred": "Hold camera and board still, focus, expose shorter.",
+}
+FEW = 8  # views; with fewer the held-out errors say little
+
+
+@app.command(epilog="Example:  kr5 calibrate camera left*.jpg --target chessboard:6x9:0.025 -o camera.json")
+@options_from(vision.CameraOptions, skip=("lens", "max_iterations", "correlation"))
+def camera(
+    images: Annotated[list[Path], typer.Argument(help="Images of one camera, or folders of such images.")],
+    target: Target,
+    options: vision.CameraOptions,
+    model: Annotated[LENSES, typer.Option(help="Lens model; auto chooses it by the error on held-out views.")] = "auto",
+    output: ResultOption = None,
+    json_file: JsonOption = None,
+    peers: Annotated[
+        bool, typer.Option("--peers", help="Also print the calibrations of OpenCV and ViSP from the same points.")
+    ] = False,
+) -> None:
+    """Calibration of a camera: lens, sensor, uncertainty, and what is wrong with the images."""
+    wanted = load_target(target)
+    if model != "auto":
+        options.lens = model
+    options.validate()
+    files = _files(images)
+    check_writable(output, json_file, inputs=[*files, target])
+    seen = find_in_images(files, wanted, least=1, points=6)
+    options.correlation = max(seen.correlation)
+    with spinner("Fitting and comparing lens models"):
+        result = vision.calibrate_camera(seen.views, seen.width, seen.height, options)
+    out = console(json_file)
+    data = write_result(None, "kr5-camera/1", **_keys(result, [files[i] for i in seen.index], seen, target))
+    _show(result, data, out)
+    if peers:
+        _show_peers(result, seen.views, (seen.width, seen.height), out)
+    write_if_usable(data, result.fit, output, json_file)
+
+
+def _files(given: list[Path]) -> list[Path]:
+    files = image_files(given)
+    if doubled := [str(f) for f, n in Counter(files).items() if n > 1]:
+        fail(
+            f"given twice: {', '.join(doubled)}; a view that counts twice makes the result look better known than it is"
+        )
+    return files
+
+
+def _lost_causes(lost: list[dict[str, str]], total: int) -> list[dict[str, str]]:
+    causes = []
+    for status, count in Counter(item["status"] for item in lost).most_common():
+        names = ", ".join(item["name"] for item in lost if item["status"] == status)
+        cause = {"wrong_size": "wrong_board", "blurred": "blur"}.get(status, status)
+        message = next(item["message"] for item in lost if item["status"] == status)
+        causes.append(
+            {
+                "cause": cause,
+                "text": f"{count} of {total} images gave no points ({names}): {message}",
+                "remedy": REMEDIES.get(status, "Look at these images with `kr5 detect`."),
+                "evidence": f"{count} of {total}",
+            }
+        )
+    return causes
+
+
+def _verdict(result: Any, causes: list[dict[str, str]]) -> dict[str, str]:
+    if not result.fit.usable:
+        return {"word": "unusable", "text": result.fit.message}
+    doubts = [c["text"] for c in causes if c["cause"] in DOUBTS]
+    left_out = sum(v.outlier for v in result.views)
+    known = (
+        f"Points of new images are predicted to {format_number(result.held_out_rms)} px." if result.held_out_rms else ""
+    )
+    out = f" {left_out} view(s) were left out as contradicting the others." if left_out else ""
+    if doubts:
+        return {"word": "doubtful", "text": f"{' '.join(doubts)} {known}{out}".strip()}
+    return {"word": "good", "text": f"The views agree and determine the camera. {known}{out}".strip()}
+
+
+def _figures(result: Any) -> list[dict[str, Any]]:
+    std = np.sqrt(np.diag(result.covariance))
+    rows = []
+    for i, name in enumerate(PARAMETERS):
+        if name in result.free or (name == "fy" and result.square_pixels):
+            rows.append(figure_row(name, getattr(result.camera, name), std[i], "px" if i < 4 else "-"))
+    rows.append(figure_row("noise of a point per axis", result.sigma_pixel, None, "px"))
+    rows.append(figure_row("RMS error, views used", result.rms_px, None, "px"))
+    if result.held_out_rms:
+        rows.append(figure_row("RMS error, views held out", result.held_out_rms, None, "px"))
+    return rows
+
+
+def _keys(result: Any, files: list[Path], seen: Sightings, target: str) -> dict[str, Any]:
+    views, lost, total = seen.views, seen.lost, len(seen.views) + len(seen.lost)
+    causes = [{k: v for k, v in f.to_dict().items() if k != "severe"} for f in result.findings]
+    causes += _lost_causes(lost, total)
+    if len(lost) > len(views):
+        causes.append(
+            {
+                "cause": "views_lost",
+                "text": "The target was found in less than half of the images.",
+                "remedy": "Check --target, light and focus.",
+                "evidence": f"{len(lost)} of {total}",
+            }
+        )
+    if result.fit.usable and len(views) < FEW:
+        causes.append(
+            {
+                "cause": "few_views",
+                "text": f"Only {len(views)} views: the error on held-out views says little.",
+                "remedy": "Take 10 to 20 images.",
+                "evidence": f"{len(views)} views",
+            }
+        )
+    reports = [
+        {
+            **{
+                k: getattr(v, k)
+                for k in ("name", "rms_px", "noise_px", "weight", "outlier", "reason", "influence", "probability")
+            },
+            "tilt_deg": float(np.degrees(v.tilt)),
+            "image": str(file.resolve()),
+        }
+        for v, file in zip(result.views, files)
+    ]
+    residuals = [
+        {"view": v.name, "u": view.pixels[0], "v": view.pixels[1], "du": r.residuals[0], "dv": r.residuals[1]}
+        for v, view, r in zip(result.views, views, result.views)
+        if r.residuals.shape[1]
+    ]
+    frames = [{"name": "camera", "parent": None, "T": np.eye(4)}]
+    frames += [{"name": v.name, "parent": "camera", "T": v.T_camera_target} for v in result.views]
+    held_out = {"rms_px": result.held_out_rms, "folds": "by views; each point from the pose of the view's other points"}
+    return {
+        "input": {"target": target, "images": [str(f) for f in files], "without_target": lost},
+        "verdict": _verdict(result, causes),
+        "causes": causes,
+        "figures": _figures(result),
+        "image_size": [seen.width, seen.height],
+        "views": reports,
+        "residuals": residuals,
+        "frames": frames,
+        **({"held_out": held_out} if result.held_out_rms else {}),
+        "result": result.to_dict(),
+    }
+
+
+def _model_name(m: Any) -> str:
+    return str(m.lens) + (", fx = fy" if m.square_pixels else "") + (", bent target" if m.bent_target else "")
+
+
+def _show(result: Any, data: dict[str, Any], out: Any) -> None:
+    out.print(
+        make_table(
+            "Views",
+            ["view", "RMS [px]", "noise [px]", "weight [-]", "tilt [deg]", "influence [-]", ""],
+            (
+                [
+                    v.name,
+                    v.rms_px,
+                    v.noise_px,
+                    v.weight,
+                    float(np.degrees(v.tilt)),
+                    v.influence,
+                    v.reason if v.outlier else "",
+                ]
+                for v in result.views
+            ),
+        )
+    )
+    if result.models:
+        best = sorted(result.models, key=lambda m: m.held_out_rms)[:8]
+        if not any(m.chosen for m in best):
+            best += [m for m in result.models if m.chosen]
+        out.print(
+            make_table(
+                "Models (best on held-out views first)",
+                ["model", "free", "held out [px]", "fitted [px]", "excess ± std [px²]", ""],
+                (
+                    [
+                        _model_name(m),
+                        m.parameters,
+                        f"{m.held_out_rms:.4f}",
+                        f"{m.fitted_rms:.4f}",
+                        f"{m.excess:.2g} ± {m.excess_std:.1g}",
+                        "chosen" if m.chosen else "",
+                    ]
+                    for m in best
+                ),
+            )
+        )
+    c = result.coverage
+    out.print(
+        f"Coverage: {100 * c.cells_hit:.0f} % of the image's cells, largest empty rectangle {100 * c.largest_gap:.0f}"
+        f" %; tilt {np.degrees(c.tilt_min):.0f} to {np.degrees(c.tilt_max):.0f} deg, farthest / nearest"
+        f" {c.distance_ratio:.2f}"
+    )
+    print_result(data, out)
+
+
+def _show_peers(result: Any, views: list[Any], size: tuple[int, int], out: Any) -> None:
+    lens = "rational8" if str(result.lens) == "radial6" else str(result.lens)
+    visp_lens = "none" if lens == "none" else "k1"
+    opencv, visp = vision.calibrate_camera_opencv, vision.calibrate_camera_visp
+    answers = {
+        f"kr5 {result.lens}": result,
+        f"OpenCV {lens}": opencv(views, *size, kr5.LensModel(lens)),
+        "OpenCV brown5 (default)": opencv(views, *size, kr5.LensModel("brown5")),
+        f"ViSP {visp_lens}": visp(views, *size, kr5.LensModel(visp_lens)),
+    }
+    rows = []
+    for name, r in answers.items():
+        if not r.fit.usable:
+            rows.append([name, "–", *["–"] * 5, r.fit.message])
+            continue
+        std = np.sqrt(np.diag(r.covariance))
+        cells = [
+            format_number(getattr(r.camera, p), s) + (f" ± {format_number(s, s)}" if s else "")
+            for p, s in zip(PARAMETERS[:5], std)
+        ]
+        rows.append([name, f"{r.rms_px:.4f}", *cells, ""])
+    out.print(
+        make_table(
+            "Beside peers (same points)",
+            ["calibration", "RMS [px]", "fx [px]", "fy [px]", "cx [px]", "cy [px]", "k1 [-]", ""],
+            rows,
+        )
+    )

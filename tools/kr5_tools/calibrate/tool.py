@@ -1,0 +1,162 @@
+"""`kr5 calibrate tool`: where the tool tip sits on the flange, from touches of one fixed point."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from kr5 import calibration, io
+
+from kr5_tools.cli.arguments import JsonOption, ResultOption
+from kr5_tools.cli.options import options_from
+from kr5_tools.cli.tables import figure_row, make_table, print_result
+from kr5_tools.cli.terminal import console, fail
+from kr5_tools.files.results import write_if_usable, write_result
+from kr5_tools.files.writing import check_writable
+
+app = typer.Typer()
+
+CONVENTIONS = {  # name: columns after x y z, form, unit of angles
+    "quaternion": (("qx", "qy", "qz", "qw"), "quaternion_xyzw", "rad"),
+    "rotation_vector": (("rx", "ry", "rz"), "rotation_vector", "rad"),
+    "rpy": (("roll", "pitch", "yaw"), "rpy", "rad"),
+    "kuka": (("a", "b", "c"), "kuka_abc", "deg"),
+}
+Convention = Annotated[
+    str | None,
+    typer.Option(help="quaternion | rotation_vector | rpy | kuka; by default from the names of the columns."),
+]
+
+
+@app.command(epilog="Example:  kr5 calibrate tool touches.csv --convention kuka -o tool.json")
+@options_from(calibration.ToolOptions, skip=("previous",))
+def tool(
+    poses: Annotated[
+        Path,
+        typer.Argument(
+            help=(
+                "Flange poses in the base that touch one point: a CSV, or a folder whose dataset.yaml names poses and"
+                " convention."
+            )
+        ),
+    ],
+    options: calibration.ToolOptions,
+    dataset: Annotated[
+        Path | None, typer.Option(help="A dataset.yaml elsewhere; the files it names lie in the folder.")
+    ] = None,
+    convention: Convention = None,
+    length: Annotated[str | None, typer.Option(help="Unit of x y z: m | mm; by default mm for kuka, else m.")] = None,
+    angle: Annotated[
+        str | None, typer.Option(help="Unit of angles: rad | deg; by default deg for kuka, else rad.")
+    ] = None,
+    previous: Annotated[
+        tuple[float, float, float] | None, typer.Option(help="Tool tip used so far, in the flange frame \\[m].")
+    ] = None,
+    output: ResultOption = None,
+    json_file: JsonOption = None,
+) -> None:
+    """Tool centre point from flange poses that touch one point, with its uncertainty and the touches that missed."""
+    if previous is not None:
+        options.previous = np.array(previous)
+    options.validate()
+    check_writable(output, json_file, inputs=[*(poses.rglob("*") if poses.is_dir() else [poses]), dataset])
+    if dataset or poses.is_dir():
+        if given := [
+            flag for flag, value in (("--convention", convention), ("--length", length), ("--angle", angle)) if value
+        ]:
+            fail(f"{', '.join(given)}: only with a CSV; in a folder the dataset.yaml says it")
+        T, used = read_folder(poses, dataset)
+    else:
+        T, used = read_poses(poses, convention, length, angle)
+    result = calibration.calibrate_tool(T, options)
+    data = write_result(None, "kr5-tool/1", **_keys(result, T, poses, used))
+    _show(result, data, console(json_file))
+    write_if_usable(data, result.fit, output, json_file)
+
+
+def read_poses(
+    file: Path, convention: str | None, length: str | None, angle: str | None
+) -> tuple[list[Any], dict[str, str]]:
+    """Poses of a CSV and the convention they were read in; numbers that speak against it are an error."""
+    csv = io.load_csv(file)
+    columns = [c.lower() for c in csv.columns]
+    name = convention or next((n for n, (want, *_) in CONVENTIONS.items() if set(want) <= set(columns)), None)
+    if name not in CONVENTIONS:
+        fail(
+            f"{file}: convention: found {convention or ', '.join(csv.columns)}, expected one of"
+            f" {', '.join(CONVENTIONS)}"
+        )
+    rotation, form, unit = CONVENTIONS[name]
+    if missing := [c for c in ("x", "y", "z", *rotation) if c not in columns]:
+        fail(
+            f"{file}: found the columns {', '.join(csv.columns)}, expected x, y, z, {', '.join(rotation)} for"
+            f" --convention {name}; missing: {', '.join(missing)}"
+        )
+    rows = np.asarray(csv.values)[:, [columns.index(c) for c in ("x", "y", "z", *rotation)]]
+    used = {"position": length or ("mm" if name == "kuka" else "m"), "rotation": form, "angle": angle or unit}
+    pose_format = calibration.PoseFormat.from_dict(used)
+    _refuse_doubts(file, rows, pose_format, "see --convention, --length, --angle")
+    return calibration.to_poses(rows, pose_format), used
+
+
+def read_folder(folder: Path, description: Path | None) -> tuple[list[Any], dict[str, str]]:
+    """Poses of a folder and the convention that its dataset.yaml states."""
+    file = description or folder / "dataset.yaml"
+    if not folder.is_dir():
+        fail(f"{folder}: no such folder; expected one with robot poses")
+    if not file.exists():
+        fail(f"{file}: no such file; expected a dataset.yaml with poses and convention, or name one with --dataset")
+    data = calibration.load_pose_set(str(file), str(folder))
+    _refuse_doubts(folder, data.rows, data.convention, f"correct the convention in {file}")
+    return data.poses(), data.convention.to_dict()
+
+
+def _refuse_doubts(source: Path, rows: Any, read_as: Any, remedy: str) -> None:
+    if doubts := calibration.format_objections(rows, read_as):
+        used = read_as.to_dict()
+        fail(
+            f"{source}: read as {used['position']}, {used['rotation']}, {used['angle']}: {'; '.join(doubts)}; {remedy}"
+        )
+
+
+def _keys(result: Any, T: list[Any], file: Path, used: dict[str, str]) -> dict[str, Any]:
+    std = 1e3 * np.sqrt(np.diag(result.covariance))
+    figures = [figure_row(f"tip {axis} in the flange", 1e3 * v, s, "mm") for axis, v, s in zip("xyz", result.tip, std)]
+    keys = {"input": {"poses": str(file), **used}, "verdict": _verdict(result, std), "result": result.to_dict()}
+    if not result.fit.usable:
+        return keys
+    touch = np.eye(4)
+    touch[:3, 3] = result.point
+    frames = [{"name": "base", "parent": None, "T": np.eye(4)}, {"name": "point", "parent": "base", "T": touch}]
+    frames += [{"name": f"pose {i + 1}", "parent": "base", "T": pose} for i, pose in enumerate(T)]
+    views = [{"name": f"pose {i + 1}", **p.to_dict()} for i, p in enumerate(result.poses)]
+    return {**keys, "figures": figures, "views": views, "frames": frames}
+
+
+def _verdict(result: Any, std: np.ndarray) -> dict[str, str]:
+    if not result.fit.usable:
+        return {"word": "unusable", "text": result.fit.message}
+    worst = float(np.linalg.norm(std))
+    doubts = list(result.warnings)
+    if missed := [str(i + 1) for i, p in enumerate(result.poses) if p.outlier]:
+        doubts.append(f"pose {', '.join(missed)} missed the point and was left out: touch again")
+    if worst > 1:
+        doubts.append("the tip is known to no better than 1 mm: touch from more, and more tilted, directions")
+    text = f"the tip is known to {worst:.2f} mm (one standard deviation)"
+    return {"word": "doubtful" if doubts else "good", "text": "; ".join([text, *doubts])}
+
+
+def _show(result: Any, data: dict[str, Any], out: Any) -> None:
+    if result.fit.usable:
+        rows = [
+            [f"{i + 1}", *(1e3 * r for r in p.residual), 1e3 * p.distance, "missed" if p.outlier else ""]
+            for i, p in enumerate(result.poses)
+        ]
+        out.print(
+            make_table(
+                "Where each pose puts the tip, less the point",
+                ["pose", "x [mm]", "y [mm]", "z [mm]", "distance [mm]", ""],
+                rows,
+            )
+        )
+    print_result(data, out)

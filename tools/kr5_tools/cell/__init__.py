@@ -1,0 +1,1 @@
+"""The description of a cell, checked and shown: `kr5 cell`."""

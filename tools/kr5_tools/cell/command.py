@@ -1,0 +1,208 @@
+"""`kr5 cell`: check a cell or a recording, and show it."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from kr5_tools.cell.frames import DEG, carried_frames, cell_frames, fixed_frames, is_slide
+from kr5_tools.cell.tables import cell_tables, recording_table
+from kr5_tools.cli import arguments, terminal
+from kr5_tools.files import writing
+
+app = typer.Typer(no_args_is_help=True)
+
+What = Annotated[Path, typer.Argument(metavar="PATH", help="A cell file, a recording, or a folder of any of these.")]
+
+
+@app.command(epilog="Example: kr5 cell check recordings/ --json problems.json")
+def check(path: What, json_file: arguments.JsonOption = None) -> None:
+    """Check of cells and recordings: file, line, field, value found and value expected of every problem.
+
+    Exit code 2 when there is a problem.
+    """
+    import kr5.cell
+
+    writing.check_writable(json_file, inputs=[path])
+    with terminal.spinner(f"reading {path}"):
+        documents = kr5.cell.find_documents(path)
+        problems = kr5.cell.check(path)
+    writing.write_json({"checked": [str(d) for d in documents], "problems": [p.to_dict() for p in problems]}, json_file)
+    writing.publish()  # also where there are problems, which are what was asked for
+    to = terminal.console(json_file)
+    if not problems:
+        recordings = sum(d.name == "recording.yaml" for d in documents)
+        cells = len(documents) - recordings
+        counts = [_count(n, what) for n, what in ((recordings, "recording"), (cells, "cell")) if n]
+        to.print(
+            f"{path}: no problem in {' and '.join(counts)}.",
+            soft_wrap=True,
+        )
+        return
+    _show_problems(problems, path, to)
+    raise typer.Exit(2)
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}{'' if number == 1 else 's'}"
+
+
+def _show_problems(problems: list[Any], path: Path, to: Any) -> None:
+    from rich.markup import escape
+    from rich.table import Table
+
+    by_file: dict[str, list[Any]] = {}
+    for problem in problems:
+        by_file.setdefault(problem.file, []).append(problem)
+    for file, found in by_file.items():
+        table = Table(title=file, title_justify="left", box=None, header_style="bold")
+        table.add_column("line", justify="right")
+        for column in ("field", "found", "expected"):
+            table.add_column(column, overflow="fold")
+        for p in found:
+            table.add_row(str(p.line or ""), p.field, p.found, p.expected)
+        to.print(table)
+    files = _count(len(by_file), "file")
+    to.print(
+        f"[red]{_count(len(problems), 'problem')} in {files}[/red] of {escape(str(path))}.", soft_wrap=True, markup=True
+    )
+
+
+@app.command("import", epilog="Example: kr5 cell import panda.urdf --tip panda_hand -o panda.yaml")
+def import_robot(
+    robot: Annotated[
+        Path, typer.Argument(metavar="ROBOT.urdf", help="A URDF file; a xacro file must be expanded by xacro first.")
+    ],
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="CELL.yaml", help="Write the cell here.")],
+    base: Annotated[str, typer.Option(metavar="LINK", help="Link that becomes the base B; by default the root.")] = "",
+    tip: Annotated[
+        str,
+        typer.Option(
+            metavar="LINK",
+            help="Link that becomes the tool tip E; by default the end of the chain, when there is only one.",
+        ),
+    ] = "",
+    json_file: arguments.JsonOption = None,
+) -> None:
+    """Cell from the URDF of a robot: the serial arm from base to tip, with exact poses and masses."""
+    import kr5.cell
+
+    writing.check_writable(output, json_file, inputs=[robot])
+    found = kr5.cell.import_urdf(robot, base, tip)
+    with writing.beside(output) as new:
+        kr5.cell.save_cell(found.cell, new)
+    writing.write_json(
+        {"cell": found.cell, "base": found.base, "tip": found.tip, "joints": found.joints, "notes": found.notes},
+        json_file,
+    )
+    to = terminal.console(json_file)
+    to.print(
+        f"{output}: {_count(len(found.joints), 'joint')} from {found.base} to {found.tip}: {', '.join(found.joints)}.",
+        soft_wrap=True,
+        markup=False,
+    )
+    for note in found.notes:
+        to.print(f"Note: {note}.", soft_wrap=True, markup=False)
+
+
+@app.command("export", epilog="Example: kr5 cell export cell.yaml -o robot.urdf")
+def export_robot(
+    cell: Annotated[Path, typer.Argument(metavar="CELL.yaml", help="A cell file.")],
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="ROBOT.urdf", help="Write the URDF here.")],
+) -> None:
+    """URDF of the arm of a cell and of the mass of its tool."""
+    import kr5.cell
+
+    writing.check_writable(output, inputs=[cell])
+    found = kr5.cell.load_cell(cell)
+    with writing.beside(output) as new:
+        kr5.cell.export_urdf(found, new)
+    terminal.console(None).print(f"{output}: written.", soft_wrap=True, markup=False)
+
+
+@app.command(epilog="Example: kr5 cell show cell.yaml -o arm.png --q 0,-20,-120,0,30,0")
+def show(
+    path: Annotated[Path, typer.Argument(metavar="PATH", help="A cell file, or the folder of a recording.")],
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="ARM.png", help="Drawing of the arm (PNG).")
+    ] = None,
+    q: Annotated[
+        str | None,
+        typer.Option(
+            metavar="Q1,Q2,...",
+            help=(
+                "Joint values of the drawing [deg, mm for a prismatic joint]; by default the first recorded posture, or"
+                " one near zero within the limits."
+            ),
+        ),
+    ] = None,
+    json_file: arguments.JsonOption = None,
+) -> None:
+    """Tables and drawing of a cell; of a recording also its experiments."""
+    import kr5.cell
+
+    writing.check_writable(output, json_file, inputs=[path])
+    recording = kr5.cell.load_recording(path) if (path / "recording.yaml").is_file() else None
+    if recording is None and path.is_dir():
+        terminal.fail(
+            f"{path}: is a folder without a recording.yaml; expected a cell file or the folder of a recording"
+        )
+    cell = recording.cell if recording else kr5.cell.load_cell(path)
+    posture = parse_posture(q, cell) if q else rest_posture(cell, recording)
+    to = terminal.console(json_file)
+    for table in cell_tables(cell) + ([recording_table(recording)] if recording else []):
+        to.print(table)
+        to.print()
+    if output:
+        draw_arm(cell, posture, output)
+        to.print(f"{output}: the arm of {cell.name or path} at q = {posture_text(posture, cell)}.", soft_wrap=True)
+    data = {"cell": cell, "q": posture, "frames": cell_frames(cell, posture)}
+    if recording:
+        data["experiments"] = [
+            {**e.to_dict(), "rows": len(e.data), "columns": e.data.columns} for e in recording.experiments
+        ]
+    writing.write_json(data, json_file)
+
+
+def parse_posture(text: str, cell: Any) -> list[float]:
+    """Joint values in rad and m from degrees and millimetres."""
+    words = text.replace(",", " ").split()
+    if len(words) != cell.robot.joints:
+        terminal.fail(
+            f"--q: found {len(words)} values, expected {cell.robot.joints}, one a joint, such as --q 0,-20,45"
+        )
+    try:
+        return [float(w) / (1000 if is_slide(cell, i) else DEG) for i, w in enumerate(words)]
+    except ValueError:
+        terminal.fail(f"--q: found '{text}', expected numbers in degrees (mm for a slide) with commas between")
+
+
+def posture_text(q: list[float], cell: Any) -> str:
+    return ", ".join(
+        f"{1000 * v:.1f} mm" if is_slide(cell, i) else f"{round(DEG * v, 1) + 0.0:.1f}°" for i, v in enumerate(q)
+    )
+
+
+def rest_posture(cell: Any, recording: Any) -> list[float]:
+    """The first posture of a recording; else zero, or the nearest to it that the limits allow."""
+    n = cell.robot.joints
+    for experiment in recording.experiments if recording else ():
+        if "q1" in experiment.data:
+            return [float(experiment[f"q{i + 1}"][0]) for i in range(n)]
+    limits = cell.robot.limits
+    if limits is None:
+        return [0.0] * n
+    inside = [min(max(0.0, low), high) for low, high in zip(limits.lower, limits.upper)]
+    middle = [(low + high) / 2 for low, high in zip(limits.lower, limits.upper)]
+    return [float(z if z == 0.0 else m) for z, m in zip(inside, middle)]
+
+
+def draw_arm(cell: Any, q: list[float], output: Path) -> None:
+    from kr5_tools.cell.plot import arm_figure
+
+    if output.suffix.lower() not in (".png", ".svg", ".pdf"):
+        terminal.fail(f"{output}: found the ending '{output.suffix}', expected .png, .svg or .pdf")
+    figure = arm_figure(
+        cell, q, fixed_frames(cell), carried_frames(cell, q), f"{cell.name}, q = {posture_text(q, cell)}"
+    )
+    writing.save_figure(figure, output, dpi=160)

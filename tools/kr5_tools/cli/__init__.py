@@ -1,0 +1,1 @@
+"""What every command shares: the command line, its terminal, its tables."""

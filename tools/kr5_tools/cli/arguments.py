@@ -1,0 +1,34 @@
+"""Arguments that many commands share."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+JsonOption = Annotated[
+    Path | None, typer.Option("--json", metavar="FILE", help="JSON file to write; - for standard output.")
+]
+
+
+ResultOption = Annotated[
+    Path | None, typer.Option("-o", "--output", metavar="RESULT.json", help="Result file to write.")
+]
+
+
+FullOption = Annotated[
+    bool,
+    typer.Option(
+        "--full", help="Full simulation: step the cell through time in DART instead of the fast grade; slower."
+    ),
+]
+
+
+def make_simulator(full: bool) -> Any:
+    """The simulator of a grade; what is linked with DART is imported only when it is asked for."""
+    if full:
+        import kr5.sim
+
+        return kr5.sim.DartSimulator()
+    import kr5.predict
+
+    return kr5.predict.FastSimulator()

@@ -1,0 +1,72 @@
+"""Tables of numbers with units, for people."""
+
+import math
+from collections.abc import Iterable
+from typing import Any
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+VERDICT_COLOURS = {"good": "green", "doubtful": "yellow", "unusable": "red"}
+
+
+def figure_row(name: str, value: float, std: float | None, unit: str) -> dict[str, Any]:
+    """One row of the table of numbers with doubt."""
+    return {"name": name, "value": value, "std": std, "unit": unit}
+
+
+def pose_figures(name: str, T: Any, covariance: Any) -> list[dict[str, Any]]:
+    """Position [mm] and roll, pitch, yaw [deg] of a pose, with the deviations its covariance (right perturbation)
+    gives."""
+    import kr5
+    import numpy as np
+
+    step = 1e-6
+    centre = kr5.to_xyzrpy(T)
+    J = np.empty((6, 6))
+    for i in range(6):
+        change = kr5.to_xyzrpy(T @ kr5.to_pose(step * np.eye(6)[i])) - centre
+        change[3:] = (change[3:] + np.pi) % (2 * np.pi) - np.pi
+        J[:, i] = change / step
+    std = np.sqrt(np.maximum(np.diag(J @ np.asarray(covariance) @ J.T), 0))
+    axes = ("x", "y", "z", "roll", "pitch", "yaw")
+    scale = [1e3] * 3 + [180 / np.pi] * 3
+    units = ["mm"] * 3 + ["deg"] * 3
+    return [figure_row(f"{name} {axes[i]}", centre[i] * scale[i], std[i] * scale[i], units[i]) for i in range(6)]
+
+
+def format_number(value: float | None, std: float | None = None) -> str:
+    """A number with as many digits as its doubt allows (two digits of it), else four."""
+    if value is None or not math.isfinite(value):
+        return "–"
+    if not std or not math.isfinite(std):
+        return f"{value:.4g}"
+    return f"{value:.{min(max(1 - math.floor(math.log10(std)), 0), 9)}f}"
+
+
+def make_table(title: str, columns: list[str], rows: Iterable[Iterable[Any]], text: Iterable[int] = ()) -> Table:
+    """A table, its texts as they are, whose first column, and those of `text`, are text and whose others are numbers;
+    units belong into the names of the columns."""
+    out = Table(title=title, title_justify="left", box=None, header_style="bold")
+    for i, column in enumerate(columns):
+        out.add_column(column, justify="left" if i == 0 or i in text else "right")
+    for row in rows:
+        out.add_row(*(format_number(cell) if isinstance(cell, float) else str(cell) for cell in row))
+    return out
+
+
+def print_result(data: dict[str, Any], to: Console) -> None:
+    """Verdict, causes and figures of a result, for people."""
+    if rows := data.get("figures"):
+        cells = (
+            [r["name"], format_number(r["value"], r.get("std")), format_number(r.get("std"), r.get("std")), r["unit"]]
+            for r in rows
+        )
+        to.print(make_table("", ["quantity", "value", "± std", "unit"], cells))
+    if verdict := data.get("verdict"):
+        colour = VERDICT_COLOURS.get(verdict["word"], "default")
+        to.print(f"[bold {colour}]{escape(verdict['word'])}[/]: {escape(verdict['text'])}", soft_wrap=True, markup=True)
+    for cause in data.get("causes", ()):
+        remedy = f" {cause['remedy']}" if cause.get("remedy") else ""
+        to.print(f"  [bold]{escape(cause['cause'])}[/]: {escape(cause['text'] + remedy)}", soft_wrap=True, markup=True)

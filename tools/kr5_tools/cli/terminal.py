@@ -1,0 +1,80 @@
+"""Output for people: standard output and standard error, progress, and errors that end a command."""
+
+import contextlib
+import os
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any, NoReturn
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import track as rich_track
+
+# Text is printed as it is, since names of files may hold brackets; what is to be coloured says markup=True.
+errors = Console(stderr=True, highlight=False, emoji=False, markup=False)
+LONGEST = 2000  # letters of an error, which may quote a file of megabytes
+
+
+def console(json_file: Path | None = None) -> Console:
+    """Where people read. With `--json -` standard output belongs to the JSON, and people read standard error."""
+    return errors if str(json_file) == "-" else Console(highlight=False, emoji=False, markup=False)
+
+
+def fail(message: str) -> NoReturn:
+    """Ends the command with an error of one line and exit code 2."""
+    text = message if len(message) <= LONGEST else f"{message[:LONGEST]} …"
+    errors.print(f"[red]error:[/red] {escape(_printable(text))}", soft_wrap=True, markup=True)
+    raise typer.Exit(2)
+
+
+def print_note(message: str) -> None:
+    """A word of caution, which does not end the command."""
+    errors.print(f"[yellow]note:[/yellow] {escape(_printable(message))}", soft_wrap=True, markup=True)
+
+
+def print_problem(message: str, refused: bool) -> None:
+    """What speaks against an input, of which there may be several: an error where it is refused for them."""
+    word = "[red]error:[/red]" if refused else "[yellow]warning:[/yellow]"
+    errors.print(f"{word} {escape(_printable(message))}", soft_wrap=True, markup=True)
+
+
+def _printable(text: str) -> str:
+    """Without characters that a terminal would obey, and on one line."""
+    return "".join(c if c.isprintable() else " " if c.isspace() else repr(c)[1:-1] for c in text)
+
+
+def describe_error(error: Exception) -> str:
+    """What a user reads of an error: of the system's, the file and what is wrong with it."""
+    if isinstance(error, OSError) and error.strerror:
+        return f"{os.fsdecode(error.filename)}: {error.strerror}" if error.filename else error.strerror
+    if isinstance(error, MemoryError):
+        return "the memory does not suffice; is a number of the input far too large?"
+    if isinstance(error, UnicodeDecodeError):
+        return f"found a text that is no UTF-8: {error.object.decode('utf-8', errors='backslashreplace')}"
+    return str(error)
+
+
+def is_user_error(error: Exception) -> bool:
+    """Bad input, not a bug: everything kr5 throws on purpose, files that cannot be read or written, and what the
+    memory cannot hold.
+
+    What kr5 says of bytes that are no text reaches Python as UnicodeDecodeError.
+    """
+    if isinstance(error, (OSError, MemoryError, UnicodeDecodeError)):
+        return True
+    import kr5
+
+    return isinstance(error, kr5.Error)
+
+
+def track(items: Iterable[Any], what: str) -> Iterable[Any]:
+    """The items, with a progress bar for people at a terminal."""
+    return rich_track(items, description=what, console=errors, transient=True, disable=not errors.is_terminal)
+
+
+@contextlib.contextmanager
+def spinner(what: str) -> Iterator[None]:
+    """A sign of life during one long call."""
+    with errors.status(escape(what)) if errors.is_terminal else contextlib.nullcontext():
+        yield

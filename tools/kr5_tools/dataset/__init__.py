@@ -1,0 +1,1 @@
+"""Folders of images and robot poses: `kr5 dataset`."""

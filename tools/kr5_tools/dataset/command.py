@@ -1,0 +1,287 @@
+"""`kr5 dataset guess`: proposes a dataset.yaml for a folder, with its reasons."""
+
+import itertools
+import re
+from pathlib import Path
+from typing import Annotated, Any
+
+import kr5
+import numpy as np
+import typer
+import yaml
+from kr5 import calibration
+
+from kr5_tools.calibrate.hand_eye import camera_of
+from kr5_tools.cli.arguments import JsonOption
+from kr5_tools.cli.tables import make_table
+from kr5_tools.cli.terminal import console, fail, spinner
+from kr5_tools.dataset.target_guess import GUESSED, QUICK, guess_target
+from kr5_tools.files.camera import load_camera
+from kr5_tools.files.images import IMAGE_ENDINGS
+from kr5_tools.files.paths import library_path
+from kr5_tools.files.writing import check_writable, write_json, write_text
+from kr5_tools.targets.command import Sightings, find_in_images, load_image, load_target
+
+app = typer.Typer()
+
+POSES = {".yaml", ".yml", ".json", ".csv", ".txt"}
+PROBES = 3  # images, spread over the set, in which targets are tried
+
+
+@app.callback()
+def group() -> None:
+    """Description of a folder of images and robot poses."""
+
+
+@app.command(epilog="Example:  kr5 dataset guess my_folder -o dataset.yaml")
+def guess(
+    folder: Annotated[Path, typer.Argument(help="Folder of images and robot poses.")],
+    target: Annotated[
+        str | None, typer.Option(help="The target, when it is known, e.g. chessboard:6x9:0.0236.")
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="dataset.yaml", help="Write the proposal here.")
+    ] = None,
+    json_file: JsonOption = None,
+) -> None:
+    """Proposal of a dataset.yaml: which images and poses belong together, the convention of the poses, target, camera
+    and mount.
+    """
+    if not folder.is_dir():
+        fail(f"{folder}: no such folder; expected one with images and robot poses")
+    out = console(json_file)
+    reasons: list[list[Any]] = []
+    images = _images(folder, reasons)
+    check_writable(output, json_file, inputs=[*images, *_texts(folder)])
+    poses, forms = _poses(folder, images, reasons)
+    name, seen = _target(folder, images, target, reasons)
+    camera_file, camera = _camera(folder, seen, reasons)
+    best, rivals = _convention(poses, forms, seen, camera)
+    reasons.append(
+        [
+            "convention, mount",
+            _text(best),
+            (
+                f"robot and camera agree to {1e3 * best['error']:.2g} mm, next best reading "
+                f"({_text(rivals[0])}) to {1e3 * rivals[0]['error']:.2g} mm"
+                if rivals
+                else "the only reading possible"
+            ),
+            "high" if not rivals or rivals[0]["error"] > 3 * best["error"] else "low",
+        ]
+    )
+    # T X M = Z with the poses inverted is the other mount's equation: no image can tell the two apart.
+    other = {"eye_in_hand": "eye_to_hand", "eye_to_hand": "eye_in_hand"}[best["mount"]]
+    reasons.append(
+        [
+            "",
+            f"or T_flange_base, {other}",
+            (
+                "inverted poses with the other mount agree exactly as well: look at the cell "
+                "to see what carries the camera"
+            ),
+            "not identified by the data",
+        ]
+    )
+    text = _yaml(folder, images, poses, best, name, camera_file)
+    out.print(
+        make_table(f"Proposal for {folder}", ["item", "proposal", "reason", "confidence"], reasons, text=(1, 2, 3))
+    )
+    if output:
+        write_text(text, output)
+    else:
+        out.print(text, markup=False)
+    write_json(
+        {
+            "dataset": yaml.safe_load(text),
+            "reasons": [dict(zip(("what", "proposal", "because", "confidence"), r)) for r in reasons],
+        },
+        json_file,
+    )
+
+
+def _family(file: Path) -> tuple[str, str, str]:
+    """What files of one kind have in common: folder, ending, and the name without its last number."""
+    return str(file.parent), file.suffix.lower(), re.sub(r"\d+(?=\D*$)", "*", file.stem)
+
+
+def _families(folder: Path, endings: set[str]) -> list[list[Path]]:
+    files = [
+        f
+        for f in folder.rglob("*")
+        if f.is_file() and f.suffix.lower() in endings and len(f.relative_to(folder).parts) <= 3
+    ]
+    files.sort(key=_family)
+    return [sorted(g, key=_number) for _, g in itertools.groupby(files, _family)]
+
+
+def _texts(folder: Path) -> list[Path]:
+    """Files in which poses or words about the target are looked for, but the description that is proposed."""
+    return [f for family in _families(folder, POSES) for f in family if f.name != "dataset.yaml"]
+
+
+def _number(file: Path) -> int:
+    return int((re.findall(r"\d+", file.stem) or ["-1"])[-1])
+
+
+def _pattern(folder: Path, files: list[Path]) -> str:
+    where = files[0].parent.relative_to(folder)
+    name = files[0].name if len(files) == 1 else _family(files[0])[2] + files[0].suffix
+    return str(where / name)
+
+
+def _images(folder: Path, reasons: list[Any]) -> list[Path]:
+    families = _families(folder, set(IMAGE_ENDINGS))
+    if not families:
+        fail(f"{folder}: found no image ({', '.join(IMAGE_ENDINGS)}), expected images and robot poses")
+    best = max(families, key=len)
+    sure = sum(len(f) == len(best) for f in families) == 1
+    reasons.append(
+        ["images", _pattern(folder, best), f"{len(best)} files, the largest group", "high" if sure else "low"]
+    )
+    return best
+
+
+def _readable(files: list[Path]) -> tuple[np.ndarray | None, list[str]]:
+    """Rows of pose files, and the forms of rotation in which they can be read."""
+    forms, rows = [], None
+    for form in ("quaternion_xyzw", "quaternion_wxyz", "rotation_vector", "rpy", "kuka_abc", "matrix"):
+        try:
+            found = np.vstack([calibration.load_poses(library_path(f), calibration.RotationForm(form)) for f in files])
+        except (kr5.Error, ValueError):
+            continue
+        if any(str(f.rotation) == form for f in calibration.plausible_formats(found)):
+            forms.append(form)
+            rows = found
+    return rows, forms
+
+
+def _poses(folder: Path, images: list[Path], reasons: list[Any]) -> tuple[list[Path], list[str]]:
+    for files in sorted(_families(folder, POSES), key=lambda g: -len(g)):
+        if len(files) not in (1, len(images)) or files[0].name == "dataset.yaml":
+            continue
+        rows, forms = _readable(files)
+        if rows is None or len(rows) != len(images):
+            continue
+        how = (
+            f"one file each, paired by number {_number(files[0])} to {_number(files[-1])}"
+            if len(files) > 1
+            else "one row an image"
+        )
+        reasons.append(["poses", _pattern(folder, files), f"{len(rows)} poses for {len(images)} images, {how}", "high"])
+        return files, forms
+    fail(
+        f"{folder}: found no poses for the {len(images)} images; expected a file of numbers for each (YAML, JSON,"
+        " text), or one CSV or text file with a row for each"
+    )
+
+
+def _hints(folder: Path) -> tuple[str, dict[str, Any]]:
+    """Words and keys about a target in small texts of the folder."""
+    text = ""
+    keys: dict[str, Any] = {}
+    many = {f for family in _families(folder, POSES) if len(family) > 2 for f in family}  # poses
+    for file in sorted(folder.glob("*")):
+        if (
+            file in many
+            or file.suffix.lower() not in {".txt", ".yaml", ".yml", ".md"}
+            or file.name == "dataset.yaml"
+            or file.stat().st_size > 20000
+        ):
+            continue
+        content = file.read_text(encoding="utf-8", errors="replace")
+        text += content + "\n"
+        for key, value in re.findall(r"^\s*([A-Za-z_]+):\s*([^\s#]+)", content, re.M):
+            keys.setdefault(key, value)
+    return text, keys
+
+
+def _target(folder: Path, images: list[Path], given: str | None, reasons: list[Any]) -> tuple[str, Sightings]:
+    """Short form of the target, and where it was seen."""
+    places = np.linspace(0, len(images) - 1, PROBES + 2)[1:-1].round().astype(int)
+    probes = {images[i]: load_image(images[i]) for i in places} if not given else {}
+    name, why = (given, "given") if given else guess_target(*_hints(folder), probes)
+    seen = find_in_images(
+        images,
+        load_target(name),
+        least=4,
+        options=None if given else QUICK,
+        load=lambda file: probes[file] if file in probes else load_image(file),
+    )
+    reasons.append(
+        [
+            "target",
+            name,
+            f"{why}; found in {len(seen.views)} of {len(images)} images",
+            "low" if GUESSED in why else "high",
+        ]
+    )
+    return name, seen
+
+
+def _camera(folder: Path, seen: Sightings, reasons: list[Any]) -> tuple[Path | None, Any]:
+    for file in sorted(folder.glob("*")):
+        if file.suffix.lower() in {".xml", ".yaml", ".yml", ".json"} and re.search("cam|intrinsic", file.stem, re.I):
+            reasons.append(["camera", file.name, "a camera file of the folder", "high"])
+            return file, load_camera(file, seen.size)
+    camera, how = camera_of("", seen)
+    reasons.append(["camera", "-", f"no camera file: {how}", "high"])
+    return None, camera
+
+
+def _convention(
+    poses: list[Path], forms: list[str], seen: Sightings, camera: Any
+) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+    """The reading of the poses under which robot and camera agree best, and the others."""
+    found: list[dict[str, Any]] = []
+    work = []
+    for form in forms:
+        rows = np.vstack([calibration.load_poses(library_path(f), calibration.RotationForm(form)) for f in poses])
+        work += [
+            (rows, f)
+            for f in calibration.plausible_formats(rows)
+            if str(f.rotation) == form and str(f.meaning) == "T_base_flange"
+        ]
+    tried: list[np.ndarray] = []
+    for rows, convention in work:
+        all_poses = calibration.to_poses(rows, convention)
+        if any(np.allclose(all_poses, other) for other in tried):  # named values have one order only
+            continue
+        tried.append(np.array(all_poses))
+        for mount in ("eye_in_hand", "eye_to_hand"):
+            data = [calibration.HandEyeView(T_base_flange=all_poses[i], view=v) for i, v in zip(seen.index, seen.views)]
+            with spinner("Trying conventions"):
+                result = calibration.calibrate_hand_eye(data, camera, calibration.HandEyeOptions(mount=mount))
+            if not result.fit.usable:
+                continue
+            error = np.median([v.robot_position + 0.5 * v.robot_rotation for v in result.views])
+            found.append({"format": convention, "mount": mount, "error": float(error)})
+    if not found:
+        fail(
+            "under no convention do robot poses and images allow a calibration: too little rotation, or they do not"
+            " belong together"
+        )
+    found.sort(key=lambda f: f["error"])
+    return found[0], found[1:]
+
+
+def _text(reading: dict[str, Any]) -> str:
+    f = reading["format"]
+    return f"{f.meaning}, {f.rotation}, {f.position}, {f.angle}, {reading['mount']}"
+
+
+def _yaml(
+    folder: Path, images: list[Path], poses: list[Path], best: dict[str, Any], target: str, camera: Path | None
+) -> str:
+    data = {
+        "format": "kr5-dataset/1",
+        "images": _pattern(folder, images),
+        "poses": _pattern(folder, poses),
+        "pairing": "number" if len(poses) > 1 else "order",
+        "convention": {k: str(v) for k, v in best["format"].to_dict().items()},
+        "mount": best["mount"],
+        "target": target,
+    }
+    if camera:
+        data["camera"] = str(camera.relative_to(folder))
+    return yaml.safe_dump(data, sort_keys=False)

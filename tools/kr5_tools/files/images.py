@@ -1,0 +1,31 @@
+"""Image files that a command is given."""
+
+import os
+from collections.abc import Iterable
+from pathlib import Path
+
+from kr5_tools.cli.terminal import fail
+
+IMAGE_ENDINGS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm")
+
+
+def image_files(given: list[Path]) -> list[Path]:
+    """The files given, and the images of the folders given; complains of what is not there."""
+    files = []
+    for path in given:
+        if not path.exists():
+            fail(f"{path}: no such file or folder")
+        inside = sorted(f for f in path.iterdir() if f.suffix.lower() in IMAGE_ENDINGS) if path.is_dir() else [path]
+        if not inside:
+            fail(f"{path}: the folder holds no image ({', '.join(IMAGE_ENDINGS)})")
+        files += inside
+    return files
+
+
+def short_names(files: Iterable[Path | str]) -> list[str]:
+    """The name of each file, with as many of its folders as tell it from the others."""
+    paths = [Path(os.path.abspath(file)).parts[1:] for file in files]
+    depth = 1
+    while len({path[-depth:] for path in paths}) < len(set(paths)):
+        depth += 1
+    return ["/".join(path[-depth:]) for path in paths]

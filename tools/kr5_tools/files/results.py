@@ -1,0 +1,53 @@
+"""Result files: what every calibration and diagnosis writes with -o."""
+
+import datetime
+import sys
+from pathlib import Path
+from typing import Any
+
+from kr5_tools.cli.terminal import fail
+from kr5_tools.files.writing import to_plain, write_json
+
+FORMATS = (
+    "kr5-camera/1",
+    "kr5-hand-eye/1",
+    "kr5-tool/1",
+    "kr5-timed-hand-eye/1",
+    "kr5-marker-map/1",
+    "kr5-detection/1",
+    "kr5-gap/1",
+)
+
+
+def write_result(file: Path | None, format: str, **keys: Any) -> dict[str, Any]:
+    """Makes a result (`format`, version, created, command, and `keys`), writes it if there is a file, returns it."""
+    import kr5
+
+    created = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
+    command = " ".join(["kr5", *sys.argv[1:]])
+    data = {"format": format, "version": kr5.__version__, "created": created, "command": command, **to_plain(keys)}
+    write_json(data, file)
+    return data
+
+
+def write_if_usable(data: dict[str, Any], fit: Any, *files: Path | None) -> None:
+    """Writes a result where it is wanted; one that must not be used is told, and no older file is lost for it."""
+    if not fit.usable:
+        fail(fit.message)
+    for file in files:
+        write_json(data, file)
+
+
+def read_result(file: Path, *formats: str) -> dict[str, Any]:
+    """Reads a result file of one of the formats (of any, when none is named), and checks it against its model."""
+    from kr5_tools.files.documents import display_value, parse_json, read_text, validate_document
+    from kr5_tools.files.result_models import model_of
+
+    expected = "a result file written by a kr5 command with -o"
+    text = read_text(file, expected)
+    data = parse_json(text, file, expected)
+    found = data.get("format") if isinstance(data, dict) else None
+    if found not in (formats or FORMATS):
+        fail(f"{file}: format: found {display_value(found)}, expected one of {', '.join(formats or FORMATS)}")
+    validate_document(data, model_of(found), file, text)
+    return dict(data)

@@ -1,0 +1,237 @@
+"""Files written beside and renamed, all of them once a command has succeeded, so that a failure leaves what was
+there.
+"""
+
+import contextlib
+import json
+import math
+import os
+import shutil
+import stat
+import sys
+import tempfile
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+from kr5_tools.cli.terminal import fail
+
+# Complete files and where they go, while the files of a command are held back; None: each is put in its place at once.
+_held: list[tuple[Path, Path]] | None = None
+_unfinished: set[Path] = set()  # files and folders that are being written
+
+
+def to_plain(value: Any) -> Any:
+    """Numbers, texts, lists and dicts only; what JSON cannot write (NaN, infinity) becomes null."""
+    if hasattr(value, "to_dict"):
+        return to_plain(value.to_dict())
+    if isinstance(value, dict):
+        return {str(key): to_plain(item) for key, item in value.items()}
+    if hasattr(value, "tolist"):
+        return to_plain(value.tolist())
+    if isinstance(value, (list, tuple)):
+        return [to_plain(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    if value is None or isinstance(value, (bool, int, float, str)):
+        return value
+    return str(value)
+
+
+@contextlib.contextmanager
+def held_back() -> Iterator[None]:
+    """Files that are written inside appear together at the end, or not at all when it ends by an exception."""
+    global _held
+    before, _held = _held, []
+    try:
+        yield
+        publish()
+    finally:
+        for new, _ in _held:
+            new.unlink(missing_ok=True)
+        _held = before
+
+
+def publish() -> None:
+    """Puts the files held back so far in their places; devices, which may refuse, come first."""
+    if _held:
+        _held.sort(key=lambda pair: not _is_device(pair[1]))
+    while _held:
+        _put(*_held.pop(0))
+
+
+def discard() -> None:
+    """Removes what is not finished, when the process is about to end."""
+    for new in [*_unfinished, *(new for new, _ in _held or ())]:
+        if new.is_dir():
+            shutil.rmtree(new, ignore_errors=True)
+        else:
+            new.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def beside(file: Path | str) -> Iterator[Path]:
+    """A new file of the same ending, to be written in place of `file`, which it replaces once it is complete.
+
+    A link is followed. What is no regular file, such as /dev/null, is written to and not replaced.
+    """
+    target = _target(file)
+    folder = Path(tempfile.gettempdir()) if _is_device(target) else target.parent
+    try:
+        handle, name = tempfile.mkstemp(dir=folder, prefix=".kr5-", suffix=target.suffix)
+    except OSError as error:
+        fail(f"{file}: cannot be written: {error.strerror}; is its folder there?")
+    os.close(handle)
+    new = Path(name)
+    _unfinished.add(new)
+    try:
+        yield new
+        _allow_reading(new, target)
+    except OSError as error:
+        new.unlink(missing_ok=True)
+        fail(f"{file}: cannot be written: {error.strerror or error}")
+    except BaseException as error:
+        new.unlink(missing_ok=True)
+        import kr5
+
+        if isinstance(error, kr5.IoError):  # it names the file that nobody knows
+            fail(str(error).replace(str(new), str(file)))
+        raise
+    finally:
+        _unfinished.discard(new)
+    if _held is None:
+        _put(new, target)
+    else:
+        _held.append((new, target))
+
+
+def check_new_folder(folder: Path) -> None:
+    """Complains of a folder that holds something, so that nothing in it is lost or mixed."""
+    if folder.is_symlink() or (folder.exists() and (not folder.is_dir() or any(folder.iterdir()))):
+        fail(f"{folder}: is there already; expected a new or empty folder, so that nothing in it is lost")
+
+
+@contextlib.contextmanager
+def folder_beside(folder: Path) -> Iterator[Path]:
+    """A new folder, to be filled in place of `folder`, which is not there yet or empty, and which it becomes once
+    it is complete.
+    """
+    global _held
+    check_new_folder(folder)
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        place = folder.resolve()
+        new = Path(tempfile.mkdtemp(dir=place.parent, prefix=".kr5-"))
+    except (OSError, RuntimeError) as error:
+        fail(f"{folder}: cannot be written: {getattr(error, 'strerror', None) or error}")
+    _unfinished.add(new)
+    before, _held = _held, None
+    try:
+        yield new
+        umask = os.umask(0)
+        os.umask(umask)
+        new.chmod(0o777 & ~umask)
+        new.replace(place)
+    except OSError as error:
+        fail(f"{folder}: cannot be written: {error.strerror or error}")
+    except BaseException as error:
+        import kr5
+
+        if isinstance(error, kr5.IoError):
+            fail(str(error).replace(str(new), str(folder)))
+        raise
+    finally:
+        _held = before
+        shutil.rmtree(new, ignore_errors=True)
+        _unfinished.discard(new)
+
+
+def _target(file: Path | str) -> Path:
+    """Where a file goes: the end of its links."""
+    try:
+        target = Path(os.path.realpath(file)) if Path(file).is_symlink() else Path(file)
+        if target.is_dir():
+            fail(f"{file}: cannot be written: is a folder")
+    except (OSError, RuntimeError) as error:
+        fail(f"{file}: cannot be written: {getattr(error, 'strerror', None) or error}")
+    if target.is_symlink():
+        fail(f"{file}: cannot be written: its links go round in a circle")
+    return target
+
+
+def _is_device(file: Path) -> bool:
+    """Something is there that is no regular file."""
+    return file.exists() and not stat.S_ISREG(file.stat().st_mode)
+
+
+def _allow_reading(new: Path, target: Path) -> None:
+    """The rights of the file replaced, or those of any new file; temporary files have fewer."""
+    umask = os.umask(0)
+    os.umask(umask)
+    mode = stat.S_IMODE(target.stat().st_mode) if target.is_file() else 0o666 & ~umask
+    new.chmod(mode)
+
+
+def _put(new: Path, target: Path) -> None:
+    try:
+        if _is_device(target):
+            with new.open("rb") as source, target.open("wb") as stream:
+                shutil.copyfileobj(source, stream)
+            new.unlink()
+        else:
+            new.replace(target)
+    except OSError as error:
+        new.unlink(missing_ok=True)
+        fail(f"{target}: cannot be written: {error.strerror}")
+
+
+def write_bytes(data: bytes, file: Path | str) -> None:
+    with beside(file) as new:
+        new.write_bytes(data)
+
+
+def write_text(text: str, file: Path | str) -> None:
+    """Text in UTF-8; bytes of a file name that are none stand as \\udc80 and so on. `-` is standard output."""
+    if str(file) == "-":
+        sys.stdout.write(text)
+        return
+    write_bytes(text.encode("utf-8", errors="backslashreplace"), file)
+
+
+def write_json(data: Any, file: Path | str | None) -> None:
+    """Writes JSON; does nothing without a file."""
+    if file is not None:
+        write_text(json.dumps(to_plain(data), indent=1, ensure_ascii=False) + "\n", file)
+
+
+def save_figure(figure: Any, file: Path | str, **settings: Any) -> None:
+    """A figure of matplotlib, in the format that the ending of the file names."""
+    with beside(file) as new:
+        figure.savefig(new, **settings)
+
+
+def check_writable(*files: Path | None, inputs: Iterable[Path | str | None] = ()) -> None:
+    """Complains of outputs whose folder is not there, and of one that would replace an input, before what may take
+    minutes is begun.
+    """
+    outputs = [Path(file) for file in files if file is not None and str(file) != "-"]
+    for file in outputs:
+        if not file.parent.is_dir():
+            fail(f"{file}: cannot be written: there is no folder {file.parent}")
+        if file.is_dir():
+            fail(f"{file}: cannot be written: is a folder")
+    read = [Path(file) for file in inputs if file is not None]
+    for file in outputs:
+        if any(_same(file, other) for other in read):
+            fail(f"{file}: is read by this command; name another file to write to, so that it is not lost")
+    for k, file in enumerate(outputs):
+        if any(_same(file, other) for other in outputs[:k]):
+            fail(f"{file}: is to be written twice; name another file for one of the outputs")
+
+
+def _same(a: Path, b: Path) -> bool:
+    """Both are one file, which is there or would be there, and no device."""
+    try:
+        return not _is_device(a) and (a.samefile(b) if a.exists() and b.exists() else a.resolve() == b.resolve())
+    except (OSError, RuntimeError):
+        return False

@@ -1,0 +1,1 @@
+"""How far a simulation is from a recording, and why: `kr5 gap`."""

@@ -1,0 +1,268 @@
+"""`kr5 gap`: how far a simulation is from what was recorded, and why."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.markup import escape
+
+from kr5_tools.cli import arguments, tables, terminal
+from kr5_tools.files import writing
+from kr5_tools.files.documents import OpenDocument, display_value, parse_json, read_text, validate_document
+from kr5_tools.gap import bench, diagnose, explain, plan
+
+app = typer.Typer(no_args_is_help=True)
+bench.add_to(app)
+diagnose.add_to(app)
+explain.add_to(app)
+plan.add_to(app)
+
+Folder = Annotated[Path, typer.Argument(metavar="RECORDING", help="The folder of a recording (recording.yaml).")]
+CellFile = Annotated[
+    Path | None,
+    typer.Option("--cell", metavar="CELL.yaml", help="The cell to simulate; by default the recording's own."),
+]
+ENOUGH_ROWS = 300  # a column of fewer rows is judged by chi-square alone
+CLOSE = 1.05
+CLOSE_IMPACT = 2.0  # of wrenches of an arm with backlash: the blow lasts less than a row, whose instant is what counts
+WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
+
+
+@app.callback()
+def gap() -> None:
+    """Gap between simulation and recording, in units of noise: 1 is what noise alone leaves."""
+
+
+@app.command(epilog="Example: kr5 gap measure recordings/monday --cell tuned.yaml --json gap.json --png gap.png")
+def measure(
+    folder: Folder,
+    cell_file: CellFile = None,
+    png: Annotated[
+        Path | None, typer.Option("--png", metavar="GAP.png", help="Plot of the gap of every column (PNG).")
+    ] = None,
+    full: arguments.FullOption = False,
+    json_file: arguments.JsonOption = None,
+) -> None:
+    """Gap of every column: RMS of (recorded - simulated) over its noise [-].
+
+    Columns that the recording lacks are left out; experiments that the simulator cannot predict are named.
+    """
+    import kr5.cell
+    import kr5.gap
+
+    writing.check_writable(png, json_file, inputs=[cell_file, folder / "recording.yaml"])
+    recording = kr5.cell.load_recording(folder)
+    cell = kr5.cell.load_cell(cell_file) if cell_file else None
+    with terminal.spinner(f"simulating {folder}"):
+        found = kr5.gap.measure(recording, arguments.make_simulator(full), cell)
+    if not found.columns:
+        terminal.fail(
+            f"{folder}: nothing to compare: expected columns that the simulator predicts, and their noise in the cell"
+        )
+    to = terminal.console(json_file)
+    for refused in found.refused:
+        to.print(f"[yellow]note:[/yellow] {escape(refused)}.", soft_wrap=True, markup=True)
+    to.print(measure_table(folder, found))
+    to.print(parts_table(found))
+    to.print(
+        f"RMS gap {found.gap:.3f} over {len(found.columns)} columns, {found.exceeding} of them above what noise"
+        " explains."
+    )
+    if png:
+        draw_gaps(found, png, str(folder))
+        to.print(f"{png}: the gap of every column.", soft_wrap=True)
+    writing.write_json(measure_dict(found), json_file)
+
+
+@app.command(epilog="Example: kr5 gap cases ../shared/cases --full")
+def cases(
+    folder: Annotated[
+        Path, typer.Argument(metavar="FOLDER", help="Recordings with a labels.json that names their effects.")
+    ],
+    full: arguments.FullOption = False,
+    json_file: arguments.JsonOption = None,
+) -> None:
+    """Test of the simulator on recordings with known effects: sets these effects and prints the largest gap of each
+    recording.
+
+    Exit code 1 when a column of 300 rows or more is above 1.05 and above what noise explains, or a shorter column
+    above what noise explains.
+    """
+    import kr5.cell
+
+    writing.check_writable(json_file, inputs=[folder / "labels.json"])
+    rows, far = [], 0
+    out: dict[str, Any] = {}
+    for name, label in terminal.track(list(_labels(folder).items()), "simulating"):
+        found, text = measure_case(folder / name, label["effects"], full)
+        if found.refused:
+            terminal.fail(f"{folder / name}: {found.refused[0]}")
+        if not found.columns:
+            terminal.fail(f"{folder / name}: no column that the simulator shows was recorded")
+        widest = max(found.columns, key=lambda c: (c.rows >= ENOUGH_ROWS, c.gap))
+        blows = any(kr5.cell.find_effect(e["effect"]).inaccuracy > 0 for e in label["effects"])
+        above = [c for c in found.columns if is_far(c, len(found.columns), blows)]
+        far += len(above)
+        over = sum(c.rows >= ENOUGH_ROWS and c.gap > CLOSE for c in found.columns)
+        rows.append(
+            [
+                name,
+                text,
+                f"{found.gap:.3f}",
+                f"{widest.experiment}.{widest.column}",
+                f"{widest.gap:.3f}",
+                over,
+                " ".join(f"{c.experiment}.{c.column}" for c in above) or "none",
+            ]
+        )
+        out[name] = measure_dict(found)
+    to = terminal.console(json_file)
+    table = tables.make_table(
+        f"{folder}, with the effects of labels.json set",
+        [
+            "recording",
+            "effects",
+            "RMS gap [-]",
+            f"widest ({ENOUGH_ROWS}+ rows)",
+            "gap [-]",
+            f"> {CLOSE}",
+            "unexplained",
+        ],
+        rows,
+        text=(1, 3, 6),
+    )
+    to.print(table)
+    writing.write_json(out, json_file)
+    if far:
+        raise typer.Exit(1)
+
+
+def measure_case(folder: Path, effects: list[dict[str, Any]], full: bool = False) -> tuple[Any, str]:
+    """Gap of a recording with these effects set in its cell, and the effects in words."""
+    import kr5.cell
+    import kr5.gap
+
+    recording = kr5.cell.load_recording(folder)
+    cell = recording.cell
+    for e in effects:
+        for parameter, value in e["parameters"].items():
+            cell.set_effect(e["effect"], e["target"], parameter, value)
+    text = ", ".join(f"{e['effect']} {e['target']}" for e in effects) or "none"
+    return kr5.gap.measure(recording, arguments.make_simulator(full), cell), text
+
+
+def is_far(column: Any, columns: int, blows: bool) -> bool:
+    """Above the floor: beyond what noise alone shows once in 1000 recordings with so many columns."""
+    from kr5.uncertainty import chi_square_quantile
+
+    limit = (chi_square_quantile(1 - 0.001 / columns, column.rows) / column.rows) ** 0.5
+    if blows and column.column in WRENCH:
+        limit = max(limit, CLOSE_IMPACT)
+    return bool(column.gap > (max(limit, CLOSE) if column.rows >= ENOUGH_ROWS else limit))
+
+
+class LabelledEffect(OpenDocument):
+    effect: str
+    target: str
+    parameters: dict[str, Any] = {}
+
+
+class Label(OpenDocument):
+    effects: list[LabelledEffect]
+
+
+def _labels(folder: Path) -> dict[str, Any]:
+    file = folder / "labels.json"
+    expected = '{"case-000": {"effects": [{"effect": ..., "target": ..., "parameters": {...}}]}}'
+    text = read_text(file, expected)
+    labels = parse_json(text, file, expected)
+    if not isinstance(labels, dict):
+        terminal.fail(f"{file}: found {display_value(labels)}, expected {expected}")
+    return {
+        name: validate_document(label, Label, file, text, at=(name,)).model_dump(exclude_unset=True)
+        for name, label in labels.items()
+    }
+
+
+def measure_dict(found: Any) -> dict[str, Any]:
+    """The file form kr5-gap-measure/1."""
+    return {
+        "format": "kr5-gap-measure/1",
+        "gap": found.gap,
+        "parts": [part.to_dict() for part in found.parts],
+        "columns": {f"{c.experiment}.{c.column}": c.gap for c in found.columns},
+    }
+
+
+def parts_table(found: Any) -> Any:
+    """Where the gap is: by subsystem, target, channel, experiment, pose region and speed."""
+    rows, before = [], ""
+    for part in found.parts:
+        rows.append(
+            [
+                "" if part.by == before else part.by,
+                part.name,
+                part.columns,
+                part.exceeding,
+                f"{part.gap:.3f}",
+                f"{100 * part.share:.1f}" if part.share > 0 else "–",
+            ]
+        )
+        before = part.by
+    return tables.make_table(
+        "Where", ["by", "name", "columns", "above limit", "RMS gap [-]", "share of excess [%]"], rows, text=(1, 2)
+    )
+
+
+def measure_table(folder: Path, found: Any) -> Any:
+    rows = [
+        [
+            f"{c.experiment}.{c.column}",
+            str(c.split),
+            c.rows,
+            f"{c.gap:.3f}",
+            f"{c.limit:.3f}",
+            f"{c.rms:.3g}",
+            f"{c.noise:.3g}",
+            c.unit,
+            "exceeds" if c.exceeds else "",
+        ]
+        for c in found.columns
+    ]
+    heads = ["column", "split", "rows", "gap [-]", "limit [-]", "rms", "noise", "unit", ""]
+    table = tables.make_table(f"Gap of {folder}", heads, rows, text=(1, 7, 8))
+    for column in table.columns:
+        column.no_wrap = True
+    return table
+
+
+def draw_gaps(found: Any, file: Path, title: str) -> None:
+    """One row of bars an experiment: the gap of each column over the floor, those above their limit in red."""
+    import numpy as np
+
+    from kr5_tools.pages.plot_style import BLUE, GREY, RED, STYLE, plt
+
+    names = list(dict.fromkeys(c.experiment for c in found.columns))
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(figsize=(9, 1.2 + 0.19 * len(found.columns) + 0.1 * len(names)))
+        at, place, ticks = 0.0, [], []
+        for name in names:
+            for c in (c for c in found.columns if c.experiment == name):
+                place.append(at)
+                ticks.append(f"{name}.{c.column}")
+                axes.barh(at, c.gap, color=RED if c.exceeds else BLUE, height=0.8)
+                axes.plot([c.limit, c.limit], [at - 0.45, at + 0.45], color=GREY, linewidth=1)
+                at += 1
+            at += 0.6
+        widest = max(c.gap for c in found.columns)
+        axes.set_xscale("log") if widest > 20 else axes.set_xlim(0, max(1.6, 1.05 * widest))
+        axes.axvline(1.0, color=GREY, linewidth=0.8)
+        axes.set_yticks(np.array(place), ticks, fontsize=8)
+        axes.set_ylim(at - 0.5, -0.8)
+        axes.grid(axis="y", visible=False)
+        axes.set_xlabel(
+            "gap: RMS of recorded − simulated over noise [-]; grey mark: limit of what noise explains; red: above it"
+        )
+        axes.set_title(title)
+        writing.save_figure(figure, file, dpi=110)
+        plt.close(figure)

@@ -1,0 +1,287 @@
+"""`kr5 gap explain`: what an effect does, and what a recording says for and against it."""
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from kr5_tools.cli import arguments, tables, terminal
+from kr5_tools.files import results, writing
+
+What = Annotated[Path, typer.Argument(metavar="GAP.json|RECORDING", help="A diagnosis, or the folder of a recording.")]
+EffectAt = Annotated[
+    str | None,
+    typer.Argument(
+        metavar="EFFECT[:TARGET]",
+        help=(
+            "Effect to explain, e.g. stribeck_friction or stribeck_friction:joint3; without it the verdict is"
+            " explained."
+        ),
+    ),
+]
+Recording = Annotated[
+    Path | None,
+    typer.Option(
+        "--recording", metavar="FOLDER", help="Recording of the diagnosis, when it is not where the result file says."
+    ),
+]
+
+
+def add_to(app: typer.Typer) -> None:
+    app.command("explain", epilog="Example: kr5 gap explain gap.json stribeck_friction:joint3")(explain)
+
+
+def explain(
+    what: What, effect: EffectAt = None, recording: Recording = None, json_file: arguments.JsonOption = None
+) -> None:
+    """Explains a verdict, or one effect: what it does, in which columns it shows, what the recording says for and
+    against it.
+
+    The effect is fitted to the `fit` experiments and judged on the `check` experiments; with a diagnosis in the place
+    of the cause that it comes nearest to."""
+    from kr5_tools.gap_report.evidence_data import Evidence
+
+    name, _, target = (effect or "").partition(":")
+    row = _effect(name) if name else None
+    data, found = _read(what, recording, diagnose=row is None)
+    if row is None:
+        evidence = Evidence(data, found) if found else None
+        told = explain_verdict(data, evidence)
+    else:
+        if found is None:
+            terminal.fail(f"{what}: its recording was not found; name it with --recording FOLDER")
+        told = explain_effect(row, target, data, Evidence(data, found))
+    writing.write_json(told, json_file)
+    print_explanation(told, terminal.console(json_file))
+
+
+def _effect(name: str) -> Any:
+    import kr5.cell
+
+    return kr5.cell.find_effect(name)
+
+
+def _read(what: Path, recording: Path | None, diagnose: bool) -> tuple[dict[str, Any], Any]:
+    """The diagnosis and its recording; of a bare recording made now, if it is needed, else one that blames nothing."""
+    import kr5.cell
+    import kr5.gap
+
+    from kr5_tools.gap_report.evidence_data import find_recording
+
+    if not what.is_dir():
+        data = results.read_result(what, "kr5-gap/1")
+        return data, find_recording(data, what, recording)
+    found = kr5.cell.load_recording(what)
+    if diagnose:
+        from kr5_tools.gap.diagnose import run_diagnosis
+
+        return (
+            json.loads(run_diagnosis(found, arguments.make_simulator(False), kr5.gap.DiagnoseOptions()).to_json()),
+            found,
+        )
+    return {"verdict": "unknown", "where": [], "causes": [], "unexplained": [], "warnings": []}, found
+
+
+def explain_verdict(data: dict[str, Any], evidence: Any) -> dict[str, Any]:
+    """The verdict with its causes, for and against each."""
+    from kr5_tools.gap_report.messages import next_steps, verdict_text, warning_notes
+    from kr5_tools.gap_report.page import cause_rows, floor_text
+
+    with terminal.spinner("Trying what else it could be …"):
+        causes = cause_rows(data, evidence)
+    where = str(evidence.recording.folder) if evidence else "RECORDING"
+    return {
+        "verdict": data["verdict"],
+        "text": verdict_text(data) + floor_text(data, evidence),
+        "causes": causes,
+        "notes": [" ".join(note) for note in warning_notes(data.get("warnings", []))],
+        "next": next_steps(data, where),
+    }
+
+
+def explain_effect(row: Any, target: str, data: dict[str, Any], evidence: Any) -> dict[str, Any]:
+    """What the catalogue says of an effect, and what the recording says of it on each target."""
+    targets = evidence.recording.cell.effect_targets(row.id)
+    if target and target not in targets:
+        terminal.fail(
+            f"{row.id}: found target '{target}', expected"
+            f" {'one of ' + ', '.join(targets) if targets else 'a cell that has such a part'}"
+        )
+    told = {
+        "effect": row.id,
+        "name": row.label,
+        "what": row.description,
+        "shows": row.shows_in,
+        "remedy": row.remedy,
+        "parameters": [{"name": p.name, "unit": p.unit, "what": p.description} for p in row.parameters],
+        "targets": [],
+    }
+    with terminal.spinner("Fitting …"):
+        found = best_trials(row, [target] if target else targets, data["causes"], evidence)
+    for at, trial, k in found:
+        told["targets"].append(_trial_words(at, trial, row, data, evidence, k))
+    return told
+
+
+def best_trials(
+    row: Any, targets: list[str], causes: list[dict[str, Any]], evidence: Any
+) -> list[tuple[str, Any, int | None]]:
+    """The effect on each target, in the place of the cause (by its number) where it does most, or of the one it is;
+    best first."""
+    import kr5.gap
+
+    best: dict[str, tuple[Any, int | None]] = {}
+    blamed = {c["target"]: k for k, c in enumerate(causes) if c["effect"] == row.id}
+    for k in range(len(causes)) or [None]:
+        names = [kr5.gap.EffectName(effect=row.id, target=at) for at in targets if blamed.get(at, k) == k]
+        cell = evidence.cell_with([j for j in range(len(causes)) if j != k])
+        for trial in kr5.gap.fit_effects(evidence.recording, cell, evidence.simulator, names, evidence.options):
+            if trial.target not in best or trial.explained_fraction > best[trial.target][0].explained_fraction:
+                best[trial.target] = trial, k
+    found = [(at, *best.get(at, (None, None))) for at in targets]
+    return sorted(found, key=lambda row: -(row[1].explained_fraction if row[1] else -1.0))
+
+
+def as_cause(trial: Any) -> dict[str, Any]:
+    """In the form of a cause of kr5-gap/1."""
+
+    def shaped(value: list[float]) -> Any:
+        return (
+            value[0] if len(value) == 1 else [value[i : i + 4] for i in range(0, 16, 4)] if len(value) == 16 else value
+        )
+
+    parameters = {
+        p.name: {"value": shaped(list(p.value)), "std": shaped(list(p.std)), "unit": p.unit} for p in trial.parameters
+    }
+    return {"effect": trial.effect, "target": trial.target, "parameters": parameters}
+
+
+def _trial_words(
+    target: str, trial: Any, row: Any, data: dict[str, Any], evidence: Any, k: int | None
+) -> dict[str, Any]:
+    from kr5_tools.gap_report.evidence import parameter_rows
+    from kr5_tools.gap_report.messages import column_text, effect_text, format_percent, join_list
+
+    out: dict[str, Any] = {
+        "target": target,
+        "name": effect_text(row.id, target),
+        "closed": None,
+        "for": [],
+        "against": [],
+        "parameters": [],
+    }
+    if trial is None:
+        return {**out, "against": ["It changes nothing that was recorded: this recording cannot speak about it."]}
+    columns = [(c.column, c.before, c.after) for c in trial.columns]
+    out |= {
+        "closed": trial.explained_fraction,
+        "choice": trial.choice,
+        "parameters": parameter_rows(as_cause(trial), evidence.recording.cell),
+        "columns": [{"column": g, "before": b, "after": a} for g, b, a in columns],
+    }
+    blamed = k is not None and (data["causes"][k]["effect"], data["causes"][k]["target"]) == (row.id, target)
+    place = (
+        ""
+        if k is None or blamed
+        else f" in the place of {effect_text(data['causes'][k]['effect'], data['causes'][k]['target'])}"
+    )
+    if not any(b > evidence.limit(g) for g, b, _ in columns):
+        out["against"].append("There is no gap that it could explain.")
+    elif trial.explained_fraction > 0.01:
+        judged = (
+            ", on experiments not used to fit" if any(str(e.split) == "check" for e in evidence.experiments) else ""
+        )
+        out["for"].append(f"Fitted{place}, it closes {format_percent(trial.explained_fraction)} of the excess{judged}.")
+    else:
+        out["against"].append(f"Fitted{place} as well as it can be, it closes less than 1 % of the excess.")
+    better = [(g, b, a) for g, b, a in columns if a < b - 0.02][:4]
+    if better:
+        out["for"].append(
+            "Better with it: " + join_list([f"the {column_text(g)} ({b:.2f} → {a:.2f})" for g, b, a in better]) + "."
+        )
+    left = sorted(
+        ((g, a) for g, b, a in columns if b > evidence.limit(g) and a > 1.02 * evidence.limit(g)), key=lambda p: -p[1]
+    )
+    if left:
+        out["against"].append(
+            "It leaves "
+            + join_list([f"the {column_text(g)} at {a:.2f}" for g, a in left[:4]])
+            + (f" and {len(left) - 4} more columns above the floor" if len(left) > 4 else "")
+            + "; 1 is the floor."
+        )
+    worse = [(g, b, a) for g, b, a in columns if a > b + 0.02 and a > evidence.limit(g)][:3]
+    out["against"] += [f"Worse with it: the {column_text(g)} ({b:.2f} → {a:.2f})." for g, b, a in worse]
+    if blamed:
+        out["for"].append(
+            "The diagnosis names it as a cause, with a probability of"
+            f" {format_percent(data['causes'][k]['probability'])}."
+        )
+    if data["causes"] and not blamed:
+        out["against"].append(
+            f"The diagnosis names {join_list([effect_text(c['effect'], c['target']) for c in data['causes']])}, not"
+            " this."
+        )
+    return out
+
+
+def print_explanation(told: dict[str, Any], to: Any) -> None:
+    """For people."""
+    from kr5_tools.gap_report.messages import capitalised
+
+    def say(text: str, style: str = "") -> None:
+        to.print(text, style=style, soft_wrap=True, markup=False)
+
+    if "text" in told:
+        say(told["text"], "bold")
+        for cause in told["causes"]:
+            to.print()
+            say(f"{cause['name']} ({cause['id']}), {cause['sure']} probable", "bold")
+            say(f"  {cause['what']}{f'. Shows in {cause_shows}' if (cause_shows := cause['shows']) else ''}.")
+            _show_reasons(cause, to, say)
+        for title, rows in (("Notes", told["notes"]), ("What to do now", [s.replace("`", "") for s in told["next"]])):
+            if rows:
+                to.print()
+                say(title, "bold")
+            for row in rows:
+                say(f"  - {row}")
+        return
+    say(f"{capitalised(told['name'])} ({told['effect']})", "bold")
+    say(f"  {capitalised(told['what'])}.")
+    if told["shows"]:
+        say(f"  Shows in {told['shows']}.")
+    for p in told["parameters"]:
+        say(f"  {p['name']} [{p['unit']}]: {p['what']}")
+    if len(told["targets"]) > 1:
+        rows = [
+            [t["target"], "–" if t["closed"] is None else f"{min(max(100 * t['closed'], 0.0), 100.0):.1f}", _values(t)]
+            for t in told["targets"]
+        ]
+        to.print()
+        to.print(tables.make_table("On each target, fitted alone", ["target", "closes [%]", "values"], rows, text=(2,)))
+    best = told["targets"][0]
+    to.print()
+    say(capitalised(best["name"]) + (f" ({best['choice']})" if best.get("choice") else ""), "bold")
+    _show_reasons(best, to, say)
+    if told["remedy"]:
+        say(f"  What to do if it is the cause: {told['remedy'].replace('`', '')}")
+
+
+def _values(trial: dict[str, Any]) -> str:
+    """The values of a trial, where it does anything."""
+    if trial["closed"] is None:
+        return "changes nothing that was recorded"
+    if trial["closed"] < 0.005:
+        return "best left off"
+    return "; ".join(f"{p['name']} {p['value']} {p['std']} {p['unit']}" for p in trial["parameters"])
+
+
+def _show_reasons(cause: dict[str, Any], to: Any, say: Any) -> None:
+    if cause["parameters"]:
+        rows = [[f"  {p['name']}", p["value"], p["std"], p["unit"], p["nominal"]] for p in cause["parameters"]]
+        to.print(tables.make_table("", ["  what", "value", "± std", "unit", "cell value"], rows, text=(3,)))
+    for title, key in (("For it", "for"), ("Against it", "against"), ("In its place", "rivals")):
+        if cause.get(key):
+            say(f"  {title}:")
+        for text in cause.get(key, ()):
+            say(f"    - {text}")

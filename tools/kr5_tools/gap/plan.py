@@ -1,0 +1,207 @@
+"""`kr5 gap plan`: the experiment that tells apart what a recording cannot."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import kr5.gap
+import typer
+import yaml
+
+from kr5_tools.cli import arguments, tables, terminal
+from kr5_tools.cli.options import options_from
+from kr5_tools.files import writing
+
+MOST_REPEATS = 20  # written to a protocol
+MOST_ALTERNATIVES = 4
+Folder = Annotated[Path, typer.Argument(metavar="RECORDING", help="The folder of a recording (recording.yaml).")]
+Separate = Annotated[
+    str | None,
+    typer.Option(
+        "--separate",
+        metavar="EFFECT:TARGET,EFFECT:TARGET",
+        help=(
+            "Alternatives to distinguish, e.g. coulomb_friction:joint3,payload:tool; + joins effects that act together."
+            " By default those that a diagnosis of the recording cannot distinguish."
+        ),
+    ),
+]
+Protocol = Annotated[
+    Path | None,
+    typer.Option(
+        "-o",
+        "--output",
+        metavar="NEXT.yaml",
+        help="Protocol of the best experiment; its columns go into a CSV file beside it.",
+    ),
+]
+Done = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--done",
+        metavar="FOLDER",
+        help="Recording of the planned experiment, to compare the alternatives on both. May be given several times.",
+    ),
+]
+
+
+def add_to(app: typer.Typer) -> None:
+    app.command(
+        "plan",
+        epilog=(
+            "Example: kr5 gap plan recordings/monday --separate coulomb_friction:joint3,stribeck_friction:joint3 -o"
+            " next.yaml"
+        ),
+    )(plan)
+
+
+@options_from(kr5.gap.PlanOptions)
+def plan(
+    folder: Folder,
+    options: kr5.gap.PlanOptions,
+    separate: Separate = None,
+    done: Done = None,
+    full: arguments.FullOption = False,
+    json_file: arguments.JsonOption = None,
+    output: Protocol = None,
+) -> None:
+    """Computes the experiment that tells apart what a recording cannot, and writes it as a protocol for `kr5 record` or
+    a robot.
+
+    Motions, postures, weights, speeds, waiting times, views, scans, steps, presses and profiles are simulated with each
+    of the alternatives, which look alike in the recording; the one that tells them apart soonest is chosen."""
+    import kr5.cell
+
+    options.validate()
+    writing.check_writable(output, json_file, inputs=[folder / "recording.yaml"])
+    recording = kr5.cell.load_recording(folder)
+    simulator = arguments.make_simulator(full)
+    to = terminal.console(json_file)
+    alternatives = parse_alternatives(separate) if separate else tied_alternatives(recording, simulator)
+    if len(alternatives) < 2:
+        to.print(
+            "Nothing is tied: the diagnosis of this recording names each cause alone. --separate names what to tell"
+            " apart all the same.",
+            soft_wrap=True,
+        )
+        writing.write_json({"alternatives": [], "experiments": []}, json_file)
+        return
+    if done:
+        weighed = weigh_alternatives(
+            recording, [kr5.cell.load_recording(d) for d in done], simulator, alternatives, options, to
+        )
+        writing.write_json({"alternatives": alternative_texts(alternatives), **weighed.to_dict()}, json_file)
+        return
+    with terminal.spinner("looking for the experiment that tells them apart"):
+        found = kr5.gap.plan(recording, simulator, alternatives, options)
+    print_plan(found, to)
+    if output and found.experiments:
+        write_protocol(found.experiments[0], output, resting_posture(recording), to)
+    writing.write_json({**found.to_dict(), "experiments": [e.to_dict() for e in found.experiments]}, json_file)
+
+
+def parse_alternatives(text: str) -> list[list[Any]]:
+    """The alternatives of --separate."""
+    out = []
+    for part in text.split(","):
+        names = [name.strip().partition(":") for name in part.split("+")]
+        if any(not effect or not target for effect, _, target in names):
+            terminal.fail(f"--separate: found {part!r}, expected EFFECT:TARGET such as coulomb_friction:joint3")
+        out.append([kr5.gap.EffectName(effect=effect, target=target) for effect, _, target in names])
+    if len(out) < 2:
+        terminal.fail(f"--separate: found {text!r}, expected two or more of EFFECT:TARGET with a comma between")
+    return out
+
+
+def tied_alternatives(recording: Any, simulator: Any) -> list[list[Any]]:
+    """What a diagnosis blames, and the same with each effect that could stand in the place of a cause."""
+    from kr5_tools.gap.diagnose import run_diagnosis
+
+    found = run_diagnosis(recording, simulator, kr5.gap.DiagnoseOptions())
+    blamed = [kr5.gap.EffectName(effect=c.effect, target=c.target) for c in found.causes]
+    out = [blamed] if blamed else []
+    for k, cause in enumerate(found.causes):
+        out += [[*blamed[:k], other, *blamed[k + 1 :]] for other in cause.tied_with]
+    return out[:MOST_ALTERNATIVES]
+
+
+def alternative_texts(alternatives: Any) -> list[str]:
+    return [" with ".join(f"{n.effect} on {n.target}" for n in names) for names in alternatives]
+
+
+def resting_posture(recording: Any) -> list[float] | None:
+    """Where the first recorded motion began, for people who add experiments to the protocol."""
+    joints = recording.cell.robot.joints
+    for e in recording.experiments:
+        if str(e.kind) == "motion" and len(e.data):
+            return [round(float(e[f"qc{j + 1}"][0]), 6) for j in range(joints)]
+    return None
+
+
+def weigh_alternatives(
+    recording: Any, more: list[Any], simulator: Any, alternatives: Any, options: Any, to: Any
+) -> Any:
+    with terminal.spinner("fitting the alternatives"):
+        weighed = kr5.gap.compare_models([recording, *more], simulator, alternatives, options)
+    rows = [
+        [name, e, p] for name, e, p in zip(alternative_texts(alternatives), weighed.log_evidence, weighed.probability)
+    ]
+    to.print(tables.make_table("Alternatives", ["alternative", "log evidence [-]", "probability [-]"], rows))
+    return weighed
+
+
+def print_plan(found: Any, to: Any) -> None:
+    """The plan for people."""
+    names = alternative_texts(found.alternatives)
+    if found.assumed:
+        to.print(f"The recording shows none of them; {names[0]} of a usual size is assumed.", soft_wrap=True)
+    to.print(f"{found.text}.", style="bold", soft_wrap=True)
+    if not found.experiments:
+        return
+    rows = [
+        [e.what, e.separation, e.repeats, e.separation_repeated, e.wrong, round(e.seconds)] for e in found.experiments
+    ]
+    to.print(
+        tables.make_table(
+            "Experiments, best first",
+            ["experiment", "separation [σ]", "repeats", "total [σ]", "error [-]", "each [s]"],
+            rows,
+        )
+    )
+    columns = [c for c in found.experiments[0].columns if c.difference > 0.01][:8]
+    rows = [[c.column, *c.change, c.difference] for c in columns]
+    to.print(
+        tables.make_table(
+            "What the columns of the best would show, RMS from the nominal cell over noise [-]",
+            ["column", *names, "apart"],
+            rows,
+        )
+    )
+    to.print(
+        "Joint limits, a part of the speed limits, torques and the lowest point recorded are respected; collisions are"
+        " not known: look at the motion (kr5 replay) before a robot runs it.",
+        soft_wrap=True,
+    )
+
+
+def write_protocol(best: Any, file: Path, start: list[float] | None, to: Any) -> None:
+    """The protocol, and the given columns of its experiment beside it."""
+    import kr5.io
+
+    table = file.with_name(f"{file.stem}-{best.experiment.kind}.csv")
+    with writing.beside(table) as new:
+        kr5.io.save_csv(best.experiment.data, new)
+    times = min(best.repeats, MOST_REPEATS)
+    names = [best.experiment.name + (f"-{i + 1}" if times > 1 else "") for i in range(times)]
+    data: dict[str, Any] = {"format": "kr5-protocol/1", "name": file.stem}
+    if best.load > 0:
+        data["load"] = best.load
+    if start:
+        data["home"] = start
+    data["experiments"] = [
+        {"name": n, "kind": str(best.experiment.kind), "split": "fit", "given": table.name} for n in names
+    ]
+    comment = f"# {best.what[0].upper()}{best.what[1:]}: {best.separation:.1f} standard deviations expected.\n"
+    writing.write_text(comment + yaml.safe_dump(data, sort_keys=False), file)
+    to.print(
+        f"{file}, {table}: the protocol; run it, or simulate it with kr5 record --protocol {file}.", soft_wrap=True
+    )

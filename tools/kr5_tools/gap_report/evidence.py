@@ -1,0 +1,215 @@
+"""What a recording says for and against a cause, in sentences with numbers."""
+
+from typing import Any
+
+import numpy as np
+
+from kr5_tools.cli import tables
+from kr5_tools.gap_report.messages import (
+    capitalised,
+    column_text,
+    dependence_text,
+    display_unit,
+    effect_row,
+    effect_text,
+    format_percent,
+    join_list,
+)
+
+DEG = 57.29577951308232
+
+
+def nominal_value(cell: Any, cause: dict[str, Any], parameter: str) -> Any:
+    """What the cell says of a parameter that an effect replaces; None for one that is an addition."""
+    row = effect_row(cause["effect"])
+    if row is None:
+        return None
+    choice = next((p.name for p in row.parameters if str(p.coordinate) == "choice"), None)
+    chosen = int(cause["parameters"][choice]["value"]) if choice in cause["parameters"] else 0
+    return cell.nominal_value(cause["effect"], cause["target"], parameter, chosen)
+
+
+def measures_size(cause: dict[str, Any], parameter: str) -> bool:
+    """Whether a parameter tells how large the effect is; a time constant or a phase does not."""
+    row = effect_row(cause["effect"])
+    return row is None or any(p.name == parameter and p.measures_size for p in row.parameters)
+
+
+def parameter_rows(cause: dict[str, Any], cell: Any) -> list[dict[str, str]]:
+    """Name, value, doubt, unit and what the cell says, one row a number; a pose as its difference from the cell's."""
+    out = []
+    for name, p in cause["parameters"].items():
+        before = nominal_value(cell, cause, name) if cell else None
+        if isinstance(p["value"], list) and isinstance(p["value"][0], list):
+            out += _pose_rows(p, before)
+            continue
+        values, std = (v if isinstance(v, list) else [v] for v in (p["value"], p["std"]))
+        factor, unit = display_unit(p["unit"], values, cause["target"])
+        for axis, value, doubt in zip("xyz" if len(values) > 1 else [""], values, std):
+            exact = not doubt  # a choice, such as the number of cycles
+            out.append(
+                {
+                    "name": f"{name.replace('_', ' ')} {axis}".strip(),
+                    "unit": unit,
+                    "value": f"{factor * value:g}" if exact else tables.format_number(factor * value, factor * doubt),
+                    "std": "" if exact else f"± {tables.format_number(factor * doubt, factor * doubt)}",
+                    "nominal": "" if before is None else f"{factor * before:.6g}",
+                }
+            )
+    return out
+
+
+def _pose_rows(p: dict[str, Any], before: Any) -> list[dict[str, str]]:
+    from scipy.spatial.transform import Rotation
+
+    value = np.asarray(p["value"], float)
+    moved = np.linalg.inv(before) @ value if before is not None else value
+    numbers = [*(1e3 * moved[:3, 3]), *(DEG * Rotation.from_matrix(moved[:3, :3]).as_rotvec())]
+    std = [*(1e3 * np.asarray(p["std"][:3])), *(DEG * np.asarray(p["std"][3:]))]
+    names = [f"{what} {axis}" for what in ("shift along", "turn about") for axis in "xyz"]
+    return [
+        {
+            "name": n,
+            "value": tables.format_number(v, s),
+            "std": f"± {tables.format_number(s, s)}",
+            "unit": u,
+            "nominal": "0" if before is not None else "",
+        }
+        for n, v, s, u in zip(names, numbers, std, ["mm"] * 3 + ["°"] * 3)
+    ]
+
+
+def _moved(cause: dict[str, Any], cell: Any) -> float | None:
+    """By how many standard deviations the best known number of a cause is from off."""
+    most = None
+    for name, p in cause["parameters"].items():
+        before = nominal_value(cell, cause, name) if cell else None
+        if isinstance(p["value"], list) and isinstance(p["value"][0], list):
+            rows = (
+                [(float(r["value"]), float(r["std"].removeprefix("± "))) for r in _pose_rows(p, before)]
+                if before is not None
+                else []
+            )
+        else:
+            values, std = (v if isinstance(v, list) else [v] for v in (p["value"], p["std"]))
+            rows = [(v - (before or 0.0), s) for v, s in zip(values, std)]
+        if not measures_size(cause, name):
+            continue
+        for value, deviation in rows:
+            if deviation > 0:
+                most = max(most or 0.0, abs(value) / deviation)
+    return most
+
+
+def columns_of(evidence: Any, k: int) -> list[tuple[str, float, float, float]]:
+    """Columns that a cause explains: name, gap without it, gap with it, part of the squares it takes away; most
+    first."""
+    rows, total = [], 0.0
+    for group in evidence.groups:
+        if all(c.after is None or k not in c.without for c in evidence.judged(group)):
+            continue
+        without, after = evidence.gap(group, without=k), evidence.gap(group, "after")
+        n = sum(int(np.isfinite(c.after).sum()) for c in evidence.judged(group))
+        gain = n * (without**2 - after**2)
+        total += max(gain, 0.0)
+        rows.append((group, without, after, gain))
+    rows.sort(key=lambda row: -row[3])
+    return [(g, w, a, gain / total if total else 0.0) for g, w, a, gain in rows]
+
+
+def closed_by_experiment(evidence: Any, k: int) -> dict[str, float]:
+    """Part of the excess that a cause closes, in each experiment in which it stands out."""
+    sums: dict[str, list[float]] = {}
+    for c in evidence.columns:
+        if c.after is None or k not in c.without:
+            continue
+        both = np.isfinite(c.without[k]) & np.isfinite(c.after)
+        without, after, n = np.sum(c.without[k][both] ** 2), np.sum(c.after[both] ** 2), int(both.sum())
+        if n and without / n > 1 + 6 * np.sqrt(2 / n):
+            entry = sums.setdefault(c.experiment.name, [0.0, 0.0])
+            entry[0] += without - n
+            entry[1] += without - after
+    return {name: closed / excess for name, (excess, closed) in sums.items()}
+
+
+def evidence_for(data: dict[str, Any], k: int, evidence: Any) -> list[str]:
+    """What speaks for a cause."""
+    cause = data["causes"][k]
+    others = " that the other causes leave" if len(data["causes"]) > 1 else ""
+    out = [
+        f"It closes {format_percent(cause['gap_closed'])} of the excess{others}, on experiments that were not used to"
+        " fit it."
+    ]
+    if evidence and evidence.explained:
+        top = [row for row in columns_of(evidence, k) if row[3] > 0.01 and row[1] > evidence.limit(row[0])][:4]
+        if top:
+            out.append(
+                "It explains "
+                + join_list([f"the {column_text(g)} ({w:.2f} → {a:.2f})" for g, w, a, _ in top])
+                + f"{', all with the same values' if len(top) > 1 else ''}."
+            )
+        closed = closed_by_experiment(evidence, k)
+        if len(closed) > 1 and min(closed.values()) > 0.5:
+            out.append(
+                f"It holds in each of the {len(closed)} experiments in which it stands out: in the worst "
+                f"{format_percent(min(closed.values()))} of its excess goes."
+            )
+        away = _moved(cause, evidence.recording.cell)
+        if away and away >= 3:
+            out.append(
+                f"Its size differs from zero by {f'{away:.0f}' if away < 1000 else 'more than 1000'} standard"
+                " deviations."
+            )
+    return out
+
+
+def alternatives_to(trials: list[Any], evidence: Any) -> list[str]:
+    """What other effects do in the place of a cause, fitted anew."""
+    out = []
+    for trial in trials:
+        if trial.explained_fraction < 0.01:
+            continue
+        group, left = max(((c.column, c.after) for c in trial.columns), key=lambda row: row[1], default=("", 1.0))
+        rest = (
+            "leaves nothing above the floor"
+            if left <= 1.02 * evidence.limit(group)
+            else f"leaves the {column_text(group)} at {left:.2f}"
+        )
+        name = capitalised(effect_text(trial.effect, trial.target))
+        out.append(f"{name} closes {format_percent(trial.explained_fraction)} and {rest}.")
+    return out or ["No other effect closes more than 1 % of what it closes."]
+
+
+def evidence_against(data: dict[str, Any], k: int, evidence: Any) -> list[str]:
+    """What speaks against a cause; says so when nothing does."""
+    cause, out = data["causes"][k], []
+    for tied in cause["tied_with"]:
+        out.append(f"{capitalised(effect_text(tied['effect'], tied['target']))} would look the same in this recording.")
+    if cause["probability"] < 0.99:
+        out.append(f"{format_percent(1 - cause['probability'])} of the probability lies with other explanations.")
+    if evidence and evidence.explained:
+        rows = columns_of(evidence, k)
+        explained = {g for g, _, _, part in rows if part > 0.01}
+        for place in data["unexplained"]:
+            group = f"{place['experiment']}.{place['column']}"
+            if group in explained:
+                depends = f", and {dependence_text(place['depends_on'][0])}" if place["depends_on"] else ""
+                out.append(f"In the {column_text(group)} a gap of {place['gap']:.2f} stays{depends}.")
+        worse = [(g, w, a) for g, w, a, _ in rows if a > evidence.limit(g) and a > 1.02 * w]
+        out += [f"It makes the {column_text(g)} worse ({w:.2f} → {a:.2f})." for g, w, a in worse[:3]]
+        closed = closed_by_experiment(evidence, k)
+        out += [
+            f"In {name} it closes only {format_percent(max(part, 0.0))} of the excess."
+            for name, part in closed.items()
+            if part <= 0.5
+        ]
+        away = _moved(cause, evidence.recording.cell)
+        if away is not None and away < 3:
+            out.append(f"Its size differs from zero by only {away:.1f} standard deviations.")
+    if not out:
+        out.append(
+            "Nothing was found against it: no column gets worse, and nothing structured stays in those it explains."
+            if evidence
+            else "Nothing in the file speaks against it."
+        )
+    return out

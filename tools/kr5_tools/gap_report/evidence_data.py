@@ -1,0 +1,234 @@
+"""What the pages and tables about a diagnosis know beyond its JSON: residuals row by row, at the nominal cell and with
+the causes, simulated anew."""
+
+import re
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from kr5_tools.cli import arguments
+from kr5_tools.gap_report.messages import find_column, format_percent
+
+
+@dataclass
+class Column:
+    """One column of one experiment: recorded less simulated over noise; NaN where the two cannot be compared."""
+
+    experiment: Any
+    name: str
+    before: np.ndarray
+    after: np.ndarray | None = None
+    without: dict[int, np.ndarray] = field(default_factory=dict)  # by the number of the cause that is left out
+
+    @property
+    def kind(self) -> str:
+        return str(self.experiment.kind)
+
+    @property
+    def group(self) -> str:
+        return f"{self.kind}.{self.name}"
+
+
+def gap_of(rows: np.ndarray) -> float:
+    """RMS over the rows that can be compared; NaN without any."""
+    rows = rows[np.isfinite(rows)]
+    return float(np.sqrt(np.mean(rows**2))) if len(rows) else float("nan")
+
+
+def seen_noise(warnings: list[str]) -> list[Any]:
+    """The noise that a diagnosis warned of, as kr5.gap.NoiseOverride."""
+    import kr5.gap
+
+    found = (re.match(r"noise of (\w+)(?: in (\w+))? is ([\d.]+)", text) for text in warnings)
+    return [kr5.gap.NoiseOverride(key=m[1], kind=m[2], ratio=float(m[3])) for m in found if m and float(m[3]) > 0]
+
+
+class Evidence:
+    """A diagnosis (dict of format kr5-gap/1) with its recording, and what both say together."""
+
+    def __init__(self, data: dict[str, Any], recording: Any, simulator: Any = None) -> None:
+        self.data, self.recording = data, recording
+        self.simulator = simulator or arguments.make_simulator(False)
+        self.noise = seen_noise(data.get("warnings", []))
+        self.experiments = list(recording.experiments)  # once: each look makes copies
+        self.unset: list[str] = []  # causes that a cell cannot hold
+        self.cell = self.cell_with(range(len(data["causes"])))
+
+    def cell_with(self, causes: Any) -> Any:
+        """The recording's cell with some of the causes added."""
+        import kr5.cell
+
+        known = {e.id for e in kr5.cell.effect_catalogue()}
+        cell = self.recording.cell  # a copy
+        for k in causes:
+            cause = self.data["causes"][k]
+            if cause["effect"] not in known:
+                self.unset = sorted({*self.unset, cause["effect"]})
+                continue
+            for name, parameter in cause["parameters"].items():
+                cell.set_effect(cause["effect"], cause["target"], name, parameter["value"])
+        return cell
+
+    @property
+    def left_out(self) -> list[int]:
+        """Causes whose part is seen by leaving them out; of a single one the nominal cell tells."""
+        count = len(self.data["causes"])
+        return list(range(count)) if self.explained and count > 1 else []
+
+    @cached_property
+    def residuals(self) -> list[Any]:
+        """kr5.gap.ResidualColumn: at the nominal cell, with the causes, and without each of them."""
+        import kr5.gap
+
+        causes = range(len(self.data["causes"]))
+        others = [self.cell_with([j for j in causes if j != k]) for k in self.left_out]
+        return kr5.gap.residual_columns(
+            self.recording, self.simulator, [self.cell, *others] if self.explained else [], self.noise
+        )
+
+    @cached_property
+    def columns(self) -> list[Column]:
+        experiments, out = {e.name: e for e in self.experiments}, []
+        for shown in self.residuals:
+            rows = np.asarray(shown.residuals).T
+            after = rows[1] if self.explained else None
+            without = dict(zip(self.left_out, rows[2:])) or ({0: rows[0]} if self.explained else {})
+            out.append(Column(experiments[shown.experiment], shown.column, rows[0], after, without))
+        return out
+
+    def parts(self) -> list[dict[str, Any]]:
+        """The gap by subsystem, pose region, speed and experiment, before and with the causes."""
+        import kr5.gap
+
+        before = kr5.gap.gap_parts(self.recording, self.residuals)
+        after = (
+            {(p.by, p.name): p.gap for p in kr5.gap.gap_parts(self.recording, self.residuals, 1)}
+            if self.explained
+            else {}
+        )
+        return [
+            {
+                "by": p.by,
+                "name": p.name,
+                "gap": p.gap,
+                "after": after.get((p.by, p.name)),
+                "share": format_percent(p.share) if p.share > 0 else "–",
+            }
+            for by in ("subsystem", "pose region", "speed", "experiment")
+            for p in before
+            if p.by == by
+        ]
+
+    def judged(self, group: str) -> list[Column]:
+        """The columns of a group (kind.column) that judge it: of the check experiments, of all where none is to
+        check."""
+        all_of = [c for c in self.columns if c.group == group]
+        return [c for c in all_of if str(c.experiment.split) == "check"] or all_of
+
+    @property
+    def options(self) -> Any:
+        """Of trials on the recording."""
+        import kr5.gap
+
+        return kr5.gap.EffectFitOptions(noise=self.noise)
+
+    def rivals(self, k: int) -> list[Any]:
+        """The other effects that explain most of what a cause explains, in its place."""
+        import kr5.gap
+
+        causes = self.data["causes"]
+        taken = [kr5.gap.EffectName(effect=c["effect"], target=c["target"]) for c in causes]
+        cell = self.cell_with([j for j in range(len(causes)) if j != k])
+        explains = {
+            c.group
+            for c in self.columns
+            if k in c.without and self.gap(c.group, without=k) > self.gap(c.group, "after") + 0.02
+        }
+        tried = kr5.gap.fit_best_effects(self.recording, cell, self.simulator, taken, 6, self.options)
+        return [t for t in tried if any(c.column in explains and c.after < c.before for c in t.columns)][:3]
+
+    @property
+    def explained(self) -> bool:
+        """Whether there is a cell with the causes, for curves after."""
+        return bool(self.data["causes"]) and not self.unset
+
+    @property
+    def groups(self) -> list[str]:
+        return list(dict.fromkeys(c.group for c in self.columns))
+
+    def gap(self, group: str, which: str = "before", without: int | None = None) -> float:
+        found = [c.without.get(without) if without is not None else getattr(c, which) for c in self.judged(group)]
+        rows = [r for r in found if r is not None]
+        return gap_of(np.concatenate(rows)) if rows else float("nan")
+
+    def limit(self, group: str) -> float:
+        """What noise alone stays below in 99.9 % of recordings."""
+        return noise_limit(sum(int(np.isfinite(c.before).sum()) for c in self.judged(group)))
+
+    def exceeds(self, group: str, which: str = "before") -> bool:
+        return self.gap(group, which) > self.limit(group)
+
+
+def noise_limit(rows: int) -> float:
+    from kr5.uncertainty import chi_square_quantile
+
+    return float((chi_square_quantile(0.999, rows) / rows) ** 0.5) if rows else float("inf")
+
+
+def display_variable(column: Column, dependence: dict[str, Any]) -> tuple[np.ndarray, np.ndarray, str] | None:
+    """Values of what a residual depends on, by what to multiply the residual (the direction of motion, where it turns
+    with it), and the unit; None when the recording has not the columns."""
+    data, name = column.experiment.data, dependence["variable"].removeprefix("predicted ").strip("|")
+    sign = np.ones(len(column.before))
+    if m := re.match(r"changes sign with qd(\d+)", dependence["how"]):
+        speed = _joint(column.experiment, m[1], 1)
+        if speed is None:
+            return None
+        sign = np.where(np.abs(speed) > 1e-4, np.sign(speed), 0.0)
+    if m := re.fullmatch(r"(q|qd|qdd)(\d+)", name):
+        values = _joint(column.experiment, m[2], len(m[1]) - 1)
+        if values is None:
+            return None
+        return (
+            np.abs(values) if "|" in dependence["variable"] else values,
+            sign,
+            ("[rad]", "[rad/s]", "[rad/s²]")[len(m[1]) - 1],
+        )
+    if name == "zcd" and "zc" in data:
+        return np.gradient(np.asarray(data["zc"]), _cycle(column.experiment)), sign, "[m/s]"
+    if name not in data:
+        return None
+    known = find_column(f"{column.group.partition('.')[0]}.{name}")
+    return np.asarray(data[name]), sign, f"[{known.unit}]" if known and known.unit != "-" else ""
+
+
+def _cycle(experiment: Any) -> float:
+    t = np.asarray(experiment["t"])
+    return max(float(t[-1] - t[0]) / max(len(t) - 1, 1), 1e-6)
+
+
+def _joint(experiment: Any, number: str, order: int) -> np.ndarray | None:
+    """Position of a joint as commanded (where it is, else as read), its rate, or its acceleration."""
+    name = next((n for n in (f"qc{number}", f"q{number}") if n in experiment.data), None)
+    if name is None or (order and "t" not in experiment.data):
+        return None
+    values = np.asarray(experiment[name])
+    for _ in range(order):
+        values = np.gradient(values, _cycle(experiment))
+    return values
+
+
+def find_recording(data: dict[str, Any], source: Path, given: Path | None) -> Any:
+    """The recording that a diagnosis is of: given, or named in the file; None when there is none (any more)."""
+    import kr5.cell
+
+    if given:
+        return kr5.cell.load_recording(given)
+    named = data.get("input", {}).get("recording")
+    for folder in (Path(named), source.parent / named) if isinstance(named, str) else ():
+        if (folder / "recording.yaml").is_file():
+            return kr5.cell.load_recording(folder)
+    return None

@@ -1,0 +1,338 @@
+"""A diagnosis in sentences: names of columns, parts and variables, and the verdict."""
+
+import re
+from typing import Any
+
+import numpy as np
+
+from kr5_tools.cli import tables
+
+KINDS = {
+    "motion": "free motion",
+    "poses": "measured poses",
+    "views": "views of the board",
+    "scan": "scans",
+    "step": "steps",
+    "press": "presses on the bench",
+    "profile": "rolls of the peg on the tube",
+}
+# Variables that a diagnosis computes from columns, in words; {} is the number of a joint, or a column.
+VARIABLES = (
+    (r"\|qd(\d+)\|", "speed of joint {}"),
+    (r"qdd(\d+)", "acceleration of joint {}"),
+    (r"qd(\d+)", "velocity of joint {}"),
+    (r"q(\d+)", "position of joint {}"),
+    (r"t()", "time"),
+    (r"zcd()", "commanded vertical speed"),
+    (r"zc()", "commanded height"),
+    (r"x()", "place along the profile"),
+    (r"speed()", "scanning speed"),
+    (r"tilt()", "tilt of the peg"),
+    (r"alpha()", "direction of the tilt"),
+    (r"c([xy])", "place {} of the peg"),
+    (r"fc()", "held force"),
+    (r"([uv])", "image coordinate {}"),
+    (r"predicted (\w+)", "simulated {}"),
+)
+PARTS = {
+    "sensor": "force sensor",
+    "tool": "tool",
+    "camera": "camera",
+    "laser": "scanner",
+    "servo": "path correction",
+    "contact": "contact with the bench",
+    "tube": "peg on the tube",
+}
+
+
+def _translated(rows: tuple[tuple[str, str], ...], text: str) -> str | None:
+    found = ((re.fullmatch(pattern, text), words) for pattern, words in rows)
+    return next((words.format(m[1]) for m, words in found if m), None)
+
+
+def find_column(group: str) -> Any:
+    """The column of a group such as `motion.i3`, as kr5.cell.Column; None for one that no kind has."""
+    import kr5
+    import kr5.cell
+
+    kind, _, column = group.partition(".")
+    try:
+        return kr5.cell.find_column(kr5.cell.Kind(kind), column)
+    except (kr5.Error, ValueError):
+        return None
+
+
+def column_text(group: str) -> str:
+    """`motion.i3` is the current of joint 3."""
+    column = find_column(group)
+    return column.label if column else group
+
+
+def effect_row(effect: str) -> Any:
+    """The row of the catalogue; None for an effect that it does not name."""
+    import kr5
+    import kr5.cell
+
+    try:
+        return kr5.cell.find_effect(effect)
+    except kr5.Error:
+        return None
+
+
+def variable_text(name: str) -> str:
+    return _translated(VARIABLES, name) or name
+
+
+def part_of(group: str) -> str:
+    """What of the cell a column belongs to: joint1..., or a key of PARTS."""
+    column = find_column(group)
+    if column is None:
+        return group
+    wrench = column.subsystem == "wrist sensor" and column.target not in PARTS
+    return "sensor" if wrench else column.target
+
+
+def part_text(part: str) -> str:
+    return PARTS.get(part) or re.sub(r"(\d+)$", r" \1", part)
+
+
+def target_text(target: str) -> str:
+    """What an effect sits on."""
+    if re.fullmatch(r"[ft][xyz]", target):
+        return ("force " if target[0] == "f" else "torque about ") + target[1]
+    return {"force_torque": "force sensor", "servo": "path correction", "laser": "scanner"}.get(target) or re.sub(
+        r"(\d+)$", r" \1", target
+    )
+
+
+def effect_text(effect: str, target: str) -> str:
+    """An effect on its target, such as Stribeck friction of joint 3."""
+    row = effect_row(effect)
+    name = row.label if row else effect.replace("_", " ")
+    return (
+        name
+        if target_text(target) in name or target in ("drives", "links", "base", "servo")
+        else (
+            f"{name} of {target_text(target)}"
+            if target.startswith(("joint", "motor"))
+            else f"{name} ({target_text(target)})"
+        )
+    )
+
+
+def dependence_text(dependence: dict[str, Any]) -> str:
+    """A dependence as the end of `the gap ...`."""
+    name, how = variable_text(dependence["variable"]), dependence["how"].replace(" rad or m", " rad")
+    turn = ""
+    if m := re.match(r"changes sign with (\w+), ", how):
+        turn, how = "turns sign with the direction of motion", how[m.end() :]
+        if how == "about the same everywhere":
+            return f"{turn}, and is of the same size at any {name}"
+        turn += " and "
+    if how == "about the same everywhere":
+        return f"{turn}is about the same at any {name}"
+    if how.startswith("slower than"):
+        return f"{turn}lasts longer than {how.split()[2]} samples"
+    if m := re.match(r"(below|above|between) ", how):
+        return f"{turn}is largest where the {name} is {how}"
+    return f"{turn}{how.replace('with it', f'with the {name}')}"
+
+
+def format_percent(share: float) -> str:
+    """A share that says neither 0 nor 100 %, which no measurement does."""
+    if share >= 0.995:
+        return "more than 99.9 %" if share > 0.9995 else "more than 99 %"
+    return "less than 1 %" if 0 < share < 0.005 else f"{100 * share:.0f} %"
+
+
+def capitalised(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
+def join_list(items: list[str], last: str = "and") -> str:
+    return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} {last} {items[-1]}" if items else ""
+
+
+SCALES = {
+    "m": (1e3, "mm"),
+    "rad": (57.29577951308232, "°"),
+    "s": (1e3, "ms"),
+    "kg m^2": (1e6, "kg mm²"),
+    "-": (1.0, ""),
+}
+
+
+def display_unit(unit: str, values: list[float], target: str) -> tuple[float, str]:
+    """Factor and unit for people; long times stay in seconds. `N or N.m`: of a force or a torque, as the target
+    says."""
+    if " or " in unit and re.fullmatch(r"[ft][xyz]", target):
+        unit = unit.split(" or ")[target[0] == "t"]
+    if unit == "s" and max(map(abs, values), default=0.0) >= 1:
+        return 1.0, "s"
+    return SCALES.get(unit, (1.0, unit.replace("N.m", "N m").replace(".", " ").replace("^2", "²")))
+
+
+def value_text(parameter: dict[str, Any], target: str) -> str:
+    """Value with doubt and unit; a pose only says that it is one."""
+    value = parameter["value"]
+    values, std = (value, parameter["std"]) if isinstance(value, list) else ([value], parameter["std"])
+    std = std if isinstance(std, list) else [std]
+    if values and isinstance(values[0], list):
+        return f"± {tables.format_number(1e3 * max(std[:3]))} mm, ± {tables.format_number(57.3 * max(std[3:]))} °"
+    factor, unit = display_unit(parameter["unit"], values, target)
+    texts = [tables.format_number(factor * v, factor * s) if s else f"{factor * v:.6g}" for v, s in zip(values, std)]
+    doubt = f" ± {tables.format_number(factor * max(std), factor * max(std))}" if max(std) else ""
+    return ", ".join(texts) + doubt + (f" {unit}" if unit else "")
+
+
+def cause_text(cause: dict[str, Any]) -> str:
+    """Cause with its first value, as in the verdict."""
+    name = effect_text(cause["effect"], cause["target"])
+    known = [
+        p for p in cause["parameters"].values() if np.any(p["std"])
+    ]  # a choice, as the number of cycles, has no doubt
+    first = next(iter(known), None)
+    pose = first and isinstance(first["value"], list) and isinstance(first["value"][0], list)
+    value = f"{value_text(first, cause['target'])}, " if first and not pose else ""
+    return f"{name} ({value}{format_percent(cause['probability'])} probable)"
+
+
+def main_places(where: list[dict[str, Any]]) -> list[tuple[float, str]]:
+    """Share of the excess and where, by kind and part, largest first: a column where one holds most of it."""
+    wrench = {p["column"] for p in where if part_of(f"{p['experiment']}.{p['column']}") == "sensor"}
+    kinds = [p["experiment"] for p in where if p["column"] in wrench]
+    if len(wrench) == 1 and len(kinds) == len(where) > 1:  # one component, wherever it is recorded
+        return [
+            (
+                sum(p["share"] for p in where),
+                f"the {column_text(f'motion.{next(iter(wrench))}')}, in {join_list([KINDS.get(k, k) for k in kinds])}",
+            )
+        ]
+    shares: dict[tuple[str, str], list[dict[str, Any]]] = {}
+    for place in where:
+        group = f"{place['experiment']}.{place['column']}"
+        shares.setdefault((place["experiment"], part_of(group)), []).append(place)
+    out = []
+    for (kind, part), places in shares.items():
+        total = sum(p["share"] for p in places)
+        top = max(places, key=lambda p: p["share"])
+        columns = join_list([f"{p['column']}" for p in places])
+        one = top["share"] > 0.75 * total
+        text = (
+            column_text(f"{kind}.{top['column']}")
+            if one
+            else f"{part_text(part)} in {KINDS.get(kind, kind)} ({columns})"
+        )
+        out.append((total, f"the {text}"))
+    return sorted(out, key=lambda row: -row[0])
+
+
+def location_text(where: list[dict[str, Any]]) -> str:
+    """`82 % of its excess sits in the current of joint 3`, with what it depends on."""
+    places = main_places(where)
+    said: list[str] = []
+    held = 0.0
+    for share, text in places[:3]:
+        said.append(f"{format_percent(share)} {'of its excess sits ' if not said else ''}in {text}")
+        held += share
+        if held > 0.8:
+            break
+    depends = [d for d in where[0]["depends_on"] if "about the same" not in d["how"] or "changes sign" in d["how"]]
+    tail = f"; it {dependence_text(depends[0])}" if depends and len(said) == 1 else ""
+    return join_list(said) + tail
+
+
+def verdict_text(data: dict[str, Any]) -> str:
+    """The diagnosis in plain sentences, for one who did not run it."""
+    where, causes, shrink = data["where"], data["causes"], data["shrink"]
+    if data["verdict"] == "no_gap" or not where:
+        return (
+            "There is no gap: simulation and recording agree within noise. No cause is named, and nothing needs"
+            " correction."
+        )
+    said = [
+        f"The gap is {shrink['before']:{'.1f' if shrink['before'] >= 10 else '.2f'}} times the noise;"
+        f" {location_text(where)}."
+    ]
+    if not causes:
+        return f"{said[0]} No effect of the catalogue explains it, so no cause is named."
+    ties = sorted({effect_text(t["effect"], t["target"]) for c in causes for t in c["tied_with"]})
+    said.append(
+        f"{'Causes' if len(causes) > 1 else 'Cause'}: {join_list([cause_text(c) for c in causes])}"
+        + (f", which this recording cannot distinguish from {join_list(ties, 'or')}" if ties else "")
+        + "."
+    )
+    said.append(
+        f"With {'them' if len(causes) > 1 else 'it'} the gap falls to {shrink['after']:.2f} on experiments not used to"
+        " fit; "
+        + (
+            "no structure is left in the residuals."
+            if data["verdict"] == "explained"
+            else f"structure remains in the residuals of {_rest(data)}."
+        )
+    )
+    return " ".join(said)
+
+
+def _rest(data: dict[str, Any]) -> str:
+    places = [column_text(f"{p['experiment']}.{p['column']}") for p in data["unexplained"]]
+    more = f" and {len(places) - 3} more columns" if len(places) > 3 else ""
+    return "the " + (join_list(places) if not more else ", ".join(places[:3]) + more)
+
+
+def next_steps(data: dict[str, Any], recording: str) -> list[str]:
+    """What to do now, in order."""
+    steps = []
+    if data["verdict"] == "no_gap" or not data["where"]:
+        return ["Use the cell as it is. Record again after a repair, a crash or a change of tool."]
+    ties, do = [t for c in data["causes"] for t in c["tied_with"]], data["next_experiment"]["do"]
+    if ties and do:
+        steps.append(
+            "To distinguish"
+            f" {join_list([effect_text(*n.split(' ', 1)) for n in data['next_experiment']['separates']])}: {do}."
+        )
+    elif do:
+        steps.append(capitalised(f"{do}."))
+    for cause in data["causes"]:
+        row = effect_row(cause["effect"])
+        if remedy := row.remedy if row else "":
+            steps.append(f"{capitalised(effect_text(cause['effect'], cause['target']))}: {remedy}")
+    if data["causes"]:
+        steps.append(
+            f"To simulate with these causes: `kr5 gap diagnose {recording} --write-cell tuned.yaml`. A gap near 1 on"
+            " another recording, `kr5 gap measure OTHER --cell tuned.yaml`, confirms it."
+        )
+    if data["unexplained"]:
+        top = data["unexplained"][0]
+        depends = f": its gap {dependence_text(top['depends_on'][0])}" if top["depends_on"] else ""
+        steps.append(
+            f"First check whether sensor, units and frame of the {column_text(top['experiment'] + '.' + top['column'])}"
+            f" are what the recording says{depends}."
+        )
+        steps.append(
+            "Repeat the recording. A residual that comes back belongs to the cell and can be described by an effect of"
+            " your own, added from Python; one that does not belonged to this recording."
+        )
+    return steps
+
+
+NOISE = (
+    "Gaps are given in units of the measured noise. Correct the noise in the cell: one declared too small makes every"
+    " recording look bad, one too large hides real gaps."
+)
+SPIKES = (
+    "Single outliers, as from a disturbed line, would outweigh thousands of good samples; the diagnosis leaves them"
+    " out. If there are many, check cables and logging."
+)
+
+
+def warning_notes(warnings: list[str]) -> list[tuple[str, str]]:
+    """Each warning with what it means; those of the noise in one."""
+    noise = [
+        m for m in (re.match(r"noise of (\w+(?: in \w+)?) is ([\d.]+ (?:\+-|±) [\d.]+)", w) for w in warnings) if m
+    ]
+    out = [(capitalised(f"{w}."), SPIKES if "spikes" in w else "") for w in warnings if not w.startswith("noise of")]
+    if noise:
+        each = join_list([f"{m[1].replace('_', ' ')} {m[2].replace('+-', '±')}" for m in noise])
+        out.append((f"The measured noise is not what the cell declares; it is this multiple of it: {each}.", NOISE))
+    return out

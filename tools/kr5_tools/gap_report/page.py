@@ -1,0 +1,266 @@
+"""The page about a diagnosis (kr5-gap/1): verdict, map of the cell, causes with evidence, residuals before and
+after."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from kr5_tools.cli import terminal
+from kr5_tools.files import writing
+from kr5_tools.gap_report.evidence import alternatives_to, evidence_against, evidence_for, parameter_rows
+from kr5_tools.gap_report.messages import (
+    capitalised,
+    cause_text,
+    column_text,
+    dependence_text,
+    effect_row,
+    effect_text,
+    format_percent,
+    join_list,
+    next_steps,
+    part_of,
+    part_text,
+    verdict_text,
+    warning_notes,
+)
+
+TITLE = "Why simulation and cell disagree"
+SAID = 1.15  # a gap below this is coloured, but not written beside the part
+LOOK = {
+    "no_gap": ("good", "✓", "No gap"),
+    "explained": ("good", "✓", "Explained"),
+    "partly_explained": ("doubtful", "!", "Partly explained"),
+    "unknown": ("unusable", "?", "Unknown"),
+}
+
+
+def write_gap_report(
+    data: dict[str, Any], source: Path, output: Path, png: Path | None = None, folder: Path | None = None
+) -> list[Path]:
+    """Writes the page and, if asked, the plots; returns the files of the plots. `folder`: of the recording."""
+    import matplotlib.pyplot as plt
+
+    from kr5_tools.gap_report.evidence_data import Evidence, find_recording
+    from kr5_tools.gap_report.insertion_impact import task_terms
+    from kr5_tools.gap_report.plots import plots_of
+    from kr5_tools.pages.plot_style import STYLE
+    from kr5_tools.pages.rendering import write_png
+
+    recording = find_recording(data, source, folder)
+    if recording is None:
+        terminal.print_note("the recording was not found, so the page shows no curves; name it with --recording")
+    drawn: list[Any] = []
+    try:
+        with terminal.spinner("Simulating and drawing …"):
+            evidence = Evidence(data, recording) if recording else None
+            parts, q = parts_of(evidence, data), first_posture(recording) if recording else []
+            task = (
+                task_terms(recording.cell, evidence.cell)
+                if evidence and data["causes"] and not evidence.unset
+                else None
+            )
+            drawn = plots_of(evidence, data, parts, q)
+            with plt.rc_context(STYLE):
+                page = make_page(data, source, evidence, parts, q, drawn, task)
+                writing.write_text(page, output)
+                return write_png(drawn, png) if png else []
+    except (TypeError, ValueError, KeyError, AttributeError, IndexError) as error:
+        if recording is None or not _fits(data, recording):
+            terminal.fail(
+                f"{source}: does not fit its recording ({type(error).__name__}: {error}); name the right one with"
+                " --recording"
+            )
+        raise
+    finally:
+        for plot in drawn:
+            plt.close(plot.figure)
+
+
+def _fits(data: dict[str, Any], recording: Any) -> bool:
+    """Whether the recording has the columns the diagnosis speaks of."""
+    kinds = {str(e.kind) for e in recording.experiments}
+    return all(place["experiment"] in kinds for place in data["where"])
+
+
+def first_posture(recording: Any) -> list[float]:
+    """In which the cell is drawn: the middle one of a measured motion, where the arm is in the open."""
+    from kr5_tools.cell.command import rest_posture
+
+    n = recording.cell.robot.joints
+    for kind in ("motion", "poses", "views"):
+        for e in recording.experiments:
+            if str(e.kind) == kind and all(f"q{i + 1}" in e.data for i in range(n)):
+                q = np.column_stack([e[f"q{i + 1}"] for i in range(n)])
+                return [float(x) for x in q[np.argmin(np.sum((q - np.median(q, axis=0)) ** 2, axis=1))]]
+    return rest_posture(recording.cell, recording)
+
+
+def parts_of(evidence: Any, data: dict[str, Any]) -> list[dict[str, Any]]:
+    """Every part of the cell that a column shows, with the widest gap before and after, and its colour."""
+    from kr5_tools.gap_report.plots import gap_colour
+
+    named = {
+        "before": {f"{p['experiment']}.{p['column']}" for p in data["where"]},
+        "after": {f"{p['experiment']}.{p['column']}" for p in data["unexplained"]},
+    }
+    causes = {part_of_target(c["target"]): effect_text(c["effect"], c["target"]) for c in data["causes"]}
+    parts: dict[str, dict[str, Any]] = {}
+    for group in evidence.groups if evidence else ():
+        part = parts.setdefault(
+            part_of(group),
+            {
+                "id": part_of(group),
+                "words": part_text(part_of(group)),
+                "groups": [],
+                "cause": causes.get(part_of(group)),
+            },
+        )
+        part["groups"].append(group)
+    for part in parts.values():
+        for which in ("before", "after"):
+            above = [g for g in part["groups"] if g in named[which]]
+            gaps = {g: evidence.gap(g, which) for g in above or part["groups"]}
+            group = max(gaps, key=lambda g: gaps[g])
+            gap = float(gaps[group])
+            part[which] = {
+                "gap": gap if np.isfinite(gap) else None,
+                "above": bool(above),
+                "label": bool(above) and gap >= SAID,
+                "group": group,
+                "column": column_text(group),
+                "colour": gap_colour(gap, bool(above)),
+            }
+        part["shown"] = part["before"]["above"] or part["after"]["above"] or bool(part["cause"])
+    above_first = sorted(parts.values(), key=lambda p: p["words"])
+    return sorted(above_first, key=lambda p: -(p["before"]["gap"] or 0) if p["before"]["above"] else 0)
+
+
+def floor_text(data: dict[str, Any], evidence: Any) -> str:
+    """Of a recording without gap: how near the floor its columns are."""
+    if evidence is None or data["verdict"] != "no_gap":
+        return ""
+    gaps = [evidence.gap(group) for group in evidence.groups]
+    return (
+        f" Over its {len(gaps)} columns the gap is {float(np.sqrt(np.mean(np.square(gaps)))):.2f} times the noise, and"
+        " 1 is the floor."
+    )
+
+
+def part_of_target(target: str) -> str:
+    """The part that an effect's target is drawn as."""
+    if target.startswith("motor"):
+        return target.replace("motor", "joint")
+    return {"force_torque": "sensor", "gripper": "tool", "base": "joint1"}.get(
+        target, "sensor" if len(target) == 2 else target
+    )
+
+
+def depends_text(place: dict[str, Any]) -> str:
+    return capitalised("; ".join(dependence_text(d) for d in place["depends_on"]))
+
+
+def place_rows(data: dict[str, Any]) -> list[dict[str, Any]]:
+    """The table of columns above the floor."""
+    after = {f"{p['experiment']}.{p['column']}": p for p in data["unexplained"]}
+    rows = []
+    for place in data["where"]:
+        group = f"{place['experiment']}.{place['column']}"
+        rows.append(
+            {
+                "group": group,
+                "words": capitalised(column_text(group)),
+                "gap": place["gap"],
+                "share": format_percent(place["share"]),
+                "after": data["shrink"]["columns"].get(group, [None, None])[1],
+                "left": group in after,
+                "depends": depends_text(place),
+            }
+        )
+    return rows
+
+
+def cause_rows(data: dict[str, Any], evidence: Any) -> list[dict[str, Any]]:
+    """What is said of each cause, and what other effects do in its place."""
+    out = []
+    for k, cause in enumerate(data["causes"]):
+        row = effect_row(cause["effect"])
+        parameters = parameter_rows(cause, evidence.recording.cell if evidence else None)
+        out.append(
+            {
+                "name": capitalised(effect_text(cause["effect"], cause["target"])),
+                "id": f"{cause['effect']} on {cause['target']}",
+                "sure": format_percent(cause["probability"]),
+                "what": capitalised(row.description) if row else "An effect that the catalogue does not name",
+                "shows": row.shows_in if row else "",
+                "remedy": row.remedy if row else "",
+                "parameters": parameters,
+                "nominal": any(p["nominal"] for p in parameters),
+                "for": evidence_for(data, k, evidence),
+                "against": evidence_against(data, k, evidence),
+                "rivals": alternatives_to(evidence.rivals(k), evidence) if evidence and evidence.explained else [],
+            }
+        )
+    return out
+
+
+def make_page(
+    data: dict[str, Any],
+    source: Path,
+    evidence: Any,
+    parts: list[dict[str, Any]],
+    q: list[float],
+    drawn: list[Any],
+    task: dict[str, Any] | None = None,
+) -> str:
+    """The HTML of the page."""
+    from kr5_tools.pages.rendering import embed_plot, render_page, script_json
+    from kr5_tools.replay.command import cell_scene
+
+    plots = {p.name: embed_plot(p) for p in drawn if p.name != "map"}
+    look, icon, word = LOOK[data["verdict"]]
+    named = evidence.recording.folder if evidence else data.get("input", {}).get("recording", "RECORDING")
+    scene = None
+    if evidence:
+        scene = {**cell_scene(evidence.recording.cell), "q": q, "parts": writing.to_plain(parts)}
+    return render_page(
+        "gap.html",
+        brand="kr5 gap diagnose",
+        title=TITLE,
+        data=data,
+        source=source.name,
+        look=look,
+        icon=icon,
+        word=word,
+        verdict=verdict_text(data) + floor_text(data, evidence),
+        steps=next_steps(data, str(named)),
+        places=place_rows(data),
+        causes=cause_rows(data, evidence),
+        unexplained=[
+            {
+                "words": capitalised(column_text(f"{p['experiment']}.{p['column']}")),
+                "gap": p["gap"],
+                "depends": depends_text(p),
+            }
+            for p in data["unexplained"]
+        ],
+        ties=[
+            f"{cause_text(c).split(' (')[0]} and"
+            f" {join_list([effect_text(t['effect'], t['target']) for t in c['tied_with']])}"
+            for c in data["causes"]
+            if c["tied_with"]
+        ],
+        conditions=evidence.parts() if evidence else [],
+        warnings=warning_notes(data.get("warnings", [])),
+        scatter=data.get("scatter") or 0.0,
+        parts=parts,
+        heat=[plots[n] for n in ("heat_before", "heat_after") if n in plots],
+        shrink=plots.get("shrink"),
+        curves=[plots[n] for n in plots if n.startswith(("rows_", "against_"))],
+        recording=named,
+        found=evidence is not None,
+        unset=evidence.unset if evidence else [],
+        columns=len(evidence.groups) if evidence else None,
+        scene=script_json(scene),
+        task=task,
+    )

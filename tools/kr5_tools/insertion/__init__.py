@@ -1,0 +1,1 @@
+"""One insertion of a peg: `kr5 insert`."""

@@ -1,0 +1,68 @@
+"""Where the last turn says the hole is: by its fit, by moments, by the least depth, beside where it really is."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+COLUMNS = ["by", "direction [deg]", "± std [deg]", "error [deg]"]
+TEXT = (
+    "Direction: azimuth of the hole from the centre of the turn, in the plane of the face of the tube, from X. Error:"
+    " from the true direction. Fit: that of the insertion itself, with compliance. Beyond the critical offset the"
+    " least depth lies opposite the hole."
+)
+
+
+def directions(result: Any) -> dict[str, dict[str, float | None]]:
+    """Azimuth of the hole and its standard deviation [rad], None where there is no telling; empty without a turn."""
+    from kr5 import force
+
+    turn = result.profile
+    if not len(turn):
+        return {}
+    column = {name: np.asarray(turn[name]) for name in turn.columns}
+    centre = np.array([np.mean(column["x"]), np.mean(column["y"])])
+    rows = [
+        force.TurnRow(azimuth=a, force=f, moment=[x, y])
+        for a, f, x, y in zip(*(column[name] for name in ("azimuth", "force", "moment_x", "moment_y")))
+    ]
+    moment = force.locate_by_moment(rows)
+    known = moment.report.usable
+    out = {name: _told(None) for name in ("fit", "moment", "least depth", "really")}
+    if fitted := [p for p in result.pegs if p.hole_std > 0]:
+        way = np.array(fitted[-1].hole)[:2] - centre
+        out["fit"] = _told(_azimuth(way), fitted[-1].hole_std / np.hypot(*way))
+    out["moment"] = _told(moment.azimuth if known else None, moment.azimuth_std if known else None)
+    out["least depth"] = _told(float(column["azimuth"][np.argmin(column["height"])]))
+    out["really"] = _told(_azimuth(np.array(result.T_tube_actual)[:2, 3] - centre))
+    return out
+
+
+def _azimuth(way: Any) -> float:
+    return math.atan2(way[1], way[0]) % math.tau
+
+
+def _told(azimuth: float | None, std: float | None = None) -> dict[str, float | None]:
+    return {"azimuth": None if azimuth is None else float(azimuth), "std": None if std is None else float(std)}
+
+
+def table_rows(result: Any) -> list[list[str]]:
+    found = directions(result)
+    really = found["really"]["azimuth"] if found else None
+    return [
+        [
+            name,
+            _degrees(d["azimuth"], ".1f"),
+            _degrees(d["std"], ".1f"),
+            (
+                "–"
+                if d["azimuth"] is None or really is None or name == "really"
+                else _degrees(math.remainder(d["azimuth"] - really, math.tau), "+.1f")
+            ),
+        ]
+        for name, d in found.items()
+    ]
+
+
+def _degrees(angle: float | None, form: str) -> str:
+    return "–" if angle is None else format(math.degrees(angle), form)

@@ -1,0 +1,88 @@
+"""What an insertion did, phase by phase, and how each peg ended: as rows of tables and as JSON."""
+
+import math
+from typing import Any
+
+from kr5_tools.insertion import directions
+
+
+def phases(rows: Any) -> list[dict[str, Any]]:
+    """What was done when: peg, attempt, phase, begin and duration [s]."""
+    import kr5.force
+    import numpy as np
+
+    if not len(rows):
+        return []
+    t = np.asarray(rows["t"])
+    key = np.column_stack([rows[name] for name in ("peg", "attempt", "phase")]).astype(int)
+    starts = np.append(0, np.flatnonzero(np.any(np.diff(key, axis=0) != 0, axis=1)) + 1)
+    ends = np.append(t[starts[1:]], t[-1])
+    return [
+        {
+            "peg": int(key[k, 0]),
+            "attempt": int(key[k, 1]),
+            "phase": str(kr5.force.Phase(int(key[k, 2]))),
+            "begin": float(t[k]),
+            "duration": float(end - t[k]),
+        }
+        for k, end in zip(starts, ends)
+    ]
+
+
+def as_dict(result: Any, setup: Any) -> dict[str, Any]:
+    """All of it but the rows, in SI."""
+    profile = {name: result.profile[name] for name in result.profile.columns} if len(result.profile) else {}
+    return {
+        "inserted": result.inserted,
+        "time": result.time,
+        "setup": setup.to_dict(),
+        "pegs": [p.to_dict() for p in result.pegs],
+        "phases": phases(result.rows),
+        "profile": profile,
+        "directions": directions.directions(result),
+        "tube": result.cell.tube.to_dict(),
+        "peg": result.cell.peg.to_dict(),
+    }
+
+
+def phase_rows(result: Any) -> list[list[Any]]:
+    """Of each attempt: its phases with their durations, and where in time it began."""
+    found: dict[tuple[int, int], list[dict[str, Any]]] = {}
+    for p in phases(result.rows):
+        found.setdefault((p["peg"], p["attempt"]), []).append(p)
+    return [
+        [
+            f"{peg}",
+            attempt,
+            f"{each[0]['begin']:.2f}",
+            f"{sum(p['duration'] for p in each):.2f}",
+            ", ".join(f"{p['phase']} {p['duration']:.2f}" for p in each if p["duration"] > 0),
+        ]
+        for (peg, attempt), each in found.items()
+    ]
+
+
+def peg_rows(result: Any) -> list[list[Any]]:
+    """How each peg fared, in mm."""
+    off = 1e3 * math.hypot(*result.T_tube_actual[:2, 3])
+    return [
+        [
+            f"{k}",
+            "yes" if p.inserted else "no",
+            p.attempts,
+            f"{p.time:.2f}",
+            f"{1e3 * p.depth:.2f}",
+            f"{p.greatest_force:.1f}",
+            f"{off:.3f}",
+            "–" if math.isnan(p.hole_error) else f"{1e3 * p.hole_error:.3f}",
+        ]
+        for k, p in enumerate(result.pegs, 1)
+    ]
+
+
+PEG_COLUMNS = ["peg", "in", "attempts", "time [s]", "depth [mm]", "force [N]", "offset [mm]", "error [mm]"]
+PEG_TEXT = (
+    "Force: largest force on the peg. Offset: true axis of the tube from the assumed one. Error: the same from the"
+    " axis estimated by the fit; – without a fit."
+)
+PHASE_COLUMNS = ["peg", "attempt", "begin [s]", "duration [s]", "phases [s]"]

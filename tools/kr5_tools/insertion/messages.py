@@ -1,0 +1,71 @@
+"""How an insertion ended, in words, and what a user can do about it."""
+
+from typing import Any
+
+# Reason: what happened, what to do.
+REASONS = {
+    "none": ("the insertion did not end", "allow more time"),
+    "peg_too_wide": (
+        "the assumed peg is wider than the assumed bore",
+        "a larger --clearance, or correct peg.radius and tube.inner_radius of the cell",
+    ),
+    "unstable_gain": (
+        "a gain of the force loop is too high for the delay of the loop",
+        "lower contact.stiffness or a quicker servo.tool in the cell",
+    ),
+    "no_contact": (
+        "nothing was touched where the face of the tube should be",
+        "check tube.T_B_T of the cell, and --offset: the tube must be under the peg",
+    ),
+    "profile_flat": ("the profile of the turn shows no direction to the hole", "tilt the peg more (--tilt 15)"),
+    "no_drop": (
+        "the peg slid to its limit without dropping into the bore",
+        (
+            "the fit of the whole profile (--strategy profile_fit), a tilt near 15 degrees, or an --offset within one"
+            " radius of the peg"
+        ),
+    ),
+    "blocked": (
+        "the peg found the mouth of the bore but went no deeper",
+        "more --clearance, or another way to push (--insert-by)",
+    ),
+    "force": (
+        "the force on the peg exceeded its limit",
+        "see the plot of forces (-o PAGE.html): a touch that is too fast, or a peg that jams",
+    ),
+    "torque": (
+        "the torque on the peg exceeded its limit",
+        "see the plot of forces (-o PAGE.html): the peg jams; more --clearance",
+    ),
+    "current": ("a motor current exceeded its limit", "check for a posture near a singularity with kr5 replay"),
+    "sensor_dead": (
+        "the force sensor repeated exactly the same values for too long",
+        "check its connection; in simulation, give the cell noise.force",
+    ),
+    "sensor_saturated": ("the force sensor is at its limit", "a gentler touch, or a sensor with a larger range"),
+    "peg_lost": ("the gripper reports that it holds nothing", "check grip and magazine"),
+    "out_of_reach": (
+        "the arm cannot follow: there is no posture within its limits",
+        "move the tube (tube.T_B_T of the cell) into reach, or tilt less",
+    ),
+    "time_out": ("the time limit was exceeded", "find the phase above that takes too long"),
+}
+
+
+def ending_text(peg: Any) -> tuple[str, str]:
+    """Whether a peg is in, and a sentence on it; one more on what to do about one that is not."""
+    phase, reason, number = str(peg.phase), str(peg.reason), peg.attempts
+    if peg.inserted:
+        return "inserted", f"at attempt {number}, {1e3 * peg.depth:.1f} mm deep, after {peg.time:.1f} s."
+    if reason == "inserted":
+        return (
+            "not inserted",
+            (
+                f"assumed to be in after phase {phase}, but the peg's bottom is {1e3 * peg.depth:.1f} mm below the"
+                " face and not in the bore. Possible remedy: see its path (-o PAGE.html); correct tube.T_B_T of"
+                " the cell or --offset."
+            ),
+        )
+    what, remedy = REASONS.get(reason, (reason, "see the plots (-o PAGE.html)"))
+    attempts = f"{number} attempt" + ("s" if number != 1 else "")
+    return "not inserted", f"after {attempts}, in phase {phase}: {what}. Possible remedy: {remedy}."

@@ -1,0 +1,186 @@
+"""The plots of one insertion: profile, forces, height, path over the face of the tube."""
+
+import math
+from typing import Any
+
+import kr5.force
+import numpy as np
+from matplotlib.figure import Figure
+
+from kr5_tools.calibrate.plots import Plot
+from kr5_tools.insertion import ending_tables
+from kr5_tools.pages.plot_style import BLUE, GREEN, GREY, RED, STYLE, WIDE, plt
+
+# Phases side by side differ; grey ones are between the acts.
+SHADES = {
+    "touch": "#fde7c7",
+    "roll": "#d6e9f5",
+    "slide": "#d7efe4",
+    "upright": "#f3dcea",
+    "push": "#f9e3d3",
+    "spiral": "#e6e0f5",
+    "locate": "#eceff3",
+    "aim": "#f6f7f9",
+}
+MOST_POINTS = 3000
+
+
+def insertion_plots(result: Any) -> list[Plot]:
+    """All that there is something to show for. Close the figures after use."""
+    out = []
+    with plt.rc_context(STYLE):
+        for name, title, function, wide, text in CATALOGUE:
+            if (figure := function(result)) is not None:
+                out.append(Plot(name, title, text, figure, wide))
+    return out
+
+
+def _columns(result: Any, *names: str) -> list[np.ndarray]:
+    """Time and columns of the rows, thinned out for the page; NaN on the way from one peg to the next."""
+    step = max(1, math.ceil(len(result.rows) / MOST_POINTS))
+    between = np.asarray(result.rows["phase"])[::step] == int(kr5.force.Phase.Done)
+    return [
+        np.asarray(result.rows["t"])[::step],
+        *(np.where(between, np.nan, np.asarray(result.rows[name])[::step]) for name in names),
+    ]
+
+
+def _shade(axes: Any, result: Any, label: bool) -> None:
+    """Phases behind a plot over time, and the names of those wide enough for one."""
+    spans = ending_tables.phases(result.rows)
+    whole = spans[-1]["begin"] + spans[-1]["duration"] - spans[0]["begin"]
+    for span in spans:
+        end = span["begin"] + span["duration"]
+        axes.axvspan(span["begin"], end, color=SHADES.get(span["phase"], "#ffffff"), linewidth=0, zorder=0)
+        if label and span["phase"] in SHADES and span["duration"] > 0.035 * whole:
+            axes.text(
+                (span["begin"] + end) / 2,
+                1.02,
+                span["phase"],
+                transform=axes.get_xaxis_transform(),
+                fontsize=8,
+                color="#374151",
+                ha="left" if span["duration"] < 0.1 * whole else "center",
+                va="bottom",
+                rotation=40 if span["duration"] < 0.1 * whole else 0,
+            )
+    axes.set_xlim(spans[0]["begin"], spans[0]["begin"] + whole)
+    axes.grid(False, axis="x")
+
+
+def profile_plot(result: Any) -> Figure | None:
+    if not len(result.profile):
+        return None
+    order = np.argsort(result.profile["azimuth"])
+    azimuth, height_plot, closed = (
+        np.asarray(result.profile[name])[order] for name in ("azimuth", "height", "closed_form")
+    )
+    figure, axes = plt.subplots(2, 1, figsize=(WIDE, 4.4), sharex=True, height_ratios=(3, 1.3))
+    axes[0].plot(
+        np.degrees(azimuth), 1e3 * closed, color=BLUE, linewidth=1.6, label="closed form, where the peg really was"
+    )
+    axes[0].plot(np.degrees(azimuth), 1e3 * height_plot, "o", color=RED, markersize=3.2, label="measured")
+    axes[0].set_ylabel("height of the peg's\nbottom centre [mm]")
+    axes[0].legend(fontsize=9, loc="lower left", bbox_to_anchor=(0, 1), ncols=2)
+    axes[1].axhline(0, color=GREY, linewidth=0.8)
+    axes[1].plot(np.degrees(azimuth), 1e3 * (height_plot - closed), ".", color=RED, markersize=4)
+    axes[1].set_ylabel("difference\n[mm]")
+    axes[1].set_xlabel("azimuth of the lowest point of the rim [deg]")
+    axes[1].set_xticks(range(0, 361, 45))
+    return figure
+
+
+def force_plot(result: Any) -> Figure:
+    t, fx, fy, fz = _columns(result, "fx", "fy", "fz")
+    figure, axes = plt.subplots(2, 1, figsize=(WIDE, 4.2), sharex=True)
+    for ax, values, colour, name in (
+        (axes[0], fz, BLUE, "along the tube [N]"),
+        (axes[1], np.hypot(fx, fy), RED, "across it [N]"),
+    ):
+        _shade(ax, result, ax is axes[0])
+        ax.plot(t, values, color=colour, linewidth=0.9)
+        ax.set_ylabel(name)
+    axes[1].set_xlabel("time [s]")
+    return figure
+
+
+def height_plot(result: Any) -> Figure:
+    t, z, tilt = _columns(result, "true_z", "true_tilt")
+    figure, axes = plt.subplots(2, 1, figsize=(WIDE, 4.2), sharex=True, height_ratios=(2, 1))
+    for ax, values, colour, name in (
+        (axes[0], 1e3 * z, BLUE, "above the face [mm]"),
+        (axes[1], np.degrees(tilt), GREEN, "tilt [deg]"),
+    ):
+        _shade(ax, result, ax is axes[0])
+        ax.plot(t, values, color=colour, linewidth=1.2)
+        ax.set_ylabel(name)
+    axes[0].axhline(0, color=GREY, linewidth=0.8, linestyle="--")
+    axes[1].set_xlabel("time [s]")
+    return figure
+
+
+def path_plot(result: Any) -> Figure:
+    """In the frame of the believed tube; the peg where it really is."""
+    _, x, y = _columns(result, "true_x", "true_y")
+    off, tube = 1e3 * result.T_tube_actual[:2, 3], result.cell.tube
+    x, y = 1e3 * x + off[0], 1e3 * y + off[1]
+    first, last = np.flatnonzero(np.isfinite(x))[[0, -1]]
+    figure, axes = plt.subplots(figsize=(WIDE, 4.9))
+    for radius, colour, name in (
+        (tube.outer_radius, "#f3e3d8", "face of the tube"),
+        (tube.inner_radius, "white", "bore"),
+    ):
+        axes.add_patch(
+            plt.Circle(off, 1e3 * radius, facecolor=colour, edgecolor="#8a4a24", linewidth=1.2, zorder=1, label=name)
+        )
+    axes.plot(x, y, color=BLUE, linewidth=1.2, zorder=3, label="path of the peg")
+    axes.plot(x[first], y[first], "s", color=BLUE, markersize=5, zorder=4, label="begin")
+    axes.plot(x[last], y[last], "o", color=BLUE, mfc="white", markersize=6, zorder=4, label="end")
+    axes.plot(0, 0, "x", color=RED, markersize=8, mew=1.8, zorder=5, label="axis as believed")
+    axes.plot(*off, "+", color=GREEN, markersize=11, mew=1.8, zorder=5, label="axis of the tube")
+    axes.set_aspect("equal")
+    reach = 1.25e3 * tube.outer_radius
+    axes.set(
+        xlabel="x [mm]",
+        ylabel="y [mm]",
+        xlim=off[0] + np.array([-reach, reach]),
+        ylim=off[1] + np.array([-reach, reach]),
+    )
+    axes.legend(fontsize=8.5, loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=3)
+    return figure
+
+
+# name, title, function, wide, what it shows
+CATALOGUE = [
+    (
+        "profile",
+        "Depth profile of the last turn",
+        profile_plot,
+        True,
+        (
+            "How high the tilted peg rests while its lowest point goes once round: measured, and what the closed form"
+            " says for where the peg really was."
+        ),
+    ),
+    (
+        "forces",
+        "Forces on the peg",
+        force_plot,
+        True,
+        "Not filtered, in the frame of the tube; not on the way to the next peg. Shades: the phases.",
+    ),
+    (
+        "height",
+        "Height and tilt of the peg",
+        height_plot,
+        True,
+        "Of the bottom centre above the tube's real face, below it when negative. Shades: the phases.",
+    ),
+    (
+        "path",
+        "Path over the face, from above",
+        path_plot,
+        False,
+        "The tube as it stands, in the frame in which it is believed; the path is that of the peg's bottom centre.",
+    ),
+]

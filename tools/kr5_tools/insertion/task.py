@@ -1,0 +1,67 @@
+"""What `kr5 insert` and `kr5 sweep insertion` share: the cell, the task in the units of the command line, where the
+tube is."""
+
+import math
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from kr5_tools.cli import terminal
+from kr5_tools.files.paths import SHIPPED_CELL, find_shipped_cell
+
+Cell = Annotated[
+    Path | None,
+    typer.Option(
+        "--cell",
+        metavar="CELL.yaml",
+        show_default=False,
+        help="The cell; by default the KR5 Arc that kr5 ships (share/cells/kr5_arc.yaml).",
+    ),
+]
+
+
+def cell_file(given: Path | None) -> Path:
+    """The file given, or the shipped cell."""
+    if given:
+        return given
+    found = find_shipped_cell()
+    if found is None:
+        terminal.fail(
+            f"--cell: is missing, and there is no {SHIPPED_CELL} here: name a cell with peg, tube, tool, contact and"
+            " servo"
+        )
+    return found
+
+
+def load_cell(given: Path | None) -> tuple[Any, Path]:
+    """The cell and its file; complains of one without peg or tube."""
+    import kr5.cell
+
+    file = cell_file(given)
+    cell = kr5.cell.load_cell(file)
+    for part in ("peg", "tube"):
+        if getattr(cell, part) is None:
+            terminal.fail(f"{file}: {part}: is missing; an insertion needs it, as in {SHIPPED_CELL}")
+    return cell, file
+
+
+def offset_in_disc(radius: float, seed: int) -> list[float]:
+    """Where the tube's axis really is [m]: uniform in a disc about the believed place, the same for the same seed
+    everywhere."""
+    import numpy as np
+
+    share, turn = np.random.Generator(np.random.PCG64(seed)).random(2)
+    r, angle = radius * np.sqrt(share), 2 * np.pi * turn
+    return [float(r * np.cos(angle)), float(r * np.sin(angle))]
+
+
+def set_task(setup: Any, clearance: float, tilt: float, offset: tuple[float, float] | None, cell: Any) -> None:
+    """Sets a clearance [mm], a tilt [deg] and an offset [mm], which without one is drawn from the seed of the setup."""
+    if not 0 < clearance < math.inf:
+        terminal.fail(f"clearance: found {clearance:g}, expected more than 0 mm")
+    if not 0 < tilt < 90:
+        terminal.fail(f"tilt: found {tilt:g}, expected more than 0 and less than 90 degrees")
+    setup.clearance, setup.tilt = 1e-3 * clearance, math.radians(tilt)
+    setup.offset = [1e-3 * x for x in offset] if offset else offset_in_disc(cell.peg.radius, setup.seed)
+    setup.validate()

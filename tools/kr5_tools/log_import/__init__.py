@@ -1,0 +1,1 @@
+"""Logs of a real cell turned into recordings: `kr5 recording`."""

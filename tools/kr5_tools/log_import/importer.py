@@ -1,0 +1,306 @@
+"""The experiments of a recording from the columns of logs, as a map tells."""
+
+from pathlib import Path
+from typing import Any
+
+import kr5.cell
+import kr5.io
+import numpy as np
+
+from kr5_tools.cli import terminal
+from kr5_tools.log_import.log import Log
+from kr5_tools.log_import.log_file import read_log
+from kr5_tools.log_import.map_file import Clock, Experiment, Map, Source, Tool, column_family
+from kr5_tools.log_import.values import Series, interpolate, low_pass, to_si, tool_poses
+
+MAX_ROWS = 5_000_000  # of an experiment
+GAP = 5.0  # median time steps, more than which is a gap
+STILL = ("poses", "views", "scan")  # rows need not follow each other in time
+
+
+class Importer:
+    """Turns logs into experiments. `notes` says in words what was done to the numbers."""
+
+    def __init__(self, map: Map, log: Path):
+        self.map, self.default = map, log
+        self.cell = kr5.cell.load_cell(map.cell)
+        self.logs: dict[Path, Log] = {}
+        self.notes: list[str] = []
+
+    def log(self, name: str | None) -> Log:
+        file = self.map.file.parent / name if name else self.default
+        if file not in self.logs:
+            self.logs[file] = read_log(file, self.map.header)
+        return self.logs[file]
+
+    def note(self, text: str) -> None:
+        if text not in self.notes:
+            self.notes.append(text)
+
+    def experiment(self, experiment: Experiment) -> Any:
+        where = f"{self.map.file}: experiment '{experiment.entry.name}'"
+        sources = experiment.sources
+        log = self.log(experiment.entry.log)
+        t = self.main_time(log, experiment, where)
+        keep = np.ones(len(t), bool)
+        series: dict[str, Series] = {}
+        for name, source in sources.items():
+            if isinstance(source, Source) and not source.measured and name != "t":
+                series[name] = self.series(source, name, log, t, experiment, keep)
+        if isinstance(tool := sources.get("tool"), Tool):
+            series["tool"] = Series(t, tool_poses(tool, log))
+        grid = self.grid(t[keep], series, experiment, where)
+        columns = {"t": grid}
+        for name, s in series.items():
+            values = self.at(s, grid, experiment)
+            columns |= dict(zip(self.members(name, sources), values.T))
+        out = kr5.cell.Experiment(
+            name=experiment.entry.name,
+            kind=experiment.entry.kind,
+            file=f"{experiment.entry.name}.csv",
+            split=experiment.entry.split,
+        )
+        out.data = self.table(columns, sources, experiment, where)
+        return out
+
+    # Time
+
+    def main_time(self, log: Log, experiment: Experiment, where: str) -> np.ndarray:
+        """Time [s] of the rows of the log that the experiment is made of, from the log's beginning."""
+        clock = self.map.clock
+        first = next(
+            (s.names[0] for s in experiment.sources.values() if s.names and not (isinstance(s, Source) and s.log)),
+            None,
+        )
+        if clock is None and first is not None and log.streams.get(first) in log.clocks:
+            clock = Clock(column=log.clocks[log.streams[first]])
+        if clock is None:
+            if experiment.entry.kind not in STILL:
+                terminal.fail(
+                    f"{where}: needs a clock; add to the map: clock: {{column: NAME, unit: s}}, or {{every: SECONDS}}"
+                )
+            clock = Clock(every=1.0)
+            self.note("the log has no clock: rows are taken as a second apart")
+        rows = len(log.column(first, where)) if first else 0
+        return self.times(log, clock, rows, where, experiment)
+
+    def times(self, log: Log, clock: Clock, rows: int, where: str, experiment: Experiment) -> np.ndarray:
+        if clock.every is not None:
+            return clock.every * np.arange(rows) + clock.offset
+        assert clock.column is not None, "a clock has a column or an interval"
+        stamps = log.column(clock.column, f"{self.map.file}: clock.column")
+        bad = np.flatnonzero(~np.isfinite(stamps))
+        if len(bad):
+            terminal.fail(
+                f"{log.file}: {log.row(bad[0])}, column '{clock.column}': found no time ({len(bad)} such rows),"
+                " expected a number"
+            )
+        t = (stamps - self.beginning(log, clock)) * clock.seconds() + clock.offset
+        if is_timed(experiment):
+            self.check_order(log, clock, t, experiment)
+        return t
+
+    def beginning(self, log: Log, clock: Clock) -> float:
+        """The stamp from which time is counted: the least of the log's streams, which share a clock."""
+        columns = set(log.clocks.values()) if clock.column in log.clocks.values() else {str(clock.column)}
+        return min(float(np.min(log.columns[c])) for c in columns)
+
+    def check_order(self, log: Log, clock: Clock, t: np.ndarray, experiment: Experiment) -> None:
+        back = np.flatnonzero(np.diff(t) <= 0)
+        if len(back) and clock.repair != "sort":
+            at = back[0] + 1
+            what = "goes back" if t[at] < t[at - 1] else "stands still"
+            terminal.fail(
+                f"{log.file}: {log.row(at)}, column '{clock.column}': time {what}: found {t[at]:.9g} s after"
+                f" {t[at - 1]:.9g} s ({len(back)} such rows), expected time that increases; say clock: {{repair: sort}}"
+                " in the map to sort the rows and leave out those whose time stands twice"
+            )
+        part = np.unique(t[inside_span(t, experiment)])
+        steps = np.diff(part)
+        most = clock.max_gap or (GAP * float(np.median(steps)) if len(steps) else np.inf)
+        wide = np.flatnonzero(steps > most)
+        if len(wide):
+            before, after = part[wide[0]], part[wide[0] + 1]
+            terminal.fail(
+                f"{log.file}: {log.row(int(np.flatnonzero(t == after)[0]))}, column '{clock.column}': found a gap of"
+                f" {after - before:.4g} s ({len(wide)} such gaps), expected about {np.median(steps):.4g} s; make the"
+                f" parts before and after two experiments (to: {(before + after) / 2:.5g}, from:"
+                f" {(before + after) / 2:.5g}), or allow it with clock: {{max_gap: {1.01 * steps.max():.3g}}}"
+            )
+
+    def grid(self, t: np.ndarray, series: dict[str, Series], experiment: Experiment, where: str) -> np.ndarray:
+        """The instants of the experiment: those of the log, or evenly spaced, where all streams have data."""
+        low, high = experiment.span()
+        if not is_timed(experiment):
+            return np.asarray(t[inside_span(t, experiment)])
+        t = np.unique(t)
+        low = max([low, *(s.t[0] for s in series.values() if len(s.t))])
+        end = min(s.t[-1] if len(s.t) else -np.inf for s in series.values())
+        inside = t[(t >= low) & (t < high) & (t <= end)]
+        if len(inside) < 10:
+            terminal.fail(
+                f"{where}: only {len(inside)} rows of the log lie between from:"
+                f" {_given(experiment.entry.begin, 'its beginning')} and to: {_given(experiment.entry.end, 'its end')};"
+                f" its streams share {low:.4g} to {end:.4g} s. Is the unit of the clock right?"
+            )
+        every = self.map.resample.every
+        if every and not (inside[-1] - inside[0]) / every <= MAX_ROWS:
+            terminal.fail(
+                f"{where}: resample.every: found {every:g} s, which makes more than {MAX_ROWS} rows of "
+                f"{inside[-1] - inside[0]:.4g} s; "
+                "is the unit of the clock right, and is there a lone row far from the others?"
+            )
+        return np.arange(inside[0], inside[-1] + 1e-9, every) if every else inside
+
+    # Values
+
+    def series(
+        self, source: Source, name: str, main: Log, t: np.ndarray, experiment: Experiment, keep: np.ndarray
+    ) -> Series:
+        if source.value is not None:
+            values = np.tile(source.value, (len(t), 1))
+            return Series(t, to_si(source, name, values, self.cell, self.note))
+        log = self.log(source.log) if source.log else main
+        raw = [log.column(n, source.where) for n in source.names]
+        if len({len(r) for r in raw}) > 1:
+            terminal.fail(
+                f"{source.where}: columns of different lengths in {log.file}:"
+                f" {', '.join(f'{n} {len(r)}' for n, r in zip(source.names, raw))}"
+            )
+        own = self.own_time(source, log, main, t, len(raw[0]), experiment)
+        values = to_si(source, name, np.column_stack(raw), self.cell, self.note)
+        out = self.without_missing(source, log, Series(own, values), keep if own is t else None)
+        return self.in_order(out, experiment) if is_timed(experiment) else out
+
+    def own_time(
+        self, source: Source, log: Log, main: Log, t: np.ndarray, rows: int, experiment: Experiment
+    ) -> np.ndarray:
+        """The time of the stream a source comes from, which may be the main one."""
+        clock = source.clock
+        if clock is None and (own := log.clocks.get(log.streams[source.names[0]])):
+            clock = Clock(column=own, offset=self.map.clock.offset if self.map.clock else 0.0)
+        if clock is None and log is not main and self.map.clock is not None:
+            clock = self.map.clock
+        if clock is not None:
+            out = self.times(log, clock, rows, source.where, experiment)
+            if len(out) == len(t) and np.array_equal(out, t):
+                return t
+            self.note(
+                f"{source.members[0]} and its like have a clock of their own; they were brought to the main one"
+                f" ({self.method()})"
+            )
+        else:
+            out = t
+        if rows != len(out):
+            terminal.fail(
+                f"{source.where}: found {rows} rows beside a clock of {len(out)}; name its own: clock: {{column: NAME,"
+                " unit: s}"
+            )
+        return out
+
+    def without_missing(self, source: Source, log: Log, s: Series, keep: np.ndarray | None) -> Series:
+        lacks = ~np.isfinite(s.values).all(axis=1)
+        if not lacks.any():
+            return s
+        rows = np.flatnonzero(lacks)
+        if source.missing == "fail":
+            column = source.names[int(np.flatnonzero(~np.isfinite(s.values[rows[0]]))[0])]
+            terminal.fail(
+                f"{log.file}: {log.row(rows[0])}, column '{column}': found no number (empty, NaN or infinite;"
+                f" {len(rows)} of {len(s.t)} rows), expected one in each row; say missing: interpolate beside this"
+                " column in the map when the sensor is slower than the log, or missing: drop to leave out these rows"
+            )
+        what = f"{source.members[0]} and its like: {len(rows)} of {len(s.t)} rows without a number were "
+        if source.missing == "drop" and keep is not None:
+            keep &= ~lacks
+            self.note(what + "left out")
+        else:
+            self.note(what + f"filled from their neighbours ({self.method()})")
+        if lacks.all():
+            terminal.fail(f"{source.where}: no row of {log.file} has a number in all of its columns")
+        return Series(s.t[~lacks], s.values[~lacks])
+
+    def in_order(self, s: Series, experiment: Experiment) -> Series:
+        """Sorted by time, and only what the experiment needs."""
+        cut = self.map.resample.low_pass
+        margin = 2.0 / cut if cut else 0.0  # a filter needs room at its ends
+        inside = inside_span(s.t, experiment, margin)
+        s = Series(s.t[inside], s.values[inside])
+        t, first = np.unique(s.t, return_index=True)
+        if len(t) < len(s.t) or np.any(np.diff(s.t) < 0):
+            self.note(f"rows were sorted by time; {len(s.t) - len(t)} whose time stood twice were left out")
+        return Series(t, s.values[first])
+
+    def at(self, s: Series, grid: np.ndarray, experiment: Experiment) -> np.ndarray:
+        """Values at the instants of the experiment, after a low-pass where the map asks for one."""
+        if not is_timed(experiment):
+            return s.values[np.isin(s.t, grid)] if len(s.t) != len(grid) else s.values
+        cut = self.map.resample.low_pass
+        if cut:
+            s = low_pass(s, cut, str(self.map.file))
+            self.note(f"low-passed at {cut:g} Hz (Butterworth of order 4, forth and back: no delay)")
+        elif len(s.t) == len(grid) and np.array_equal(s.t, grid):
+            return s.values
+        if self.map.resample.every:
+            self.note(f"rows every {self.map.resample.every:g} s ({self.method()})")
+        return interpolate(s, grid, self.map.resample.method)
+
+    def method(self) -> str:
+        return {"linear": "linear between rows", "cubic": "cubic spline", "previous": "the value before"}[
+            self.map.resample.method
+        ]
+
+    # Table
+
+    def members(self, name: str, sources: dict[str, Any]) -> list[str]:
+        return ["x", "y", "z", "qw", "qx", "qy", "qz"] if name == "tool" else sources[name].members
+
+    def table(self, columns: dict[str, np.ndarray], sources: dict[str, Any], experiment: Experiment, where: str) -> Any:
+        rows = len(columns["t"])
+        if "qc" in sources and sources["qc"].measured:
+            self.note(
+                "no commands were logged: the measured joint values stand for them, so that nothing is learnt about the"
+                " servos"
+            )
+            if "q1" not in columns:
+                terminal.fail(
+                    f"{where}: columns.qc: found from: measured, but columns.q is missing, which says what was measured"
+                )
+            for i in range(self.map.joints):
+                columns[f"qc{i + 1}"] = columns[f"q{i + 1}"]
+            if "q" in sources:
+                columns = {k: v for k, v in columns.items() if column_family(k) != "q"}
+        columns.setdefault("pose", np.arange(rows, dtype=float))
+        columns.setdefault("run", np.zeros(rows))
+        wanted = kr5.cell.columns(kr5.cell.Kind(experiment.entry.kind), self.map.joints)
+        for column in wanted:
+            if not column.group and column.name not in columns:
+                name = column_family(column.name)
+                remedy = "; say qc: {from: measured, unit: rad} when no commands were logged" if name == "qc" else ""
+                terminal.fail(
+                    f"{where}: columns.{name} is missing: {column.name} [{column.unit}] is required for kind"
+                    f" {experiment.entry.kind}{remedy}"
+                )
+        names = [c.name for c in wanted if c.name in columns]
+        if other := [n for n in names if len(columns[n]) != rows]:
+            terminal.fail(
+                f"{where}: columns.{column_family(other[0])}: found {len(columns[other[0]])} rows beside {rows} times; "
+                "streams of an "
+                f"experiment of kind {experiment.entry.kind} need the same rows"
+            )
+        return kr5.io.Table(names, np.column_stack([columns[n] for n in names]))
+
+
+def is_timed(experiment: Experiment) -> bool:
+    """Rows follow each other in time, in one run."""
+    return experiment.entry.kind not in STILL and "run" not in experiment.sources
+
+
+def inside_span(t: np.ndarray, experiment: Experiment, margin: float = 0.0) -> np.ndarray:
+    """Which times lie in the experiment, or no more than `margin` [s] outside."""
+    begin, end = experiment.span()
+    return (t >= begin - margin) & (t < end + margin)
+
+
+def _given(value: float | None, otherwise: str) -> str:
+    return otherwise if value is None else f"{value:g}"

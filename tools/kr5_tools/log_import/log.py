@@ -1,0 +1,44 @@
+"""A log of a real cell: columns of numbers by name."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from kr5_tools.cli import terminal
+
+
+@dataclass
+class Log:
+    """Columns by name. Columns of one stream have a row at the same instants; `clocks` names a stream's own time
+    column."""
+
+    file: Path
+    columns: dict[str, np.ndarray] = field(default_factory=dict)
+    streams: dict[str, str] = field(default_factory=dict)
+    clocks: dict[str, str] = field(default_factory=dict)
+    lines: np.ndarray | None = None  # of a text file, the line of each row
+    words: dict[str, tuple[int, str]] = field(default_factory=dict)  # columns that hold text: line, what stands there
+
+    def add(self, name: str, values: Any, stream: str) -> None:
+        self.columns[name] = np.asarray(values, float)
+        self.streams[name] = stream
+
+    def column(self, name: str, where: str) -> np.ndarray:
+        if name in self.words:
+            line, text = self.words[name]
+            terminal.fail(f"{self.file}: line {line}, column '{name}': found '{text}', expected a number")
+        if name not in self.columns:
+            import difflib
+
+            near = difflib.get_close_matches(name, list(self.columns), 1, 0.5)
+            hint = f"; did you mean '{near[0]}'?" if near else ""
+            names = list(self.columns)
+            shown = ", ".join(names[:12]) + (f" and {len(names) - 12} more" if len(names) > 12 else "")
+            terminal.fail(f"{where}: found '{name}', which {self.file} does not have{hint} It has: {shown}")
+        return self.columns[name]
+
+    def row(self, index: int) -> str:
+        """Where a row stands, in words."""
+        return f"line {self.lines[index]}" if self.lines is not None else f"row {index + 1}"

@@ -1,0 +1,373 @@
+"""What speaks against a map: numbers that make sense in another unit, on the other side of the gears, or in other
+columns.
+
+Positions are held against the limits of the cell, everything else against what the simulator shows for the same motion.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import kr5
+import kr5.cell
+import numpy as np
+
+from kr5_tools.log_import.map_file import WRENCH
+
+FACTOR = 1.6  # a scale within this factor of one that a wrong unit gives is taken for it
+ALIKE = 0.8  # correlation of a column with its simulation, from which it is recognised
+GRAVITY = 5.0  # standard deviations of a torque that gravity must make to be missed
+
+
+@dataclass
+class LogProblem:
+    experiment: str
+    column: str
+    found: str
+    expected: str
+    remedy: str
+
+    def text(self) -> str:
+        return f"{self.experiment}: {self.column}: found {self.found}, expected {self.expected}; {self.remedy}"
+
+
+def check_log(cell: Any, experiment: Any) -> list[LogProblem]:
+    """What speaks against the numbers of an experiment, position first; torques of wrong positions are not judged."""
+    out = _positions(cell, experiment) + _speeds(cell, experiment)
+    if not out and str(experiment.kind) == "motion":
+        out += _loads(cell, experiment)
+    if str(experiment.kind) == "poses":
+        out += _poses(cell, experiment)
+    return out
+
+
+def _family(experiment: Any, stem: str, n: int) -> np.ndarray | None:
+    names = [f"{stem}{i + 1}" for i in range(n)]
+    return np.column_stack([experiment[c] for c in names]) if names[0] in experiment.data else None
+
+
+def _positions(cell: Any, e: Any) -> list[LogProblem]:
+    """Joint values beyond the limits, and the unit or side of the gears with which they would lie within."""
+    limits, n = cell.robot.limits, cell.robot.joints
+    out: list[LogProblem] = []
+    if limits is None:
+        return out
+    low, high = np.asarray(limits.lower), np.asarray(limits.upper)
+    turns = np.array([str(j.type) == "revolute" for j in cell.robot.dh])
+    room = 0.05 * np.where(np.isfinite(high - low), high - low, 0) + 0.01
+    ratio = np.abs(np.diag(np.asarray(cell.drives.structure))) if cell.drives else np.ones(n)
+
+    def within(q: np.ndarray) -> bool:
+        return bool(np.all((q >= low - room) & (q <= high + room)))
+
+    commands = _family(e, "qc", n)
+    for stem in ("qc", "q"):
+        q = _family(e, stem, n)
+        if q is None:
+            continue
+        to_rad = np.where(turns, np.pi / 180, 1e-3)
+        if not within(q):
+            j = int(np.argmax(np.maximum(q.max(0) - high, low - q.min(0))))
+            readings = [
+                (scale, text)
+                for scale, text in (
+                    (to_rad, "as degrees (mm for a slide): unit: deg"),
+                    (1 / to_rad, "as radians (m for a slide): unit: rad"),
+                    (1 / ratio, "on the motor side: side: motor"),
+                    (to_rad / ratio, "as degrees on the motor side: unit: deg, side: motor"),
+                )
+                if within(q * scale)
+            ]
+            if (
+                stem == "q" and commands is not None and within(commands)
+            ):  # of several, the one that follows the commands
+                readings.sort(key=lambda r: np.median(np.abs(q * r[0] - commands)))
+            remedy = (
+                f"the numbers make sense {readings[0][1]} in columns.{stem}"
+                if readings
+                else f"look at columns.{stem}, its order and its offsets"
+            )
+            out.append(
+                LogProblem(
+                    e.name,
+                    f"{stem}{j + 1}",
+                    f"{q[:, j].min():.4g} to {q[:, j].max():.4g}",
+                    f"{low[j]:.4g} to {high[j]:.4g}",
+                    remedy,
+                )
+            )
+        elif turns.all() and within(q / to_rad) and np.abs(q).max() < 0.12 and np.ptp(q, axis=0).max() > 1e-3:
+            out.append(
+                LogProblem(
+                    e.name,
+                    f"{stem}1 to {stem}{n}",
+                    f"no joint farther than {np.abs(q).max():.3g} rad from zero",
+                    "a motion of some size",
+                    f"are the numbers radians that the map takes for degrees? unit: rad in columns.{stem}",
+                )
+            )
+    return out + _following(e, n)
+
+
+def _following(e: Any, n: int) -> list[LogProblem]:
+    """A measured joint follows its own command."""
+    q, qc = _family(e, "q", n), _family(e, "qc", n)
+    if q is None or qc is None:
+        return []
+    off = np.array([[np.median(np.abs(q[:, j] - qc[:, k])) for k in range(n)] for j in range(n)])
+    out = []
+    for j in range(n):
+        k = int(np.argmin(off[j]))
+        if k != j and off[j, j] > 0.1 and off[j, k] < 0.2 * off[j, j]:
+            out.append(
+                LogProblem(
+                    e.name,
+                    f"q{j + 1}",
+                    f"that it follows qc{k + 1}, and is {off[j, j]:.3g} from qc{j + 1}",
+                    "its own command",
+                    "columns are swapped: look at the order of names in columns.q and columns.qc",
+                )
+            )
+    return out
+
+
+def _speeds(cell: Any, e: Any) -> list[LogProblem]:
+    """The clock against the limits of speed and the cycle of the servo."""
+    n, limits = cell.robot.joints, cell.robot.limits
+    q = _family(e, "qc", n) if str(e.kind) == "motion" else None
+    if q is None or len(q) < 10:
+        return []
+    t = np.asarray(e["t"])
+    step = float(np.median(np.diff(t)))
+    cycle = cell.servo.cycle if cell.servo else None
+    wrong = ""
+    if limits is not None and len(limits.velocity):
+        limit = np.asarray(limits.velocity)
+        speed = np.quantile(np.abs(np.diff(q, axis=0)) / np.diff(t)[:, None], 0.99, axis=0) / limit
+        if speed.max() > 3.0 or (speed.max() < 3e-3 and np.ptp(q, axis=0).max() > 0.05):
+            wrong = f"joints that move at {speed.max():.3g} times their limit of speed"
+    if cycle and not wrong and (step > 50 * cycle or step < cycle / 50):
+        wrong = f"a row every {step:.3g} s"
+    if not wrong:
+        return []
+    remedy = "look at clock in the map"
+    for unit, scale in (("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9), ("s", 1e3)):
+        if (cycle and 1 / 3 < step * scale / cycle < 3) or (not cycle and 2e-4 < step * scale < 0.2):
+            remedy = (
+                f"the clock makes sense with unit: {unit}"
+                if unit != "s"
+                else "the clock makes sense in a unit a thousand times longer"
+            )
+            break
+    return [
+        LogProblem(
+            e.name,
+            "t",
+            wrong,
+            f"a row about every {cycle:g} s" if cycle else "speeds within the limits of the cell",
+            remedy,
+        )
+    ]
+
+
+def _loads(cell: Any, e: Any) -> list[LogProblem]:
+    """Currents, torques and wrench against the simulation of the same motion."""
+    import kr5.predict
+
+    try:
+        shown = kr5.predict.FastSimulator().predict(cell, e)
+    except kr5.Error:
+        return []
+    n, out = cell.robot.joints, []
+    for names in (
+        [f"i{k + 1}" for k in range(n)],
+        [f"tau{k + 1}" for k in range(n)],
+        list(WRENCH[:3]),
+        list(WRENCH[3:]),
+    ):
+        if names[0] in e.data and names[0] in shown:
+            got = np.column_stack([e[c] for c in names])
+            model = np.column_stack([shown[c] for c in names])
+            out += (
+                _scale(cell, e, names, got, model)
+                or _swapped(e, names, got, model)
+                or _unexplained(e, names, got, model)
+            )
+    return out
+
+
+def _correlations(got: np.ndarray, model: np.ndarray) -> np.ndarray:
+    """Of each recorded column (row) with each simulated one."""
+    a, b = got - got.mean(0), model - model.mean(0)
+    lengths = np.linalg.norm(a, axis=0)[:, None] * np.linalg.norm(b, axis=0)[None, :]
+    return np.asarray((a.T @ b) / np.maximum(lengths, 1e-30))
+
+
+def _scale(cell: Any, e: Any, names: list[str], got: np.ndarray, model: np.ndarray) -> list[LogProblem]:
+    """A factor that all columns share, as a wrong unit, sign or side of the gears gives."""
+    own = np.diag(_correlations(got, model))
+    known = np.abs(own) > ALIKE
+    if known.sum() < max(1, len(names) // 3):
+        return []
+    slope = ((got - got.mean(0)) * (model - model.mean(0))).sum(0) / np.maximum(
+        ((model - model.mean(0)) ** 2).sum(0), 1e-30
+    )
+    if not (slope[known] > 0).all() and (slope[known] < 0).all():
+        return [
+            LogProblem(
+                e.name,
+                f"{names[0]} to {names[-1]}",
+                "the sign opposite to what the simulation shows",
+                "the same sign",
+                "say scale: -1 beside it in the map (or correct the directions of the joints)",
+            )
+        ]
+    backward = [c for c, k, s in zip(names, known, slope) if k and s < 0]
+    if backward:
+        return [
+            LogProblem(
+                e.name,
+                ", ".join(backward),
+                "the sign opposite to what the simulation shows",
+                "the same sign as in the other columns",
+                "give scale as a list with -1 there, here and for the positions of the joint if it turns the other way",
+            )
+        ]
+    for factor, text in _factors(cell, names):
+        near = np.abs(np.log(slope[known] / factor[known])) < np.log(FACTOR)
+        beside = np.abs(np.log(slope[known])) < np.log(FACTOR)
+        if near.mean() > 0.7 and beside.mean() < 0.5:
+            return [
+                LogProblem(
+                    e.name,
+                    f"{names[0]} to {names[-1]}",
+                    f"{np.median(slope[known]):.3g} times what the simulation shows",
+                    "about once",
+                    text,
+                )
+            ]
+    off = float(np.exp(np.median(np.log(slope[known]))))
+    if off > 3 or off < 1 / 3:
+        return [
+            LogProblem(
+                e.name,
+                f"{names[0]} to {names[-1]}",
+                f"{off:.3g} times what the simulation shows",
+                "about once",
+                "look at unit and side in the map, and at torque constants, structure and masses of the cell",
+            )
+        ]
+    return []
+
+
+def _factors(cell: Any, names: list[str]) -> list[tuple[np.ndarray, str]]:
+    n = len(names)
+    out = [
+        (
+            np.full(n, 1e3),
+            {"i": "unit: mA", "t": "the unit is a thousandth of the one in the map", "f": "unit: mN"}[names[0][0]],
+        ),
+        (np.full(n, 1e-3), "the unit is a thousand times the one in the map, or the log is in base units"),
+    ]
+    if cell.drives is None or n != cell.robot.joints:
+        return out
+    ratio = np.abs(np.diag(np.asarray(cell.drives.structure)))
+    constant = np.asarray(cell.drives.torque_constant)
+    if names[0][0] == "i":
+        return [
+            *out,
+            (constant, "they are torques of the motors: unit: N m, side: motor"),
+            (constant * ratio, "they are torques of the joints: unit: N m"),
+        ]
+    return [
+        *out,
+        (1 / ratio, "they are torques on the motor side: side: motor"),
+        (1 / (ratio * constant), "they are currents: unit: A"),
+    ]
+
+
+def _swapped(e: Any, names: list[str], got: np.ndarray, model: np.ndarray) -> list[LogProblem]:
+    c = _correlations(got, model)
+    for j in range(len(names)):
+        for k in range(j + 1, len(names)):
+            own, other = min(c[j, j], c[k, k]), min(c[j, k], c[k, j])
+            if other > ALIKE and other > own + 0.3:
+                return [
+                    LogProblem(
+                        e.name,
+                        f"{names[j]} and {names[k]}",
+                        f"each like the simulation of the other (correlation {other:.2f}, own {own:.2f})",
+                        "each like its own",
+                        "the two columns are swapped: exchange their names in the map",
+                    )
+                ]
+    return []
+
+
+def _unexplained(e: Any, names: list[str], got: np.ndarray, model: np.ndarray) -> list[LogProblem]:
+    """The column in which the simulation sees the largest load shows nothing of it."""
+    c = np.diag(_correlations(got, model))
+    j = int(np.argmax(model.std(0)))
+    rest = np.median(np.abs(np.diff(got[:, j], 2))) / 1.65 + 1e-12
+    if c[j] < 0.3 and model[:, j].std() > GRAVITY * rest:
+        return [
+            LogProblem(
+                e.name,
+                names[j],
+                f"a correlation of {c[j]:.2f} with the simulation",
+                "gravity and inertia of the arm to be seen",
+                "is this the right column, was gravity taken out of it by the controller, does the cell's gravity point"
+                " the right way, and are joint directions and zeros those of the log?",
+            )
+        ]
+    return []
+
+
+def _poses(cell: Any, e: Any) -> list[LogProblem]:
+    """Tool positions against where the cell puts the tool: another unit, or measured in another frame."""
+    n = cell.robot.joints
+    q, seen = _family(e, "q", n), np.column_stack([e[c] for c in "xyz"])
+    if q is None:
+        return []
+    tip = np.array([cell.T_base_tool(row)[:3, 3] for row in q])
+    off = float(np.median(np.linalg.norm(seen - tip, axis=1)))
+    reach = float(np.median(np.linalg.norm(tip, axis=1)))
+    if off < 0.05 * max(reach, 0.1):
+        return []
+    spread = float(np.linalg.norm(seen.std(0))) / max(float(np.linalg.norm(tip.std(0))), 1e-9)
+    for scale, text in ((1e3, "position: mm"), (1e2, "position: cm"), (1e-3, "position: m, not mm")):
+        if 1 / FACTOR < spread / scale < FACTOR:
+            return [
+                LogProblem(
+                    e.name,
+                    "x y z",
+                    f"positions that spread {spread:.3g} times as far as the cell's tool",
+                    "about as far",
+                    f"say {text}",
+                )
+            ]
+    a, b = seen - seen.mean(0), tip - tip.mean(0)
+    U, _, V = np.linalg.svd(a.T @ b)
+    R = V.T @ np.diag([1, 1, np.linalg.det(V.T @ U.T)]) @ U.T
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = R, tip.mean(0) - R @ seen.mean(0)
+    left = float(np.median(np.linalg.norm(a @ R.T - b, axis=1)))
+    if left < 0.2 * off:
+        pose = ", ".join(f"{x:.5g}" for x in kr5.to_xyzrpy(T))
+        return [
+            LogProblem(
+                e.name,
+                "x y z",
+                f"a tool {1e3 * off:.4g} mm from where the cell puts it, {1e3 * left:.3g} mm after a shift and a turn",
+                "poses in the base of the robot",
+                f"the device measures in its own frame: device: [{pose}] in columns.tool",
+            )
+        ]
+    return [
+        LogProblem(
+            e.name,
+            "x y z",
+            f"a tool {1e3 * off:.4g} mm (median) from where the cell puts it",
+            "agreement within a few per cent of the reach",
+            "are joint angles, their order and the cell's tool right?",
+        )
+    ]

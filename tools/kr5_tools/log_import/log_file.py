@@ -1,0 +1,157 @@
+"""Logs as they come: CSV, NPZ and MCAP files, read into columns of numbers by name."""
+
+import csv
+import io
+import math
+import zipfile
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+
+from kr5_tools.cli import terminal
+from kr5_tools.files.documents import read_text
+from kr5_tools.log_import.log import Log
+
+MAX_BYTES = 1 << 30  # of a text
+MAX_COLUMNS = 20_000
+MAX_ARRAY_BYTES = 2 << 30  # of an array
+ENDINGS = ("csv", "txt", "tsv", "dat", "log", "npz", "mcap")
+
+
+def read_log(file: Path, header: list[str] | None = None) -> Log:
+    """Reads a log. `header` names the columns of a text file that has none."""
+    if not file.is_file():
+        terminal.fail(f"{file}: no such file; expected a log ({', '.join('.' + e for e in ENDINGS)})")
+    ending = file.suffix.lower().lstrip(".")
+    if ending not in ENDINGS:
+        terminal.fail(f"{file}: found the ending '.{ending}', expected one of {', '.join('.' + e for e in ENDINGS)}")
+    if ending == "npz":
+        return _read_npz(file)
+    if ending == "mcap":
+        from kr5_tools.log_import.mcap_file import read_mcap
+
+        return read_mcap(file)
+    return _read_text(file, header)
+
+
+def _read_text(file: Path, header: list[str] | None) -> Log:
+    text = read_text(file, "a table of numbers under a line of names", MAX_BYTES)
+    lines = [(i, line) for i, line in enumerate(text.splitlines(), 1) if line.strip() and line.lstrip()[0] not in "#%"]
+    if not lines:
+        terminal.fail(f"{file}: is empty; expected a line of column names and rows of numbers")
+    delimiter = next((d for d in (";", "\t", ",") if d in lines[0][1]), None)
+    split = (lambda s: next(csv.reader([s], delimiter=delimiter))) if delimiter else str.split
+    try:
+        rows = [(i, [c.strip() for c in split(line)]) for i, line in lines]
+    except csv.Error as error:
+        terminal.fail(f"{file}: is no table ({error}); expected a line of column names and rows of numbers")
+    names = header or rows.pop(0)[1]
+    if not header and all(_is_number(c) for c in names):
+        terminal.fail(
+            f"{file}: line {lines[0][0]}: found only numbers, expected the names of the columns; name them in the map: "
+            f"header: [{', '.join(f'column{i + 1}' for i in range(len(names)))}]"
+        )
+    if names and not names[-1]:  # a delimiter at the end of every line
+        names, rows = names[:-1], [(i, r[:-1] if len(r) == len(names) and not r[-1] else r) for i, r in rows]
+    if not rows:
+        terminal.fail(f"{file}: has a line of names and no row of numbers")
+    _check_shape(file, names, rows)
+    log = Log(file, lines=np.array([i for i, _ in rows]))
+    for k, name in enumerate(names):
+        _add_text_column(log, name, [r[k] for _, r in rows], delimiter)
+    return log
+
+
+def _check_shape(file: Path, names: list[str], rows: list[tuple[int, list[str]]]) -> None:
+    twice = {n for n, count in Counter(names).items() if count > 1}
+    if twice or "" in names:
+        found = f"the name '{sorted(twice)[0]}' twice" if twice else "a column without a name"
+        terminal.fail(
+            f"{file}: line of names: found {found}, expected a name of its own for each column; give them in the map "
+            "(header: [...]) and delete that line"
+        )
+    bad = [(i, len(r)) for i, r in rows if len(r) != len(names)]
+    if bad:
+        number, count = bad[0]
+        more = f", and {len(bad) - 1} more such lines" if len(bad) > 1 else ""
+        remedy = (
+            "was the log cut off while it was written? Delete that line"
+            if number == rows[-1][0]
+            else "correct or delete the line"
+        )
+        terminal.fail(
+            f"{file}: line {number}: found {count} values, expected {len(names)}, one a column{more}; {remedy}"
+        )
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _add_text_column(log: Log, name: str, texts: list[str], delimiter: str | None) -> None:
+    """Empty cells become NaN. Decimal commas are understood where columns are not parted by commas."""
+    cells = [t or "nan" for t in texts]
+    if delimiter != "," and any("," in c for c in cells):
+        cells = [c.replace(",", ".") for c in cells]
+    try:
+        log.add(name, np.array(cells, float), "")
+    except ValueError:
+        at = next(i for i, c in enumerate(cells) if not _is_number(c))
+        log.words[name] = (0 if log.lines is None else int(log.lines[at]), texts[at])
+
+
+def _read_npz(file: Path) -> Log:
+    """Arrays by name; `q` of n x 6 becomes `q[0]` ... `q[5]`. Arrays of one length are one stream."""
+    log = Log(file)
+    try:
+        arrays = _load_arrays(file)
+    except (
+        Exception
+    ) as error:  # what zip, its decompressors and the parser of headers raise at damaged bytes is no closed list
+        why = str(error).split("\n")[0][:200] or type(error).__name__
+        terminal.fail(f"{file}: cannot be read as NPZ: {why}; expected arrays of numbers saved with numpy.savez")
+    for name, values in arrays.items():
+        flat = values.reshape(len(values), math.prod(values.shape[1:]))
+        if len(log.columns) + flat.shape[1] > MAX_COLUMNS:
+            terminal.fail(f"{file}: {name}: found {flat.shape[1]} columns, expected at most {MAX_COLUMNS} in a log")
+        for k in range(flat.shape[1]):
+            log.add(name if values.ndim == 1 else f"{name}[{k}]", flat[:, k], f"{len(values)} rows")
+    if not log.columns:
+        terminal.fail(f"{file}: holds no array of numbers")
+    return log
+
+
+def _load_arrays(file: Path) -> dict[str, np.ndarray]:
+    """The arrays of numbers with rows. What an array says of its size is not believed before it is seen that the
+    file holds so much.
+    """
+    out = {}
+    with zipfile.ZipFile(file) as archive:
+        for member in archive.infolist():
+            if not member.filename.endswith(".npy"):
+                continue
+            if member.file_size > MAX_ARRAY_BYTES:
+                raise ValueError(f"{member.filename} is larger than {MAX_ARRAY_BYTES >> 20} MiB")
+            data = archive.read(member)
+            values = np.lib.format.read_array(io.BytesIO(_checked(data, member.filename)), allow_pickle=False)
+            if values.ndim and len(values) and values.dtype.kind in "fiub":
+                out[member.filename.removesuffix(".npy")] = values
+    return out
+
+
+def _checked(data: bytes, name: str) -> bytes:
+    """The bytes of an array, unless its header tells of more than they are."""
+    stream = io.BytesIO(data)
+    read_header = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
+    version = np.lib.format.read_magic(stream)
+    if version not in read_header:
+        raise ValueError(f"{name} is of version {version[0]}.{version[1]}, expected 1.0 or 2.0")
+    shape, _, dtype = read_header[version](stream)
+    if math.prod(shape) * dtype.itemsize > len(data):
+        raise ValueError(f"{name} tells of {shape} values, more than it holds")
+    return data

@@ -1,0 +1,357 @@
+"""What the columns of a log mean: format `kr5-map/1`, a YAML file written by hand or by `kr5 recording guess`."""
+
+import difflib
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal, NoReturn
+
+from pydantic import Field, field_validator, model_validator
+
+from kr5_tools.cli import terminal
+from kr5_tools.files.documents import (
+    Document,
+    Pose,
+    PositiveNumber,
+    check_names,
+    fail_at,
+    name_of_field,
+    parse_yaml,
+    read_text,
+    validate_document,
+)
+from kr5_tools.log_import.units import unit_factor
+
+WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
+JOINT_FAMILIES = ("q", "qc", "i", "tau")
+
+EXAMPLE = """\
+format: kr5-map/1
+cell: cell.yaml                     # beside this file
+clock: {column: time, unit: ms}     # or {every: 0.004} for a log without a clock
+columns:
+  qc: {from: "cmd_{}", unit: deg}   # {} counts joints from 1, {0} from 0; or a list of names
+  q: {from: "pos_{}", unit: deg}
+  i: {from: "cur_{}", unit: mA}
+  wrench: {from: [Fx, Fy, Fz, Mx, My, Mz], unit: [N, N m], frame: [0, 0, 0, 0, 0, 1.5708]}
+resample: {every: 0.012, low_pass: 30}
+experiments:
+- {name: motion-1, kind: motion, split: fit, to: 20}
+- {name: motion-2, kind: motion, split: check, from: 20}
+"""
+
+KEYS = """\
+unit: rad deg mrad turn, m cm mm um, A mA, N kN mN, N m, N mm, mN m, s ms us ns
+scale, offset: (number of the log * scale + offset) * unit; a number, or a list with one a joint
+side: motor: of angles and torques on the motors, which the cell's structure matrix takes to the joints (tau from A, \
+i from N m: by its torque constants)
+frame: pose x y z roll pitch yaw of the sensor of the log in S; scale: -1 where the log has what the tool exerts
+missing: interpolate or drop rows without a number; by default they are refused
+log, clock: of columns in another file, or with a clock of their own: they are brought to the main one by \
+resample.method
+clock: column, unit, offset [s], every [s], repair: sort (rows out of order), max_gap [s]
+resample: every [s], method: linear, cubic or previous, low_pass [Hz]
+qc from: measured, where no commands were logged
+tool, for kind poses: from (x, y, z and the rotation), position: mm, rotation: quaternion_xyzw, quaternion_wxyz, \
+rotation_vector, rpy, kuka_abc or matrix, angle: deg, device: pose of the measuring device in B, mark: pose of the \
+measured body in E
+experiments: name, kind, split, from and to [s], log, columns of their own
+header: names of the columns of a text file without them
+"""
+
+
+class Clock(Document):
+    """Where the times of a log stand, or the interval between its rows."""
+
+    column: str | None = None
+    unit: str = "s"
+    every: PositiveNumber | None = Field(None, description="interval of a log without a clock [s]")
+    offset: float = Field(0.0, description="[s]")
+    repair: Literal["sort"] | None = None
+    max_gap: PositiveNumber | None = Field(None, description="[s]")
+
+    @model_validator(mode="after")
+    def _column_or_interval(self) -> "Clock":
+        if (self.column is None) == (self.every is None):
+            raise ValueError("either column: NAME (and its unit), or every: SECONDS for a log without a clock")
+        return self
+
+    def seconds(self) -> float:
+        return unit_factor(self.unit, ("time",), "clock")[0]
+
+
+class Resampling(Document):
+    every: PositiveNumber | None = Field(None, description="[s]")
+    method: Literal["linear", "cubic", "previous"] = "linear"
+    low_pass: PositiveNumber | None = Field(None, description="[Hz]")
+
+
+class ExperimentEntry(Document):
+    name: str = Field(min_length=1)
+    kind: Literal["motion", "poses", "views", "scan", "step", "press", "profile"]
+    split: Literal["fit", "check"]
+    begin: float | None = Field(None, alias="from", description="seconds since the beginning of the log")
+    end: float | None = Field(None, alias="to", description="seconds since the beginning of the log")
+    log: str | None = None
+    columns: dict[str, Any] = {}
+
+
+class SourceEntry(Document):
+    columns: str | list[str | int] | None = Field(None, alias="from", description="column of the log, or one each")
+    value: float | list[float] | None = None
+    unit: str | list[str] | None = None
+    scale: float | list[float] = 1.0
+    offset: float | list[float] = 0.0
+    side: Literal["joint", "motor"] = "joint"
+    frame: Pose | None = None
+    log: str | None = None
+    clock: Clock | None = None
+    missing: Literal["fail", "interpolate", "drop"] = "fail"
+
+    @model_validator(mode="after")
+    def _column_or_value(self) -> "SourceEntry":
+        if (self.columns is None) == (self.value is None):
+            raise ValueError("either from: the column of the log, or value: a number that holds throughout")
+        return self
+
+
+class ToolEntry(Document):
+    columns: list[str | int] = Field(alias="from", description="a list of columns: x, y, z and those of the rotation")
+    position: str = "m"
+    rotation: str = "quaternion_xyzw"
+    angle: str = "rad"
+    device: Pose = [0.0] * 6
+    mark: Pose = [0.0] * 6
+
+
+class MapFile(Document):
+    format: Literal["kr5-map/1"]
+    cell: str = Field(min_length=1, description="the cell file, such as cell.yaml")
+    clock: Clock | None = None
+    columns: dict[str, Any] = Field(
+        min_length=1, description='what each family of columns comes from, such as q: {from: "pos_{}", unit: deg}'
+    )
+    resample: Resampling = Resampling()
+    experiments: list[ExperimentEntry] = Field(
+        min_length=1, description="a list such as [{name: motion-1, kind: motion, split: fit}]"
+    )
+    header: list[str | int] | None = None
+
+    @field_validator("experiments")
+    @classmethod
+    def _names_differ(cls, experiments: list[ExperimentEntry]) -> list[ExperimentEntry]:
+        check_names([e.name for e in experiments])
+        return experiments
+
+
+@dataclass
+class Source:
+    """Where a family of columns comes from; lists have one value a member."""
+
+    where: str
+    members: list[str]
+    names: list[str] = field(default_factory=list)
+    value: list[float] | None = None
+    measured: bool = False  # of commands: what was measured stands for them
+    unit: list[str] = field(default_factory=list)
+    scale: list[float] = field(default_factory=list)
+    offset: list[float] = field(default_factory=list)
+    side: str = "joint"
+    frame: list[float] | None = None
+    log: str | None = None
+    clock: Clock | None = None
+    missing: str = "fail"
+
+
+@dataclass
+class Tool:
+    """Poses measured from outside: of a body carried by the tool, in the frame of the device that measures."""
+
+    where: str
+    names: list[str]
+    position: str = "m"
+    rotation: str = "quaternion_xyzw"
+    angle: str = "rad"
+    device: list[float] = field(default_factory=lambda: [0.0] * 6)
+    mark: list[float] = field(default_factory=lambda: [0.0] * 6)
+
+
+@dataclass
+class Experiment:
+    """An experiment of the map with the sources of its columns."""
+
+    entry: ExperimentEntry
+    sources: dict[str, Source | Tool]
+
+    def span(self) -> tuple[float, float]:
+        """Where it begins and ends in the log [s]."""
+        begin, end = self.entry.begin, self.entry.end
+        return (-math.inf if begin is None else begin, math.inf if end is None else end)
+
+
+@dataclass
+class Map:
+    file: Path
+    cell: Path
+    joints: int
+    clock: Clock | None
+    resample: Resampling
+    experiments: list[Experiment]
+    header: list[str] | None = None
+
+    def fail(self, text: str) -> NoReturn:
+        terminal.fail(f"{self.file}: {text}")
+
+
+def load_map(file: Path) -> Map:
+    """Reads a map and checks its form; ends with an error that names field, what was found and what was expected."""
+    import kr5.cell
+
+    text = read_text(file)
+    entry = validate_document(parse_yaml(text, file), MapFile, file, text)
+    cell = file.parent / entry.cell
+    joints = kr5.cell.load_cell(cell).robot.joints
+    if entry.clock:
+        unit_factor(entry.clock.unit, ("time",), f"{file}: clock")
+    _check_families(entry.columns, ALL_FAMILIES, file, ("columns",), text)
+    experiments = [_experiment(file, text, entry, index, joints) for index in range(len(entry.experiments))]
+    header = None if entry.header is None else [str(name) for name in entry.header]
+    return Map(file, cell, joints, entry.clock, entry.resample, experiments, header)
+
+
+def _check_families(
+    given: dict[str, Any], known: Sequence[str], file: Path, at: tuple[int | str, ...], text: str
+) -> None:
+    for name in given:
+        if name not in known:
+            near = difflib.get_close_matches(str(name), known, 1, 0.6)
+            fail_at(file, at, f"unknown key '{name}', expected {near[0] if near else ', '.join(known)}", text)
+
+
+def _experiment(file: Path, text: str, map: MapFile, index: int, joints: int) -> Experiment:
+    import kr5.cell
+
+    entry = map.experiments[index]
+    at = ("experiments", index, "columns")
+    columns = kr5.cell.columns(kr5.cell.Kind(entry.kind), joints)
+    families = [f for f in dict.fromkeys(column_family(c.name) for c in columns) if f != "t"]
+    families += ["tool"] if entry.kind == "poses" else []
+    _check_families(entry.columns, families, file, at, text)
+    sources = {}
+    for name in families:
+        own = name in entry.columns
+        if own or name in map.columns:
+            members = [c.name for c in columns if column_family(c.name) == name]
+            place: tuple[int | str, ...] = (*at, name) if own else ("columns", name)
+            data = entry.columns[name] if own else map.columns[name]
+            sources[name] = read_source(data, name, members, file, place, text)
+    return Experiment(entry, sources)
+
+
+def column_family(column: str) -> str:
+    """`q` of q3, `wrench` of fx; other columns stand alone."""
+    if column in WRENCH:
+        return "wrench"
+    stem = column.rstrip("0123456789")
+    return stem if stem in JOINT_FAMILIES and stem != column else column
+
+
+ALL_FAMILIES = (
+    *JOINT_FAMILIES,
+    "wrench",
+    "tool",
+    "pose",
+    "view",
+    "line",
+    "run",
+    "marker",
+    "corner",
+    "u",
+    "v",
+    "speed",
+    "x",
+    "y",
+    "z",
+    "qw",
+    "qx",
+    "qy",
+    "qz",
+    "sphere",
+    "zc",
+    "tilt",
+    "alpha",
+    "cx",
+    "cy",
+    "fc",
+)
+
+
+def read_source(
+    data: Any, name: str, members: list[str], file: Path, at: tuple[int | str, ...], text: str
+) -> Source | Tool:
+    """Where a family of columns comes from; `at` is where the map says it."""
+    where = f"{file}: {name_of_field(at)}"
+    if name == "tool":
+        tool = validate_document(data, ToolEntry, file, text, at)
+        names = [str(column) for column in tool.columns]
+        return Tool(where, names, tool.position, tool.rotation, tool.angle, tool.device, tool.mark)
+    entry = validate_document({"from": data} if isinstance(data, str) else data, SourceEntry, file, text, at)
+    n = len(members)
+    measured = entry.columns == "measured" and name == "qc"
+    if entry.clock:
+        unit_factor(entry.clock.unit, ("time",), f"{where}.clock")
+    return Source(
+        where,
+        members,
+        names=[] if entry.columns is None or measured else names_of(entry.columns, n, where),
+        value=None if entry.value is None else _numbers(entry.value, n, where, "value"),
+        measured=measured,
+        unit=_units(entry.unit, n, where, name),
+        scale=_numbers(entry.scale, n, where, "scale"),
+        offset=_numbers(entry.offset, n, where, "offset"),
+        side=entry.side,
+        frame=entry.frame,
+        log=entry.log,
+        clock=entry.clock,
+        missing=entry.missing,
+    )
+
+
+def names_of(given: Any, n: int, where: str) -> list[str]:
+    """Columns of the log, one a member: a list, a pattern with {} (or {0}) to count, or one name for one member."""
+    if isinstance(given, list):
+        names = [str(g) for g in given]
+    elif n == 1 and "{" not in str(given):
+        names = [str(given)]
+    else:
+        first = 0 if "{0}" in str(given) else 1
+        mark = next((m for m in ("{0}", "{1}", "{}") if m in str(given)), None)
+        if mark is None:
+            terminal.fail(
+                f"{where}: from: found '{given}', expected {n} names, or one with {{}} where the joint is counted"
+            )
+        names = [str(given).replace(mark, str(first + i)) for i in range(n)]
+    if len(names) != n:
+        terminal.fail(f"{where}: from: found {len(names)} names, expected {n}")
+    return names
+
+
+def _units(given: Any, n: int, where: str, name: str) -> list[str]:
+    if given is None:
+        if name in ("pose", "view", "line", "run", "marker", "corner", "sphere", "qw", "qx", "qy", "qz"):
+            return ["-"] * n
+        terminal.fail(f"{where}: unit: is missing; expected the unit in the log, such as deg, rad, mm, A, mA, N m")
+    if name == "wrench" and isinstance(given, list) and len(given) == 2:
+        return [str(given[0])] * 3 + [str(given[1])] * 3
+    units = [str(u) for u in given] if isinstance(given, list) else [str(given)] * n
+    if len(units) != n:
+        terminal.fail(f"{where}: unit: found {len(units)}, expected one, or {n}")
+    return units
+
+
+def _numbers(given: float | list[float], n: int, where: str, key: str) -> list[float]:
+    values = given if isinstance(given, list) else [given] * n
+    if len(values) != n:
+        terminal.fail(f"{where}: {key}: found {given!r}, expected a number, or a list of {n}")
+    return [float(v) for v in values]

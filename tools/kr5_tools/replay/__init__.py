@@ -1,0 +1,1 @@
+"""A page in which a cell moves as it was recorded: `kr5 replay`."""

@@ -1,0 +1,1 @@
+"""The page of any result file: `kr5 report`."""

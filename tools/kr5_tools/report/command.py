@@ -1,0 +1,319 @@
+"""`kr5 report`: one self-contained page for any result file, and every plot as PNG."""
+
+import base64
+import contextlib
+import io
+import math
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from kr5_tools.cli import arguments, tables, terminal
+from kr5_tools.files import results, writing
+from kr5_tools.pages.rendering import embed_plot, render_page, script_json, write_png
+from kr5_tools.targets.detection_table import COLUMNS as SEEN_COLUMNS
+from kr5_tools.targets.detection_table import seen_table
+
+app = typer.Typer()
+
+TITLES = {
+    "kr5-camera/1": "Camera calibration",
+    "kr5-hand-eye/1": "Hand-eye calibration",
+    "kr5-tool/1": "Tool centre point",
+    "kr5-timed-hand-eye/1": "Hand-eye calibration with clocks",
+    "kr5-marker-map/1": "Marker map",
+    "kr5-detection/1": "Detection",
+}
+MOST_THUMBNAILS = 60
+SMALL, DRAWN = 220, 640  # longest side of a thumbnail [px]: of an image, and of a drawing, whose words are to be read
+# Columns of the table of views: key, heading, factor, what rounds it.
+VIEW_COLUMNS = (
+    ("points", "points", 1.0, "{:.0f}"),
+    ("rms_px", "RMS [px]", 1.0, "{:.3f}"),
+    ("weight", "weight [-]", 1.0, "{:.2f}"),
+    ("robot_position", "robot error [mm]", 1e3, "{:.3f}"),
+    ("robot_rotation", "robot error [deg]", 180 / math.pi, "{:.3f}"),
+    ("distance", "tip error [mm]", 1e3, "{:.3f}"),
+    ("noise_px", "noise [px]", 1.0, "{:.3f}"),
+    ("tilt_deg", "tilt [deg]", 1.0, "{:.1f}"),
+    ("influence", "influence [-]", 1.0, "{:.1f}"),
+)
+
+
+@app.command(epilog="Example: kr5 report result.json -o report.html --png plots")
+def report(
+    result: Annotated[
+        Path, typer.Argument(metavar="RESULT.json", help="Result file, written by a kr5 command with -o.")
+    ],
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="The page.")] = Path("report.html"),
+    png: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder for every plot as PNG.")] = None,
+    recording: Annotated[
+        Path | None,
+        typer.Option(metavar="FOLDER", help="Recording of a diagnosis, when it is not where the result file says."),
+    ] = None,
+    json_file: arguments.JsonOption = None,
+) -> None:
+    """Self-contained page of a result file (no network, no other files), and its plots as PNG."""
+    writing.check_writable(output, json_file, inputs=[result])
+    data = results.read_result(result)
+    if data["format"] == "kr5-gap/1":
+        from kr5_tools.gap_report.page import write_gap_report
+
+        written = write_gap_report(data, result, output, png, recording)
+    else:
+        written = write_report(data, result, output, png)
+    writing.write_json({"report": str(output), "png": [str(f) for f in written]}, json_file)
+    out = terminal.console(json_file)
+    out.print(f"report: {output}", soft_wrap=True)
+    for file in written:
+        out.print(f"plot:   {file}", soft_wrap=True)
+
+
+def write_report(data: dict[str, Any], source: Path, output: Path, png: Path | None = None) -> list[Path]:
+    """Writes the page and, if asked, the plots; returns the files of the plots."""
+    import matplotlib.pyplot as plt
+
+    from kr5_tools.calibrate import plots
+    from kr5_tools.pages.plot_style import STYLE
+
+    drawn: list[Any] = []
+    try:
+        with terminal.spinner("Drawing the plots …"), plt.rc_context(STYLE):
+            drawn = plots.plots_of(data)
+            page = make_page(data, source, drawn)
+            writing.write_text(page, output)
+            return write_png(drawn, png) if png else []
+    except (TypeError, ValueError, KeyError, AttributeError, IndexError) as error:
+        terminal.fail(
+            f"{source}: is not a valid result file ({type(error).__name__}: {error}); write it again with its kr5"
+            " command"
+        )
+    finally:
+        for plot in drawn:
+            plt.close(plot.figure)
+
+
+def make_page(data: dict[str, Any], source: Path, drawn: list[Any]) -> str:
+    """The HTML of the page."""
+    views, columns = view_table(data, source)
+    figures, poses = split_figures(data.get("figures", []))
+    drawn_on = any(v["thumbnail"] and v["thumbnail"]["drawn"] for v in views)
+    return render_page(
+        "report.html",
+        brand="kr5 report",
+        title=TITLES[data["format"]],
+        data=data,
+        source=source.name,
+        plots=[embed_plot(p) for p in drawn if p.name != "frames"],
+        views=views,
+        columns=columns,
+        figures=figures,
+        poses=poses,
+        seen=seen_table(data),
+        seen_columns=SEEN_COLUMNS,
+        drawn_on=drawn_on,
+        held_out=flatten(data.get("held_out", {})),
+        input=flatten(data.get("input", {})),
+        models=model_table(data),
+        scene=script_json(frame_scene(data)),
+        icon=ICONS.get(data.get("verdict", {}).get("word"), ""),
+        fit=data.get("result", {}).get("fit"),
+    )
+
+
+ICONS = {"good": "✓", "doubtful": "!", "unusable": "✗"}  # beside the colour, for those who do not see it
+
+
+def flatten(values: dict[str, Any], prefix: str = "") -> list[tuple[str, str]]:
+    """Nested values as pairs of name and text; long lists by their length."""
+    out = []
+    for key, value in values.items():
+        name = f"{prefix}{key}"
+        if isinstance(value, dict):
+            out += flatten(value, f"{name}.")
+        elif isinstance(value, float):
+            out.append((name, tables.format_number(value)))
+        elif isinstance(value, list) and (len(value) > 4 or any(isinstance(v, (list, dict)) for v in value)):
+            out.append((name, f"{len(value)} entries"))
+        elif isinstance(value, list):
+            out.append((name, ", ".join(tables.format_number(v) if isinstance(v, float) else str(v) for v in value)))
+        elif value is not None:
+            out.append((name, str(value)))
+    return out
+
+
+POSE = {"x": "mm", "y": "mm", "z": "mm", "roll": "deg", "pitch": "deg", "yaw": "deg"}
+
+
+def split_figures(figures: list[dict[str, Any]]) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """Figures one a row, and poses one a row where there are so many that six rows for each would hide the rest."""
+    poses, rest, i = [], [], 0
+    while i < len(figures):
+        six = figures[i : i + 6]
+        names = [str(f["name"]).rpartition(" ") for f in six]
+        whole = [(n[2], f["unit"]) for n, f in zip(names, six)] == list(POSE.items()) and len(
+            {n[0] for n in names}
+        ) == 1
+        if not whole or any(f.get("value") is None for f in six):
+            rest.append(figures[i])
+            i += 1
+            continue
+        std = [max((f.get("std") or 0.0 for f in part), default=0.0) for part in (six[:3], six[3:])]
+        poses.append(
+            {
+                "name": names[0][0],
+                "std": [tables.format_number(s, s) for s in std],
+                "cells": [tables.format_number(f["value"], std[k // 3]) for k, f in enumerate(six)],
+            }
+        )
+        i += 6
+    return (rest, poses) if len(poses) > 2 else (figures, [])
+
+
+def view_table(data: dict[str, Any], source: Path) -> tuple[list[dict[str, Any]], list[str]]:
+    """Rows of the table of views with thumbnails, and the headings of its columns."""
+    views = data.get("views", [])
+    used = [c for c in VIEW_COLUMNS if any(isinstance(v.get(c[0]), (int, float)) for v in views)]
+    seen = seen_points(data)
+    keep = {id(v) for v in sorted(views, key=lambda v: not v.get("outlier"))[:MOST_THUMBNAILS]}
+    rows = []
+    for view in views:
+        cells = [
+            f.format(factor * view[key]) if isinstance(view.get(key), (int, float)) else "–"
+            for key, _, factor, f in used
+        ]
+        rows.append(
+            {
+                "name": view["name"],
+                "outlier": bool(view.get("outlier")),
+                "reason": view.get("reason") or "",
+                "cells": cells,
+                "thumbnail": make_thumbnail(view, source, seen.get(view["name"], [])) if id(view) in keep else None,
+            }
+        )
+    return rows, [heading for _, heading, _, _ in used]
+
+
+def seen_points(data: dict[str, Any]) -> dict[Any, list[tuple[float, float]]]:
+    """The points that were seen in each view [px]."""
+    out: dict[Any, list[tuple[float, float]]] = {}
+    for name, u, v in [
+        *((r.get("view"), r["u"], r["v"]) for r in data.get("residuals", ())),
+        *((f["view"], *f["pixels"]) for f in data.get("found", ())),
+    ]:
+        out.setdefault(name, []).extend(zip(u, v))
+    return out
+
+
+def make_thumbnail(view: dict[str, Any], source: Path, points: list[tuple[float, float]]) -> dict[str, Any] | None:
+    """A small picture of the view, if its drawing or its image can still be found; an image has the points on it that
+    were seen."""
+    from PIL import Image
+
+    places = [
+        (key, folder / view[key]) for key in ("drawing", "image") if view.get(key) for folder in (Path(), source.parent)
+    ]
+    kind, file = next(((key, p) for key, p in places if p.is_file()), ("", None))
+    if file is None:
+        return None
+    drawn = kind == "drawing"
+    with contextlib.suppress(OSError), Image.open(file) as image:
+        width, height = image.size
+        small = image.convert("RGB" if drawn else "L")
+        small.thumbnail((DRAWN, DRAWN) if drawn else (SMALL, SMALL))
+        buffer = io.BytesIO()
+        small.save(buffer, format="JPEG", quality=55)
+        return {
+            "src": "data:image/jpeg;base64," + base64.b64encode(buffer.getvalue()).decode(),
+            "width": width,
+            "height": height,
+            "radius": round(width / 110),
+            "drawn": drawn,
+            "points": [] if drawn else [(round(u), round(v)) for u, v in points[:150]],
+        }
+    return None
+
+
+def model_table(data: dict[str, Any]) -> list[dict[str, Any]]:
+    """Camera models compared, best first."""
+    from kr5_tools.calibrate.plots import model_name
+
+    rows = data.get("result", {}).get("models") or []
+    rows = sorted(rows, key=lambda m: m.get("held_out_rms") or math.inf)
+    rows = [m for i, m in enumerate(rows) if i < 8 or m.get("chosen")]
+    return [
+        {
+            "name": model_name(m),
+            "parameters": m.get("parameters"),
+            "chosen": bool(m.get("chosen")),
+            "held_out": tables.format_number(m.get("held_out_rms")),
+            "fitted": tables.format_number(m.get("fitted_rms")),
+        }
+        for m in rows
+    ]
+
+
+def frame_scene(data: dict[str, Any]) -> dict[str, Any] | None:
+    """What the 3D view draws: frames in the root, lines to their parents, and the doubt of their place."""
+    from kr5_tools.calibrate.plots import root_poses
+
+    frames = data.get("frames")
+    if not frames:
+        return None
+    poses = root_poses(frames)
+    names, box = list(poses), board_box(data)
+    out = []
+    for frame in frames:
+        kind = frame_kind(frame, data["format"])
+        out.append(
+            {
+                "name": frame["name"],
+                "T": poses[frame["name"]].round(6).tolist(),
+                "kind": kind,
+                "parent": names.index(frame["parent"]) if frame.get("parent") in poses else None,
+                "box": box if kind in ("board", "boards") else marker_box(frame),
+            }
+        )
+    return {"frames": out}
+
+
+def board_box(data: dict[str, Any]) -> list[float] | None:
+    """Lowest x, y and highest x, y of the board named in the input, in its own frame [m]."""
+    board = data.get("input", {}).get("board") or data.get("input", {}).get("target")
+    if not isinstance(board, str):
+        return None
+    import kr5.vision
+
+    with contextlib.suppress(kr5.Error):
+        return [float(v) for v in kr5.vision.printed_area(kr5.parse_target(board)).T.ravel()]
+    return None
+
+
+def marker_box(frame: dict[str, Any]) -> list[float] | None:
+    """The same for one marker, whose frame lies in its middle."""
+    size = frame.get("size")
+    return [-size[0] / 2, -size[1] / 2, size[0] / 2, size[1] / 2] if size else None
+
+
+# What a frame stands for, by words in its name. Stations, boards and poses are many, drawn small and without names.
+KINDS = {
+    "camera": ("camera",),
+    "station": ("view", "station", ".png", ".jpg"),
+    "pose": ("pose",),
+    "board": ("target", "board"),
+    "marker": ("marker", "tag"),
+    "tool": ("tool", "tip"),
+    "base": ("base", "world"),
+    "flange": ("flange",),
+}
+
+
+def frame_kind(frame: dict[str, Any], format: str) -> str:
+    """What a frame stands for: said in the file, else guessed from its name."""
+    if frame.get("kind"):
+        return str(frame["kind"])
+    if format == "kr5-camera/1" and frame.get("parent"):
+        return "boards"
+    name = frame["name"].lower()
+    return next((kind for kind, words in KINDS.items() if any(word in name for word in words)), "frame")

@@ -1,0 +1,1 @@
+"""The cell in the simulator: `kr5 record` and `kr5 scene`."""

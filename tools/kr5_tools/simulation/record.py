@@ -1,0 +1,129 @@
+"""`kr5 record`: a protocol, run in the simulator."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from kr5_tools.cli import arguments, tables, terminal
+from kr5_tools.files import writing
+
+app = typer.Typer()
+
+
+@app.command(
+    epilog="Example: kr5 record --cell share/cells/kr5_arc.yaml --protocol share/protocols/standard.yaml -o monday"
+)
+def record(
+    cell_file: Annotated[Path, typer.Option("--cell", metavar="CELL.yaml", help="Cell file, with its effects.")],
+    protocol: Annotated[
+        Path, typer.Option("--protocol", metavar="PROTOCOL.yaml", help="Protocol of the experiments (kr5-protocol/1).")
+    ],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="FOLDER", help="Folder of the recording; must not exist yet.")
+    ],
+    seed: Annotated[
+        int,
+        typer.Option(
+            "--seed", min=0, help="Random seed of postures and noise; the same seed gives the same recording."
+        ),
+    ] = 1,
+    nominal: Annotated[
+        bool,
+        typer.Option("--nominal", help="Write the nominal cell, without its effects, into the recording."),
+    ] = False,
+    images: Annotated[
+        bool,
+        typer.Option(
+            "--images",
+            help="Render what the camera sees in `views` too: a folder for each in FOLDER, as `kr5 "
+            "calibrate hand-eye` reads it.",
+        ),
+    ] = False,
+    full: arguments.FullOption = False,
+    json_file: arguments.JsonOption = None,
+) -> None:
+    """Recording of a simulated cell: runs a protocol in the simulator and adds the noise that the cell states."""
+    import kr5.cell
+
+    from kr5_tools.simulation import protocol_file
+
+    writing.check_new_folder(output)
+    writing.check_writable(json_file, inputs=[cell_file, protocol])
+    cell = with_load(kr5.cell.load_cell(cell_file), protocol_file.load_on_tool(protocol))
+    simulator = arguments.make_simulator(full)
+    with terminal.spinner(f"choosing the postures of {protocol}"):
+        experiments = protocol_file.load_protocol(protocol, cell, seed)
+    for number, experiment in enumerate(terminal.track(experiments, "recording")):
+        experiment.data = simulate_experiment(cell, simulator, experiment, [seed, number, 1])
+    believed = cell
+    if nominal:
+        believed = with_load(kr5.cell.load_cell(cell_file), protocol_file.load_on_tool(protocol))
+        believed.effects = {}
+    with writing.folder_beside(output) as new:
+        kr5.cell.save_recording(kr5.cell.Recording(believed, experiments), new)
+        for number, experiment in enumerate(experiments if images else ()):
+            if str(experiment.kind) == "views":
+                take_pictures(new / experiment.name, cell, believed, simulator, experiment, seed + number)
+    rows = [[e.name, str(e.kind), str(e.split), len(e.data)] for e in experiments]
+    to = terminal.console(json_file)
+    table = tables.make_table(f"Recording {output}", ["experiment", "kind", "split", "rows"], rows)
+    for column in (1, 2):
+        table.columns[column].justify = "left"
+    to.print(table)
+    writing.write_json(
+        {"folder": str(output), "experiments": [dict(zip(("name", "kind", "split", "rows"), r)) for r in rows]},
+        json_file,
+    )
+
+
+def with_load(cell: Any, weight: float) -> Any:
+    """The cell with the known weight of a protocol on its tool."""
+    import kr5.gap
+
+    return kr5.gap.with_load(cell, weight) if weight > 0 else cell
+
+
+def take_pictures(folder: Path, cell: Any, believed: Any, simulator: Any, views: Any, seed: int) -> None:
+    """A picture of each view, and what belongs to it."""
+    import numpy as np
+
+    from kr5_tools.simulation import camera_images
+
+    _, first = np.unique(views["view"], return_index=True)
+    q = np.column_stack([views[f"q{i + 1}"] for i in range(cell.robot.joints)])[first]
+    shots = camera_images.shots_of(simulator, cell, q, views["t"][first])
+    camera_images.write_views(folder, believed, shots, {"blur": 0.6, "noise": 1.5, "seed": seed})
+
+
+def simulate_experiment(cell: Any, simulator: Any, experiment: Any, seed: list[int]) -> Any:
+    """Given columns and what noisy sensors show. Rows in which a sensor sees nothing are left out."""
+    import kr5.cell
+    import kr5.io
+    import numpy as np
+
+    random = np.random.default_rng(seed)
+    given, predicted = experiment.data, simulator.predict(cell, experiment)
+    values = {name: np.array(given[name]) for name in given.columns} | {
+        name: np.array(predicted[name]) for name in predicted.columns
+    }
+    for column in kr5.cell.columns(experiment.kind, cell.robot.joints):
+        if column.noise and column.name in predicted and column.group != "orientation":
+            values[column.name] += random.normal(0.0, getattr(cell.noise, column.noise), len(predicted))
+    if "qw" in predicted:
+        turn_a_little(values, cell.noise.pose_rotation, random)
+    table = np.column_stack(list(values.values()))
+    return kr5.io.Table(list(values), table[np.isfinite(table).all(axis=1)])
+
+
+def turn_a_little(values: dict[str, Any], sigma: float, random: Any) -> None:
+    """Turns each orientation by a random rotation vector in its own frame."""
+    import numpy as np
+    from scipy.spatial.transform import Rotation
+
+    names = ("qx", "qy", "qz", "qw")
+    turned = Rotation.from_quat(np.column_stack([values[n] for n in names])) * Rotation.from_rotvec(
+        random.normal(0.0, sigma, (len(values["qw"]), 3))
+    )
+    for name, column in zip(names, turned.as_quat(canonical=True).T):
+        values[name] = column

@@ -1,0 +1,1 @@
+"""Insertions over tilts and clearances: `kr5 sweep`."""

@@ -1,0 +1,149 @@
+"""What comes of the trials of a sweep: rates with exact intervals, times, and which places fall short."""
+
+from typing import Any
+
+import numpy as np
+from scipy import stats
+
+from kr5_tools.sweep.trials import ATTEMPTS, Grid, Trial
+
+WANTED = 0.95  # success at the first attempt, below which a place is named
+LEVEL = 0.05
+
+
+def success_rate(successes: int, trials: int) -> dict[str, Any]:
+    """A share with its exact (Clopper and Pearson) two-sided 95 % interval and one-sided lower bound."""
+    if not trials:
+        return {"count": 0, "rate": None, "low": None, "high": None, "least": None}
+    two = stats.binomtest(successes, trials).proportion_ci(0.95, "exact")
+    one = stats.binomtest(successes, trials, alternative="greater").proportion_ci(0.95, "exact")
+    return {
+        "count": successes,
+        "rate": successes / trials,
+        "low": float(two.low),
+        "high": float(two.high),
+        "least": float(one.low),
+    }
+
+
+def median_time(times: list[float]) -> dict[str, Any]:
+    """Median with its interval from order statistics (at least 95 %; none of fewer than six), and the 90 % quantile
+    [s]."""
+    if not times:
+        return {"median": None, "low": None, "high": None, "q90": None}
+    ordered, n = np.sort(times), len(times)
+    k = int(stats.binom.ppf(0.025, n, 0.5))  # the interval lies between the k-th from below and the k-th from above
+    low, high = (float(ordered[k - 1]), float(ordered[n - k])) if k else (None, None)
+    return {"median": float(np.median(ordered)), "low": low, "high": high, "q90": float(np.quantile(ordered, 0.9))}
+
+
+def reason_text(reason: Any) -> str:
+    """The reason for which a peg is not in; its controller may believe it is."""
+    return "only believed inserted" if str(reason) == "inserted" else str(reason)
+
+
+def summarise_trials(trials: list[Trial]) -> dict[str, Any]:
+    """Of any set of trials: success by each attempt, times of the successes, why the others failed."""
+    reasons = [f"{t.phase}: {reason_text(t.reason)}" for t in trials if not t.inserted]
+    return {
+        "trials": len(trials),
+        "by_attempt": [
+            success_rate(sum(1 for t in trials if t.inserted and t.attempts <= k), len(trials))
+            for k in range(1, ATTEMPTS + 1)
+        ],
+        "time": median_time([t.time for t in trials if t.inserted]),
+        "failures": {r: reasons.count(r) for r in sorted(set(reasons))},
+    }
+
+
+def rate_tables(trials: list[Trial], grid: Grid) -> list[dict[str, Any]]:
+    """One per orientation and strategy: a row for each tilt and clearance, all of them pooled, and those that fall
+    short."""
+    out = []
+    for orientation in grid.orientations:
+        for strategy in grid.strategies:
+            mine = [t for t in trials if (t.orientation, t.strategy) == (orientation, strategy)]
+            places = [
+                {
+                    "tilt": tilt,
+                    "clearance": clearance,
+                    **summarise_trials([t for t in mine if (t.tilt, t.clearance) == (tilt, clearance)]),
+                }
+                for tilt in grid.tilts
+                for clearance in grid.clearances
+            ]
+            places = [p for p in places if p["trials"]]
+            mark_short(places)
+            out.append(
+                {"orientation": orientation, "strategy": strategy, "rows": places, "pooled": summarise_trials(mine)}
+            )
+    return [t for t in out if t["rows"]]
+
+
+def mark_short(places: list[dict[str, Any]]) -> None:
+    """Marks the places whose first attempt is below 95 %: exact one-sided binomial tests, corrected by Holm over the
+    table."""
+    p = np.array(
+        [stats.binomtest(x["by_attempt"][0]["count"], x["trials"], WANTED, alternative="less").pvalue for x in places]
+    )
+    order, most = np.argsort(p), 0.0
+    for rank, k in enumerate(order):
+        most = max(most, min(1.0, (len(p) - rank) * float(p[k])))
+        places[k] |= {"p_below": most, "below": most < LEVEL}
+
+
+COLUMNS = [
+    "tilt [deg]",
+    "clearance [mm]",
+    "first attempt ([%])",
+    "by second ([%])",
+    "by third ([%])",
+    "median [s]",
+    "90 % [s]",
+]
+COLUMNS_TEXT = (
+    "Successes of trials, in brackets the exact 95 % interval of their share; median and 90 % quantile of the times of"
+    " the successes."
+)
+
+
+def display_rows(table: dict[str, Any]) -> list[list[str]]:
+    """The rows for people; the last one is all of them together."""
+    rows = [
+        [f"{p['tilt']:g}" + ("*" if p["below"] else ""), f"{p['clearance']:g}", *display_row(p)] for p in table["rows"]
+    ]
+    return [*rows, ["all", "", *display_row(table["pooled"])]]
+
+
+def display_row(place: dict[str, Any]) -> list[str]:
+    rates = [
+        f"{r['count']}/{place['trials']} ({100 * r['low']:.0f}–{100 * r['high']:.0f})" for r in place["by_attempt"]
+    ]
+    return [
+        *rates,
+        *("–" if place["time"][name] is None else f"{place['time'][name]:.1f}" for name in ("median", "q90")),
+    ]
+
+
+def table_texts(table: dict[str, Any]) -> list[str]:
+    """What is to be said of a table."""
+    first = table["pooled"]["by_attempt"][0]
+    said = [
+        COLUMNS_TEXT,
+        (
+            f"First attempt, all together: {first['count']} of {table['pooled']['trials']}, {100 * first['rate']:.1f}"
+            f" %, at least {100 * first['least']:.1f} % (exact one-sided bound, 95 %)."
+        ),
+    ]
+    below = [f"{p['tilt']:g} deg and {p['clearance']:g} mm" for p in table["rows"] if p["below"]]
+    test = f"(exact one-sided tests, Holm-corrected for {len(table['rows'])} places, at {LEVEL:g})"
+    said.append(
+        f"* The first attempt succeeds in less than {100 * WANTED:g} % {test}: {', '.join(below)}."
+        if below
+        else f"Nowhere does the first attempt succeed significantly less often than in {100 * WANTED:g} % {test}."
+    )
+    if failures := table["pooled"]["failures"]:
+        said.append(
+            f"Not inserted, phase and reason: {', '.join(f'{name} ({count})' for name, count in failures.items())}."
+        )
+    return said

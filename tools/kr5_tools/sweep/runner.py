@@ -1,0 +1,174 @@
+"""Runs the trials of a sweep: in this process, on the cores of this machine, or on a Dask cluster."""
+
+import contextlib
+import importlib.util
+import logging
+import signal
+import time
+from collections.abc import Callable, Generator, Iterator
+from typing import Any
+
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from kr5_tools.cli import terminal
+from kr5_tools.sweep.trials import Grid, Key, Trial, run_batch
+
+MOST_IN_BATCH = 8  # some seconds of work: what a killed worker costs
+DEATHS = 20  # workers that may die over one batch before the batch is blamed
+SAY_EVERY = 10.0  # [s] where there is no terminal for a bar
+
+
+def make_batches(keys: list[Key], workers: int) -> list[list[Key]]:
+    """Small enough that a killed worker costs seconds and that all workers end together."""
+    size = max(1, min(MOST_IN_BATCH, len(keys) // (4 * workers)))
+    return [keys[i : i + size] for i in range(0, len(keys), size)]
+
+
+def run_trials(
+    cell: str, keys: list[Key], grid: Grid, workers: int, scheduler: str | None, keep: Callable[[list[Trial]], None]
+) -> None:
+    """Runs all trials; `keep` gets them as they are finished."""
+    if not keys:
+        return
+    call = (cell, grid.insert_by, grid.seed)
+    finished = on_dask(call, keys, workers, scheduler) if scheduler or workers > 1 else run_in_process(call, keys)
+    with progress_bar(len(keys)) as advance, contextlib.closing(finished):
+        for version, trials in finished:
+            check_version(version, scheduler)
+            keep(trials)
+            advance(len(trials))
+
+
+def run_in_process(call: tuple[str, str, int], keys: list[Key]) -> Generator[tuple[str, list[Trial]], None, None]:
+    cell, insert_by, seed = call
+    for key in keys:
+        yield run_batch(cell, [key], insert_by, seed)
+
+
+def on_dask(
+    call: tuple[str, str, int], keys: list[Key], workers: int, scheduler: str | None
+) -> Generator[tuple[str, list[Trial]], None, None]:
+    """Batches as they are finished. A batch whose worker died is run again by another one."""
+    if importlib.util.find_spec("distributed") is None:
+        terminal.fail(
+            "several workers are led by Dask, which is absent: pip install 'kr5[cluster]' (or --workers 1, which does"
+            " without)"
+        )
+    import dask
+    from dask.distributed import KilledWorker, as_completed
+
+    cell, insert_by, seed = call
+    with (
+        dask.config.set({"distributed.scheduler.allowed-failures": DEATHS}),
+        open_cluster(workers, scheduler) as client,
+    ):
+        count = len(client.ncores()) or workers
+        futures = [
+            client.submit(run_batch, cell, batch, insert_by, seed, pure=False) for batch in make_batches(keys, count)
+        ]
+        for future in as_completed(futures, loop=client.loop):
+            try:
+                yield future.result()
+            except ImportError as error:
+                terminal.fail(
+                    f"--scheduler {scheduler}: a worker has no kr5 with its simulator and commands ({error}): pip"
+                    " install kr5 where the workers run"
+                )
+            except KilledWorker:
+                terminal.fail(
+                    f"{DEATHS} workers died over the same trials; is there memory enough? What is finished is kept: the"
+                    " same command goes on"
+                )
+            future.release()
+
+
+@contextlib.contextmanager
+def open_cluster(workers: int, scheduler: str | None) -> Iterator[Any]:
+    """A client of the scheduler named, or of workers of our own, which are gone with it."""
+    from dask.distributed import Client, LocalCluster
+    from distributed.comm import resolve_address
+
+    logging.getLogger("distributed").setLevel(
+        logging.ERROR
+    )  # a worker that dies is replaced, and not the user's concern
+    if scheduler:
+        try:
+            resolve_address(scheduler)  # a client that fails at this takes long to go
+            client = Client(scheduler, timeout="10s", set_as_default=False)
+        except (OSError, ValueError, TimeoutError) as error:
+            terminal.fail(
+                f"--scheduler {scheduler}: there is no scheduler ({error}); start one with `dask scheduler`, and"
+                " workers with `dask worker ADDRESS`"
+            )
+        with client:
+            if not client.ncores():
+                terminal.print_note(f"{scheduler} has no worker yet; waiting for one: dask worker {scheduler}")
+            yield client
+        return
+    with ignore_sigint():
+        try:
+            own = LocalCluster(
+                n_workers=workers,
+                threads_per_worker=1,
+                processes=True,
+                dashboard_address=None,
+                memory_limit=0,
+                silence_logs=logging.ERROR,
+            )
+        except (RuntimeError, OSError, TimeoutError) as error:  # "Nanny failed to start"
+            terminal.fail(
+                f"--workers {workers}: a worker ended as it was started ({error}); is there memory enough for so "
+                "many? The same "
+                "command goes on where it was, with --workers 1 without any"
+            )
+    with own, Client(own, set_as_default=False) as client:
+        yield client
+
+
+@contextlib.contextmanager
+def ignore_sigint() -> Iterator[None]:
+    """Processes that are started inside do not hear Ctrl-C, which a terminal sends to all of them: this one ends
+    them."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def check_version(found: str, scheduler: str | None) -> None:
+    import kr5
+
+    if found != kr5.__version__:
+        terminal.fail(
+            f"--scheduler {scheduler}: a worker has kr5 {found}, and here it is {kr5.__version__}; install the same"
+        )
+
+
+@contextlib.contextmanager
+def progress_bar(total: int) -> Iterator[Callable[[int], None]]:
+    """A bar with the time left; in a log a line now and then."""
+    columns = [
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+    ]
+    begin = said = time.monotonic()
+    done = 0
+    with Progress(*columns, console=terminal.errors, transient=True, disable=not terminal.errors.is_terminal) as bar:
+        task = bar.add_task("inserting", total=total)
+
+        def advance(count: int) -> None:
+            nonlocal done, said
+            done += count
+            bar.advance(task, count)
+            now = time.monotonic()
+            if not terminal.errors.is_terminal and now - said > SAY_EVERY and done < total:
+                said = now
+                terminal.errors.print(
+                    f"{done} of {total} trials, about {(now - begin) / done * (total - done):.0f} s left"
+                )
+
+        yield advance

@@ -1,0 +1,1 @@
+"""Targets drawn, printed, rendered and found in images: `kr5 target`, `kr5 detect`, `kr5 render`."""
