@@ -3,10 +3,11 @@
 #include <kr5/cell/check.hpp>
 #include <kr5/cell/effect.hpp>
 #include <kr5/cell/effect_registry.hpp>
+#include <kr5/cell/export_urdf.hpp>
+#include <kr5/cell/import_urdf.hpp>
 #include <kr5/cell/placed_object.hpp>
 #include <kr5/cell/recording.hpp>
 #include <kr5/cell/simulator.hpp>
-#include <kr5/cell/urdf.hpp>
 
 #include "column_conversion.hpp"
 #include "effect_conversion.hpp"

@@ -2,6 +2,7 @@
 #include <kr5/sim/dart_simulator.hpp>
 #include <kr5/sim/driven_arm.hpp>
 #include <kr5/sim/insertion.hpp>
+#include <kr5/sim/insertion_options.hpp>
 #include <kr5/sim/scene.hpp>
 
 #include "struct_binder.hpp"

@@ -7,9 +7,10 @@
 #include <kr5/core/error.hpp>
 #include <kr5/physics/contact.hpp>
 #include <kr5/physics/tube.hpp>
+#include <kr5/sim/insertion_options.hpp>
 
 #include "insertion_arm.hpp"
-#include "insertion_task.hpp"
+#include "insertion_limits.hpp"
 #include "quintic_profile.hpp"
 #include "scene_rows.hpp"
 
@@ -222,6 +223,25 @@ class Task {
 };
 
 }  // namespace
+
+void InsertionSetup::validate() const {
+  require(std::isfinite(clearance), "clearance: must be finite [m]");
+  require(tilt > 0 && tilt < M_PI_2, "tilt: must lie between 0 and a quarter turn [rad]");
+  require(offset.allFinite(), "offset: must be finite [m]");
+  require(pegs >= 1, "pegs: must be at least 1");
+  for (const auto& [value, name] : {std::pair{pick_distance, "pick_distance"},
+                                    {repeatability, "repeatability"},
+                                    {grip_error, "grip_error"},
+                                    {grip_tilt, "grip_tilt"},
+                                    {tube_tilt, "tube_tilt"},
+                                    {face_error, "face_error"},
+                                    {stiffness_error, "stiffness_error"},
+                                    {servo_error, "servo_error"},
+                                    {friction_error, "friction_error"},
+                                    {lateral_stiffness, "lateral_stiffness"}})
+    require(value >= 0 && std::isfinite(value), std::string(name) + ": must not be negative");
+  require(angular_stiffness > 0 && std::isfinite(angular_stiffness), "angular_stiffness: must be positive [N m/rad]");
+}
 
 InsertionResult run_insertion(const cell::Cell& cell, const InsertionSetup& setup) {
   return run_insertion(cell, setup, insertion_options(cell, setup));

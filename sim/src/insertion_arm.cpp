@@ -48,6 +48,17 @@ WristSensorOptions sensor_of(const InsertionSetup& setup) {
 
 }  // namespace
 
+force::GripModel believed_grip(const cell::Cell& cell, const InsertionSetup& setup) {
+  const double height = 0.8 * cell.peg->length;
+  return {.axial = cell.contact->stiffness,
+          .lateral = setup.lateral_stiffness > 0 ? setup.lateral_stiffness : cell.contact->stiffness,
+          .angular = setup.angular_stiffness,
+          .height = height,
+          .tilt_uncertainty = setup.noise ? std::hypot(setup.grip_tilt, setup.tube_tilt) : 0.0,
+          .position_uncertainty =
+              setup.noise ? std::hypot(setup.grip_error, setup.repeatability / 3, height * setup.grip_tilt) : 0.0};
+}
+
 InsertionArm::InsertionArm(const cell::Cell& real, const InsertionSetup& setup)
     : cell_(real),
       setup_(setup),

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <kr5/sim/insertion.hpp>
+#include <kr5/sim/insertion_options.hpp>
 
 #include <algorithm>
-#include <cmath>
 #include <iomanip>
 #include <sstream>
 #include <string>
@@ -10,14 +9,13 @@
 #include <kr5/core/error.hpp>
 
 #include "insertion_arm.hpp"
-#include "insertion_task.hpp"
+#include "insertion_limits.hpp"
 
 namespace kr5::sim {
 namespace {
 
-constexpr double turn_back = 0.3;    // in which a speed along the contact can be taken back [s]
-constexpr double slowest = 2e-4;     // with which a peg still feels its way in minutes [m/s]
-constexpr double speed_part = 0.25;  // of an absolute correction's change, for the way of a cycle
+constexpr double turn_back = 0.3;  // in which a speed along the contact can be taken back [s]
+constexpr double slowest = 2e-4;   // with which a peg still feels its way in minutes [m/s]
 
 std::string text(double value) {
   std::ostringstream out;
@@ -67,66 +65,6 @@ void as_in_the_book(force::InsertionOptions& out) {
 }
 
 }  // namespace
-
-void check_parts(const cell::Cell& cell) {
-  cell.validate();
-  require(cell.tool.has_value(), "tool: an insertion needs one");
-  require(cell.contact.has_value(), "contact: an insertion needs one");
-  require(cell.peg.has_value(), "peg: an insertion needs one");
-  require(cell.tube.has_value(), "tube: an insertion needs one");
-  require(cell.servo && !cell.servo->joint.empty(), "servo.joint: an insertion needs one");
-  require(cell.servo->tool || !cell.servo->correction, "servo.correction: what it limits is missing: servo.tool");
-  require(!cell.robot.links.empty(), "robot.links: the arm needs masses");
-}
-
-/// In a cycle a command that is led ahead moves by the way of the speed, by what the lead grows with it, and, when the
-/// acceleration is reversed, by two of it over the square of the frequency. An absolute correction may change by so
-/// much; a relative one counts from where the arm is: there the whole lead must fit, and the way of the delay.
-PathLimits path_limits(const cell::Cell& cell) {
-  if (!cell.servo->correction || !cell.servo->correction->per_cycle) return {};
-  const double limit = *cell.servo->correction->per_cycle, cycle = cell.servo->cycle;
-  require(limit > 0, "servo.correction.per_cycle: must be positive [m]");
-  const double w = cell.servo->tool->natural_frequency, lead = 2 * cell.servo->tool->damping_ratio / w;
-  PathLimits out;
-  if (cell.servo->correction->mode == cell::CorrectionMode::Absolute) {
-    out.speed = speed_part * limit / cycle;
-    out.acceleration = (1 - speed_part) * limit / (lead * cycle + 2 / (w * w));
-  } else {
-    out.speed = 0.5 * limit / (lead + cell.servo->tool->delay + cycle);
-    out.acceleration = 0.5 * limit * w * w;
-  }
-  return out;
-}
-
-void InsertionSetup::validate() const {
-  require(std::isfinite(clearance), "clearance: must be finite [m]");
-  require(tilt > 0 && tilt < M_PI_2, "tilt: must lie between 0 and a quarter turn [rad]");
-  require(offset.allFinite(), "offset: must be finite [m]");
-  require(pegs >= 1, "pegs: must be at least 1");
-  for (const auto& [value, name] : {std::pair{pick_distance, "pick_distance"},
-                                    {repeatability, "repeatability"},
-                                    {grip_error, "grip_error"},
-                                    {grip_tilt, "grip_tilt"},
-                                    {tube_tilt, "tube_tilt"},
-                                    {face_error, "face_error"},
-                                    {stiffness_error, "stiffness_error"},
-                                    {servo_error, "servo_error"},
-                                    {friction_error, "friction_error"},
-                                    {lateral_stiffness, "lateral_stiffness"}})
-    require(value >= 0 && std::isfinite(value), std::string(name) + ": must not be negative");
-  require(angular_stiffness > 0 && std::isfinite(angular_stiffness), "angular_stiffness: must be positive [N m/rad]");
-}
-
-force::GripModel believed_grip(const cell::Cell& cell, const InsertionSetup& setup) {
-  const double height = 0.8 * cell.peg->length;
-  return {.axial = cell.contact->stiffness,
-          .lateral = setup.lateral_stiffness > 0 ? setup.lateral_stiffness : cell.contact->stiffness,
-          .angular = setup.angular_stiffness,
-          .height = height,
-          .tilt_uncertainty = setup.noise ? std::hypot(setup.grip_tilt, setup.tube_tilt) : 0.0,
-          .position_uncertainty =
-              setup.noise ? std::hypot(setup.grip_error, setup.repeatability / 3, height * setup.grip_tilt) : 0.0};
-}
 
 force::InsertionOptions insertion_options(const cell::Cell& cell, const InsertionSetup& setup) {
   setup.validate();

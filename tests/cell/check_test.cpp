@@ -157,6 +157,18 @@ TEST_CASE("values no real cell has are named") {
   CHECK_THAT(told("damping: 40.0", "damping: .inf"), Contains("contact.damping: found .inf, expected a finite number"));
 }
 
+TEST_CASE("gears and scanner that cannot be are named") {
+  const std::string before = "robot:\n";
+  const auto with = [&](const std::string& text) { return told(before, before + "  gears: {" + text + "}\n"); };
+  CHECK_THAT(with("stiffness: []"),
+             Contains("robot.gears.stiffness: found an empty list, expected at least one value"));
+  CHECK_THAT(with("stiffness: [8e5, 0]"), Contains("robot.gears.stiffness[1]: found 0, expected a positive stiffness"));
+  CHECK_THAT(with("backlash_damping: -0.3"), Contains("robot.gears.backlash_damping: found -0.3,"));
+  CHECK_THAT(with("side_torque: -1"), Contains("robot.gears.side_torque: found -1,"));
+  CHECK_THAT(told("laser:\n", "laser:\n  bias_distance: 0\n"), Contains("laser.bias_distance: found 0,"));
+  CHECK_THAT(told("laser:\n", "laser:\n  stand_off: -0.19\n"), Contains("laser.stand_off: found -0.19,"));
+}
+
 TEST_CASE("what was changed in memory is checked as it is now, in order of lines") {
   Cell cell = load_cell(arc_file);
   cell.board->T_base_target.translation().x() = 620.0;

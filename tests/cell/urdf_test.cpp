@@ -4,7 +4,8 @@
 #include <catch2/catch.hpp>
 
 #include <kr5/cell/check.hpp>
-#include <kr5/cell/urdf.hpp>
+#include <kr5/cell/export_urdf.hpp>
+#include <kr5/cell/import_urdf.hpp>
 #include <kr5/core/error.hpp>
 #include <kr5/io/node.hpp>
 #include <kr5/kinematics/inverse.hpp>

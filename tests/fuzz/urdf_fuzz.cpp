@@ -4,7 +4,8 @@
 #include <string>
 #include <string_view>
 
-#include <kr5/cell/urdf.hpp>
+#include <kr5/cell/export_urdf.hpp>
+#include <kr5/cell/import_urdf.hpp>
 #include <kr5/core/error.hpp>
 
 using namespace kr5;

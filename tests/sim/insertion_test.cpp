@@ -8,6 +8,7 @@
 #include <kr5/cell/cell.hpp>
 #include <kr5/core/error.hpp>
 #include <kr5/core/random.hpp>
+#include <kr5/sim/insertion_options.hpp>
 #include <support/rates.hpp>
 #include <support/trials.hpp>
 

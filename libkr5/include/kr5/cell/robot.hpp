@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include <kr5/core/error.hpp>
 #include <kr5/core/fields.hpp>
 #include <kr5/geometry/pose.hpp>
 #include <kr5/kinematics/body.hpp>
@@ -43,7 +44,9 @@ struct Gears {
   double backlash_damping = 0.3;  ///< Ratio, of a backlash [-].
   double side_torque = 0.5;       ///< [N m or N]
 
+  /// @throws InvalidArgument when there is no value at all.
   double stiffness_of(int joint) const {
+    require(!stiffness.empty(), "robot.gears.stiffness: at least one value is needed [N m/rad or N/m]");
     return stiffness.at(std::min(static_cast<std::size_t>(joint), stiffness.size() - 1));
   }
   bool operator==(const Gears&) const = default;

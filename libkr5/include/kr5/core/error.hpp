@@ -24,7 +24,10 @@ struct IoError : Error {
   using Error::Error;
 };
 
-/// Throws InvalidArgument with `message` unless `condition` holds.
+/// Throws InvalidArgument with `message` unless `condition` holds. A literal costs nothing while it does.
+inline void require(bool condition, const char* message) {
+  if (!condition) throw InvalidArgument(message);
+}
 inline void require(bool condition, const std::string& message) {
   if (!condition) throw InvalidArgument(message);
 }

@@ -26,6 +26,8 @@ void check_arm(const Cell& cell, DiagnosticCollector& c) {
     expect_size(c, "robot.limits.velocity", limits->velocity.size(), n, true);
     expect_size(c, "robot.limits.effort", limits->effort.size(), n, true);
   }
+  c.expect(!cell.robot.gears.stiffness.empty(), "robot.gears.stiffness",
+           "at least one value; the last holds for further joints [N m/rad or N/m]", "an empty list");
   expect_size(c, "robot.links", static_cast<Eigen::Index>(cell.robot.links.size()), n, true);
   if (const auto& drives = cell.drives) {
     c.expect(drives->structure.rows() == n && drives->structure.cols() == n, "drives.structure",

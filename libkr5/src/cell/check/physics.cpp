@@ -24,6 +24,16 @@ void check_masses(const Cell& cell, DiagnosticCollector& c) {
   c.expect(!any || tool.mass > least_mass, "tool.mass", "a positive mass [kg], or no mass, com and inertia at all");
 }
 
+void check_gears(const Cell& cell, DiagnosticCollector& c) {
+  const Gears& gears = cell.robot.gears;
+  for (std::size_t i = 0; i < gears.stiffness.size(); ++i)
+    c.expect(gears.stiffness[i] > 1e-6, item("robot.gears.stiffness", static_cast<Eigen::Index>(i)),
+             "a positive stiffness [N m/rad or N/m]", text_of(gears.stiffness[i]));
+  c.expect(gears.elastic_damping >= 0, "robot.gears.elastic_damping", "a damping ratio, not negative [-]");
+  c.expect(gears.backlash_damping >= 0, "robot.gears.backlash_damping", "a damping ratio, not negative [-]");
+  c.expect(gears.side_torque >= 0, "robot.gears.side_torque", "a load, not negative [N m or N]");
+}
+
 constexpr double slowest = 1e-4;  // a slower joint takes hours for a motion of any use [rad/s or m/s]
 
 void check_limits(const Cell& cell, DiagnosticCollector& c) {
@@ -93,6 +103,10 @@ void check_sensors(const Cell& cell, DiagnosticCollector& c) {
   for (std::size_t i = 0; i < cell.targets.size(); ++i)
     for (const TargetProblem& p : cell.targets[i].problems())
       c.add(item("targets", static_cast<Eigen::Index>(i)) + "." + p.field, p.expected, p.found);
+  if (cell.laser) {
+    c.expect(cell.laser->stand_off >= 0, "laser.stand_off", "a range, not negative [m]");
+    c.expect(cell.laser->bias_distance > least_length, "laser.bias_distance", "a positive length [m]");
+  }
   if (cell.laser && cell.laser->target)
     c.expect(cell.laser->target->radius > least_length, "laser.target.radius", "a positive radius [m]");
   Noise::each_field(cell.noise, [&](const char* name, double value, const char*) {
@@ -149,6 +163,7 @@ void check_bounds(const Cell& cell, DiagnosticCollector& c) {
 
 void check_physics(const Cell& cell, DiagnosticCollector& c) {
   check_masses(cell, c);
+  check_gears(cell, c);
   check_limits(cell, c);
   check_drives(cell, c);
   check_servo(cell, c);

@@ -123,13 +123,6 @@ struct InsertionResult {
   Pose T_tube_actual = Pose::Identity();  ///< The tube as it really stood, from where it is believed.
 };
 
-/// What is told to force::Insertion in a cell: bodies, servo and grip as the cell believes them, what is not known of
-/// them as the setup draws it. An arm whose path corrections are limited (servo.correction.per_cycle) is moved within
-/// what they can, more slowly.
-/// @throws InvalidArgument naming what is not there: tool, contact, peg, tube, servo; or a limit of servo.correction
-/// within which no insertion fits, with the least that will do.
-force::InsertionOptions insertion_options(const cell::Cell& cell, const InsertionSetup& setup);
-
 /// Inserts pegs. A tube that is out of reach, a peg that is too wide and the like are outcomes.
 /// With options, `tilt`, `strategy` and `insert_by` of the setup are not looked at: the options say it.
 /// @throws InvalidArgument for a setup or options that are not valid, and for a cell that lacks something.

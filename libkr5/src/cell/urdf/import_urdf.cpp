@@ -5,7 +5,7 @@
 
 #include <Eigen/Eigenvalues>
 
-#include <kr5/cell/urdf.hpp>
+#include <kr5/cell/import_urdf.hpp>
 #include <kr5/core/error.hpp>
 #include <kr5/io/diagnostic.hpp>
 #include <kr5/io/node.hpp>

@@ -9,7 +9,7 @@
 #include <kr5/cell/cell.hpp>
 
 /// @file
-/// Cells from and to the Unified Robot Description Format (URDF). Read with pugixml, not urdfdom, which logs what is
+/// Cells from the Unified Robot Description Format (URDF). Read with pugixml, not urdfdom, which logs what is
 /// wrong instead of naming file, element and remedy.
 
 namespace kr5::cell {
@@ -40,17 +40,8 @@ struct UrdfImport {
 /// and motor (a current is a joint torque), as a note says.
 /// Joint axes less than 3 degrees from parallel get a Hayati angle.
 /// @throws IoError naming file, link or joint, what was found and what to do: not a URDF, a xacro file, no such link,
-/// an
-///         arm that branches and no tip, a joint of a kind that no cell has, an inertia on the arm that no body
-///         has.
+/// an arm that branches and no tip, a joint of a kind that no cell has, an inertia on the arm that no body has.
 UrdfImport import_urdf(const std::filesystem::path& file, const UrdfOptions& options = {});
 UrdfImport parse_urdf(std::string_view xml, const std::string& source, const UrdfOptions& options = {});
-
-/// The arm and the mass of its tool as links base_link, link_1 ... link_n, flange, and sensor and tool_tip when there
-/// is a tool, and the joint friction of the drives. `parse_urdf` gives poses, torques and friction back to 1e-12;
-/// motors and gears, sensors, gravity and effects have no place in a URDF.
-/// @throws InvalidArgument when a slide has no limits, which a URDF asks for.
-std::string to_urdf(const Cell& cell);
-void export_urdf(const Cell& cell, const std::filesystem::path& file);
 
 }  // namespace kr5::cell

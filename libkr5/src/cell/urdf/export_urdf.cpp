@@ -5,7 +5,7 @@
 
 #include <pugixml.hpp>
 
-#include <kr5/cell/urdf.hpp>
+#include <kr5/cell/export_urdf.hpp>
 #include <kr5/core/error.hpp>
 #include <kr5/io/node.hpp>
 #include <kr5/kinematics/body.hpp>

@@ -6,12 +6,12 @@
 #include <kr5/cell/cell.hpp>
 
 /// @file
-/// What a simulated insertion is made of, for those who plan it and those who run it.
+/// What an insertion asks of a cell, and what the limits of its path correction allow.
 
 namespace kr5::sim {
 
-constexpr double above = 0.015;  // of the face, where a trial begins [m]
-constexpr double lift = 0.03;    // from an inserted peg to the next one [m]
+constexpr double above = 0.015;  // height over the face at which a trial begins [m]
+constexpr double lift = 0.03;    // way up from an inserted peg to the next one [m]
 
 /// @throws InvalidArgument naming the part of the cell that is not there.
 void check_parts(const cell::Cell& cell);
