@@ -33,7 +33,7 @@ LineScanner::LineScanner(const cell::Cell& cell, std::vector<cell::PlacedObject>
 double LineScanner::nearest_hit(const Ray& ray, int& object) const {
   double nearest = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < objects_.size(); ++i) {
-    const double distance = objects_[i].intersect(ray.in(objects_[i].T_B_O)).distance;
+    const double distance = objects_[i].intersect(ray.in(objects_[i].T_base_object)).distance;
     if (distance < nearest) nearest = distance, object = static_cast<int>(i);
   }
   return nearest;

@@ -104,7 +104,7 @@ void add_tube(const dart::simulation::WorldPtr& world, const cell::PlacedObject&
   for (int k = 0; k < sides; ++k) {
     const auto frame =
         part(world, std::make_shared<dart::dynamics::BoxShape>(Vector3d(wall, width, tube.depth)), {0.84, 0.54, 0.37});
-    frame->setTransform(tube.T_B_O * Eigen::AngleAxisd(2.0 * M_PI * k / sides, Vector3d::UnitZ()) *
+    frame->setTransform(tube.T_base_object * Eigen::AngleAxisd(2.0 * M_PI * k / sides, Vector3d::UnitZ()) *
                         Eigen::Translation3d(middle, 0.0, -tube.depth / 2));
   }
 }
@@ -115,12 +115,12 @@ void add(const dart::simulation::WorldPtr& world, const cell::PlacedObject& thin
   if (thing.kind == SolidKind::Tube) return add_tube(world, thing);
   if (thing.kind == SolidKind::Ball) {
     part(world, std::make_shared<dart::dynamics::SphereShape>(thing.radius), {0.5, 0.7, 0.84})
-        ->setTransform(thing.T_B_O);
+        ->setTransform(thing.T_base_object);
     return;
   }
   const bool floor = thing.width > 10.0 * widest;
   const Vector3d size(std::min(thing.width, widest), std::min(thing.height, widest), thin);
-  Pose T = thing.T_B_O;
+  Pose T = thing.T_base_object;
   if (floor) T.translation() = Vector3d(tip.x(), tip.y(), T.translation().z() - 2 * thin);
   part(world, std::make_shared<dart::dynamics::BoxShape>(size), floor ? Vector3d(0.9, 0.88, 0.84) : Vector3d::Ones())
       ->setTransform(T);

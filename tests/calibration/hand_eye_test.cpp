@@ -82,7 +82,7 @@ TEST_CASE("the 95 % regions of camera and target hold the truth in 95 %, noise g
   }
 }
 
-TEST_CASE("the doubt covers corners that err together when told of it, and does not when not",
+TEST_CASE("the uncertainty covers corners that err together when told of it, and does not when not",
           "[coverage][statistics]") {
   const double shared = 0.4, sigma = 0.3;  // correlation of any two corners, along each axis of the image; [px]
   HandEyeWorldOptions world{.views = 12, .rows = 2, .cols = 2, .square = 0.1, .sigma_pixel = 0};

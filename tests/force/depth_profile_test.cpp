@@ -172,7 +172,7 @@ TEST_CASE("a fit of the whole profile finds the tube, near and far, for any bodi
   CHECK(tried > 60);
 }
 
-TEST_CASE("what a fit says of its doubt holds the truth as often as it says", "[statistics]") {
+TEST_CASE("what a fit says of its uncertainty holds the truth as often as it says", "[statistics]") {
   constexpr double noise = 0.03e-3, chi_square_95 = 7.815;
   const int trials = test::trials(2000, 300);
   Random random(44);

@@ -103,9 +103,9 @@ TEST_CASE("an effect beside a wrench that is logged late is explained, and the c
   CHECK(d.verdict == gap::Verdict::Explained);
   REQUIRE(names_only(d, {{"coulomb_friction", "joint2"}}));
   REQUIRE(d.warnings.size() == 1);
-  double late = 0.0, doubt = 0.0;
-  REQUIRE(std::sscanf(d.warnings[0].c_str(), "wrench of motion: logged %lf +- %lf ms late", &late, &doubt) == 2);
-  CHECK(std::abs(late - 12.0) < 4 * doubt);
+  double late = 0.0, uncertainty = 0.0;
+  REQUIRE(std::sscanf(d.warnings[0].c_str(), "wrench of motion: logged %lf +- %lf ms late", &late, &uncertainty) == 2);
+  CHECK(std::abs(late - 12.0) < 4 * uncertainty);
 }
 
 TEST_CASE("a dead column does not make the noise of its like seem small", "[not_sanitized]") {

@@ -30,7 +30,7 @@ def test_franka_agrees_with_the_published_place_of_the_camera(run_kr5, tmp_path,
     T = np.array(data["result"]["T_mount_camera"])
     std = np.sqrt(np.diag(data["result"]["covariance"])[:3])
     published = np.array([0.05772, -0.03392, -0.04228])
-    # Two estimates from the same noisy poses; ViSP states no doubt, so ours is taken for both.
+    # Two estimates from the same noisy poses; ViSP states no uncertainty, so ours is taken for both.
     assert np.all(np.abs(T[:3, 3] - published) < 3 * np.sqrt(2) * np.linalg.norm(std))
     assert done.returncode == (1 if data["verdict"]["word"] == "unusable" else 0)
     assert len(data["views"]) == 8 and len(data["residuals"]) == 8 and data["held_out"]["position_rms_mm"] > 0

@@ -114,9 +114,9 @@ TEST_CASE("noise of a plane has the standard deviation the cell states") {
 TEST_CASE("a profile across a tube shows plane, rim, bore and rim where the radii say") {
   const cell::Cell cell = shipped();
   cell::PlacedObject raised = physics::tube_object(cell);
-  raised.T_B_O.translation().z() += 0.02;
+  raised.T_base_object.translation().z() += 0.02;
   sim::LineScanner scanner(cell, {raised, predict::wide_plate("plane", 0.3)}, quiet(6001, 0.06));
-  const Vector3d t = raised.T_B_O.translation();
+  const Vector3d t = raised.T_base_object.translation();
   const sim::Profile& p = scanner.read(above(cell, t.x(), t.y(), t.z() + 0.19));
   for (Index k = 0; k < p.x.size(); ++k) {
     const double r = std::abs(p.x[k]);

@@ -122,7 +122,7 @@ TEST_CASE("held-out views leave the usual model where it is wrong, and a flat bo
   CHECK(result.held_out_rms < 1.1 * std::sqrt(2.0) * s.noise);
 }
 
-TEST_CASE("points that err together widen the doubts") {
+TEST_CASE("points that err together widen the uncertainties") {
   Random random(32);
   const Pinhole c = true_camera();
   const std::vector<View> views = see_many(random, c, Scene(), 8);
@@ -182,7 +182,7 @@ TEST_CASE("views that spoil the result are named, and sound ones seldom", "[stat
   check_rare(false_alarms, trials, 2 * CameraOptions().false_alarm, 4 * CameraOptions().false_alarm);
 }
 
-TEST_CASE("the doubts of sound sets are hardly ever widened, and no sound view more often named than stated",
+TEST_CASE("the uncertainties of sound sets are hardly ever widened, and no sound view more often named than stated",
           "[statistics]") {
   Random random(15);
   const Pinhole c = true_camera();

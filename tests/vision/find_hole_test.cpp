@@ -38,7 +38,7 @@ Pose beside(const Pose& T_camera_tube, double x, double y) { return T_camera_tub
 
 }  // namespace
 
-TEST_CASE("a bore is found from wherever it is seen, within its stated doubt", "[coverage][statistics]") {
+TEST_CASE("a bore is found from wherever it is seen, within its stated uncertainty", "[coverage][statistics]") {
   const Pinhole camera = cell_camera();
   Coverage coverage("centre of a bore", 2);
   for (int i = 0; i < trials(300, 40); ++i) {
@@ -61,7 +61,7 @@ TEST_CASE("a bore is found from wherever it is seen, within its stated doubt", "
   check_rate(coverage.inside(), coverage.trials(), 0.95, 0.8);
 }
 
-TEST_CASE("the doubt of the plane's height goes into that of the bore") {
+TEST_CASE("the uncertainty of the plane's height goes into that of the bore") {
   const Pinhole camera = cell_camera();
   Random random(5);
   const Pose T = seen_start(random, camera);

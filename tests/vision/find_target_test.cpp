@@ -98,7 +98,7 @@ TEST_CASE("every kind of target is found where it was rendered") {
   CHECK(seen.sigma.minCoeff() > 0);
 }
 
-TEST_CASE("the stated doubt of tag corners covers their error, below the error of the detector's own corners") {
+TEST_CASE("the stated uncertainty of tag corners covers their error, below the error of the detector's own corners") {
   Random random(11);
   const Pinhole lens = camera(240, 200, 400);
   double own = 0, detector = 0, normalised = 0;
@@ -127,7 +127,7 @@ TEST_CASE("the stated doubt of tag corners covers their error, below the error o
   }
   REQUIRE(count >= 80);
   CHECK(std::sqrt(own) < 0.5 * std::sqrt(detector));
-  // Mean of squares over their stated variance: 1 when the doubt is right; corners of one tag are correlated.
+  // Mean of squares over their stated variance: 1 when the uncertainty is right; corners of one tag are correlated.
   CHECK(normalised / count > 0.6);
   CHECK(normalised / count < 1.6);
 }

@@ -67,7 +67,7 @@ std::vector<MarkerSighting> sightings(int images, double sigma, Random& random) 
 
 }  // namespace
 
-TEST_CASE("the map of markers in space lies within its stated doubt", "[coverage][statistics]") {
+TEST_CASE("the map of markers in space lies within its stated uncertainty", "[coverage][statistics]") {
   const int trials = test::trials(500, 60);
   Random random(4);
   const Target map = truth();

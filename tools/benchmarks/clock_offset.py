@@ -117,15 +117,15 @@ def measure(folder, name, shifts):
                 f"OpenCV at the peer's offset {peer[0]:.2f} mm, published {median} mm",
             )
         )
-        doubt = 1.96e3 * result.offset_std
+        uncertainty = 1.96e3 * result.offset_std
         lines.append(
             comparison.Row(
                 f"{name}: offset",
                 row[1] + " ms",
                 "interval holds the published",
-                abs(1e3 * result.offset - offset) <= doubt,
+                abs(1e3 * result.offset - offset) <= uncertainty,
                 f"published {offset} ms",
-                f"[{1e3 * result.offset - doubt:.2f}, {1e3 * result.offset + doubt:.2f}] ms",
+                f"[{1e3 * result.offset - uncertainty:.2f}, {1e3 * result.offset + uncertainty:.2f}] ms",
             )
         )
     return row, lines

@@ -49,7 +49,7 @@ class ArmRow:
     causes: str = ""
     verdict: str = ""
     seconds: float = 0.0
-    doubts: list[str] = dataclasses.field(default_factory=list)  # of the importer
+    objections: list[str] = dataclasses.field(default_factory=list)  # of the importer against the log
 
 
 def fit_gap(recording: Any, cell: Any) -> float:
@@ -113,7 +113,7 @@ def friction_withheld(arm: sets.TorqueArm, data: Path, joints: list[int], effect
         cause_text(found),
         str(found.verdict),
         seconds,
-        prepared.doubts,
+        prepared.objections,
     )
 
 
@@ -147,7 +147,7 @@ def payload_unknown(data: Path) -> ArmRow:
         causes=cause_text(found),
         verdict=str(found.verdict),
         seconds=seconds,
-        doubts=prepared.doubts,
+        objections=prepared.objections,
     )
 
 
@@ -351,7 +351,7 @@ def main() -> None:
     )
     parser.add_argument("--quick", action="store_true", help="without the cases that take minutes")
     parser.add_argument(
-        "--causes", action="store_true", help="list every cause with its parameters, and what the importer doubts"
+        "--causes", action="store_true", help="list every cause with its parameters, and what the importer objects to"
     )
     given = parser.parse_args()
     data = given.reference / "data"
@@ -363,7 +363,7 @@ def main() -> None:
         for r in rows:
             print(
                 f"{r.arm}, {r.withheld}: {r.causes or 'no cause'}",
-                *(f"  the importer doubts {d}" for d in r.doubts),
+                *(f"  the importer objects: {d}" for d in r.objections),
                 sep="\n",
             )
     simulators = mico.compare_all(data / "simreal_kinova_mico") if not given.arms or "mico" in given.arms else []

@@ -52,7 +52,7 @@ class Prepared:
     offset: np.ndarray
     sigma: np.ndarray
     floor: float
-    doubts: list[str] = field(default_factory=list)  # of the importer
+    objections: list[str] = field(default_factory=list)  # of the importer against the log
 
 
 def columns(q: str | list[str], torque: str | list[str], unit: Any = "rad", **more: Any) -> dict[str, Any]:
@@ -200,7 +200,7 @@ def nominal_cell(arm: TorqueArm) -> Any:
 
 
 def bring_in(arm: TorqueArm, data: Path) -> tuple[Any, list[str]]:
-    """The recording, through a map, and what the importer doubts."""
+    """The recording, through a map, and what the importer objects to."""
     with tempfile.TemporaryDirectory() as folder:
         kr5.cell.save_cell(nominal_cell(arm), Path(folder) / "cell.yaml")
         parts = [
@@ -220,8 +220,8 @@ def bring_in(arm: TorqueArm, data: Path) -> tuple[Any, list[str]]:
                 }
             )
         )
-        recording, _, doubts = import_recording(data / arm.log, map_file)
-    return recording, [d.text() for d in doubts]
+        recording, _, objections = import_recording(data / arm.log, map_file)
+    return recording, [d.text() for d in objections]
 
 
 def with_torques(recording: Any, cell: Any, change: Any) -> Any:
@@ -241,7 +241,7 @@ def with_torques(recording: Any, cell: Any, change: Any) -> Any:
 def prepare(arm: TorqueArm, data: Path, cell: Any = None) -> Prepared:
     """Identifies on the fit part, and states the noise. `cell` has another structure than the one with which angles
     were read."""
-    recording, doubts = bring_in(arm, data)
+    recording, objections = bring_in(arm, data)
     recording.cell = cell or recording.cell
     found = identify.identify(recording.cell, recording.experiments, arm.rotors)
     fit = [e for e in recording.experiments if str(e.split) == "fit"]
@@ -250,7 +250,7 @@ def prepare(arm: TorqueArm, data: Path, cell: Any = None) -> Prepared:
     seen = 1.4826 * np.median(np.abs(residual[:-2] - 2 * residual[1:-1] + residual[2:]), axis=0) / np.sqrt(6)
     scaled = identify.with_drives(found.cell, torque_constant=np.asarray(found.cell.drives.torque_constant) * sigma)
     out = with_torques(recording, scaled, lambda y: (y - found.offset) / sigma)
-    return Prepared(out, scaled, found.offset, sigma, 2 / float(np.median(seen / sigma)), doubts)
+    return Prepared(out, scaled, found.offset, sigma, 2 / float(np.median(seen / sigma)), objections)
 
 
 def without_friction(cell: Any, joints: list[int]) -> Any:

@@ -67,7 +67,7 @@ def _numbers(value, like) -> np.ndarray | None:
 
 
 def parameter_errors(cause: dict, effect: dict) -> list[tuple[str, str, float, float]]:
-    """Relative error and error over its stated doubt, of every number both give."""
+    """Relative error and error over its stated uncertainty, of every number both give."""
     out = []
     for name, true in effect["parameters"].items():
         told = cause.get("parameters", {}).get(name)

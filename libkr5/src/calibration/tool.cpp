@@ -94,7 +94,7 @@ Fit averaged(const std::vector<Fit>& fits) {
 }
 
 /// Averages over the ratio of the variances, weighted by restricted likelihood. Picking the most likely ratio instead
-/// pretends to know it, and from four to six poses claims far too small a doubt.
+/// pretends to know it, and from four to six poses states far too small an uncertainty.
 Fit solve_estimating(std::span<const Pose> poses, const Index& used) {
   const Fit plain = solve(poses, used, 0.0, Eigen::Vector3d::Zero());
   const Eigen::Vector3d tip = plain.x.head<3>();

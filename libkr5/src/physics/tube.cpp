@@ -45,7 +45,7 @@ cell::PlacedObject tube_object(const cell::Cell& cell) {
   out.radius = cell.tube->outer_radius;
   out.inner_radius = tube_radius(cell);
   out.depth = cell.tube->depth;
-  out.T_B_O = cell.tube->T_base_tube * T_tube_actual(cell);
+  out.T_base_object = cell.tube->T_base_tube * T_tube_actual(cell);
   return out;
 }
 

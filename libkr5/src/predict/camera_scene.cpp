@@ -19,7 +19,7 @@ CameraScene camera_scene(const cell::Cell& cell, const Pose& T_base_flange,
   }
   std::vector<cell::PlacedObject> all = cell_solids(cell);
   all.insert(all.end(), objects.begin(), objects.end());
-  for (const cell::PlacedObject& object : all) out.solids.push_back({object, T_camera_base * object.T_B_O});
+  for (const cell::PlacedObject& object : all) out.solids.push_back({object, T_camera_base * object.T_base_object});
   return out;
 }
 

@@ -11,7 +11,7 @@ cell::PlacedObject target_sphere(const cell::LaserTarget& target) {
   out.kind = SolidKind::Ball;
   out.name = "sphere";
   out.radius = target.radius;
-  out.T_B_O.translation() = target.sphere;
+  out.T_base_object.translation() = target.sphere;
   return out;
 }
 
@@ -24,7 +24,7 @@ cell::PlacedObject target_plate(const cell::Target& target) {
   out.name = target.name;
   out.width = high.x() - low.x();
   out.height = high.y() - low.y();
-  out.T_B_O = *target.T_base_target * Eigen::Translation3d((low + high) / 2);
+  out.T_base_object = *target.T_base_target * Eigen::Translation3d((low + high) / 2);
   return out;
 }
 
@@ -61,7 +61,7 @@ cell::PlacedObject wide_plate(const std::string& name, double height) {
   out.kind = SolidKind::Plate;
   out.name = name;
   out.width = out.height = 20.0;
-  out.T_B_O.translation().z() = height;
+  out.T_base_object.translation().z() = height;
   return out;
 }
 

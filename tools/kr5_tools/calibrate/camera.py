@@ -21,7 +21,7 @@ from kr5_tools.targets.command import Sightings, Target, find_in_images, load_ta
 app = typer.Typer()
 LENSES = Literal["auto", "none", "k1", "k1k2", "brown4", "brown5", "radial6", "rational8"]
 PARAMETERS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
-DOUBTS = ("uncertain", "noisy_corners", "coverage", "few_views", "views_lost")
+UNCERTAIN_CAUSES = ("uncertain", "noisy_corners", "coverage", "few_views", "views_lost")
 REMEDIES = {
     "mirrored": "The picture is mirrored: switch off the mirroring in the camera driver.",
     "wrong_size": "Count the inner corners (squares less one), rows first, and correct --target.",
@@ -95,14 +95,14 @@ def _lost_causes(lost: list[dict[str, str]], total: int) -> list[dict[str, str]]
 def _verdict(result: Any, causes: list[dict[str, str]]) -> dict[str, str]:
     if not result.fit.usable:
         return {"word": "unusable", "text": result.fit.message}
-    doubts = [c["text"] for c in causes if c["cause"] in DOUBTS]
+    objections = [c["text"] for c in causes if c["cause"] in UNCERTAIN_CAUSES]
     left_out = sum(v.outlier for v in result.views)
     known = (
         f"Points of new images are predicted to {format_number(result.held_out_rms)} px." if result.held_out_rms else ""
     )
     out = f" {left_out} view(s) were left out as contradicting the others." if left_out else ""
-    if doubts:
-        return {"word": "doubtful", "text": f"{' '.join(doubts)} {known}{out}".strip()}
+    if objections:
+        return {"word": "doubtful", "text": f"{' '.join(objections)} {known}{out}".strip()}
     return {"word": "good", "text": f"The views agree and determine the camera. {known}{out}".strip()}
 
 

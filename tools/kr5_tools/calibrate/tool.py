@@ -95,7 +95,7 @@ def read_poses(
     rows = np.asarray(csv.values)[:, [columns.index(c) for c in ("x", "y", "z", *rotation)]]
     used = {"position": length or ("mm" if name == "kuka" else "m"), "rotation": form, "angle": angle or unit}
     pose_format = calibration.PoseFormat.from_dict(used)
-    _refuse_doubts(file, rows, pose_format, "see --convention, --length, --angle")
+    _refuse_objections(file, rows, pose_format, "see --convention, --length, --angle")
     return calibration.to_poses(rows, pose_format), used
 
 
@@ -107,15 +107,15 @@ def read_folder(folder: Path, description: Path | None) -> tuple[list[Any], dict
     if not file.exists():
         fail(f"{file}: no such file; expected a dataset.yaml with poses and convention, or name one with --dataset")
     data = calibration.load_pose_set(str(file), str(folder))
-    _refuse_doubts(folder, data.rows, data.convention, f"correct the convention in {file}")
+    _refuse_objections(folder, data.rows, data.convention, f"correct the convention in {file}")
     return data.poses(), data.convention.to_dict()
 
 
-def _refuse_doubts(source: Path, rows: Any, read_as: Any, remedy: str) -> None:
-    if doubts := calibration.format_objections(rows, read_as):
+def _refuse_objections(source: Path, rows: Any, read_as: Any, remedy: str) -> None:
+    if objections := calibration.format_objections(rows, read_as):
         used = read_as.to_dict()
         fail(
-            f"{source}: read as {used['position']}, {used['rotation']}, {used['angle']}: {'; '.join(doubts)}; {remedy}"
+            f"{source}: read as {used['position']}, {used['rotation']}, {used['angle']}: {'; '.join(objections)}; {remedy}"
         )
 
 
@@ -137,13 +137,13 @@ def _verdict(result: Any, std: np.ndarray) -> dict[str, str]:
     if not result.fit.usable:
         return {"word": "unusable", "text": result.fit.message}
     worst = float(np.linalg.norm(std))
-    doubts = list(result.warnings)
+    objections = list(result.warnings)
     if missed := [str(i + 1) for i, p in enumerate(result.poses) if p.outlier]:
-        doubts.append(f"pose {', '.join(missed)} missed the point and was left out: touch again")
+        objections.append(f"pose {', '.join(missed)} missed the point and was left out: touch again")
     if worst > 1:
-        doubts.append("the tip is known to no better than 1 mm: touch from more, and more tilted, directions")
+        objections.append("the tip is known to no better than 1 mm: touch from more, and more tilted, directions")
     text = f"the tip is known to {worst:.2f} mm (one standard deviation)"
-    return {"word": "doubtful" if doubts else "good", "text": "; ".join([text, *doubts])}
+    return {"word": "doubtful" if objections else "good", "text": "; ".join([text, *objections])}
 
 
 def _show(result: Any, data: dict[str, Any], out: Any) -> None:

@@ -12,7 +12,7 @@ VERDICT_COLOURS = {"good": "green", "doubtful": "yellow", "unusable": "red"}
 
 
 def figure_row(name: str, value: float, std: float | None, unit: str) -> dict[str, Any]:
-    """One row of the table of numbers with doubt."""
+    """One row of the table of numbers with uncertainty."""
     return {"name": name, "value": value, "std": std, "unit": unit}
 
 
@@ -37,7 +37,7 @@ def pose_figures(name: str, T: Any, covariance: Any) -> list[dict[str, Any]]:
 
 
 def format_number(value: float | None, std: float | None = None) -> str:
-    """A number with as many digits as its doubt allows (two digits of it), else four."""
+    """A number with as many digits as its uncertainty allows (two digits of it), else four."""
     if value is None or not math.isfinite(value):
         return "–"
     if not std or not math.isfinite(std):

@@ -36,7 +36,7 @@ def measures_size(cause: dict[str, Any], parameter: str) -> bool:
 
 
 def parameter_rows(cause: dict[str, Any], cell: Any) -> list[dict[str, str]]:
-    """Name, value, doubt, unit and what the cell says, one row a number; a pose as its difference from the cell's."""
+    """Name, value, uncertainty, unit and what the cell says, one row a number; a pose as its difference from the cell's."""
     out = []
     for name, p in cause["parameters"].items():
         before = nominal_value(cell, cause, name) if cell else None
@@ -45,14 +45,14 @@ def parameter_rows(cause: dict[str, Any], cell: Any) -> list[dict[str, str]]:
             continue
         values, std = (v if isinstance(v, list) else [v] for v in (p["value"], p["std"]))
         factor, unit = display_unit(p["unit"], values, cause["target"])
-        for axis, value, doubt in zip("xyz" if len(values) > 1 else [""], values, std):
-            exact = not doubt  # a choice, such as the number of cycles
+        for axis, value, error in zip("xyz" if len(values) > 1 else [""], values, std):
+            exact = not error  # a choice, such as the number of cycles
             out.append(
                 {
                     "name": f"{name.replace('_', ' ')} {axis}".strip(),
                     "unit": unit,
-                    "value": f"{factor * value:g}" if exact else tables.format_number(factor * value, factor * doubt),
-                    "std": "" if exact else f"± {tables.format_number(factor * doubt, factor * doubt)}",
+                    "value": f"{factor * value:g}" if exact else tables.format_number(factor * value, factor * error),
+                    "std": "" if exact else f"± {tables.format_number(factor * error, factor * error)}",
                     "nominal": "" if before is None else f"{factor * before:.6g}",
                 }
             )

@@ -173,7 +173,7 @@ def display_unit(unit: str, values: list[float], target: str) -> tuple[float, st
 
 
 def value_text(parameter: dict[str, Any], target: str) -> str:
-    """Value with doubt and unit; a pose only says that it is one."""
+    """Value with uncertainty and unit; a pose only says that it is one."""
     value = parameter["value"]
     values, std = (value, parameter["std"]) if isinstance(value, list) else ([value], parameter["std"])
     std = std if isinstance(std, list) else [std]
@@ -181,8 +181,8 @@ def value_text(parameter: dict[str, Any], target: str) -> str:
         return f"± {tables.format_number(1e3 * max(std[:3]))} mm, ± {tables.format_number(57.3 * max(std[3:]))} °"
     factor, unit = display_unit(parameter["unit"], values, target)
     texts = [tables.format_number(factor * v, factor * s) if s else f"{factor * v:.6g}" for v, s in zip(values, std)]
-    doubt = f" ± {tables.format_number(factor * max(std), factor * max(std))}" if max(std) else ""
-    return ", ".join(texts) + doubt + (f" {unit}" if unit else "")
+    error = f" ± {tables.format_number(factor * max(std), factor * max(std))}" if max(std) else ""
+    return ", ".join(texts) + error + (f" {unit}" if unit else "")
 
 
 def cause_text(cause: dict[str, Any]) -> str:
@@ -190,7 +190,7 @@ def cause_text(cause: dict[str, Any]) -> str:
     name = effect_text(cause["effect"], cause["target"])
     known = [
         p for p in cause["parameters"].values() if np.any(p["std"])
-    ]  # a choice, as the number of cycles, has no doubt
+    ]  # a choice, as the number of cycles, has no uncertainty
     first = next(iter(known), None)
     pose = first and isinstance(first["value"], list) and isinstance(first["value"][0], list)
     value = f"{value_text(first, cause['target'])}, " if first and not pose else ""

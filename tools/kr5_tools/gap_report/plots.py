@@ -320,7 +320,7 @@ def plots_of(
                     add(
                         f"against_{group}",
                         f"{group} against the {variable_text(dependence['variable'])}",
-                        "Points are rows, squares and circles means with twice their doubt.",
+                        "Points are rows, squares and circles means with twice their uncertainty.",
                         figure,
                     )
                     break

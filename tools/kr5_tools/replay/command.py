@@ -186,7 +186,7 @@ def make_page(
 
 def _drawn(cell: Any, thing: Any, q: list[float]) -> dict[str, Any]:
     """A thing as the page draws it; of a bench without end, the part below the tool."""
-    out: dict[str, Any] = writing.to_plain({**thing.to_dict(), "T": thing.T_B_O})
+    out: dict[str, Any] = writing.to_plain({**thing.to_dict(), "T": thing.T_base_object})
     if thing.width > 1.0:
         tip = cell.T_base_tool(q)
         out |= {"width": 0.5, "height": 0.5}

@@ -255,7 +255,7 @@ def model_table(data: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def frame_scene(data: dict[str, Any]) -> dict[str, Any] | None:
-    """What the 3D view draws: frames in the root, lines to their parents, and the doubt of their place."""
+    """What the 3D view draws: frames in the root, lines to their parents, and the uncertainty of their place."""
     from kr5_tools.calibrate.plots import root_poses
 
     frames = data.get("frames")

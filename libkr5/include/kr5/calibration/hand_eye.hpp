@@ -116,7 +116,7 @@ struct HandEyeResult {
 /// The true robot pose of a view is the reported one times to_pose(e), e normal; each view's e is eliminated, which
 /// leaves twelve unknowns. Noise levels that are not given are estimated by restricted maximum likelihood, the ratio of
 /// robot position and rotation noise being held loosely near the arm's reach (else three views could not part them).
-/// The covariances are widened for that doubt (Kenward and Roger 1997): their normal 95 % regions, as from
+/// The covariances are widened for that uncertainty (Kenward and Roger 1997): their normal 95 % regions, as from
 /// uncertainty::confidence_ellipsoid, hold the truth with 95 %. Views that contradict the others get weight 0 and are
 /// named, at a false-alarm rate per set of `outlier_false_alarm`; at least six in ten views stay in the fit.
 ///

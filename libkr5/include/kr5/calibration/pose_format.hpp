@@ -89,7 +89,7 @@ Eigen::VectorXd to_row(const Pose& T_base_flange, const PoseFormat& format);
 /// looked at: the order of a quaternion and an inversion show only beside the images.
 std::vector<std::string> format_objections(const Eigen::MatrixXd& rows, const PoseFormat& format);
 
-/// Every convention without doubts, T_base_flange before T_flange_base, usual ones first.
+/// Every convention that the poses do not contradict, T_base_flange before T_flange_base, usual ones first.
 std::vector<PoseFormat> plausible_formats(const Eigen::MatrixXd& rows);
 
 }  // namespace kr5::calibration

@@ -119,7 +119,7 @@ struct TimedHandEyeResult {
 ///
 /// Correlation of the speeds of turning gives the first guess (Furrer et al., FSR 2017); then the hand stream is
 /// interpolated at the camera's times and all thirteen numbers are refined with t-distributed errors of estimated
-/// covariance. The doubt comes from how the errors scatter and how they fade in time.
+/// covariance. The uncertainty comes from how the errors scatter and how they fade in time.
 /// Streams that do not suffice give FitStatus::Degenerate, `cause`, and words in `fit.message`.
 /// @throws InvalidArgument for streams with fewer than ten poses, unequal lengths, poses or times that are not finite.
 TimedHandEyeResult calibrate_timed_hand_eye(const PoseStream& hand, const PoseStream& camera,

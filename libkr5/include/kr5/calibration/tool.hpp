@@ -96,9 +96,9 @@ struct ToolResult {
 /// Estimates the tool centre point from poses of the flange in the base whose tip touches one fixed point.
 ///
 /// The noise model is an isotropic position error and an orientation error that acts at the lever arm of the tip;
-/// unless given, both are estimated by restricted maximum likelihood. The covariance is widened for that doubt: its
-/// normal 95 % region, as from uncertainty::confidence_ellipsoid, holds the truth with 95 %. Poses that all have the
-/// same orientation, or turn about one axis only, give FitStatus::Degenerate, with the unknown direction in
+/// unless given, both are estimated by restricted maximum likelihood. The covariance is widened for that uncertainty:
+/// its normal 95 % region, as from uncertainty::confidence_ellipsoid, holds the truth with 95 %. Poses that all have
+/// the same orientation, or turn about one axis only, give FitStatus::Degenerate, with the unknown direction in
 /// `weak_direction`.
 /// @throws InvalidArgument for fewer than four poses, a pose that is not finite or not proper, or invalid options.
 ToolResult calibrate_tool(std::span<const Pose> T_base_flange, const ToolOptions& options = {});

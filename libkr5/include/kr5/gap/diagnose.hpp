@@ -50,7 +50,7 @@ struct DiagnoseOptions {
 /// unknown.
 ///
 /// Effects are screened by linear signatures, refitted on the fit experiments through the simulator, and judged on the
-/// check experiments as far as the doubt of the fit reaches; thresholds are those of tests at `false_alarms`. A
+/// check experiments as far as the uncertainty of the fit reaches; thresholds are those of tests at `false_alarms`. A
 /// structure is what such a test finds in a column, or an effect whose size is not the same in all experiments,
 /// columns, postures, speeds and times. Probabilities are those of the fitted sets of effects (Laplace), lowered by the
 /// structure that an effect leaves: not at all when that is no more than the simulator may be off, to nothing when it

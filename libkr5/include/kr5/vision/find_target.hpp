@@ -86,8 +86,9 @@ struct Detection {
 /// Looks for one target. Boards with markers may be seen in part; chessboards and dot grids must be seen whole.
 /// Where a board looks the same after a turn, the answer is the one whose first point lies nearest to the upper left
 /// corner of the image (x + y least); a chessboard with an odd sum of rows and columns, or a dot grid with a bigger dot
-/// in one corner, has no such doubt. Centres of dots are those of the circles on the board, not of the ellipses in the
-/// image: perspective moves the two apart. @throws InvalidArgument for an empty image, a bad target or bad options.
+/// in one corner, has no such uncertainty. Centres of dots are those of the circles on the board, not of the ellipses
+/// in the image: perspective moves the two apart. @throws InvalidArgument for an empty image, a bad target or bad
+/// options.
 Detection find_target(ImageView image, const Target& target, const DetectOptions& options = {});
 
 }  // namespace kr5::vision

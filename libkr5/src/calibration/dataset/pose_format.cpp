@@ -108,7 +108,7 @@ Eigen::MatrixX3d positions(const Eigen::MatrixXd& rows, RotationForm form) {
   return p;
 }
 
-void doubt_angles(const Eigen::MatrixXd& rows, const PoseFormat& format, std::vector<std::string>& out) {
+void check_angles(const Eigen::MatrixXd& rows, const PoseFormat& format, std::vector<std::string>& out) {
   const Eigen::MatrixXd angles = radians(format.angle) * rows.rightCols(3);
   const double largest = angles.cwiseAbs().maxCoeff();
   const char* unit = format.angle == AngleUnit::Radian ? " rad" : " deg";
@@ -177,7 +177,7 @@ std::vector<std::string> format_objections(const Eigen::MatrixXd& rows, const Po
   if (farthest > 20.0) out.push_back("a position " + std::to_string(farthest) + " m away: millimetres?");
   if (farthest < 0.02)
     out.push_back("no position is farther away than " + std::to_string(1e3 * farthest) + " mm: metres?");
-  if (has_angles(format.rotation)) doubt_angles(rows, format, out);
+  if (has_angles(format.rotation)) check_angles(rows, format, out);
   return out;
 }
 

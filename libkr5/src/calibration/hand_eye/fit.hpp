@@ -30,8 +30,8 @@ struct HandEyeFit {
   /// Student distribution (4 degrees of freedom), which bounds what a contradicting view can do.
   void settle(int max_iterations, bool student);
 
-  /// Squared distance of a view from what all the others say, in its own doubt: chi-square with 6 degrees of freedom
-  /// when the variances are known.
+  /// Squared distance of a view from what all the others say, in its own uncertainty: chi-square with 6 degrees of
+  /// freedom when the variances are known.
   double deleted_distance(std::size_t i) const;
 
  private:

@@ -164,7 +164,7 @@ void name_outliers(HandEyeFit& fit, const HandEyeOptions& options) {
   }
 }
 
-/// RMS of the views' disagreements, each over its own doubt.
+/// RMS of the views' disagreements, each over its own uncertainty.
 double whitened_rms(const HandEyeFit& fit) {
   double squares = 0, inside = 0;
   for (const auto& [view, weight] : fit.active()) {

@@ -81,7 +81,7 @@ Moments moments(std::span<const WeightedView> views, const Variances& v) {
   return m;
 }
 
-/// What doubt W of the variances adds to C, to first order: sum of W_kl (Q_kl - P_k C P_l) with
+/// What uncertainty W of the variances adds to C, to first order: sum of W_kl (Q_kl - P_k C P_l) with
 /// Q_kl = F' V^-1 V_k V^-1 V_l V^-1 F.
 Matrix12 spread_of_variances(std::span<const WeightedView> views, const Variances& v, const Moments& m,
                              const Eigen::Matrix3d& W) {

@@ -8,7 +8,7 @@
 
 /// @file
 /// Private: the linear mixed model behind a hand-eye fit, y_i = F_i b + e_i + n_i with three variances (robot position,
-/// robot rotation, pixel), estimated by restricted maximum likelihood (REML), and what their doubt does to Cov b
+/// robot rotation, pixel), estimated by restricted maximum likelihood (REML), and what their uncertainty does to Cov b
 /// (Kenward and Roger, "Small sample inference for fixed effects from REML", Biometrics 53, 1997).
 
 namespace kr5::calibration::hand_eye {

@@ -35,7 +35,7 @@ Directions first(const Pinhole& camera, int count) {
 /// Gauss-Newton over camera, X, Y and the pose of the target in every view, the latter eliminated view by view.
 class CameraFitter {
  public:
-  CameraFitter(const Case& c, const Directions& directions, const Hypothesis& from)
+  CameraFitter(const Case& c, const Directions& directions, const SetupHypothesis& from)
       : case_(c), D_(directions), camera_(c.recording.camera), X_(from.fit.X), Y_(from.fit.Y) {
     weight_ << Eigen::Vector3d::Constant(1 / (from.fit.sigma_position * from.fit.sigma_position)),
         Eigen::Vector3d::Constant(1 / (from.fit.sigma_rotation * from.fit.sigma_rotation));
@@ -125,8 +125,8 @@ class CameraFitter {
 };
 
 /// The hypothesis with these directions freed, or nothing when it cannot be fitted.
-std::optional<Hypothesis> with_freed(const Case& c, const Directions& freed) {
-  Hypothesis h = c.sound;
+std::optional<SetupHypothesis> with_freed(const Case& c, const Directions& freed) {
+  SetupHypothesis h = c.sound;
   // Twice: with the right camera the robot turns out less noisy, and then says more about the camera.
   for (int round = 0; round < 2; ++round) {
     const auto found = CameraFitter(c, freed, h).run();
@@ -165,8 +165,8 @@ HandEyeRecording without(const HandEyeRecording& all, int folds, int fold) {
 
 }  // namespace
 
-std::vector<Hypothesis> other_camera(const Case& c) {
-  std::vector<Hypothesis> out;
+std::vector<SetupHypothesis> other_camera(const Case& c) {
+  std::vector<SetupHypothesis> out;
   for (const Directions& freed : kinds(c.recording.camera))
     if (auto h = with_freed(c, freed)) out.push_back(std::move(*h));
   return out;

@@ -35,7 +35,7 @@ void say(NamedCause& n, std::string text, std::string remedy) {
   n.remedy = std::move(remedy);
 }
 
-void describe_format(const Case& c, const Hypothesis& h, NamedCause& n) {
+void describe_format(const Case& c, const SetupHypothesis& h, NamedCause& n) {
   const std::string convention = "Set the convention of the poses to: " + format_text(h.format) + ".";
   switch (n.cause) {
     case HandEyeCause::PosesInverted:
@@ -60,7 +60,7 @@ void describe_format(const Case& c, const Hypothesis& h, NamedCause& n) {
   }
 }
 
-void describe_camera(const Case& c, const Hypothesis& h, NamedCause& n) {
+void describe_camera(const Case& c, const SetupHypothesis& h, NamedCause& n) {
   const double focal = 100 * (h.camera.fx / c.recording.camera.fx - 1);
   n.value = focal, n.unit = "% of the focal length";
   say(n,
@@ -72,7 +72,7 @@ void describe_camera(const Case& c, const Hypothesis& h, NamedCause& n) {
       "calibrated from these images.");
 }
 
-void describe_setup(const Case& c, const Hypothesis& h, NamedCause& n) {
+void describe_setup(const Case& c, const SetupHypothesis& h, NamedCause& n) {
   switch (n.cause) {
     case HandEyeCause::TargetSizeWrong:
       n.unit = "times the stated size";
@@ -114,7 +114,7 @@ void describe_setup(const Case& c, const Hypothesis& h, NamedCause& n) {
 
 }  // namespace
 
-void describe(const Case& c, const Hypothesis& h, NamedCause& n) {
+void describe(const Case& c, const SetupHypothesis& h, NamedCause& n) {
   if (n.cause == HandEyeCause::CameraModelWrong)
     describe_camera(c, h, n);
   else if (h.freedom == 0 && n.cause != HandEyeCause::ShiftedByOne && n.cause != HandEyeCause::OutOfOrder)

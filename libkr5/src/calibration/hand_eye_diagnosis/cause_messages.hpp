@@ -11,7 +11,7 @@
 namespace kr5::calibration::evidence {
 
 /// Fills text, evidence, remedy, value and unit of `named` from the hypothesis that found it.
-void describe(const Case& c, const Hypothesis& h, NamedCause& named);
+void describe(const Case& c, const SetupHypothesis& h, NamedCause& named);
 /// The same when the wrist did not turn enough.
 void describe_rotation(const HandEyeDiagnosis& d, const HandEyeDiagnosisOptions& options, NamedCause& named);
 std::string verdict_text(const HandEyeResult& result, const HandEyeDiagnosisOptions& options,

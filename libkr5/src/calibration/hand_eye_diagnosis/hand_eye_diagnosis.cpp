@@ -21,7 +21,7 @@ namespace kr5::calibration {
 namespace {
 
 using evidence::Case;
-using evidence::Hypothesis;
+using evidence::SetupHypothesis;
 
 constexpr double families = 8;  // of hypotheses, which share the false alarms
 
@@ -39,7 +39,7 @@ double gain_of_f(double alpha, int freedom, double n, double rest) {
 }
 
 /// The gain in -2 log likelihood that a sound set exceeds with probability `alpha`.
-double chance_gain(const Case& c, const Hypothesis& h, double alpha) {
+double chance_gain(const Case& c, const SetupHypothesis& h, double alpha) {
   // A fixed wrong reading beats the right one by 2 log(1/alpha) no more often than alpha (Markov's inequality).
   if (h.freedom == 0) return 2 * (h.choices - std::log(alpha));
   const double a = std::max(alpha * std::exp(-h.choices), 1e-12);
@@ -50,26 +50,26 @@ double chance_gain(const Case& c, const Hypothesis& h, double alpha) {
 }
 
 /// What a hypothesis gains over the sound one after paying for its freedom (Schwarz) and its choices.
-double net_gain(const Hypothesis& sound, const Hypothesis& h) {
+double net_gain(const SetupHypothesis& sound, const SetupHypothesis& h) {
   return sound.score - h.score - h.freedom * std::log(6.0 * h.reading.size()) - 2 * h.choices;
 }
 
 /// Thousands of corners show any lens to be a little different. That is a cause only when it moves the camera beyond
-/// the doubt that remains with the better one (that with the worse one is inflated by the fault itself).
-bool matters(const Case& c, const Hypothesis& h) {
+/// the uncertainty that remains with the better one (that with the worse one is inflated by the fault itself).
+bool matters(const Case& c, const SetupHypothesis& h) {
   if (h.causes.front() != HandEyeCause::CameraModelWrong) return true;
   const Vector6 moved = pose_difference(c.sound.fit.X, h.fit.X);
-  const Matrix6 doubt = h.fit.covariance.topLeftCorner<6, 6>();
-  return moved.dot(doubt.ldlt().solve(moved)) > uncertainty::chi_square_quantile(0.99, 6);
+  const Matrix6 covariance = h.fit.covariance.topLeftCorner<6, 6>();
+  return moved.dot(covariance.ldlt().solve(moved)) > uncertainty::chi_square_quantile(0.99, 6);
 }
 
 struct Candidate {
-  Hypothesis hypothesis;
+  SetupHypothesis hypothesis;
   double gain = 0.0;  ///< Net.
   double held_out = 0.0;
 };
 
-double held_out(const Case& c, const Hypothesis& h) {
+double held_out(const Case& c, const SetupHypothesis& h) {
   if (h.causes.front() == HandEyeCause::CameraModelWrong) return evidence::held_out_with_camera(c, h.freedom);
   return held_out_rms(h.reading, c.sightings);
 }
@@ -77,9 +77,9 @@ double held_out(const Case& c, const Hypothesis& h) {
 /// Significant hypotheses, the best of each kind, best first.
 std::vector<Candidate> compete(const Case& c, const HandEyeDiagnosisOptions& options, double held_out_sound) {
   std::vector<Candidate> out;
-  const auto consider = [&](const std::vector<Hypothesis>& family) {
-    const Hypothesis* best = nullptr;
-    for (const Hypothesis& h : family)
+  const auto consider = [&](const std::vector<SetupHypothesis>& family) {
+    const SetupHypothesis* best = nullptr;
+    for (const SetupHypothesis& h : family)
       if (!best || net_gain(c.sound, h) > net_gain(c.sound, *best)) best = &h;
     if (!best || c.sound.score - best->score < chance_gain(c, *best, options.false_alarm / families)) return;
     if (!matters(c, *best)) return;

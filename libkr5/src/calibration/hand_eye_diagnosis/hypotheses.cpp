@@ -59,10 +59,10 @@ Reading as_recorded(const Case& c, const std::vector<Pose>& poses) {
   return r;
 }
 
-std::vector<Hypothesis> other_formats(const Case& c) {
-  std::vector<Hypothesis> out;
+std::vector<SetupHypothesis> other_formats(const Case& c) {
+  std::vector<SetupHypothesis> out;
   for (const PoseFormat& format : formats(c.recording.rows, c.recording.format)) {
-    Hypothesis h;
+    SetupHypothesis h;
     try {
       h.reading = as_recorded(c, to_poses(c.recording.rows, format));
     } catch (const InvalidArgument&) {
@@ -82,8 +82,8 @@ std::vector<Hypothesis> other_formats(const Case& c) {
   return out;
 }
 
-std::vector<Hypothesis> other_size(const Case& c) {
-  Hypothesis h;
+std::vector<SetupHypothesis> other_size(const Case& c) {
+  SetupHypothesis h;
   h.reading = c.sound.reading;
   h.reading.free_scale = true;
   h.fit = fit_reading(h.reading, c.sightings);
@@ -96,11 +96,11 @@ std::vector<Hypothesis> other_size(const Case& c) {
   return {h};
 }
 
-std::vector<Hypothesis> shifted_readings(const Case& c) {
-  std::vector<Hypothesis> out;
+std::vector<SetupHypothesis> shifted_readings(const Case& c) {
+  std::vector<SetupHypothesis> out;
   const int n = static_cast<int>(c.poses.size());
   for (const int by : {-2, -1, 1, 2}) {
-    Hypothesis h;
+    SetupHypothesis h;
     h.reading.mount = c.recording.mount;
     for (std::size_t k = 0; k < c.sightings.index.size(); ++k) {
       const int pose = c.sightings.index[k] + by;
@@ -121,11 +121,11 @@ std::vector<Hypothesis> shifted_readings(const Case& c) {
   return out;
 }
 
-std::vector<Hypothesis> moved_target(const Case& c) {
-  std::vector<Hypothesis> out;
+std::vector<SetupHypothesis> moved_target(const Case& c) {
+  std::vector<SetupHypothesis> out;
   const int n = c.sound.reading.size();
   for (int split = 2; split <= n - 2; ++split) {
-    Hypothesis h;
+    SetupHypothesis h;
     h.reading = c.sound.reading;
     h.reading.split = split;
     h.fit = fit_reading(h.reading, c.sightings);
@@ -141,10 +141,10 @@ std::vector<Hypothesis> moved_target(const Case& c) {
   return out;
 }
 
-std::vector<Hypothesis> outlier_readings(const Case& c) {
-  std::vector<Hypothesis> out;
+std::vector<SetupHypothesis> outlier_readings(const Case& c) {
+  std::vector<SetupHypothesis> out;
   const int n = c.sound.reading.size();
-  Hypothesis h = c.sound;
+  SetupHypothesis h = c.sound;
   h.causes = {HandEyeCause::OutlierViews};
   h.reading.inflation.assign(static_cast<std::size_t>(n), 1.0);
   for (int count = 1; count <= n / 3 && n - count >= 5; ++count) {

@@ -13,7 +13,7 @@
 namespace kr5::calibration::evidence {
 
 /// A fitted reading beside the sound one.
-struct Hypothesis {
+struct SetupHypothesis {
   std::vector<HandEyeCause> causes;  ///< Empty: sound.
   Reading reading;
   ReadingFit fit;
@@ -31,15 +31,15 @@ struct Case {
   const HandEyeRecording& recording;
   Sightings sightings;
   std::vector<Pose> poses;  ///< Of every view, seen or not.
-  Hypothesis sound;
+  SetupHypothesis sound;
 };
 
 /// Pairs every sighting with the pose of its own view.
 Reading as_recorded(const Case& c, const std::vector<Pose>& poses);
 
-std::vector<Hypothesis> other_formats(const Case& c);
-std::vector<Hypothesis> other_size(const Case& c);
-std::vector<Hypothesis> shifted_readings(const Case& c);
-std::vector<Hypothesis> moved_target(const Case& c);
-std::vector<Hypothesis> outlier_readings(const Case& c);
+std::vector<SetupHypothesis> other_formats(const Case& c);
+std::vector<SetupHypothesis> other_size(const Case& c);
+std::vector<SetupHypothesis> shifted_readings(const Case& c);
+std::vector<SetupHypothesis> moved_target(const Case& c);
+std::vector<SetupHypothesis> outlier_readings(const Case& c);
 }  // namespace kr5::calibration::evidence

@@ -52,15 +52,15 @@ double step_of(const std::vector<double>& t) {
 
 }  // namespace
 
-std::vector<Hypothesis> delayed_readings(const Case& c) {
+std::vector<SetupHypothesis> delayed_readings(const Case& c) {
   const std::vector<double> times = times_of(c.recording);
   if (times.size() < 5 || !std::is_sorted(times.begin(), times.end(), std::less_equal<>())) return {};
   const double step = step_of(times);
   const Path path(c.poses, times);
-  std::vector<Hypothesis> out;
+  std::vector<SetupHypothesis> out;
   for (int k = -9; k <= 9; ++k) {
     const double lag = 0.1 * k * step, tiny = 1e-4 * step;
-    Hypothesis h;
+    SetupHypothesis h;
     h.reading = c.sound.reading;
     for (int i = 0; i < h.reading.size(); ++i) {
       const auto at = static_cast<std::size_t>(i);

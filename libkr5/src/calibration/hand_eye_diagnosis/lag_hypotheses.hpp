@@ -8,6 +8,6 @@
 namespace kr5::calibration::evidence {
 
 /// Readings in which the poses were taken somewhat before or after the images.
-std::vector<Hypothesis> delayed_readings(const Case& c);
+std::vector<SetupHypothesis> delayed_readings(const Case& c);
 
 }  // namespace kr5::calibration::evidence

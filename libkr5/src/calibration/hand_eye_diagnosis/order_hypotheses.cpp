@@ -160,10 +160,10 @@ std::vector<int> best_assignment(const Eigen::MatrixXd& cost) {
   return column;
 }
 
-std::vector<Hypothesis> reordered_readings(const Case& c, int seed) {
+std::vector<SetupHypothesis> reordered_readings(const Case& c, int seed) {
   const int n = c.sound.reading.size();
   const Order order = OrderSearch(c, seed).run();
-  Hypothesis h;
+  SetupHypothesis h;
   h.reading = c.sound.reading;
   h.reading.sighting = order;
   for (int i = 0; i < n; ++i)

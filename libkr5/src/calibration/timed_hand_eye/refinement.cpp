@@ -141,7 +141,7 @@ Matrix13 sum_of_pairs(const Eigen::Matrix<double, unknowns, Eigen::Dynamic>& h, 
   return sum;
 }
 
-struct Doubt {
+struct ScatterCovariance {
   Matrix13 covariance;
   double correlation_time = 0.0;  ///< [s]
   double independent = 0.0;       ///< Camera poses that would tell as much of the scatter if errors did not last.
@@ -150,7 +150,7 @@ struct Doubt {
 
 /// Covariance of the t-distributed fit from how its errors scatter and how they fade (the sandwich of M-estimation,
 /// with the pairs of rows that err together; Newey and West 1987, but with the fading as it is seen).
-Doubt doubt(const std::vector<Row>& rows, const Matrix6& S, double tail) {
+ScatterCovariance scatter_covariance(const std::vector<Row>& rows, const Matrix6& S, double tail) {
   const Matrix6 W = S.inverse();
   const Series series = series_of(rows);
   Matrix13 curvature = Matrix13::Zero(), scatter = Matrix13::Zero();
@@ -191,7 +191,7 @@ void fill(const std::vector<Row>& rows, const Matrix6& S, const Estimate& estima
   result.offset = estimate.offset;
   result.T_hand_camera = estimate.X;
   result.T_base_world = estimate.Z;
-  const Doubt found = doubt(rows, S, options.tail);
+  const ScatterCovariance found = scatter_covariance(rows, S, options.tail);
   const Matrix13& C = found.covariance;
   result.correlation_time = found.correlation_time;
   result.covariance = hotelling(6, found.independent) * C.topLeftCorner<6, 6>();
@@ -238,7 +238,7 @@ void refine(const Trajectory& hand, const PoseStream& camera, const TimedHandEye
   std::vector<Row> rows = linearise(hand, camera, estimate);
   Matrix6 S = rough_covariance(rows);
   result.fit.status = FitStatus::MaxIterations;
-  result.fit.message = "the refinement did not settle; the doubt may be too small";
+  result.fit.message = "the refinement did not converge; the stated uncertainty may be too small";
   for (int i = 1; i <= options.max_iterations; ++i) {
     reweigh(rows, S, options.tail);
     const Matrix6 W = S.inverse();

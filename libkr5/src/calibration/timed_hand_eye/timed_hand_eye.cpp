@@ -39,14 +39,14 @@ PoseStream inverted(PoseStream stream) {
   return stream;
 }
 
-struct Hypothesis {
+struct StreamHypothesis {
   const char* cause;
   PoseStream hand, camera;
   const char* words;
 };
 
 /// What else the streams might have meant. The speed of turning, and with it the offset, is the same for all.
-std::vector<Hypothesis> hypotheses(const PoseStream& hand, const PoseStream& camera) {
+std::vector<StreamHypothesis> hypotheses(const PoseStream& hand, const PoseStream& camera) {
   const char* order_hand = "the hand's quaternions are in the other order: w first instead of last, or the reverse";
   const char* order_camera = "the camera's quaternions are in the other order: w first instead of last, or the reverse";
   const char* order_both =
@@ -130,7 +130,7 @@ bool find_start(const Trajectory& hand, const PoseStream& camera, const TimedHan
   std::string words =
       "no hand-eye transform makes the streams agree: are both of the same recording, is the world of "
       "the camera fixed, are positions in metres?";
-  for (const Hypothesis& h : hypotheses(hand.stream(), camera)) {
+  for (const StreamHypothesis& h : hypotheses(hand.stream(), camera)) {
     const timed::Start other = timed::closed_form_at(Trajectory(h.hand, options.max_gap), h.camera, offset);
     if (other.turn < most_turn && other.shift < most_shift * travel(h.camera) &&
         (best.turn >= most_turn || other.shift < best.shift))

@@ -63,7 +63,7 @@ double Insertion::Machine::tilted_height() const noexcept {
   return face + options.motion.height + options.bodies.peg_radius * std::sin(options.tilt);
 }
 
-/// What an untouched sensor tells is zero from now on, and how much that wavers is kept for the doubt of a fit.
+/// What an untouched sensor tells is zero from now on, and how much that wavers is kept for the uncertainty of a fit.
 void Insertion::Machine::tare() noexcept {
   Vector6 wrench;
   wrench << sharp.force, sharp.moment;

@@ -207,7 +207,7 @@ Eigen::VectorXd update_of(const Model& model, const Eigen::VectorXd& gradient) {
   return n > 0 ? Eigen::VectorXd(A.ldlt().solve(g)) : g;
 }
 
-/// The check experiments as the fit predicts them, with its doubt.
+/// The check experiments as the fit predicts them, with its uncertainty.
 void predict_check(const FitProblem& problem, Model& model) {
   for (std::size_t p = 0; p < model.parts.size(); ++p)
     for (Eigen::Index i = 0; i < model.parts[p].x.size(); ++i)

@@ -36,7 +36,7 @@ struct Model {
   Eigen::MatrixXd check_information;  ///< What the check experiments would add.
   Eigen::VectorXd update;             ///< By which they would move the coordinates.
   double chi2_fit = 0.0;              ///< NuisanceModel marginalised.
-  double chi2_check = 0.0;            ///< Of the prediction with its doubt; most likely scatter taken out.
+  double chi2_check = 0.0;            ///< Of the prediction with its uncertainty; most likely scatter taken out.
   double log_evidence = 0.0;          ///< Of the fit experiments, times the prediction of the check experiments.
 
   int coordinates() const {
@@ -69,13 +69,13 @@ Model empty_model(const FitProblem& problem, const Eigen::VectorXd& base);
 /// tried.
 Model fit(const FitProblem& problem, const Model& from, std::vector<Part> parts, int max_iterations = 40);
 
-/// What is counted of a model's residual when the check experiments may move its coordinates as far as the doubt of the
-/// fit allows: what is left then is no error of the parameters. NuisanceModel taken out.
+/// What is counted of a model's residual when the check experiments may move its coordinates as far as the uncertainty
+/// of the fit allows: what is left then is no error of the parameters. NuisanceModel taken out.
 Eigen::VectorXd updated(const FitProblem& problem, const Model& model);
 
 /// Log evidence (Laplace) of a model: misfit of the fit experiments, Occam factor of each coordinate under a Cauchy
 /// prior of `prior_width` typical sizes, prior of its effects; times the prediction of the check experiments, which is
-/// as wide as the fit leaves the coordinates in doubt.
+/// as wide as the uncertainty of the fitted coordinates makes it.
 double log_evidence(const FitProblem& problem, const Model& model);
 
 /// Width of the Cauchy prior of a coordinate, in usual sizes of its effect.

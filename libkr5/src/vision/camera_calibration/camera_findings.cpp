@@ -12,8 +12,8 @@ constexpr int cell_rows = 8, cell_cols = 10;
 constexpr double degree = 0.017453292519943295;
 constexpr double useful_tilt = 10 * degree;  // below it perspective hardly shows
 constexpr double alike_angle = 5 * degree;
-constexpr double wanted_focal_doubt = 0.005;  // relative
-constexpr double wanted_noise = 0.5;          // [px]; sharp corners of a flat board give 0.05 to 0.3
+constexpr double wanted_focal_std = 0.005;  // relative
+constexpr double wanted_noise = 0.5;        // [px]; sharp corners of a flat board give 0.05 to 0.3
 constexpr double wanted_cells = 0.6;
 
 std::string format(const char* pattern, double a, double b = 0) {
@@ -93,12 +93,12 @@ bool bent_for_sure(const CameraCalibration& result) {
   return result.bent_target;
 }
 
-void find_doubt(const CameraCalibration& result, Findings& out) {
-  const double doubt = std::sqrt(result.covariance(0, 0)) / std::max(result.camera.fx, 1e-9);
-  if (result.fit.usable() && doubt > wanted_focal_doubt)
+void find_focal_uncertainty(const CameraCalibration& result, Findings& out) {
+  const double relative_std = std::sqrt(result.covariance(0, 0)) / std::max(result.camera.fx, 1e-9);
+  if (result.fit.usable() && relative_std > wanted_focal_std)
     out.push_back({"uncertain", "The focal length is poorly known.",
                    "Take more images, nearer and more tilted, that report_fit the image.",
-                   format("fx %.1f px known to %.2g %%", result.camera.fx, 100 * doubt)});
+                   format("fx %.1f px known to %.2g %%", result.camera.fx, 100 * relative_std)});
   if (result.sigma_pixel > wanted_noise)
     out.push_back(
         {"noisy_corners", "The points scatter more than those of sharp images.",
@@ -107,7 +107,7 @@ void find_doubt(const CameraCalibration& result, Findings& out) {
   if (result.dispersion > 1)
     out.push_back(
         {"views_disagree",
-         "The views disagree more than the noise of their points allows; all doubts were widened accordingly.",
+         "The views disagree more than the noise of their points allows; all uncertainties were widened accordingly.",
          "Corners of one image err together when it is blurred or the board is not flat; the lens may need a richer "
          "model.",
          format("%.1f times the squared difference expected", result.dispersion)});
@@ -164,7 +164,7 @@ CameraCoverage coverage_of(std::span<const View> views, const std::vector<Camera
 void add_findings(const std::vector<bool>& used, const TargetPlane& plane, CameraCalibration& result) {
   find_thin_data(used, plane, result, result.findings);
   find_bad_views(result, result.findings);
-  find_doubt(result, result.findings);
+  find_focal_uncertainty(result, result.findings);
   for (const CameraFinding& f : result.findings)
     if (f.severe) result.fit.status = FitStatus::Degenerate;
   result.fit.message = summary(result);

@@ -97,8 +97,8 @@ bool refuted(const std::vector<double>& own, const std::vector<double>& best, st
   const double middle = mean(ratio);
   double sum = 0;
   for (const double r : ratio) sum += (r - middle) * (r - middle);
-  const double doubt = std::sqrt(sum / (n - 1) / n);
-  return middle > uncertainty::student_factor(n - 1, 1 - 2 * false_refusal / double(models)) * doubt;
+  const double std_of_mean = std::sqrt(sum / (n - 1) / n);
+  return middle > uncertainty::student_factor(n - 1, 1 - 2 * false_refusal / double(models)) * std_of_mean;
 }
 
 void compare_with_best(const std::vector<std::vector<double>>& errors, std::size_t best,

@@ -14,7 +14,7 @@ namespace kr5::vision::detail {
 
 namespace {
 
-constexpr double false_dispersion = 0.001;  // chance to widen the doubts of a sound set
+constexpr double false_dispersion = 0.001;  // chance to widen the uncertainties of a sound set
 constexpr double noisy_ratio = 3.0;         // a view this much noisier than the others is named
 
 /// Compares what one view says of the shared parameters with what all others say: mean squared distance per
@@ -35,7 +35,7 @@ std::pair<double, int> contradiction(const Eigen::LLT<Eigen::MatrixXd>& all, con
   return {count ? sum / count : 0.0, count};
 }
 
-/// Squared, in units of its doubt: by how much the view asks for another zoom than the others. A lens that was
+/// Squared, in units of its uncertainty: by how much the view asks for another zoom than the others. A lens that was
 /// refocused or zoom_contradiction changes little else, and one parameter shows what among many would drown (score
 /// test).
 double zoom_contradiction(const Eigen::LLT<Eigen::MatrixXd>& all, const ViewEquations& block,
