@@ -141,6 +141,14 @@ def test_faint_cells_carry_one_effect_each_and_no_more_than_half_a_noise(tmp_pat
     assert label["sort"] == "single" and len(label["effects"]) == 1 and label["effects"][0]["largest"] < 1.0
 
 
+def test_cells_with_a_number_of_effects_carry_so_many_different_ones(tmp_path):
+    planned = generate.plan_cells(6, 3, True, effects=3)
+    assert {p[1] for p in planned} == {"several 3"}
+    label = generate.draw_one_cell(tmp_path, *planned[0])
+    assert label["sort"] == "several" and len({e["effect"] for e in label["effects"]}) == 3
+    assert all(e["catalogued"] for e in label["effects"])
+
+
 def test_drawing_picks_up_where_it_stopped(drawn, tmp_path):
     folder, seal = drawn
     for name, label in generate.read_seal(seal)["cells"].items():
@@ -264,6 +272,20 @@ def test_hand_made_diagnoses_are_counted_right():
     )
     sizes = {(r["from"], r["to"]): (r["hits"], r["of"]) for r in s["single_by_size"]}
     assert sizes[0.5, 0.75] == (0, 1) and sizes[3.0, 6.0] == (2, 3)
+
+
+def test_of_several_effects_all_must_be_named_and_false_causes_beside_are_counted():
+    bias, gain = effect("ft_bias", "fx", bias=1.0), effect("ft_gain", "fy")
+    told = [
+        judged("several", [bias, gain], "explained", [cause("ft_gain", "fy", 0.9), cause("ft_bias", "fx", 0.9)]),
+        judged("several", [bias, gain], "explained", [cause("ft_gain", "fy", 0.9), cause("backlash", "joint2", 0.9)]),
+    ]
+    s = score.score_all(told)
+    assert {k: (s[k]["hits"], s[k]["of"]) for k in ("several_all_named", "several_effects_named")} == {
+        "several_all_named": (1, 2),
+        "several_effects_named": (3, 4),
+    }
+    assert (s["false_cause_beside"]["hits"], s["false_cause_beside"]["of"]) == (1, 2)
 
 
 def test_the_share_of_the_excess_that_is_closed_is_that_of_the_columns_that_exceeded():

@@ -76,9 +76,9 @@ BENCHES = {
         quick=("--trials", "12"),
     ),
     "insertion_mismatch": Bench(
-        "Insertion under a contact or a servo other than believed",
+        "Insertion into a cell other than believed",
         "the same cell, partly the same seeds",
-        command="ctest --test-dir build/release -R insertion_test",
+        quick=("--trials", "12"),
     ),
     "sweep": Bench("Insertions a second on two workers beside one", "the same grid", quick=("--trials", "60")),
     "visual_servo": Bench(
@@ -88,6 +88,11 @@ BENCHES = {
     ),
     "coverage": Bench("How often 95 % regions hold the truth", SIMULATED, (BUILD,), (BUILD, "--quick")),
     "diagnosis_time": Bench("Time and memory of a diagnosis", "the recordings the diagnosis was developed on"),
+    "effect_count": Bench(
+        "Cells with none, one, three, five and unknown effects, six or two looked for",
+        "all kinds of effects; draws with other seeds",
+        quick=("--cells", "1"),
+    ),
     "blind_check": Bench(
         "Blind check of the diagnosis: sealed cells of a program of its own, on Pinocchio",
         "all kinds of effects, those of the catalogue and those outside it: thresholds were set on cells of the same"

@@ -27,6 +27,7 @@ Cells = Annotated[int, typer.Option(help="How many cells.")]
 Seed = Annotated[int, typer.Option(help="Of all that is drawn.")]
 Small = Annotated[bool, typer.Option("--small", help="Short recordings, for a quick look.")]
 Faint = Annotated[bool, typer.Option("--faint", help="Single effects of 0.02 to 0.5 noise only: where detection ends.")]
+Effects = Annotated[int, typer.Option(min=0, max=12, help="Effects on every cell, each of 1.5 noise or more; 0: mixed.")]
 Jobs = Annotated[int | None, typer.Option(help="Processes at a time; default: one a core.")]
 Scheduler = Annotated[str | None, typer.Option(help="Address of a Dask scheduler that sees the same folders.")]
 Command = Annotated[str, typer.Option(help="What diagnoses {recording} into {json} and writes the {cell}.")]
@@ -41,11 +42,11 @@ def seal_of(folder: Path, seal: Path | None) -> Path:
     return seal or folder.with_name(folder.name + ".seal")
 
 
-def check_seal(seal: Path, cells: int, seed: int, small: bool, faint: bool) -> None:
+def check_seal(seal: Path, cells: int, about: dict) -> None:
     """What is sealed already must be what is asked for."""
-    old = read_seal(seal)
-    if (len(old["cells"]), old["seed"], old["small"], old.get("faint", False)) != (cells, seed, small, faint):
-        kind = f"small: {old['small']}, faint: {old.get('faint', False)}"
+    old = {"faint": False, "effects": 0} | read_seal(seal)
+    if {"cells": len(old["cells"])} | {k: old[k] for k in about} != {"cells": cells} | about:
+        kind = f"small: {old['small']}, faint: {old['faint']}, effects: {old['effects']}"
         text = f"{seal} seals {len(old['cells'])} cells of seed {old['seed']}, {kind}; choose another folder"
         raise typer.BadParameter(text, param_hint="--seed")
 
@@ -57,22 +58,26 @@ def generate(
     seed: Seed = 1,
     small: Small = False,
     faint: Faint = False,
+    effects: Effects = 0,
     seal: Seal = None,
     jobs: Jobs = None,
     scheduler: Scheduler = None,
 ) -> None:
     """Draws cells and records them; picks up where it stopped. Example: python -m blind_check generate /data/check
     --cells 400 --seed 7"""
-    at, planned = seal_of(folder, seal), plan_cells(cells, seed, small, faint)
+    if faint and effects:
+        raise typer.BadParameter("--faint draws single effects: leave out one of the two", param_hint="--effects")
+    about = {"seed": seed, "small": small, "faint": faint, "effects": effects}
+    at, planned = seal_of(folder, seal), plan_cells(cells, seed, small, faint, effects)
     if at.resolve().is_relative_to(folder.resolve()):
         raise typer.BadParameter(
             f"{at} lies inside {folder}, which the diagnosis may read; choose another place", param_hint="--seal"
         )
     if at.exists():
-        check_seal(at, cells, seed, small, faint)
+        check_seal(at, cells, about)
         return
     parts = at.with_name(
-        at.name + f".{cells}-{seed}{'-small' * small}{'-faint' * faint}"
+        at.name + f".{cells}-{seed}{'-small' * small}{'-faint' * faint}{f'-{effects}-effects' if effects else ''}"
     )  # labels of the cells that are done, until all are
     run_jobs(
         draw_sealed_cell,
@@ -81,7 +86,7 @@ def generate(
         jobs,
         scheduler,
     )
-    join_seal(parts, at, {"seed": seed, "small": small, "faint": faint})
+    join_seal(parts, at, about)
 
 
 @app.command()
@@ -149,6 +154,7 @@ def run_all(
     seed: Seed = 1,
     small: Small = False,
     faint: Faint = False,
+    effects: Effects = 0,
     seal: Seal = None,
     jobs: Jobs = None,
     scheduler: Scheduler = None,
@@ -161,7 +167,7 @@ def run_all(
     json: Json = None,
 ) -> None:
     """Draws, diagnoses, counts. Example: python -m blind_check all /data/check --cells 400 --seed 7"""
-    generate(folder, cells, seed, small, faint, seal, jobs, scheduler)
+    generate(folder, cells, seed, small, faint, effects, seal, jobs, scheduler)
     run(folder, command, measure, jobs, scheduler, limit)
     if count:
         baselines(folder, count, jobs, scheduler)

@@ -135,6 +135,13 @@ def draw_seen(scene: Scene, rng, effect, catalogued: bool, wanted: float) -> tup
     return drawn, label
 
 
+def further_effects(sort: str) -> int:
+    """How many effects a cell carries beside the first: `several 5` carries five."""
+    if sort.startswith("several"):
+        return int(sort.split()[1]) - 1
+    return int(sort == "pair")
+
+
 def draw_effects(scene: Scene, sort: str, rng, turn: int) -> tuple[list[Drawn], list[dict]]:
     """The effects of a cell; kinds take turns, so that a short run does not draw one twice."""
     if sort in ("healthy", "scatter_healthy"):
@@ -146,8 +153,8 @@ def draw_effects(scene: Scene, sort: str, rng, turn: int) -> tuple[list[Drawn], 
         first = CATALOGUE[turn % len(CATALOGUE)]
         span = FAINT if sort == "faint" else (0.2, 1.5) if sort == "single" and rng.random() < 0.45 else (1.5, 30)
         chosen, wanted = [(first, True)], [log_uniform(rng, *span)]
-        if sort == "pair":
-            other = [e for e in CATALOGUE if e.id != first.id]
+        for _ in range(further_effects(sort)):
+            other = [e for e in CATALOGUE if all(e.id != taken.id for taken, _ in chosen)]
             chosen.append((other[rng.integers(len(other))], True))
             wanted.append(log_uniform(rng, 1.5, 30))
     drawn = [draw_seen(scene, rng, e, known, w) for (e, known), w in zip(chosen, wanted, strict=True)]
@@ -274,7 +281,7 @@ def draw_one_cell(folder: Path, name: str, sort: str, turn: int, seed: int, size
     )
     jitter = JITTER["mass"] if sort.startswith("scatter") else 0.0
     return {
-        "sort": "single" if sort == "faint" else sort,
+        "sort": "single" if sort == "faint" else sort.split()[0],
         "cell": cell["name"],
         "effects": labels,
         "jitter": jitter,
@@ -313,13 +320,16 @@ def join_seal(parts: Path, seal: Path, about: dict) -> None:
     parts.rmdir()
 
 
-def plan_cells(cells: int, seed: int, small: bool, faint: bool = False) -> list[tuple[str, str, int, int, Size]]:
-    """Arguments of `one_cell` after the folder, for every cell."""
+def plan_cells(
+    cells: int, seed: int, small: bool, faint: bool = False, effects: int = 0
+) -> list[tuple[str, str, int, int, Size]]:
+    """Arguments of `draw_one_cell` after the folder, for every cell; all of one sort for `faint` or with `effects`."""
     rng = np.random.default_rng(seed)
-    kinds, order = (
-        ["faint"] * cells if faint else draw_sorts(cells, rng),
-        {"unknown": rng.permutation(len(OFF_CATALOGUE)), "": rng.permutation(len(CATALOGUE))},
-    )
+    if faint or effects:
+        kinds = ["faint" if faint else f"several {effects}"] * cells
+    else:
+        kinds = draw_sorts(cells, rng)
+    order = {"unknown": rng.permutation(len(OFF_CATALOGUE)), "": rng.permutation(len(CATALOGUE))}
     turn, out = {"unknown": 0, "": 0}, []
     for k, sort in enumerate(kinds):
         of = "unknown" if sort == "unknown" else ""

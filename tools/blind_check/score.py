@@ -146,6 +146,7 @@ def score_all(cells: list[CellScore]) -> dict:
     """All figures of one method."""
     single, unknown = cells_of(cells, "single"), cells_of(cells, "unknown")
     pairs = [c for c in cells_of(cells, "pair") if c.largest >= SEEN]
+    several = [c for c in cells_of(cells, "several") if c.largest >= SEEN]
     beside = [c for c in cells_of(cells, "scatter") if c.largest >= SEEN]
     errors = [e for c in cells for e in c.errors]
     sigmas = [e[3] for e in errors if np.isfinite(e[3])]
@@ -162,6 +163,11 @@ def score_all(cells: list[CellScore]) -> dict:
         "ties_of_first_cause": float(np.mean([c.ties for c in single if c.first] or [0])),
         "pair_both_named": hit_rate(all(c.named) for c in pairs),
         "pair_one_named": hit_rate(any(c.named) for c in pairs),
+        "several_all_named": hit_rate(all(c.named) for c in several),
+        "several_effects_named": hit_rate(n for c in several for n in c.named),
+        "false_cause_beside": hit_rate(
+            any(not right for _, right in c.causes) for c in cells_of(cells, "single", "pair", "several")
+        ),
         "healthy_called_healthy": hit_rate(c.verdict == "no_gap" and not c.causes for c in cells_of(cells, "healthy")),
         "scattered_healthy_blamed": hit_rate(bool(c.causes) for c in cells_of(cells, "scatter_healthy")),
         "unknown_called_explained": hit_rate(c.verdict == "explained" for c in unknown),

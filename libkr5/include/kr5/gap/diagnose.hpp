@@ -13,7 +13,7 @@
 namespace kr5::gap {
 
 struct DiagnoseOptions {
-  int max_effects = 2;
+  int max_effects = 6;
   int refits = 12;
   int beam = 3;
   double false_alarms = 0.005;
