@@ -192,8 +192,8 @@ class Diagnoser {
     Model best = free_shape_is_likelier(models_.best()) ? models_.nominal() : models_.best();
     ResidualAnalysis rest = analyze_residual(problem_, groups_, best, base_, options_);
     std::vector<double> trusts = trusts_of(best, rest);
-    for (int worst = distrusted(best, trusts); worst >= 0; worst = distrusted(best, trusts)) {
-      // The rest must explain without it, too: what only made up for its errors is then seen.
+    for (int worst = unfounded(best, trusts); worst >= 0; worst = unfounded(best, trusts)) {
+      // The others must explain without it, too: what only made up for its errors is then seen.
       best = models_.without(best, static_cast<std::size_t>(worst));
       rest = analyze_residual(problem_, groups_, best, base_, options_);
       trusts = trusts_of(best, rest);
@@ -229,6 +229,14 @@ class Diagnoser {
           (out < 0 || trusts[k] < trusts[static_cast<std::size_t>(out)]))
         out = static_cast<int>(k);
     return out;
+  }
+
+  /// The part that must not be blamed: the least trusted one, else a needless one, also of a smaller set. -1: none.
+  int unfounded(const Model& model, const std::vector<double>& trusts) {
+    if (const int worst = distrusted(model, trusts); worst >= 0) return worst;
+    for (std::size_t k = 0; k < model.parts.size(); ++k)
+      if (!model.parts[k].candidate->hypothesis.of_recording && is_needless(model, k)) return static_cast<int>(k);
+    return -1;
   }
 
   /// Whether one shape in one column, which no catalogue names, says as much as several effects that act together.
