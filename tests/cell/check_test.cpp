@@ -200,7 +200,8 @@ TEST_CASE("targets of the general form are checked like the board") {
   };
   CHECK_THAT(told_of("marker: 0.018", "marker: 0.18"),
              Contains("targets[0].marker: found 0.18, expected a marker smaller than its square"));
-  CHECK_THAT(told_of("id: 8", "id: 3"), Contains("targets[1].map[1].id: found 3, expected every id once in a map"));
+  CHECK_THAT(told_of("id: 8", "id: 3"),
+             Contains("targets[1].map[1].id: found 3, expected an id that occurs only once in the map"));
   CHECK_THAT(told_of("size: 0.0236", "size: 23.6"), Contains("targets[2].size: found 23.6,"));
   CHECK_THAT(told_of("upper: [2.5, 2.6, 6.2, 0.25]", "upper: [2.5, 2.6, 6.2, 250]"),
              Contains("robot.limits.upper[3]: found 250, expected a length in metres"));
