@@ -36,7 +36,7 @@ Hypothesis make_hypothesis(const std::string& effect, const std::string& target,
                            const std::vector<OwnCoordinate>& coordinates, const py::object& apply,
                            const py::object& change, double inaccuracy) {
   OwnEffect own{effect, target, coordinates, {}, {}, inaccuracy};
-  const std::string of = " of own effect " + effect + " on " + target;
+  const std::string of = " of custom effect " + effect + " on " + target;
   if (!apply.is_none())
     own.apply = [function = Shared(apply), of](kr5::cell::Cell& cell, const Eigen::VectorXd& x) {
       call_python("apply" + of, [&] {
