@@ -15,7 +15,7 @@ using namespace kr5::calibration;
 using kr5::Mount;
 
 static void bind_hand_eye(py::module_& m) {
-  kr5::python::bind_struct<HandEyeView>(m, "HandEyeView", "One robot stop at which the target was seen.");
+  kr5::python::bind_struct<HandEyeView>(m, "HandEyeView", "Robot pose with the view of the target from it.");
   kr5::python::bind_struct<HandEyeOptions>(m, "HandEyeOptions", "Options of calibrate_hand_eye.");
   kr5::python::bind_struct<HandEyeViewReport>(m, "HandEyeViewReport", "Agreement of one view with the result.");
   kr5::python::bind_struct<HandEyeResult>(m, "HandEyeResult", "Pose of the camera with its covariance.");
@@ -28,7 +28,7 @@ static void bind_hand_eye(py::module_& m) {
       py::arg("views"), py::arg("camera"), py::arg("options") = HandEyeOptions(),
       "Estimates camera and target pose together from pixels and robot poses, both with their noise.\n\n"
       "Parameters\n----------\nviews : list of HandEyeView\ncamera : kr5.Pinhole\noptions : HandEyeOptions\n\n"
-      "Returns\n-------\nHandEyeResult\n    Look at `fit.usable` before the poses.\n\n"
+      "Returns\n-------\nHandEyeResult\n    Check `fit.usable` before using the poses.\n\n"
       "Raises\n------\nkr5.InvalidArgument\n    Fewer than three views, a view with fewer than four points, or NaN.");
 }
 
@@ -42,7 +42,7 @@ static void bind_evaluation(py::module_& m) {
       },
       py::arg("views"), py::arg("camera"), py::arg("options") = HandEyeOptions(), py::arg("folds") = 0,
       py::call_guard<py::gil_scoped_release>(),
-      "Error of calibrate_hand_eye on views left out; folds 0: every view alone.");
+      "Error of calibrate_hand_eye on held-out views; folds 0: each view alone.");
   m.def(
       "evaluate_hand_eye_method",
       [](const std::vector<HandEyeView>& views, const kr5::Pinhole& camera, const py::function& solver, Mount mount,
@@ -57,21 +57,23 @@ static void bind_evaluation(py::module_& m) {
         return evaluate_hand_eye(views, camera, call, {.mount = mount, .folds = folds});
       },
       py::arg("views"), py::arg("camera"), py::arg("solver"), py::arg("mount") = Mount::EyeInHand, py::arg("folds") = 0,
-      "Error of any method on views left out. `solver(views, T_camera_target)` gets the views and the poses of the\n"
+      "Error of any method on held-out views. `solver(views, T_camera_target)` gets the views and the poses of the\n"
       "target seen in them and returns T_mount_camera (4x4), or None. T_fixed_target is the mean over the views.");
 }
 
 static void bind_pose_format(py::module_& m) {
-  kr5::python::bind_enum<LengthUnit>(m, "LengthUnit", "Unit of positions.");
-  kr5::python::bind_enum<AngleUnit>(m, "AngleUnit", "Unit of angles.");
+  kr5::python::bind_enum<LengthUnit>(m, "LengthUnit", "Unit of the positions.");
+  kr5::python::bind_enum<AngleUnit>(m, "AngleUnit", "Unit of the angles.");
   kr5::python::bind_enum<RotationForm>(m, "RotationForm", "Form of the rotation in a row.");
   kr5::python::bind_enum<PoseMeaning>(m, "PoseMeaning", "Meaning of a pose row.");
-  kr5::python::bind_struct<PoseFormat>(m, "PoseFormat", "The convention of pose rows.");
+  kr5::python::bind_struct<PoseFormat>(m, "PoseFormat", "Convention of pose rows.");
   m.def("to_poses", &to_poses, py::arg("rows"), py::arg("format"), "Poses T_base_flange (4x4) from rows of numbers.");
-  m.def("to_row", &to_row, py::arg("T_base_flange"), py::arg("format"), "The row that to_poses reads back.");
+  m.def("to_row", &to_row, py::arg("T_base_flange"), py::arg("format"),
+        "Row of numbers of a pose; inverse of to_poses.");
   m.def("format_objections", &format_objections, py::arg("rows"), py::arg("format"),
-        "Objections to reading the rows in this format, in words; empty when there are none.");
-  m.def("plausible_formats", &plausible_formats, py::arg("rows"), "Every format without objections, usual ones first.");
+        "Reasons against reading the rows in this format; empty when there are none.");
+  m.def("plausible_formats", &plausible_formats, py::arg("rows"),
+        "Every format without objections, common ones first.");
 }
 
 static void bind_tool(py::module_& m) {
@@ -89,7 +91,7 @@ static void bind_tool(py::module_& m) {
 static void bind_timed_hand_eye(py::module_& m) {
   kr5::python::bind_struct<PoseStream>(m, "PoseStream", "Poses with their times.");
   kr5::python::bind_struct<TimedHandEyeOptions>(m, "TimedHandEyeOptions", "Options of calibrate_timed_hand_eye.");
-  kr5::python::bind_struct<SpeedAlignment>(m, "SpeedAlignment", "Speed of turning of both streams.");
+  kr5::python::bind_struct<SpeedAlignment>(m, "SpeedAlignment", "Angular speed of both streams.");
   kr5::python::bind_struct<TimedHandEyeResult>(m, "TimedHandEyeResult",
                                                "Clock offset and hand-eye pose with their covariance.");
   m.def("calibrate_timed_hand_eye", &calibrate_timed_hand_eye, py::arg("hand"), py::arg("camera"),
@@ -98,23 +100,22 @@ static void bind_timed_hand_eye(py::module_& m) {
         "Raises\n------\nkr5.InvalidArgument\n    A stream of fewer than ten poses, or not finite.");
   m.def("world_in_base", &world_in_base, py::arg("hand"), py::arg("camera"), py::arg("result"),
         py::arg("max_gap") = TimedHandEyeOptions().max_gap, py::call_guard<py::gil_scoped_release>(),
-        "Pose of the world in the base by each camera pose, with a given result.");
+        "Pose of the world in the base from each camera pose, for a given result.");
   m.def("position_spread", &position_spread, py::arg("poses"),
         "Median and RMS distance of positions from their mean [m].");
 }
 
 static void bind_dataset(py::module_& m) {
   kr5::python::bind_enum<Pairing>(m, "Pairing", "Pairing of images and poses.");
-  kr5::python::bind_struct<Dataset>(m, "Dataset", "Data set with its poses.")
-      .def("poses", &Dataset::poses, "Poses T_base_flange (list of 4x4), the tool offset taken off.");
+  kr5::python::bind_struct<Dataset>(m, "Dataset", "Data set with its robot poses.")
+      .def("poses", &Dataset::poses, "Poses T_base_flange (list of 4x4), without the tool offset.");
   m.def(
       "load_dataset", [](const std::string& file, const std::string& folder) { return load_dataset(file, folder); },
       py::arg("file"), py::arg("folder") = "",
-      "Reads a dataset.yaml and the poses it names below `folder` (default: where it lies).");
+      "Reads a dataset.yaml and its pose files below `folder` (default: the folder of the file).");
   m.def(
       "load_pose_set", [](const std::string& file, const std::string& folder) { return load_pose_set(file, folder); },
-      py::arg("file"), py::arg("folder") = "",
-      "The same where no image is looked at: only `poses` and `convention` are wanted.");
+      py::arg("file"), py::arg("folder") = "", "Reads only `poses` and `convention`, for use without images.");
   m.def(
       "load_poses", [](const std::string& file, RotationForm rotation) { return load_poses(file, rotation).rows; },
       py::arg("file"), py::arg("rotation"), "Rows of numbers in a pose file: YAML, JSON, CSV or plain text.");
@@ -136,7 +137,7 @@ static void bind_diagnosis(py::module_& m) {
       py::arg("rows"), py::arg("format"), py::arg("views"), py::arg("camera"), py::arg("mount"), py::arg("result"),
       py::arg("times") = std::vector<double>{}, py::arg("options") = HandEyeDiagnosisOptions(),
       py::call_guard<py::gil_scoped_release>(),
-      "Judges the result of calibrate_hand_eye, and looks for what is wrong with the recording.");
+      "Evaluates the result of calibrate_hand_eye and searches for faults of the recording.");
 }
 
 void bind_calibration(py::module_& m) {

@@ -6,7 +6,7 @@
 using namespace kr5;
 
 void bind_core(pybind11::module_& m) {
-  python::bind_enum<FitStatus>(m, "FitStatus", "How an estimation ended.");
-  python::bind_struct<FitReport>(m, "FitReport", "The part of a result that every estimator shares.")
+  python::bind_enum<FitStatus>(m, "FitStatus", "Status of an estimation.");
+  python::bind_struct<FitReport>(m, "FitReport", "Report of an estimation, shared by every estimator.")
       .def_property_readonly("usable", &FitReport::usable, "False when the data do not determine the answer.");
 }

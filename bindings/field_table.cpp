@@ -138,7 +138,7 @@ void add_members(const py::object& cls, const Fields& fields, void* (*pointer)(c
         });
   members.method(
       "to_dict", [=](const py::object& self) { return to_plain(pointer(self), *all); }, "", "dict",
-      "Nested dict of numbers, texts and lists, fit for JSON and YAML.");
+      "Nested dict of numbers, texts and lists, for JSON and YAML.");
   members.method(
       "__repr__", [=, own = members.own()](const py::object& self) { return own + short_text(pointer(self), *all); },
       "", "str", "");
@@ -156,7 +156,7 @@ void add_members(const py::object& cls, const Fields& fields, void* (*pointer)(c
       ", state: dict", "None", "");
   members.function(
       "from_dict", [type](const py::dict& dict) { return type(**dict); }, "(fields: dict) -> " + members.full(),
-      "Inverse of to_dict; fields that are absent keep their defaults.");
+      "Inverse of to_dict; missing fields keep their defaults.");
   members.function(
       "fields", [=] { return describe(pointer(type()), *all); }, "() -> list",
       "Name, type, default, doc and choices of every field.");

@@ -68,15 +68,13 @@ void bind_rest(py::module_& m) {
       py::arg("bodies"), py::arg("tilt"), py::arg("alpha"), py::arg("cx"), py::arg("cy"),
       py::arg("T_tube_actual") = kr5::Pose::Identity(),
       "Resting heights over arrays that broadcast [rad, m], on a tube at `T_tube_actual`; NaN where nothing carries "
-      "the "
-      "peg.");
+      "the peg.");
 }
 
 void bind_contacts(py::module_& m) {
   bind_enum<ContactFeature>(m, "ContactFeature", "Features in contact.");
   bind_struct<PegTubeShape>(m, "PegTubeShape", "Peg and tube with 45 degree chamfers.");
-  bind_struct<ContactPoint>(m, "ContactPoint",
-                            "One point of contact: moving the peg along `normal` by `depth` ends it.");
+  bind_struct<ContactPoint>(m, "ContactPoint", "Point of contact; moving the peg along `normal` by `depth` ends it.");
   bind_struct<ContactLaw>(m, "ContactLaw", "Contact law: normal force and friction.");
   bind_struct<Stiction>(m, "Stiction", "State of friction between calls.");
   bind_struct<ContactForce>(m, "ContactForce", "Wrench of the contacts on the peg.");
@@ -151,7 +149,7 @@ void bind_control(py::module_& m) {
            "Speed of this cycle [m/s] for the distance left [m] and the force [N]; 0 from contact, or a number that is "
            "not finite, on.")
       .def("reset", &GuardedMove::reset, "Resets the detection of contact.")
-      .def_property_readonly("touched", &GuardedMove::touched, "True once contact was detected.");
+      .def_property_readonly("touched", &GuardedMove::touched, "True after contact was detected.");
   bind_struct<ComplianceOptions>(m, "ComplianceOptions", "Options of admittance_twist.")
       .def("stable", &ComplianceOptions::stable, py::arg("stiffness"), py::arg("turning_stiffness"), py::arg("delay"),
            "True for a stable loop with these stiffnesses [N/m], [N m/rad] and this delay [s].");
@@ -204,11 +202,10 @@ void bind_insertion(py::module_& m) {
   bind_struct<ProfileRow>(m, "ProfileRow", "Measurement at one azimuth of the turn.");
   py::class_<InsertionCommand>(m, "InsertionCommand", "Command to the cell for one cycle.")
       .def_property_readonly(
-          "T_tube_peg", [](const InsertionCommand& c) { return c.T_tube_peg; },
-          "Pose at which the arm shall hold the peg, in T [m].")
-      .def_readonly("hold", &InsertionCommand::hold, "True while the grip holds; otherwise it lets the peg slide.")
-      .def_readonly("air", &InsertionCommand::air, "True for compressed air on the peg.")
-      .def_readonly("stop", &InsertionCommand::stop, "True once the arm shall stop where it is.");
+          "T_tube_peg", [](const InsertionCommand& c) { return c.T_tube_peg; }, "Commanded pose of the peg, in T [m].")
+      .def_readonly("hold", &InsertionCommand::hold, "True while the grip holds the peg; otherwise the peg slides.")
+      .def_readonly("air", &InsertionCommand::air, "True while compressed air pushes the peg.")
+      .def_readonly("stop", &InsertionCommand::stop, "True once the arm must stop at its present position.");
   py::class_<Insertion>(m, "Insertion", "Insertion of a peg into a tube by force control; call `step` once per cycle.")
       .def(py::init<const InsertionOptions&>(), py::arg("options"))
       .def(
@@ -219,17 +216,16 @@ void bind_insertion(py::module_& m) {
           },
           py::arg("T_tube_peg"), py::arg("sensor"), py::arg("wrench"), py::arg("current") = std::vector<double>{},
           py::arg("saturated") = false, py::arg("gripped") = true, py::arg("reachable") = true,
-          "One cycle. T_tube_peg: the peg as the arm believes [m]. sensor: as it tells [N, N m]. wrench: of the "
-          "environment "
-          "on "
-          "the peg about its bottom centre, axes of T, weight taken away [N, N m].")
+          "One cycle of the controller. T_tube_peg: pose of the peg according to the arm [m]. sensor: reading of the "
+          "sensor [N, N m]. wrench: of the environment on the peg about its bottom centre, in axes of T, without "
+          "weight [N, N m].")
       .def_property_readonly("state", &Insertion::state, py::return_value_policy::copy, "State (a copy).")
       .def_property_readonly("finished", &Insertion::finished, "True when done or stopped.")
       .def_property_readonly(
           "profile",
           [](const Insertion& self) { return std::vector<ProfileRow>(self.profile().begin(), self.profile().end()); },
           "Measured profile of the last turn, by azimuth (copies).")
-      .def("restart", &Insertion::restart, "Starts again, with the hole of the last success as the first guess.");
+      .def("restart", &Insertion::restart, "Restarts, with the hole of the last success as the initial estimate.");
 }
 
 }  // namespace

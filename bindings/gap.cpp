@@ -36,7 +36,7 @@ Hypothesis make_hypothesis(const std::string& effect, const std::string& target,
                            const std::vector<OwnCoordinate>& coordinates, const py::object& apply,
                            const py::object& change, double inaccuracy) {
   OwnEffect own{effect, target, coordinates, {}, {}, inaccuracy};
-  const std::string of = " of own effect " + effect + " on " + target;
+  const std::string of = " of custom effect " + effect + " on " + target;
   if (!apply.is_none())
     own.apply = [function = Shared(apply), of](kr5::cell::Cell& cell, const Eigen::VectorXd& x) {
       call_python("apply" + of, [&] {
@@ -59,21 +59,21 @@ Hypothesis make_hypothesis(const std::string& effect, const std::string& target,
 }
 
 void bind_hypotheses(py::module_& m) {
-  bind_struct<OwnCoordinate>(m, "Coordinate", "One number of an effect that no catalogue names; 0 where it is off.");
+  bind_struct<OwnCoordinate>(m, "Coordinate", "Coordinate of a hypothesis; 0 is off.");
   py::class_<Hypothesis>(m, "Hypothesis",
-                         "An effect that competes with those of the catalogue.\n\n"
-                         "apply(cell, x) -> cell: sets it in a cell (a copy, which may be changed and returned; None "
-                         "means that it was changed). change(columns, experiment, x) -> dict: changes what the "
-                         "simulator shows, a dict of arrays with one value for each row of the experiment, for what a "
-                         "cell cannot hold, such as a fault of a sensor. One of the two is needed. x: array of the "
-                         "coordinates in their own units. Both are called often, from any thread, one call at a time; "
-                         "what they raise ends the diagnosis with that exception.")
+                         "Hypothesis: a custom effect that competes with those of the catalogue.\n\n"
+                         "apply(cell, x) -> cell: sets the effect in a cell (a copy, which may be changed in place and "
+                         "returned; None means that it was changed). change(columns, experiment, x) -> dict: changes "
+                         "the prediction, a dict of arrays with one value for each row of the experiment, for what a "
+                         "cell cannot represent, such as a fault of a sensor. One of the two is required. x: array of "
+                         "the coordinates in their units. Both are called often, from any thread, one call at a time; "
+                         "an exception that they raise ends the diagnosis.")
       .def(py::init(&make_hypothesis), py::kw_only(), py::arg("effect"), py::arg("target"), py::arg("coordinates"),
            py::arg("apply") = py::none(), py::arg("change") = py::none(), py::arg("inaccuracy") = 0.0,
-           "inaccuracy: how far the simulator may be off with the effect, of its own size. Raises InvalidArgument "
-           "naming what is wrong.")
-      .def_readonly("effect", &Hypothesis::effect, "Name, as it is reported.")
-      .def_readonly("target", &Hypothesis::target, "What it sits on, as it is reported.")
+           "inaccuracy: assumed relative error of the simulated effect. Raises InvalidArgument naming the invalid "
+           "argument.")
+      .def_readonly("effect", &Hypothesis::effect, "Name of the effect in reports.")
+      .def_readonly("target", &Hypothesis::target, "Target of the effect in reports.")
       .def("__repr__", [](const Hypothesis& h) { return "Hypothesis(" + h.effect + " on " + h.target + ")"; });
 }
 
@@ -84,23 +84,23 @@ void bind_options(py::module_& m, const char* name, const char* doc) {
       .def_property(
           "own_hypotheses", [](const Options& o) { return o.own_hypotheses; },
           [](Options& o, const std::vector<Hypothesis>& own) { o.own_hypotheses = own; },
-          "Effects beyond those of the catalogue: list of Hypothesis (a copy; assign the whole list).");
+          "Custom effects beside those of the catalogue: list of Hypothesis (a copy; assign the whole list).");
 }
 
 void bind_diagnosis(py::module_& m) {
-  bind_enum<Verdict>(m, "Verdict", "no_gap | explained | partly_explained | unknown.");
-  bind_struct<Dependence>(m, "Dependence", "A tested dependence of a residual on what the cell was doing.");
-  bind_struct<ColumnExcess>(m, "ColumnExcess", "The gap of one column over all experiments of a kind.");
-  bind_struct<ParameterEstimate>(m, "ParameterEstimate", "A parameter as the cell would hold it.");
-  bind_struct<EffectName>(m, "EffectName", "An effect and its target.");
-  bind_struct<Cause>(m, "Cause", "An effect that is blamed.");
+  bind_enum<Verdict>(m, "Verdict", "Verdict: no_gap | explained | partly_explained | unknown.");
+  bind_struct<Dependence>(m, "Dependence", "Tested dependence of a residual on a variable of the motion.");
+  bind_struct<ColumnExcess>(m, "ColumnExcess", "Gap of one column over all experiments of a kind.");
+  bind_struct<ParameterEstimate>(m, "ParameterEstimate", "Estimated parameter, as in a cell file.");
+  bind_struct<EffectName>(m, "EffectName", "Effect and its target.");
+  bind_struct<Cause>(m, "Cause", "Cause: an effect that the diagnosis blames.");
   bind_struct<ColumnReduction>(m, "ColumnReduction", "Gap of a column before and after.");
-  bind_struct<GapReduction>(m, "GapReduction", "How far the gap shrinks.");
-  bind_struct<NextExperiment>(m, "NextExperiment", "What would tell tied effects apart.");
-  bind_struct<Diagnosis>(m, "Diagnosis", "Why a simulation and a cell disagree (kr5-gap/1).")
-      .def("to_json", &to_json, "The text of format kr5-gap/1.")
+  bind_struct<GapReduction>(m, "GapReduction", "Gap before and after.");
+  bind_struct<NextExperiment>(m, "NextExperiment", "Experiment that would distinguish tied effects.");
+  bind_struct<Diagnosis>(m, "Diagnosis", "Diagnosis of the disagreement of a simulation and a cell (kr5-gap/1).")
+      .def("to_json", &to_json, "JSON text of format kr5-gap/1.")
       .def_property_readonly(
-          "cell", [](const Diagnosis& d) { return d.cell; }, "The nominal cell with the causes added (a copy).");
+          "cell", [](const Diagnosis& d) { return d.cell; }, "Nominal cell with the causes added (a copy).");
   bind_options<DiagnoseOptions>(m, "DiagnoseOptions", "Options of diagnose.");
   m.def(
       "diagnose",
@@ -112,17 +112,19 @@ void bind_diagnosis(py::module_& m) {
       },
       py::arg("recording"), py::arg("simulator"), py::arg("options") = DiagnoseOptions{},
       py::arg("progress") = py::none(),
-      "Where the gap lies, which effects cause it, how far it shrinks and what stays unknown. `simulator`: one of kr5, "
-      "or any object with predict(cell, experiment) that returns the predicted columns (a kr5.io.Table or a dict of "
+      "Diagnosis of a gap: where it lies, which effects cause it, how far they reduce it, and what remains "
+      "unexplained. `simulator`: one of kr5, or any object with predict(cell, experiment) that returns the predicted "
+      "columns (a kr5.io.Table or a dict of "
       "arrays, units of kr5.cell.columns), a value for each row of the experiment. `progress(stage, fraction)` is "
-      "called from time to time, from any thread: what is being done, and which part of the whole is.");
+      "called from time to time, from any thread, with the present stage and the completed fraction of the whole.");
 }
 
 void bind_trials(py::module_& m) {
-  bind_struct<NoiseOverride>(m, "NoiseOverride", "Noise that is not what the cell of a recording declares.");
-  bind_struct<ResidualColumn>(m, "ResidualColumn", "One column of one experiment, row by row.");
+  bind_struct<NoiseOverride>(m, "NoiseOverride", "Noise that differs from what the cell of a recording declares.");
+  bind_struct<ResidualColumn>(m, "ResidualColumn", "Residuals of one column of one experiment, row by row.");
   bind_struct<EffectFitOptions>(m, "EffectFitOptions", "Options of fit_effects and fit_best_effects.");
-  bind_struct<EffectFit>(m, "EffectFit", "An effect at its best: fitted to the fit experiments, judged on the others.");
+  bind_struct<EffectFit>(m, "EffectFit",
+                         "Effect fitted to the fit experiments and evaluated on the check experiments.");
   m.def(
       "residual_columns",
       [](const kr5::cell::Recording& recording, const py::object& simulator, const std::vector<kr5::cell::Cell>& cells,
@@ -133,13 +135,13 @@ void bind_trials(py::module_& m) {
       },
       py::arg("recording"), py::arg("simulator"), py::arg("cells") = std::vector<kr5::cell::Cell>{},
       py::arg("noise") = std::vector<NoiseOverride>{},
-      "Recorded less simulated over noise of all columns that can be compared, row by row: a column of `residuals` for "
-      "the recording's own cell, and one for each of `cells`, the first of which is believed right: what stands out "
-      "from it near edges, too, is a spike. Raises InvalidArgument for a cell of another robot, and when nothing can "
-      "be "
+      "Recorded minus simulated over noise of all columns that can be compared, row by row: a column of `residuals` "
+      "for the cell of the recording, and one for each of `cells`. The first of these is taken as correct: samples "
+      "that deviate from it, also near edges, count as spikes. Raises InvalidArgument for a cell of another robot, and "
+      "when nothing can be "
       "compared.");
   m.def("gap_parts", &gap_parts, py::arg("recording"), py::arg("columns"), py::arg("which") = 0,
-        "Where residuals are, by subsystem, target, channel, experiment, pose region and speed: list of GapPart. "
+        "Gap by subsystem, target, channel, experiment, pose region and speed: list of GapPart. "
         "`columns`: of residual_columns; `which`: column of `residuals`.");
   m.def(
       "fit_effects",
@@ -151,8 +153,8 @@ void bind_trials(py::module_& m) {
       },
       py::arg("recording"), py::arg("cell"), py::arg("simulator"), py::arg("effects"),
       py::arg("options") = EffectFitOptions{},
-      "Fits each of these effects (list of EffectName) alone to what `cell` leaves of the recording; best first. What "
-      "changes nothing that was recorded is left out.");
+      "Fits each of these effects (list of EffectName) alone to the residuals of the recording under `cell`; best "
+      "first. Effects that change no recorded column are left out.");
   m.def(
       "fit_best_effects",
       [](const kr5::cell::Recording& recording, const kr5::cell::Cell& cell, const py::object& simulator,
@@ -163,21 +165,22 @@ void bind_trials(py::module_& m) {
       },
       py::arg("recording"), py::arg("cell"), py::arg("simulator"), py::arg("except_") = std::vector<EffectName>{},
       py::arg("most") = 3, py::arg("options") = EffectFitOptions{},
-      "The effects of the catalogue that explain most of what `cell` leaves of the recording, but for those in "
-      "`except_`; at most so many, best first.");
+      "Effects of the catalogue that explain most of the residuals of the recording under `cell`, without those in "
+      "`except_`; at most `most`, best first.");
 }
 
 void bind_plan(py::module_& m) {
   bind_options<PlanOptions>(m, "PlanOptions", "Options of plan.");
-  bind_struct<ForecastColumn>(m, "ForecastColumn", "What one column would show under each alternative.");
-  bind_struct<PlannedExperiment>(m, "PlannedExperiment", "An experiment that could be done, and what it would tell.")
+  bind_struct<ForecastColumn>(m, "ForecastColumn", "Forecast of one column under each alternative.");
+  bind_struct<PlannedExperiment>(m, "PlannedExperiment", "Planned experiment with its forecast.")
       .def_property_readonly(
-          "experiment", [](const PlannedExperiment& p) { return p.experiment; }, "Its given columns (a copy).");
-  bind_struct<Plan>(m, "Plan", "What tells explanations of a recording apart.")
+          "experiment", [](const PlannedExperiment& p) { return p.experiment; },
+          "Given columns of the experiment (a copy).");
+  bind_struct<Plan>(m, "Plan", "Plan of experiments that distinguish explanations of a recording.")
       .def_property_readonly(
           "cells", [](const Plan& p) { return p.cells; },
-          "The cell of the recording with each alternative, alike in this recording (copies).");
-  bind_struct<ModelComparison>(m, "ModelComparison", "Which of several explanations recordings of one cell support.");
+          "Cell of the recording with each alternative, which look alike in this recording (copies).");
+  bind_struct<ModelComparison>(m, "ModelComparison", "Comparison of several explanations of recordings of one cell.");
   m.def(
       "plan",
       [](const kr5::cell::Recording& recording, const py::object& simulator,
@@ -189,8 +192,8 @@ void bind_plan(py::module_& m) {
       },
       py::arg("recording"), py::arg("simulator"), py::arg("alternatives"), py::arg("options") = PlanOptions{},
       py::arg("progress") = py::none(),
-      "The experiment that tells explanations of a recording apart, computed from their signatures. `alternatives`: "
-      "two or more lists of EffectName. Raises InvalidArgument for an effect that the cell cannot have.");
+      "Plans the experiment that distinguishes explanations of a recording, from their signatures. `alternatives`: two "
+      "or more lists of EffectName. Raises InvalidArgument for an effect that the cell cannot have.");
   m.def(
       "compare_models",
       [](const std::vector<kr5::cell::Recording>& recordings, const py::object& simulator,
@@ -200,21 +203,22 @@ void bind_plan(py::module_& m) {
         });
       },
       py::arg("recordings"), py::arg("simulator"), py::arg("alternatives"), py::arg("options") = PlanOptions{},
-      "Fits each alternative to all recordings together, whose cells may differ in the tool; how probable each is.");
+      "Fits each alternative to all recordings together and returns its probability; the cells may differ in the "
+      "tool.");
   m.def("with_load", &with_load, py::arg("cell"), py::arg("mass"),
-        "The cell with a known weight on the tool: a point mass [kg] at the tool's centre of mass.");
+        "Cell with a known weight on the tool: a point mass [kg] at the tool's centre of mass.");
 }
 
 }  // namespace
 
 void bind_gap(py::module_& m) {
-  m.doc() = "How far a simulation is from what was recorded, and why.";
+  m.doc() = "Gap between simulation and recording: measurement, diagnosis, next experiment.";
   bind_hypotheses(m);
   bind_diagnosis(m);
   bind_trials(m);
   bind_plan(m);
   bind_struct<ColumnGap>(m, "ColumnGap", "Gap of one column of one experiment.");
-  bind_struct<GapPart>(m, "GapPart", "Gap of all columns that have something in common.");
+  bind_struct<GapPart>(m, "GapPart", "Gap of all columns that share a property.");
   bind_struct<Measure>(m, "Measure", "Gap of every column of a recording.");
   m.def(
       "measure",
@@ -225,7 +229,7 @@ void bind_gap(py::module_& m) {
         });
       },
       py::arg("recording"), py::arg("simulator"), py::arg("cell") = py::none(),
-      "RMS of (recorded - simulated) over the noise, of every column that was recorded and is predicted: 1 is the "
-      "floor. Without `cell`, that of the recording. What the simulator refuses is left out and named in `refused`; "
-      "raises InvalidArgument when that is all there is.");
+      "RMS of (recorded - simulated) over the noise, of every recorded and predicted column; 1 is the floor. `cell`: "
+      "by default that of the recording. Experiments that the simulator cannot predict are left out and listed in "
+      "`refused`; raises InvalidArgument when none remains.");
 }

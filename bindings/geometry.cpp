@@ -24,7 +24,8 @@ static void bind_poses(py::module_& m) {
   m.def("from_xyzrpy", &from_xyzrpy, py::arg("v"), "4x4 pose of x y z roll pitch yaw [m, rad], R = Rz Ry Rx.");
   m.def("to_xyzrpy", &to_xyzrpy, py::arg("T"), "Inverse of from_xyzrpy.");
   m.def("nearest_rotation", &nearest_rotation, py::arg("M"), "Proper rotation nearest to M.");
-  m.def("is_rotation", &is_rotation, py::arg("R"), py::arg("tolerance") = 1e-6, "Orthonormal with determinant +1.");
+  m.def("is_rotation", &is_rotation, py::arg("R"), py::arg("tolerance") = 1e-6,
+        "True for an orthonormal matrix with determinant +1.");
   m.def(
       "mean_pose", [](const std::vector<Pose>& poses) { return mean_pose(poses); }, py::arg("poses"),
       "Mean of the translations with the chordal mean of the rotations.");
@@ -46,7 +47,7 @@ static Eigen::Matrix3Xd rays(const Pinhole& camera, const Eigen::Matrix2Xd& pixe
 
 static void bind_two_plane(py::module_& m) {
   python::bind_struct<SingleImageOptions>(m, "SingleImageOptions", "Options of calibrate_single_image.");
-  python::bind_struct<SingleImageResult>(m, "SingleImageResult", "Where the camera sits, from one image.");
+  python::bind_struct<SingleImageResult>(m, "SingleImageResult", "Pose of the camera from one image.");
   m.def(
       "calibrate_single_image",
       [](const std::vector<View>& views, const Pinhole& camera, const SingleImageOptions& options) {
@@ -60,10 +61,10 @@ static void bind_two_plane(py::module_& m) {
 
 static void bind_targets(py::module_& m) {
   m.def("marker_families", &marker_families, "Every marker family by name.");
-  m.def("marker_count", &marker_count, py::arg("family"), "Number of different markers of a family.");
-  python::bind_enum<TargetKind>(m, "TargetKind", "What a camera may look at.");
-  python::bind_struct<MapMarker>(m, "MapMarker", "One marker of a map.");
-  python::bind_struct<Target>(m, "Target", "What a camera may look at; X along the columns, Y down, Z into the board.");
+  m.def("marker_count", &marker_count, py::arg("family"), "Number of markers of a family.");
+  python::bind_enum<TargetKind>(m, "TargetKind", "Kind of a target.");
+  python::bind_struct<MapMarker>(m, "MapMarker", "Marker of a map.");
+  python::bind_struct<Target>(m, "Target", "Target of a camera; X along the columns, Y down, Z into the board.");
   m.def("parse_target", &parse_target, py::arg("text"), "Target from its short form, such as chessboard:6x9:0.0236.");
   m.def(
       "target_points",
@@ -71,25 +72,25 @@ static void bind_targets(py::module_& m) {
         TargetPoints all = target_points(target);
         return std::make_pair(std::move(all.points), std::move(all.ids));
       },
-      py::arg("target"), "Points of a target (3 x n) [m] and their numbers.");
-  m.def("target_markers", &target_markers, py::arg("target"), "Markers that a target carries, posed in its frame.");
+      py::arg("target"), "Points of a target (3 x n) [m] and their ids.");
+  m.def("target_markers", &target_markers, py::arg("target"), "Markers of a target, with their poses in its frame.");
 }
 
 static void bind_placed(py::module_& m) {
-  python::bind_struct<PlacedTarget>(m, "PlacedTarget", "A target in front of a camera.");
+  python::bind_struct<PlacedTarget>(m, "PlacedTarget", "Target in front of a camera.");
   python::bind_enum<SolidKind>(m, "SolidKind", "Form of a solid.");
-  python::bind_struct<Solid>(m, "Solid", "A solid of simple shape that rays of a camera or a scanner may hit.");
-  python::bind_struct<PlacedSolid>(m, "PlacedSolid", "A solid in front of a camera.");
+  python::bind_struct<Solid>(m, "Solid", "Solid of simple shape that a camera or a scanner can see.");
+  python::bind_struct<PlacedSolid>(m, "PlacedSolid", "Solid in front of a camera.");
 }
 
 void bind_geometry(py::module_& m) {
   bind_poses(m);
   python::bind_enum<Mount>(m, "Mount", "Part of the cell that carries the camera.");
-  python::bind_enum<LensModel>(m, "LensModel", "Which coefficients of a Pinhole a lens has.");
+  python::bind_enum<LensModel>(m, "LensModel", "Lens model: the coefficients of a Pinhole that are used.");
   python::bind_struct<Pinhole>(m, "Pinhole", "Pinhole camera with the rational lens model; z out of the lens, x right.")
       .def("project", &project, py::arg("points"), "Pixels (2 x n) of points in the camera frame (3 x n) [m].")
       .def("rays", &rays, py::arg("pixels"), "Directions (3 x n, z = 1) of pixels (2 x n); NaN where there is none.");
-  python::bind_struct<View>(m, "View", "What one image shows of a target.");
+  python::bind_struct<View>(m, "View", "View: points of a target in one image.");
   bind_two_plane(m);
   bind_targets(m);
   bind_placed(m);

@@ -11,10 +11,10 @@ using namespace kr5::io;
 void bind_io(py::module_& m) {
   m.doc() = "Tables of numbers, and diagnostics of files.";
   kr5::python::bind_enum<Severity>(m, "Severity", "Severity of a diagnostic.");
-  kr5::python::bind_struct<Diagnostic>(m, "Diagnostic", "One error or warning about a file.")
+  kr5::python::bind_struct<Diagnostic>(m, "Diagnostic", "Error or warning about a file.")
       .def("text", &Diagnostic::text, "`file:line: field: found ..., expected ...`")
       .def("__str__", &Diagnostic::text);
-  py::class_<Table>(m, "Table", "Numbers in named columns.")
+  py::class_<Table>(m, "Table", "Table of numbers in named columns.")
       .def(py::init([](std::vector<std::string> columns, Eigen::MatrixXd values) {
              kr5::require(values.cols() == static_cast<Eigen::Index>(columns.size()),
                           "as many names as columns of values");
@@ -22,14 +22,14 @@ void bind_io(py::module_& m) {
            }),
            py::arg("columns"), py::arg("values"))
       .def_property_readonly(
-          "columns", [](const Table& t) { return t.columns; }, "Names, in the order of the file.")
+          "columns", [](const Table& t) { return t.columns; }, "Names of the columns, in the order of the file.")
       .def_property_readonly(
-          "values", [](const Table& t) { return t.values; }, "One row a line (a copy).")
+          "values", [](const Table& t) { return t.values; }, "Values, one row per line (a copy).")
       .def(
           "__contains__", [](const Table& t, const std::string& name) { return t.find(name) >= 0; }, py::arg("name"))
       .def(
           "__getitem__", [](const Table& t, const std::string& name) { return t.column(name); }, py::arg("name"),
-          "One column as an array. Raises InvalidArgument naming the columns there are.")
+          "Column as an array. Raises InvalidArgument, with the existing columns, for an unknown one.")
       .def(
           "__len__", [](const Table& t) { return t.values.rows(); }, "Number of rows.")
       .def("__repr__", [](const Table& t) {
@@ -37,7 +37,7 @@ void bind_io(py::module_& m) {
                " columns)";
       });
   m.def("load_csv", &load_csv, py::arg("file"), py::call_guard<py::gil_scoped_release>(),
-        "Reads numbers under a header line. Raises IoError naming file, line and column of all that is wrong.");
+        "Reads a table of numbers under a header line. Raises IoError with file, line and column of every error.");
   m.def("save_csv", &save_csv, py::arg("table"), py::arg("file"), py::call_guard<py::gil_scoped_release>(),
-        "Writes a table so that it reads back bit for bit.");
+        "Writes a table; numbers read back exactly.");
 }

@@ -13,15 +13,15 @@ using kr5::python::bind_struct;
 
 static void bind_chain(py::module_& m) {
   bind_enum<JointType>(m, "JointType", "Type of a joint.");
-  bind_struct<DhJoint>(m, "DhJoint", "One joint and the link behind it.")
+  bind_struct<DhJoint>(m, "DhJoint", "Joint and the link behind it.")
       .def("transform", &DhJoint::transform, py::arg("q"),
-           "Pose of the link in the one before [joint value in rad or m].");
-  py::class_<DhChain>(m, "DhChain", "An open chain from the robot base B to the flange F.")
+           "Pose of the link in the previous one [joint value in rad or m].");
+  py::class_<DhChain>(m, "DhChain", "Open chain from the robot base B to the flange F.")
       .def(py::init([](std::vector<DhJoint> joints, const kr5::Pose& T_base_0) {
              return DhChain{T_base_0, std::move(joints)};
            }),
            py::arg("joints"), py::arg("T_base_0") = kr5::Pose::Identity())
-      .def_readwrite("joints", &DhChain::joints, "The joints, from the base.")
+      .def_readwrite("joints", &DhChain::joints, "Joints, from the base.")
       .def_property(
           "T_base_0", [](const DhChain& c) { return c.T_base_0; },
           [](DhChain& c, const kr5::Pose& T) { c.T_base_0 = T; }, "Frame of the first joint in the base.")
@@ -44,22 +44,22 @@ static void bind_chain(py::module_& m) {
 static void bind_inverse(py::module_& m) {
   m.def("jacobian", &jacobian, py::arg("chain"), py::arg("q"), py::arg("T_flange_x") = kr5::Pose::Identity(),
         "Geometric Jacobian, 6 x n, linear first, of frame X on the flange, in axes of B.");
-  bind_struct<Manipulability>(m, "Manipulability", "Distance of a posture from a singular one.");
+  bind_struct<Manipulability>(m, "Manipulability", "Distance of a posture from a singularity.");
   m.def("manipulability", &manipulability, py::arg("J"), py::arg("length") = 1.0,
         "Singular values of a Jacobian whose linear rows are divided by `length` [m].");
   m.def("outside_limits", &outside_limits, py::arg("q"), py::arg("lower"), py::arg("upper"),
-        py::arg("tolerance") = 1e-9, "Joints, counted from 0, that are not within their limits.");
+        py::arg("tolerance") = 1e-9, "Joints, counted from 0, outside their limits.");
   bind_enum<InverseStatus>(m, "InverseStatus", "Status of an inverse problem.");
   bind_enum<Singularity>(m, "Singularity", "Singularity of a posture.");
-  bind_struct<Posture>(m, "Posture", "Joint values that reach a pose.")
-      .def_property_readonly("usable", &Posture::usable, "True within the limits.");
-  bind_struct<InverseOptions>(m, "InverseOptions", "Limits and start of the inverse.");
+  bind_struct<Posture>(m, "Posture", "Posture: joint values that reach a pose.")
+      .def_property_readonly("usable", &Posture::usable, "True when all joints are within their limits.");
+  bind_struct<InverseOptions>(m, "InverseOptions", "Options of inverse_kinematics.");
   bind_struct<InverseResult>(m, "InverseResult", "Postures that reach a pose.");
   m.def("has_closed_form", &has_closed_form, py::arg("chain"),
-        "Six revolute joints, the last three axes in one point.");
+        "True for six revolute joints whose last three axes intersect in one point.");
   m.def("inverse_kinematics", &inverse_kinematics, py::arg("chain"), py::arg("T_base_flange"),
         py::arg("options") = InverseOptions{}, py::call_guard<py::gil_scoped_release>(),
-        "Joint values that bring the flange to a pose: all of them where the chain has a closed form.");
+        "Postures that bring the flange to a pose; all of them when the chain has a closed form.");
 }
 
 static Eigen::VectorXd torques(Dynamics& self, const Eigen::VectorXd& q, const Eigen::VectorXd& qd,
@@ -82,14 +82,15 @@ static void bind_dynamics(py::module_& m) {
       .def("set_body", &Dynamics::set_body, py::arg("link"), py::arg("body"))
       .def("add_body", &Dynamics::add_body, py::arg("link"), py::arg("body"),
            py::arg("T_link_body") = kr5::Pose::Identity(), "Adds a body to a link.")
-      .def("set_gravity", &Dynamics::set_gravity, py::arg("gravity"), "In B [m/s^2].")
+      .def("set_gravity", &Dynamics::set_gravity, py::arg("gravity"), "Sets gravity in B [m/s^2].")
       .def("torques", &torques, py::arg("q"), py::arg("qd"), py::arg("qdd"),
            py::arg("external") = std::vector<kr5::Vector6>(),
            "Joint torques of a motion; `external` is the wrench of the environment on each link, force first.")
       .def("gravity_torques", &Dynamics::gravity_torques, py::arg("q"), "Torques that hold the arm still.")
       .def("wrench", &Dynamics::wrench, py::arg("cut"),
-           "Wrench that moves what lies below the cut, in the motion of the last call of torques.")
-      .def("joint_wrench", &Dynamics::joint_wrench, py::arg("link"), "Wrench into a link in the last call of torques.")
+           "Wrench through the cut on everything below it, for the motion of the last call of torques.")
+      .def("joint_wrench", &Dynamics::joint_wrench, py::arg("link"),
+           "Wrench on a link from the previous one, for the last call of torques.")
       .def(
           "loads",
           [](Dynamics& self, const Eigen::Ref<const Rows>& q, const Eigen::Ref<const Rows>& qd,

@@ -19,7 +19,7 @@ static void bind_errors(py::module_& m) {
       .attr("__doc__") = "The caller broke a documented precondition; nothing was computed.";
   static const py::object io_error =
       py::register_exception<kr5::IoError>(m, "IoError", py::make_tuple(error, py::handle(PyExc_OSError)));
-  io_error.attr("__doc__") = "A file is missing, unreadable or not of the documented form.";
+  io_error.attr("__doc__") = "A file is missing, unreadable or not in the documented format.";
   // Names of files are bytes, which need not be UTF-8; what the file system refuses is an error of a file, too.
   const auto raise = [](const char* text) {
     const auto message = py::reinterpret_steal<py::object>(

@@ -19,7 +19,7 @@ static Eigen::VectorXd friction(const Cell& cell, int joint, const Eigen::Vector
   kr5::require(joint >= 0 && joint < cell.robot.joints(),
                "joint: expected 0 to " + std::to_string(cell.robot.joints() - 1) + ", found " + std::to_string(joint));
   kr5::require(speed.size() == torque.size() && speed.size() == t.size(),
-               "speed, torque, t: expected as many values of each");
+               "speed, torque, t: expected equal numbers of values");
   return joint_friction<Eigen::ArrayXd>(JointFriction(cell, joint), speed, torque, t);
 }
 
@@ -31,11 +31,11 @@ static Rows currents(const Cell& cell, const Rows& acceleration, const Rows& tor
 }
 
 void bind_physics(py::module_& m) {
-  m.doc() = "The laws of a cell with the effects it carries, which every simulator shares.";
+  m.doc() = "Physical laws of a cell with its effects, shared by every simulator.";
   m.def(
       "effective_chain", [](const Cell& cell, double t) { return EffectiveArm(cell).chain(t); }, py::arg("cell"),
       py::arg("t") = 0.0,
-      "The arm with base_tilt, link_length, link_twist and thermal_growth, at time t [s] of the session.");
+      "Arm with the effects base_tilt, link_length, link_twist and thermal_growth, at time t [s] of the session.");
   m.def("joint_friction", &friction, py::arg("cell"), py::arg("joint"), py::arg("speed"), py::arg("torque"),
         py::arg("t"),
         "Friction of a joint (from 0) at motor-side speeds [rad/s or m/s], under the torques through its gear [N m or "

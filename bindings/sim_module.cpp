@@ -5,6 +5,6 @@
 
 PYBIND11_MODULE(_kr5_sim, m) {
   pybind11::module_::import("kr5._kr5");  // cells, tables, simulators and exceptions are bound there
-  m.doc() = "The simulation of the C++ library in DART. Import it as kr5.sim.";
+  m.doc() = "Simulation in DART, of the C++ library. Import it as kr5.sim.";
   bind_modules(m);
 }

@@ -18,11 +18,11 @@ using namespace kr5::vision;
 
 static void bind_camera_calibration(py::module_& m) {
   python::bind_struct<CameraOptions>(m, "CameraOptions", "Options of calibrate_camera.");
-  python::bind_struct<CameraViewReport>(m, "CameraViewReport", "One view under a camera calibration.");
-  python::bind_struct<CameraModelScore>(m, "CameraModelScore", "One camera model among those compared.");
-  python::bind_struct<CameraCoverage>(m, "CameraCoverage", "What of the image and of the directions the views cover.");
-  python::bind_struct<CameraFinding>(m, "CameraFinding", "Something a person should know of a camera calibration.");
-  python::bind_struct<CameraCalibration>(m, "CameraCalibration", "What calibrate_camera returns.");
+  python::bind_struct<CameraViewReport>(m, "CameraViewReport", "Agreement of one view with a camera calibration.");
+  python::bind_struct<CameraModelScore>(m, "CameraModelScore", "Score of one of the compared camera models.");
+  python::bind_struct<CameraCoverage>(m, "CameraCoverage", "Coverage of the image and of the directions by the views.");
+  python::bind_struct<CameraFinding>(m, "CameraFinding", "Finding of a camera calibration, with its remedy.");
+  python::bind_struct<CameraCalibration>(m, "CameraCalibration", "Result of calibrate_camera.");
   m.def(
       "calibrate_camera",
       [](const std::vector<View>& views, int width, int height, const CameraOptions& options) {
@@ -30,8 +30,8 @@ static void bind_camera_calibration(py::module_& m) {
       },
       py::arg("views"), py::arg("width"), py::arg("height"), py::arg("options") = CameraOptions(),
       py::call_guard<py::gil_scoped_release>(),
-      "Camera from views of targets: start, robust bundle adjustment, spoiling views named, model chosen by error on\n"
-      "held-out views. Look at `fit.usable` and `findings` before using `camera`.");
+      "Calibrates a camera from views of targets by robust bundle adjustment; names contradicting views and "
+      "chooses\nthe model by the error on held-out views. Check `fit.usable` and `findings` before using `camera`.");
 }
 
 static void bind_camera_peers(py::module_& m) {
@@ -68,10 +68,10 @@ static GreyArray to_array(const Image& image) {
 static void bind_images(py::module_& m) {
   m.def(
       "load_image", [](const std::string& file) { return to_array(load_image(file)); }, py::arg("file"),
-      "Image as grey, uint8 of shape (height, width).");
+      "Reads an image as grey levels, uint8 of shape (height, width).");
   m.def(
       "save_image", [](const GreyArray& image, const std::string& file) { save_image(view_of(image), file); },
-      py::arg("image"), py::arg("file"), "Writes PNG, or what the ending says.");
+      py::arg("image"), py::arg("file"), "Writes an image in the format of the file extension, such as PNG.");
 }
 
 static void bind_render(py::module_& m) {
@@ -89,10 +89,10 @@ static void bind_render(py::module_& m) {
       },
       py::arg("targets"), py::arg("camera"), py::arg("options") = RenderOptions(),
       py::arg("solids") = std::vector<PlacedSolid>(),
-      "What the camera sees of targets and solids, uint8 of shape (height, width); edges lie where Pinhole.project "
+      "Renders the camera image of targets and solids, uint8 of shape (height, width); edges lie where Pinhole.project "
       "says.");
   m.def("visible_points", &visible_points, py::arg("target"), py::arg("T_camera_target"), py::arg("camera"),
-        "The truth of such an image: points that face the camera inside the image, and where they are seen.");
+        "True points of a rendered image: those that face the camera and lie inside the image, with their pixels.");
   m.def("printed_area", &printed_area, py::arg("target"), py::arg("options") = RenderOptions(),
         "Lowest and highest x, y of a planar target with its margin, in columns [m].");
   m.def(
@@ -101,16 +101,16 @@ static void bind_render(py::module_& m) {
         return to_array(draw_target(target, pixels_per_metre, options));
       },
       py::arg("target"), py::arg("pixels_per_metre"), py::arg("options") = RenderOptions(),
-      "The target to scale for a printer, uint8 of shape (height, width).");
+      "Draws a target to scale for a printer, uint8 of shape (height, width).");
 }
 
 static void bind_detect(py::module_& m) {
-  python::bind_enum<Refinement>(m, "Refinement", "How points are made exact.");
-  python::bind_enum<DetectStatus>(m, "DetectStatus", "Whether a target was found, and why not.");
+  python::bind_enum<Refinement>(m, "Refinement", "Method of refinement of the points.");
+  python::bind_enum<DetectStatus>(m, "DetectStatus", "Whether a target was found, or why not.");
   python::bind_struct<TagOptions>(m, "TagOptions", "Options of find_tags.");
-  python::bind_struct<TagDetection>(m, "TagDetection", "One marker in an image.");
+  python::bind_struct<TagDetection>(m, "TagDetection", "Marker found in an image.");
   python::bind_struct<DetectOptions>(m, "DetectOptions", "Options of find_target.");
-  python::bind_struct<Detection>(m, "Detection", "What was seen of a target.")
+  python::bind_struct<Detection>(m, "Detection", "Result of the search for a target.")
       .def_property_readonly("found", &Detection::found);
   m.def(
       "find_tags",
@@ -120,7 +120,8 @@ static void bind_detect(py::module_& m) {
         return find_tags(view, options);
       },
       py::arg("image"), py::arg("options") = TagOptions(),
-      "Every marker of the families in a grey image (uint8, height x width); several with one number are all given.");
+      "Every marker of the families in a grey image (uint8, height x width); several with the same id are all "
+      "returned.");
   m.def(
       "find_target",
       [](const GreyArray& image, const Target& target, const DetectOptions& options) {
@@ -129,33 +130,33 @@ static void bind_detect(py::module_& m) {
         return find_target(view, target, options);
       },
       py::arg("image"), py::arg("target"), py::arg("options") = DetectOptions(),
-      "Looks for one target in a grey image (uint8, height x width). When it is not found, `status` and `message` say "
-      "why.");
+      "Searches for one target in a grey image (uint8, height x width). When it is not found, `status` and `message` "
+      "give the reason.");
 }
 
 static void bind_poses(py::module_& m) {
   python::bind_struct<TargetPoseOptions>(m, "TargetPoseOptions", "Options of estimate_target_pose.");
-  python::bind_struct<TargetPose>(m, "TargetPose", "Where a target stands in the camera.");
+  python::bind_struct<TargetPose>(m, "TargetPose", "Pose of a target in the camera.");
   m.def("estimate_target_pose", &estimate_target_pose, py::arg("view"), py::arg("camera"),
         py::arg("options") = TargetPoseOptions(), py::call_guard<py::gil_scoped_release>(),
-        "Pose of a target from one view, with covariance and, for a flat one, the second pose. Look at fit.usable.");
-  python::bind_struct<MarkerSighting>(m, "MarkerSighting", "The markers seen in one image.");
+        "Pose of a target from one view, with covariance and, for a flat one, the second pose. Check fit.usable.");
+  python::bind_struct<MarkerSighting>(m, "MarkerSighting", "Markers seen in one image.");
   python::bind_struct<MarkerMapOptions>(m, "MarkerMapOptions", "Options of estimate_marker_map.");
-  python::bind_struct<MarkerMapResult>(m, "MarkerMapResult", "What estimate_marker_map returns.");
+  python::bind_struct<MarkerMapResult>(m, "MarkerMapResult", "Result of estimate_marker_map.");
   m.def(
       "estimate_marker_map",
       [](const std::vector<MarkerSighting>& images, const Pinhole& camera, const MarkerMapOptions& options) {
         return estimate_marker_map(images, camera, options);
       },
       py::arg("images"), py::arg("camera"), py::arg("options"), py::call_guard<py::gil_scoped_release>(),
-      "Where markers sit relative to each other, from images that show several at once. Look at fit.usable.");
+      "Estimates the relative poses of markers from images that show several at once. Check fit.usable.");
 }
 
 static void bind_hole(py::module_& m) {
-  python::bind_enum<HoleStatus>(m, "HoleStatus", "Whether a bore was found, and why not.");
+  python::bind_enum<HoleStatus>(m, "HoleStatus", "Whether a bore was found, or why not.");
   python::bind_struct<HoleOptions>(m, "HoleOptions", "Options of find_hole.");
   python::bind_struct<HoleDetection>(m, "HoleDetection",
-                                     "The mouth of a bore in an image. Numbers hold only when it was found.")
+                                     "Mouth of a bore in an image. The numbers are valid only when it was found.")
       .def_property_readonly("found", &HoleDetection::found);
   m.def(
       "find_hole",
@@ -165,18 +166,19 @@ static void bind_hole(py::module_& m) {
         return find_hole(view, camera, T_camera_plane, options);
       },
       py::arg("image"), py::arg("camera"), py::arg("T_camera_plane"), py::arg("options"),
-      "The bore of `options.radius` in the plane z = 0 of T_camera_plane (4x4, Z out of the face), darker than it, in "
-      "a\n"
-      "grey image (uint8, height x width). When it is not found, `status` and `message` say why.\n\n"
-      "Hough circles kept by their radius in metres, as Hayat et al. 2022, section 6.3; then measured at the edge.");
+      "Searches for the bore of `options.radius` in the plane z = 0 of T_camera_plane (4x4, Z out of the face), which\n"
+      "appears dark in the grey image (uint8, height x width). When it is not found, `status` and `message` give the\n"
+      "reason.\n\n"
+      "Hough circles are selected by their radius in metres, as in Hayat et al. 2022, section 6.3, and then measured\n"
+      "at the edge.");
 }
 
 static void bind_servo(py::module_& m) {
-  python::bind_enum<ServoFeature>(m, "ServoFeature", "What visual servoing regulates.");
+  python::bind_enum<ServoFeature>(m, "ServoFeature", "Feature that visual servoing regulates.");
   python::bind_enum<ServoState>(m, "ServoState", "State of the approach.");
   python::bind_struct<VisualServoOptions>(m, "VisualServoOptions", "Options of VisualServo.");
-  python::bind_struct<TargetObservation>(m, "TargetObservation", "What one image says of the target.");
-  python::bind_struct<ServoStep>(m, "ServoStep", "How the camera shall move now.");
+  python::bind_struct<TargetObservation>(m, "TargetObservation", "Observation of the target in one image.");
+  python::bind_struct<ServoStep>(m, "ServoStep", "Commanded motion of the camera in one step.");
   m.def(
       "observe_target",
       [](const GreyArray& image, const Target& target, const Pinhole& camera, const DetectOptions& options) {
@@ -185,22 +187,22 @@ static void bind_servo(py::module_& m) {
         return observe_target(view, target, camera, options);
       },
       py::arg("image"), py::arg("target"), py::arg("camera"), py::arg("options") = DetectOptions(),
-      "The sight of a target in a grey image (uint8, height x width), found in the image without its lens.");
+      "Observation of a target in a grey image (uint8, height x width), with the lens distortion removed.");
   m.def("observe_hole", &observe_hole, py::arg("hole"),
-        "The sight of a bore that find_hole looked for; use `turn_free`.");
+        "Observation of a bore from the result of find_hole; use `turn_free`.");
   py::class_<VisualServo>(m, "VisualServo",
-                          "One approach of a camera to where a target stands in it as wished, by ViSP's control laws\n"
-                          "(Chaumette and Hutchinson 2006). Call `step` with each image's sight until the state is no\n"
-                          "longer moving.")
+                          "Approach of a camera to a desired pose of the target, by ViSP's control laws\n"
+                          "(Chaumette and Hutchinson 2006). Call `step` with the observation of each image until the "
+                          "state is no\nlonger moving.")
       .def(py::init<const Pose&, const VisualServoOptions&>(), py::arg("T_camera_target_goal"),
-           py::arg("options") = VisualServoOptions(), "Raises InvalidArgument naming what is wrong.")
+           py::arg("options") = VisualServoOptions(), "Raises InvalidArgument naming the invalid argument.")
       .def("step", &VisualServo::step, py::arg("sight"), py::arg("time"), py::call_guard<py::gil_scoped_release>(),
-           "The next twist from the sight of the image taken at `time` [s], which must grow.");
+           "Next twist from the observation of the image taken at `time` [s], which must increase.");
 }
 
 static void bind_hand_eye(py::module_& m) {
   python::bind_enum<HandEyeMethod>(m, "HandEyeMethod", "Hand-eye solvers of OpenCV and ViSP.");
-  python::bind_struct<HandEyeSample>(m, "HandEyeSample", "One stop of the robot.");
+  python::bind_struct<HandEyeSample>(m, "HandEyeSample", "Robot pose and target pose of one view.");
   m.def(
       "closed_form_hand_eye",
       [](const std::vector<HandEyeSample>& samples, HandEyeMethod method) {

@@ -54,7 +54,7 @@ void check_numbers(const Field& field, const Eigen::DenseBase<Derived>& values, 
 
 void check_pose(const std::string& field, const Pose& T) {
   check_numbers(field, T.translation(), longest);
-  require((T.linear() * T.linear().transpose()).isIdentity(1e-6), field + ": is no rigid motion");
+  require((T.linear() * T.linear().transpose()).isIdentity(1e-6), field + ": is not a rigid motion");
 }
 
 void check_body(const std::string& field, const kinematics::Body& body) {
@@ -217,8 +217,8 @@ void Arm::set_clock(double t) {
 void Arm::set_state(const Eigen::VectorXd& q, const Eigen::VectorXd& v) {
   require(q.size() == joints() && v.size() == joints() && q.allFinite() && v.allFinite(),
           "state of the arm: " + std::to_string(joints()) + " finite joint values and speeds are needed");
-  check_numbers("state of the arm, which has run away", q, fastest);
-  check_numbers("speed of the arm, which has run away", v, fastest);
+  check_numbers("state of the arm, which has diverged", q, fastest);
+  check_numbers("speed of the arm, which has diverged", v, fastest);
   body_->q = q;
   body_->v = v;
   body_->skeleton->setPositions(q);
@@ -235,7 +235,7 @@ void Arm::set_actuation(int joint, Actuation actuation) {
 }
 
 void Arm::set_contact(const Vector6& wrench) {
-  require(body_->tool != nullptr, "tool: a cell without tool touches nothing");
+  require(body_->tool != nullptr, "tool: is missing; a contact needs a tool");
   check_numbers("wrench of a contact", wrench, strongest);
   body_->contact = wrench;
   body_->tool->setExtForce(wrench.head<3>(), Eigen::Vector3d::Zero(), false, true);

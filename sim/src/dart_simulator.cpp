@@ -59,7 +59,7 @@ predict::PredictionTable simulate_kind(const cell::Cell& cell, cell::Kind kind, 
     case Scan:
       return predict::predict_scan(cell, input, flange);
   }
-  input.fail("is of a kind that does not exist");
+  input.fail("is of an unknown kind");
 }
 
 }  // namespace

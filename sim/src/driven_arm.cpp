@@ -31,7 +31,7 @@ double DrivenArm::stable_step(const VectorXd& position) { return state_->stable_
 
 void DrivenArm::set_step(double step) {
   require(step > 0.0 && step <= state_->step * (1.0 + 1e-9),
-          "step: may only be made smaller, down from " + milliseconds(state_->step));
+          "step: must not exceed the present step of " + milliseconds(state_->step));
   state_->set_step(step);
 }
 
@@ -41,7 +41,7 @@ void DrivenArm::environment_changed() { state_->fresh = false; }
 
 void DrivenArm::follow(const VectorXd& command) {
   require(!state_->servo.empty(), "servo.joint: this cell has no joint servo");
-  require(command.size() == state_->x.size(), "command: one value a joint is needed");
+  require(command.size() == state_->x.size(), "command: expected one value per joint");
   state_->fresh = false;
   state_->ideal = true;
   state_->follow(command);
@@ -49,7 +49,7 @@ void DrivenArm::follow(const VectorXd& command) {
 
 void DrivenArm::follow_limited(const VectorXd& command) {
   require(!state_->servo.empty(), "servo.joint: this cell has no joint servo");
-  require(command.size() == state_->x.size(), "command: one value a joint is needed");
+  require(command.size() == state_->x.size(), "command: expected one value per joint");
   require(state_->drives.motors.has_value(), "drives: currents need motors");
   state_->fresh = false;
   state_->velocity_update([&](const auto& e, const auto& at) { return state_->limited_currents(e, command, at); });
@@ -57,7 +57,7 @@ void DrivenArm::follow_limited(const VectorXd& command) {
 
 void DrivenArm::drive(const VectorXd& current) {
   require(state_->drives.motors.has_value(), "drives: currents need motors");
-  require(current.size() == state_->x.size(), "current: one value a motor is needed");
+  require(current.size() == state_->x.size(), "current: expected one value per motor");
   state_->fresh = state_->limited = false;
   state_->velocity_update([&](const auto&, const auto&) { return current; });
 }

@@ -36,10 +36,10 @@ struct HeldTool::Body {
 HeldTool::HeldTool(const cell::Cell& cell, const Pose& T_base_slide) : body_(std::make_unique<Body>()) {
   Body& b = *body_;
   const kinematics::Body load = physics::payload(cell);
-  require(load.mass > 0.0, "tool.mass: a tool that is pushed must weigh something");
+  require(load.mass > 0.0, "tool.mass: must be positive for a tool that is pushed [kg]");
   require(load.mass <= 1e6 && load.com.cwiseAbs().maxCoeff() <= 1e3 && load.inertia.cwiseAbs().maxCoeff() <= 1e9,
-          "tool: mass, com or inertia is beyond what any tool has");
-  require(cell.robot.gravity.norm() <= 1e4, "robot.gravity: is beyond what any place has");
+          "tool: mass, com or inertia is implausibly large; are the units kg, m and kg m^2?");
+  require(cell.robot.gravity.norm() <= 1e4, "robot.gravity: is implausibly large; is it in m/s^2?");
   b.mass = load.mass + hand_mass;
   b.axis = T_base_slide.linear().col(2);
   dd::PrismaticJoint::Properties slide;
@@ -67,7 +67,7 @@ HeldTool::~HeldTool() = default;
 double HeldTool::mass() const { return body_->mass; }
 
 void HeldTool::place(double z, double speed) {
-  if (!(std::abs(z) <= 1e6 && std::abs(speed) <= 1e6)) throw InvalidArgument("path of the tool: has run away");
+  if (!(std::abs(z) <= 1e6 && std::abs(speed) <= 1e6)) throw InvalidArgument("path of the tool: has diverged");
   body_->slide->setPosition(0, z);
   body_->slide->setVelocity(0, speed);
 }
@@ -77,7 +77,7 @@ double HeldTool::speed() const { return body_->slide->getVelocity(0); }
 
 void HeldTool::touch(const Eigen::Vector3d& force) {
   if (!(force.cwiseAbs().maxCoeff() <= 1e12))
-    throw InvalidArgument("force on the tool: is no number or beyond all bounds");
+    throw InvalidArgument("force on the tool: must be finite and at most 1e12 N");
   body_->tool->setExtForce(force, Eigen::Vector3d::Zero(), false, true);
 }
 

@@ -17,7 +17,7 @@ void check_parts(const cell::Cell& cell) {
   require(cell.peg.has_value(), "peg: an insertion needs one");
   require(cell.tube.has_value(), "tube: an insertion needs one");
   require(cell.servo && !cell.servo->joint.empty(), "servo.joint: an insertion needs one");
-  require(cell.servo->tool || !cell.servo->correction, "servo.correction: what it limits is missing: servo.tool");
+  require(cell.servo->tool || !cell.servo->correction, "servo.tool: is missing, which servo.correction limits");
   require(!cell.robot.links.empty(), "robot.links: the arm needs masses");
 }
 

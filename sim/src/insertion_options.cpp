@@ -30,7 +30,7 @@ void check_range(const cell::Cell& cell, const InsertionSetup& setup, double dep
   if (setup.pegs > 1) way = std::max({way, setup.pick_distance, lift});
   require(*cell.servo->correction->total >= way,
           "servo.correction.total: the arm may be corrected by " + text(*cell.servo->correction->total) +
-              " m, and an insertion goes " + text(way) + " m along one axis: raise it, or leave it out");
+              " m, and an insertion moves " + text(way) + " m along one axis; raise the limit, or leave it out");
 }
 
 /// An arm whose corrections are limited is moved within what they can: forces are held by reversing speeds, and a turn
@@ -46,9 +46,9 @@ void slow_down(force::InsertionOptions& options, const cell::Cell& cell) {
     *speed = std::min({*speed, most.speed, turn_back * most.acceleration});
   if (m.contact_speed < slowest) {
     const double limit = *cell.servo->correction->per_cycle;
-    throw InvalidArgument("servo.correction.per_cycle: " + text(limit) + " m lets a peg feel at no more than " +
-                          text(m.contact_speed) + " m/s; an insertion needs " +
-                          text(limit * slowest / m.contact_speed) + " m at least");
+    throw InvalidArgument("servo.correction.per_cycle: " + text(limit) + " m limits the contact speed to " +
+                          text(m.contact_speed) + " m/s; an insertion needs a limit of at least " +
+                          text(limit * slowest / m.contact_speed) + " m");
   }
   const double slower = before / m.contact_speed;
   m.roll_time *= slower;

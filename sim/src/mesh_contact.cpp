@@ -65,7 +65,7 @@ const aiScene* tube_scene(const force::PegTubeShape& shape, int segments) {
   const std::string text = tube_text(shape, segments);
   const aiScene* scene = aiImportFileFromMemory(text.data(), static_cast<unsigned>(text.size()), aiProcess_GenNormals,
                                                 "obj");  // DART reads normals
-  require(scene != nullptr, std::string("tube: no mesh can be made of it: ") + aiGetErrorString());
+  require(scene != nullptr, std::string("tube: cannot be meshed: ") + aiGetErrorString());
   return scene;
 }
 
@@ -100,7 +100,7 @@ void MeshContactOptions::validate() const { require(segments >= 3, "segments: mu
 MeshContact::MeshContact(const force::PegTubeShape& shape, const MeshContactOptions& options) {
   shape.validate();
   options.validate();
-  require(shape.peg_chamfer == 0.0, "peg.chamfer: contact by mesh knows a peg without chamfer only");
+  require(shape.peg_chamfer == 0.0, "peg.chamfer: must be 0 for contact by mesh");
   bodies_ = std::make_unique<Bodies>(shape, options);
 }
 MeshContact::~MeshContact() = default;

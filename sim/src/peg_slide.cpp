@@ -35,7 +35,7 @@ PegSlide::PegSlide(const cell::Cell& cell, FrictionBy friction, ContactBy contac
   shape_.validate();
   if (contact == ContactBy::Mesh) mesh_.emplace(shape_);
   law_.stiffness = std::max(edge_stiffness, 10.0 / std::max(contact_.depth(1.0), 1e-12));
-  require(law_.stiffness <= stiffest, "contact.stiffness: too stiff to be stepped through time, found " +
+  require(law_.stiffness <= stiffest, "contact.stiffness: too large for time stepping, found " +
                                           std::to_string(1.0 / contact_.depth(1.0)) + " N/m");
   law_.damping = closing_damping;
   law_.friction = friction == FrictionBy::Contact ? contact_.friction() : 0.0;

@@ -72,7 +72,7 @@ void check_scene(const Scene& scene) {
   require(scene.duration > 0.0 && scene.duration <= longest_scene,
           "duration: must be positive, and at most " + std::to_string(static_cast<int>(longest_scene)) + " s");
   require(scene.cycle >= shortest_cycle && scene.cycle <= longest_scene, "cycle: must be 0.0001 s or more");
-  require(!scene.expect.empty(), "expect: a scene that expects nothing cannot fail");
+  require(!scene.expect.empty(), "expect: expected at least one expectation");
   for (std::size_t i = 0; i < scene.expect.size(); ++i)
     require(scene.expect[i].least || scene.expect[i].most,
             "expect[" + std::to_string(i) + "]: 'least' or 'most' is needed");

@@ -20,7 +20,7 @@ using Eigen::VectorXd;
 Environment scene_environment(const Scene& scene, const cell::Cell& cell) {
   const bool pushed = scene.objects.push != Eigen::Vector3d::Zero();
   if (!scene.objects.bench && !pushed) return {};
-  require(cell.tool.has_value(), "objects: a cell without tool touches nothing");
+  require(cell.tool.has_value(), "objects: a bench or a push needs a tool, which the cell does not have");
   require(!scene.objects.bench || cell.contact, "objects.bench: the cell has no contact");
   const Pose T_sensor_tool = cell.tool->T_flange_sensor.inverse() * cell.tool->T_flange_tool;
   std::optional<physics::EffectiveContact> contact;
@@ -75,7 +75,7 @@ void run_arm_scene(const Scene& scene, const cell::Cell& cell, SceneResult& out)
   const SceneReference reference(scene, cell);
   const Controller& c = scene.controller;
   if (c.kind == ControllerKind::Limited)
-    require(c.current_limit.size() > 0, "controller.current_limit: kind limited needs one");
+    require(c.current_limit.size() > 0, "controller.current_limit: is missing, which kind limited needs");
   const DrivenArmOptions options{scene.step, c.kind == ControllerKind::Limited ? c.current_limit : VectorXd()};
   DrivenArm arm(cell, options);
   arm.reset(reference.start());

@@ -16,9 +16,9 @@ void run_push_scene(const Scene& scene, const cell::Cell& cell, SceneResult& out
   const Controller& c = scene.controller;
   require(cell.tool && cell.contact && cell.peg && cell.tube, "cell: a push needs tool, contact, peg and tube");
   require(c.force > 0.0 && c.speed > 0.0, "controller: force and speed of a push must be positive");
-  require(scene.events.empty(), "events: a push knows none");
+  require(scene.events.empty(), "events: are not supported by a push");
   require(!scene.camera && !scene.scanner, std::string(scene.camera ? "camera" : "scanner") +
-                                               ": a push moves the tool alone, without an arm that carries one");
+                                               ": not supported by a push, which moves the tool without an arm");
   require(c.direction.norm() > 0.0, "controller.direction: must not be zero");
   const Eigen::Vector3d axis = -c.direction.normalized();
   PegSlide peg(cell, PegSlide::FrictionBy::Contact, scene.contact, axis);

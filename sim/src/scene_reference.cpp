@@ -19,7 +19,7 @@ VectorXd solve_posture(const cell::Cell& cell, const Pose& T_base_flange, const 
                        const std::string& field) {
   IkSolver ik(cell);
   const std::optional<VectorXd> found = ik.posture(T_base_flange, near);
-  require(found.has_value(), field + ": the arm cannot take it (" + std::string(name_of(ik.status())) + ")");
+  require(found.has_value(), field + ": the arm cannot reach it (" + std::string(name_of(ik.status())) + ")");
   return *found;
 }
 
@@ -69,7 +69,8 @@ SceneReference::SceneReference(const Scene& scene, const cell::Cell& cell) : c_(
     check_limits(cell, "controller.amplitude: start - amplitude", start_ - c_.amplitude.cwiseAbs());
     check_limits(cell, "controller.amplitude: start + amplitude", start_ + c_.amplitude.cwiseAbs());
   }
-  require(c_.target.size() == 0 || c_.way_points.empty(), "controller: has both target and way_points");
+  require(c_.target.size() == 0 || c_.way_points.empty(),
+          "controller: found both target and way_points, expected one of them");
   require(c_.within >= 0.0 && c_.rest >= 0.0, "controller: within and rest must not be negative");
   for (std::size_t i = 0; i < c_.way_points.size(); ++i) {
     const std::string field = "controller.way_points[" + std::to_string(i) + "]";

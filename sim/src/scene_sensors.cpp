@@ -50,7 +50,7 @@ std::string reason_of_empty_picture(const predict::CameraScene& view) {
     const Pose& T = view.targets[i].T_camera_target;
     const bool flat = view.targets[i].target.kind != TargetKind::MarkerMap;
     if (flat && T.linear().col(2).dot(T.translation()) <= 0.0) {
-      out += ", of '" + view.names[i] + "' only the back is to be seen (Z of a target points into it)";
+      out += ", only the back of '" + view.names[i] + "' is visible (Z of a target points into it)";
       continue;
     }
     bool behind = true;
@@ -74,7 +74,7 @@ SceneSensors::SceneSensors(const Scene& scene, const cell::Cell& cell, const std
     const physics::EffectiveCamera camera(cell);  // complains of what is not there
     const Eigen::VectorXd& at = scene.camera->at;
     if (at.size() > 0) at_.assign(at.begin(), at.end());
-    require(!at_.empty(), "camera.at: expected times; without way points there is no other");
+    require(!at_.empty(), "camera.at: expected times, which are required without way points");
     require(std::is_sorted(at_.begin(), at_.end()), "camera.at: must be in order of time");
     require(at_.front() >= 0.0 && at_.back() <= scene.duration + rounding,
             "camera.at: must lie within the duration of the scene");
@@ -115,7 +115,7 @@ void SceneSensors::take_picture(double t, DrivenArm& arm) {
                        predict::camera_scene(cell_, T_base_flange, scene_.objects.things)};
   const std::string why = reason_of_empty_picture(picture.scene);
   require(why.empty(), "camera.at[" + std::to_string(pictures_.size()) + "]: at " + seconds(t) +
-                           " nothing is on the picture" + why + "; move the arm, or take it at another time");
+                           " nothing is in the picture" + why + "; move the arm, or choose another time");
   pictures_.push_back(std::move(picture));
 }
 
@@ -143,14 +143,14 @@ void SceneSensors::take_profile(double t, DrivenArm& arm) {
 void SceneSensors::report(SceneResult& out) const {
   out.pictures = pictures_;
   if (!scanner_) return;
-  require(lines_ > 0, "scanner.begin: no profile between it and the end");
+  require(lines_ > 0, "scanner.begin: no profile between begin and end");
   const auto centimetres = [](double z) { return std::to_string(static_cast<int>(std::lround(100.0 * z))) + " cm"; };
   require(
       !profiles_.empty(),
-      "scanner: of " + std::to_string(lines_) + " profiles none met anything from scanner.near to scanner.far, " +
+      "scanner: of " + std::to_string(lines_) + " profiles none meets an object from scanner.near to scanner.far, " +
           centimetres(scene_.scanner->near) + " to " + centimetres(scene_.scanner->far) + " away; " +
-          (std::isfinite(scanner_->nearest()) ? "the nearest thing was " + centimetres(scanner_->nearest()) + " away"
-                                              : std::string("it looks at nothing at all")));
+          (std::isfinite(scanner_->nearest()) ? "the nearest object is " + centimetres(scanner_->nearest()) + " away"
+                                              : std::string("no object lies in its plane")));
   std::vector<std::string> names = {"line", "t", "speed"};
   for (int i = 1; i <= cell_.robot.joints(); ++i) names.push_back("q" + std::to_string(i));
   names.insert(names.end(), {"x", "z", "sphere"});

@@ -49,7 +49,7 @@ Encoders::Encoders(const physics::Drives& drives, double counts, double noise, s
     : count_(0.0), noise_(noise), random_(seed) {
   require(counts >= 0.0 && noise >= 0.0, "counts, noise: must not be negative");
   if (counts == 0.0) return;
-  require(drives.motors.has_value(), "drives: encoders sit on motors, this cell has none");
+  require(drives.motors.has_value(), "drives: encoders need motors, which this cell does not have");
   structure_ = drives.motors->structure;
   back_ = drives.motors->inverse;
   count_ = 2.0 * std::numbers::pi / counts;

@@ -152,7 +152,7 @@ void show_window(const cell::Cell& cell, const std::vector<cell::PlacedObject>& 
   viewer->getCameraManipulator()->setHomePosition({2.0, -2.2, 1.6}, {0.45, 0.0, 0.45}, {0.0, 0.0, 1.0});
   viewer->setCameraManipulator(viewer->getCameraManipulator());
   viewer->realize();
-  if (!viewer->isRealized()) throw IoError("window: there is no display to open one on");
+  if (!viewer->isRealized()) throw IoError("window: no display is available");
   const double begin = motion.t[0], length = std::max(motion.t[motion.t.size() - 1] - begin, 1e-3);
   const auto started = std::chrono::steady_clock::now();
   for (int frame = 0; !viewer->done(); ++frame) {

@@ -117,7 +117,7 @@ TEST_CASE("what is wrong with a data set is said with file, line, field and reme
       Catch::Contains("eye_in_hand | eye_to_hand") && Catch::Contains("quaternion_xyzw | "));
   folder.write("images/image-11.png", "");
   CHECK_THAT(error_of(folder.write("e.yaml", head)),
-             Catch::Contains("without a pose of their number") && Catch::Contains("image-11.png"));
+             Catch::Contains("without a pose of the same number") && Catch::Contains("image-11.png"));
   CHECK_THAT(error_of(folder.write("f.yaml", head + "pairing: order\n")),
              Catch::Contains("3 poses for 4 images") && Catch::Contains("one for each"));
   folder.write("poses/pose_11.yaml", "x: 1\ny: 0\nz: 0.5\nqx: 0\nqy: 0\nqz: 0\n");

@@ -137,7 +137,7 @@ TEST_CASE("a fault of little consequence is named without condemning the answer"
   CHECK(cause.consequence == Approx(error).margin(3 * diagnosis.tool_error_95));
   CHECK(cause.consequence > diagnosis.tool_error_95);
   CHECK(diagnosis.verdict == Verdict::Doubtful);
-  CHECK_THAT(diagnosis.text, Catch::Contains("Allowing for that moves the point by"));
+  CHECK_THAT(diagnosis.text, Catch::Contains("Correcting this moves the point by"));
   // Who asks for a sixth of that error cannot use it.
   CHECK(diagnose_hand_eye(d.recording, result, {.tolerance = error / 6}).verdict == Verdict::Unusable);
 }
@@ -179,7 +179,7 @@ TEST_CASE("recordings that do not fit together are refused") {
   Draw d = draw_sound(32);
   HandEyeRecording r = d.recording;
   r.rows.conservativeResize(r.rows.rows() - 1, r.rows.cols());
-  CHECK_THROWS_WITH(diagnose_hand_eye(r, {}), Catch::Contains("one pose belongs to each"));
+  CHECK_THROWS_WITH(diagnose_hand_eye(r, {}), Catch::Contains("expected one pose for each view"));
   r = d.recording;
   r.times = {1.0, 2.0};
   CHECK_THROWS_WITH(diagnose_hand_eye(r, {}), Catch::Contains("2 time stamps"));

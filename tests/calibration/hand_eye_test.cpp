@@ -234,7 +234,7 @@ TEST_CASE("too little or malformed input is refused by name") {
   CHECK_THROWS_WITH(run(views), Catch::Contains("view2") && Catch::Contains("four points"));
   views = w.views;
   views[4] = views[2];
-  CHECK_THROWS_WITH(run(views), Catch::Contains("is the same as view") && Catch::Contains("give each view once"));
+  CHECK_THROWS_WITH(run(views), Catch::Contains("is the same as view") && Catch::Contains("list each view only once"));
   views = w.views;
   views[3].T_base_flange.translation().z() = 1e9;
   CHECK_THROWS_WITH(run(views), Catch::Contains("view3") && Catch::Contains("is its unit right"));

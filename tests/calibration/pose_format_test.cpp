@@ -87,10 +87,10 @@ TEST_CASE("numbers that are no pose are refused by row and with a remedy") {
   format.rotation = RotationForm::Matrix;
   rows = rows_of(some_poses(random), format);
   rows.col(2) *= -1, rows.col(6) *= -1, rows.col(10) *= -1;
-  CHECK_THAT(error_of(rows, format), Catch::Contains("mirror"));
+  CHECK_THAT(error_of(rows, format), Catch::Contains("reflection"));
   rows.col(2) *= -1, rows.col(6) *= -1, rows.col(10) *= -1;
   rows.col(0) *= 2;
-  CHECK_THAT(error_of(rows, format), Catch::Contains("no rotation"));
+  CHECK_THAT(error_of(rows, format), Catch::Contains("not a rotation"));
 }
 
 TEST_CASE("the numbers allow the convention they were written in, and rule out wrong units and angles") {

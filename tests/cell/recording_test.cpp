@@ -183,7 +183,7 @@ TEST_CASE("what is wrong with recording.yaml is named with line and field") {
   CHECK_THAT(told("split: fit", "splt: fit"),
              Contains("experiments[0].splt: found an unknown key, expected no such key; did you mean 'split'?"));
   CHECK_THAT(told("name: motion-2", "name: motion-1"), Contains("experiments[1].name: found 'motion-1' a second time"));
-  CHECK_THAT(told("file: motion-2.csv", "file: motion-1.csv"), Contains("rows that are used to fit may not judge"));
+  CHECK_THAT(told("file: motion-2.csv", "file: motion-1.csv"), Contains("rows used to fit must not be used to check"));
   CHECK_THAT(told("file: motion-2.csv", "file: ../motion-2.csv"), Contains("a file in the folder of the recording"));
   CHECK_THAT(told("file: motion-2.csv", "file: motion-3.csv"), Contains("motion-3.csv: found no such file"));
   CHECK_THAT(told("cell: cell.yaml", "cell: cel.yaml"), Contains("cel.yaml: found no such file"));

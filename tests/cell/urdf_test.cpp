@@ -175,7 +175,7 @@ TEST_CASE("what is no serial arm is refused with what to do") {
     CHECK_THROWS_AS(parse_urdf(xml, "x.urdf", options), IoError);
   };
   fails(two_joints, "no link \"tap\" for the tip; is it tip?", {.tip = "tap"});
-  fails(two_joints, "does not hang on the base b", {.base = "b", .tip = "a"});
+  fails(two_joints, "is not connected to the base b", {.base = "b", .tip = "a"});
   fails(two_joints, "no joint moves", {.base = "b", .tip = "tip"});
   fails(replaced(two_joints, "value=\"2\"", "value=\"-2\""), "link a: found a mass of -2 kg");
   fails(replaced(two_joints, "iyy=\"0.2\"", "iyy=\"-0.2\""), "link a: the inertia is not positive");
@@ -188,10 +188,10 @@ TEST_CASE("what is no serial arm is refused with what to do") {
   fails(replaced(two_joints, "0 0 -1", "0 0 0"), "axis of length 0");
   fails(replaced(two_joints, "<dynamics", "<mimic joint='j1'/><dynamics"), "j2 mimics another");
   fails(replaced(two_joints, "lower=\"-1\"", "lower=\"5\""), "lower limit is above");
-  fails(replaced(two_joints, "<link name=\"tip\"/>", "<link name=\"tip\"/><link name=\"tip\"/>"), "is there twice");
-  fails(replaced(two_joints, "child link=\"tip\"", "child link=\"top\""), "names the link \"top\"");
-  fails(replaced(two_joints, "child link=\"tip\"", "child link=\"a\""), "hangs on joints j1 and j3");
-  fails(replaced(two_joints, "</robot>", ""), "is not XML");
+  fails(replaced(two_joints, "<link name=\"tip\"/>", "<link name=\"tip\"/><link name=\"tip\"/>"), "occurs twice");
+  fails(replaced(two_joints, "child link=\"tip\"", "child link=\"top\""), "refers to the link \"top\"");
+  fails(replaced(two_joints, "child link=\"tip\"", "child link=\"a\""), "is the child of joints j1 and j3");
+  fails(replaced(two_joints, "</robot>", ""), "is not valid XML");
   fails("<sdf/>", "expected a URDF's <robot>");
   fails("<robot/>", "no links");
   CHECK_THROWS_WITH(import_urdf("nowhere.urdf"), Contains("nowhere.urdf"));
@@ -215,7 +215,7 @@ TEST_CASE("friction of the joints goes to a URDF and back, motors do not") {
 TEST_CASE("a slide without limits cannot go to a URDF") {
   Cell cell;
   cell.robot.dh = {{kinematics::JointType::Prismatic, 0, 0, 0, 0, 0}};
-  CHECK_THROWS_WITH(to_urdf(cell), Contains("joint 1 slides without limits"));
+  CHECK_THROWS_WITH(to_urdf(cell), Contains("joint 1 is prismatic without limits"));
 }
 
 TEST_CASE("the public robots import, and come back from a URDF") {

@@ -47,16 +47,16 @@ TEST_CASE("columns and experiments that the simulator cannot show are left out w
   INFO(text(d));
   CHECK(d.verdict == gap::Verdict::NoGap);
   CHECK(d.where.empty());
-  CHECK(warns(d, "motion.i1 was not judged: the simulator does not show it"));
-  CHECK(warns(d, "profile-1 was not judged"));
-  CHECK(warns(d, "scan.z was not judged: the cell does not state noise.laser"));
+  CHECK(warns(d, "motion.i1 was not compared: the simulator does not predict it"));
+  CHECK(warns(d, "profile-1 was not compared"));
+  CHECK(warns(d, "scan.z was not compared: the cell does not state noise.laser"));
 }
 
 TEST_CASE("a recording of which nothing can be shown is refused with the reason") {
   Random random(32);
   cell::Recording r = protocol::only(protocol::record(protocol::nominal(), random), cell::Kind::Profile);
   r.cell.peg.reset();
-  CHECK_THROWS_WITH(diagnosed(r), Catch::Contains("no column that could be compared") && Catch::Contains("peg"));
+  CHECK_THROWS_WITH(diagnosed(r), Catch::Contains("no column that can be compared") && Catch::Contains("peg"));
 }
 
 TEST_CASE("an effect is found although the first motions move other joints") {
@@ -89,7 +89,7 @@ TEST_CASE("a clock that counts from another epoch changes neither cause nor size
     if (const int t = e.data.find("t"); t >= 0) e.data.values.col(t).array() += 1.7e9;
   const gap::Diagnosis d = diagnosed(r);
   INFO(text(d));
-  CHECK(warns(d, "another epoch"));
+  CHECK(warns(d, "a different epoch"));
   CHECK(d.verdict == before.verdict);
   CHECK(names_only(d, {{"thermal_friction", "joint1"}}));
 }
@@ -142,8 +142,8 @@ TEST_CASE("a kind that cannot be fitted, or not be checked, is told", "[not_sani
   const gap::Diagnosis d = diagnosed(r);
   INFO(text(d));
   CHECK(d.verdict == gap::Verdict::NoGap);
-  CHECK(warns(d, "views: no experiment to fit"));
-  CHECK(warns(d, "poses: no experiment to check by"));
+  CHECK(warns(d, "views: no fit experiment"));
+  CHECK(warns(d, "poses: no check experiment"));
 }
 
 TEST_CASE("progress tells which part of the whole is done, and never falls") {
@@ -162,5 +162,5 @@ TEST_CASE("progress tells which part of the whole is done, and never falls") {
   CHECK(done.front() >= 0.0);
   CHECK(done.back() == 1.0);
   CHECK(stages.front() == "simulating the nominal cell");
-  CHECK(stages.back() == "judging what is left");
+  CHECK(stages.back() == "analysing the residuals");
 }

@@ -93,7 +93,7 @@ TEST_CASE("columns that were not recorded, are not predicted, or have no noise a
   CHECK(gap::measure(r, Constant()).columns.size() == 1);
   r.cell.noise.pixel = 0.0;
   CHECK_THROWS_WITH(gap::measure(r, Constant()),
-                    Catch::Contains("views.u was not judged: the cell does not state noise.pixel"));
+                    Catch::Contains("views.u was not compared: the cell does not state noise.pixel"));
   r = recording(make(cell::Kind::Press, {"z"}, Eigen::MatrixXd::Zero(5, 1)));
   CHECK(gap::measure(r, Constant()).columns.size() == 1);
 }
@@ -123,12 +123,12 @@ TEST_CASE("an experiment that the simulator refuses is left out with a word, and
     }
   };
   auto r = recording(make(cell::Kind::Scan, {"z"}, Eigen::MatrixXd::Zero(5, 1)));
-  CHECK_THROWS_WITH(gap::measure(r, NoScan()), "scan-1 was not judged: there is no laser");
+  CHECK_THROWS_WITH(gap::measure(r, NoScan()), "scan-1 was not compared: there is no laser");
   r.experiments.push_back(make(cell::Kind::Step, {"z"}, Eigen::MatrixXd::Zero(5, 1)));
   const gap::Measure m = gap::measure(r, NoScan());
   REQUIRE(m.columns.size() == 1);
   CHECK(m.columns[0].experiment == "step-1");
-  CHECK(m.refused == std::vector<std::string>{"scan-1 was not judged: there is no laser"});
+  CHECK(m.refused == std::vector<std::string>{"scan-1 was not compared: there is no laser"});
 }
 
 TEST_CASE("the gap is told by subsystem, target, channel and experiment") {

@@ -120,12 +120,12 @@ TEST_CASE("a row that lacks something, or has the name of another, is refused") 
     CHECK_THROWS_AS(cell::register_effect(effect), InvalidArgument);
   };
   refused([](auto& e) { e.id = ""; }, "needs an id");
-  refused([](auto& e) { e.id = "backlash"; }, "the catalogue has one of this name");
+  refused([](auto& e) { e.id = "backlash"; }, "the catalogue already has an effect of this name");
   refused([](auto& e) { e.change_columns = nullptr; }, "change_cell");
   refused([](auto& e) { e.parameters.clear(); }, "at least one parameter");
   refused([](auto& e) { e.parameters[0].name = ""; }, "no name");
   refused([](auto& e) { e.parameters[0].usual_size = 0.0; }, "usual_size");
-  refused([](auto& e) { e.parameters[0].lower = 0.1; }, "switches it off");
-  CHECK_THROWS_WITH(cell::unregister_effect("backlash"), Contains("is one of the library"));
+  refused([](auto& e) { e.parameters[0].lower = 0.1; }, "must contain the off value");
+  CHECK_THROWS_WITH(cell::unregister_effect("backlash"), Contains("is built into the library"));
   CHECK_THROWS_AS(cell::unregister_effect("bent_sensor"), InvalidArgument);
 }

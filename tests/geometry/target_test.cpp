@@ -67,7 +67,7 @@ TEST_CASE("a marker map with two equal ids, a mirrored pose or no marker is refu
   map.kind = TargetKind::MarkerMap;
   CHECK_THROWS_AS(map.validate(), InvalidArgument);
   map.map = {{3, 0.05, Pose::Identity()}, {3, 0.05, Pose::Identity()}};
-  CHECK_THROWS_WITH(map.validate(), Catch::Contains("target.map[1].id: found 3, expected every id once"));
+  CHECK_THROWS_WITH(map.validate(), Catch::Contains("target.map[1].id: found 3, expected an id that occurs only once"));
   map.map = {{3, 0.05, Pose::Identity()}};
   CHECK_NOTHROW(map.validate());
   map.map[0].T_target_marker.linear()(2, 2) = -1;

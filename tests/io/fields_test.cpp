@@ -135,7 +135,7 @@ TEST_CASE("a value of the wrong type is named with line, field, what stands ther
   CHECK(complaint("map: [1]") == "x.yaml:1: map: found a list of 1, expected a map of name: value\n");
   CHECK(complaint("parts: [{mass: 1, com: [1, 2]}]") ==
         "x.yaml:1: parts[0].com: found a list of 2, expected a list of 3 numbers\n");
-  CHECK(complaint("matrix: [[1, 2], [3]]") == "x.yaml:1: matrix: found a list of 2, expected rows of one length\n");
+  CHECK(complaint("matrix: [[1, 2], [3]]") == "x.yaml:1: matrix: found a list of 2, expected rows of equal length\n");
   CHECK(complaint("vector: [1, x]") == "x.yaml:1: vector[1]: found 'x', expected a number\n");
 }
 
@@ -170,7 +170,8 @@ TEST_CASE("a pose is six numbers or a proper 4x4 matrix") {
         "matrix\n");
   CHECK_THAT(complaint("T_a_b: [[1,0,0,0],[0,1,0,0],[0,0,-1,0],[0,0,0,1]]"),
              Contains("x.yaml:1: T_a_b: found a mirrored rotation (determinant -1)"));
-  CHECK_THAT(complaint("T_a_b: [[2,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]"), Contains("a matrix that is no rotation"));
+  CHECK_THAT(complaint("T_a_b: [[2,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]"),
+             Contains("a matrix that is not a rotation"));
   CHECK_THAT(complaint("T_a_b: [[1,0,0,0],[0,1,0,0],[0,0,1,0],[1,2,3,1]]"), Contains("last row 0 0 0 1"));
 }
 

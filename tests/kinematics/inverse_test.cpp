@@ -209,6 +209,6 @@ TEST_CASE("options of the wrong size and a matrix that is no pose are refused by
   CHECK_THROWS_WITH(inverse_kinematics(chain, Pose::Identity(), {.starts = 0}), "starts must be positive");
   Pose skewed = Pose::Identity();
   skewed.linear()(0, 1) = 0.1;
-  CHECK_THROWS_WITH(inverse_kinematics(chain, skewed), "T_base_flange is not a pose");
+  CHECK_THROWS_WITH(inverse_kinematics(chain, skewed), "T_base_flange must be a rigid motion");
   CHECK_THROWS_AS(inverse_kinematics(DhChain{}, Pose::Identity()), InvalidArgument);
 }

@@ -227,6 +227,6 @@ TEST_CASE("a wrong size or link is refused by name") {
   CHECK_THROWS_WITH(Dynamics(arm.chain, std::vector<Body>(5)), "bodies has 5 values, the chain 6 joints");
   CHECK_THROWS_WITH(arm.dynamics.torques(arm.q, Eigen::VectorXd::Zero(7), arm.qdd),
                     "qd has 7 values, the chain 6 joints");
-  CHECK_THROWS_WITH(arm.dynamics.set_body(6, Body{}), "there is no link 6, the chain has links 0 to 5");
+  CHECK_THROWS_WITH(arm.dynamics.set_body(6, Body{}), "no link 6, the chain has links 0 to 5");
   CHECK_THROWS_AS(arm.dynamics.loads(Rows::Zero(2, 6), Rows::Zero(3, 6), Rows::Zero(2, 6)), InvalidArgument);
 }

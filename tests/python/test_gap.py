@@ -130,7 +130,7 @@ def test_what_the_simulator_refuses_is_left_out_with_a_word(run_kr5, tmp_path, s
     (tmp_path / "no_tube.yaml").write_text(yaml.safe_dump(cell))
     done = run_kr5("gap", "measure", recorded, "--cell", "no_tube.yaml", "--json", "gap.json")
     assert done.returncode == 0, done.stderr
-    assert "note: profile-1 was not judged: " in done.stdout
+    assert "note: profile-1 was not compared: " in done.stdout
     found = json.loads((tmp_path / "gap.json").read_text())
     assert {name.split(".")[0] for name in found["columns"]} == {e["name"] for e in SMALL["experiments"]} - {
         "profile-1"
@@ -144,7 +144,7 @@ def test_what_the_simulator_refuses_is_left_out_with_a_word(run_kr5, tmp_path, s
         == 0
     )
     done = run_kr5("gap", "measure", "alone", "--cell", "no_tube.yaml")
-    assert done.returncode == 2 and "error: profile-1 was not judged: " in done.stderr
+    assert done.returncode == 2 and "error: profile-1 was not compared: " in done.stderr
 
 
 def test_the_standard_protocol_runs(run_kr5, tmp_path, share):

@@ -137,7 +137,7 @@ def diagnoses(recorded):
     tie = [{"effect": "coulomb_friction", "target": "joint2"}]
     warnings = [
         "22 samples are spikes and were left out",
-        "noise of current is 1.10 +- 0.01 times what the cell declares; the seen one is used",
+        "noise of current is 1.10 +- 0.01 times what the cell declares; the measured noise is used",
     ]
     return {
         "explained": diagnosis(
@@ -245,13 +245,13 @@ def test_the_residuals_are_those_that_measure_counts_and_go_with_the_causes(reco
 def test_noise_is_counted_as_the_diagnosis_saw_it():
     seen = seen_noise(
         [
-            "noise of current is 1.50 +- 0.01 times what the cell declares; the seen one is used",
+            "noise of current is 1.50 +- 0.01 times what the cell declares; the measured noise is used",
             "3 samples are spikes and were left out",
-            "noise of force in press is 0.70 +- 0.02 times what the cell declares; the seen one is used",
+            "noise of force in press is 0.70 +- 0.02 times what the cell declares; the measured noise is used",
         ]
     )
     assert [(n.key, n.kind and str(n.kind), n.ratio) for n in seen] == [("current", None, 1.5), ("force", "press", 0.7)]
-    said = warning_notes(["noise of force in press is 0.70 +- 0.02 times what the cell declares; the seen one is used"])
+    said = warning_notes(["noise of force in press is 0.70 +- 0.02 times what the cell declares; the measured noise is used"])
     assert "force in press 0.70 ± 0.02" in said[0][0]
 
 

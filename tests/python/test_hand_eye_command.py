@@ -137,7 +137,7 @@ def test_views_that_are_all_alike_are_refused(run_kr5, tmp_path, demo):
         shutil.copy(images[0], image)
     lines = (demo / "poses.csv").read_text().splitlines()
     (demo / "poses.csv").write_text("\n".join([lines[0]] + [lines[1]] * 6) + "\n")
-    refused(run_kr5, tmp_path, demo, "is the same as view", "give each view once")
+    refused(run_kr5, tmp_path, demo, "is the same as view", "list each view only once")
     (tmp_path / "result.json").write_text("precious")
     done = run_kr5("calibrate", "hand-eye", demo, "--json", "result.json", "-o", "new.json")
     assert done.returncode == 2 and done.stderr.startswith("error: ") and "once" in done.stderr

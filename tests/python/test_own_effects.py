@@ -107,7 +107,7 @@ def test_what_an_own_effect_raises_ends_the_diagnosis_and_says_where(cell):
     with pytest.raises(KeyError, match="no such sensor") as raised:
         gap.diagnose(r, predict.FastSimulator(), with_own(change=broken))
     assert "bent_sensor on i2" in raised.value.__notes__[0]
-    with pytest.raises(TypeError, match="apply of own effect"):
+    with pytest.raises(TypeError, match="apply of custom effect"):
         gap.diagnose(r, predict.FastSimulator(), with_own(apply=lambda c, x: 3))
     with pytest.raises(ValueError, match="'i9' is none"):
         gap.diagnose(r, predict.FastSimulator(), with_own(change=lambda columns, e, x: {"i9": columns["i2"]}))

@@ -101,5 +101,5 @@ def test_what_a_law_raises_ends_the_call_with_that_exception(bent_sensor, share,
 def test_a_row_without_law_is_refused(share):
     with pytest.raises(kr5.InvalidArgument, match="change_cell"):
         kr5.cell.register_effect(kr5.cell.Effect(id="nothing", target="joint"))
-    with pytest.raises(kr5.InvalidArgument, match="one of the library"):
+    with pytest.raises(kr5.InvalidArgument, match="built into the library"):
         kr5.cell.unregister_effect("backlash")

@@ -374,5 +374,5 @@ def test_a_cell_in_which_no_insertion_fits_is_refused_before_anything_is_written
     assert tool in text
     (tmp_path / "cell.yaml").write_text(text.replace(tool, tool + "\n  correction: {mode: absolute, total: 0.03}"))
     done = run_kr5("sweep", "insertion", *GRID, "--cell", "cell.yaml", "--trials", 1, "--workers", 1, "-o", "folder")
-    assert done.returncode == 2 and "servo.correction.total" in done.stderr and "raise it" in done.stderr
+    assert done.returncode == 2 and "servo.correction.total" in done.stderr and "raise the limit" in done.stderr
     assert not (tmp_path / "folder").exists()

@@ -143,7 +143,7 @@ TEST_CASE("equal ids in one image are both kept") {
   CHECK(tags[1].id == 5);
   const Detection seen = find_target(render(pair, camera(640, 480, 600)), target);
   CHECK(seen.view.ids.size() == 4);
-  CHECK_THAT(seen.message, Catch::Contains("same numbers"));
+  CHECK_THAT(seen.message, Catch::Contains("same ids"));
 }
 
 TEST_CASE("a board seen in part says which points") {

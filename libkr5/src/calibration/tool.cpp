@@ -179,12 +179,15 @@ std::string missing_motion(const ToolResult& result, double min_rotation) {
   if (spread[0] >= min_rotation) return "";
   if (spread[2] < min_rotation)
     return text(
-        "all poses have nearly the same orientation (RMS turn %.2f deg): the tip is unknown; turn the wrist by "
+        "all poses have nearly the same orientation (RMS turn %.2f deg): the tip cannot be determined; turn the wrist "
+        "by "
         "30 deg or more about two axes",
         spread[2] * 57.29577951308232);
   const Eigen::Vector3d d = result.weak_direction;
-  return text("the poses turn about one axis only: the tip is unknown along (%.2f, %.2f, %.2f) of the flange; ", d.x(),
-              d.y(), d.z()) +
+  return text(
+             "the poses turn about one axis only: the tip cannot be determined along (%.2f, %.2f, %.2f) of the "
+             "flange; ",
+             d.x(), d.y(), d.z()) +
          "add poses that tilt that axis by 30 deg or more";
 }
 
@@ -232,7 +235,7 @@ void finish(const ToolOptions& options, ToolResult& result) {
   result.fit.message = missing;
   if (!missing.empty()) return;
   result.fit.message = "tip from " + std::to_string(result.poses.size()) + " poses";
-  if (outliers > 0) result.fit.message += ", " + std::to_string(outliers) + " of them contradicting the others";
+  if (outliers > 0) result.fit.message += ", " + std::to_string(outliers) + " of which contradict the others";
   warn(options, result);
 }
 

@@ -16,7 +16,7 @@ bool has_law(const Effect& row) { return row.change_cell || row.change_columns; 
 void require_complete(const Effect& row) {
   const std::string where = "effect '" + row.id + "': ";
   require(!row.id.empty(), "an effect needs an id");
-  require(find_row(row.id) == nullptr, where + "the catalogue has one of this name");
+  require(find_row(row.id) == nullptr, where + "the catalogue already has an effect of this name");
   require(has_law(row), where + "expected change_cell (changes the cell) or change_columns (changes the columns)");
   require(!row.parameters.empty(), where + "expected at least one parameter");
   for (const EffectParameter& p : row.parameters) {
@@ -26,7 +26,7 @@ void require_complete(const Effect& row) {
     require(sized || p.size || p.usual_size > 0, where + p.name + ".usual_size must be positive");
     require(p.coordinate != CoordinateKind::Linear || p.nominal ||
                 std::all_of(p.off.begin(), p.off.end(), [&](double x) { return x >= p.lower && x <= p.upper; }),
-            where + p.name + ": its bounds leave out the value that switches it off");
+            where + p.name + ": its bounds must contain the off value");
   }
 }
 
@@ -43,7 +43,7 @@ void register_effect(Effect effect) {
 }
 
 void unregister_effect(const std::string& id) {
-  require(has_law(required_row(id)), "the effect '" + id + "' is one of the library");
+  require(has_law(required_row(id)), "the effect '" + id + "' is built into the library");
   remove_row(id);
 }
 

@@ -50,7 +50,7 @@ void check_index(const Index& index, const Node& root, const std::string& file, 
     const std::string field = item("experiments", static_cast<Eigen::Index>(i));
     c.expect(names.insert(e.name).second, field + ".name", "every name once", "'" + e.name + "' a second time");
     c.expect(files.insert(std::filesystem::path(e.file).lexically_normal().string()).second, field + ".file",
-             "every file once: rows that are used to fit may not judge", "'" + e.file + "' a second time");
+             "every file once; rows used to fit must not be used to check", "'" + e.file + "' a second time");
     c.expect(stays_inside(e.file), field + ".file", "a file in the folder of the recording");
   }
   for (Diagnostic& p : c.take()) diagnostics.push_back(std::move(p));
@@ -154,7 +154,8 @@ void save_recording(const Recording& recording, const std::filesystem::path& fol
           "cell_file: found '" + recording.cell_file + "', expected a file in the folder of the recording");
   for (const Experiment& e : recording.experiments)
     require(stays_inside(e.file) && files.insert(e.file).second,
-            "experiment '" + e.name + "': the file '" + e.file + "' lies outside the folder, or is another's");
+            "experiment '" + e.name + "': the file '" + e.file +
+                "' lies outside the folder, or belongs to another experiment");
   for (const std::string& file : files) {
     std::error_code error;
     std::filesystem::create_directories((folder / file).parent_path(), error);

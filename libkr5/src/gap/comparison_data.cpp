@@ -35,7 +35,7 @@ void add_block(ComparisonData& data, int experiment, const cell::Column& column)
   const double sigma = declared_noise(data.recording->cell.noise, column.noise);
   if (sigma <= 0.0)
     return leave_out(
-        data, column_name(e.kind, column.name) + " was not judged: the cell does not state noise." + column.noise);
+        data, column_name(e.kind, column.name) + " was not compared: the cell does not state noise." + column.noise);
   data.blocks_of[experiment].push_back(static_cast<int>(data.blocks.size()));
   data.blocks.push_back({experiment, e.kind, e.split, column.name, column.noise, sigma, data.size, e.data.values.rows(),
                          column.group == cell::orientation_group});
@@ -103,7 +103,7 @@ std::optional<cell::Recording> from_zero(const cell::Recording& recording) {
 void require_joints(const cell::Recording& recording, const cell::Cell& cell) {
   const int found = cell.robot.joints(), expected = recording.cell.robot.joints();
   require(found == expected,
-          "the cell has " + std::to_string(found) + " joints, the one that was recorded " + std::to_string(expected));
+          "the cell has " + std::to_string(found) + " joints, the recorded cell " + std::to_string(expected));
 }
 
 std::vector<std::string> lacking_splits(const ComparisonData& data) {
@@ -114,8 +114,8 @@ std::vector<std::string> lacking_splits(const ComparisonData& data) {
     if (of_kind.size() > 1) continue;
     out.push_back(std::string(kr5::name_of(kind)) +
                   (of_kind.contains(cell::Split::Fit)
-                       ? ": no experiment to check by, judged by those fitted"
-                       : ": no experiment to fit, what shows only there cannot be named"));
+                       ? ": no check experiment; the gap is taken from the fit experiments"
+                       : ": no fit experiment; effects that show only there cannot be identified"));
   }
   return out;
 }
@@ -126,7 +126,7 @@ std::optional<io::Table> try_predict(const ComparisonData& data, const cell::Cel
   try {
     return data.simulator->predict(cell, e);
   } catch (const InvalidArgument& error) {
-    refused.push_back(e.name + " was not judged: " + error.what());
+    refused.push_back(e.name + " was not compared: " + error.what());
     return std::nullopt;
   }
 }
@@ -145,11 +145,11 @@ Eigen::VectorXd compare_nominal(ComparisonData& data) {
       const Block& block = data.blocks[b];
       kept[b] = tables[e] && has_column_of(*tables[e], block);
       if (tables[e] && !kept[b])
-        leave_out(data, column_name(block.kind, block.column) + " was not judged: the simulator does not show it");
+        leave_out(data, column_name(block.kind, block.column) + " was not compared: the simulator does not predict it");
     }
   }
   keep_blocks(data, kept);
-  require(!data.blocks.empty(), "the recording has no column that could be compared" +
+  require(!data.blocks.empty(), "the recording has no column that can be compared" +
                                     (data.left_out.empty() ? "" : ": " + data.left_out.front()));
   Eigen::VectorXd out = Eigen::VectorXd::Zero(data.size);
   for (std::size_t e = 0; e < tables.size(); ++e)
@@ -183,7 +183,7 @@ ComparisonData compare_columns(const cell::Recording& recording, const cell::Sim
 
 std::vector<Eigen::VectorXd> compare(const ComparisonData& data, int experiment, const io::Table& predicted) {
   const io::Table& recorded = data.recording->experiments[experiment].data;
-  require(predicted.values.rows() == recorded.values.rows(), "a simulator must return a row for each row recorded");
+  require(predicted.values.rows() == recorded.values.rows(), "a simulator must return one row for each recorded row");
   std::vector<Eigen::VectorXd> out;
   Eigen::MatrixXd rotation;
   Eigen::Index axis = 0;

@@ -42,8 +42,8 @@ struct Stage {
   double from, to;
 };
 constexpr Stage simulating{"simulating the nominal cell", 0.0, 0.02}, screening{"screening effects", 0.02, 0.4},
-    refitting{"refitting effects", 0.4, 0.85}, with_scatter{"refitting effects beside small errors", 0.85, 0.95},
-    judging{"judging what is left", 0.95, 1.0};
+    refitting{"refitting effects", 0.4, 0.85}, with_scatter{"refitting effects with nuisance parameters", 0.85, 0.95},
+    judging{"analysing the residuals", 0.95, 1.0};
 
 class Diagnoser {
  public:
@@ -90,7 +90,7 @@ class Diagnoser {
       char text[160];
       const std::string where = scale.kind ? " in " + std::string(kr5::name_of(*scale.kind)) : "";
       std::snprintf(text, sizeof text,
-                    "noise of %s%s is %.2f +- %.2f times what the cell declares; the seen one is used",
+                    "noise of %s%s is %.2f +- %.2f times what the cell declares; the measured noise is used",
                     scale.key.c_str(), where.c_str(), scale.ratio, scale.std);
       out_.warnings.emplace_back(text);
     }
@@ -102,7 +102,8 @@ class Diagnoser {
     std::vector<std::string> coarse;
     take_noise(noise_scales(data_, base_, coarse));
     for (const std::string& column : coarse)
-      out_.warnings.push_back(column + " shows hardly any noise: is it coarse, or dead? The declared noise is used");
+      out_.warnings.push_back(
+          column + " shows hardly any noise; is its resolution coarse, or the sensor dead? The declared noise is used");
   }
 
   Screen make_screen() const {
@@ -211,7 +212,8 @@ class Diagnoser {
   /// What stands out once the best set of effects is known, also where any effect would make the residual jump.
   void mark_late_spikes() {
     const int found = mark_spikes(data_, models_.best().residual, true);
-    if (found > 0) out_.warnings.push_back(std::to_string(found) + " more samples stand out from what was found");
+    if (found > 0)
+      out_.warnings.push_back(std::to_string(found) + " more samples deviate from the fitted model and were left out");
   }
 
   std::vector<double> trusts_of(const Model& model, const ResidualAnalysis& rest) const {
@@ -269,7 +271,8 @@ class Diagnoser {
 
   void warn_of_clock(const ParameterEstimate& delay, const std::string& columns) {
     char text[160];
-    std::snprintf(text, sizeof text, "%s: logged %.2f +- %.2f ms %s against the other columns; no effect of the cell",
+    std::snprintf(text, sizeof text,
+                  "%s: logged %.2f +- %.2f ms %s relative to the other columns; this is not an effect of the cell",
                   columns.c_str(), 1e3 * std::abs(delay.value[0]), 1e3 * delay.std[0],
                   delay.value[0] > 0 ? "late" : "early");
     out_.warnings.emplace_back(text);
@@ -325,7 +328,7 @@ Diagnosis diagnose(const cell::Recording& recording, const cell::Simulator& simu
   const std::optional<cell::Recording> reset = from_zero(recording);
   Diagnosis out = Diagnoser(reset ? *reset : recording, simulator, options).run();
   if (reset)
-    out.warnings.insert(out.warnings.begin(), "t counts from another epoch: taken from the first row of a kind");
+    out.warnings.insert(out.warnings.begin(), "t has a different epoch: it is counted from the first row of each kind");
   return out;
 }
 

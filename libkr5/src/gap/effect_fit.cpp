@@ -166,7 +166,7 @@ void NoiseOverride::validate() const {
   bool known = false;
   const cell::Noise any;
   cell::Noise::each_field(any, [&](const char* name, const double&, const char*) { known |= key == name; });
-  require(known, "noise: a cell has no noise." + key);
+  require(known, "noise: unknown key noise." + key);
 }
 
 void EffectFitOptions::validate() const {
@@ -206,8 +206,8 @@ std::vector<GapPart> gap_parts(const cell::Recording& recording, const std::vect
     const auto at = std::find_if(recording.experiments.begin(), recording.experiments.end(),
                                  [&](const cell::Experiment& e) { return e.name == c.experiment; });
     require(at != recording.experiments.end() && at->data.values.rows() == c.residuals.rows(),
-            "residuals of " + c.experiment + " are not of this recording");
-    require(which >= 0 && which < c.residuals.cols(), "which: there are residuals of " +
+            "residuals of " + c.experiment + " do not belong to this recording");
+    require(which >= 0 && which < c.residuals.cols(), "which: found residuals of " +
                                                           std::to_string(c.residuals.cols()) + " cells, not of cell " +
                                                           std::to_string(which));
     parts.add(static_cast<int>(at - recording.experiments.begin()), c.column, c.noise, c.residuals.col(which));

@@ -40,7 +40,7 @@ std::vector<Hypothesis> hypotheses(const cell::Cell& cell, const TimeSpan& span)
 
 Hypothesis own_hypothesis(const OwnEffect& own) {
   const std::string where = "effect '" + own.effect + "': ";
-  require(!own.effect.empty() && !own.target.empty(), "an own effect needs a name and a target");
+  require(!own.effect.empty() && !own.target.empty(), "a custom effect needs a name and a target");
   require(!own.coordinates.empty(), where + "expected at least one coordinate");
   require(own.apply || own.change, where + "expected apply (changes the cell) or change (changes the columns)");
   Hypothesis out{own.effect, own.target, "", 0.0, own.inaccuracy, {}, {}, {}, {}};
@@ -53,9 +53,9 @@ Hypothesis own_hypothesis(const OwnEffect& own) {
     require(c.size > 0, where + c.name + ".size must be positive");
     require(c.lower < c.upper, where + c.name + ".lower must be below upper");
     require(!c.shapes.empty() || (c.lower <= 0 && c.upper >= 0),
-            where + c.name + ": its bounds leave out 0, where it is off");
+            where + c.name + ": its bounds must contain 0, the off value");
     require(c.shapes.empty() || (i > 0 && shape < 0),
-            where + c.name + ": only one coordinate may have shapes, not the first");
+            where + c.name + ": only one coordinate may have shapes, and not the first");
     if (!c.shapes.empty()) {
       shape = i;
       shapes = c.shapes;

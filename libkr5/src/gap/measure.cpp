@@ -36,7 +36,7 @@ Measure measure(const cell::Recording& recording, const cell::Cell& cell, const 
       if (!has_column_of(*predicted, block)) continue;
       if (!residuals[k].array().isFinite().any()) {
         out.refused.push_back(recording.experiments[e].name + "." + block.column +
-                              ": the simulation gives no finite number to compare");
+                              ": the simulation gives no finite value to compare");
         continue;
       }
       out.columns.push_back(parts.add(block.experiment, block.column, block.sigma, residuals[k]));

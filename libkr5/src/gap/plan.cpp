@@ -113,7 +113,7 @@ class Planner {
     if (out.size() > closer) out.resize(closer);
     std::vector<Proposal> best;
     for (Entry& e : out) best.push_back(std::move(e.proposal));
-    return scored(scorer, std::move(best), true, "allowing for scatter of the model");
+    return scored(scorer, std::move(best), true, "including nuisance parameters");
   }
 
   std::vector<Entry> scored(const ExperimentScorer& scorer, std::vector<Proposal> all, bool with_scatter,
@@ -159,7 +159,7 @@ class Planner {
   void confirm(const ExperimentScorer& scorer, const FitContext& context, std::vector<Entry>& entries) {
     constexpr int tries = 4;
     for (int i = 0; i < tries && !entries.empty() && entries.front().score.separation.back() > exact_tie; ++i) {
-      progress("confirming the best", static_cast<double>(i) / tries);
+      progress("confirming the best experiment", static_cast<double>(i) / tries);
       Score& best = entries.front().score;
       const double kept = scorer.confirmed(context, entries.front().proposal) / std::max(best.separation[0], 1e-9);
       if (kept > 0.8) return;
@@ -195,22 +195,22 @@ class Planner {
     char numbers[160];
     std::string out;
     if (out_.already > options_.separation) {
-      std::snprintf(numbers, sizeof numbers, "this recording tells them apart already, by %.1f standard deviations; ",
+      std::snprintf(numbers, sizeof numbers, "this recording already distinguishes them, by %.1f standard deviations; ",
                     out_.already);
       out = numbers;
     }
     if (out_.exact_tie) {
-      out += "no experiment of this cell that was tried tells " + text_of(out_.alternatives) +
-             ", even if done 100 times: to its sensors they are the same, or alike within what its model may be off; "
-             "measure one of the parts by itself";
+      out += "none of the tried experiments of this cell distinguishes " + text_of(out_.alternatives) +
+             ", even with 100 repeats: for its sensors they are the same, or alike within the error of its model; "
+             "measure one of the parts separately";
       return options_.load > 0 ? out : out + ", or allow a known weight on the tool (load)";
     }
     const PlannedExperiment& best = out_.experiments.front();
-    out += best.what + ": tells " + text_of(out_.alternatives) + " by ";
+    out += best.what + ": distinguishes " + text_of(out_.alternatives) + " by ";
     std::snprintf(numbers, sizeof numbers, "%.1f standard deviations in %.0f s", best.separation, best.seconds);
     out += numbers;
     if (best.repeats == 1) return out;
-    std::snprintf(numbers, sizeof numbers, "; %d times: by %.1f", best.repeats, best.separation_repeated);
+    std::snprintf(numbers, sizeof numbers, "; with %d repeats by %.1f", best.repeats, best.separation_repeated);
     out += numbers;
     return out;
   }
@@ -240,15 +240,15 @@ void PlanOptions::validate() const {
 Plan plan(const cell::Recording& recording, const cell::Simulator& simulator,
           const std::vector<Alternative>& alternatives, const PlanOptions& options) {
   options.validate();
-  require(alternatives.size() >= 2, "alternatives: expected two at least");
+  require(alternatives.size() >= 2, "alternatives: expected at least two");
   return Planner(recording, simulator, alternatives, options).run();
 }
 
 ModelComparison compare_models(const std::vector<cell::Recording>& recordings, const cell::Simulator& simulator,
                                const std::vector<Alternative>& alternatives, const PlanOptions& options) {
   options.validate();
-  require(!recordings.empty(), "recordings: expected one at least");
-  require(alternatives.size() >= 2, "alternatives: expected two at least");
+  require(!recordings.empty(), "recordings: expected at least one");
+  require(alternatives.size() >= 2, "alternatives: expected at least two");
   cell::Recording all;
   all.cell = recordings.front().cell;
   ToolSimulator::Tools tools;
@@ -270,7 +270,7 @@ ModelComparison compare_models(const std::vector<cell::Recording>& recordings, c
 }
 
 cell::Cell with_load(const cell::Cell& cell, double mass) {
-  require(cell.tool.has_value(), "a weight needs a tool to hang on, which the cell does not have");
+  require(cell.tool.has_value(), "a known weight (load) needs a tool, which the cell does not have");
   require(mass >= 0, "load must not be negative");
   cell::Cell out = cell;
   out.tool->mass += mass;

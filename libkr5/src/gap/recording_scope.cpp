@@ -45,13 +45,13 @@ std::vector<std::string> scope_warnings(const cell::Recording& recording) {
     kinds.insert(e.kind);
     if (rows < least_rows)
       out.push_back(e.name + " has " + std::to_string(rows) + (rows == 1 ? " row" : " rows") +
-                    ": too few to show a gap, or that there is none");
+                    ": too few to show a gap or its absence");
     else if (e.kind == cell::Kind::Motion && at_rest(e, recording.cell.robot.joints()))
       out.push_back(e.name + " commands no motion: friction, inertia and servos do not show in it");
   }
   if (kinds.size() == 1)
     out.push_back("the recording has experiments of the kind " + std::string(kr5::name_of(*kinds.begin())) +
-                  " only: the verdict holds for " + shown_by(*kinds.begin()) + ", and says nothing of the rest");
+                  " only: the verdict holds for " + shown_by(*kinds.begin()) + ", not for the rest of the cell");
   return out;
 }
 

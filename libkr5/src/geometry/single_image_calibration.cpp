@@ -65,11 +65,12 @@ void judge(const SingleImageOptions& options, SingleImageResult& result) {
   result.fit.status = FitStatus::Converged;
   result.fit.message = "camera from one image";
   if (result.depth_ratio >= options.min_depth_ratio) return;
-  result.fit.message = "the points lie on one plane: the turn out of it is weak; add points on a second plane";
+  result.fit.message =
+      "the points lie on one plane, so that the rotation out of it is poorly determined; add points on a second plane";
   if (result.error_ratio < ambiguous) return;
   result.fit.status = FitStatus::Degenerate;
   result.fit.message =
-      "the points lie on one plane and two poses explain them nearly alike: add points on a second plane";
+      "the points lie on one plane and two poses explain them almost equally well; add points on a second plane";
 }
 
 }  // namespace

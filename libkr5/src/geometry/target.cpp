@@ -45,12 +45,12 @@ class Reader {
   void size(Target& target) {
     const std::string s = word("ROWSxCOLS");
     const auto x = s.find('x');
-    if (x == std::string::npos) bad_form(text_, "'" + s + "' is no size like 6x9");
+    if (x == std::string::npos) bad_form(text_, "'" + s + "' is not a size such as 6x9");
     target.rows = convert<int>(s.substr(0, x), "the number of rows");
     target.cols = convert<int>(s.substr(x + 1), "the number of columns");
   }
   void finish() const {
-    if (more()) bad_form(text_, "'" + parts_[next_] + "' is too much");
+    if (more()) bad_form(text_, "'" + parts_[next_] + "' is one part too many");
   }
 
  private:
@@ -58,7 +58,8 @@ class Reader {
   T convert(const std::string& s, const char* what) const {
     T value{};
     const auto [end, error] = std::from_chars(s.data(), s.data() + s.size(), value);
-    if (error != std::errc() || end != s.data() + s.size()) bad_form(text_, "'" + s + "' is no number (" + what + ")");
+    if (error != std::errc() || end != s.data() + s.size())
+      bad_form(text_, "'" + s + "' is not a number (" + what + ")");
     return value;
   }
   std::string text_;
@@ -137,7 +138,7 @@ void check_map(const Target& t, Problems& p) {
     const MapMarker& m = t.map[i];
     const std::string field = "map[" + std::to_string(i) + "].";
     p.length(m.size, field + "size");
-    p.expect(seen.insert(m.id).second, field + "id", "every id once in a map", m.id);
+    p.expect(seen.insert(m.id).second, field + "id", "an id that occurs only once in the map", m.id);
     p.expect(is_rotation(m.T_target_marker.linear()), field + "T_target_marker", "a rigid motion",
              "a pose that is mirrored or stretched");
   }
@@ -254,7 +255,7 @@ Target parse_target(const std::string& text) {
     t.size = read.number<double>("the square");
     t.marker = read.number<double>("the marker");
   } else {
-    bad_form(text, "'" + kind + "' is no kind of target");
+    bad_form(text, "'" + kind + "' is not a kind of target");
   }
   read.finish();
   t.validate();

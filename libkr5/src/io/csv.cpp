@@ -37,7 +37,7 @@ class CsvParser {
   ParsedCsv parse(std::string_view text) {
     if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // byte-order mark of some spreadsheets
     if (!is_utf8(text)) {
-      report(0, "", "bytes that are no text", "a text file saved as UTF-8");
+      report(0, "", "bytes that are not UTF-8 text", "a text file saved as UTF-8");
       return std::move(out_);
     }
     std::vector<double> values;

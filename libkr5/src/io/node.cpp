@@ -42,7 +42,7 @@ class TreeBuilder : public YAML::EventHandler {
 
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
     const auto found = anchors_.find(anchor);
-    if (found == anchors_.end()) fail(mark, "an alias to something that is not complete");
+    if (found == anchors_.end()) fail(mark, "an alias to a node that is not complete");
     copied_nodes_ += count_nodes(found->second);
     if (copied_nodes_ > max_copied_nodes) fail(mark, "the aliases make the document too large");
     add(found->second, mark, 0);
@@ -50,7 +50,7 @@ class TreeBuilder : public YAML::EventHandler {
 
   void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
                 const std::string& value) override {
-    if (!is_utf8(value)) fail(mark, "an escape that is no character; write the character itself");
+    if (!is_utf8(value)) fail(mark, "an escape sequence that is not a character; write the character itself");
     Node node = Node::make_scalar(value, tag == "!");  // yaml-cpp tags quoted scalars "!"
     if (!node.quoted && (value == "~" || value == "null")) node = Node{};
     add(std::move(node), mark, anchor);
@@ -109,8 +109,8 @@ class TreeBuilder : public YAML::EventHandler {
     if (top.node.kind == Node::Kind::Sequence) {
       top.node.items.push_back(std::move(node));
     } else if (!top.has_key) {
-      if (node.kind != Node::Kind::Scalar) fail(mark, "a key must be a word");
-      if (!top.keys.insert(node.scalar).second) fail(mark, "the key '" + node.scalar + "' stands here twice");
+      if (node.kind != Node::Kind::Scalar) fail(mark, "a key must be a scalar");
+      if (!top.keys.insert(node.scalar).second) fail(mark, "the key '" + node.scalar + "' occurs twice");
       top.key = node.scalar;
       top.key_line = node.line;
       top.has_key = true;
@@ -270,7 +270,7 @@ void write_text(const std::filesystem::path& file, std::string_view text) {
   }
   const std::filesystem::file_status status = std::filesystem::status(target, error);
   if (std::filesystem::is_symlink(target, error))
-    throw IoError(file.string() + ": cannot be written: the link leads in a circle");
+    throw IoError(file.string() + ": cannot be written: the link is circular");
   const bool in_place =
       std::filesystem::exists(status) && !std::filesystem::is_regular_file(status);  // a device, a pipe
   std::filesystem::path beside = target;

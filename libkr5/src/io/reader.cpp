@@ -105,8 +105,8 @@ bool Reader::read(const Node& node, const std::string& field, Eigen::Isometry3d&
 void Reader::not_a_rotation(const std::string& field, const Node& node, const Eigen::Matrix3d& R) {
   const bool mirrored = is_rotation(-R);
   diagnostics_.push_back({file_, node.line, field,
-                          mirrored ? "a mirrored rotation (determinant -1)" : "a matrix that is no rotation",
-                          mirrored ? "a proper rotation; is an axis negated, or a left-handed frame meant?"
+                          mirrored ? "a mirrored rotation (determinant -1)" : "a matrix that is not a rotation",
+                          mirrored ? "a proper rotation; is an axis negated, or the frame left-handed?"
                                    : "orthonormal columns in the upper left 3x3 part"});
 }
 
@@ -116,7 +116,7 @@ bool Reader::read_matrix(const Node& node, const std::string& field, Eigen::Matr
   const std::size_t cols = rows.empty() ? 0 : rows[0].size();
   value.resize(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(cols));
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (rows[i].size() != cols) return report(node, field, "rows of one length"), false;
+    if (rows[i].size() != cols) return report(node, field, "rows of equal length"), false;
     for (std::size_t j = 0; j < cols; ++j)
       value(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = rows[i][j];
   }

@@ -57,7 +57,7 @@ void require_utf8(std::string_view text, const std::string& source) {
       std::snprintf(byte, sizeof byte, "0x%02X", static_cast<unsigned>(static_cast<std::uint8_t>(text[at])));
       const auto line = std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n') + 1;
       throw IoError(source + ":" + std::to_string(line) + ": found the byte " + byte +
-                    ", which is no text; expected a text file saved as UTF-8");
+                    ", which is not UTF-8 text; expected a text file saved as UTF-8");
     }
     at += length;
   }

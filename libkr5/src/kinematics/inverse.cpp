@@ -166,7 +166,8 @@ void InverseOptions::validate(int joints) const {
 InverseResult inverse_kinematics(const DhChain& chain, const Pose& T_base_flange, const InverseOptions& options) {
   require(!chain.joints.empty(), "the chain has no joints");
   options.validate(static_cast<int>(chain.joints.size()));
-  require(T_base_flange.matrix().allFinite() && is_rotation(T_base_flange.linear()), "T_base_flange is not a pose");
+  require(T_base_flange.matrix().allFinite() && is_rotation(T_base_flange.linear()),
+          "T_base_flange must be a rigid motion");
   const Task given = task(chain, T_base_flange, options);
   auto all = closed_form(chain, T_base_flange, given.near, options.singular_within);
   if (!all) return iterate(given);

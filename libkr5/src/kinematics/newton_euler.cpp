@@ -44,7 +44,7 @@ Dynamics::Dynamics(const DhChain& chain, std::span<const Body> bodies, const Eig
 
 int Dynamics::link_index(int link) const {
   if (link < -1 || link >= joints())
-    throw InvalidArgument("there is no link " + std::to_string(link) + ", the chain has links 0 to " +
+    throw InvalidArgument("no link " + std::to_string(link) + ", the chain has links 0 to " +
                           std::to_string(joints() - 1));
   return link == -1 ? joints() - 1 : link;
 }

@@ -20,16 +20,16 @@ Pinhole lens_distortion(const cell::Cell& cell, Pinhole lens) {
 Pose hand_eye(const cell::Cell& cell) {
   const std::optional<Pose> replaced = cell.effects.replaced_pose("hand_eye", "T_E_C");
   const bool on_flange = cell.camera->mount == Mount::EyeInHand;
-  require(on_flange || !replaced, "effects.hand_eye is for a camera on the flange, this one stands in the base");
+  require(on_flange || !replaced, "effects.hand_eye: only for a camera on the flange, this one is mounted on the base");
   const std::optional<Pose> mount = on_flange ? cell::T_flange_camera(cell) : cell.camera->T_base_camera;
-  require(mount || replaced, on_flange ? "camera.T_E_C: the cell does not say where the camera sits"
-                                       : "camera.T_B_C: the cell does not say where the camera stands");
+  require(mount || replaced, on_flange ? "camera.T_E_C: is missing; expected the pose of the camera"
+                                       : "camera.T_B_C: is missing; expected the pose of the camera");
   if (!replaced) return *mount;
   return cell.tool ? cell.tool->T_flange_tool * *replaced : *replaced;
 }
 
 EffectiveCamera::EffectiveCamera(const cell::Cell& cell) {
-  require(cell.camera.has_value(), "camera: the cell has none");
+  require(cell.camera.has_value(), "camera: is missing in the cell");
   lens_ = lens_distortion(cell, camera_focal(cell, cell.camera->pinhole()));
   on_flange_ = cell.camera->mount == Mount::EyeInHand;
   mount_ = hand_eye(cell);

@@ -6,11 +6,11 @@
 namespace kr5::physics {
 
 Pose laser_mount(const cell::Cell& cell) {
-  require(cell.laser.has_value(), "laser: the cell has none");
+  require(cell.laser.has_value(), "laser: is missing in the cell");
   if (const auto replaced = cell.effects.replaced_pose("laser_mount", "T_E_L"))
     return cell.tool ? cell.tool->T_flange_tool * *replaced : *replaced;
   const std::optional<Pose> nominal = cell::T_flange_scanner(cell);
-  require(nominal.has_value(), "laser.T_E_L: the cell does not say where the scanner sits");
+  require(nominal.has_value(), "laser.T_E_L: is missing; expected the pose of the scanner");
   return *nominal;
 }
 

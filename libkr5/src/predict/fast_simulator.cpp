@@ -45,7 +45,7 @@ PredictionTable predict_kind(const cell::Cell& cell, cell::Kind kind, const Expe
     case Profile:
       return predict_profile(cell, input);
   }
-  throw InvalidArgument("no kind of experiment has the number " + std::to_string(static_cast<int>(kind)));
+  throw InvalidArgument("unknown kind of experiment: " + std::to_string(static_cast<int>(kind)));
 }
 
 }  // namespace

@@ -39,7 +39,7 @@ Image load_image(const std::filesystem::path& file) {
   }
   if (m.empty())
     throw IoError(file.string() +
-                  ": is no image that can be decoded, or is cut off; expected PNG, JPEG, TIFF, BMP or PGM");
+                  ": cannot be decoded as an image, or is truncated; expected PNG, JPEG, TIFF, BMP or PGM");
   Image image(m.cols, m.rows);
   for (int y = 0; y < m.rows; ++y)
     std::copy_n(m.ptr<std::uint8_t>(y), m.cols, image.pixels.begin() + static_cast<std::ptrdiff_t>(y) * m.cols);
@@ -54,7 +54,9 @@ void save_image(ImageView image, const std::filesystem::path& file) {
     good = cv::imwrite(file.string(), m);
   } catch (const cv::Exception&) {
   }
-  if (!good) throw IoError(file.string() + ": the image cannot be written; is the folder there and the ending known?");
+  if (!good)
+    throw IoError(file.string() +
+                  ": the image cannot be written; does the folder exist, and is the file extension known?");
 }
 
 }  // namespace kr5::vision

@@ -40,11 +40,11 @@ Pose from_matrix(const Eigen::VectorXd& v, Eigen::Index row) {
   const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> m(v.data());
   const Eigen::Matrix3d R = m.leftCols<3>();
   require(R.determinant() > 0, in_row(row) +
-                                   "found a mirror (determinant below 0), expected a rotation; is the matrix "
-                                   "left-handed or is a column missing its sign?");
+                                   "found a reflection (determinant below 0), expected a rotation; is the matrix "
+                                   "left-handed, or is the sign of a column missing?");
   require(is_rotation(R, form_tolerance), in_row(row) +
-                                              "found a matrix that is no rotation (columns not at right angles "
-                                              "or not of length 1), expected one, written row by row");
+                                              "found a matrix that is not a rotation (columns not orthogonal or not of "
+                                              "length 1), expected a rotation matrix, written row by row");
   require(v.size() == 12 || (v.tail<4>() - Eigen::Vector4d(0, 0, 0, 1)).norm() < 1e-6,
           in_row(row) + "found a last row other than 0 0 0 1; write the matrix row by row");
   Pose T = Pose::Identity();
@@ -113,13 +113,14 @@ void check_angles(const Eigen::MatrixXd& rows, const PoseFormat& format, std::ve
   const double largest = angles.cwiseAbs().maxCoeff();
   const char* unit = format.angle == AngleUnit::Radian ? " rad" : " deg";
   const std::string value = std::to_string(rows.rightCols(3).cwiseAbs().maxCoeff()) + unit;
-  if (largest > 2.02 * pi) out.push_back("an angle of " + value + " is more than a full turn: degrees?");
+  if (largest > 2.02 * pi) out.push_back("an angle of " + value + " is more than a full turn; is it in degrees?");
   if (format.angle == AngleUnit::Degree && rows.rightCols(3).cwiseAbs().maxCoeff() < 1.01 * pi)
-    out.push_back("no angle is larger than " + value + ": radians?");
+    out.push_back("no angle is larger than " + value + "; are the angles in radians?");
   if (format.rotation == RotationForm::RotationVector && angles.rowwise().norm().maxCoeff() > 2.02 * pi)
-    out.push_back("a rotation vector longer than a full turn: roll, pitch, yaw?");
+    out.push_back("a rotation vector is longer than a full turn; are these roll, pitch and yaw?");
   if (format.rotation != RotationForm::RotationVector && angles.col(1).cwiseAbs().maxCoeff() > 1.01 * pi / 2)
-    out.push_back("the middle angle exceeds a quarter turn, which controllers do not print: a rotation vector?");
+    out.push_back(
+        "the middle angle exceeds a quarter turn, which controllers do not print; is this a rotation vector?");
 }
 
 }  // namespace
@@ -139,7 +140,7 @@ int row_length(RotationForm rotation) {
 std::vector<Pose> to_poses(const Eigen::MatrixXd& rows, const PoseFormat& format) {
   const std::string form(name_of(format.rotation));
   require(fits_length(rows.cols(), format.rotation),
-          "found " + std::to_string(rows.cols()) + " numbers a pose, expected " +
+          "found " + std::to_string(rows.cols()) + " numbers per pose, expected " +
               std::to_string(row_length(format.rotation)) + (format.rotation == RotationForm::Matrix ? " or 16" : "") +
               " for position and " + form + "; set 'rotation' of the convention");
   std::vector<Pose> poses;
@@ -174,9 +175,10 @@ std::vector<std::string> format_objections(const Eigen::MatrixXd& rows, const Po
   // No arm on a stand reaches 20 m, and none is calibrated inside a thimble.
   const Eigen::MatrixX3d p = metres(format.position) * positions(rows, format.rotation);
   const double farthest = p.rowwise().norm().maxCoeff();
-  if (farthest > 20.0) out.push_back("a position " + std::to_string(farthest) + " m away: millimetres?");
+  if (farthest > 20.0) out.push_back("a position " + std::to_string(farthest) + " m away; is it in millimetres?");
   if (farthest < 0.02)
-    out.push_back("no position is farther away than " + std::to_string(1e3 * farthest) + " mm: metres?");
+    out.push_back("no position is farther away than " + std::to_string(1e3 * farthest) +
+                  " mm; are the positions in metres?");
   if (has_angles(format.rotation)) check_angles(rows, format, out);
   return out;
 }

@@ -37,7 +37,7 @@ void require_distinct(std::span<const HandEyeView> views) {
     key.insert(key.end(), pixels.data(), pixels.data() + pixels.size());
     const auto [first, fresh] = known.emplace(std::move(key), i);
     require(fresh, "view " + name_of_view(views, i) + " is the same as view " + name_of_view(views, first->second) +
-                       ", in its robot pose and in every pixel: give each view once");
+                       ", in its robot pose and in every pixel: list each view only once");
   }
 }
 
@@ -213,7 +213,7 @@ std::string why_degenerate(const HandEyeFit& fit, const HandEyeOptions& options)
          << turn.second * degrees << " deg about another; at least " << options.min_rotation * degrees
          << " deg about two axes is needed";
   else if (!fit.estimate.regular)
-    text << "the views do not determine all twelve numbers of the two poses";
+    text << "the views do not determine all twelve parameters of the two poses";
   return text.str();
 }
 

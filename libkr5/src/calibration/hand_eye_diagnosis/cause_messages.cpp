@@ -40,11 +40,11 @@ void describe_format(const Case& c, const SetupHypothesis& h, NamedCause& n) {
   switch (n.cause) {
     case HandEyeCause::PosesInverted:
       return say(n,
-                 "The robot poses are the inverse of what they are taken for, or the camera is mounted the other way "
-                 "(eye in hand and eye to hand exchanged).",
+                 "The robot poses are the inverse of what the convention states, or the mount is wrong (eye in hand "
+                 "and eye to hand exchanged).",
                  convention + " Or change the mount.");
     case HandEyeCause::QuaternionOrder:
-      return say(n, "The numbers of the quaternions are in another order.", convention);
+      return say(n, "The components of the quaternions are in a different order.", convention);
     case HandEyeCause::DegreesForRadians:
       return say(n,
                  std::string("The angles are ") + (h.format.angle == AngleUnit::Degree ? "degrees" : "radians") +
@@ -56,7 +56,7 @@ void describe_format(const Case& c, const SetupHypothesis& h, NamedCause& n) {
                      std::string(name_of(c.recording.format.position)) + ".",
                  convention);
     default:
-      return say(n, "The orientations are written in another form.", convention);
+      return say(n, "The orientations are given in a different representation.", convention);
   }
 }
 
@@ -66,9 +66,9 @@ void describe_camera(const Case& c, const SetupHypothesis& h, NamedCause& n) {
   say(n,
       "The camera's parameters do not fit these images: a focal length " + number(std::abs(focal)) + " % " +
           (focal > 0 ? "longer" : "shorter") + " (fx " + number(h.camera.fx, 5) + " instead of " +
-          number(c.recording.camera.fx, 5) + " px)" + (h.freedom > 4 ? " and another lens distortion" : "") +
+          number(c.recording.camera.fx, 5) + " px)" + (h.freedom > 4 ? " and a different lens distortion" : "") +
           " explains them better.",
-      "Calibrate the camera again at this focus, zoom and resolution, or leave the camera file away: it is then "
+      "Calibrate the camera again at this focus, zoom and resolution, or omit the camera file: the camera is then "
       "calibrated from these images.");
 }
 
@@ -87,7 +87,7 @@ void describe_setup(const Case& c, const SetupHypothesis& h, NamedCause& n) {
       return say(n,
                  "Every image is paired with the pose of the " + std::string(std::abs(h.value) > 1 ? "second " : "") +
                      (h.value > 0 ? "next" : "previous") + " one.",
-                 "Remove the surplus image or pose at the start or end, so that pairs belong together.");
+                 "Remove the surplus image or pose at the start or end, so that each image has its own pose.");
     case HandEyeCause::OutOfOrder:
       n.unit = "views";
       return say(n, number(h.value) + " images are paired with the wrong pose: " + list(c, h.views) + ".",
@@ -98,7 +98,7 @@ void describe_setup(const Case& c, const SetupHypothesis& h, NamedCause& n) {
                  "The target (or the camera) was moved by " + mm(h.value) + " / " +
                      degrees(pose_difference(h.fit.Y, h.fit.Y_after).tail<3>().norm()) + " before " + list(c, h.views) +
                      ".",
-                 "Use only the views before or after, or fasten the target and record again.");
+                 "Use only the views before or after the motion, or fasten the target and record again.");
     case HandEyeCause::ClockOffset:
       n.unit = c.recording.times.empty() ? "views" : "s";
       return say(n,
@@ -108,7 +108,7 @@ void describe_setup(const Case& c, const SetupHypothesis& h, NamedCause& n) {
     default:
       n.unit = "views";
       return say(n, number(h.value) + " view(s) contradict the others: " + list(c, h.views) + ".",
-                 "Look at these images and poses; leave them out or record them again.");
+                 "Check these images and poses; leave them out or record them again.");
   }
 }
 
@@ -122,10 +122,10 @@ void describe(const Case& c, const SetupHypothesis& h, NamedCause& n) {
   else
     describe_setup(c, h, n);
   const ReadingFit& a = c.sound.fit;
-  n.evidence = "With this allowed for, robot and camera agree to " + mm(h.fit.sigma_position) + " and " +
+  n.evidence = "With this corrected, robot and camera agree to " + mm(h.fit.sigma_position) + " and " +
                degrees(h.fit.sigma_rotation) + " per axis instead of " + mm(a.sigma_position) + " and " +
-               degrees(a.sigma_rotation) + "; on views left out the target is misplaced by " + mm(n.held_out_after) +
-               " instead of " + mm(n.held_out_before) + " (RMS); log likelihood up by " +
+               degrees(a.sigma_rotation) + "; on held-out views the position error of the target is " +
+               mm(n.held_out_after) + " instead of " + mm(n.held_out_before) + " (RMS); log likelihood up by " +
                number(0.5 * (c.sound.score - h.score)) + ".";
 }
 
@@ -135,7 +135,7 @@ void describe_rotation(const HandEyeDiagnosis& d, const HandEyeDiagnosisOptions&
       "Record views with the wrist turned by 20 to 40 deg about at least two axes, to both sides.");
   n.evidence = "The wrist turned by " + degrees(d.rotation_major) + " (RMS) about one axis and by " +
                degrees(d.rotation_minor) + " about the second; below " + degrees(options.min_rotation) +
-               " the camera's place does not follow from the views.";
+               " the views do not determine the position of the camera.";
 }
 
 std::string verdict_text(const HandEyeResult& result, const HandEyeDiagnosisOptions& options,
@@ -145,11 +145,11 @@ std::string verdict_text(const HandEyeResult& result, const HandEyeDiagnosisOpti
     text = "No usable calibration: " + result.fit.message + ".";
   else
     text = "A point " + number(d.working_distance) + " m in front of the camera is located to " + mm(d.tool_error) +
-           " (RMS), with 95 % to " + mm(d.tool_error_95) + "; asked for: " + mm(options.tolerance) + ".";
-  if (d.causes.empty()) return text + (result.fit.usable() ? " Nothing speaks against the recording." : "");
+           " (RMS), 95 % of errors below " + mm(d.tool_error_95) + "; required: " + mm(options.tolerance) + ".";
+  if (d.causes.empty()) return text + (result.fit.usable() ? " No fault was found in the recording." : "");
   text += " " + d.causes.front().text;
   if (d.causes.front().consequence > 0)
-    text += " Allowing for that moves the point by " + mm(d.causes.front().consequence) + ".";
+    text += " Correcting this moves the point by " + mm(d.causes.front().consequence) + ".";
   return text;
 }
 

@@ -218,7 +218,7 @@ void HandEyeRecording::validate() const {
   const std::string n = std::to_string(views.size());
   require(views.size() >= 3, "at least three views are needed, found " + n);
   require(rows.rows() == static_cast<Eigen::Index>(views.size()),
-          "found " + std::to_string(rows.rows()) + " robot poses for " + n + " views; one pose belongs to each");
+          "found " + std::to_string(rows.rows()) + " robot poses for " + n + " views; expected one pose for each view");
   require(times.empty() || times.size() == views.size(),
           "found " + std::to_string(times.size()) + " time stamps for " + n + " views");
   camera.validate();
@@ -242,7 +242,7 @@ HandEyeDiagnosis diagnose_hand_eye(const HandEyeRecording& given, const HandEyeR
          evidence::find_sightings(recording.views, recording.camera),
          to_poses(recording.rows, recording.format),
          {}};
-  require(c.sightings.views.size() >= 3, "the target's pose could be found in fewer than three views");
+  require(c.sightings.views.size() >= 3, "fewer than three views give a pose of the target");
   c.sound.reading = evidence::as_recorded(c, c.poses);
   HandEyeDiagnosis out;
   const Eigen::Vector3d turned = principal_turns(c.sound.reading.robot);

@@ -60,7 +60,7 @@ std::vector<StreamHypothesis> hypotheses(const PoseStream& hand, const PoseStrea
       {"quaternion_order_both", reordered(hand, false), reordered(camera, false), order_both},
       {"inverted", inverted(hand), camera,
        "one stream's poses are inverted (base in hand instead of hand in base, or world in camera instead of camera "
-       "in world); which one cannot be told, for inverting either makes them agree"}};
+       "in world); which one cannot be determined, because inverting either makes them agree"}};
 }
 
 void degenerate(TimedHandEyeResult& result, const char* cause, const std::string& message) {
@@ -77,18 +77,19 @@ bool overlapping(const Trajectory& hand, const Trajectory& camera, const TimedHa
   const auto times =
       text("hand %.3f to %.3f s, camera %.3f to %.3f s", hand.begin(), hand.end(), camera.begin(), camera.end());
   if (overlap <= 0)
-    return degenerate(result, "no_overlap",
-                      "the streams do not overlap: " + times +
-                          text("; are both of one recording and in seconds? if the clocks differ by more than %.1f s, "
-                               "raise max_offset",
-                               reach)),
+    return degenerate(
+               result, "no_overlap",
+               "the streams do not overlap: " + times +
+                   text("; are both of the same recording and in seconds? if the clocks differ by more than %.1f s, "
+                        "raise max_offset",
+                        reach)),
            false;
   const double shortest = std::min({overlap, hand.end() - hand.begin(), camera.end() - camera.begin()});
   if (shortest < options.min_duration)
-    return degenerate(result, "too_short",
-                      text("the streams run together for only %.1f s, expected at least %.1f s: ", shortest,
-                           options.min_duration) +
-                          times),
+    return degenerate(
+               result, "too_short",
+               text("the streams overlap for only %.1f s, expected at least %.1f s: ", shortest, options.min_duration) +
+                   times),
            false;
   return true;
 }
@@ -100,15 +101,17 @@ bool excited(const PoseStream& hand, const PoseStream& camera, const TimedHandEy
   constexpr double degrees = 57.29577951308232;
   if (spread[0] < options.min_rotation)
     return degenerate(result, "no_motion",
-                      text("the hand hardly turns (RMS %.1f deg, needed %.1f deg): offset and hand-eye stay unknown; "
+                      text("the hand hardly turns (RMS %.1f deg, needed %.1f deg): offset and hand-eye pose cannot be "
+                           "determined; "
                            "record again, turning the wrist by 30 deg or more about two axes",
                            spread[0] * degrees, options.min_rotation * degrees)),
            false;
   if (spread[1] < options.min_rotation)
-    return degenerate(result, "one_axis",
-                      text("the hand turns about one axis only (RMS %.1f deg about a second one, needed %.1f deg): the "
-                           "camera's place along that axis stays unknown; record again, turning about two axes",
-                           spread[1] * degrees, options.min_rotation * degrees)),
+    return degenerate(
+               result, "one_axis",
+               text("the hand turns about one axis only (RMS %.1f deg about a second one, needed %.1f deg): the "
+                    "camera's position along that axis cannot be determined; record again, turning about two axes",
+                    spread[1] * degrees, options.min_rotation * degrees)),
            false;
   return true;
 }
@@ -137,7 +140,7 @@ bool find_start(const Trajectory& hand, const PoseStream& camera, const TimedHan
       best = other, cause = h.cause, words = h.words;
   }
   degenerate(result, cause,
-             words + text(" (contradiction as given: %.1f deg and %.0f mm in the median)", start.turn * 57.2957795,
+             words + text(" (median disagreement as given: %.1f deg and %.0f mm)", start.turn * 57.2957795,
                           start.shift * 1e3));
   return false;
 }
@@ -167,7 +170,7 @@ TimedHandEyeResult calibrate_timed_hand_eye(const PoseStream& hand_stream, const
   result.alignment = timed::align(hand, camera, options);
   if (result.alignment.correlation < options.min_correlation)
     return degenerate(result, "no_correlation",
-                      text("the speeds of turning do not agree at any offset up to %.1f s (correlation %.2f, needed "
+                      text("the angular speeds do not agree at any offset up to %.1f s (correlation %.2f, needed "
                            "%.2f): are both streams of the same recording?",
                            options.max_offset, result.alignment.correlation, options.min_correlation)),
            result;

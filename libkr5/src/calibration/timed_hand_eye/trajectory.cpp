@@ -83,7 +83,8 @@ PoseStream tidy(const PoseStream& stream, const char* name) {
   constexpr double longest = 1e5;  // more than a day, in steps of the resampled speeds
   require(out.t.empty() || out.t.back() - out.t.front() <= longest,
           who + ": the times span " + std::to_string(out.t.back() - out.t.front()) +
-              " s, expected at most 1e5; are they in milliseconds or nanoseconds, or is one of them of another clock?");
+              " s, expected at most 1e5; are they in milliseconds or nanoseconds, or does one of them belong to "
+              "another clock?");
   require(out.t.size() >= 10,
           who + ": found " + std::to_string(out.t.size()) + " poses at different times, expected 10");
   return out;

@@ -72,7 +72,7 @@ void check_parts(const Recording& recording, const Node& root, const std::string
       Noise::each_field(recording.cell.noise, [&](const char* name, double value, const char*) {
         if (column.noise == name && value == 0 && reported.insert(column.noise).second)
           warnings.add("noise." + column.noise, "the standard deviation of column " + column.name + " of '" + e.name +
-                                                    "' [" + column.unit + "]; without it no gap of the column counts");
+                                                    "' [" + column.unit + "]; without it the column is not compared");
       });
     }
   }

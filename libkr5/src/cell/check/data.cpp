@@ -91,7 +91,7 @@ class DataCheck {
     const Row rows = e_.data.values.rows();
     if (rows < least)
       report(0, "", std::to_string(rows) + (rows == 1 ? " row" : " rows"),
-             "at least " + std::to_string(least) + " rows; fewer do not show whether a simulation is right");
+             "at least " + std::to_string(least) + " rows; fewer cannot confirm a simulation");
   }
 
   /// A motion in which nothing moves shows neither friction nor inertia.
@@ -101,7 +101,7 @@ class DataCheck {
       const Eigen::VectorXd q = column("qc" + std::to_string(j));
       if (q.size() == 0 || q.maxCoeff() > q.minCoeff()) return;
     }
-    report(0, "qc1", "the same value in every row, for every joint", "a motion; at rest nothing but gravity shows");
+    report(0, "qc1", "the same value in every row, for every joint", "a motion; at rest only gravity shows");
   }
 
   void time() {
@@ -111,12 +111,12 @@ class DataCheck {
     if (still) {
       each_row(
           "t", [&](Row i) { return i == 0 || t[i] >= t[i - 1]; },
-          "time that does not go back [s]; are rows out of order?", Severity::Error);
+          "time that does not decrease [s]; are rows out of order?", Severity::Error);
       return;
     }
     each_row(
         "t", [&](Row i) { return !same_run(i) || t[i] > t[i - 1]; },
-        "time that increases within a run [s]; are rows out of order, or twice?", Severity::Error);
+        "time that increases within a run [s]; are rows out of order or duplicated?", Severity::Error);
     if (!cell_.servo || e_.kind == Kind::Profile) return;
     const double cycle = cell_.servo->cycle;
     each_row(
@@ -146,8 +146,7 @@ class DataCheck {
             name, [&](Row i) { return q[i] >= low - margin && q[i] <= high + margin; },
             "a value within the limits " + rounded_text(low) + " to " + rounded_text(high) +
                 (slides(j) ? " m" : " rad") +
-                (wide ? "; is it in degrees or millimetres?"
-                      : "; is this another column, of another joint or a current?"));
+                (wide ? "; is it in degrees or millimetres?" : "; is this a column of another joint, or a current?"));
       }
   }
 
@@ -240,7 +239,7 @@ class DataCheck {
 
   void angles() {
     within("tilt", std::numbers::pi / 2, "an angle in rad; is it in degrees?");
-    within("alpha", 4 * std::numbers::pi, "an angle in rad, once round; is it in degrees?");
+    within("alpha", 4 * std::numbers::pi, "an angle in rad, within one turn; is it in degrees?");
     const Eigen::VectorXd force = column("fc");
     each_row(
         "fc", [&](Row i) { return force[i] >= 0; }, "a force that presses, not negative [N]", Severity::Error);

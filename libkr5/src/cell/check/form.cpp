@@ -56,11 +56,11 @@ void check_mounts(const Cell& cell, DiagnosticCollector& c) {
       c.expect(!camera->T_tool_camera, "camera.T_E_C", "T_B_C alone (mount: base)");
       c.expect(!camera->T_flange_camera, "camera.T_F_C", "T_B_C alone (mount: base)");
     }
-    c.expect(!camera->T_tool_camera || cell.tool, "camera.T_E_C", "a tool with T_F_E, from which it counts; or T_F_C");
+    c.expect(!camera->T_tool_camera || cell.tool, "camera.T_E_C", "a tool with T_F_E, to which it refers; or T_F_C");
   }
   if (const auto& laser = cell.laser) {
     one_of("laser", laser->T_tool_scanner.has_value() + laser->T_flange_scanner.has_value(), "T_E_L, T_F_L");
-    c.expect(!laser->T_tool_scanner || cell.tool, "laser.T_E_L", "a tool with T_F_E, from which it counts; or T_F_L");
+    c.expect(!laser->T_tool_scanner || cell.tool, "laser.T_E_L", "a tool with T_F_E, to which it refers; or T_F_L");
   }
   for (std::size_t i = 0; i < cell.targets.size(); ++i)
     one_of(item("targets", static_cast<Eigen::Index>(i)),
@@ -74,7 +74,7 @@ void check_effect_targets(const Cell& cell, DiagnosticCollector& c) {
     for (const std::string& name : there) names += (names.empty() ? "" : ", ") + name;
     c.expect(std::find(there.begin(), there.end(), active.target) != there.end(),
              "effects." + active.id + "." + active.target,
-             there.empty() ? "no such effect, this cell has no part it could sit on" : "one of " + names,
+             there.empty() ? "no such effect; this cell has no possible target for it" : "one of " + names,
              "the target '" + active.target + "'");
   }
   for (const EffectEntry& entry : cell.effects.entries()) {

@@ -58,7 +58,7 @@ void check_drives(const Cell& cell, DiagnosticCollector& c) {
   const Drives& d = *cell.drives;
   const Eigen::VectorXd s = singular_values(d.structure);
   c.expect(s.minCoeff() > 1e-9 * s.maxCoeff(), "drives.structure",
-           "a matrix that can be inverted: motor angles must tell joint angles", "a singular matrix");
+           "an invertible matrix, so that motor angles determine joint angles", "a singular matrix");
   for (Eigen::Index i = 0; i < d.rotor_inertia.size(); ++i) {
     c.expect(d.rotor_inertia[i] >= 0, item("drives.rotor_inertia", i), "an inertia, not negative [kg m^2]");
     c.expect(d.torque_constant[i] > 1e-6, item("drives.torque_constant", i), "a positive torque constant [N m/A]");
@@ -111,7 +111,7 @@ void check_sensors(const Cell& cell, DiagnosticCollector& c) {
     c.expect(cell.laser->target->radius > least_length, "laser.target.radius", "a positive radius [m]");
   Noise::each_field(cell.noise, [&](const char* name, double value, const char*) {
     c.expect(value == 0 || value >= 1e-12, std::string("noise.") + name,
-             "a positive standard deviation, or 0 for a sensor that is not there");
+             "a positive standard deviation, or 0 for an absent sensor");
   });
 }
 
@@ -133,8 +133,9 @@ void check_task(const Cell& cell, DiagnosticCollector& c) {
     c.expect(tube->depth > least_length, "tube.depth", "a positive depth [m]");
     c.expect(tube->chamfer >= 0 && tube->chamfer < tube->outer_radius, "tube.chamfer",
              "a width between 0 and the outer radius [m]");
-    c.expect(!cell.peg || cell.peg->radius <= tube->inner_radius, "peg.radius",
-             "no more than the inner radius of the tube, " + text_of(tube->inner_radius) + " m: it does not go in");
+    c.expect(
+        !cell.peg || cell.peg->radius <= tube->inner_radius, "peg.radius",
+        "no more than the inner radius of the tube, " + text_of(tube->inner_radius) + " m; a wider peg does not fit");
   }
 }
 

@@ -92,7 +92,7 @@ void add_friction(pugi::xml_node& joint, const std::optional<Drives>& drives, Ei
 const char* type_of(const DhJoint& row, bool bounded, std::size_t i) {
   if (row.type == JointType::Revolute) return bounded ? "revolute" : "continuous";
   require(bounded,
-          "joint " + std::to_string(i + 1) + " slides without limits, which a URDF asks for: give robot.limits");
+          "joint " + std::to_string(i + 1) + " is prismatic without limits, which a URDF requires; add robot.limits");
   return "prismatic";
 }
 

@@ -87,7 +87,7 @@ class Importer {
     for (std::size_t steps = 0; at != out_.base; ++steps) {
       const UrdfJoint* joint = model_.parent_of(at);
       if (!joint || steps > model_.joints.size())
-        model_.fail("the tip " + out_.tip + " does not hang on the base " + out_.base);
+        model_.fail("the tip " + out_.tip + " is not connected to the base " + out_.base);
       if (joint->moves()) path_.insert(path_.begin(), joint);
       at = joint->parent;
     }
@@ -95,7 +95,8 @@ class Importer {
     for (const UrdfJoint* joint : path_) {
       if (joint->type == "floating" || joint->type == "planar")
         model_.fail("joint " + joint->name + " is " + joint->type + "; an arm has revolute and prismatic joints");
-      if (joint->mimic) model_.fail("joint " + joint->name + " mimics another; the joints of an arm move on their own");
+      if (joint->mimic)
+        model_.fail("joint " + joint->name + " mimics another; the joints of an arm must be independent");
       out_.joints.push_back(joint->name);
     }
   }
@@ -154,7 +155,7 @@ class Importer {
     double mass = 0.0;
     for (std::size_t i = 0; i < T.size(); ++i) mass += carried_[i + 1].mass;
     if (mass == 0.0) {
-      out_.notes.push_back("the links have no mass; the cell has none");
+      out_.notes.push_back("the links have no mass, so the cell has no robot.links");
       return;
     }
     for (std::size_t i = 0; i < T.size(); ++i)
@@ -194,12 +195,13 @@ class Importer {
         Drives{Eigen::MatrixXd::Identity(n, n), Eigen::VectorXd::Zero(n), Eigen::VectorXd::Ones(n), friction};
     out_.notes.push_back("damping and friction of " + listed(rubbing) +
                          " are in the drives, with gears of 1, no rotor inertia and 1 N m/A, so that a current is a "
-                         "joint torque: a URDF does not know the motors");
+                         "joint torque: a URDF does not describe the motors");
   }
 
   void write_notes() {
     if (!held_.empty())
-      out_.notes.push_back("joints beside the arm are held at 0, their mass rides on it: " + listed(held_));
+      out_.notes.push_back("joints beside the arm are held at 0, their mass is added to the links that carry them: " +
+                           listed(held_));
   }
 
   const UrdfModel& model_;

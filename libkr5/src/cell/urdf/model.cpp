@@ -94,7 +94,7 @@ class UrdfReader {
       body = transformed_body(origin(inertial, where), body);
     }
     if (!model_.links.emplace(node.attribute("name").as_string(), body).second)
-      model_.fail(where + " is there twice; links need names of their own");
+      model_.fail(where + " occurs twice; link names must be unique");
   }
 
   void joint(const pugi::xml_node& node) {
@@ -136,10 +136,10 @@ class UrdfReader {
   void connected(const UrdfJoint& j) {
     for (const std::string& link : {j.parent, j.child})
       if (!model_.links.contains(link))
-        model_.fail("joint " + j.name + ": names the link \"" + link + "\", which is not there");
+        model_.fail("joint " + j.name + ": refers to the link \"" + link + "\", which does not exist");
     if (model_.parent_of(j.child) != &j)
-      model_.fail("link " + j.child + ": hangs on joints " + model_.parent_of(j.child)->name + " and " + j.name +
-                  "; a closed chain is no serial arm");
+      model_.fail("link " + j.child + ": is the child of joints " + model_.parent_of(j.child)->name + " and " + j.name +
+                  "; a closed chain is not a serial arm");
   }
 
   UrdfModel& model_;
@@ -168,7 +168,7 @@ UrdfModel read_urdf(std::string_view xml, const std::string& source) {
   if (!parsed) {
     const auto end = xml.begin() + std::min<std::ptrdiff_t>(parsed.offset, static_cast<std::ptrdiff_t>(xml.size()));
     throw IoError(source + ":" + std::to_string(1 + std::count(xml.begin(), end, '\n')) +
-                  ": is not XML: " + parsed.description());
+                  ": is not valid XML: " + parsed.description());
   }
   const pugi::xml_node robot = document.child("robot");
   if (!robot) model.fail("found <" + std::string(document.document_element().name()) + ">, expected a URDF's <robot>");

@@ -45,7 +45,7 @@ void InsertionOptions::validate() const {
   check_numbers(forces, "forces", {"angular_gain"});
   check_numbers(motion, "motion", {"spiral_radius"});
   check_numbers(limits, "limits", {"face_error", "travel", "dead_after"});
-  require(0.8 * limits.force > forces.touch, "limits.force: must be more than five quarters of forces.touch [N]");
+  require(0.8 * limits.force > forces.touch, "limits.force: must be more than 1.25 times forces.touch [N]");
   require((limits.current.array() > 0).all(), "limits.current: every limit must be positive [A]");
   require(limits.attempts >= 1, "limits.attempts: must be at least 1");
   safety_limits(*this).validate();

@@ -48,7 +48,7 @@ double critical_offset(const PegTube& bodies, double tilt) {
 double azimuth_error(const PegTube& bodies, double tilt, const Eigen::Vector2d& centre, double depth_error) {
   require(depth_error >= 0, "depth_error must not be negative [m]");
   const std::vector<DepthMinimum> minima = depth_minima(bodies, tilt, centre);
-  require(!minima.empty() && minima.front().cusp, "there is no cusp: the peg does not dip into the bore");
+  require(!minima.empty() && minima.front().cusp, "no cusp: the peg does not enter the bore");
   const DepthMinimum& at = minima.front();
   const auto risen = [&](double by) {
     return rest_peg_on_tube(bodies, tilt, at.azimuth + by, centre).height - at.height >= depth_error;

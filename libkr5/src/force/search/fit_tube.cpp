@@ -42,7 +42,7 @@ TubeFit unknown(const std::string& why) {
 
 void check_rows(std::span<const double> azimuth, std::span<const double> height) {
   require(azimuth.size() == height.size(), "fit_tube: found " + std::to_string(azimuth.size()) + " azimuths and " +
-                                               std::to_string(height.size()) + " heights, expected as many");
+                                               std::to_string(height.size()) + " heights, expected equal numbers");
   for (std::size_t k = 0; k < azimuth.size(); ++k)
     require(std::isfinite(azimuth[k]) && std::isfinite(height[k]),
             "fit_tube: row " + std::to_string(k + 1) + " holds a number that is not finite");
@@ -83,7 +83,7 @@ TubeFit fit_tube(const PegTube& bodies, double tilt, std::span<const double> azi
   out.rms = std::sqrt(best.normal.cost / n);
   const SymmetricEigen of = symmetric_eigen(best.normal.information.topLeftCorner<3, 3>());
   if (!std::isfinite(best.normal.cost) || of.values(0) < 1e-9 * n || flat(height, best.normal.cost, options.noise)) {
-    out.report.message = "the profile is flat: the peg stayed on the face all round, or fell into the bore";
+    out.report.message = "the profile is flat: the peg stayed on the face for the whole turn, or dropped into the bore";
     return out;
   }
   const double sigma = options.noise > 0 ? options.noise : std::sqrt(best.normal.cost / (n - 3));

@@ -76,7 +76,7 @@ TurnDirection locate_by_moment(const std::vector<TurnRow>& given) {
   constexpr double rounding = 1e-9;  // [m]
   const double by_chance = 8 * noise_aside(rows) * std::sqrt(2.0 * static_cast<double>(wide));
   if (sharpest <= by_chance + rounding) {
-    out.report.message = "the force nowhere changes sides as it does over a hole";
+    out.report.message = "the side of the contact nowhere changes as it does over a hole";
     return out;
   }
   const TurnRow &left = rows[at], &right = rows[(at + 1) % n];

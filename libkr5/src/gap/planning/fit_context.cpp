@@ -76,7 +76,7 @@ Model fit_one(const FitProblem& problem, Screen& screen, const Model& empty, con
     }
     if (!best)
       throw InvalidArgument("effect " + names[done].effect + " on " + names[done].target +
-                            " shows nowhere in this recording: record a kind of experiment that it changes");
+                            " does not show in this recording: record a kind of experiment that it changes");
     model = std::move(*best);
   }
   return model;

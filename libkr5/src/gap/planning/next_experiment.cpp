@@ -52,7 +52,7 @@ std::string clearest(const ComparisonData& data, const std::vector<Fitted>& alte
   const auto best = std::max_element(separation.begin(), separation.end());
   if (*best <= 0.0) return "";
   char text[96];
-  std::snprintf(text, sizeof text, " (%.1f standard deviations expected%s; kr5 gap plan makes a protocol of it)", *best,
+  std::snprintf(text, sizeof text, " (%.1f standard deviations expected%s; kr5 gap plan writes its protocol)", *best,
                 *best < enough ? ", repeat it" : "");
   return all[static_cast<std::size_t>(best - separation.begin())].what + text;
 }
@@ -77,7 +77,7 @@ NextExperiment next_experiment(const ComparisonData& data, const Model& best, co
   for (const EffectName& name : names) out.separates.push_back(text(name));
   if (names.empty()) return out;
   if (alternatives.size() > 1) out.what = clearest(data, alternatives, brief_proposals(data, names), threads);
-  if (out.what.empty()) out.what = "kr5 gap plan looks for the experiment that separates them";
+  if (out.what.empty()) out.what = "kr5 gap plan searches for the experiment that distinguishes them";
   return out;
 }
 

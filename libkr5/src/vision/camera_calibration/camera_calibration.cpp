@@ -47,7 +47,7 @@ void exclude_mirrored_views(const TargetPlane& plane, const CameraState& state, 
   for (std::size_t i = 0; i < used.size(); ++i) sum += used[i] ? side(i) : 0;
   for (std::size_t i = 0; i < used.size(); ++i)
     if (used[i] && sum != 0 && side(i) * sum < 0)
-      exclude_view(used, reports, i, "mirrored: its points run the other way round than in the other views");
+      exclude_view(used, reports, i, "mirrored: its points are in the opposite order to those of the other views");
 }
 
 /// Fits the reference model, naming the worst view and fitting again until no view contradicts the others.
@@ -89,7 +89,8 @@ void report_view(const CameraProblem& problem, const RobustAdjustment& fit, cons
   if (report.residuals.cols() == 0) {
     report.outlier = true;
     report.weight = 0;
-    if (report.reason.empty()) report.reason = "under this camera its points would lie behind it or outside the lens";
+    if (report.reason.empty())
+      report.reason = "with this camera its points would lie behind the camera or outside the range of the lens";
     return;
   }
   report.rms_px = std::sqrt(report.residuals.colwise().squaredNorm().mean());
@@ -181,7 +182,7 @@ void CameraOptions::validate() const {
   require(false_alarm > 0 && false_alarm < 0.5, "false_alarm must lie between 0 and 0.5 [-]");
   require(std::isfinite(correlation) && correlation >= 1, "correlation must be at least 1 [-]");
   require(folds == 0 || folds >= 2, "folds must be 0 or at least 2");
-  require(folds != 0 || lens, "folds = 0 compares no models: name the lens");
+  require(folds != 0 || lens, "folds = 0 compares no models: state the lens");
   require(max_iterations >= 5, "max_iterations must be at least 5");
 }
 
@@ -196,7 +197,7 @@ CameraCalibration calibrate_camera(std::span<const View> views, int width, int h
   std::vector<bool> used(views.size(), true);
   for (std::size_t i = 0; i < used.size(); ++i)
     if (!start.sound[i])
-      exclude_view(used, result.views, i, "no pose explains its points: they seem to be in a wrong order");
+      exclude_view(used, result.views, i, "no pose explains its points: they seem to be in the wrong order");
   const auto count = [&] { return std::count(used.begin(), used.end(), true); };
   if (count() > 0) {
     const RobustAdjustment rough =

@@ -56,8 +56,8 @@ void find_bad_views(const CameraCalibration& result, Findings& out) {
     out.push_back(
         {mirrored ? "mirrored_view" : "spoiling_view", v.name + ": " + v.reason + ".",
          mirrored ? "Check that the image is not flipped and that the points are numbered as in the others."
-                  : "Look at the image (blur, focus, a bent or half-seen board, another camera); take_camera it again.",
-         format("rms %.3g px, chance for a sound view %.2g", v.rms_px, v.probability)});
+                  : "Check the image (blur, focus, a bent or partly visible board, another camera); take it again.",
+         format("RMS %.3g px, probability for a sound view %.2g", v.rms_px, v.probability)});
   }
 }
 
@@ -67,11 +67,11 @@ void find_thin_data(const std::vector<bool>& used, const TargetPlane& plane, con
   const std::string tilt_remedy = "Tilt the board by 20 to 45 degrees, in different directions.";
   if (plane.flat && views < 3) {
     out.push_back({"too_few_views", "A flat target needs at least 3 views.",
-                   "Take 10 to 20 images; tilt the board, and bring it into every corner of the image.",
+                   "Take 10 to 20 images; tilt the board, and move it into every corner of the image.",
                    format("%.0f usable of %.0f views", double(views), double(used.size())), true});
     return;
   }
-  if (views == 0) out.push_back({"too_few_views", "No view can be used.", "See what is said of each view.", "", true});
+  if (views == 0) out.push_back({"too_few_views", "No view can be used.", "See the message of each view.", "", true});
   if (!plane.flat || views == 0) return;
   const double spread = normal_spread(result.views, used, plane), tilt = result.coverage.tilt_max;
   if (spread < alike_angle && tilt >= useful_tilt)
@@ -80,7 +80,7 @@ void find_thin_data(const std::vector<bool>& used, const TargetPlane& plane, con
   else if (tilt < useful_tilt)
     out.push_back({"fronto_parallel",
                    "The board was always nearly parallel to the image: focal length and distance "
-                   "cannot be told apart.",
+                   "cannot be distinguished.",
                    tilt_remedy, format("largest tilt %.1f deg", tilt / degree), true});
 }
 
@@ -97,27 +97,27 @@ void find_focal_uncertainty(const CameraCalibration& result, Findings& out) {
   const double relative_std = std::sqrt(result.covariance(0, 0)) / std::max(result.camera.fx, 1e-9);
   if (result.fit.usable() && relative_std > wanted_focal_std)
     out.push_back({"uncertain", "The focal length is poorly known.",
-                   "Take more images, nearer and more tilted, that report_fit the image.",
+                   "Take more images in which the board is nearer, more tilted, and fills the image.",
                    format("fx %.1f px known to %.2g %%", result.camera.fx, 100 * relative_std)});
   if (result.sigma_pixel > wanted_noise)
     out.push_back(
         {"noisy_corners", "The points scatter more than those of sharp images.",
-         "Use a flat board, a steady camera, good light; check that focus is right and the board is the one named.",
+         "Use a flat board, a steady camera, good light; check the focus, and that the board is the stated one.",
          format("%.2f px per axis", result.sigma_pixel)});
   if (result.dispersion > 1)
     out.push_back(
         {"views_disagree",
-         "The views disagree more than the noise of their points allows; all uncertainties were widened accordingly.",
-         "Corners of one image err together when it is blurred or the board is not flat; the lens may need a richer "
-         "model.",
+         "The views disagree more than the noise of their points allows; all uncertainties were inflated accordingly.",
+         "The errors of the corners of one image are correlated when it is blurred or the board is not flat; the lens "
+         "may need a model with more parameters.",
          format("%.1f times the squared difference expected", result.dispersion)});
   if (result.coverage.cells_hit < wanted_cells)
-    out.push_back({"coverage", "Part of the image was never covered: the lens is unknown there.",
-                   "Bring the board there, and into the corners of the image.",
+    out.push_back({"coverage", "Part of the image was never covered: the lens is not determined there.",
+                   "Move the board there, and into the corners of the image.",
                    format("%.0f %% of the cells hit; largest empty rectangle %.0f %% of the image",
                           100 * result.coverage.cells_hit, 100 * result.coverage.largest_gap)});
   if (bent_for_sure(result))
-    out.push_back({"bent_target", "The target is bent or stretched; this was estimated and allowed for.",
+    out.push_back({"bent_target", "The target is bent or stretched; this was estimated and corrected.",
                    "Glue the board to glass or aluminium; measure its squares along both sides.",
                    format("bow %.3f %%, stretch %.3f %% of half its size",
                           100 * result.target_shape.head<3>().cwiseAbs().maxCoeff(), 100 * result.target_shape[3])});
@@ -127,7 +127,7 @@ std::string summary(const CameraCalibration& result) {
   for (const CameraFinding& f : result.findings)
     if (f.severe) return f.text + " " + f.remedy;
   if (!result.fit.usable())
-    return "the views do not determine the camera; tilt the board more and report_fit the image";
+    return "the views do not determine the camera; tilt the board more and fill the image with it";
   return result.fit.status == FitStatus::Converged ? "converged" : "stopped before it converged";
 }
 

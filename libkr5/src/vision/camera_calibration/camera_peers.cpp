@@ -35,7 +35,7 @@ int opencv_flags(LensModel lens) {
     case LensModel::Radial6:
       break;
   }
-  throw InvalidArgument("calibrate_camera_opencv: OpenCV has no radial6; take_camera rational8");
+  throw InvalidArgument("calibrate_camera_opencv: OpenCV has no radial6; use rational8");
 }
 
 /// Residuals, RMS and names of the views at the peer's answer.
@@ -56,7 +56,7 @@ void report_views(std::span<const View> views, std::vector<Pose> poses, CameraCa
   const double freedom = 2 * count - 6 * double(views.size()) - double(result.free.size());
   result.sigma_pixel = freedom > 0 ? std::sqrt(sum / freedom) : 0;
   result.fit.status = std::isfinite(result.rms_px) ? FitStatus::Converged : FitStatus::Degenerate;
-  result.fit.message = result.fit.usable() ? "converged" : "the answer puts points behind the camera";
+  result.fit.message = result.fit.usable() ? "converged" : "the result has points behind the camera";
 }
 
 CameraCalibration empty_result(std::span<const View> views, int width, int height, LensModel lens) {
@@ -126,7 +126,8 @@ CameraCalibration calibrate_camera_opencv(std::span<const View> views, int width
 }
 
 CameraCalibration calibrate_camera_visp(std::span<const View> views, int width, int height, LensModel lens) {
-  require(lens == LensModel::None || lens == LensModel::K1, "calibrate_camera_visp: ViSP has lens none and k1 only");
+  require(lens == LensModel::None || lens == LensModel::K1,
+          "calibrate_camera_visp: ViSP supports only the lens models none and k1");
   CameraCalibration result = empty_result(views, width, height, lens);
   std::vector<Eigen::Matrix3Xd> points;
   std::vector<Eigen::Matrix2Xd> pixels;

@@ -16,7 +16,7 @@ void check_views(std::span<const View> views, int width, int height) {
     require(v.points.cols() == v.pixels.cols(),
             where + std::to_string(v.points.cols()) + " points but " + std::to_string(v.pixels.cols()) + " pixels");
     require(v.points.cols() >= 6, where + "has " + std::to_string(v.points.cols()) + " points, 6 are needed");
-    require(v.points.allFinite() && v.pixels.allFinite(), where + "a point or pixel is not a number");
+    require(v.points.allFinite() && v.pixels.allFinite(), where + "points and pixels must be finite");
     const Eigen::Vector2d low = v.pixels.rowwise().minCoeff(), high = v.pixels.rowwise().maxCoeff();
     require(low.x() > -1 && low.y() > -1 && high.x() < width && high.y() < height,
             where + "a pixel lies outside the image of " + std::to_string(width) + " x " + std::to_string(height));

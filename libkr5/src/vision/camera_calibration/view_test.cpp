@@ -107,8 +107,8 @@ ViewTest test_views(const RobustAdjustment& fit, const std::vector<bool>& used, 
   }
   if (test.worst >= 0)
     reports[std::size_t(test.worst)].reason = noisiest > noisy_ratio
-                                                  ? "its points scatter far more than those of the others"
-                                                  : "it asks for another camera than the others";
+                                                  ? "its points scatter far more than those of the other views"
+                                                  : "it requires a different camera from the other views";
   return test;
 }
 

@@ -32,7 +32,7 @@ VispCamera visp_camera(const std::vector<Eigen::Matrix3Xd>& points, const std::v
     const auto method = distorted ? vpCalibration::CALIB_VIRTUAL_VS_DIST : vpCalibration::CALIB_VIRTUAL_VS;
     double error = 0;
     if (vpCalibration::computeCalibrationMulti(method, tables, camera, error, false) != 0)
-      out.failure = "ViSP: it did not converge";
+      out.failure = "ViSP: did not converge";
     out.px = camera.get_px(), out.py = camera.get_py(), out.u0 = camera.get_u0(), out.v0 = camera.get_v0();
     out.kud = distorted ? camera.get_kud() : 0.0;
     for (const vpCalibration& table : tables) out.poses.push_back(to_eigen(distorted ? table.cMo_dist : table.cMo));

@@ -126,16 +126,16 @@ struct Measured {
 
 HoleDetection explain(const Measured& measured, const HoleOptions& o) {
   if (measured.cut)
-    return not_found(HoleStatus::CutByBorder, "the mouth reaches out of the image; turn or move the camera towards it");
+    return not_found(HoleStatus::CutByBorder, "the mouth extends beyond the image; turn or move the camera towards it");
   if (measured.other_radii.empty())
     return not_found(HoleStatus::NoCircle,
-                     "no circle dark inside lies on the plane; look at the light, the plane's height, and that nothing "
-                     "hides the bore");
+                     "no circle with a dark interior lies on the plane; check the light, the height of the plane, and "
+                     "that nothing hides the bore");
   std::string seen;
   for (const double radius : measured.other_radii) seen += (seen.empty() ? "" : ", ") + mm(radius);
-  HoleDetection sight = not_found(HoleStatus::WrongRadius, "circles of radius " + seen + ", none of " + mm(o.radius) +
-                                                               " within " + mm(o.radius_tolerance) +
-                                                               "; look at the radius asked for and the plane's height");
+  HoleDetection sight = not_found(
+      HoleStatus::WrongRadius, "circles of radius " + seen + ", none of " + mm(o.radius) + " within " +
+                                   mm(o.radius_tolerance) + "; check the radius asked for and the height of the plane");
   sight.other_radii = measured.other_radii;
   return sight;
 }
@@ -180,7 +180,8 @@ HoleDetection find_hole(ImageView image, const Pinhole& camera, const Pose& T_ca
   require_image(image);
   camera.validate();
   options.validate();
-  require(image.width == camera.width && image.height == camera.height, "find_hole: image and camera differ in size");
+  require(image.width == camera.width && image.height == camera.height,
+          "find_hole: image and camera must have the same size [px]");
   require(T_camera_plane.matrix().allFinite() && is_rotation(T_camera_plane.linear()),
           "find_hole: T_camera_plane must be a rigid motion");
   const PlaneView view{image, camera, T_camera_plane};
@@ -189,9 +190,10 @@ HoleDetection find_hole(ImageView image, const Pinhole& camera, const Pose& T_ca
     return not_found(HoleStatus::PlaneNotSeen, "the camera stands behind the face; Z of the plane points out of it");
   const Sheet sheet{seen_area(view, options.search), options.radius / options.pixels_per_radius};
   if (sheet.area.isEmpty() || sheet.area.sizes().minCoeff() < options.radius)
-    return not_found(HoleStatus::PlaneNotSeen, "the image shows nothing of the plane where the bore may lie");
+    return not_found(HoleStatus::PlaneNotSeen,
+                     "the image does not show the part of the plane in which the bore may lie");
   require(static_cast<double>(sheet.cols()) * sheet.rows() < 6e7,
-          "find_hole: the area is too large for so small a radius; give `search` [m]");
+          "find_hole: the area is too large for this radius; set `search` [m]");
   const cv::Mat1b drawn = draw_square_on(view, sheet);
   Measured measured;
   const double spread = std::max(options.radius_tolerance, 0.1 * options.radius);
@@ -200,7 +202,7 @@ HoleDetection find_hole(ImageView image, const Pinhole& camera, const Pose& T_ca
   if (measured.right.size() == 1) return found(measured.right.front(), view, options);
   if (measured.right.size() > 1)
     return not_found(HoleStatus::Several, std::to_string(measured.right.size()) +
-                                              " bores of this radius; give `search` about the one that is meant");
+                                              " bores of this radius; set `search` around the desired one");
   for (const PlaneCircle& c : hough_circles(drawn, sheet, options, 0.3 * options.radius, 3 * options.radius))
     measured.add(view, c, options);
   return explain(measured, options);

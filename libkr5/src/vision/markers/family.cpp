@@ -81,13 +81,13 @@ bool is_apriltag(const std::string& family) {
 FamilyPointer apriltag_family_of(const std::string& family) {
   for (const AprilTagFamily& f : apriltag_families)
     if (family == f.name) return FamilyPointer(f.create(), f.destroy);
-  throw InvalidArgument("'" + family + "' is no AprilTag family");
+  throw InvalidArgument("'" + family + "' is not an AprilTag family");
 }
 
 cv::Ptr<cv::aruco::Dictionary> aruco_dictionary_of(const std::string& family) {
   for (const ArucoFamily& f : aruco_families)
     if (family == f.name) return cv::aruco::getPredefinedDictionary(f.number);
-  throw InvalidArgument("'" + family + "' is no ArUco dictionary");
+  throw InvalidArgument("'" + family + "' is not an ArUco dictionary");
 }
 
 MarkerPattern marker_pattern(const std::string& family, int id) {

@@ -103,7 +103,7 @@ void fill(MarkerMapResult& result, const MapProblem& p, const MapState& state, c
   result.fit.message = std::to_string(p.markers) + " markers from " + std::to_string(p.images) + " images";
   if (!covariance.allFinite() || dof < 1 || (ldlt.vectorD().array() <= 0).any()) {
     result.fit.status = FitStatus::Degenerate;
-    result.fit.message = "the images do not determine the map; take more of them, from other sides";
+    result.fit.message = "the images do not determine the map; take more images, from other directions";
   }
 }
 
@@ -129,14 +129,15 @@ MarkerMapResult estimate_marker_map(std::span<const MarkerSighting> images, cons
     result.fit.message = result.islands.empty()
                              ? "no marker is seen in any image"
                              : "no image connects these groups of markers: " + describe(result.islands) +
-                                   "; take images that show markers of two groups together";
+                                   "; take images that show markers of two groups at once";
     return result;
   }
   const std::vector<int>& ids = result.islands.front();
   const auto reference = options.reference < 0 ? ids.begin() : std::find(ids.begin(), ids.end(), options.reference);
   require(reference != ids.end(), "reference: marker " + std::to_string(options.reference) + " is seen in no image");
   if (ids.size() < 2) {
-    result.fit.message = "only marker " + std::to_string(ids.front()) + " is seen; a map needs two or more together";
+    result.fit.message =
+        "only marker " + std::to_string(ids.front()) + " is seen; a map needs at least two markers in one image";
     return result;
   }
   MapProblem problem{

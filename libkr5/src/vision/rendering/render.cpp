@@ -250,8 +250,7 @@ Image draw_target(const Target& target, double pixels_per_metre, const RenderOpt
   require(pixels_per_metre > 0, "draw_target: pixels_per_metre must be positive");
   const Eigen::Matrix2d area = printed_area(target, options);
   const Vector2d size = pixels_per_metre * (area.col(1) - area.col(0));
-  require(size.maxCoeff() < 30000,
-          "draw_target: the picture would be over 30000 px wide or high; lower the resolution");
+  require(size.maxCoeff() < 30000, "draw_target: the image would be over 30000 px wide or high; lower the resolution");
   // A camera one metre away sees a board at `focal length` pixels a metre, without perspective when held square.
   Pinhole camera{.width = static_cast<int>(std::lround(size.x())), .height = static_cast<int>(std::lround(size.y()))};
   camera.fx = camera.fy = pixels_per_metre;

@@ -14,7 +14,7 @@ TargetObservation observe_target(ImageView image, const Target& target, const Pi
   require_image(image);
   camera.validate();
   require(image.width == camera.width && image.height == camera.height,
-          "observe_target: image and camera differ in size");
+          "observe_target: image and camera must have the same size [px]");
   TargetObservation sight;
   const PlainView plain = undistort(image, camera);
   const Detection detection = find_target(plain.image, target, options);

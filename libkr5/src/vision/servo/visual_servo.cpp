@@ -33,14 +33,14 @@ Pose nearest_turn(const Pose& goal, const Pose& now) {
 
 void require_sound(const TargetObservation& sight, ServoFeature feature, const Pose& goal) {
   require(sight.T_camera_target.matrix().allFinite() && is_rotation(sight.T_camera_target.linear()),
-          "visual_servo: T_camera_target of the sight must be a rigid motion");
+          "visual_servo: T_camera_target of the observation must be a rigid motion");
   if (feature == ServoFeature::Position) return;
   require(sight.points.cols() >= 3 && sight.points.cols() == sight.rays.cols(),
-          "visual_servo: by image a sight needs three points or more, and a ray for each");
+          "visual_servo: for the feature image, an observation needs at least three points, and a ray for each");
   require(sight.points.allFinite() && sight.rays.allFinite(),
-          "visual_servo: points and rays of a sight must be finite");
+          "visual_servo: points and rays of an observation must be finite");
   require((sight.T_camera_target * sight.points).row(2).minCoeff() > 0,
-          "visual_servo: points of the sight lie behind the camera");
+          "visual_servo: points of the observation lie behind the camera");
   require((goal * sight.points).row(2).minCoeff() > 0,
           "visual_servo: at the goal points of the target would lie behind the camera");
 }
@@ -52,7 +52,7 @@ class VisualServo::Impl {
   Impl(const Pose& goal, const VisualServoOptions& options) : goal_(goal), options_(options) {}
 
   ServoStep step(const TargetObservation& sight, double time) {
-    require(std::isfinite(time) && !(time <= time_), "visual_servo: time must grow from step to step [s]");
+    require(std::isfinite(time) && !(time <= time_), "visual_servo: time must increase from step to step [s]");
     if (sight.seen) require_sound(sight, options_.feature, goal_);
     if (last_.state != ServoState::Moving) return last_;
     if (std::isnan(start_)) start_ = seen_ = time;
@@ -61,7 +61,7 @@ class VisualServo::Impl {
     if (sight.seen) return steer(sight);
     recent_.clear();
     if (time_ - seen_ >= options_.lost_after) return end(ServoState::Lost, lost(sight.message));
-    return over_time() ? out_of_time() : go("waits for a sight: " + sight.message);
+    return over_time() ? out_of_time() : go("waiting for an observation: " + sight.message);
   }
 
  private:
@@ -73,18 +73,18 @@ class VisualServo::Impl {
     note(error);
     if (first && (last_.error_position > options_.max_distance || last_.error_angle > options_.max_angle))
       return end(ServoState::TooFar,
-                 "the first sight is " + left() + " from the goal, more than max_distance or max_angle");
+                 "the first observation is " + left() + " from the goal, more than max_distance or max_angle");
     if (arrived()) return end(ServoState::Arrived, "arrived: " + left() + " from the goal");
     if (over_time()) return out_of_time();
     if (in_tolerances() > 2 * best_ + diverging)
-      return end(ServoState::Diverged, "the error grows, now " + left() +
-                                           "; look at the hand-eye calibration, and in which frame the robot takes the "
-                                           "twist");
+      return end(ServoState::Diverged,
+                 "the error grows and is now " + left() +
+                     "; check the hand-eye calibration, and the frame in which the robot takes the twist");
     if (time_ - best_time_ > options_.stalled_after) return end(ServoState::Stalled, stalled());
     const detail::ServoTwist law = control_law(sight, goal);
     if (!law.failure.empty()) return end(ServoState::Stalled, law.failure);
     last_.twist = slowed(law.twist);
-    return go("moves, with " + left() + " to go");
+    return go("moving, with " + left() + " to go");
   }
 
   /// Takes the error into what is known of the course.
@@ -145,20 +145,20 @@ class VisualServo::Impl {
 
   std::string stalled() const {
     const auto [position, angle] = scatter();
-    const std::string text = "no nearer for " + std::to_string(static_cast<int>(std::round(time_ - best_time_))) +
+    const std::string text = "no progress for " + std::to_string(static_cast<int>(std::round(time_ - best_time_))) +
                              " s, with " + left() + " to go; ";
     if (position > options_.tolerance_position || angle > options_.tolerance_angle)
-      return text + "the sights scatter by " + in_words(position, angle) +
-             ": more light, a nearer target or a wider tolerance";
+      return text + "the observations scatter by " + in_words(position, angle) +
+             "; use more light, a nearer target or a wider tolerance";
     if (path_seen_ < 0.3 * path_told_)
-      return text + "the camera hardly moves as it is told to: does the robot follow the twist?";
-    return text + "the robot stops short: look at its limits, and at gain_near";
+      return text + "the camera hardly follows the commanded twist; does the robot execute it?";
+    return text + "the robot stops before the goal; check its limits, and gain_near";
   }
 
   std::string lost(const std::string& why) const {
     const bool never = std::isinf(best_);
     return std::string(never ? "the target was never seen" : "the target was lost") + " (" + why + "); " +
-           (never ? "start where the camera sees all of it" : "look at what hides it");
+           (never ? "start where the whole target is in the image" : "check what hides it");
   }
 
   /// The error in units of the tolerance.
@@ -172,7 +172,7 @@ class VisualServo::Impl {
   bool over_time() const { return time_ - start_ >= options_.time_limit; }
   ServoStep out_of_time() {
     return end(ServoState::TimedOut,
-               "the time is over, with " + left() + " to go; raise time_limit, max_speed or gain");
+               "the time limit is reached, with " + left() + " to go; raise time_limit, max_speed or gain");
   }
   ServoStep go(const std::string& reason) {
     last_.reason = reason;
@@ -206,7 +206,7 @@ void VisualServoOptions::validate() const {
   require(std::isfinite(latency) && latency >= 0, "visual_servo: latency must not be negative [s]");
   require(std::isfinite(gain_near) && gain_near >= gain, "visual_servo: gain_near must not be below gain [1/s]");
   require(gain_near * (cycle + latency) <= 0.5,
-          "visual_servo: gain_near is too large: above 0.5 / (cycle + latency) the loop swings [1/s]");
+          "visual_servo: gain_near is too large: above 0.5 / (cycle + latency) the loop oscillates [1/s]");
   require(settle >= 2, "visual_servo: settle must be at least 2");
 }
 

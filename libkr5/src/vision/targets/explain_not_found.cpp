@@ -52,7 +52,7 @@ bool wrong_family(ImageView image, const Target& target, Detection& result) {
   if (family.starts_with("aruco") && family.ends_with("_1000")) family = family.substr(0, 9) + "_*";
   say(result, DetectStatus::WrongFamily,
       "no marker of family " + target.family + ", but of " + family + ": ids " + list(most->second) +
-          "; give that family");
+          "; specify that family");
   return true;
 }
 
@@ -66,12 +66,12 @@ bool wrong_marker(const Target& target, Detection& result) {
   if (ours) {
     say(result, DetectStatus::NotFound,
         "markers of the target are seen (ids " + list(ids) +
-            "), but they do not lie on it "
-            "as described; check rows, columns, sizes and, for an older ChArUco board, charuco_legacy");
+            "), but not at the positions described; check rows, columns, sizes and, for an older ChArUco board, "
+            "charuco_legacy");
   } else {
     say(result, DetectStatus::WrongMarker,
         "markers of family " + target.family + " are seen, but with ids " + list(ids) + " where " + list(wanted) +
-            " belong to the target; give the right id");
+            " belong to the target; correct the id");
   }
   return true;
 }
@@ -83,14 +83,14 @@ bool wrong_size(ImageView image, const Target& target, Detection& result) {
     if (!size || *size == std::pair(target.rows, target.cols)) return false;
     say(result, DetectStatus::WrongSize,
         "a chessboard of " + std::to_string(size->first) + "x" + std::to_string(size->second) +
-            " inner corners is seen, where " + expected + " was expected; give that size, or show the whole board");
+            " inner corners is seen, where " + expected + " was expected; specify that size, or show the whole board");
     return true;
   }
   const int dots = seen_dots(image), wanted = target.rows * target.cols;
   if (dots < 4 || dots == wanted || dots > 3 * wanted || 3 * dots < wanted) return false;
   say(result, DetectStatus::WrongSize,
       std::to_string(dots) + " dots are seen, where " + expected + " = " + std::to_string(wanted) +
-          " were expected; give the right size, or show the whole grid");
+          " were expected; correct the size, or show the whole grid");
   return true;
 }
 
@@ -132,8 +132,8 @@ void bad_picture(ImageView image, Detection& result) {
     return say(result, DetectStatus::Blurred,
                "the image is blurred: no sharp edge in it; focus, hold still, or expose less");
   say(result, DetectStatus::NotFound,
-      "nothing like the target is seen; is all of it in the picture, large enough, and with "
-      "a white border round it?");
+      "nothing similar to the target is seen; is the whole target in the image, large enough, and with a white border "
+      "around it?");
 }
 
 }  // namespace

@@ -121,7 +121,7 @@ Detection search_once(ImageView image, const Target& target, const DetectOptions
     if (std::any_of(ours.begin(), ours.end(), [](const TagDetection& tag) { return tag.refined; }))
       std::erase_if(ours, [](const TagDetection& tag) { return !tag.refined; });
     if (doubles > 0)
-      result.message = "; " + std::to_string(doubles) + " more with the same numbers, smaller in the image, left out";
+      result.message = "; " + std::to_string(doubles) + " smaller markers with the same ids were left out";
     seen = target.kind == TargetKind::Charuco ? find_charuco(image, target, ours, options.refine)
                                               : corners_of(target, ours);
     if (target.kind != TargetKind::Charuco)
@@ -175,7 +175,7 @@ Detection find_target(ImageView image, const Target& target, const DetectOptions
       result.status = DetectStatus::Mirrored;
       result.message =
           "the image is mirrored: the target is found in it when left and right are exchanged; switch off "
-          "mirroring in the camera driver, or look for a mirror in the light path";
+          "mirroring in the camera driver, or check for a mirror in the light path";
       return result;
     }
   }

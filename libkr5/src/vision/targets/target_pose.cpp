@@ -68,7 +68,7 @@ TargetPose estimate_target_pose(const View& view, const Pinhole& camera, const T
   }
   pose.fit.status = FitStatus::Converged;
   pose.fit.final_rms = pose.sigma_pixel > 0 ? std::sqrt(best.cost / dof) / pose.sigma_pixel : 0.0;
-  pose.fit.message = pose.ambiguous ? "two poses explain the view; look from nearer, or more from the side"
+  pose.fit.message = pose.ambiguous ? "two poses explain the view; move the camera nearer, or more to the side"
                                     : "one pose explains the view";
   return pose;
 }
