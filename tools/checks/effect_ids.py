@@ -26,7 +26,7 @@ OTHER_MEANING = {
     "rotor_inertia": ("libkr5/include/kr5/cell/drives.hpp", "libkr5/src/cell/"),
     "torque_constant": ("libkr5/include/kr5/cell/drives.hpp", "libkr5/src/cell/"),
     "payload": ("tools/kr5_tools/",),
-    "tube_tilt": ("sim/include/kr5/sim/insertion.hpp", "sim/src/insertion_options.cpp", "tools/kr5_tools/insertion/"),
+    "tube_tilt": ("sim/include/kr5/sim/insertion.hpp", "sim/src/insertion.cpp", "tools/kr5_tools/insertion/"),
 }
 
 
