@@ -55,13 +55,14 @@ function(_kr5_build name)
   set(visp_sources ${sources})
   list(FILTER visp_sources INCLUDE REGEX "/visp_[a-z_]*\\.cpp$")
   if(visp_sources)
-    set_source_files_properties(${visp_sources} PROPERTIES COMPILE_OPTIONS -std=c++17)
+    set_source_files_properties(${visp_sources} PROPERTIES
+      COMPILE_OPTIONS -std=c++17 SKIP_UNITY_BUILD_INCLUSION ON)
   endif()
   add_library(kr5_${name} ${sources})
   add_library(kr5::${name} ALIAS kr5_${name})
   kr5_compile_settings(kr5_${name})
   set_target_properties(kr5_${name} PROPERTIES EXPORT_NAME ${name})
-  if(KR5_UNITY AND NOT visp_sources AND NOT name STREQUAL "calibration")  # whose files have little in common
+  if(KR5_UNITY)
     set_target_properties(kr5_${name} PROPERTIES UNITY_BUILD ON)
   endif()
   target_include_directories(kr5_${name} PUBLIC

@@ -8,15 +8,16 @@ from typing import Any
 from kr5_tools.cli.terminal import fail
 from kr5_tools.files.writing import to_plain, write_json
 
-FORMATS = (
-    "kr5-camera/1",
-    "kr5-hand-eye/1",
-    "kr5-tool/1",
-    "kr5-timed-hand-eye/1",
-    "kr5-marker-map/1",
-    "kr5-detection/1",
-    "kr5-gap/1",
-)
+# Every format of a result that `kr5 report` shows, with the title of its page.
+FORMATS = {
+    "kr5-camera/1": "Camera calibration",
+    "kr5-hand-eye/1": "Hand-eye calibration",
+    "kr5-tool/1": "Tool centre point",
+    "kr5-timed-hand-eye/1": "Hand-eye calibration with clocks",
+    "kr5-marker-map/1": "Marker map",
+    "kr5-detection/1": "Detection",
+    "kr5-gap/1": "Diagnosis",
+}
 
 
 def write_result(file: Path | None, format: str, **keys: Any) -> dict[str, Any]:

@@ -17,14 +17,6 @@ from kr5_tools.targets.detection_table import seen_table
 
 app = typer.Typer()
 
-TITLES = {
-    "kr5-camera/1": "Camera calibration",
-    "kr5-hand-eye/1": "Hand-eye calibration",
-    "kr5-tool/1": "Tool centre point",
-    "kr5-timed-hand-eye/1": "Hand-eye calibration with clocks",
-    "kr5-marker-map/1": "Marker map",
-    "kr5-detection/1": "Detection",
-}
 MOST_THUMBNAILS = 60
 SMALL, DRAWN = 220, 640  # longest side of a thumbnail [px]: of an image, and of a drawing, whose words are to be read
 # Columns of the table of views: key, heading, factor, what rounds it.
@@ -102,7 +94,7 @@ def make_page(data: dict[str, Any], source: Path, drawn: list[Any]) -> str:
     return render_page(
         "report.html",
         brand="kr5 report",
-        title=TITLES[data["format"]],
+        title=results.FORMATS[data["format"]],
         data=data,
         source=source.name,
         plots=[embed_plot(p) for p in drawn if p.name != "frames"],
