@@ -54,7 +54,7 @@ struct HandEyeOptions {
           "Noise of a robot orientation per axis [rad]; 0: estimated from the data.");
     visit("min_rotation", self.min_rotation, "Least rotation of the wrist, about two axes, for a calibration [rad].");
     visit("outlier_false_alarm", self.outlier_false_alarm,
-          "Probability that an outlier is named in views without one, over all views [-].");
+          "Probability of a false outlier in sound data, over all views [-].");
     visit("max_iterations", self.max_iterations, "Greatest number of iterations of the refinement.");
     visit("start", self.start, "Initial value of T_mount_camera; by default from a closed form.");
   }

@@ -163,15 +163,15 @@ struct EffectParameter {
     visit("name", self.name, "Name in the file.");
     visit("kind", self.kind, "Form of the value: number | whole | vector2 | vector3 | pose.");
     visit("unit", self.unit, "Unit; for a prismatic joint read N for N m and m for rad.");
-    visit("nominal_when_off", self.nominal_when_off, "Whether the value replaces one of the cell.");
-    visit("off", self.off, "Value that switches the effect off, where it replaces none of the cell.");
+    visit("nominal_when_off", self.nominal_when_off, "Whether the value replaces a value of the cell.");
+    visit("off", self.off, "Value that switches the effect off, when it does not replace a value of the cell.");
     visit("lower", self.lower, "Smallest plausible value, of each component.");
     visit("upper", self.upper, "Largest plausible value, of each component.");
-    visit("required", self.required, "Whether it must be given when the effect is.");
+    visit("required", self.required, "Whether the parameter is required when the effect is active.");
     visit("description", self.description, "Meaning of the parameter.");
-    visit("coordinate", self.coordinate, "How the parameter follows from the coordinates of a search.");
+    visit("coordinate", self.coordinate, "Relation of the parameter to the coordinates of a search.");
     visit("usual_size", self.usual_size,
-          "Change that such an effect often makes, in the unit of the parameter; 0 where it depends on the cell.");
+          "Typical change by such an effect, in the unit of the parameter; 0 where it depends on the cell.");
   }
 };
 
@@ -213,7 +213,7 @@ struct Effect {
     visit("target", self.target, "Part of the cell that carries the effect.");
     visit("label", self.label, "Short name for reports.");
     visit("description", self.description, "Difference from the nominal cell, in a few words.");
-    visit("shows_in", self.shows_in, "Columns in which the effect shows, and how.");
+    visit("shows_in", self.shows_in, "Columns in which the effect shows, and its form.");
     visit("remedy", self.remedy, "Advice for the real cell.");
     visit("parameters", self.parameters, "Parameters.");
     visit("inaccuracy", self.inaccuracy,

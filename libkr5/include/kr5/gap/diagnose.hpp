@@ -30,17 +30,16 @@ struct DiagnoseOptions {
   void validate() const;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("max_effects", self.max_effects, "Largest number of effects that are looked for on one cell.");
+    visit("max_effects", self.max_effects, "Largest number of effects that are searched for in one cell.");
     visit("refits", self.refits, "Smallest number of screened effects that are refitted through the simulator.");
-    visit("beam", self.beam, "Number of the best sets of effects that are extended by one effect more.");
+    visit("beam", self.beam, "Number of the best sets of effects that are extended by one further effect.");
     visit("false_alarms", self.false_alarms,
           "Probability of a false alarm for a recording without gap, over all columns and tests together.");
     visit("simulator_accuracy", self.simulator_accuracy,
           "Assumed relative error of a simulated effect; only what exceeds it counts as structure [-].");
     visit("simulator_floor", self.simulator_floor,
-          "Assumed error of the simulator without any effect, in units of noise: for a simulated cell the printed "
-          "digits of "
-          "the inputs, for a real arm what its best known model leaves, above 1 then [-].");
+          "Assumed error of the simulator without any effect, in units of noise: for a simulated cell the rounding of "
+          "the printed inputs; for a real arm the gap of its best known model, then above 1 [-].");
     visit("threads", self.threads, "Number of threads; 0: one for each core.");
   }
 };

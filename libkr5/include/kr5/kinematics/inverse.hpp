@@ -48,7 +48,7 @@ constexpr auto enum_names(Singularity) {
 
 struct Posture {
   Eigen::VectorXd q;                     ///< [rad or m]
-  std::vector<int> outside_limits = {};  ///< Joints, counted from 0, that no full turn brings within their limits.
+  std::vector<int> outside_limits = {};  ///< Joints, counted from 0, outside their limits even after full turns.
   Singularity singularity = Singularity::None;
   double position_error = 0.0;  ///< Of the flange, by forward kinematics [m].
   double rotation_error = 0.0;  ///< [rad]
@@ -57,8 +57,7 @@ struct Posture {
 
   static void each_field(auto& self, auto&& visit) {
     visit("q", self.q, "Joint values [rad or m].");
-    visit("outside_limits", self.outside_limits,
-          "Joints, counted from 0, that no full turn brings within their limits.");
+    visit("outside_limits", self.outside_limits, "Joints, counted from 0, outside their limits even after full turns.");
     visit("singularity", self.singularity, "Singularity of the posture.");
     visit("position_error", self.position_error, "Position error of the flange, by forward kinematics [m].");
     visit("rotation_error", self.rotation_error, "Rotation error of the flange, by forward kinematics [rad].");

@@ -33,14 +33,15 @@ struct CameraOptions {
           "Lens model: none | k1 | k1k2 | brown4 | brown5 | radial6 | rational8; by default chosen by held-out views.");
     visit("square_pixels", self.square_pixels, "Square pixels, fx = fy; by default chosen by held-out views.");
     visit("bent_target", self.bent_target,
-          "Estimation of how far a flat target is bent or stretched; by default chosen by held-out views.");
+          "Estimation of the bending and stretching of a flat target; by default chosen by held-out views.");
     visit("correlation", self.correlation,
           "Ratio of the variance of correlated to that of independent point errors, as reported by the detection; at "
           "least 1 [-].");
     visit("robust", self.robust, "Reduced weight of points beyond 3 sigma; weight of each view by its own noise.");
     visit("reject_views", self.reject_views,
-          "Exclusion of views that contradict the others (they are named in any case).");
-    visit("false_alarm", self.false_alarm, "Probability that any view of a sound set is named as contradicting [-].");
+          "Exclusion of views that contradict the others (they are reported in any case).");
+    visit("false_alarm", self.false_alarm,
+          "Probability that any view of a sound set is reported as contradicting [-].");
     visit("folds", self.folds,
           "Number of cross-validation folds by which models are compared; 0: the given lens is fitted and nothing "
           "compared.");

@@ -26,11 +26,12 @@ struct TargetObservation {
   Eigen::Matrix2Xd rays = Eigen::Matrix2Xd(2, 0);    ///< [-]
 
   static void each_field(auto& self, auto&& visit) {
-    visit("seen", self.seen, "Whether the target is in the image; the other fields then say where.");
+    visit("seen", self.seen, "Whether the target is in the image; the other fields are valid only then.");
     visit("message", self.message, "Reason why the target was not seen.");
     visit("T_camera_target", self.T_camera_target, "Pose of the target in the camera.");
-    visit("points", self.points, "Points of the target in its own frame, 3 x n, for image-based steering [m].");
-    visit("rays", self.rays, "Normalised image coordinates x/z and y/z of the points, without the lens, 2 x n [-].");
+    visit("points", self.points, "Points of the target in its own frame, 3 x n, for the feature image [m].");
+    visit("rays", self.rays,
+          "Normalised image coordinates x/z and y/z of the points, without lens distortion, 2 x n [-].");
   }
 };
 

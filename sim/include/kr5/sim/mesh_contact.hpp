@@ -26,7 +26,7 @@ struct MeshContactOptions {
   /// @throws InvalidArgument naming the field.
   void validate() const;
   static void each_field(auto& self, auto&& visit) {
-    visit("segments", self.segments, "Corners of the polygons that stand for the circles of the tube.");
+    visit("segments", self.segments, "Number of corners of the polygons that approximate the circles of the tube.");
   }
 };
 
