@@ -7,7 +7,7 @@
 #include <kr5/core/fields.hpp>
 
 /// @file
-/// The columns of every kind of experiment: the one place that knows what they mean, their units
+/// The columns of every kind of experiment: the single definition of their meaning, their units
 /// and noise.
 
 namespace kr5::cell {

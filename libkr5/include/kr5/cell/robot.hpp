@@ -35,7 +35,7 @@ struct Limits {
   }
 };
 
-/// Gears between motors and links, as far as an effect makes them give way. The defaults are those of the format
+/// Gears between motors and links, used where an effect makes them elastic. The defaults are those of the format
 /// `kr5-cell/1`, with which cells without this part are read.
 struct Gears {
   /// Behind the free play of a backlash: one value a joint; the last holds for all further joints [N m/rad or N/m].

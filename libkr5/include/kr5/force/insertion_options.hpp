@@ -28,7 +28,7 @@ enum class Entry {
 };
 constexpr auto enum_names(Entry) { return names<Entry>({{Entry::Tilted, "tilted"}, {Entry::Upright, "upright"}}); }
 
-/// Drive of the peg once it stands in the mouth of the bore.
+/// Drive of the peg after it has entered the mouth of the bore.
 enum class InsertBy {
   Arm,      ///< The arm, which holds it.
   Gravity,  ///< Its weight: the grip lets it slide.

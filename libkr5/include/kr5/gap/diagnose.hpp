@@ -45,12 +45,12 @@ struct DiagnoseOptions {
 };
 
 /// Compares a recording with what the simulator shows at the recording's cell, tries every effect of the catalogue on
-/// every target, alone and together, and says where the gap lies, what causes it, how far it shrinks and what stays
-/// unknown.
+/// every target, alone and together, and reports where the gap lies, what causes it, how far it is reduced and what
+/// remains unknown.
 ///
-/// Effects are screened by linear signatures, refitted on the fit experiments through the simulator, and judged on the
-/// check experiments as far as the uncertainty of the fit reaches; thresholds are those of tests at `false_alarms`. A
-/// structure is what such a test finds in a column, or an effect whose size is not the same in all experiments,
+/// Effects are screened by linear signatures, refitted on the fit experiments through the simulator, and evaluated on
+/// the check experiments as far as the uncertainty of the fit reaches; thresholds are those of tests at `false_alarms`.
+/// A structure is what such a test finds in a column, or an effect whose size is not the same in all experiments,
 /// columns, postures, speeds and times. Probabilities are those of the fitted sets of effects (Laplace), lowered by the
 /// structure that an effect leaves: not at all when that is no more than the simulator may be off, to nothing when it
 /// is a twentieth of what the effect explains; an effect that is less than evenly trusted is not blamed. Columns that

@@ -136,7 +136,7 @@ struct GapReduction {
   }
 };
 
-/// What would tell tied effects apart.
+/// Experiment that would distinguish tied effects.
 struct NextExperiment {
   std::vector<std::string> separates;
   std::string what;

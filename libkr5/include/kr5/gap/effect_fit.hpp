@@ -52,8 +52,8 @@ struct ResidualColumn {
 };
 
 /// Residuals of all columns that can be compared, at the recording's own cell and at others, in units of the noise that
-/// the recording's cell states. Spikes, stray corners and stray poses are told as a diagnosis tells them.
-/// @param cells the first is believed right: what stands out from it near edges, too, is a spike.
+/// the recording's cell states. Spikes, stray corners and stray poses are marked as in a diagnosis.
+/// @param cells the first is taken as correct: samples that deviate from it, also near edges, count as spikes.
 /// @throws InvalidArgument for a cell of another robot, noise that is not valid, and when nothing can be compared.
 std::vector<ResidualColumn> residual_columns(const cell::Recording& recording, const cell::Simulator& simulator,
                                              const std::vector<cell::Cell>& cells = {},
@@ -78,7 +78,7 @@ struct EffectFitOptions {
   }
 };
 
-/// An effect at its best: fitted to the fit experiments, judged on the check experiments (on all, without any).
+/// Effect fitted to the fit experiments and evaluated on the check experiments (on all, without any).
 struct EffectFit {
   std::string effect;
   std::string target;

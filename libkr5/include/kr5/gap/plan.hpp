@@ -12,11 +12,11 @@
 #include <kr5/gap/hypotheses.hpp>
 
 /// @file
-/// What a recording cannot tell apart, and the experiment that would.
+/// Explanations that a recording cannot distinguish, and the experiment that can.
 
 namespace kr5::gap {
 
-/// One of the explanations that are to be told apart: effects that act together.
+/// One of the explanations to be distinguished: effects that act together.
 using Alternative = std::vector<EffectName>;
 
 struct PlanOptions {
@@ -67,7 +67,7 @@ struct ForecastColumn {
   }
 };
 
-/// An experiment that could be done, and what it would tell.
+/// Planned experiment with its forecast.
 struct PlannedExperiment {
   cell::Experiment experiment;  ///< Its given columns.
   std::string what;
@@ -116,7 +116,7 @@ struct Plan {
   }
 };
 
-/// The experiment that tells explanations of a recording apart, computed from their signatures.
+/// Plans the experiment that distinguishes explanations of a recording, from their signatures.
 ///
 /// One alternative is fitted to the recording and the others to what the cell would have recorded with it, so that all
 /// look alike. A family of experiments is then simulated: motions of one joint and of all, slow and fast, small and

@@ -104,7 +104,7 @@ struct InverseResult {
 };
 
 /// Six revolute joints of which the last three axes meet in one point (spherical wrist: KR5 and most industrial arms),
-/// whatever the other three, as long as these can move that point in three directions.
+/// for any values of the other three, as long as these can move that point in three directions.
 bool has_closed_form(const DhChain& chain);
 
 /// In closed form where the chain has one (Pieper 1968: a quartic for joint 3), up to eight postures; otherwise one by

@@ -54,20 +54,22 @@ struct CameraOptions {
 /// 1. Start: homography or DLT of each view; the focal length is that of a logarithmic scan under which they are best
 ///    explained by poses (principal point in the middle, cf. Zhang 2000).
 /// 2. Refinement: Levenberg-Marquardt over camera and poses, poses eliminated by Schur complement; Huber weights.
-/// 3. Views that contradict the others are named. The test compares what a view says of the camera with what all other
-///    views say, in units of both covariances (an F statistic), once in all parameters and once in the focal length
+/// 3. Views that contradict the others are reported. The test compares the estimate from a view with that from all
+/// other
+///    views, in units of both covariances (an F statistic), once in all parameters and once in the focal length
 ///    alone (a zoomed or refocused lens); `false_alarm` is shared among the views and both tests.
 /// 4. The model is chosen by k-fold cross-validation over views. A camera fitted to the other folds judges a held-out
 ///    view by leave-one-out over its points: each point is predicted from the pose fitted to the view's other points
-///    (hat matrix). All models are judged so, on the same points. Brown5 with square pixels and a bent target
-///    is kept unless another model does better beyond doubt (t test of the ratio of errors in each view, at 5 % shared
-///    by all models): a choice by few views errs more than a few parameters do that are not needed. Otherwise chosen is
-///    the model with the fewest parameters whose error exceeds the least one by no more than a standard error and 1 %.
+///    (hat matrix). All models are evaluated in this way, on the same points. Brown5 with square pixels and a bent
+///    target is kept unless another model does better beyond doubt (t test of the ratio of errors in each view, at 5 %
+///    shared by all models): a choice by few views errs more than a few parameters do that are not needed. Otherwise
+///    chosen is the model with the fewest parameters whose error exceeds the least one by no more than a standard error
+///    and 1 %.
 /// 5. Covariance from the information matrix, poses marginalised, noise estimated from the residuals; widened by
 ///    `dispersion`: the `correlation` of points that err together, or by how much views disagree more than their noise
 ///    allows (the lens is not quite of the model), whichever is more; the test of 3. is scaled by it too.
 ///
-/// Data that cannot determine the camera give `fit.status == FitStatus::Degenerate` and say why in `findings`: fewer
+/// Data that cannot determine the camera give `fit.status == FitStatus::Degenerate` and the reason in `findings`: fewer
 /// than three views (of flat targets; one suffices for a spatial one), all views alike or all parallel to the image.
 /// @throws InvalidArgument for no view, a view with fewer than 6 points, NaN, sizes that differ, points outside the
 /// image, or invalid options.

@@ -102,7 +102,7 @@ struct HoleDetection {
 };
 
 /// Looks for a bore of `options.radius` in the plane z = 0 of `T_camera_plane`, whose Z points out of the face, towards
-/// the camera. The bore must look darker than the face. `T_camera_plane` is what the robot knows: T_camera_base of this
+/// the camera. The bore must look darker than the face. `T_camera_plane` follows from the robot: T_camera_base of this
 /// image times the plane as scanned.
 /// @throws InvalidArgument for an empty image, a bad camera, a pose that is no rigid motion, or bad options.
 HoleDetection find_hole(ImageView image, const Pinhole& camera, const Pose& T_camera_plane, const HoleOptions& options);

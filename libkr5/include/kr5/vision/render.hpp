@@ -15,7 +15,7 @@
 
 /// @file
 /// Pictures of targets and simple solids with known truth. The value of a pixel is the area average of what its square
-/// sees through the lens model, so that edges lie where `Pinhole::project` says, to a few thousandths of a pixel.
+/// sees through the lens model, so that edges agree with `Pinhole::project` to a few thousandths of a pixel.
 
 namespace kr5::vision {
 

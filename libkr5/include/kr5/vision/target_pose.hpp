@@ -9,7 +9,7 @@
 #include <kr5/geometry/view.hpp>
 
 /// @file
-/// Where a target stands in the camera that sees it.
+/// Pose of a target in the camera.
 
 namespace kr5::vision {
 

@@ -9,8 +9,8 @@
 #include <kr5/io/csv.hpp>
 
 /// @file
-/// Insertions in the simulated cell: the arm in DART behind its servo and delay, the peg in a grip that gives way, the
-/// wrist sensor with its noise, the tube where it really stands, and the force::Insertion that would run on the cell.
+/// Insertions in the simulated cell: the arm in DART behind its servo and delay, the peg in a compliant grip, the
+/// wrist sensor with its noise, the tube at its true pose, and the force::Insertion that would run on the cell.
 
 namespace kr5::sim {
 
@@ -22,7 +22,7 @@ constexpr auto enum_names(Strategy) {
   return names<Strategy>({{Strategy::ProfileFit, "profile_fit"}, {Strategy::Hayat2022, "hayat2022"}});
 }
 
-/// A task, and how well the cell knows itself.
+/// Task, and uncertainty of the cell.
 struct InsertionSetup {
   double clearance = 2.8e-4;                         ///< [m]
   double tilt = 0.2618;                              ///< [rad]
@@ -111,7 +111,7 @@ struct InsertionResult {
   bool inserted = false;         ///< Every peg is in.
   double time = 0.0;             ///< Of all pegs, ways between them too [s].
   std::vector<PegOutcome> pegs;  ///< Outcome of each.
-  /// A row each cycle: t; peg, phase, attempt (numbers of force::Phase); x y z tilt azimuth as the arm believes, in T;
+  /// A row each cycle: t; peg, phase, attempt (numbers of force::Phase); x y z tilt azimuth according to the arm, in T;
   /// fx..tz on the peg, unfiltered, in T; true_x true_y true_z true_tilt of the peg from the real tube; q1..n
   /// [s, m, rad, N, N m].
   io::Table rows;
@@ -123,7 +123,7 @@ struct InsertionResult {
 };
 
 /// Inserts pegs. A tube that is out of reach, a peg that is too wide and the like are outcomes.
-/// With options, `tilt`, `strategy` and `insert_by` of the setup are not looked at: the options say it.
+/// With options, `tilt`, `strategy` and `insert_by` of the setup are ignored in favour of the options.
 /// @throws InvalidArgument for a setup or options that are not valid, and for a cell that lacks something.
 InsertionResult run_insertion(const cell::Cell& cell, const InsertionSetup& setup = {});
 InsertionResult run_insertion(const cell::Cell& cell, const InsertionSetup& setup,

@@ -41,7 +41,7 @@ class MeshContact {
   MeshContact(MeshContact&&) noexcept;
   MeshContact& operator=(MeshContact&&) noexcept;
 
-  /// As force::peg_tube_contacts; the features that touch are not told apart.
+  /// As force::peg_tube_contacts; the features in contact are not distinguished.
   force::Contacts contacts(const Pose& T_tube_peg);
   /// How far the middle of an edge of the outer polygon lies inside its circle [m].
   double sagitta() const;

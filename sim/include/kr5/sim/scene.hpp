@@ -15,7 +15,7 @@
 #include <kr5/sim/scene_view.hpp>
 
 /// @file
-/// Scenes: a cell, what stands in it, what drives it, how long, and what must come of it. Format `kr5-scene/1`.
+/// Scenes: a cell, its objects, its controller, its duration, and the expected results. Format `kr5-scene/1`.
 
 namespace kr5::sim {
 
@@ -199,7 +199,7 @@ Scene load_scene(const std::filesystem::path& file);
 /// bottom over the top face), fx..tz, depth of the contact, push, x y of the peg bottom in T, tilt, alpha.
 /// @throws InvalidArgument naming file and field: a start or way point that is not reachable or beyond the limits, a
 ///         column that is not there, a picture on which there is nothing, a scanner that never met anything within its
-///         range, and whatever DrivenArm complains of.
+///         range, and for every error of DrivenArm.
 SceneResult run_scene(const Scene& scene);
 SceneResult run_scene(const std::filesystem::path& file);
 
