@@ -97,7 +97,7 @@ def test_load_camera_from_files_of_opencv_and_visp(reference):
         ("fx: 1\nfy: 1\ncx: 0\n", "cy is missing"),
         (yaml.safe_dump({**CAMERA, "fx": "wide"}), "fx: found 'wide'"),
         (yaml.safe_dump({**CAMERA, "fx": -5.0}), "fx"),
-        ("- 1\n", "holds no camera"),
+        ("- 1\n", "contains no camera"),
         ("{", "is not valid JSON"),
         ("<root/>", "<camera>"),
         ("<root", "no XML"),
@@ -139,7 +139,7 @@ def test_command_says_what_is_wrong(reference, run_kr5, tmp_path):
     vision.save_image(np.full((240, 320), 128, np.uint8), str(tmp_path / "small.png"))
     for arguments, words in (
         (["gone.png", "--target", "chessboard:6x9:0.025"], "gone.png"),
-        (["empty", "--target", "chessboard:6x9:0.025"], "holds no image"),
+        (["empty", "--target", "chessboard:6x9:0.025"], "contains no image"),
         ([images[0], "--target", "chessboard:6x9"], "chessboard"),
         ([images[0], images[0], "--target", "chessboard:6x9:0.025"], "given twice"),
         (

@@ -90,7 +90,7 @@ def test_says_which_images_failed(picture, tmp_path):
     "words, said",
     [
         (["nowhere.png", "--family", "36h11"], "no such file"),
-        (["{folder}", "--family", "36h11"], "holds no image"),
+        (["{folder}", "--family", "36h11"], "contains no image"),
         (["{image}", "--family", "36h12"], "36h11"),
         (["{image}", "--target", "chess:6x9:1"], "chessboard:6x9"),
         (["{image}"], "either"),

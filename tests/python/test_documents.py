@@ -63,11 +63,11 @@ def test_yaml_is_read(text, content):
 @pytest.mark.parametrize(
     "text, problem",
     [
-        ("a: 1\nb: 1\na: 2", "f.yaml:3: is not valid YAML (the key 'a' stands twice); expected a plan"),
+        ("a: 1\nb: 1\na: 2", "f.yaml:3: is not valid YAML (the key 'a' occurs twice); expected a plan"),
         ("[" * 100_000, "nested deeper than 64 levels"),
         ("a: " + "{a: " * 70, "nested deeper than 64 levels"),
         (BOMB, "more than 1000000 values, aliases unfolded"),
-        ("a: &x [*x]", "the alias 'x' stands for itself"),
+        ("a: &x [*x]", "the alias 'x' refers to itself"),
         ("a: [1, 2", "f.yaml:2: is not valid YAML"),
         ("a: 2001-99-99", "month must be in 1..12"),
         ("? [a]\n: 1", "unhashable key"),
@@ -85,9 +85,9 @@ def test_bad_yaml_is_refused(capfd, text, problem):
 @pytest.mark.parametrize(
     "text, problem",
     [
-        ('{"a": 1, "a": 2}', "the key 'a' stands twice"),
+        ('{"a": 1, "a": 2}', "the key 'a' occurs twice"),
         ("[" * 70 + "]" * 70, "nested deeper than 64 levels"),
-        ('{"a": NaN}', "NaN is no number"),
+        ('{"a": NaN}', "NaN is not a number"),
         ("{", "f.json: is not valid JSON"),
         ("[" * 200_000, "nested deeper"),
     ],

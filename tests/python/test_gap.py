@@ -208,7 +208,7 @@ def test_a_wrong_protocol_is_refused(run_kr5, share, protocol, changes, words):
 
 def test_no_recording_is_overwritten(run_kr5, share, recorded, protocol):
     done = run_kr5("record", "--cell", share / "cells/kr5_arc.yaml", "--protocol", protocol(), "-o", recorded)
-    assert done.returncode == 2 and "is there already" in done.stderr
+    assert done.returncode == 2 and "exists already" in done.stderr
 
 
 def test_a_cell_of_another_robot_is_refused(run_kr5, share, recorded):

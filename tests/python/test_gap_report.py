@@ -200,15 +200,17 @@ def test_a_page_says_what_was_found_and_what_to_do(pages):
         "22 samples are spikes",
         "current 1.10 ± 0.01",
         "Other effects in its place",
-        "What to do now",
+        "Next steps",
     ):
         assert text in page, text
     assert "structure remains in the residuals of the position z of the tool" in (pages / "partly.html").read_text()
     unknown = (pages / "unknown.html").read_text()
-    assert "No effect of the catalogue explains it" in unknown and "What stays unexplained" in unknown
+    assert "No effect of the catalogue explains it" in unknown and "What remains unexplained" in unknown
     healthy = (pages / "healthy.html").read_text()
     assert (
-        "There is no gap" in healthy and "What noise looks like" in healthy and "What stays unexplained" not in healthy
+        "There is no gap" in healthy
+        and "What noise looks like" in healthy
+        and "What remains unexplained" not in healthy
     )
 
 
@@ -251,7 +253,9 @@ def test_noise_is_counted_as_the_diagnosis_saw_it():
         ]
     )
     assert [(n.key, n.kind and str(n.kind), n.ratio) for n in seen] == [("current", None, 1.5), ("force", "press", 0.7)]
-    said = warning_notes(["noise of force in press is 0.70 +- 0.02 times what the cell declares; the measured noise is used"])
+    said = warning_notes(
+        ["noise of force in press is 0.70 +- 0.02 times what the cell declares; the measured noise is used"]
+    )
     assert "force in press 0.70 ± 0.02" in said[0][0]
 
 
@@ -269,7 +273,7 @@ def test_explain_says_why_another_effect_is_not_blamed(recorded, diagnoses, run_
     done = run_kr5("gap", "explain", diagnoses["explained"], "coulomb_friction:joint2")
     assert done.returncode == 0, done.stderr
     text = " ".join(done.stdout.split())
-    assert "in the place of Stribeck friction of joint 2" in text and "It leaves the current of joint 2" in text
+    assert "in place of Stribeck friction of joint 2" in text and "Remaining gap: the current of joint 2" in text
     done = run_kr5("gap", "explain", diagnoses["explained"], "stribeck_friction:joint2", "--json", "-")
     told = json.loads(done.stdout)["targets"][0]
     assert told["closed"] > 0.9 and any("names it as a cause" in reason for reason in told["for"])
@@ -278,7 +282,7 @@ def test_explain_says_why_another_effect_is_not_blamed(recorded, diagnoses, run_
 def test_explain_tells_the_verdict(diagnoses, run_kr5):
     done = run_kr5("gap", "explain", diagnoses["partly"])
     assert done.returncode == 0, done.stderr
-    for text in ("The gap is 9.40 times the noise", "For it:", "Against it:", "What to do now"):
+    for text in ("The gap is 9.40 times the noise", "For it:", "Against it:", "Next steps"):
         assert text in done.stdout
 
 
@@ -352,7 +356,7 @@ def test_columns_have_words_and_parts(group, words, part):
         (
             "|qd3|",
             "changes sign with qd3, varies with it",
-            "turns sign with the direction of motion and varies with the speed of joint 3",
+            "changes sign with the direction of motion and varies with the speed of joint 3",
         ),
         ("t", "grows with it", "grows with the time"),
         ("q4", "about the same everywhere", "is about the same at any position of joint 4"),
@@ -369,7 +373,7 @@ def test_no_share_is_said_to_be_all_or_nothing():
         "50 %",
         "less than 1 %",
     ]
-    assert "nothing needs correction" in verdict_text({"verdict": "no_gap", "where": [], "causes": [], "shrink": {}})
+    assert "No correction is needed" in verdict_text({"verdict": "no_gap", "where": [], "causes": [], "shrink": {}})
 
 
 def test_one_component_of_the_wrench_is_one_place():

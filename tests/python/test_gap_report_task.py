@@ -28,7 +28,7 @@ def test_the_same_cell_twice_differs_by_nothing(cell, monkeypatch):
     found = insertion_impact.task_terms(cell, cell)
     nominal, updated = found["rows"]
     assert {**nominal, "name": ""} == {**updated, "name": ""}
-    assert found["trials"] == 6 and "which may be chance" in found["words"]
+    assert found["trials"] == 6 and "no significant difference" in found["words"]
 
 
 def test_a_tube_that_stands_elsewhere_is_more_than_chance(share, monkeypatch):
@@ -38,4 +38,4 @@ def test_a_tube_that_stands_elsewhere_is_more_than_chance(share, monkeypatch):
     found = insertion_impact.task_terms(nominal, updated)
     before, after = found["rows"]
     assert before["first"] == 6 and after["inserted"] == 0 and after["time"] is None
-    assert "more than chance explains" in found["words"] and after["failed"]
+    assert "a significant difference" in found["words"] and after["failed"]

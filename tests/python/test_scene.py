@@ -93,7 +93,7 @@ def test_pictures_of_a_scene_give_back_where_its_camera_sits(few_views, run_kr5,
     distance = away @ np.linalg.solve(np.array(data["result"]["covariance"]), away)
     assert distance < kr5.uncertainty.chi_square_quantile(0.999, 6)
     done = run_kr5("scene", "run", few_views, "--images", tmp_path / "views")
-    assert done.returncode == 2 and "is there already" in done.stderr
+    assert done.returncode == 2 and "exists already" in done.stderr
 
 
 def test_a_scene_is_seen_in_3d_and_its_profiles_are_written(run_kr5, share, browser, tmp_path):

@@ -194,7 +194,7 @@ def test_a_line_cut_short_is_run_again(undisturbed, copy):
     done = invoke(copy / "sweep", "--json", copy / "out.json")
     assert (
         done.exit_code == 0
-        and "cut short" in done.stderr
+        and "truncated" in done.stderr
         and f"{COUNT - 1} trials are there, 1 are to be run" in done.stdout
     )
     is_as_undisturbed(copy / "sweep", json.loads((copy / "out.json").read_text()), undisturbed)
@@ -225,31 +225,31 @@ def test_another_sweep_does_not_go_on_in_the_same_folder(copy, share, args, fiel
 
 
 def test_trials_of_another_library_are_not_mixed_without_a_word(copy):
-    assert "gives other numbers now" not in invoke(copy / "sweep").stderr
+    assert "gives different numbers now" not in invoke(copy / "sweep").stderr
     file = copy / "sweep/trials.csv"
     rows = list(csv.reader(file.open()))
     first = min(rows[1:], key=lambda row: int(row[4]))
     first[-1] = repr(float(first[-1]) + 1e-9)
     file.write_text("".join(",".join(row) + "\n" for row in rows))
     done = invoke(copy / "sweep")
-    assert done.exit_code == 0 and "gives other numbers now" in done.stderr
+    assert done.exit_code == 0 and "gives different numbers now" in done.stderr
 
 
 def test_two_sweeps_do_not_write_in_one_folder(copy):
     with open(copy / "sweep/trials.csv", "ab") as file:
         fcntl.flock(file, fcntl.LOCK_EX)
         done = invoke(copy / "sweep")
-    assert done.exit_code == 2 and "another sweep is writing there" in done.stderr
+    assert done.exit_code == 2 and "another sweep is using this folder" in done.stderr
 
 
 def test_a_folder_of_other_things_and_a_spoiled_line_are_refused(copy):
     file = copy / "sweep/trials.csv"
     file.write_bytes(file.read_bytes().replace(b",15.0,", b",tilted,", 1))
     done = invoke(copy / "sweep")
-    assert done.exit_code == 2 and "trials.csv:2: is no trial" in done.stderr
+    assert done.exit_code == 2 and "trials.csv:2: is not a trial" in done.stderr
     (copy / "sweep/sweep.json").unlink()
     done = invoke(copy / "sweep")
-    assert done.exit_code == 2 and "holds other things and no sweep.json" in done.stderr
+    assert done.exit_code == 2 and "with other files and without sweep.json" in done.stderr
 
 
 @pytest.mark.parametrize(

@@ -50,7 +50,7 @@ def test_a_second_sweep_changes_nothing(folder, capsys):
     before = contents(folder)
     with (folder / "trials.csv").open("ab") as held:
         fcntl.flock(held, fcntl.LOCK_EX)
-        assert "another sweep is writing" in refusal(folder, capsys, other)
+        assert "another sweep is using this folder" in refusal(folder, capsys, other)
     assert contents(folder) == before
     assert "seed: found 5, now it is 6" in refusal(folder, capsys, other)
     assert contents(folder) == before
@@ -61,7 +61,7 @@ def test_two_sweeps_that_begin_together_do_not_mix(tmp_path, capsys):
     path.mkdir()
     with (path / "trials.csv").open("ab") as held:  # the other one has the lock, and has not said yet what it sweeps
         fcntl.flock(held, fcntl.LOCK_EX)
-        assert "another sweep is writing" in refusal(path, capsys)
+        assert "another sweep is using this folder" in refusal(path, capsys)
     assert contents(path) == {"trials.csv": b""}
 
 
@@ -80,7 +80,7 @@ def test_a_folder_of_other_things_is_left_alone(tmp_path, capsys, name, text):
     path = tmp_path / "sweep"
     path.mkdir()
     (path / name).write_text(text)
-    assert "holds other things" in refusal(path, capsys)
+    assert "with other files" in refusal(path, capsys)
     assert contents(path) == {name: text.encode()}
 
 
@@ -107,7 +107,7 @@ def test_a_row_that_is_no_trial_is_named(folder, capsys, column, value):
     rows[2][HEADER.index(column)] = value
     file.write_text("\n".join(",".join(row) for row in rows) + "\n")
     before = contents(folder)
-    assert "trials.csv:3: is no trial" in refusal(folder, capsys)
+    assert "trials.csv:3: is not a trial" in refusal(folder, capsys)
     assert contents(folder) == before
 
 
@@ -127,4 +127,4 @@ def test_a_worker_that_dies_as_it_starts_is_told(monkeypatch, capsys):
     monkeypatch.setattr(distributed, "LocalCluster", dies)
     with pytest.raises(typer.Exit), runner.open_cluster(2, None):
         pass
-    assert "--workers 2: a worker ended as it was started" in capsys.readouterr().err
+    assert "--workers 2: a worker ended during its start" in capsys.readouterr().err

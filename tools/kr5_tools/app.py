@@ -15,12 +15,12 @@ PACKAGE = "kr5_tools"
 # no callback it is that command, otherwise a group of commands.
 Entry = tuple[str, str]
 COMMANDS: dict[str, Entry | dict[str, Entry]] = {
-    "demo": ("demo", "Main commands on data whose truth is known."),
+    "demo": ("demo", "Demonstration of the main commands on data with known truth."),
     "cell": ("cell.command", "Cells and recordings: check, tables, drawings, URDF."),
     "dataset": ("dataset.command", "Description of a folder of images and robot poses."),
     "detect": ("targets.detect", "Detection of targets in images."),
     "target": ("targets.command", "Targets to print, and their points."),
-    "render": ("targets.render", "Rendered image of targets, with known truth."),
+    "render": ("targets.render", "Rendered image of targets with known truth."),
     "calibrate": {
         "camera": ("calibrate.camera", "Camera: lens and sensor, from images of a target."),
         "hand-eye": ("calibrate.hand_eye", "Hand-eye: pose of the camera on the flange or in the base."),
@@ -30,7 +30,7 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
     },
     "record": ("simulation.record", "Recording of a simulated cell."),
     "recording": ("log_import.command", "Recordings from logs of a real cell."),
-    "insert": ("insertion.command", "Insertion of a peg into a tube, simulated."),
+    "insert": ("insertion.command", "Simulated insertion of a peg into a tube."),
     "sweep": {
         "insertion": ("sweep.command", "Insertions over tilts and clearances: success rates and times."),
     },
@@ -40,7 +40,7 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
     "report": ("report.command", "Self-contained page of a result file."),
 }
 GROUP_HELP = {
-    "calibrate": "Calibrations, with uncertainty and verdict.",
+    "calibrate": "Calibrations with uncertainty and verdict.",
     "sweep": "Many simulated runs over a grid of conditions.",
 }
 

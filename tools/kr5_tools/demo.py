@@ -25,14 +25,14 @@ WORN_CELL = "worn_cell_recording"  # a name that nobody's own folder has: it is 
 def demo(
     data: Annotated[
         Path | None,
-        typer.Argument(metavar="FOLDER", help="The demo's data; by default share/data/demo of the checkout."),
+        typer.Argument(metavar="FOLDER", help="Data of the demo; by default share/data/demo of the checkout."),
     ] = None,
     output: Annotated[
-        Path, typer.Option("-o", "--output", metavar="DIR", help="Folder of results, pages and plots.")
+        Path, typer.Option("-o", "--output", metavar="DIR", help="Folder for results, pages and plots.")
     ] = Path("kr5-demo"),
     json_file: arguments.JsonOption = None,
 ) -> None:
-    """Demonstration of the main commands on data whose truth is known: camera and hand-eye calibration from images, a
+    """Demonstration of the main commands on data with known truth: camera and hand-eye calibration from images, a
     recording of a worn cell with its gap to the nominal cell, and an insertion.
 
     Exit code 1 when the truth lies outside the estimated 99.9 % region, the disturbed view is not identified, the
@@ -135,7 +135,7 @@ def _insertion(data: Path, output: Path) -> list[list[str]]:
 def _peg_words(result: dict[str, Any]) -> str:
     peg = result["pegs"][0]
     if not peg["inserted"]:
-        return f"The worn cell does not insert its peg: {peg['reason']} in {peg['phase']}."
+        return f"The worn cell did not insert its peg: {peg['reason']} in {peg['phase']}."
     return (
         "The worn cell inserts its peg into a tube 5 mm from its assumed position, with 0.05 mm of clearance, at"
         f" attempt {peg['attempts']} after {peg['time']:.1f} s; it presses with {peg['greatest_force']:.0f} N at most."
@@ -149,12 +149,12 @@ def _worn(data: Path) -> dict[str, str]:
 
 
 def _load(file: Path) -> Any:
-    return read_yaml(file, "the demo's data; name their folder: kr5 demo CHECKOUT/share/data/demo")
+    return read_yaml(file, "the data of the demo; specify their folder: kr5 demo CHECKOUT/share/data/demo")
 
 
 def _run(jobs: list[list[list[str]]], out: Any) -> None:
     """Jobs side by side, as many as there are cores; the commands of a job one after the other."""
-    with terminal.spinner("Running these commands"), ThreadPoolExecutor(os.cpu_count()) as pool:
+    with terminal.spinner("Running the commands"), ThreadPoolExecutor(os.cpu_count()) as pool:
         done = list(pool.map(lambda job: _run_job(job, out), jobs))
     failed = [d for d in done if d.returncode]
     for job in failed:
@@ -219,9 +219,7 @@ def _tell(out: Any, rows: list[dict[str, Any]], named: list[str], ratio: float, 
         for r in rows
     )
     out.print(
-        tables.make_table(
-            "\nEstimate against truth", ["quantity", "estimate", "± std", "truth", "error", "unit"], cells
-        )
+        tables.make_table("\nEstimate and truth", ["quantity", "estimate", "± std", "truth", "error", "unit"], cells)
     )
     place = [r for r in rows if r["unit"] == "mm"]
     error, claimed = (float(np.sqrt(sum(r[key] ** 2 for r in place))) for key in ("error", "std"))
@@ -232,6 +230,6 @@ def _tell(out: Any, rows: list[dict[str, Any]], named: list[str], ratio: float, 
         soft_wrap=True,
     )
     out.print(
-        f"The arm was bumped in {truth['bumped']}; named as contradicting the others: {', '.join(named) or 'none'}.",
+        f"The arm was disturbed in {truth['bumped']}; found to contradict the others: {', '.join(named) or 'none'}.",
         soft_wrap=True,
     )

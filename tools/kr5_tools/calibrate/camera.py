@@ -23,13 +23,13 @@ LENSES = Literal["auto", "none", "k1", "k1k2", "brown4", "brown5", "radial6", "r
 PARAMETERS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
 UNCERTAIN_CAUSES = ("uncertain", "noisy_corners", "coverage", "few_views", "views_lost")
 REMEDIES = {
-    "mirrored": "The picture is mirrored: switch off the mirroring in the camera driver.",
+    "mirrored": "The image is mirrored: switch off mirroring in the camera driver.",
     "wrong_size": "Count the inner corners (squares less one), rows first, and correct --target.",
-    "wrong_family": "Name the marker family that is printed in --target.",
-    "wrong_marker": "Name the marker that is printed in --target.",
-    "too_dark": "Expose longer.",
-    "overexposed": "Expose shorter.",
-    "blurred": "Hold camera and board still, focus, expose shorter.",
+    "wrong_family": "Specify the printed marker family in --target.",
+    "wrong_marker": "Specify the printed marker in --target.",
+    "too_dark": "Lengthen the exposure.",
+    "overexposed": "Shorten the exposure.",
+    "blurred": "Keep camera and board still, focus, shorten the exposure.",
 }
 FEW = 8  # views; with fewer the held-out errors say little
 
@@ -47,7 +47,7 @@ def camera(
         bool, typer.Option("--peers", help="Also print the calibrations of OpenCV and ViSP from the same points.")
     ] = False,
 ) -> None:
-    """Calibration of a camera: lens, sensor, uncertainty, and what is wrong with the images."""
+    """Calibration of a camera: lens, sensor, uncertainty, and faults of the images."""
     wanted = load_target(target)
     if model != "auto":
         options.lens = model
@@ -69,9 +69,7 @@ def camera(
 def _files(given: list[Path]) -> list[Path]:
     files = image_files(given)
     if doubled := [str(f) for f, n in Counter(files).items() if n > 1]:
-        fail(
-            f"given twice: {', '.join(doubled)}; a view that counts twice makes the result look better known than it is"
-        )
+        fail(f"given twice: {', '.join(doubled)}; a duplicated view makes the uncertainty too small")
     return files
 
 
@@ -85,7 +83,7 @@ def _lost_causes(lost: list[dict[str, str]], total: int) -> list[dict[str, str]]
             {
                 "cause": cause,
                 "text": f"{count} of {total} images gave no points ({names}): {message}",
-                "remedy": REMEDIES.get(status, "Look at these images with `kr5 detect`."),
+                "remedy": REMEDIES.get(status, "Check these images with `kr5 detect`."),
                 "evidence": f"{count} of {total}",
             }
         )
@@ -100,7 +98,7 @@ def _verdict(result: Any, causes: list[dict[str, str]]) -> dict[str, str]:
     known = (
         f"Points of new images are predicted to {format_number(result.held_out_rms)} px." if result.held_out_rms else ""
     )
-    out = f" {left_out} view(s) were left out as contradicting the others." if left_out else ""
+    out = f" {left_out} view(s) contradict the others and were left out." if left_out else ""
     if objections:
         return {"word": "doubtful", "text": f"{' '.join(objections)} {known}{out}".strip()}
     return {"word": "good", "text": f"The views agree and determine the camera. {known}{out}".strip()}
@@ -136,7 +134,7 @@ def _keys(result: Any, files: list[Path], seen: Sightings, target: str) -> dict[
         causes.append(
             {
                 "cause": "few_views",
-                "text": f"Only {len(views)} views: the error on held-out views says little.",
+                "text": f"Only {len(views)} views: the error on held-out views is uncertain.",
                 "remedy": "Take 10 to 20 images.",
                 "evidence": f"{len(views)} views",
             }
@@ -159,7 +157,10 @@ def _keys(result: Any, files: list[Path], seen: Sightings, target: str) -> dict[
     ]
     frames = [{"name": "camera", "parent": None, "T": np.eye(4)}]
     frames += [{"name": v.name, "parent": "camera", "T": v.T_camera_target} for v in result.views]
-    held_out = {"rms_px": result.held_out_rms, "folds": "by views; each point from the pose of the view's other points"}
+    held_out = {
+        "rms_px": result.held_out_rms,
+        "folds": "by views; each point is predicted from the pose of the other points of its view",
+    }
     return {
         "input": {"target": target, "images": [str(f) for f in files], "without_target": lost},
         "verdict": _verdict(result, causes),
@@ -250,7 +251,7 @@ def _show_peers(result: Any, views: list[Any], size: tuple[int, int], out: Any) 
         rows.append([name, f"{r.rms_px:.4f}", *cells, ""])
     out.print(
         make_table(
-            "Beside peers (same points)",
+            "Comparison with OpenCV and ViSP (same points)",
             ["calibration", "RMS [px]", "fx [px]", "fy [px]", "cx [px]", "cy [px]", "k1 [-]", ""],
             rows,
         )

@@ -30,7 +30,7 @@ def hand_eye(
     options: calibration.HandEyeOptions,
     judging: calibration.HandEyeDiagnosisOptions,
     dataset: Annotated[
-        Path | None, typer.Option(help="A dataset.yaml in another place; the files it names are in FOLDER.")
+        Path | None, typer.Option(help="A dataset.yaml outside the folder; its files are in FOLDER.")
     ] = None,
     camera: Annotated[Path | None, typer.Option(help="Camera file; overrides the camera of the data set.")] = None,
     target: Annotated[
@@ -47,15 +47,18 @@ def hand_eye(
         typer.Option(help="Where the camera is mounted; overrides the data set."),
     ] = None,
     max_views: Annotated[
-        int, typer.Option(min=3, help="Largest number of images to use; of more, this number is taken, evenly spread.")
+        int,
+        typer.Option(
+            min=3, help="Largest number of images to use; from a larger set, this number is selected at even spacing."
+        ),
     ] = 1000,
     output: ResultOption = None,
     json_file: JsonOption = None,
 ) -> None:
-    """Hand-eye calibration from images and robot poses, with its uncertainty and the cause where the result is bad.
+    """Hand-eye calibration from images and robot poses, with uncertainty, and the cause of a bad result.
 
-    Exit code: 0 when the result is good or doubtful, 1 when it is unusable, 2 when there is none or the input is
-    wrong.
+    Exit code: 0 when the result is good or doubtful, 1 when it is unusable, 2 when there is no result or the input is
+    invalid.
     """
     options.validate()
     judging.min_rotation = min(
@@ -70,7 +73,8 @@ def hand_eye(
     chosen = thinned(len(data.images), max_views)
     if len(chosen) < len(data.images):
         print_note(
-            f"{folder}: {len(chosen)} of {len(data.images)} images are used, spread evenly; --max-views sets how many"
+            f"{folder}: {len(chosen)} of {len(data.images)} images are used, at even"
+            " spacing; --max-views sets the number"
         )
     images = data.images
     seen = find_in_images([images[i] for i in chosen], wanted, least=3, points=4)
@@ -129,17 +133,15 @@ def camera_of(text: str, seen: Sightings) -> tuple[Any, str]:
     views = [view for view in seen.views if view.pixels.shape[1] >= 6]
     if not views:
         fail(
-            "camera: none is given, and views of fewer than 6 points cannot calibrate one; name a camera file with"
-            " --camera"
+            "camera: is missing, and views of fewer than 6 points cannot calibrate one;"
+            " specify a camera file with --camera"
         )
     with spinner("Calibrating the camera"):
         found = vision.calibrate_camera(
             views, seen.width, seen.height, vision.CameraOptions(correlation=max(seen.correlation))
         )
     if not found.fit.usable:
-        fail(
-            f"camera: none is given, and these images do not determine one: {found.fit.message}; name one with --camera"
-        )
+        fail(f"camera: is missing, and these images do not determine one: {found.fit.message}; name one with --camera")
     return found.camera, "calibrated from the same images"
 
 
@@ -160,13 +162,13 @@ def solve_hand_eye(data: Any, seen: Sightings, camera: Any, options: Any, judgin
     times = [times[i] for i in seen.index] if len(times) else []
     with spinner("Calibrating"):
         result = calibration.calibrate_hand_eye(views, camera, options)
-    with spinner("Looking for what may be wrong"):
+    with spinner("Searching for faults of the recording"):
         diagnosis = calibration.diagnose_hand_eye(
             rows[seen.index], data.convention, seen.views, camera, data.mount, result, times, judging
         )
     held_out = {}
     if result.fit.usable and len(views) >= 4:
-        with spinner("Judging on views left out"):
+        with spinner("Evaluating held-out views"):
             held_out = calibration.evaluate_hand_eye(views, camera, options).to_dict()
     predicted = [_predict(result, T) for T in poses]
     reports = [{**r.to_dict(), "image": str(Path(images[i]).resolve())} for r, i in zip(result.views, seen.index)]
@@ -241,13 +243,13 @@ def _figures(result: Any, diagnosis: Any, held_out: dict[str, Any]) -> list[dict
         figure_row("noise of a point per axis", result.sigma_pixel, None, "px"),
         figure_row("robot noise, position", 1e3 * result.sigma_robot_position, None, "mm"),
         figure_row("robot noise, rotation", np.degrees(result.sigma_robot_rotation), None, "deg"),
-        figure_row("turn of the wrist, major axis (RMS)", np.degrees(diagnosis.rotation_major), None, "deg"),
-        figure_row("turn of the wrist, second axis (RMS)", np.degrees(diagnosis.rotation_minor), None, "deg"),
+        figure_row("rotation of the wrist, major axis (RMS)", np.degrees(diagnosis.rotation_major), None, "deg"),
+        figure_row("rotation of the wrist, second axis (RMS)", np.degrees(diagnosis.rotation_minor), None, "deg"),
     ]
     if held_out:
         rows += [
-            figure_row("target on views left out (RMS)", 1e3 * held_out["position_rms"], None, "mm"),
-            figure_row("the same, rotation", np.degrees(held_out["rotation_rms"]), None, "deg"),
+            figure_row("target in held-out views (RMS)", 1e3 * held_out["position_rms"], None, "mm"),
+            figure_row("target in held-out views, rotation (RMS)", np.degrees(held_out["rotation_rms"]), None, "deg"),
         ]
     return rows
 
@@ -255,9 +257,7 @@ def _figures(result: Any, diagnosis: Any, held_out: dict[str, Any]) -> list[dict
 def _show(keys: dict[str, Any], out: Any) -> None:
     print_result({"verdict": keys["verdict"], "causes": keys["causes"]}, out)
     for cause in keys["causes"]:
-        moves = (
-            f" Allowing for it moves the tool by {1e3 * cause['consequence']:.3g} mm." if cause["consequence"] else ""
-        )
+        moves = f" Correcting it moves the tool by {1e3 * cause['consequence']:.3g} mm." if cause["consequence"] else ""
         out.print(
             f"    {cause['evidence']}{moves} Probability {cause['probability']:.2f}.", soft_wrap=True, markup=False
         )

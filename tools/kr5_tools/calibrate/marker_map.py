@@ -36,7 +36,7 @@ def calibrate_map(
 ) -> None:
     """Marker map: the pose of every marker in the frame of the reference marker, from all images together.
 
-    Exit code: 0 when there is a map, 2 when the images give none or the input is wrong.
+    Exit code: 0 when there is a map, 2 when the images determine none or the input is invalid.
     """
     options.validate()
     kr5.marker_count(family)
@@ -57,7 +57,7 @@ def _see(files: list[Path], family: str, camera: Path) -> tuple[list[Any], Any, 
     """The markers in each image, the camera, and the file of each image's name."""
     choice = vision.TagOptions(families=[family])
     sightings, lens, paths = [], None, {}
-    for file, name in track(list(zip(files, short_names(files))), "Looking for markers"):
+    for file, name in track(list(zip(files, short_names(files))), "Searching for markers"):
         image = load_image(file)
         height, width = image.shape
         lens = lens or load_camera(camera, (width, height), file)
@@ -65,7 +65,7 @@ def _see(files: list[Path], family: str, camera: Path) -> tuple[list[Any], Any, 
         sightings.append(vision.MarkerSighting(name=name, tags=vision.find_tags(image, choice)))
         paths[name] = str(file.resolve())
     if not any(s.tags for s in sightings):
-        fail(f"no marker of {family} was found in {len(files)} images; see them with `kr5 detect --family {family}`")
+        fail(f"no marker of {family} was found in {len(files)} images; check them with `kr5 detect --family {family}`")
     return sightings, lens, paths
 
 

@@ -76,7 +76,7 @@ def model_plot(data: dict[str, Any]) -> Figure | None:
     figure, axes = plt.subplots(figsize=(WIDTH, 0.9 + 0.28 * len(rows)))
     at = np.arange(len(rows))
     axes.plot([m["fitted_rms"] for m in rows], at, "o", mfc="none", color=GREY, label="fitted views")
-    axes.plot([m["held_out_rms"] for m in rows], at, "o", color=BLUE, label="views left out")
+    axes.plot([m["held_out_rms"] for m in rows], at, "o", color=BLUE, label="held-out views")
     axes.set_yticks(at, [model_name(m) + (" ◀" if m.get("chosen") else "") for m in rows], fontsize=9)
     if rows[0]["held_out_rms"] > 4 * rows[-1]["held_out_rms"]:
         axes.set_xscale("log")
@@ -114,7 +114,7 @@ def alignment_plot(data: dict[str, Any]) -> Figure | None:
             label="camera",
         )
         ax.set_title(title, loc="left")
-        ax.set_ylabel(a.get("label", "speed [rad/s]"))
+        ax.set_ylabel(a.get("label", "angular speed [rad/s]"))
     axes[0].legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=2)
     axes[1].set_xlabel("robot clock [s]")
     return figure
@@ -172,24 +172,30 @@ CATALOGUE: list[tuple[str, str, Callable[[dict[str, Any]], Figure | None], bool,
         "Robot position, view by view",
         robot_positions,
         False,
-        "How far the robot would have to stand elsewhere for the view to agree.",
+        "Displacement of the robot with which the view would agree.",
     ),
     (
         "robot_rotation",
         "Robot orientation, view by view",
         robot_rotations,
         False,
-        "How far the robot would have to be turned for the view to agree.",
+        "Rotation of the robot with which the view would agree.",
     ),
-    ("touches", "Error of each touch", touch_errors, False, "Where each pose puts the tip, from the one fixed point."),
+    (
+        "touches",
+        "Error of each touch",
+        touch_errors,
+        False,
+        "Position of the tip by each pose, relative to the fixed point.",
+    ),
     (
         "residual_field",
         "Residuals over the image",
         residual_field,
         True,
         (
-            "Seen minus predicted, at the place in the image, magnified. Arrows in all directions are noise; a pattern"
-            " is a lens that the model does not describe."
+            "Seen minus predicted, at the position in the image, magnified. Arrows in random directions are"
+            " noise; a pattern shows a lens that the model does not describe."
         ),
     ),
     (
@@ -197,29 +203,35 @@ CATALOGUE: list[tuple[str, str, Callable[[dict[str, Any]], Figure | None], bool,
         "Spread of the residuals",
         residual_cloud,
         False,
-        "Seen minus predicted. A round cloud about the middle is noise.",
+        "Seen minus predicted. A round distribution about the centre is noise.",
     ),
     (
         "coverage",
         "Coverage of the image",
         coverage_plot,
         False,
-        "Points seen in each part of the image; 0 where none was.",
+        "Number of points in each part of the image.",
     ),
     (
         "correlation",
         "Correlation of the estimates",
         correlation_plot,
         False,
-        "Near ±1: these two can make up for each other, and only together are they well known.",
+        "Near ±1, the two parameters can compensate each other; only their combination is well determined.",
     ),
-    ("models", "Camera models compared", model_plot, False, "Error on views left out decides; ◀ marks the model used."),
+    (
+        "models",
+        "Camera models compared",
+        model_plot,
+        False,
+        "Selection by the error on held-out views; ◀ marks the model used.",
+    ),
     (
         "alignment",
         "Robot and camera clocks",
         alignment_plot,
         True,
-        "The same motion, as the robot and as the camera saw it.",
+        "The same motion, as measured by the robot and by the camera.",
     ),
     ("frames", "Frames in space", frames_3d, True, "Axes x orange, y green, z blue."),
 ]

@@ -61,11 +61,11 @@ def view_errors(data: dict[str, Any]) -> Figure | None:
 
 
 def robot_positions(data: dict[str, Any]) -> Figure | None:
-    return _view_bars(data, "robot_position", 1e3, "shift of the robot [mm]")
+    return _view_bars(data, "robot_position", 1e3, "displacement of the robot [mm]")
 
 
 def robot_rotations(data: dict[str, Any]) -> Figure | None:
-    return _view_bars(data, "robot_rotation", 180 / np.pi, "turn of the robot [deg]")
+    return _view_bars(data, "robot_rotation", 180 / np.pi, "rotation of the robot [deg]")
 
 
 def touch_errors(data: dict[str, Any]) -> Figure | None:

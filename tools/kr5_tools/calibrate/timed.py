@@ -32,8 +32,8 @@ def timed(
     json_file: JsonOption = None,
     png: Annotated[Path | None, typer.Option(help="Plot of the angular speeds before and after alignment.")] = None,
 ) -> None:
-    """Hand-eye calibration from two pose streams with clocks of their own: t_camera = t_hand + offset, and the pose of
-    the camera on the hand.
+    """Hand-eye calibration from two pose streams with separate clocks: t_camera = t_hand + offset, and the pose of the
+    camera on the hand.
     """
     options.validate()
     writing.check_writable(output, json_file, png, inputs=[hand, camera])
@@ -68,7 +68,7 @@ def load_stream(file: Path) -> Any:
     if (bad := np.flatnonzero(np.abs(norm - 1) > 0.02)).size:
         fail(
             f"{file}: row {bad[0] + 1}: qx qy qz qw: found length {norm[bad[0]]:.4g}, expected 1: are these"
-            " quaternions, and are the columns named in their order?"
+            " quaternions, and are the columns named in the right order?"
         )
     check_stamps(file, rows[:, 0])
     return calibration.PoseStream(t=list(rows[:, 0]), poses=calibration.to_poses(rows[:, 1:], calibration.PoseFormat()))
@@ -116,7 +116,7 @@ def _keys(result: Any, hand: Path, camera: Path) -> dict[str, Any]:
         "t_camera": np.array(a.t_camera) - start,
         "camera": a.camera,
         "offset": result.offset,
-        "label": "speed of turning [rad/s]",
+        "label": "angular speed [rad/s]",
     }
     figures = [
         figure_row("clock offset (camera less hand)", 1e3 * result.offset, 1e3 * result.offset_std, "ms"),

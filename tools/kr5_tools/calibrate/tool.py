@@ -42,7 +42,7 @@ def tool(
     ],
     options: calibration.ToolOptions,
     dataset: Annotated[
-        Path | None, typer.Option(help="A dataset.yaml elsewhere; the files it names lie in the folder.")
+        Path | None, typer.Option(help="A dataset.yaml outside the folder; its files are in the folder.")
     ] = None,
     convention: Convention = None,
     length: Annotated[str | None, typer.Option(help="Unit of x y z: m | mm; by default mm for kuka, else m.")] = None,
@@ -50,12 +50,12 @@ def tool(
         str | None, typer.Option(help="Unit of angles: rad | deg; by default deg for kuka, else rad.")
     ] = None,
     previous: Annotated[
-        tuple[float, float, float] | None, typer.Option(help="Tool tip used so far, in the flange frame \\[m].")
+        tuple[float, float, float] | None, typer.Option(help="Previous tool tip, in the flange frame \\[m].")
     ] = None,
     output: ResultOption = None,
     json_file: JsonOption = None,
 ) -> None:
-    """Tool centre point from flange poses that touch one point, with its uncertainty and the touches that missed."""
+    """Tool centre point from flange poses that touch one point, with uncertainty and outliers."""
     if previous is not None:
         options.previous = np.array(previous)
     options.validate()
@@ -64,7 +64,7 @@ def tool(
         if given := [
             flag for flag, value in (("--convention", convention), ("--length", length), ("--angle", angle)) if value
         ]:
-            fail(f"{', '.join(given)}: only with a CSV; in a folder the dataset.yaml says it")
+            fail(f"{', '.join(given)}: only with a CSV; in a folder it is taken from the dataset.yaml")
         T, used = read_folder(poses, dataset)
     else:
         T, used = read_poses(poses, convention, length, angle)
@@ -105,7 +105,7 @@ def read_folder(folder: Path, description: Path | None) -> tuple[list[Any], dict
     if not folder.is_dir():
         fail(f"{folder}: no such folder; expected one with robot poses")
     if not file.exists():
-        fail(f"{file}: no such file; expected a dataset.yaml with poses and convention, or name one with --dataset")
+        fail(f"{file}: no such file; expected a dataset.yaml with poses and convention, or specify one with --dataset")
     data = calibration.load_pose_set(str(file), str(folder))
     _refuse_objections(folder, data.rows, data.convention, f"correct the convention in {file}")
     return data.poses(), data.convention.to_dict()
@@ -115,7 +115,8 @@ def _refuse_objections(source: Path, rows: Any, read_as: Any, remedy: str) -> No
     if objections := calibration.format_objections(rows, read_as):
         used = read_as.to_dict()
         fail(
-            f"{source}: read as {used['position']}, {used['rotation']}, {used['angle']}: {'; '.join(objections)}; {remedy}"
+            f"{source}: read as {used['position']}, {used['rotation']}, {used['angle']}:"
+            f" {'; '.join(objections)}; {remedy}"
         )
 
 
@@ -139,9 +140,9 @@ def _verdict(result: Any, std: np.ndarray) -> dict[str, str]:
     worst = float(np.linalg.norm(std))
     objections = list(result.warnings)
     if missed := [str(i + 1) for i, p in enumerate(result.poses) if p.outlier]:
-        objections.append(f"pose {', '.join(missed)} missed the point and was left out: touch again")
+        objections.append(f"pose {', '.join(missed)} missed the point and was left out; touch the point again")
     if worst > 1:
-        objections.append("the tip is known to no better than 1 mm: touch from more, and more tilted, directions")
+        objections.append("the tip is known to no better than 1 mm: add touches from more, and more tilted, directions")
     text = f"the tip is known to {worst:.2f} mm (one standard deviation)"
     return {"word": "doubtful" if objections else "good", "text": "; ".join([text, *objections])}
 
@@ -154,7 +155,7 @@ def _show(result: Any, data: dict[str, Any], out: Any) -> None:
         ]
         out.print(
             make_table(
-                "Where each pose puts the tip, less the point",
+                "Position of the tip by each pose, minus the point",
                 ["pose", "x [mm]", "y [mm]", "z [mm]", "distance [mm]", ""],
                 rows,
             )

@@ -17,7 +17,7 @@ What = Annotated[Path, typer.Argument(metavar="PATH", help="A cell file, a recor
 
 @app.command(epilog="Example: kr5 cell check recordings/ --json problems.json")
 def check(path: What, json_file: arguments.JsonOption = None) -> None:
-    """Check of cells and recordings: file, line, field, value found and value expected of every problem.
+    """Check of cells and recordings: file, line, field, found and expected value of every finding.
 
     Exit code 2 when there is a problem.
     """
@@ -71,9 +71,9 @@ def _show_problems(problems: list[Any], path: Path, to: Any) -> None:
 @app.command("import", epilog="Example: kr5 cell import panda.urdf --tip panda_hand -o panda.yaml")
 def import_robot(
     robot: Annotated[
-        Path, typer.Argument(metavar="ROBOT.urdf", help="A URDF file; a xacro file must be expanded by xacro first.")
+        Path, typer.Argument(metavar="ROBOT.urdf", help="URDF file; a xacro file must be expanded by xacro first.")
     ],
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="CELL.yaml", help="Write the cell here.")],
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="CELL.yaml", help="Cell file to write.")],
     base: Annotated[str, typer.Option(metavar="LINK", help="Link that becomes the base B; by default the root.")] = "",
     tip: Annotated[
         str,
@@ -108,7 +108,7 @@ def import_robot(
 @app.command("export", epilog="Example: kr5 cell export cell.yaml -o robot.urdf")
 def export_robot(
     cell: Annotated[Path, typer.Argument(metavar="CELL.yaml", help="A cell file.")],
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="ROBOT.urdf", help="Write the URDF here.")],
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="ROBOT.urdf", help="URDF file to write.")],
 ) -> None:
     """URDF of the arm of a cell and of the mass of its tool."""
     import kr5.cell
@@ -174,7 +174,9 @@ def parse_posture(text: str, cell: Any) -> list[float]:
     try:
         return [float(w) / (1000 if is_slide(cell, i) else DEG) for i, w in enumerate(words)]
     except ValueError:
-        terminal.fail(f"--q: found '{text}', expected numbers in degrees (mm for a slide) with commas between")
+        terminal.fail(
+            f"--q: found '{text}', expected numbers in degrees (mm for a prismatic joint), separated by commas"
+        )
 
 
 def posture_text(q: list[float], cell: Any) -> str:

@@ -49,9 +49,9 @@ def describe_error(error: Exception) -> str:
     if isinstance(error, OSError) and error.strerror:
         return f"{os.fsdecode(error.filename)}: {error.strerror}" if error.filename else error.strerror
     if isinstance(error, MemoryError):
-        return "the memory does not suffice; is a number of the input far too large?"
+        return "not enough memory; is a number of the input far too large?"
     if isinstance(error, UnicodeDecodeError):
-        return f"found a text that is no UTF-8: {error.object.decode('utf-8', errors='backslashreplace')}"
+        return f"found text that is not UTF-8: {error.object.decode('utf-8', errors='backslashreplace')}"
     return str(error)
 
 

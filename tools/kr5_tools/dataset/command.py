@@ -36,11 +36,9 @@ def group() -> None:
 @app.command(epilog="Example:  kr5 dataset guess my_folder -o dataset.yaml")
 def guess(
     folder: Annotated[Path, typer.Argument(help="Folder of images and robot poses.")],
-    target: Annotated[
-        str | None, typer.Option(help="The target, when it is known, e.g. chessboard:6x9:0.0236.")
-    ] = None,
+    target: Annotated[str | None, typer.Option(help="Target, when it is known, e.g. chessboard:6x9:0.0236.")] = None,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="dataset.yaml", help="Write the proposal here.")
+        Path | None, typer.Option("-o", "--output", metavar="dataset.yaml", help="File to write the proposal to.")
     ] = None,
     json_file: JsonOption = None,
 ) -> None:
@@ -65,7 +63,7 @@ def guess(
                 f"robot and camera agree to {1e3 * best['error']:.2g} mm, next best reading "
                 f"({_text(rivals[0])}) to {1e3 * rivals[0]['error']:.2g} mm"
                 if rivals
-                else "the only reading possible"
+                else "the only possible reading"
             ),
             "high" if not rivals or rivals[0]["error"] > 3 * best["error"] else "low",
         ]
@@ -76,10 +74,7 @@ def guess(
         [
             "",
             f"or T_flange_base, {other}",
-            (
-                "inverted poses with the other mount agree exactly as well: look at the cell "
-                "to see what carries the camera"
-            ),
+            ("inverted poses with the other mount agree equally well; check in the cell what carries the camera"),
             "not identified by the data",
         ]
     )
@@ -258,8 +253,8 @@ def _convention(
             found.append({"format": convention, "mount": mount, "error": float(error)})
     if not found:
         fail(
-            "under no convention do robot poses and images allow a calibration: too little rotation, or they do not"
-            " belong together"
+            "no convention of the robot poses allows a calibration with the images: too little"
+            " rotation, or they do not belong together"
         )
     found.sort(key=lambda f: f["error"])
     return found[0], found[1:]

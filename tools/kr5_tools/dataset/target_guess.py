@@ -20,7 +20,7 @@ OPENCV_DICTIONARIES = {
 FAMILIES = ("36h11", "25h9", "16h5", "41h12", "aruco_4x4_50", "aruco_5x5_100", "aruco_6x6_250")
 QUICK = vision.DetectOptions(explain=False)
 LATTICE = 0.25  # tags may stand by so much of their spacing beside the places of a grid; lenses bend it
-NAMED, GUESSED = "named in a text of the folder", "its size is a guess: measure it"
+NAMED, GUESSED = "named in a text of the folder", "its size is a guess; measure it"
 
 
 def guess_target(text: str, keys: dict[str, Any], images: dict[Path, np.ndarray]) -> tuple[str, str]:

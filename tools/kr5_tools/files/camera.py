@@ -43,10 +43,10 @@ def _fields(file: Path, text: str) -> dict[str, Any]:
         return _from_xml(file, text)
     data = parse_json(text, file, FORMS) if text.lstrip().startswith("{") else parse_yaml(_as_yaml(text), file, FORMS)
     if not isinstance(data, dict):
-        fail(f"{file}: holds no camera; expected {FORMS}")
+        fail(f"{file}: contains no camera; expected {FORMS}")
     if str(data.get("format", "")).startswith("kr5-camera/"):
         if data.get("verdict", {}).get("word") == "unusable":
-            fail(f"{file}: this calibration is unusable ({data['verdict'].get('text', '')}); calibrate again")
+            fail(f"{file}: the calibration is unusable ({data['verdict'].get('text', '')}); calibrate again")
         return dict(data.get("result", {}).get("camera", {}))
     for names in (("camera_matrix", "distortion_coefficients"), ("M1", "D1"), ("M", "D"), ("K", "D")):
         if names[0] in data:
@@ -102,7 +102,7 @@ def _from_xml(file: Path, text: str) -> dict[str, Any]:
     try:
         root = xml.fromstring(text)
     except xml.ParseError as error:
-        fail(f"{file}: is no XML ({error}); expected {FORMS}")
+        fail(f"{file}: is not valid XML ({error}); expected {FORMS}")
     camera = root if root.tag == "camera" else root.find(".//camera")
     models = [] if camera is None else camera.findall("model")
     if not models:

@@ -52,7 +52,7 @@ def check_names(names: list[str]) -> None:
     """For validators: refuses a name that stands twice."""
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
-        raise ValueError(f"found two named {display_value(twice)}, expected a name of its own for each")
+        raise ValueError(f"found two named {display_value(twice)}, expected a unique name for each")
 
 
 def read_text(file: Path | str, expected: str = "", max_bytes: int = MAX_BYTES) -> str:
@@ -150,7 +150,7 @@ class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[mi
             if isinstance(key, yaml.ScalarNode) and key.tag != "tag:yaml.org,2002:merge":
                 if key.value in seen:
                     raise yaml.constructor.ConstructorError(
-                        None, None, f"the key '{key.value}' stands twice", key.start_mark
+                        None, None, f"the key '{key.value}' occurs twice", key.start_mark
                     )
                 seen.add(key.value)
         return super().construct_mapping(node, deep)  # type: ignore[no-any-return]
@@ -179,7 +179,7 @@ def _check_yaml_size(text: str) -> None:
     for event in yaml.parse(text, Loader=_Loader):
         if isinstance(event, yaml.AliasEvent):
             if event.anchor not in sizes:
-                raise _problem(event, f"the alias '{event.anchor}' stands for itself")
+                raise _problem(event, f"the alias '{event.anchor}' refers to itself")
             nodes += sizes[event.anchor]
         elif isinstance(event, yaml.NodeEvent):
             nodes += 1
@@ -213,12 +213,12 @@ def _unique_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     out = dict(pairs)
     if len(out) < len(pairs):
         names = [name for name, _ in pairs]
-        raise ValueError(f"the key '{next(n for n in names if names.count(n) > 1)}' stands twice")
+        raise ValueError(f"the key '{next(n for n in names if names.count(n) > 1)}' occurs twice")
     return out
 
 
 def _refuse_constant(name: str) -> float:
-    raise ValueError(f"{name} is no number")
+    raise ValueError(f"{name} is not a number")
 
 
 def _path_in(document: Any, location: tuple[int | str, ...]) -> list[int | str]:

@@ -17,7 +17,7 @@ def image_files(given: list[Path]) -> list[Path]:
             fail(f"{path}: no such file or folder")
         inside = sorted(f for f in path.iterdir() if f.suffix.lower() in IMAGE_ENDINGS) if path.is_dir() else [path]
         if not inside:
-            fail(f"{path}: the folder holds no image ({', '.join(IMAGE_ENDINGS)})")
+            fail(f"{path}: the folder contains no image ({', '.join(IMAGE_ENDINGS)})")
         files += inside
     return files
 

@@ -80,7 +80,7 @@ def beside(file: Path | str) -> Iterator[Path]:
     try:
         handle, name = tempfile.mkstemp(dir=folder, prefix=".kr5-", suffix=target.suffix)
     except OSError as error:
-        fail(f"{file}: cannot be written: {error.strerror}; is its folder there?")
+        fail(f"{file}: cannot be written: {error.strerror}; does its folder exist?")
     os.close(handle)
     new = Path(name)
     _unfinished.add(new)
@@ -108,7 +108,7 @@ def beside(file: Path | str) -> Iterator[Path]:
 def check_new_folder(folder: Path) -> None:
     """Complains of a folder that holds something, so that nothing in it is lost or mixed."""
     if folder.is_symlink() or (folder.exists() and (not folder.is_dir() or any(folder.iterdir()))):
-        fail(f"{folder}: is there already; expected a new or empty folder, so that nothing in it is lost")
+        fail(f"{folder}: exists already; expected a new or empty folder, so that nothing is overwritten")
 
 
 @contextlib.contextmanager
@@ -155,7 +155,7 @@ def _target(file: Path | str) -> Path:
     except (OSError, RuntimeError) as error:
         fail(f"{file}: cannot be written: {getattr(error, 'strerror', None) or error}")
     if target.is_symlink():
-        fail(f"{file}: cannot be written: its links go round in a circle")
+        fail(f"{file}: cannot be written: its links are circular")
     return target
 
 
@@ -217,16 +217,16 @@ def check_writable(*files: Path | None, inputs: Iterable[Path | str | None] = ()
     outputs = [Path(file) for file in files if file is not None and str(file) != "-"]
     for file in outputs:
         if not file.parent.is_dir():
-            fail(f"{file}: cannot be written: there is no folder {file.parent}")
+            fail(f"{file}: cannot be written: no such folder {file.parent}")
         if file.is_dir():
             fail(f"{file}: cannot be written: is a folder")
     read = [Path(file) for file in inputs if file is not None]
     for file in outputs:
         if any(_same(file, other) for other in read):
-            fail(f"{file}: is read by this command; name another file to write to, so that it is not lost")
+            fail(f"{file}: is an input of this command; choose another output file, so that it is not overwritten")
     for k, file in enumerate(outputs):
         if any(_same(file, other) for other in outputs[:k]):
-            fail(f"{file}: is to be written twice; name another file for one of the outputs")
+            fail(f"{file}: is the file of two outputs; choose another file for one of them")
 
 
 def _same(a: Path, b: Path) -> bool:

@@ -19,18 +19,19 @@ def find_bench() -> Path | None:
 
 
 def bench(context: typer.Context) -> None:
-    """Blind check: draws cells with known effects, diagnoses their recordings, opens the seal and counts.
+    """Blind check: draws cells with known effects, diagnoses their recordings, and scores the diagnoses against the
+    sealed truth.
 
     generate | run | baselines | score | all, each with --help.
     """
     place = find_bench()
     if place is None:
         terminal.fail(
-            "the blind check is not installed with kr5: run this inside a checkout of the project, which has"
-            " tools/blind_check"
+            "the blind check is not installed with kr5; run the command inside a checkout of"
+            " the project, which has tools/blind_check"
         )
     if importlib.util.find_spec("pinocchio") is None:
-        terminal.fail("the blind check computes arms with Pinocchio, which is absent: pip install pin")
+        terminal.fail("the blind check needs Pinocchio, which is not installed: pip install pin")
     path = os.pathsep.join(filter(None, (str(place), os.environ.get("PYTHONPATH"))))
     done = subprocess.run(
         [sys.executable, "-m", "blind_check", *(context.args or ["--help"])],

@@ -45,7 +45,7 @@ def measure(
 ) -> None:
     """Gap of every column: RMS of (recorded - simulated) over its noise [-].
 
-    Columns that the recording lacks are left out; experiments that the simulator cannot predict are named.
+    Columns that the recording lacks are left out; experiments that the simulator cannot predict are listed.
     """
     import kr5.cell
     import kr5.gap
@@ -57,7 +57,7 @@ def measure(
         found = kr5.gap.measure(recording, arguments.make_simulator(full), cell)
     if not found.columns:
         terminal.fail(
-            f"{folder}: nothing to compare: expected columns that the simulator predicts, and their noise in the cell"
+            f"{folder}: nothing to compare; expected columns that the simulator predicts, and their noise in the cell"
         )
     to = terminal.console(json_file)
     for refused in found.refused:
@@ -65,8 +65,8 @@ def measure(
     to.print(measure_table(folder, found))
     to.print(parts_table(found))
     to.print(
-        f"RMS gap {found.gap:.3f} over {len(found.columns)} columns, {found.exceeding} of them above what noise"
-        " explains."
+        f"RMS gap {found.gap:.3f} over {len(found.columns)} columns, {found.exceeding}"
+        " of them above the limit of noise."
     )
     if png:
         draw_gaps(found, png, str(folder))
@@ -77,7 +77,7 @@ def measure(
 @app.command(epilog="Example: kr5 gap cases ../shared/cases --full")
 def cases(
     folder: Annotated[
-        Path, typer.Argument(metavar="FOLDER", help="Recordings with a labels.json that names their effects.")
+        Path, typer.Argument(metavar="FOLDER", help="Folder of recordings with a labels.json of their effects.")
     ],
     full: arguments.FullOption = False,
     json_file: arguments.JsonOption = None,
@@ -85,8 +85,8 @@ def cases(
     """Test of the simulator on recordings with known effects: sets these effects and prints the largest gap of each
     recording.
 
-    Exit code 1 when a column of 300 rows or more is above 1.05 and above what noise explains, or a shorter column
-    above what noise explains.
+    Exit code 1 when a column of 300 rows or more is above 1.05 and above the limit of noise, or a shorter column
+    above the limit of noise.
     """
     import kr5.cell
 
@@ -98,7 +98,7 @@ def cases(
         if found.refused:
             terminal.fail(f"{folder / name}: {found.refused[0]}")
         if not found.columns:
-            terminal.fail(f"{folder / name}: no column that the simulator shows was recorded")
+            terminal.fail(f"{folder / name}: no column that the simulator predicts was recorded")
         widest = max(found.columns, key=lambda c: (c.rows >= ENOUGH_ROWS, c.gap))
         blows = any(kr5.cell.find_effect(e["effect"]).inaccuracy > 0 for e in label["effects"])
         above = [c for c in found.columns if is_far(c, len(found.columns), blows)]
@@ -260,9 +260,7 @@ def draw_gaps(found: Any, file: Path, title: str) -> None:
         axes.set_yticks(np.array(place), ticks, fontsize=8)
         axes.set_ylim(at - 0.5, -0.8)
         axes.grid(axis="y", visible=False)
-        axes.set_xlabel(
-            "gap: RMS of recorded − simulated over noise [-]; grey mark: limit of what noise explains; red: above it"
-        )
+        axes.set_xlabel("gap: RMS of recorded − simulated over noise [-]; grey mark: limit of noise; red: above it")
         axes.set_title(title)
         writing.save_figure(figure, file, dpi=110)
         plt.close(figure)

@@ -28,8 +28,8 @@ WriteCell = Annotated[
 ]
 WORDS = {
     "no_gap": ("green", "the nominal cell explains the recording"),
-    "explained": ("green", "with the causes below nothing structured is left"),
-    "partly_explained": ("yellow", "the causes below are found, and a structured gap remains"),
+    "explained": ("green", "with the causes below, no structure remains"),
+    "partly_explained": ("yellow", "causes were found, but a structured gap remains"),
     "unknown": ("red", "no effect of the catalogue explains the gap above the floor"),
 }
 
@@ -50,9 +50,9 @@ def diagnose(
     json_file: arguments.JsonOption = None,
     output: arguments.ResultOption = None,
 ) -> None:
-    """Says where the gap lies, which effects cause it, how far it shrinks, and what stays unknown.
+    """Diagnosis of a gap: where it lies, which effects cause it, how far they reduce it, and what remains unexplained.
 
-    Effects are fitted on the `fit` experiments of the recording and judged on its `check` experiments.
+    Effects are fitted on the `fit` experiments of the recording and evaluated on its `check` experiments.
     """
     import kr5.cell
 
@@ -110,8 +110,8 @@ def print_diagnosis(found: Any, to: Any) -> None:
         to.print(f"[yellow]note:[/yellow] {escape(warning)}.", soft_wrap=True, markup=True)
     if found.scatter:
         to.print(
-            f"Masses and torque constants are uncertain by about {100 * found.scatter:.1f} %, friction by twice as"
-            " much; no cause."
+            f"Masses and torque constants are uncertain by about {100 * found.scatter:.1f} %,"
+            " friction by twice as much; this is not a cause."
         )
     if found.where:
         to.print(_places("Where", found.where[:12], True))
@@ -121,8 +121,8 @@ def print_diagnosis(found: Any, to: Any) -> None:
         reduction = found.reduction
         low, high = reduction.after_ci.low, reduction.after_ci.high
         to.print(
-            f"The gap goes from {reduction.before:.2f} to {reduction.after:.2f} ({low:.2f} to {high:.2f}) times"
-            " the noise, over the columns above the floor, on experiments not used to fit.",
+            f"The gap falls from {reduction.before:.2f} to {reduction.after:.2f} ({low:.2f} to {high:.2f})"
+            " times the noise, over the columns above the floor, on experiments not used for the fit.",
             soft_wrap=True,
         )
     if found.unexplained:
@@ -167,5 +167,6 @@ def _cause(cause: Any) -> str:
     tied = "".join(f"; not distinguishable from {t.effect} on {t.target}" for t in cause.tied_with)
     return (
         f"[bold]{cause.effect}[/bold] on {cause.target}, probability {cause.probability:.2f}: "
-        f"{escape('; '.join(values))}; closes {100 * cause.explained_fraction:.0f} % of the gap it meets{tied}."
+        f"{escape('; '.join(values))}; explains {100 * cause.explained_fraction:.0f} % of the"
+        f" excess not explained by the other causes{tied}."
     )

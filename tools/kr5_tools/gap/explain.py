@@ -9,7 +9,9 @@ import typer
 from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.files import results, writing
 
-What = Annotated[Path, typer.Argument(metavar="GAP.json|RECORDING", help="A diagnosis, or the folder of a recording.")]
+What = Annotated[
+    Path, typer.Argument(metavar="GAP.json|RECORDING", help="Result file of a diagnosis, or the folder of a recording.")
+]
 EffectAt = Annotated[
     str | None,
     typer.Argument(
@@ -23,7 +25,7 @@ EffectAt = Annotated[
 Recording = Annotated[
     Path | None,
     typer.Option(
-        "--recording", metavar="FOLDER", help="Recording of the diagnosis, when it is not where the result file says."
+        "--recording", metavar="FOLDER", help="Recording of the diagnosis, if it is not at the path in the result file."
     ),
 ]
 
@@ -35,11 +37,11 @@ def add_to(app: typer.Typer) -> None:
 def explain(
     what: What, effect: EffectAt = None, recording: Recording = None, json_file: arguments.JsonOption = None
 ) -> None:
-    """Explains a verdict, or one effect: what it does, in which columns it shows, what the recording says for and
+    """Explanation of a verdict or of one effect: what it does, in which columns it shows, and the evidence for and
     against it.
 
-    The effect is fitted to the `fit` experiments and judged on the `check` experiments; with a diagnosis in the place
-    of the cause that it comes nearest to."""
+    The effect is fitted to the `fit` experiments and evaluated on the `check` experiments; with a diagnosis, in place
+    of the most similar cause."""
     from kr5_tools.gap_report.evidence_data import Evidence
 
     name, _, target = (effect or "").partition(":")
@@ -50,7 +52,7 @@ def explain(
         told = explain_verdict(data, evidence)
     else:
         if found is None:
-            terminal.fail(f"{what}: its recording was not found; name it with --recording FOLDER")
+            terminal.fail(f"{what}: its recording was not found; specify it with --recording FOLDER")
         told = explain_effect(row, target, data, Evidence(data, found))
     writing.write_json(told, json_file)
     print_explanation(told, terminal.console(json_file))
@@ -88,7 +90,7 @@ def explain_verdict(data: dict[str, Any], evidence: Any) -> dict[str, Any]:
     from kr5_tools.gap_report.messages import next_steps, verdict_text, warning_notes
     from kr5_tools.gap_report.page import cause_rows, floor_text
 
-    with terminal.spinner("Trying what else it could be …"):
+    with terminal.spinner("Fitting other effects …"):
         causes = cause_rows(data, evidence)
     where = str(evidence.recording.folder) if evidence else "RECORDING"
     return {
@@ -127,7 +129,7 @@ def explain_effect(row: Any, target: str, data: dict[str, Any], evidence: Any) -
 def best_trials(
     row: Any, targets: list[str], causes: list[dict[str, Any]], evidence: Any
 ) -> list[tuple[str, Any, int | None]]:
-    """The effect on each target, in the place of the cause (by its number) where it does most, or of the one it is;
+    """The effect on each target, in place of the cause (by its number) where it does most, or of the one it is;
     best first."""
     import kr5.gap
 
@@ -172,7 +174,7 @@ def _trial_words(
         "parameters": [],
     }
     if trial is None:
-        return {**out, "against": ["It changes nothing that was recorded: this recording cannot speak about it."]}
+        return {**out, "against": ["It changes no recorded column; this recording contains no evidence about it."]}
     columns = [(c.column, c.before, c.after) for c in trial.columns]
     out |= {
         "closed": trial.explained_fraction,
@@ -184,17 +186,21 @@ def _trial_words(
     place = (
         ""
         if k is None or blamed
-        else f" in the place of {effect_text(data['causes'][k]['effect'], data['causes'][k]['target'])}"
+        else f" in place of {effect_text(data['causes'][k]['effect'], data['causes'][k]['target'])}"
     )
     if not any(b > evidence.limit(g) for g, b, _ in columns):
-        out["against"].append("There is no gap that it could explain.")
+        out["against"].append("There is no gap to explain.")
     elif trial.explained_fraction > 0.01:
         judged = (
-            ", on experiments not used to fit" if any(str(e.split) == "check" for e in evidence.experiments) else ""
+            ", on experiments not used for the fit"
+            if any(str(e.split) == "check" for e in evidence.experiments)
+            else ""
         )
-        out["for"].append(f"Fitted{place}, it closes {format_percent(trial.explained_fraction)} of the excess{judged}.")
+        out["for"].append(
+            f"Fitted{place}, it explains {format_percent(trial.explained_fraction)} of the excess{judged}."
+        )
     else:
-        out["against"].append(f"Fitted{place} as well as it can be, it closes less than 1 % of the excess.")
+        out["against"].append(f"Fitted{place} at its best values, it explains less than 1 % of the excess.")
     better = [(g, b, a) for g, b, a in columns if a < b - 0.02][:4]
     if better:
         out["for"].append(
@@ -205,7 +211,7 @@ def _trial_words(
     )
     if left:
         out["against"].append(
-            "It leaves "
+            "Remaining gap: "
             + join_list([f"the {column_text(g)} at {a:.2f}" for g, a in left[:4]])
             + (f" and {len(left) - 4} more columns above the floor" if len(left) > 4 else "")
             + "; 1 is the floor."
@@ -239,7 +245,7 @@ def print_explanation(told: dict[str, Any], to: Any) -> None:
             say(f"{cause['name']} ({cause['id']}), {cause['sure']} probable", "bold")
             say(f"  {cause['what']}{f'. Shows in {cause_shows}' if (cause_shows := cause['shows']) else ''}.")
             _show_reasons(cause, to, say)
-        for title, rows in (("Notes", told["notes"]), ("What to do now", [s.replace("`", "") for s in told["next"]])):
+        for title, rows in (("Notes", told["notes"]), ("Next steps", [s.replace("`", "") for s in told["next"]])):
             if rows:
                 to.print()
                 say(title, "bold")
@@ -258,21 +264,21 @@ def print_explanation(told: dict[str, Any], to: Any) -> None:
             for t in told["targets"]
         ]
         to.print()
-        to.print(tables.make_table("On each target, fitted alone", ["target", "closes [%]", "values"], rows, text=(2,)))
+        to.print(tables.make_table("Each target, fitted alone", ["target", "explained [%]", "values"], rows, text=(2,)))
     best = told["targets"][0]
     to.print()
     say(capitalised(best["name"]) + (f" ({best['choice']})" if best.get("choice") else ""), "bold")
     _show_reasons(best, to, say)
     if told["remedy"]:
-        say(f"  What to do if it is the cause: {told['remedy'].replace('`', '')}")
+        say(f"  Remedy if it is the cause: {told['remedy'].replace('`', '')}")
 
 
 def _values(trial: dict[str, Any]) -> str:
     """The values of a trial, where it does anything."""
     if trial["closed"] is None:
-        return "changes nothing that was recorded"
+        return "changes no recorded column"
     if trial["closed"] < 0.005:
-        return "best left off"
+        return "best switched off"
     return "; ".join(f"{p['name']} {p['value']} {p['std']} {p['unit']}" for p in trial["parameters"])
 
 

@@ -64,11 +64,11 @@ def plan(
     json_file: arguments.JsonOption = None,
     output: Protocol = None,
 ) -> None:
-    """Computes the experiment that tells apart what a recording cannot, and writes it as a protocol for `kr5 record` or
-    a robot.
+    """Plan of the experiment that distinguishes what a recording cannot, as a protocol for `kr5 record` or a robot.
 
     Motions, postures, weights, speeds, waiting times, views, scans, steps, presses and profiles are simulated with each
-    of the alternatives, which look alike in the recording; the one that tells them apart soonest is chosen."""
+    of the alternatives, which look alike in the recording; the one that distinguishes them in the shortest time is
+    selected."""
     import kr5.cell
 
     options.validate()
@@ -79,8 +79,8 @@ def plan(
     alternatives = parse_alternatives(separate) if separate else tied_alternatives(recording, simulator)
     if len(alternatives) < 2:
         to.print(
-            "Nothing is tied: the diagnosis of this recording names each cause alone. --separate names what to tell"
-            " apart all the same.",
+            "No effects are tied: the diagnosis identifies each cause. To distinguish other"
+            " effects, name them with --separate.",
             soft_wrap=True,
         )
         writing.write_json({"alternatives": [], "experiments": []}, json_file)
@@ -91,7 +91,7 @@ def plan(
         )
         writing.write_json({"alternatives": alternative_texts(alternatives), **weighed.to_dict()}, json_file)
         return
-    with terminal.spinner("looking for the experiment that tells them apart"):
+    with terminal.spinner("searching for the experiment that distinguishes them"):
         found = kr5.gap.plan(recording, simulator, alternatives, options)
     print_plan(found, to)
     if output and found.experiments:
@@ -108,7 +108,7 @@ def parse_alternatives(text: str) -> list[list[Any]]:
             terminal.fail(f"--separate: found {part!r}, expected EFFECT:TARGET such as coulomb_friction:joint3")
         out.append([kr5.gap.EffectName(effect=effect, target=target) for effect, _, target in names])
     if len(out) < 2:
-        terminal.fail(f"--separate: found {text!r}, expected two or more of EFFECT:TARGET with a comma between")
+        terminal.fail(f"--separate: found {text!r}, expected two or more EFFECT:TARGET, separated by commas")
     return out
 
 
@@ -153,7 +153,7 @@ def print_plan(found: Any, to: Any) -> None:
     """The plan for people."""
     names = alternative_texts(found.alternatives)
     if found.assumed:
-        to.print(f"The recording shows none of them; {names[0]} of a usual size is assumed.", soft_wrap=True)
+        to.print(f"The recording shows none of the effects; {names[0]} of a usual size is assumed.", soft_wrap=True)
     to.print(f"{found.text}.", style="bold", soft_wrap=True)
     if not found.experiments:
         return
@@ -171,14 +171,14 @@ def print_plan(found: Any, to: Any) -> None:
     rows = [[c.column, *c.change, c.difference] for c in columns]
     to.print(
         tables.make_table(
-            "What the columns of the best would show, RMS from the nominal cell over noise [-]",
+            "Forecast of the best experiment: RMS difference from the nominal cell over noise [-]",
             ["column", *names, "apart"],
             rows,
         )
     )
     to.print(
-        "Joint limits, a part of the speed limits, torques and the lowest point recorded are respected; collisions are"
-        " not known: look at the motion (kr5 replay) before a robot runs it.",
+        "The plan respects joint limits, a fraction of the speed limits, torques and the lowest recorded"
+        " point. It does not check collisions: view the motion with kr5 replay before a robot runs it.",
         soft_wrap=True,
     )
 

@@ -36,7 +36,7 @@ def measures_size(cause: dict[str, Any], parameter: str) -> bool:
 
 
 def parameter_rows(cause: dict[str, Any], cell: Any) -> list[dict[str, str]]:
-    """Name, value, uncertainty, unit and what the cell says, one row a number; a pose as its difference from the cell's."""
+    """Name, value, uncertainty, unit and cell value, one row per number; a pose as its difference from the cell's."""
     out = []
     for name, p in cause["parameters"].items():
         before = nominal_value(cell, cause, name) if cell else None
@@ -135,10 +135,10 @@ def closed_by_experiment(evidence: Any, k: int) -> dict[str, float]:
 def evidence_for(data: dict[str, Any], k: int, evidence: Any) -> list[str]:
     """What speaks for a cause."""
     cause = data["causes"][k]
-    others = " that the other causes leave" if len(data["causes"]) > 1 else ""
+    others = " not explained by the other causes" if len(data["causes"]) > 1 else ""
     out = [
-        f"It closes {format_percent(cause['gap_closed'])} of the excess{others}, on experiments that were not used to"
-        " fit it."
+        f"It explains {format_percent(cause['gap_closed'])} of the excess{others}, on"
+        " experiments that were not used for the fit."
     ]
     if evidence and evidence.explained:
         top = [row for row in columns_of(evidence, k) if row[3] > 0.01 and row[1] > evidence.limit(row[0])][:4]
@@ -151,7 +151,7 @@ def evidence_for(data: dict[str, Any], k: int, evidence: Any) -> list[str]:
         closed = closed_by_experiment(evidence, k)
         if len(closed) > 1 and min(closed.values()) > 0.5:
             out.append(
-                f"It holds in each of the {len(closed)} experiments in which it stands out: in the worst "
+                f"It is consistent in each of the {len(closed)} experiments in which it stands out: in the worst "
                 f"{format_percent(min(closed.values()))} of its excess goes."
             )
         away = _moved(cause, evidence.recording.cell)
@@ -171,13 +171,13 @@ def alternatives_to(trials: list[Any], evidence: Any) -> list[str]:
             continue
         group, left = max(((c.column, c.after) for c in trial.columns), key=lambda row: row[1], default=("", 1.0))
         rest = (
-            "leaves nothing above the floor"
+            "leaves no column above the floor"
             if left <= 1.02 * evidence.limit(group)
             else f"leaves the {column_text(group)} at {left:.2f}"
         )
         name = capitalised(effect_text(trial.effect, trial.target))
-        out.append(f"{name} closes {format_percent(trial.explained_fraction)} and {rest}.")
-    return out or ["No other effect closes more than 1 % of what it closes."]
+        out.append(f"{name} explains {format_percent(trial.explained_fraction)} and {rest}.")
+    return out or ["No other effect explains more than 1 % of the part that it explains."]
 
 
 def evidence_against(data: dict[str, Any], k: int, evidence: Any) -> list[str]:
@@ -199,7 +199,7 @@ def evidence_against(data: dict[str, Any], k: int, evidence: Any) -> list[str]:
         out += [f"It makes the {column_text(g)} worse ({w:.2f} → {a:.2f})." for g, w, a in worse[:3]]
         closed = closed_by_experiment(evidence, k)
         out += [
-            f"In {name} it closes only {format_percent(max(part, 0.0))} of the excess."
+            f"In {name} it explains only {format_percent(max(part, 0.0))} of the excess."
             for name, part in closed.items()
             if part <= 0.5
         ]
@@ -208,8 +208,8 @@ def evidence_against(data: dict[str, Any], k: int, evidence: Any) -> list[str]:
             out.append(f"Its size differs from zero by only {away:.1f} standard deviations.")
     if not out:
         out.append(
-            "Nothing was found against it: no column gets worse, and nothing structured stays in those it explains."
+            "No evidence against it: no column gets worse, and no structure remains in those that it explains."
             if evidence
-            else "Nothing in the file speaks against it."
+            else "The file contains no evidence against it."
         )
     return out

@@ -80,9 +80,10 @@ def _words(nominal: dict[str, Any], updated: dict[str, Any]) -> str:
         f"At the first attempt the simulation of the nominal cell inserts {nominal['first']} of {TRIALS} pegs, that"
         f" with the causes {updated['first']}"
     )
-    text += ": more than chance explains" if differs else ", which may be chance"
+    text += ", a significant difference" if differs else ", no significant difference"
     if nominal["time"] and updated["time"]:
-        text += f"; one that goes in takes {updated['time']:.1f} s instead of {nominal['time']:.1f} s"
+        text += f"; a successful insertion takes {updated['time']:.1f} s instead of {nominal['time']:.1f} s"
     return (
-        text + f", and the grip bears {updated['force']:.0f} N at most instead of {nominal['force']:.0f} N (medians)."
+        text + f", and the force on the grip is {updated['force']:.0f} N at most instead of"
+        f" {nominal['force']:.0f} N (medians)."
     )

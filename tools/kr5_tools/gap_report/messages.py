@@ -25,7 +25,7 @@ VARIABLES = (
     (r"t()", "time"),
     (r"zcd()", "commanded vertical speed"),
     (r"zc()", "commanded height"),
-    (r"x()", "place along the profile"),
+    (r"x()", "position along the profile"),
     (r"speed()", "scanning speed"),
     (r"tilt()", "tilt of the peg"),
     (r"alpha()", "direction of the tilt"),
@@ -125,7 +125,7 @@ def dependence_text(dependence: dict[str, Any]) -> str:
     name, how = variable_text(dependence["variable"]), dependence["how"].replace(" rad or m", " rad")
     turn = ""
     if m := re.match(r"changes sign with (\w+), ", how):
-        turn, how = "turns sign with the direction of motion", how[m.end() :]
+        turn, how = "changes sign with the direction of motion", how[m.end() :]
         if how == "about the same everywhere":
             return f"{turn}, and is of the same size at any {name}"
         turn += " and "
@@ -246,10 +246,7 @@ def verdict_text(data: dict[str, Any]) -> str:
     """The diagnosis in plain sentences, for one who did not run it."""
     where, causes, shrink = data["where"], data["causes"], data["shrink"]
     if data["verdict"] == "no_gap" or not where:
-        return (
-            "There is no gap: simulation and recording agree within noise. No cause is named, and nothing needs"
-            " correction."
-        )
+        return "There is no gap: simulation and recording agree within noise. No correction is needed."
     said = [
         f"The gap is {shrink['before']:{'.1f' if shrink['before'] >= 10 else '.2f'}} times the noise;"
         f" {location_text(where)}."
@@ -300,29 +297,29 @@ def next_steps(data: dict[str, Any], recording: str) -> list[str]:
     if data["causes"]:
         steps.append(
             f"To simulate with these causes: `kr5 gap diagnose {recording} --write-cell tuned.yaml`. A gap near 1 on"
-            " another recording, `kr5 gap measure OTHER --cell tuned.yaml`, confirms it."
+            " another recording, `kr5 gap measure OTHER --cell tuned.yaml`, confirms the result."
         )
     if data["unexplained"]:
         top = data["unexplained"][0]
         depends = f": its gap {dependence_text(top['depends_on'][0])}" if top["depends_on"] else ""
         steps.append(
             f"First check whether sensor, units and frame of the {column_text(top['experiment'] + '.' + top['column'])}"
-            f" are what the recording says{depends}."
+            f" are as the recording states{depends}."
         )
         steps.append(
-            "Repeat the recording. A residual that comes back belongs to the cell and can be described by an effect of"
-            " your own, added from Python; one that does not belonged to this recording."
+            "Repeat the recording. A residual that recurs belongs to the cell and can be described by a custom"
+            " effect, added from Python; one that does not recur belonged to this recording."
         )
     return steps
 
 
 NOISE = (
-    "Gaps are given in units of the measured noise. Correct the noise in the cell: one declared too small makes every"
-    " recording look bad, one too large hides real gaps."
+    "Gaps are given in units of the measured noise. Correct the noise in the cell: a declared value"
+    " that is too small makes every recording look bad, and one that is too large hides real gaps."
 )
 SPIKES = (
-    "Single outliers, as from a disturbed line, would outweigh thousands of good samples; the diagnosis leaves them"
-    " out. If there are many, check cables and logging."
+    "Single outliers, as from a disturbed signal line, would outweigh thousands of good samples; the"
+    " diagnosis leaves them out. If there are many, check cables and logging."
 )
 
 
@@ -334,5 +331,5 @@ def warning_notes(warnings: list[str]) -> list[tuple[str, str]]:
     out = [(capitalised(f"{w}."), SPIKES if "spikes" in w else "") for w in warnings if not w.startswith("noise of")]
     if noise:
         each = join_list([f"{m[1].replace('_', ' ')} {m[2].replace('+-', '±')}" for m in noise])
-        out.append((f"The measured noise is not what the cell declares; it is this multiple of it: {each}.", NOISE))
+        out.append((f"The measured noise differs from the declared one by these factors: {each}.", NOISE))
     return out

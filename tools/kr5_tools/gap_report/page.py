@@ -49,7 +49,7 @@ def write_gap_report(
 
     recording = find_recording(data, source, folder)
     if recording is None:
-        terminal.print_note("the recording was not found, so the page shows no curves; name it with --recording")
+        terminal.print_note("the recording was not found, so the page shows no curves; specify it with --recording")
     drawn: list[Any] = []
     try:
         with terminal.spinner("Simulating and drawing …"):
@@ -68,8 +68,8 @@ def write_gap_report(
     except (TypeError, ValueError, KeyError, AttributeError, IndexError) as error:
         if recording is None or not _fits(data, recording):
             terminal.fail(
-                f"{source}: does not fit its recording ({type(error).__name__}: {error}); name the right one with"
-                " --recording"
+                f"{source}: does not fit its recording ({type(error).__name__}: {error});"
+                " specify the right one with --recording"
             )
         raise
     finally:
@@ -191,7 +191,7 @@ def cause_rows(data: dict[str, Any], evidence: Any) -> list[dict[str, Any]]:
                 "name": capitalised(effect_text(cause["effect"], cause["target"])),
                 "id": f"{cause['effect']} on {cause['target']}",
                 "sure": format_percent(cause["probability"]),
-                "what": capitalised(row.description) if row else "An effect that the catalogue does not name",
+                "what": capitalised(row.description) if row else "An effect that is not in the catalogue",
                 "shows": row.shows_in if row else "",
                 "remedy": row.remedy if row else "",
                 "parameters": parameters,

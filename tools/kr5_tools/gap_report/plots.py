@@ -66,7 +66,7 @@ def heat_map(evidence: Evidence, which: str) -> Figure:
     axes.tick_params(length=0)
     scale = figure.colorbar(plt.cm.ScalarMappable(NORM, COLOURS), ax=axes, location="bottom", shrink=0.6, aspect=40)
     scale.set_ticks([1, 2, 5, 10, WIDEST], labels=["1", "2", "5", "10", f"{WIDEST:.0f} and more"])
-    scale.set_label("gap: times the noise [-]; grey: within what noise explains")
+    scale.set_label("gap: times the noise [-]; grey: within the limit of noise")
     scale.ax.minorticks_off()
     return figure
 
@@ -89,7 +89,7 @@ def reduction_plot(data: dict[str, Any]) -> Figure | None:
         axes.set_xticks([t for t in (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000) if t < 1.5 * before.max()])
         axes.xaxis.set_major_formatter("{x:g}")
         axes.xaxis.minorticks_off()
-    axes.set_xlabel("gap on experiments not used to fit [-]; dashed: the floor")
+    axes.set_xlabel("gap on experiments not used for the fit [-]; dashed: the floor")
     axes.legend(fontsize=9, loc="lower left", bbox_to_anchor=(0, 1), ncols=2)
     return figure
 
@@ -286,7 +286,7 @@ def plots_of(
         add(
             "shrink",
             "The gap of each column, before and after",
-            "Columns above the floor, on experiments that were not used to fit.",
+            "Columns above the floor, on experiments that were not used for the fit.",
             reduction_plot(data),
         )
         if evidence is None:
@@ -295,14 +295,14 @@ def plots_of(
         add(
             "heat_before",
             "Gap by column and experiment, nominal cell",
-            "✓ marks experiments that only judge.",
+            "✓ marks check experiments.",
             heat_map(evidence, "before"),
         )
         if evidence.explained:
             add(
                 "heat_after",
                 "Gap by column and experiment, with the causes",
-                "What is coloured here is not explained; single pale cells are chance.",
+                "Coloured fields are not explained; single pale fields are due to chance.",
                 heat_map(evidence, "after"),
             )
         for place in worst_columns(evidence, data, most):
@@ -320,7 +320,7 @@ def plots_of(
                     add(
                         f"against_{group}",
                         f"{group} against the {variable_text(dependence['variable'])}",
-                        "Points are rows, squares and circles means with twice their uncertainty.",
+                        "Points: rows; squares and circles: means with twice their standard error.",
                         figure,
                     )
                     break

@@ -52,8 +52,8 @@ def insert(
             metavar="X Y",
             show_default=False,
             help=(
-                "Offset of the true axis of the tube from the assumed one \\[mm]; by default drawn from the seed,"
-                " within one radius of the peg."
+                "Offset of the true axis of the tube from the assumed one \\[mm]; by default random"
+                " by the seed, within one radius of the peg."
             ),
         ),
     ] = None,
@@ -70,7 +70,7 @@ def insert(
     csv: Annotated[
         Path | None, typer.Option("--csv", metavar="ROWS.csv", help="CSV with one row per controller cycle (SI).")
     ] = None,
-    png: Annotated[Path | None, typer.Option("--png", metavar="DIR", help="Folder for every plot as PNG.")] = None,
+    png: Annotated[Path | None, typer.Option("--png", metavar="DIR", help="Folder for the plots as PNG files.")] = None,
     json_file: arguments.JsonOption = None,
 ) -> None:
     """Insertion of a peg into a tube in the simulated cell: tilted touch, one turn, slide, upright, push.
@@ -124,7 +124,7 @@ def write_outputs(
     if not (output or png):
         return
     if len(result.rows) < 2:
-        terminal.print_note("nothing moved, so there is no page and no plot.")
+        terminal.print_note("no motion, hence no page and no plot.")
         return
     from kr5_tools.insertion import page, plots
     from kr5_tools.pages import rendering

@@ -8,8 +8,8 @@ import numpy as np
 COLUMNS = ["by", "direction [deg]", "± std [deg]", "error [deg]"]
 TEXT = (
     "Direction: azimuth of the hole from the centre of the turn, in the plane of the face of the tube, from X. Error:"
-    " from the true direction. Fit: that of the insertion itself, with compliance. Beyond the critical offset the"
-    " least depth lies opposite the hole."
+    " from the true direction. Fit: the estimate of the insertion itself, with compliance. Beyond the"
+    " critical offset the least depth lies opposite to the hole."
 )
 
 

@@ -14,7 +14,7 @@ REASONS = {
         "lower contact.stiffness or a quicker servo.tool in the cell",
     ),
     "no_contact": (
-        "nothing was touched where the face of the tube should be",
+        "no contact at the assumed height of the face of the tube",
         "check tube.T_B_T of the cell, and --offset: the tube must be under the peg",
     ),
     "profile_flat": ("the profile of the turn shows no direction to the hole", "tilt the peg more (--tilt 15)"),
@@ -26,29 +26,29 @@ REASONS = {
         ),
     ),
     "blocked": (
-        "the peg found the mouth of the bore but went no deeper",
-        "more --clearance, or another way to push (--insert-by)",
+        "the peg found the mouth of the bore but did not go deeper",
+        "more --clearance, or another drive (--insert-by)",
     ),
     "force": (
         "the force on the peg exceeded its limit",
-        "see the plot of forces (-o PAGE.html): a touch that is too fast, or a peg that jams",
+        "see the plot of forces (-o PAGE.html): a contact at too high a speed, or a jammed peg",
     ),
     "torque": (
         "the torque on the peg exceeded its limit",
-        "see the plot of forces (-o PAGE.html): the peg jams; more --clearance",
+        "see the plot of forces (-o PAGE.html): a jammed peg; use more --clearance",
     ),
     "current": ("a motor current exceeded its limit", "check for a posture near a singularity with kr5 replay"),
     "sensor_dead": (
         "the force sensor repeated exactly the same values for too long",
         "check its connection; in simulation, give the cell noise.force",
     ),
-    "sensor_saturated": ("the force sensor is at its limit", "a gentler touch, or a sensor with a larger range"),
-    "peg_lost": ("the gripper reports that it holds nothing", "check grip and magazine"),
+    "sensor_saturated": ("the force sensor is saturated", "a slower contact, or a sensor with a larger range"),
+    "peg_lost": ("the gripper reports that it holds no part", "check grip and magazine"),
     "out_of_reach": (
         "the arm cannot follow: there is no posture within its limits",
         "move the tube (tube.T_B_T of the cell) into reach, or tilt less",
     ),
-    "time_out": ("the time limit was exceeded", "find the phase above that takes too long"),
+    "time_out": ("the time limit was exceeded", "check which phase takes too long"),
 }
 
 
@@ -61,7 +61,7 @@ def ending_text(peg: Any) -> tuple[str, str]:
         return (
             "not inserted",
             (
-                f"assumed to be in after phase {phase}, but the peg's bottom is {1e3 * peg.depth:.1f} mm below the"
+                f"assumed to be in after phase {phase}, but the bottom of the peg is {1e3 * peg.depth:.1f} mm below the"
                 " face and not in the bore. Possible remedy: see its path (-o PAGE.html); correct tube.T_B_T of"
                 " the cell or --offset."
             ),

@@ -77,7 +77,11 @@ def profile_plot(result: Any) -> Figure | None:
     )
     figure, axes = plt.subplots(2, 1, figsize=(WIDE, 4.4), sharex=True, height_ratios=(3, 1.3))
     axes[0].plot(
-        np.degrees(azimuth), 1e3 * closed, color=BLUE, linewidth=1.6, label="closed form, where the peg really was"
+        np.degrees(azimuth),
+        1e3 * closed,
+        color=BLUE,
+        linewidth=1.6,
+        label="closed form, at the true position of the peg",
     )
     axes[0].plot(np.degrees(azimuth), 1e3 * height_plot, "o", color=RED, markersize=3.2, label="measured")
     axes[0].set_ylabel("height of the peg's\nbottom centre [mm]")
@@ -136,7 +140,7 @@ def path_plot(result: Any) -> Figure:
     axes.plot(x, y, color=BLUE, linewidth=1.2, zorder=3, label="path of the peg")
     axes.plot(x[first], y[first], "s", color=BLUE, markersize=5, zorder=4, label="begin")
     axes.plot(x[last], y[last], "o", color=BLUE, mfc="white", markersize=6, zorder=4, label="end")
-    axes.plot(0, 0, "x", color=RED, markersize=8, mew=1.8, zorder=5, label="axis as believed")
+    axes.plot(0, 0, "x", color=RED, markersize=8, mew=1.8, zorder=5, label="believed axis of the tube")
     axes.plot(*off, "+", color=GREEN, markersize=11, mew=1.8, zorder=5, label="axis of the tube")
     axes.set_aspect("equal")
     reach = 1.25e3 * tube.outer_radius
@@ -158,8 +162,8 @@ CATALOGUE = [
         profile_plot,
         True,
         (
-            "How high the tilted peg rests while its lowest point goes once round: measured, and what the closed form"
-            " says for where the peg really was."
+            "Resting height of the tilted peg over one turn of its lowest point: measured, and by"
+            " the closed form at the true position of the peg."
         ),
     ),
     (
@@ -167,20 +171,20 @@ CATALOGUE = [
         "Forces on the peg",
         force_plot,
         True,
-        "Not filtered, in the frame of the tube; not on the way to the next peg. Shades: the phases.",
+        "Unfiltered, in the frame of the tube, without the motion to the next peg. Shaded: the phases.",
     ),
     (
         "height",
         "Height and tilt of the peg",
         height_plot,
         True,
-        "Of the bottom centre above the tube's real face, below it when negative. Shades: the phases.",
+        "Height of the bottom centre above the true face of the tube; negative below it. Shaded: the phases.",
     ),
     (
         "path",
         "Path over the face, from above",
         path_plot,
         False,
-        "The tube as it stands, in the frame in which it is believed; the path is that of the peg's bottom centre.",
+        "The true tube in its believed frame; the path is that of the bottom centre of the peg.",
     ),
 ]

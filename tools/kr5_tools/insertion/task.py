@@ -28,8 +28,8 @@ def cell_file(given: Path | None) -> Path:
     found = find_shipped_cell()
     if found is None:
         terminal.fail(
-            f"--cell: is missing, and there is no {SHIPPED_CELL} here: name a cell with peg, tube, tool, contact and"
-            " servo"
+            f"--cell: is missing, and there is no {SHIPPED_CELL} here; specify a cell with"
+            " peg, tube, tool, contact and servo"
         )
     return found
 

@@ -42,13 +42,13 @@ def recording() -> None:
 def import_log(
     log: LogFile,
     map_file: Annotated[
-        Path, typer.Option("--map", metavar="MAP.yaml", help="What the columns of the log mean (kr5-map/1).")
+        Path, typer.Option("--map", metavar="MAP.yaml", help="Map of the columns of the log (kr5-map/1).")
     ],
     output: Annotated[
         Path, typer.Option("-o", "--output", metavar="FOLDER", help="Folder of the recording; must not exist yet.")
     ],
     trust: Annotated[
-        bool, typer.Option("--trust", help="Write the recording although some numbers look wrong.")
+        bool, typer.Option("--trust", help="Write the recording although some numbers are implausible.")
     ] = False,
     json_file: arguments.JsonOption = None,
 ) -> None:

@@ -80,7 +80,7 @@ class Importer:
                     f"{where}: needs a clock; add to the map: clock: {{column: NAME, unit: s}}, or {{every: SECONDS}}"
                 )
             clock = Clock(every=1.0)
-            self.note("the log has no clock: rows are taken as a second apart")
+            self.note("the log has no clock; rows are assumed to be 1 s apart")
         rows = len(log.column(first, where)) if first else 0
         return self.times(log, clock, rows, where, experiment)
 
@@ -112,8 +112,8 @@ class Importer:
             what = "goes back" if t[at] < t[at - 1] else "stands still"
             terminal.fail(
                 f"{log.file}: {log.row(at)}, column '{clock.column}': time {what}: found {t[at]:.9g} s after"
-                f" {t[at - 1]:.9g} s ({len(back)} such rows), expected time that increases; say clock: {{repair: sort}}"
-                " in the map to sort the rows and leave out those whose time stands twice"
+                f" {t[at - 1]:.9g} s ({len(back)} such rows), expected increasing time; set clock: {{repair: sort}}"
+                " in the map to sort the rows and leave out those with a duplicate time"
             )
         part = np.unique(t[inside_span(t, experiment)])
         steps = np.diff(part)
@@ -148,7 +148,7 @@ class Importer:
             terminal.fail(
                 f"{where}: resample.every: found {every:g} s, which makes more than {MAX_ROWS} rows of "
                 f"{inside[-1] - inside[0]:.4g} s; "
-                "is the unit of the clock right, and is there a lone row far from the others?"
+                "is the unit of the clock right, and is there a single row far from the others?"
             )
         return np.arange(inside[0], inside[-1] + 1e-9, every) if every else inside
 
@@ -186,14 +186,15 @@ class Importer:
             if len(out) == len(t) and np.array_equal(out, t):
                 return t
             self.note(
-                f"{source.members[0]} and its like have a clock of their own; they were brought to the main one"
-                f" ({self.method()})"
+                f"{source.members[0]} and similar columns have a separate clock; they were resampled"
+                f" to the main one ({self.method()})"
             )
         else:
             out = t
         if rows != len(out):
             terminal.fail(
-                f"{source.where}: found {rows} rows beside a clock of {len(out)}; name its own: clock: {{column: NAME,"
+                f"{source.where}: found {rows} rows beside a clock of {len(out)}; specify"
+                f" its clock: clock: {{column: NAME,"
                 " unit: s}"
             )
         return out
@@ -207,7 +208,7 @@ class Importer:
             column = source.names[int(np.flatnonzero(~np.isfinite(s.values[rows[0]]))[0])]
             terminal.fail(
                 f"{log.file}: {log.row(rows[0])}, column '{column}': found no number (empty, NaN or infinite;"
-                f" {len(rows)} of {len(s.t)} rows), expected one in each row; say missing: interpolate beside this"
+                f" {len(rows)} of {len(s.t)} rows), expected one in each row; set missing: interpolate at this"
                 " column in the map when the sensor is slower than the log, or missing: drop to leave out these rows"
             )
         what = f"{source.members[0]} and its like: {len(rows)} of {len(s.t)} rows without a number were "
@@ -228,7 +229,7 @@ class Importer:
         s = Series(s.t[inside], s.values[inside])
         t, first = np.unique(s.t, return_index=True)
         if len(t) < len(s.t) or np.any(np.diff(s.t) < 0):
-            self.note(f"rows were sorted by time; {len(s.t) - len(t)} whose time stood twice were left out")
+            self.note(f"rows were sorted by time; {len(s.t) - len(t)} with a duplicate time were left out")
         return Series(t, s.values[first])
 
     def at(self, s: Series, grid: np.ndarray, experiment: Experiment) -> np.ndarray:
@@ -259,12 +260,13 @@ class Importer:
         rows = len(columns["t"])
         if "qc" in sources and sources["qc"].measured:
             self.note(
-                "no commands were logged: the measured joint values stand for them, so that nothing is learnt about the"
-                " servos"
+                "no commands were logged: the measured joint values replace them, so that the recording"
+                " contains no information about the servos"
             )
             if "q1" not in columns:
                 terminal.fail(
-                    f"{where}: columns.qc: found from: measured, but columns.q is missing, which says what was measured"
+                    f"{where}: columns.qc: found from: measured, but columns.q is missing,"
+                    " which contains the measured values"
                 )
             for i in range(self.map.joints):
                 columns[f"qc{i + 1}"] = columns[f"q{i + 1}"]
@@ -276,7 +278,7 @@ class Importer:
         for column in wanted:
             if not column.group and column.name not in columns:
                 name = column_family(column.name)
-                remedy = "; say qc: {from: measured, unit: rad} when no commands were logged" if name == "qc" else ""
+                remedy = "; set qc: {from: measured, unit: rad} when no commands were logged" if name == "qc" else ""
                 terminal.fail(
                     f"{where}: columns.{name} is missing: {column.name} [{column.unit}] is required for kind"
                     f" {experiment.entry.kind}{remedy}"

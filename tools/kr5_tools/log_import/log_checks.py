@@ -84,7 +84,7 @@ def _positions(cell: Any, e: Any) -> list[LogProblem]:
             remedy = (
                 f"the numbers make sense {readings[0][1]} in columns.{stem}"
                 if readings
-                else f"look at columns.{stem}, its order and its offsets"
+                else f"check columns.{stem}, its order and its offsets"
             )
             out.append(
                 LogProblem(
@@ -102,7 +102,7 @@ def _positions(cell: Any, e: Any) -> list[LogProblem]:
                     f"{stem}1 to {stem}{n}",
                     f"no joint farther than {np.abs(q).max():.3g} rad from zero",
                     "a motion of some size",
-                    f"are the numbers radians that the map takes for degrees? unit: rad in columns.{stem}",
+                    f"are the numbers radians although the map states degrees? unit: rad in columns.{stem}",
                 )
             )
     return out + _following(e, n)
@@ -124,7 +124,7 @@ def _following(e: Any, n: int) -> list[LogProblem]:
                     f"q{j + 1}",
                     f"that it follows qc{k + 1}, and is {off[j, j]:.3g} from qc{j + 1}",
                     "its own command",
-                    "columns are swapped: look at the order of names in columns.q and columns.qc",
+                    "columns are swapped: check the order of names in columns.q and columns.qc",
                 )
             )
     return out
@@ -149,7 +149,7 @@ def _speeds(cell: Any, e: Any) -> list[LogProblem]:
         wrong = f"a row every {step:.3g} s"
     if not wrong:
         return []
-    remedy = "look at clock in the map"
+    remedy = "check clock in the map"
     for unit, scale in (("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9), ("s", 1e3)):
         if (cycle and 1 / 3 < step * scale / cycle < 3) or (not cycle and 2e-4 < step * scale < 0.2):
             remedy = (
@@ -216,9 +216,9 @@ def _scale(cell: Any, e: Any, names: list[str], got: np.ndarray, model: np.ndarr
             LogProblem(
                 e.name,
                 f"{names[0]} to {names[-1]}",
-                "the sign opposite to what the simulation shows",
+                "the opposite sign to the simulation",
                 "the same sign",
-                "say scale: -1 beside it in the map (or correct the directions of the joints)",
+                "set scale: -1 for it in the map (or correct the directions of the joints)",
             )
         ]
     backward = [c for c, k, s in zip(names, known, slope) if k and s < 0]
@@ -227,9 +227,10 @@ def _scale(cell: Any, e: Any, names: list[str], got: np.ndarray, model: np.ndarr
             LogProblem(
                 e.name,
                 ", ".join(backward),
-                "the sign opposite to what the simulation shows",
+                "the opposite sign to the simulation",
                 "the same sign as in the other columns",
-                "give scale as a list with -1 there, here and for the positions of the joint if it turns the other way",
+                "set scale as a list with -1 at this column, and for the positions of the"
+                " joint if its direction is reversed",
             )
         ]
     for factor, text in _factors(cell, names):
@@ -253,7 +254,7 @@ def _scale(cell: Any, e: Any, names: list[str], got: np.ndarray, model: np.ndarr
                 f"{names[0]} to {names[-1]}",
                 f"{off:.3g} times what the simulation shows",
                 "about once",
-                "look at unit and side in the map, and at torque constants, structure and masses of the cell",
+                "check unit and side in the map, and torque constants, structure and masses of the cell",
             )
         ]
     return []
@@ -296,7 +297,7 @@ def _swapped(e: Any, names: list[str], got: np.ndarray, model: np.ndarray) -> li
                         e.name,
                         f"{names[j]} and {names[k]}",
                         f"each like the simulation of the other (correlation {other:.2f}, own {own:.2f})",
-                        "each like its own",
+                        "each similar to its own",
                         "the two columns are swapped: exchange their names in the map",
                     )
                 ]
@@ -314,9 +315,9 @@ def _unexplained(e: Any, names: list[str], got: np.ndarray, model: np.ndarray) -
                 e.name,
                 names[j],
                 f"a correlation of {c[j]:.2f} with the simulation",
-                "gravity and inertia of the arm to be seen",
-                "is this the right column, was gravity taken out of it by the controller, does the cell's gravity point"
-                " the right way, and are joint directions and zeros those of the log?",
+                "visible gravity and inertia of the arm",
+                "is this the right column, did the controller remove gravity from it, is the direction of gravity"
+                " in the cell right, and are joint directions and zeros those of the log?",
             )
         ]
     return []
@@ -357,7 +358,8 @@ def _poses(cell: Any, e: Any) -> list[LogProblem]:
             LogProblem(
                 e.name,
                 "x y z",
-                f"a tool {1e3 * off:.4g} mm from where the cell puts it, {1e3 * left:.3g} mm after a shift and a turn",
+                f"a tool {1e3 * off:.4g} mm from its position by the cell, {1e3 * left:.3g}"
+                " mm after a rigid transformation",
                 "poses in the base of the robot",
                 f"the device measures in its own frame: device: [{pose}] in columns.tool",
             )
@@ -366,7 +368,7 @@ def _poses(cell: Any, e: Any) -> list[LogProblem]:
         LogProblem(
             e.name,
             "x y z",
-            f"a tool {1e3 * off:.4g} mm (median) from where the cell puts it",
+            f"a tool {1e3 * off:.4g} mm (median) from its position by the cell",
             "agreement within a few per cent of the reach",
             "are joint angles, their order and the cell's tool right?",
         )

@@ -45,12 +45,12 @@ def _read_text(file: Path, header: list[str] | None) -> Log:
     try:
         rows = [(i, [c.strip() for c in split(line)]) for i, line in lines]
     except csv.Error as error:
-        terminal.fail(f"{file}: is no table ({error}); expected a line of column names and rows of numbers")
+        terminal.fail(f"{file}: is not a table ({error}); expected a line of column names and rows of numbers")
     names = header or rows.pop(0)[1]
     if not header and all(_is_number(c) for c in names):
         terminal.fail(
-            f"{file}: line {lines[0][0]}: found only numbers, expected the names of the columns; name them in the map: "
-            f"header: [{', '.join(f'column{i + 1}' for i in range(len(names)))}]"
+            f"{file}: line {lines[0][0]}: found only numbers, expected the names of the columns; specify them"
+            f" in the map: header: [{', '.join(f'column{i + 1}' for i in range(len(names)))}]"
         )
     if names and not names[-1]:  # a delimiter at the end of every line
         names, rows = names[:-1], [(i, r[:-1] if len(r) == len(names) and not r[-1] else r) for i, r in rows]
@@ -68,15 +68,15 @@ def _check_shape(file: Path, names: list[str], rows: list[tuple[int, list[str]]]
     if twice or "" in names:
         found = f"the name '{sorted(twice)[0]}' twice" if twice else "a column without a name"
         terminal.fail(
-            f"{file}: line of names: found {found}, expected a name of its own for each column; give them in the map "
-            "(header: [...]) and delete that line"
+            f"{file}: line of names: found {found}, expected a unique name for each column; specify them"
+            " in the map (header: [...]) and delete that line"
         )
     bad = [(i, len(r)) for i, r in rows if len(r) != len(names)]
     if bad:
         number, count = bad[0]
         more = f", and {len(bad) - 1} more such lines" if len(bad) > 1 else ""
         remedy = (
-            "was the log cut off while it was written? Delete that line"
+            "was the log truncated while it was written? Delete that line"
             if number == rows[-1][0]
             else "correct or delete the line"
         )
@@ -122,7 +122,7 @@ def _read_npz(file: Path) -> Log:
         for k in range(flat.shape[1]):
             log.add(name if values.ndim == 1 else f"{name}[{k}]", flat[:, k], f"{len(values)} rows")
     if not log.columns:
-        terminal.fail(f"{file}: holds no array of numbers")
+        terminal.fail(f"{file}: contains no array of numbers")
     return log
 
 

@@ -41,7 +41,7 @@ def guess_map(file: Path, cell_file: Path, output: Path | None) -> tuple[dict[st
     wrench = [n for pattern in WRENCH for n in [c for c in log.columns if pattern.search(c.lower())][:1]]
     if len(wrench) == len(WRENCH):
         columns["wrench"] = {"from": wrench, "unit": ["N", "N m"]}
-        reasons.append(["wrench", ", ".join(wrench), "names; its unit, frame and sign must be looked up"])
+        reasons.append(["wrench", ", ".join(wrench), "from the names; its unit, frame and sign must be checked"])
     if not set(columns) & {"q", "tau", "i"}:
         terminal.fail(
             f"{file}: found no {cell.robot.joints} columns that are counted and look like joints (q1, pos_1, ...) among"
@@ -50,9 +50,7 @@ def guess_map(file: Path, cell_file: Path, output: Path | None) -> tuple[dict[st
     clock, duration = _clock(log, cell, families, reasons)
     place = cell_file if output is None else Path(os.path.relpath(cell_file, output.parent))
     cut = float(f"{0.7 * duration:.4g}")
-    reasons.append(
-        ["experiments", f"first {cut:g} s to fit, the rest to check", "what is fitted must be judged on other data"]
-    )
+    reasons.append(["experiments", f"first {cut:g} s to fit, the rest to check", "a fit must be checked on other data"])
     found = {
         "format": "kr5-map/1",
         "cell": str(place),
@@ -127,7 +125,7 @@ def _clock(
     cycle = cell.servo.cycle if cell.servo else 0.005
     if name is None:
         reasons.append(
-            ["clock", f"every {cycle:g} s", "no column looks like time; this is the cell's cycle: look it up"]
+            ["clock", f"every {cycle:g} s", "no column looks like time; this is the cycle of the cell; check it"]
         )
         return {"every": cycle}, rows * cycle
     stamps = log.columns[name]

@@ -40,7 +40,7 @@ def read_mcap(file: Path) -> Log:
             log.add(f"{topic}:{name}", column, topic)
         log.clocks[topic] = f"{topic}:{'header.stamp' if 'header.stamp' in columns else 'log_time'}"
     if not log.columns:
-        terminal.fail(f"{file}: holds no message that could be read; expected JSON messages, or ROS 2 ones (cdr)")
+        terminal.fail(f"{file}: contains no readable message; expected JSON messages, or ROS 2 ones (cdr)")
     return log
 
 

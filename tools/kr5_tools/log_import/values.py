@@ -80,13 +80,13 @@ def across_gears(source: Source, name: str, values: np.ndarray, cell: Any, note:
         terminal.fail(f"{source.where}: needs drives (structure, torque_constant) in the cell, which it does not have")
     S, constant = np.asarray(drives.structure), np.asarray(drives.torque_constant)
     if name in ("q", "qc"):
-        note(f"{name}: motor angles were taken to the joints by the cell's structure matrix")
+        note(f"{name}: motor angles were converted to joint angles by the structure matrix of the cell")
         return values @ np.linalg.inv(S).T
     if name == "tau":
-        note("tau: motor torques were taken to the joints by the cell's structure matrix")
+        note("tau: motor torques were converted to joint torques by the structure matrix of the cell")
         return np.asarray((values * constant if quantity == "current" else values) @ S)
     if quantity == "torque":
-        note("i: torques were turned into currents by the cell's torque constants")
+        note("i: torques were converted to currents by the torque constants of the cell")
         return np.asarray((values if motor else values @ np.linalg.inv(S)) / constant)
     return values
 
@@ -104,8 +104,8 @@ def tool_poses(tool: Tool, log: Log) -> np.ndarray:
     if not np.isfinite(rows).all():
         row = int(np.flatnonzero(~np.isfinite(rows).all(axis=1))[0])
         terminal.fail(
-            f"{log.file}: {log.row(row)}: found no number in a column of the tool's pose; delete the row: nothing was"
-            " measured"
+            f"{log.file}: {log.row(row)}: found no number in a column of the tool's pose;"
+            " delete the row, which has no measurement"
         )
     try:
         poses = kr5.calibration.to_poses(rows, kr5.calibration.PoseFormat(**form))

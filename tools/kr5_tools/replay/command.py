@@ -17,7 +17,7 @@ Rerun = Annotated[
     typer.Option(
         "--rerun",
         metavar="FILE.rrd",
-        help="Write a Rerun recording here: poses of links, columns over time. Needs pip install 'kr5[rerun]'.",
+        help="Rerun recording to write: poses of links, columns over time. Needs pip install 'kr5[rerun]'.",
     ),
 ]
 
@@ -32,8 +32,8 @@ def replay(
     rerun: Rerun = None,
     json_file: arguments.JsonOption = None,
 ) -> None:
-    """Page with the arm, its tool, peg, tube and board in 3D and a time slider; of a cell file, each joint moving in
-    turn.
+    """Page with the arm, its tool, peg, tube and board in 3D and a time slider; for a cell file, each joint moves
+    in turn.
     """
     import kr5.cell
 
@@ -87,7 +87,7 @@ def recorded_runs(recording: Any, cell: Any, most: int) -> list[dict[str, Any]]:
         t = np.asarray(experiment["t"])[keep] - experiment["t"][0] if moving else HOLD * np.arange(len(keep))
         if np.any(np.diff(t) <= 0):
             terminal.fail(
-                f"{experiment.name}: t: found times that do not grow, expected each row later than the one before"
+                f"{experiment.name}: t: found times that do not increase, expected each row later than the previous one"
             )
         runs.append(
             {

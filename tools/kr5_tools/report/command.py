@@ -39,10 +39,10 @@ def report(
         Path, typer.Argument(metavar="RESULT.json", help="Result file, written by a kr5 command with -o.")
     ],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="The page.")] = Path("report.html"),
-    png: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder for every plot as PNG.")] = None,
+    png: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder for the plots as PNG files.")] = None,
     recording: Annotated[
         Path | None,
-        typer.Option(metavar="FOLDER", help="Recording of a diagnosis, when it is not where the result file says."),
+        typer.Option(metavar="FOLDER", help="Recording of a diagnosis, if it is not at the path in the result file."),
     ] = None,
     json_file: arguments.JsonOption = None,
 ) -> None:
@@ -78,8 +78,8 @@ def write_report(data: dict[str, Any], source: Path, output: Path, png: Path | N
             return write_png(drawn, png) if png else []
     except (TypeError, ValueError, KeyError, AttributeError, IndexError) as error:
         terminal.fail(
-            f"{source}: is not a valid result file ({type(error).__name__}: {error}); write it again with its kr5"
-            " command"
+            f"{source}: is not a valid result file ({type(error).__name__}: {error});"
+            " create it again with its kr5 command"
         )
     finally:
         for plot in drawn:

@@ -85,9 +85,8 @@ class Context:
         """Complains of a motion of too many rows, one a cycle of the servo."""
         if not duration / self.cycle() <= MAX_ROWS:
             self.fail(
-                f"lasts {duration:.3g} s, at cycles of {self.cycle():.3g} s more than {MAX_ROWS} rows; look at "
-                "its durations and "
-                "speeds, and at servo.cycle and robot.limits.velocity of the cell"
+                f"lasts {duration:.3g} s, at cycles of {self.cycle():.3g} s more than {MAX_ROWS} rows; check its"
+                " durations and speeds, and servo.cycle and robot.limits.velocity of the cell"
             )
 
     def near(self, reach: float) -> np.ndarray:
@@ -175,7 +174,7 @@ def _table(names: list[str], *columns: Any) -> Any:
 def _motion(c: Context, start: float, q: np.ndarray) -> Any:
     low, high = np.asarray(c.cell.robot.limits.lower), np.asarray(c.cell.robot.limits.upper)
     if np.any(q < low) or np.any(q > high):
-        c.fail("leaves the limits of the joints; make 'reach' smaller, or move home")
+        c.fail("exceeds the limits of the joints; reduce 'reach', or move home")
     return _table(["t", *c.joint_names("qc")], start + c.cycle() * np.arange(len(q)), q)
 
 

@@ -36,14 +36,14 @@ def record(
         bool,
         typer.Option(
             "--images",
-            help="Render what the camera sees in `views` too: a folder for each in FOLDER, as `kr5 "
-            "calibrate hand-eye` reads it.",
+            help="Also render the camera images of `views`: a folder for each in FOLDER, as"
+            " read by `kr5 calibrate hand-eye`.",
         ),
     ] = False,
     full: arguments.FullOption = False,
     json_file: arguments.JsonOption = None,
 ) -> None:
-    """Recording of a simulated cell: runs a protocol in the simulator and adds the noise that the cell states."""
+    """Recording of a simulated cell: runs a protocol in the simulator and adds the noise stated in the cell."""
     import kr5.cell
 
     from kr5_tools.simulation import protocol_file

@@ -17,7 +17,7 @@ app = typer.Typer(no_args_is_help=True)
 
 @app.callback()
 def scene() -> None:
-    """Scenes in DART: a cell, what drives it, and the expected results (format kr5-scene/1)."""
+    """Scenes in DART: a cell, its controller, and the expected results (format kr5-scene/1)."""
 
 
 @app.command(epilog="Example: kr5 scene run share/scenes/peg_insertion.yaml --csv rows.csv")
@@ -35,7 +35,7 @@ def run(
         typer.Option(
             "--images",
             metavar="FOLDER",
-            help="Folder of the camera's images, as `kr5 calibrate hand-eye` reads them; must not exist yet.",
+            help="Folder for the camera images, as read by `kr5 calibrate hand-eye`; must not exist yet.",
         ),
     ] = None,
     scan: Annotated[
@@ -175,8 +175,8 @@ def _pushed(result: Any, t: Any) -> tuple[Any, Any]:
         usable = [np.asarray(p.q) for p in found.postures if p.usable]
         if not usable:
             terminal.fail(
-                f"{cell.name}: tube.T_B_T: the arm cannot hold the peg there, so there is nothing to show; leave out -o"
-                " and --rerun"
+                f"{cell.name}: tube.T_B_T: the arm cannot hold the peg at this pose, so that it cannot"
+                " be displayed; leave out -o and --rerun"
             )
         near = np.asarray(q[-1] if q else options.near)
         q.append(min(usable, key=lambda p: np.linalg.norm(p - near)))

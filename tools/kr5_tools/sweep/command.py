@@ -47,7 +47,7 @@ def insertion(
         typer.Option(help="Strategy by which the hole is found, as in kr5 insert."),
     ] = "profile_fit",
     insert_by: Annotated[
-        Literal["arm", "gravity", "air"], typer.Option(help="Drive that pushes the peg in, as in kr5 insert.")
+        Literal["arm", "gravity", "air"], typer.Option(help="Drive of the insertion, as in kr5 insert.")
     ] = "arm",
     seed: Annotated[int, typer.Option(min=0, help="Random seed of the whole sweep.")] = 1,
     workers: Annotated[
@@ -73,7 +73,7 @@ def insertion(
             help="Folder of sweep.json, trials.csv and report.html; an interrupted sweep continues there.",
         ),
     ] = Path("insertion-sweep"),
-    png: Annotated[Path | None, typer.Option("--png", metavar="DIR", help="Folder for every plot as PNG.")] = None,
+    png: Annotated[Path | None, typer.Option("--png", metavar="DIR", help="Folder for the plots as PNG files.")] = None,
     json_file: arguments.JsonOption = None,
 ) -> None:
     """Insertions over a grid of tilts and clearances: success rates at the first, second and third attempt, and times,
@@ -110,7 +110,7 @@ def insertion(
             )
         except KeyboardInterrupt:
             to.print(
-                f"Stopped: {len(folder.trials)} trials are kept in {output}; the same command goes on.",
+                f"Stopped: {len(folder.trials)} trials are kept in {output}; the same command continues.",
                 soft_wrap=True,
             )
             raise typer.Exit(STOPPED) from None
@@ -144,9 +144,8 @@ def compare_first_trial(folder: Any, cell: Any, grid: Grid) -> None:
     if first and repr(run_trial(cell, first.key, grid.insert_by, grid.seed)) != repr(first):  # in words NaN equals NaN
         which = f"trial {first.number} at {first.tilt:g} deg and {first.clearance:g} mm"
         terminal.print_note(
-            f"{which} gives other numbers now than when it was run: the library or the machine is another one, "
-            "and the tables "
-            "mix both; another folder (-o) keeps them apart."
+            f"{which} gives different numbers now: the library or the machine has changed, and the tables"
+            " mix both; use another folder (-o) to separate them."
         )
 
 

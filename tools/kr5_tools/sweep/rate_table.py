@@ -131,7 +131,7 @@ def table_texts(table: dict[str, Any]) -> list[str]:
     said = [
         COLUMNS_TEXT,
         (
-            f"First attempt, all together: {first['count']} of {table['pooled']['trials']}, {100 * first['rate']:.1f}"
+            f"First attempt, all trials: {first['count']} of {table['pooled']['trials']}, {100 * first['rate']:.1f}"
             f" %, at least {100 * first['least']:.1f} % (exact one-sided bound, 95 %)."
         ),
     ]

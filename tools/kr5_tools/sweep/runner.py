@@ -51,8 +51,7 @@ def on_dask(
     """Batches as they are finished. A batch whose worker died is run again by another one."""
     if importlib.util.find_spec("distributed") is None:
         terminal.fail(
-            "several workers are led by Dask, which is absent: pip install 'kr5[cluster]' (or --workers 1, which does"
-            " without)"
+            "several workers need Dask, which is not installed: pip install 'kr5[cluster]' (or use --workers 1)"
         )
     import dask
     from dask.distributed import KilledWorker, as_completed
@@ -76,8 +75,8 @@ def on_dask(
                 )
             except KilledWorker:
                 terminal.fail(
-                    f"{DEATHS} workers died over the same trials; is there memory enough? What is finished is kept: the"
-                    " same command goes on"
+                    f"{DEATHS} workers ended during the same trials; is there enough memory? Finished trials"
+                    " are kept, and the same command continues"
                 )
             future.release()
 
@@ -102,7 +101,9 @@ def open_cluster(workers: int, scheduler: str | None) -> Iterator[Any]:
             )
         with client:
             if not client.ncores():
-                terminal.print_note(f"{scheduler} has no worker yet; waiting for one: dask worker {scheduler}")
+                terminal.print_note(
+                    f"{scheduler} has no worker yet; waiting for one, start it with: dask worker {scheduler}"
+                )
             yield client
         return
     with ignore_sigint():
@@ -117,9 +118,8 @@ def open_cluster(workers: int, scheduler: str | None) -> Iterator[Any]:
             )
         except (RuntimeError, OSError, TimeoutError) as error:  # "Nanny failed to start"
             terminal.fail(
-                f"--workers {workers}: a worker ended as it was started ({error}); is there memory enough for so "
-                "many? The same "
-                "command goes on where it was, with --workers 1 without any"
+                f"--workers {workers}: a worker ended during its start ({error}); is there enough memory for this"
+                " number? The same command continues; --workers 1 runs without workers"
             )
     with own, Client(own, set_as_default=False) as client:
         yield client
@@ -141,7 +141,8 @@ def check_version(found: str, scheduler: str | None) -> None:
 
     if found != kr5.__version__:
         terminal.fail(
-            f"--scheduler {scheduler}: a worker has kr5 {found}, and here it is {kr5.__version__}; install the same"
+            f"--scheduler {scheduler}: a worker has kr5 {found}, but this machine has"
+            f" {kr5.__version__}; install the same version"
         )
 
 

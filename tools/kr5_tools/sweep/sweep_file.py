@@ -74,8 +74,8 @@ class SweepFolder:
         )
         if not all(begun):
             terminal.fail(
-                f"{path}: is a folder that holds other things and no sweep.json; expected a new folder or that of a"
-                " sweep to go on with"
+                f"{path}: is a folder with other files and without sweep.json; expected a new"
+                " folder, or that of a sweep to continue"
             )
 
     def __enter__(self) -> "SweepFolder":
@@ -97,15 +97,17 @@ class SweepFolder:
             now = writing.to_plain({**wanted, "version": kr5.__version__}[name])
             if found.get(name) != now:
                 terminal.fail(
-                    f"{file}: {name}: found {json.dumps(found.get(name))}, now it is {json.dumps(now)}; a sweep goes on"
-                    f" with what it began with: the same {option}, or another folder (-o)"
+                    f"{file}: {name}: found {json.dumps(found.get(name))}, now it is {json.dumps(now)}; a sweep"
+                    f" continues with its original settings: the same {option}, or another folder (-o)"
                 )
 
     def _lock(self) -> None:
         try:
             fcntl.flock(self.file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            terminal.fail(f"{self.path}: another sweep is writing there; wait for its end, or name another folder (-o)")
+            terminal.fail(
+                f"{self.path}: another sweep is using this folder; wait for its end, or choose another folder (-o)"
+            )
 
     def _read(self) -> None:
         """What is finished. A last line without its end was being written when the sweep was killed: it is cut off."""
@@ -114,8 +116,8 @@ class SweepFolder:
         whole = data.rfind(b"\n") + 1
         if whole < len(data):
             self.note = (
-                f"{self.path / 'trials.csv'}: the last line was cut short when the sweep was killed; that trial is run"
-                " again"
+                f"{self.path / 'trials.csv'}: the last line was truncated when the sweep was"
+                " killed; that trial is run again"
             )
             self.file.truncate(whole)
         if not whole:
@@ -124,10 +126,10 @@ class SweepFolder:
         try:
             lines = list(csv.reader(data[:whole].decode("utf-8").split("\n")[:-1]))
         except (UnicodeDecodeError, csv.Error) as error:
-            terminal.fail(f"{self.path / 'trials.csv'}: is no table of trials ({error}); name another folder (-o)")
+            terminal.fail(f"{self.path / 'trials.csv'}: is not a table of trials ({error}); choose another folder (-o)")
         if tuple(lines[0]) != HEADER:
             terminal.fail(
-                f"{self.path / 'trials.csv'}:1: found other columns than {','.join(HEADER)}; name another folder (-o)"
+                f"{self.path / 'trials.csv'}:1: found other columns than {','.join(HEADER)}; choose another folder (-o)"
             )
         for number, line in enumerate(lines[1:], 2):
             trial = self._parse(line, number)
@@ -142,8 +144,8 @@ class SweepFolder:
             return trial
         except (ValueError, OverflowError) as error:
             terminal.fail(
-                f"{self.path / 'trials.csv'}:{number}: is no trial ({error}); delete this line, and the trial is run"
-                " again"
+                f"{self.path / 'trials.csv'}:{number}: is not a trial ({error}); delete"
+                " this line to run the trial again"
             )
 
     def add(self, trials: list[Trial]) -> None:

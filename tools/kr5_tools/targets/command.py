@@ -22,8 +22,8 @@ Target = Annotated[
         "--board",
         metavar="TARGET",
         help=(
-            "Short form, e.g. chessboard:6x9:0.025 (inner corners, rows first; lengths in m), or a file. --board says"
-            " the same."
+            "Short form, e.g. chessboard:6x9:0.025 (inner corners, rows first; lengths in"
+            " m), or a file. --board is the same."
         ),
     ),
 ]

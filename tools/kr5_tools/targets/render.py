@@ -31,7 +31,7 @@ def render(
     ] = None,
     json_file: arguments.JsonOption = None,
 ) -> None:
-    """Image of targets as a camera sees them, with lens, blur, noise and light; edges are exact to hundredths of a
+    """Image of targets as seen by a camera, with lens, blur, noise and light; edges are accurate to hundredths of a
     pixel.
 
     A pose is x y z roll pitch yaw, in m and rad, or a 4x4 matrix.

@@ -10,7 +10,7 @@
 #include <kr5/calibration/hand_eye.hpp>
 
 /// @file
-/// How good a hand-eye method is on views it has not seen. Any method is judged in the same way: a solver does not
+/// Error of a hand-eye method on held-out views. All methods are evaluated in the same way: a solver does not
 /// grade itself.
 
 namespace kr5::calibration {

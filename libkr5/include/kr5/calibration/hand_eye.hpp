@@ -13,7 +13,7 @@
 #include <kr5/geometry/view.hpp>
 
 /// @file
-/// Hand-eye calibration: where the camera sits on the flange (or in the base), from views of one target.
+/// Hand-eye calibration: pose of the camera on the flange (or in the base), from views of one target.
 
 namespace kr5::calibration {
 
@@ -54,7 +54,7 @@ struct HandEyeOptions {
           "Noise of a robot orientation per axis [rad]; 0: estimated from the data.");
     visit("min_rotation", self.min_rotation, "Least rotation of the wrist, about two axes, for a calibration [rad].");
     visit("outlier_false_alarm", self.outlier_false_alarm,
-          "Probability that an outlier is named in views without one, over all views [-].");
+          "Probability of a false outlier in sound data, over all views [-].");
     visit("max_iterations", self.max_iterations, "Greatest number of iterations of the refinement.");
     visit("start", self.start, "Initial value of T_mount_camera; by default from a closed form.");
   }
@@ -121,10 +121,10 @@ struct HandEyeResult {
 /// named, at a false-alarm rate per set of `outlier_false_alarm`; at least six in ten views stay in the fit.
 ///
 /// The diagnosis (hand_eye_diagnosis.hpp) has a quicker fitter of its own, which sees each view as one pose: it
-/// compares a hundred ways of reading the same data. What it finds says which reading is right; the answer itself comes
+/// compares a hundred ways of reading the same data. Its result shows which reading is right; the answer itself comes
 /// from here.
 ///
-/// Data that cannot determine the answer give `fit.status == FitStatus::Degenerate` and say why in `fit.message`.
+/// Data that cannot determine the answer give `fit.status == FitStatus::Degenerate` and the reason in `fit.message`.
 /// @throws InvalidArgument for fewer than three views, a view with fewer than four points, NaN, or invalid options.
 HandEyeResult calibrate_hand_eye(std::span<const HandEyeView> views, const Pinhole& camera,
                                  const HandEyeOptions& options = {});

@@ -7,7 +7,7 @@
 #include <kr5/core/fields.hpp>
 
 /// @file
-/// What may be wrong with a hand-eye recording, and how it is told.
+/// Faults of a hand-eye recording, and how they are reported.
 
 namespace kr5::calibration {
 

@@ -41,7 +41,7 @@ struct HandEyeDiagnosisOptions {
   void validate() const;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("false_alarm", self.false_alarm, "Rate of causes named on a sound data set [-].");
+    visit("false_alarm", self.false_alarm, "Rate of false causes on a sound data set [-].");
     visit("tolerance", self.tolerance, "Acceptable error at the tool (95 %) [m].");
     visit("working_distance", self.working_distance,
           "Distance in front of the camera at which the error is stated; 0: that of the target [m].");
@@ -74,7 +74,7 @@ struct HandEyeDiagnosis {
 
   static void each_field(auto& self, auto&& visit) {
     visit("verdict", self.verdict, "Verdict: good | doubtful | unusable.");
-    visit("text", self.text, "Verdict in words.");
+    visit("text", self.text, "Text of the verdict.");
     visit("causes", self.causes, "Causes, most probable first; empty for a sound data set.");
     visit("tool_error", self.tool_error, "Expected (RMS) error of a point at the working distance [m].");
     visit("tool_error_95", self.tool_error_95, "Error of that point at 95 % [m].");

@@ -125,8 +125,8 @@ struct TimedHandEyeResult {
 TimedHandEyeResult calibrate_timed_hand_eye(const PoseStream& hand, const PoseStream& camera,
                                             const TimedHandEyeOptions& options = {});
 
-/// Where each camera pose puts the world in the base with a given result: what data that were not fitted say of it.
-/// Camera times that the hand stream does not cover are left out.
+/// Pose of the world in the base from each camera pose, for a given result: its evaluation on data that were not
+/// fitted. Camera times that the hand stream does not cover are left out.
 std::vector<Pose> world_in_base(const PoseStream& hand, const PoseStream& camera, const TimedHandEyeResult& result,
                                 double max_gap = TimedHandEyeOptions().max_gap);
 

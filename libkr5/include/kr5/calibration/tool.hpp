@@ -34,14 +34,14 @@ struct ToolOptions {
           "Noise of the touched position per axis, robot and hand [m]; 0 (both sigmas): estimated from the residuals.");
     visit("sigma_rotation", self.sigma_rotation,
           "Noise of the flange orientation per axis [rad]; 0 (both sigmas): estimated from the residuals.");
-    visit("min_rotation", self.min_rotation, "Least RMS rotation that bears on each component of the tip [rad].");
+    visit("min_rotation", self.min_rotation, "Least RMS rotation that determines each component of the tip [rad].");
     visit("outlier_false_alarm", self.outlier_false_alarm,
-          "Probability that an outlier is named in poses without one, over all poses [-].");
+          "Probability of a false outlier in sound data, over all poses [-].");
     visit("reject_outliers", self.reject_outliers,
           "Exclusion of outlier poses from the fit while at least four remain.");
     visit("height_at_calibration", self.height_at_calibration, "Height of the peg when the tip was calibrated [m].");
     visit("height_now", self.height_now, "Height of the peg now [m].");
-    visit("previous", self.previous, "Tip in use before, in the flange frame [m].");
+    visit("previous", self.previous, "Previous tip, in the flange frame [m].");
     visit("max_height_change", self.max_height_change,
           "Change of peg height, or of the tip, above which a warning is given [m].");
   }
@@ -55,7 +55,7 @@ struct ToolPoseReport {
   bool outlier = false;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("residual", self.residual, "Tip as given by this pose, less the fixed point, in the base [m].");
+    visit("residual", self.residual, "Tip according to this pose, minus the fixed point, in the base [m].");
     visit("distance", self.distance, "Length of the residual [m].");
     visit("significance", self.significance,
           "Probability of a sound pose at this distance from the prediction of the others [-].");
@@ -85,7 +85,7 @@ struct ToolResult {
     visit("sigma_position", self.sigma_position, "Noise of the touched position per axis, given or estimated [m].");
     visit("sigma_rotation", self.sigma_rotation, "Noise of the orientation per axis, given or estimated [rad].");
     visit("rotation_spread", self.rotation_spread,
-          "RMS rotation bearing on each principal direction of the tip [rad].");
+          "RMS rotation that determines each principal direction of the tip [rad].");
     visit("weak_direction", self.weak_direction, "Direction in the flange frame along which the tip is least certain.");
     visit("poses", self.poses, "Agreement of each pose, in input order.");
     visit("warnings", self.warnings, "Warnings to consider before the tip is used.");

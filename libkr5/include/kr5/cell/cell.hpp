@@ -21,12 +21,12 @@
 #include <kr5/kinematics/dh_chain.hpp>
 
 /// @file
-/// What is believed about a robot cell: format `kr5-cell/1`. Frames: B base, F flange, E tool tip, S force sensor,
+/// Nominal model of a robot cell: format `kr5-cell/1`. Frames: B base, F flange, E tool tip, S force sensor,
 /// C camera, L line scanner, W board, T tube.
 
 namespace kr5::cell {
 
-/// The believed cell, and every effect it may carry. A part that a cell does not have is absent.
+/// The nominal cell with its active effects. A part that a cell does not have is absent.
 struct Cell {
   std::string name;
   Robot robot;

@@ -7,7 +7,7 @@
 #include <kr5/core/fields.hpp>
 
 /// @file
-/// The columns of every kind of experiment: the one place that knows what they mean, their units
+/// The columns of every kind of experiment: the single definition of their meaning, their units
 /// and noise.
 
 namespace kr5::cell {
@@ -43,7 +43,7 @@ struct Column {
   std::string name = {};
   Role role = Role::Given;
   std::string unit = {};
-  std::string noise = {};      ///< Key of `noise` in the cell; empty for what is given, or exact.
+  std::string noise = {};      ///< Key of `noise` in the cell; empty for given or exact columns.
   std::string group = {};      ///< Columns of one group are there together or not at all; an empty group must be there.
   std::string target = {};     ///< Target of the catalogue nearest to it: joint3, fx, tool, camera...
   std::string subsystem = {};  ///< Part of the cell that it tells of.
@@ -53,15 +53,15 @@ struct Column {
 
   static void each_field(auto& self, auto&& visit) {
     visit("name", self.name, "Name in the header of the file.");
-    visit("role", self.role, "given | predicted.");
+    visit("role", self.role, "Role: given | predicted.");
     visit("unit", self.unit, "Unit.");
-    visit("noise", self.noise, "Key of `noise` in the cell; empty for what is given, or exact.");
-    visit("group", self.group, "Columns of a group are there together or not at all; without a group: always.");
-    visit("target", self.target, "Nearest target of the catalogue, e.g. joint3, fx, camera; empty for what is given.");
-    visit("subsystem", self.subsystem, "Part of the cell that the column tells of; empty for what is given.");
-    visit("channel", self.channel, "Quantity, e.g. motor current; empty for what is given.");
-    visit("label", self.label, "Name in words, e.g. current of joint 3.");
-    visit("joint", self.joint, "Number of its joint, from 0; -1 where it belongs to none.");
+    visit("noise", self.noise, "Key of `noise` in the cell; empty for given or exact columns.");
+    visit("group", self.group, "Group of columns that are present together or not at all; empty: always present.");
+    visit("target", self.target, "Nearest target of the catalogue, e.g. joint3, fx, camera; empty for given columns.");
+    visit("subsystem", self.subsystem, "Part of the cell that the column measures; empty for given columns.");
+    visit("channel", self.channel, "Quantity, e.g. motor current; empty for given columns.");
+    visit("label", self.label, "Name in reports, e.g. current of joint 3.");
+    visit("joint", self.joint, "Index of its joint, from 0; -1 for none.");
   }
 };
 

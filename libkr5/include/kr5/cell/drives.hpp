@@ -100,9 +100,9 @@ struct Servo {
   static constexpr std::array<std::string_view, 1> required = {"cycle"};
   static void each_field(auto& self, auto&& visit) {
     visit("cycle", self.cycle, "Cycle time of the controller [s].");
-    visit("joint", self.joint, "Joint servo: one for all joints, or one per joint; none when not known.");
+    visit("joint", self.joint, "Joint servo: one for all joints, or one per joint; empty when unknown.");
     visit("tool", self.tool, "Servo of the path correction.");
-    visit("correction", self.correction, "Mode and limits of the path correction; none: absolute, without limits.");
+    visit("correction", self.correction, "Mode and limits of the path correction; absent: absolute, without limits.");
   }
 };
 

@@ -22,7 +22,7 @@ namespace kr5::cell {
 struct Cell;
 struct Experiment;
 
-/// What an effect sits on. Joints, motors and wrench components are many, the others one.
+/// Target of an effect. There are several joints, motors and wrench components, and one of each other kind.
 enum class EffectTarget {
   Joint,
   Motor,
@@ -70,7 +70,7 @@ constexpr auto enum_names(EffectValueKind) {
       {{Number, "number"}, {Whole, "whole"}, {Vector2, "vector2"}, {Vector3, "vector3"}, {Pose, "pose"}});
 }
 
-/// Where an effect sits in one cell, and what is known of the recording in which it is looked for: all that a row of
+/// Target of an effect in one cell, with the facts about the recording that is searched for it: all that a row of
 /// the catalogue may ask.
 struct EffectSite {
   const Cell& cell;
@@ -156,22 +156,22 @@ struct EffectParameter {
   double usual_size = 0.0;  ///< The same as `size` where it is one everywhere; 0: not given.
   double step = 0.02;       ///< Of finite differences, in x [-].
 
-  /// Whether the parameter tells by itself how large the effect is; a time constant or a phase does not.
+  /// Whether the parameter alone determines the size of the effect; a time constant or a phase does not.
   bool measures_size() const;
 
   static void each_field(auto& self, auto&& visit) {
     visit("name", self.name, "Name in the file.");
     visit("kind", self.kind, "Form of the value: number | whole | vector2 | vector3 | pose.");
     visit("unit", self.unit, "Unit; for a prismatic joint read N for N m and m for rad.");
-    visit("nominal_when_off", self.nominal_when_off, "Whether the value replaces one of the cell.");
-    visit("off", self.off, "Value that switches the effect off, where it replaces none of the cell.");
+    visit("nominal_when_off", self.nominal_when_off, "Whether the value replaces a value of the cell.");
+    visit("off", self.off, "Value that switches the effect off, when it does not replace a value of the cell.");
     visit("lower", self.lower, "Smallest plausible value, of each component.");
     visit("upper", self.upper, "Largest plausible value, of each component.");
-    visit("required", self.required, "Whether it must be given when the effect is.");
+    visit("required", self.required, "Whether the parameter is required when the effect is active.");
     visit("description", self.description, "Meaning of the parameter.");
-    visit("coordinate", self.coordinate, "How the parameter follows from the coordinates of a search.");
+    visit("coordinate", self.coordinate, "Relation of the parameter to the coordinates of a search.");
     visit("usual_size", self.usual_size,
-          "Change that such an effect often makes, in the unit of the parameter; 0 where it depends on the cell.");
+          "Typical change by such an effect, in the unit of the parameter; 0 where it depends on the cell.");
   }
 };
 
@@ -187,7 +187,7 @@ struct ActiveEffect {
   double number(const std::string& parameter) const;
 };
 
-/// One row of the catalogue: everything the library knows about an effect but its law.
+/// Row of the catalogue: everything about an effect except its law.
 struct Effect {
   std::string id = {};
   EffectTarget target = EffectTarget::Joint;
@@ -205,7 +205,7 @@ struct Effect {
   /// Whether a cell that has the target has all else that the effect acts on; empty: it has.
   std::function<bool(const Cell&)> possible = {};
 
-  /// Whether it is periodic in the angle of its joint, with a number of cycles that the data tell.
+  /// Whether it is periodic in the angle of its joint, with a number of cycles that is estimated from the data.
   bool periodic() const;
 
   static void each_field(auto& self, auto&& visit) {
@@ -213,7 +213,7 @@ struct Effect {
     visit("target", self.target, "Part of the cell that carries the effect.");
     visit("label", self.label, "Short name for reports.");
     visit("description", self.description, "Difference from the nominal cell, in a few words.");
-    visit("shows_in", self.shows_in, "Columns in which the effect shows, and how.");
+    visit("shows_in", self.shows_in, "Columns in which the effect shows, and its form.");
     visit("remedy", self.remedy, "Advice for the real cell.");
     visit("parameters", self.parameters, "Parameters.");
     visit("inaccuracy", self.inaccuracy,
@@ -227,8 +227,8 @@ std::vector<Effect> effect_catalogue();
 /// @throws InvalidArgument naming the nearest effect.
 const Effect& find_effect(const std::string& id);
 
-/// What the cell says of a parameter: its nominal value where the effect replaces it, or the value other than 0 that
-/// switches the effect off; nothing for an addition, and where the cell does not say.
+/// Value of the cell for a parameter: its nominal value where the effect replaces it, or the value other than 0 that
+/// switches the effect off; nothing for an addition, and where the cell does not state it.
 /// @param choice Value of the effect's parameter that is a choice.
 /// @throws InvalidArgument for an unknown effect, target or parameter, naming what there is.
 std::optional<EffectValue> nominal_value(const Cell& cell, const std::string& id, const std::string& target,

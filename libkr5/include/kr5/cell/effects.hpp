@@ -51,7 +51,7 @@ class Effects {
   /// Value that was set, or null.
   const EffectValue* find(std::string_view effect, std::string_view parameter, int index = 0) const;
 
-  /// Sets a parameter by the names of the catalogue, whatever the cell has; nothing switches it off.
+  /// Sets a parameter by the names of the catalogue, without a check against the cell; an empty value switches it off.
   /// @throws InvalidArgument for an unknown effect, target or parameter, naming what there is, and for a value of the
   ///         wrong form.
   void set(const std::string& effect, const std::string& target, const std::string& parameter,

@@ -34,11 +34,11 @@ struct UrdfImport {
 };
 
 /// The serial arm between two links of a robot. T_base_tool is the pose of the tip for the same joint values, and the
-/// flange has the tip's axes. Links behind fixed joints, and behind joints beside the arm (held at 0, as a note says),
-/// give their mass to the link that carries them. Limits that the file leaves out or sets to 0 become infinite.
-/// `damping` and `friction` of the joints become viscous and Coulomb friction of drives that are otherwise of unit gear
-/// and motor (a current is a joint torque), as a note says.
-/// Joint axes less than 3 degrees from parallel get a Hayati angle.
+/// flange has the tip's axes. Links behind fixed joints, and behind joints beside the arm (held at 0, as a note
+/// states), give their mass to the link that carries them. Limits that the file leaves out or sets to 0 become
+/// infinite. `damping` and `friction` of the joints become viscous and Coulomb friction of drives that are otherwise of
+/// unit gear and motor (a current is a joint torque), as a note states. Joint axes less than 3 degrees from parallel
+/// get a Hayati angle.
 /// @throws IoError naming file, link or joint, what was found and what to do: not a URDF, a xacro file, no such link,
 /// an arm that branches and no tip, a joint of a kind that no cell has, an inertia on the arm that no body has.
 UrdfImport import_urdf(const std::filesystem::path& file, const UrdfOptions& options = {});

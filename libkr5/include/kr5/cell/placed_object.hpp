@@ -11,7 +11,7 @@
 
 namespace kr5::cell {
 
-/// A solid that stands in the cell, for camera and scanner to see: a pellet, a hole, a bench.
+/// Solid in the cell that camera and scanner can see: a pellet, a hole, a bench.
 struct PlacedObject : Solid {
   std::string name;
   Pose T_base_object = Pose::Identity();  ///< Where it stands.

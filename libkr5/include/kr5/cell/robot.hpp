@@ -35,7 +35,7 @@ struct Limits {
   }
 };
 
-/// Gears between motors and links, as far as an effect makes them give way. The defaults are those of the format
+/// Gears between motors and links, used where an effect makes them elastic. The defaults are those of the format
 /// `kr5-cell/1`, with which cells without this part are read.
 struct Gears {
   /// Behind the free play of a backlash: one value a joint; the last holds for all further joints [N m/rad or N/m].
@@ -58,7 +58,7 @@ struct Gears {
     visit("elastic_damping", self.elastic_damping, "Damping ratio of the spring of a joint_elasticity [-].");
     visit("backlash_damping", self.backlash_damping, "Damping ratio of the gear of a backlash [-].");
     visit("side_torque", self.side_torque,
-          "Load at rest beyond which a link lies at one side of its free play [N m or N].");
+          "Load at rest above which a link lies at one end of its free play [N m or N].");
   }
 };
 
@@ -81,7 +81,7 @@ struct Robot {
     visit("limits", self.limits, "Limits of the joints.");
     visit("links", self.links, "Inertial parameters of each link, in link frame i; may be absent.");
     visit("gravity", self.gravity, "Gravity in B [m/s^2].");
-    visit("gears", self.gears, "Gears, as far as an effect makes them give way.");
+    visit("gears", self.gears, "Gears; used where an effect makes them elastic.");
   }
 };
 

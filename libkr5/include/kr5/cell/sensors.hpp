@@ -88,10 +88,10 @@ struct Laser {
     visit("T_tool_scanner", self.T_tool_scanner,
           "Scanner in the nominal tool tip, which does not move with tool_offset [m, rad].");
     visit("T_flange_scanner", self.T_flange_scanner, "Scanner in the flange [m, rad].");
-    visit("stand_off", self.stand_off, "Best stand-off: range at which laser_bias shows nothing [m].");
+    visit("stand_off", self.stand_off, "Best stand-off: range at which laser_bias is zero [m].");
     visit("bias_distance", self.bias_distance,
           "Distance from the stand-off at which the error is the stated bias of laser_bias [m].");
-    visit("target", self.target, "Object it measures.");
+    visit("target", self.target, "Object that the scanner measures.");
   }
 };
 

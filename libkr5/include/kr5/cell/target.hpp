@@ -53,7 +53,7 @@ struct Board {
     visit("T_base_target", self.T_base_target,
           "Pose of the board in the base; corners of a marker are (0,0) (m,0) (m,m) (0,m) [m, rad].");
     visit("family", self.family, "Marker family.");
-    visit("first_id", self.first_id, "Number of the first marker.");
+    visit("first_id", self.first_id, "Id of the first marker.");
   }
 };
 

@@ -41,7 +41,7 @@ concept HasNames = std::is_enum_v<T> && requires(T value) {
   enum_names(value);
 };
 
-/// Options that can say what is wrong with them.
+/// Options that can validate themselves.
 template <class T>
 concept HasValidate = requires(const T& value) {
   value.validate();

@@ -31,7 +31,7 @@ struct FitReport {
   bool usable() const { return status != FitStatus::Degenerate; }
 
   static void each_field(auto& self, auto&& visit) {
-    visit("status", self.status, "How the estimation ended.");
+    visit("status", self.status, "Status of the estimation.");
     visit("iterations", self.iterations, "Number of steps taken.");
     visit("initial_rms", self.initial_rms, "RMS of the whitened residuals before the fit [-].");
     visit("final_rms", self.final_rms,

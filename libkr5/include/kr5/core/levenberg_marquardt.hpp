@@ -84,7 +84,7 @@ struct NormalEquations {
   }
 };
 
-/// How a minimisation stands.
+/// State of a minimisation.
 enum class LevenbergMarquardtStatus {
   Running,        ///< step() is to be tried.
   Converged,      ///< step() is negligible; it may be taken without trying it.
@@ -121,7 +121,7 @@ struct LevenbergMarquardtOptions {
   }
 
   static void each_field(auto& self, auto&& visit) {
-    visit("max_iterations", self.max_iterations, "Greatest number of steps tried.");
+    visit("max_iterations", self.max_iterations, "Greatest number of trial steps.");
     visit("tolerance", self.tolerance, "Step, in standard deviations of the estimate, at which to stop [-].");
     visit("sigma", self.sigma, "Standard deviation of a residual; 0: estimated from the residuals.");
     visit("least_sigma", self.least_sigma, "Lower limit of the estimated sigma, for fits without noise.");
@@ -253,12 +253,13 @@ struct LevenbergMarquardtResult {
   bool usable() const { return converged() || status == LevenbergMarquardtStatus::NoDecrease; }
 };
 
-/// Minimises the cost of `problem` from `x`. State: Eigen::Vector, or whatever `moved` takes.
+/// Minimises the cost of `problem` from `x`. State: Eigen::Vector, or any type that `moved` takes.
 ///
 /// The problem needs `NormalEquations<N> equations(const State&)`, and may have
 /// - `double cost(const State&)`: when it is cheaper than the equations, which are then asked for at accepted points;
 /// - `State moved(const State&, const Vector& step)`: when it is not x + step, as for poses;
-/// - `bool reweigh(const State&, const NormalEquations<N>&)`: called at accepted points, says whether weights changed;
+/// - `bool reweigh(const State&, const NormalEquations<N>&)`: called at accepted points, returns whether weights
+/// changed;
 /// - `Box<N> box`: bounds that are kept at every point. The start is moved into them.
 /// @throws InvalidArgument for invalid options.
 template <int N, class State, class Problem>

@@ -49,7 +49,7 @@ struct TubeFit {
 };
 
 /// Least squares of heights over azimuths by the exact profile. Unlike the least height, or the sharpest minimum, it
-/// uses every row, and knows the distance of the hole as well as its direction.
+/// uses every row, and estimates the distance of the hole as well as its direction.
 /// @param azimuth [rad] and @param height [m], a value a row.
 /// @return Degenerate for fewer than six rows, rows that cover less than a quarter of the turn, or a profile that is
 /// flat.

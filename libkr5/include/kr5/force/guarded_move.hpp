@@ -25,9 +25,9 @@ struct GuardedMoveOptions {
   void validate() const;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("speed", self.speed, "Speed where nothing can be touched yet [m/s].");
+    visit("speed", self.speed, "Speed where no contact is possible yet [m/s].");
     visit("contact_speed", self.contact_speed,
-          "Speed where contact is possible; 0: the safe speed, to which faster ones are limited [m/s].");
+          "Speed where contact is possible; 0: the safe speed, which is also its upper limit [m/s].");
     visit("acceleration", self.acceleration, "Braking acceleration of the arm [m/s^2].");
     visit("touch_force", self.touch_force, "Force from which contact is detected [N].");
     visit("max_force", self.max_force, "Greatest force on the contact [N].");

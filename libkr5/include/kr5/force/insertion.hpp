@@ -50,12 +50,12 @@ struct InsertionOptions {
     visit("cutoff", self.cutoff, "Cut-off frequency of the low-pass on forces and positions [Hz].");
     visit("delay", self.delay, "Delay from a command to its effect, for the check of the gains [s].");
     visit("servo_frequency", self.servo_frequency,
-          "Natural frequency of the servo behind the commands, which are led ahead by its inverse; 0: none [rad/s].");
+          "Natural frequency of the servo behind the commands, which its inverse compensates; 0: none [rad/s].");
     visit("servo_damping", self.servo_damping, "Damping ratio of that servo [-].");
     visit("localisation", self.localisation, "Localisation of the hole: fit | cusp | minimum.");
     visit("entry", self.entry, "Entry of the peg: tilted | upright.");
     visit("insert_by", self.insert_by, "Drive of the insertion: arm | gravity | air.");
-    visit("hole", self.hole, "Centre of a hole known from before, in T, which is tried first [m].");
+    visit("hole", self.hole, "Centre of a previously found hole, in T, which is tried first [m].");
     visit("grip", self.grip, "Compliance between arm and peg.");
     visit("forces", self.forces, "Forces and gains.");
     visit("motion", self.motion, "Speeds and distances.");

@@ -28,7 +28,7 @@ enum class Entry {
 };
 constexpr auto enum_names(Entry) { return names<Entry>({{Entry::Tilted, "tilted"}, {Entry::Upright, "upright"}}); }
 
-/// Drive of the peg once it stands in the mouth of the bore.
+/// Drive of the peg after it has entered the mouth of the bore.
 enum class InsertBy {
   Arm,      ///< The arm, which holds it.
   Gravity,  ///< Its weight: the grip lets it slide.
@@ -136,7 +136,7 @@ struct InsertionLimits {
     visit("torque", self.torque, "Torque on the peg, about its bottom, that stops the arm [N m].");
     visit("current", self.current, "Current of each motor that stops the arm; empty: not monitored [A].");
     visit("face_error", self.face_error, "Greatest error of the believed height of the tube's face [m].");
-    visit("descent", self.descent, "Distance below the face without contact after which no tube is assumed [m].");
+    visit("descent", self.descent, "Distance below the face after which, without contact, no tube is assumed [m].");
     visit("travel", self.travel, "Sliding distance that ends an attempt; 0: the radius of the peg [m].");
     visit("attempts", self.attempts, "Greatest number of attempts.");
     visit("time", self.time, "Greatest total duration [s].");

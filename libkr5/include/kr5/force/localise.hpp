@@ -37,7 +37,7 @@ struct TurnDirection {
   }
 };
 
-/// By forces: with the stiffness of all that gives way they are heights of the profile, which is fitted.
+/// Direction from forces: the total stiffness converts them to heights of the profile, which is fitted.
 /// @param stiffness [N/m]. @return Degenerate where the profile is, see fit_tube; rows without a force are left out.
 /// @throws InvalidArgument for bodies, a tilt, a stiffness or rows that are not valid.
 TurnDirection locate_by_force(const PegTube& bodies, double tilt, double stiffness, const std::vector<TurnRow>& rows);

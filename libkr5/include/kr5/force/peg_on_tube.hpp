@@ -73,7 +73,8 @@ struct PegRest {
 ///
 /// The greatest height at which bottom and top face touch: exact, by the cases of section 5.5 with the first crossing
 /// of the rim's ellipse and the tube's circle from the root of a quartic. A peg whose side alone would touch (leaning
-/// in the bore, or beside the tube) gives RestContact::None; kr5/force/peg_tube_contact.hpp knows its side too.
+/// in the bore, or beside the tube) gives RestContact::None; kr5/force/peg_tube_contact.hpp includes contacts at its
+/// side.
 PegRest rest_peg_on_tube(const PegTube& bodies, double tilt, double alpha, const Eigen::Vector2d& centre) noexcept;
 
 /// The same on a tube that stands at `T_tube_actual` instead of at T: height along Z of T of the bottom centre, which

@@ -48,7 +48,7 @@ class SafetyStop {
   /// @throws InvalidArgument as its limits.
   explicit SafetyStop(const SafetyLimits& limits);
 
-  /// @param raw As the sensor tells it. @param wrench Of the environment alone, unfiltered, so that no cycle is lost
+  /// @param raw Reading of the sensor. @param wrench Of the environment alone, unfiltered, so that no cycle is lost
   /// [N, N m]. @param current Of each motor; with limits set, as many as
   /// those, or it is a violation [A].
   Violation step(const Vector6& raw, const Vector6& wrench, std::span<const double> current, bool saturated) noexcept;

@@ -59,7 +59,7 @@ struct WrenchConditionerOptions {
   }
 };
 
-/// Wrench of the environment on the tool, from readings of a sensor that feels the tool's weight as well.
+/// Wrench of the environment on the tool, from readings of a sensor that also measures the weight of the tool.
 class WrenchConditioner {
  public:
   explicit WrenchConditioner(const WrenchConditionerOptions& options);

@@ -30,28 +30,27 @@ struct DiagnoseOptions {
   void validate() const;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("max_effects", self.max_effects, "Largest number of effects that are looked for on one cell.");
+    visit("max_effects", self.max_effects, "Largest number of effects that are searched for in one cell.");
     visit("refits", self.refits, "Smallest number of screened effects that are refitted through the simulator.");
-    visit("beam", self.beam, "Number of the best sets of effects that are extended by one effect more.");
+    visit("beam", self.beam, "Number of the best sets of effects that are extended by one further effect.");
     visit("false_alarms", self.false_alarms,
           "Probability of a false alarm for a recording without gap, over all columns and tests together.");
     visit("simulator_accuracy", self.simulator_accuracy,
           "Assumed relative error of a simulated effect; only what exceeds it counts as structure [-].");
     visit("simulator_floor", self.simulator_floor,
-          "Assumed error of the simulator without any effect, in units of noise: for a simulated cell the printed "
-          "digits of "
-          "the inputs, for a real arm what its best known model leaves, above 1 then [-].");
+          "Assumed error of the simulator without any effect, in units of noise: for a simulated cell the rounding of "
+          "the printed inputs; for a real arm the gap of its best known model, then above 1 [-].");
     visit("threads", self.threads, "Number of threads; 0: one for each core.");
   }
 };
 
 /// Compares a recording with what the simulator shows at the recording's cell, tries every effect of the catalogue on
-/// every target, alone and together, and says where the gap lies, what causes it, how far it shrinks and what stays
-/// unknown.
+/// every target, alone and together, and reports where the gap lies, what causes it, how far it is reduced and what
+/// remains unknown.
 ///
-/// Effects are screened by linear signatures, refitted on the fit experiments through the simulator, and judged on the
-/// check experiments as far as the uncertainty of the fit reaches; thresholds are those of tests at `false_alarms`. A
-/// structure is what such a test finds in a column, or an effect whose size is not the same in all experiments,
+/// Effects are screened by linear signatures, refitted on the fit experiments through the simulator, and evaluated on
+/// the check experiments as far as the uncertainty of the fit reaches; thresholds are those of tests at `false_alarms`.
+/// A structure is what such a test finds in a column, or an effect whose size is not the same in all experiments,
 /// columns, postures, speeds and times. Probabilities are those of the fitted sets of effects (Laplace), lowered by the
 /// structure that an effect leaves: not at all when that is no more than the simulator may be off, to nothing when it
 /// is a twentieth of what the effect explains; an effect that is less than evenly trusted is not blamed. Columns that

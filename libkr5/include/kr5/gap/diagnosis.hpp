@@ -69,7 +69,7 @@ struct ParameterEstimate {
 
   static void each_field(auto& self, auto&& visit) {
     visit("name", self.name, "Name in the catalogue.");
-    visit("value", self.value, "One number, a vector, or a 4x4 matrix row by row.");
+    visit("value", self.value, "Value: a number, a vector, or a 4x4 matrix row by row.");
     visit("std", self.std, "Standard deviation of each number; of a pose x y z [m] and rotation vector [rad].");
     visit("unit", self.unit, "Unit.");
   }
@@ -99,7 +99,7 @@ struct Cause {
     visit("effect", self.effect, "Id in the catalogue.");
     visit("target", self.target, "Target of the effect.");
     visit("probability", self.probability, "Probability that the cell carries this effect on this target.");
-    visit("parameters", self.parameters, "Parameters in absolute values, as the cell would hold them.");
+    visit("parameters", self.parameters, "Parameters in absolute values, as in a cell file.");
     visit("explained_fraction", self.explained_fraction,
           "Fraction of the excess that this effect explains beyond the other causes.");
     visit("tied_with", self.tied_with, "Effects that this recording cannot distinguish from it.");
@@ -129,20 +129,20 @@ struct GapReduction {
   static void each_field(auto& self, auto&& visit) {
     visit("before", self.before, "RMS gap at the nominal cell.");
     visit("after", self.after, "RMS gap with the causes, over the same columns.");
-    visit("floor", self.floor, "Gap that noise alone leaves.");
+    visit("floor", self.floor, "Gap of noise alone.");
     visit("before_ci", self.before_ci, "95 % interval of `before`, from resampled pieces of the recording.");
     visit("after_ci", self.after_ci, "95 % interval of `after`.");
     visit("columns", self.columns, "Gap of each column before and after.");
   }
 };
 
-/// What would tell tied effects apart.
+/// Experiment that would distinguish tied effects.
 struct NextExperiment {
   std::vector<std::string> separates;
   std::string what;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("separates", self.separates, "Effects to be told apart, with their targets.");
+    visit("separates", self.separates, "Effects to be distinguished, with their targets.");
     visit("do", self.what, "Experiment in words; empty when nothing is tied.");
   }
 };
@@ -161,16 +161,16 @@ struct Diagnosis {
   cell::Cell cell;  ///< The nominal cell with the causes added.
 
   static void each_field(auto& self, auto&& visit) {
-    visit("verdict", self.verdict, "no_gap | explained | partly_explained | unknown.");
+    visit("verdict", self.verdict, "Verdict: no_gap | explained | partly_explained | unknown.");
     visit("where", self.where, "Columns above the floor at the nominal cell, largest share first.");
     visit("causes", self.causes, "Effects that are blamed, most probable first.");
-    visit("unexplained", self.unexplained, "Columns that still hold a structure with the causes.");
+    visit("unexplained", self.unexplained, "Columns whose residuals still have structure with the causes.");
     visit("reduction", self.reduction, "Reduction of the gap by the causes.");
-    visit("next_experiment", self.next_experiment, "Experiment that would tell tied effects apart.");
+    visit("next_experiment", self.next_experiment, "Experiment that would distinguish tied effects.");
     visit("scatter", self.scatter,
-          "Relative scatter seen of masses, torque constants and (twice that) friction; not a cause.");
+          "Estimated relative error of the nominal masses, torque constants and (twice that) friction; not a cause.");
     visit("warnings", self.warnings,
-          "Warnings of noise that is not as declared, of spikes, and of parts that could not be judged.");
+          "Warnings of noise that differs from the declared one, of spikes, and of parts that could not be compared.");
     visit("seconds_screening", self.seconds_screening, "Computing time of the screening [s].");
     visit("seconds", self.seconds, "Total computing time [s].");
   }

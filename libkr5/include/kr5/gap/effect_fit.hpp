@@ -30,7 +30,7 @@ struct NoiseOverride {
   static void each_field(auto& self, auto&& visit) {
     visit("key", self.key, "Key in `noise` of the cell, e.g. current.");
     visit("kind", self.kind, "Kind of experiment to which it applies; without: all.");
-    visit("ratio", self.ratio, "Ratio of seen to declared noise [-].");
+    visit("ratio", self.ratio, "Ratio of measured to declared noise [-].");
   }
 };
 
@@ -46,14 +46,14 @@ struct ResidualColumn {
     visit("column", self.column, "Name of the column; orientation is rx ry rz, of Log(R_simulated^T R_recorded).");
     visit("noise", self.noise, "Standard deviation of one sample, in the unit of the column.");
     visit("residuals", self.residuals,
-          "Recorded less simulated over the noise, a row for each of the recording [-]: first of the recording's own "
-          "cell, then of each cell asked for. NaN where the two cannot be compared, and for spikes.");
+          "Recorded minus simulated over the noise, a row for each row of the recording [-]: first for the cell of the "
+          "recording, then for each given cell. NaN where the two cannot be compared, and for spikes.");
   }
 };
 
 /// Residuals of all columns that can be compared, at the recording's own cell and at others, in units of the noise that
-/// the recording's cell states. Spikes, stray corners and stray poses are told as a diagnosis tells them.
-/// @param cells the first is believed right: what stands out from it near edges, too, is a spike.
+/// the recording's cell states. Spikes, stray corners and stray poses are marked as in a diagnosis.
+/// @param cells the first is taken as correct: samples that deviate from it, also near edges, count as spikes.
 /// @throws InvalidArgument for a cell of another robot, noise that is not valid, and when nothing can be compared.
 std::vector<ResidualColumn> residual_columns(const cell::Recording& recording, const cell::Simulator& simulator,
                                              const std::vector<cell::Cell>& cells = {},
@@ -78,7 +78,7 @@ struct EffectFitOptions {
   }
 };
 
-/// An effect at its best: fitted to the fit experiments, judged on the check experiments (on all, without any).
+/// Effect fitted to the fit experiments and evaluated on the check experiments (on all, without any).
 struct EffectFit {
   std::string effect;
   std::string target;
@@ -91,10 +91,10 @@ struct EffectFit {
     visit("effect", self.effect, "Id in the catalogue.");
     visit("target", self.target, "Target of the effect.");
     visit("choice", self.choice, "Discrete choice (cycles, source, element) in words; empty where there is none.");
-    visit("parameters", self.parameters, "Parameters as the cell would hold them.");
+    visit("parameters", self.parameters, "Parameters as in a cell file.");
     visit("explained_fraction", self.explained_fraction,
           "Fraction of the excess (gap^2 - 1, of columns above the floor) that it explains [-].");
-    visit("columns", self.columns, "Columns that change or stand out, largest change first.");
+    visit("columns", self.columns, "Columns that change or are above the floor, largest change first.");
   }
 };
 

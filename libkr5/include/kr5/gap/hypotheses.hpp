@@ -67,13 +67,13 @@ struct OwnCoordinate {
   static void each_field(auto& self, auto&& visit) {
     visit("name", self.name, "Name in reports.");
     visit("unit", self.unit, "Unit in reports.");
-    visit("size", self.size, "Usual size of the number [unit]; the prior is three times as wide.");
+    visit("size", self.size,
+          "Usual size of the coordinate [unit]; the standard deviation of the prior is three times as large.");
     visit("lower", self.lower, "Smallest value [unit].");
     visit("upper", self.upper, "Largest value [unit].");
     visit("shapes", self.shapes,
-          "Values at which the effect is first tried, for a number that says nothing by itself (a time constant, a "
-          "speed) "
-          "[unit]. At most one number is such, and not the first.");
+          "Initial values, for a coordinate that alone does not determine the size of the effect, such as a time "
+          "constant or a speed [unit]; at most one coordinate has them, and not the first.");
   }
 };
 

@@ -35,10 +35,10 @@ struct ColumnGap {
     visit("column", self.column, "Name of the column; orientation is rx ry rz, of Log(R_simulated^T R_recorded).");
     visit("target", self.target, "Target of the catalogue nearest to the column, e.g. joint3, camera.");
     visit("unit", self.unit, "Unit of `rms` and `noise`.");
-    visit("split", self.split, "fit | check.");
+    visit("split", self.split, "Use of the data: fit | check.");
     visit("rows", self.rows, "Number of rows compared.");
     visit("left_out", self.left_out,
-          "Number of rows not compared: a scan's ray that met the sphere in one of the two only.");
+          "Number of rows not compared: rays of a scan that meet the sphere in only one of the two.");
     visit("gap", self.gap, "RMS of recorded minus simulated over the noise; 1 is the floor [-].");
     visit("limit", self.limit, "Limit that noise alone stays below in 99.9 % of recordings, by chi-square [-].");
     visit("exceeds", self.exceeds, "Whether the gap is above the limit.");
@@ -57,15 +57,14 @@ struct GapPart {
   double share = 0.0;  ///< [-]
 
   static void each_field(auto& self, auto&& visit) {
-    visit("by", self.by, "Property that they share: subsystem | target | channel | experiment | pose region | speed.");
+    visit("by", self.by, "Shared property: subsystem | target | channel | experiment | pose region | speed.");
     visit("name", self.name, "Value of that property, e.g. drives, joint3, motor current, motion-2, at rest.");
     visit("columns", self.columns, "Number of columns.");
-    visit("exceeding", self.exceeding, "Number of them above their limit.");
+    visit("exceeding", self.exceeding, "Number of columns above their limit.");
     visit("gap", self.gap, "RMS of their gaps [-].");
-    visit(
-        "share", self.share,
-        "Fraction of the excess (gap^2 - 1, by rows, of columns above their limit) that they hold; negative where rows "
-        "are quieter than noise [-].");
+    visit("share", self.share,
+          "Fraction of the excess (gap^2 - 1, by rows, of columns above their limit) in this part; negative where the "
+          "residuals are below the noise [-].");
   }
 };
 
@@ -81,8 +80,8 @@ struct Measure {
     visit("exceeding", self.exceeding, "Number of columns above their limit.");
     visit("columns", self.columns, "Compared columns, in the order of the recording.");
     visit("parts", self.parts,
-          "Gaps by subsystem, target, channel and experiment, and of the rows by pose region and speed; of each, the "
-          "widest first.");
+          "Gaps by subsystem, target, channel and experiment, and of the rows by pose region and speed; in each group "
+          "the largest first.");
     visit("refused", self.refused, "Experiments that the simulator cannot predict, and why.");
   }
 };

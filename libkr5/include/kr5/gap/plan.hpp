@@ -12,11 +12,11 @@
 #include <kr5/gap/hypotheses.hpp>
 
 /// @file
-/// What a recording cannot tell apart, and the experiment that would.
+/// Explanations that a recording cannot distinguish, and the experiment that can.
 
 namespace kr5::gap {
 
-/// One of the explanations that are to be told apart: effects that act together.
+/// One of the explanations to be distinguished: effects that act together.
 using Alternative = std::vector<EffectName>;
 
 struct PlanOptions {
@@ -43,7 +43,8 @@ struct PlanOptions {
     visit("speed", self.speed, "Fraction of the speed limits that motions may use [-].");
     visit("load", self.load,
           "Mass of a known weight that may be hung on the tool, at its centre of mass; 0: none [kg].");
-    visit("wait", self.wait, "Longest acceptable wait before an experiment, the cell kept moving [s].");
+    visit("wait", self.wait,
+          "Longest acceptable waiting time before an experiment, during which the cell keeps moving [s].");
     visit("scatter", self.scatter,
           "Assumed relative error of the nominal masses, torque constants and (twice that) friction [-].");
     visit("simulator_accuracy", self.simulator_accuracy, "Assumed relative error of a simulated effect [-].");
@@ -66,7 +67,7 @@ struct ForecastColumn {
   }
 };
 
-/// An experiment that could be done, and what it would tell.
+/// Planned experiment with its forecast.
 struct PlannedExperiment {
   cell::Experiment experiment;  ///< Its given columns.
   std::string what;
@@ -84,7 +85,7 @@ struct PlannedExperiment {
     visit("load", self.load, "Mass of the known weight on the tool, at its centre of mass [kg].");
     visit("seconds", self.seconds, "Duration, set-up and waiting included [s].");
     visit("separation", self.separation,
-          "Expected separation of the two alternatives that are hardest to tell apart [-].");
+          "Expected separation of the two alternatives that are hardest to distinguish [-].");
     visit("log_bayes", self.log_bayes, "Expected log Bayes factor: half the square of the separation [-].");
     visit("repeats", self.repeats, "Number of repeats (100 at most) that reach the desired separation.");
     visit("separation_repeated", self.separation_repeated, "Separation after these repeats [-].");
@@ -103,18 +104,19 @@ struct Plan {
   std::vector<cell::Cell> cells;  ///< The cell of the recording with each alternative, alike in this recording.
 
   static void each_field(auto& self, auto&& visit) {
-    visit("alternatives", self.alternatives, "Alternatives to be told apart.");
-    visit("assumed", self.assumed, "Whether the recording shows none of them, so that usual sizes are assumed.");
+    visit("alternatives", self.alternatives, "Alternatives to be distinguished.");
+    visit("assumed", self.assumed,
+          "Whether the recording shows none of the alternatives, so that usual sizes are assumed.");
     visit("already", self.already, "Separation that the recording itself provides [-].");
     visit("exact_tie", self.exact_tie,
-          "Whether no experiment tells them apart by two standard deviations, not even if done 100 times.");
+          "Whether no experiment distinguishes them by two standard deviations, even with 100 repeats.");
     visit("text", self.text, "Summary in words.");
     visit("experiments", self.experiments,
           "Experiments, best first: the clearest of those that reach the separation soonest.");
   }
 };
 
-/// The experiment that tells explanations of a recording apart, computed from their signatures.
+/// Plans the experiment that distinguishes explanations of a recording, from their signatures.
 ///
 /// One alternative is fitted to the recording and the others to what the cell would have recorded with it, so that all
 /// look alike. A family of experiments is then simulated: motions of one joint and of all, slow and fast, small and

@@ -73,7 +73,7 @@ struct Pinhole {
     visit("k5", self.k5, "Radial distortion, denominator, rho^2 [-].");
     visit("k6", self.k6, "Radial distortion, denominator, rho^3 [-].");
   }
-  /// What every camera has, whatever its lens; for structs with the same members.
+  /// Fields of every camera, independent of its lens; for structs with the same members.
   static void each_intrinsic(auto& self, auto&& visit) {
     visit("width", self.width, "Image width [px].");
     visit("height", self.height, "Image height [px].");

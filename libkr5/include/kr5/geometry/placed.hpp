@@ -5,7 +5,7 @@
 #include <kr5/geometry/target.hpp>
 
 /// @file
-/// What stands in front of a camera.
+/// Objects in front of a camera.
 
 namespace kr5 {
 

@@ -36,7 +36,7 @@ struct Resection {
 
 /// Poses of `points` (target frame, 3 x n [m], n >= 4) in the camera from `pixels` (2 x n [px]), best first.
 ///
-/// Points on a plane have up to two local optima, of which a small or distant target cannot tell the right one
+/// Points on a plane have up to two local optima, of which a small or distant target cannot identify the right one
 /// (Schweighofer and Pinz 2006): both are returned. Empty when the points lie on a line, or no pose puts them in
 /// front of the camera.
 /// @throws InvalidArgument for other shapes, fewer than four points, or NaN.

@@ -53,7 +53,7 @@ struct SingleImageResult {
     visit(
         "error_ratio", self.error_ratio,
         "RMS error of this pose over that of the pose with the plane's depth inverted; 0 for points off a plane [-].");
-    visit("fit", self.fit, "How the estimation ended.");
+    visit("fit", self.fit, "Report of the estimation.");
   }
 };
 

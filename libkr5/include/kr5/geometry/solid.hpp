@@ -64,7 +64,7 @@ struct Solid {
 
   static constexpr std::array<std::string_view, 1> required = {"kind"};
   static void each_field(auto& self, auto&& visit) {
-    visit("kind", self.kind, "ball | tube | plate.");
+    visit("kind", self.kind, "Kind: ball | tube | plate.");
     visit("radius", self.radius, "Radius of a ball, or outer radius of a tube [m].");
     visit("inner_radius", self.inner_radius, "Radius of the bore of a tube [m].");
     visit("depth", self.depth, "Depth of the bore and length of the tube [m].");

@@ -47,7 +47,7 @@ struct MapMarker {
 
   static constexpr std::array<std::string_view, 3> required = {"id", "size", "T_target_marker"};
   static void each_field(auto& self, auto&& visit) {
-    visit("id", self.id, "Number the marker shows.");
+    visit("id", self.id, "Id of the marker.");
     visit("size", self.size, "Side of the black square [m].");
     visit("T_target_marker", self.T_target_marker, "Pose of the marker (centre; X right, Y down, Z in) in the target.");
   }
@@ -79,7 +79,7 @@ struct Target {
   void validate() const;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("kind", self.kind, "chessboard | circle_grid | tag | tag_grid | charuco | marker_map.");
+    visit("kind", self.kind, "Kind: chessboard | circle_grid | tag | tag_grid | charuco | marker_map.");
     visit("rows", self.rows, "Number of rows of inner corners, dots, markers or squares.");
     visit("cols", self.cols, "Number of columns of inner corners, dots, markers or squares.");
     visit("size", self.size, "Side of a square or marker, or distance of the dots [m].");
@@ -87,7 +87,7 @@ struct Target {
     visit("marker", self.marker, "Side of the markers of a ChArUco board [m].");
     visit("family", self.family,
           "Marker family: 36h11 | 25h9 | 16h5 | 41h12, or an ArUco dictionary such as aruco_4x4_50, aruco_6x6_250.");
-    visit("first_id", self.first_id, "Number of the (first) marker.");
+    visit("first_id", self.first_id, "Id of the (first) marker.");
     visit("legacy", self.legacy,
           "ChArUco drawn by OpenCV up to 4.6: with an even number of rows the first square is white, not black.");
     visit("map", self.map, "Markers of a marker map.");

@@ -14,13 +14,13 @@ struct View {
   std::string name;         ///< File or number of the image, for reports.
   Eigen::Matrix3Xd points;  ///< In the target frame, one column a point [m].
   Eigen::Matrix2Xd pixels;  ///< Where each point was seen [px].
-  std::vector<int> ids;     ///< Stable number of each point on the target.
+  std::vector<int> ids;     ///< Id of each point on the target.
 
   static void each_field(auto& self, auto&& visit) {
     visit("name", self.name, "File or number of the image.");
     visit("points", self.points, "Points in the target frame, 3 x n [m].");
     visit("pixels", self.pixels, "Pixels of the points, 2 x n [px].");
-    visit("ids", self.ids, "Stable number of each point on the target.");
+    visit("ids", self.ids, "Id of each point on the target.");
   }
 };
 

@@ -48,7 +48,7 @@ constexpr auto enum_names(Singularity) {
 
 struct Posture {
   Eigen::VectorXd q;                     ///< [rad or m]
-  std::vector<int> outside_limits = {};  ///< Joints, counted from 0, that no full turn brings within their limits.
+  std::vector<int> outside_limits = {};  ///< Joints, counted from 0, outside their limits even after full turns.
   Singularity singularity = Singularity::None;
   double position_error = 0.0;  ///< Of the flange, by forward kinematics [m].
   double rotation_error = 0.0;  ///< [rad]
@@ -57,8 +57,7 @@ struct Posture {
 
   static void each_field(auto& self, auto&& visit) {
     visit("q", self.q, "Joint values [rad or m].");
-    visit("outside_limits", self.outside_limits,
-          "Joints, counted from 0, that no full turn brings within their limits.");
+    visit("outside_limits", self.outside_limits, "Joints, counted from 0, outside their limits even after full turns.");
     visit("singularity", self.singularity, "Singularity of the posture.");
     visit("position_error", self.position_error, "Position error of the flange, by forward kinematics [m].");
     visit("rotation_error", self.rotation_error, "Rotation error of the flange, by forward kinematics [rad].");
@@ -105,7 +104,7 @@ struct InverseResult {
 };
 
 /// Six revolute joints of which the last three axes meet in one point (spherical wrist: KR5 and most industrial arms),
-/// whatever the other three, as long as these can move that point in three directions.
+/// for any values of the other three, as long as these can move that point in three directions.
 bool has_closed_form(const DhChain& chain);
 
 /// In closed form where the chain has one (Pieper 1968: a quartic for joint 3), up to eight postures; otherwise one by

@@ -11,7 +11,7 @@ Pinhole camera_focal(const cell::Cell& cell, Pinhole lens);
 /// Lens of the camera with the radial distortion that the effect replaces.
 Pinhole lens_distortion(const cell::Cell& cell, Pinhole lens);
 /// Camera in what carries it, flange or base, with the mount that the effect replaces.
-/// @throws InvalidArgument when the cell does not say where the camera sits, or stands in the base with the effect.
+/// @throws InvalidArgument when the cell lacks the pose of the camera, or the camera is on the base with the effect.
 Pose hand_eye(const cell::Cell& cell);
 
 /// The camera of a cell with camera_focal, lens_distortion and hand_eye.

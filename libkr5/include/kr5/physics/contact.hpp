@@ -12,7 +12,7 @@ double contact_stiffness(const cell::Cell& cell);
 double contact_hardening(const cell::Cell& cell);
 /// Coefficient of friction of peg on tube [-].
 double contact_friction(const cell::Cell& cell);
-/// How far the grip gives way across the peg [m/N].
+/// Compliance of the grip across the peg [m/N].
 double gripper_compliance(const cell::Cell& cell);
 /// Scales the stiffness of the contact, and of the effect that replaces it.
 void scale_contact_stiffness(cell::Cell& cell, double factor);

@@ -8,7 +8,7 @@
 
 namespace kr5::physics {
 
-/// Robot base as it stands, in the base as it is believed: Ry(pitch) Rx(roll). Gravity stays as it is.
+/// Actual robot base in the nominal base: Ry(pitch) Rx(roll). Gravity is unchanged.
 Pose base_tilt(const cell::Cell& cell);
 /// DH row of a joint with the lengths a and b that the effect replaces.
 kinematics::DhJoint link_length(const cell::Cell& cell, int joint, kinematics::DhJoint row);
@@ -27,7 +27,7 @@ class EffectiveArm {
   int joints() const { return cell_.robot.joints(); }
   /// Links change with the time of the session.
   bool grows() const { return cell_.effects.carries("thermal_growth"); }
-  /// Chain in the base as it is believed, at time t [s] of the session.
+  /// Chain in the nominal base, at time t [s] of the session.
   kinematics::DhChain chain(double t) const;
   /// Equations of motion of arm, tool and payload; links without masses are massless.
   kinematics::Dynamics dynamics(double t) const;

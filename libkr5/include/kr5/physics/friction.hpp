@@ -12,7 +12,7 @@
 
 namespace kr5::physics {
 
-/// Speed over which the sign of the speed is smoothed, as the format `kr5-cell/1` says [rad/s or m/s].
+/// Speed over which the sign of the speed is smoothed, as defined by the format `kr5-cell/1` [rad/s or m/s].
 constexpr double friction_smoothing_speed = 0.002;
 
 /// Friction of one joint: nominal values, replaced and joined by the effects that the cell carries.

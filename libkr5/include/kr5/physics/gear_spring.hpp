@@ -11,7 +11,7 @@ namespace kr5::physics {
 
 /// Spring, free play and damper between the motor side and the link of one joint. `lead` is how far the motor side is
 /// ahead of the link. The same spring holds at rest and in motion; the rules of which side of its play a link takes
-/// under hardly any torque differ, as the format `kr5-cell/1` says.
+/// under hardly any torque differ, as defined by the format `kr5-cell/1`.
 struct GearSpring {
   double stiffness = std::numeric_limits<double>::infinity();  ///< [N m/rad or N/m]
   double gap = 0.0;                                            ///< Whole width of the play [rad or m].
@@ -37,7 +37,7 @@ struct GearSpring {
   /// Lead with which the spring holds `torque`, as a motion begins: also a small torque takes a link to its side, but
   /// not what rounding leaves of none.
   double lead_in_balance(double torque) const;
-  /// Lead of a static posture: to a side beyond `side_torque`, and `sags` says whether the spring gives way.
+  /// Lead of a static posture: to a side beyond `side_torque`, and `sags` states whether the spring deflects.
   double lead_at_rest(double torque) const;
 };
 

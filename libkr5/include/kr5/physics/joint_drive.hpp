@@ -37,7 +37,7 @@ double transmission_error(const Transmission& transmission, double q);
 struct CableSpring {
   double stiffness = 0.0, rest = 0.0;
 };
-/// Torque that the dress pack asks of the drive of a joint whose link is at q [N m or N].
+/// Torque by the dress pack on the drive of a joint whose link is at q [N m or N].
 double cable_spring(const CableSpring& cable, double q);
 
 /// Torque of a motor that changes with its angle [N m or N], [-], [rad].

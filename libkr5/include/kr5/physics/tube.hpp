@@ -10,14 +10,14 @@
 
 namespace kr5::physics {
 
-/// Shift of the tube in the frame where it is believed.
+/// Displacement of the tube in its nominal frame.
 Pose tube_shift(const cell::Cell& cell);
 /// Tilt of the tube, about X then Y of that frame.
 Pose tube_tilt(const cell::Cell& cell);
 /// Radius of the bore [m]. Needs a tube.
 double tube_radius(const cell::Cell& cell);
 
-/// The tube as it stands, in the frame where it is believed.
+/// Actual tube in its nominal frame.
 Pose T_tube_actual(const cell::Cell& cell);
 
 /// Moves the actual tube along X Y Z of T [m], and tilts it about X then Y of T [rad], beyond what its effects do.
@@ -27,7 +27,7 @@ void tilt_tube(cell::Cell& cell, const Eigen::Vector2d& by);
 void widen_tube(cell::Cell& cell, double by);
 /// Dimensions of peg and tube. Needs both.
 force::PegTubeShape peg_tube_shape(const cell::Cell& cell);
-/// The tube as it stands in the base, for rays of camera and scanner. Needs a tube.
+/// Actual tube in the base, for rays of camera and scanner. Needs a tube.
 cell::PlacedObject tube_object(const cell::Cell& cell);
 
 }  // namespace kr5::physics

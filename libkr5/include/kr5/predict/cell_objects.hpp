@@ -8,7 +8,7 @@
 #include <kr5/cell/placed_object.hpp>
 
 /// @file
-/// What stands in a cell, for camera, scanner and pictures of it, with the effects on the tube.
+/// Objects in a cell, for camera, scanner and pictures of it, with the effects on the tube.
 
 namespace kr5::predict {
 

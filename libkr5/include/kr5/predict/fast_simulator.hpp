@@ -10,7 +10,7 @@ namespace kr5::predict {
 class MotionCache;
 
 /// The fast grade of a simulator: inverse dynamics on the response of the servos, closed-form contact, projection. All
-/// effects of the catalogue act as the documentation of the formats says (kr5/cell/effects.hpp lists them).
+/// effects of the catalogue act as the documentation of the formats states (kr5/cell/effects.hpp lists them).
 ///
 /// The small deflections of elastic joints and of backlash come from equations of motion linearised about the motors'
 /// motion. What a sensor cannot see is NaN: a point behind the camera, a ray that meets nothing, a peg that nothing
@@ -21,7 +21,7 @@ class MotionCache;
 class FastSimulator : public cell::Simulator {
  public:
   FastSimulator();
-  /// @throws InvalidArgument as Simulator says; for a given value that is no finite number; for an effect on a joint,
+  /// @throws InvalidArgument as for Simulator; for a given value that is not finite; for an effect on a joint,
   ///         motor or part that the cell does not have.
   io::Table simulate(const cell::Cell& cell, const cell::Experiment& experiment) const override;
 

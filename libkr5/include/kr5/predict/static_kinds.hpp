@@ -8,7 +8,7 @@
 #include <kr5/predict/prediction_table.hpp>
 
 /// @file
-/// The kinds of experiment in which the arm is at rest, whichever simulator says where its flange is.
+/// The kinds of experiment in which the arm is at rest, for any simulator that provides the pose of its flange.
 
 namespace kr5::predict {
 

@@ -6,7 +6,7 @@
 #include <kr5/core/fields.hpp>
 
 /// @file
-/// What a covariance or a count allows one to say.
+/// Confidence regions and intervals from a covariance or a count.
 
 namespace kr5::uncertainty {
 

@@ -33,14 +33,15 @@ struct CameraOptions {
           "Lens model: none | k1 | k1k2 | brown4 | brown5 | radial6 | rational8; by default chosen by held-out views.");
     visit("square_pixels", self.square_pixels, "Square pixels, fx = fy; by default chosen by held-out views.");
     visit("bent_target", self.bent_target,
-          "Estimation of how far a flat target is bent or stretched; by default chosen by held-out views.");
+          "Estimation of the bending and stretching of a flat target; by default chosen by held-out views.");
     visit("correlation", self.correlation,
           "Ratio of the variance of correlated to that of independent point errors, as reported by the detection; at "
           "least 1 [-].");
     visit("robust", self.robust, "Reduced weight of points beyond 3 sigma; weight of each view by its own noise.");
     visit("reject_views", self.reject_views,
-          "Exclusion of views that contradict the others (they are named in any case).");
-    visit("false_alarm", self.false_alarm, "Probability that any view of a sound set is named as contradicting [-].");
+          "Exclusion of views that contradict the others (they are reported in any case).");
+    visit("false_alarm", self.false_alarm,
+          "Probability that any view of a sound set is reported as contradicting [-].");
     visit("folds", self.folds,
           "Number of cross-validation folds by which models are compared; 0: the given lens is fitted and nothing "
           "compared.");
@@ -53,20 +54,22 @@ struct CameraOptions {
 /// 1. Start: homography or DLT of each view; the focal length is that of a logarithmic scan under which they are best
 ///    explained by poses (principal point in the middle, cf. Zhang 2000).
 /// 2. Refinement: Levenberg-Marquardt over camera and poses, poses eliminated by Schur complement; Huber weights.
-/// 3. Views that contradict the others are named. The test compares what a view says of the camera with what all other
-///    views say, in units of both covariances (an F statistic), once in all parameters and once in the focal length
+/// 3. Views that contradict the others are reported. The test compares the estimate from a view with that from all
+/// other
+///    views, in units of both covariances (an F statistic), once in all parameters and once in the focal length
 ///    alone (a zoomed or refocused lens); `false_alarm` is shared among the views and both tests.
 /// 4. The model is chosen by k-fold cross-validation over views. A camera fitted to the other folds judges a held-out
 ///    view by leave-one-out over its points: each point is predicted from the pose fitted to the view's other points
-///    (hat matrix). All models are judged so, on the same points. Brown5 with square pixels and a bent target
-///    is kept unless another model does better beyond doubt (t test of the ratio of errors in each view, at 5 % shared
-///    by all models): a choice by few views errs more than a few parameters do that are not needed. Otherwise chosen is
-///    the model with the fewest parameters whose error exceeds the least one by no more than a standard error and 1 %.
+///    (hat matrix). All models are evaluated in this way, on the same points. Brown5 with square pixels and a bent
+///    target is kept unless another model does better beyond doubt (t test of the ratio of errors in each view, at 5 %
+///    shared by all models): a choice by few views errs more than a few parameters do that are not needed. Otherwise
+///    chosen is the model with the fewest parameters whose error exceeds the least one by no more than a standard error
+///    and 1 %.
 /// 5. Covariance from the information matrix, poses marginalised, noise estimated from the residuals; widened by
 ///    `dispersion`: the `correlation` of points that err together, or by how much views disagree more than their noise
 ///    allows (the lens is not quite of the model), whichever is more; the test of 3. is scaled by it too.
 ///
-/// Data that cannot determine the camera give `fit.status == FitStatus::Degenerate` and say why in `findings`: fewer
+/// Data that cannot determine the camera give `fit.status == FitStatus::Degenerate` and the reason in `findings`: fewer
 /// than three views (of flat targets; one suffices for a spatial one), all views alike or all parallel to the image.
 /// @throws InvalidArgument for no view, a view with fewer than 6 points, NaN, sizes that differ, points outside the
 /// image, or invalid options.

@@ -42,7 +42,7 @@ struct CameraViewReport {
     visit("influence", self.influence,
           "Squared distance of the view's camera from that of all others, in standard deviations and per parameter: "
           "about 1 for a sound view [-].");
-    visit("probability", self.probability, "Probability that a sound view lies at least as far off [-].");
+    visit("probability", self.probability, "Probability that a sound view has at least this influence [-].");
     visit("tilt", self.tilt, "Angle between the optical axis and the normal of the target [rad].");
     visit("outlier", self.outlier, "Contradiction to the other views beyond the noise.");
     visit("reason", self.reason, "Reason why the view is an outlier.");
@@ -69,7 +69,7 @@ struct CameraModelScore {
     visit("bent_target", self.bent_target, "Estimation of the target's shape.");
     visit("parameters", self.parameters, "Free parameters, poses not counted.");
     visit("held_out_rms", self.held_out_rms, "RMS distance of points in held-out views [px].");
-    visit("fitted_rms", self.fitted_rms, "RMS distance of points in the views it was fitted to [px].");
+    visit("fitted_rms", self.fitted_rms, "RMS distance of points in the fitted views [px].");
     visit("excess", self.excess, "Mean squared held-out error above that of the best model [px^2].");
     visit("excess_std", self.excess_std, "Standard error of `excess`, paired over views [px^2].");
     visit("chosen", self.chosen, "Whether this model was chosen for the result.");
@@ -109,10 +109,10 @@ struct CameraFinding {
     visit("cause", self.cause,
           "too_few_views | views_alike | fronto_parallel | uncertain | coverage | spoiling_view | mirrored_view | "
           "noisy_corners | views_disagree | bent_target.");
-    visit("text", self.text, "Description of what is wrong.");
+    visit("text", self.text, "Description of the finding.");
     visit("remedy", self.remedy, "Remedy.");
     visit("evidence", self.evidence, "Figures behind the finding.");
-    visit("severe", self.severe, "Whether the result must not be used as it is.");
+    visit("severe", self.severe, "Whether the finding makes the result unusable.");
   }
 };
 
@@ -148,13 +148,12 @@ struct CameraCalibration {
     visit("dispersion", self.dispersion,
           "Disagreement of the views over what their noise allows; the covariance is inflated by it [-].");
     visit("rms_px", self.rms_px, "RMS distance of seen and predicted points of the views used [px].");
-    visit("held_out_rms", self.held_out_rms,
-          "RMS distance of points in held-out views; 0 with too few views to tell [px].");
+    visit("held_out_rms", self.held_out_rms, "RMS distance of points in held-out views; 0 with too few views [px].");
     visit("views", self.views, "Agreement of each view, in input order.");
     visit("models", self.models, "Models that were compared.");
-    visit("coverage", self.coverage, "Coverage of the image and of the directions by the views.");
+    visit("coverage", self.coverage, "Coverage of image and directions by the views.");
     visit("findings", self.findings, "Findings for the user.");
-    visit("fit", self.fit, "How the estimation ended.");
+    visit("fit", self.fit, "Report of the estimation.");
   }
 };
 

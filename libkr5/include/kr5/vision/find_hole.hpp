@@ -40,17 +40,18 @@ struct HoleOptions {
 
   static void each_field(auto& self, auto&& visit) {
     visit("radius", self.radius, "Radius of the bore; must be given [m].");
-    visit("radius_tolerance", self.radius_tolerance, "Greatest difference of the radius seen from the given one [m].");
+    visit("radius_tolerance", self.radius_tolerance,
+          "Greatest difference of the measured radius from the given one [m].");
     visit("search", self.search,
-          "Half side of the square about the origin of the plane in which the centre may lie; 0: wherever the camera "
-          "sees the plane [m].");
+          "Half side of the square about the origin of the plane in which the centre may lie; 0: the whole visible "
+          "part of the plane [m].");
     visit("pixels_per_radius", self.pixels_per_radius,
           "Radius of the bore in the picture in which circles are searched for [px].");
     visit("accumulator_pixel", self.accumulator_pixel, "Side of a cell of the Hough accumulator, OpenCV's dp [px].");
     visit("edge_threshold", self.edge_threshold, "Upper threshold of Canny's edges, OpenCV's param1 [grey].");
     visit("accumulator_votes", self.accumulator_votes, "Number of votes that a centre needs, OpenCV's param2 [-].");
     visit("min_contrast", self.min_contrast, "Least contrast of the edge of the mouth, dark inside [grey].");
-    visit("min_seen", self.min_seen, "Least visible part of the edge of the mouth [-].");
+    visit("min_seen", self.min_seen, "Least visible fraction of the edge of the mouth [-].");
     visit("sigma_height", self.sigma_height,
           "Standard deviation of the position of the plane along its normal; inflates the covariance [m].");
   }
@@ -96,12 +97,12 @@ struct HoleDetection {
     visit("covariance", self.covariance, "Covariance of the centre, in the axes of the camera, 3 x 3 [m^2].");
     visit("rms_px", self.rms_px, "Scatter of the edge about the circle, in pixels of the image [px].");
     visit("edges", self.edges, "Number of places at which the edge of the mouth was measured.");
-    visit("other_radii", self.other_radii, "Radii of circles that are not the bore, when it was not found [m].");
+    visit("other_radii", self.other_radii, "Radii of other circles, when the bore was not found [m].");
   }
 };
 
 /// Looks for a bore of `options.radius` in the plane z = 0 of `T_camera_plane`, whose Z points out of the face, towards
-/// the camera. The bore must look darker than the face. `T_camera_plane` is what the robot knows: T_camera_base of this
+/// the camera. The bore must look darker than the face. `T_camera_plane` follows from the robot: T_camera_base of this
 /// image times the plane as scanned.
 /// @throws InvalidArgument for an empty image, a bad camera, a pose that is no rigid motion, or bad options.
 HoleDetection find_hole(ImageView image, const Pinhole& camera, const Pose& T_camera_plane, const HoleOptions& options);

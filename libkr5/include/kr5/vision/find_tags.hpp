@@ -35,23 +35,21 @@ struct TagOptions {
 
   static void each_field(auto& self, auto&& visit) {
     visit("families", self.families, "Marker families to look for.");
-    visit(
-        "decimate", self.decimate,
-        "Squares are searched for in the image shrunk by this. 0: 1 up to 1.5 Mpx, 2 above, which finds tags from 22 "
-        "px "
-        "a side; AprilTags above 3 Mpx first by 4 (all with sides of 45 px), then by 2 unless every tag found has "
-        "sides "
-        "over 60 px. A small tag beside large ones only may so be missed: give 2 for it. Codes of AprilTags are read, "
-        "and all corners refined, in the full image. For AprilTags broken numbers but 1.5 are rounded down. 0.5 "
-        "enlarges the image, for ArUco markers of few pixels [-].");
+    visit("decimate", self.decimate,
+          "Factor by which the image is reduced for the search of squares. 0: automatic, 1 up to 1.5 Mpx and 2 above, "
+          "which finds tags with sides from 22 px; for AprilTags above 3 Mpx first 4 (finds sides from 45 px), then 2 "
+          "unless every tag found has sides over 60 px. A small tag among large ones may thus be missed; set 2 to find "
+          "it. Codes of AprilTags are read, and all corners are refined, in the full image. For AprilTags, fractions "
+          "other than 1.5 are rounded down. 0.5 enlarges the image, for ArUco markers of few pixels [-].");
     visit("threads", self.threads, "Number of threads of the search [-].");
-    visit("max_hamming", self.max_hamming, "Wrong bits of an AprilTag to put right, 0 to 2 [-].");
-    visit("min_margin", self.min_margin, "AprilTags whose bits stand out by less are dropped [grey].");
-    visit("refine", self.refine, "model | none: how corners are made exact.");
+    visit("max_hamming", self.max_hamming, "Number of wrong bits of an AprilTag that are corrected, 0 to 2 [-].");
+    visit("min_margin", self.min_margin,
+          "Least decision margin of the bits of an AprilTag; markers below it are dropped [grey].");
+    visit("refine", self.refine, "Refinement of the corners: model | none.");
   }
 };
 
-/// One marker in an image.
+/// A marker in an image.
 struct TagDetection {
   std::string family;
   int id = 0;
@@ -64,20 +62,19 @@ struct TagDetection {
 
   static void each_field(auto& self, auto&& visit) {
     visit("family", self.family, "Marker family.");
-    visit("id", self.id, "Number the marker shows.");
+    visit("id", self.id, "Id of the marker.");
     visit("corners", self.corners, "Corners, clockwise from the top left as printed, 2 x 4 [px].");
     visit("sigma", self.sigma, "Standard deviation of each corner per axis; 0 when not refined [px].");
-    visit(
-        "correlation", self.correlation,
-        "Variance of the most doubtful change of all four corners together over that of independent ones, at least 1: "
-        "they come from one fit [-].");
+    visit("correlation", self.correlation,
+          "Correlation factor: variance of the least certain common change of all four corners, which come from one "
+          "fit, over that of independent corners, at least 1 [-].");
     visit("refined", self.refined, "Whether the corners come from the model of the marker fitted to the image.");
     visit("hamming", self.hamming, "Number of corrected bits (AprilTag) [-].");
     visit("margin", self.margin, "Decision margin of the bits (AprilTag) [grey].");
   }
 };
 
-/// Every marker of the families in the image; several with one number are all given, larger ones first.
+/// Every marker of the families in the image; several with the same id are all returned, larger ones first.
 /// @throws InvalidArgument for an empty image or bad options.
 std::vector<TagDetection> find_tags(ImageView image, const TagOptions& options = {});
 

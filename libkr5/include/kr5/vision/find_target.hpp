@@ -75,10 +75,9 @@ struct Detection {
     visit("message", self.message, "Explanation of the status, with the remedy.");
     visit("view", self.view, "Points seen, with their coordinates on the target.");
     visit("sigma", self.sigma, "Standard deviation of each point per axis; 0 when not refined [px].");
-    visit(
-        "correlation", self.correlation,
-        "Largest `correlation` of the tags whose corners the points are; 1 for points found independently. Estimators "
-        "take it as an option [-].");
+    visit("correlation", self.correlation,
+          "Correlation factor: largest `correlation` of the tags whose corners are the points; 1 for points found "
+          "independently. It is an option of the estimators [-].");
     visit("tags", self.tags, "Markers of the target's family that were seen.");
   }
 };

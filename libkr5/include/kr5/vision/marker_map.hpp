@@ -37,7 +37,7 @@ struct MarkerMapOptions {
 
   static void each_field(auto& self, auto&& visit) {
     visit("size", self.size, "Side of the markers' squares [m].");
-    visit("reference", self.reference, "Number of the marker whose frame is that of the map; -1: the lowest number.");
+    visit("reference", self.reference, "Id of the marker whose frame is that of the map; -1: the lowest id.");
     visit("sigma_pixel", self.sigma_pixel, "Standard deviation of a corner per axis; 0: estimated from the data [px].");
     visit("max_iterations", self.max_iterations, "Greatest number of steps of the refinement.");
   }
@@ -59,13 +59,13 @@ struct MarkerMapResult {
     visit("covariance", self.covariance,
           "Covariance of each T_target_marker, right perturbation, in the order of the map [m, rad].");
     visit("islands", self.islands,
-          "Groups of marker numbers that images connect with each other; one group when the map is complete.");
+          "Groups of marker ids that images connect with each other; one group when the map is complete.");
     visit("views", self.views, "Names of the images used.");
     visit("T_target_camera", self.T_target_camera, "Pose of the camera in the map for each of them.");
     visit("view_rms_px", self.view_rms_px, "RMS distance of seen and predicted corners in each of them [px].");
     visit("rms_px", self.rms_px, "RMS distance of seen and predicted corners over all images [px].");
     visit("sigma_pixel", self.sigma_pixel, "Standard deviation of a corner per axis, given or estimated [px].");
-    visit("fit", self.fit, "How the estimation ended.");
+    visit("fit", self.fit, "Report of the estimation.");
   }
 };
 

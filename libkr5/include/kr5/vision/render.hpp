@@ -15,7 +15,7 @@
 
 /// @file
 /// Pictures of targets and simple solids with known truth. The value of a pixel is the area average of what its square
-/// sees through the lens model, so that edges lie where `Pinhole::project` says, to a few thousandths of a pixel.
+/// sees through the lens model, so that edges agree with `Pinhole::project` to a few thousandths of a pixel.
 
 namespace kr5::vision {
 
@@ -45,21 +45,22 @@ struct RenderOptions {
 
   static void each_field(auto& self, auto&& visit) {
     visit("oversampling", self.oversampling, "Samples across and down a pixel that an edge crosses [-].");
-    visit("margin", self.margin, "White border round the target, in units of its size [-].");
+    visit("margin", self.margin, "White border around the target, in units of its size [-].");
     visit("dot", self.dot, "Diameter of a circle grid's dots over their distance [-].");
-    visit("big_dot", self.big_dot, "Number of a dot drawn bigger to show which way the grid lies; -1: none.");
+    visit("big_dot", self.big_dot,
+          "Number of a dot that is drawn larger to mark the orientation of the grid; -1: none.");
     visit("big_dot_factor", self.big_dot_factor, "Ratio of its diameter to that of the others [-].");
     visit("black", self.black, "Grey of the ink [grey, 0 to 255].");
     visit("white", self.white, "Grey of the paper [grey, 0 to 255].");
-    visit("background", self.background, "Grey of everything else [grey, 0 to 255].");
+    visit("background", self.background, "Grey of the background [grey, 0 to 255].");
     visit("clutter", self.clutter, "Standard deviation of a smooth random pattern on the background [grey].");
     visit("brightness", self.brightness, "Factor on every grey [-].");
     visit("gradient_x", self.gradient_x, "Relative change of the light from the middle to the right edge [-].");
     visit("gradient_y", self.gradient_y, "Relative change of the light from the middle to the lower edge [-].");
     visit("vignetting", self.vignetting, "Relative loss of light in the corners of the image [-].");
-    visit("blur", self.blur, "Standard deviation of the lens blur, beside the pixel's own area [px].");
+    visit("blur", self.blur, "Standard deviation of the lens blur, in addition to the area of a pixel [px].");
     visit("noise", self.noise, "Standard deviation of the camera noise, before rounding to whole greys [grey].");
-    visit("seed", self.seed, "Seed of noise and clutter; the same seed gives the same image.");
+    visit("seed", self.seed, "Random seed of noise and clutter; the same seed gives the same image.");
   }
 };
 

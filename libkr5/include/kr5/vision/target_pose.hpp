@@ -9,7 +9,7 @@
 #include <kr5/geometry/view.hpp>
 
 /// @file
-/// Where a target stands in the camera that sees it.
+/// Pose of a target in the camera.
 
 namespace kr5::vision {
 
@@ -28,9 +28,9 @@ struct TargetPoseOptions {
           "Standard deviation of a seen point per axis; 0: estimated from the view [px].");
     visit("correlation", self.correlation,
           "Ratio of the variance of correlated to that of independent point errors, as reported by the detection; it "
-          "inflates the covariance and weakens the odds, at least 1 [-].");
+          "inflates the covariance and reduces the odds of the poses, at least 1 [-].");
     visit("ambiguous_from", self.ambiguous_from,
-          "Probability of the second pose from which a view is called ambiguous [-].");
+          "Probability of the second pose above which a view counts as ambiguous [-].");
     visit("max_iterations", self.max_iterations, "Greatest number of steps of the refinement.");
     visit("huber", self.huber,
           "Huber threshold in robust standard deviations, beyond which a point counts less; 0: off [-].");
@@ -53,7 +53,7 @@ struct TargetPose {
     visit("T_camera_target", self.T_camera_target, "Pose of the target in the camera, the more probable one.");
     visit("covariance", self.covariance, "Covariance of T_camera_target, right perturbation [m, rad].");
     visit("covariance_dof", self.covariance_dof,
-          "Degrees of freedom behind the covariance, for which it is inflated already; a million: known noise [-].");
+          "Degrees of freedom behind the covariance, by which it is already inflated; a million: known noise [-].");
     visit("T_camera_target_second", self.T_camera_target_second, "Second pose that explains a flat target.");
     visit("second_probability", self.second_probability, "Probability of the second pose against the first [-].");
     visit("error_ratio", self.error_ratio,
@@ -61,7 +61,7 @@ struct TargetPose {
     visit("ambiguous", self.ambiguous, "Whether the noise of the pixels does not rule out the second pose.");
     visit("rms_px", self.rms_px, "RMS distance of seen and predicted points [px].");
     visit("sigma_pixel", self.sigma_pixel, "Standard deviation of a seen point per axis, given or estimated [px].");
-    visit("fit", self.fit, "How the estimation ended.");
+    visit("fit", self.fit, "Report of the estimation.");
   }
 };
 

@@ -11,8 +11,8 @@
 #include <kr5/vision/target_observation.hpp>
 
 /// @file
-/// Steers a camera that the robot carries until it stands to a target as wished: position-based or image-based visual
-/// servoing by ViSP's control laws (Chaumette and Hutchinson 2006, parts I and II).
+/// Steers a camera that the robot carries until it reaches a desired pose to a target: position-based or image-based
+/// visual servoing by ViSP's control laws (Chaumette and Hutchinson 2006, parts I and II).
 
 namespace kr5::vision {
 
@@ -114,7 +114,7 @@ struct ServoStep {
   }
 };
 
-/// One approach. Call `step` with each image's sight until the state is no longer Moving.
+/// One approach. Call `step` with the observation of each image until the state is no longer Moving.
 class VisualServo {
  public:
   /// `T_camera_target_goal`: how the target shall stand in the camera.
@@ -125,7 +125,8 @@ class VisualServo {
   VisualServo& operator=(VisualServo&&) noexcept;
 
   /// `time` of the image [s], from any epoch. After the end the last step is repeated, with zero twist.
-  /// @throws InvalidArgument for a time that does not grow, NaN in a sight, or, image-based, fewer than three points.
+  /// @throws InvalidArgument for a time that does not increase, NaN in an observation, or, image-based, fewer than
+  /// three points.
   ServoStep step(const TargetObservation& sight, double time);
 
  private:

@@ -187,7 +187,7 @@ class DataCheck {
       off.push_back((T_base_tool(cell_, joint_row(i)).translation() - Eigen::Vector3d(x[i], y[i], z[i])).norm());
     const double typical = median(std::move(off));
     if (typical > near)
-      report(0, "x", "a tool " + rounded_text(typical) + " m (median) from where the cell puts it",
+      report(0, "x", "a tool " + rounded_text(typical) + " m (median) from its position by the cell",
              "agreement within 0.2 m; are columns swapped, lengths in mm, angles in degrees, or is this another cell?");
     if (w.size() == 0) return;
     const Eigen::VectorXd a = column("qx"), b = column("qy"), c = column("qz");

@@ -57,7 +57,7 @@ class Arm {
   /// those of this state, not of the one before the step.
   /// @throws InvalidArgument for an arm without masses; so do all below.
   const ArmForces& solve(const Eigen::VectorXd& command);
-  /// Torques and wrench for given accelerations of all joints, whatever moves them; quicker.
+  /// Torques and wrench for given accelerations of all joints, independent of their drive; faster.
   const ArmForces& inverse_dynamics(const Eigen::VectorXd& acceleration);
   /// Joint-space inertia without rotors, n x n [kg m^2, kg m or kg].
   const Eigen::MatrixXd& mass_matrix();

@@ -29,7 +29,7 @@ class DartSimulator : public cell::Simulator {
   /// @throws InvalidArgument naming the option.
   explicit DartSimulator(const DartSimulatorOptions& options = {});
 
-  /// @throws InvalidArgument as Simulator says; for masses and inertias that are not positive, joint values out of the
+  /// @throws InvalidArgument as for Simulator; for masses and inertias that are not positive, joint values out of the
   ///         limits of the cell, an effect on a joint that is not there, a step that is not stable, each by name.
   io::Table simulate(const cell::Cell& cell, const cell::Experiment& experiment) const override;
 

@@ -42,7 +42,7 @@ struct ArmReading {
 /// Wrench of the environment on the tool at the origin of S, in B [N, N m].
 using Environment = std::function<Vector6(const Pose& T_base_sensor, const Vector6& velocity, double t)>;
 
-/// Two ways to move: `follow`, the motor side on the exact response of the joint servos, whatever it takes; `drive` and
+/// Two ways to move: `follow`, the motor side on the exact response of the joint servos, with any torque; `drive` and
 /// `follow_limited`, where motor currents act on rotors, gears and links, with dry friction that holds. Elastic gears
 /// and backlash are springs between motor side and link in both. Second order in the step.
 class DrivenArm {
@@ -62,7 +62,7 @@ class DrivenArm {
   /// Largest stable step of the gear springs at a posture; infinite for rigid gears [s].
   double stable_step(const Eigen::VectorXd& position);
 
-  /// At rest at a motor-side position, the links sagging in their springs. The clock of slow effects stands at t.
+  /// Resets to rest at a motor-side position, with the links sagging in their springs, at time t of slow effects.
   void reset(const Eigen::VectorXd& position, double t = 0.0);
   void set_environment(Environment environment);
   /// What the environment does has changed within this instant: it is asked again by the next reading.
@@ -70,7 +70,7 @@ class DrivenArm {
   /// One step of the ideal servos, whose command runs straight to `command`; its delay is the caller's.
   /// @throws InvalidArgument for a cell without joint servo, here and below.
   void follow(const Eigen::VectorXd& command);
-  /// One step of servos that cannot get more than the current limit; they stall, or give way, there.
+  /// One step of servos that cannot get more than the current limit; they stall, or yield, there.
   void follow_limited(const Eigen::VectorXd& command);
   /// One step under given motor currents [A].
   void drive(const Eigen::VectorXd& current);

@@ -9,8 +9,8 @@
 #include <kr5/io/csv.hpp>
 
 /// @file
-/// Insertions in the simulated cell: the arm in DART behind its servo and delay, the peg in a grip that gives way, the
-/// wrist sensor with its noise, the tube where it really stands, and the force::Insertion that would run on the cell.
+/// Insertions in the simulated cell: the arm in DART behind its servo and delay, the peg in a compliant grip, the
+/// wrist sensor with its noise, the tube at its true pose, and the force::Insertion that would run on the cell.
 
 namespace kr5::sim {
 
@@ -22,7 +22,7 @@ constexpr auto enum_names(Strategy) {
   return names<Strategy>({{Strategy::ProfileFit, "profile_fit"}, {Strategy::Hayat2022, "hayat2022"}});
 }
 
-/// A task, and how well the cell knows itself.
+/// Task, and uncertainty of the cell.
 struct InsertionSetup {
   double clearance = 2.8e-4;                         ///< [m]
   double tilt = 0.2618;                              ///< [rad]
@@ -50,14 +50,14 @@ struct InsertionSetup {
   void validate() const;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("clearance", self.clearance, "Radius of the bore less that of the peg; the bore is made to it [m].");
-    visit("tilt", self.tilt, "Tilt of the peg while it is rolled round the tube [rad].");
+    visit("clearance", self.clearance, "Clearance: radius of the bore minus that of the peg; it sets the bore [m].");
+    visit("tilt", self.tilt, "Tilt of the peg while it is rolled around the tube [rad].");
     visit("offset", self.offset, "Offset of the actual axis of the tube from the believed one, x and y of T [m].");
-    visit("horizontal", self.horizontal, "Tube that lies along Y of the base instead of standing.");
-    visit("strategy", self.strategy, "profile_fit | hayat2022.");
+    visit("horizontal", self.horizontal, "Horizontal tube along Y of the base, instead of a vertical one.");
+    visit("strategy", self.strategy, "Strategy by which the hole is found: profile_fit | hayat2022.");
     visit("insert_by", self.insert_by, "Source of the force that pushes the peg in: arm | gravity | air.");
-    visit("pegs", self.pegs, "Number of pegs, one after the other; each starts from the hole of the one before.");
-    visit("pick_distance", self.pick_distance, "Distance from the tube to where the next peg is taken [m].");
+    visit("pegs", self.pegs, "Number of pegs, one after the other; each starts from the hole of the previous one.");
+    visit("pick_distance", self.pick_distance, "Distance from the tube to the pick position of the next peg [m].");
     visit("repeatability", self.repeatability, "Repeatability of the arm, three standard deviations per axis [m].");
     visit("grip_error", self.grip_error,
           "Standard deviation of the position of the peg in the grip, per axis across it [m].");
@@ -67,14 +67,14 @@ struct InsertionSetup {
     visit("stiffness_error", self.stiffness_error,
           "Relative standard deviation of the actual stiffness of contact and grip from the believed one [-].");
     visit("servo_error", self.servo_error,
-          "Relative standard deviation of natural frequency and damping of the actual path servo from those that the "
-          "insertion is told [-].");
+          "Relative standard deviation of natural frequency and damping of the actual path servo from those assumed by "
+          "the insertion [-].");
     visit("friction_error", self.friction_error,
           "Relative standard deviation of the actual friction of peg on tube from that of the cell [-].");
     visit("lateral_stiffness", self.lateral_stiffness,
           "Stiffness of the grip across the peg; 0: as contact.stiffness along it [N/m].");
     visit("angular_stiffness", self.angular_stiffness, "Stiffness of the grip against tilting [N m/rad].");
-    visit("noise", self.noise, "Noise of sensors and of the arm, and what is unknown of grip and tube.");
+    visit("noise", self.noise, "Noise of sensors and arm, and random errors of grip and tube.");
     visit("log", self.log, "Log of every cycle in the rows of the result.");
     visit("seed", self.seed, "Random seed.");
   }
@@ -94,16 +94,15 @@ struct PegOutcome {
   double greatest_force = 0.0;                     ///< [N]
 
   static void each_field(auto& self, auto&& visit) {
-    visit("inserted", self.inserted, "Whether the peg is in the tube, to nine tenths of the depth at least.");
-    visit("phase", self.phase, "Phase in which its insertion ended.");
-    visit("reason", self.reason, "Reason of that end.");
+    visit("inserted", self.inserted, "Whether the peg is in the tube, to at least nine tenths of the depth.");
+    visit("phase", self.phase, "Phase in which the insertion ended.");
+    visit("reason", self.reason, "Reason for the end.");
     visit("attempts", self.attempts, "Number of attempts.");
     visit("time", self.time, "Time from above the tube, or from picking the peg, to the end [s].");
     visit("depth", self.depth, "Depth of the bottom of the peg below the face [m].");
     visit("hole", self.hole, "Centre of the face of the tube by the last fit of a profile, in T [m].");
-    visit("hole_error", self.hole_error, "Error of the axis of the tube in that fit; NaN: there was none [m].");
-    visit("hole_std", self.hole_std,
-          "Standard deviation that the fit claims in its least certain direction; 0: there was none [m].");
+    visit("hole_error", self.hole_error, "Error of the axis of the tube in that fit; NaN: no fit [m].");
+    visit("hole_std", self.hole_std, "Standard deviation of the fit in its least certain direction; 0: no fit [m].");
     visit("greatest_force", self.greatest_force, "Greatest force between grip and peg [N].");
   }
 };
@@ -112,7 +111,7 @@ struct InsertionResult {
   bool inserted = false;         ///< Every peg is in.
   double time = 0.0;             ///< Of all pegs, ways between them too [s].
   std::vector<PegOutcome> pegs;  ///< Outcome of each.
-  /// A row each cycle: t; peg, phase, attempt (numbers of force::Phase); x y z tilt azimuth as the arm believes, in T;
+  /// A row each cycle: t; peg, phase, attempt (numbers of force::Phase); x y z tilt azimuth according to the arm, in T;
   /// fx..tz on the peg, unfiltered, in T; true_x true_y true_z true_tilt of the peg from the real tube; q1..n
   /// [s, m, rad, N, N m].
   io::Table rows;
@@ -124,7 +123,7 @@ struct InsertionResult {
 };
 
 /// Inserts pegs. A tube that is out of reach, a peg that is too wide and the like are outcomes.
-/// With options, `tilt`, `strategy` and `insert_by` of the setup are not looked at: the options say it.
+/// With options, `tilt`, `strategy` and `insert_by` of the setup are ignored in favour of the options.
 /// @throws InvalidArgument for a setup or options that are not valid, and for a cell that lacks something.
 InsertionResult run_insertion(const cell::Cell& cell, const InsertionSetup& setup = {});
 InsertionResult run_insertion(const cell::Cell& cell, const InsertionSetup& setup,

@@ -7,7 +7,7 @@
 
 namespace kr5::sim {
 
-/// What is told to force::Insertion in a cell: bodies, servo and grip as the cell believes them, what is not known of
+/// Options of force::Insertion for a cell: bodies, servo and grip as the cell states them, the random errors of
 /// them as the setup draws it. An arm whose path corrections are limited (servo.correction.per_cycle) is moved within
 /// what they can, more slowly.
 /// @throws InvalidArgument naming what is not there: tool, contact, peg, tube, servo; or a limit of servo.correction

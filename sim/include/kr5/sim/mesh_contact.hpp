@@ -26,7 +26,7 @@ struct MeshContactOptions {
   /// @throws InvalidArgument naming the field.
   void validate() const;
   static void each_field(auto& self, auto&& visit) {
-    visit("segments", self.segments, "Corners of the polygons that stand for the circles of the tube.");
+    visit("segments", self.segments, "Number of corners of the polygons that approximate the circles of the tube.");
   }
 };
 
@@ -41,7 +41,7 @@ class MeshContact {
   MeshContact(MeshContact&&) noexcept;
   MeshContact& operator=(MeshContact&&) noexcept;
 
-  /// As force::peg_tube_contacts; the features that touch are not told apart.
+  /// As force::peg_tube_contacts; the features in contact are not distinguished.
   force::Contacts contacts(const Pose& T_tube_peg);
   /// How far the middle of an edge of the outer polygon lies inside its circle [m].
   double sagitta() const;

@@ -15,7 +15,7 @@
 #include <kr5/sim/scene_view.hpp>
 
 /// @file
-/// Scenes: a cell, what stands in it, what drives it, how long, and what must come of it. Format `kr5-scene/1`.
+/// Scenes: a cell, its objects, its controller, its duration, and the expected results. Format `kr5-scene/1`.
 
 namespace kr5::sim {
 
@@ -49,7 +49,7 @@ struct Controller {
 
   static constexpr std::array<std::string_view, 1> required = {"kind"};
   static void each_field(auto& self, auto&& visit) {
-    visit("kind", self.kind, "off | servo | limited | push.");
+    visit("kind", self.kind, "Kind of the controller: off | servo | limited | push.");
     visit("target", self.target, "Target joint values; empty: stay at the start [rad or m].");
     visit("way_points", self.way_points, "Way points, one after the other, in place of a target.");
     visit("within", self.within, "Duration of the smooth motion to the target, or to each way point; 0: a step [s].");
@@ -79,7 +79,8 @@ struct Objects {
     visit("bench", self.bench, "Height in B of a flat bench that the tool tip touches; stiffness is the cell's [m].");
     visit("push_at", self.push_at, "Time from which the tool is pushed [s].");
     visit("push", self.push, "Force of that push, in B, at the sensor [N].");
-    visit("things", self.things, "Balls, tubes and plates that camera and scanner see, beside those of the cell.");
+    visit("things", self.things,
+          "Balls, tubes and plates that camera and scanner see, in addition to those of the cell.");
   }
 };
 
@@ -91,7 +92,7 @@ struct SceneEvent {
   static constexpr std::array<std::string_view, 2> required = {"at", "effects"};
   static void each_field(auto& self, auto&& visit) {
     visit("at", self.at, "Time of the event [s].");
-    visit("effects", self.effects, "Effects of the cell from then on.");
+    visit("effects", self.effects, "Effects of the cell from that time on.");
   }
 };
 
@@ -113,7 +114,7 @@ struct Expectation {
   static constexpr std::array<std::string_view, 1> required = {"column"};
   static void each_field(auto& self, auto&& visit) {
     visit("column", self.column, "Column of the scene, e.g. q2, i3, fz, z, energy.");
-    visit("statistic", self.statistic, "last | mean | least | greatest | range | rms, over begin to end.");
+    visit("statistic", self.statistic, "Statistic from begin to end: last | mean | least | greatest | range | rms.");
     visit("begin", self.begin, "Time of the first row that counts [s].");
     visit("end", self.end, "Time of the last row that counts; without it, the end of the scene [s].");
     visit("least", self.least, "Least allowed value of the statistic.");
@@ -144,16 +145,16 @@ struct Scene {
   static constexpr std::array<std::string_view, 5> required = {"format", "cell", "duration", "controller", "expect"};
   static void each_field(auto& self, auto&& visit) {
     visit("format", self.format, "kr5-scene/1.");
-    visit("name", self.name, "Name: what the scene shows.");
+    visit("name", self.name, "Name of the scene.");
     visit("cell", self.cell, "File of the cell, beside the scene or from its folder.");
-    visit("effects", self.effects, "Effects the cell carries instead of those in its file.");
+    visit("effects", self.effects, "Effects of the cell, in place of those in its file.");
     visit("start", self.start, "Joint values at the start, in place of a pose [rad or m].");
     visit("start_pose", self.start_pose, "Tool tip in B at the start [m, rad].");
     visit("duration", self.duration, "Duration of the scene [s].");
-    visit("step", self.step, "Step of the integration; 0: chosen [s].");
-    visit("cycle", self.cycle, "Period of the rows of a cell without servo; with one it is servo.cycle [s].");
+    visit("step", self.step, "Step of the integration; 0: automatic [s].");
+    visit("cycle", self.cycle, "Period of the rows of a cell without servo; with a servo, its servo.cycle [s].");
     visit("contact", self.contact, "Search of the contacts of peg and tube: closed_form | mesh (ODE, slower).");
-    visit("frictionless", self.frictionless, "Absence of dry and viscous friction in the joints.");
+    visit("frictionless", self.frictionless, "Joints without dry and viscous friction.");
     visit("controller", self.controller, "Controller that drives the arm.");
     visit("objects", self.objects, "Objects that the arm can touch or see.");
     visit("camera", self.camera, "Pictures that the camera of the cell takes.");
@@ -198,7 +199,7 @@ Scene load_scene(const std::filesystem::path& file);
 /// bottom over the top face), fx..tz, depth of the contact, push, x y of the peg bottom in T, tilt, alpha.
 /// @throws InvalidArgument naming file and field: a start or way point that is not reachable or beyond the limits, a
 ///         column that is not there, a picture on which there is nothing, a scanner that never met anything within its
-///         range, and whatever DrivenArm complains of.
+///         range, and for every error of DrivenArm.
 SceneResult run_scene(const Scene& scene);
 SceneResult run_scene(const std::filesystem::path& file);
 

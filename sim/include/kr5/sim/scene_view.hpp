@@ -73,7 +73,7 @@ struct ScenePicture {
     visit("t", self.t, "Time of the picture [s].");
     visit("q", self.q, "Joint readings, without noise [rad or m].");
     visit("T_base_flange", self.T_base_flange, "Pose of the flange in the base [m, rad].");
-    visit("scene", self.scene, "What the camera had before it, as kr5::vision::render draws it.");
+    visit("scene", self.scene, "Scene before the camera, as drawn by kr5::vision::render.");
   }
 };
 

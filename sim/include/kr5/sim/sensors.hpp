@@ -36,7 +36,7 @@ struct WristSensorOptions {
 };
 
 /// The force/torque sensor of a cell: scale, crosstalk, bias, drift and lag of its effects, then noise, the bridges
-/// with their saturation, and the resolution of what it tells.
+/// with their saturation, and the resolution of its output.
 class WristSensor {
  public:
   /// @throws InvalidArgument naming the option; for a calibration that has no inverse.
