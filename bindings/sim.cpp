@@ -100,7 +100,7 @@ static void bind_scene(py::module_& m) {
           "cell", [](const SceneResult& r) { return r.cell; },
           "Cell with its effects at the end of the scene (a copy).")
       .def_property_readonly(
-          "things", [](const SceneResult& r) { return r.things; }, "Solids of the scene, including its bench (copies).")
+          "solids", [](const SceneResult& r) { return r.solids; }, "Solids of the scene, including its bench (copies).")
       .def_property_readonly(
           "camera", [](const SceneResult& r) { return r.camera; }, "Options of the pictures, or None.")
       .def_property_readonly(

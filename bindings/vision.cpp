@@ -196,7 +196,8 @@ static void bind_servo(py::module_& m) {
                           "state is no\nlonger moving.")
       .def(py::init<const Pose&, const VisualServoOptions&>(), py::arg("T_camera_target_goal"),
            py::arg("options") = VisualServoOptions(), "Raises InvalidArgument naming the invalid argument.")
-      .def("step", &VisualServo::step, py::arg("sight"), py::arg("time"), py::call_guard<py::gil_scoped_release>(),
+      .def("step", &VisualServo::step, py::arg("observation"), py::arg("time"),
+           py::call_guard<py::gil_scoped_release>(),
            "Next twist from the observation of the image taken at `time` [s], which must increase.");
 }
 

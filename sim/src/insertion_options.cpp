@@ -56,7 +56,7 @@ void slow_down(force::InsertionOptions& options, const cell::Cell& cell) {
 }
 
 /// Hayat et al. 2022, algorithm of section 5.6.
-void as_in_the_book(force::InsertionOptions& out) {
+void set_hayat2022(force::InsertionOptions& out) {
   out.localisation = force::Localisation::Cusp;
   out.entry = force::Entry::Upright;
   out.grip.corrected = false;
@@ -84,7 +84,7 @@ force::InsertionOptions insertion_options(const cell::Cell& cell, const Insertio
   out.motion.depth = std::min(0.6 * cell.peg->length, 0.8 * cell.tube->depth);
   check_range(cell, setup, out.motion.depth);
   if (!setup.noise) out.limits.dead_after = 0.0;  // a sensor without noise may well say the same
-  if (setup.strategy == Strategy::Hayat2022) as_in_the_book(out);
+  if (setup.strategy == Strategy::Hayat2022) set_hayat2022(out);
   slow_down(out, cell);
   return out;
 }

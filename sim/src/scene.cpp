@@ -86,8 +86,8 @@ SceneResult run_checked_scene(const Scene& scene) {
   SceneResult out;
   out.cell = load_scene_cell(scene);
   out.camera = scene.camera;
-  out.things = scene.objects.things;
-  if (scene.objects.bench) out.things.push_back(predict::wide_plate("bench", *scene.objects.bench));
+  out.solids = scene.objects.solids;
+  if (scene.objects.bench) out.solids.push_back(predict::wide_plate("bench", *scene.objects.bench));
   out.passed = true;
   out.cell.validate();
   const cell::Cell cell = out.cell;

@@ -26,7 +26,7 @@ std::string seconds(double t) {
 /// Objects of cell and scene that the scanner may meet.
 std::vector<cell::PlacedObject> all_objects(const Scene& scene, const cell::Cell& cell) {
   std::vector<cell::PlacedObject> out = predict::scanner_objects(cell);
-  out.insert(out.end(), scene.objects.things.begin(), scene.objects.things.end());
+  out.insert(out.end(), scene.objects.solids.begin(), scene.objects.solids.end());
   if (scene.objects.bench) out.push_back(predict::wide_plate("bench", *scene.objects.bench));
   return out;
 }
@@ -81,10 +81,10 @@ SceneSensors::SceneSensors(const Scene& scene, const cell::Cell& cell, const std
   } else {
     at_.clear();
   }
-  for (std::size_t i = 0; i < scene.objects.things.size(); ++i) try {
-      scene.objects.things[i].validate();
+  for (std::size_t i = 0; i < scene.objects.solids.size(); ++i) try {
+      scene.objects.solids[i].validate();
     } catch (const InvalidArgument& e) {
-      throw InvalidArgument("objects.things[" + std::to_string(i) + "]." + e.what());
+      throw InvalidArgument("objects.solids[" + std::to_string(i) + "]." + e.what());
     }
   set_cell(cell);
 }
@@ -112,7 +112,7 @@ void SceneSensors::sample(double t, DrivenArm& arm) {
 void SceneSensors::take_picture(double t, DrivenArm& arm) {
   const Pose T_base_flange = arm.arm().T_base_flange();
   ScenePicture picture{t, arm.read().position, T_base_flange,
-                       predict::camera_scene(cell_, T_base_flange, scene_.objects.things)};
+                       predict::camera_scene(cell_, T_base_flange, scene_.objects.solids)};
   const std::string why = reason_of_empty_picture(picture.scene);
   require(why.empty(), "camera.at[" + std::to_string(pictures_.size()) + "]: at " + seconds(t) +
                            " nothing is in the picture" + why + "; move the arm, or choose another time");

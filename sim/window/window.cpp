@@ -110,17 +110,17 @@ void add_tube(const dart::simulation::WorldPtr& world, const cell::PlacedObject&
 }
 
 /// Of a bench without end, the part below `tip` is drawn.
-void add(const dart::simulation::WorldPtr& world, const cell::PlacedObject& thing, const Vector3d& tip) {
+void add(const dart::simulation::WorldPtr& world, const cell::PlacedObject& object, const Vector3d& tip) {
   constexpr double thin = 1e-3, widest = 0.6;
-  if (thing.kind == SolidKind::Tube) return add_tube(world, thing);
-  if (thing.kind == SolidKind::Ball) {
-    part(world, std::make_shared<dart::dynamics::SphereShape>(thing.radius), {0.5, 0.7, 0.84})
-        ->setTransform(thing.T_base_object);
+  if (object.kind == SolidKind::Tube) return add_tube(world, object);
+  if (object.kind == SolidKind::Ball) {
+    part(world, std::make_shared<dart::dynamics::SphereShape>(object.radius), {0.5, 0.7, 0.84})
+        ->setTransform(object.T_base_object);
     return;
   }
-  const bool floor = thing.width > 10.0 * widest;
-  const Vector3d size(std::min(thing.width, widest), std::min(thing.height, widest), thin);
-  Pose T = thing.T_base_object;
+  const bool floor = object.width > 10.0 * widest;
+  const Vector3d size(std::min(object.width, widest), std::min(object.height, widest), thin);
+  Pose T = object.T_base_object;
   if (floor) T.translation() = Vector3d(tip.x(), tip.y(), T.translation().z() - 2 * thin);
   part(world, std::make_shared<dart::dynamics::BoxShape>(size), floor ? Vector3d(0.9, 0.88, 0.84) : Vector3d::Ones())
       ->setTransform(T);
@@ -136,15 +136,15 @@ Eigen::VectorXd posture(const Motion& motion, double t) {
 
 }  // namespace
 
-void show_window(const cell::Cell& cell, const std::vector<cell::PlacedObject>& things, const Motion& motion,
+void show_window(const cell::Cell& cell, const std::vector<cell::PlacedObject>& objects, const Motion& motion,
                  const std::string& picture) {
   require(motion.t.size() > 0 && motion.q.rows() == motion.t.size() && motion.q.cols() == cell.robot.joints(),
           "motion: expected a row of joint values each time");
   const auto world = dart::simulation::World::create();
   ArmParts arm(world, cell);
   const Vector3d tip = cell::T_base_tool(cell, motion.q.row(0).transpose()).translation();
-  for (const cell::PlacedObject& thing : predict::scanner_objects(cell)) add(world, thing, tip);
-  for (const cell::PlacedObject& thing : things) add(world, thing, tip);
+  for (const cell::PlacedObject& object : predict::scanner_objects(cell)) add(world, object, tip);
+  for (const cell::PlacedObject& object : objects) add(world, object, tip);
   ::osg::ref_ptr<dart::gui::osg::Viewer> viewer = new dart::gui::osg::Viewer;
   const ::osg::ref_ptr<dart::gui::osg::WorldNode> node = new dart::gui::osg::WorldNode(world);
   viewer->addWorldNode(node);

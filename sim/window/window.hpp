@@ -22,7 +22,7 @@ struct Motion {
 /// nominal arm, as on the page of a replay.
 /// @param picture Not empty: one frame in the middle of the motion is saved there (PNG), and the window closes.
 /// @throws IoError when there is no display.
-void show_window(const cell::Cell& cell, const std::vector<cell::PlacedObject>& things, const Motion& motion,
+void show_window(const cell::Cell& cell, const std::vector<cell::PlacedObject>& objects, const Motion& motion,
                  const std::string& picture = "");
 
 }  // namespace kr5::sim

@@ -234,8 +234,8 @@ TEST_CASE("pictures and profiles on which there is nothing are refused by file a
   scene.scanner->far = 0.1;
   CHECK_THAT(complaint(scene), Catch::Contains("scan_tube.yaml: scanner.far: must be more than near"));
   scene = shipped("scan_tube");
-  scene.objects.things[0].depth = 0.0;
-  CHECK_THAT(complaint(scene), Catch::Contains("objects.things[0].depth: must be positive"));
+  scene.objects.solids[0].depth = 0.0;
+  CHECK_THAT(complaint(scene), Catch::Contains("objects.solids[0].depth: must be positive"));
   scene = shipped("peg_roll");
   scene.scanner.emplace();
   CHECK_THAT(complaint(scene), Catch::Contains("scanner: not supported by a push"));

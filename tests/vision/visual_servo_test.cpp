@@ -23,10 +23,10 @@ constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 /// What a perfect camera sees of a target with four points.
 TargetObservation exact(const Pose& T_camera_target) {
-  TargetObservation sight{.seen = true, .T_camera_target = T_camera_target};
-  sight.points = square_corners(tag_side);
-  sight.rays = (T_camera_target * sight.points).colwise().hnormalized();
-  return sight;
+  TargetObservation observation{.seen = true, .T_camera_target = T_camera_target};
+  observation.points = square_corners(tag_side);
+  observation.rays = (T_camera_target * observation.points).colwise().hnormalized();
+  return observation;
 }
 
 TargetObservation unseen(const std::string& why) { return {.message = why}; }
@@ -34,7 +34,7 @@ TargetObservation unseen(const std::string& why) { return {.message = why}; }
 Pose exact_goal() { return tag_pose(over_tube()); }
 Pose exact_start(Random& random) { return away_from(exact_goal(), random, 0.1, 20 * degree); }
 
-/// A robot that does at once what it is told, with perfect sights; `visit` gets each pose and step.
+/// A robot that does at once what it is told, with perfect observations; `visit` gets each pose and step.
 template <class Visit>
 ServoStep ideal_run(const Pose& start, const VisualServoOptions& o, const Visit& visit) {
   VisualServo servo(exact_goal(), o);
@@ -47,10 +47,10 @@ ServoStep ideal_run(const Pose& start, const VisualServoOptions& o, const Visit&
   }
 }
 
-/// The first step with this sight.
-ServoStep first(const TargetObservation& sight, const VisualServoOptions& o = {}) {
+/// The first step with this observation.
+ServoStep first(const TargetObservation& observation, const VisualServoOptions& o = {}) {
   VisualServo servo(exact_goal(), o);
-  return servo.step(sight, 0.0);
+  return servo.step(observation, 0.0);
 }
 
 struct Kind {
@@ -87,7 +87,7 @@ TEST_CASE("from up to 100 mm and 20 degrees away the camera ends over the tube, 
   }
 }
 
-TEST_CASE("with perfect sights both laws reach the goal from every start, within the limits of speed") {
+TEST_CASE("with perfect observations both laws reach the goal from every start, within the limits of speed") {
   const ServoFeature by = GENERATE(ServoFeature::Position, ServoFeature::Image);
   Random random(7);
   for (int i = 0; i < 40; ++i) {
@@ -152,7 +152,7 @@ TEST_CASE("a free turn is left alone and does not count") {
   CHECK(std::abs(std::atan2(back.linear()(1, 0), back.linear()(0, 0)) + 1.7) < 20 * degree);
 }
 
-TEST_CASE("a camera at its goal arrives after as many sights as it takes to be sure") {
+TEST_CASE("a camera at its goal arrives after as many observations as it takes to be sure") {
   VisualServo servo(exact_goal(), {});
   for (int i = 0; i < 3; ++i) CHECK(servo.step(exact(exact_goal()), 0.1 * i).state == ServoState::Moving);
   CHECK(servo.step(exact(exact_goal()), 0.3).state == ServoState::Arrived);
@@ -161,7 +161,7 @@ TEST_CASE("a camera at its goal arrives after as many sights as it takes to be s
   CHECK(after.twist.isZero(0));
 }
 
-TEST_CASE("sights that scatter more than the tolerance do not make an arrival") {
+TEST_CASE("observations that scatter more than the tolerance do not make an arrival") {
   Random random(5);
   VisualServo servo(exact_goal(), {});
   ServoStep step;
@@ -179,8 +179,8 @@ TEST_CASE("a target that is hidden half way stops the camera, which goes on when
   Pose T = exact_start(random);
   VisualServo servo(exact_goal(), {});
   double time = 0;
-  const auto move = [&](const TargetObservation& sight) {
-    const ServoStep step = servo.step(sight, time);
+  const auto move = [&](const TargetObservation& observation) {
+    const ServoStep step = servo.step(observation, time);
     T = moved(step.twist, 0.1).inverse() * T;
     time += 0.1;
     return step;
@@ -228,13 +228,13 @@ TEST_CASE("a mirrored tag is not followed, and is told") {
   Image mirrored = image;
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x) mirrored.at(x, y) = image.view().at(image.width - 1 - x, y);
-  const TargetObservation sight = observe_target(mirrored, tag_target(), camera);
-  CHECK_FALSE(sight.seen);
-  CHECK_THAT(sight.message, Catch::Contains("mirror"));
-  CHECK(first(sight).twist.isZero(0));
+  const TargetObservation observation = observe_target(mirrored, tag_target(), camera);
+  CHECK_FALSE(observation.seen);
+  CHECK_THAT(observation.message, Catch::Contains("mirror"));
+  CHECK(first(observation).twist.isZero(0));
 }
 
-TEST_CASE("a first sight too far away moves nothing") {
+TEST_CASE("a first observation too far away moves nothing") {
   Pose far = exact_goal();
   far.translation().z() += 0.4;
   CHECK(first(exact(far)).state == ServoState::TooFar);
@@ -261,11 +261,11 @@ TEST_CASE("a robot that takes the twist in a wrong frame is stopped before it ha
 
 TEST_CASE("a robot that does not move is told of") {
   Random random(2);
-  const TargetObservation sight = exact(exact_start(random));
+  const TargetObservation observation = exact(exact_start(random));
   VisualServo servo(exact_goal(), {});
   ServoStep step;
   double time = 0;
-  for (; step.state == ServoState::Moving; time += 0.1) step = servo.step(sight, time);
+  for (; step.state == ServoState::Moving; time += 0.1) step = servo.step(observation, time);
   CHECK(step.state == ServoState::Stalled);
   CHECK_THAT(step.reason, Catch::Contains("follow"));
   CHECK(time < 5.0);
@@ -285,7 +285,7 @@ TEST_CASE("the time limit ends a run that is too slow") {
   CHECK(step.state == ServoState::TimedOut);
 }
 
-TEST_CASE("sights, times and options that make no sense are refused by name") {
+TEST_CASE("observations, times and options that make no sense are refused by name") {
   const Pose goal = exact_goal();
   const auto refused = [&](VisualServoOptions o, const std::string& field) {
     CHECK_THROWS_WITH(VisualServo(goal, o), Catch::Contains(field));
@@ -310,18 +310,18 @@ TEST_CASE("sights, times and options that make no sense are refused by name") {
   servo.step(exact(goal), 1.0);
   CHECK_THROWS_WITH(servo.step(exact(goal), 1.0), Catch::Contains("time"));
   CHECK_THROWS_WITH(servo.step(exact(goal), not_a_number), Catch::Contains("time"));
-  TargetObservation sight = exact(goal);
-  sight.T_camera_target.translation().x() = not_a_number;
-  CHECK_THROWS_WITH(servo.step(sight, 2.0), Catch::Contains("T_camera_target"));
-  sight = exact(goal);
-  sight.rays(0, 1) = not_a_number;
-  CHECK_THROWS_WITH(servo.step(sight, 2.0), Catch::Contains("finite"));
-  sight = exact(goal);
-  sight.rays.conservativeResize(2, 3);
-  CHECK_THROWS_WITH(servo.step(sight, 2.0), Catch::Contains("ray for each"));
-  sight = exact(goal);
-  sight.points *= 100.0;
+  TargetObservation observation = exact(goal);
+  observation.T_camera_target.translation().x() = not_a_number;
+  CHECK_THROWS_WITH(servo.step(observation, 2.0), Catch::Contains("T_camera_target"));
+  observation = exact(goal);
+  observation.rays(0, 1) = not_a_number;
+  CHECK_THROWS_WITH(servo.step(observation, 2.0), Catch::Contains("finite"));
+  observation = exact(goal);
+  observation.rays.conservativeResize(2, 3);
+  CHECK_THROWS_WITH(servo.step(observation, 2.0), Catch::Contains("ray for each"));
+  observation = exact(goal);
+  observation.points *= 100.0;
   const Pose tilted = goal * Eigen::AngleAxisd(0.8, Vector3d::UnitX());
-  CHECK_THROWS_WITH(VisualServo(tilted, {.feature = ServoFeature::Image}).step(sight, 2.0), Catch::Contains("goal"));
+  CHECK_THROWS_WITH(VisualServo(tilted, {.feature = ServoFeature::Image}).step(observation, 2.0), Catch::Contains("goal"));
   CHECK(servo.step(exact(goal), 2.0).state == ServoState::Moving);  // what was refused has changed nothing
 }

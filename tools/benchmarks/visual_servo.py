@@ -107,7 +107,7 @@ class Trial:
         u, v = self.camera.project(p)
         return bool(min(u.min(), v.min()) > 1 and u.max() < self.camera.width - 2 and v.max() < self.camera.height - 2)
 
-    def sight(self, T):
+    def observation(self, T):
         look = vision.RenderOptions(
             oversampling=10, noise=1.5, blur=0.6, clutter=8.0, seed=int(self.rng.integers(1 << 30))
         )
@@ -115,11 +115,11 @@ class Trial:
             image = vision.render(
                 [vision.PlacedTarget(target=self.printed, T_camera_target=T @ FLIP)], self.camera, look
             )
-            sight = vision.observe_target(image, self.target, self.believed)
-            if sight.seen:
-                sight.T_camera_target = sight.T_camera_target @ FLIP
-                sight.points = FLIP[:3, :3] @ sight.points
-            return sight
+            observation = vision.observe_target(image, self.target, self.believed)
+            if observation.seen:
+                observation.T_camera_target = observation.T_camera_target @ FLIP
+                observation.points = FLIP[:3, :3] @ observation.points
+            return observation
         tube = vision.Solid(
             kind="tube", radius=self.tube.outer_radius, inner_radius=self.tube.inner_radius, depth=self.tube.depth
         )
@@ -134,7 +134,7 @@ class Trial:
         servo = vision.VisualServo(GOAL, self.options)
         T, coming, cycles, cycle = self.start, np.zeros(6), 0, self.options.cycle
         while True:
-            step = servo.step(self.sight(T), cycles * cycle)
+            step = servo.step(self.observation(T), cycles * cycle)
             T = np.linalg.inv(self.moved(coming)) @ T
             coming, cycles = step.twist, cycles + 1
             if str(step.state) != "moving":

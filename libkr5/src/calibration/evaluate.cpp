@@ -13,8 +13,8 @@
 namespace kr5::calibration {
 namespace {
 
+using hand_eye::ObservedView;
 using hand_eye::Poses;
-using hand_eye::SightedView;
 
 /// T_fixed_target as the views see it through T_mount_camera.
 Pose mean_target(Mount mount, const Pose& X, std::span<const HandEyeView> views, std::span<const Pose> targets) {
@@ -26,22 +26,22 @@ Pose mean_target(Mount mount, const Pose& X, std::span<const HandEyeView> views,
   return mean_pose(Z);
 }
 
-HeldOutView judge(Mount mount, const Poses& poses, const SightedView& sight, const Pinhole& camera) {
-  const Pose M = hand_eye::predict(mount, poses, sight.input->T_base_flange);
+HeldOutView judge(Mount mount, const Poses& poses, const ObservedView& observed, const Pinhole& camera) {
+  const Pose M = hand_eye::predict(mount, poses, observed.input->T_base_flange);
   HeldOutView out;
-  out.name = sight.input->view.name;
+  out.name = observed.input->view.name;
   double best = std::numeric_limits<double>::infinity();
-  for (const Resection& r : sight.found) {
-    if (r.cost > 25 * std::max(sight.found.front().cost, 1e-6)) continue;  // plainly not what was seen
+  for (const Resection& r : observed.found) {
+    if (r.cost > 25 * std::max(observed.found.front().cost, 1e-6)) continue;  // plainly not what was seen
     const Vector6 d = pose_difference(r.T_camera_points, M);
     if (d.tail<3>().norm() >= best) continue;
     best = d.tail<3>().norm();
     out.position = d.head<3>().norm();
     out.rotation = best;
   }
-  const double n = static_cast<double>(sight.input->view.points.cols());
+  const double n = static_cast<double>(observed.input->view.points.cols());
   const double diagonal = std::hypot(camera.width, camera.height);
-  const double squares = hand_eye::pixel_squares(mount, poses, sight, camera, Vector6::Zero());
+  const double squares = hand_eye::pixel_squares(mount, poses, observed, camera, Vector6::Zero());
   out.rms_px = std::min(std::sqrt(squares / n), diagonal);
   return out;
 }
@@ -81,10 +81,10 @@ HandEyeEvaluation evaluate_hand_eye(std::span<const HandEyeView> views, const Pi
                                     const HandEyeSolver& solver, const EvaluateOptions& options) {
   options.validate();
   require(views.size() >= 4, "evaluate_hand_eye needs at least four views, found " + std::to_string(views.size()));
-  std::vector<SightedView> sights;
+  std::vector<ObservedView> observed_views;
   for (const HandEyeView& v : views) {
     require(v.T_base_flange.matrix().allFinite(), "view " + v.view.name + ": T_base_flange must be finite");
-    sights.push_back({.input = &v, .found = resect(v.view.points, v.view.pixels, camera), .chosen = 0});
+    observed_views.push_back({.input = &v, .found = resect(v.view.points, v.view.pixels, camera), .chosen = 0});
   }
   const std::size_t folds = options.folds == 0 ? views.size() : static_cast<std::size_t>(options.folds);
   HandEyeEvaluation out;
@@ -93,9 +93,9 @@ HandEyeEvaluation evaluate_hand_eye(std::span<const HandEyeView> views, const Pi
     std::vector<HandEyeView> rest;
     std::vector<Pose> targets;
     for (std::size_t i = 0; i < views.size(); ++i)
-      if (i % folds != fold && !sights[i].found.empty()) {
+      if (i % folds != fold && !observed_views[i].found.empty()) {
         rest.push_back(views[i]);
-        targets.push_back(sights[i].pose().T_camera_points);
+        targets.push_back(observed_views[i].pose().T_camera_points);
       }
     if (rest.size() < 3) continue;
     const auto found = solver(rest, targets);
@@ -103,7 +103,7 @@ HandEyeEvaluation evaluate_hand_eye(std::span<const HandEyeView> views, const Pi
     const Poses poses{found->T_mount_camera,
                       found->T_fixed_target.value_or(mean_target(options.mount, found->T_mount_camera, rest, targets))};
     for (std::size_t i = fold; i < views.size(); i += folds)
-      if (!sights[i].found.empty()) judged[i] = judge(options.mount, poses, sights[i], camera);
+      if (!observed_views[i].found.empty()) judged[i] = judge(options.mount, poses, observed_views[i], camera);
   }
   for (const auto& view : judged) {
     if (view)

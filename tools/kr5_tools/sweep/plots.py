@@ -11,13 +11,13 @@ from kr5_tools.calibrate.plots import Plot
 from kr5_tools.pages.plot_style import BLUE, GREEN, GREY, RED, STYLE, WIDE, WIDTH, plt
 from kr5_tools.sweep.trials import Grid
 
-BOOK_TILT = 15.0  # [deg], at which the book sweeps the clearance
+HAYAT_TILT = 15.0  # [deg], at which the book sweeps the clearance
 ATTEMPTS = (("first attempt", BLUE, "o", -1), ("by second", GREEN, "s", 0), ("by third", RED, "^", 1))
 
 
 def sweep_plots(tables: list[dict[str, Any]], grid: Grid) -> list[Plot]:
     """Those with something to compare. Close the figures after use."""
-    tilt = min(grid.tilts, key=lambda t: abs(t - BOOK_TILT))
+    tilt = min(grid.tilts, key=lambda t: abs(t - HAYAT_TILT))
     clearance = min(grid.clearances)
     out = []
     with plt.rc_context(STYLE):

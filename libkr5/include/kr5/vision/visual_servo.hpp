@@ -27,9 +27,9 @@ constexpr auto enum_names(ServoFeature) {
 
 enum class ServoState {
   Moving,    ///< Go on; the only state in which the twist is not zero.
-  Arrived,   ///< The mean of the last sights lies within the tolerance, and is certain enough to say so.
+  Arrived,   ///< The mean of the last observations lies within the tolerance, and is certain enough to say so.
   Lost,      ///< The target was not seen for too long.
-  TooFar,    ///< The first sight lies farther from the goal than allowed: nothing was moved.
+  TooFar,    ///< The first observation lies farther from the goal than allowed: nothing was moved.
   Diverged,  ///< The error grows.
   Stalled,   ///< The error does not get smaller, and is above the tolerance.
   TimedOut,
@@ -127,7 +127,7 @@ class VisualServo {
   /// `time` of the image [s], from any epoch. After the end the last step is repeated, with zero twist.
   /// @throws InvalidArgument for a time that does not increase, NaN in an observation, or, image-based, fewer than
   /// three points.
-  ServoStep step(const TargetObservation& sight, double time);
+  ServoStep step(const TargetObservation& observation, double time);
 
  private:
   class Impl;

@@ -23,12 +23,12 @@ Poses moved(const Poses& poses, const Vector12& b) {
 }  // namespace
 
 std::optional<LinearView> HandEyeFit::linear(std::size_t i) const {
-  return linearise(mount, poses, sights[i], *camera, errors[i]);
+  return linearise(mount, poses, observed_views[i], *camera, errors[i]);
 }
 
 std::vector<WeightedView> HandEyeFit::active() const {
   std::vector<WeightedView> out;
-  for (std::size_t i = 0; i < sights.size(); ++i)
+  for (std::size_t i = 0; i < observed_views.size(); ++i)
     if (weights[i] > 0)
       if (const auto view = linear(i)) out.push_back({*view, weights[i]});
   return out;
@@ -37,11 +37,11 @@ std::vector<WeightedView> HandEyeFit::active() const {
 double HandEyeFit::cost(const Poses& at, const std::vector<Vector6>& e) const {
   const Vector6 information = variances.robot().diagonal().cwiseInverse();
   double sum = 0;
-  for (std::size_t i = 0; i < sights.size(); ++i) {
+  for (std::size_t i = 0; i < observed_views.size(); ++i) {
     if (!(weights[i] > 0)) continue;
-    const double pixel = variances.value[2] * sights[i].input->correlation;
-    sum +=
-        weights[i] * (pixel_squares(mount, at, sights[i], *camera, e[i]) / pixel + e[i].cwiseAbs2().dot(information));
+    const double pixel = variances.value[2] * observed_views[i].input->correlation;
+    sum += weights[i] *
+           (pixel_squares(mount, at, observed_views[i], *camera, e[i]) / pixel + e[i].cwiseAbs2().dot(information));
   }
   return sum;
 }
@@ -77,7 +77,7 @@ void HandEyeFit::settle(int max_iterations, bool student) {
   for (int step = 0; step < max_iterations && !settled; ++step, ++iterations) {
     std::vector<WeightedView> views;
     std::vector<std::size_t> index;
-    for (std::size_t i = 0; i < sights.size(); ++i) {
+    for (std::size_t i = 0; i < observed_views.size(); ++i) {
       if (!(weights[i] > 0)) continue;
       if (const auto view = linear(i)) {
         views.push_back({*view, weights[i]});

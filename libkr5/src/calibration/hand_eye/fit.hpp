@@ -13,7 +13,7 @@ namespace kr5::calibration::hand_eye {
 struct HandEyeFit {
   Mount mount = Mount::EyeInHand;
   const Pinhole* camera = nullptr;
-  std::vector<SightedView> sights;
+  std::vector<ObservedView> observed_views;
   Poses poses;
   std::vector<Vector6> errors;  ///< Most probable robot pose error of each view.
   std::vector<double> weights;  ///< 0: the view has no part in the fit.

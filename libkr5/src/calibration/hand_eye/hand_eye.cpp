@@ -72,8 +72,8 @@ double lever(std::span<const HandEyeView> views) {
 
 void first_variances(HandEyeFit& fit, const HandEyeOptions& options) {
   std::vector<double> pixel, position, rotation;
-  for (std::size_t i = 0; i < fit.sights.size(); ++i) {
-    const Resection& r = fit.sights[i].pose();
+  for (std::size_t i = 0; i < fit.observed_views.size(); ++i) {
+    const Resection& r = fit.observed_views[i].pose();
     pixel.push_back(r.cost / std::max(2 * r.weights.sum() - 6, 1.0));
     position.push_back(fit.errors[i].head<3>().squaredNorm() / 3);
     rotation.push_back(fit.errors[i].tail<3>().squaredNorm() / 3);
@@ -88,23 +88,23 @@ void first_variances(HandEyeFit& fit, const HandEyeOptions& options) {
 
 /// With a doubtful plane, believes the pose that pixels and robot together find more probable.
 void choose_by_probability(HandEyeFit& fit) {
-  for (std::size_t i = 0; i < fit.sights.size(); ++i) {
-    SightedView& sight = fit.sights[i];
-    if (sight.found.size() < 2) continue;
+  for (std::size_t i = 0; i < fit.observed_views.size(); ++i) {
+    ObservedView& observed = fit.observed_views[i];
+    if (observed.found.size() < 2) continue;
     double best = std::numeric_limits<double>::infinity();
-    const int before = sight.chosen;
+    const int before = observed.chosen;
     int choice = before;
     for (int k = 0; k < 2; ++k) {
-      sight.chosen = k;
-      const Vector6 e = robot_error(fit.mount, fit.poses, sight);
-      const auto view = linearise(fit.mount, fit.poses, sight, *fit.camera, e);
+      observed.chosen = k;
+      const Vector6 e = robot_error(fit.mount, fit.poses, observed);
+      const auto view = linearise(fit.mount, fit.poses, observed, *fit.camera, e);
       if (!view) continue;
-      const double pixel = fit.variances.value[2] * sight.input->correlation;
-      const double unlikely = sight.pose().cost / pixel + e.dot(fit.variances.of(*view).ldlt().solve(e));
+      const double pixel = fit.variances.value[2] * observed.input->correlation;
+      const double unlikely = observed.pose().cost / pixel + e.dot(fit.variances.of(*view).ldlt().solve(e));
       if (unlikely < best) best = unlikely, choice = k;
     }
-    sight.chosen = choice;
-    if (choice != before) fit.errors[i] = robot_error(fit.mount, fit.poses, sight);
+    observed.chosen = choice;
+    if (choice != before) fit.errors[i] = robot_error(fit.mount, fit.poses, observed);
   }
 }
 
@@ -122,7 +122,7 @@ double p_value(const HandEyeFit& fit, std::size_t i, double inside) {
 
 /// Takes out of the fit what the first, robust fit found far off; the tests that follow decide.
 void keep_the_nearest(HandEyeFit& fit) {
-  const std::size_t n = fit.sights.size();
+  const std::size_t n = fit.observed_views.size();
   std::vector<std::pair<double, std::size_t>> distance;
   for (std::size_t i = 0; i < n; ++i) {
     const auto view = fit.linear(i);
@@ -135,13 +135,13 @@ void keep_the_nearest(HandEyeFit& fit) {
   for (std::size_t k = 0; k < n; ++k) {
     const auto [squared, i] = distance[k];
     fit.weights[i] = k < least || squared < scale * uncertainty::chi_square_quantile(0.995, 6) ? 1.0 : 0.0;
-    if (fit.weights[i] == 0) fit.errors[i] = robot_error(fit.mount, fit.poses, fit.sights[i]);
+    if (fit.weights[i] == 0) fit.errors[i] = robot_error(fit.mount, fit.poses, fit.observed_views[i]);
   }
 }
 
 /// Lets views back in and puts views out, one at a time, until every view is where its test puts it.
 void name_outliers(HandEyeFit& fit, const HandEyeOptions& options) {
-  const std::size_t n = fit.sights.size();
+  const std::size_t n = fit.observed_views.size();
   const double threshold = options.outlier_false_alarm / static_cast<double>(n);
   for (std::size_t round = 0; round < 3 * n; ++round) {
     fit.settle(options.max_iterations, false);
@@ -149,7 +149,7 @@ void name_outliers(HandEyeFit& fit, const HandEyeOptions& options) {
     double best = -1, worst = 2;
     std::size_t enter = 0, leave = 0;
     for (std::size_t i = 0; i < n; ++i) {
-      if (fit.weights[i] == 0) fit.errors[i] = robot_error(fit.mount, fit.poses, fit.sights[i]);
+      if (fit.weights[i] == 0) fit.errors[i] = robot_error(fit.mount, fit.poses, fit.observed_views[i]);
       const double p = p_value(fit, i, inside);
       if (fit.weights[i] == 0 && p > best) best = p, enter = i;
       if (fit.weights[i] > 0 && p < worst) worst = p, leave = i;
@@ -174,7 +174,7 @@ double whitened_rms(const HandEyeFit& fit) {
   return std::sqrt(squares / std::max(6 * inside - 12, 1.0));
 }
 
-HandEyeViewReport report(const HandEyeFit& fit, const HandEyeView& input, const SightedView* sight, std::size_t k) {
+HandEyeViewReport report(const HandEyeFit& fit, const HandEyeView& input, const ObservedView* observed, std::size_t k) {
   HandEyeViewReport out;
   const Pose M = predict(fit.mount, fit.poses, input.T_base_flange);
   const double diagonal = std::hypot(fit.camera->width, fit.camera->height);
@@ -187,7 +187,7 @@ HandEyeViewReport report(const HandEyeFit& fit, const HandEyeView& input, const 
   }
   out.rms_px = std::sqrt(squares / static_cast<double>(input.view.points.cols()));
   out.weight = 0;
-  if (!sight) return out;
+  if (!observed) return out;
   out.robot_position = fit.errors[k].head<3>().norm();
   out.robot_rotation = fit.errors[k].tail<3>().norm();
   out.weight = fit.weights[k];
@@ -198,8 +198,8 @@ HandEyeViewReport report(const HandEyeFit& fit, const HandEyeView& input, const 
 /// Why the views cannot tell the answer; empty when they can.
 std::string why_degenerate(const HandEyeFit& fit, const HandEyeOptions& options) {
   std::vector<Pose> T;
-  for (std::size_t i = 0; i < fit.sights.size(); ++i)
-    if (fit.weights[i] > 0) T.push_back(fit.sights[i].input->T_base_flange);
+  for (std::size_t i = 0; i < fit.observed_views.size(); ++i)
+    if (fit.weights[i] > 0) T.push_back(fit.observed_views[i].input->T_base_flange);
   const WristTurn turn = wrist_turn(T);
   const double degrees = 180 / std::numbers::pi;
   std::ostringstream text;
@@ -244,12 +244,13 @@ void write_result(const HandEyeFit& fit, HandEyeResult& out) {
 
 /// First poses, robust fit, then the fit of the views that agree.
 void run(HandEyeFit& fit, const HandEyeOptions& options, FitReport& report) {
-  fit.poses = robust_start(fit.mount, fit.sights, fit.variances.lever);
+  fit.poses = robust_start(fit.mount, fit.observed_views, fit.variances.lever);
   if (options.start) {
-    fit.poses = {*options.start, fixed_target(fit.mount, *options.start, fit.sights)};
-    choose_poses(fit.mount, fit.poses, fit.sights, fit.variances.lever);
+    fit.poses = {*options.start, fixed_target(fit.mount, *options.start, fit.observed_views)};
+    choose_poses(fit.mount, fit.poses, fit.observed_views, fit.variances.lever);
   }
-  for (std::size_t k = 0; k < fit.sights.size(); ++k) fit.errors[k] = robot_error(fit.mount, fit.poses, fit.sights[k]);
+  for (std::size_t k = 0; k < fit.observed_views.size(); ++k)
+    fit.errors[k] = robot_error(fit.mount, fit.poses, fit.observed_views[k]);
   first_variances(fit, options);
   report.initial_rms = whitened_rms(fit);
   fit.settle(options.max_iterations, true);
@@ -277,18 +278,18 @@ HandEyeResult calibrate_hand_eye(std::span<const HandEyeView> views, const Pinho
   fit.camera = &camera;
   std::vector<std::size_t> index;
   for (std::size_t i = 0; i < views.size(); ++i) {
-    SightedView sight{.input = &views[i], .found = resect(views[i].view.points, views[i].view.pixels, camera)};
-    if (sight.found.empty()) continue;
-    fit.sights.push_back(std::move(sight));
+    ObservedView observed{.input = &views[i], .found = resect(views[i].view.points, views[i].view.pixels, camera)};
+    if (observed.found.empty()) continue;
+    fit.observed_views.push_back(std::move(observed));
     index.push_back(i);
   }
   HandEyeResult out;
   out.mount = options.mount;
-  fit.errors.assign(fit.sights.size(), Vector6::Zero());
-  fit.weights.assign(fit.sights.size(), 1.0);
+  fit.errors.assign(fit.observed_views.size(), Vector6::Zero());
+  fit.weights.assign(fit.observed_views.size(), 1.0);
   fit.variances.lever = lever(views);
   std::string reason = "fewer than three views give a pose of the target";
-  if (fit.sights.size() >= 3) {
+  if (fit.observed_views.size() >= 3) {
     run(fit, options, out.fit);
     reason = why_degenerate(fit, options);
     write_result(fit, out);
@@ -297,7 +298,7 @@ HandEyeResult calibrate_hand_eye(std::span<const HandEyeView> views, const Pinho
   std::size_t k = 0;
   for (std::size_t i = 0; i < views.size(); ++i) {
     const bool has = k < index.size() && index[k] == i;
-    out.views.push_back(report(fit, views[i], has ? &fit.sights[k] : nullptr, k));
+    out.views.push_back(report(fit, views[i], has ? &fit.observed_views[k] : nullptr, k));
     out.views.back().name = name_of_view(views, i);
     k += has;
   }

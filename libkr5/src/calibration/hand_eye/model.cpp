@@ -45,11 +45,11 @@ Pose robot_pose(Mount mount, const Poses& poses, const Pose& M) {
   return mount == Mount::EyeInHand ? T : Pose(T.inverse());
 }
 
-std::optional<LinearView> linearise(Mount mount, const Poses& poses, const SightedView& sight, const Pinhole& camera,
-                                    const Vector6& e) {
-  const Pose M = predict(mount, poses, sight.input->T_base_flange * to_pose(e));
-  const View& view = sight.input->view;
-  const Eigen::VectorXd& weights = sight.pose().weights;
+std::optional<LinearView> linearise(Mount mount, const Poses& poses, const ObservedView& observed,
+                                    const Pinhole& camera, const Vector6& e) {
+  const Pose M = predict(mount, poses, observed.input->T_base_flange * to_pose(e));
+  const View& view = observed.input->view;
+  const Eigen::VectorXd& weights = observed.pose().weights;
   Matrix6 H = Matrix6::Zero();
   Vector6 g = Vector6::Zero();
   double squares = 0;
@@ -71,22 +71,22 @@ std::optional<LinearView> linearise(Mount mount, const Poses& poses, const Sight
   LinearView out;
   out.y = e + to_error * d;
   out.F << -to_error * adjoint(M.inverse()), to_error;
-  out.U = sight.input->correlation * to_error * H_inverse * to_error.transpose();
+  out.U = observed.input->correlation * to_error * H_inverse * to_error.transpose();
   out.pixel_squares = std::max(squares - g.dot(d), 0.0);
   out.pixel_dof = 2.0 * weights.sum() - 6.0;
   if (!out.U.allFinite() || !out.y.allFinite()) return std::nullopt;
   return out;
 }
 
-double pixel_squares(Mount mount, const Poses& poses, const SightedView& sight, const Pinhole& camera,
+double pixel_squares(Mount mount, const Poses& poses, const ObservedView& observed, const Pinhole& camera,
                      const Vector6& e) {
-  const Pose M = predict(mount, poses, sight.input->T_base_flange * to_pose(e));
-  const View& view = sight.input->view;
+  const Pose M = predict(mount, poses, observed.input->T_base_flange * to_pose(e));
+  const View& view = observed.input->view;
   double squares = 0;
   for (int i = 0; i < view.points.cols(); ++i) {
     const Eigen::Vector3d p = M * view.points.col(i);
     if (!(p.z() > 1e-9)) return std::numeric_limits<double>::infinity();
-    squares += sight.pose().weights[i] * (view.pixels.col(i) - camera.project(p)).squaredNorm();
+    squares += observed.pose().weights[i] * (view.pixels.col(i) - camera.project(p)).squaredNorm();
   }
   return squares;
 }

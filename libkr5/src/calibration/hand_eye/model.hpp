@@ -25,7 +25,7 @@ Pose predict(Mount mount, const Poses& poses, const Pose& T_base_flange);
 Pose robot_pose(Mount mount, const Poses& poses, const Pose& M);
 
 /// One view with what does not change during the fit.
-struct SightedView {
+struct ObservedView {
   const HandEyeView* input = nullptr;
   std::vector<Resection> found;  ///< One or two poses of the target; empty when there is none.
   int chosen = 0;                ///< Which of them the fit believes.
@@ -45,11 +45,11 @@ struct LinearView {
 };
 
 /// Linearises a view where its robot pose error is taken to be `e`; empty when a point lies behind the camera.
-std::optional<LinearView> linearise(Mount mount, const Poses& poses, const SightedView& sight, const Pinhole& camera,
-                                    const Vector6& e);
+std::optional<LinearView> linearise(Mount mount, const Poses& poses, const ObservedView& observed,
+                                    const Pinhole& camera, const Vector6& e);
 
 /// Weighted squared pixel errors with robot pose error `e`; infinite when a point lies behind the camera.
-double pixel_squares(Mount mount, const Poses& poses, const SightedView& sight, const Pinhole& camera,
+double pixel_squares(Mount mount, const Poses& poses, const ObservedView& observed, const Pinhole& camera,
                      const Vector6& e);
 
 }  // namespace kr5::calibration::hand_eye

@@ -20,20 +20,20 @@ constexpr double trusted_share = 0.6;  // part of the views that must agree
 // A second pose of a plane whose pixel error is this many times the first's cannot be the right one.
 constexpr double hopeless_share = 25.0;
 
-bool hopeful(const SightedView& sight, const Resection& other) {
+bool hopeful(const ObservedView& observed, const Resection& other) {
   return other.cost <=
-         hopeless_share * std::max(sight.found.front().cost, 1e-6 * static_cast<double>(other.weights.size()));
+         hopeless_share * std::max(observed.found.front().cost, 1e-6 * static_cast<double>(other.weights.size()));
 }
 
 double square(const Vector6& e, double lever) {
   return e.head<3>().squaredNorm() / (lever * lever) + e.tail<3>().squaredNorm();
 }
 
-Poses closed_form_of(Mount mount, const std::vector<SightedView>& sights, std::span<const int> subset) {
+Poses closed_form_of(Mount mount, const std::vector<ObservedView>& observed_views, std::span<const int> subset) {
   std::vector<Pose> T, M;
   for (const int i : subset) {
-    T.push_back(sights[i].input->T_base_flange);
-    M.push_back(sights[i].pose().T_camera_points);
+    T.push_back(observed_views[i].input->T_base_flange);
+    M.push_back(observed_views[i].pose().T_camera_points);
   }
   const ClosedForm form = closed_form(T, M, mount);
   return {form.X, form.Z};
@@ -45,12 +45,13 @@ struct Ranking {
   double trimmed = std::numeric_limits<double>::infinity();
 };
 
-Ranking rank(Mount mount, const Poses& poses, const std::vector<SightedView>& sights, double lever,
+Ranking rank(Mount mount, const Poses& poses, const std::vector<ObservedView>& observed_views, double lever,
              std::size_t trusted) {
-  std::vector<double> squares(sights.size());
-  for (std::size_t i = 0; i < sights.size(); ++i) squares[i] = square(robot_error(mount, poses, sights[i]), lever);
+  std::vector<double> squares(observed_views.size());
+  for (std::size_t i = 0; i < observed_views.size(); ++i)
+    squares[i] = square(robot_error(mount, poses, observed_views[i]), lever);
   Ranking out;
-  out.order.resize(sights.size());
+  out.order.resize(observed_views.size());
   std::iota(out.order.begin(), out.order.end(), 0);
   std::stable_sort(out.order.begin(), out.order.end(), [&](int a, int b) { return squares[a] < squares[b]; });
   out.trimmed = 0;
@@ -77,12 +78,12 @@ WristTurn wrist_turn(std::span<const Pose> T_base_flange) {
   return out;
 }
 
-Pose fixed_target(Mount mount, const Pose& T_mount_camera, std::span<const SightedView> sights) {
+Pose fixed_target(Mount mount, const Pose& T_mount_camera, std::span<const ObservedView> observed_views) {
   std::vector<Pose> candidates;
-  for (const SightedView& sight : sights) {
-    const Pose& T = sight.input->T_base_flange;
+  for (const ObservedView& observed : observed_views) {
+    const Pose& T = observed.input->T_base_flange;
     candidates.push_back((mount == Mount::EyeInHand ? T : Pose(T.inverse())) * T_mount_camera *
-                         sight.pose().T_camera_points);
+                         observed.pose().T_camera_points);
   }
   const auto far = [&](const Pose& from) {
     double sum = 0;
@@ -93,51 +94,52 @@ Pose fixed_target(Mount mount, const Pose& T_mount_camera, std::span<const Sight
                            [&](const Pose& a, const Pose& b) { return far(a) < far(b); });
 }
 
-Vector6 robot_error(Mount mount, const Poses& poses, const SightedView& sight) {
-  return pose_difference(sight.input->T_base_flange, robot_pose(mount, poses, sight.pose().T_camera_points));
+Vector6 robot_error(Mount mount, const Poses& poses, const ObservedView& observed) {
+  return pose_difference(observed.input->T_base_flange, robot_pose(mount, poses, observed.pose().T_camera_points));
 }
 
-void choose_poses(Mount mount, const Poses& poses, std::vector<SightedView>& sights, double lever) {
-  for (SightedView& sight : sights) {
+void choose_poses(Mount mount, const Poses& poses, std::vector<ObservedView>& observed_views, double lever) {
+  for (ObservedView& observed : observed_views) {
     double best = std::numeric_limits<double>::infinity();
     int choice = 0;
-    for (std::size_t k = 0; k < sight.found.size(); ++k) {
-      if (k > 0 && !hopeful(sight, sight.found[k])) continue;
-      sight.chosen = static_cast<int>(k);
-      const double s = square(robot_error(mount, poses, sight), lever);
+    for (std::size_t k = 0; k < observed.found.size(); ++k) {
+      if (k > 0 && !hopeful(observed, observed.found[k])) continue;
+      observed.chosen = static_cast<int>(k);
+      const double s = square(robot_error(mount, poses, observed), lever);
       if (s < best) best = s, choice = static_cast<int>(k);
     }
-    sight.chosen = choice;
+    observed.chosen = choice;
   }
 }
 
-Poses robust_start(Mount mount, std::vector<SightedView>& sights, double lever) {
-  const int n = static_cast<int>(sights.size());
+Poses robust_start(Mount mount, std::vector<ObservedView>& observed_views, double lever) {
+  const int n = static_cast<int>(observed_views.size());
   const std::size_t trusted = std::max<std::size_t>(3, static_cast<std::size_t>(std::ceil(trusted_share * n)));
   std::vector<int> all(n);
   std::iota(all.begin(), all.end(), 0);
   Random random(20221);  // the subsets are part of the method: the same data give the same answer
   Poses best;
   double best_trimmed = std::numeric_limits<double>::infinity();
-  std::vector<SightedView> best_sights = sights;
+  std::vector<ObservedView> best_sights = observed_views;
   for (int draw = 0; draw <= random_subsets; ++draw) {
     std::vector<int> subset = all;
-    for (SightedView& sight : sights) sight.chosen = 0;
+    for (ObservedView& observed : observed_views) observed.chosen = 0;
     if (draw > 0) {
       std::shuffle(subset.begin(), subset.end(), random.engine());
       subset.resize(std::min(n, 3 + draw % 2));
       for (const int i : subset)
-        if (sights[i].found.size() > 1 && hopeful(sights[i], sights[i].found[1])) sights[i].chosen = random.integer(2);
+        if (observed_views[i].found.size() > 1 && hopeful(observed_views[i], observed_views[i].found[1]))
+          observed_views[i].chosen = random.integer(2);
     }
-    Poses poses = closed_form_of(mount, sights, subset);
+    Poses poses = closed_form_of(mount, observed_views, subset);
     for (int settle = 0; settle < 3; ++settle) {
-      choose_poses(mount, poses, sights, lever);
-      const Ranking ranking = rank(mount, poses, sights, lever, trusted);
-      if (ranking.trimmed < best_trimmed) best_trimmed = ranking.trimmed, best = poses, best_sights = sights;
-      poses = closed_form_of(mount, sights, std::span(ranking.order).first(trusted));
+      choose_poses(mount, poses, observed_views, lever);
+      const Ranking ranking = rank(mount, poses, observed_views, lever, trusted);
+      if (ranking.trimmed < best_trimmed) best_trimmed = ranking.trimmed, best = poses, best_sights = observed_views;
+      poses = closed_form_of(mount, observed_views, std::span(ranking.order).first(trusted));
     }
   }
-  sights = best_sights;
+  observed_views = best_sights;
   return best;
 }
 

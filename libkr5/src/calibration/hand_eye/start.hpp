@@ -21,15 +21,15 @@ WristTurn wrist_turn(std::span<const Pose> T_base_flange);
 
 /// First values that a minority of contradicting views does not spoil: closed forms of many small subsets and of all
 /// views, judged by their better 60 % of views (least trimmed squares). Chooses among two poses of a planar target.
-Poses robust_start(Mount mount, std::vector<SightedView>& sights, double lever);
+Poses robust_start(Mount mount, std::vector<ObservedView>& observed_views, double lever);
 
 /// T_fixed_target that a given T_mount_camera implies: the middle view's, which a minority of bad ones does not move.
-Pose fixed_target(Mount mount, const Pose& T_mount_camera, std::span<const SightedView> sights);
+Pose fixed_target(Mount mount, const Pose& T_mount_camera, std::span<const ObservedView> observed_views);
 
 /// For each view the pose of the target that agrees best with X and Z.
-void choose_poses(Mount mount, const Poses& poses, std::vector<SightedView>& sights, double lever);
+void choose_poses(Mount mount, const Poses& poses, std::vector<ObservedView>& observed_views, double lever);
 
 /// Error of the robot pose that would explain the view's chosen pose of the target.
-Vector6 robot_error(Mount mount, const Poses& poses, const SightedView& sight);
+Vector6 robot_error(Mount mount, const Poses& poses, const ObservedView& observed);
 
 }  // namespace kr5::calibration::hand_eye

@@ -12,13 +12,13 @@ namespace {
 
 constexpr double nowhere = std::numeric_limits<double>::infinity();
 constexpr double rounding = 1e-10;  // what a fit to exact heights may leave [m]
-constexpr double row_noise = 5e-5;  // of a height, beside which the softness is believed before [m]
+constexpr double row_noise = 5e-5;  // of a height, beside which the prior compliance counts [m]
 
 }  // namespace
 
-TubeSearch::TubeSearch(const PegTube& bodies, int max_iterations, double softness)
+TubeSearch::TubeSearch(const PegTube& bodies, int max_iterations, double compliance_std)
     : bodies_(bodies),
-      softness_(softness),
+      compliance_std_(compliance_std),
       optimizer_({.max_iterations = max_iterations, .least_sigma = rounding, .initial_damping = 1e-3}) {}
 
 void TubeSearch::begin(std::span<const ProfileRow> rows, const Eigen::Vector2d& about) noexcept {
@@ -31,7 +31,7 @@ void TubeSearch::begin(std::span<const ProfileRow> rows, const Eigen::Vector2d& 
 
 /// Derivative of what a row is expected to show, by the place.
 Eigen::Vector4d TubeSearch::slope_of(const PegRest& rest, const ProfileRow& row) const noexcept {
-  return {-rest.by_centre.x(), -rest.by_centre.y(), 1.0, softness_ > 0 ? -row.force : 0.0};
+  return {-rest.by_centre.x(), -rest.by_centre.y(), 1.0, compliance_std_ > 0 ? -row.force : 0.0};
 }
 
 NormalEquations<4> TubeSearch::at(const Place& place) const noexcept {
@@ -45,7 +45,7 @@ NormalEquations<4> TubeSearch::at(const Place& place) const noexcept {
     }
     out.add(-slope_of(rest, row), error);
   }
-  const double weight = softness_ > 0 ? row_noise / softness_ : 1.0;
+  const double weight = compliance_std_ > 0 ? row_noise / compliance_std_ : 1.0;
   out.add({0, 0, 0, weight}, weight * place[3]);
   return out;
 }
@@ -72,7 +72,7 @@ TubeSearch::Place TubeSearch::start(int number) const noexcept {
   return {about_.x() + distance * std::cos(azimuth), about_.y() + distance * std::sin(azimuth), 0.0, 0.0};
 }
 
-/// How well a start does with the face and the softness that suit it best; the best ones are kept.
+/// How well a start does with the face and the compliance that suit it best; the best ones are kept.
 void TubeSearch::look() noexcept {
   Solution found;
   found.place = start(looked_++);

@@ -25,8 +25,8 @@ class TubeSearch {
     bool converged = false;  ///< No step leads to a better place.
   };
 
-  /// @param softness Standard deviation of the fourth of a place, about 0; at 0 it stays 0 [m/N].
-  TubeSearch(const PegTube& bodies, int max_iterations, double softness = 0.0);
+  /// @param compliance_std Standard deviation of the fourth of a place, about 0; at 0 it stays 0 [m/N].
+  TubeSearch(const PegTube& bodies, int max_iterations, double compliance_std = 0.0);
 
   /// The rows are not copied. @param about Where the tube is looked for, up to its outer radius and a fifth around.
   void begin(std::span<const ProfileRow> rows, const Eigen::Vector2d& about) noexcept;
@@ -50,7 +50,7 @@ class TubeSearch {
   void finish() noexcept;
 
   PegTube bodies_;
-  double softness_;
+  double compliance_std_;
   std::span<const ProfileRow> rows_;
   Eigen::Vector2d about_ = Eigen::Vector2d::Zero();
   int looked_ = 0, refined_ = 0;

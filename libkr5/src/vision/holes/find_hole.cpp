@@ -25,10 +25,10 @@ std::string mm(double metres) {
 }
 
 HoleDetection not_found(HoleStatus status, const std::string& why) {
-  HoleDetection sight;
-  sight.status = status;
-  sight.message = why;
-  return sight;
+  HoleDetection observation;
+  observation.status = status;
+  observation.message = why;
+  return observation;
 }
 
 /// A rectangle of the plane, drawn square on.
@@ -133,30 +133,31 @@ HoleDetection explain(const Measured& measured, const HoleOptions& o) {
                      "that nothing hides the bore");
   std::string seen;
   for (const double radius : measured.other_radii) seen += (seen.empty() ? "" : ", ") + mm(radius);
-  HoleDetection sight = not_found(
+  HoleDetection observation = not_found(
       HoleStatus::WrongRadius, "circles of radius " + seen + ", none of " + mm(o.radius) + " within " +
                                    mm(o.radius_tolerance) + "; check the radius asked for and the height of the plane");
-  sight.other_radii = measured.other_radii;
-  return sight;
+  observation.other_radii = measured.other_radii;
+  return observation;
 }
 
 HoleDetection found(const CircleEdge& edge, const PlaneView& view, const HoleOptions& o) {
-  HoleDetection sight;
-  sight.status = HoleStatus::Found;
-  sight.T_camera_hole = view.T_camera_plane * Eigen::Translation3d(edge.circle.centre.x(), edge.circle.centre.y(), 0.0);
-  sight.radius = edge.circle.radius;
-  const Vector3d centre = sight.T_camera_hole.translation();
+  HoleDetection observation;
+  observation.status = HoleStatus::Found;
+  observation.T_camera_hole =
+      view.T_camera_plane * Eigen::Translation3d(edge.circle.centre.x(), edge.circle.centre.y(), 0.0);
+  observation.radius = edge.circle.radius;
+  const Vector3d centre = observation.T_camera_hole.translation();
   const Eigen::Matrix3d R = view.T_camera_plane.linear();
   // A plane that is higher by h moves the centre along its ray, and the radius with it.
   const Vector3d by_height = centre / R.col(2).dot(centre);
-  sight.covariance = R.leftCols<2>() * edge.covariance.topLeftCorner<2, 2>() * R.leftCols<2>().transpose() +
-                     o.sigma_height * o.sigma_height * by_height * by_height.transpose();
+  observation.covariance = R.leftCols<2>() * edge.covariance.topLeftCorner<2, 2>() * R.leftCols<2>().transpose() +
+                           o.sigma_height * o.sigma_height * by_height * by_height.transpose();
   const double radius_by_height = edge.circle.radius / R.col(2).dot(centre);
-  sight.sigma_radius = std::sqrt(edge.covariance(2, 2) + std::pow(o.sigma_height * radius_by_height, 2));
-  sight.rms_px = edge.rms_px;
-  sight.edges = edge.edges;
-  sight.message = "radius " + mm(edge.circle.radius) + " at " + std::to_string(edge.edges) + " places";
-  return sight;
+  observation.sigma_radius = std::sqrt(edge.covariance(2, 2) + std::pow(o.sigma_height * radius_by_height, 2));
+  observation.rms_px = edge.rms_px;
+  observation.edges = edge.edges;
+  observation.message = "radius " + mm(edge.circle.radius) + " at " + std::to_string(edge.edges) + " places";
+  return observation;
 }
 
 }  // namespace

@@ -91,8 +91,8 @@ class Renderer {
   }
 
   void render_tile(int x0, int y0) {
-    const Candidates things = candidates(x0, y0);
-    if (things.empty()) return;
+    const Candidates near = candidates(x0, y0);
+    if (near.empty()) return;
     const int x1 = std::min(x0 + tile, camera_.width), y1 = std::min(y0 + tile, camera_.height);
     std::array<std::array<Vector3d, tile + 1>, tile + 1> rays;
     for (int y = y0; y <= y1; ++y)
@@ -100,32 +100,32 @@ class Renderer {
     for (int y = y0; y < y1; ++y)
       for (int x = x0; x < x1; ++x) {
         const int i = y - y0, j = x - x0;
-        render_pixel(things, {rays[i][j], rays[i][j + 1], rays[i + 1][j], rays[i + 1][j + 1]}, image_(y, x));
+        render_pixel(near, {rays[i][j], rays[i][j + 1], rays[i + 1][j], rays[i + 1][j + 1]}, image_(y, x));
       }
   }
 
-  void render_pixel(const Candidates& things, const std::array<Vector3d, 4>& rays, float& pixel) const {
+  void render_pixel(const Candidates& near, const std::array<Vector3d, 4>& rays, float& pixel) const {
     for (const Vector3d& ray : rays)
       if (!ray.allFinite()) return;
     bool edge = false;
-    for (auto s = things.sheets.begin(); s != things.sheets.end() && !edge; ++s)
+    for (auto s = near.sheets.begin(); s != near.sheets.end() && !edge; ++s)
       edge = (*s)->may_have_edge({(*s)->hit(rays[0]), (*s)->hit(rays[1]), (*s)->hit(rays[2]), (*s)->hit(rays[3])});
     std::array<Seen, 4> seen;
-    for (int k = 0; k < 4 && !edge; ++k) edge = (seen[k] = things.trace(rays[k])).differs(seen[0]);
+    for (int k = 0; k < 4 && !edge; ++k) edge = (seen[k] = near.trace(rays[k])).differs(seen[0]);
     // The round outline of a solid may cross a side between two corners.
-    if (!things.solids.empty())
+    if (!near.solids.empty())
       for (int k = 0; k < 4 && !edge; ++k)
-        edge = things.trace((rays[k] + rays[std::array{1, 3, 0, 2}[k]]) / 2).differs(seen[0]);
-    if (edge) return supersample(things, rays, pixel);
+        edge = near.trace((rays[k] + rays[std::array{1, 3, 0, 2}[k]]) / 2).differs(seen[0]);
+    if (edge) return supersample(near, rays, pixel);
     if (seen[0].of != 0) pixel = (seen[0].grey + seen[1].grey + seen[2].grey + seen[3].grey) / 4;
     if (seen[0].of == 0 && seen[0].grey != nothing) pixel = seen[0].grey;
   }
 
-  void supersample(const Candidates& things, const std::array<Vector3d, 4>& rays, float& pixel) const {
+  void supersample(const Candidates& near, const std::array<Vector3d, 4>& rays, float& pixel) const {
     const Vector3d right = rays[1] - rays[0], down = rays[2] - rays[0], twist = rays[3] - rays[1] - down;
     double sum = 0;
     for (const Vector2d& p : samples_) {
-      const float grey = things.trace(rays[0] + p.x() * right + p.y() * down + p.x() * p.y() * twist).grey;
+      const float grey = near.trace(rays[0] + p.x() * right + p.y() * down + p.x() * p.y() * twist).grey;
       sum += grey == nothing ? pixel : grey;
     }
     pixel = static_cast<float>(sum / static_cast<double>(samples_.size()));

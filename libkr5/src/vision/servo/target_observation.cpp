@@ -15,34 +15,34 @@ TargetObservation observe_target(ImageView image, const Target& target, const Pi
   camera.validate();
   require(image.width == camera.width && image.height == camera.height,
           "observe_target: image and camera must have the same size [px]");
-  TargetObservation sight;
+  TargetObservation observation;
   const PlainView plain = undistort(image, camera);
   const Detection detection = find_target(plain.image, target, options);
-  sight.message = detection.message;
-  if (!detection.found()) return sight;
+  observation.message = detection.message;
+  if (!detection.found()) return observation;
   const TargetPose pose = estimate_target_pose(detection.view, plain.camera, {.correlation = detection.correlation});
-  sight.message = pose.fit.message;
-  if (!pose.fit.usable() || pose.ambiguous) return sight;
-  sight.T_camera_target = pose.T_camera_target;
-  sight.points = detection.view.points;
+  observation.message = pose.fit.message;
+  if (!pose.fit.usable() || pose.ambiguous) return observation;
+  observation.T_camera_target = pose.T_camera_target;
+  observation.points = detection.view.points;
   const Pinhole& c = plain.camera;
-  sight.rays =
+  observation.rays =
       (detection.view.pixels.colwise() - Eigen::Vector2d(c.cx, c.cy)).array().colwise() / Eigen::Array2d(c.fx, c.fy);
-  sight.seen = true;
-  return sight;
+  observation.seen = true;
+  return observation;
 }
 
 TargetObservation observe_hole(const HoleDetection& hole) {
-  TargetObservation sight;
-  sight.message = hole.message;
-  if (!hole.found()) return sight;
-  sight.T_camera_target = hole.T_camera_hole;
+  TargetObservation observation;
+  observation.message = hole.message;
+  if (!hole.found()) return observation;
+  observation.T_camera_target = hole.T_camera_hole;
   const double r = 2 * hole.radius;
-  sight.points.resize(3, 4);
-  sight.points << r, 0, -r, 0, 0, r, 0, -r, 0, 0, 0, 0;
-  sight.rays = (sight.T_camera_target * sight.points).colwise().hnormalized();
-  sight.seen = true;
-  return sight;
+  observation.points.resize(3, 4);
+  observation.points << r, 0, -r, 0, 0, r, 0, -r, 0, 0, 0, 0;
+  observation.rays = (observation.T_camera_target * observation.points).colwise().hnormalized();
+  observation.seen = true;
+  return observation;
 }
 
 }  // namespace kr5::vision

@@ -17,7 +17,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double diverging = 50.0;  // [tolerances] 10 mm: more than sights scatter, or points move that swing in
+constexpr double diverging = 50.0;  // [tolerances] 10 mm: more than observations scatter, or points move that swing in
 
 std::string in_words(double metres, double radians) {
   char text[64];
@@ -31,17 +31,17 @@ Pose nearest_turn(const Pose& goal, const Pose& now) {
   return goal * Eigen::AngleAxisd(std::atan2(M(1, 0) - M(0, 1), M(0, 0) + M(1, 1)), Vector3d::UnitZ());
 }
 
-void require_sound(const TargetObservation& sight, ServoFeature feature, const Pose& goal) {
-  require(sight.T_camera_target.matrix().allFinite() && is_rotation(sight.T_camera_target.linear()),
+void require_sound(const TargetObservation& observation, ServoFeature feature, const Pose& goal) {
+  require(observation.T_camera_target.matrix().allFinite() && is_rotation(observation.T_camera_target.linear()),
           "visual_servo: T_camera_target of the observation must be a rigid motion");
   if (feature == ServoFeature::Position) return;
-  require(sight.points.cols() >= 3 && sight.points.cols() == sight.rays.cols(),
+  require(observation.points.cols() >= 3 && observation.points.cols() == observation.rays.cols(),
           "visual_servo: for the feature image, an observation needs at least three points, and a ray for each");
-  require(sight.points.allFinite() && sight.rays.allFinite(),
+  require(observation.points.allFinite() && observation.rays.allFinite(),
           "visual_servo: points and rays of an observation must be finite");
-  require((sight.T_camera_target * sight.points).row(2).minCoeff() > 0,
+  require((observation.T_camera_target * observation.points).row(2).minCoeff() > 0,
           "visual_servo: points of the observation lie behind the camera");
-  require((goal * sight.points).row(2).minCoeff() > 0,
+  require((goal * observation.points).row(2).minCoeff() > 0,
           "visual_servo: at the goal points of the target would lie behind the camera");
 }
 
@@ -51,23 +51,23 @@ class VisualServo::Impl {
  public:
   Impl(const Pose& goal, const VisualServoOptions& options) : goal_(goal), options_(options) {}
 
-  ServoStep step(const TargetObservation& sight, double time) {
+  ServoStep step(const TargetObservation& observation, double time) {
     require(std::isfinite(time) && !(time <= time_), "visual_servo: time must increase from step to step [s]");
-    if (sight.seen) require_sound(sight, options_.feature, goal_);
+    if (observation.seen) require_sound(observation, options_.feature, goal_);
     if (last_.state != ServoState::Moving) return last_;
     if (std::isnan(start_)) start_ = seen_ = time;
     time_ = time;
     last_.twist.setZero();
-    if (sight.seen) return steer(sight);
+    if (observation.seen) return steer(observation);
     recent_.clear();
-    if (time_ - seen_ >= options_.lost_after) return end(ServoState::Lost, lost(sight.message));
-    return over_time() ? out_of_time() : go("waiting for an observation: " + sight.message);
+    if (time_ - seen_ >= options_.lost_after) return end(ServoState::Lost, lost(observation.message));
+    return over_time() ? out_of_time() : go("waiting for an observation: " + observation.message);
   }
 
  private:
-  ServoStep steer(const TargetObservation& sight) {
-    const Pose goal = options_.turn_free ? nearest_turn(goal_, sight.T_camera_target) : goal_;
-    const Vector6 error = to_vector(goal * sight.T_camera_target.inverse());
+  ServoStep steer(const TargetObservation& observation) {
+    const Pose goal = options_.turn_free ? nearest_turn(goal_, observation.T_camera_target) : goal_;
+    const Vector6 error = to_vector(goal * observation.T_camera_target.inverse());
     const bool first = std::isinf(best_);
     seen_ = time_;
     note(error);
@@ -81,7 +81,7 @@ class VisualServo::Impl {
                  "the error grows and is now " + left() +
                      "; check the hand-eye calibration, and the frame in which the robot takes the twist");
     if (time_ - best_time_ > options_.stalled_after) return end(ServoState::Stalled, stalled());
-    const detail::ServoTwist law = control_law(sight, goal);
+    const detail::ServoTwist law = control_law(observation, goal);
     if (!law.failure.empty()) return end(ServoState::Stalled, law.failure);
     last_.twist = slowed(law.twist);
     return go("moving, with " + left() + " to go");
@@ -98,12 +98,13 @@ class VisualServo::Impl {
     if (in_tolerances() < 0.95 * best_) best_ = in_tolerances(), best_time_ = time_, path_seen_ = path_told_ = 0;
   }
 
-  detail::ServoTwist control_law(const TargetObservation& sight, const Pose& goal) const {
+  detail::ServoTwist control_law(const TargetObservation& observation, const Pose& goal) const {
     const detail::ServoGain gain{options_.gain, options_.gain_near, options_.gain_slope};
-    if (options_.feature == ServoFeature::Position) return detail::visp_position_law(sight.T_camera_target, goal, gain);
-    const Eigen::Matrix3Xd there = goal * sight.points;
+    if (options_.feature == ServoFeature::Position)
+      return detail::visp_position_law(observation.T_camera_target, goal, gain);
+    const Eigen::Matrix3Xd there = goal * observation.points;
     Eigen::Matrix3Xd now(3, there.cols()), then(3, there.cols());
-    now << sight.rays, (sight.T_camera_target * sight.points).row(2);
+    now << observation.rays, (observation.T_camera_target * observation.points).row(2);
     then << there.colwise().hnormalized(), there.row(2);
     return detail::visp_image_law(now, then, gain);
   }
@@ -114,7 +115,7 @@ class VisualServo::Impl {
     return told_ = twist / std::max({1.0, speed, rate});
   }
 
-  /// The mean over the last sights is close, and they scatter so little that it is to be believed.
+  /// The mean over the last observations is close, and they scatter so little that it is to be believed.
   bool arrived() {
     if (recent_.size() < static_cast<std::size_t>(options_.settle)) return false;
     const Vector6 mean = mean_error();
@@ -133,7 +134,7 @@ class VisualServo::Impl {
     return sum / static_cast<double>(recent_.size());
   }
 
-  /// Standard deviation of the last sights' errors in position [m] and angle [rad].
+  /// Standard deviation of the last observations' errors in position [m] and angle [rad].
   std::pair<double, double> scatter() const {
     const Vector6 mean = mean_error();
     double position = 0, angle = 0;
@@ -186,7 +187,7 @@ class VisualServo::Impl {
   Pose goal_;
   VisualServoOptions options_;
   ServoStep last_;
-  std::deque<Vector6> recent_;  ///< Errors of the last sights in a row: the camera in its goal.
+  std::deque<Vector6> recent_;  ///< Errors of the last observations in a row: the camera in its goal.
   Vector6 told_ = Vector6::Zero();
   double start_ = std::numeric_limits<double>::quiet_NaN(), time_ = -std::numeric_limits<double>::infinity();
   double seen_ = 0, best_ = std::numeric_limits<double>::infinity(), best_time_ = 0;
@@ -223,6 +224,8 @@ VisualServo::~VisualServo() = default;
 VisualServo::VisualServo(VisualServo&&) noexcept = default;
 VisualServo& VisualServo::operator=(VisualServo&&) noexcept = default;
 
-ServoStep VisualServo::step(const TargetObservation& sight, double time) { return impl_->step(sight, time); }
+ServoStep VisualServo::step(const TargetObservation& observation, double time) {
+  return impl_->step(observation, time);
+}
 
 }  // namespace kr5::vision

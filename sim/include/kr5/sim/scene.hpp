@@ -73,13 +73,13 @@ struct Objects {
   std::optional<double> bench;                     ///< [m]
   double push_at = 0.0;                            ///< [s]
   Eigen::Vector3d push = Eigen::Vector3d::Zero();  ///< [N]
-  std::vector<cell::PlacedObject> things;
+  std::vector<cell::PlacedObject> solids;
 
   static void each_field(auto& self, auto&& visit) {
     visit("bench", self.bench, "Height in B of a flat bench that the tool tip touches; stiffness is the cell's [m].");
     visit("push_at", self.push_at, "Time from which the tool is pushed [s].");
     visit("push", self.push, "Force of that push, in B, at the sensor [N].");
-    visit("things", self.things,
+    visit("solids", self.solids,
           "Balls, tubes and plates that camera and scanner see, in addition to those of the cell.");
   }
 };
@@ -182,7 +182,7 @@ struct SceneResult {
   int steps = 0;
   io::Table rows;                          ///< A row every cycle of the controller.
   cell::Cell cell;                         ///< With the effects it carried in the end.
-  std::vector<cell::PlacedObject> things;  ///< Those of the scene, its bench too.
+  std::vector<cell::PlacedObject> solids;  ///< Those of the scene, its bench too.
   std::optional<ScenePictures> camera;
   std::vector<ScenePicture> pictures;
   io::Table profiles;  ///< Of the scanner, columns of the kind `scan`; points without a range are left out.
