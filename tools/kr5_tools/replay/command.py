@@ -155,12 +155,12 @@ def make_page(
     source: Path,
     made_by: str = "kr5 replay",
     title: str = "",
-    things: Sequence[Any] = (),
+    solids: Sequence[Any] = (),
     T_base_actual: Any = None,
     template: str = "replay.html",
     **values: Any,
 ) -> str:
-    """The HTML of the page. `things`: solids that stand in the cell beside its own. `T_base_actual`: where the tube
+    """The HTML of the page. `solids`: solids that stand in the cell beside its own. `T_base_actual`: where the tube
     really is, if not where the cell says. A template that extends replay.html gets `values`; of each run, `notes` may
     hold [time, what begins then]."""
     import kr5
@@ -168,7 +168,7 @@ def make_page(
     from kr5_tools.pages.rendering import render_page, script_json
 
     text = f"{cell.robot.joints} joints, {len(runs)} {'motion' if len(runs) == 1 else 'experiments'}"
-    data = {**cell_scene(cell), "runs": runs, "things": [_drawn(cell, thing, runs[0]["q"][0]) for thing in things]}
+    data = {**cell_scene(cell), "runs": runs, "solids": [_drawn(cell, solid, runs[0]["q"][0]) for solid in solids]}
     if T_base_actual is not None:
         data["tube"]["T"] = writing.to_plain(T_base_actual)
     return render_page(
@@ -184,10 +184,10 @@ def make_page(
     )
 
 
-def _drawn(cell: Any, thing: Any, q: list[float]) -> dict[str, Any]:
-    """A thing as the page draws it; of a bench without end, the part below the tool."""
-    out: dict[str, Any] = writing.to_plain({**thing.to_dict(), "T": thing.T_base_object})
-    if thing.width > 1.0:
+def _drawn(cell: Any, solid: Any, q: list[float]) -> dict[str, Any]:
+    """A solid as the page draws it; of a bench without end, the part below the tool."""
+    out: dict[str, Any] = writing.to_plain({**solid.to_dict(), "T": solid.T_base_object})
+    if solid.width > 1.0:
         tip = cell.T_base_tool(q)
         out |= {"width": 0.5, "height": 0.5}
         for i in range(2):

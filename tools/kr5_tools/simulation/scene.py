@@ -96,7 +96,7 @@ def run(
     if output:
         writing.write_text(
             make_page(
-                result.cell, [_run(result)], file, made_by="kr5 scene run", title=_title(file), things=result.things
+                result.cell, [_run(result)], file, made_by="kr5 scene run", title=_title(file), solids=result.solids
             ),
             output,
         )
@@ -105,7 +105,7 @@ def run(
         write_rerun(rerun, result.cell, [_run(result)], [result.rows], to)
     if shown:
         motion = _run(result)
-        shown.show(result.cell, result.things, motion["t"], motion["q"], str(picture or ""))
+        shown.show(result.cell, result.solids, motion["t"], motion["q"], str(picture or ""))
     checks = [check.to_dict() for check in result.checks]
     writing.write_json({"passed": result.passed, "steps": result.steps, "checks": checks}, json_file)
     if not result.passed:

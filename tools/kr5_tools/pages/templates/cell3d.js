@@ -69,7 +69,7 @@ function makeCell(data, postures) {
       low.forEach((p, i) => { const n = (i + 1) % low.length; face([p, low[n], high[n], high[i]], "#7fb3d5"); });
     }
   }
-  function thing(t) {
+  function addSolid(t) {
     if (t.kind === "ball") sphere({ centre: origin(t.T), radius: t.radius });
     if (t.kind === "tube") tube({ T: t.T, inner: t.inner_radius, outer: t.radius, depth: t.depth });
     if (t.kind === "plate") face([[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([x, y]) => at(t.T, [x * t.width / 2, y * t.height / 2, 0])), "#e8e2d6", true, true);
@@ -88,7 +88,7 @@ function makeCell(data, postures) {
     if (near) return;
     data.boards.forEach(board);
     if (data.sphere) sphere(data.sphere);
-    (data.things || []).forEach(thing);
+    (data.solids || []).forEach(addSolid);
     frame([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]], 0.1 * reach);
   };
   function arm(q) {
@@ -123,7 +123,7 @@ function makeCell(data, postures) {
   }
 
   function paint(ink, project) {
-    const light = unit([0.4, -0.5, 0.9]), things = [];
+    const light = unit([0.4, -0.5, 0.9]), drawn = [];
     for (const f of faces) {
       const p = f.points.map(project);
       let turned = 0;
@@ -133,12 +133,12 @@ function makeCell(data, postures) {
       const shade = 0.62 + 0.38 * Math.abs(dot(normal, light)) * (dot(normal, light) > 0 || f.hollow ? 1 : 0.3);
       const colour = [1, 3, 5].map((k) => Math.round(parseInt(f.colour.slice(k, k + 2), 16) * shade));
       const depths = p.map((q) => q[2]);
-      things.push({ p, near: f.behind ? Math.min(...depths) : depths.reduce((s, x) => s + x, 0) / p.length, fill: `rgb(${colour})`, glass: f.glass });
+      drawn.push({ p, near: f.behind ? Math.min(...depths) : depths.reduce((s, x) => s + x, 0) / p.length, fill: `rgb(${colour})`, glass: f.glass });
     }
-    for (const l of lines) { const p = [project(l.a), project(l.b)]; things.push({ p, near: (p[0][2] + p[1][2]) / 2 + (l.near ?? 0.002), stroke: l.colour, width: l.width }); }
-    things.sort((a, b) => a.near - b.near);
+    for (const l of lines) { const p = [project(l.a), project(l.b)]; drawn.push({ p, near: (p[0][2] + p[1][2]) / 2 + (l.near ?? 0.002), stroke: l.colour, width: l.width }); }
+    drawn.sort((a, b) => a.near - b.near);
     ink.lineJoin = ink.lineCap = "round";
-    for (const t of things) {
+    for (const t of drawn) {
       ink.beginPath();
       t.p.forEach((q, i) => (i ? ink.lineTo(q[0], q[1]) : ink.moveTo(q[0], q[1])));
       if (t.glass) { ink.closePath(); ink.fillStyle = t.fill; ink.globalAlpha = 0.45; ink.fill(); ink.globalAlpha = 1; continue; }
