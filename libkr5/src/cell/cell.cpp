@@ -8,7 +8,7 @@
 #include "cell/cell_document.hpp"
 #include "cell/check/form.hpp"
 #include "cell/check/magnitude.hpp"
-#include "cell/check/physics.hpp"
+#include "cell/check/values.hpp"
 
 namespace kr5::cell {
 namespace {
@@ -62,7 +62,7 @@ void append_value_errors(const Cell& cell, const Node& root, const std::string& 
   DiagnosticCollector collector(file, root);
   check_magnitude(cell, collector);
   std::vector<io::Diagnostic> found = collector.take();
-  if (found.empty()) check_physics(cell, collector);  // moments of what is not finite mean nothing
+  if (found.empty()) check_values(cell, collector);  // moments of what is not finite mean nothing
   for (io::Diagnostic& d : collector.take()) found.push_back(std::move(d));
   for (io::Diagnostic& d : found) diagnostics.push_back(std::move(d));
 }

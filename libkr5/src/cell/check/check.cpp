@@ -13,7 +13,7 @@
 #include "cell/check/columns.hpp"
 #include "cell/check/data.hpp"
 #include "cell/check/form.hpp"
-#include "cell/check/physics.hpp"
+#include "cell/check/values.hpp"
 #include "cell/check/units.hpp"
 #include "cell/recording_document.hpp"
 

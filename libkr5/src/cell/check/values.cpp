@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cell/check/physics.hpp"
+#include "cell/check/values.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -162,7 +162,7 @@ void check_bounds(const Cell& cell, DiagnosticCollector& c) {
 
 }  // namespace
 
-void check_physics(const Cell& cell, DiagnosticCollector& c) {
+void check_values(const Cell& cell, DiagnosticCollector& c) {
   check_masses(cell, c);
   check_gears(cell, c);
   check_limits(cell, c);

@@ -8,6 +8,6 @@
 namespace kr5::cell {
 
 /// Values that no real cell has: masses, inertias, limits, drives, effects out of bounds. Form must have been checked.
-void check_physics(const Cell& cell, DiagnosticCollector& diagnostics);
+void check_values(const Cell& cell, DiagnosticCollector& diagnostics);
 
 }  // namespace kr5::cell
