@@ -6,11 +6,13 @@ Poses are 4x4 arrays, `T_a_b` is the pose of b in a, everything is in SI units; 
 
 import importlib
 import pkgutil
+from pathlib import Path
 
 from ._kr5 import *  # noqa: F403
 from ._kr5 import __version__
 
-_MODULES = sorted(module.name for module in pkgutil.iter_modules(__path__) if not module.name.startswith("_"))
+_FOLDER = str(Path(__file__).parent)
+_MODULES = sorted(module.name for module in pkgutil.iter_modules([_FOLDER]) if not module.name.startswith("_"))
 
 for _name in _MODULES:
     globals().pop(_name, None)  # of the extension; __getattr__ imports the Python module of that name

@@ -29,9 +29,7 @@ PUBLIC = "all of it; public data, no part was kept back"
 SIMULATED = "the same kind of draws, with other seeds"
 
 BENCHES = {
-    "tags": Bench(
-        "Tags in photographs, speed of detection", PUBLIC, (BUILD,), (BUILD, "--repeat", "3")
-    ),
+    "tags": Bench("Tags in photographs, speed of detection", PUBLIC, (BUILD,), (BUILD, "--repeat", "3")),
     "corners": Bench(
         "Error of marker corners against rendered truth",
         f"{SIMULATED}; images are rendered by the model of edges that is fitted",

@@ -3,8 +3,9 @@ diagnosed with up to two effects and with up to six.
 
     python tools/benchmarks/effect_count.py [--cells 6] [--seed 1]
 
-The cells are those of `blind_check`, drawn and recorded by a program of its own. A cause is judged on a second recording
-of the same cell, which the diagnosis has not seen: with the cause, the misfit must be less than without it."""
+The cells are those of `blind_check`, drawn and recorded by a program of its own. A cause is judged on a second
+recording of the same cell, which the diagnosis has not seen: with the cause, the misfit must be less than without it.
+"""
 
 import json
 import os
@@ -18,12 +19,12 @@ import kr5.cell
 import kr5.gap
 import kr5.predict
 import numpy as np
-from blind_check.cell_score import CellScore, score_cell
-from blind_check.generate import draw_one_cell, plan_cells
-from blind_check.protocol import CASES
 
 import arguments
 import comparison
+from blind_check.cell_score import CellScore, score_cell
+from blind_check.generate import draw_one_cell, plan_cells
+from blind_check.protocol import CASES
 from kr5_tools.sweep.rate_table import success_rate
 
 LIMITS = (2, 6)  # greatest numbers of effects
@@ -43,7 +44,7 @@ class Diagnosed:
 
 def misfit(recording: kr5.cell.Recording, cell: kr5.cell.Cell) -> float:
     """Sum of squares over the noise."""
-    return float(sum(c.gap**2 * c.rows for c in kr5.gap.measure(recording, cell, kr5.predict.FastSimulator()).columns))
+    return float(sum(c.gap**2 * c.rows for c in kr5.gap.measure(recording, kr5.predict.FastSimulator(), cell).columns))
 
 
 def needless_causes(fresh: kr5.cell.Recording, diagnosis: kr5.gap.Diagnosis) -> int:
@@ -117,7 +118,9 @@ def rows_of(group: str, limit: int, cells: list[Diagnosed]) -> list[comparison.R
         return [rate_row(f"{head} the catalogue: called explained", explained, "none", not any(explained))]
     out.append(rate_row(f"{head}: all named", whole, "all" if must else "–", not must or all(whole)))
     out.append(rate_row(f"{head}: each named", named, "–", True))
-    out.append(rate_row(f"{head}: something else blamed beside", false, "none" if must else "–", not (must and any(false))))
+    out.append(
+        rate_row(f"{head}: something else blamed beside", false, "none" if must else "–", not (must and any(false)))
+    )
     return out
 
 
@@ -141,7 +144,10 @@ def main() -> int:
     causes, needless = sum(len(d.score.causes) for _, d in done), sum(d.needless for _, d in done)
     rows.append(
         comparison.Row(
-            "causes without which a fresh recording of the cell fits no worse", f"{needless} of {causes}", "0", needless == 0
+            "causes without which a fresh recording of the cell fits no worse",
+            f"{needless} of {causes}",
+            "0",
+            needless == 0,
         )
     )
     times = {limit: [d.seconds for _, d in done if d.limit == limit] for limit in LIMITS}

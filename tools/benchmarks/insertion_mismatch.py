@@ -68,7 +68,9 @@ CONDITIONS = [
         5000,
     ),
     Condition("servo told with 10 % error, 0.28 mm", {"clearance": 0.28 * MM, "servo_error": 0.1}, first_seed=3000),
-    Condition("friction told with 30 % error, 0.28 mm", {"clearance": 0.28 * MM, "friction_error": 0.3}, first_seed=4000),
+    Condition(
+        "friction told with 30 % error, 0.28 mm", {"clearance": 0.28 * MM, "friction_error": 0.3}, first_seed=4000
+    ),
 ]
 
 

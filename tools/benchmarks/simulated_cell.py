@@ -71,7 +71,9 @@ def recording_time(cases):
     play = parse_cell(recording.cell.to_yaml())
     play.set_effect("backlash", "joint2", "gap", 1e-3)
     for cell, what, peer in ((recording.cell, "", "NumPy reference 1.7 s"), (play, ", with backlash", "–")):
-        seconds = dynamics.best_time(lambda cell=cell: [FastSimulator().predict(cell, e) for e in recording.experiments], 3)
+        seconds = dynamics.best_time(
+            lambda cell=cell: [FastSimulator().predict(cell, e) for e in recording.experiments], 3
+        )
         yield comparison.Row(
             f"a recording of {rows} rows, fast grade{what}", f"{seconds:.3f} s", "0.3 s", seconds <= 0.3, peer
         )

@@ -1,10 +1,10 @@
-"""Tags found in the AprilTag reference images, and the speed on a rendered 5 Mpx image with 35 tags, beside the AprilTag
-library, OpenCV and ViSP.
+"""Tags found in the AprilTag reference images, and the speed on a rendered 5 Mpx image with 35 tags, beside the
+AprilTag library, OpenCV and ViSP.
 
     python tools/benchmarks/tags.py BUILD [--repeat N]
 
-Peers come from PyPI: pip install 'opencv-contrib-python-headless<5' pupil-apriltags. ViSP is called from C++: BUILD is a
-folder of a build with -DKR5_BUILD_BENCH=ON. The images are those of KR5_REFERENCE_DIR, by default the folder `shared`
+Peers come from PyPI: pip install 'opencv-contrib-python-headless<5' pupil-apriltags. ViSP is called from C++: BUILD is
+a folder of a build with -DKR5_BUILD_BENCH=ON. The images are those of KR5_REFERENCE_DIR, by default the folder `shared`
 beside the checkout. All run on one thread; times are of the processor, which neighbours on the machine disturb least.
 """
 
@@ -130,7 +130,11 @@ def main():
                 for name in slower
             ),
             comparison.Row(
-                "its processor time beside ViSP (C++)", "1", "not slower", visp_ratio >= 1, f"ViSP {visp_ratio:.1f} times"
+                "its processor time beside ViSP (C++)",
+                "1",
+                "not slower",
+                visp_ratio >= 1,
+                f"ViSP {visp_ratio:.1f} times",
             ),
         ],
         "Tags",

@@ -27,7 +27,9 @@ Cells = Annotated[int, typer.Option(help="How many cells.")]
 Seed = Annotated[int, typer.Option(help="Of all that is drawn.")]
 Small = Annotated[bool, typer.Option("--small", help="Short recordings, for a quick look.")]
 Faint = Annotated[bool, typer.Option("--faint", help="Single effects of 0.02 to 0.5 noise only: where detection ends.")]
-Effects = Annotated[int, typer.Option(min=0, max=12, help="Effects on every cell, each of 1.5 noise or more; 0: mixed.")]
+Effects = Annotated[
+    int, typer.Option(min=0, max=12, help="Effects on every cell, each of 1.5 noise or more; 0: mixed.")
+]
 Jobs = Annotated[int | None, typer.Option(help="Processes at a time; default: one a core.")]
 Scheduler = Annotated[str | None, typer.Option(help="Address of a Dask scheduler that sees the same folders.")]
 Command = Annotated[str, typer.Option(help="What diagnoses {recording} into {json} and writes the {cell}.")]

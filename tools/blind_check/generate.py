@@ -325,10 +325,8 @@ def plan_cells(
 ) -> list[tuple[str, str, int, int, Size]]:
     """Arguments of `draw_one_cell` after the folder, for every cell; all of one sort for `faint` or with `effects`."""
     rng = np.random.default_rng(seed)
-    if faint or effects:
-        kinds = ["faint" if faint else f"several {effects}"] * cells
-    else:
-        kinds = draw_sorts(cells, rng)
+    one = "faint" if faint else f"several {effects}" if effects else ""
+    kinds = [one] * cells if one else draw_sorts(cells, rng)
     order = {"unknown": rng.permutation(len(OFF_CATALOGUE)), "": rng.permutation(len(CATALOGUE))}
     turn, out = {"unknown": 0, "": 0}, []
     for k, sort in enumerate(kinds):
