@@ -29,8 +29,9 @@ def diagnose(recording: str) -> tuple[float, float, float]:
     """Time of one diagnosis, of the screening in it [s], and its peak memory [MiB]; in a process of its own."""
     start = time.monotonic()
     process = subprocess.Popen([sys.executable, "-c", ONE, recording], stdout=subprocess.PIPE, text=True)
-    with process.stdout:
-        printed = process.stdout.read()
+    assert process.stdout is not None
+    with process.stdout as pipe:
+        printed = pipe.read()
     _, status, usage = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)
     if process.returncode:

@@ -10,6 +10,7 @@ import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import kr5.cell
 import kr5.sim
@@ -30,12 +31,13 @@ class Condition:
     """How the cell differs: a change of the cell drawn with a seed, and settings of the insertion."""
 
     what: str
-    setup: dict[str, float]
+    setup: dict[str, Any]
     change: Callable[[kr5.cell.Cell, np.random.Generator], None] = lambda cell, rng: None
     first_seed: int = 0
 
 
 def softer_contact(cell: kr5.cell.Cell, _: np.random.Generator) -> None:
+    assert cell.contact is not None
     cell.set_effect("contact_stiffness", "contact", "stiffness", 0.5 * cell.contact.stiffness)
 
 
@@ -44,6 +46,7 @@ def limited_corrections(mode: str) -> Callable[[kr5.cell.Cell, np.random.Generat
 
     def change(cell: kr5.cell.Cell, rng: np.random.Generator) -> None:
         servo = cell.servo
+        assert servo is not None and servo.tool is not None
         servo.correction = kr5.cell.Correction(mode=mode, per_cycle=MM * math.exp(rng.uniform(0, math.log(20))))
         tool = servo.tool
         tool.natural_frequency = math.exp(rng.uniform(math.log(3), math.log(60)))
@@ -79,6 +82,7 @@ def first_attempts(condition: Condition, trials: int) -> int:
 
     def one(seed: int) -> bool:
         cell = kr5.cell.load_cell(CELL)
+        assert cell.peg is not None
         condition.change(cell, np.random.default_rng(seed))
         setup = kr5.sim.InsertionSetup(
             seed=seed, offset=offset_in_disc(cell.peg.radius, seed), log=False, **condition.setup

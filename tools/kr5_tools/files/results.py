@@ -48,7 +48,7 @@ def read_result(file: Path, *formats: str) -> dict[str, Any]:
     text = read_text(file, expected)
     data = parse_json(text, file, expected)
     found = data.get("format") if isinstance(data, dict) else None
-    if found not in (formats or FORMATS):
+    if not isinstance(found, str) or found not in (formats or FORMATS):
         fail(f"{file}: format: found {display_value(found)}, expected one of {', '.join(formats or FORMATS)}")
     validate_document(data, model_of(found), file, text)
     return dict(data)
