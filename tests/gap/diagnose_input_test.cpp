@@ -8,6 +8,7 @@
 #include <kr5/core/error.hpp>
 #include <kr5/core/random.hpp>
 #include <kr5/gap/diagnose.hpp>
+#include <kr5/gap/measure.hpp>
 #include <kr5/predict/fast_simulator.hpp>
 
 #include "gap/diagnosis_matchers.hpp"
@@ -17,6 +18,7 @@
 /// Recordings that are not as one would wish: the diagnosis judges by what there is, and says what it left out.
 
 using namespace kr5;
+using test::limits;
 using test::names_only;
 using test::text;
 using test::warns;
@@ -47,7 +49,7 @@ TEST_CASE("columns and experiments that the simulator cannot show are left out w
   INFO(text(d));
   CHECK(d.verdict == gap::Verdict::NoGap);
   CHECK(d.where.empty());
-  CHECK(warns(d, "motion.i1 was not compared: the simulator does not predict it"));
+  CHECK(warns(d, "motion.i1 to i6 (6 columns) were not compared: the simulator does not predict it"));
   CHECK(warns(d, "profile-1 was not compared"));
   CHECK(warns(d, "scan.z was not compared: the cell does not state noise.laser"));
 }
@@ -144,6 +146,44 @@ TEST_CASE("a kind that cannot be fitted, or not be checked, is told", "[not_sani
   CHECK(d.verdict == gap::Verdict::NoGap);
   CHECK(warns(d, "views: no fit experiment"));
   CHECK(warns(d, "poses: no check experiment"));
+}
+
+TEST_CASE("columns of one kind that are left out for one reason are named once, however many joints there are") {
+  Random random(39);
+  cell::Recording r = protocol::record(protocol::nominal(), random);
+  r.cell.noise.current = 0.0;
+  const gap::Measure found = gap::measure(r, predict::FastSimulator());
+  REQUIRE(found.refused.size() == 1);
+  CHECK(found.refused[0] == "motion.i1 to i6 (6 columns) were not compared: the cell does not state noise.current");
+}
+
+TEST_CASE("what a recording cannot show is told with the verdict") {
+  Random random(40);
+  const cell::Recording all = protocol::record(protocol::nominal(), random);
+  CHECK(diagnosed(all).scope.empty());
+
+  cell::Recording still = protocol::only(all, cell::Kind::Motion);
+  for (cell::Experiment& e : still.experiments) {
+    for (int j = 1; j <= 6; ++j) {
+      auto column = e.data.values.col(e.data.find("qc" + std::to_string(j)));
+      column.setConstant(column(0));
+    }
+    protocol::show(e, still.cell, random);
+  }
+  const gap::Diagnosis at_rest = diagnosed(still);
+  INFO(text(at_rest));
+  CHECK(at_rest.verdict == gap::Verdict::NoGap);
+  CHECK(limits(at_rest, "motion-1 commands no motion: it cannot show friction, inertia and servos"));
+  CHECK(limits(at_rest, "experiments of the kind motion only"));
+  CHECK(limits(at_rest, "not the rest of the cell"));
+  CHECK(gap::to_json(at_rest).find("commands no motion") != std::string::npos);
+
+  cell::Recording brief = all;
+  for (cell::Experiment& e : brief.experiments)
+    if (e.kind == cell::Kind::Poses) e.data.values.conservativeResize(4, e.data.values.cols());
+  const gap::Diagnosis few = diagnosed(brief);
+  CHECK(limits(few, "poses-1 has 4 rows: it can show neither a gap nor its absence"));
+  CHECK(few.scope.size() == 2);
 }
 
 TEST_CASE("progress tells which part of the whole is done, and never falls") {

@@ -47,6 +47,11 @@ inline std::string text(const gap::Diagnosis& d) {
   return out;
 }
 
+inline bool limits(const gap::Diagnosis& d, const std::string& words) {
+  return std::any_of(d.scope.begin(), d.scope.end(),
+                     [&](const std::string& limit) { return limit.find(words) != std::string::npos; });
+}
+
 inline bool warns(const gap::Diagnosis& d, const std::string& words) {
   return std::any_of(d.warnings.begin(), d.warnings.end(),
                      [&](const std::string& w) { return w.find(words) != std::string::npos; });

@@ -57,6 +57,23 @@ def run_kr5(tmp_path):
     return run
 
 
+@pytest.fixture
+def kr5_here(tmp_path, monkeypatch):
+    """Runs `kr5 ARGS...` in this process, in an empty folder: with the effects that are registered in it."""
+    from typer.testing import CliRunner
+
+    from kr5_tools.app import make_app
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "300")
+
+    def run(*args):
+        words = [str(a) for a in args]
+        return CliRunner().invoke(make_app(tuple(words)), words)
+
+    return run
+
+
 @pytest.fixture(scope="session")
 def browser(tmp_path_factory):
     if CHROMIUM is None:

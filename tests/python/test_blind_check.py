@@ -14,7 +14,18 @@ from conftest import ROOT
 pytest.importorskip("pinocchio", reason="the blind check needs Pinocchio: pip install pin")
 sys.path.insert(0, str(ROOT / "tools"))
 
-from blind_check import catalogue, cell_score, cells, generate, off_catalogue, protocol, recording, score, simulate
+from blind_check import (
+    catalogue,
+    cell_score,
+    cells,
+    generate,
+    off_catalogue,
+    protocol,
+    recording,
+    score,
+    score_tables,
+    simulate,
+)
 from blind_check.baselines import METHODS, diagnose
 from blind_check.contact import rim_height
 from blind_check.diagnosis_runs import diagnose_all
@@ -259,7 +270,8 @@ def test_hand_made_diagnoses_are_counted_right():
     s = score.score_all(told)
     shares = {k: (s[k]["hits"], s[k]["of"]) for k in s if isinstance(s[k], dict) and "hits" in s[k]}
     assert shares["single_named_first"] == (2, 3)
-    assert shares["pair_both_named"] == (1, 2)
+    assert shares["single_named_alone"] == (2, 3)
+    assert shares["pair_both_named"] == shares["pair_both_named_alone"] == (1, 2)
     assert shares["pair_one_named"] == (2, 2)
     assert shares["healthy_called_healthy"] == (1, 2)
     assert shares["unknown_called_explained"] == (1, 2)
@@ -286,6 +298,14 @@ def test_of_several_effects_all_must_be_named_and_false_causes_beside_are_counte
         "several_effects_named": (3, 4),
     }
     assert (s["false_cause_beside"]["hits"], s["false_cause_beside"]["of"]) == (1, 2)
+
+
+def test_a_right_cause_with_a_false_one_beside_it_is_named_first_but_not_alone():
+    bias, wrong = effect("ft_bias", "fx", bias=1.0), cause("backlash", "joint2", 0.9)
+    s = score.score_all([judged("single", [bias], "explained", [cause("ft_bias", "fx", 0.9), wrong])])
+    rates = {k: s[k]["hits"] for k in ("single_named_first", "single_named_alone", "false_cause_beside")}
+    assert rates == {"single_named_first": 1, "single_named_alone": 0, "false_cause_beside": 1}
+    assert "single_named_alone" in {key for _, key, _ in score_tables.ROWS}  # it is printed
 
 
 def test_the_share_of_the_excess_that_is_closed_is_that_of_the_columns_that_exceeded():

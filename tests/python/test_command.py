@@ -1,8 +1,10 @@
 """The frame of the command `kr5`: flags from field lists, complaints, result files. Commands have tests of their
 own."""
 
+import importlib
 import json
 import math
+import re
 import subprocess
 import sys
 
@@ -10,8 +12,10 @@ import kr5
 import numpy as np
 import pytest
 import typer
+import typer.main
 from typer.testing import CliRunner
 
+from conftest import ROOT
 from kr5_tools import app as command_line
 from kr5_tools.cli import tables
 from kr5_tools.cli.options import options_from
@@ -109,16 +113,55 @@ def test_help_is_quick_because_it_imports_neither_the_library_nor_numpy():
     subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
 
 
-def test_every_command_of_the_table_is_there_and_has_help_with_an_example(run_kr5):
-    names = [
-        (n,) if isinstance(e, tuple) else (n, c)
-        for n, e in command_line.COMMANDS.items()
-        for c in (("",) if isinstance(e, tuple) else e)
-    ]
-    for words in names:
+def leaf_commands():
+    """Every command of the whole tree with the words that call it; groups are walked through."""
+
+    def walk(command, words):
+        if children := getattr(command, "commands", None):
+            for name, child in children.items():
+                yield from walk(child, (*words, name))
+        else:
+            yield words, command
+
+    return dict(walk(typer.main.get_command(command_line.make_app()), ()))
+
+
+LEAVES = leaf_commands()
+WITHOUT_JSON = {("gap", "bench"): "starts a program of its own, and hands every option on to it"}
+
+
+def test_the_tree_of_commands_is_walked():
+    assert {words[0] for words in LEAVES} == set(command_line.COMMANDS)
+    assert {("gap", "explain"), ("calibrate", "camera"), ("report",)} <= set(LEAVES)
+
+
+@pytest.mark.parametrize("words", LEAVES, ids=" ".join)
+def test_every_command_has_help_an_example_and_json(words):
+    command = LEAVES[words]
+    assert command.help and command.help.strip()
+    assert re.match(rf"Examples?: +kr5 .*\b{words[-1]}\b", command.epilog or ""), command.epilog
+    options = {flag for parameter in command.params for flag in parameter.opts}
+    assert ("--json" in options) == (words not in WITHOUT_JSON)
+
+
+def test_the_help_of_a_command_shows_its_example(run_kr5):
+    for words in (("report",), ("gap", "explain"), ("sweep", "insertion")):
         done = run_kr5(*words, "--help")
-        assert done.returncode == 0, (words, done.stderr)
-        assert "Example" in done.stdout or "Commands" in done.stdout, words
+        assert done.returncode == 0 and "Example: kr5 " + " ".join(words) in " ".join(done.stdout.split()), done.stderr
+
+
+def test_every_command_is_attacked_with_damaged_files(monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / "tests/fuzz/commands"))
+    inputs = importlib.import_module("inputs")
+    attacked = {words for words in LEAVES for job in inputs.JOBS if tuple(job.words()[: len(words)]) == words}
+    assert attacked | set(inputs.WITHOUT_JOB) == set(LEAVES)
+    assert not attacked & set(inputs.WITHOUT_JOB) and all(inputs.WITHOUT_JOB.values())
+
+
+def test_a_group_without_help_is_named(monkeypatch):
+    monkeypatch.setitem(command_line.COMMANDS, "measure", {"gap": ("gap.command", "Gap.")})
+    with pytest.raises(ValueError, match="'measure' has no entry in GROUP_HELP"):
+        command_line.make_app()
 
 
 def test_version_is_that_of_the_library(run_kr5):

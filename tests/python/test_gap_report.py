@@ -1,5 +1,6 @@
 """The page about a diagnosis in a headless Chromium, and `kr5 gap explain`."""
 
+import html
 import json
 import math
 import subprocess
@@ -9,6 +10,7 @@ from pathlib import Path
 import kr5
 import kr5.cell
 import kr5.gap
+import kr5.io
 import kr5.predict
 import numpy as np
 import pytest
@@ -19,8 +21,11 @@ from kr5_tools.gap_report.evidence_data import Evidence, gap_of, seen_noise
 from kr5_tools.gap_report.messages import (
     column_text,
     dependence_text,
+    display_unit,
     format_percent,
+    next_steps,
     part_of,
+    target_text,
     verdict_text,
     warning_notes,
 )
@@ -360,10 +365,19 @@ def test_columns_have_words_and_parts(group, words, part):
         ),
         ("t", "grows with it", "grows with the time"),
         ("q4", "about the same everywhere", "is about the same at any position of joint 4"),
+        ("predicted i3", "grows with it", "grows with the simulated current of joint 3"),
+        ("zcd", "grows with it", "grows with the commanded vertical speed"),
+        ("cx", "grows with it", "grows with the place x of the peg"),
     ],
 )
 def test_dependences_have_words(variable, how, words):
     assert dependence_text({"variable": variable, "how": how}) == words
+
+
+def test_targets_of_the_wrench_have_the_words_and_units_of_their_columns():
+    assert [target_text(t) for t in ("fx", "tz", "joint3")] == ["force x", "torque about z", "joint 3"]
+    assert [display_unit("N or N.m", [1.0], t)[1] for t in ("fx", "tz")] == ["N", "N m"]
+    assert dependence_text({"variable": "predicted z", "how": "grows with it"}, "scan").endswith("range of the scanner")
 
 
 def test_no_share_is_said_to_be_all_or_nothing():
@@ -374,6 +388,48 @@ def test_no_share_is_said_to_be_all_or_nothing():
         "less than 1 %",
     ]
     assert "No correction is needed" in verdict_text({"verdict": "no_gap", "where": [], "causes": [], "shrink": {}})
+
+
+LIMIT = "motion-1 commands no motion: it cannot show friction, inertia and servos"
+
+
+def test_the_verdict_states_what_the_recording_cannot_show():
+    limited = {"verdict": "no_gap", "where": [], "causes": [], "shrink": {}, "scope": [LIMIT]}
+    text = verdict_text(limited)
+    assert text.startswith("In what the recording can show there is no gap") and text.endswith(f"M{LIMIT[1:]}.")
+    assert "nothing needs correction" not in text and "There is no gap:" not in text
+    assert "before the cell is trusted there" in next_steps(limited, "monday")[0]
+    assert "Use the cell as it is" in next_steps({**limited, "scope": []}, "monday")[0]
+
+
+@pytest.mark.parametrize("rows", [800, 4])
+def test_the_page_of_an_arm_at_rest_claims_no_more_than_it_shows(kr5_here, recorded, tmp_path, rows):
+    recording = kr5.cell.load_recording(recorded / "sound")
+    random = np.random.default_rng(6)
+    experiments = []
+    for e in recording.experiments:
+        if str(e.kind) != "motion":
+            continue
+        t = np.asarray(e["t"])[:rows]
+        given = ["t", *(f"qc{i + 1}" for i in range(6))]
+        still = kr5.cell.Experiment(name=e.name, kind="motion", file=e.file, split=e.split)
+        q = np.tile(PROTOCOL["home"], (len(t), 1))
+        still.data = kr5.io.Table(given, np.column_stack([t, q]))
+        currents = [f"i{i + 1}" for i in range(6)]
+        shown = kr5.predict.FastSimulator().predict(recording.cell, still)
+        noisy = [np.array(shown[c]) + random.normal(0, recording.cell.noise.current, len(t)) for c in currents]
+        still.data = kr5.io.Table([*given, *currents], np.column_stack([t, q, *noisy]))
+        experiments.append(still)
+    kr5.cell.save_recording(kr5.cell.Recording(recording.cell, experiments), tmp_path / "still")
+    done = kr5_here("gap", "diagnose", "still", "--report", "page.html", "--json", "gap.json")
+    assert done.exit_code == 0, done.output
+    data = json.loads((tmp_path / "gap.json").read_text())
+    limit = "commands no motion" if rows > 10 else "has 4 rows"
+    assert data["verdict"] == "no_gap" and any(limit in text for text in data["scope"])
+    assert limit in done.output and "what the recording can show" in done.output
+    page = html.unescape((tmp_path / "page.html").read_text())
+    assert "No gap in what the recording can show" in page and limit in page
+    assert "There is no gap:" not in page and "nothing needs correction" not in page
 
 
 def test_one_component_of_the_wrench_is_one_place():

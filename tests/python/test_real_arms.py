@@ -130,3 +130,14 @@ def test_a_hand_that_rests_is_seen():
 def test_friction_withheld_from_a_real_arm_is_named(reference):
     row = real_arms.friction_withheld(sets.ur10(), reference / "data", [4], 3)
     assert row.right and row.before > 2 * row.after and row.after < 1.1 * row.best
+
+
+def test_causes_beside_the_right_one_are_counted_and_printed(capsys):
+    def row(right, beside):
+        return real_arms.ArmRow("arm", "friction", "named", right, 2.0, 1.0, 1.0, beside=beside)
+
+    rows = [row(True, []), row(True, ["payload tool", "backlash joint1"]), row(False, ["payload tool"])]
+    real_arms.print_rows(rows)
+    assert "named in 2 of 3 cases, in 1 of these with no other cause beside; 3 causes beside in all" in " ".join(
+        capsys.readouterr().out.split()
+    )

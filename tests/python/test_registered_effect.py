@@ -1,5 +1,6 @@
 """An effect of one's own, registered with its law, in every place where those of the library are."""
 
+import html
 import json
 
 import kr5
@@ -8,7 +9,7 @@ import kr5.io
 import numpy as np
 import pytest
 
-gap = pytest.importorskip("kr5.gap")
+pytest.importorskip("kr5.gap")
 predict = pytest.importorskip("kr5.predict")
 
 HOME = np.array([0.0, 0.02, -2.75, 0.0, -0.3, 1.571])
@@ -59,30 +60,82 @@ def record(cell, folder):
     return kr5.cell.load_recording(folder)
 
 
-def test_it_is_in_the_catalogue_the_file_the_diagnosis_the_explanation_and_the_page(bent_sensor, share, tmp_path):
-    from kr5_tools.gap.explain import explain_effect
-    from kr5_tools.gap_report.evidence_data import Evidence
-    from kr5_tools.gap_report.page import cause_rows
-
-    assert "bent_sensor" in {e.id for e in kr5.cell.effect_catalogue()}
+def bent_cell(share):
     cell = kr5.cell.load_cell(share / "cells/kr5_arc.yaml")
     cell.effects = {}
     cell.set_effect("bent_sensor", "motor2", "bend", BEND)
+    return cell
+
+
+def test_it_is_in_the_catalogue_and_in_files_of_cells(bent_sensor, share, kr5_here, tmp_path):
+    assert "bent_sensor" in {e.id for e in kr5.cell.effect_catalogue()}
+    cell = bent_cell(share)
     assert kr5.cell.parse_cell(cell.to_yaml()).effects.to_dict() == {"bent_sensor": {"motor2": {"bend": BEND}}}
-    assert not kr5.cell.check(cell)
+    kr5.cell.save_cell(cell, tmp_path / "cell.yaml")
+    assert kr5_here("cell", "check", "cell.yaml").exit_code == 0
+    text = (tmp_path / "cell.yaml").read_text()
+    (tmp_path / "cell.yaml").write_text(text.replace(str(BEND), "0.7"))
+    done = kr5_here("cell", "check", "cell.yaml")
+    assert done.exit_code == 2 and "bend" in done.stdout and "0.5" in done.stdout
+    kr5.cell.unregister_effect("bent_sensor")
+    (tmp_path / "cell.yaml").write_text(text)
+    done = kr5_here("cell", "check", "cell.yaml")
+    assert done.exit_code == 2 and "bent_sensor" in done.stdout
+    kr5.cell.register_effect(bent_sensor, change_columns=bend)
 
-    recording = record(cell, tmp_path / "recording")
-    found = gap.diagnose(recording, predict.FastSimulator(), gap.DiagnoseOptions(threads=2))
-    assert [(c.effect, c.target) for c in found.causes] == [("bent_sensor", "motor2")]
-    assert abs(found.causes[0].parameters[0].value[0] - BEND) < 4 * found.causes[0].parameters[0].std[0]
 
-    data = json.loads(found.to_json())
-    evidence = Evidence(data, recording, predict.FastSimulator())
-    told = explain_effect(kr5.cell.find_effect("bent_sensor"), "motor2", data, evidence)
-    assert told["name"] == "bent current sensor" and told["targets"]
-    (row,) = cause_rows(data, evidence)
-    assert row["name"].startswith("Bent current sensor") and row["remedy"] == "Have the current sensor calibrated."
-    assert row["what"] == "Current sensor that bends" and "in proportion to its square" in row["shows"]
+def test_the_commands_diagnose_it_show_it_on_the_page_and_explain_it(bent_sensor, share, kr5_here, tmp_path):
+    record(bent_cell(share), tmp_path / "recording")
+    assert kr5_here("cell", "check", "recording").exit_code == 0
+    done = kr5_here(
+        "gap",
+        "diagnose",
+        "recording",
+        "--threads",
+        2,
+        "--report",
+        "page.html",
+        "--json",
+        "short.json",
+        "-o",
+        "gap.json",
+    )
+    assert done.exit_code == 0, done.output
+    (cause,) = json.loads((tmp_path / "short.json").read_text())["causes"]
+    assert (cause["effect"], cause["target"]) == ("bent_sensor", "motor2")
+    found = cause["parameters"]["bend"]
+    assert abs(found["value"] - BEND) < 4 * found["std"] and found["unit"] == "1/A"
+    page = html.unescape((tmp_path / "page.html").read_text())
+    for words in (
+        "Bent current sensor of motor 2",
+        "Current sensor that bends",
+        "in proportion to its square",
+        "Have the current sensor calibrated.",
+    ):
+        assert words in page, words
+    for what in (["gap.json"], ["recording", "bent_sensor:motor2"]):
+        done = kr5_here("gap", "explain", *what)
+        assert done.exit_code == 0, done.output
+        assert "bent current sensor" in done.stdout.lower(), what
+    told = kr5_here("gap", "explain", "gap.json")
+    assert "Have the current sensor calibrated." in " ".join(told.stdout.split())
+
+
+def test_the_simulator_in_dart_shows_it(bent_sensor, share):
+    sim = pytest.importorskip("kr5.sim", reason="this kr5 was built without DART")
+    e = kr5.cell.Experiment(name="slow", kind="motion", file="slow.csv", split="fit")
+    t = 0.012 * np.arange(200)
+    q = np.tile(HOME, (len(t), 1))
+    q[:, 1] += 0.3 * np.sin(2 * t) * (1 - np.exp(-t * t))
+    e.data = kr5.io.Table(["t", *(f"qc{i + 1}" for i in range(6))], np.column_stack([t, q]))
+    bent = bent_cell(share)
+    sound = bent_cell(share)
+    sound.effects = {}
+    shown, nominal = (sim.DartSimulator().predict(cell, e) for cell in (bent, sound))
+    i2, i3 = np.array(nominal["i2"]), np.array(nominal["i3"])
+    np.testing.assert_allclose(shown["i2"], i2 + BEND * i2**2, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(shown["i3"], i3, rtol=1e-9, atol=1e-12)
+    assert np.abs(BEND * i2**2).max() > 10 * bent.noise.current
 
 
 def test_what_a_law_raises_ends_the_call_with_that_exception(bent_sensor, share, tmp_path):

@@ -68,6 +68,24 @@ def test_the_page_places_the_links_where_the_library_does(share, run_kr5, browse
     assert browser.complaints() == []
 
 
+@pytest.mark.parametrize("name", ["</script><script>document.title='taken'</script>", "<!--<script>", "a\u2028b"])
+def test_a_name_in_a_recording_ends_no_script(recording, run_kr5, browser, tmp_path, name):
+    file = describe(recording, "motion", "poses") / "recording.yaml"
+    data = yaml.safe_load(file.read_text())
+    data["experiments"][0]["name"] = name
+    file.write_text(yaml.safe_dump(data))
+    done = run_kr5("replay", recording)
+    assert done.returncode == 0, done.stderr
+    page = (tmp_path / "replay.html").read_text()
+    begin = page.index('<script id="replay-data"')
+    shown = page[page.index(">", begin) + 1 : page.index("</script", begin)]
+    assert json.loads(shown)["runs"][0]["name"] == f"{name} (motion)"
+    browser.open_whole(tmp_path / "replay.html", 1280)
+    assert browser.evaluate("document.title") != "taken"
+    assert browser.evaluate("document.getElementById('run').options[0].textContent") == f"{name} (motion)"
+    assert browser.complaints() == []
+
+
 def test_what_cannot_be_shown_is_refused(recording, run_kr5, tmp_path):
     done = run_kr5("replay", describe(recording, "step"))
     assert done.returncode == 2 and "q1..q6" in done.stderr and "Traceback" not in done.stderr

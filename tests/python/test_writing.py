@@ -5,31 +5,21 @@ reads.
 import errno
 import json
 import os
+import resource
 import shutil
 import stat
+import subprocess
+import sys
 import threading
 from pathlib import Path
 
+import kr5.vision
+import numpy as np
 import pytest
 import typer
-from typer.testing import CliRunner
 
-from kr5_tools.app import make_app
 from kr5_tools.files import writing
 from kr5_tools.pages.rendering import script_json
-
-
-@pytest.fixture
-def kr5_here(tmp_path, monkeypatch):
-    """Runs `kr5 ARGS...` in this process, in an empty folder."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", "300")
-
-    def run(*args):
-        words = [str(a) for a in args]
-        return CliRunner().invoke(make_app(tuple(words)), words)
-
-    return run
 
 
 @pytest.fixture
@@ -108,6 +98,60 @@ def test_a_full_disk_is_said_with_the_name_of_the_file(tmp_path, monkeypatch, ca
     said = capsys.readouterr().err.replace("\n", "")
     assert "a.txt: cannot be written: No space left on device" in said and file.read_text() == "old"
     assert only(tmp_path, "a.txt")
+
+
+RENDER = """\
+camera: {width: 320, height: 240, fx: 300, fy: 300, cx: 159.5, cy: 119.5}
+targets: [{target: "chessboard:3x4:0.03", T_camera_target: [-0.04, -0.03, 0.4, 0.2, 0.1, 0.1]}]
+options: {noise: 4, seed: 4}
+"""
+
+
+def limit_size():
+    """Files of this process cannot grow beyond a few kilobytes, as on a disk that is full."""
+    resource.setrlimit(resource.RLIMIT_FSIZE, (3000, 3000))
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("target", "print", "--target", "chessboard:6x9:0.025", "-o", "old.png"),
+        ("target", "print", "--target", "chessboard:6x9:0.025", "-o", "old.pdf"),
+        ("cell", "show", "cell.yaml", "-o", "old.png"),
+        ("render", "scene.yaml", "-o", "old.png"),
+    ],
+    ids=lambda w: f"{w[0]} {w[-1]}",
+)
+def test_a_picture_that_cannot_be_written_leaves_the_old_one(cell_file, tmp_path, words):
+    (tmp_path / "scene.yaml").write_text(RENDER)
+    (tmp_path / words[-1]).write_bytes(b"old")
+    command = [sys.executable, "-m", "kr5_tools", *words]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, preexec_fn=limit_size)
+    assert done.returncode == 2 and "Traceback" not in done.stderr, done.stderr
+    assert f"{words[-1]}: cannot be written" in " ".join(done.stderr.split())
+    assert (tmp_path / words[-1]).read_bytes() == b"old" and only(tmp_path, "cell.yaml", "scene.yaml", words[-1])
+    assert subprocess.run(command, cwd=tmp_path, capture_output=True).returncode == 0
+    assert (tmp_path / words[-1]).stat().st_size > 3000
+
+
+def test_an_image_of_the_library_is_written_whole_or_not_at_all(tmp_path):
+    code = (
+        "import sys, numpy, resource, kr5, kr5.vision\n"
+        "image = numpy.random.default_rng(1).integers(0, 255, (200, 200)).astype(numpy.uint8)\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (3000, 3000))\n"
+        "try: kr5.vision.save_image(image, 'old.png')\n"
+        "except kr5.IoError as error: sys.exit(f'{error}')\n"
+    )
+    (tmp_path / "real.png").write_bytes(b"old")
+    (tmp_path / "old.png").symlink_to("real.png")
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 1 and "old.png: cannot be written" in done.stderr, done.stderr
+    assert (tmp_path / "real.png").read_bytes() == b"old" and only(tmp_path, "old.png", "real.png")
+    kr5.vision.save_image(np.zeros((4, 4), np.uint8), str(tmp_path / "old.png"))
+    assert (tmp_path / "old.png").is_symlink() and (tmp_path / "real.png").read_bytes().startswith(b"\x89PNG")
+    with pytest.raises(kr5.IoError, match="extension"):
+        kr5.vision.save_image(np.zeros((4, 4), np.uint8), str(tmp_path / "old.none"))
+    assert only(tmp_path, "old.png", "real.png")
 
 
 def test_files_of_a_command_appear_together_or_not_at_all(tmp_path):

@@ -33,11 +33,11 @@ def recordings(cases, full: bool) -> list[comparison.Row]:
     for name in comparison.progress(sorted(labels), "full grade" if full else "fast grade"):
         effects = labels[name]["effects"]
         found, _ = gap_command.measure_case(cases / name, effects, full)
-        blows = any(e["effect"] == "backlash" for e in effects)
+        inexact = gap_command.has_inexact(effects)
         far += [
             f"{name} {c.experiment}.{c.column}"
             for c in found.columns
-            if gap_command.is_far(c, len(found.columns), blows)
+            if gap_command.is_far(c, len(found.columns), inexact)
         ]
         most = max(
             (c.gap, f"{name} {c.experiment}.{c.column}") for c in found.columns if c.rows >= gap_command.ENOUGH_ROWS

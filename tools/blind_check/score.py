@@ -142,6 +142,11 @@ def quantiles(values, *at: float) -> list[float | None]:
     return [float(np.quantile(values, q)) if values else None for q in at]
 
 
+def named_alone(cell: CellScore) -> bool:
+    """Every effect is named, and nothing false beside them."""
+    return all(cell.named) and all(right for _, right in cell.causes)
+
+
 def score_all(cells: list[CellScore]) -> dict:
     """All figures of one method."""
     single, unknown = cells_of(cells, "single"), cells_of(cells, "unknown")
@@ -156,12 +161,14 @@ def score_all(cells: list[CellScore]) -> dict:
         "cells": len(cells),
         "failed": hit_rate(c.verdict == "failed" for c in cells),
         "single_named_first": hit_rate(c.first for c in single if c.largest >= SEEN),
+        "single_named_alone": hit_rate(named_alone(c) for c in single if c.largest >= SEEN),
         "single_by_size": by_size(single),
         "detection_limit": detection_limit(single),
         "smallest_named": smallest_named(single),
         "smallest_named_median": quantiles(smallest_named(single).values(), 0.5)[0],
         "ties_of_first_cause": float(np.mean([c.ties for c in single if c.first] or [0])),
         "pair_both_named": hit_rate(all(c.named) for c in pairs),
+        "pair_both_named_alone": hit_rate(named_alone(c) for c in pairs),
         "pair_one_named": hit_rate(any(c.named) for c in pairs),
         "several_all_named": hit_rate(all(c.named) for c in several),
         "several_effects_named": hit_rate(n for c in several for n in c.named),

@@ -14,7 +14,9 @@ from .score import confusion
 # What is shown, the key of its figure, and what is to be reached.
 ROWS = (
     ("one effect of size >= 1.5: it and its target named first", "single_named_first", ">= 95 %"),
+    ("one effect: it is named, and nothing else beside it", "single_named_alone", ""),
     ("two effects of size >= 1.5: both named", "pair_both_named", ">= 85 %"),
+    ("two effects: both named, and nothing else beside them", "pair_both_named_alone", ""),
     ("two effects: at least one named", "pair_one_named", ""),
     ("several effects of size >= 1.5: all named", "several_all_named", ""),
     ("several effects: each of them named", "several_effects_named", ""),

@@ -45,7 +45,8 @@ test_preset() {
     return
   fi
   say "testing with the preset $preset"
-  # What passed as it is does not run again; in CI, and where all trials are asked for, everything does.
+  # What passed as it is does not run again; in CI, and where all trials are asked for, everything does. By the names
+  # "<module>/...": a second -LE beside that of the preset asan would exclude only tests that have both labels.
   local same=""
   [ -n "${CI:-}${KR5_FULL:-}" ] || same=$("$python" tools/checks/unchanged.py list "$build/$preset") || true
   [ -z "$same" ] || say "unchanged since all their tests passed, and not run again: $same"

@@ -105,6 +105,8 @@ def make_app(wanted: tuple[str, ...] | None = None) -> typer.Typer:
         if isinstance(entry, tuple):
             _add(app, name, entry, wanted is None or wanted[:1] == (name,))
             continue
+        if name not in GROUP_HELP:
+            raise ValueError(f"the group of commands {name!r} has no entry in GROUP_HELP, which says what it is for")
         group = typer.Typer(help=GROUP_HELP[name], no_args_is_help=True)
         group.callback()(lambda: None)
         for child, child_entry in entry.items():

@@ -26,16 +26,42 @@ double declared_noise(const cell::Noise& noise, const std::string& key) {
   return value;
 }
 
-void leave_out(ComparisonData& data, const std::string& what) {
-  if (std::find(data.left_out.begin(), data.left_out.end(), what) == data.left_out.end()) data.left_out.push_back(what);
-}
+/// Columns that are not compared, named together where kind and reason are the same: an arm has many joints.
+class LeftOutColumns {
+ public:
+  void add(cell::Kind kind, const std::string& column, const std::string& reason) {
+    auto entry = std::find_if(entries_.begin(), entries_.end(),
+                              [&](const Entry& e) { return e.kind == kind && e.reason == reason; });
+    if (entry == entries_.end()) entry = entries_.insert(entries_.end(), {kind, reason, {}});
+    if (std::find(entry->columns.begin(), entry->columns.end(), column) == entry->columns.end())
+      entry->columns.push_back(column);
+  }
 
-void add_block(ComparisonData& data, int experiment, const cell::Column& column) {
+  /// `motion.i1, i2, i3 were not compared: ...`; of many columns the first and the last.
+  void append_to(std::vector<std::string>& out) const {
+    constexpr std::size_t most_named = 3;
+    for (const Entry& entry : entries_) {
+      const std::size_t count = entry.columns.size();
+      std::string names = column_name(entry.kind, entry.columns.front());
+      if (count > most_named) names += " to " + entry.columns.back() + " (" + std::to_string(count) + " columns)";
+      for (std::size_t k = 1; k < count && count <= most_named; ++k) names += ", " + entry.columns[k];
+      out.push_back(names + (count > 1 ? " were" : " was") + " not compared: " + entry.reason);
+    }
+  }
+
+ private:
+  struct Entry {
+    cell::Kind kind;
+    std::string reason;
+    std::vector<std::string> columns;
+  };
+  std::vector<Entry> entries_;
+};
+
+void add_block(ComparisonData& data, int experiment, const cell::Column& column, LeftOutColumns& left_out) {
   const cell::Experiment& e = data.recording->experiments[experiment];
   const double sigma = declared_noise(data.recording->cell.noise, column.noise);
-  if (sigma <= 0.0)
-    return leave_out(
-        data, column_name(e.kind, column.name) + " was not compared: the cell does not state noise." + column.noise);
+  if (sigma <= 0.0) return left_out.add(e.kind, column.name, "the cell does not state noise." + column.noise);
   data.blocks_of[experiment].push_back(static_cast<int>(data.blocks.size()));
   data.blocks.push_back({experiment, e.kind, e.split, column.name, column.noise, sigma, data.size, e.data.values.rows(),
                          column.group == cell::orientation_group});
@@ -138,16 +164,17 @@ bool has_column_of(const io::Table& predicted, const Block& block) {
 Eigen::VectorXd compare_nominal(ComparisonData& data) {
   std::vector<std::optional<io::Table>> tables(data.blocks_of.size());
   std::vector<bool> kept(data.blocks.size(), false);
+  LeftOutColumns left_out;
   for (std::size_t e = 0; e < tables.size(); ++e) {
     if (data.blocks_of[e].empty()) continue;
     tables[e] = try_predict(data, data.recording->cell, static_cast<int>(e), data.left_out);
     for (const int b : data.blocks_of[e]) {
       const Block& block = data.blocks[b];
       kept[b] = tables[e] && has_column_of(*tables[e], block);
-      if (tables[e] && !kept[b])
-        leave_out(data, column_name(block.kind, block.column) + " was not compared: the simulator does not predict it");
+      if (tables[e] && !kept[b]) left_out.add(block.kind, block.column, "the simulator does not predict it");
     }
   }
+  left_out.append_to(data.left_out);
   keep_blocks(data, kept);
   require(!data.blocks.empty(), "the recording has no column that can be compared" +
                                     (data.left_out.empty() ? "" : ": " + data.left_out.front()));
@@ -169,14 +196,16 @@ ComparisonData compare_columns(const cell::Recording& recording, const cell::Sim
   data.recording = &recording;
   data.simulator = &simulator;
   data.blocks_of.resize(recording.experiments.size());
+  LeftOutColumns left_out;
   for (int e = 0; e < static_cast<int>(recording.experiments.size()); ++e) {
     const cell::Experiment& experiment = recording.experiments[e];
     for (const cell::Column& column : cell::compared_columns(experiment.kind, recording.cell.robot.joints())) {
       const bool there = column.group == cell::orientation_group ? has_orientation(experiment.data)
                                                                  : experiment.data.find(column.name) >= 0;
-      if (there) add_block(data, e, column);
+      if (there) add_block(data, e, column, left_out);
     }
   }
+  left_out.append_to(data.left_out);
   data.use = Eigen::ArrayXd::Ones(data.size);
   return data;
 }

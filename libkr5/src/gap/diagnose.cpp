@@ -80,7 +80,7 @@ class Diagnoser {
     base_ = compare_nominal(data_);
     out_.warnings = data_.left_out;
     for (std::string& lack : lacking_splits(data_)) out_.warnings.push_back(std::move(lack));
-    for (std::string& limit : scope_warnings(*data_.recording)) out_.warnings.push_back(std::move(limit));
+    out_.scope = scope_limits(*data_.recording);
   }
 
   /// Takes the noise that was seen where it is not as declared, with a word.

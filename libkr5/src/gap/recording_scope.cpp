@@ -36,7 +36,7 @@ bool at_rest(const cell::Experiment& e, int joints) {
 
 }  // namespace
 
-std::vector<std::string> scope_warnings(const cell::Recording& recording) {
+std::vector<std::string> scope_limits(const cell::Recording& recording) {
   constexpr Eigen::Index least_rows = 10;
   std::vector<std::string> out;
   std::set<cell::Kind> kinds;
@@ -45,13 +45,13 @@ std::vector<std::string> scope_warnings(const cell::Recording& recording) {
     kinds.insert(e.kind);
     if (rows < least_rows)
       out.push_back(e.name + " has " + std::to_string(rows) + (rows == 1 ? " row" : " rows") +
-                    ": too few to show a gap or its absence");
+                    ": it can show neither a gap nor its absence");
     else if (e.kind == cell::Kind::Motion && at_rest(e, recording.cell.robot.joints()))
-      out.push_back(e.name + " commands no motion: friction, inertia and servos do not show in it");
+      out.push_back(e.name + " commands no motion: it cannot show friction, inertia and servos");
   }
   if (kinds.size() == 1)
     out.push_back("the recording has experiments of the kind " + std::string(kr5::name_of(*kinds.begin())) +
-                  " only: the verdict holds for " + shown_by(*kinds.begin()) + ", not for the rest of the cell");
+                  " only: it shows " + shown_by(*kinds.begin()) + ", not the rest of the cell");
   return out;
 }
 

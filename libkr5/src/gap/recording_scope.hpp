@@ -10,6 +10,6 @@ namespace kr5::gap {
 
 /// Limits of what a recording can show, one sentence each: experiments of too few rows, motions in which nothing moves,
 /// and a recording of a single kind, which speaks for a part of the cell only.
-std::vector<std::string> scope_warnings(const cell::Recording& recording);
+std::vector<std::string> scope_limits(const cell::Recording& recording);
 
 }  // namespace kr5::gap

@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <fstream>
 #include <map>
-#include <random>
 #include <set>
 #include <sstream>
 #include <system_error>
@@ -15,6 +14,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <kr5/core/error.hpp>
+#include <kr5/core/file.hpp>
 
 #include "io/utf8.hpp"
 
@@ -260,36 +260,6 @@ std::string read_text(const std::filesystem::path& file) {
   return std::move(text).str();
 }
 
-void write_text(const std::filesystem::path& file, std::string_view text) {
-  std::error_code error;
-  std::filesystem::path target = file;
-  for (int links = 0; links < 40 && std::filesystem::is_symlink(target, error); ++links) {
-    const std::filesystem::path next = std::filesystem::read_symlink(target, error);
-    if (error) break;
-    target = target.parent_path() / next;
-  }
-  const std::filesystem::file_status status = std::filesystem::status(target, error);
-  if (std::filesystem::is_symlink(target, error))
-    throw IoError(file.string() + ": cannot be written: the link is circular");
-  const bool in_place =
-      std::filesystem::exists(status) && !std::filesystem::is_regular_file(status);  // a device, a pipe
-  std::filesystem::path beside = target;
-  if (!in_place) beside += "." + std::to_string(std::random_device()()) + ".part";
-  {
-    std::ofstream stream(beside, std::ios::binary | std::ios::trunc);
-    stream << text;
-    if (!stream.flush()) {
-      if (!in_place) std::filesystem::remove(beside, error);
-      throw IoError(file.string() + ": cannot be written");
-    }
-  }
-  if (in_place) return;
-  std::filesystem::rename(beside, target, error);
-  if (error) {
-    const std::string why = error.message();
-    std::filesystem::remove(beside, error);
-    throw IoError(file.string() + ": cannot be written: " + why);
-  }
-}
+void write_text(const std::filesystem::path& file, std::string_view text) { write_file(file, text); }
 
 }  // namespace kr5::io

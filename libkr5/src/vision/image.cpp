@@ -5,10 +5,12 @@
 #include <array>
 #include <fstream>
 #include <string_view>
+#include <vector>
 
 #include <opencv2/imgcodecs.hpp>
 
 #include <kr5/core/error.hpp>
+#include <kr5/core/file.hpp>
 
 namespace kr5::vision {
 
@@ -49,14 +51,14 @@ Image load_image(const std::filesystem::path& file) {
 void save_image(ImageView image, const std::filesystem::path& file) {
   const cv::Mat m(image.height, image.width, CV_8UC1, const_cast<std::uint8_t*>(image.data),
                   static_cast<std::size_t>(image.stride));
+  std::vector<std::uint8_t> bytes;
   bool good = false;
   try {
-    good = cv::imwrite(file.string(), m);
+    good = cv::imencode(file.extension().string(), m, bytes);
   } catch (const cv::Exception&) {
   }
-  if (!good)
-    throw IoError(file.string() +
-                  ": the image cannot be written; does the folder exist, and is the file extension known?");
+  if (!good) throw IoError(file.string() + ": the image cannot be written; is the file extension known?");
+  write_file(file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
 }  // namespace kr5::vision

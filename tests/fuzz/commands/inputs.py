@@ -206,6 +206,13 @@ JOBS = [
     ),
     Job(
         "camera and map JSON",
+        "target print --target markers.json --dpi 50 -o board.png --json out.json",
+        "images",
+        ("markers.json",),
+        ("board.png", "out.json"),
+    ),
+    Job(
+        "camera and map JSON",
         "detect images/view_1.png --target chessboard:4x5:0.03 --camera camera.json --json out.json",
         "images",
         ("camera.json",),
@@ -318,6 +325,12 @@ JOBS = [
         0.5,
     ),
 ]
+
+# Commands without a job, and why.
+WITHOUT_JOB = {
+    ("demo",): "runs commands that have jobs of their own, in processes of their own, for a minute",
+    ("gap", "bench"): "starts tools/blind_check, a program of developers that is not installed",
+}
 
 # Commands given a cell of which one number is not what it should be.
 CELL_JOBS = [job for job in JOBS if job.files in (("cell.yaml",), ("recording/cell.yaml",))]

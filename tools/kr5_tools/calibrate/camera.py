@@ -12,8 +12,8 @@ from kr5 import vision
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, format_number, make_table, print_result
-from kr5_tools.cli.terminal import console, fail, spinner
-from kr5_tools.files.images import image_files
+from kr5_tools.cli.terminal import console, fail, print_note, spinner
+from kr5_tools.files.images import MOST_CAMERA_VIEWS, image_files, thinned
 from kr5_tools.files.results import write_if_usable, write_result
 from kr5_tools.files.writing import check_writable
 from kr5_tools.targets.command import Sightings, Target, find_in_images, load_target
@@ -43,6 +43,9 @@ def camera(
     model: Annotated[LENSES, typer.Option(help="Lens model; auto chooses it by the error on held-out views.")] = "auto",
     output: ResultOption = None,
     json_file: JsonOption = None,
+    max_views: Annotated[
+        int, typer.Option(min=3, help="Largest number of images to use; of more, this number is taken, evenly spread.")
+    ] = MOST_CAMERA_VIEWS,
     peers: Annotated[
         bool, typer.Option("--peers", help="Also print the calibrations of OpenCV and ViSP from the same points.")
     ] = False,
@@ -54,7 +57,12 @@ def camera(
     options.validate()
     files = _files(images)
     check_writable(output, json_file, inputs=[*files, target])
+    chosen = thinned(len(files), max_views)
+    if len(chosen) < len(files):
+        print_note(f"{len(chosen)} of {len(files)} images are used, spread evenly; --max-views sets how many")
+    files = [files[i] for i in chosen]
     seen = find_in_images(files, wanted, least=1, points=6)
+    _refuse_repeated(seen)
     options.correlation = max(seen.correlation)
     with spinner("Fitting and comparing lens models"):
         result = vision.calibrate_camera(seen.views, seen.width, seen.height, options)
@@ -71,6 +79,20 @@ def _files(given: list[Path]) -> list[Path]:
     if doubled := [str(f) for f, n in Counter(files).items() if n > 1]:
         fail(f"given twice: {', '.join(doubled)}; a duplicated view makes the uncertainty too small")
     return files
+
+
+def _refuse_repeated(seen: Sightings) -> None:
+    """Complains of views whose points are the same to the last digit: copies of one image, which say nothing new."""
+    names: dict[bytes, list[str]] = {}
+    for view in seen.views:
+        names.setdefault(np.asarray(view.pixels).tobytes() + np.asarray(view.points).tobytes(), []).append(view.name)
+    for same in names.values():
+        if len(same) > 1:
+            more = f" and {len(same) - 3} more" if len(same) > 3 else ""
+            fail(
+                f"the same image under several names: {', '.join(same[:3])}{more}; leave the copies out, for a view"
+                " that counts twice makes the result look better known than it is"
+            )
 
 
 def _lost_causes(lost: list[dict[str, str]], total: int) -> list[dict[str, str]]:

@@ -15,6 +15,7 @@ from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, pose_figures, print_result
 from kr5_tools.cli.terminal import console, fail, print_note, spinner
 from kr5_tools.files.camera import load_camera
+from kr5_tools.files.images import MOST_CAMERA_VIEWS, thinned
 from kr5_tools.files.results import write_if_usable, write_result
 from kr5_tools.files.writing import check_writable
 from kr5_tools.targets.command import Sightings, find_in_images, load_target
@@ -111,11 +112,6 @@ def read_dataset(folder: Path, description: Path | None) -> Any:
     return calibration.load_dataset(str(file), str(folder))
 
 
-def thinned(count: int, most: int) -> list[int]:
-    """Numbers of at most so many of `count` things, spread evenly over them, the first and the last among them."""
-    return [int(i) for i in np.unique(np.linspace(0, count - 1, min(count, most)).round())]
-
-
 def target_of(text: str, where: Path) -> Any:
     """A target from its short form or from the JSON of its fields."""
     if not text:
@@ -136,6 +132,7 @@ def camera_of(text: str, seen: Sightings) -> tuple[Any, str]:
             "camera: is missing, and views of fewer than 6 points cannot calibrate one;"
             " specify a camera file with --camera"
         )
+    views = [views[i] for i in thinned(len(views), MOST_CAMERA_VIEWS)]
     with spinner("Calibrating the camera"):
         found = vision.calibrate_camera(
             views, seen.width, seen.height, vision.CameraOptions(correlation=max(seen.correlation))

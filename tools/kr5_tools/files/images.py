@@ -6,6 +6,7 @@ from pathlib import Path
 
 from kr5_tools.cli.terminal import fail
 
+MOST_CAMERA_VIEWS = 100  # more make a camera hardly better known, and fits of several lens models slow and large
 IMAGE_ENDINGS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm")
 
 
@@ -20,6 +21,12 @@ def image_files(given: list[Path]) -> list[Path]:
             fail(f"{path}: the folder contains no image ({', '.join(IMAGE_ENDINGS)})")
         files += inside
     return files
+
+
+def thinned(count: int, most: int) -> list[int]:
+    """Numbers of at most so many of `count` things, spread evenly over them, the first and the last among them."""
+    steps = min(count, most) - 1
+    return [round(k * (count - 1) / steps) for k in range(steps + 1)] if steps > 0 else [0]
 
 
 def short_names(files: Iterable[Path | str]) -> list[str]:

@@ -162,6 +162,7 @@ class DiagnosisFile(OpenDocument):
     unexplained: list[GapPlace]
     shrink: GapReduction
     next_experiment: NextExperiment
+    scope: list[str] = []
     warnings: list[str] = []
 
 

@@ -24,8 +24,7 @@ CellFile = Annotated[
 ]
 ENOUGH_ROWS = 300  # a column of fewer rows is judged by chi-square alone
 CLOSE = 1.05
-CLOSE_IMPACT = 2.0  # of wrenches of an arm with backlash: the blow lasts less than a row, whose instant is what counts
-WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
+CLOSE_INEXACT = 2.0  # of wrenches where an effect is simulated inexactly: a blow that lasts less than a row, say
 
 
 @app.callback()
@@ -88,7 +87,6 @@ def cases(
     Exit code 1 when a column of 300 rows or more is above 1.05 and above the limit of noise, or a shorter column
     above the limit of noise.
     """
-    import kr5.cell
 
     writing.check_writable(json_file, inputs=[folder / "labels.json"])
     rows, far = [], 0
@@ -100,8 +98,8 @@ def cases(
         if not found.columns:
             terminal.fail(f"{folder / name}: no column that the simulator predicts was recorded")
         widest = max(found.columns, key=lambda c: (c.rows >= ENOUGH_ROWS, c.gap))
-        blows = any(kr5.cell.find_effect(e["effect"]).inaccuracy > 0 for e in label["effects"])
-        above = [c for c in found.columns if is_far(c, len(found.columns), blows)]
+        inexact = has_inexact(label["effects"])
+        above = [c for c in found.columns if is_far(c, len(found.columns), inexact)]
         far += len(above)
         over = sum(c.rows >= ENOUGH_ROWS and c.gap > CLOSE for c in found.columns)
         rows.append(
@@ -151,13 +149,22 @@ def measure_case(folder: Path, effects: list[dict[str, Any]], full: bool = False
     return kr5.gap.measure(recording, arguments.make_simulator(full), cell), text
 
 
-def is_far(column: Any, columns: int, blows: bool) -> bool:
-    """Above the floor: beyond what noise alone shows once in 1000 recordings with so many columns."""
+def has_inexact(effects: list[dict[str, Any]]) -> bool:
+    """Whether the catalogue says of one of the effects that its simulation is inexact."""
+    import kr5.cell
+
+    return any(kr5.cell.find_effect(e["effect"]).inaccuracy > 0 for e in effects)
+
+
+def is_far(column: Any, columns: int, inexact: bool) -> bool:
+    """Above the floor: beyond what noise alone shows once in 1000 recordings with so many columns. `inexact`: an effect
+    of the recording is simulated inexactly."""
+    import kr5.cell
     from kr5.uncertainty import chi_square_quantile
 
     limit = (chi_square_quantile(1 - 0.001 / columns, column.rows) / column.rows) ** 0.5
-    if blows and column.column in WRENCH:
-        limit = max(limit, CLOSE_IMPACT)
+    if inexact and kr5.cell.find_column(column.kind, column.column).group == "wrench":
+        limit = max(limit, CLOSE_INEXACT)
     return bool(column.gap > (max(limit, CLOSE) if column.rows >= ENOUGH_ROWS else limit))
 
 

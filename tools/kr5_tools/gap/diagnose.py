@@ -27,7 +27,7 @@ WriteCell = Annotated[
     Path | None, typer.Option("--write-cell", metavar="CELL.yaml", help="Cell file with the causes added.")
 ]
 WORDS = {
-    "no_gap": ("green", "the nominal cell explains the recording"),
+    "no_gap": ("green", "the nominal cell explains what the recording can show"),
     "explained": ("green", "with the causes below, no structure remains"),
     "partly_explained": ("yellow", "causes were found, but a structured gap remains"),
     "unknown": ("red", "no effect of the catalogue explains the gap above the floor"),
@@ -106,6 +106,8 @@ def print_diagnosis(found: Any, to: Any) -> None:
     word = str(found.verdict)
     colour, text = WORDS[word]
     to.print(f"[bold {colour}]{word}[/]: {text}.", soft_wrap=True, markup=True)
+    for limit in found.scope:
+        to.print(f"[yellow]limit:[/yellow] {escape(limit)}.", soft_wrap=True, markup=True)
     for warning in found.warnings:
         to.print(f"[yellow]note:[/yellow] {escape(warning)}.", soft_wrap=True, markup=True)
     if found.scatter:

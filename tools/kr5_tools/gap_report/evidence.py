@@ -193,7 +193,11 @@ def evidence_against(data: dict[str, Any], k: int, evidence: Any) -> list[str]:
         for place in data["unexplained"]:
             group = f"{place['experiment']}.{place['column']}"
             if group in explained:
-                depends = f", and {dependence_text(place['depends_on'][0])}" if place["depends_on"] else ""
+                depends = (
+                    f", and {dependence_text(place['depends_on'][0], place['experiment'])}"
+                    if place["depends_on"]
+                    else ""
+                )
                 out.append(f"In the {column_text(group)} a gap of {place['gap']:.2f} stays{depends}.")
         worse = [(g, w, a) for g, w, a, _ in rows if a > evidence.limit(g) and a > 1.02 * w]
         out += [f"It makes the {column_text(g)} worse ({w:.2f} → {a:.2f})." for g, w, a in worse[:3]]

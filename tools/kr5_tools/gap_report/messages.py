@@ -16,24 +16,14 @@ KINDS = {
     "press": "presses on the bench",
     "profile": "rolls of the peg on the tube",
 }
-# Variables that a diagnosis computes from columns, in words; {} is the number of a joint, or a column.
-VARIABLES = (
+# Variables that a diagnosis derives from columns, in words; {} is the number of a joint. Others are columns.
+DERIVED = (
     (r"\|qd(\d+)\|", "speed of joint {}"),
     (r"qdd(\d+)", "acceleration of joint {}"),
     (r"qd(\d+)", "velocity of joint {}"),
-    (r"q(\d+)", "position of joint {}"),
-    (r"t()", "time"),
     (r"zcd()", "commanded vertical speed"),
-    (r"zc()", "commanded height"),
-    (r"x()", "position along the profile"),
-    (r"speed()", "scanning speed"),
-    (r"tilt()", "tilt of the peg"),
-    (r"alpha()", "direction of the tilt"),
-    (r"c([xy])", "place {} of the peg"),
-    (r"fc()", "held force"),
-    (r"([uv])", "image coordinate {}"),
-    (r"predicted (\w+)", "simulated {}"),
 )
+PREDICTED = "predicted "  # before the name of a column
 PARTS = {
     "sensor": "force sensor",
     "tool": "tool",
@@ -43,11 +33,6 @@ PARTS = {
     "contact": "contact with the bench",
     "tube": "peg on the tube",
 }
-
-
-def _translated(rows: tuple[tuple[str, str], ...], text: str) -> str | None:
-    found = ((re.fullmatch(pattern, text), words) for pattern, words in rows)
-    return next((words.format(m[1]) for m, words in found if m), None)
 
 
 def find_column(group: str) -> Any:
@@ -79,8 +64,15 @@ def effect_row(effect: str) -> Any:
         return None
 
 
-def variable_text(name: str) -> str:
-    return _translated(VARIABLES, name) or name
+def variable_text(name: str, kind: str | None = None) -> str:
+    """A variable that a residual depends on: a column of this kind of experiment, or one derived from columns."""
+    if name.startswith(PREDICTED):
+        return f"simulated {variable_text(name.removeprefix(PREDICTED), kind)}"
+    for pattern, words in DERIVED:
+        if found := re.fullmatch(pattern, name):
+            return words.format(found[1])
+    columns = (find_column(f"{k}.{name}") for k in ((kind,) if kind else KINDS))
+    return next((column.label for column in columns if column), name)
 
 
 def part_of(group: str) -> str:
@@ -88,18 +80,23 @@ def part_of(group: str) -> str:
     column = find_column(group)
     if column is None:
         return group
-    wrench = column.subsystem == "wrist sensor" and column.target not in PARTS
-    return "sensor" if wrench else column.target
+    return "sensor" if wrench_component(column.target) else column.target
 
 
 def part_text(part: str) -> str:
     return PARTS.get(part) or re.sub(r"(\d+)$", r" \1", part)
 
 
+def wrench_component(target: str) -> Any:
+    """The column of an effect's target that is a component of the wrench; None for any other target."""
+    column = find_column(f"motion.{target}")
+    return column if column and column.group == "wrench" else None
+
+
 def target_text(target: str) -> str:
     """What an effect sits on."""
-    if re.fullmatch(r"[ft][xyz]", target):
-        return ("force " if target[0] == "f" else "torque about ") + target[1]
+    if component := wrench_component(target):
+        return str(component.label.partition(" at ")[0])
     return {"force_torque": "force sensor", "servo": "path correction", "laser": "scanner"}.get(target) or re.sub(
         r"(\d+)$", r" \1", target
     )
@@ -120,9 +117,9 @@ def effect_text(effect: str, target: str) -> str:
     )
 
 
-def dependence_text(dependence: dict[str, Any]) -> str:
-    """A dependence as the end of `the gap ...`."""
-    name, how = variable_text(dependence["variable"]), dependence["how"].replace(" rad or m", " rad")
+def dependence_text(dependence: dict[str, Any], kind: str | None = None) -> str:
+    """A dependence in a kind of experiment as the end of `the gap ...`."""
+    name, how = variable_text(dependence["variable"], kind), dependence["how"].replace(" rad or m", " rad")
     turn = ""
     if m := re.match(r"changes sign with (\w+), ", how):
         turn, how = "changes sign with the direction of motion", how[m.end() :]
@@ -165,8 +162,8 @@ SCALES = {
 def display_unit(unit: str, values: list[float], target: str) -> tuple[float, str]:
     """Factor and unit for people; long times stay in seconds. `N or N.m`: of a force or a torque, as the target
     says."""
-    if " or " in unit and re.fullmatch(r"[ft][xyz]", target):
-        unit = unit.split(" or ")[target[0] == "t"]
+    if " or " in unit and (component := wrench_component(target)):
+        unit = next((u for u in unit.split(" or ") if u.replace(".", " ") == component.unit), unit)
     if unit == "s" and max(map(abs, values), default=0.0) >= 1:
         return 1.0, "s"
     return SCALES.get(unit, (1.0, unit.replace("N.m", "N m").replace(".", " ").replace("^2", "²")))
@@ -238,14 +235,29 @@ def location_text(where: list[dict[str, Any]]) -> str:
         if held > 0.8:
             break
     depends = [d for d in where[0]["depends_on"] if "about the same" not in d["how"] or "changes sign" in d["how"]]
-    tail = f"; it {dependence_text(depends[0])}" if depends and len(said) == 1 else ""
+    tail = f"; it {dependence_text(depends[0], where[0]['experiment'])}" if depends and len(said) == 1 else ""
     return join_list(said) + tail
 
 
+def scope_text(data: dict[str, Any]) -> str:
+    """What the recording cannot show, as sentences; empty where it has no such limit."""
+    return " ".join(f"{capitalised(limit)}." for limit in data.get("scope", []))
+
+
 def verdict_text(data: dict[str, Any]) -> str:
-    """The diagnosis in plain sentences, for one who did not run it."""
+    """The diagnosis in plain sentences, for one who did not run it, with the limits within which it holds."""
+    scope = scope_text(data)
+    return f"{_agreement_text(data, bool(scope))} {scope}".strip()
+
+
+def _agreement_text(data: dict[str, Any], limited: bool) -> str:
     where, causes, shrink = data["where"], data["causes"], data["shrink"]
     if data["verdict"] == "no_gap" or not where:
+        if limited:
+            return (
+                "Within what the recording can show there is no gap: simulation and recording agree within noise. The"
+                " rest of the cell was not tested."
+            )
         return "There is no gap: simulation and recording agree within noise. No correction is needed."
     said = [
         f"The gap is {shrink['before']:{'.1f' if shrink['before'] >= 10 else '.2f'}} times the noise;"
@@ -281,6 +293,12 @@ def next_steps(data: dict[str, Any], recording: str) -> list[str]:
     """What to do now, in order."""
     steps = []
     if data["verdict"] == "no_gap" or not data["where"]:
+        if data.get("scope"):
+            return [
+                "Record what this recording cannot show, before the cell is trusted there: `kr5 record --help` lists"
+                " the kinds of experiments.",
+                "For what it shows, use the cell as it is.",
+            ]
         return ["Use the cell as it is. Record again after a repair, a crash or a change of tool."]
     ties, do = [t for c in data["causes"] for t in c["tied_with"]], data["next_experiment"]["do"]
     if ties and do:
@@ -301,7 +319,7 @@ def next_steps(data: dict[str, Any], recording: str) -> list[str]:
         )
     if data["unexplained"]:
         top = data["unexplained"][0]
-        depends = f": its gap {dependence_text(top['depends_on'][0])}" if top["depends_on"] else ""
+        depends = f": its gap {dependence_text(top['depends_on'][0], top['experiment'])}" if top["depends_on"] else ""
         steps.append(
             f"First check whether sensor, units and frame of the {column_text(top['experiment'] + '.' + top['column'])}"
             f" are as the recording states{depends}."

@@ -23,6 +23,7 @@ from kr5_tools.gap_report.messages import (
     part_text,
     verdict_text,
     warning_notes,
+    wrench_component,
 )
 
 TITLE = "Why simulation and cell disagree"
@@ -152,12 +153,12 @@ def part_of_target(target: str) -> str:
     if target.startswith("motor"):
         return target.replace("motor", "joint")
     return {"force_torque": "sensor", "gripper": "tool", "base": "joint1"}.get(
-        target, "sensor" if len(target) == 2 else target
+        target, "sensor" if wrench_component(target) else target
     )
 
 
 def depends_text(place: dict[str, Any]) -> str:
-    return capitalised("; ".join(dependence_text(d) for d in place["depends_on"]))
+    return capitalised("; ".join(dependence_text(d, place["experiment"]) for d in place["depends_on"]))
 
 
 def place_rows(data: dict[str, Any]) -> list[dict[str, Any]]:
@@ -219,6 +220,8 @@ def make_page(
 
     plots = {p.name: embed_plot(p) for p in drawn if p.name != "map"}
     look, icon, word = LOOK[data["verdict"]]
+    if data["verdict"] == "no_gap" and data.get("scope"):
+        word = "No gap in what the recording can show"
     named = evidence.recording.folder if evidence else data.get("input", {}).get("recording", "RECORDING")
     scene = None
     if evidence:

@@ -187,7 +187,7 @@ def dependence_plot(evidence: Evidence, group: str, dependence: dict[str, Any]) 
     if not reach:
         plt.close(figure)
         return None
-    name = variable_text(dependence["variable"])
+    name = variable_text(dependence["variable"], group.partition(".")[0])
     axes.set(
         ylim=(-reach, reach),
         xlabel=f"{name} {found[0][2]}".strip(),
@@ -319,7 +319,7 @@ def plots_of(
                 if figure is not None:
                     add(
                         f"against_{group}",
-                        f"{group} against the {variable_text(dependence['variable'])}",
+                        f"{group} against the {variable_text(dependence['variable'], place['experiment'])}",
                         "Points: rows; squares and circles: means with twice their standard error.",
                         figure,
                     )

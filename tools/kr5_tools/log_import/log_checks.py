@@ -11,10 +11,10 @@ import kr5
 import kr5.cell
 import numpy as np
 
-from kr5_tools.log_import.map_file import WRENCH
-
 FACTOR = 1.6  # a scale within this factor of one that a wrong unit gives is taken for it
 ALIKE = 0.8  # correlation of a column with its simulation, from which it is recognised
+CURRENT, TORQUE = "motor current", "joint torque"  # channels of kr5.cell.Column
+LOADS = (CURRENT, TORQUE, "force", "moment")
 GRAVITY = 5.0  # standard deviations of a torque that gravity must make to be missed
 
 
@@ -177,22 +177,27 @@ def _loads(cell: Any, e: Any) -> list[LogProblem]:
         shown = kr5.predict.FastSimulator().predict(cell, e)
     except kr5.Error:
         return []
-    n, out = cell.robot.joints, []
-    for names in (
-        [f"i{k + 1}" for k in range(n)],
-        [f"tau{k + 1}" for k in range(n)],
-        list(WRENCH[:3]),
-        list(WRENCH[3:]),
-    ):
-        if names[0] in e.data and names[0] in shown:
+    out: list[LogProblem] = []
+    for columns in _load_columns(cell, e):
+        names = [c.name for c in columns]
+        if all(c in e.data and c in shown for c in names):
             got = np.column_stack([e[c] for c in names])
             model = np.column_stack([shown[c] for c in names])
             out += (
-                _scale(cell, e, names, got, model)
+                _scale(cell, e, columns, got, model)
                 or _swapped(e, names, got, model)
                 or _unexplained(e, names, got, model)
             )
     return out
+
+
+def _load_columns(cell: Any, e: Any) -> list[list[Any]]:
+    """The columns that show loads, those of one channel together."""
+    channels: dict[str, list[Any]] = {}
+    for column in kr5.cell.compared_columns(e.kind, cell.robot.joints):
+        if column.channel in LOADS:
+            channels.setdefault(column.channel, []).append(column)
+    return list(channels.values())
 
 
 def _correlations(got: np.ndarray, model: np.ndarray) -> np.ndarray:
@@ -202,8 +207,9 @@ def _correlations(got: np.ndarray, model: np.ndarray) -> np.ndarray:
     return np.asarray((a.T @ b) / np.maximum(lengths, 1e-30))
 
 
-def _scale(cell: Any, e: Any, names: list[str], got: np.ndarray, model: np.ndarray) -> list[LogProblem]:
+def _scale(cell: Any, e: Any, columns: list[Any], got: np.ndarray, model: np.ndarray) -> list[LogProblem]:
     """A factor that all columns share, as a wrong unit, sign or side of the gears gives."""
+    names = [c.name for c in columns]
     own = np.diag(_correlations(got, model))
     known = np.abs(own) > ALIKE
     if known.sum() < max(1, len(names) // 3):
@@ -233,7 +239,7 @@ def _scale(cell: Any, e: Any, names: list[str], got: np.ndarray, model: np.ndarr
                 " joint if its direction is reversed",
             )
         ]
-    for factor, text in _factors(cell, names):
+    for factor, text in _factors(cell, columns):
         near = np.abs(np.log(slope[known] / factor[known])) < np.log(FACTOR)
         beside = np.abs(np.log(slope[known])) < np.log(FACTOR)
         if near.mean() > 0.7 and beside.mean() < 0.5:
@@ -260,20 +266,18 @@ def _scale(cell: Any, e: Any, names: list[str], got: np.ndarray, model: np.ndarr
     return []
 
 
-def _factors(cell: Any, names: list[str]) -> list[tuple[np.ndarray, str]]:
-    n = len(names)
+def _factors(cell: Any, columns: list[Any]) -> list[tuple[np.ndarray, str]]:
+    n, channel, unit = len(columns), columns[0].channel, columns[0].unit
+    thousandth = f"unit: m{unit}" if unit in ("A", "N") else "the unit is a thousandth of the one in the map"
     out = [
-        (
-            np.full(n, 1e3),
-            {"i": "unit: mA", "t": "the unit is a thousandth of the one in the map", "f": "unit: mN"}[names[0][0]],
-        ),
+        (np.full(n, 1e3), thousandth),
         (np.full(n, 1e-3), "the unit is a thousand times the one in the map, or the log is in base units"),
     ]
-    if cell.drives is None or n != cell.robot.joints:
+    if cell.drives is None or channel not in (CURRENT, TORQUE):
         return out
     ratio = np.abs(np.diag(np.asarray(cell.drives.structure)))
     constant = np.asarray(cell.drives.torque_constant)
-    if names[0][0] == "i":
+    if channel == CURRENT:
         return [
             *out,
             (constant, "they are torques of the motors: unit: N m, side: motor"),

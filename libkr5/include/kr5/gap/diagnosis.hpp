@@ -155,6 +155,7 @@ struct Diagnosis {
   GapReduction reduction;
   NextExperiment next_experiment;
   double scatter = 0.0;
+  std::vector<std::string> scope;
   std::vector<std::string> warnings;
   double seconds_screening = 0.0;
   double seconds = 0.0;
@@ -169,6 +170,7 @@ struct Diagnosis {
     visit("next_experiment", self.next_experiment, "Experiment that would distinguish tied effects.");
     visit("scatter", self.scatter,
           "Estimated relative error of the nominal masses, torque constants and (twice that) friction; not a cause.");
+    visit("scope", self.scope, "Limits of what the recording can show, within which the verdict holds; empty: none.");
     visit("warnings", self.warnings,
           "Warnings of noise that differs from the declared one, of spikes, and of parts that could not be compared.");
     visit("seconds_screening", self.seconds_screening, "Computing time of the screening [s].");

@@ -35,7 +35,7 @@ struct Image {
 
 /// Reads any image OpenCV can, as grey. @throws IoError naming file and remedy.
 Image load_image(const std::filesystem::path& file);
-/// Writes PNG (or the format of the file extension). @throws IoError naming the file.
+/// Writes PNG (or the format of the file extension), beside and renamed. @throws IoError naming the file.
 void save_image(ImageView image, const std::filesystem::path& file);
 
 }  // namespace kr5::vision
