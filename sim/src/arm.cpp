@@ -119,10 +119,8 @@ struct Arm::Body {
       check_mass("robot.links[" + std::to_string(i) + "]", robot.links[i].mass, robot.links[i].inertia_matrix(), false);
     if (cell.tool) check_mass("tool", cell.tool->mass, cell.tool->inertia_matrix(), true);
     if (cell.tool) {
-      const kinematics::Body load = physics::payload(cell);
-      check_body("tool and effects.payload", load);
-      require(load.mass >= cell.tool->mass,
-              "effects.payload.tool.mass: must not be negative, found " + brief(load.mass - cell.tool->mass) + " kg");
+      physics::check_payload(cell);
+      check_body("tool with what hangs on it", physics::payload(cell));
       check_pose("tool.T_F_S", cell.tool->T_flange_sensor);
     }
     for (std::size_t i = 0; i < robot.links.size(); ++i)
@@ -209,7 +207,7 @@ void Arm::set_clock(double t) {
   if (!body_->effective.grows()) return;
   const kinematics::DhChain chain = body_->effective.chain(t);
   for (const DhJoint& j : chain.joints)
-    check_numbers("effects.thermal_growth: length of a link", Eigen::Vector2d(j.a, j.b), longest);
+    check_numbers("length of a link that grows", Eigen::Vector2d(j.a, j.b), longest);
   for (std::size_t i = 0; i < chain.joints.size(); ++i)
     body_->skeleton->getJoint(i)->setTransformFromChildBodyNode(chain.joints[i].transform(0.0).inverse());
 }

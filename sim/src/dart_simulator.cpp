@@ -5,7 +5,6 @@
 #include <optional>
 
 #include <kr5/core/error.hpp>
-#include <kr5/physics/effect_targets.hpp>
 #include <kr5/physics/joint_drive.hpp>
 #include <kr5/predict/static_kinds.hpp>
 #include <kr5/sim/arm.hpp>
@@ -71,8 +70,6 @@ void DartSimulatorOptions::validate() const {
 DartSimulator::DartSimulator(const DartSimulatorOptions& options) : options_(options) { options_.validate(); }
 
 io::Table DartSimulator::simulate(const cell::Cell& cell, const cell::Experiment& experiment) const {
-  cell.validate();
-  physics::check_effect_targets(cell);
   const predict::ExperimentInput input(experiment, cell.robot.joints());
   return simulate_kind(cell, experiment.kind, input, options_).table();
 }

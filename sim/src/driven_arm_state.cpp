@@ -45,7 +45,7 @@ DrivenArm::State::State(const cell::Cell& cell, const DrivenArmOptions& given)
   rotors = drives.rotor_matrix();
   for (int i = 0; i < n; ++i)
     if (!drives.joints[static_cast<std::size_t>(i)].spring.rigid()) elastic.push_back(i);
-  for (const JointDrive& j : drives.joints) loaded |= j.friction.load_coefficient != 0.0;
+  for (const JointDrive& j : drives.joints) loaded |= j.friction.needs_gear_torque();
   for (const Index i : elastic) arm.set_actuation(static_cast<int>(i), Actuation::Free);
   x = v = a = q = qd = qdd = current = dry = torque = VectorXd::Zero(n);
 }
@@ -53,11 +53,8 @@ DrivenArm::State::State(const cell::Cell& cell, const DrivenArmOptions& given)
 void DrivenArm::State::place_rigid() {
   for (Index i = 0; i < x.size(); ++i) {
     if (!joint(i).spring.rigid()) continue;
-    const physics::Transmission& transmission = joint(i).transmission;
-    const double slope = transmission.slope(x[i]);
-    q[i] = transmission.link(x[i]);
-    qd[i] = slope * v[i];
-    qdd[i] = slope * a[i] + transmission.curvature(x[i]) * v[i] * v[i];
+    const physics::LinkState link = joint(i).transmission.motion(x[i], v[i], a[i]);
+    q[i] = link.q, qd[i] = link.v, qdd[i] = link.a;
   }
 }
 
@@ -224,8 +221,9 @@ DrivenArm::State::Point DrivenArm::State::middle() const {
   Point out{x + h * v, v + h * a, q, qd};
   for (Index i = 0; i < x.size(); ++i) {
     const JointDrive& j = joint(i);
-    out.q[i] = j.spring.rigid() ? j.transmission.link(out.x[i]) : q[i] + h * qd[i];
-    out.qd[i] = j.spring.rigid() ? j.transmission.slope(out.x[i]) * out.v[i] : qd[i] + h * qdd[i];
+    const physics::LinkState rigid = j.transmission.motion(out.x[i], out.v[i], 0.0);
+    out.q[i] = j.spring.rigid() ? rigid.q : q[i] + h * qd[i];
+    out.qd[i] = j.spring.rigid() ? rigid.v : qd[i] + h * qdd[i];
   }
   return out;
 }
@@ -238,7 +236,7 @@ DrivenArm::State::Equations DrivenArm::State::equations(const Point& at) {
   for (Index i = 0; i < n; ++i) {
     if (!joint(i).spring.rigid()) continue;
     slope[i] = joint(i).transmission.slope(at.x[i]);
-    bend[i] = joint(i).transmission.curvature(at.x[i]) * at.v[i] * at.v[i];
+    bend[i] = joint(i).transmission.motion(at.x[i], at.v[i], 0.0).a;
   }
   const VectorXd load = arm.bias_torque() + drives.cable(at.q) + M * bend;
   Equations out{MatrixXd::Zero(n + m, n + m), VectorXd::Zero(n + m)};
@@ -318,13 +316,14 @@ void DrivenArm::State::velocity_update(const std::function<VectorXd(const Equati
   note_torque();
 }
 
-/// Torque through rigid gears, for friction that grows with it: what the motor side does not use up itself.
+/// Torque through rigid gears, for friction that needs it; that of the others is their springs'.
 void DrivenArm::State::note_torque() {
   if (!loaded) return;
-  const VectorXd used = rotors * a + dry + drives.ripple(x), motor = drives.torques(current);
+  VectorXd friction = dry;
+  for (Index i = 0; i < x.size(); ++i) friction[i] += physics::viscous_friction_at(joint(i).friction, v[i], t);
+  const VectorXd through = drives.gear_torques(current, x, a, friction);
   for (Index i = 0; i < x.size(); ++i)
-    if (joint(i).spring.rigid())
-      torque[i] = motor[i] - used[i] - physics::viscous_friction_at(joint(i).friction, v[i], t);
+    if (joint(i).spring.rigid()) torque[i] = through[i];
 }
 
 VectorXd DrivenArm::State::limited_currents(const Equations& e, const VectorXd& command, const Point& at) {
@@ -335,8 +334,7 @@ VectorXd DrivenArm::State::limited_currents(const Equations& e, const VectorXd& 
     needed += e.H.topRightCorner(n, m) *
               e.H.bottomRightCorner(m, m).llt().solve(e.rhs.tail(m) - e.H.bottomLeftCorner(m, n) * wanted);
   const VectorXd level = levels(at.v);
-  for (Index i = 0; i < n; ++i)
-    needed[i] += level[i] * std::tanh((at.v[i] + step * wanted[i]) / physics::friction_smoothing_speed);
+  for (Index i = 0; i < n; ++i) needed[i] += level[i] * physics::smoothed_sign(at.v[i] + step * wanted[i]);
   VectorXd out = drives.currents(VectorXd::Zero(n), needed);
   const VectorXd free = out;
   if (options.current_limit.size() > 0) out = out.cwiseMax(-options.current_limit).cwiseMin(options.current_limit);

@@ -27,7 +27,7 @@ struct DrivenArm::State {
   physics::ServoBank servo;
   MatrixXd rotors;
   std::vector<Index> elastic;
-  bool loaded = false;  ///< Some friction grows with the torque through its gear.
+  bool loaded = false;  ///< Some friction needs the torque through its gear.
   Environment environment;
 
   VectorXd x, v, a;               ///< Motor side.

@@ -45,9 +45,9 @@ HeldTool::HeldTool(const cell::Cell& cell, const Pose& T_base_slide) : body_(std
   dd::PrismaticJoint::Properties slide;
   slide.mName = "slide";
   slide.mT_ParentBodyToJoint = T_base_slide;
-  // The hand is S turned to X, -Y, -Z of B, however the slide lies.
+  // The hand is S with the tool down, however the slide lies.
   Pose T_base_hand = T_base_slide;
-  T_base_hand.linear() = Eigen::Vector3d(1, -1, -1).asDiagonal();
+  T_base_hand.linear() = physics::R_base_sensor_down();
   slide.mT_ChildBodyToJoint = T_base_hand.inverse() * T_base_slide;
   slide.mAxis = Eigen::Vector3d::UnitZ();
   dd::BodyNode::Properties hand, tool;

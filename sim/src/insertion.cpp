@@ -5,6 +5,7 @@
 #include <limits>
 
 #include <kr5/core/error.hpp>
+#include <kr5/core/servo_lead.hpp>
 #include <kr5/physics/contact.hpp>
 #include <kr5/physics/tube.hpp>
 #include <kr5/sim/insertion_options.hpp>
@@ -172,13 +173,12 @@ class Task {
     const double duration =
         std::max({quintic_profile_peak.v * way.norm() / std::min(carry_speed, most.speed),
                   std::sqrt(quintic_profile_peak.a * way.norm() / most.acceleration), arm_.cycle()});
-    const double w = options_.servo_frequency;
+    const ServoLead lead(options_.servo_frequency, options_.servo_damping);
     for (double t = arm_.cycle(); t < duration + 2 * arm_.cycle(); t += arm_.cycle()) {
       const QuinticProfile now = quintic_profile(t / duration);
       const double v = now.v / duration, a = now.a / (duration * duration);
-      const double lead = w > 0 ? 2 * options_.servo_damping / w * v + a / (w * w) : 0.0;
       last_ = {};
-      last_.T_tube_peg = Pose(Eigen::Translation3d(from.translation() + way * (now.x + lead)));
+      last_.T_tube_peg = Pose(Eigen::Translation3d(from.translation() + way * (now.x + lead(v, a))));
       wait(peg);
     }
   }

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include <kr5/core/error.hpp>
+#include <kr5/core/servo_lead.hpp>
 #include <kr5/geometry/tilt.hpp>
 #include <kr5/physics/tool.hpp>
 #include <kr5/physics/tube.hpp>
@@ -161,8 +162,8 @@ VectorXd InsertionArm::led_ahead(const VectorXd& q) {
   VectorXd out = q;
   for (Eigen::Index i = 0; i < q.size(); ++i) {
     const cell::SecondOrder& servo = cell_.servo->of_joint(static_cast<int>(i));
-    const double w = servo.natural_frequency;
-    out[i] += 2 * servo.damping_ratio / w * speed[i] + (speed[i] - speed_[i]) / cycle_ / (w * w);
+    const ServoLead lead(servo.natural_frequency, servo.damping_ratio);
+    out[i] += lead(speed[i], (speed[i] - speed_[i]) / cycle_);
   }
   q_ = q;
   speed_ = speed;

@@ -2,6 +2,7 @@
 #include "insertion_limits.hpp"
 
 #include <kr5/core/error.hpp>
+#include <kr5/core/servo_lead.hpp>
 
 namespace kr5::sim {
 namespace {
@@ -28,14 +29,14 @@ PathLimits path_limits(const cell::Cell& cell) {
   if (!cell.servo->correction || !cell.servo->correction->per_cycle) return {};
   const double limit = *cell.servo->correction->per_cycle, cycle = cell.servo->cycle;
   require(limit > 0, "servo.correction.per_cycle: must be positive [m]");
-  const double w = cell.servo->tool->natural_frequency, lead = 2 * cell.servo->tool->damping_ratio / w;
+  const ServoLead lead(cell.servo->tool->natural_frequency, cell.servo->tool->damping_ratio);
   PathLimits out;
   if (cell.servo->correction->mode == cell::CorrectionMode::Absolute) {
     out.speed = speed_part * limit / cycle;
-    out.acceleration = (1 - speed_part) * limit / (lead * cycle + 2 / (w * w));
+    out.acceleration = (1 - speed_part) * limit / (lead.of_speed * cycle + 2 * lead.of_acceleration);
   } else {
-    out.speed = 0.5 * limit / (lead + cell.servo->tool->delay + cycle);
-    out.acceleration = 0.5 * limit * w * w;
+    out.speed = 0.5 * limit / (lead.of_speed + cell.servo->tool->delay + cycle);
+    out.acceleration = 0.5 * limit / lead.of_acceleration;
   }
   return out;
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include <kr5/core/delayed_log.hpp>
 #include <kr5/force/peg_on_tube.hpp>
 #include <kr5/io/node.hpp>
 #include <kr5/physics/contact.hpp>
@@ -111,7 +112,7 @@ PredictionTable simulate_motion(const cell::Cell& cell, const ExperimentInput& i
   PredictionTable out(t.size());
   out.add_each("q", q);
   if (arm.drives().motors)
-    out.add_each("i", physics::delayed_log(t, loads, physics::current_delay(cell)));
+    out.add_each("i", delayed_log(t, loads, physics::current_delay(cell)));
   else
     out.add_each("tau", loads);
   if (cell.tool) {

@@ -23,17 +23,13 @@ void WristSensorOptions::validate() const {
 }
 
 WristSensor::WristSensor(const cell::Cell& cell, const WristSensorOptions& options)
-    : sensor_(cell), noise_(cell.noise), options_(options), random_(options.seed) {
+    : sensor_(cell), filter_(sensor_.time_constant), noise_(cell.noise), options_(options), random_(options.seed) {
   options_.validate();
   bridges_ = options_.calibration.inverse();
 }
 
 Vector6 WristSensor::read(const Vector6& wrench, double t) {
-  const double share = started_ ? physics::ft_lag(sensor_.time_constant, t - last_) : 1.0;
-  lagged_ += share * (sensor_.distorted(wrench, t) - lagged_);
-  last_ = t;
-  started_ = true;
-  Vector6 felt = lagged_;
+  Vector6 felt = filter_.pass(sensor_.distorted(wrench, t), t);
   if (options_.noise)
     for (Eigen::Index i = 0; i < 6; ++i) felt[i] += random_.normal(i < 3 ? noise_.force : noise_.torque);
   const Vector6 wanted = bridges_ * felt;

@@ -62,6 +62,18 @@ TEST_CASE("a payload adds its weight and its moment to those of the tool") {
   CHECK(weight(1, 4) == Approx(-(m * cell.tool->com.x() + 0.4 * 0.02) * g).margin(1e-12));
 }
 
+TEST_CASE("a payload that lifts is refused, and the field is named") {
+  CHECK_NOTHROW(physics::check_payload(arc_with("payload", "tool", {{"mass", 0.4}})));
+  CHECK_THROWS_WITH(physics::check_payload(arc_with("payload", "tool", {{"mass", -0.1}})),
+                    Catch::StartsWith("effects.payload.tool.mass: must not be negative"));
+}
+
+TEST_CASE("with the tool down the sensor's X is that of the base, and its Y and Z are turned about") {
+  const Eigen::Vector3d in_sensor = Eigen::RowVector3d(1, 2, 3) * physics::R_base_sensor_down();
+  CHECK(in_sensor == Eigen::Vector3d(1, -2, -3));
+  CHECK(physics::R_base_sensor_down().determinant() == 1.0);
+}
+
 TEST_CASE("at rest a soft joint sags by its load over its stiffness, and the others stand where they are read") {
   cell::Cell cell = arc_with("joint_elasticity", "joint3", {{"stiffness", 2e4}});
   cell::set_effect(cell, "encoder_offset", "joint1", "offset", 0.01);

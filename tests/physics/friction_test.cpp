@@ -5,6 +5,8 @@
 
 #include <catch2/catch.hpp>
 
+#include <kr5/cell/effect.hpp>
+
 using namespace kr5;
 using namespace kr5::physics;
 using Eigen::ArrayXd;
@@ -56,4 +58,12 @@ TEST_CASE("the dry and the viscous part of a sliding joint make its whole fricti
   const double v = 0.4, torque = 12.0, t = 33.0;  // tanh(v / 0.002) is 1 to rounding
   CHECK(dry_friction_at(f, v, torque, t) + viscous_friction_at(f, v, t) ==
         Approx(joint_friction(f, v, torque, t)).epsilon(1e-14));
+}
+
+TEST_CASE("only friction that grows with the load asks for the torque through the gear") {
+  cell::Cell cell = cell::load_cell(KR5_SHARE_DIR "/cells/kr5_arc.yaml");
+  CHECK_FALSE(JointFriction(cell, 1).needs_gear_torque());
+  cell::set_effect(cell, "load_friction", "joint2", "coefficient", 0.02);
+  CHECK(JointFriction(cell, 1).needs_gear_torque());
+  CHECK_FALSE(JointFriction(cell, 0).needs_gear_torque());
 }

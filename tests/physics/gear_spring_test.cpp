@@ -90,3 +90,14 @@ TEST_CASE("gears are fields of a cell file, and a file without them has those of
   const cell::Cell again = cell::parse_cell(cell::to_yaml(cell), "written");
   CHECK(again.robot.gears == cell.robot.gears);
 }
+
+TEST_CASE("a gear that stays on its side is a linear spring there") {
+  const physics::GearSpring gear{500.0, 0.02, 0.1, 0.0, true};
+  for (const double lead : {-0.03, -0.01, 0.0, 0.004, 0.01, 0.05}) {
+    const double side = gear.touching_side(lead);
+    CHECK(gear.strain_on(side, lead) == gear.strain(lead));
+    CHECK(gear.stiffness_on(side) == (std::abs(lead) >= 0.01 ? 500.0 : 0.0));
+  }
+  CHECK(gear.strain(0.05) == Approx(0.04).epsilon(1e-14));
+  CHECK(gear.strain(-0.05) == Approx(-0.04).epsilon(1e-14));
+}

@@ -44,12 +44,3 @@ TEST_CASE("effects on motors replace the parameters of the cell") {
   cell.drives->structure.row(2).setZero();
   CHECK_THROWS_WITH(physics::Motors(cell), Catch::StartsWith("drives.structure: has no inverse"));
 }
-
-TEST_CASE("a delayed log of a straight line is the line, that much later, and before it the first row") {
-  const VectorXd t = VectorXd::LinSpaced(101, 2.0, 3.0);
-  const MatrixXd values = 3.0 * t;
-  const MatrixXd late = physics::delayed_log(t, values, 0.037);
-  for (Eigen::Index k = 0; k < t.size(); ++k)
-    CHECK(late(k, 0) == Approx(3.0 * std::max(t[k] - 0.037, 2.0)).epsilon(1e-12));
-  CHECK(physics::delayed_log(t, values, 0.0) == values);
-}

@@ -60,3 +60,18 @@ TEST_CASE("the filter answers a step as a first-order lag does, and starts anew 
   physics::apply_sensor_effects(WrenchSensor(cell), t, {{0, 1}, {1, 41}}, second);
   CHECK(second.bottomRows(40) == MatrixXd::Ones(40, 6));
 }
+
+TEST_CASE("a filter that is stepped shows what it shows of a whole run") {
+  cell::Cell cell = cell_with({});
+  cell::set_effect(cell, "ft_lag", "force_torque", "time_constant", 0.04);
+  const WrenchSensor sensor(cell);
+  const VectorXd t = VectorXd::LinSpaced(20, 1.0, 1.5);
+  const MatrixXd wrench = MatrixXd::Random(20, 6);
+  MatrixXd whole = wrench;
+  physics::apply_sensor_effects(sensor, t, {{0, 20}}, whole);
+  physics::WrenchFilter filter(sensor.time_constant), none(0.0);
+  for (Eigen::Index k = 0; k < 20; ++k) {
+    CHECK(filter.pass(wrench.row(k), t[k]) == whole.row(k).transpose());
+    CHECK(none.pass(wrench.row(k), t[k]) == wrench.row(k).transpose());
+  }
+}

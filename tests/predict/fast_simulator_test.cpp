@@ -258,7 +258,7 @@ TEST_CASE("what is missing or wrong is named") {
   w.cell.effects.set("backlash", "joint5", "gap", 0.001);
   complains(cell::Kind::Poses, "needs 'robot.links'");
   w.cell.effects.set("backlash", "joint9", "gap", 0.001);
-  complains(cell::Kind::Step, "effects.backlash.joint9: the cell has only 6 joints");
+  complains(cell::Kind::Step, "effects.backlash.joint9");
 }
 
 TEST_CASE("step experiments obey mode and limits of the cell") {
@@ -270,4 +270,19 @@ TEST_CASE("step experiments obey mode and limits of the cell") {
   w.cell.servo->correction = cell::Correction{cell::CorrectionMode::Relative, {}, {}};
   const Eigen::VectorXd moved = w.show(cell::Kind::Step, "z");
   CHECK(moved[299] > 2 * free[299]);
+}
+
+TEST_CASE("a prediction refuses an invalid cell and names the field") {
+  const cell::Cell good = cell::load_cell(KR5_SHARE_DIR "/cells/kr5_arc.yaml");
+  cell::Experiment e;
+  e.kind = cell::Kind::Step;
+  e.data = {{"run", "t", "zc"}, Eigen::MatrixXd::Zero(2, 3)};
+  CHECK_NOTHROW(predict::FastSimulator().predict(good, e));
+  cell::Cell wrong = good;
+  wrong.tool->mass = 0.0;
+  CHECK_THROWS_AS(predict::FastSimulator().predict(wrong, e), InvalidArgument);
+  CHECK_THROWS_WITH(predict::FastSimulator().predict(wrong, e), Catch::Contains("tool.mass"));
+  wrong = good;
+  wrong.robot.links[2].mass = std::numeric_limits<double>::quiet_NaN();
+  CHECK_THROWS_WITH(predict::FastSimulator().predict(wrong, e), Catch::Contains("robot.links[2].mass"));
 }

@@ -68,8 +68,8 @@ def test_the_canonical_form_means_the_same_to_any_yaml_reader(share, name):
 
 
 def test_effects_are_set_by_name_and_listed_with_units(arc):
-    assert len(kr5.cell.effect_catalogue()) == 44
     row = kr5.cell.find_effect("stribeck_friction")
+    assert row.id in {effect.id for effect in kr5.cell.effect_catalogue()}
     assert [(p.name, p.unit, p.off) for p in row.parameters] == [
         ("stribeck", "N m", [0.0]),
         ("stribeck_velocity", "rad/s", [0.1]),

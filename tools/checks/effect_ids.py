@@ -11,6 +11,7 @@ import sys
 from pathlib import Path
 
 LOOK_IN = ("libkr5", "sim", "bindings", "tools")
+SUFFIXES = (".cpp", ".hpp", ".py", ".html", ".js")
 ALLOWED = (
     "libkr5/src/cell/effect_rows/",
     "libkr5/src/physics/",
@@ -21,11 +22,10 @@ ALLOWED = (
     "tools/checks/",
 )
 # Ids that also name a field, a file or a command, and where they do.
-OTHER_MEANING = {
+OTHER_MEANING: dict[str, tuple[str, ...]] = {
     "hand_eye": ("tools/kr5_tools/",),
-    "rotor_inertia": ("libkr5/include/kr5/cell/drives.hpp", "libkr5/src/cell/"),
-    "torque_constant": ("libkr5/include/kr5/cell/drives.hpp", "libkr5/src/cell/"),
-    "payload": ("tools/kr5_tools/",),
+    "rotor_inertia": ("libkr5/include/kr5/cell/drives.hpp",),
+    "torque_constant": ("libkr5/include/kr5/cell/drives.hpp",),
     "tube_tilt": ("sim/include/kr5/sim/insertion.hpp", "sim/src/insertion.cpp", "tools/kr5_tools/insertion/"),
 }
 
@@ -36,32 +36,37 @@ def read_ids(root: Path) -> list[str]:
     return [name for file in rows for name in re.findall(r'\.id = "(\w+)"', file.read_text())]
 
 
-def check(root: Path) -> list[str]:
-    """One line a string that is an effect's id."""
+def check(root: Path, other_meaning: dict[str, tuple[str, ...]]) -> list[str]:
+    """One line a string that is an effect's id or names it as `effects.<id>`, and one an allowance without use."""
     ids = read_ids(root)
     if not ids:
         return ["no rows found"]
-    pattern = re.compile(rf"[\"'`]({'|'.join(ids)})[\"'`]")
+    names = "|".join(ids)
+    pattern = re.compile(rf"[\"'`]({names})[\"'`]|\beffects\.({names})\b")
     found = []
+    unused = {(name, place) for name, places in other_meaning.items() for place in places}
     for folder in LOOK_IN:
         for file in sorted((root / folder).rglob("*")):
             place = file.relative_to(root).as_posix()
-            if file.suffix not in (".cpp", ".hpp", ".py", ".html", ".js") or place.startswith(ALLOWED):
+            if file.suffix not in SUFFIXES or place.startswith(ALLOWED):
                 continue
             for number, line in enumerate(file.read_text(errors="replace").splitlines(), 1):
-                found += [
-                    f"{place}:{number}: '{name}' is an effect: ask its row"
-                    for name in pattern.findall(line)
-                    if not place.startswith(OTHER_MEANING.get(name, ("\0",)))
-                ]
+                for alone, in_path in pattern.findall(line):
+                    allowed = {(alone, start) for start in other_meaning.get(alone, ()) if place.startswith(start)}
+                    unused -= allowed
+                    if not allowed:
+                        found.append(f"{place}:{number}: '{alone or in_path}' is an effect: ask its row")
+    found += [f"OTHER_MEANING: '{name}' does not stand in {place}" for name, place in sorted(unused)]
     return found
 
 
 def main() -> int:
     root = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).resolve().parents[2]
-    found = check(root)
+    found = check(root, OTHER_MEANING)
     print(*found, sep="\n")
-    print(f"{len(found)} strings of effect ids outside the table, laws, tests and blind check")
+    print(
+        f"{len(found)} strings of effect ids outside the table, laws, tests and blind check, or allowances without use"
+    )
     return 1 if found else 0
 
 

@@ -10,6 +10,7 @@
 namespace kr5::cell {
 
 io::Table Simulator::predict(const Cell& cell, const Experiment& experiment) const {
+  cell.validate();
   std::vector<std::pair<const Effect*, ActiveEffect>> registered;
   for (ActiveEffect& active : registered_active_effects(cell.effects)) {
     const Effect* row = find_row(active.id);

@@ -24,6 +24,7 @@ constexpr double changed = 0.02;  ///< A gap that moves by less stays the same.
 
 /// A recording with the cell that is asked about in the place of its own.
 cell::Recording asked(const cell::Recording& recording, const cell::Cell& cell) {
+  cell.validate();
   require_joints(recording, cell);
   cell::Recording out = recording;
   out.cell = cell;
@@ -185,6 +186,7 @@ std::vector<ResidualColumn> residual_columns(const cell::Recording& recording, c
   std::erase_if(all, [&](int e) { return data.blocks_of[static_cast<std::size_t>(e)].empty(); });
   std::vector<Eigen::VectorXd> stacked = {compared.base};
   for (const cell::Cell& cell : cells) {
+    cell.validate();
     require_joints(own, cell);
     stacked.push_back(residuals(data, cell, all, compared.base));
   }

@@ -240,6 +240,7 @@ void PlanOptions::validate() const {
 Plan plan(const cell::Recording& recording, const cell::Simulator& simulator,
           const std::vector<Alternative>& alternatives, const PlanOptions& options) {
   options.validate();
+  recording.cell.validate();
   require(alternatives.size() >= 2, "alternatives: expected at least two");
   return Planner(recording, simulator, alternatives, options).run();
 }
@@ -248,6 +249,7 @@ ModelComparison compare_models(const std::vector<cell::Recording>& recordings, c
                                const std::vector<Alternative>& alternatives, const PlanOptions& options) {
   options.validate();
   require(!recordings.empty(), "recordings: expected at least one");
+  for (const cell::Recording& recording : recordings) recording.cell.validate();
   require(alternatives.size() >= 2, "alternatives: expected at least two");
   cell::Recording all;
   all.cell = recordings.front().cell;

@@ -96,6 +96,7 @@ VectorXd damped_step(const Task& task, const VectorXd& q, const Vector6& e, doub
   return (q + step).cwiseMax(task.lower).cwiseMin(task.upper);
 }
 
+/// A loop of its own: core/levenberg_marquardt.hpp scales each joint, and leads redundant arms to other postures.
 std::optional<VectorXd> descend(const Task& task, VectorXd q) {
   Vector6 e = error(task, q);
   double damping = 1e-3;

@@ -66,6 +66,11 @@ VectorXd Drives::torques(const VectorXd& currents) const {
   return motors->torques(currents);
 }
 
+VectorXd Drives::gear_torques(const VectorXd& currents, const VectorXd& position, const VectorXd& acceleration,
+                              const VectorXd& friction) const {
+  return torques(currents) - rotor_matrix() * acceleration - ripple(position) - friction;
+}
+
 MatrixXd Drives::drive_torques(const VectorXd& t, const MatrixXd& position, const MatrixXd& speed,
                                const MatrixXd& load) const {
   MatrixXd out = load;

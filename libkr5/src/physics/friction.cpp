@@ -56,9 +56,7 @@ Value dry_friction_level(const JointFriction& friction, const Value& speed, cons
 
 template <class Value>
 Value joint_friction(const JointFriction& friction, const Value& speed, const Value& torque, const Value& t) {
-  using std::tanh;
-  Value out =
-      dry_friction_level(friction, speed, torque) * tanh(speed / friction_smoothing_speed) + friction.viscous * speed;
+  Value out = dry_friction_level(friction, speed, torque) * smoothed_sign(speed) + friction.viscous * speed;
   if (friction.thermal_drop != 0.0) out *= thermal_friction(friction, t);
   return out;
 }

@@ -78,21 +78,4 @@ VectorXd Motors::torques(const VectorXd& currents) const {
   return structure.transpose() * torque_constant.cwiseProduct(currents);
 }
 
-MatrixXd delayed_log(const VectorXd& t, const MatrixXd& values, double delay) {
-  if (!(delay > 0.0)) return values;
-  MatrixXd out(values.rows(), values.cols());
-  Index before = 0;
-  for (Index row = 0; row < t.size(); ++row) {
-    const double then = t[row] - delay;
-    while (before + 1 < t.size() && t[before + 1] <= then) ++before;
-    if (then <= t[0]) {
-      out.row(row) = values.row(0);
-    } else {
-      const double part = (then - t[before]) / (t[before + 1] - t[before]);
-      out.row(row) = (1.0 - part) * values.row(before) + part * values.row(before + 1);
-    }
-  }
-  return out;
-}
-
 }  // namespace kr5::physics

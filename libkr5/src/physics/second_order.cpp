@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include <kr5/core/servo_lead.hpp>
 #include <kr5/physics/cubic_spline.hpp>
 
 namespace kr5::physics {
@@ -29,12 +30,12 @@ Eigen::Matrix2d transition(const cell::SecondOrder& servo, double h) {
 }
 
 Eigen::Vector4d steady_response(const cell::SecondOrder& servo, const Eigen::Vector4d& c) {
-  const double w = servo.natural_frequency, g = 2 * servo.damping_ratio / w, m = 1 / (w * w);
+  const ServoLead lead(servo.natural_frequency, servo.damping_ratio);
   Eigen::Vector4d p;
   p[3] = c[3];
-  p[2] = c[2] - 3 * g * p[3];
-  p[1] = c[1] - 2 * g * p[2] - 6 * m * p[3];
-  p[0] = c[0] - g * p[1] - 2 * m * p[2];
+  p[2] = c[2] - lead(3 * p[3], 0.0);  // c = p + lead(p', p''), power by power
+  p[1] = c[1] - lead(2 * p[2], 6 * p[3]);
+  p[0] = c[0] - lead(p[1], 2 * p[2]);
   return p;
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <kr5/physics/tool.hpp>
 
+#include <kr5/core/error.hpp>
+
 namespace kr5::physics {
 
 Pose tool_offset(const cell::Cell& cell) {
@@ -11,6 +13,11 @@ Pose tool_offset(const cell::Cell& cell) {
 
 double payload_mass(const cell::Cell& cell) { return cell.effects.number("payload", "mass"); }
 
+void check_payload(const cell::Cell& cell) {
+  require(payload_mass(cell) >= 0.0,
+          "effects.payload.tool.mass: must not be negative, found " + std::to_string(payload_mass(cell)) + " kg");
+}
+
 kinematics::Body payload(const cell::Cell& cell) {
   const kinematics::Body tool = {cell.tool->mass, cell.tool->com, cell.tool->inertia};
   const double mass = payload_mass(cell);
@@ -18,12 +25,15 @@ kinematics::Body payload(const cell::Cell& cell) {
   return kinematics::merged_body(tool, {mass, cell.effects.vector("payload", "com"), Vector6::Zero()});
 }
 
+Eigen::Matrix3d R_base_sensor_down() { return Eigen::Vector3d(1, -1, -1).asDiagonal(); }
+
 Eigen::MatrixXd tool_weight(const cell::Cell& cell, Eigen::Index rows) {
   const kinematics::Body load = payload(cell);
-  const double weight = load.mass * cell.robot.gravity.norm();
-  Eigen::RowVectorXd w(6);
-  w << 0.0, 0.0, weight, weight * load.com.y(), -weight * load.com.x(), 0.0;
-  return w.replicate(rows, 1);
+  const Eigen::Vector3d weight =
+      R_base_sensor_down().transpose() * Eigen::Vector3d(0.0, 0.0, -load.mass * cell.robot.gravity.norm());
+  Vector6 wrench;
+  wrench << weight, load.com.cross(weight);
+  return wrench.transpose().replicate(rows, 1);
 }
 
 }  // namespace kr5::physics

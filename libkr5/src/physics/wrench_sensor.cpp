@@ -38,6 +38,16 @@ double ft_lag(double time_constant, double dt) {
   return time_constant > 0.0 ? 1.0 - std::exp(-dt / time_constant) : 1.0;
 }
 
+Vector6 WrenchFilter::pass(const Vector6& wrench, double t) {
+  if (started_ && time_constant_ > 0.0)
+    shown_ += ft_lag(time_constant_, t - last_) * (wrench - shown_);
+  else
+    shown_ = wrench;
+  last_ = t;
+  started_ = true;
+  return shown_;
+}
+
 WrenchSensor::WrenchSensor(const cell::Cell& cell)
     : gain(ft_crosstalk(cell)),
       bias(ft_bias(cell)),
@@ -51,10 +61,10 @@ void apply_sensor_effects(const WrenchSensor& sensor, const Eigen::VectorXd& t, 
   if (!sensor.gain.isIdentity(0.0)) wrench = (wrench * sensor.gain.transpose()).eval();
   for (Index c = 0; c < 6; ++c) wrench.col(c).array() += sensor.bias[c] + sensor.rate[c] * t.array();
   if (sensor.time_constant <= 0.0) return;
-  for (const RowRange& run : runs)
-    for (Index i = run.first + 1; i < run.last; ++i)
-      wrench.row(i) =
-          wrench.row(i - 1) + ft_lag(sensor.time_constant, t[i] - t[i - 1]) * (wrench.row(i) - wrench.row(i - 1));
+  for (const RowRange& run : runs) {
+    WrenchFilter filter(sensor.time_constant);
+    for (Index i = run.first; i < run.last; ++i) wrench.row(i) = filter.pass(wrench.row(i), t[i]);
+  }
 }
 
 }  // namespace kr5::physics

@@ -30,14 +30,14 @@ class Integrator {
 
   explicit Integrator(const std::vector<physics::GearSpring>& springs) : springs_(springs) {
     const auto m = static_cast<Index>(springs.size());
-    k_.resize(m), half_.resize(m), d_.resize(m), x_.setZero(m), v_.setZero(m), a_.setZero(m);
-    for (Index i = 0; i < m; ++i) k_[i] = gear(i).stiffness, half_[i] = gear(i).gap / 2;
+    k_.resize(m), d_.resize(m), x_.setZero(m), v_.setZero(m), a_.setZero(m);
+    for (Index i = 0; i < m; ++i) k_[i] = gear(i).stiffness;
   }
 
   void start(const Vector& x, const Matrix& mass, const Vector& load) {
     x_ = x;
     set_mass(mass);
-    const Vector force = -load - spring(x_);
+    const Vector force = -load - spring(touching(x_), x_);
     a_ = mass.llt().solve(force);
   }
 
@@ -67,9 +67,10 @@ class Integrator {
 
   const physics::GearSpring& gear(Index i) const { return springs_[static_cast<std::size_t>(i)]; }
 
-  Vector spring(const Vector& x) const {
+  /// Torque of each spring while it touches on its side of `touch`.
+  Vector spring(const Vector& touch, const Vector& x) const {
     Vector out(x.size());
-    for (Index i = 0; i < x.size(); ++i) out[i] = k_[i] * gear(i).strain(x[i]);
+    for (Index i = 0; i < x.size(); ++i) out[i] = k_[i] * gear(i).strain_on(touch[i], x[i]);
     return out;
   }
 
@@ -78,10 +79,9 @@ class Integrator {
     const Vector x1 = x_ + h * v_ + h * h / 4 * a_, v1 = v_ + h / 2 * a_;
     Vector touch = touching(x_ + h * v_), a = a_;
     for (int pass = 0; pass < most_passes; ++pass) {
-      const Vector stiff = k_.cwiseProduct(touch.cwiseAbs());
       Matrix A = M_;
-      A.diagonal() += h / 2 * d_ + h * h / 4 * stiff;
-      const Vector force = -load - d_.cwiseProduct(v1) - stiff.cwiseProduct(x1 - touch.cwiseProduct(half_));
+      for (Index i = 0; i < d_.size(); ++i) A(i, i) += h / 2 * d_[i] + h * h / 4 * gear(i).stiffness_on(touch[i]);
+      const Vector force = -load - d_.cwiseProduct(v1) - spring(touch, x1);
       a = A.llt().solve(force);
       const Vector now = touching(x1 + h * h / 4 * a);
       if (now == touch) break;
@@ -100,7 +100,7 @@ class Integrator {
   }
 
   const std::vector<physics::GearSpring>& springs_;
-  Vector k_, half_, d_, x_, v_, a_;
+  Vector k_, d_, x_, v_, a_;
   Matrix M_;
 };
 

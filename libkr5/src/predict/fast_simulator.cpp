@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <kr5/predict/fast_simulator.hpp>
 
-#include <kr5/physics/effect_targets.hpp>
 #include <kr5/physics/effective_arm.hpp>
 #include <kr5/physics/joint_drive.hpp>
 #include <kr5/predict/static_kinds.hpp>
@@ -53,7 +52,6 @@ PredictionTable predict_kind(const cell::Cell& cell, cell::Kind kind, const Expe
 FastSimulator::FastSimulator() : cache_(std::make_shared<MotionCache>()) {}
 
 io::Table FastSimulator::simulate(const cell::Cell& cell, const cell::Experiment& experiment) const {
-  physics::check_effect_targets(cell);
   const ExperimentInput input(experiment, cell.robot.joints());
   return predict_kind(cell, experiment.kind, input, *cache_).table();
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "predict/moving_kinds.hpp"
 
+#include <kr5/core/delayed_log.hpp>
 #include <kr5/force/peg_on_tube.hpp>
 #include <kr5/physics/contact.hpp>
 #include <kr5/physics/drives.hpp>
@@ -60,10 +61,8 @@ LinkMotion rigid_links(const physics::Drives& drives, const MotorMotion& motor) 
       continue;
     }
     for (Index k = 0; k < out.q.rows(); ++k) {
-      const double q = motor.x(k, i), v = motor.v(k, i), slope = transmission.slope(q);
-      out.q(k, i) = transmission.link(q);
-      out.qd(k, i) = slope * v;
-      out.qdd(k, i) = slope * motor.a(k, i) + transmission.curvature(q) * v * v;
+      const physics::LinkState link = transmission.motion(motor.x(k, i), motor.v(k, i), motor.a(k, i));
+      out.q(k, i) = link.q, out.qd(k, i) = link.v, out.qdd(k, i) = link.a;
     }
   }
   return out;
@@ -165,8 +164,7 @@ PredictionTable predict_motion(const cell::Cell& cell, const ExperimentInput& in
     add_cables(drives, links.q, tau);
     const MatrixXd torque = drives.drive_torques(t, motor.x, motor.v, tau);
     if (drives.motors)
-      out.add_each("i",
-                   physics::delayed_log(t, drives.motors->currents(motor.a, torque), physics::current_delay(cell)));
+      out.add_each("i", delayed_log(t, drives.motors->currents(motor.a, torque), physics::current_delay(cell)));
     else
       out.add_each("tau", torque);
   }
@@ -214,7 +212,9 @@ PredictionTable predict_press(const cell::Cell& cell, const ExperimentInput& inp
   out.add("z", path.col(0));
   if (!cell.tool) return out;
   Eigen::MatrixXd wrench = physics::tool_weight(cell, input.rows());
-  for (Eigen::Index k = 0; k < input.rows(); ++k) wrench(k, 2) -= contact.force(-path(k, 0), -path(k, 1));
+  Eigen::MatrixX3d on_tool = Eigen::MatrixX3d::Zero(input.rows(), 3);
+  for (Eigen::Index k = 0; k < input.rows(); ++k) on_tool(k, 2) = contact.force(-path(k, 0), -path(k, 1));
+  wrench.leftCols<3>() += on_tool * physics::R_base_sensor_down();
   physics::apply_sensor_effects(physics::WrenchSensor(cell), input["t"], runs, wrench);
   out.add_wrench(wrench);
   return out;
@@ -248,11 +248,10 @@ PredictionTable predict_profile(const cell::Cell& cell, const ExperimentInput& i
   PredictionTable out(input.rows());
   out.add("z", z);
   if (!cell.tool) return out;
-  const Eigen::MatrixX3d on_peg = friction * cell.tube->T_base_tube.linear().transpose();
+  Eigen::MatrixX3d on_peg = friction * cell.tube->T_base_tube.linear().transpose();
+  on_peg.col(2) = held;
   Eigen::MatrixXd wrench = physics::tool_weight(cell, input.rows());
-  wrench.col(0) += on_peg.col(0);
-  wrench.col(1) -= on_peg.col(1);
-  wrench.col(2) -= held;
+  wrench.leftCols<3>() += on_peg * physics::R_base_sensor_down();
   physics::apply_sensor_effects(physics::WrenchSensor(cell), input["t"], input.runs(), wrench);
   out.add_wrench(wrench);
   return out;

@@ -18,7 +18,8 @@ class Simulator {
   /// read.
   /// @returns one row for each row of the experiment, and the columns to be predicted, in the order of `columns()`;
   ///          those the cell has no part for (currents without drives ...) are left out. Units of `columns()`.
-  /// @throws InvalidArgument naming the part of the cell, or the given column, that is not there.
+  /// @throws InvalidArgument with every error of the cell (Cell::validate), or naming the part of it, or the given
+  ///         column, that is not there.
   io::Table predict(const Cell& cell, const Experiment& experiment) const;
 
  protected:
@@ -26,7 +27,7 @@ class Simulator {
   Simulator(const Simulator&) = default;
   Simulator& operator=(const Simulator&) = default;
 
-  /// The same of a cell that carries no registered effect.
+  /// The same of a valid cell that carries no registered effect.
   virtual io::Table simulate(const Cell& cell, const Experiment& experiment) const = 0;
 };
 

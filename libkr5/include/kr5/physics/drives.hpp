@@ -35,6 +35,10 @@ struct Drives {
   /// @throws InvalidArgument without motors; so does `torques`.
   Eigen::VectorXd currents(const Eigen::VectorXd& acceleration, const Eigen::VectorXd& torque) const;
   Eigen::VectorXd torques(const Eigen::VectorXd& currents) const;
+  /// Torques through rigid gears: what rotors, ripple and friction leave of those of the motors.
+  /// @throws InvalidArgument without motors.
+  Eigen::VectorXd gear_torques(const Eigen::VectorXd& currents, const Eigen::VectorXd& position,
+                               const Eigen::VectorXd& acceleration, const Eigen::VectorXd& friction) const;
 
   /// Torques that the drives give on the joint side over a motion, a row a sample: what the links and the dress pack
   /// ask (`load`), and what friction and ripple add at motor-side positions and speeds.

@@ -5,7 +5,7 @@
 
 namespace kr5::physics {
 
-/// @throws InvalidArgument naming an effect on a joint or motor that the cell does not have.
+/// @throws InvalidArgument naming an effect on a joint, motor or other part that the cell does not have.
 void check_effect_targets(const cell::Cell& cell);
 
 }  // namespace kr5::physics

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cmath>
+
 #include <Eigen/Core>
 
 #include <kr5/cell/cell.hpp>
@@ -15,17 +17,27 @@ namespace kr5::physics {
 /// Speed over which the sign of the speed is smoothed, as defined by the format `kr5-cell/1` [rad/s or m/s].
 constexpr double friction_smoothing_speed = 0.002;
 
+/// Sign of a speed, smoothed: by it dry friction changes sides.
+template <class Value>
+Value smoothed_sign(const Value& speed) {
+  using std::tanh;
+  return tanh(speed / friction_smoothing_speed);
+}
+
 /// Friction of one joint: nominal values, replaced and joined by the effects that the cell carries.
 struct JointFriction {
-  double coulomb = 0.0;                                      ///< [N m or N]
-  double viscous = 0.0;                                      ///< [N m s/rad or N s/m]
-  double stribeck = 0.0, stribeck_velocity = 0.1;            ///< [N m or N], [rad/s or m/s]
-  double load_coefficient = 0.0;                             ///< [-]
-  double thermal_drop = 0.0, thermal_time_constant = 600.0;  ///< [-], [s]
+  double coulomb = 0.0;                                    ///< [N m or N]
+  double viscous = 0.0;                                    ///< [N m s/rad or N s/m]
+  double stribeck = 0.0, stribeck_velocity = 0.0;          ///< [N m or N], [rad/s or m/s]; the second counts with it
+  double load_coefficient = 0.0;                           ///< [-]
+  double thermal_drop = 0.0, thermal_time_constant = 0.0;  ///< [-], [s]; the second counts with the first
 
   JointFriction() = default;
   /// Without drives in the cell the nominal friction is zero.
   JointFriction(const cell::Cell& cell, int joint);
+
+  /// Whether it asks for the torque through the gear; without, a simulator need not know that.
+  bool needs_gear_torque() const { return load_coefficient != 0.0; }
 };
 
 /// Level of the dry friction of a joint [N m or N].

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -26,7 +25,10 @@ struct GearSpring {
     return lead >= 0.5 * gap ? 1.0 : (lead <= -0.5 * gap ? -1.0 : 0.0);
   }
   /// Stretch of the spring behind the play [rad or m].
-  double strain(double lead) const { return lead - std::clamp(lead, -0.5 * gap, 0.5 * gap); }
+  double strain(double lead) const { return strain_on(touching_side(lead), lead); }
+  /// The same as long as the gear touches on `side`, and so linear in the lead, with this stiffness.
+  double strain_on(double side, double lead) const { return std::abs(side) * (lead - 0.5 * gap * side); }
+  double stiffness_on(double side) const { return std::abs(side) * stiffness; }
   /// Damper, also within the play, for a link of this inertia [N m s/rad or N s/m].
   double damping(double inertia) const { return 2.0 * damping_ratio * std::sqrt(stiffness * inertia); }
   /// Torque on the link.

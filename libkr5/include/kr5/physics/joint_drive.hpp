@@ -14,10 +14,15 @@
 
 namespace kr5::physics {
 
+/// Position, speed and acceleration of a link [rad or m, per s, per s^2].
+struct LinkState {
+  double q = 0.0, v = 0.0, a = 0.0;
+};
+
 /// Link value over motor-side value: q + offset + amplitude sin(cycles q + phase).
 struct Transmission {
   double encoder_offset = 0.0;                        ///< [rad or m]
-  double amplitude = 0.0, cycles = 1.0, phase = 0.0;  ///< [rad or m], [-], [rad]
+  double amplitude = 0.0, cycles = 0.0, phase = 0.0;  ///< [rad or m], [-], [rad]
 
   Transmission() = default;
   Transmission(const cell::Cell& cell, int joint);
@@ -26,6 +31,11 @@ struct Transmission {
   double link(double q) const;
   double slope(double q) const;      ///< First derivative of `link`.
   double curvature(double q) const;  ///< Second derivative of `link`.
+  /// The link of a rigid gear whose motor side moves so.
+  LinkState motion(double q, double v, double a) const {
+    const double rise = slope(q);
+    return {link(q), rise * v, rise * a + curvature(q) * v * v};
+  }
 };
 
 /// Reading of a joint whose link is at its zero, with the sign turned: what is added to a reading [rad or m].
@@ -42,7 +52,7 @@ double cable_spring(const CableSpring& cable, double q);
 
 /// Torque of a motor that changes with its angle [N m or N], [-], [rad].
 struct TorqueRipple {
-  double amplitude = 0.0, cycles = 1.0, phase = 0.0;
+  double amplitude = 0.0, cycles = 0.0, phase = 0.0;
 };
 /// Torque that the ripple takes at motor-side value q [N m or N]. `Value` is double or Eigen::ArrayXd.
 template <class Value>

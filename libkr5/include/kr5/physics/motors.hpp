@@ -35,8 +35,4 @@ Eigen::VectorXd torque_constant(const cell::Cell& cell);
 /// How late currents are logged [s].
 double current_delay(const cell::Cell& cell);
 
-/// What a log shows of columns that are written `delay` late: each row as it was that much earlier, linear between
-/// rows, before the first as the first.
-Eigen::MatrixXd delayed_log(const Eigen::VectorXd& t, const Eigen::MatrixXd& values, double delay);
-
 }  // namespace kr5::physics

@@ -11,6 +11,21 @@
 
 namespace kr5::physics {
 
+/// The filter of a sensor, reading by reading; the first one passes as it is.
+class WrenchFilter {
+ public:
+  /// @param time_constant [s]; 0: everything passes.
+  explicit WrenchFilter(double time_constant) : time_constant_(time_constant) {}
+
+  /// What is shown of a wrench at time t, which does not decrease [N, N m].
+  Vector6 pass(const Vector6& wrench, double t);
+
+ private:
+  double time_constant_, last_ = 0.0;
+  bool started_ = false;
+  Vector6 shown_ = Vector6::Zero();
+};
+
 /// The sensor of a cell with the effects it carries.
 struct WrenchSensor {
   Matrix6 gain = Matrix6::Identity();  ///< ft_gain on its diagonal, ft_crosstalk beside it.

@@ -54,6 +54,11 @@ std::string shown(const Node* node) {
 
 }  // namespace
 
+std::string FieldPath::text() const {
+  const std::string name(list_);
+  return index_ < 0 ? name : item(name, index_) + std::string(rest_);
+}
+
 void DiagnosticCollector::add(const std::string& field, const std::string& expected, std::string found) {
   const Place place = locate(root_, field);
   if (found.empty()) found = shown(place.node);

@@ -11,8 +11,7 @@ namespace kr5::cell {
 namespace {
 
 /// A list of one value a joint.
-void expect_size(DiagnosticCollector& c, const std::string& field, Eigen::Index size, int n,
-                 bool may_be_empty = false) {
+void expect_size(DiagnosticCollector& c, const char* field, Eigen::Index size, int n, bool may_be_empty = false) {
   if (size == n || (may_be_empty && size == 0)) return;
   c.add(field, std::to_string(n) + " values, one a joint", std::to_string(size) + (size == 1 ? " value" : " values"));
 }
@@ -30,9 +29,10 @@ void check_arm(const Cell& cell, DiagnosticCollector& c) {
            "at least one value; the last holds for further joints [N m/rad or N/m]", "an empty list");
   expect_size(c, "robot.links", static_cast<Eigen::Index>(cell.robot.links.size()), n, true);
   if (const auto& drives = cell.drives) {
-    c.expect(drives->structure.rows() == n && drives->structure.cols() == n, "drives.structure",
-             "a " + std::to_string(n) + " x " + std::to_string(n) + " matrix",
-             std::to_string(drives->structure.rows()) + " x " + std::to_string(drives->structure.cols()));
+    c.expect(
+        drives->structure.rows() == n && drives->structure.cols() == n, "drives.structure",
+        [&] { return "a " + std::to_string(n) + " x " + std::to_string(n) + " matrix"; },
+        [&] { return std::to_string(drives->structure.rows()) + " x " + std::to_string(drives->structure.cols()); });
     expect_size(c, "drives.rotor_inertia", drives->rotor_inertia.size(), n);
     expect_size(c, "drives.torque_constant", drives->torque_constant.size(), n);
     expect_size(c, "drives.friction.coulomb", drives->friction.coulomb.size(), n);
@@ -43,8 +43,10 @@ void check_arm(const Cell& cell, DiagnosticCollector& c) {
 }
 
 void check_mounts(const Cell& cell, DiagnosticCollector& c) {
-  const auto one_of = [&](const std::string& field, int count, const std::string& names) {
-    c.expect(count == 1, field, "exactly one of " + names, std::to_string(count) + " of them");
+  const auto one_of = [&](const FieldPath& field, int count, const char* names) {
+    c.expect(
+        count == 1, field, [&] { return std::string("exactly one of ") + names; },
+        [&] { return std::to_string(count) + " of them"; });
   };
   if (const auto& camera = cell.camera) {
     if (camera->mount == Mount::EyeInHand) {
@@ -63,19 +65,17 @@ void check_mounts(const Cell& cell, DiagnosticCollector& c) {
     c.expect(!laser->T_tool_scanner || cell.tool, "laser.T_E_L", "a tool with T_F_E, to which it refers; or T_F_L");
   }
   for (std::size_t i = 0; i < cell.targets.size(); ++i)
-    one_of(item("targets", static_cast<Eigen::Index>(i)),
+    one_of({"targets", static_cast<Eigen::Index>(i)},
            cell.targets[i].T_base_target.has_value() + cell.targets[i].T_flange_target.has_value(), "T_B_W, T_F_W");
 }
 
 void check_effect_targets(const Cell& cell, DiagnosticCollector& c) {
   for (const ActiveEffect& active : active_effects(cell.effects)) {
     const std::vector<std::string> there = effect_targets(find_effect(active.id), cell);
-    std::string names;
-    for (const std::string& name : there) names += (names.empty() ? "" : ", ") + name;
-    c.expect(std::find(there.begin(), there.end(), active.target) != there.end(),
-             "effects." + active.id + "." + active.target,
-             there.empty() ? "no such effect; this cell has no possible target for it" : "one of " + names,
-             "the target '" + active.target + "'");
+    if (std::find(there.begin(), there.end(), active.target) != there.end()) continue;
+    c.add("effects." + active.id + "." + active.target,
+          there.empty() ? "no such effect; this cell has no possible target for it" : "one of " + listed(there),
+          "the target '" + active.target + "'");
   }
   for (const EffectEntry& entry : cell.effects.entries()) {
     const Effect& row = find_effect(entry.effect);
@@ -84,9 +84,9 @@ void check_effect_targets(const Cell& cell, DiagnosticCollector& c) {
       if (!value || !p.refers_to) continue;
       const double number = std::get<double>(*value);
       const int count = target_count(*p.refers_to, cell);
-      c.expect(number >= 0 && number < count,
-               "effects." + entry.effect + "." + target_name(row.target, entry.index) + "." + p.name,
-               "a " + p.description + ", 0 to " + std::to_string(count - 1));
+      if (number >= 0 && number < count) continue;
+      c.add("effects." + entry.effect + "." + target_name(row.target, entry.index) + "." + p.name,
+            "a " + p.description + ", 0 to " + std::to_string(count - 1));
     }
   }
 }

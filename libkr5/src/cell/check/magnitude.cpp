@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <string_view>
+#include <type_traits>
 
 #include <kr5/io/reader.hpp>
 
@@ -19,6 +20,9 @@ double greatest(std::string_view unit) {
   return found == table.end() ? 1e7 : found->second;
 }
 
+/// The least of these: no unit need be known below it.
+constexpr double least_greatest = 1e2;
+
 /// What stands in the last brackets of a field's documentation.
 std::string_view unit_of(std::string_view doc) {
   const std::size_t begin = doc.rfind('['), end = doc.rfind(']');
@@ -26,63 +30,87 @@ std::string_view unit_of(std::string_view doc) {
   return doc.substr(begin + 1, end - begin - 1);
 }
 
+/// A field on the way from the cell to a number. Texts are made where a number is wrong: a simulator checks a cell
+/// before each prediction.
+struct Step {
+  const Step* outer = nullptr;
+  const char* name = nullptr;  ///< Of a field; null for an element of a list.
+  std::string_view (*key)(std::string_view) = nullptr;
+  Eigen::Index index = -1;
+  const char* doc = "";
+
+  std::string path() const {
+    const std::string before = outer ? outer->path() : "";
+    if (name) return io::Reader::join(before, std::string(key(name)));
+    return index < 0 ? before : item(before, index);
+  }
+};
+
 /// Walks over every number of a cell.
 class Walk {
  public:
   explicit Walk(DiagnosticCollector& diagnostics) : diagnostics_(diagnostics) {}
 
   template <HasFields T>
-  void fields(const T& value, const std::string& path) {
+  void fields(const T& value, const Step* at) {
     T::each_field(value, [&](const char* name, const auto& member, const char* doc) {
-      visit(member, io::Reader::join(path, std::string(io::file_key<T>(name))), unit_of(doc));
+      visit(member, {at, name, &io::file_key<T>, -1, doc});
     });
   }
 
  private:
-  void visit(double value, const std::string& path, std::string_view unit) {
-    // A joint without a stop has no limit; the physics of limits says which may be infinite.
-    if (std::isinf(value) && path.starts_with("robot.limits.")) return;
+  void visit(double value, const Step& at) {
+    if (std::abs(value) <= least_greatest) return;
+    check(value, at, unit_of(at.doc));
+  }
+  void visit(int value, const Step& at) { visit(static_cast<double>(value), at); }
+  void visit(const Pose& T, const Step& at) {
+    for (int i = 0; i < 3; ++i)
+      if (!(std::abs(T.translation()[i]) <= least_greatest)) check(T.translation()[i], element(at, i), "m");
+    if (!T.linear().allFinite()) diagnostics_.add(at.path(), "a finite rotation", "numbers that are not finite");
+  }
+  template <int R, int C>
+  void visit(const Eigen::Matrix<double, R, C>& value, const Step& at) {
+    for (Eigen::Index i = 0; i < value.rows(); ++i) {
+      const Step row = element(at, i);
+      for (Eigen::Index j = 0; j < value.cols(); ++j) visit(value(i, j), C == 1 ? row : element(row, j));
+    }
+  }
+  template <class T>
+  void visit(const std::optional<T>& value, const Step& at) {
+    if (value) visit(*value, at);
+  }
+  template <class T>
+  void visit(const std::vector<T>& value, const Step& at) {
+    const bool one_for_all = std::is_same_v<T, SecondOrder> && value.size() == 1;  // written without a list
+    for (std::size_t i = 0; i < value.size(); ++i)
+      visit(value[i], element(at, one_for_all ? -1 : static_cast<Eigen::Index>(i)));
+  }
+  template <HasFields T>
+  void visit(const T& value, const Step& at) {
+    fields(value, &at);
+  }
+  template <class T>
+  requires(!HasFields<T>) void visit(const T&, const Step&) {}  // texts, names, effects
+
+  static Step element(const Step& list, Eigen::Index index) { return {&list, nullptr, nullptr, index, list.doc}; }
+
+  void check(double value, const Step& at, std::string_view unit) {
     const double most = greatest(unit);
     if (std::abs(value) <= most) return;
+    const std::string path = at.path();
+    // A joint without a stop has no limit; the physics of limits says which may be infinite.
+    if (std::isinf(value) && path.starts_with("robot.limits.")) return;
     diagnostics_.add(
         path, (std::isfinite(value) ? "a magnitude of at most " + text_of(most) : std::string("a finite number")) +
                   (unit == "-" ? "" : " [" + std::string(unit) + "]"));
   }
-  void visit(int value, const std::string& path, std::string_view unit) {
-    visit(static_cast<double>(value), path, unit);
-  }
-  void visit(const Pose& T, const std::string& path, std::string_view) {
-    for (int i = 0; i < 3; ++i) visit(T.translation()[i], item(path, i), "m");
-    if (!T.linear().allFinite()) diagnostics_.add(path, "a finite rotation", "numbers that are not finite");
-  }
-  template <int R, int C>
-  void visit(const Eigen::Matrix<double, R, C>& value, const std::string& path, std::string_view unit) {
-    for (Eigen::Index i = 0; i < value.rows(); ++i)
-      for (Eigen::Index j = 0; j < value.cols(); ++j)
-        visit(value(i, j), C == 1 ? item(path, i) : item(item(path, i), j), unit);
-  }
-  template <class T>
-  void visit(const std::optional<T>& value, const std::string& path, std::string_view unit) {
-    if (value) visit(*value, path, unit);
-  }
-  template <class T>
-  void visit(const std::vector<T>& value, const std::string& path, std::string_view unit) {
-    const bool one_for_all = path == "servo.joint" && value.size() == 1;  // written without a list
-    for (std::size_t i = 0; i < value.size(); ++i)
-      visit(value[i], one_for_all ? path : item(path, static_cast<Eigen::Index>(i)), unit);
-  }
-  template <HasFields T>
-  void visit(const T& value, const std::string& path, std::string_view) {
-    fields(value, path);
-  }
-  template <class T>
-  requires(!HasFields<T>) void visit(const T&, const std::string&, std::string_view) {}  // texts, names, effects
 
   DiagnosticCollector& diagnostics_;
 };
 
 }  // namespace
 
-void check_magnitude(const Cell& cell, DiagnosticCollector& diagnostics) { Walk(diagnostics).fields(cell, ""); }
+void check_magnitude(const Cell& cell, DiagnosticCollector& diagnostics) { Walk(diagnostics).fields(cell, nullptr); }
 
 }  // namespace kr5::cell

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/LU>
+
 #include <kr5/cell/effect.hpp>
 #include <kr5/core/linear.hpp>
 
@@ -12,11 +14,16 @@ namespace {
 
 constexpr double least_mass = 1e-6;  // a tool is lighter only when it is none [kg]
 
+/// Text of a number, when it is asked for.
+auto lazy(double value) {
+  return [value] { return text_of(value); };
+}
+
 void check_masses(const Cell& cell, DiagnosticCollector& c) {
   for (std::size_t i = 0; i < cell.robot.links.size(); ++i) {
     const Link& link = cell.robot.links[i];
-    const std::string field = item("robot.links", static_cast<Eigen::Index>(i));
-    c.expect(link.mass >= 0, field + ".mass", "a mass that is not negative [kg]");
+    c.expect(link.mass >= 0, {"robot.links", static_cast<Eigen::Index>(i), ".mass"},
+             "a mass that is not negative [kg]");
   }
   if (!cell.tool) return;
   const Tool& tool = *cell.tool;
@@ -27,8 +34,8 @@ void check_masses(const Cell& cell, DiagnosticCollector& c) {
 void check_gears(const Cell& cell, DiagnosticCollector& c) {
   const Gears& gears = cell.robot.gears;
   for (std::size_t i = 0; i < gears.stiffness.size(); ++i)
-    c.expect(gears.stiffness[i] > 1e-6, item("robot.gears.stiffness", static_cast<Eigen::Index>(i)),
-             "a positive stiffness [N m/rad or N/m]", text_of(gears.stiffness[i]));
+    c.expect(gears.stiffness[i] > 1e-6, {"robot.gears.stiffness", static_cast<Eigen::Index>(i)},
+             "a positive stiffness [N m/rad or N/m]", lazy(gears.stiffness[i]));
   c.expect(gears.elastic_damping >= 0, "robot.gears.elastic_damping", "a damping ratio, not negative [-]");
   c.expect(gears.backlash_damping >= 0, "robot.gears.backlash_damping", "a damping ratio, not negative [-]");
   c.expect(gears.side_torque >= 0, "robot.gears.side_torque", "a load, not negative [N m or N]");
@@ -40,37 +47,50 @@ void check_limits(const Cell& cell, DiagnosticCollector& c) {
   if (!cell.robot.limits) return;
   const Limits& limits = *cell.robot.limits;
   for (Eigen::Index i = 0; i < limits.lower.size(); ++i)
-    c.expect(std::isinf(limits.lower[i]) == std::isinf(limits.upper[i]), item("robot.limits.upper", i),
-             "two finite limits, or -.inf and .inf for a joint that turns without end", text_of(limits.upper[i]));
+    c.expect(std::isinf(limits.lower[i]) == std::isinf(limits.upper[i]), {"robot.limits.upper", i},
+             "two finite limits, or -.inf and .inf for a joint that turns without end", lazy(limits.upper[i]));
   for (Eigen::Index i = 0; i < limits.lower.size(); ++i)
-    c.expect(limits.lower[i] < limits.upper[i], item("robot.limits.lower", i),
-             "less than the upper limit " + text_of(limits.upper[i]) + "; are lower and upper swapped?",
-             text_of(limits.lower[i]));
+    c.expect(
+        limits.lower[i] < limits.upper[i], {"robot.limits.lower", i},
+        [&] { return "less than the upper limit " + text_of(limits.upper[i]) + "; are lower and upper swapped?"; },
+        lazy(limits.lower[i]));
   for (Eigen::Index i = 0; i < limits.velocity.size(); ++i)
-    c.expect(limits.velocity[i] >= slowest, item("robot.limits.velocity", i),
-             "a positive speed of at least " + text_of(slowest) + " rad/s or m/s", text_of(limits.velocity[i]));
+    c.expect(
+        limits.velocity[i] >= slowest, {"robot.limits.velocity", i},
+        [&] { return "a positive speed of at least " + text_of(slowest) + " rad/s or m/s"; }, lazy(limits.velocity[i]));
   for (Eigen::Index i = 0; i < limits.effort.size(); ++i)
-    c.expect(limits.effort[i] > 1e-6, item("robot.limits.effort", i), "a positive torque or force [N m or N]");
+    c.expect(limits.effort[i] > 1e-6, {"robot.limits.effort", i}, "a positive torque or force [N m or N]");
+}
+
+bool invertible(const Eigen::MatrixXd& S) {
+  constexpr double least = 1e-9;  // smallest over greatest singular value
+  // The norms bound that from below, for a part of what the singular values cost.
+  if (S.norm() * S.inverse().norm() < 0.5 / least) return true;
+  const Eigen::VectorXd s = singular_values(S);
+  return s.minCoeff() > least * s.maxCoeff();
 }
 
 void check_drives(const Cell& cell, DiagnosticCollector& c) {
   if (!cell.drives) return;
   const Drives& d = *cell.drives;
-  const Eigen::VectorXd s = singular_values(d.structure);
-  c.expect(s.minCoeff() > 1e-9 * s.maxCoeff(), "drives.structure",
+  c.expect(invertible(d.structure), "drives.structure",
            "an invertible matrix, so that motor angles determine joint angles", "a singular matrix");
   for (Eigen::Index i = 0; i < d.rotor_inertia.size(); ++i) {
-    c.expect(d.rotor_inertia[i] >= 0, item("drives.rotor_inertia", i), "an inertia, not negative [kg m^2]");
-    c.expect(d.torque_constant[i] > 1e-6, item("drives.torque_constant", i), "a positive torque constant [N m/A]");
-    c.expect(d.friction.coulomb[i] >= 0, item("drives.friction.coulomb", i), "a friction level, not negative [N m]");
-    c.expect(d.friction.viscous[i] >= 0, item("drives.friction.viscous", i), "a slope, not negative [N m s/rad]");
+    c.expect(d.rotor_inertia[i] >= 0, {"drives.rotor_inertia", i}, "an inertia, not negative [kg m^2]");
+    c.expect(d.torque_constant[i] > 1e-6, {"drives.torque_constant", i}, "a positive torque constant [N m/A]");
+    c.expect(d.friction.coulomb[i] >= 0, {"drives.friction.coulomb", i}, "a friction level, not negative [N m]");
+    c.expect(d.friction.viscous[i] >= 0, {"drives.friction.viscous", i}, "a slope, not negative [N m s/rad]");
   }
 }
 
-void check_servo_loop(DiagnosticCollector& c, const std::string& field, const SecondOrder& s) {
-  c.expect(s.natural_frequency >= 1e-3, field + ".natural_frequency", "a positive frequency [rad/s]");
-  c.expect(s.damping_ratio >= 1e-3 && s.damping_ratio <= 1e3, field + ".damping_ratio", "a positive damping ratio [-]");
-  c.expect(s.delay >= 0, field + ".delay", "a delay, not negative [s]");
+/// @param index Of a list of loops; -1: one for all.
+void check_servo_loop(DiagnosticCollector& c, const std::string& field, Eigen::Index index, const SecondOrder& s) {
+  const auto expect = [&](bool good, const char* name, const char* expected) {
+    if (!good) c.add((index < 0 ? field : item(field, index)) + name, expected);
+  };
+  expect(s.natural_frequency >= 1e-3, ".natural_frequency", "a positive frequency [rad/s]");
+  expect(s.damping_ratio >= 1e-3 && s.damping_ratio <= 1e3, ".damping_ratio", "a positive damping ratio [-]");
+  expect(s.delay >= 0, ".delay", "a delay, not negative [s]");
 }
 
 void check_servo(const Cell& cell, DiagnosticCollector& c) {
@@ -78,9 +98,8 @@ void check_servo(const Cell& cell, DiagnosticCollector& c) {
   const Servo& servo = *cell.servo;
   c.expect(servo.cycle >= 1e-5, "servo.cycle", "a period of at least 1e-5 s");
   for (std::size_t i = 0; i < servo.joint.size(); ++i)
-    check_servo_loop(c, servo.joint.size() == 1 ? "servo.joint" : item("servo.joint", static_cast<Eigen::Index>(i)),
-                     servo.joint[i]);
-  if (servo.tool) check_servo_loop(c, "servo.tool", *servo.tool);
+    check_servo_loop(c, "servo.joint", servo.joint.size() == 1 ? -1 : static_cast<Eigen::Index>(i), servo.joint[i]);
+  if (servo.tool) check_servo_loop(c, "servo.tool", -1, *servo.tool);
   if (!servo.correction) return;
   c.expect(servo.correction->per_cycle.value_or(1.0) > 1e-9, "servo.correction.per_cycle", "a positive length [m]");
   c.expect(servo.correction->total.value_or(1.0) > 1e-9, "servo.correction.total", "a positive length [m]");
@@ -110,8 +129,8 @@ void check_sensors(const Cell& cell, DiagnosticCollector& c) {
   if (cell.laser && cell.laser->target)
     c.expect(cell.laser->target->radius > least_length, "laser.target.radius", "a positive radius [m]");
   Noise::each_field(cell.noise, [&](const char* name, double value, const char*) {
-    c.expect(value == 0 || value >= 1e-12, std::string("noise.") + name,
-             "a positive standard deviation, or 0 for an absent sensor");
+    if (value == 0 || value >= 1e-12) return;
+    c.add(std::string("noise.") + name, "a positive standard deviation, or 0 for an absent sensor");
   });
 }
 
@@ -129,13 +148,14 @@ void check_task(const Cell& cell, DiagnosticCollector& c) {
   if (const auto& tube = cell.tube) {
     c.expect(tube->inner_radius > least_length, "tube.inner_radius", "a positive radius [m]");
     c.expect(tube->outer_radius > tube->inner_radius, "tube.outer_radius",
-             "more than the inner radius " + text_of(tube->inner_radius) + " m");
+             [&] { return "more than the inner radius " + text_of(tube->inner_radius) + " m"; });
     c.expect(tube->depth > least_length, "tube.depth", "a positive depth [m]");
     c.expect(tube->chamfer >= 0 && tube->chamfer < tube->outer_radius, "tube.chamfer",
              "a width between 0 and the outer radius [m]");
-    c.expect(
-        !cell.peg || cell.peg->radius <= tube->inner_radius, "peg.radius",
-        "no more than the inner radius of the tube, " + text_of(tube->inner_radius) + " m; a wider peg does not fit");
+    c.expect(!cell.peg || cell.peg->radius <= tube->inner_radius, "peg.radius", [&] {
+      return "no more than the inner radius of the tube, " + text_of(tube->inner_radius) +
+             " m; a wider peg does not fit";
+    });
   }
 }
 
@@ -154,8 +174,9 @@ void check_bounds(const Cell& cell, DiagnosticCollector& c) {
       if (const auto* T = std::get_if<Pose>(&value))
         good = T->matrix().allFinite() && T->translation().cwiseAbs().maxCoeff() <= 1e3;
       if (const auto* v = std::get_if<Eigen::VectorXd>(&value)) good = std::all_of(v->begin(), v->end(), inside);
-      c.expect(good, "effects." + active.id + "." + active.target + "." + name,
-               text_of(p->lower) + " to " + text_of(p->upper) + " " + p->unit);
+      if (good) continue;
+      c.add("effects." + active.id + "." + active.target + "." + name,
+            text_of(p->lower) + " to " + text_of(p->upper) + " " + p->unit);
     }
   }
 }

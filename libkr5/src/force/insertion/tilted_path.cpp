@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <kr5/core/servo_lead.hpp>
+
 namespace kr5::force {
 namespace {
 
@@ -75,9 +77,8 @@ Eigen::Vector3d TiltedPath::towards(const Eigen::Vector3d& target, double speed,
 }
 
 Pose TiltedPath::command(double frequency, double damping) const noexcept {
-  if (frequency <= 0) return tilted_pose(p, rho);
-  const double first = 2 * damping / frequency, second = 1 / (frequency * frequency);
-  return tilted_pose(p + first * v + second * a, rho + first * rho_v + second * rho_a);
+  const ServoLead lead(frequency, damping);
+  return tilted_pose(p + lead(v, a), rho + lead(rho_v, rho_a));
 }
 
 }  // namespace kr5::force

@@ -2,7 +2,8 @@
 #include "gap/screening/recording_faults.hpp"
 
 #include <algorithm>
-#include <cmath>
+
+#include <kr5/core/delayed_log.hpp>
 
 namespace kr5::gap {
 namespace {
@@ -29,17 +30,14 @@ struct Clock {
   }
 };
 
-/// A column read `delay` earlier, linear between rows, run by run, held at the ends.
-Eigen::VectorXd earlier(const Eigen::VectorXd& t, const Eigen::VectorXd& run, const Eigen::VectorXd& values,
-                        double delay) {
-  Eigen::VectorXd out = values;
-  for (Eigen::Index i = 0, k = 0; i < t.size(); ++i) {
-    const double at = t(i) - delay;
-    while (k > 0 && t(k) > at && run(k - 1) == run(i)) --k;
-    while (k + 1 < t.size() && (run(k) != run(i) || (t(k + 1) <= at && run(k + 1) == run(i)))) ++k;
-    const bool inside = k + 1 < t.size() && run(k + 1) == run(i) && t(k + 1) > t(k);
-    const double part = inside ? std::clamp((at - t(k)) / (t(k + 1) - t(k)), 0.0, 1.0) : 0.0;
-    out(i) = part > 0 ? (1 - part) * values(k) + part * values(k + 1) : values(k);
+/// A column that is written late, run by run.
+Eigen::VectorXd delayed_runs(const Eigen::VectorXd& t, const Eigen::VectorXd& run, const Eigen::VectorXd& values,
+                             double delay) {
+  Eigen::VectorXd out(values.size());
+  for (Eigen::Index first = 0, last = 0; first < t.size(); first = last) {
+    while (last < t.size() && run(last) == run(first)) ++last;
+    const auto rows = Eigen::seq(first, last - 1);
+    out(rows) = delayed_log(t(rows), values(rows), delay);
   }
   return out;
 }
@@ -52,7 +50,7 @@ void shift(io::Table& table, const cell::Experiment& e, const Clock& clock, doub
   const Eigen::VectorXd run =
       at < 0 ? Eigen::VectorXd::Zero(e.data.values.rows()) : Eigen::VectorXd(e.data.values.col(at));
   for (const int column : clock.columns(e.kind, table))
-    table.values.col(column) = earlier(e.data.values.col(t), run, table.values.col(column), delay);
+    table.values.col(column) = delayed_runs(e.data.values.col(t), run, table.values.col(column), delay);
 }
 
 bool recorded_experiment(const cell::Recording& recording, const Clock& clock) {

@@ -50,13 +50,13 @@ class WristSensor {
 
  private:
   physics::WrenchSensor sensor_;
+  physics::WrenchFilter filter_;
   cell::Noise noise_;
   WristSensorOptions options_;
   Matrix6 bridges_;
   Random random_;
-  Vector6 lagged_ = Vector6::Zero(), voltages_ = Vector6::Zero();
-  double last_ = 0.0;
-  bool started_ = false, saturated_ = false;
+  Vector6 voltages_ = Vector6::Zero();
+  bool saturated_ = false;
 };
 
 /// Encoders on the motors: whole counts of the motor angles, after noise, taken back to the joints.
