@@ -396,8 +396,8 @@ LIMIT = "motion-1 commands no motion: it cannot show friction, inertia and servo
 def test_the_verdict_states_what_the_recording_cannot_show():
     limited = {"verdict": "no_gap", "where": [], "causes": [], "shrink": {}, "scope": [LIMIT]}
     text = verdict_text(limited)
-    assert text.startswith("In what the recording can show there is no gap") and text.endswith(f"M{LIMIT[1:]}.")
-    assert "nothing needs correction" not in text and "There is no gap:" not in text
+    assert text.startswith("Within what the recording can show there is no gap") and text.endswith(f"M{LIMIT[1:]}.")
+    assert "No correction is needed" not in text and "There is no gap:" not in text
     assert "before the cell is trusted there" in next_steps(limited, "monday")[0]
     assert "Use the cell as it is" in next_steps({**limited, "scope": []}, "monday")[0]
 
@@ -429,7 +429,7 @@ def test_the_page_of_an_arm_at_rest_claims_no_more_than_it_shows(kr5_here, recor
     assert limit in done.output and "what the recording can show" in done.output
     page = html.unescape((tmp_path / "page.html").read_text())
     assert "No gap in what the recording can show" in page and limit in page
-    assert "There is no gap:" not in page and "nothing needs correction" not in page
+    assert "There is no gap:" not in page and "No correction is needed" not in page
 
 
 def test_one_component_of_the_wrench_is_one_place():
