@@ -132,16 +132,23 @@ TEST_CASE("an effect that is on the cell closes what it makes, another does not,
   REQUIRE(of.contains("tool_offset"));
   REQUIRE(of.contains("stribeck_friction"));
   REQUIRE(of.contains("contact_stiffness"));
-  CHECK(of["coulomb_friction"].explained_fraction > of["stribeck_friction"].explained_fraction);
+  // Each of the two on the cell closes most of what it meets; the law most like one of them and one that nothing in
+  // the recording shows do not.
+  CHECK(of["coulomb_friction"].explained_fraction > 0.95);
+  CHECK(of["tool_offset"].explained_fraction > 0.95);
+  CHECK(of["stribeck_friction"].explained_fraction < 0.8 * of["coulomb_friction"].explained_fraction);
   CHECK(of["contact_stiffness"].explained_fraction < 0.01);
   const gap::ParameterEstimate& size = of["coulomb_friction"].parameters.at(0);
-  CHECK(std::abs(size.value[0] - 1.4 * r.cell.drives->friction.coulomb(1)) < 5 * size.std[0]);
+  const double true_size = 1.4 * r.cell.drives->friction.coulomb(1);
+  CHECK(std::abs(size.value[0] - true_size) < 4 * size.std[0]);
+  CHECK(size.std[0] < 0.02 * true_size);  // a size that is not known is not found
   CHECK(of["coulomb_friction"].columns.at(0).column == "motion.i2");
   for (int axis = 0; axis < 3; ++axis)
     CHECK(std::abs(of["tool_offset"].parameters.at(0).value[axis] - (axis == 0   ? 1e-3
                                                                      : axis == 2 ? 2e-3
                                                                                  : 0.0)) <
-          5 * of["tool_offset"].parameters.at(0).std[axis]);
+          4 * of["tool_offset"].parameters.at(0).std[axis]);
+  for (const double std : of["tool_offset"].parameters.at(0).std) CHECK(std < 1e-4);
 }
 
 TEST_CASE("with one of two causes in the cell, the other closes the rest, and no rival does as well",

@@ -18,7 +18,7 @@ struct PlacedObject : Solid {
 
   static constexpr std::array<std::pair<std::string_view, std::string_view>, 1> file_keys = {
       {{"T_base_object", "T_B_O"}}};
-  static constexpr std::array<std::string_view, 2> required = {"kind", "T_base_object"};
+  static constexpr std::array<std::string_view, 2> required = {"kind", "T_B_O"};
   static void each_field(auto& self, auto&& visit) {
     visit("name", self.name, "Name of the object.");
     Solid::each_field(self, visit);
