@@ -123,7 +123,7 @@ static void bind_dataset(py::module_& m) {
 
 static void bind_diagnosis(py::module_& m) {
   kr5::python::bind_enum<HandEyeCause>(m, "HandEyeCause", "Fault of a hand-eye recording.");
-  kr5::python::bind_enum<Verdict>(m, "Verdict", "Verdict on a result.");
+  kr5::python::bind_enum<CalibrationVerdict>(m, "CalibrationVerdict", "CalibrationVerdict on a result.");
   kr5::python::bind_struct<HandEyeDiagnosisOptions>(m, "HandEyeDiagnosisOptions", "Options of diagnose_hand_eye.");
   kr5::python::bind_struct<NamedCause>(m, "NamedCause", "Cause with its evidence.");
   kr5::python::bind_struct<HandEyeDiagnosis>(m, "HandEyeDiagnosis", "Diagnosis of a calibration.");

@@ -24,7 +24,7 @@ DrivenArm::~DrivenArm() = default;
 DrivenArm::DrivenArm(DrivenArm&&) noexcept = default;
 DrivenArm& DrivenArm::operator=(DrivenArm&&) noexcept = default;
 
-const physics::Drives& DrivenArm::drives() const { return state_->drives; }
+const physics::EffectiveDrives& DrivenArm::drives() const { return state_->drives; }
 Arm& DrivenArm::arm() { return state_->arm; }
 double DrivenArm::step() const { return state_->step; }
 double DrivenArm::stable_step(const VectorXd& position) { return state_->stable_step(position); }

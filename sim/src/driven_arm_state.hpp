@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include <kr5/physics/drives.hpp>
+#include <kr5/physics/effective_drives.hpp>
 #include <kr5/physics/servo_bank.hpp>
 #include <kr5/sim/driven_arm.hpp>
 
@@ -21,7 +21,7 @@ struct DrivenArm::State {
   using VectorXd = Eigen::VectorXd;
 
   Arm arm;
-  physics::Drives drives;
+  physics::EffectiveDrives drives;
   DrivenArmOptions options;
   double step = 0.0, t = 0.0;
   physics::ServoBank servo;

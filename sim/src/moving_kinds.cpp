@@ -32,7 +32,8 @@ namespace {
 /// The command of every joint at any time: smooth between the rows, late by the delay of its servo.
 class CommandSplines {
  public:
-  CommandSplines(const VectorXd& t, const MatrixXd& rows, const physics::Drives& drives) : t_(t), first_(rows.row(0)) {
+  CommandSplines(const VectorXd& t, const MatrixXd& rows, const physics::EffectiveDrives& drives)
+      : t_(t), first_(rows.row(0)) {
     for (Index i = 0; i < rows.cols(); ++i) {
       pieces_.push_back(physics::cubic_spline(t, rows.col(i)));
       delays_.push_back(drives.servo[static_cast<std::size_t>(i)].delay);

@@ -41,7 +41,7 @@ Vector6 WristSensor::read(const Vector6& wrench, double t) {
   return out;
 }
 
-Encoders::Encoders(const physics::Drives& drives, double counts, double noise, std::uint64_t seed)
+Encoders::Encoders(const physics::EffectiveDrives& drives, double counts, double noise, std::uint64_t seed)
     : count_(0.0), noise_(noise), random_(seed) {
   require(counts >= 0.0 && noise >= 0.0, "counts, noise: must not be negative");
   if (counts == 0.0) return;

@@ -130,7 +130,7 @@ TEST_CASE("the size of a fault is found with it") {
   CHECK(diagnosis.causes[0].held_out_after < 0.5 * diagnosis.causes[0].held_out_before);
   CHECK_THAT(diagnosis.causes[0].text, Catch::Contains("0.934"));
   CHECK_FALSE(diagnosis.causes[0].remedy.empty());
-  CHECK(diagnosis.verdict == Verdict::Unusable);
+  CHECK(diagnosis.verdict == CalibrationVerdict::Unusable);
 }
 
 TEST_CASE("a fault of little consequence is named without condemning the answer") {
@@ -152,10 +152,10 @@ TEST_CASE("a fault of little consequence is named without condemning the answer"
   const double error = (result.T_mount_camera * tool - d.world.T_mount_camera * tool).norm();
   CHECK(cause.consequence == Approx(error).margin(3 * diagnosis.tool_error_95));
   CHECK(cause.consequence > diagnosis.tool_error_95);
-  CHECK(diagnosis.verdict == Verdict::Doubtful);
+  CHECK(diagnosis.verdict == CalibrationVerdict::Doubtful);
   CHECK_THAT(diagnosis.text, Catch::Contains("Correcting this moves the point by"));
   // Who asks for a sixth of that error cannot use it.
-  CHECK(diagnose_hand_eye(d.recording, result, {.tolerance = error / 6}).verdict == Verdict::Unusable);
+  CHECK(diagnose_hand_eye(d.recording, result, {.tolerance = error / 6}).verdict == CalibrationVerdict::Unusable);
 }
 
 TEST_CASE("a fault that makes the answer meaningless makes it unusable") {
@@ -166,7 +166,7 @@ TEST_CASE("a fault that makes the answer meaningless makes it unusable") {
       const Draw d = draw_fault(cause, 8'100'000 + seed);
       const HandEyeDiagnosis diagnosis = diagnose_hand_eye(d.recording, calibrated(d.recording));
       CAPTURE(name_of(cause), seed, diagnosis.text);
-      CHECK(diagnosis.verdict == Verdict::Unusable);
+      CHECK(diagnosis.verdict == CalibrationVerdict::Unusable);
     }
 }
 
@@ -183,7 +183,7 @@ TEST_CASE("the stated error at the tool holds the true one 95 % of the time, and
     const Eigen::Vector3d tool(0, 0, diagnosis.working_distance);
     const double error = (result.T_mount_camera * tool - d.world.T_mount_camera * tool).norm();
     CAPTURE(t, diagnosis.text, error);
-    CHECK(diagnosis.verdict != Verdict::Unusable);
+    CHECK(diagnosis.verdict != CalibrationVerdict::Unusable);
     CHECK(diagnosis.tool_error < diagnosis.tool_error_95);
     inside += error < diagnosis.tool_error_95;
   }

@@ -93,7 +93,7 @@ TEST_CASE("columns that were not recorded, are not predicted, or have no noise a
   CHECK(gap::measure(r, Constant()).columns.size() == 1);
   r.cell.noise.pixel = 0.0;
   CHECK_THROWS_WITH(gap::measure(r, Constant()),
-                    Catch::Contains("views.u was not compared: the cell does not state noise.pixel"));
+                    Catch::Contains("views.u, v were not compared: the cell does not state noise.pixel"));
   r = recording(make(cell::Kind::Press, {"z"}, Eigen::MatrixXd::Zero(5, 1)));
   CHECK(gap::measure(r, Constant()).columns.size() == 1);
 }

@@ -218,7 +218,8 @@ TEST_CASE("plans that make no sense are refused") {
   const gap::Alternative servo = {{"tool_servo", "servo"}};
   CHECK_THROWS_AS(gap::plan(r, simulator, {servo}), InvalidArgument);
   CHECK_THROWS_WITH(gap::plan(r, simulator, {servo, {{"tool_servo", "joint1"}}}), Catch::Contains("joint1"));
-  CHECK_THROWS_WITH(gap::plan(r, simulator, {servo, {{"camera_focal", "camera"}}}), Catch::Contains("nowhere"));
+  CHECK_THROWS_WITH(gap::plan(r, simulator, {servo, {{"camera_focal", "camera"}}}),
+                    Catch::Contains("does not show in this recording"));
   gap::PlanOptions options;
   options.speed = 2.0;
   CHECK_THROWS_WITH(options.validate(), Catch::Contains("speed"));

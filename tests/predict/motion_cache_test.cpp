@@ -28,6 +28,7 @@ TEST_CASE("what a simulator has cached is what it would compute, for any order o
       const double size = first.unit == "N m/rad" ? 1e5 : 0.01;
       try {
         cell::set_effect(worn, effect.id, target, first.name, cell::EffectValue(size));
+        worn.validate();
       } catch (const std::exception&) {
         continue;  // out of its bounds: not what is asked here
       }

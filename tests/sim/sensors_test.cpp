@@ -87,7 +87,7 @@ TEST_CASE("noise has the size the cell states, and follows the seed") {
 }
 
 TEST_CASE("encoders count motor turns, coupled joints included") {
-  const physics::Drives drives(arc());
+  const physics::EffectiveDrives drives(arc());
   const double counts = 1000.0, count = 2 * std::numbers::pi / counts;
   sim::Encoders encoders(drives, counts, 0.0);
   const Eigen::VectorXd q = Eigen::VectorXd::LinSpaced(6, 0.123, -1.234), read = encoders.read(q);
@@ -105,5 +105,5 @@ TEST_CASE("sensor options that make no sense are refused by name") {
   options = {};
   options.calibration.row(2).setZero();
   CHECK_THROWS_WITH(WristSensor(arc(), options), Catch::StartsWith("calibration: has no inverse"));
-  CHECK_THROWS_AS(sim::Encoders(physics::Drives(arc()), -1.0, 0.0), InvalidArgument);
+  CHECK_THROWS_AS(sim::Encoders(physics::EffectiveDrives(arc()), -1.0, 0.0), InvalidArgument);
 }

@@ -322,6 +322,7 @@ TEST_CASE("observations, times and options that make no sense are refused by nam
   observation = exact(goal);
   observation.points *= 100.0;
   const Pose tilted = goal * Eigen::AngleAxisd(0.8, Vector3d::UnitX());
-  CHECK_THROWS_WITH(VisualServo(tilted, {.feature = ServoFeature::Image}).step(observation, 2.0), Catch::Contains("goal"));
+  CHECK_THROWS_WITH(VisualServo(tilted, {.feature = ServoFeature::Image}).step(observation, 2.0),
+                    Catch::Contains("goal"));
   CHECK(servo.step(exact(goal), 2.0).state == ServoState::Moving);  // what was refused has changed nothing
 }

@@ -11,6 +11,10 @@ namespace kr5::cell {
 
 io::Table Simulator::predict(const Cell& cell, const Experiment& experiment) const {
   cell.validate();
+  return predict_unchecked(cell, experiment);
+}
+
+io::Table Simulator::predict_unchecked(const Cell& cell, const Experiment& experiment) const {
   std::vector<std::pair<const Effect*, ActiveEffect>> registered;
   for (ActiveEffect& active : registered_active_effects(cell.effects)) {
     const Effect* row = find_row(active.id);

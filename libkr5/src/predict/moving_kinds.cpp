@@ -4,8 +4,8 @@
 #include <kr5/core/delayed_log.hpp>
 #include <kr5/force/peg_on_tube.hpp>
 #include <kr5/physics/contact.hpp>
-#include <kr5/physics/drives.hpp>
 #include <kr5/physics/effective_arm.hpp>
+#include <kr5/physics/effective_drives.hpp>
 #include <kr5/physics/path_correction.hpp>
 #include <kr5/physics/second_order.hpp>
 #include <kr5/physics/tool.hpp>
@@ -30,7 +30,7 @@ struct MotorMotion {
 };
 
 /// Motors follow the commands; readings are theirs.
-MotorMotion follow_commands(const physics::Drives& drives, const MatrixXd& command, const VectorXd& t,
+MotorMotion follow_commands(const physics::EffectiveDrives& drives, const MatrixXd& command, const VectorXd& t,
                             MotionCache& cache) {
   const MatrixXd none(command.rows(), command.cols());
   MotorMotion out{none, none, none};
@@ -52,7 +52,7 @@ struct LinkMotion {
   Rows q, qd, qdd;
 };
 
-LinkMotion rigid_links(const physics::Drives& drives, const MotorMotion& motor) {
+LinkMotion rigid_links(const physics::EffectiveDrives& drives, const MotorMotion& motor) {
   LinkMotion out{motor.x, motor.v, motor.a};
   for (Index i = 0; i < motor.x.cols(); ++i) {
     const physics::Transmission& transmission = drives.joint(i).transmission;
@@ -85,13 +85,13 @@ CacheKey load_key(const kinematics::DhChain& chain, const std::vector<kinematics
   return std::move(key.add(links.q).add(links.qd).add(links.qdd));
 }
 
-void add_cables(const physics::Drives& drives, const Rows& q, Rows& load) {
+void add_cables(const physics::EffectiveDrives& drives, const Rows& q, Rows& load) {
   for (Index i = 0; i < q.cols(); ++i)
     for (Index k = 0; k < q.rows(); ++k) load(k, i) += physics::cable_spring(drives.joint(i).cable, q(k, i));
 }
 
 /// Torques on the joints, cables included, of a motion of the links.
-Rows joint_loads(const physics::Drives& drives, kinematics::Dynamics& dynamics, const LinkMotion& links) {
+Rows joint_loads(const physics::EffectiveDrives& drives, kinematics::Dynamics& dynamics, const LinkMotion& links) {
   Rows out = dynamics.loads(links.q, links.qd, links.qdd).tau;
   add_cables(drives, links.q, out);
   return out;
@@ -99,7 +99,7 @@ Rows joint_loads(const physics::Drives& drives, kinematics::Dynamics& dynamics, 
 
 /// Adds the deflection of elastic joints and of those with play. The second pass knows how the deflection of the first
 /// changes the load, by which a link crosses its play some milliseconds earlier or later.
-void deflect_links(const physics::Drives& drives, kinematics::Dynamics& dynamics, const VectorXd& t,
+void deflect_links(const physics::EffectiveDrives& drives, kinematics::Dynamics& dynamics, const VectorXd& t,
                    LinkMotion& links) {
   std::vector<Index> soft;
   std::vector<physics::GearSpring> springs;
@@ -142,7 +142,7 @@ PredictionTable predict_motion(const cell::Cell& cell, const ExperimentInput& in
   const bool massive = !cell.robot.links.empty();
   const VectorXd t = increasing_times(input);
   const physics::EffectiveArm arm(cell);
-  const physics::Drives drives(cell);
+  const physics::EffectiveDrives drives(cell);
   const MotorMotion motor = follow_commands(drives, input.joints("qc"), t, cache);
   PredictionTable out(t.size());
   out.add_each("q", motor.x);

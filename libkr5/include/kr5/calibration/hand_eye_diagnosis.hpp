@@ -50,19 +50,21 @@ struct HandEyeDiagnosisOptions {
   }
 };
 
-enum class Verdict {
+enum class CalibrationVerdict {
   Good,      ///< The error (95 %) keeps the tolerance, and no cause moves the answer by more than that error.
   Doubtful,  ///< Anything between.
   Unusable,  ///< No answer, poses misread, an error (95 %) over 10 tolerances, or a cause that moves the answer by over
              ///< 5 of them and by more than the error stated.
 };
 
-constexpr auto enum_names(Verdict) {
-  return names<Verdict>({{Verdict::Good, "good"}, {Verdict::Doubtful, "doubtful"}, {Verdict::Unusable, "unusable"}});
+constexpr auto enum_names(CalibrationVerdict) {
+  return names<CalibrationVerdict>({{CalibrationVerdict::Good, "good"},
+                                    {CalibrationVerdict::Doubtful, "doubtful"},
+                                    {CalibrationVerdict::Unusable, "unusable"}});
 }
 
 struct HandEyeDiagnosis {
-  Verdict verdict = Verdict::Unusable;
+  CalibrationVerdict verdict = CalibrationVerdict::Unusable;
   std::string text;                ///< The verdict in plain words.
   std::vector<NamedCause> causes;  ///< Most probable first; empty for a sound set.
   double tool_error = 0.0;         ///< [m]
@@ -73,7 +75,7 @@ struct HandEyeDiagnosis {
   double rotation_minor = 0.0;     ///< [rad]
 
   static void each_field(auto& self, auto&& visit) {
-    visit("verdict", self.verdict, "Verdict: good | doubtful | unusable.");
+    visit("verdict", self.verdict, "CalibrationVerdict: good | doubtful | unusable.");
     visit("text", self.text, "Text of the verdict.");
     visit("causes", self.causes, "Causes, most probable first; empty for a sound data set.");
     visit("tool_error", self.tool_error, "Expected (RMS) error of a point at the working distance [m].");

@@ -21,13 +21,15 @@ class Simulator {
   /// @throws InvalidArgument with every error of the cell (Cell::validate), or naming the part of it, or the given
   ///         column, that is not there.
   io::Table predict(const Cell& cell, const Experiment& experiment) const;
+  /// The same of a cell that is known to be valid, or that a fit tries with an effect beyond its bounds.
+  io::Table predict_unchecked(const Cell& cell, const Experiment& experiment) const;
 
  protected:
   Simulator() = default;
   Simulator(const Simulator&) = default;
   Simulator& operator=(const Simulator&) = default;
 
-  /// The same of a valid cell that carries no registered effect.
+  /// The same of a cell without registered effects; it is valid but for effects that a fit tries beyond their bounds.
   virtual io::Table simulate(const Cell& cell, const Experiment& experiment) const = 0;
 };
 

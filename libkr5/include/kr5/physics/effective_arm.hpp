@@ -18,7 +18,7 @@ kinematics::DhJoint link_twist(const cell::Cell& cell, int joint, kinematics::Dh
 double thermal_growth(const cell::Cell& cell, double t);
 
 /// Geometry and masses of the arm of a cell with their effects: base_tilt, link_length, link_twist, thermal_growth and
-/// payload. Gears and drives are in kr5/physics/drives.hpp.
+/// payload. Gears and drives are in kr5/physics/effective_drives.hpp.
 class EffectiveArm {
  public:
   /// Keeps a reference to the cell.

@@ -160,11 +160,11 @@ void decide(const HandEyeResult& result, const HandEyeDiagnosisOptions& options,
   };
   const auto harmful = [&](const NamedCause& c) { return c.consequence > stated; };
   if (!result.fit.usable() || std::ranges::any_of(out.causes, ruinous) || stated > 10 * options.tolerance)
-    out.verdict = Verdict::Unusable;
+    out.verdict = CalibrationVerdict::Unusable;
   else if (std::ranges::any_of(out.causes, harmful) || stated > options.tolerance)
-    out.verdict = Verdict::Doubtful;
+    out.verdict = CalibrationVerdict::Doubtful;
   else
-    out.verdict = Verdict::Good;
+    out.verdict = CalibrationVerdict::Good;
   out.text = evidence::verdict_text(result, options, out);
 }
 

@@ -13,8 +13,8 @@
 #include "cell/check/columns.hpp"
 #include "cell/check/data.hpp"
 #include "cell/check/form.hpp"
-#include "cell/check/values.hpp"
 #include "cell/check/units.hpp"
+#include "cell/check/values.hpp"
 #include "cell/recording_document.hpp"
 
 namespace kr5::cell {

@@ -221,10 +221,10 @@ Eigen::VectorXd highest_current(const cell::Recording& recording) {
 std::optional<Score> ExperimentScorer::score(Proposal& proposal, bool with_scatter) const try {
   const cell::Cell& cell = data.recording->cell;
   const ToolSimulator simulator(*data.simulator, tools_of(cell, proposal));
-  io::Table nominal = simulator.predict(cell, proposal.experiment);
+  io::Table nominal = simulator.predict_unchecked(cell, proposal.experiment);
   const Eigen::Index rows = nominal.values.rows();
   if (!keep_visible(cell, proposal, nominal)) return std::nullopt;
-  if (proposal.experiment.data.values.rows() != rows) nominal = simulator.predict(cell, proposal.experiment);
+  if (proposal.experiment.data.values.rows() != rows) nominal = simulator.predict_unchecked(cell, proposal.experiment);
   const SimulatedProposal simulated(*this, proposal, simulator, nominal);
   if (!simulated.compares() || !simulated.strong(highest_current)) return std::nullopt;
   return Score{simulated.separation(with_scatter && scatter > 0), simulated.forecast()};

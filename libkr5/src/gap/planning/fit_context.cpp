@@ -86,10 +86,10 @@ Model fit_one(const FitProblem& problem, Screen& screen, const Model& empty, con
 
 io::Table ToolSimulator::simulate(const cell::Cell& cell, const cell::Experiment& experiment) const {
   const auto tool = tools_.find(experiment.name);
-  if (tool == tools_.end()) return inner_.predict(cell, experiment);
+  if (tool == tools_.end()) return inner_.predict_unchecked(cell, experiment);
   cell::Cell other = cell;
   other.tool = tool->second;
-  return inner_.predict(other, experiment);
+  return inner_.predict_unchecked(other, experiment);
 }
 
 FitContext::FitContext(cell::Recording all, const cell::Simulator& with, ToolSimulator::Tools tools)

@@ -5,7 +5,7 @@
 #include <memory>
 
 #include <kr5/core/fields.hpp>
-#include <kr5/physics/drives.hpp>
+#include <kr5/physics/effective_drives.hpp>
 #include <kr5/sim/arm.hpp>
 
 /// @file
@@ -54,7 +54,7 @@ class DrivenArm {
   DrivenArm(DrivenArm&&) noexcept;
   DrivenArm& operator=(DrivenArm&&) noexcept;
 
-  const physics::Drives& drives() const;
+  const physics::EffectiveDrives& drives() const;
   Arm& arm();
   double step() const;
   /// Makes the step smaller until the next reset, so that whole steps fit between samples.

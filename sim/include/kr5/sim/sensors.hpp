@@ -7,7 +7,7 @@
 #include <kr5/core/fields.hpp>
 #include <kr5/core/random.hpp>
 #include <kr5/geometry/pose.hpp>
-#include <kr5/physics/drives.hpp>
+#include <kr5/physics/effective_drives.hpp>
 #include <kr5/physics/wrench_sensor.hpp>
 
 /// @file
@@ -64,7 +64,7 @@ class Encoders {
  public:
   /// @param counts Counts a motor turn; 0: no steps. @param noise Of a joint value [rad or m].
   /// @throws InvalidArgument for negative values, or counts for a cell without drives.
-  Encoders(const physics::Drives& drives, double counts, double noise, std::uint64_t seed = 1);
+  Encoders(const physics::EffectiveDrives& drives, double counts, double noise, std::uint64_t seed = 1);
   Eigen::VectorXd read(const Eigen::VectorXd& position);
 
  private:

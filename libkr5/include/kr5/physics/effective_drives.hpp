@@ -13,13 +13,13 @@
 namespace kr5::physics {
 
 /// Gears, motors and joint servos of a cell with their effects: the laws, without any state.
-struct Drives {
+struct EffectiveDrives {
   std::vector<JointDrive> joints;
   std::optional<Motors> motors;          ///< Without drives in the cell there is no current, and no nominal friction.
   std::vector<cell::SecondOrder> servo;  ///< One a joint; empty when the cell has no joint servo.
 
   /// @throws InvalidArgument naming the field, as Motors and joint_servo do.
-  explicit Drives(const cell::Cell& cell);
+  explicit EffectiveDrives(const cell::Cell& cell);
 
   int size() const { return static_cast<int>(joints.size()); }
   const JointDrive& joint(Eigen::Index i) const { return joints[static_cast<std::size_t>(i)]; }

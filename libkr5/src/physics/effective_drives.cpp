@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <kr5/physics/drives.hpp>
+#include <kr5/physics/effective_drives.hpp>
 
 #include <algorithm>
 
@@ -27,52 +27,54 @@ VectorXd each_joint(const std::vector<JointDrive>& joints, Law&& law) {
 
 }  // namespace
 
-Drives::Drives(const cell::Cell& cell) : joints(joint_drives(cell)), servo(joint_servos(cell)) {
+EffectiveDrives::EffectiveDrives(const cell::Cell& cell) : joints(joint_drives(cell)), servo(joint_servos(cell)) {
   if (cell.drives) motors.emplace(cell);
 }
 
-bool Drives::rigid() const {
+bool EffectiveDrives::rigid() const {
   return std::all_of(joints.begin(), joints.end(), [](const JointDrive& j) { return j.spring.rigid(); });
 }
 
-MatrixXd Drives::rotor_matrix() const { return motors ? motors->rotor_matrix() : MatrixXd::Zero(size(), size()); }
+MatrixXd EffectiveDrives::rotor_matrix() const {
+  return motors ? motors->rotor_matrix() : MatrixXd::Zero(size(), size());
+}
 
-VectorXd Drives::friction(const VectorXd& speed, const VectorXd& torque, double t) const {
+VectorXd EffectiveDrives::friction(const VectorXd& speed, const VectorXd& torque, double t) const {
   return each_joint(joints,
                     [&](const JointDrive& j, Index i) { return joint_friction(j.friction, speed[i], torque[i], t); });
 }
 
-VectorXd Drives::ripple(const VectorXd& q) const {
+VectorXd EffectiveDrives::ripple(const VectorXd& q) const {
   return each_joint(joints, [&](const JointDrive& j, Index i) {
     return j.ripple.amplitude == 0.0 ? 0.0 : torque_ripple(j.ripple, q[i]);
   });
 }
 
-VectorXd Drives::cable(const VectorXd& q) const {
+VectorXd EffectiveDrives::cable(const VectorXd& q) const {
   return each_joint(joints, [&](const JointDrive& j, Index i) { return cable_spring(j.cable, q[i]); });
 }
 
-VectorXd Drives::link(const VectorXd& q) const {
+VectorXd EffectiveDrives::link(const VectorXd& q) const {
   return each_joint(joints, [&](const JointDrive& j, Index i) { return j.transmission.link(q[i]); });
 }
 
-VectorXd Drives::currents(const VectorXd& acceleration, const VectorXd& torque) const {
+VectorXd EffectiveDrives::currents(const VectorXd& acceleration, const VectorXd& torque) const {
   require(motors.has_value(), "drives: this cell has no motors");
   return motors->currents(acceleration.transpose(), torque.transpose()).transpose();
 }
 
-VectorXd Drives::torques(const VectorXd& currents) const {
+VectorXd EffectiveDrives::torques(const VectorXd& currents) const {
   require(motors.has_value(), "drives: this cell has no motors");
   return motors->torques(currents);
 }
 
-VectorXd Drives::gear_torques(const VectorXd& currents, const VectorXd& position, const VectorXd& acceleration,
-                              const VectorXd& friction) const {
+VectorXd EffectiveDrives::gear_torques(const VectorXd& currents, const VectorXd& position, const VectorXd& acceleration,
+                                       const VectorXd& friction) const {
   return torques(currents) - rotor_matrix() * acceleration - ripple(position) - friction;
 }
 
-MatrixXd Drives::drive_torques(const VectorXd& t, const MatrixXd& position, const MatrixXd& speed,
-                               const MatrixXd& load) const {
+MatrixXd EffectiveDrives::drive_torques(const VectorXd& t, const MatrixXd& position, const MatrixXd& speed,
+                                        const MatrixXd& load) const {
   MatrixXd out = load;
   const ArrayXd time = t;
   for (Index i = 0; i < load.cols(); ++i) {
