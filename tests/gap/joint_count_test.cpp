@@ -47,7 +47,7 @@ cell::Recording recorded(const cell::Cell& truth, Random& random) {
   return out;
 }
 
-cell::Cell carrying(const char* effect, const char* target, const char* parameter, double value) {
+cell::Cell seven_with(const char* effect, const char* target, const char* parameter, double value) {
   cell::Cell out = test::arm_cell(seven_joints);
   cell::set_effect(out, effect, target, parameter, value);
   return out;
@@ -64,7 +64,7 @@ TEST_CASE("an arm of 7 joints: effects of its last joint and motor are named, an
   for (const Row& row :
        {Row{"viscous_friction", "joint7", "viscous", 12.0}, Row{"torque_constant", "joint7", "torque_constant", 0.2},
         Row{"cable_spring", "joint4", "stiffness", 20.0}}) {
-    const cell::Recording r = recorded(carrying(row.effect, row.target, row.parameter, row.value), random);
+    const cell::Recording r = recorded(seven_with(row.effect, row.target, row.parameter, row.value), random);
     const gap::Diagnosis d = gap::diagnose(r, predict::FastSimulator());
     INFO(row.effect << " on " << row.target << ": " << test::text(d));
     CHECK(test::names_only(d, {{row.effect, row.target}}));
@@ -76,7 +76,7 @@ TEST_CASE("an arm of 7 joints: effects of its last joint and motor are named, an
 
 TEST_CASE("an arm of 7 joints: a planned experiment moves all of them and tells two frictions apart") {
   Random random(72);
-  cell::Recording r = recorded(carrying("coulomb_friction", "joint7", "coulomb", 6.0), random);
+  cell::Recording r = recorded(seven_with("coulomb_friction", "joint7", "coulomb", 6.0), random);
   r.experiments.resize(1);
   r.experiments[0].data.values = Eigen::MatrixXd(r.experiments[0].data.values.topRows(200));
   const std::vector<gap::Alternative> both = {{{"coulomb_friction", "joint7"}}, {{"viscous_friction", "joint7"}}};
