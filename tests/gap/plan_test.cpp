@@ -89,7 +89,12 @@ Tie draw_tie(Random& random) {
   cell::Cell c = protocol::nominal();
   for (const gap::Hypothesis& h : gap::hypotheses(c, {0.0, 300.0}))
     if (h.effect == carried.effect && h.target == carried.target) {
-      h.apply(c, h.probes.front().points.front() * random.uniform(1.0, 3.0));
+      Eigen::VectorXd x = h.probes.front().points.front() * random.uniform(1.0, 3.0);
+      for (Eigen::Index i = 0; i < x.size(); ++i) {
+        const gap::Coordinate& bounds = h.coordinates[static_cast<std::size_t>(i)];
+        x(i) = std::clamp(x(i), bounds.lower, bounds.upper);
+      }
+      h.apply(c, x);
       break;
     }
   out.recording = hasty(protocol::record(c, random), random);

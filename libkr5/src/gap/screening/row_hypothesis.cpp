@@ -114,10 +114,22 @@ std::vector<Coordinate> coordinates_of(const SearchedParameter& s, const EffectP
       return std::vector<Coordinate>(
           static_cast<std::size_t>(s.count),
           {.lower = (s.range.lower - s.off) / s.size, .upper = (s.range.upper - s.off) / s.size, .step = p.step});
-    case Ratio:
-      return {{.lower = -greatest_ratio, .upper = greatest_ratio, .step = p.step}};
+    case Ratio: {  // within the range, and 0, where the effect is off
+      const auto x_at = [&](double value) { return value > 0 && s.off > 0 ? std::log(value / s.off) / s.size : -1e9; };
+      return {{.lower = std::min(std::max(-greatest_ratio, x_at(s.range.lower)), 0.0),
+               .upper = s.off > 0 ? std::max(std::min(greatest_ratio, x_at(s.range.upper)), 0.0) : greatest_ratio,
+               .step = p.step}};
+    }
     case Reciprocal:
-      return {{.lower = 0.0, .upper = greatest_reciprocal, .step = p.step}};
+      return {{.lower = 0.0,
+               .upper = s.range.lower > 0 ? std::min(greatest_reciprocal, 1 / (s.size * s.range.lower))
+                                          : greatest_reciprocal,
+               .step = p.step}};
+    case Amplitude: {
+      const double most = s.range.upper / (std::sqrt(2.0) * s.size);  // sine and cosine together within the bound
+      return std::vector<Coordinate>(static_cast<std::size_t>(s.count),
+                                     {.lower = -most, .upper = most, .step = p.step});
+    }
     case WholeCycles:
       return {{.lower = -std::round(s.off / s.size), .upper = most_delay_cycles, .step = 1.0, .whole = true}};
     case Logarithmic:
