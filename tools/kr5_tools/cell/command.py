@@ -109,15 +109,17 @@ def import_robot(
 def export_robot(
     cell: Annotated[Path, typer.Argument(metavar="CELL.yaml", help="A cell file.")],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="ROBOT.urdf", help="URDF file to write.")],
+    json_file: arguments.JsonOption = None,
 ) -> None:
     """URDF of the arm of a cell and of the mass of its tool."""
     import kr5.cell
 
-    writing.check_writable(output, inputs=[cell])
+    writing.check_writable(output, json_file, inputs=[cell])
     found = kr5.cell.load_cell(cell)
     with writing.beside(output) as new:
         kr5.cell.export_urdf(found, new)
-    terminal.console(None).print(f"{output}: written.", soft_wrap=True, markup=False)
+    writing.write_json({"file": str(output), "cell": found.name, "joints": found.robot.joints}, json_file)
+    terminal.console(json_file).print(f"{output}: written.", soft_wrap=True, markup=False)
 
 
 @app.command(epilog="Example: kr5 cell show cell.yaml -o arm.png --q 0,-20,-120,0,30,0")

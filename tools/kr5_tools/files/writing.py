@@ -3,6 +3,7 @@ there.
 """
 
 import contextlib
+import io
 import json
 import math
 import os
@@ -206,8 +207,9 @@ def write_json(data: Any, file: Path | str | None) -> None:
 
 def save_figure(figure: Any, file: Path | str, **settings: Any) -> None:
     """A figure of matplotlib, in the format that the ending of the file names."""
-    with beside(file) as new:
-        figure.savefig(new, **settings)
+    buffer = io.BytesIO()  # a writer of matplotlib that meets a full disk complains of itself instead
+    figure.savefig(buffer, format=Path(file).suffix[1:].lower() or None, **settings)
+    write_bytes(buffer.getvalue(), file)
 
 
 def check_writable(*files: Path | None, inputs: Iterable[Path | str | None] = ()) -> None:

@@ -27,8 +27,8 @@ def can_insert(cell: Any) -> bool:
 
 def task_terms(nominal: Any, updated: Any) -> dict[str, Any] | None:
     """Success, time and force of insertions in both cells, by the controller of the nominal one; None where there is no
-    such task."""
-    if not can_insert(nominal):
+    such task, or where a cause is an effect that was registered in Python, which run_insertion does not know."""
+    if not (can_insert(nominal) and can_insert(updated)):
         return None
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         trials = list(
