@@ -100,7 +100,7 @@ def test_load_camera_from_files_of_opencv_and_visp(reference):
         ("- 1\n", "contains no camera"),
         ("{", "is not valid JSON"),
         ("<root/>", "<camera>"),
-        ("<root", "no XML"),
+        ("<root", "is not valid XML"),
         ("camera_matrix: [1, 2]\n", "found 2 numbers"),
         (
             json.dumps({"format": "kr5-camera/1", "verdict": {"word": "unusable"}, "result": {"camera": CAMERA}}),

@@ -118,7 +118,7 @@ def test_the_offset_is_drawn_from_the_seed_within_one_radius(run_kr5):
         (["--tilt", 95], "tilt: found 95"),
         (["--pegs", 0], "pegs"),
         (["--cell", "none.yaml"], "none.yaml"),
-        (["-o", "nowhere/page.html"], "no folder nowhere"),
+        (["-o", "nowhere/page.html"], "no such folder nowhere"),
         (["--strategy", "luck"], "profile_fit"),
     ],
 )

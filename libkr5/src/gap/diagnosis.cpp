@@ -109,7 +109,7 @@ std::string to_json(const Diagnosis& d) {
   next["separates"] = list(d.next_experiment.separates, [](const std::string& s) { return text(s); });
   next["do"] = text(d.next_experiment.what);
   out["scatter"] = Node::make_scalar(d.scatter);
-  out["scope"] = list(d.scope, [](const std::string& s) { return text(s); });
+  if (!d.scope.empty()) out["scope"] = list(d.scope, [](const std::string& s) { return text(s); });
   out["warnings"] = list(d.warnings, [](const std::string& s) { return text(s); });
   return io::to_json(out);
 }
