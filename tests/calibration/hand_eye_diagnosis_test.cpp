@@ -78,7 +78,7 @@ TEST_CASE("sound recordings of an imprecise robot have no cause named", "[cause_
   check_rate(named["none"], trials, 0.95, test::full() ? 0.92 : 0.7);
 }
 
-TEST_CASE("views that are given ten times say no more than once") {
+TEST_CASE("views that are given ten times say no more than once", "[not_sanitized]") {
   for (std::uint64_t seed = 0; seed < 5; ++seed) {
     const HandEyeRecording once = draw_sound(5'400'000 + seed).recording;
     HandEyeRecording often = once;
@@ -158,7 +158,7 @@ TEST_CASE("a fault of little consequence is named without condemning the answer"
   CHECK(diagnose_hand_eye(d.recording, result, {.tolerance = error / 6}).verdict == CalibrationVerdict::Unusable);
 }
 
-TEST_CASE("a fault that makes the answer meaningless makes it unusable") {
+TEST_CASE("a fault that makes the answer meaningless makes it unusable", "[not_sanitized]") {
   using enum HandEyeCause;
   for (const HandEyeCause cause : {TooLittleRotation, OneAxisRotation, PosesInverted, WrongRotationForm,
                                    QuaternionOrder, DegreesForRadians, MillimetresForMetres, ShiftedByOne})

@@ -173,7 +173,8 @@ TEST_CASE("pressed from above, depth along the normal is the closed form's to se
   CHECK(met > 500);
 }
 
-TEST_CASE("where one feature hands over to the next the contact holds the peg as before, by brute force") {
+TEST_CASE("where one feature hands over to the next the contact holds the peg as before, by brute force",
+          "[not_sanitized]") {
   const Eigen::Vector2d c(-7.53e-3, -7.2e-3);
   const double tilt = 7.5 * degree, press = 15 * micron;
   // Rim from edge to face and back, rim to face of the peg, from one side of the tube to the other.

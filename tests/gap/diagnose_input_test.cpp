@@ -62,7 +62,7 @@ TEST_CASE("a recording of which nothing can be shown is refused with the reason"
   CHECK_THROWS_WITH(diagnosed(r), Catch::Contains("no column that can be compared") && Catch::Contains("peg"));
 }
 
-TEST_CASE("an effect is found although the first motions move other joints") {
+TEST_CASE("an effect is found although the first motions move other joints", "[not_sanitized]") {
   Random random(33);
   const cell::Cell broken = protocol::carrying("coulomb_friction", "joint3", "coulomb", 40.0);
   cell::Recording r;

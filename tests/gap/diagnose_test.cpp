@@ -125,7 +125,7 @@ TEST_CASE("poses alone name what moves the tool, or tie it") {
   CHECK(names_only(d, {{"link_twist", "joint2"}}));
 }
 
-TEST_CASE("what is fitted early in a warming is not held against what is seen later") {
+TEST_CASE("what is fitted early in a warming is not held against what is seen later", "[not_sanitized]") {
   Random random(15);
   cell::Cell broken = protocol::carrying("thermal_friction", "joint1", "drop", 0.6);
   cell::set_effect(broken, "thermal_friction", "joint1", "time_constant", cell::EffectValue(150.0));
@@ -193,7 +193,7 @@ TEST_CASE("several effects on one cell are all named, and each makes the check e
   }
 }
 
-TEST_CASE("what no catalogue names is not explained") {
+TEST_CASE("what no catalogue names is not explained", "[not_sanitized]") {
   Random random(10);
   std::vector<protocol::Change> unknown = protocol::unknown_effects();
   const auto kinds = static_cast<int>(unknown.size());
@@ -210,7 +210,7 @@ TEST_CASE("what no catalogue names is not explained") {
   }
 }
 
-TEST_CASE("a recording of a few kinds is diagnosed by what there is") {
+TEST_CASE("a recording of a few kinds is diagnosed by what there is", "[not_sanitized]") {
   Random random(11);
   const cell::Cell broken = protocol::carrying("coulomb_friction", "joint2", "coulomb", 50.0);
   const cell::Recording r = protocol::only(protocol::record(broken, random), cell::Kind::Motion);

@@ -55,7 +55,7 @@ cell::Cell seven_with(const char* effect, const char* target, const char* parame
 
 }  // namespace
 
-TEST_CASE("an arm of 7 joints: effects of its last joint and motor are named, and nothing else is") {
+TEST_CASE("an arm of 7 joints: effects of its last joint and motor are named, and nothing else is", "[not_sanitized]") {
   Random random(71);
   struct Row {
     const char *effect, *target, *parameter;

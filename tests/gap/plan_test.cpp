@@ -125,7 +125,7 @@ std::string text(const std::vector<gap::Alternative>& all) {
 
 }  // namespace
 
-TEST_CASE("the planned experiment tells random ties apart", "[statistics]") {
+TEST_CASE("the planned experiment tells random ties apart", "[not_sanitized][statistics]") {
   constexpr double tied = 3.0;  // separation of a hasty recording below which it decides nothing
   const int trials = test::trials(200, 3);
   gap::PlanOptions options;

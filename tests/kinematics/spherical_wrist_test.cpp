@@ -141,7 +141,8 @@ TEST_CASE("a skew wrist with its axes in one plane is named and loses nothing") 
     const DhChain chain = random_arm(random);
     VectorXd q = test::random_vector(random, 6, M_PI);
     q[4] = (seed % 2 ? M_PI : 0) - chain.joints[4].theta_offset;
-    const InverseResult result = inverse_kinematics(chain, chain.flange(q), {.near = q});
+    // Joint 5 moves by the root of a rounding error of the orientation, in an arm that is itself nearly singular 1e-10.
+    const InverseResult result = inverse_kinematics(chain, chain.flange(q), {.near = q, .singular_within = 1e-5});
     REQUIRE(!result.postures.empty());
     CHECK(nearest(result, q) < 1e-5);
     CHECK(result.postures[0].singularity == Singularity::Wrist);

@@ -110,7 +110,8 @@ TEST_CASE("held-out views keep the usual model where it is enough", "[statistics
   check_rate(enough, trials, test::full() ? 0.95 : 0.8, test::full() ? 0.85 : 0.35);
 }
 
-TEST_CASE("held-out views leave the usual model where it is wrong, and a flat board is not called bent") {
+TEST_CASE("held-out views leave the usual model where it is wrong, and a flat board is not called bent",
+          "[not_sanitized]") {
   Random random(31);
   Pinhole c = true_camera();
   const Scene s;

@@ -77,8 +77,12 @@ ServoEnd simulated(const Kind& kind, int seed) {
 
 TEST_CASE("from up to 100 mm and 20 degrees away the camera ends over the tube, on a tag and on the bare bore",
           "[statistics]") {
+#ifdef KR5_SANITIZED  // the other two run the same code
+  const Kind kind = GENERATE(Kind{false, ServoFeature::Position}, Kind{true, ServoFeature::Image});
+#else
   const Kind kind = GENERATE(Kind{false, ServoFeature::Position}, Kind{false, ServoFeature::Image},
                              Kind{true, ServoFeature::Position}, Kind{true, ServoFeature::Image});
+#endif
   for (int seed = 1; seed <= trials(100, 1); ++seed) {
     const ServoEnd end = simulated(kind, seed);
     INFO((kind.hole ? "bore" : "tag") << " by " << name_of(kind.by) << ", seed " << seed << ": " << end.last.reason
