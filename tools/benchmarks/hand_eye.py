@@ -45,6 +45,10 @@ def peer_method(method: str, mount: str):
 def error_row(
     name: str, position: np.ndarray, rotation: np.ndarray, ours: tuple[np.ndarray, np.ndarray] | np.ndarray | None
 ) -> dict:
+    solved = np.isfinite(position)  # a method that finds no pose is compared where it finds one
+    position, rotation = position[solved], rotation[solved]
+    if ours is not None:
+        ours = (ours[0][solved], ours[1][solved])
     out = {
         "method": name,
         "position_mm": float(1e3 * np.sqrt((position**2).mean())),
@@ -216,7 +220,7 @@ def bench_synthetic(trials: int, lines: list[comparison.Row]) -> dict:
             found |= {m: peer_method(m, mount)(views, targets) for m in METHODS}
             least.append(np.diag(least_covariance(views, camera, X, targets, mount)))
             for name, T in found.items():
-                d = kr5.pose_difference(X, T)
+                d = kr5.pose_difference(X, T) if np.isfinite(T).all() else np.full(6, np.nan)
                 errors[name].append((np.linalg.norm(d[:3]), np.linalg.norm(d[3:])))
         arrays = {name: np.array(e).T for name, e in errors.items()}
         rows = [error_row(name, a[0], a[1], None if name == "kr5" else arrays["kr5"]) for name, a in arrays.items()]
