@@ -16,15 +16,11 @@ static void bind_chain(py::module_& m) {
   bind_struct<DhJoint>(m, "DhJoint", "Joint and the link behind it.")
       .def("transform", &DhJoint::transform, py::arg("q"),
            "Pose of the link in the previous one [joint value in rad or m].");
-  py::class_<DhChain>(m, "DhChain", "Open chain from the robot base B to the flange F.")
+  bind_struct<DhChain>(m, "DhChain", "Open chain from the robot base B to the flange F.")
       .def(py::init([](std::vector<DhJoint> joints, const kr5::Pose& T_base_0) {
              return DhChain{T_base_0, std::move(joints)};
            }),
            py::arg("joints"), py::arg("T_base_0") = kr5::Pose::Identity())
-      .def_readwrite("joints", &DhChain::joints, "Joints, from the base.")
-      .def_property(
-          "T_base_0", [](const DhChain& c) { return c.T_base_0; },
-          [](DhChain& c, const kr5::Pose& T) { c.T_base_0 = T; }, "Frame of the first joint in the base.")
       .def("link_poses", &DhChain::link_poses, py::arg("q"), "Poses of link frames 1..n in B for q [rad or m].")
       .def("flange", &DhChain::flange, py::arg("q"), "T_base_flange for q [rad or m].")
       .def(
@@ -45,6 +41,12 @@ static void bind_inverse(py::module_& m) {
   m.def("jacobian", &jacobian, py::arg("chain"), py::arg("q"), py::arg("T_flange_x") = kr5::Pose::Identity(),
         "Geometric Jacobian, 6 x n, linear first, of frame X on the flange, in axes of B.");
   bind_struct<Manipulability>(m, "Manipulability", "Distance of a posture from a singularity.");
+  m.def(
+      "parameter_jacobian",
+      [](const DhChain& chain, const Eigen::VectorXd& q) { return parameter_jacobian(chain, q); }, py::arg("chain"),
+      py::arg("q"),
+      "Derivative of the pose of the flange by b, theta_offset, a, alpha and beta of every joint, 6 x 5n, right\n"
+      "perturbation of T_base_flange, linear first [m, rad].");
   m.def("manipulability", &manipulability, py::arg("J"), py::arg("length") = 1.0,
         "Singular values of a Jacobian whose linear rows are divided by `length` [m].");
   m.def("outside_limits", &outside_limits, py::arg("q"), py::arg("lower"), py::arg("upper"),
