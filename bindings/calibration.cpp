@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/calibration/circle_point.hpp>
 #include <kr5/calibration/dataset.hpp>
 #include <kr5/calibration/evaluate.hpp>
 #include <kr5/calibration/hand_eye.hpp>
@@ -105,9 +106,8 @@ static void bind_kinematics_calibration(py::module_& m) {
   m.def(
       "calibrate_kinematics",
       [](const kr5::kinematics::DhChain& nominal, const std::vector<ArmPosture>& postures,
-         const std::vector<SocketDistance>& distances, const KinematicsOptions& options) {
-        return calibrate_kinematics(nominal, postures, distances, options);
-      },
+         const std::vector<SocketDistance>& distances,
+         const KinematicsOptions& options) { return calibrate_kinematics(nominal, postures, distances, options); },
       py::arg("nominal"), py::arg("postures"), py::arg("distances") = std::vector<SocketDistance>{},
       py::arg("options") = KinematicsOptions(), py::call_guard<py::gil_scoped_release>(),
       "Parameters of an arm from postures measured from outside, or resting in sockets.\n\n"
@@ -115,6 +115,20 @@ static void bind_kinematics_calibration(py::module_& m) {
       "distances : list of SocketDistance\noptions : KinematicsOptions\n\n"
       "Returns\n-------\nKinematicsResult\n\n"
       "Raises\n------\nkr5.InvalidArgument\n    Fewer than six postures, one without a measurement, or NaN.");
+}
+
+static void bind_circle_point(py::module_& m) {
+  kr5::python::bind_struct<JointSample>(m, "JointSample", "What was seen at one value of a joint.");
+  kr5::python::bind_struct<JointAxisOptions>(m, "JointAxisOptions", "Options of identify_joint_axis.");
+  kr5::python::bind_struct<JointAxisResult>(m, "JointAxisResult", "Axis of a joint with its covariance.");
+  m.def(
+      "identify_joint_axis",
+      [](const std::vector<JointSample>& samples, const JointAxisOptions& options) {
+        return identify_joint_axis(samples, options);
+      },
+      py::arg("samples"), py::arg("options") = JointAxisOptions(), py::call_guard<py::gil_scoped_release>(),
+      "Axis of a joint from points or poses traced while only that joint moved.\n\n"
+      "Raises\n------\nkr5.InvalidArgument\n    Fewer than four samples, or one without a measurement.");
 }
 
 static void bind_posture_choice(py::module_& m) {
@@ -192,5 +206,6 @@ void bind_calibration(py::module_& m) {
   bind_tool(m);
   bind_timed_hand_eye(m);
   bind_kinematics_calibration(m);
+  bind_circle_point(m);
   bind_posture_choice(m);
 }

@@ -153,12 +153,14 @@ TEST_CASE("pixels give back camera, hand-eye and target, with the robot's pose e
   rough.fx = 980, rough.fy = 1020, rough.k1 = 0;
   const FitBlock lens_block = fit.add_camera("camera", rough);
   for (const int zero : {5, 7, 8, 9, 10, 11}) fit.hold(lens_block, zero);
-  const FitBlock hand_eye = fit.add_pose("T_flange_camera", T_flange_camera * to_pose(Vector6(0.005 * Vector6::Ones()))),
+  const FitBlock hand_eye =
+                     fit.add_pose("T_flange_camera", T_flange_camera * to_pose(Vector6(0.005 * Vector6::Ones()))),
                  target = fit.add_pose("T_base_target", to_pose(Vector6(0.005 * Vector6::Ones())));
   std::vector<FitObservation> views;
   for (int i = 0; i < 25; ++i) {
     Vector6 look;
-    look << random.uniform(-0.1, 0.1), random.uniform(-0.1, 0.1), random.uniform(0.4, 0.6), random.normal_vector(3, 0.25);
+    look << random.uniform(-0.1, 0.1), random.uniform(-0.1, 0.1), random.uniform(0.4, 0.6),
+        random.normal_vector(3, 0.25);
     Pose T_camera_target = to_pose(look);
     const Pose T_base_flange = T_camera_target.inverse() * T_flange_camera.inverse();
     Vector6 error;
@@ -169,7 +171,8 @@ TEST_CASE("pixels give back camera, hand-eye and target, with the robot's pose e
     fit.set_prior(wrong, sigma);
     Eigen::Matrix2Xd pixels(2, points.cols());
     for (Eigen::Index k = 0; k < points.cols(); ++k)
-      pixels.col(k) = camera.project(T_camera_target * Eigen::Vector3d(points.col(k))) + Eigen::Vector2d(random.normal_vector(2, 0.1));
+      pixels.col(k) = camera.project(T_camera_target * Eigen::Vector3d(points.col(k))) +
+                      Eigen::Vector2d(random.normal_vector(2, 0.1));
     // The true pose of the flange is the reported one times exp(e).
     views.push_back(fit.observe_pixels(PoseChain()
                                            .then_inverse(hand_eye)
@@ -200,7 +203,8 @@ TEST_CASE("joint errors that follow a regressor are found beside the arm") {
   const World w = random_world(random, 3);
   const Eigen::Vector3d compliance(1e-4, 2e-4, 3e-4);
   CellFit fit;
-  const FitBlock arm = fit.add_arm("arm", w.arm), c = fit.add_vector("sag", Eigen::VectorXd::Zero(3), {"c1", "c2", "c3"});
+  const FitBlock arm = fit.add_arm("arm", w.arm),
+                 c = fit.add_vector("sag", Eigen::VectorXd::Zero(3), {"c1", "c2", "c3"});
   fit.hold(arm);
   for (int i = 0; i < 20; ++i) {
     const Eigen::VectorXd q = random.normal_vector(3), load = random.normal_vector(3, 20);
@@ -291,7 +295,10 @@ TEST_CASE("gross errors hardly move a fit with a Cauchy loss") {
     CellFit fit;
     const FitBlock p = fit.add_point("p", Eigen::Vector3d::Zero());
     for (int i = 0; i < 50; ++i)
-      fit.observe_position({}, p, Eigen::Vector3d(random.normal_vector(3, 1e-3) + (i % 5 ? Eigen::Vector3d::Zero() : Eigen::Vector3d(0.5, 0, 0))), 1e-3);
+      fit.observe_position({}, p,
+                           Eigen::Vector3d(random.normal_vector(3, 1e-3) +
+                                           (i % 5 ? Eigen::Vector3d::Zero() : Eigen::Vector3d(0.5, 0, 0))),
+                           1e-3);
     fit.solve({.loss = loss});
     return fit.values(p).norm();
   };
@@ -303,11 +310,13 @@ TEST_CASE("a fit that cannot be set up says why") {
   CellFit fit;
   CHECK_THROWS_WITH(fit.solve(), Contains("no parameter is free"));
   const FitBlock pose = fit.add_pose("base", Pose::Identity()), point = fit.add_point("tip", Eigen::Vector3d::Zero());
-  CHECK_THROWS_WITH(fit.observe_position(PoseChain().then(point), point, Eigen::Vector3d(0, 0, 0), 1.0), Contains("tip is no pose"));
+  CHECK_THROWS_WITH(fit.observe_position(PoseChain().then(point), point, Eigen::Vector3d(0, 0, 0), 1.0),
+                    Contains("tip is no pose"));
   CHECK_THROWS_WITH(fit.observe_position({}, pose, Eigen::Vector3d(0, 0, 0), 1.0), Contains("base is no point"));
   CHECK_THROWS_WITH(fit.observe_pose({}, Pose::Identity(), 0.0, 1.0), Contains("standard deviations must be positive"));
-  CHECK_THROWS_WITH(fit.observe_position({}, point, Eigen::Vector3d(0, 0, 0), Eigen::Matrix3d(-Eigen::Matrix3d::Identity())),
-                    Contains("positive definite"));
+  CHECK_THROWS_WITH(
+      fit.observe_position({}, point, Eigen::Vector3d(0, 0, 0), Eigen::Matrix3d(-Eigen::Matrix3d::Identity())),
+      Contains("positive definite"));
   CHECK_THROWS_WITH(fit.set_prior(pose, Eigen::Vector3d(1, 1, 1)), Contains("expected 6 standard deviations"));
   CHECK_THROWS_WITH(fit.hold(pose, 6), Contains("no coordinate 6"));
   CHECK_THROWS_AS(fit.pose(FitBlock{7}), InvalidArgument);

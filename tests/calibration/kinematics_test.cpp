@@ -26,8 +26,8 @@ struct ArmWorldOptions {
   int postures = 60;
   double length = 1e-3, angle = 2e-3, joint = 0.0;  // spread of the true arm about the nominal one
   double sigma = 5e-5, sigma_rotation = 1e-4;
-  bool poses = false;   // else one point a posture
-  int sockets = 0;      // else measured from outside
+  bool poses = false;  // else one point a posture
+  int sockets = 0;     // else measured from outside
 };
 
 /// The true arm and what a device sees of it.
@@ -94,10 +94,12 @@ double tip_error(const ArmWorld& w, const KinematicsResult& r, unsigned seed = 9
   double squares = 0.0;
   for (int i = 0; i < 100; ++i) {
     const Eigen::VectorXd q = random_posture(random);
-    const Eigen::Vector3d truth = r.points.cols() ? Eigen::Vector3d(w.T_world_base * w.flange(q) * w.tip)
-                                                  : Eigen::Vector3d((w.T_world_base * w.flange(q) * w.T_flange_tool).translation());
-    const Eigen::Vector3d found = r.points.cols() ? Eigen::Vector3d(r.T_world_base * r.flange(q) * r.points.col(0))
-                                                  : Eigen::Vector3d((r.T_world_base * r.flange(q) * r.T_flange_tool).translation());
+    const Eigen::Vector3d truth = r.points.cols()
+                                      ? Eigen::Vector3d(w.T_world_base * w.flange(q) * w.tip)
+                                      : Eigen::Vector3d((w.T_world_base * w.flange(q) * w.T_flange_tool).translation());
+    const Eigen::Vector3d found = r.points.cols()
+                                      ? Eigen::Vector3d(r.T_world_base * r.flange(q) * r.points.col(0))
+                                      : Eigen::Vector3d((r.T_world_base * r.flange(q) * r.T_flange_tool).translation());
     squares += (truth - found).squaredNorm();
   }
   return std::sqrt(squares / 100);
@@ -179,7 +181,8 @@ TEST_CASE("a ball in two sockets of known distance calibrates an arm without a m
       }
       p.q += J.transpose() * (J * J.transpose() + 1e-9 * Eigen::Matrix3d::Identity()).ldlt().solve(off);
     }
-    if ((w.flange(p.q) * w.tip - sockets[postures.size() % 2]).norm() > 1e-9 || p.q.cwiseAbs().maxCoeff() > 3.2) continue;
+    if ((w.flange(p.q) * w.tip - sockets[postures.size() % 2]).norm() > 1e-9 || p.q.cwiseAbs().maxCoeff() > 3.2)
+      continue;
     p.q += random.normal_vector(6, 2e-5);
     postures.push_back(p);
   }
@@ -224,7 +227,9 @@ TEST_CASE("standard deviations of the identified parameters are as large as thei
 
 TEST_CASE("bad input of a kinematic calibration is refused with the posture's name") {
   ArmWorld w = make_arm_world({.postures = 8});
-  const auto call = [&](const KinematicsOptions& options = {}) { calibrate_kinematics(w.nominal, w.postures, {}, options); };
+  const auto call = [&](const KinematicsOptions& options = {}) {
+    calibrate_kinematics(w.nominal, w.postures, {}, options);
+  };
   const std::vector<ArmPosture> good = w.postures;
   w.postures.resize(5);
   CHECK_THROWS_WITH(call(), Contains("at least six postures"));

@@ -34,10 +34,14 @@ def calibrate_kinematics(
             )
         ),
     ] = None,
-    cell_file: Annotated[Path | None, typer.Option("--cell", help="Cell with the nominal arm; by default that of the recording.")] = None,
+    cell_file: Annotated[
+        Path | None, typer.Option("--cell", help="Cell with the nominal arm; by default that of the recording.")
+    ] = None,
     socket: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME=FILE", help="Joint values with the tip in a fixed socket; may be given several times."),
+        typer.Option(
+            metavar="NAME=FILE", help="Joint values with the tip in a fixed socket; may be given several times."
+        ),
     ] = None,
     distance: Annotated[
         list[str] | None,
@@ -51,7 +55,8 @@ def calibrate_kinematics(
     ] = None,
     position: Annotated[str | None, typer.Option(help="Columns of the measured points, three a point.")] = None,
     convention: Annotated[
-        str | None, typer.Option(help="Orientation: quaternion | rotation_vector | rpy | kuka; by default by the columns.")
+        str | None,
+        typer.Option(help="Orientation: quaternion | rotation_vector | rpy | kuka; by default by the columns."),
     ] = None,
     length: Annotated[Literal["m", "mm"], typer.Option(help="Unit of lengths.")] = "m",
     angle: Annotated[Literal["rad", "deg"], typer.Option(help="Unit of joint angles.")] = "rad",
@@ -67,12 +72,14 @@ def calibrate_kinematics(
     hold: Annotated[
         list[str] | None, typer.Option(metavar="NAME", help="Parameter to keep at its nominal value, e.g. joint2.a.")
     ] = None,
-    write_cell: Annotated[Path | None, typer.Option(metavar="OUT.yaml", help="Cell to write with the identified arm.")] = None,
+    write_cell: Annotated[
+        Path | None, typer.Option(metavar="OUT.yaml", help="Cell to write with the identified arm.")
+    ] = None,
     output: ResultOption = None,
     json_file: JsonOption = None,
 ) -> None:
-    """Kinematic calibration: the arm's true DH parameters with their uncertainty, from postures measured by a tracker, a
-    camera or any other device, or from postures whose tip rested in sockets.
+    """Kinematic calibration: the arm's true DH parameters with their uncertainty, from postures measured by a tracker,
+    a camera or any other device, or from postures whose tip rested in sockets.
 
     Exit code: 0 when there is a result, 2 when there is none or the input is invalid.
     """
@@ -230,16 +237,22 @@ def _verdict(result: Any, held_out: dict[str, float]) -> dict[str, str]:
 
 
 def _show(result: Any, data: dict[str, Any], out: Any) -> None:
-    rows = []
+    rows, hidden = [], 0
     for c in result.coordinates:
-        if c.unit not in SHOWN:
-            continue
         scale, unit = SHOWN[c.unit]
         change = scale * (c.value - c.nominal)
-        mark = "" if c.identifiable else "only together with others"
-        rows.append([c.name, scale * c.nominal, scale * c.value, change, scale * c.std, unit, mark])
-    names = ["parameter", "nominal", "identified", "change", "± std", "unit", ""]
-    out.print(make_table("Identified parameters", names, rows, text=(5, 6)))
+        if c.name.startswith("joint_errors.") and abs(c.value) < 3 * c.std:
+            hidden += 1
+            continue
+        mark = "" if c.identifiable else "*"
+        name = c.name.removeprefix("arm.").replace("joint_errors.", "error of ")
+        rows.append([name + mark, scale * c.nominal, scale * c.value, change, scale * c.std, unit])
+    names = ["parameter", "nominal", "identified", "change", "± std", "unit"]
+    out.print(make_table("Identified parameters", names, rows, text=(5,)))
+    if hidden:
+        out.print(f"{hidden} coefficients of joint errors within three standard deviations of zero are not listed.")
+    if result.unidentifiable:
+        out.print("* Not determined by the measurements alone; held near the nominal value:")
     for direction in result.unidentifiable:
-        out.print(f"Not determined by the measurements: {direction.text}", soft_wrap=True)
+        out.print(f"  {direction.text}", soft_wrap=True)
     print_result({**data, "figures": []}, out)

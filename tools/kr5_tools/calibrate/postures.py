@@ -107,7 +107,9 @@ def _joint_values(file: Path, table: Any, joints: list[Any], wanted: Columns) ->
         names = [names[0].replace("{}", str(k + 1)) for k in range(len(joints))]
     names = names or [f"q{k + 1}" for k in range(len(joints))]
     if len(names) != len(joints):
-        fail(f"--joints: found {len(names)} names, expected {len(joints)}, one a joint, or a pattern such as joint_{{}}")
+        fail(
+            f"--joints: found {len(names)} names, expected {len(joints)}, one a joint, or a pattern such as joint_{{}}"
+        )
     q = _values(file, table, names) * _joint_scale(joints, wanted)
     revolute = np.array([str(j.type) != "prismatic" for j in joints])
     if revolute.any() and np.abs(q[:, revolute]).max() > 4 * np.pi:

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -33,11 +34,11 @@ class PoseChain {
  public:
   struct Factor {
     Pose constant = Pose::Identity();
-    FitBlock block;            ///< A pose or an arm; without, the factor is constant.
-    bool inverse = false;      ///< Of the pose of the block.
-    Eigen::VectorXd q;         ///< Of an arm: joint values [rad or m].
-    FitBlock joint_terms;      ///< Of an arm: coefficients c of errors of its joints, q + regressor c; may be absent.
-    Eigen::MatrixXd regressor; ///< Joints x coefficients.
+    FitBlock block;             ///< A pose or an arm; without, the factor is constant.
+    bool inverse = false;       ///< Of the pose of the block.
+    Eigen::VectorXd q;          ///< Of an arm: joint values [rad or m].
+    FitBlock joint_terms;       ///< Of an arm: coefficients c of errors of its joints, q + regressor c; may be absent.
+    Eigen::MatrixXd regressor;  ///< Joints x coefficients.
   };
 
   PoseChain& then(const Pose& T);
@@ -86,7 +87,7 @@ struct CellFitOptions {
 
 /// A combination of parameters that the measurements do not determine.
 struct UnidentifiableDirection {
-  Eigen::VectorXd direction;           ///< In the order of CellFitResult::coordinates, of unit length.
+  Eigen::VectorXd direction;             ///< In the order of CellFitResult::coordinates, of unit length.
   std::vector<std::string> coordinates;  ///< Those that take part, the greatest share first.
   std::string text;
 
@@ -99,8 +100,8 @@ struct UnidentifiableDirection {
 
 struct CellFitResult {
   FitReport fit;
-  std::vector<std::string> coordinates;  ///< Free parameters, nuisances apart: "arm.joint2.a [m]".
-  Eigen::MatrixXd covariance;            ///< In the order of `coordinates`, in their units.
+  std::vector<std::string> coordinates;                 ///< Free parameters, nuisances apart: "arm.joint2.a [m]".
+  Eigen::MatrixXd covariance;                           ///< In the order of `coordinates`, in their units.
   std::vector<UnidentifiableDirection> unidentifiable;  ///< By the measurements alone, without priors.
   double cost = 0.0;                                    ///< Sum of squared whitened residuals, priors included [-].
   int residuals = 0;                                    ///< Priors not counted.
@@ -129,6 +130,10 @@ class CellFit {
   /// A pose of which each measurement has its own, such as the error of a robot pose. It is eliminated from the
   /// equations and not in the result; a measurement may have one, and it must have a prior.
   FitBlock add_nuisance_pose(const std::string& name, const Pose& start = Pose::Identity());
+  /// The same of numbers, such as the unknown joint value of one measurement; a prior is needed only where that
+  /// measurement does not determine them.
+  FitBlock add_nuisance_vector(const std::string& name, const Eigen::VectorXd& start,
+                               const std::vector<std::string>& coordinates);
   /// Five coordinates a joint: b [m] theta_offset [rad] a [m] alpha beta [rad].
   FitBlock add_arm(const std::string& name, const kinematics::DhChain& start);
   /// Coordinates x y z [m].
@@ -166,7 +171,7 @@ class CellFit {
                                 const Eigen::Matrix2Xd& pixels, double sigma);
 
   /// Minimises from the present values and keeps what it found.
-  /// @throws InvalidArgument when nothing is free, or a block of a nuisance has no prior.
+  /// @throws InvalidArgument when nothing is free, or a nuisance pose has no prior.
   CellFitResult solve(const CellFitOptions& options = {});
 
   Pose pose(FitBlock block) const;
@@ -186,6 +191,8 @@ class CellFit {
     Eigen::VectorXd redundancy;  ///< Share of each residual that the parameters do not take up [-].
   };
   Agreement agreement(FitObservation observation) const;
+  /// Of measurements that belong together: made at once, or sharing a nuisance; all in use or none.
+  Agreement agreement(std::span<const FitObservation> observations) const;
   /// Share of the prior's information on each coordinate that agrees with the data rather than replaces them [-].
   Eigen::VectorXd prior_redundancy(FitBlock block) const;
   /// Change of each coordinate of a block from its start, in its unit.

@@ -20,9 +20,9 @@ namespace kr5::calibration {
 /// socket that its first point rested in.
 struct ArmPosture {
   std::string name;
-  Eigen::VectorXd q;                         ///< [rad or m]
-  std::optional<Pose> T_world_tool;          ///< [m]
-  Eigen::Matrix3Xd points;                   ///< [m]
+  Eigen::VectorXd q;                 ///< [rad or m]
+  std::optional<Pose> T_world_tool;  ///< [m]
+  Eigen::Matrix3Xd points;           ///< [m]
   std::string socket;
 
   static void each_field(auto& self, auto&& visit) {
@@ -51,16 +51,16 @@ struct SocketDistance {
 };
 
 struct KinematicsOptions {
-  double sigma_position = 0.0;        ///< [m]
-  double sigma_rotation = 0.0;        ///< [rad]
-  double tolerance_length = 0.0;      ///< [m]
-  double tolerance_angle = 0.0;       ///< [rad]
+  double sigma_position = 0.0;    ///< [m]
+  double sigma_rotation = 0.0;    ///< [rad]
+  double tolerance_length = 0.0;  ///< [m]
+  double tolerance_angle = 0.0;   ///< [rad]
   bool joint_errors = true;
   double outlier_false_alarm = 0.01;  ///< [-]
   int max_iterations = 100;
-  std::optional<Pose> T_world_base;
-  std::optional<Pose> T_flange_tool;
-  std::vector<std::string> hold;
+  std::optional<Pose> T_world_base = std::nullopt;
+  std::optional<Pose> T_flange_tool = std::nullopt;
+  std::vector<std::string> hold = {};
 
   /// @throws InvalidArgument naming the offending field.
   void validate() const;
@@ -126,22 +126,22 @@ struct ArmPostureReport {
 };
 
 struct KinematicsResult {
-  kinematics::DhChain arm;                 ///< Identified.
+  kinematics::DhChain arm;  ///< Identified.
   Pose T_world_base = Pose::Identity();
-  Pose T_flange_tool = Pose::Identity();   ///< Where poses were measured.
-  Eigen::Matrix3Xd points;                 ///< On the flange [m].
-  Eigen::Matrix3Xd sockets;                ///< In the base [m].
+  Pose T_flange_tool = Pose::Identity();  ///< Where poses were measured.
+  Eigen::Matrix3Xd points;                ///< On the flange [m].
+  Eigen::Matrix3Xd sockets;               ///< In the base [m].
   std::vector<std::string> socket_names;
-  Eigen::MatrixXd joint_errors;            ///< [rad]
+  Eigen::MatrixXd joint_errors;  ///< [rad]
   std::vector<KinematicCoordinate> coordinates;
-  Eigen::MatrixXd covariance;              ///< In the order of `coordinates`.
+  Eigen::MatrixXd covariance;  ///< In the order of `coordinates`.
   std::vector<UnidentifiableDirection> unidentifiable;
-  double sigma_position = 0.0;             ///< [m]
-  double sigma_rotation = 0.0;             ///< [rad]
-  double tolerance_length = 0.0;           ///< [m]
-  double tolerance_angle = 0.0;            ///< [rad]
-  double tolerance_joint = 0.0;            ///< [rad]
-  double dof = 0.0;                        ///< [-]
+  double sigma_position = 0.0;    ///< [m]
+  double sigma_rotation = 0.0;    ///< [rad]
+  double tolerance_length = 0.0;  ///< [m]
+  double tolerance_angle = 0.0;   ///< [rad]
+  double tolerance_joint = 0.0;   ///< [rad]
+  double dof = 0.0;               ///< [-]
   std::vector<ArmPostureReport> postures;
   FitReport fit;
 

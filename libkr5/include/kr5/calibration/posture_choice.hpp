@@ -14,7 +14,8 @@ namespace kr5::calibration {
 
 /// What a choice of postures makes small.
 enum class PostureCriterion {
-  Determinant,  ///< Volume of the region of the parameters (D-optimal; the observability index O1 of Borm and Menq 1991).
+  Determinant,  ///< Volume of the region of the parameters (D-optimal; the observability index O1 of Borm and Menq
+                ///< 1991).
   Prediction,   ///< Mean variance of the predicted place over all candidates (I-optimal).
   Variance,     ///< Mean variance of the parameters, each over its prior (A-optimal).
 };
@@ -28,10 +29,10 @@ struct PostureChoiceOptions {
   int count = 60;
   PostureCriterion criterion = PostureCriterion::Prediction;
   bool measures_pose = false;
-  double sigma_position = 1e-4;    ///< [m]
-  double sigma_rotation = 1e-3;    ///< [rad]
-  double tolerance_length = 2e-3;  ///< [m]
-  double tolerance_angle = 5e-3;   ///< [rad]
+  double sigma_position = 1e-4;                     ///< [m]
+  double sigma_rotation = 1e-3;                     ///< [rad]
+  double tolerance_length = 2e-3;                   ///< [m]
+  double tolerance_angle = 5e-3;                    ///< [rad]
   Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< [m]
   int exchanges = 200;
 

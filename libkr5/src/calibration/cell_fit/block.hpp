@@ -20,12 +20,12 @@ struct Block {
   std::string name;
   std::vector<std::string> coordinates;
   Eigen::VectorXd values;
-  Eigen::VectorXd start;           ///< Values when the block was added.
-  std::vector<bool> held;          ///< By coordinate.
-  Eigen::VectorXd prior;           ///< Standard deviation by coordinate; empty: no prior.
+  Eigen::VectorXd start;   ///< Values when the block was added.
+  std::vector<bool> held;  ///< By coordinate.
+  Eigen::VectorXd prior;   ///< Standard deviation by coordinate; empty: no prior.
   bool nuisance = false;
-  kinematics::DhChain chain;       ///< Of an arm: types of the joints and T_base_0.
-  int width = 0, height = 0;       ///< Of a camera [px].
+  kinematics::DhChain chain;  ///< Of an arm: types of the joints and T_base_0.
+  int width = 0, height = 0;  ///< Of a camera [px].
 
   int size() const { return static_cast<int>(coordinates.size()); }
   std::vector<int> free() const;

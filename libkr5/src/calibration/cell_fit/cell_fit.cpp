@@ -6,8 +6,8 @@
 #include <limits>
 #include <map>
 
-#include <Eigen/Dense>
 #include <ceres/ceres.h>
+#include <Eigen/Dense>
 #include <kr5/core/error.hpp>
 #include <kr5/core/linear.hpp>
 
@@ -119,15 +119,28 @@ struct Information {
   Eigen::VectorXd r;
 };
 
-/// M such that M' M = I - N (N' N + P)^-1 N': what remains of residuals whose nuisance (derivative N, prior information
-/// P) is eliminated.
+/// Directions that span the same space, each with as many zeros as elimination gives: readable by name.
+Eigen::MatrixXd sparse_basis(Eigen::MatrixXd V) {
+  for (Eigen::Index k = 0; k < V.cols(); ++k) {
+    Eigen::Index row = 0;
+    V.col(k).cwiseAbs().maxCoeff(&row);
+    V.col(k) /= V(row, k);
+    for (Eigen::Index other = 0; other < V.cols(); ++other)
+      if (other != k) V.col(other) -= V(row, other) * V.col(k);
+  }
+  for (Eigen::Index k = 0; k < V.cols(); ++k) V.col(k).normalize();
+  return V;
+}
+
+/// Symmetric M with M' M = I - N (N' N + P)^-1 N': what remains of residuals whose nuisance (derivative N, prior
+/// information P) is eliminated.
 Eigen::MatrixXd eliminate(const Eigen::MatrixXd& N, const Eigen::VectorXd& prior_information) {
   Eigen::MatrixXd inner = N.transpose() * N;
   inner.diagonal() += prior_information;
   const Eigen::MatrixXd rest =
       Eigen::MatrixXd::Identity(N.rows(), N.rows()) - N * inner.ldlt().solve(Eigen::MatrixXd(N.transpose()));
   const SymmetricEigen eigen = symmetric_eigen(rest);
-  return eigen.values.cwiseMax(0.0).cwiseSqrt().asDiagonal() * eigen.vectors.transpose();
+  return eigen.vectors * eigen.values.cwiseMax(0.0).cwiseSqrt().asDiagonal() * eigen.vectors.transpose();
 }
 
 }  // namespace
@@ -176,9 +189,9 @@ struct CellFit::Impl {
       }
       const Block& arm = block_of(factor.block, BlockKind::Arm, "arm");
       const auto joints = static_cast<Eigen::Index>(arm.chain.joints.size());
-      require(factor.q.size() == joints && factor.q.allFinite(),
-              arm.name + ": expected " + std::to_string(joints) + " finite joint values, found " +
-                  std::to_string(factor.q.size()));
+      require(factor.q.size() == joints && factor.q.allFinite(), arm.name + ": expected " + std::to_string(joints) +
+                                                                     " finite joint values, found " +
+                                                                     std::to_string(factor.q.size()));
       if (factor.joint_terms.exists())
         require(factor.regressor.rows() == joints && factor.regressor.cols() == block(factor.joint_terms).size() &&
                     factor.regressor.allFinite(),
@@ -215,7 +228,8 @@ std::vector<std::string> CellFit::Impl::number_coordinates() {
   places.assign(blocks.size(), {});
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     const Block& block = blocks[b];
-    require(!block.nuisance || block.prior.size(), block.name + ": a nuisance pose must have a prior");
+    require(!block.nuisance || block.kind != BlockKind::Pose || block.prior.size(),
+            block.name + ": a nuisance pose must have a prior");
     places[b].assign(static_cast<std::size_t>(block.size()), -1);
     if (block.nuisance || !(used[b] || block.prior.size())) continue;
     for (const int i : block.free()) {
@@ -271,13 +285,17 @@ void CellFit::Impl::minimise(const CellFitOptions& options, CellFitResult& resul
   ceres::Solve(solver, &problem, &summary);
   result.fit.iterations = static_cast<int>(summary.iterations.size());
   result.cost = 2 * summary.final_cost;
-  const double dof = std::max(1.0, static_cast<double>(result.residuals) - static_cast<double>(result.coordinates.size()));
+  const double dof =
+      std::max(1.0, static_cast<double>(result.residuals) - static_cast<double>(result.coordinates.size()));
   result.fit.initial_rms = std::sqrt(std::max(0.0, 2 * summary.initial_cost) / dof);
   result.fit.final_rms = std::sqrt(std::max(0.0, result.cost) / dof);
-  result.fit.message = summary.message;
   result.fit.status = summary.termination_type == ceres::CONVERGENCE      ? FitStatus::Converged
                       : summary.termination_type == ceres::NO_CONVERGENCE ? FitStatus::MaxIterations
                                                                           : FitStatus::Degenerate;
+  result.fit.message = result.fit.status == FitStatus::Degenerate
+                           ? "the solver failed: " + summary.message
+                           : std::to_string(result.residuals) + " residuals, " +
+                                 std::to_string(result.coordinates.size()) + " parameters";
 }
 
 int CellFit::Impl::nuisance_of(const Observation& o) const {
@@ -321,7 +339,7 @@ std::optional<Information> CellFit::Impl::information(const std::vector<const Ob
     }
   out.J = Eigen::MatrixXd::Zero(rows, static_cast<Eigen::Index>(out.index.size()));
   const int nuisance = nuisance_of(*group.front());
-  Eigen::MatrixXd N = Eigen::MatrixXd::Zero(rows, 6);
+  Eigen::MatrixXd N = Eigen::MatrixXd::Zero(rows, nuisance < 0 ? 0 : blocks[static_cast<std::size_t>(nuisance)].size());
   Eigen::Index first = 0;
   for (const Observation* o : group) {
     std::vector<RowMatrix> jacobians;
@@ -332,16 +350,17 @@ std::optional<Information> CellFit::Impl::information(const std::vector<const Ob
       Eigen::Index column = first_column[static_cast<std::size_t>(
           std::find(blocks_of.begin(), blocks_of.end(), o->blocks[k]) - blocks_of.begin())];
       for (int i = 0; i < blocks[b].size(); ++i)
-        if (places[b][static_cast<std::size_t>(i)] >= 0)
-          out.J.block(first, column++, o->rows, 1) = jacobians[k].col(i);
+        if (places[b][static_cast<std::size_t>(i)] >= 0) out.J.block(first, column++, o->rows, 1) = jacobians[k].col(i);
     }
     first += o->rows;
   }
   if (nuisance < 0) return out;
   const Block& block = blocks[static_cast<std::size_t>(nuisance)];
-  const Eigen::MatrixXd M = eliminate(N, block.prior.cwiseAbs2().cwiseInverse());
+  const bool known = block.prior.size() > 0;
+  const Eigen::MatrixXd M =
+      eliminate(N, known ? Eigen::VectorXd(block.prior.cwiseAbs2().cwiseInverse()) : Eigen::VectorXd::Zero(N.cols()));
   out.J = M * out.J;
-  out.r = M * (out.r - N * block.change());
+  out.r = M * (known ? Eigen::VectorXd(out.r - N * block.change()) : out.r);
   return out;
 }
 
@@ -376,16 +395,18 @@ void CellFit::Impl::name_unidentifiable(const Eigen::MatrixXd& information, doub
   Eigen::VectorXd scale = sensitivity;
   for (double& s : scale) s = s > least ? 1 / s : 0.0;
   const SymmetricEigen eigen = symmetric_eigen(Eigen::MatrixXd(scale.asDiagonal() * information * scale.asDiagonal()));
-  for (Eigen::Index k = 0; k < eigen.values.size(); ++k) {
-    if (eigen.values[k] > tolerance * tolerance) break;
+  Eigen::Index count = 0;
+  while (count < eigen.values.size() && eigen.values[count] <= tolerance * tolerance) ++count;
+  const Eigen::MatrixXd directions = sparse_basis(eigen.vectors.leftCols(count));
+  for (Eigen::Index k = 0; k < count; ++k) {
     UnidentifiableDirection out;
-    out.direction = eigen.vectors.col(k);
+    out.direction = directions.col(k);
     std::vector<int> order(static_cast<std::size_t>(out.direction.size()));
     for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<int>(i);
     std::sort(order.begin(), order.end(),
               [&](int a, int b) { return std::abs(out.direction[a]) > std::abs(out.direction[b]); });
     for (const int i : order)
-      if (std::abs(out.direction[i]) > 0.1 * std::abs(out.direction[order[0]]))
+      if (std::abs(out.direction[i]) > 0.01 * std::abs(out.direction[order[0]]))
         out.coordinates.push_back(result.coordinates[static_cast<std::size_t>(i)]);
     out.text = out.coordinates.size() == 1 ? "no measurement depends on " : "only together: ";
     for (std::size_t i = 0; i < out.coordinates.size(); ++i) out.text += (i ? ", " : "") + out.coordinates[i];
@@ -434,6 +455,12 @@ FitBlock CellFit::add_nuisance_pose(const std::string& name, const Pose& start) 
   block.nuisance = true;
   return impl_->keep(std::move(block));
 }
+FitBlock CellFit::add_nuisance_vector(const std::string& name, const Eigen::VectorXd& start,
+                                      const std::vector<std::string>& coordinates) {
+  Block block = vector_block(name, start, coordinates);
+  block.nuisance = true;
+  return impl_->keep(std::move(block));
+}
 FitBlock CellFit::add_arm(const std::string& name, const kinematics::DhChain& start) {
   return impl_->keep(arm_block(name, start));
 }
@@ -450,6 +477,7 @@ FitBlock CellFit::add_camera(const std::string& name, const Pinhole& start) {
 
 void CellFit::hold(FitBlock block, int coordinate) {
   Block& b = impl_->block(block);
+  require(!b.nuisance, b.name + " is a nuisance: leave it out instead");
   require(coordinate >= -1 && coordinate < b.size(), b.name + ": there is no coordinate " + std::to_string(coordinate));
   for (int i = 0; i < b.size(); ++i)
     if (coordinate < 0 || i == coordinate) b.held[static_cast<std::size_t>(i)] = true;
@@ -593,16 +621,27 @@ Eigen::VectorXd CellFit::residuals(FitObservation observation) const {
 }
 
 CellFit::Agreement CellFit::agreement(FitObservation observation) const {
-  Observation o = impl_->observation(observation);
-  const bool used = o.weight > 0;
-  if (!used) o.weight = 1.0;
+  return agreement(std::span(&observation, 1));
+}
+
+CellFit::Agreement CellFit::agreement(std::span<const FitObservation> observations) const {
+  std::vector<Observation> group;
+  for (const FitObservation o : observations) group.push_back(impl_->observation(o));
+  require(!group.empty(), "CellFit: agreement of no measurement");
+  const bool used = group.front().weight > 0;
+  std::vector<const Observation*> pointers;
   Agreement out;
-  out.dof = o.rows;
-  const auto about = impl_->information({&o});
+  for (Observation& o : group) {
+    require((o.weight > 0) == used, "CellFit: agreement of measurements of which some are in use");
+    if (!used) o.weight = 1.0;
+    out.dof += o.rows;
+    pointers.push_back(&o);
+  }
+  const auto about = impl_->information(pointers);
   if (!about) {
     out.squared_distance = std::numeric_limits<double>::infinity();
-    out.residuals = Eigen::VectorXd::Constant(o.rows, out.squared_distance);
-    out.redundancy = Eigen::VectorXd::Ones(o.rows);
+    out.residuals = Eigen::VectorXd::Constant(out.dof, out.squared_distance);
+    out.redundancy = Eigen::VectorXd::Ones(out.dof);
     return out;
   }
   const auto n = static_cast<Eigen::Index>(about->index.size());
@@ -611,7 +650,7 @@ CellFit::Agreement CellFit::agreement(FitObservation observation) const {
     for (Eigen::Index c = 0; c < n; ++c)
       C(r, c) = impl_->covariance(about->index[static_cast<std::size_t>(r)], about->index[static_cast<std::size_t>(c)]);
   const Eigen::MatrixXd spread = about->J * C * about->J.transpose();
-  const Eigen::MatrixXd own = Eigen::MatrixXd::Identity(o.rows, o.rows);
+  const Eigen::MatrixXd own = Eigen::MatrixXd::Identity(out.dof, out.dof);
   // A measurement that took part has pulled the answer towards itself, one that did not is as uncertain as both.
   const Eigen::MatrixXd Q = used ? Eigen::MatrixXd(own - spread) : Eigen::MatrixXd(own + spread);
   const SymmetricEigen eigen = symmetric_eigen(Q);

@@ -29,8 +29,7 @@ struct Evaluation {
   }
   template <class Derived>
   void add(FitBlock handle, const Eigen::MatrixBase<Derived>& derivative, int row = 0) const {
-    if (jacobians && handle.exists())
-      (*jacobians)[place(handle)].middleRows(row, derivative.rows()) += derivative;
+    if (jacobians && handle.exists()) (*jacobians)[place(handle)].middleRows(row, derivative.rows()) += derivative;
   }
   Eigen::Map<Eigen::VectorXd> out() const { return {residuals, observation.rows}; }
 };
@@ -47,7 +46,8 @@ FactorState arm_state(const Evaluation& e, const PoseChain::Factor& factor) {
   const kinematics::DhChain arm = to_arm(e.block(factor.block).chain, e.of(factor.block));
   Eigen::VectorXd q = factor.q;
   const bool terms = factor.joint_terms.exists();
-  if (terms) q += factor.regressor * Eigen::Map<const Eigen::VectorXd>(e.of(factor.joint_terms), factor.regressor.cols());
+  if (terms)
+    q += factor.regressor * Eigen::Map<const Eigen::VectorXd>(e.of(factor.joint_terms), factor.regressor.cols());
   if (!e.jacobians) {
     out.T = arm.flange(q);
     return out;
@@ -227,11 +227,21 @@ bool Observation::evaluate(const std::vector<Block>& all, const std::vector<cons
   const Evaluation e{*this, all, values, residuals, jacobians};
   bool exists = false;
   switch (kind) {
-    case ObservationKind::Pose: exists = pose_residual(e); break;
-    case ObservationKind::Position: exists = position_residual(e); break;
-    case ObservationKind::Distance: exists = distance_residual(e); break;
-    case ObservationKind::Plane: exists = plane_residual(e); break;
-    case ObservationKind::Pixels: exists = pixel_residual(e); break;
+    case ObservationKind::Pose:
+      exists = pose_residual(e);
+      break;
+    case ObservationKind::Position:
+      exists = position_residual(e);
+      break;
+    case ObservationKind::Distance:
+      exists = distance_residual(e);
+      break;
+    case ObservationKind::Plane:
+      exists = plane_residual(e);
+      break;
+    case ObservationKind::Pixels:
+      exists = pixel_residual(e);
+      break;
   }
   const double scale = std::sqrt(weight);
   if (exists && scale != 1.0) {

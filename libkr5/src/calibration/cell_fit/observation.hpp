@@ -22,8 +22,8 @@ struct Observation {
   FitPoint point, other;
   FitBlock radius, camera;
   Pose seen = Pose::Identity();
-  Eigen::VectorXd whitening;                                    ///< Over sigma, by row; of a pose six.
-  Eigen::Matrix3d whitening3 = Eigen::Matrix3d::Identity();     ///< Of a position, W with W' W = C^-1.
+  Eigen::VectorXd whitening;                                 ///< Over sigma, by row; of a pose six.
+  Eigen::Matrix3d whitening3 = Eigen::Matrix3d::Identity();  ///< Of a position, W with W' W = C^-1.
   double distance = 0.0;
   Eigen::Matrix3Xd points;
   Eigen::Matrix2Xd pixels;

@@ -72,11 +72,11 @@ Placement from_points(const Input& input, const Eigen::Vector3d& guess) {
       }
   Placement out;
   const auto as_matrix = [](const std::vector<Eigen::Vector3d>& points) {
-    return Eigen::Matrix3Xd(Eigen::Map<const Eigen::Matrix3Xd>(points.front().data(), 3,
-                                                               static_cast<Eigen::Index>(points.size())));
+    return Eigen::Matrix3Xd(
+        Eigen::Map<const Eigen::Matrix3Xd>(points.front().data(), 3, static_cast<Eigen::Index>(points.size())));
   };
-  out.T_world_base = input.options.T_world_base ? *input.options.T_world_base
-                                                : rigid_motion(as_matrix(from), as_matrix(to));
+  out.T_world_base =
+      input.options.T_world_base ? *input.options.T_world_base : rigid_motion(as_matrix(from), as_matrix(to));
   return out;
 }
 
@@ -86,8 +86,8 @@ void points_from_base(const Input& input, Placement& placement) {
     std::vector<double> axis[3];
     for (const ArmPosture& posture : input.postures) {
       if (c >= posture.points.cols() || !seen(posture.points.col(c))) continue;
-      const Eigen::Vector3d p = (placement.T_world_base * input.nominal.flange(posture.q)).inverse() *
-                                Eigen::Vector3d(posture.points.col(c));
+      const Eigen::Vector3d p =
+          (placement.T_world_base * input.nominal.flange(posture.q)).inverse() * Eigen::Vector3d(posture.points.col(c));
       for (int k = 0; k < 3; ++k) axis[k].push_back(p[k]);
     }
     if (!axis[0].empty()) placement.points.col(c) << median(axis[0]), median(axis[1]), median(axis[2]);
@@ -202,8 +202,8 @@ ArmProblem::ArmProblem(const Input& input, const Sigmas& sigmas, const Placement
     if (base.exists()) chain.then(base);
     chain.then_arm(arm, posture.q, joint_terms, regressor);
     if (posture.T_world_tool)
-      mine.push_back(fit.observe_pose(PoseChain(chain).then(tool), *posture.T_world_tool, sigmas.position,
-                                      sigmas.rotation));
+      mine.push_back(
+          fit.observe_pose(PoseChain(chain).then(tool), *posture.T_world_tool, sigmas.position, sigmas.rotation));
     for (Eigen::Index c = 0; c < posture.points.cols(); ++c)
       if (seen(posture.points.col(c)))
         mine.push_back(fit.observe_position(chain, points[static_cast<std::size_t>(c)],
@@ -262,7 +262,8 @@ Placement place(const Input& input, Sigmas& sigmas) {
     constexpr double lever = 0.2;  // a tool as long as that is found, too
     starts.push_back(from_points(input, Eigen::Vector3d::Zero()));
     for (int axis = 0; axis < 3; ++axis)
-      for (const double side : {-lever, lever}) starts.push_back(from_points(input, side * Eigen::Vector3d::Unit(axis)));
+      for (const double side : {-lever, lever})
+        starts.push_back(from_points(input, side * Eigen::Vector3d::Unit(axis)));
   } else {
     starts.emplace_back();
   }
@@ -276,8 +277,8 @@ Placement place(const Input& input, Sigmas& sigmas) {
     if (!input.socket_names.empty()) place_sockets(input, start);
     Sigmas own;
     ArmProblem problem(input, own, start, false);
-    const bool anything = !(input.options.T_world_base && (input.options.T_flange_tool || !input.any_pose())) ||
-                          !problem.points.empty();
+    const bool anything =
+        !(input.options.T_world_base && (input.options.T_flange_tool || !input.any_pose())) || !problem.points.empty();
     if (anything) problem.fit.solve({.loss = 2.0});
     const double cost = robust_cost(problem);
     if (!(cost < least)) continue;

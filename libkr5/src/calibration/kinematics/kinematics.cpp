@@ -15,14 +15,14 @@ namespace {
 
 using namespace arm_problem;
 
-constexpr double sound_part = 0.6;    // at least this part of the postures stays in the fit
-constexpr double settled = 0.02;      // relative change of the variances at which they count as found
+constexpr double sound_part = 0.6;  // at least this part of the postures stays in the fit
+constexpr double settled = 0.02;    // relative change of the variances at which they count as found
 constexpr int variance_rounds = 40;
 
 void check_posture(const ArmPosture& posture, std::size_t row, Eigen::Index joints) {
   const std::string where = "posture " + (posture.name.empty() ? std::to_string(row) : posture.name) + ": ";
-  require(posture.q.size() == joints, where + "found " + std::to_string(posture.q.size()) + " joint values, the arm has " +
-                                          std::to_string(joints) + " joints");
+  require(posture.q.size() == joints, where + "found " + std::to_string(posture.q.size()) +
+                                          " joint values, the arm has " + std::to_string(joints) + " joints");
   require(posture.q.allFinite(), where + "joint values must be finite");
   const bool any_seen = posture.points.cols() > 0 && posture.points.array().isFinite().any();
   require(posture.T_world_tool || any_seen || !posture.socket.empty(), where + "nothing was measured of it");
@@ -36,8 +36,8 @@ Input checked_input(const kinematics::DhChain& nominal, std::span<const ArmPostu
                     std::span<const SocketDistance> distances, const KinematicsOptions& options) {
   options.validate();
   require(!nominal.joints.empty(), "the arm has no joints");
-  require(postures.size() >= 6, "kinematic calibration needs at least six postures, found " +
-                                    std::to_string(postures.size()));
+  require(postures.size() >= 6,
+          "kinematic calibration needs at least six postures, found " + std::to_string(postures.size()));
   std::set<std::string> sockets;
   for (std::size_t i = 0; i < postures.size(); ++i) {
     check_posture(postures[i], i, static_cast<Eigen::Index>(nominal.joints.size()));
@@ -143,12 +143,8 @@ bool Calibration::update_sigmas() {
 
 /// Probability that a sound posture lies as far from what the others say; `degrees` of freedom stand behind the noise.
 double Calibration::probability(std::size_t i, double degrees) const {
-  double squared = 0.0, rows = 0.0;
-  for (const FitObservation o : problem->observations[i]) {
-    const CellFit::Agreement agreement = problem->fit.agreement(o);
-    squared += agreement.squared_distance;
-    rows += agreement.dof;
-  }
+  const CellFit::Agreement agreement = problem->fit.agreement(problem->observations[i]);
+  const double squared = agreement.squared_distance, rows = agreement.dof;
   if (!std::isfinite(squared)) return 0.0;
   if (input.options.sigma_position > 0) return 1 - uncertainty::chi_square_cdf(squared, rows);
   if (weights[i] == 0) return 1 - uncertainty::fisher_cdf(squared / rows, rows, degrees);
@@ -173,7 +169,8 @@ void Calibration::name_outliers() {
       const auto inside = std::count(weights.begin(), weights.end(), 1.0);
       if (weights[i] == 0 && p > threshold) weights[i] = 1, changed = true;
       // One out at a time, so that a gross one does not take sound ones with it.
-      if (weights[i] == 1 && p < threshold && inside > least && excluded == 0) weights[i] = 0, changed = true, ++excluded;
+      if (weights[i] == 1 && p < threshold && inside > least && excluded == 0)
+        weights[i] = 0, changed = true, ++excluded;
     }
     if (!changed) return;
     find_sigmas();
@@ -254,10 +251,9 @@ void write_postures(const Calibration& calibration, const ArmProblem& nominal, d
     report.position_error = rms_distance(*calibration.problem, i, calibration.sigmas.position);
     report.nominal_error = rms_distance(nominal, i, nominal_sigma);
     if (input.postures[i].T_world_tool)
-      report.rotation_error = calibration.sigmas.rotation *
-                              calibration.problem->fit.residuals(calibration.problem->observations[i].front())
-                                  .tail<3>()
-                                  .norm();
+      report.rotation_error =
+          calibration.sigmas.rotation *
+          calibration.problem->fit.residuals(calibration.problem->observations[i].front()).tail<3>().norm();
     report.probability = calibration.probability(i, degrees);
     report.outlier = calibration.weights[i] == 0;
     out.postures.push_back(report);

@@ -57,8 +57,7 @@ struct Choice {
   /// What adding (or with sign -1 taking away) posture i gains.
   double gain(std::size_t i, double sign) const {
     const Eigen::MatrixXd CJ = covariance * rows[i].transpose();
-    const Eigen::MatrixXd inner =
-        Eigen::MatrixXd::Identity(rows[i].rows(), rows[i].rows()) + sign * rows[i] * CJ;
+    const Eigen::MatrixXd inner = Eigen::MatrixXd::Identity(rows[i].rows(), rows[i].rows()) + sign * rows[i] * CJ;
     if (options.criterion == PostureCriterion::Determinant) return std::log(std::max(inner.determinant(), 1e-300));
     return sign * (inner.inverse() * (CJ.transpose() * weight * CJ)).trace();
   }
