@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/calibration/circle_point.hpp>
 #include <kr5/calibration/dataset.hpp>
 #include <kr5/calibration/evaluate.hpp>
 #include <kr5/calibration/hand_eye.hpp>
 #include <kr5/calibration/hand_eye_diagnosis.hpp>
+#include <kr5/calibration/kinematics.hpp>
 #include <kr5/calibration/pose_file.hpp>
 #include <kr5/calibration/pose_format.hpp>
+#include <kr5/calibration/posture_choice.hpp>
 #include <kr5/calibration/timed_hand_eye.hpp>
 #include <kr5/calibration/tool.hpp>
 
@@ -88,6 +91,59 @@ static void bind_tool(py::module_& m) {
       "Raises\n------\nkr5.InvalidArgument\n    Fewer than four poses, or a pose that is not finite or not proper.");
 }
 
+static void bind_kinematics_calibration(py::module_& m) {
+  kr5::python::bind_struct<UnidentifiableDirection>(m, "UnidentifiableDirection",
+                                                    "Combination of parameters that the measurements leave open.");
+  kr5::python::bind_struct<ArmPosture>(m, "ArmPosture", "Posture of an arm with what was measured of it.");
+  kr5::python::bind_struct<SocketDistance>(m, "SocketDistance", "Known distance of two sockets.");
+  kr5::python::bind_struct<KinematicsOptions>(m, "KinematicsOptions", "Options of calibrate_kinematics.");
+  kr5::python::bind_struct<KinematicCoordinate>(m, "KinematicCoordinate", "Estimated number with its uncertainty.");
+  kr5::python::bind_struct<ArmPostureReport>(m, "ArmPostureReport", "Agreement of one posture with the result.");
+  kr5::python::bind_struct<KinematicsResult>(m, "KinematicsResult", "Identified arm with its covariance.")
+      .def("corrected", &KinematicsResult::corrected, py::arg("q"),
+           "Joint values at which the arm stands when the controller reports q [rad or m].")
+      .def("flange", &KinematicsResult::flange, py::arg("q"), "T_base_flange (4x4) for reported joint values.");
+  m.def(
+      "calibrate_kinematics",
+      [](const kr5::kinematics::DhChain& nominal, const std::vector<ArmPosture>& postures,
+         const std::vector<SocketDistance>& distances,
+         const KinematicsOptions& options) { return calibrate_kinematics(nominal, postures, distances, options); },
+      py::arg("nominal"), py::arg("postures"), py::arg("distances") = std::vector<SocketDistance>{},
+      py::arg("options") = KinematicsOptions(), py::call_guard<py::gil_scoped_release>(),
+      "Parameters of an arm from postures measured from outside, or resting in sockets.\n\n"
+      "Parameters\n----------\nnominal : kr5.kinematics.DhChain\npostures : list of ArmPosture\n"
+      "distances : list of SocketDistance\noptions : KinematicsOptions\n\n"
+      "Returns\n-------\nKinematicsResult\n\n"
+      "Raises\n------\nkr5.InvalidArgument\n    Fewer than six postures, one without a measurement, or NaN.");
+}
+
+static void bind_circle_point(py::module_& m) {
+  kr5::python::bind_struct<JointSample>(m, "JointSample", "What was seen at one value of a joint.");
+  kr5::python::bind_struct<JointAxisOptions>(m, "JointAxisOptions", "Options of identify_joint_axis.");
+  kr5::python::bind_struct<JointAxisResult>(m, "JointAxisResult", "Axis of a joint with its covariance.");
+  m.def(
+      "identify_joint_axis",
+      [](const std::vector<JointSample>& samples, const JointAxisOptions& options) {
+        return identify_joint_axis(samples, options);
+      },
+      py::arg("samples"), py::arg("options") = JointAxisOptions(), py::call_guard<py::gil_scoped_release>(),
+      "Axis of a joint from points or poses traced while only that joint moved.\n\n"
+      "Raises\n------\nkr5.InvalidArgument\n    Fewer than four samples, or one without a measurement.");
+}
+
+static void bind_posture_choice(py::module_& m) {
+  kr5::python::bind_enum<PostureCriterion>(m, "PostureCriterion", "What a choice of postures makes small.");
+  kr5::python::bind_struct<PostureChoiceOptions>(m, "PostureChoiceOptions", "Options of choose_postures.");
+  kr5::python::bind_struct<PostureChoice>(m, "PostureChoice", "Chosen postures.");
+  m.def(
+      "choose_postures",
+      [](const kr5::kinematics::DhChain& arm, const std::vector<Eigen::VectorXd>& candidates,
+         const PostureChoiceOptions& options) { return choose_postures(arm, candidates, options); },
+      py::arg("arm"), py::arg("candidates"), py::arg("options") = PostureChoiceOptions(),
+      py::call_guard<py::gil_scoped_release>(),
+      "Postures, of `candidates` (list of joint values), that tell most of an arm's parameters.");
+}
+
 static void bind_timed_hand_eye(py::module_& m) {
   kr5::python::bind_struct<PoseStream>(m, "PoseStream", "Poses with their times.");
   kr5::python::bind_struct<TimedHandEyeOptions>(m, "TimedHandEyeOptions", "Options of calibrate_timed_hand_eye.");
@@ -149,4 +205,7 @@ void bind_calibration(py::module_& m) {
   bind_evaluation(m);
   bind_tool(m);
   bind_timed_hand_eye(m);
+  bind_kinematics_calibration(m);
+  bind_circle_point(m);
+  bind_posture_choice(m);
 }

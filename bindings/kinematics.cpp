@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/kinematics/axis_chain.hpp>
 #include <kr5/kinematics/dh_chain.hpp>
 #include <kr5/kinematics/inverse.hpp>
 #include <kr5/kinematics/jacobian.hpp>
@@ -16,15 +17,11 @@ static void bind_chain(py::module_& m) {
   bind_struct<DhJoint>(m, "DhJoint", "Joint and the link behind it.")
       .def("transform", &DhJoint::transform, py::arg("q"),
            "Pose of the link in the previous one [joint value in rad or m].");
-  py::class_<DhChain>(m, "DhChain", "Open chain from the robot base B to the flange F.")
+  bind_struct<DhChain>(m, "DhChain", "Open chain from the robot base B to the flange F.")
       .def(py::init([](std::vector<DhJoint> joints, const kr5::Pose& T_base_0) {
              return DhChain{T_base_0, std::move(joints)};
            }),
            py::arg("joints"), py::arg("T_base_0") = kr5::Pose::Identity())
-      .def_readwrite("joints", &DhChain::joints, "Joints, from the base.")
-      .def_property(
-          "T_base_0", [](const DhChain& c) { return c.T_base_0; },
-          [](DhChain& c, const kr5::Pose& T) { c.T_base_0 = T; }, "Frame of the first joint in the base.")
       .def("link_poses", &DhChain::link_poses, py::arg("q"), "Poses of link frames 1..n in B for q [rad or m].")
       .def("flange", &DhChain::flange, py::arg("q"), "T_base_flange for q [rad or m].")
       .def(
@@ -41,10 +38,27 @@ static void bind_chain(py::module_& m) {
           py::arg("q"), "T_base_flange of every row of q (N x n) [rad or m]: N x 4 x 4.");
 }
 
+static void bind_axes(py::module_& m) {
+  bind_struct<AxisLine>(m, "AxisLine", "Joint axis as a line.");
+  m.def(
+      "chain_from_axes",
+      [](const std::vector<AxisLine>& axes, const Eigen::VectorXd& q, const kr5::Pose& T_base_flange, double parallel) {
+        return chain_from_axes(axes, q, T_base_flange, parallel);
+      },
+      py::arg("axes"), py::arg("q"), py::arg("T_base_flange"), py::arg("parallel") = 0.1,
+      "Chain of revolute joints whose axes lie so in the base at joint values q, by dual vectors.");
+  m.def("axes_of", &axes_of, py::arg("chain"), py::arg("q"), "Axes of a chain at joint values q, in the base.");
+}
+
 static void bind_inverse(py::module_& m) {
   m.def("jacobian", &jacobian, py::arg("chain"), py::arg("q"), py::arg("T_flange_x") = kr5::Pose::Identity(),
         "Geometric Jacobian, 6 x n, linear first, of frame X on the flange, in axes of B.");
   bind_struct<Manipulability>(m, "Manipulability", "Distance of a posture from a singularity.");
+  m.def(
+      "parameter_jacobian", [](const DhChain& chain, const Eigen::VectorXd& q) { return parameter_jacobian(chain, q); },
+      py::arg("chain"), py::arg("q"),
+      "Derivative of the pose of the flange by b, theta_offset, a, alpha and beta of every joint, 6 x 5n, right\n"
+      "perturbation of T_base_flange, linear first [m, rad].");
   m.def("manipulability", &manipulability, py::arg("J"), py::arg("length") = 1.0,
         "Singular values of a Jacobian whose linear rows are divided by `length` [m].");
   m.def("outside_limits", &outside_limits, py::arg("q"), py::arg("lower"), py::arg("upper"),
@@ -107,6 +121,7 @@ static void bind_dynamics(py::module_& m) {
 void bind_kinematics(py::module_& m) {
   m.doc() = "Chains of joints in Denavit-Hartenberg parameters: poses, inverse, masses.";
   bind_chain(m);
+  bind_axes(m);
   bind_inverse(m);
   bind_dynamics(m);
 }

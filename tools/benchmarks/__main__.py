@@ -61,6 +61,7 @@ BENCHES = {
         " against it",
         quick=("--quick",),
     ),
+    "kinematics": Bench("Kinematic calibration of real arms, postures not fitted", PUBLIC),
     "dynamics": Bench("Forward kinematics and inverse dynamics", SIMULATED, quick=("--postures", "100000")),
     "sim_speed": Bench("Steps a second of the simulated cell", "the same scene", quick=("--steps", "20000")),
     "simulated_cell": Bench(

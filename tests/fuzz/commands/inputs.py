@@ -285,6 +285,14 @@ JOBS = [
         2,
     ),
     Job(
+        "kinematics",
+        "calibrate kinematics postures.csv --cell cell.yaml -o out.json",
+        "poses",
+        ("postures.csv", "cell.yaml"),
+        ("out.json",),
+        3,
+    ),
+    Job(
         "hand-eye folders",
         "calibrate hand-eye . -o out.json",
         "images",
@@ -460,6 +468,7 @@ def _write_mcap(file: Path, t: np.ndarray, joints: dict[str, np.ndarray], wrench
 
 def _prepare_poses(folder: Path) -> None:
     import kr5
+    import kr5.cell
     from scipy.spatial.transform import Rotation
 
     shutil.copytree(SHARE / "data" / "touches", folder / "touches")
@@ -475,6 +484,11 @@ def _prepare_poses(folder: Path) -> None:
             turn = Rotation.from_matrix(pose[:3, :3]) * Rotation.from_rotvec(random.normal(0, 1e-3, 3))
             rows.append([at, *pose[:3, 3] + random.normal(0, 1e-4, 3), *turn.as_quat()])
     names = ["t", "x", "y", "z", "qx", "qy", "qz", "qw"]
+    chain = kr5.cell.load_cell(folder / "cell.yaml").nominal_chain()
+    q = random.normal(size=(12, len(chain.joints)))
+    places = [(chain.flange(row) @ [0.1, 0, 0.1, 1])[:3] + random.normal(0, 1e-4, 3) for row in q]
+    joints = [f"q{k + 1}" for k in range(len(chain.joints))]
+    _write_csv(folder / "postures.csv", [*joints, "x", "y", "z"], np.hstack([q, places]))
     _write_csv(folder / "hand.csv", names, np.array(hand))
     _write_csv(folder / "eye.csv", names, np.array(eye))
 

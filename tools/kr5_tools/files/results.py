@@ -13,6 +13,7 @@ FORMATS = {
     "kr5-camera/1": "Camera calibration",
     "kr5-hand-eye/1": "Hand-eye calibration",
     "kr5-tool/1": "Tool centre point",
+    "kr5-kinematics/1": "Kinematic calibration",
     "kr5-timed-hand-eye/1": "Hand-eye calibration with clocks",
     "kr5-marker-map/1": "Marker map",
     "kr5-detection/1": "Detection",

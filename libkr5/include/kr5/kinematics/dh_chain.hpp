@@ -54,6 +54,11 @@ struct DhChain {
   Pose flange(const Eigen::VectorXd& q) const;
   /// T_base_flange of every row of q (N x n): N x 16, a row the 4 x 4 matrix row by row. Allocates only the result.
   Rows flanges(const Eigen::Ref<const Rows>& q) const;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("T_base_0", self.T_base_0, "Frame of the first joint in the base.");
+    visit("joints", self.joints, "Joints, from the base.");
+  }
 };
 
 }  // namespace kr5::kinematics

@@ -18,6 +18,13 @@ using Jacobian = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 /// @throws InvalidArgument when q has not one value a joint.
 Jacobian jacobian(const DhChain& chain, const Eigen::VectorXd& q, const Pose& T_flange_x = Pose::Identity());
 
+/// Derivative of the pose of the flange by the parameters of every joint, 6 x 5n: b [m], theta_offset [rad], a [m],
+/// alpha and beta [rad] of the first joint, then of the next. Rows: right perturbation of T_base_flange, linear first
+/// [m, rad]. That by q is the column of theta_offset, or of b for a prismatic joint.
+/// @param T_base_flange Where the pose itself is put, unless null.
+/// @throws InvalidArgument when q has not one value a joint.
+Jacobian parameter_jacobian(const DhChain& chain, const Eigen::VectorXd& q, Pose* T_base_flange = nullptr);
+
 /// How far a posture is from a singular one.
 struct Manipulability {
   double volume = 0.0;              ///< Product of the singular values of J (Yoshikawa's measure).

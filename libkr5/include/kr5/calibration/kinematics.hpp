@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <kr5/calibration/cell_fit.hpp>
+#include <kr5/core/fit_report.hpp>
+#include <kr5/kinematics/dh_chain.hpp>
+
+/// @file
+/// Kinematic calibration: the arm's true Denavit-Hartenberg parameters from postures that were measured from outside,
+/// or whose tip rested in a fixed socket (Hayat et al. 2022, sections 4.2 and 4.4.1).
+
+namespace kr5::calibration {
+
+/// A posture of the arm with what was measured of it: the pose of the tool, places of points on it, or the name of the
+/// socket that its first point rested in.
+struct ArmPosture {
+  std::string name;
+  Eigen::VectorXd q;                 ///< [rad or m]
+  std::optional<Pose> T_world_tool;  ///< [m]
+  Eigen::Matrix3Xd points;           ///< [m]
+  std::string socket;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("name", self.name, "Name of the posture.");
+    visit("q", self.q, "Joint values [rad or m].");
+    visit("T_world_tool", self.T_world_tool, "Measured pose of the tool in the frame of the measuring device.");
+    visit("points", self.points,
+          "Measured places of points on the tool in that frame, 3 x n; NaN for one that was not seen [m].");
+    visit("socket", self.socket, "Name of the fixed socket in which the first point on the tool rested.");
+  }
+};
+
+/// Known distance of two sockets.
+struct SocketDistance {
+  std::string first;
+  std::string second;
+  double distance = 0.0;  ///< [m]
+  double sigma = 1e-5;    ///< [m]
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("first", self.first, "Name of a socket.");
+    visit("second", self.second, "Name of another socket.");
+    visit("distance", self.distance, "Distance of their centres [m].");
+    visit("sigma", self.sigma, "Standard deviation of the distance [m].");
+  }
+};
+
+struct KinematicsOptions {
+  double sigma_position = 0.0;    ///< [m]
+  double sigma_rotation = 0.0;    ///< [rad]
+  double tolerance_length = 0.0;  ///< [m]
+  double tolerance_angle = 0.0;   ///< [rad]
+  bool joint_errors = true;
+  double outlier_false_alarm = 0.01;  ///< [-]
+  int max_iterations = 100;
+  std::optional<Pose> T_world_base = std::nullopt;
+  std::optional<Pose> T_flange_tool = std::nullopt;
+  std::vector<std::string> hold = {};
+
+  /// @throws InvalidArgument naming the offending field.
+  void validate() const;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("sigma_position", self.sigma_position,
+          "Noise of a measured position per axis [m]; 0: estimated from the data.");
+    visit("sigma_rotation", self.sigma_rotation,
+          "Noise of a measured orientation per axis [rad]; 0: estimated from the data.");
+    visit("tolerance_length", self.tolerance_length,
+          "Standard deviation of true lengths about the nominal ones [m]; 0: estimated from the data.");
+    visit("tolerance_angle", self.tolerance_angle,
+          "Standard deviation of true angles about the nominal ones [rad]; 0: estimated from the data.");
+    visit("joint_errors", self.joint_errors,
+          "Estimation of joint errors that change with the joint value: once and twice a turn.");
+    visit("outlier_false_alarm", self.outlier_false_alarm,
+          "Probability of a false outlier in sound data, over all postures [-].");
+    visit("max_iterations", self.max_iterations, "Greatest number of iterations of one fit.");
+    visit("T_world_base", self.T_world_base,
+          "Known pose of the base in the frame of the measuring device; by default estimated.");
+    visit("T_flange_tool", self.T_flange_tool, "Known pose of the measured tool on the flange; by default estimated.");
+    visit("hold", self.hold, "Coordinates to hold at their nominal value, such as arm.joint2.a.");
+  }
+};
+
+/// One estimated number.
+struct KinematicCoordinate {
+  std::string name;
+  std::string unit;
+  double nominal = 0.0;
+  double value = 0.0;
+  double std = 0.0;
+  bool identifiable = true;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("name", self.name, "Name, such as arm.joint2.a.");
+    visit("unit", self.unit, "Unit.");
+    visit("nominal", self.nominal, "Nominal value, in the unit.");
+    visit("value", self.value, "Estimated value, in the unit.");
+    visit("std", self.std, "Standard deviation of the estimate, in the unit.");
+    visit("identifiable", self.identifiable, "Whether the measurements alone tell it from the others.");
+  }
+};
+
+/// How one posture agrees with the result.
+struct ArmPostureReport {
+  std::string name;
+  double position_error = 0.0;  ///< [m]
+  double rotation_error = 0.0;  ///< [rad]
+  double nominal_error = 0.0;   ///< [m]
+  double probability = 1.0;     ///< [-]
+  bool outlier = false;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("name", self.name, "Name of the posture.");
+    visit("position_error", self.position_error, "RMS distance of its measured from its predicted points [m].");
+    visit("rotation_error", self.rotation_error, "Angle between the measured and the predicted orientation [rad].");
+    visit("nominal_error", self.nominal_error,
+          "RMS distance with the nominal arm, base and tool as well placed as it allows [m].");
+    visit("probability", self.probability, "Probability of a sound posture at this distance from all others [-].");
+    visit("outlier", self.outlier, "True for a posture that contradicts the others beyond the noise.");
+  }
+};
+
+struct KinematicsResult {
+  kinematics::DhChain arm;  ///< Identified.
+  Pose T_world_base = Pose::Identity();
+  Pose T_flange_tool = Pose::Identity();  ///< Where poses were measured.
+  Eigen::Matrix3Xd points;                ///< On the flange [m].
+  Eigen::Matrix3Xd sockets;               ///< In the base [m].
+  std::vector<std::string> socket_names;
+  Eigen::MatrixXd joint_errors;  ///< [rad]
+  std::vector<KinematicCoordinate> coordinates;
+  Eigen::MatrixXd covariance;  ///< In the order of `coordinates`.
+  std::vector<UnidentifiableDirection> unidentifiable;
+  double sigma_position = 0.0;    ///< [m]
+  double sigma_rotation = 0.0;    ///< [rad]
+  double tolerance_length = 0.0;  ///< [m]
+  double tolerance_angle = 0.0;   ///< [rad]
+  double tolerance_joint = 0.0;   ///< [rad]
+  double dof = 0.0;               ///< [-]
+  std::vector<ArmPostureReport> postures;
+  FitReport fit;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("arm", self.arm, "Identified arm.");
+    visit("T_world_base", self.T_world_base, "Pose of the base in the frame of the measuring device.");
+    visit("T_flange_tool", self.T_flange_tool, "Pose of the measured tool on the flange, where poses were measured.");
+    visit("points", self.points, "Measured points on the flange, 3 x n [m].");
+    visit("sockets", self.sockets, "Centres of the sockets in the base, 3 x n [m].");
+    visit("socket_names", self.socket_names, "Their names.");
+    visit("joint_errors", self.joint_errors,
+          "Errors of the joints that change with the joint value: a row a joint, coefficients of sin q, cos q - 1, sin "
+          "2q and cos 2q - 1; empty when not estimated [rad].");
+    visit("coordinates", self.coordinates, "Every estimated number.");
+    visit("covariance", self.covariance, "Covariance, in the order and units of `coordinates`.");
+    visit("unidentifiable", self.unidentifiable, "Combinations that the measurements alone do not determine.");
+    visit("sigma_position", self.sigma_position, "Noise of a measured position per axis, given or estimated [m].");
+    visit("sigma_rotation", self.sigma_rotation, "Noise of a measured orientation per axis, given or estimated [rad].");
+    visit("tolerance_length", self.tolerance_length, "Spread of true about nominal lengths, given or estimated [m].");
+    visit("tolerance_angle", self.tolerance_angle, "Spread of true about nominal angles, given or estimated [rad].");
+    visit("tolerance_joint", self.tolerance_joint, "Spread of the coefficients of the joint errors, estimated [rad].");
+    visit("dof", self.dof, "Degrees of freedom behind the estimated noise [-].");
+    visit("postures", self.postures, "Agreement of each posture, in input order.");
+    visit("fit", self.fit, "Report of the estimation.");
+  }
+
+  /// Joint values at which the identified arm stands when the controller reports q [rad or m].
+  Eigen::VectorXd corrected(const Eigen::VectorXd& q) const;
+  /// T_base_flange of the identified arm for reported joint values.
+  Pose flange(const Eigen::VectorXd& q) const;
+};
+
+/// Estimates the parameters of an arm, with base and tool, from postures measured from outside or resting in sockets.
+///
+/// The true parameters are held to spread about the nominal ones by `tolerance_length` and `tolerance_angle`; these and
+/// the noise are estimated by variance components unless given, so that a few postures do not fit their noise. Postures
+/// that contradict the others are named and left out. Near-parallel axes get Hayati's angle beta.
+/// @throws InvalidArgument for fewer than six postures, postures without a measurement, NaN, or invalid options.
+KinematicsResult calibrate_kinematics(const kinematics::DhChain& nominal, std::span<const ArmPosture> postures,
+                                      std::span<const SocketDistance> distances = {},
+                                      const KinematicsOptions& options = {});
+
+}  // namespace kr5::calibration

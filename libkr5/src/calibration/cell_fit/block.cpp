@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/cell_fit/block.hpp"
+
+#include <kr5/core/error.hpp>
+
+namespace kr5::calibration::cell_fit {
+namespace {
+
+Block with(BlockKind kind, const std::string& name, const Eigen::VectorXd& values,
+           const std::vector<std::string>& coordinates) {
+  require(values.allFinite(), name + ": start must be finite");
+  Block block;
+  block.kind = kind;
+  block.name = name;
+  for (const std::string& coordinate : coordinates) block.coordinates.push_back(name + "." + coordinate);
+  block.values = block.start = values;
+  block.held.assign(coordinates.size(), false);
+  return block;
+}
+
+}  // namespace
+
+std::vector<int> Block::free() const {
+  std::vector<int> out;
+  for (int i = 0; i < size(); ++i)
+    if (!held[static_cast<std::size_t>(i)]) out.push_back(i);
+  return out;
+}
+
+Pose to_pose_block(const double* values) {
+  Pose T = Pose::Identity();
+  T.translation() = Eigen::Map<const Eigen::Vector3d>(values);
+  T.linear() = Eigen::Map<const Eigen::Quaterniond>(values + 3).normalized().toRotationMatrix();
+  return T;
+}
+
+void from_pose(const Pose& T, double* values) {
+  Eigen::Map<Eigen::Vector3d>(values, 3) = T.translation();
+  Eigen::Map<Eigen::Quaterniond>(values + 3) = Eigen::Quaterniond(T.linear()).normalized();
+}
+
+Pose Block::pose() const { return to_pose_block(values.data()); }
+
+kinematics::DhChain to_arm(const kinematics::DhChain& form, const double* values) {
+  kinematics::DhChain out = form;
+  for (kinematics::DhJoint& joint : out.joints) {
+    joint.b = values[0], joint.theta_offset = values[1], joint.a = values[2];
+    joint.alpha = values[3], joint.beta = values[4];
+    values += 5;
+  }
+  return out;
+}
+
+kinematics::DhChain Block::arm() const { return to_arm(chain, values.data()); }
+
+Pinhole Block::camera() const {
+  Pinhole out;
+  out.width = width, out.height = height;
+  out.set_parameters(values);
+  return out;
+}
+
+Eigen::VectorXd Block::change() const {
+  if (kind != BlockKind::Pose) return values - start;
+  return pose_difference(to_pose_block(start.data()), pose());
+}
+
+Block pose_block(const std::string& name, const Pose& start) {
+  require(is_rotation(start.linear(), 1e-3), name + ": start has no proper rotation");
+  Eigen::VectorXd values(7);
+  from_pose(start, values.data());
+  return with(BlockKind::Pose, name, values, {"x [m]", "y [m]", "z [m]", "rx [rad]", "ry [rad]", "rz [rad]"});
+}
+
+Block arm_block(const std::string& name, const kinematics::DhChain& start) {
+  require(!start.joints.empty(), name + ": an arm needs at least one joint");
+  Eigen::VectorXd values(static_cast<Eigen::Index>(5 * start.joints.size()));
+  std::vector<std::string> coordinates;
+  for (std::size_t i = 0; i < start.joints.size(); ++i) {
+    const kinematics::DhJoint& joint = start.joints[i];
+    values.segment<5>(static_cast<Eigen::Index>(5 * i)) << joint.b, joint.theta_offset, joint.a, joint.alpha,
+        joint.beta;
+    for (const char* parameter : {"b [m]", "theta_offset [rad]", "a [m]", "alpha [rad]", "beta [rad]"})
+      coordinates.push_back("joint" + std::to_string(i + 1) + "." + parameter);
+  }
+  Block block = with(BlockKind::Arm, name, values, coordinates);
+  block.chain = start;
+  return block;
+}
+
+Block point_block(const std::string& name, const Eigen::Vector3d& start) {
+  return with(BlockKind::Point, name, start, {"x [m]", "y [m]", "z [m]"});
+}
+
+Block vector_block(const std::string& name, const Eigen::VectorXd& start, const std::vector<std::string>& coordinates) {
+  require(static_cast<std::size_t>(start.size()) == coordinates.size(),
+          name + ": " + std::to_string(start.size()) + " values, but " + std::to_string(coordinates.size()) + " names");
+  return with(BlockKind::Vector, name, start, coordinates);
+}
+
+Block camera_block(const std::string& name, const Pinhole& start) {
+  start.validate();
+  std::vector<std::string> coordinates;
+  for (std::size_t i = 0; i < Pinhole::parameter_names.size(); ++i)
+    coordinates.push_back(std::string(Pinhole::parameter_names[i]) + (i < 4 ? " [px]" : " [-]"));
+  Block block = with(BlockKind::Camera, name, start.parameters(), coordinates);
+  block.width = start.width, block.height = start.height;
+  return block;
+}
+
+}  // namespace kr5::calibration::cell_fit

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <kr5/geometry/pinhole.hpp>
+#include <kr5/kinematics/dh_chain.hpp>
+
+/// @file
+/// Private: a block of parameters of a cell fit. Stored numbers: a pose as x y z and a quaternion, x y z w; everything
+/// else as its coordinates.
+
+namespace kr5::calibration::cell_fit {
+
+enum class BlockKind { Pose, Arm, Point, Vector, Camera };
+
+struct Block {
+  BlockKind kind = BlockKind::Vector;
+  std::string name;
+  std::vector<std::string> coordinates;
+  Eigen::VectorXd values;
+  Eigen::VectorXd start;   ///< Values when the block was added.
+  std::vector<bool> held;  ///< By coordinate.
+  Eigen::VectorXd prior;   ///< Standard deviation by coordinate; empty: no prior.
+  bool nuisance = false;
+  kinematics::DhChain chain;  ///< Of an arm: types of the joints and T_base_0.
+  int width = 0, height = 0;  ///< Of a camera [px].
+
+  int size() const { return static_cast<int>(coordinates.size()); }
+  std::vector<int> free() const;
+  Pose pose() const;
+  kinematics::DhChain arm() const;
+  Pinhole camera() const;
+  /// Difference of the present values from the start, by coordinate.
+  Eigen::VectorXd change() const;
+};
+
+Pose to_pose_block(const double* values);
+kinematics::DhChain to_arm(const kinematics::DhChain& form, const double* values);
+void from_pose(const Pose& T, double* values);
+
+Block pose_block(const std::string& name, const Pose& start);
+Block arm_block(const std::string& name, const kinematics::DhChain& start);
+Block point_block(const std::string& name, const Eigen::Vector3d& start);
+Block vector_block(const std::string& name, const Eigen::VectorXd& start, const std::vector<std::string>& coordinates);
+Block camera_block(const std::string& name, const Pinhole& start);
+
+}  // namespace kr5::calibration::cell_fit

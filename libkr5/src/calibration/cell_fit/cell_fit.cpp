@@ -1,0 +1,676 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/calibration/cell_fit.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include <ceres/ceres.h>
+#include <Eigen/Dense>
+#include <kr5/core/error.hpp>
+#include <kr5/core/linear.hpp>
+
+#include "calibration/cell_fit/block.hpp"
+#include "calibration/cell_fit/observation.hpp"
+
+namespace kr5::calibration {
+
+using namespace cell_fit;
+
+namespace {
+
+/// Poses as Ceres stores and moves them. Derivatives are handed over by coordinate, in the first columns of the stored
+/// numbers, so that the derivative of plus() is the identity above a row of zeros.
+class PoseManifold final : public ceres::Manifold {
+ public:
+  explicit PoseManifold(std::vector<int> free) : free_(std::move(free)) {}
+  int AmbientSize() const override { return 7; }
+  int TangentSize() const override { return static_cast<int>(free_.size()); }
+  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override {
+    Vector6 d = Vector6::Zero();
+    for (std::size_t k = 0; k < free_.size(); ++k) d[free_[k]] = delta[k];
+    from_pose(to_pose_block(x) * to_pose(d), x_plus_delta);
+    return true;
+  }
+  bool PlusJacobian(const double*, double* jacobian) const override {
+    Eigen::Map<RowMatrix> J(jacobian, 7, TangentSize());
+    J.setZero();
+    for (std::size_t k = 0; k < free_.size(); ++k) J(free_[k], static_cast<Eigen::Index>(k)) = 1.0;
+    return true;
+  }
+  bool Minus(const double* y, const double* x, double* y_minus_x) const override {
+    const Vector6 d = pose_difference(to_pose_block(x), to_pose_block(y));
+    for (std::size_t k = 0; k < free_.size(); ++k) y_minus_x[k] = d[free_[k]];
+    return true;
+  }
+  bool MinusJacobian(const double*, double* jacobian) const override {
+    Eigen::Map<RowMatrix> J(jacobian, TangentSize(), 7);
+    J.setZero();
+    for (std::size_t k = 0; k < free_.size(); ++k) J(static_cast<Eigen::Index>(k), free_[k]) = 1.0;
+    return true;
+  }
+
+ private:
+  std::vector<int> free_;
+};
+
+/// An observation as Ceres sees it.
+class ObservationCost final : public ceres::CostFunction {
+ public:
+  ObservationCost(const std::vector<Block>& all, const Observation& observation)
+      : all_(all), observation_(observation) {
+    set_num_residuals(observation.rows);
+    for (const int b : observation.blocks)
+      mutable_parameter_block_sizes()->push_back(static_cast<int>(all[static_cast<std::size_t>(b)].values.size()));
+  }
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
+    const std::vector<const double*> values(parameters, parameters + observation_.blocks.size());
+    std::vector<RowMatrix> J;
+    if (!observation_.evaluate(all_, values, residuals, jacobians ? &J : nullptr)) return false;
+    if (!jacobians) return true;
+    for (std::size_t k = 0; k < J.size(); ++k) {
+      if (!jacobians[k]) continue;
+      Eigen::Map<RowMatrix> out(jacobians[k], observation_.rows, parameter_block_sizes()[k]);
+      out.leftCols(J[k].cols()) = J[k];
+      if (out.cols() > J[k].cols()) out.rightCols(out.cols() - J[k].cols()).setZero();
+    }
+    return true;
+  }
+
+ private:
+  const std::vector<Block>& all_;
+  const Observation& observation_;
+};
+
+/// What is known of a block before: its change from the start over the prior's standard deviation.
+class PriorCost final : public ceres::CostFunction {
+ public:
+  explicit PriorCost(const Block& block) : block_(block) {
+    for (int i = 0; i < block.size(); ++i)
+      if (std::isfinite(block.prior[i])) rows_.push_back(i);
+    set_num_residuals(static_cast<int>(rows_.size()));
+    mutable_parameter_block_sizes()->push_back(static_cast<int>(block.values.size()));
+  }
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
+    Block at = block_;
+    at.values = Eigen::Map<const Eigen::VectorXd>(parameters[0], block_.values.size());
+    const Eigen::VectorXd change = at.change();
+    Eigen::Map<RowMatrix> J(jacobians ? jacobians[0] : nullptr, num_residuals(), block_.values.size());
+    if (jacobians && jacobians[0]) J.setZero();
+    for (std::size_t k = 0; k < rows_.size(); ++k) {
+      const int i = rows_[k];
+      residuals[k] = change[i] / block_.prior[i];
+      // Of a small pose the derivative of its vector by a right perturbation is the identity, to first order.
+      if (jacobians && jacobians[0]) J(static_cast<Eigen::Index>(k), i) = 1.0 / block_.prior[i];
+    }
+    return true;
+  }
+
+ private:
+  const Block& block_;
+  std::vector<int> rows_;
+};
+
+/// Information of the measurements that share a nuisance about the free coordinates, that nuisance eliminated.
+struct Information {
+  std::vector<int> index;  ///< Places of the columns of `J` in the result.
+  Eigen::MatrixXd J;       ///< Whitened once more by what the nuisance takes up.
+  Eigen::VectorXd r;
+};
+
+/// Directions that span the same space, each with as many zeros as elimination gives: readable by name.
+Eigen::MatrixXd sparse_basis(Eigen::MatrixXd V) {
+  for (Eigen::Index k = 0; k < V.cols(); ++k) {
+    Eigen::Index row = 0;
+    V.col(k).cwiseAbs().maxCoeff(&row);
+    V.col(k) /= V(row, k);
+    for (Eigen::Index other = 0; other < V.cols(); ++other)
+      if (other != k) V.col(other) -= V(row, other) * V.col(k);
+  }
+  for (Eigen::Index k = 0; k < V.cols(); ++k) V.col(k).normalize();
+  return V;
+}
+
+/// Symmetric M with M' M = I - N (N' N + P)^-1 N': what remains of residuals whose nuisance (derivative N, prior
+/// information P) is eliminated.
+Eigen::MatrixXd eliminate(const Eigen::MatrixXd& N, const Eigen::VectorXd& prior_information) {
+  Eigen::MatrixXd inner = N.transpose() * N;
+  inner.diagonal() += prior_information;
+  const Eigen::MatrixXd rest =
+      Eigen::MatrixXd::Identity(N.rows(), N.rows()) - N * inner.ldlt().solve(Eigen::MatrixXd(N.transpose()));
+  const SymmetricEigen eigen = symmetric_eigen(rest);
+  return eigen.vectors * eigen.values.cwiseMax(0.0).cwiseSqrt().asDiagonal() * eigen.vectors.transpose();
+}
+
+}  // namespace
+
+struct CellFit::Impl {
+  std::vector<Block> blocks;
+  std::vector<Observation> observations;
+  std::vector<std::vector<int>> places;  ///< By block and coordinate, in the result; -1: held.
+  Eigen::MatrixXd covariance;
+
+  Block& block(FitBlock handle, const char* what = "block") {
+    require(handle.index >= 0 && handle.index < static_cast<int>(blocks.size()),
+            std::string("CellFit: there is no such ") + what);
+    return blocks[static_cast<std::size_t>(handle.index)];
+  }
+  const Block& block(FitBlock handle) const { return const_cast<Impl*>(this)->block(handle); }
+  Block& block_of(FitBlock handle, BlockKind kind, const char* what) {
+    Block& out = block(handle, what);
+    require(out.kind == kind, out.name + " is no " + what);
+    return out;
+  }
+  Observation& observation(FitObservation handle) {
+    require(handle.index >= 0 && handle.index < static_cast<int>(observations.size()),
+            "CellFit: there is no such measurement");
+    return observations[static_cast<std::size_t>(handle.index)];
+  }
+  FitBlock keep(Block block) {
+    blocks.push_back(std::move(block));
+    return {static_cast<int>(blocks.size()) - 1};
+  }
+  FitObservation keep(Observation observation, int rows) {
+    check_chain(observation.chain);
+    observation.finish(rows);
+    int nuisances = 0;
+    for (const int b : observation.blocks) nuisances += blocks[static_cast<std::size_t>(b)].nuisance;
+    require(nuisances <= 1, "CellFit: a measurement may have one nuisance pose");
+    observations.push_back(std::move(observation));
+    return {static_cast<int>(observations.size()) - 1};
+  }
+  void check_chain(const PoseChain& chain) {
+    for (const PoseChain::Factor& factor : chain.factors()) {
+      if (!factor.block.exists()) continue;
+      if (factor.q.size() == 0) {
+        block_of(factor.block, BlockKind::Pose, "pose");
+        continue;
+      }
+      const Block& arm = block_of(factor.block, BlockKind::Arm, "arm");
+      const auto joints = static_cast<Eigen::Index>(arm.chain.joints.size());
+      require(factor.q.size() == joints && factor.q.allFinite(), arm.name + ": expected " + std::to_string(joints) +
+                                                                     " finite joint values, found " +
+                                                                     std::to_string(factor.q.size()));
+      if (factor.joint_terms.exists())
+        require(factor.regressor.rows() == joints && factor.regressor.cols() == block(factor.joint_terms).size() &&
+                    factor.regressor.allFinite(),
+                arm.name + ": the regressor of the joint terms must be finite, joints x coefficients");
+    }
+  }
+  void check_point(const FitPoint& point) {
+    if (point.block.exists())
+      block_of(point.block, BlockKind::Point, "point");
+    else
+      require(point.value.allFinite(), "CellFit: a point must be finite");
+  }
+  std::vector<const double*> values(const Observation& o) const {
+    std::vector<const double*> out;
+    for (const int b : o.blocks) out.push_back(blocks[static_cast<std::size_t>(b)].values.data());
+    return out;
+  }
+
+  std::vector<std::string> number_coordinates();
+  void minimise(const CellFitOptions& options, CellFitResult& result);
+  std::vector<std::vector<const Observation*>> groups() const;
+  int nuisance_of(const Observation& o) const;
+  std::optional<Information> information(const std::vector<const Observation*>& group) const;
+  Eigen::MatrixXd data_information(CellFitResult& result) const;
+  void add_prior_information(Eigen::MatrixXd& information) const;
+  void name_unidentifiable(const Eigen::MatrixXd& information, double tolerance, CellFitResult& result) const;
+};
+
+std::vector<std::string> CellFit::Impl::number_coordinates() {
+  std::vector<bool> used(blocks.size(), false);
+  for (const Observation& o : observations)
+    for (const int b : o.blocks) used[static_cast<std::size_t>(b)] = used[static_cast<std::size_t>(b)] || o.weight > 0;
+  std::vector<std::string> names;
+  places.assign(blocks.size(), {});
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    const Block& block = blocks[b];
+    require(!block.nuisance || block.kind != BlockKind::Pose || block.prior.size(),
+            block.name + ": a nuisance pose must have a prior");
+    places[b].assign(static_cast<std::size_t>(block.size()), -1);
+    if (block.nuisance || !(used[b] || block.prior.size())) continue;
+    for (const int i : block.free()) {
+      places[b][static_cast<std::size_t>(i)] = static_cast<int>(names.size());
+      names.push_back(block.coordinates[static_cast<std::size_t>(i)]);
+    }
+  }
+  require(!names.empty(), "CellFit: no parameter is free");
+  return names;
+}
+
+void CellFit::Impl::minimise(const CellFitOptions& options, CellFitResult& result) {
+  ceres::Problem::Options ownership;
+  ownership.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  ceres::Problem problem(ownership);
+  ceres::CauchyLoss loss(options.loss > 0 ? options.loss : 1.0);
+  for (Observation& o : observations) {
+    if (!(o.weight > 0)) continue;
+    std::vector<double*> parameters;
+    for (const int b : o.blocks) parameters.push_back(blocks[static_cast<std::size_t>(b)].values.data());
+    problem.AddResidualBlock(new ObservationCost(blocks, o), options.loss > 0 ? &loss : nullptr, parameters);
+    result.residuals += o.rows;
+  }
+  auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+  bool any_nuisance = false;
+  for (Block& block : blocks) {
+    if (block.prior.size() && (!block.nuisance || problem.HasParameterBlock(block.values.data())))
+      problem.AddResidualBlock(new PriorCost(block), nullptr, block.values.data());
+    if (!problem.HasParameterBlock(block.values.data())) continue;
+    const std::vector<int> free = block.free();
+    ordering->AddElementToGroup(block.values.data(), block.nuisance ? 0 : 1);
+    any_nuisance = any_nuisance || block.nuisance;
+    if (free.empty()) {
+      problem.SetParameterBlockConstant(block.values.data());
+    } else if (block.kind == BlockKind::Pose) {
+      problem.SetManifold(block.values.data(), new PoseManifold(free));
+    } else if (static_cast<int>(free.size()) < block.size()) {
+      std::vector<int> held;
+      for (int i = 0; i < block.size(); ++i)
+        if (block.held[static_cast<std::size_t>(i)]) held.push_back(i);
+      problem.SetManifold(block.values.data(), new ceres::SubsetManifold(block.size(), held));
+    }
+  }
+  ceres::Solver::Options solver;
+  solver.max_num_iterations = options.max_iterations;
+  solver.linear_solver_type = any_nuisance ? ceres::DENSE_SCHUR : ceres::DENSE_QR;
+  solver.linear_solver_ordering = ordering;
+  solver.function_tolerance = 1e-14;
+  solver.parameter_tolerance = 1e-12;
+  solver.gradient_tolerance = 1e-14;
+  solver.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(solver, &problem, &summary);
+  result.fit.iterations = static_cast<int>(summary.iterations.size());
+  result.cost = 2 * summary.final_cost;
+  const double dof =
+      std::max(1.0, static_cast<double>(result.residuals) - static_cast<double>(result.coordinates.size()));
+  result.fit.initial_rms = std::sqrt(std::max(0.0, 2 * summary.initial_cost) / dof);
+  result.fit.final_rms = std::sqrt(std::max(0.0, result.cost) / dof);
+  result.fit.status = summary.termination_type == ceres::CONVERGENCE      ? FitStatus::Converged
+                      : summary.termination_type == ceres::NO_CONVERGENCE ? FitStatus::MaxIterations
+                                                                          : FitStatus::Degenerate;
+  result.fit.message = result.fit.status == FitStatus::Degenerate
+                           ? "the solver failed: " + summary.message
+                           : std::to_string(result.residuals) + " residuals, " +
+                                 std::to_string(result.coordinates.size()) + " parameters";
+}
+
+int CellFit::Impl::nuisance_of(const Observation& o) const {
+  for (const int b : o.blocks)
+    if (blocks[static_cast<std::size_t>(b)].nuisance) return b;
+  return -1;
+}
+
+/// Measurements that take part; those that share a nuisance together.
+std::vector<std::vector<const Observation*>> CellFit::Impl::groups() const {
+  std::vector<std::vector<const Observation*>> out;
+  std::map<int, std::size_t> known;
+  for (const Observation& o : observations) {
+    if (!(o.weight > 0)) continue;
+    const int nuisance = nuisance_of(o);
+    const auto at = nuisance < 0 ? known.end() : known.find(nuisance);
+    if (at != known.end()) {
+      out[at->second].push_back(&o);
+      continue;
+    }
+    if (nuisance >= 0) known[nuisance] = out.size();
+    out.push_back({&o});
+  }
+  return out;
+}
+
+std::optional<Information> CellFit::Impl::information(const std::vector<const Observation*>& group) const {
+  Eigen::Index rows = 0;
+  for (const Observation* o : group) rows += o->rows;
+  Information out;
+  out.r.resize(rows);
+  std::vector<int> blocks_of;  // of the whole group, each once
+  std::vector<Eigen::Index> first_column;
+  for (const Observation* o : group)
+    for (const int b : o->blocks) {
+      if (std::find(blocks_of.begin(), blocks_of.end(), b) != blocks_of.end()) continue;
+      blocks_of.push_back(b);
+      first_column.push_back(static_cast<Eigen::Index>(out.index.size()));
+      for (const int place : places[static_cast<std::size_t>(b)])
+        if (place >= 0) out.index.push_back(place);
+    }
+  out.J = Eigen::MatrixXd::Zero(rows, static_cast<Eigen::Index>(out.index.size()));
+  const int nuisance = nuisance_of(*group.front());
+  Eigen::MatrixXd N = Eigen::MatrixXd::Zero(rows, nuisance < 0 ? 0 : blocks[static_cast<std::size_t>(nuisance)].size());
+  Eigen::Index first = 0;
+  for (const Observation* o : group) {
+    std::vector<RowMatrix> jacobians;
+    if (!o->evaluate(blocks, values(*o), out.r.data() + first, &jacobians)) return std::nullopt;
+    for (std::size_t k = 0; k < o->blocks.size(); ++k) {
+      const auto b = static_cast<std::size_t>(o->blocks[k]);
+      if (blocks[b].nuisance) N.middleRows(first, o->rows) = jacobians[k];
+      Eigen::Index column = first_column[static_cast<std::size_t>(
+          std::find(blocks_of.begin(), blocks_of.end(), o->blocks[k]) - blocks_of.begin())];
+      for (int i = 0; i < blocks[b].size(); ++i)
+        if (places[b][static_cast<std::size_t>(i)] >= 0) out.J.block(first, column++, o->rows, 1) = jacobians[k].col(i);
+    }
+    first += o->rows;
+  }
+  if (nuisance < 0) return out;
+  const Block& block = blocks[static_cast<std::size_t>(nuisance)];
+  const bool known = block.prior.size() > 0;
+  const Eigen::MatrixXd M =
+      eliminate(N, known ? Eigen::VectorXd(block.prior.cwiseAbs2().cwiseInverse()) : Eigen::VectorXd::Zero(N.cols()));
+  out.J = M * out.J;
+  out.r = M * (known ? Eigen::VectorXd(out.r - N * block.change()) : out.r);
+  return out;
+}
+
+Eigen::MatrixXd CellFit::Impl::data_information(CellFitResult& result) const {
+  const auto n = static_cast<Eigen::Index>(result.coordinates.size());
+  Eigen::MatrixXd H = Eigen::MatrixXd::Zero(n, n);
+  for (const auto& group : groups()) {
+    const auto about = information(group);
+    if (!about) continue;
+    const Eigen::MatrixXd part = about->J.transpose() * about->J;
+    for (std::size_t r = 0; r < about->index.size(); ++r)
+      for (std::size_t c = 0; c < about->index.size(); ++c)
+        H(about->index[r], about->index[c]) += part(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c));
+  }
+  return H;
+}
+
+void CellFit::Impl::add_prior_information(Eigen::MatrixXd& information) const {
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    if (!blocks[b].prior.size() || blocks[b].nuisance) continue;
+    for (int i = 0; i < blocks[b].size(); ++i) {
+      const int place = places[b][static_cast<std::size_t>(i)];
+      if (place >= 0) information(place, place) += 1 / (blocks[b].prior[i] * blocks[b].prior[i]);
+    }
+  }
+}
+
+void CellFit::Impl::name_unidentifiable(const Eigen::MatrixXd& information, double tolerance,
+                                        CellFitResult& result) const {
+  const Eigen::VectorXd sensitivity = information.diagonal().cwiseSqrt();
+  const double least = tolerance * std::max(sensitivity.size() ? sensitivity.maxCoeff() : 0.0, 1e-300) * 1e-6;
+  Eigen::VectorXd scale = sensitivity;
+  for (double& s : scale) s = s > least ? 1 / s : 0.0;
+  const SymmetricEigen eigen = symmetric_eigen(Eigen::MatrixXd(scale.asDiagonal() * information * scale.asDiagonal()));
+  Eigen::Index count = 0;
+  while (count < eigen.values.size() && eigen.values[count] <= tolerance * tolerance) ++count;
+  const Eigen::MatrixXd directions = sparse_basis(eigen.vectors.leftCols(count));
+  for (Eigen::Index k = 0; k < count; ++k) {
+    UnidentifiableDirection out;
+    out.direction = directions.col(k);
+    std::vector<int> order(static_cast<std::size_t>(out.direction.size()));
+    for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<int>(i);
+    std::sort(order.begin(), order.end(),
+              [&](int a, int b) { return std::abs(out.direction[a]) > std::abs(out.direction[b]); });
+    for (const int i : order)
+      if (std::abs(out.direction[i]) > 0.01 * std::abs(out.direction[order[0]]))
+        out.coordinates.push_back(result.coordinates[static_cast<std::size_t>(i)]);
+    out.text = out.coordinates.size() == 1 ? "no measurement depends on " : "only together: ";
+    for (std::size_t i = 0; i < out.coordinates.size(); ++i) out.text += (i ? ", " : "") + out.coordinates[i];
+    result.unidentifiable.push_back(std::move(out));
+  }
+}
+
+PoseChain& PoseChain::then(const Pose& T) {
+  factors_.push_back({.constant = T, .block = {}, .q = {}, .joint_terms = {}, .regressor = {}});
+  return *this;
+}
+PoseChain& PoseChain::then(FitBlock pose) {
+  factors_.push_back({.block = pose, .q = {}, .joint_terms = {}, .regressor = {}});
+  return *this;
+}
+PoseChain& PoseChain::then_inverse(FitBlock pose) {
+  factors_.push_back({.block = pose, .inverse = true, .q = {}, .joint_terms = {}, .regressor = {}});
+  return *this;
+}
+PoseChain& PoseChain::then_arm(FitBlock arm, const Eigen::VectorXd& q, FitBlock joint_terms,
+                               const Eigen::MatrixXd& regressor) {
+  factors_.push_back({.block = arm, .q = q, .joint_terms = joint_terms, .regressor = regressor});
+  return *this;
+}
+PoseChain& PoseChain::then_inverse_arm(FitBlock arm, const Eigen::VectorXd& q, FitBlock joint_terms,
+                                       const Eigen::MatrixXd& regressor) {
+  then_arm(arm, q, joint_terms, regressor);
+  factors_.back().inverse = true;
+  return *this;
+}
+
+void CellFitOptions::validate() const {
+  require(max_iterations >= 1, "max_iterations must be at least 1");
+  require(loss >= 0 && std::isfinite(loss), "loss must not be negative [-]; 0: least squares");
+  require(rank_tolerance > 0 && rank_tolerance < 1, "rank_tolerance must lie between 0 and 1 [-]");
+}
+
+CellFit::CellFit() : impl_(std::make_unique<Impl>()) {}
+CellFit::~CellFit() = default;
+CellFit::CellFit(CellFit&&) noexcept = default;
+CellFit& CellFit::operator=(CellFit&&) noexcept = default;
+
+FitBlock CellFit::add_pose(const std::string& name, const Pose& start) { return impl_->keep(pose_block(name, start)); }
+FitBlock CellFit::add_nuisance_pose(const std::string& name, const Pose& start) {
+  Block block = pose_block(name, start);
+  block.nuisance = true;
+  return impl_->keep(std::move(block));
+}
+FitBlock CellFit::add_nuisance_vector(const std::string& name, const Eigen::VectorXd& start,
+                                      const std::vector<std::string>& coordinates) {
+  Block block = vector_block(name, start, coordinates);
+  block.nuisance = true;
+  return impl_->keep(std::move(block));
+}
+FitBlock CellFit::add_arm(const std::string& name, const kinematics::DhChain& start) {
+  return impl_->keep(arm_block(name, start));
+}
+FitBlock CellFit::add_point(const std::string& name, const Eigen::Vector3d& start) {
+  return impl_->keep(point_block(name, start));
+}
+FitBlock CellFit::add_vector(const std::string& name, const Eigen::VectorXd& start,
+                             const std::vector<std::string>& coordinates) {
+  return impl_->keep(vector_block(name, start, coordinates));
+}
+FitBlock CellFit::add_camera(const std::string& name, const Pinhole& start) {
+  return impl_->keep(camera_block(name, start));
+}
+
+void CellFit::hold(FitBlock block, int coordinate) {
+  Block& b = impl_->block(block);
+  require(!b.nuisance, b.name + " is a nuisance: leave it out instead");
+  require(coordinate >= -1 && coordinate < b.size(), b.name + ": there is no coordinate " + std::to_string(coordinate));
+  for (int i = 0; i < b.size(); ++i)
+    if (coordinate < 0 || i == coordinate) b.held[static_cast<std::size_t>(i)] = true;
+}
+
+void CellFit::set_prior(FitBlock block, const Eigen::VectorXd& sigma) {
+  Block& b = impl_->block(block);
+  require(sigma.size() == b.size(), b.name + ": expected " + std::to_string(b.size()) + " standard deviations, found " +
+                                        std::to_string(sigma.size()));
+  require(!sigma.hasNaN() && (sigma.array() > 0).all(), b.name + ": standard deviations must be positive");
+  b.prior = sigma;
+}
+
+void CellFit::begin_at(FitBlock block, const Eigen::VectorXd& values) {
+  Block& b = impl_->block(block);
+  require(values.size() == b.values.size() && values.allFinite(),
+          b.name + ": expected " + std::to_string(b.values.size()) + " finite values");
+  b.values = values;
+}
+
+void CellFit::set_weight(FitObservation observation, double weight) {
+  require(weight >= 0 && std::isfinite(weight), "weight must not be negative [-]");
+  impl_->observation(observation).weight = weight;
+}
+
+FitObservation CellFit::observe_pose(const PoseChain& chain, const Pose& seen, double sigma_position,
+                                     double sigma_rotation) {
+  require(sigma_position > 0 && sigma_rotation > 0, "standard deviations must be positive [m, rad]");
+  require(seen.matrix().allFinite() && is_rotation(seen.linear(), 1e-3), "a seen pose has no proper rotation");
+  Observation o;
+  o.kind = ObservationKind::Pose;
+  o.chain = chain;
+  o.seen = seen;
+  o.whitening.resize(6);
+  o.whitening << Eigen::Vector3d::Constant(1 / sigma_position), Eigen::Vector3d::Constant(1 / sigma_rotation);
+  return impl_->keep(std::move(o), 6);
+}
+
+FitObservation CellFit::observe_position(const PoseChain& chain, const FitPoint& point, const FitPoint& seen,
+                                         double sigma) {
+  require(sigma > 0, "sigma must be positive [m]");
+  return observe_position(chain, point, seen, Eigen::Matrix3d(sigma * sigma * Eigen::Matrix3d::Identity()));
+}
+
+FitObservation CellFit::observe_position(const PoseChain& chain, const FitPoint& point, const FitPoint& seen,
+                                         const Eigen::Matrix3d& covariance) {
+  impl_->check_point(point), impl_->check_point(seen);
+  const Eigen::LLT<Eigen::Matrix3d> factors(covariance);
+  require(factors.info() == Eigen::Success && covariance.allFinite(), "covariance must be positive definite [m^2]");
+  Observation o;
+  o.kind = ObservationKind::Position;
+  o.chain = chain;
+  o.point = point;
+  o.other = seen;
+  o.whitening3 = factors.matrixL().solve(Eigen::Matrix3d::Identity());
+  return impl_->keep(std::move(o), 3);
+}
+
+FitObservation CellFit::observe_distance(const PoseChain& chain, const FitPoint& point, const FitPoint& other,
+                                         double distance, double sigma, FitBlock radius) {
+  require(sigma > 0 && std::isfinite(distance), "sigma must be positive and distance finite [m]");
+  impl_->check_point(point), impl_->check_point(other);
+  if (radius.exists()) require(impl_->block(radius).size() == 1, "radius must be a block of one number");
+  Observation o;
+  o.kind = ObservationKind::Distance;
+  o.chain = chain;
+  o.point = point;
+  o.other = other;
+  o.radius = radius;
+  o.distance = distance;
+  o.whitening = Eigen::VectorXd::Constant(1, 1 / sigma);
+  return impl_->keep(std::move(o), 1);
+}
+
+FitObservation CellFit::observe_on_plane(const PoseChain& chain, const FitPoint& point, double sigma) {
+  require(sigma > 0, "sigma must be positive [m]");
+  impl_->check_point(point);
+  Observation o;
+  o.kind = ObservationKind::Plane;
+  o.chain = chain;
+  o.point = point;
+  o.whitening = Eigen::VectorXd::Constant(1, 1 / sigma);
+  return impl_->keep(std::move(o), 1);
+}
+
+FitObservation CellFit::observe_pixels(const PoseChain& T_camera_target, FitBlock camera,
+                                       const Eigen::Matrix3Xd& points, const Eigen::Matrix2Xd& pixels, double sigma) {
+  require(sigma > 0, "sigma must be positive [px]");
+  require(points.cols() == pixels.cols() && points.cols() > 0,
+          std::to_string(points.cols()) + " points, but " + std::to_string(pixels.cols()) + " pixels");
+  require(points.allFinite() && pixels.allFinite(), "points and pixels must be finite");
+  impl_->block_of(camera, BlockKind::Camera, "camera");
+  Observation o;
+  o.kind = ObservationKind::Pixels;
+  o.chain = T_camera_target;
+  o.camera = camera;
+  o.points = points;
+  o.pixels = pixels;
+  o.whitening = Eigen::VectorXd::Constant(1, 1 / sigma);
+  return impl_->keep(std::move(o), static_cast<int>(2 * points.cols()));
+}
+
+CellFitResult CellFit::solve(const CellFitOptions& options) {
+  options.validate();
+  CellFitResult result;
+  result.coordinates = impl_->number_coordinates();
+  impl_->minimise(options, result);
+  Eigen::MatrixXd information = impl_->data_information(result);
+  impl_->name_unidentifiable(information, options.rank_tolerance, result);
+  impl_->add_prior_information(information);
+  // What neither data nor prior tells has no information: its row of the pseudo-inverse is that of the nearest answer.
+  const Eigen::VectorXd scale =
+      information.diagonal().unaryExpr([](double d) { return d > 0 ? 1 / std::sqrt(d) : 0.0; });
+  const SymmetricEigen eigen = symmetric_eigen(Eigen::MatrixXd(scale.asDiagonal() * information * scale.asDiagonal()));
+  const double least = options.rank_tolerance * options.rank_tolerance;
+  const Eigen::VectorXd inverse = eigen.values.unaryExpr([&](double v) { return v > least ? 1 / v : 0.0; });
+  const Eigen::MatrixXd V = scale.asDiagonal() * eigen.vectors;
+  impl_->covariance = V * inverse.asDiagonal() * V.transpose();
+  result.covariance = impl_->covariance;
+  return result;
+}
+
+Pose CellFit::pose(FitBlock block) const { return impl_->block_of(block, BlockKind::Pose, "pose").pose(); }
+kinematics::DhChain CellFit::arm(FitBlock block) const { return impl_->block_of(block, BlockKind::Arm, "arm").arm(); }
+Pinhole CellFit::camera(FitBlock block) const { return impl_->block_of(block, BlockKind::Camera, "camera").camera(); }
+Eigen::VectorXd CellFit::values(FitBlock block) const { return impl_->block(block).values; }
+Eigen::VectorXd CellFit::change(FitBlock block) const { return impl_->block(block).change(); }
+
+std::vector<int> CellFit::coordinates(FitBlock block) const {
+  impl_->block(block);
+  require(!impl_->places.empty(), "CellFit: solve() comes first");
+  return impl_->places[static_cast<std::size_t>(block.index)];
+}
+
+Eigen::VectorXd CellFit::residuals(FitObservation observation) const {
+  const Observation& o = impl_->observation(observation);
+  Eigen::VectorXd r(o.rows);
+  if (!o.evaluate(impl_->blocks, impl_->values(o), r.data(), nullptr))
+    r.setConstant(std::numeric_limits<double>::infinity());
+  return r;
+}
+
+CellFit::Agreement CellFit::agreement(FitObservation observation) const {
+  return agreement(std::span(&observation, 1));
+}
+
+CellFit::Agreement CellFit::agreement(std::span<const FitObservation> observations) const {
+  std::vector<Observation> group;
+  for (const FitObservation o : observations) group.push_back(impl_->observation(o));
+  require(!group.empty(), "CellFit: agreement of no measurement");
+  const bool used = group.front().weight > 0;
+  std::vector<const Observation*> pointers;
+  Agreement out;
+  for (Observation& o : group) {
+    require((o.weight > 0) == used, "CellFit: agreement of measurements of which some are in use");
+    if (!used) o.weight = 1.0;
+    out.dof += o.rows;
+    pointers.push_back(&o);
+  }
+  const auto about = impl_->information(pointers);
+  if (!about) {
+    out.squared_distance = std::numeric_limits<double>::infinity();
+    out.residuals = Eigen::VectorXd::Constant(out.dof, out.squared_distance);
+    out.redundancy = Eigen::VectorXd::Ones(out.dof);
+    return out;
+  }
+  const auto n = static_cast<Eigen::Index>(about->index.size());
+  Eigen::MatrixXd C(n, n);
+  for (Eigen::Index r = 0; r < n; ++r)
+    for (Eigen::Index c = 0; c < n; ++c)
+      C(r, c) = impl_->covariance(about->index[static_cast<std::size_t>(r)], about->index[static_cast<std::size_t>(c)]);
+  const Eigen::MatrixXd spread = about->J * C * about->J.transpose();
+  const Eigen::MatrixXd own = Eigen::MatrixXd::Identity(out.dof, out.dof);
+  // A measurement that took part has pulled the answer towards itself, one that did not is as uncertain as both.
+  const Eigen::MatrixXd Q = used ? Eigen::MatrixXd(own - spread) : Eigen::MatrixXd(own + spread);
+  const SymmetricEigen eigen = symmetric_eigen(Q);
+  const Eigen::VectorXd along = eigen.vectors.transpose() * about->r;
+  for (Eigen::Index k = 0; k < along.size(); ++k)
+    if (eigen.values[k] > 1e-9) out.squared_distance += along[k] * along[k] / eigen.values[k];
+  out.residuals = about->r;
+  out.redundancy = Q.diagonal();
+  return out;
+}
+
+Eigen::VectorXd CellFit::prior_redundancy(FitBlock block) const {
+  const Block& b = impl_->block(block);
+  require(b.prior.size() > 0, b.name + " has no prior");
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(b.size());
+  for (int i = 0; i < b.size(); ++i) {
+    const int place = coordinates(block)[static_cast<std::size_t>(i)];
+    if (place >= 0) out[i] = 1 - impl_->covariance(place, place) / (b.prior[i] * b.prior[i]);
+  }
+  return out;
+}
+
+}  // namespace kr5::calibration

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include <kr5/calibration/cell_fit.hpp>
+
+#include "calibration/cell_fit/block.hpp"
+
+/// @file
+/// Private: a measurement of a cell fit, its residuals and their derivatives.
+
+namespace kr5::calibration::cell_fit {
+
+enum class ObservationKind { Pose, Position, Distance, Plane, Pixels };
+
+using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+struct Observation {
+  ObservationKind kind = ObservationKind::Pose;
+  PoseChain chain;
+  FitPoint point, other;
+  FitBlock radius, camera;
+  Pose seen = Pose::Identity();
+  Eigen::VectorXd whitening;                                 ///< Over sigma, by row; of a pose six.
+  Eigen::Matrix3d whitening3 = Eigen::Matrix3d::Identity();  ///< Of a position, W with W' W = C^-1.
+  double distance = 0.0;
+  Eigen::Matrix3Xd points;
+  Eigen::Matrix2Xd pixels;
+  double weight = 1.0;
+  int rows = 0;
+  std::vector<int> blocks;  ///< Of the fit, each once.
+
+  /// Collects `blocks`; call when all else is set.
+  void finish(int row_count);
+  /// Residuals over their standard deviations and, unless null, their derivatives: rows x coordinates for each of
+  /// `blocks`, in their order. `values` likewise. False where the model does not exist, as behind a camera.
+  bool evaluate(const std::vector<Block>& all, const std::vector<const double*>& values, double* residuals,
+                std::vector<RowMatrix>* jacobians) const;
+};
+
+}  // namespace kr5::calibration::cell_fit

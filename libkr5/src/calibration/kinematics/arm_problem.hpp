@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include <kr5/calibration/kinematics.hpp>
+
+/// @file
+/// Private: the cell fit of a kinematic calibration, built anew for each set of standard deviations.
+
+namespace kr5::calibration::arm_problem {
+
+/// Standard deviations of measurements and of true parameters about the nominal ones.
+struct Sigmas {
+  double position = 5e-3;  ///< [m]
+  double rotation = 5e-3;  ///< [rad]
+  double length = 2e-3;    ///< [m]
+  double angle = 3e-3;     ///< [rad]
+  double joint = 3e-4;     ///< Of a coefficient of the joint errors [rad].
+};
+
+/// Where base, tool and sockets are before the arm is refined.
+struct Placement {
+  Pose T_world_base = Pose::Identity();
+  Pose T_flange_tool = Pose::Identity();
+  Eigen::Matrix3Xd points;   ///< On the flange.
+  Eigen::Matrix3Xd sockets;  ///< In the base.
+};
+
+struct Input {
+  const kinematics::DhChain& nominal;
+  std::span<const ArmPosture> postures;
+  std::span<const SocketDistance> distances;
+  const KinematicsOptions& options;
+  std::vector<std::string> socket_names;
+
+  bool any_pose() const;
+  bool any_point() const;
+  int markers() const;  ///< Points on the tool, that in the sockets included.
+  std::size_t socket(const std::string& name) const;
+};
+
+struct ArmProblem {
+  CellFit fit;
+  FitBlock arm, base, tool, joint_terms;
+  std::vector<FitBlock> points, sockets;
+  std::vector<std::vector<FitObservation>> observations;  ///< By posture.
+
+  /// @param refine False: the arm is held at its nominal parameters.
+  ArmProblem(const Input& input, const Sigmas& sigmas, const Placement& placement, bool refine);
+  /// Begins where another one ended.
+  void begin_at(const ArmProblem& other);
+  void set_weights(const std::vector<double>& weights);
+  Placement placement() const;
+};
+
+/// Angle and place of base, tool and sockets that fit the nominal arm best; postures may contradict.
+Placement place(const Input& input, Sigmas& sigmas);
+
+/// Sets the standard deviations of the measurements by a scale that outliers do not move.
+void robust_sigmas(const ArmProblem& problem, Sigmas& sigmas);
+
+/// Regressor of the joint errors at joint values q: joints x 4 a revolute joint.
+Eigen::MatrixXd joint_error_regressor(const kinematics::DhChain& arm, const Eigen::VectorXd& q);
+
+}  // namespace kr5::calibration::arm_problem

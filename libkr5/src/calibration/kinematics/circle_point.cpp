@@ -1,0 +1,431 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/calibration/circle_point.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <iomanip>
+#include <numbers>
+#include <numeric>
+#include <sstream>
+
+#include <Eigen/Dense>
+#include <kr5/calibration/cell_fit.hpp>
+#include <kr5/core/error.hpp>
+#include <kr5/core/linear.hpp>
+#include <kr5/uncertainty/confidence.hpp>
+
+namespace kr5::calibration {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double moved_least = 5.0;   // first over third singular value below which the joint did not move
+constexpr double curved_least = 3.0;  // second over third below which the arc is no more than a line
+constexpr double sound_part = 0.75;   // at least this part of the samples stays in the fit
+constexpr double degree = std::numbers::pi / 180;
+
+std::string in_degrees(double angle) {
+  std::ostringstream text;
+  text << std::fixed << std::setprecision(2) << angle / degree << " deg";
+  return text.str();
+}
+
+/// A first axis, before the fit.
+struct Start {
+  Vector3d centre = Vector3d::Zero(), direction = Vector3d::UnitZ();
+  std::vector<double> angles;
+  double quality = 0.0;
+  std::string degenerate;
+};
+
+bool seen(const JointSample& sample, Eigen::Index c) {
+  return c < sample.points.cols() && sample.points.col(c).allFinite();
+}
+
+Eigen::Index markers(std::span<const JointSample> samples) {
+  Eigen::Index out = 0;
+  for (const JointSample& sample : samples) out = std::max(out, sample.points.cols());
+  return out;
+}
+
+/// Points of one marker, and the samples they are of.
+std::pair<Eigen::Matrix3Xd, std::vector<std::size_t>> trace(std::span<const JointSample> samples, Eigen::Index c) {
+  std::vector<std::size_t> index;
+  for (std::size_t k = 0; k < samples.size(); ++k)
+    if (seen(samples[k], c)) index.push_back(k);
+  Eigen::Matrix3Xd points(3, static_cast<Eigen::Index>(index.size()));
+  for (std::size_t k = 0; k < index.size(); ++k)
+    points.col(static_cast<Eigen::Index>(k)) = samples[index[k]].points.col(c);
+  return {points, index};
+}
+
+struct Plane {
+  Vector3d mean = Vector3d::Zero();
+  Eigen::Matrix3d V = Eigen::Matrix3d::Identity();  ///< Principal directions, the widest first.
+  Vector3d sigma = Vector3d::Zero();                ///< Singular values.
+};
+
+Plane plane_of(const Eigen::Matrix3Xd& points) {
+  Plane out;
+  out.mean = points.rowwise().mean();
+  const Eigen::Matrix3Xd N = points.colwise() - out.mean;
+  const SymmetricEigen eigen = symmetric_eigen(Eigen::MatrixXd(N * N.transpose()));
+  for (int k = 0; k < 3; ++k) {
+    out.V.col(k) = eigen.vectors.col(2 - k);
+    out.sigma[k] = std::sqrt(std::max(eigen.values[2 - k], 0.0));
+  }
+  return out;
+}
+
+/// Circle in its plane by linear least squares: 2 x c1 + 2 y c2 + k3 = x^2 + y^2 (eq. 4.4-4.6).
+Vector3d circle_centre(const Eigen::Matrix3Xd& points, const Plane& plane) {
+  const Eigen::Matrix2Xd R = plane.V.leftCols<2>().transpose() * (points.colwise() - plane.mean);
+  Eigen::MatrixXd A(points.cols(), 3);
+  A << 2 * R.transpose(), Eigen::VectorXd::Ones(points.cols());
+  const Eigen::Vector3d c = A.colPivHouseholderQr().solve(R.colwise().squaredNorm().transpose());
+  return plane.mean + plane.V.leftCols<2>() * c.head<2>();
+}
+
+double unwrapped(double angle, double near) {
+  return angle + 2 * std::numbers::pi * std::round((near - angle) / (2 * std::numbers::pi));
+}
+
+/// By the marker with the widest trace; joint values of samples that do not show it stay between their neighbours'.
+Start start_from_points(std::span<const JointSample> samples) {
+  Start out;
+  Eigen::Index best = -1;
+  Plane plane;
+  for (Eigen::Index c = 0; c < markers(samples); ++c) {
+    const auto [points, index] = trace(samples, c);
+    if (points.cols() < 4) continue;
+    const Plane other = plane_of(points);
+    if (best < 0 || other.sigma[1] / std::sqrt(points.cols()) > plane.sigma[1] / std::sqrt(points.cols()))
+      best = c, plane = other;
+  }
+  if (best < 0) {
+    out.degenerate = "no point was seen in four samples";
+    return out;
+  }
+  const auto [points, index] = trace(samples, best);
+  const double third = std::max(plane.sigma[2], 1e-12);
+  out.quality = plane.sigma[0] / third;
+  if (plane.sigma[0] < moved_least * third || plane.sigma[0] < 1e-9)
+    out.degenerate = "the joint did not move: the points lie within their noise";
+  else if (plane.sigma[1] < curved_least * third)
+    out.degenerate = "the arc is too short: within their noise the points lie on a line";
+  out.direction = plane.V.col(2);
+  out.centre = circle_centre(points, plane);
+  const Vector3d x = (points.col(0) - out.centre).normalized(), y = out.direction.cross(x);
+  out.angles.assign(samples.size(), 0.0);
+  double last = 0.0;
+  std::size_t k = 0;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    if (k < index.size() && index[k] == i) {
+      const Vector3d r = points.col(static_cast<Eigen::Index>(k)) - out.centre;
+      last = unwrapped(std::atan2(y.dot(r), x.dot(r)), last);
+      ++k;
+    }
+    out.angles[i] = last;
+  }
+  return out;
+}
+
+Start start_from_poses(std::span<const JointSample> samples) {
+  Start out;
+  const Pose& first = *samples.front().T_world_tool;
+  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero(), A = Eigen::Matrix3d::Zero();
+  Vector3d b = Vector3d::Zero();
+  Eigen::Matrix3Xd places(3, static_cast<Eigen::Index>(samples.size()));
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const Pose& T = *samples[i].T_world_tool;
+    const Eigen::Matrix3d R = T.linear() * first.linear().transpose();
+    const Vector3d w = log_rotation(R);
+    spread += w * w.transpose();
+    const Eigen::Matrix3d D = Eigen::Matrix3d::Identity() - R;  // (I - R) c = t - R t0
+    A += D.transpose() * D;
+    b += D.transpose() * (T.translation() - R * first.translation());
+    places.col(static_cast<Eigen::Index>(i)) = T.translation();
+  }
+  out.direction = symmetric_eigen(spread).vectors.col(2);
+  A += out.direction * out.direction.transpose() * std::max(A.trace(), 1e-12);  // anywhere along the axis
+  out.centre = A.ldlt().solve(b);
+  out.centre += out.direction * out.direction.dot(places.rowwise().mean() - out.centre);
+  const Plane plane = plane_of(places);
+  out.quality = plane.sigma[0] / std::max(plane.sigma[2], 1e-12);
+  double last = 0.0;
+  for (const JointSample& sample : samples) {
+    const Vector3d w = log_rotation(sample.T_world_tool->linear() * first.linear().transpose());
+    last = unwrapped(out.direction.dot(w), last);
+    out.angles.push_back(last);
+  }
+  return out;
+}
+
+/// The sense of growing joint values, else of the order of the samples.
+void orient(std::span<const JointSample> samples, Start& start) {
+  double along = 0.0;
+  const auto middle =
+      std::accumulate(start.angles.begin(), start.angles.end(), 0.0) / static_cast<double>(samples.size());
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const double order = static_cast<double>(i) - 0.5 * static_cast<double>(samples.size() - 1);
+    along += (start.angles[i] - middle) * (samples[i].q ? *samples[i].q : order);
+  }
+  if (along >= 0) return;
+  start.direction = -start.direction;
+  for (double& angle : start.angles) angle = -angle;
+}
+
+/// The fit: an arm of one joint, whose base is the axis and whose value at each sample is unknown but for the first's.
+struct AxisFit {
+  CellFit fit;
+  FitBlock axis, tool;
+  std::vector<FitBlock> points, angles;
+  std::vector<std::vector<FitObservation>> observations;
+  CellFitResult result;
+
+  AxisFit(std::span<const JointSample> samples, const Start& start, double sigma_position, double sigma_rotation) {
+    kinematics::DhChain joint;
+    joint.joints.resize(1);
+    const FitBlock arm = fit.add_arm("joint", joint);
+    fit.hold(arm);
+    Pose T = Pose::Identity();
+    T.translation() = start.centre;
+    T.linear() = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), start.direction).toRotationMatrix();
+    axis = fit.add_pose("axis", T);
+    fit.hold(axis, 2), fit.hold(axis, 5);
+    const bool poses = samples.front().T_world_tool.has_value();
+    if (poses) tool = fit.add_pose("tool", T.inverse() * *samples.front().T_world_tool);
+    for (Eigen::Index c = 0; c < markers(samples); ++c) {
+      Vector3d place = Vector3d::Zero();
+      for (std::size_t i = samples.size(); i-- > 0;)
+        if (seen(samples[i], c))
+          place = Eigen::AngleAxisd(-start.angles[i], Vector3d::UnitZ()) *
+                  (T.inverse() * Vector3d(samples[i].points.col(c)));
+      points.push_back(fit.add_point("point" + std::to_string(c + 1), place));
+    }
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      angles.push_back(i == 0 ? FitBlock{} : fit.add_nuisance_vector("angle", Eigen::VectorXd::Zero(1), {"q [rad]"}));
+      const Eigen::MatrixXd one = i == 0 ? Eigen::MatrixXd() : Eigen::MatrixXd::Ones(1, 1);
+      const PoseChain chain =
+          PoseChain().then(axis).then_arm(arm, Eigen::VectorXd::Constant(1, start.angles[i]), angles[i], one);
+      std::vector<FitObservation>& mine = observations.emplace_back();
+      if (poses)
+        mine.push_back(
+            fit.observe_pose(PoseChain(chain).then(tool), *samples[i].T_world_tool, sigma_position, sigma_rotation));
+      for (Eigen::Index c = 0; c < samples[i].points.cols(); ++c)
+        if (seen(samples[i], c))
+          mine.push_back(fit.observe_position(chain, points[static_cast<std::size_t>(c)],
+                                              Vector3d(samples[i].points.col(c)), sigma_position));
+    }
+  }
+  void set_weights(const std::vector<double>& weights) {
+    for (std::size_t i = 0; i < observations.size(); ++i)
+      for (const FitObservation o : observations[i]) fit.set_weight(o, weights[i]);
+  }
+};
+
+/// Root of the mean square of residuals of positions and of rotations, for the degrees of freedom that are left.
+struct Noise {
+  double position = 1.0, rotation = 1.0;
+  double dof = 1.0;
+};
+
+Noise noise_of(const AxisFit& fit, const std::vector<double>& weights) {
+  double squares[2] = {0, 0}, rows[2] = {0, 0}, inside = 0;
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    if (!(weights[i] > 0)) continue;
+    ++inside;
+    for (const FitObservation o : fit.observations[i]) {
+      const Eigen::VectorXd r = fit.fit.residuals(o);
+      for (Eigen::Index k = 0; k < r.size(); ++k) squares[k >= 3] += r[k] * r[k], ++rows[k >= 3];
+    }
+  }
+  Noise out;
+  const double all = rows[0] + rows[1];
+  out.dof = std::max(1.0, all - static_cast<double>(fit.result.coordinates.size()) - (inside - 1));
+  // What the parameters take up is shared by both kinds in proportion to their number.
+  const auto rms = [&](int kind) {
+    return rows[kind] > 0 ? std::sqrt(squares[kind] / (rows[kind] / all * out.dof)) : 1.0;
+  };
+  out.position = rms(0), out.rotation = rms(1);
+  return out;
+}
+
+/// The estimation while it goes on.
+struct AxisEstimation {
+  std::span<const JointSample> samples;
+  const JointAxisOptions& options;
+  Start start;
+  double sigma_position = 1e-4, sigma_rotation = 1e-4;
+  std::vector<double> weights;
+  std::optional<AxisFit> fit;
+  Noise noise;
+
+  void solve(double loss = 0.0) {
+    fit.emplace(samples, start, sigma_position, sigma_rotation);
+    fit->set_weights(weights);
+    fit->result = fit->fit.solve({.loss = loss});
+    noise = noise_of(*fit, weights);
+  }
+  void find_noise(double loss = 0.0) {
+    for (int round = 0; round < 4; ++round) {
+      solve(loss);
+      if (options.sigma_position == 0) sigma_position = std::max(sigma_position * noise.position, 1e-12);
+      if (options.sigma_rotation == 0) sigma_rotation = std::max(sigma_rotation * noise.rotation, 1e-12);
+    }
+    solve(loss);
+  }
+  double probability(std::size_t i) const {
+    const CellFit::Agreement agreement = fit->fit.agreement(fit->observations[i]);
+    const double rows = agreement.dof - (i == 0 ? 0 : 1), squared = agreement.squared_distance;
+    if (!std::isfinite(squared)) return 0.0;
+    if (options.sigma_position > 0) return 1 - uncertainty::chi_square_cdf(squared, rows);
+    if (weights[i] == 0) return 1 - uncertainty::fisher_cdf(squared / rows, rows, noise.dof);
+    const double left = std::max(noise.dof - rows, 1.0);
+    return 1 - uncertainty::fisher_cdf(squared * left / std::max(noise.dof - squared, 1e-9) / rows, rows, left);
+  }
+  void name_outliers() {
+    const auto n = samples.size();
+    const double threshold = options.outlier_false_alarm / static_cast<double>(n);
+    const auto least = static_cast<std::ptrdiff_t>(std::ceil(sound_part * static_cast<double>(n)));
+    for (std::size_t round = 0; round < n; ++round) {
+      std::size_t worst = n;
+      double low = threshold;
+      for (std::size_t i = 1; i < n; ++i)  // the first one carries the zero of the angles
+        if (const double p = weights[i] > 0 ? probability(i) : 1.0; p < low) low = p, worst = i;
+      if (worst == n || std::count(weights.begin(), weights.end(), 1.0) <= least) return;
+      weights[worst] = 0;
+      find_noise();
+    }
+  }
+};
+
+/// Reasons to doubt that one joint alone moved.
+std::vector<std::string> doubts(const AxisEstimation& estimation) {
+  std::vector<std::string> out;
+  constexpr double rounding = 1e-9;  // computed samples have no noise that could be systematic [m]
+  if (estimation.sigma_position < rounding) return out;
+  const auto n = estimation.samples.size();
+  // Residuals of neighbours along the arc are alike where the points leave their circle.
+  double product = 0.0, square = 0.0, pairs = 0.0;
+  Eigen::VectorXd before;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!(estimation.weights[i] > 0) || estimation.fit->observations[i].empty()) continue;
+    const Eigen::VectorXd r = estimation.fit->fit.residuals(estimation.fit->observations[i].front()).head<3>();
+    square += r.squaredNorm();
+    if (before.size()) product += r.dot(before), pairs += 3;
+    before = r;
+  }
+  if (pairs >= 24 && product / square > 5 / std::sqrt(pairs))
+    out.push_back(
+        "the points leave their circles in a systematic way: another joint moved, the arm yields, or the device moved");
+  double reading = 0.0, least = 1e300, most = -1e300;
+  bool known = true;
+  for (std::size_t i = 0; i < n; ++i) {
+    known = known && estimation.samples[i].q.has_value();
+    if (!known) break;
+    reading = *estimation.samples[i].q;
+    least = std::min(least, reading), most = std::max(most, reading);
+  }
+  const auto [low, high] = std::minmax_element(estimation.start.angles.begin(), estimation.start.angles.end());
+  if (known && most > least && std::abs((*high - *low) / (most - least) - 1) > 0.02)
+    out.push_back("the joint turned by " + in_degrees(*high - *low) + ", its readings by " + in_degrees(most - least) +
+                  ": another joint moved, or the unit is wrong");
+  return out;
+}
+
+void check(std::span<const JointSample> samples) {
+  require(samples.size() >= 4, "an axis needs at least four samples, found " + std::to_string(samples.size()));
+  const bool poses = samples.front().T_world_tool.has_value();
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const std::string where = "sample " + std::to_string(i) + ": ";
+    require(samples[i].T_world_tool.has_value() == poses, where + "poses and points cannot be mixed");
+    require(!poses || samples[i].points.cols() == 0, where + "poses and points cannot be mixed");
+    require(poses || samples[i].points.array().isFinite().any(), where + "nothing was measured");
+    require(!samples[i].points.array().isInf().any(), where + "points must be finite, or NaN where not seen");
+    require(!samples[i].q || std::isfinite(*samples[i].q), where + "q must be finite [rad]");
+    require(!poses ||
+                (samples[i].T_world_tool->matrix().allFinite() && is_rotation(samples[i].T_world_tool->linear(), 1e-3)),
+            where + "T_world_tool has no proper rotation");
+  }
+}
+
+void write_result(const AxisEstimation& estimation, JointAxisResult& out) {
+  const AxisFit& fit = *estimation.fit;
+  out.T_world_axis = fit.fit.pose(fit.axis);
+  out.sigma_position = estimation.sigma_position;
+  out.sigma_rotation = estimation.sigma_rotation;
+  const bool known = estimation.options.sigma_position > 0;
+  out.dof = known ? uncertainty::known_noise : estimation.noise.dof;
+  const std::vector<int> places = fit.fit.coordinates(fit.axis);
+  const int mine[] = {places[0], places[1], places[3], places[4]};
+  for (int r = 0; r < 4; ++r)
+    for (int c = 0; c < 4; ++c)
+      out.covariance(r, c) = uncertainty::covariance_inflation(4, out.dof) * fit.result.covariance(mine[r], mine[c]);
+  out.radii.resize(static_cast<Eigen::Index>(fit.points.size()));
+  for (std::size_t c = 0; c < fit.points.size(); ++c)
+    out.radii[static_cast<Eigen::Index>(c)] = fit.fit.values(fit.points[c]).head<2>().norm();
+  const double height =
+      fit.points.empty() ? fit.fit.pose(fit.tool).translation().z() : fit.fit.values(fit.points[0]).z();
+  out.axis.direction = out.T_world_axis.linear().col(2);
+  out.axis.point = out.T_world_axis * Vector3d(0, 0, height);
+  out.angles.resize(static_cast<Eigen::Index>(estimation.samples.size()));
+  double squares = 0.0, count = 0.0;
+  for (std::size_t i = 0; i < estimation.samples.size(); ++i) {
+    const double change = fit.angles[i].exists() ? fit.fit.values(fit.angles[i])[0] : 0.0;
+    out.angles[static_cast<Eigen::Index>(i)] = estimation.start.angles[i] + change;
+    if (!(estimation.weights[i] > 0)) {
+      out.outliers.push_back(static_cast<int>(i));
+      continue;
+    }
+    for (const FitObservation o : fit.observations[i])
+      squares += fit.fit.residuals(o).head<3>().squaredNorm() * out.sigma_position * out.sigma_position, ++count;
+  }
+  out.rms = std::sqrt(squares / std::max(count, 1.0));
+  out.arc = out.angles.maxCoeff() - out.angles.minCoeff();
+  out.warnings = doubts(estimation);
+  out.fit = fit.result.fit;
+}
+
+}  // namespace
+
+void JointAxisOptions::validate() const {
+  require(sigma_position >= 0, "sigma_position must not be negative [m]; 0 means estimated");
+  require(sigma_rotation >= 0, "sigma_rotation must not be negative [rad]; 0 means estimated");
+  require(min_arc > 0 && min_arc < 3, "min_arc must lie between 0 and 3 [rad]");
+  require(outlier_false_alarm >= 0 && outlier_false_alarm < 1, "outlier_false_alarm must lie in [0, 1) [-]");
+}
+
+JointAxisResult identify_joint_axis(std::span<const JointSample> samples, const JointAxisOptions& options) {
+  options.validate();
+  check(samples);
+  JointAxisResult out;
+  const bool poses = samples.front().T_world_tool.has_value();
+  AxisEstimation estimation{samples, options, poses ? start_from_poses(samples) : start_from_points(samples),
+                            1e-4,    1e-4,    std::vector<double>(samples.size(), 1.0),
+                            {},      {}};
+  Start& start = estimation.start;
+  out.quality = start.quality;
+  out.axis.direction = start.direction, out.axis.point = start.centre;
+  if (start.degenerate.empty()) {
+    orient(samples, start);
+    const auto [low, high] = std::minmax_element(start.angles.begin(), start.angles.end());
+    out.arc = *high - *low;
+    if (out.arc < options.min_arc)
+      start.degenerate = "the joint turned by " + in_degrees(out.arc) + " only; at least " +
+                         in_degrees(options.min_arc) + " are needed";
+  }
+  if (!start.degenerate.empty()) {
+    out.fit.message = start.degenerate;
+    return out;
+  }
+  if (options.sigma_position > 0) estimation.sigma_position = options.sigma_position;
+  if (options.sigma_rotation > 0) estimation.sigma_rotation = options.sigma_rotation;
+  estimation.find_noise(2.0);
+  estimation.find_noise();
+  estimation.name_outliers();
+  write_result(estimation, out);
+  return out;
+}
+
+}  // namespace kr5::calibration

@@ -1,0 +1,331 @@
+#include <cmath>
+
+#include <catch2/catch.hpp>
+
+#include <kr5/calibration/cell_fit.hpp>
+#include <kr5/core/error.hpp>
+#include <kr5/core/random.hpp>
+#include <kr5/kinematics/jacobian.hpp>
+#include <support/coverage.hpp>
+#include <support/trials.hpp>
+
+using namespace kr5;
+using namespace kr5::calibration;
+using Catch::Matchers::Contains;
+
+namespace {
+
+Pose random_pose(Random& random, double distance = 0.5, double angle = 1.0) {
+  Vector6 d;
+  d << random.normal_vector(3, distance), random.normal_vector(3, angle);
+  return to_pose(d);
+}
+
+kinematics::DhChain random_arm(Random& random, int joints) {
+  kinematics::DhChain arm;
+  for (int i = 0; i < joints; ++i) {
+    kinematics::DhJoint joint;
+    joint.type = random.integer(5) == 0 ? kinematics::JointType::Prismatic : kinematics::JointType::Revolute;
+    joint.b = random.uniform(-0.4, 0.4);
+    joint.theta_offset = random.uniform(-1, 1);
+    joint.a = random.uniform(-0.5, 0.5);
+    joint.alpha = random.uniform(-1.6, 1.6);
+    joint.beta = random.uniform(-0.2, 0.2);
+    arm.joints.push_back(joint);
+  }
+  return arm;
+}
+
+/// An arm measured by every kind of observation; answers are what the fit must find from wrong starts.
+struct World {
+  kinematics::DhChain arm;
+  Pose T_world_base, T_flange_tool;
+  Eigen::Vector3d tip, socket;
+};
+
+World random_world(Random& random, int joints = 4) {
+  World w;
+  w.arm = random_arm(random, joints);
+  w.T_world_base = random_pose(random);
+  w.T_flange_tool = random_pose(random, 0.1);
+  w.tip = random.normal_vector(3, 0.2);
+  w.socket = random.normal_vector(3, 0.5);
+  return w;
+}
+
+Pinhole lens() {
+  Pinhole camera;
+  camera.width = 1280, camera.height = 960;
+  camera.fx = 1000, camera.fy = 1010, camera.cx = 640, camera.cy = 470;
+  camera.k1 = -0.1, camera.p1 = 1e-3;
+  return camera;
+}
+
+}  // namespace
+
+TEST_CASE("the flange's derivative by every joint parameter is that of finite differences") {
+  Random random(1);
+  for (int trial = 0; trial < 50; ++trial) {
+    const kinematics::DhChain arm = random_arm(random, 1 + trial % 8);
+    const Eigen::VectorXd q = random.normal_vector(static_cast<Eigen::Index>(arm.joints.size()));
+    Pose T;
+    const kinematics::Jacobian J = kinematics::parameter_jacobian(arm, q, &T);
+    CHECK(T.isApprox(arm.flange(q), 1e-14));
+    const double h = 1e-6;
+    for (Eigen::Index k = 0; k < J.cols(); ++k) {
+      const auto moved = [&](double by) {
+        kinematics::DhChain other = arm;
+        kinematics::DhJoint& joint = other.joints[static_cast<std::size_t>(k / 5)];
+        double* const parameters[] = {&joint.b, &joint.theta_offset, &joint.a, &joint.alpha, &joint.beta};
+        *parameters[k % 5] += by;
+        return other.flange(q);
+      };
+      const Vector6 numeric = (pose_difference(T, moved(h)) - pose_difference(T, moved(-h))) / (2 * h);
+      CAPTURE(trial, k);
+      CHECK((numeric - J.col(k)).norm() < 1e-8);
+    }
+  }
+}
+
+TEST_CASE("exact measurements of every kind give back arm, base, tool, tip, socket, sphere and plane") {
+  Random random(2);
+  for (int trial = 0; trial < 10; ++trial) {
+    const World w = random_world(random);
+    const Pose T_world_plane = random_pose(random);
+    const double radius = 0.3;
+    CellFit fit;
+    kinematics::DhChain start = w.arm;
+    start.joints[1].a += 2e-3, start.joints[2].theta_offset += 3e-3, start.joints[0].alpha -= 2e-3;
+    const FitBlock arm = fit.add_arm("arm", start);
+    for (int k = 0; k < 20; ++k)
+      if (k != 5 + 2 && k != 10 + 1 && k != 3) fit.hold(arm, k);
+    const FitBlock base = fit.add_pose("base", w.T_world_base * to_pose(Vector6(0.01 * random.normal_vector(6)))),
+                   tool = fit.add_pose("tool", w.T_flange_tool * to_pose(Vector6(0.01 * random.normal_vector(6)))),
+                   tip = fit.add_point("tip", w.tip + random.normal_vector(3, 0.01)),
+                   socket = fit.add_point("socket", w.socket + random.normal_vector(3, 0.01)),
+                   ball = fit.add_vector("ball", Eigen::VectorXd::Constant(1, 0.31), {"radius [m]"}),
+                   plane = fit.add_pose("plane", T_world_plane * to_pose(Vector6(0.01 * random.normal_vector(6))));
+    for (const int along : {0, 1, 5}) fit.hold(plane, along);  // a plane slides in itself
+    for (int i = 0; i < 30; ++i) {
+      const Eigen::VectorXd q = random.normal_vector(4);
+      const Pose T = w.T_world_base * w.arm.flange(q);
+      fit.observe_pose(PoseChain().then(base).then_arm(arm, q).then(tool), T * w.T_flange_tool, 1e-4, 1e-4);
+      fit.observe_position(PoseChain().then(base).then_arm(arm, q), tip, Eigen::Vector3d(T * w.tip), 1e-4);
+      // A point of the flange that touches the socket, a sphere about it and the plane.
+      const Eigen::Vector3d touching = T.inverse() * w.socket;
+      fit.observe_position(PoseChain().then(base).then_arm(arm, q), touching, socket, 1e-4);
+      fit.observe_distance(PoseChain().then(base).then_arm(arm, q),
+                           Eigen::Vector3d(T.inverse() * (w.socket + radius * random.direction())), socket, 0, 1e-4,
+                           ball);
+      const Eigen::Vector3d on_plane = T_world_plane * Eigen::Vector3d(random.normal(), random.normal(), 0);
+      fit.observe_on_plane(PoseChain().then_inverse(plane).then(base).then_arm(arm, q),
+                           Eigen::Vector3d(T.inverse() * on_plane), 1e-4);
+    }
+    const CellFitResult result = fit.solve();
+    CAPTURE(trial, result.fit.message);
+    CHECK(result.fit.status == FitStatus::Converged);
+    CHECK(result.unidentifiable.empty());
+    CHECK(pose_difference(fit.pose(base), w.T_world_base).norm() < 1e-9);
+    CHECK(pose_difference(fit.pose(tool), w.T_flange_tool).norm() < 1e-9);
+    CHECK((fit.values(tip) - w.tip).norm() < 1e-9);
+    CHECK((fit.values(socket) - w.socket).norm() < 1e-9);
+    CHECK(fit.values(ball)[0] == Approx(radius).epsilon(1e-9));
+    CHECK((T_world_plane.inverse() * fit.pose(plane).translation()).z() == Approx(0).margin(1e-9));
+    CHECK((T_world_plane.linear().transpose() * fit.pose(plane).linear()).col(2).z() == Approx(1).epsilon(1e-9));
+    for (std::size_t i = 0; i < 4; ++i) {
+      CHECK(fit.arm(arm).joints[i].a == Approx(w.arm.joints[i].a).margin(1e-9));
+      CHECK(fit.arm(arm).joints[i].theta_offset == Approx(w.arm.joints[i].theta_offset).margin(1e-9));
+      CHECK(fit.arm(arm).joints[i].alpha == Approx(w.arm.joints[i].alpha).margin(1e-9));
+    }
+  }
+}
+
+TEST_CASE("pixels give back camera, hand-eye and target, with the robot's pose errors eliminated") {
+  Random random(3);
+  const Pinhole camera = lens();
+  Vector6 hand;
+  hand << 0.02, -0.05, 0.1, 0.1, -0.2, 0.3;
+  const Pose T_flange_camera = to_pose(hand);
+  Eigen::Matrix3Xd points(3, 35);
+  for (int k = 0; k < 35; ++k) points.col(k) << 0.03 * (k % 7) - 0.09, 0.03 * (k / 7) - 0.06, 0.0;
+  CellFit fit;
+  Pinhole rough = camera;
+  rough.fx = 980, rough.fy = 1020, rough.k1 = 0;
+  const FitBlock lens_block = fit.add_camera("camera", rough);
+  for (const int zero : {5, 7, 8, 9, 10, 11}) fit.hold(lens_block, zero);
+  const FitBlock hand_eye =
+                     fit.add_pose("T_flange_camera", T_flange_camera * to_pose(Vector6(0.005 * Vector6::Ones()))),
+                 target = fit.add_pose("T_base_target", to_pose(Vector6(0.005 * Vector6::Ones())));
+  std::vector<FitObservation> views;
+  for (int i = 0; i < 25; ++i) {
+    Vector6 look;
+    look << random.uniform(-0.1, 0.1), random.uniform(-0.1, 0.1), random.uniform(0.4, 0.6),
+        random.normal_vector(3, 0.25);
+    Pose T_camera_target = to_pose(look);
+    const Pose T_base_flange = T_camera_target.inverse() * T_flange_camera.inverse();
+    Vector6 error;
+    error << random.normal_vector(3, 5e-4), random.normal_vector(3, 1e-3);
+    const FitBlock wrong = fit.add_nuisance_pose("view" + std::to_string(i));
+    Vector6 sigma;
+    sigma << Eigen::Vector3d::Constant(5e-4), Eigen::Vector3d::Constant(1e-3);
+    fit.set_prior(wrong, sigma);
+    Eigen::Matrix2Xd pixels(2, points.cols());
+    for (Eigen::Index k = 0; k < points.cols(); ++k)
+      pixels.col(k) = camera.project(T_camera_target * Eigen::Vector3d(points.col(k))) +
+                      Eigen::Vector2d(random.normal_vector(2, 0.1));
+    // The true pose of the flange is the reported one times exp(e).
+    views.push_back(fit.observe_pixels(PoseChain()
+                                           .then_inverse(hand_eye)
+                                           .then_inverse(wrong)
+                                           .then((T_base_flange * to_pose(error).inverse()).inverse())
+                                           .then(target),
+                                       lens_block, points, pixels, 0.1));
+  }
+  const CellFitResult result = fit.solve();
+  CHECK(result.fit.status == FitStatus::Converged);
+  CHECK(result.unidentifiable.empty());
+  CHECK(result.coordinates.size() == 18);  // six of the lens, two poses; no nuisance
+  Eigen::VectorXd off(18);
+  off.head<6>() << fit.camera(lens_block).parameters().head<5>() - camera.parameters().head<5>(),
+      fit.camera(lens_block).p1 - camera.p1;
+  off.segment<6>(6) = pose_difference(T_flange_camera, fit.pose(hand_eye));
+  off.tail<6>() = to_vector(fit.pose(target));
+  const double squared = off.dot(result.covariance.ldlt().solve(off));
+  CHECK(squared < uncertainty::chi_square_quantile(0.999, 18));
+  CHECK(squared > uncertainty::chi_square_quantile(0.001, 18));
+  double distances = 0.0;
+  for (const FitObservation view : views) distances += fit.agreement(view).squared_distance / fit.agreement(view).dof;
+  CHECK(distances / 25 == Approx(1.0).margin(0.15));
+}
+
+TEST_CASE("joint errors that follow a regressor are found beside the arm") {
+  Random random(4);
+  const World w = random_world(random, 3);
+  const Eigen::Vector3d compliance(1e-4, 2e-4, 3e-4);
+  CellFit fit;
+  const FitBlock arm = fit.add_arm("arm", w.arm),
+                 c = fit.add_vector("sag", Eigen::VectorXd::Zero(3), {"c1", "c2", "c3"});
+  fit.hold(arm);
+  for (int i = 0; i < 20; ++i) {
+    const Eigen::VectorXd q = random.normal_vector(3), load = random.normal_vector(3, 20);
+    const Eigen::MatrixXd regressor = load.asDiagonal();
+    const Eigen::VectorXd there = q + regressor * compliance;
+    fit.observe_pose(PoseChain().then_arm(arm, q, c, regressor), w.arm.flange(there), 1e-4, 1e-4);
+    fit.observe_pose(PoseChain().then_inverse_arm(arm, q, c, regressor), w.arm.flange(there).inverse(), 1e-4, 1e-4);
+  }
+  const CellFitResult result = fit.solve();
+  CHECK((fit.values(c) - compliance).norm() < 1e-10);
+  CHECK(result.coordinates == std::vector<std::string>{"sag.c1", "sag.c2", "sag.c3"});
+}
+
+TEST_CASE("what the measurements do not determine is named, and nothing else") {
+  Random random(5);
+  const World w = random_world(random);
+  CellFit fit;
+  kinematics::DhChain chain = w.arm;
+  for (auto& joint : chain.joints) joint.type = kinematics::JointType::Revolute;
+  chain.joints[0].beta = 0;
+  const FitBlock arm = fit.add_arm("arm", chain), base = fit.add_pose("base", w.T_world_base);
+  for (int k = 0; k < 20; ++k)
+    if (k != 0 && k != 1 && k != 7) fit.hold(arm, k);  // joint1.b, joint1.theta_offset, joint2.a
+  for (int i = 0; i < 30; ++i) {
+    const Eigen::VectorXd q = random.normal_vector(4);
+    fit.observe_pose(PoseChain().then(base).then_arm(arm, q), w.T_world_base * chain.flange(q), 1e-4, 1e-4);
+  }
+  const CellFitResult result = fit.solve();
+  // Axis 1 is the z axis of the base: its height and its zero are the base's own.
+  REQUIRE(result.unidentifiable.size() == 2);
+  for (const UnidentifiableDirection& direction : result.unidentifiable)
+    for (const std::string& coordinate : direction.coordinates) {
+      CAPTURE(coordinate);
+      CHECK((coordinate == "arm.joint1.b [m]" || coordinate == "base.z [m]" ||
+             coordinate == "arm.joint1.theta_offset [rad]" || coordinate == "base.rz [rad]"));
+    }
+  CHECK_THAT(result.unidentifiable[0].text, Contains("only together"));
+  const int a = fit.coordinates(arm)[7];
+  CHECK(result.covariance(a, a) > 0);
+  CHECK(std::sqrt(result.covariance(a, a)) < 1e-3);
+}
+
+TEST_CASE("a prior holds what the measurements leave open, and its redundancy tells which") {
+  CellFit fit;
+  const FitBlock v = fit.add_vector("v", Eigen::VectorXd::Zero(3), {"x [m]", "y [m]", "z [m]"}),
+                 p = fit.add_point("p", Eigen::Vector3d::Zero());
+  fit.set_prior(v, Eigen::Vector3d(1, 2, 3));
+  fit.set_prior(p, Eigen::Vector3d(0.1, 0.1, std::numeric_limits<double>::infinity()));
+  fit.observe_position({}, p, Eigen::Vector3d(1, 1, 1), 0.1);
+  const CellFitResult result = fit.solve();
+  CHECK((fit.values(p) - Eigen::Vector3d(0.5, 0.5, 1)).norm() < 1e-7);
+  CHECK(fit.values(v).norm() < 1e-12);
+  CHECK(fit.prior_redundancy(p)[0] == Approx(0.5));
+  CHECK(fit.prior_redundancy(v)[1] == Approx(0).margin(1e-12));
+  CHECK(result.covariance(1, 1) == Approx(4.0));
+  CHECK(result.covariance(3, 3) == Approx(0.005));
+}
+
+TEST_CASE("the 95 % region of an arm's parameters holds the truth in 93 to 97 % of trials", "[coverage][statistics]") {
+  Random random(6);
+  test::Coverage coverage("cell fit, arm from points", 8);
+  const int trials = test::trials(2000, 400);
+  for (int trial = 0; trial < trials; ++trial) {
+    World w = random_world(random, 2);
+    for (auto& joint : w.arm.joints) joint.type = kinematics::JointType::Revolute;
+    CellFit fit;
+    const FitBlock arm = fit.add_arm("arm", w.arm);
+    for (const int k : {4, 9}) fit.hold(arm, k);
+    for (int i = 0; i < 15; ++i) {
+      const Eigen::VectorXd q = random.normal_vector(2);
+      for (int k = 0; k < 3; ++k)
+        fit.observe_position(PoseChain().then_arm(arm, q), Eigen::Vector3d(0.2 * Eigen::Vector3d::Unit(k)),
+                             Eigen::Vector3d(w.arm.flange(q) * Eigen::Vector3d(0.2 * Eigen::Vector3d::Unit(k)) +
+                                             random.normal_vector(3, 2e-4)),
+                             2e-4);
+    }
+    const CellFitResult result = fit.solve();
+    if (!result.unidentifiable.empty()) continue;
+    coverage.add(fit.change(arm)(Eigen::VectorXi{{0, 1, 2, 3, 5, 6, 7, 8}}), result.covariance);
+  }
+  REQUIRE(coverage.trials() > trials / 2);
+  coverage.check_rate();
+}
+
+TEST_CASE("gross errors hardly move a fit with a Cauchy loss") {
+  Random random(7);
+  const auto error_with = [&](double loss) {
+    CellFit fit;
+    const FitBlock p = fit.add_point("p", Eigen::Vector3d::Zero());
+    for (int i = 0; i < 50; ++i)
+      fit.observe_position({}, p,
+                           Eigen::Vector3d(random.normal_vector(3, 1e-3) +
+                                           (i % 5 ? Eigen::Vector3d::Zero() : Eigen::Vector3d(0.5, 0, 0))),
+                           1e-3);
+    fit.solve({.loss = loss});
+    return fit.values(p).norm();
+  };
+  CHECK(error_with(0.0) > 0.05);
+  CHECK(error_with(2.0) < 2e-3);
+}
+
+TEST_CASE("a fit that cannot be set up says why") {
+  CellFit fit;
+  CHECK_THROWS_WITH(fit.solve(), Contains("no parameter is free"));
+  const FitBlock pose = fit.add_pose("base", Pose::Identity()), point = fit.add_point("tip", Eigen::Vector3d::Zero());
+  CHECK_THROWS_WITH(fit.observe_position(PoseChain().then(point), point, Eigen::Vector3d(0, 0, 0), 1.0),
+                    Contains("tip is no pose"));
+  CHECK_THROWS_WITH(fit.observe_position({}, pose, Eigen::Vector3d(0, 0, 0), 1.0), Contains("base is no point"));
+  CHECK_THROWS_WITH(fit.observe_pose({}, Pose::Identity(), 0.0, 1.0), Contains("standard deviations must be positive"));
+  CHECK_THROWS_WITH(
+      fit.observe_position({}, point, Eigen::Vector3d(0, 0, 0), Eigen::Matrix3d(-Eigen::Matrix3d::Identity())),
+      Contains("positive definite"));
+  CHECK_THROWS_WITH(fit.set_prior(pose, Eigen::Vector3d(1, 1, 1)), Contains("expected 6 standard deviations"));
+  CHECK_THROWS_WITH(fit.hold(pose, 6), Contains("no coordinate 6"));
+  CHECK_THROWS_AS(fit.pose(FitBlock{7}), InvalidArgument);
+  kinematics::DhChain two;
+  two.joints.resize(2);
+  const FitBlock arm = fit.add_arm("arm", two);
+  CHECK_THROWS_WITH(fit.observe_pose(PoseChain().then_arm(arm, Eigen::VectorXd::Zero(3)), Pose::Identity(), 1, 1),
+                    Contains("expected 2 finite joint values"));
+  const FitBlock nuisance = fit.add_nuisance_pose("view");
+  fit.observe_pose(PoseChain().then(nuisance), Pose::Identity(), 1, 1);
+  CHECK_THROWS_WITH(fit.solve(), Contains("must have a prior"));
+}

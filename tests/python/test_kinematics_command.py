@@ -1,0 +1,116 @@
+"""`kr5 calibrate kinematics` and what Python has of it."""
+
+import json
+
+import kr5
+import numpy as np
+import pytest
+from kr5 import calibration, cell, kinematics
+
+from kr5_tools.files.paths import find_shipped_cell
+
+
+@pytest.fixture(scope="module")
+def arm():
+    """The nominal arm and a true one that is off by millimetres."""
+    believed = cell.load_cell(find_shipped_cell())
+    random = np.random.default_rng(4)
+    true = believed.nominal_chain()
+    joints = [
+        kinematics.DhJoint(
+            b=j.b + random.normal(0, 1e-3),
+            theta_offset=j.theta_offset + random.normal(0, 2e-3),
+            a=j.a + random.normal(0, 1e-3),
+            alpha=j.alpha + random.normal(0, 2e-3),
+        )
+        for j in true.joints
+    ]
+    return believed, kinematics.DhChain(joints, true.T_base_0)
+
+
+def measured(true, count, seed, noise=5e-5):
+    random = np.random.default_rng(seed)
+    q = random.uniform(-1.2, 1.2, (count, 6))
+    base = kr5.to_pose([1.0, -0.5, 0.3, 0.2, -0.1, 0.7])
+    places = np.array([(base @ true.flange(row) @ [0.1, -0.05, 0.15, 1])[:3] for row in q])
+    return q, places + random.normal(0, noise, places.shape)
+
+
+def write(file, q, places, angle=1.0, length=1.0, names="q{}"):
+    header = [names.format(k + 1) for k in range(q.shape[1])] + ["x", "y", "z"]
+    rows = np.hstack([angle * q, length * places])
+    file.write_text(",".join(header) + "\n" + "\n".join(",".join(map(repr, map(float, row))) for row in rows) + "\n")
+
+
+@pytest.fixture
+def folder(tmp_path, arm):
+    believed, true = arm
+    cell.save_cell(believed, tmp_path / "cell.yaml")
+    write(tmp_path / "postures.csv", *measured(true, 60, 1))
+    write(tmp_path / "further.csv", *measured(true, 20, 2))
+    return tmp_path
+
+
+def test_postures_give_the_arm_judged_on_further_postures_and_written_into_a_cell(folder, run_kr5):
+    done = run_kr5(
+        *("calibrate", "kinematics", "postures.csv", "--cell", "cell.yaml", "--check", "further.csv"),
+        *("-o", "kinematics.json", "--write-cell", "identified.yaml"),
+    )
+    assert done.returncode == 0, done.stderr
+    data = json.loads((folder / "kinematics.json").read_text())
+    assert data["format"] == "kr5-kinematics/1" and data["verdict"]["word"] == "good"
+    assert data["held_out"]["mean_mm"] < 0.2 < 1 < data["held_out"]["nominal_mean_mm"]
+    assert data["result"]["sigma_position"] == pytest.approx(5e-5, rel=0.3)
+    assert data["result"]["unidentifiable"] and "Not determined" in done.stdout
+    identified = cell.load_cell(folder / "identified.yaml").nominal_chain()
+    assert identified.joints[1].a == pytest.approx(data["result"]["arm"]["joints"][1]["a"], abs=1e-12)
+    assert run_kr5("report", "kinematics.json", "-o", "page.html").returncode == 0
+    assert "Kinematic calibration" in (folder / "page.html").read_text()
+
+
+def test_units_and_names_of_columns_are_options_and_wrong_ones_are_told(folder, arm, run_kr5):
+    q, places = measured(arm[1], 60, 1)
+    write(folder / "other.csv", q, places, 180 / np.pi, 1e3, "joint_{}")
+    common = ("calibrate", "kinematics", "other.csv", "--cell", "cell.yaml")
+    done = run_kr5(*common, "--joints", "joint_{}", "--length", "mm", "--angle", "deg", "--json", "out.json")
+    assert done.returncode == 0, done.stderr
+    assert json.loads((folder / "out.json").read_text())["result"]["sigma_position"] < 1e-4
+    done = run_kr5(*common, "--joints", "joint_{}", "--length", "mm")
+    assert done.returncode == 2 and "are they in degrees? (--angle deg)" in done.stderr
+    done = run_kr5(*common)
+    assert done.returncode == 2 and "missing: q1" in done.stderr and "--joints" in done.stderr
+    done = run_kr5("calibrate", "kinematics", "other.csv")
+    assert done.returncode == 2 and "--cell" in done.stderr
+
+
+def test_outliers_are_named_with_their_line(folder, run_kr5):
+    lines = (folder / "postures.csv").read_text().splitlines()
+    wrong = lines[7].split(",")
+    wrong[-1] = repr(float(wrong[-1]) + 0.02)
+    lines[7] = ",".join(wrong)
+    (folder / "postures.csv").write_text("\n".join(lines) + "\n")
+    done = run_kr5("calibrate", "kinematics", "postures.csv", "--cell", "cell.yaml", "-o", "kinematics.json")
+    assert done.returncode == 0
+    verdict = json.loads((folder / "kinematics.json").read_text())["verdict"]
+    assert verdict["word"] == "doubtful" and "postures.csv:8" in verdict["text"]
+
+
+def test_axes_and_chains_from_python(arm):
+    _, true = arm
+    q = np.array([0.1, -0.4, 0.5, 0.2, 0.7, -0.3])
+    found = kinematics.chain_from_axes(kinematics.axes_of(true, q), q, true.flange(q))
+    rest = np.linalg.inv(found.flange(q)) @ true.flange(q)
+    other = np.array([-0.5, 0.3, 0.2, 1.0, -0.6, 0.8])
+    assert np.allclose(found.flange(other) @ rest, true.flange(other), atol=1e-9)
+    J = kinematics.parameter_jacobian(true, q)
+    assert J.shape == (6, 30)
+    samples = [
+        calibration.JointSample(points=(true.flange([v, *q[1:]]) @ [0.1, 0, 0.1, 1])[:3, None], q=v)
+        for v in np.linspace(-0.4, 0.4, 12)
+    ]
+    axis = calibration.identify_joint_axis(samples)
+    assert abs(axis.axis.direction @ kinematics.axes_of(true, q)[0].direction - 1) < 1e-9
+    chosen = calibration.choose_postures(
+        true, list(np.random.default_rng(1).normal(size=(40, 6))), calibration.PostureChoiceOptions(count=12)
+    )
+    assert len(set(chosen.chosen)) == 12

@@ -1,0 +1,258 @@
+"""`kr5 calibrate kinematics`: the arm's true Denavit-Hartenberg parameters from measured postures."""
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+import typer
+from kr5 import calibration, cell
+
+from kr5_tools.calibrate.postures import Columns, read_postures, read_socket, recorded_postures
+from kr5_tools.cli.arguments import JsonOption, ResultOption
+from kr5_tools.cli.options import options_from
+from kr5_tools.cli.tables import figure_row, make_table, print_result
+from kr5_tools.cli.terminal import console, fail, print_note, spinner
+from kr5_tools.files.results import write_if_usable, write_result
+from kr5_tools.files.writing import check_writable
+
+app = typer.Typer()
+SHOWN = {"m": (1e3, "mm"), "rad": (180 / np.pi, "deg")}
+
+
+@app.command(epilog="Example:  kr5 calibrate kinematics postures.csv --cell cell.yaml -o kinematics.json")
+@options_from(
+    calibration.KinematicsOptions, skip=("max_iterations", "T_world_base", "T_flange_tool", "hold", "joint_errors")
+)
+def calibrate_kinematics(
+    options: calibration.KinematicsOptions,
+    postures: Annotated[
+        Path | None,
+        typer.Argument(
+            help=(
+                "CSV of joint values and what was measured: one point (x y z), several (x1 y1 z1 x2 …) or a pose (x y z"
+                " and an orientation); or the folder of a recording with poses."
+            )
+        ),
+    ] = None,
+    cell_file: Annotated[
+        Path | None, typer.Option("--cell", help="Cell with the nominal arm; by default that of the recording.")
+    ] = None,
+    socket: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=FILE", help="Joint values with the tip in a fixed socket; may be given several times."
+        ),
+    ] = None,
+    distance: Annotated[
+        list[str] | None,
+        typer.Option(metavar="A,B,METRES", help="Known distance of two sockets; may be given several times."),
+    ] = None,
+    check: Annotated[
+        Path | None, typer.Option(help="CSV of further postures, on which the result is only judged.")
+    ] = None,
+    joints: Annotated[
+        str | None, typer.Option(help="Columns of the joints, e.g. j1,j2,j3 or joint_{}; by default q1, q2, …")
+    ] = None,
+    position: Annotated[str | None, typer.Option(help="Columns of the measured points, three a point.")] = None,
+    convention: Annotated[
+        str | None,
+        typer.Option(help="Orientation: quaternion | rotation_vector | rpy | kuka; by default by the columns."),
+    ] = None,
+    length: Annotated[Literal["m", "mm"], typer.Option(help="Unit of lengths.")] = "m",
+    angle: Annotated[Literal["rad", "deg"], typer.Option(help="Unit of joint angles.")] = "rad",
+    known_base: Annotated[
+        bool, typer.Option("--known-base", help="The measuring device reports in the base of the arm.")
+    ] = False,
+    known_tool: Annotated[
+        bool, typer.Option("--known-tool", help="The measured tool is that of the cell, exactly.")
+    ] = False,
+    joint_errors: Annotated[
+        bool, typer.Option(help="Estimate errors of the joints once and twice a turn, too.")
+    ] = True,
+    hold: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="Parameter to keep at its nominal value, e.g. joint2.a.")
+    ] = None,
+    write_cell: Annotated[
+        Path | None, typer.Option(metavar="OUT.yaml", help="Cell to write with the identified arm.")
+    ] = None,
+    output: ResultOption = None,
+    json_file: JsonOption = None,
+) -> None:
+    """Kinematic calibration: the arm's true DH parameters with their uncertainty, from postures measured by a tracker,
+    a camera or any other device, or from postures whose tip rested in sockets.
+
+    Exit code: 0 when there is a result, 2 when there is none or the input is invalid.
+    """
+    check_writable(output, json_file, write_cell, inputs=[f for f in (postures, cell_file, check) if f])
+    believed = _cell(cell_file, postures)
+    chain = believed.nominal_chain()
+    wanted = Columns(
+        joints=joints.split(",") if joints else [],
+        position=position.split(",") if position else [],
+        convention=convention,
+        length=length,
+        angle=angle,
+    )
+    _complete(options, believed, postures, known_base, known_tool, joint_errors, hold, write_cell)
+    seen = read_postures(postures, chain.joints, wanted) if postures else []
+    for entry in socket or []:
+        name, equals, file = entry.partition("=")
+        if not (name and equals and file):
+            fail(f"--socket: found {entry!r}, expected NAME=FILE, e.g. left=left.csv")
+        seen += read_socket(name, Path(file), chain.joints, wanted)
+    if not seen:
+        fail("there are no postures; specify a CSV, the folder of a recording, or --socket")
+    distances = [_distance(text) for text in distance or []]
+    with spinner("Calibrating"):
+        result = calibration.calibrate_kinematics(chain, seen, distances, options)
+    held_out = _judge(result, chain, seen, _check_postures(postures, check, chain, wanted))
+    keys = _keys(result, held_out, postures, cell_file)
+    _show(result, keys, console(json_file))
+    write_if_usable(write_result(None, "kr5-kinematics/1", **keys), result.fit, output, json_file)
+    if write_cell and result.fit.usable:
+        believed.robot.dh = result.arm.joints
+        cell.save_cell(believed, write_cell)
+
+
+def _cell(cell_file: Path | None, postures: Path | None) -> Any:
+    if cell_file:
+        return cell.load_cell(cell_file)
+    if postures and postures.is_dir():
+        return cell.load_recording(postures).cell
+    fail("--cell: is missing; name the cell with the nominal arm (kr5 cell import makes one from a URDF)")
+
+
+def _complete(
+    options: Any,
+    believed: Any,
+    postures: Path | None,
+    known_base: bool,
+    known_tool: bool,
+    joint_errors: bool,
+    hold: list[str] | None,
+    write_cell: Path | None,
+) -> None:
+    """Options that are not fields of the struct."""
+    options.joint_errors = joint_errors and not write_cell
+    if joint_errors and write_cell:
+        print_note("a cell holds no joint errors once and twice a turn: they are not estimated")
+    recorded = postures is not None and postures.is_dir()  # its poses are those of the tool in the base
+    if known_base or recorded:
+        options.T_world_base = np.eye(4)
+    if known_tool:
+        if believed.tool is None:
+            fail("--known-tool: the cell has no tool")
+        options.T_flange_tool = believed.tool.T_flange_tool
+    options.hold = [name if name.startswith("arm.") else f"arm.{name}" for name in hold or []]
+    options.validate()
+
+
+def _distance(text: str) -> Any:
+    parts = text.split(",")
+    try:
+        return calibration.SocketDistance(first=parts[0], second=parts[1], distance=float(parts[2]))
+    except (IndexError, ValueError):
+        fail(f"--distance: found {text!r}, expected A,B,METRES, e.g. left,right,0.05")
+
+
+def _check_postures(postures: Path | None, check: Path | None, chain: Any, wanted: Columns) -> list[Any]:
+    if check:
+        return read_postures(check, chain.joints, wanted)
+    if postures and postures.is_dir():
+        splits = {str(e.split) for e in cell.load_recording(postures).experiments if str(e.kind) == "poses"}
+        return recorded_postures(postures, "check", len(chain.joints)) if "check" in splits else []
+    return []
+
+
+def distances(result: Any, postures: list[Any]) -> np.ndarray:
+    """Distance of each measured point from where the identified arm puts it [m]."""
+    out = []
+    for posture in postures:
+        T = result.T_world_base @ result.flange(posture.q)
+        if posture.T_world_tool is not None:
+            out.append(np.linalg.norm((T @ result.T_flange_tool)[:3, 3] - posture.T_world_tool[:3, 3]))
+        else:
+            off = T[:3, :3] @ result.points + T[:3, 3:] - posture.points
+            out.append(np.sqrt(np.nanmean((off**2).sum(0))))
+    return np.array(out)
+
+
+def _judge(result: Any, chain: Any, fitted: list[Any], postures: list[Any]) -> dict[str, float]:
+    """Errors on postures that took no part [mm]; the nominal arm gets base and tool from the postures of the fit."""
+    if not postures:
+        return {}
+    sound = [p for p, r in zip(fitted, result.postures, strict=True) if not r.outlier]
+    nominal = calibration.calibrate_kinematics(
+        chain,
+        sound,
+        options=calibration.KinematicsOptions(joint_errors=False, tolerance_length=1e-9, tolerance_angle=1e-9),
+    )
+    ours, theirs = 1e3 * distances(result, postures), 1e3 * distances(nominal, postures)
+    return {
+        "postures": len(postures),
+        "nominal_mean_mm": float(theirs.mean()),
+        "mean_mm": float(ours.mean()),
+        "rms_mm": float(np.sqrt((ours**2).mean())),
+        "max_mm": float(ours.max()),
+    }
+
+
+def _keys(result: Any, held_out: dict[str, float], postures: Path | None, cell_file: Path | None) -> dict[str, Any]:
+    figures = []
+    for c in result.coordinates:
+        if c.name.startswith("arm.") and c.unit in SHOWN:
+            scale, unit = SHOWN[c.unit]
+            figures.append(figure_row(f"{c.name[4:]}, change", scale * (c.value - c.nominal), scale * c.std, unit))
+    views = [{"name": p.name, "distance": p.position_error, "outlier": p.outlier} for p in result.postures]
+    frames = [{"name": "base", "parent": None, "T": np.eye(4)}]
+    return {
+        "input": {"postures": str(postures or ""), "cell": str(cell_file or "")},
+        "verdict": _verdict(result, held_out),
+        "figures": figures,
+        "views": views,
+        "frames": frames,
+        **({"held_out": held_out} if held_out else {}),
+        "result": result.to_dict(),
+    }
+
+
+def _verdict(result: Any, held_out: dict[str, float]) -> dict[str, str]:
+    if not result.fit.usable:
+        return {"word": "unusable", "text": result.fit.message}
+    sound = [p for p in result.postures if not p.outlier]
+    before = 1e3 * np.sqrt(np.mean([p.nominal_error**2 for p in sound]))
+    after = 1e3 * np.sqrt(np.mean([p.position_error**2 for p in sound]))
+    text = f"RMS error {before:.3f} mm with the nominal arm, {after:.3f} mm with the identified one"
+    if held_out:
+        text += (
+            f"; on {held_out['postures']} further postures mean {held_out['nominal_mean_mm']:.3f} mm and"
+            f" {held_out['mean_mm']:.3f} mm"
+        )
+    objections = []
+    if outliers := [p.name for p in result.postures if p.outlier]:
+        objections.append(f"contradict the others and were left out: {', '.join(outliers)}")
+    if held_out and held_out["mean_mm"] > 3 * max(after, 1e-6):
+        objections.append("the further postures are fitted much worse: measure more postures, farther apart")
+    return {"word": "doubtful" if objections else "good", "text": "; ".join([text, *objections])}
+
+
+def _show(result: Any, data: dict[str, Any], out: Any) -> None:
+    rows, hidden = [], 0
+    for c in result.coordinates:
+        scale, unit = SHOWN[c.unit]
+        change = scale * (c.value - c.nominal)
+        if c.name.startswith("joint_errors.") and abs(c.value) < 3 * c.std:
+            hidden += 1
+            continue
+        mark = "" if c.identifiable else "*"
+        name = c.name.removeprefix("arm.").replace("joint_errors.", "error of ")
+        rows.append([name + mark, scale * c.nominal, scale * c.value, change, scale * c.std, unit])
+    names = ["parameter", "nominal", "identified", "change", "± std", "unit"]
+    out.print(make_table("Identified parameters", names, rows, text=(5,)))
+    if hidden:
+        out.print(f"{hidden} coefficients of joint errors within three standard deviations of zero are not listed.")
+    if result.unidentifiable:
+        out.print("* Not determined by the measurements alone; held near the nominal value:")
+    for direction in result.unidentifiable:
+        out.print(f"  {direction.text}", soft_wrap=True)
+    print_result({**data, "figures": []}, out)

@@ -1,0 +1,146 @@
+"""Postures of an arm with what was measured of them: from a CSV, from files of sockets, or from a recording."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from kr5 import calibration, cell, io
+
+from kr5_tools.calibrate.tool import CONVENTIONS
+from kr5_tools.cli.terminal import fail
+
+LENGTHS = {"m": 1.0, "mm": 1e-3}
+ANGLES = {"rad": 1.0, "deg": np.pi / 180}
+
+
+@dataclass
+class Columns:
+    """Names of the columns of a CSV and their units; empty names: the usual ones."""
+
+    joints: list[str] = field(default_factory=list)
+    position: list[str] = field(default_factory=list)
+    convention: str | None = None
+    length: str = "m"
+    angle: str = "rad"
+    pose_angle: str = ""
+
+
+def read_postures(source: Path, joints: list[Any], wanted: Columns) -> list[Any]:
+    """Postures of a CSV, or of the `poses` of a recording that may be fitted."""
+    if source.is_dir():
+        return recorded_postures(source, "fit", len(joints))
+    table = _load(source)
+    q = _joint_values(source, table, joints, wanted)
+    position = _position_columns(source, table, wanted)
+    scale = LENGTHS[wanted.length]
+    points = np.stack([_values(source, table, names) * scale for names in position], axis=1)
+    T = _poses(source, table, position, wanted) if len(position) == 1 else None
+    postures = []
+    for i in range(len(q)):
+        posture = calibration.ArmPosture(name=f"{source.name}:{i + 2}", q=q[i])  # the line in the file
+        if T is not None:
+            posture.T_world_tool = T[i]
+        else:
+            posture.points = points[i].T
+        postures.append(posture)
+    return postures
+
+
+def read_socket(name: str, file: Path, joints: list[Any], wanted: Columns) -> list[Any]:
+    """Postures whose tip rests in one socket: joint values alone, with or without a header."""
+    try:
+        q = np.atleast_2d(np.loadtxt(file, delimiter=","))
+        q = q * _joint_scale(joints, wanted)
+    except (OSError, UnicodeDecodeError) as error:
+        fail(f"{file}: cannot be read ({error})")
+    except ValueError:
+        q = _joint_values(file, _load(file), joints, wanted)
+    if q.shape[1] != len(joints):
+        fail(f"{file}: found {q.shape[1]} columns, expected the {len(joints)} joint values of the arm")
+    return [calibration.ArmPosture(name=f"{file.name}:{i + 1}", q=row, socket=name) for i, row in enumerate(q)]
+
+
+def recorded_postures(folder: Path, split: str, joints: int) -> list[Any]:
+    """The postures of a recording's `poses`: the tool in the base."""
+    recording = cell.load_recording(folder)
+    postures = []
+    for experiment in recording.experiments:
+        if str(experiment.kind) != "poses" or str(experiment.split) != split:
+            continue
+        q = np.column_stack([experiment[f"q{k + 1}"] for k in range(joints)])
+        xyz = np.column_stack([experiment[a] for a in "xyz"])
+        quaternion = np.column_stack([experiment[a] for a in ("qx", "qy", "qz", "qw")])
+        T = calibration.to_poses(np.hstack([xyz, quaternion]), calibration.PoseFormat(rotation="quaternion_xyzw"))
+        postures += [
+            calibration.ArmPosture(name=f"{experiment.name}:{i + 1}", q=q[i], T_world_tool=T[i]) for i in range(len(q))
+        ]
+    if not postures:
+        fail(f"{folder}: there are no poses with the split {split}; expected an experiment of the kind poses")
+    return postures
+
+
+def _load(file: Path) -> Any:
+    return io.load_csv(file)
+
+
+def _values(file: Path, table: Any, names: list[str]) -> np.ndarray:
+    columns = list(table.columns)
+    if missing := [name for name in names if name not in columns]:
+        fail(
+            f"{file}: found the columns {', '.join(columns)}; missing: {', '.join(missing)}"
+            " (see --joints and --position)"
+        )
+    return np.asarray(np.asarray(table.values)[:, [columns.index(name) for name in names]], float)
+
+
+def _joint_scale(joints: list[Any], wanted: Columns) -> np.ndarray:
+    """Of a joint's value: an angle, or for a prismatic joint a length."""
+    return np.array(
+        [LENGTHS[wanted.length] if str(j.type) == "prismatic" else ANGLES[wanted.angle] for j in joints], float
+    )
+
+
+def _joint_values(file: Path, table: Any, joints: list[Any], wanted: Columns) -> np.ndarray:
+    names = wanted.joints
+    if len(names) == 1 and "{}" in names[0]:
+        names = [names[0].replace("{}", str(k + 1)) for k in range(len(joints))]
+    names = names or [f"q{k + 1}" for k in range(len(joints))]
+    if len(names) != len(joints):
+        fail(
+            f"--joints: found {len(names)} names, expected {len(joints)}, one a joint, or a pattern such as joint_{{}}"
+        )
+    q = _values(file, table, names) * _joint_scale(joints, wanted)
+    revolute = np.array([str(j.type) != "prismatic" for j in joints])
+    if revolute.any() and np.abs(q[:, revolute]).max() > 4 * np.pi:
+        fail(
+            f"{file}: {names[0]} …: joint angles of up to {np.abs(q[:, revolute]).max():.0f} rad; are they in degrees?"
+            " (--angle deg)"
+        )
+    return q
+
+
+def _position_columns(file: Path, table: Any, wanted: Columns) -> list[list[str]]:
+    """Three columns a point."""
+    names = wanted.position
+    if not names:
+        columns = list(table.columns)
+        numbered = [[f"{a}{k}" for a in "xyz"] for k in range(1, 100) if f"x{k}" in columns]
+        return numbered or [["x", "y", "z"]]
+    if len(names) % 3:
+        fail(f"--position: found {len(names)} names, expected three a point, e.g. x,y,z or x1,y1,z1,x2,y2,z2")
+    return [names[i : i + 3] for i in range(0, len(names), 3)]
+
+
+def _poses(file: Path, table: Any, position: list[list[str]], wanted: Columns) -> list[Any] | None:
+    """Whole poses where the table has orientations."""
+    columns = list(table.columns)
+    name = wanted.convention or next((n for n, (want, *_) in CONVENTIONS.items() if set(want) <= set(columns)), None)
+    if name is None:
+        return None
+    if name not in CONVENTIONS:
+        fail(f"--convention: found {name}, expected one of {', '.join(CONVENTIONS)}")
+    rotation, form, unit = CONVENTIONS[name]
+    rows = np.hstack([_values(file, table, position[0]), _values(file, table, list(rotation))])
+    form_of = {"position": wanted.length, "rotation": form, "angle": wanted.pose_angle or unit}
+    return list(calibration.to_poses(rows, calibration.PoseFormat.from_dict(form_of)))
