@@ -203,8 +203,15 @@ def _keys(result: Any, held_out: dict[str, float], postures: Path | None, cell_f
         if c.name.startswith("arm.") and c.unit in SHOWN:
             scale, unit = SHOWN[c.unit]
             figures.append(figure_row(f"{c.name[4:]}, change", scale * (c.value - c.nominal), scale * c.std, unit))
-    views = [{"name": p.name, "distance": p.position_error, "outlier": p.outlier} for p in result.postures]
+    views = [
+        {"name": p.name, "position_error": p.position_error, "outlier": True} for p in result.postures if p.outlier
+    ]
+    links = result.arm.link_poses(np.zeros(len(result.arm.joints)))
     frames = [{"name": "base", "parent": None, "T": np.eye(4)}]
+    for k, T in enumerate(links):
+        before = links[k - 1] if k else np.eye(4)
+        parent = f"link {k}" if k else "base"
+        frames.append({"name": f"link {k + 1}", "parent": parent, "T": np.linalg.inv(before) @ T})
     return {
         "input": {"postures": str(postures or ""), "cell": str(cell_file or "")},
         "verdict": _verdict(result, held_out),

@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
+from kr5_tools.calibrate.kinematics_plots import parameter_changes, posture_errors
 from kr5_tools.calibrate.residual_plots import (
     coverage_plot,
     residual_cloud,
@@ -187,6 +188,20 @@ CATALOGUE: list[tuple[str, str, Callable[[dict[str, Any]], Figure | None], bool,
         touch_errors,
         False,
         "Position of the tip by each pose, relative to the fixed point.",
+    ),
+    (
+        "posture_errors",
+        "Errors of the postures",
+        posture_errors,
+        False,
+        "Number of postures by error, with the identified arm and with the nominal one, base and tool fitted.",
+    ),
+    (
+        "parameter_changes",
+        "Changes of the parameters",
+        parameter_changes,
+        True,
+        "Identified minus nominal, with two standard deviations. Grey: only together with others.",
     ),
     (
         "residual_field",

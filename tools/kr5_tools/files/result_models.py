@@ -35,6 +35,7 @@ class View(OpenDocument):
     robot_position: float | None = Field(None, description="[m]")
     robot_rotation: float | None = Field(None, description="[rad]")
     distance: float | None = Field(None, description="[m]")
+    position_error: float | None = Field(None, description="[m]")
     noise_px: float | None = None
     tilt_deg: float | None = None
     influence: float | None = None

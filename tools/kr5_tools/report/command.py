@@ -27,6 +27,7 @@ VIEW_COLUMNS = (
     ("robot_position", "robot error [mm]", 1e3, "{:.3f}"),
     ("robot_rotation", "robot error [deg]", 180 / math.pi, "{:.3f}"),
     ("distance", "tip error [mm]", 1e3, "{:.3f}"),
+    ("position_error", "error [mm]", 1e3, "{:.3f}"),
     ("noise_px", "noise [px]", 1.0, "{:.3f}"),
     ("tilt_deg", "tilt [deg]", 1.0, "{:.1f}"),
     ("influence", "influence [-]", 1.0, "{:.1f}"),

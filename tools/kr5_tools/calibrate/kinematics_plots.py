@@ -1,0 +1,56 @@
+"""Plots of a kinematic calibration. Each function gives a figure, or None when the result has not what it shows."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from kr5_tools.pages.plot_style import BLUE, GREY, RED, WIDE, WIDTH, plt
+
+UNITS = (("m", "mm", 1e3), ("rad", "deg", 180 / np.pi))  # of the file, shown, factor
+
+
+def posture_errors(data: dict[str, Any]) -> Figure | None:
+    """How many postures have which error, with the nominal arm and with the identified one."""
+    postures = data.get("result", {}).get("postures")
+    if not postures:
+        return None
+    after = 1e3 * np.array([p["position_error"] for p in postures])
+    before = 1e3 * np.array([p["nominal_error"] for p in postures])
+    outlier = np.array([p["outlier"] for p in postures], bool)
+    both = np.concatenate([before, after])
+    positive = both[both > 0]
+    if len(positive) < 2:
+        return None
+    figure, axes = plt.subplots(figsize=(WIDTH, 3.2))
+    bins = np.geomspace(positive.min(), positive.max() * 1.001, 40)
+    axes.hist(before, bins=bins, color=GREY, alpha=0.7, label="nominal arm")
+    axes.hist(after[~outlier], bins=bins, color=BLUE, alpha=0.8, label="identified arm")
+    if outlier.any():
+        axes.plot(after[outlier], np.zeros(outlier.sum()), "v", color=RED, label="outlier", clip_on=False)
+    axes.set(xscale="log", xlabel="distance, measured to predicted [mm]", ylabel="postures")
+    axes.legend(fontsize=9)
+    return figure
+
+
+def parameter_changes(data: dict[str, Any]) -> Figure | None:
+    """Changes of the arm's parameters from their nominal values, with two standard deviations."""
+    rows = [c for c in data.get("result", {}).get("coordinates", ()) if str(c.get("name", "")).startswith("arm.")]
+    if not rows:
+        return None
+    shown = [(unit, scale, [c for c in rows if c["unit"] == own]) for own, unit, scale in UNITS]
+    shown = [part for part in shown if part[2]]
+    height = 0.9 + 0.24 * max(len(part) for _, _, part in shown)
+    figure, all_axes = plt.subplots(1, len(shown), figsize=(WIDE, height), squeeze=False)
+    for axes, (unit, scale, part) in zip(all_axes[0], shown, strict=True):
+        at = np.arange(len(part))
+        change = scale * np.array([c["value"] - c["nominal"] for c in part])
+        spread = 2 * scale * np.array([c["std"] for c in part])
+        known = np.array([c["identifiable"] for c in part], bool)
+        for which, colour in ((known, BLUE), (~known, GREY)):
+            axes.errorbar(change[which], at[which], xerr=spread[which], fmt="o", color=colour, markersize=4, capsize=2)
+        axes.axvline(0, color=GREY, linewidth=1)
+        axes.set_yticks(at, [c["name"].removeprefix("arm.") for c in part], fontsize=8.5)
+        axes.invert_yaxis()
+        axes.set_xlabel(f"change [{unit}]")
+    return figure
