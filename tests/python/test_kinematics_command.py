@@ -1,4 +1,4 @@
-"""`kr5 calibrate kinematics` and what Python has of it."""
+"""`kr5 calibrate kinematics`, `kr5 identify axes` and what Python has of them."""
 
 import json
 
@@ -114,3 +114,50 @@ def test_axes_and_chains_from_python(arm):
         true, list(np.random.default_rng(1).normal(size=(40, 6))), calibration.PostureChoiceOptions(count=12)
     )
     assert len(set(chosen.chosen)) == 12
+
+
+HOME = np.array([0.1, -0.5, 0.6, 0.3, 0.7, 0.2])
+
+
+def turns(chain, arc=0.5, noise=1e-5, count=20):
+    """One joint after the other turns about HOME, under a tracker."""
+    random = np.random.default_rng(5)
+    q = np.repeat(HOME[None], 6 * count, axis=0)
+    for k in range(6):
+        q[k * count : (k + 1) * count, k] += np.linspace(-arc / 2, arc / 2, count)
+    base = kr5.to_pose([2.0, 1.0, 0.5, 0.3, 0.2, -1.0])
+    places = np.array([(base @ chain.flange(row) @ [0.15, 0.05, 0.2, 1])[:3] for row in q])
+    return q, places + random.normal(0, noise, places.shape)
+
+
+def test_joints_moved_one_at_a_time_give_axes_and_parameters(tmp_path, arm, run_kr5):
+    chain = arm[0].nominal_chain()
+    write(tmp_path / "turns.csv", *turns(chain))
+    done = run_kr5("identify", "axes", "turns.csv", "-o", "axes.json")
+    assert done.returncode == 0, done.stderr
+    data = json.loads((tmp_path / "axes.json").read_text())
+    assert data["format"] == "kr5-axes/1" and data["verdict"]["word"] == "good"
+    figures = {f["name"]: f for f in data["figures"]}
+    for k in range(5):
+        for name, scale in (("a", 1e3), ("alpha", 180 / np.pi)):
+            figure, truth = figures[f"joint{k + 1}.{name}"], scale * getattr(chain.joints[k], name)
+            assert abs(abs(figure["value"]) - abs(truth)) < max(4 * figure["std"], 1e-3), figure
+            assert figure["std"] < 1.0
+    assert run_kr5("report", "axes.json", "-o", "page.html").returncode == 0
+
+
+def test_turns_that_tell_no_axis_are_refused_in_words(tmp_path, arm, run_kr5):
+    q, places = turns(arm[0].nominal_chain())
+    both = q.copy()
+    both[3, 1] += 0.2
+    write(tmp_path / "two.csv", both, places)
+    done = run_kr5("identify", "axes", "two.csv")
+    assert done.returncode == 2 and "line 5: q1, q2" in done.stderr and "one joint at a time" in done.stderr
+    still = q.copy()
+    still[:, 5] = HOME[5]
+    write(tmp_path / "still.csv", still, places)
+    done = run_kr5("identify", "axes", "still.csv")
+    assert done.returncode == 2 and "joint 6 did not move" in done.stderr
+    write(tmp_path / "short.csv", *turns(arm[0].nominal_chain(), arc=0.01, noise=1e-3))
+    done = run_kr5("identify", "axes", "short.csv")
+    assert done.returncode == 2 and "joint 1: " in done.stderr

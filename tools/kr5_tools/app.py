@@ -29,6 +29,9 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
         "map": ("calibrate.marker_map", "Marker map: poses of markers relative to each other."),
         "timed": ("calibrate.timed", "Hand-eye from pose streams with two clocks."),
     },
+    "identify": {
+        "axes": ("identify.axes", "Joint axes and DH parameters, from joints moved one at a time."),
+    },
     "record": ("simulation.record", "Recording of a simulated cell."),
     "recording": ("log_import.command", "Recordings from logs of a real cell."),
     "insert": ("insertion.command", "Simulated insertion of a peg into a tube."),
@@ -42,6 +45,7 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
 }
 GROUP_HELP = {
     "calibrate": "Calibrations with uncertainty and verdict.",
+    "identify": "Identification of an arm, without nominal values.",
     "sweep": "Many simulated runs over a grid of conditions.",
 }
 

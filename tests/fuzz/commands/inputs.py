@@ -284,6 +284,7 @@ JOBS = [
         ("out.json",),
         2,
     ),
+    Job("kinematics", "identify axes turns.csv -o out.json", "poses", ("turns.csv",), ("out.json",), 2),
     Job(
         "kinematics",
         "calibrate kinematics postures.csv --cell cell.yaml -o out.json",
@@ -488,6 +489,11 @@ def _prepare_poses(folder: Path) -> None:
     q = random.normal(size=(12, len(chain.joints)))
     places = [(chain.flange(row) @ [0.1, 0, 0.1, 1])[:3] + random.normal(0, 1e-4, 3) for row in q]
     joints = [f"q{k + 1}" for k in range(len(chain.joints))]
+    turns = np.tile([0.1, -0.5, 0.6, 0.3, 0.7, 0.2], (48, 1))
+    for i, row in enumerate(turns):
+        row[i // 8] += 0.1 * (i % 8)
+    seen = [(chain.flange(row) @ [0.1, 0.05, 0.1, 1])[:3] + random.normal(0, 1e-5, 3) for row in turns]
+    _write_csv(folder / "turns.csv", [*joints, "x", "y", "z"], np.hstack([turns, seen]))
     _write_csv(folder / "postures.csv", [*joints, "x", "y", "z"], np.hstack([q, places]))
     _write_csv(folder / "hand.csv", names, np.array(hand))
     _write_csv(folder / "eye.csv", names, np.array(eye))

@@ -30,12 +30,12 @@ def read_postures(source: Path, joints: list[Any], wanted: Columns) -> list[Any]
     """Postures of a CSV, or of the `poses` of a recording that may be fitted."""
     if source.is_dir():
         return recorded_postures(source, "fit", len(joints))
-    table = _load(source)
+    table = io.load_csv(source)
     q = _joint_values(source, table, joints, wanted)
-    position = _position_columns(source, table, wanted)
+    position = position_columns(table, wanted)
     scale = LENGTHS[wanted.length]
-    points = np.stack([_values(source, table, names) * scale for names in position], axis=1)
-    T = _poses(source, table, position, wanted) if len(position) == 1 else None
+    points = np.stack([values_of(source, table, names) * scale for names in position], axis=1)
+    T = orientation_of(source, table, position, wanted) if len(position) == 1 else None
     postures = []
     for i in range(len(q)):
         posture = calibration.ArmPosture(name=f"{source.name}:{i + 2}", q=q[i])  # the line in the file
@@ -55,7 +55,7 @@ def read_socket(name: str, file: Path, joints: list[Any], wanted: Columns) -> li
     except (OSError, UnicodeDecodeError) as error:
         fail(f"{file}: cannot be read ({error})")
     except ValueError:
-        q = _joint_values(file, _load(file), joints, wanted)
+        q = _joint_values(file, io.load_csv(file), joints, wanted)
     if q.shape[1] != len(joints):
         fail(f"{file}: found {q.shape[1]} columns, expected the {len(joints)} joint values of the arm")
     return [calibration.ArmPosture(name=f"{file.name}:{i + 1}", q=row, socket=name) for i, row in enumerate(q)]
@@ -80,11 +80,8 @@ def recorded_postures(folder: Path, split: str, joints: int) -> list[Any]:
     return postures
 
 
-def _load(file: Path) -> Any:
-    return io.load_csv(file)
-
-
-def _values(file: Path, table: Any, names: list[str]) -> np.ndarray:
+def values_of(file: Path, table: Any, names: list[str]) -> np.ndarray:
+    """Columns of a table by their names."""
     columns = list(table.columns)
     if missing := [name for name in names if name not in columns]:
         fail(
@@ -110,7 +107,7 @@ def _joint_values(file: Path, table: Any, joints: list[Any], wanted: Columns) ->
         fail(
             f"--joints: found {len(names)} names, expected {len(joints)}, one a joint, or a pattern such as joint_{{}}"
         )
-    q = _values(file, table, names) * _joint_scale(joints, wanted)
+    q = values_of(file, table, names) * _joint_scale(joints, wanted)
     revolute = np.array([str(j.type) != "prismatic" for j in joints])
     if revolute.any() and np.abs(q[:, revolute]).max() > 4 * np.pi:
         fail(
@@ -120,7 +117,7 @@ def _joint_values(file: Path, table: Any, joints: list[Any], wanted: Columns) ->
     return q
 
 
-def _position_columns(file: Path, table: Any, wanted: Columns) -> list[list[str]]:
+def position_columns(table: Any, wanted: Columns) -> list[list[str]]:
     """Three columns a point."""
     names = wanted.position
     if not names:
@@ -132,7 +129,7 @@ def _position_columns(file: Path, table: Any, wanted: Columns) -> list[list[str]
     return [names[i : i + 3] for i in range(0, len(names), 3)]
 
 
-def _poses(file: Path, table: Any, position: list[list[str]], wanted: Columns) -> list[Any] | None:
+def orientation_of(file: Path, table: Any, position: list[list[str]], wanted: Columns) -> list[Any] | None:
     """Whole poses where the table has orientations."""
     columns = list(table.columns)
     name = wanted.convention or next((n for n, (want, *_) in CONVENTIONS.items() if set(want) <= set(columns)), None)
@@ -141,6 +138,6 @@ def _poses(file: Path, table: Any, position: list[list[str]], wanted: Columns) -
     if name not in CONVENTIONS:
         fail(f"--convention: found {name}, expected one of {', '.join(CONVENTIONS)}")
     rotation, form, unit = CONVENTIONS[name]
-    rows = np.hstack([_values(file, table, position[0]), _values(file, table, list(rotation))])
+    rows = np.hstack([values_of(file, table, position[0]), values_of(file, table, list(rotation))])
     form_of = {"position": wanted.length, "rotation": form, "angle": wanted.pose_angle or unit}
     return list(calibration.to_poses(rows, calibration.PoseFormat.from_dict(form_of)))

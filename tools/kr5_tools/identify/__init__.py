@@ -1,0 +1,1 @@
+"""Identification of an arm from its motion."""

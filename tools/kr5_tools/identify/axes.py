@@ -1,0 +1,196 @@
+"""`kr5 identify axes`: joint axes and Denavit-Hartenberg parameters from joints moved one at a time, without nominal
+values."""
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+import typer
+from kr5 import calibration, io, kinematics
+
+from kr5_tools.calibrate.postures import ANGLES, LENGTHS, Columns, orientation_of, position_columns, values_of
+from kr5_tools.cli.arguments import JsonOption, ResultOption
+from kr5_tools.cli.options import options_from
+from kr5_tools.cli.tables import figure_row, make_table, print_result
+from kr5_tools.cli.terminal import console, fail, spinner
+from kr5_tools.files.results import write_result
+from kr5_tools.files.writing import check_writable, write_json
+
+app = typer.Typer()
+STANDING = 1e-3  # a joint that moves by less stands still [rad]
+DRAWS = 400  # of the axes, for the uncertainty of the parameters
+PARAMETERS = (("b", 1e3, "mm"), ("a", 1e3, "mm"), ("alpha", 180 / np.pi, "deg"), ("theta_offset", 180 / np.pi, "deg"))
+
+
+@app.command(epilog="Example:  kr5 identify axes turns.csv -o axes.json")
+@options_from(calibration.JointAxisOptions)
+def axes(
+    files: Annotated[
+        list[Path],
+        typer.Argument(
+            help=(
+                "One CSV with joint values (q1, q2, …) and what was measured, in which one joint after the other moves"
+                " and the others stand; or one CSV a joint, from the base, of what was measured while it moved."
+            )
+        ),
+    ],
+    options: calibration.JointAxisOptions,
+    joints: Annotated[
+        str | None, typer.Option(help="Columns of the joints, e.g. j1,j2,j3 or joint_{}; by default q1, q2, …")
+    ] = None,
+    position: Annotated[str | None, typer.Option(help="Columns of the measured points, three a point.")] = None,
+    convention: Annotated[
+        str | None,
+        typer.Option(help="Orientation: quaternion | rotation_vector | rpy | kuka; by default from the columns."),
+    ] = None,
+    length: Annotated[Literal["m", "mm"], typer.Option(help="Unit of lengths.")] = "m",
+    angle: Annotated[Literal["rad", "deg"], typer.Option(help="Unit of joint angles.")] = "rad",
+    output: ResultOption = None,
+    json_file: JsonOption = None,
+) -> None:
+    """Circle-point analysis: each joint's axis from the arc it traces, with its quality and uncertainty, and the DH
+    parameters of the arm by dual vectors, parallel and intersecting axes included. No nominal values are needed.
+
+    Exit code: 0 when every axis was found, 2 when one was not or the input is invalid.
+    """
+    options.validate()
+    check_writable(output, json_file, inputs=files)
+    wanted = Columns(
+        joints=joints.split(",") if joints else [],
+        position=position.split(",") if position else [],
+        convention=convention,
+        length=length,
+        angle=angle,
+    )
+    turns, home = _turns(files, wanted)
+    results = []
+    with spinner("Identifying the axes"):
+        for k, samples in enumerate(turns):
+            result = calibration.identify_joint_axis(samples, options)
+            if not result.fit.usable:
+                fail(f"joint {k + 1}: {result.fit.message}")
+            results.append(result)
+    keys = _keys(files, turns, results, home)
+    _show(results, keys, console(json_file))
+    data = write_result(output, "kr5-axes/1", **keys)
+    write_json(data, json_file)
+
+
+def _turns(files: list[Path], wanted: Columns) -> tuple[list[list[Any]], np.ndarray]:
+    """Samples of each joint, and the joint values at which the others stood."""
+    if len(files) > 1:
+        return [_samples(file, io.load_csv(file), wanted, None) for file in files], np.zeros(len(files))
+    file = files[0]
+    table = io.load_csv(file)
+    q = values_of(file, table, _joint_names(file, table, wanted)) * ANGLES[wanted.angle]
+    if np.abs(q).max(initial=0.0) > 4 * np.pi:
+        fail(f"{file}: joint angles of up to {np.abs(q).max():.0f} rad; are they in degrees? (--angle deg)")
+    home = np.array([_commonest(column) for column in q.T])
+    away = np.abs(q - home) > STANDING
+    if (several := np.flatnonzero(away.sum(axis=1) > 1)).size:
+        moved = ", ".join(f"q{k + 1}" for k in np.flatnonzero(away[several[0]]))
+        fail(f"{file}: line {several[0] + 2}: {moved} are away from where they usually stand; move one joint at a time")
+    samples = _samples(file, table, wanted, q)
+    turns = []
+    for k in range(q.shape[1]):
+        # Rows with every joint at home belong to each joint.
+        rows = np.flatnonzero(~np.delete(away, k, axis=1).any(axis=1))
+        if not away[:, k].any():
+            fail(f"{file}: joint {k + 1} did not move")
+        mine = []
+        for i in rows:
+            sample = calibration.JointSample.from_dict(samples[i].to_dict())
+            sample.q = float(q[i, k])
+            mine.append(sample)
+        turns.append(mine)
+    return turns, home
+
+
+def _commonest(column: np.ndarray) -> float:
+    """Where a joint stands most often: the value with the most others within STANDING."""
+    near = [(np.abs(column - value) <= STANDING).sum() for value in column]
+    return float(column[int(np.argmax(near))])
+
+
+def _joint_names(file: Path, table: Any, wanted: Columns) -> list[str]:
+    columns = list(table.columns)
+    names = wanted.joints or ["q{}"]
+    if len(names) == 1 and "{}" in names[0]:
+        names = [names[0].replace("{}", str(k)) for k in range(1, 100) if names[0].replace("{}", str(k)) in columns]
+    if not names:
+        fail(f"{file}: found the columns {', '.join(columns)}, expected joint values q1, q2, … (see --joints)")
+    return names
+
+
+def _samples(file: Path, table: Any, wanted: Columns, q: np.ndarray | None) -> list[Any]:
+    position = position_columns(table, wanted)
+    T = orientation_of(file, table, position, wanted) if len(position) == 1 else None
+    if T is not None:
+        return [calibration.JointSample(T_world_tool=pose) for pose in T]
+    points = np.stack([values_of(file, table, names) * LENGTHS[wanted.length] for names in position], axis=1)
+    return [calibration.JointSample(points=row.T) for row in points]
+
+
+def _chain(lines: list[Any], home: np.ndarray, end: np.ndarray) -> Any:
+    """The arm whose last frame has its origin where the measured thing is when every joint is at home."""
+    z = lines[-1].direction
+    x = np.linalg.svd(z[None])[2][1]
+    flange = np.eye(4)
+    flange[:3, :3] = np.column_stack([x, np.cross(z, x), z])
+    flange[:3, 3] = end
+    return kinematics.chain_from_axes(lines, home, flange)
+
+
+def _drawn(result: Any, random: np.random.Generator) -> Any:
+    """An axis as it may be, by its covariance."""
+    x, y, rx, ry = random.multivariate_normal(np.zeros(4), result.covariance)
+    T = np.asarray(result.T_world_axis)
+    direction = T[:3, :3] @ [np.sin(ry), -np.sin(rx), 1.0]
+    return kinematics.AxisLine(
+        point=T[:3, 3] + T[:3, :3] @ [x, y, 0.0], direction=direction / np.linalg.norm(direction)
+    )
+
+
+def _keys(files: list[Path], turns: list[list[Any]], results: list[Any], home: np.ndarray) -> dict[str, Any]:
+    first = turns[-1][0]
+    end = first.T_world_tool[:3, 3] if first.T_world_tool is not None else first.points[:, 0]
+    chain = _chain([r.axis for r in results], home, end)
+    random = np.random.default_rng(1)
+    draws = [_chain([_drawn(r, random) for r in results], home, end) for _ in range(DRAWS)]
+    figures = []
+    for k, joint in enumerate(chain.joints[:-1]):  # the last row ends in whatever was measured
+        for name, scale, unit in PARAMETERS:
+            if k == 0 and name in ("b", "theta_offset"):
+                continue  # where the first frame lies along and about axis 1 is a matter of choice
+            spread = np.array([getattr(d.joints[k], name) for d in draws]) - getattr(joint, name)
+            if unit == "deg":
+                spread = (spread + np.pi) % (2 * np.pi) - np.pi
+            figures.append(
+                figure_row(f"joint{k + 1}.{name}", scale * getattr(joint, name), scale * float(spread.std()), unit)
+            )
+    warnings = [f"joint {k + 1}: {text}" for k, r in enumerate(results) for text in r.warnings]
+    worst = min(range(len(results)), key=lambda k: results[k].quality)
+    text = (
+        f"{len(results)} axes; the least certain is that of joint {worst + 1}, whose singular values are"
+        f" {results[worst].quality:.0f} to 1"
+    )
+    frames = [{"name": "device", "parent": None, "T": np.eye(4)}]
+    frames += [{"name": f"axis {k + 1}", "parent": "device", "T": r.T_world_axis} for k, r in enumerate(results)]
+    return {
+        "input": {"files": [str(f) for f in files]},
+        "verdict": {"word": "doubtful" if warnings else "good", "text": "; ".join([text, *warnings])},
+        "figures": figures,
+        "frames": frames,
+        "result": {"axes": [r.to_dict() for r in results], "arm": chain.to_dict(), "home": home},
+    }
+
+
+def _show(results: list[Any], data: dict[str, Any], out: Any) -> None:
+    rows = []
+    for k, r in enumerate(results):
+        tilt = 180 / np.pi * float(np.sqrt(np.trace(r.covariance[2:, 2:])))
+        offset = 1e3 * float(np.sqrt(np.trace(r.covariance[:2, :2])))
+        rows.append([f"{k + 1}", f"{r.quality:.0f}", 180 / np.pi * r.arc, 1e3 * r.rms, offset, tilt, len(r.outliers)])
+    names = ["joint", "s1/s3 [-]", "arc [deg]", "RMS [mm]", "± offset [mm]", "± tilt [deg]", "outliers"]
+    out.print(make_table("Axes", names, rows))
+    print_result(data, out)
