@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <pybind11/functional.h>
+
 #include <kr5/geometry/marker_family.hpp>
 #include <kr5/geometry/mount.hpp>
 #include <kr5/geometry/pinhole.hpp>
 #include <kr5/geometry/placed.hpp>
 #include <kr5/geometry/single_image_calibration.hpp>
 #include <kr5/geometry/target.hpp>
+#include <kr5/geometry/uncertain_pose.hpp>
 #include <kr5/geometry/view.hpp>
 
 #include "struct_binder.hpp"
@@ -83,8 +86,29 @@ static void bind_placed(py::module_& m) {
   python::bind_struct<PlacedSolid>(m, "PlacedSolid", "Solid in front of a camera.");
 }
 
+static void bind_uncertain_poses(py::module_& m) {
+  python::bind_struct<UncertainPose>(m, "UncertainPose", "Pose with the covariance of its error.")
+      .def("__matmul__", [](const UncertainPose& a, const UncertainPose& b) { return a * b; })
+      .def(
+          "inverse", [](const UncertainPose& self) { return inverse(self); }, "T_b_a from T_a_b.");
+  python::bind_struct<UncertainVector>(m, "UncertainVector", "Quantity with the covariance of its error.");
+  m.def("transform_point", &transform_point, py::arg("T_a_b"), py::arg("p_b"), py::arg("covariance"),
+        py::arg("rotation_errors") = true,
+        "Point p_a = T_a_b p_b with its covariance [m^2]; without `rotation_errors` as eq. 3.49 has it.");
+  m.def("propagate", &propagate, py::arg("f"), py::arg("mean"), py::arg("covariance"),
+        "f of a normal variable, to first order.");
+  m.def("propagate_unscented", &propagate_unscented, py::arg("f"), py::arg("mean"), py::arg("covariance"),
+        "f of a normal variable, by the unscented transform.");
+  m.def(
+      "fuse", [](const std::vector<UncertainVector>& measurements) { return fuse(measurements); },
+      py::arg("measurements"), "Most probable value of independent measurements of one quantity.");
+  m.def("is_covariance", &is_covariance, py::arg("matrix"),
+        "Whether a matrix is symmetric and without a negative eigenvalue.");
+}
+
 void bind_geometry(py::module_& m) {
   bind_poses(m);
+  bind_uncertain_poses(m);
   python::bind_enum<Mount>(m, "Mount", "Part of the cell that carries the camera.");
   python::bind_enum<LensModel>(m, "LensModel", "Lens model: the coefficients of a Pinhole that are used.");
   python::bind_struct<Pinhole>(m, "Pinhole", "Pinhole camera with the rational lens model; z out of the lens, x right.")

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <pybind11/functional.h>
+
 #include <kr5/uncertainty/confidence.hpp>
+#include <kr5/uncertainty/sobol.hpp>
 
 #include "struct_binder.hpp"
 
@@ -31,4 +34,13 @@ void bind_uncertainty(py::module_& m) {
       },
       py::arg("covariance"), py::arg("confidence") = 0.95,
       "Semi-axes (longest first) and their directions (columns) of the confidence region of a normal vector.");
+  kr5::python::bind_enum<InputLaw>(m, "InputLaw", "Distribution of an input.");
+  kr5::python::bind_struct<UncertainInput>(m, "UncertainInput", "Uncertain input of a model.")
+      .def("quantile", &UncertainInput::quantile, py::arg("u"), "Value that it stays below with probability u.");
+  kr5::python::bind_struct<SobolOptions>(m, "SobolOptions", "Options of sobol_indices.");
+  kr5::python::bind_struct<SobolResult>(m, "SobolResult", "Sobol's indices with their intervals.");
+  m.def("sobol_indices", &sobol_indices, py::arg("model"), py::arg("inputs"), py::arg("options") = SobolOptions(),
+        "Sobol's first-order and total indices. `model` takes inputs (samples x inputs) and gives outputs (samples x\n"
+        "outputs).\n\n"
+        "Raises\n------\nkr5.InvalidArgument\n    No inputs, or outputs that are not finite or of another size.");
 }

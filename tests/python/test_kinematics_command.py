@@ -83,6 +83,51 @@ def test_units_and_names_of_columns_are_options_and_wrong_ones_are_told(folder, 
     assert done.returncode == 2 and "--cell" in done.stderr
 
 
+def test_a_ball_in_two_sockets_needs_no_device(tmp_path, arm, run_kr5):
+    believed, _ = arm
+    cell.save_cell(believed, tmp_path / "cell.yaml")
+    random = np.random.default_rng(8)
+    joints = believed.nominal_chain().joints
+    for k, joint in enumerate(joints):
+        joint.theta_offset += 0.0 if k == 0 else random.normal(0, 2e-3)
+    true = kinematics.DhChain(joints, believed.nominal_chain().T_base_0)
+    tip = np.array([0.05, 0.02, 0.2])
+    for name, socket in (("left", [0.7, 0.1, 0.5]), ("right", [0.75, 0.1, 0.5])):
+        rows = []
+        while len(rows) < 40:
+            T = kr5.to_pose([0, 0, 0, *random.normal(0, 0.5, 3)]) @ np.diag([1.0, -1.0, -1.0, 1.0])
+            T[:3, 3] = socket - T[:3, :3] @ tip
+            reached = kinematics.inverse_kinematics(true, T).postures
+            if reached and reached[0].position_error < 1e-9:
+                rows.append(reached[0].q + random.normal(0, 2e-5, 6))
+        np.savetxt(tmp_path / f"{name}.csv", rows, delimiter=",")
+    done = run_kr5(
+        *("calibrate", "kinematics", "--cell", "cell.yaml", "--socket", "left=left.csv", "--socket", "right=right.csv"),
+        *("--distance", "left,right,0.05", "-o", "kinematics.json"),
+    )
+    assert done.returncode == 0, done.stderr
+    result = json.loads((tmp_path / "kinematics.json").read_text())["result"]
+    spread = [p["position_error"] for p in result["postures"]]
+    nominal = [p["nominal_error"] for p in result["postures"]]
+    assert np.mean(spread) < 1e-4 < 1e-3 < np.mean(nominal)
+    assert np.linalg.norm(np.diff(np.array(result["sockets"]), axis=1)) == pytest.approx(0.05, abs=5e-5)
+    done = run_kr5("calibrate", "kinematics", "--cell", "cell.yaml", "--socket", "left.csv")
+    assert done.returncode == 2 and "expected NAME=FILE" in done.stderr
+
+
+def test_a_joint_that_did_not_move_is_named(folder, arm, run_kr5):
+    q, _ = measured(arm[1], 60, 1)
+    q[:, 4] = 0.3
+    base = kr5.to_pose([1.0, -0.5, 0.3, 0.2, -0.1, 0.7])
+    random = np.random.default_rng(6)
+    places = [(base @ arm[1].flange(row) @ [0.1, -0.05, 0.15, 1])[:3] + random.normal(0, 5e-5, 3) for row in q]
+    write(folder / "still.csv", q, np.array(places))
+    done = run_kr5("calibrate", "kinematics", "still.csv", "--cell", "cell.yaml", "-o", "out.json")
+    assert done.returncode == 0, done.stderr
+    verdict = json.loads((folder / "out.json").read_text())["verdict"]
+    assert verdict["word"] == "doubtful" and "joint 5 did not move" in verdict["text"]
+
+
 def test_outliers_are_named_with_their_line(folder, run_kr5):
     lines = (folder / "postures.csv").read_text().splitlines()
     wrong = lines[7].split(",")

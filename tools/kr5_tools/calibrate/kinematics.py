@@ -16,6 +16,7 @@ from kr5_tools.files.results import write_if_usable, write_result
 from kr5_tools.files.writing import check_writable
 
 app = typer.Typer()
+STANDING = 1e-3  # a joint whose values differ by less stood still [rad or m]
 SHOWN = {"m": (1e3, "mm"), "rad": (180 / np.pi, "deg")}
 
 
@@ -106,7 +107,7 @@ def calibrate_kinematics(
     with spinner("Calibrating"):
         result = calibration.calibrate_kinematics(chain, seen, distances, options)
     held_out = _judge(result, chain, seen, _check_postures(postures, check, chain, wanted))
-    keys = _keys(result, held_out, postures, cell_file)
+    keys = _keys(result, seen, held_out, postures, cell_file)
     _show(result, keys, console(json_file))
     write_if_usable(write_result(None, "kr5-kinematics/1", **keys), result.fit, output, json_file)
     if write_cell and result.fit.usable:
@@ -197,7 +198,9 @@ def _judge(result: Any, chain: Any, fitted: list[Any], postures: list[Any]) -> d
     }
 
 
-def _keys(result: Any, held_out: dict[str, float], postures: Path | None, cell_file: Path | None) -> dict[str, Any]:
+def _keys(
+    result: Any, seen: list[Any], held_out: dict[str, float], postures: Path | None, cell_file: Path | None
+) -> dict[str, Any]:
     figures = []
     for c in result.coordinates:
         if c.name.startswith("arm.") and c.unit in SHOWN:
@@ -214,7 +217,7 @@ def _keys(result: Any, held_out: dict[str, float], postures: Path | None, cell_f
         frames.append({"name": f"link {k + 1}", "parent": parent, "T": np.linalg.inv(before) @ T})
     return {
         "input": {"postures": str(postures or ""), "cell": str(cell_file or "")},
-        "verdict": _verdict(result, held_out),
+        "verdict": _verdict(result, seen, held_out),
         "figures": figures,
         "views": views,
         "frames": frames,
@@ -223,7 +226,7 @@ def _keys(result: Any, held_out: dict[str, float], postures: Path | None, cell_f
     }
 
 
-def _verdict(result: Any, held_out: dict[str, float]) -> dict[str, str]:
+def _verdict(result: Any, seen: list[Any], held_out: dict[str, float]) -> dict[str, str]:
     if not result.fit.usable:
         return {"word": "unusable", "text": result.fit.message}
     sound = [p for p in result.postures if not p.outlier]
@@ -235,7 +238,11 @@ def _verdict(result: Any, held_out: dict[str, float]) -> dict[str, str]:
             f"; on {held_out['postures']} further postures mean {held_out['nominal_mean_mm']:.3f} mm and"
             f" {held_out['mean_mm']:.3f} mm"
         )
-    objections = []
+    objections = [
+        f"joint {k + 1} did not move: what belongs to it is not determined"
+        for k, width in enumerate(np.ptp([p.q for p in seen], axis=0))
+        if width < STANDING
+    ]
     if outliers := [p.name for p in result.postures if p.outlier]:
         objections.append(f"contradict the others and were left out: {', '.join(outliers)}")
     if held_out and held_out["mean_mm"] > 3 * max(after, 1e-6):

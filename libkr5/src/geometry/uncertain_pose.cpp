@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/geometry/uncertain_pose.hpp>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include <Eigen/Cholesky>
+
+#include <kr5/core/error.hpp>
+#include <kr5/core/linear.hpp>
+
+namespace kr5 {
+namespace {
+
+void check(const Eigen::VectorXd& mean, const Eigen::MatrixXd& covariance) {
+  require(mean.size() > 0 && mean.allFinite(), "mean must be finite");
+  require(covariance.rows() == mean.size() && covariance.cols() == mean.size(),
+          "covariance is " + std::to_string(covariance.rows()) + " x " + std::to_string(covariance.cols()) +
+              ", the mean has " + std::to_string(mean.size()) + " numbers");
+  require(is_covariance(covariance), "covariance is not symmetric, or has a negative eigenvalue");
+}
+
+}  // namespace
+
+UncertainPose operator*(const UncertainPose& T_a_b, const UncertainPose& T_b_c) {
+  // T exp(d) S exp(e) = T S exp(Ad(S^-1) d) exp(e)
+  const Matrix6 across = adjoint(T_b_c.T.inverse());
+  return {T_a_b.T * T_b_c.T, across * T_a_b.covariance * across.transpose() + T_b_c.covariance};
+}
+
+UncertainPose inverse(const UncertainPose& T_a_b) {
+  const Matrix6 across = adjoint(T_a_b.T);
+  return {T_a_b.T.inverse(), across * T_a_b.covariance * across.transpose()};
+}
+
+UncertainVector transform_point(const UncertainPose& T_a_b, const Eigen::Vector3d& p_b,
+                                const Eigen::Matrix3d& covariance, bool rotation_errors) {
+  check(p_b, covariance);
+  const Eigen::Matrix3d& R = T_a_b.T.linear();
+  Eigen::Matrix<double, 3, 6> by_pose;
+  by_pose << R, (rotation_errors ? Eigen::Matrix3d(-R * skew(p_b)) : Eigen::Matrix3d::Zero());
+  return {T_a_b.T * p_b, R * covariance * R.transpose() + by_pose * T_a_b.covariance * by_pose.transpose()};
+}
+
+UncertainVector propagate(const std::function<Eigen::VectorXd(const Eigen::VectorXd&)>& f, const Eigen::VectorXd& mean,
+                          const Eigen::MatrixXd& covariance) {
+  check(mean, covariance);
+  UncertainVector out;
+  out.value = f(mean);
+  Eigen::MatrixXd J(out.value.size(), mean.size());
+  for (Eigen::Index k = 0; k < mean.size(); ++k) {
+    // A small part of the spread is where f is straight; without spread, of the value.
+    const double spread = std::sqrt(covariance(k, k));
+    const double h = spread > 0 ? 1e-3 * spread : 1e-6 * std::max(1.0, std::abs(mean[k]));
+    Eigen::VectorXd above = mean, below = mean;
+    above[k] += h, below[k] -= h;
+    J.col(k) = (f(above) - f(below)) / (above[k] - below[k]);
+  }
+  out.covariance = J * covariance * J.transpose();
+  return out;
+}
+
+UncertainVector propagate_unscented(const std::function<Eigen::VectorXd(const Eigen::VectorXd&)>& f,
+                                    const Eigen::VectorXd& mean, const Eigen::MatrixXd& covariance) {
+  check(mean, covariance);
+  const auto n = static_cast<double>(mean.size());
+  constexpr double kappa_sum = 3.0;  // n + kappa: matches the fourth moment of a normal variable
+  const SymmetricEigen eigen = symmetric_eigen(covariance);
+  const Eigen::MatrixXd root = eigen.vectors * eigen.values.cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  std::vector<Eigen::VectorXd> values = {f(mean)};
+  std::vector<double> weights = {(kappa_sum - n) / kappa_sum};
+  for (Eigen::Index k = 0; k < mean.size(); ++k)
+    for (const double side : {1.0, -1.0}) {
+      values.push_back(f(mean + side * std::sqrt(kappa_sum) * root.col(k)));
+      weights.push_back(0.5 / kappa_sum);
+    }
+  UncertainVector out;
+  out.value = Eigen::VectorXd::Zero(values[0].size());
+  for (std::size_t i = 0; i < values.size(); ++i) out.value += weights[i] * values[i];
+  out.covariance = Eigen::MatrixXd::Zero(out.value.size(), out.value.size());
+  // Deviations from the value at the mean, whose own weight may be negative, keep the covariance one.
+  const Eigen::VectorXd shift = out.value - values[0];
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    const Eigen::VectorXd d = values[i] - values[0];
+    out.covariance += weights[i] * d * d.transpose();
+  }
+  if (kappa_sum >= n) out.covariance -= shift * shift.transpose();
+  return out;
+}
+
+UncertainVector fuse(std::span<const UncertainVector> measurements) {
+  require(!measurements.empty(), "fuse: there are no measurements");
+  const Eigen::Index n = measurements.front().value.size();
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(n, n);
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(n);
+  for (std::size_t i = 0; i < measurements.size(); ++i) {
+    check(measurements[i].value, measurements[i].covariance);
+    require(measurements[i].value.size() == n, "fuse: measurement " + std::to_string(i) + " has another size");
+    const Eigen::LLT<Eigen::MatrixXd> factors(measurements[i].covariance);
+    require(factors.info() == Eigen::Success,
+            "fuse: the covariance of measurement " + std::to_string(i) + " is not positive definite");
+    const Eigen::MatrixXd own = factors.solve(Eigen::MatrixXd::Identity(n, n));
+    information += own;
+    sum += own * measurements[i].value;
+  }
+  const Eigen::LLT<Eigen::MatrixXd> factors(information);
+  return {factors.solve(sum), factors.solve(Eigen::MatrixXd::Identity(n, n))};
+}
+
+bool is_covariance(const Eigen::MatrixXd& matrix) {
+  if (matrix.rows() != matrix.cols() || !matrix.allFinite()) return false;
+  if (matrix.size() == 0) return true;
+  const double size = matrix.cwiseAbs().maxCoeff();
+  if ((matrix - matrix.transpose()).cwiseAbs().maxCoeff() > 1e-9 * size) return false;
+  return symmetric_eigen(matrix).values.minCoeff() >= -1e-9 * size;
+}
+
+}  // namespace kr5

@@ -1,0 +1,120 @@
+#include <cmath>
+
+#include <catch2/catch.hpp>
+
+#include <kr5/core/error.hpp>
+#include <kr5/core/random.hpp>
+#include <kr5/geometry/uncertain_pose.hpp>
+
+using namespace kr5;
+using Catch::Matchers::Contains;
+
+namespace {
+
+Matrix6 random_covariance(Random& random, double scale) {
+  const Matrix6 A = Matrix6::NullaryExpr([&] { return random.normal(scale); });
+  return A * A.transpose();
+}
+
+UncertainPose random_pose(Random& random, double scale) {
+  Vector6 d;
+  d << random.normal_vector(3), random.normal_vector(3, 0.8);
+  return {to_pose(d), random_covariance(random, scale)};
+}
+
+Vector6 draw(Random& random, const Matrix6& covariance) { return covariance.llt().matrixL() * random.normal_vector(6); }
+
+/// The scanner on the flange and the covariance of its points, as printed (Hayat et al. 2022, eq. 2.8 and 3.60) [mm].
+const Eigen::Matrix3d scanner_rotation =
+    (Eigen::Matrix3d() << -0.8232, -0.5674, -0.0202, -0.5665, 0.8233, -0.0370, 0.0377, -0.0190, -0.9991).finished();
+const Eigen::Matrix3d scanner_noise = (Eigen::Matrix3d() << 0.0346, 0, -0.1104, 0, 0, 0, -0.1104, 0, 0.9298).finished();
+
+}  // namespace
+
+TEST_CASE("the covariance of a chain and of an inverse is that of drawn poses") {
+  Random random(1);
+  const UncertainPose A = random_pose(random, 1e-3), B = random_pose(random, 2e-3);
+  const UncertainPose AB = A * B, inv = inverse(A);
+  Matrix6 chain = Matrix6::Zero(), back = Matrix6::Zero();
+  const int n = 40000;
+  for (int i = 0; i < n; ++i) {
+    const Pose a = A.T * to_pose(draw(random, A.covariance)), b = B.T * to_pose(draw(random, B.covariance));
+    const Vector6 d = pose_difference(AB.T, a * b), e = pose_difference(inv.T, a.inverse());
+    chain += d * d.transpose() / n, back += e * e.transpose() / n;
+  }
+  CHECK((chain - AB.covariance).norm() < 0.03 * AB.covariance.norm());
+  CHECK((back - inv.covariance).norm() < 0.03 * inv.covariance.norm());
+}
+
+TEST_CASE("a point by an uncertain pose has the covariance of drawn points, the lever arm included") {
+  Random random(2);
+  const UncertainPose T = random_pose(random, 1e-3);
+  const Eigen::Vector3d p(0.3, -0.1, 0.34);
+  const Eigen::Matrix3d C = 1e-8 * Eigen::Matrix3d::Identity();
+  const UncertainVector with = transform_point(T, p, C), without = transform_point(T, p, C, false);
+  Eigen::Matrix3d drawn = Eigen::Matrix3d::Zero();
+  const int n = 40000;
+  for (int i = 0; i < n; ++i) {
+    const Eigen::Vector3d d = T.T * to_pose(draw(random, T.covariance)) * (p + random.normal_vector(3, 1e-4)) - T.T * p;
+    drawn += d * d.transpose() / n;
+  }
+  CHECK((drawn - with.covariance).norm() < 0.03 * with.covariance.norm());
+  CHECK((drawn - without.covariance).norm() > 0.1 * with.covariance.norm());
+}
+
+TEST_CASE("the scanner's covariance at the flange is the printed one with its slip corrected") {
+  // Eq. 3.61 with 3.60 and 3.66; of 3.68 the last entry is printed a tenth of what it is.
+  UncertainPose T;
+  T.T.linear() = nearest_rotation(scanner_rotation);
+  T.covariance.topLeftCorner<3, 3>() = 1e-4 * Eigen::Matrix3d::Identity();
+  T.covariance.topLeftCorner<3, 3>() = T.T.linear().transpose() * T.covariance.topLeftCorner<3, 3>() * T.T.linear();
+  const Eigen::Matrix3d at_flange = transform_point(T, Eigen::Vector3d::Zero(), scanner_noise).covariance;
+  const Eigen::Matrix3d corrected =
+      (Eigen::Matrix3d() << 0.0187, 0.0146, -0.0663, 0.0146, 0.0115, -0.024, -0.0663, -0.024, 0.9341).finished();
+  CHECK((at_flange - corrected).cwiseAbs().maxCoeff() < 0.007);
+  CHECK(is_covariance(at_flange));
+  Eigen::Matrix3d printed = corrected;
+  printed(2, 2) = 0.09341;
+  CHECK_FALSE(is_covariance(printed));
+  const Eigen::Matrix3d fused_printed =
+      1e-3 *
+      (Eigen::Matrix3d() << -0.2133, 0.0129, -0.568, 0.0129, 0.0045, -0.2152, -0.568, -0.2152, 0.8689).finished();
+  CHECK_FALSE(is_covariance(fused_printed));
+}
+
+TEST_CASE("first order is exact for a linear function, unscented also for the mean of a quadratic one") {
+  Random random(3);
+  const Eigen::MatrixXd A = Eigen::MatrixXd::NullaryExpr(2, 4, [&] { return random.normal(); }),
+                        B = Eigen::MatrixXd::NullaryExpr(4, 4, [&] { return random.normal(); });
+  const Eigen::MatrixXd C = B * B.transpose();
+  const Eigen::VectorXd mean = random.normal_vector(4);
+  const auto linear = [&](const Eigen::VectorXd& x) -> Eigen::VectorXd { return A * x; };
+  for (const UncertainVector& y : {propagate(linear, mean, C), propagate_unscented(linear, mean, C)}) {
+    CHECK((y.value - A * mean).norm() < 1e-9);
+    CHECK((y.covariance - A * C * A.transpose()).norm() < 1e-6 * C.norm());
+  }
+  const auto square = [](const Eigen::VectorXd& x) -> Eigen::VectorXd {
+    return Eigen::VectorXd::Constant(1, x.squaredNorm());
+  };
+  CHECK(propagate_unscented(square, mean, C).value[0] == Approx(mean.squaredNorm() + C.trace()).epsilon(1e-9));
+  CHECK(propagate(square, mean, C).value[0] == Approx(mean.squaredNorm()));
+}
+
+TEST_CASE("fused measurements are more certain than each, and weighted by their covariances") {
+  const UncertainVector scanner{Eigen::Vector3d(1, 2, 3), (Eigen::Vector3d(1, 4, 1).asDiagonal())},
+      camera{Eigen::Vector3d(2, 2, 7), (Eigen::Vector3d(1, 1, 9).asDiagonal())};
+  const std::vector<UncertainVector> both = {scanner, camera};
+  const UncertainVector fused = fuse(both);
+  CHECK((fused.value - Eigen::Vector3d(1.5, 2, 3.4)).norm() < 1e-12);
+  CHECK((fused.covariance - Eigen::MatrixXd(Eigen::Vector3d(0.5, 0.8, 0.9).asDiagonal())).norm() < 1e-12);
+  CHECK(fused.covariance.trace() < std::min(scanner.covariance.trace(), camera.covariance.trace()));
+}
+
+TEST_CASE("what is no covariance is refused") {
+  const auto f = [](const Eigen::VectorXd& x) -> Eigen::VectorXd { return x; };
+  Eigen::Matrix2d bad;
+  bad << 1, 2, 2, 1;
+  CHECK_THROWS_WITH(propagate(f, Eigen::Vector2d(0, 0), bad), Contains("negative eigenvalue"));
+  CHECK_THROWS_WITH(propagate(f, Eigen::Vector3d(0, 0, 0), bad), Contains("covariance is 2 x 2, the mean has 3"));
+  CHECK_THROWS_WITH(fuse({}), Contains("no measurements"));
+}
