@@ -23,9 +23,10 @@ Pose leaning(double tilt, double alpha, const Eigen::Vector2d& centre, double z)
   return T;
 }
 
-/// Height at which the peg, let down, begins to touch.
-double first_touch(MeshContact& mesh, double tilt, double alpha, const Eigen::Vector2d& centre, double about) {
-  double low = about - 1e-4, high = about + 1e-4;
+/// Height at which the peg, let down, begins to touch, sought between two heights and a little beyond them.
+double first_touch(MeshContact& mesh, double tilt, double alpha, const Eigen::Vector2d& centre, double low,
+                   double high) {
+  low -= 1e-4, high += 1e-4;
   REQUIRE(mesh.contacts(leaning(tilt, alpha, centre, low)).count > 0);
   REQUIRE(mesh.contacts(leaning(tilt, alpha, centre, high)).count == 0);
   while (high - low > 1e-9) {
@@ -56,7 +57,7 @@ TEST_CASE("a tilted peg meets the mesh where the closed form says, but for what 
       if (low.kind == force::RestContact::None) continue;
       ++rows;
       width += high.height - low.height;
-      const double found = first_touch(mesh, tilt, alpha, centre, low.height);
+      const double found = first_touch(mesh, tilt, alpha, centre, low.height, high.height);
       CHECK(found > low.height - rounding);
       CHECK(found < high.height + rounding);
     }

@@ -23,7 +23,7 @@ def posture_errors(data: dict[str, Any]) -> Figure | None:
     if len(positive) < 2:
         return None
     figure, axes = plt.subplots(figsize=(WIDTH, 3.2))
-    bins = np.geomspace(positive.min(), positive.max() * 1.001, 40)
+    bins = np.geomspace(positive.min(), positive.max() * 1.001, 40).tolist()
     axes.hist(before, bins=bins, color=GREY, alpha=0.7, label="nominal arm")
     axes.hist(after[~outlier], bins=bins, color=BLUE, alpha=0.8, label="identified arm")
     if outlier.any():

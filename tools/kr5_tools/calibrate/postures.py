@@ -107,7 +107,7 @@ def _joint_values(file: Path, table: Any, joints: list[Any], wanted: Columns) ->
         fail(
             f"--joints: found {len(names)} names, expected {len(joints)}, one a joint, or a pattern such as joint_{{}}"
         )
-    q = values_of(file, table, names) * _joint_scale(joints, wanted)
+    q: np.ndarray = values_of(file, table, names) * _joint_scale(joints, wanted)
     revolute = np.array([str(j.type) != "prismatic" for j in joints])
     if revolute.any() and np.abs(q[:, revolute]).max() > 4 * np.pi:
         fail(
