@@ -1,13 +1,23 @@
 """`kr5 calibrate kinematics`: the arm's true Denavit-Hartenberg parameters from measured postures."""
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import numpy as np
 import typer
 from kr5 import calibration, cell
 
-from kr5_tools.calibrate.postures import Columns, read_postures, read_socket, recorded_postures
+from kr5_tools.calibrate.postures import (
+    AngleUnit,
+    Columns,
+    JointColumns,
+    LengthUnit,
+    PositionColumns,
+    read_postures,
+    read_socket,
+    recorded_postures,
+)
+from kr5_tools.calibrate.tool import Convention
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, print_result
@@ -51,16 +61,11 @@ def calibrate_kinematics(
     check: Annotated[
         Path | None, typer.Option(help="CSV of further postures, on which the result is only judged.")
     ] = None,
-    joints: Annotated[
-        str | None, typer.Option(help="Columns of the joints, e.g. j1,j2,j3 or joint_{}; by default q1, q2, …")
-    ] = None,
-    position: Annotated[str | None, typer.Option(help="Columns of the measured points, three a point.")] = None,
-    convention: Annotated[
-        str | None,
-        typer.Option(help="Orientation: quaternion | rotation_vector | rpy | kuka; by default by the columns."),
-    ] = None,
-    length: Annotated[Literal["m", "mm"], typer.Option(help="Unit of lengths.")] = "m",
-    angle: Annotated[Literal["rad", "deg"], typer.Option(help="Unit of joint angles.")] = "rad",
+    joints: JointColumns = None,
+    position: PositionColumns = None,
+    convention: Convention = None,
+    length: LengthUnit = "m",
+    angle: AngleUnit = "rad",
     known_base: Annotated[
         bool, typer.Option("--known-base", help="The measuring device reports in the base of the arm.")
     ] = False,
@@ -85,17 +90,12 @@ def calibrate_kinematics(
     Exit code: 0 when there is a result, 2 when there is none or the input is invalid.
     """
     check_writable(output, json_file, write_cell, inputs=[f for f in (postures, cell_file, check) if f])
-    believed = _cell(cell_file, postures)
+    recording = cell.load_recording(postures) if postures and postures.is_dir() else None
+    believed = _cell(cell_file, recording)
     chain = believed.nominal_chain()
-    wanted = Columns(
-        joints=joints.split(",") if joints else [],
-        position=position.split(",") if position else [],
-        convention=convention,
-        length=length,
-        angle=angle,
-    )
-    _complete(options, believed, postures, known_base, known_tool, joint_errors, hold, write_cell)
-    seen = read_postures(postures, chain.joints, wanted) if postures else []
+    wanted = Columns(joints, position, convention, length, angle)
+    _complete(options, believed, known_base or recording is not None, known_tool, joint_errors, hold, write_cell)
+    seen = _fit_postures(postures, recording, chain, wanted)
     for entry in socket or []:
         name, equals, file = entry.partition("=")
         if not (name and equals and file):
@@ -106,7 +106,7 @@ def calibrate_kinematics(
     distances = [_distance(text) for text in distance or []]
     with spinner("Calibrating"):
         result = calibration.calibrate_kinematics(chain, seen, distances, options)
-    held_out = _judge(result, chain, seen, _check_postures(postures, check, chain, wanted))
+    held_out = _judge(result, chain, seen, _check_postures(recording, check, chain, wanted))
     keys = _keys(result, seen, held_out, postures, cell_file)
     _show(result, keys, console(json_file))
     write_if_usable(write_result(None, "kr5-kinematics/1", **keys), result.fit, output, json_file)
@@ -115,18 +115,17 @@ def calibrate_kinematics(
         cell.save_cell(believed, write_cell)
 
 
-def _cell(cell_file: Path | None, postures: Path | None) -> Any:
+def _cell(cell_file: Path | None, recording: Any) -> Any:
     if cell_file:
         return cell.load_cell(cell_file)
-    if postures and postures.is_dir():
-        return cell.load_recording(postures).cell
+    if recording:
+        return recording.cell
     fail("--cell: is missing; name the cell with the nominal arm (kr5 cell import makes one from a URDF)")
 
 
 def _complete(
     options: Any,
     believed: Any,
-    postures: Path | None,
     known_base: bool,
     known_tool: bool,
     joint_errors: bool,
@@ -137,8 +136,7 @@ def _complete(
     options.joint_errors = joint_errors and not write_cell
     if joint_errors and write_cell:
         print_note("a cell holds no joint errors once and twice a turn: they are not estimated")
-    recorded = postures is not None and postures.is_dir()  # its poses are those of the tool in the base
-    if known_base or recorded:
+    if known_base:
         options.T_world_base = np.eye(4)
     if known_tool:
         if believed.tool is None:
@@ -156,13 +154,20 @@ def _distance(text: str) -> Any:
         fail(f"--distance: found {text!r}, expected A,B,METRES, e.g. left,right,0.05")
 
 
-def _check_postures(postures: Path | None, check: Path | None, chain: Any, wanted: Columns) -> list[Any]:
+def _fit_postures(postures: Path | None, recording: Any, chain: Any, wanted: Columns) -> list[Any]:
+    if not postures:
+        return []
+    if not recording:
+        return read_postures(postures, chain.joints, wanted)
+    if found := recorded_postures(recording, "fit", len(chain.joints)):
+        return found
+    fail(f"{postures}: there are no poses with the split fit; expected an experiment of the kind poses")
+
+
+def _check_postures(recording: Any, check: Path | None, chain: Any, wanted: Columns) -> list[Any]:
     if check:
-        return read_postures(check, chain.joints, wanted)
-    if postures and postures.is_dir():
-        splits = {str(e.split) for e in cell.load_recording(postures).experiments if str(e.kind) == "poses"}
-        return recorded_postures(postures, "check", len(chain.joints)) if "check" in splits else []
-    return []
+        return _fit_postures(check, cell.load_recording(check) if check.is_dir() else None, chain, wanted)
+    return recorded_postures(recording, "check", len(chain.joints)) if recording else []
 
 
 def distances(result: Any, postures: list[Any]) -> np.ndarray:

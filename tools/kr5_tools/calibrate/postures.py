@@ -1,11 +1,12 @@
 """Postures of an arm with what was measured of them: from a CSV, from files of sockets, or from a recording."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from kr5 import calibration, cell, io
+import typer
+from kr5 import calibration, io
 
 from kr5_tools.calibrate.tool import CONVENTIONS
 from kr5_tools.cli.terminal import fail
@@ -14,37 +15,51 @@ LENGTHS = {"m": 1.0, "mm": 1e-3}
 ANGLES = {"rad": 1.0, "deg": np.pi / 180}
 
 
+JointColumns = Annotated[
+    str | None, typer.Option(help="Columns of the joints, e.g. j1,j2,j3 or joint_{}; by default q1, q2, …")
+]
+PositionColumns = Annotated[str | None, typer.Option(help="Columns of the measured points, three a point.")]
+LengthUnit = Annotated[Literal["m", "mm"], typer.Option(help="Unit of lengths.")]
+AngleUnit = Annotated[Literal["rad", "deg"], typer.Option(help="Unit of joint angles.")]
+
+
 @dataclass
 class Columns:
-    """Names of the columns of a CSV and their units; empty names: the usual ones."""
+    """Names of the columns of a CSV, separated by commas, and their units; None: the usual names."""
 
-    joints: list[str] = field(default_factory=list)
-    position: list[str] = field(default_factory=list)
+    joints: str | None = None
+    position: str | None = None
     convention: str | None = None
     length: str = "m"
     angle: str = "rad"
-    pose_angle: str = ""
+
+    def joint_names(self, count: int) -> list[str]:
+        """Names of the joints' columns; of a pattern as many as are asked for."""
+        pattern = self.joints or "q{}"
+        if "{}" in pattern and "," not in pattern:
+            return [pattern.replace("{}", str(k + 1)) for k in range(count)]
+        return pattern.split(",")
 
 
 def read_postures(source: Path, joints: list[Any], wanted: Columns) -> list[Any]:
-    """Postures of a CSV, or of the `poses` of a recording that may be fitted."""
-    if source.is_dir():
-        return recorded_postures(source, "fit", len(joints))
+    """Postures of a CSV."""
     table = io.load_csv(source)
-    q = _joint_values(source, table, joints, wanted)
+    q = _values_of_arm(source, table, joints, wanted)
+    return [
+        calibration.ArmPosture(name=f"{source.name}:{i + 2}", q=row, **seen)  # the line in the file
+        for i, (row, seen) in enumerate(zip(q, measured(source, table, wanted), strict=True))
+    ]
+
+
+def measured(file: Path, table: Any, wanted: Columns) -> list[dict[str, Any]]:
+    """What each row tells: the pose of the tool where the table has orientations, else the points on it; named as the
+    fields of ArmPosture and of JointSample."""
     position = position_columns(table, wanted)
-    scale = LENGTHS[wanted.length]
-    points = np.stack([values_of(source, table, names) * scale for names in position], axis=1)
-    T = orientation_of(source, table, position, wanted) if len(position) == 1 else None
-    postures = []
-    for i in range(len(q)):
-        posture = calibration.ArmPosture(name=f"{source.name}:{i + 2}", q=q[i])  # the line in the file
-        if T is not None:
-            posture.T_world_tool = T[i]
-        else:
-            posture.points = points[i].T
-        postures.append(posture)
-    return postures
+    T = orientation_of(file, table, position, wanted) if len(position) == 1 else None
+    if T is not None:
+        return [{"T_world_tool": pose} for pose in T]
+    points = np.stack([values_of(file, table, names) * LENGTHS[wanted.length] for names in position], axis=1)
+    return [{"points": row.T} for row in points]
 
 
 def read_socket(name: str, file: Path, joints: list[Any], wanted: Columns) -> list[Any]:
@@ -55,15 +70,14 @@ def read_socket(name: str, file: Path, joints: list[Any], wanted: Columns) -> li
     except (OSError, UnicodeDecodeError) as error:
         fail(f"{file}: cannot be read ({error})")
     except ValueError:
-        q = _joint_values(file, io.load_csv(file), joints, wanted)
+        q = _values_of_arm(file, io.load_csv(file), joints, wanted)
     if q.shape[1] != len(joints):
         fail(f"{file}: found {q.shape[1]} columns, expected the {len(joints)} joint values of the arm")
     return [calibration.ArmPosture(name=f"{file.name}:{i + 1}", q=row, socket=name) for i, row in enumerate(q)]
 
 
-def recorded_postures(folder: Path, split: str, joints: int) -> list[Any]:
+def recorded_postures(recording: Any, split: str, joints: int) -> list[Any]:
     """The postures of a recording's `poses`: the tool in the base."""
-    recording = cell.load_recording(folder)
     postures = []
     for experiment in recording.experiments:
         if str(experiment.kind) != "poses" or str(experiment.split) != split:
@@ -75,8 +89,6 @@ def recorded_postures(folder: Path, split: str, joints: int) -> list[Any]:
         postures += [
             calibration.ArmPosture(name=f"{experiment.name}:{i + 1}", q=q[i], T_world_tool=T[i]) for i in range(len(q))
         ]
-    if not postures:
-        fail(f"{folder}: there are no poses with the split {split}; expected an experiment of the kind poses")
     return postures
 
 
@@ -98,28 +110,26 @@ def _joint_scale(joints: list[Any], wanted: Columns) -> np.ndarray:
     )
 
 
-def _joint_values(file: Path, table: Any, joints: list[Any], wanted: Columns) -> np.ndarray:
-    names = wanted.joints
-    if len(names) == 1 and "{}" in names[0]:
-        names = [names[0].replace("{}", str(k + 1)) for k in range(len(joints))]
-    names = names or [f"q{k + 1}" for k in range(len(joints))]
+def _values_of_arm(file: Path, table: Any, joints: list[Any], wanted: Columns) -> np.ndarray:
+    names = wanted.joint_names(len(joints))
     if len(names) != len(joints):
         fail(
             f"--joints: found {len(names)} names, expected {len(joints)}, one a joint, or a pattern such as joint_{{}}"
         )
     q: np.ndarray = values_of(file, table, names) * _joint_scale(joints, wanted)
-    revolute = np.array([str(j.type) != "prismatic" for j in joints])
-    if revolute.any() and np.abs(q[:, revolute]).max() > 4 * np.pi:
-        fail(
-            f"{file}: {names[0]} …: joint angles of up to {np.abs(q[:, revolute]).max():.0f} rad; are they in degrees?"
-            " (--angle deg)"
-        )
+    check_angles(file, names, q[:, [str(j.type) != "prismatic" for j in joints]])
     return q
+
+
+def check_angles(file: Path, names: list[str], q: np.ndarray) -> None:
+    """Refuses joint angles that no revolute joint has."""
+    if (most := np.abs(q).max(initial=0.0)) > 4 * np.pi:
+        fail(f"{file}: {names[0]} …: joint angles of up to {most:.0f} rad; are they in degrees? (--angle deg)")
 
 
 def position_columns(table: Any, wanted: Columns) -> list[list[str]]:
     """Three columns a point."""
-    names = wanted.position
+    names = wanted.position.split(",") if wanted.position else []
     if not names:
         columns = list(table.columns)
         numbered = [[f"{a}{k}" for a in "xyz"] for k in range(1, 100) if f"x{k}" in columns]
@@ -139,5 +149,5 @@ def orientation_of(file: Path, table: Any, position: list[list[str]], wanted: Co
         fail(f"--convention: found {name}, expected one of {', '.join(CONVENTIONS)}")
     rotation, form, unit = CONVENTIONS[name]
     rows = np.hstack([values_of(file, table, position[0]), values_of(file, table, list(rotation))])
-    form_of = {"position": wanted.length, "rotation": form, "angle": wanted.pose_angle or unit}
+    form_of = {"position": wanted.length, "rotation": form, "angle": unit}
     return list(calibration.to_poses(rows, calibration.PoseFormat.from_dict(form_of)))

@@ -2,13 +2,24 @@
 values."""
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import numpy as np
 import typer
 from kr5 import calibration, io, kinematics
 
-from kr5_tools.calibrate.postures import ANGLES, LENGTHS, Columns, orientation_of, position_columns, values_of
+from kr5_tools.calibrate.postures import (
+    ANGLES,
+    AngleUnit,
+    Columns,
+    JointColumns,
+    LengthUnit,
+    PositionColumns,
+    check_angles,
+    measured,
+    values_of,
+)
+from kr5_tools.calibrate.tool import Convention
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, print_result
@@ -18,6 +29,7 @@ from kr5_tools.files.writing import check_writable, write_json
 
 app = typer.Typer()
 STANDING = 1e-3  # a joint that moves by less stands still [rad]
+MOST_JOINTS = 99
 DRAWS = 400  # of the axes, for the uncertainty of the parameters
 PARAMETERS = (("b", 1e3, "mm"), ("a", 1e3, "mm"), ("alpha", 180 / np.pi, "deg"), ("theta_offset", 180 / np.pi, "deg"))
 
@@ -35,16 +47,11 @@ def axes(
         ),
     ],
     options: calibration.JointAxisOptions,
-    joints: Annotated[
-        str | None, typer.Option(help="Columns of the joints, e.g. j1,j2,j3 or joint_{}; by default q1, q2, …")
-    ] = None,
-    position: Annotated[str | None, typer.Option(help="Columns of the measured points, three a point.")] = None,
-    convention: Annotated[
-        str | None,
-        typer.Option(help="Orientation: quaternion | rotation_vector | rpy | kuka; by default from the columns."),
-    ] = None,
-    length: Annotated[Literal["m", "mm"], typer.Option(help="Unit of lengths.")] = "m",
-    angle: Annotated[Literal["rad", "deg"], typer.Option(help="Unit of joint angles.")] = "rad",
+    joints: JointColumns = None,
+    position: PositionColumns = None,
+    convention: Convention = None,
+    length: LengthUnit = "m",
+    angle: AngleUnit = "rad",
     output: ResultOption = None,
     json_file: JsonOption = None,
 ) -> None:
@@ -55,14 +62,7 @@ def axes(
     """
     options.validate()
     check_writable(output, json_file, inputs=files)
-    wanted = Columns(
-        joints=joints.split(",") if joints else [],
-        position=position.split(",") if position else [],
-        convention=convention,
-        length=length,
-        angle=angle,
-    )
-    turns, home = _turns(files, wanted)
+    turns, home = _turns(files, Columns(joints, position, convention, length, angle))
     results = []
     with spinner("Identifying the axes"):
         for k, samples in enumerate(turns):
@@ -79,30 +79,27 @@ def axes(
 def _turns(files: list[Path], wanted: Columns) -> tuple[list[list[Any]], np.ndarray]:
     """Samples of each joint, and the joint values at which the others stood."""
     if len(files) > 1:
-        return [_samples(file, io.load_csv(file), wanted, None) for file in files], np.zeros(len(files))
+        tables = [(file, io.load_csv(file)) for file in files]
+        turns = [[calibration.JointSample(**row) for row in measured(*table, wanted)] for table in tables]
+        return turns, np.zeros(len(files))
     file = files[0]
     table = io.load_csv(file)
-    q = values_of(file, table, _joint_names(file, table, wanted)) * ANGLES[wanted.angle]
-    if np.abs(q).max(initial=0.0) > 4 * np.pi:
-        fail(f"{file}: joint angles of up to {np.abs(q).max():.0f} rad; are they in degrees? (--angle deg)")
+    names = _joint_names(file, table, wanted)
+    q = values_of(file, table, names) * ANGLES[wanted.angle]
+    check_angles(file, names, q)
     home = np.array([_commonest(column) for column in q.T])
     away = np.abs(q - home) > STANDING
     if (several := np.flatnonzero(away.sum(axis=1) > 1)).size:
         moved = ", ".join(f"q{k + 1}" for k in np.flatnonzero(away[several[0]]))
         fail(f"{file}: line {several[0] + 2}: {moved} are away from where they usually stand; move one joint at a time")
-    samples = _samples(file, table, wanted, q)
+    seen = measured(file, table, wanted)
     turns = []
     for k in range(q.shape[1]):
         # Rows with every joint at home belong to each joint.
         rows = np.flatnonzero(~np.delete(away, k, axis=1).any(axis=1))
         if not away[:, k].any():
             fail(f"{file}: joint {k + 1} did not move")
-        mine = []
-        for i in rows:
-            sample = calibration.JointSample.from_dict(samples[i].to_dict())
-            sample.q = float(q[i, k])
-            mine.append(sample)
-        turns.append(mine)
+        turns.append([calibration.JointSample(q=float(q[i, k]), **seen[i]) for i in rows])
     return turns, home
 
 
@@ -114,21 +111,12 @@ def _commonest(column: np.ndarray) -> float:
 
 def _joint_names(file: Path, table: Any, wanted: Columns) -> list[str]:
     columns = list(table.columns)
-    names = wanted.joints or ["q{}"]
-    if len(names) == 1 and "{}" in names[0]:
-        names = [names[0].replace("{}", str(k)) for k in range(1, 100) if names[0].replace("{}", str(k)) in columns]
+    names = wanted.joint_names(MOST_JOINTS)
+    if not wanted.joints or "{}" in wanted.joints:  # of a pattern, those that exist
+        names = [name for name in names if name in columns]
     if not names:
         fail(f"{file}: found the columns {', '.join(columns)}, expected joint values q1, q2, … (see --joints)")
     return names
-
-
-def _samples(file: Path, table: Any, wanted: Columns, q: np.ndarray | None) -> list[Any]:
-    position = position_columns(table, wanted)
-    T = orientation_of(file, table, position, wanted) if len(position) == 1 else None
-    if T is not None:
-        return [calibration.JointSample(T_world_tool=pose) for pose in T]
-    points = np.stack([values_of(file, table, names) * LENGTHS[wanted.length] for names in position], axis=1)
-    return [calibration.JointSample(points=row.T) for row in points]
 
 
 def _chain(lines: list[Any], home: np.ndarray, end: np.ndarray) -> Any:

@@ -60,9 +60,9 @@ Pinhole Block::camera() const {
   return out;
 }
 
-Eigen::VectorXd Block::change() const {
-  if (kind != BlockKind::Pose) return values - start;
-  return pose_difference(to_pose_block(start.data()), pose());
+Eigen::VectorXd Block::change(const double* at) const {
+  if (kind != BlockKind::Pose) return Eigen::Map<const Eigen::VectorXd>(at, start.size()) - start;
+  return pose_difference(to_pose_block(start.data()), to_pose_block(at));
 }
 
 Block pose_block(const std::string& name, const Pose& start) {

@@ -32,8 +32,9 @@ struct Block {
   Pose pose() const;
   kinematics::DhChain arm() const;
   Pinhole camera() const;
-  /// Difference of the present values from the start, by coordinate.
-  Eigen::VectorXd change() const;
+  /// Difference of values, as they are stored, from the start, by coordinate.
+  Eigen::VectorXd change(const double* at) const;
+  Eigen::VectorXd change() const { return change(values.data()); }
 };
 
 Pose to_pose_block(const double* values);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <limits>
 #include <map>
 
@@ -93,9 +94,7 @@ class PriorCost final : public ceres::CostFunction {
     mutable_parameter_block_sizes()->push_back(static_cast<int>(block.values.size()));
   }
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
-    Block at = block_;
-    at.values = Eigen::Map<const Eigen::VectorXd>(parameters[0], block_.values.size());
-    const Eigen::VectorXd change = at.change();
+    const Eigen::VectorXd change = block_.change(parameters[0]);
     Eigen::Map<RowMatrix> J(jacobians ? jacobians[0] : nullptr, num_residuals(), block_.values.size());
     if (jacobians && jacobians[0]) J.setZero();
     for (std::size_t k = 0; k < rows_.size(); ++k) {
@@ -625,19 +624,22 @@ CellFit::Agreement CellFit::agreement(FitObservation observation) const {
 }
 
 CellFit::Agreement CellFit::agreement(std::span<const FitObservation> observations) const {
-  std::vector<Observation> group;
-  for (const FitObservation o : observations) group.push_back(impl_->observation(o));
-  require(!group.empty(), "CellFit: agreement of no measurement");
-  const bool used = group.front().weight > 0;
-  std::vector<const Observation*> pointers;
+  require(!observations.empty(), "CellFit: agreement of no measurement");
+  const bool used = impl_->observation(observations.front()).weight > 0;
+  std::vector<const Observation*> group;
+  std::deque<Observation> as_used;  // of those left out, which stay where they are
   Agreement out;
-  for (Observation& o : group) {
+  for (const FitObservation handle : observations) {
+    const Observation& o = impl_->observation(handle);
     require((o.weight > 0) == used, "CellFit: agreement of measurements of which some are in use");
-    if (!used) o.weight = 1.0;
     out.dof += o.rows;
-    pointers.push_back(&o);
+    group.push_back(&o);
+    if (used) continue;
+    as_used.push_back(o);
+    as_used.back().weight = 1.0;
+    group.back() = &as_used.back();
   }
-  const auto about = impl_->information(pointers);
+  const auto about = impl_->information(group);
   if (!about) {
     out.squared_distance = std::numeric_limits<double>::infinity();
     out.residuals = Eigen::VectorXd::Constant(out.dof, out.squared_distance);

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double near_parallel = 0.1;  // sine of the angle below which two axes get Hayati's beta
 
-bool seen(const Eigen::Vector3d& point) { return point.allFinite(); }
+bool point_seen(const Eigen::Vector3d& point) { return point.allFinite(); }
 
 /// Whether a coordinate of joint i is free: beta only where the next axis is near-parallel.
 bool is_free(const kinematics::DhChain& arm, std::size_t i, int parameter) {
@@ -65,7 +65,7 @@ Placement from_points(const Input& input, const Eigen::Vector3d& guess) {
   std::vector<Eigen::Vector3d> from, to;
   for (const ArmPosture& posture : input.postures)
     for (Eigen::Index c = 0; c < posture.points.cols(); ++c)
-      if (seen(posture.points.col(c))) {
+      if (point_seen(posture.points.col(c))) {
         from.push_back(input.nominal.flange(posture.q) * guess);
         to.push_back(posture.points.col(c));
         break;
@@ -85,7 +85,7 @@ void points_from_base(const Input& input, Placement& placement) {
   for (Eigen::Index c = 0; c < input.markers(); ++c) {
     std::vector<double> axis[3];
     for (const ArmPosture& posture : input.postures) {
-      if (c >= posture.points.cols() || !seen(posture.points.col(c))) continue;
+      if (c >= posture.points.cols() || !point_seen(posture.points.col(c))) continue;
       const Eigen::Vector3d p =
           (placement.T_world_base * input.nominal.flange(posture.q)).inverse() * Eigen::Vector3d(posture.points.col(c));
       for (int k = 0; k < 3; ++k) axis[k].push_back(p[k]);
@@ -155,16 +155,17 @@ std::size_t Input::socket(const std::string& name) const {
   return static_cast<std::size_t>(at - socket_names.begin());
 }
 
+Eigen::RowVector4d joint_error_basis(double q) {
+  return {std::sin(q), std::cos(q) - 1, std::sin(2 * q), std::cos(2 * q) - 1};
+}
+
 Eigen::MatrixXd joint_error_regressor(const kinematics::DhChain& arm, const Eigen::VectorXd& q) {
   std::vector<Eigen::Index> revolute;
   for (std::size_t i = 0; i < arm.joints.size(); ++i)
     if (arm.joints[i].type == kinematics::JointType::Revolute) revolute.push_back(static_cast<Eigen::Index>(i));
   Eigen::MatrixXd out = Eigen::MatrixXd::Zero(q.size(), static_cast<Eigen::Index>(4 * revolute.size()));
-  for (std::size_t k = 0; k < revolute.size(); ++k) {
-    const double value = q[revolute[k]];
-    out.block<1, 4>(revolute[k], static_cast<Eigen::Index>(4 * k)) << std::sin(value), std::cos(value) - 1,
-        std::sin(2 * value), std::cos(2 * value) - 1;
-  }
+  for (std::size_t k = 0; k < revolute.size(); ++k)
+    out.block<1, 4>(revolute[k], static_cast<Eigen::Index>(4 * k)) = joint_error_basis(q[revolute[k]]);
   return out;
 }
 
@@ -205,7 +206,7 @@ ArmProblem::ArmProblem(const Input& input, const Sigmas& sigmas, const Placement
       mine.push_back(
           fit.observe_pose(PoseChain(chain).then(tool), *posture.T_world_tool, sigmas.position, sigmas.rotation));
     for (Eigen::Index c = 0; c < posture.points.cols(); ++c)
-      if (seen(posture.points.col(c)))
+      if (point_seen(posture.points.col(c)))
         mine.push_back(fit.observe_position(chain, points[static_cast<std::size_t>(c)],
                                             Eigen::Vector3d(posture.points.col(c)), sigmas.position));
     if (!posture.socket.empty())

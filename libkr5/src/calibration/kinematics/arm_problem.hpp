@@ -62,6 +62,9 @@ Placement place(const Input& input, Sigmas& sigmas);
 /// Sets the standard deviations of the measurements by a scale that outliers do not move.
 void robust_sigmas(const ArmProblem& problem, Sigmas& sigmas);
 
+/// What the four coefficients of a joint's error are multiplied with at joint value q: once and twice a turn, 0 at
+/// q = 0.
+Eigen::RowVector4d joint_error_basis(double q);
 /// Regressor of the joint errors at joint values q: joints x 4 a revolute joint.
 Eigen::MatrixXd joint_error_regressor(const kinematics::DhChain& arm, const Eigen::VectorXd& q);
 

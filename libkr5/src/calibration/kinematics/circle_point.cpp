@@ -14,14 +14,16 @@
 #include <kr5/core/linear.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 
+#include "calibration/cell_fit/sound_probability.hpp"
+
 namespace kr5::calibration {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr double moved_least = 5.0;   // first over third singular value below which the joint did not move
-constexpr double curved_least = 3.0;  // second over third below which the arc is no more than a line
-constexpr double sound_part = 0.75;   // at least this part of the samples stays in the fit
+constexpr double moved_least = 5.0;     // first over third singular value below which the joint did not move
+constexpr double curved_least = 3.0;    // second over third below which the arc is no more than a line
+constexpr double sound_samples = 0.75;  // at least this part of the samples stays in the fit
 constexpr double degree = std::numbers::pi / 180;
 
 std::string in_degrees(double angle) {
@@ -31,28 +33,29 @@ std::string in_degrees(double angle) {
 }
 
 /// A first axis, before the fit.
-struct Start {
+struct AxisStart {
   Vector3d centre = Vector3d::Zero(), direction = Vector3d::UnitZ();
   std::vector<double> angles;
   double quality = 0.0;
   std::string degenerate;
 };
 
-bool seen(const JointSample& sample, Eigen::Index c) {
+bool is_seen(const JointSample& sample, Eigen::Index c) {
   return c < sample.points.cols() && sample.points.col(c).allFinite();
 }
 
-Eigen::Index markers(std::span<const JointSample> samples) {
+Eigen::Index marker_count(std::span<const JointSample> samples) {
   Eigen::Index out = 0;
   for (const JointSample& sample : samples) out = std::max(out, sample.points.cols());
   return out;
 }
 
 /// Points of one marker, and the samples they are of.
-std::pair<Eigen::Matrix3Xd, std::vector<std::size_t>> trace(std::span<const JointSample> samples, Eigen::Index c) {
+std::pair<Eigen::Matrix3Xd, std::vector<std::size_t>> marker_trace(std::span<const JointSample> samples,
+                                                                   Eigen::Index c) {
   std::vector<std::size_t> index;
   for (std::size_t k = 0; k < samples.size(); ++k)
-    if (seen(samples[k], c)) index.push_back(k);
+    if (is_seen(samples[k], c)) index.push_back(k);
   Eigen::Matrix3Xd points(3, static_cast<Eigen::Index>(index.size()));
   for (std::size_t k = 0; k < index.size(); ++k)
     points.col(static_cast<Eigen::Index>(k)) = samples[index[k]].points.col(c);
@@ -90,13 +93,14 @@ double unwrapped(double angle, double near) {
   return angle + 2 * std::numbers::pi * std::round((near - angle) / (2 * std::numbers::pi));
 }
 
-/// By the marker with the widest trace; joint values of samples that do not show it stay between their neighbours'.
-Start start_from_points(std::span<const JointSample> samples) {
-  Start out;
+/// By the marker with the widest trace; joint values of samples that do not show it stay between their
+/// neighbours'.
+AxisStart start_from_points(std::span<const JointSample> samples) {
+  AxisStart out;
   Eigen::Index best = -1;
   Plane plane;
-  for (Eigen::Index c = 0; c < markers(samples); ++c) {
-    const auto [points, index] = trace(samples, c);
+  for (Eigen::Index c = 0; c < marker_count(samples); ++c) {
+    const auto [points, index] = marker_trace(samples, c);
     if (points.cols() < 4) continue;
     const Plane other = plane_of(points);
     if (best < 0 || other.sigma[1] / std::sqrt(points.cols()) > plane.sigma[1] / std::sqrt(points.cols()))
@@ -106,7 +110,7 @@ Start start_from_points(std::span<const JointSample> samples) {
     out.degenerate = "no point was seen in four samples";
     return out;
   }
-  const auto [points, index] = trace(samples, best);
+  const auto [points, index] = marker_trace(samples, best);
   const double third = std::max(plane.sigma[2], 1e-12);
   out.quality = plane.sigma[0] / third;
   if (plane.sigma[0] < moved_least * third || plane.sigma[0] < 1e-9)
@@ -130,8 +134,8 @@ Start start_from_points(std::span<const JointSample> samples) {
   return out;
 }
 
-Start start_from_poses(std::span<const JointSample> samples) {
-  Start out;
+AxisStart start_from_poses(std::span<const JointSample> samples) {
+  AxisStart out;
   const Pose& first = *samples.front().T_world_tool;
   Eigen::Matrix3d spread = Eigen::Matrix3d::Zero(), A = Eigen::Matrix3d::Zero();
   Vector3d b = Vector3d::Zero();
@@ -162,7 +166,7 @@ Start start_from_poses(std::span<const JointSample> samples) {
 }
 
 /// The sense of growing joint values, else of the order of the samples.
-void orient(std::span<const JointSample> samples, Start& start) {
+void orient(std::span<const JointSample> samples, AxisStart& start) {
   double along = 0.0;
   const auto middle =
       std::accumulate(start.angles.begin(), start.angles.end(), 0.0) / static_cast<double>(samples.size());
@@ -183,7 +187,7 @@ struct AxisFit {
   std::vector<std::vector<FitObservation>> observations;
   CellFitResult result;
 
-  AxisFit(std::span<const JointSample> samples, const Start& start, double sigma_position, double sigma_rotation) {
+  AxisFit(std::span<const JointSample> samples, const AxisStart& start, double sigma_position, double sigma_rotation) {
     kinematics::DhChain joint;
     joint.joints.resize(1);
     const FitBlock arm = fit.add_arm("joint", joint);
@@ -195,10 +199,10 @@ struct AxisFit {
     fit.hold(axis, 2), fit.hold(axis, 5);
     const bool poses = samples.front().T_world_tool.has_value();
     if (poses) tool = fit.add_pose("tool", T.inverse() * *samples.front().T_world_tool);
-    for (Eigen::Index c = 0; c < markers(samples); ++c) {
+    for (Eigen::Index c = 0; c < marker_count(samples); ++c) {
       Vector3d place = Vector3d::Zero();
       for (std::size_t i = samples.size(); i-- > 0;)
-        if (seen(samples[i], c))
+        if (is_seen(samples[i], c))
           place = Eigen::AngleAxisd(-start.angles[i], Vector3d::UnitZ()) *
                   (T.inverse() * Vector3d(samples[i].points.col(c)));
       points.push_back(fit.add_point("point" + std::to_string(c + 1), place));
@@ -213,7 +217,7 @@ struct AxisFit {
         mine.push_back(
             fit.observe_pose(PoseChain(chain).then(tool), *samples[i].T_world_tool, sigma_position, sigma_rotation));
       for (Eigen::Index c = 0; c < samples[i].points.cols(); ++c)
-        if (seen(samples[i], c))
+        if (is_seen(samples[i], c))
           mine.push_back(fit.observe_position(chain, points[static_cast<std::size_t>(c)],
                                               Vector3d(samples[i].points.col(c)), sigma_position));
     }
@@ -225,12 +229,12 @@ struct AxisFit {
 };
 
 /// Root of the mean square of residuals of positions and of rotations, for the degrees of freedom that are left.
-struct Noise {
+struct AxisNoise {
   double position = 1.0, rotation = 1.0;
   double dof = 1.0;
 };
 
-Noise noise_of(const AxisFit& fit, const std::vector<double>& weights) {
+AxisNoise axis_noise(const AxisFit& fit, const std::vector<double>& weights) {
   double squares[2] = {0, 0}, rows[2] = {0, 0}, inside = 0;
   for (std::size_t i = 0; i < weights.size(); ++i) {
     if (!(weights[i] > 0)) continue;
@@ -240,7 +244,7 @@ Noise noise_of(const AxisFit& fit, const std::vector<double>& weights) {
       for (Eigen::Index k = 0; k < r.size(); ++k) squares[k >= 3] += r[k] * r[k], ++rows[k >= 3];
     }
   }
-  Noise out;
+  AxisNoise out;
   const double all = rows[0] + rows[1];
   out.dof = std::max(1.0, all - static_cast<double>(fit.result.coordinates.size()) - (inside - 1));
   // What the parameters take up is shared by both kinds in proportion to their number.
@@ -255,17 +259,17 @@ Noise noise_of(const AxisFit& fit, const std::vector<double>& weights) {
 struct AxisEstimation {
   std::span<const JointSample> samples;
   const JointAxisOptions& options;
-  Start start;
+  AxisStart start;
   double sigma_position = 1e-4, sigma_rotation = 1e-4;
   std::vector<double> weights;
   std::optional<AxisFit> fit;
-  Noise noise;
+  AxisNoise noise;
 
   void solve(double loss = 0.0) {
     fit.emplace(samples, start, sigma_position, sigma_rotation);
     fit->set_weights(weights);
     fit->result = fit->fit.solve({.loss = loss});
-    noise = noise_of(*fit, weights);
+    noise = axis_noise(*fit, weights);
   }
   void find_noise(double loss = 0.0) {
     for (int round = 0; round < 4; ++round) {
@@ -277,17 +281,14 @@ struct AxisEstimation {
   }
   double probability(std::size_t i) const {
     const CellFit::Agreement agreement = fit->fit.agreement(fit->observations[i]);
-    const double rows = agreement.dof - (i == 0 ? 0 : 1), squared = agreement.squared_distance;
-    if (!std::isfinite(squared)) return 0.0;
-    if (options.sigma_position > 0) return 1 - uncertainty::chi_square_cdf(squared, rows);
-    if (weights[i] == 0) return 1 - uncertainty::fisher_cdf(squared / rows, rows, noise.dof);
-    const double left = std::max(noise.dof - rows, 1.0);
-    return 1 - uncertainty::fisher_cdf(squared * left / std::max(noise.dof - squared, 1e-9) / rows, rows, left);
+    const double rows = agreement.dof - (i == 0 ? 0 : 1);  // less the sample's own angle
+    return cell_fit::sound_probability(agreement.squared_distance, rows, weights[i] > 0,
+                                       options.sigma_position > 0 ? uncertainty::known_noise : noise.dof);
   }
   void name_outliers() {
     const auto n = samples.size();
     const double threshold = options.outlier_false_alarm / static_cast<double>(n);
-    const auto least = static_cast<std::ptrdiff_t>(std::ceil(sound_part * static_cast<double>(n)));
+    const auto least = static_cast<std::ptrdiff_t>(std::ceil(sound_samples * static_cast<double>(n)));
     for (std::size_t round = 0; round < n; ++round) {
       std::size_t worst = n;
       double low = threshold;
@@ -301,7 +302,7 @@ struct AxisEstimation {
 };
 
 /// Reasons to doubt that one joint alone moved.
-std::vector<std::string> doubts(const AxisEstimation& estimation) {
+std::vector<std::string> axis_doubts(const AxisEstimation& estimation) {
   std::vector<std::string> out;
   constexpr double rounding = 1e-9;  // computed samples have no noise that could be systematic [m]
   if (estimation.sigma_position < rounding) return out;
@@ -319,13 +320,11 @@ std::vector<std::string> doubts(const AxisEstimation& estimation) {
   if (pairs >= 24 && product / square > 5 / std::sqrt(pairs))
     out.push_back(
         "the points leave their circles in a systematic way: another joint moved, the arm yields, or the device moved");
-  double reading = 0.0, least = 1e300, most = -1e300;
+  double least = 1e300, most = -1e300;
   bool known = true;
-  for (std::size_t i = 0; i < n; ++i) {
-    known = known && estimation.samples[i].q.has_value();
-    if (!known) break;
-    reading = *estimation.samples[i].q;
-    least = std::min(least, reading), most = std::max(most, reading);
+  for (const JointSample& sample : estimation.samples) {
+    known = known && sample.q.has_value();
+    if (known) least = std::min(least, *sample.q), most = std::max(most, *sample.q);
   }
   const auto [low, high] = std::minmax_element(estimation.start.angles.begin(), estimation.start.angles.end());
   if (known && most > least && std::abs((*high - *low) / (most - least) - 1) > 0.02)
@@ -334,7 +333,7 @@ std::vector<std::string> doubts(const AxisEstimation& estimation) {
   return out;
 }
 
-void check(std::span<const JointSample> samples) {
+void check_samples(std::span<const JointSample> samples) {
   require(samples.size() >= 4, "an axis needs at least four samples, found " + std::to_string(samples.size()));
   const bool poses = samples.front().T_world_tool.has_value();
   for (std::size_t i = 0; i < samples.size(); ++i) {
@@ -350,7 +349,7 @@ void check(std::span<const JointSample> samples) {
   }
 }
 
-void write_result(const AxisEstimation& estimation, JointAxisResult& out) {
+void write_axis(const AxisEstimation& estimation, JointAxisResult& out) {
   const AxisFit& fit = *estimation.fit;
   out.T_world_axis = fit.fit.pose(fit.axis);
   out.sigma_position = estimation.sigma_position;
@@ -383,7 +382,7 @@ void write_result(const AxisEstimation& estimation, JointAxisResult& out) {
   }
   out.rms = std::sqrt(squares / std::max(count, 1.0));
   out.arc = out.angles.maxCoeff() - out.angles.minCoeff();
-  out.warnings = doubts(estimation);
+  out.warnings = axis_doubts(estimation);
   out.fit = fit.result.fit;
 }
 
@@ -398,13 +397,13 @@ void JointAxisOptions::validate() const {
 
 JointAxisResult identify_joint_axis(std::span<const JointSample> samples, const JointAxisOptions& options) {
   options.validate();
-  check(samples);
+  check_samples(samples);
   JointAxisResult out;
   const bool poses = samples.front().T_world_tool.has_value();
   AxisEstimation estimation{samples, options, poses ? start_from_poses(samples) : start_from_points(samples),
                             1e-4,    1e-4,    std::vector<double>(samples.size(), 1.0),
                             {},      {}};
-  Start& start = estimation.start;
+  AxisStart& start = estimation.start;
   out.quality = start.quality;
   out.axis.direction = start.direction, out.axis.point = start.centre;
   if (start.degenerate.empty()) {
@@ -424,7 +423,7 @@ JointAxisResult identify_joint_axis(std::span<const JointSample> samples, const 
   estimation.find_noise(2.0);
   estimation.find_noise();
   estimation.name_outliers();
-  write_result(estimation, out);
+  write_axis(estimation, out);
   return out;
 }
 

@@ -8,6 +8,7 @@
 #include <kr5/core/error.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 
+#include "calibration/cell_fit/sound_probability.hpp"
 #include "calibration/kinematics/arm_problem.hpp"
 
 namespace kr5::calibration {
@@ -15,8 +16,8 @@ namespace {
 
 using namespace arm_problem;
 
-constexpr double sound_part = 0.6;  // at least this part of the postures stays in the fit
-constexpr double settled = 0.02;    // relative change of the variances at which they count as found
+constexpr double sound_postures = 0.6;      // at least this part of the postures stays in the fit
+constexpr double variances_settled = 0.02;  // relative change of the variances at which they count as found
 constexpr int variance_rounds = 40;
 
 void check_posture(const ArmPosture& posture, std::size_t row, Eigen::Index joints) {
@@ -131,7 +132,7 @@ bool Calibration::update_sigmas() {
     if (given > 0 || component.redundancy < 1e-6) return;
     const double before = sigma;
     sigma = std::max(least, sigma * std::sqrt(component.variance()));
-    moving = moving || std::abs(std::log(sigma / before)) > settled;
+    moving = moving || std::abs(std::log(sigma / before)) > variances_settled;
   };
   step(sigmas.position, c.position, options.sigma_position, 1e-9);
   step(sigmas.rotation, c.rotation, options.sigma_rotation, 1e-9);
@@ -144,33 +145,25 @@ bool Calibration::update_sigmas() {
 /// Probability that a sound posture lies as far from what the others say; `degrees` of freedom stand behind the noise.
 double Calibration::probability(std::size_t i, double degrees) const {
   const CellFit::Agreement agreement = problem->fit.agreement(problem->observations[i]);
-  const double squared = agreement.squared_distance, rows = agreement.dof;
-  if (!std::isfinite(squared)) return 0.0;
-  if (input.options.sigma_position > 0) return 1 - uncertainty::chi_square_cdf(squared, rows);
-  if (weights[i] == 0) return 1 - uncertainty::fisher_cdf(squared / rows, rows, degrees);
-  // The noise was estimated with this posture among the others: take its part out.
-  const double left = std::max(degrees - rows, 1.0);
-  const double external = squared * left / std::max(degrees - squared, 1e-9);
-  return 1 - uncertainty::fisher_cdf(external / rows, rows, left);
+  return cell_fit::sound_probability(agreement.squared_distance, agreement.dof, weights[i] > 0,
+                                     input.options.sigma_position > 0 ? uncertainty::known_noise : degrees);
 }
 
 /// Puts postures out and back in until each is where its test puts it.
 void Calibration::name_outliers() {
   const double threshold = input.options.outlier_false_alarm / static_cast<double>(weights.size());
-  const auto least = static_cast<std::ptrdiff_t>(std::ceil(sound_part * static_cast<double>(weights.size())));
+  const auto least = static_cast<std::ptrdiff_t>(std::ceil(sound_postures * static_cast<double>(weights.size())));
   for (int round = 0; round < 20; ++round) {
     std::vector<std::pair<double, std::size_t>> order;
     const double degrees = dof();
     for (std::size_t i = 0; i < weights.size(); ++i) order.emplace_back(probability(i, degrees), i);
     std::sort(order.begin(), order.end());
-    bool changed = false;
-    int excluded = 0;
+    bool changed = false, excluded = false;
     for (const auto& [p, i] : order) {
       const auto inside = std::count(weights.begin(), weights.end(), 1.0);
       if (weights[i] == 0 && p > threshold) weights[i] = 1, changed = true;
       // One out at a time, so that a gross one does not take sound ones with it.
-      if (weights[i] == 1 && p < threshold && inside > least && excluded == 0)
-        weights[i] = 0, changed = true, ++excluded;
+      if (weights[i] == 1 && p < threshold && inside > least && !excluded) weights[i] = 0, changed = excluded = true;
     }
     if (!changed) return;
     find_sigmas();
@@ -191,7 +184,7 @@ void exclude_far(Calibration& calibration) {
   }
   std::sort(order.begin(), order.end());
   const double scale = std::max(order[n / 2].first, 1e-12);
-  const auto least = static_cast<std::size_t>(std::ceil(sound_part * static_cast<double>(n)));
+  const auto least = static_cast<std::size_t>(std::ceil(sound_postures * static_cast<double>(n)));
   for (std::size_t k = least; k < n; ++k)
     if (order[k].first > 9 * scale) calibration.weights[order[k].second] = 0.0;  // beyond about four sigma
 }
@@ -279,9 +272,7 @@ Eigen::VectorXd KinematicsResult::corrected(const Eigen::VectorXd& q) const {
   require(q.size() == joint_errors.rows(),
           "q has " + std::to_string(q.size()) + " values, the arm " + std::to_string(joint_errors.rows()) + " joints");
   Eigen::VectorXd out = q;
-  for (Eigen::Index i = 0; i < q.size(); ++i)
-    out[i] += joint_errors.row(i).dot(
-        Eigen::RowVector4d(std::sin(q[i]), std::cos(q[i]) - 1, std::sin(2 * q[i]), std::cos(2 * q[i]) - 1));
+  for (Eigen::Index i = 0; i < q.size(); ++i) out[i] += joint_errors.row(i).dot(joint_error_basis(q[i]));
   return out;
 }
 

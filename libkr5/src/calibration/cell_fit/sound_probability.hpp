@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+/// @file
+/// Private: the test by which calibrations on a cell fit name outliers.
+
+namespace kr5::calibration::cell_fit {
+
+/// Probability that a sound measurement of so many rows lies at such a squared distance from what the others say (see
+/// CellFit::Agreement); 0 for one the model cannot show. `used`: it took part in the fit, and so in the estimate of the
+/// noise, of `dof` degrees of freedom or uncertainty::known_noise.
+double sound_probability(double squared_distance, double rows, bool used, double dof);
+
+}  // namespace kr5::calibration::cell_fit
