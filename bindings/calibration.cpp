@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/calibration/cell_calibration.hpp>
 #include <kr5/calibration/circle_point.hpp>
 #include <kr5/calibration/dataset.hpp>
 #include <kr5/calibration/evaluate.hpp>
@@ -97,7 +98,7 @@ static void bind_kinematics_calibration(py::module_& m) {
   kr5::python::bind_struct<ArmPosture>(m, "ArmPosture", "Posture of an arm with what was measured of it.");
   kr5::python::bind_struct<SocketDistance>(m, "SocketDistance", "Known distance of two sockets.");
   kr5::python::bind_struct<KinematicsOptions>(m, "KinematicsOptions", "Options of calibrate_kinematics.");
-  kr5::python::bind_struct<KinematicCoordinate>(m, "KinematicCoordinate", "Estimated number with its uncertainty.");
+  kr5::python::bind_struct<EstimatedParameter>(m, "EstimatedParameter", "Estimated number with its uncertainty.");
   kr5::python::bind_struct<ArmPostureReport>(m, "ArmPostureReport", "Agreement of one posture with the result.");
   kr5::python::bind_struct<KinematicsResult>(m, "KinematicsResult", "Identified arm with its covariance.")
       .def("corrected", &KinematicsResult::corrected, py::arg("q"),
@@ -115,6 +116,32 @@ static void bind_kinematics_calibration(py::module_& m) {
       "distances : list of SocketDistance\noptions : KinematicsOptions\n\n"
       "Returns\n-------\nKinematicsResult\n\n"
       "Raises\n------\nkr5.InvalidArgument\n    Fewer than six postures, one without a measurement, or NaN.");
+}
+
+static void bind_cell_calibration(py::module_& m) {
+  kr5::python::bind_struct<CellStop>(m, "CellStop", "Robot stop with what the camera saw.");
+  kr5::python::bind_struct<CellGeometry>(m, "CellGeometry", "Camera, markers and arm of a cell.");
+  kr5::python::bind_struct<CellCalibrationOptions>(m, "CellCalibrationOptions", "Options of calibrate_cell.");
+  kr5::python::bind_struct<CellCalibrationResult>(m, "CellCalibrationResult", "Calibrated cell with its covariance.");
+  kr5::python::bind_struct<CellHeldOutView>(m, "CellHeldOutView", "Error with which a view left out is predicted.");
+  m.def(
+      "calibrate_cell",
+      [](const std::vector<CellStop>& stops, const CellGeometry& believed, const CellCalibrationOptions& options) {
+        return calibrate_cell(stops, believed, options);
+      },
+      py::arg("stops"), py::arg("believed"), py::arg("options") = CellCalibrationOptions(),
+      py::call_guard<py::gil_scoped_release>(),
+      "Camera, hand-eye poses, marker map and arm from the same images and postures, in one solve.\n\n"
+      "Parameters\n----------\nstops : list of CellStop\nbelieved : CellGeometry\n"
+      "options : CellCalibrationOptions\n\nReturns\n-------\nCellCalibrationResult\n\n"
+      "Raises\n------\nkr5.InvalidArgument\n    Fewer than three stops, joint values that do not fit the arm, NaN.");
+  m.def(
+      "evaluate_cell",
+      [](const std::vector<CellStop>& stops, const CellGeometry& believed, const CellCalibrationOptions& options,
+         int folds) { return evaluate_cell(stops, believed, options, folds); },
+      py::arg("stops"), py::arg("believed"), py::arg("options") = CellCalibrationOptions(), py::arg("folds") = 5,
+      py::call_guard<py::gil_scoped_release>(),
+      "Errors with which views left out are predicted, the cell calibrated together and one after another.");
 }
 
 static void bind_circle_point(py::module_& m) {
@@ -206,6 +233,7 @@ void bind_calibration(py::module_& m) {
   bind_tool(m);
   bind_timed_hand_eye(m);
   bind_kinematics_calibration(m);
+  bind_cell_calibration(m);
   bind_circle_point(m);
   bind_posture_choice(m);
 }

@@ -203,7 +203,7 @@ TEST_CASE("standard deviations of the identified parameters are as large as thei
   for (int trial = 0; trial < trials; ++trial) {
     const ArmWorld w = make_arm_world({.seed = 100u + static_cast<unsigned>(trial), .poses = true});
     const KinematicsResult r = calibrate_kinematics(w.nominal, w.postures, {}, {.joint_errors = false});
-    for (const KinematicCoordinate& c : r.coordinates) {
+    for (const EstimatedParameter& c : r.coordinates) {
       const auto joint = [&](const kinematics::DhChain& arm) -> const kinematics::DhJoint& {
         return arm.joints[static_cast<std::size_t>(c.name[9] - '1')];
       };

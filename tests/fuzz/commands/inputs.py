@@ -303,6 +303,14 @@ JOBS = [
     ),
     Job(
         "hand-eye folders",
+        "calibrate cell . -o out.json",
+        "images",
+        ("dataset.yaml", "poses.csv", "camera.yaml", "images/*"),
+        ("out.json",),
+        2,
+    ),
+    Job(
+        "hand-eye folders",
         "dataset guess . -o guess.yaml",
         "images",
         ("poses.csv", "camera.yaml"),

@@ -167,7 +167,7 @@ def solve_hand_eye(data: Any, seen: Sightings, camera: Any, options: Any, judgin
     if result.fit.usable and len(views) >= 4:
         with spinner("Evaluating held-out views"):
             held_out = calibration.evaluate_hand_eye(views, camera, options).to_dict()
-    predicted = [_predict(result, T) for T in poses]
+    predicted = [predict_target(result, T) for T in poses]
     reports = [{**r.to_dict(), "image": str(Path(images[i]).resolve())} for r, i in zip(result.views, seen.index)]
     keys = {
         "verdict": {"word": str(diagnosis.verdict), "text": diagnosis.text},
@@ -175,8 +175,8 @@ def solve_hand_eye(data: Any, seen: Sightings, camera: Any, options: Any, judgin
         "figures": _figures(result, diagnosis, held_out),
         "image_size": [seen.width, seen.height],
         "views": reports,
-        "residuals": [_residuals(v, camera, T) for v, T in zip(seen.views, predicted)],
-        "frames": _frames(result, poses, seen.views),
+        "residuals": [residuals_of(v, camera, T) for v, T in zip(seen.views, predicted)],
+        "frames": flange_frames(result, poses, seen.views),
         **({"held_out": _held_out(held_out)} if held_out else {}),
         "diagnosis": diagnosis.to_dict(),
         "camera": camera.to_dict(),
@@ -198,20 +198,22 @@ def _in_hand(result: Any) -> bool:
     return str(result.mount) == "eye_in_hand"
 
 
-def _predict(result: Any, T_base_flange: np.ndarray) -> np.ndarray:
+def predict_target(result: Any, T_base_flange: np.ndarray) -> np.ndarray:
     """T_camera_target that the result gives for a pose of the robot."""
     T_mount_fixed = np.linalg.inv(T_base_flange) if _in_hand(result) else T_base_flange
     T: np.ndarray = np.linalg.inv(result.T_mount_camera) @ T_mount_fixed @ result.T_fixed_target
     return T
 
 
-def _residuals(view: Any, camera: Any, T: np.ndarray) -> dict[str, Any]:
+def residuals_of(view: Any, camera: Any, T: np.ndarray) -> dict[str, Any]:
+    """Seen minus predicted pixels of a view whose target is at T in the camera."""
     points = T[:3, :3] @ view.points + T[:3, 3:]
     d = view.pixels - camera.project(points) if (points[2] > 0).all() else np.full_like(view.pixels, np.nan)
     return {"view": view.name, "u": view.pixels[0], "v": view.pixels[1], "du": d[0], "dv": d[1]}
 
 
-def _frames(result: Any, poses: list[np.ndarray], views: list[Any]) -> list[dict[str, Any]]:
+def flange_frames(result: Any, poses: list[np.ndarray], views: list[Any]) -> list[dict[str, Any]]:
+    """Base, flange, camera and target for the 3D scene of a page."""
     hand, base = ("camera", "target") if _in_hand(result) else ("target", "camera")
     placed = {"camera": result.T_mount_camera, "target": result.T_fixed_target}
     frames = [

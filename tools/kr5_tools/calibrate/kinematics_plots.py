@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from kr5_tools.pages.plot_style import BLUE, GREY, RED, WIDE, WIDTH, plt
 
-UNITS = (("m", "mm", 1e3), ("rad", "deg", 180 / np.pi))  # of the file, shown, factor
+UNITS = (("m", "mm", 1e3), ("rad", "deg", 180 / np.pi), ("px", "px", 1.0))  # of the file, shown, factor
 
 
 def posture_errors(data: dict[str, Any]) -> Figure | None:
@@ -34,8 +34,10 @@ def posture_errors(data: dict[str, Any]) -> Figure | None:
 
 
 def parameter_changes(data: dict[str, Any]) -> Figure | None:
-    """Changes of the arm's parameters from their nominal values, with two standard deviations."""
-    rows = [c for c in data.get("result", {}).get("coordinates", ()) if str(c.get("name", "")).startswith("arm.")]
+    """Changes of the parameters of arm and camera from their nominal values, with two standard deviations."""
+    result = data.get("result", {})
+    every = result.get("coordinates") or result.get("parameters") or ()
+    rows = [c for c in every if str(c.get("name", "")).startswith(("arm.", "camera."))]
     if not rows:
         return None
     shown = [(unit, scale, [c for c in rows if c["unit"] == own]) for own, unit, scale in UNITS]

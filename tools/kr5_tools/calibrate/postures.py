@@ -44,7 +44,7 @@ class Columns:
 def read_postures(source: Path, joints: list[Any], wanted: Columns) -> list[Any]:
     """Postures of a CSV."""
     table = io.load_csv(source)
-    q = _values_of_arm(source, table, joints, wanted)
+    q = joint_values(source, table, joints, wanted)
     return [
         calibration.ArmPosture(name=f"{source.name}:{i + 2}", q=row, **seen)  # the line in the file
         for i, (row, seen) in enumerate(zip(q, measured(source, table, wanted), strict=True))
@@ -70,7 +70,7 @@ def read_socket(name: str, file: Path, joints: list[Any], wanted: Columns) -> li
     except (OSError, UnicodeDecodeError) as error:
         fail(f"{file}: cannot be read ({error})")
     except ValueError:
-        q = _values_of_arm(file, io.load_csv(file), joints, wanted)
+        q = joint_values(file, io.load_csv(file), joints, wanted)
     if q.shape[1] != len(joints):
         fail(f"{file}: found {q.shape[1]} columns, expected the {len(joints)} joint values of the arm")
     return [calibration.ArmPosture(name=f"{file.name}:{i + 1}", q=row, socket=name) for i, row in enumerate(q)]
@@ -110,7 +110,7 @@ def _joint_scale(joints: list[Any], wanted: Columns) -> np.ndarray:
     )
 
 
-def _values_of_arm(file: Path, table: Any, joints: list[Any], wanted: Columns) -> np.ndarray:
+def joint_values(file: Path, table: Any, joints: list[Any], wanted: Columns) -> np.ndarray:
     names = wanted.joint_names(len(joints))
     if len(names) != len(joints):
         fail(

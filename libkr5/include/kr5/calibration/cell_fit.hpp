@@ -146,6 +146,8 @@ class CellFit {
 
   /// Keeps coordinates of a block at their start; -1: all.
   void hold(FitBlock block, int coordinate = -1);
+  /// The same for one coordinate by its name without unit, such as "arm.joint2.a"; false when there is none of it.
+  bool hold(const std::string& name);
   /// Standard deviation of each coordinate about its start; infinite where nothing is known of it.
   void set_prior(FitBlock block, const Eigen::VectorXd& sigma);
   /// Values, as values() gives them, from which the next solve begins; a prior stays about the block's own start.
@@ -193,7 +195,8 @@ class CellFit {
   Agreement agreement(FitObservation observation) const;
   /// Of measurements that belong together: made at once, or sharing a nuisance; all in use or none.
   Agreement agreement(std::span<const FitObservation> observations) const;
-  /// Share of the prior's information on each coordinate that agrees with the data rather than replaces them [-].
+  /// Share of the prior's information on each coordinate that agrees with the data rather than replaces them [-]; of a
+  /// nuisance pose, too.
   Eigen::VectorXd prior_redundancy(FitBlock block) const;
   /// Change of each coordinate of a block from its start, in its unit.
   Eigen::VectorXd change(FitBlock block) const;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <kr5/calibration/cell_fit.hpp>
+#include <kr5/calibration/estimated_parameter.hpp>
 #include <kr5/core/fit_report.hpp>
 #include <kr5/kinematics/dh_chain.hpp>
 
@@ -86,25 +87,6 @@ struct KinematicsOptions {
   }
 };
 
-/// One estimated number.
-struct KinematicCoordinate {
-  std::string name;
-  std::string unit;
-  double nominal = 0.0;
-  double value = 0.0;
-  double std = 0.0;
-  bool identifiable = true;
-
-  static void each_field(auto& self, auto&& visit) {
-    visit("name", self.name, "Name, such as arm.joint2.a.");
-    visit("unit", self.unit, "Unit.");
-    visit("nominal", self.nominal, "Nominal value, in the unit.");
-    visit("value", self.value, "Estimated value, in the unit.");
-    visit("std", self.std, "Standard deviation of the estimate, in the unit.");
-    visit("identifiable", self.identifiable, "Whether the measurements alone tell it from the others.");
-  }
-};
-
 /// How one posture agrees with the result.
 struct ArmPostureReport {
   std::string name;
@@ -133,7 +115,7 @@ struct KinematicsResult {
   Eigen::Matrix3Xd sockets;               ///< In the base [m].
   std::vector<std::string> socket_names;
   Eigen::MatrixXd joint_errors;  ///< [rad]
-  std::vector<KinematicCoordinate> coordinates;
+  std::vector<EstimatedParameter> coordinates;
   Eigen::MatrixXd covariance;  ///< In the order of `coordinates`.
   std::vector<UnidentifiableDirection> unidentifiable;
   double sigma_position = 0.0;    ///< [m]

@@ -111,10 +111,12 @@ class PriorCost final : public ceres::CostFunction {
   std::vector<int> rows_;
 };
 
-/// Information of the measurements that share a nuisance about the free coordinates, that nuisance eliminated.
-struct Information {
+/// Measurements that share a nuisance, at the present values.
+struct Linearisation {
   std::vector<int> index;  ///< Places of the columns of `J` in the result.
-  Eigen::MatrixXd J;       ///< Whitened once more by what the nuisance takes up.
+  Eigen::MatrixXd J;       ///< By the free coordinates.
+  Eigen::MatrixXd N;       ///< By the nuisance; without columns where there is none.
+  Eigen::VectorXd prior;   ///< Information of the prior on the nuisance, by coordinate.
   Eigen::VectorXd r;
 };
 
@@ -142,12 +144,26 @@ Eigen::MatrixXd eliminate(const Eigen::MatrixXd& N, const Eigen::VectorXd& prior
   return eigen.vectors * eigen.values.cwiseMax(0.0).cwiseSqrt().asDiagonal() * eigen.vectors.transpose();
 }
 
+/// Derivatives by the free coordinates of as many residuals as tell all that is known with the nuisance eliminated. The
+/// residuals are turned, so that this costs little for many of them.
+Eigen::MatrixXd without_nuisance(const Linearisation& at) {
+  const Eigen::Index k = at.N.cols(), rows = at.N.rows();
+  if (k == 0) return at.J;
+  Eigen::MatrixXd N = Eigen::MatrixXd::Zero(rows + k, k), J = Eigen::MatrixXd::Zero(rows + k, at.J.cols());
+  N.topRows(rows) = at.N, J.topRows(rows) = at.J;
+  N.bottomRows(k).diagonal() = at.prior.cwiseSqrt();
+  const Eigen::HouseholderQR<Eigen::MatrixXd> turn(N);
+  J.applyOnTheLeft(turn.householderQ().adjoint());
+  return J.bottomRows(rows);
+}
+
 }  // namespace
 
 struct CellFit::Impl {
   std::vector<Block> blocks;
   std::vector<Observation> observations;
-  std::vector<std::vector<int>> places;  ///< By block and coordinate, in the result; -1: held.
+  std::vector<std::vector<int>> places;                          ///< By block and coordinate, in the result; -1: held.
+  std::vector<std::vector<const Observation*>> observations_of;  ///< By block of a nuisance, those that take part.
   Eigen::MatrixXd covariance;
 
   Block& block(FitBlock handle, const char* what = "block") {
@@ -213,8 +229,10 @@ struct CellFit::Impl {
   void minimise(const CellFitOptions& options, CellFitResult& result);
   std::vector<std::vector<const Observation*>> groups() const;
   int nuisance_of(const Observation& o) const;
-  std::optional<Information> information(const std::vector<const Observation*>& group) const;
+  std::optional<Linearisation> linearise(const std::vector<const Observation*>& group) const;
   Eigen::MatrixXd data_information(CellFitResult& result) const;
+  Eigen::MatrixXd covariance_of(const std::vector<int>& index) const;
+  Eigen::VectorXd nuisance_redundancy(int nuisance) const;
   void add_prior_information(Eigen::MatrixXd& information) const;
   void name_unidentifiable(const Eigen::MatrixXd& information, double tolerance, CellFitResult& result) const;
 };
@@ -237,6 +255,10 @@ std::vector<std::string> CellFit::Impl::number_coordinates() {
     }
   }
   require(!names.empty(), "CellFit: no parameter is free");
+  observations_of.assign(blocks.size(), {});
+  for (const Observation& o : observations)
+    if (const int nuisance = nuisance_of(o); o.weight > 0 && nuisance >= 0)
+      observations_of[static_cast<std::size_t>(nuisance)].push_back(&o);
   return names;
 }
 
@@ -306,25 +328,17 @@ int CellFit::Impl::nuisance_of(const Observation& o) const {
 /// Measurements that take part; those that share a nuisance together.
 std::vector<std::vector<const Observation*>> CellFit::Impl::groups() const {
   std::vector<std::vector<const Observation*>> out;
-  std::map<int, std::size_t> known;
-  for (const Observation& o : observations) {
-    if (!(o.weight > 0)) continue;
-    const int nuisance = nuisance_of(o);
-    const auto at = nuisance < 0 ? known.end() : known.find(nuisance);
-    if (at != known.end()) {
-      out[at->second].push_back(&o);
-      continue;
-    }
-    if (nuisance >= 0) known[nuisance] = out.size();
-    out.push_back({&o});
-  }
+  for (const auto& of_nuisance : observations_of)
+    if (!of_nuisance.empty()) out.push_back(of_nuisance);
+  for (const Observation& o : observations)
+    if (o.weight > 0 && nuisance_of(o) < 0) out.push_back({&o});
   return out;
 }
 
-std::optional<Information> CellFit::Impl::information(const std::vector<const Observation*>& group) const {
+std::optional<Linearisation> CellFit::Impl::linearise(const std::vector<const Observation*>& group) const {
   Eigen::Index rows = 0;
   for (const Observation* o : group) rows += o->rows;
-  Information out;
+  Linearisation out;
   out.r.resize(rows);
   std::vector<int> blocks_of;  // of the whole group, each once
   std::vector<Eigen::Index> first_column;
@@ -338,14 +352,19 @@ std::optional<Information> CellFit::Impl::information(const std::vector<const Ob
     }
   out.J = Eigen::MatrixXd::Zero(rows, static_cast<Eigen::Index>(out.index.size()));
   const int nuisance = nuisance_of(*group.front());
-  Eigen::MatrixXd N = Eigen::MatrixXd::Zero(rows, nuisance < 0 ? 0 : blocks[static_cast<std::size_t>(nuisance)].size());
+  if (nuisance >= 0) {
+    const Block& block = blocks[static_cast<std::size_t>(nuisance)];
+    out.N = Eigen::MatrixXd::Zero(rows, block.size());
+    out.prior = block.prior.size() ? Eigen::VectorXd(block.prior.cwiseAbs2().cwiseInverse())
+                                   : Eigen::VectorXd(Eigen::VectorXd::Zero(block.size()));
+  }
   Eigen::Index first = 0;
   for (const Observation* o : group) {
     std::vector<RowMatrix> jacobians;
     if (!o->evaluate(blocks, values(*o), out.r.data() + first, &jacobians)) return std::nullopt;
     for (std::size_t k = 0; k < o->blocks.size(); ++k) {
       const auto b = static_cast<std::size_t>(o->blocks[k]);
-      if (blocks[b].nuisance) N.middleRows(first, o->rows) = jacobians[k];
+      if (blocks[b].nuisance) out.N.middleRows(first, o->rows) = jacobians[k];
       Eigen::Index column = first_column[static_cast<std::size_t>(
           std::find(blocks_of.begin(), blocks_of.end(), o->blocks[k]) - blocks_of.begin())];
       for (int i = 0; i < blocks[b].size(); ++i)
@@ -353,13 +372,6 @@ std::optional<Information> CellFit::Impl::information(const std::vector<const Ob
     }
     first += o->rows;
   }
-  if (nuisance < 0) return out;
-  const Block& block = blocks[static_cast<std::size_t>(nuisance)];
-  const bool known = block.prior.size() > 0;
-  const Eigen::MatrixXd M =
-      eliminate(N, known ? Eigen::VectorXd(block.prior.cwiseAbs2().cwiseInverse()) : Eigen::VectorXd::Zero(N.cols()));
-  out.J = M * out.J;
-  out.r = M * (known ? Eigen::VectorXd(out.r - N * block.change()) : out.r);
   return out;
 }
 
@@ -367,15 +379,19 @@ Eigen::MatrixXd CellFit::Impl::data_information(CellFitResult& result) const {
   const auto n = static_cast<Eigen::Index>(result.coordinates.size());
   Eigen::MatrixXd H = Eigen::MatrixXd::Zero(n, n);
   for (const auto& group : groups()) {
-    const auto about = information(group);
-    if (!about) continue;
-    const Eigen::MatrixXd part = about->J.transpose() * about->J;
-    for (std::size_t r = 0; r < about->index.size(); ++r)
-      for (std::size_t c = 0; c < about->index.size(); ++c)
-        H(about->index[r], about->index[c]) += part(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c));
+    const auto at = linearise(group);
+    if (!at) continue;
+    const Eigen::MatrixXd J = without_nuisance(*at);
+    const Eigen::MatrixXd part = J.transpose() * J;
+    for (std::size_t r = 0; r < at->index.size(); ++r)
+      for (std::size_t c = 0; c < at->index.size(); ++c)
+        H(at->index[r], at->index[c]) += part(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c));
   }
   return H;
 }
+
+/// Covariance of some free coordinates.
+Eigen::MatrixXd CellFit::Impl::covariance_of(const std::vector<int>& index) const { return covariance(index, index); }
 
 void CellFit::Impl::add_prior_information(Eigen::MatrixXd& information) const {
   for (std::size_t b = 0; b < blocks.size(); ++b) {
@@ -480,6 +496,13 @@ void CellFit::hold(FitBlock block, int coordinate) {
   require(coordinate >= -1 && coordinate < b.size(), b.name + ": there is no coordinate " + std::to_string(coordinate));
   for (int i = 0; i < b.size(); ++i)
     if (coordinate < 0 || i == coordinate) b.held[static_cast<std::size_t>(i)] = true;
+}
+
+bool CellFit::hold(const std::string& name) {
+  for (Block& b : impl_->blocks)
+    for (std::size_t i = 0; i < b.coordinates.size() && !b.nuisance; ++i)
+      if (b.coordinates[i].substr(0, b.coordinates[i].find(" [")) == name) return b.held[i] = true;
+  return false;
 }
 
 void CellFit::set_prior(FitBlock block, const Eigen::VectorXd& sigma) {
@@ -639,34 +662,51 @@ CellFit::Agreement CellFit::agreement(std::span<const FitObservation> observatio
     as_used.back().weight = 1.0;
     group.back() = &as_used.back();
   }
-  const auto about = impl_->information(group);
-  if (!about) {
+  const auto at = impl_->linearise(group);
+  if (!at) {
     out.squared_distance = std::numeric_limits<double>::infinity();
     out.residuals = Eigen::VectorXd::Constant(out.dof, out.squared_distance);
     out.redundancy = Eigen::VectorXd::Ones(out.dof);
     return out;
   }
-  const auto n = static_cast<Eigen::Index>(about->index.size());
-  Eigen::MatrixXd C(n, n);
-  for (Eigen::Index r = 0; r < n; ++r)
-    for (Eigen::Index c = 0; c < n; ++c)
-      C(r, c) = impl_->covariance(about->index[static_cast<std::size_t>(r)], about->index[static_cast<std::size_t>(c)]);
-  const Eigen::MatrixXd spread = about->J * C * about->J.transpose();
+  Eigen::MatrixXd J = at->J;
+  out.residuals = at->r;
+  if (at->N.cols() > 0) {
+    const Block& nuisance = impl_->blocks[static_cast<std::size_t>(impl_->nuisance_of(*group.front()))];
+    const Eigen::MatrixXd M = eliminate(at->N, at->prior);
+    J = M * at->J;
+    out.residuals = M * (nuisance.prior.size() ? Eigen::VectorXd(at->r - at->N * nuisance.change()) : at->r);
+  }
+  const Eigen::MatrixXd spread = J * impl_->covariance_of(at->index) * J.transpose();
   const Eigen::MatrixXd own = Eigen::MatrixXd::Identity(out.dof, out.dof);
   // A measurement that took part has pulled the answer towards itself, one that did not is as uncertain as both.
   const Eigen::MatrixXd Q = used ? Eigen::MatrixXd(own - spread) : Eigen::MatrixXd(own + spread);
   const SymmetricEigen eigen = symmetric_eigen(Q);
-  const Eigen::VectorXd along = eigen.vectors.transpose() * about->r;
+  const Eigen::VectorXd along = eigen.vectors.transpose() * out.residuals;
   for (Eigen::Index k = 0; k < along.size(); ++k)
     if (eigen.values[k] > 1e-9) out.squared_distance += along[k] * along[k] / eigen.values[k];
-  out.residuals = about->r;
   out.redundancy = Q.diagonal();
   return out;
+}
+
+/// Share of the prior of a nuisance that agrees with the data: 1 - variance after over variance before.
+Eigen::VectorXd CellFit::Impl::nuisance_redundancy(int nuisance) const {
+  const Block& block = blocks[static_cast<std::size_t>(nuisance)];
+  const auto& of_block = observations_of[static_cast<std::size_t>(nuisance)];
+  const auto at = of_block.empty() ? std::nullopt : linearise(of_block);
+  if (!at) return Eigen::VectorXd::Zero(block.size());
+  Eigen::MatrixXd inner = at->N.transpose() * at->N;
+  inner.diagonal() += at->prior;
+  const Eigen::MatrixXd alone = inner.ldlt().solve(Eigen::MatrixXd::Identity(block.size(), block.size()));
+  const Eigen::MatrixXd by_others = alone * at->N.transpose() * at->J;
+  const Eigen::MatrixXd after = alone + by_others * covariance_of(at->index) * by_others.transpose();
+  return Eigen::VectorXd::Ones(block.size()) - after.diagonal().cwiseProduct(at->prior);
 }
 
 Eigen::VectorXd CellFit::prior_redundancy(FitBlock block) const {
   const Block& b = impl_->block(block);
   require(b.prior.size() > 0, b.name + " has no prior");
+  if (b.nuisance) return impl_->nuisance_redundancy(block.index);
   Eigen::VectorXd out = Eigen::VectorXd::Zero(b.size());
   for (int i = 0; i < b.size(); ++i) {
     const int place = coordinates(block)[static_cast<std::size_t>(i)];

@@ -9,38 +9,13 @@
 #include <kr5/core/error.hpp>
 #include <kr5/core/statistics.hpp>
 
+#include "calibration/cell_fit/arm_prior.hpp"
 #include "calibration/hand_eye/closed_form.hpp"
 
 namespace kr5::calibration::arm_problem {
 namespace {
 
-constexpr double near_parallel = 0.1;  // sine of the angle below which two axes get Hayati's beta
-
 bool point_seen(const Eigen::Vector3d& point) { return point.allFinite(); }
-
-/// Whether a coordinate of joint i is free: beta only where the next axis is near-parallel.
-bool is_free(const kinematics::DhChain& arm, std::size_t i, int parameter) {
-  if (parameter != 4) return true;
-  return i + 1 < arm.joints.size() && std::abs(std::sin(arm.joints[i].alpha)) < near_parallel;
-}
-
-void hold_named(CellFit& fit, FitBlock arm, const kinematics::DhChain& nominal, const std::vector<std::string>& names) {
-  static const char* const parameters[] = {"b", "theta_offset", "a", "alpha", "beta"};
-  for (const std::string& name : names) {
-    bool known = false;
-    for (std::size_t i = 0; i < nominal.joints.size(); ++i)
-      for (int k = 0; k < 5; ++k)
-        if (name == "arm.joint" + std::to_string(i + 1) + "." + parameters[k])
-          fit.hold(arm, static_cast<int>(5 * i) + k), known = true;
-    require(known, "hold: found '" + name + "', expected e.g. arm.joint2.a (b, theta_offset, a, alpha, beta)");
-  }
-}
-
-Eigen::VectorXd arm_prior(const kinematics::DhChain& arm, const Sigmas& sigmas) {
-  Eigen::VectorXd out(static_cast<Eigen::Index>(5 * arm.joints.size()));
-  for (Eigen::Index k = 0; k < out.size(); ++k) out[k] = k % 5 == 0 || k % 5 == 2 ? sigmas.length : sigmas.angle;
-  return out;
-}
 
 std::vector<std::string> joint_term_names(const kinematics::DhChain& arm) {
   std::vector<std::string> out;
@@ -172,11 +147,10 @@ Eigen::MatrixXd joint_error_regressor(const kinematics::DhChain& arm, const Eige
 ArmProblem::ArmProblem(const Input& input, const Sigmas& sigmas, const Placement& placement, bool refine) {
   arm = fit.add_arm("arm", input.nominal);
   if (refine) {
-    for (std::size_t i = 0; i < input.nominal.joints.size(); ++i)
-      for (int k = 0; k < 5; ++k)
-        if (!is_free(input.nominal, i, k)) fit.hold(arm, static_cast<int>(5 * i) + k);
-    hold_named(fit, arm, input.nominal, input.options.hold);
-    fit.set_prior(arm, arm_prior(input.nominal, sigmas));
+    cell_fit::free_arm(fit, arm, input.nominal, sigmas.length, sigmas.angle);
+    for (const std::string& name : input.options.hold)
+      require(fit.hold(name),
+              "hold: found '" + name + "', expected e.g. arm.joint2.a (b, theta_offset, a, alpha, beta)");
     const std::vector<std::string> names = joint_term_names(input.nominal);
     if (input.options.joint_errors && !names.empty()) {
       const auto count = static_cast<Eigen::Index>(names.size());

@@ -8,7 +8,9 @@
 #include <kr5/core/error.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 
+#include "calibration/cell_fit/parameter_report.hpp"
 #include "calibration/cell_fit/sound_probability.hpp"
+#include "calibration/cell_fit/variance_component.hpp"
 #include "calibration/kinematics/arm_problem.hpp"
 
 namespace kr5::calibration {
@@ -16,8 +18,7 @@ namespace {
 
 using namespace arm_problem;
 
-constexpr double sound_postures = 0.6;      // at least this part of the postures stays in the fit
-constexpr double variances_settled = 0.02;  // relative change of the variances at which they count as found
+constexpr double sound_postures = 0.6;  // at least this part of the postures stays in the fit
 constexpr int variance_rounds = 40;
 
 void check_posture(const ArmPosture& posture, std::size_t row, Eigen::Index joints) {
@@ -52,18 +53,9 @@ Input checked_input(const kinematics::DhChain& nominal, std::span<const ArmPostu
   return input;
 }
 
-/// A sum of squares over the share of it that is not fitted.
-struct Component {
-  double squares = 0.0;
-  double redundancy = 0.0;
-
-  void add(double residual, double share) { squares += residual * residual, redundancy += share; }
-  double variance() const { return redundancy > 0 ? squares / redundancy : 1.0; }
-};
-
 /// What one fit says of the standard deviations it assumed: each component over that assumed is 1 when it was right.
 struct Components {
-  Component position, rotation, length, angle, joint;
+  cell_fit::VarianceComponent position, rotation, length, angle, joint;
 };
 
 /// The calibration while it goes on.
@@ -128,11 +120,8 @@ bool Calibration::update_sigmas() {
   const Components c = components();
   const KinematicsOptions& options = input.options;
   bool moving = false;
-  const auto step = [&](double& sigma, const Component& component, double given, double least) {
-    if (given > 0 || component.redundancy < 1e-6) return;
-    const double before = sigma;
-    sigma = std::max(least, sigma * std::sqrt(component.variance()));
-    moving = moving || std::abs(std::log(sigma / before)) > variances_settled;
+  const auto step = [&](double& sigma, const cell_fit::VarianceComponent& component, double given, double least) {
+    if (!(given > 0)) moving = component.update(sigma, least) || moving;
   };
   step(sigmas.position, c.position, options.sigma_position, 1e-9);
   step(sigmas.rotation, c.rotation, options.sigma_rotation, 1e-9);
@@ -196,42 +185,16 @@ double rms_distance(const ArmProblem& problem, std::size_t i, double sigma) {
   return std::sqrt(squares / static_cast<double>(std::max<std::size_t>(1, problem.observations[i].size())));
 }
 
-void write_coordinates(const Calibration& calibration, KinematicsResult& out) {
+void write_parameters(const Calibration& calibration, KinematicsResult& out) {
   const ArmProblem& problem = *calibration.problem;
-  const CellFitResult& result = calibration.result;
-  std::set<std::string> unknown;
-  for (const UnidentifiableDirection& direction : result.unidentifiable)
-    unknown.insert(direction.coordinates.begin(), direction.coordinates.end());
-  const auto n = static_cast<Eigen::Index>(result.coordinates.size());
-  Eigen::VectorXd nominal = Eigen::VectorXd::Zero(n), value = Eigen::VectorXd::Zero(n);
-  const auto put = [&](FitBlock block, bool from_nominal) {
-    if (!block.exists()) return;
-    const std::vector<int> places = problem.fit.coordinates(block);
-    const Eigen::VectorXd change = problem.fit.change(block), values = problem.fit.values(block);
-    for (std::size_t k = 0; k < places.size(); ++k) {
-      if (places[k] < 0) continue;
-      const auto at = static_cast<Eigen::Index>(k);
-      // A pose is told by its change from the first placement, everything else by its value.
-      const bool pose = values.size() != change.size();
-      value[places[k]] = pose ? change[at] : values[at];
-      nominal[places[k]] = from_nominal && !pose ? values[at] - change[at] : 0.0;
-    }
-  };
-  put(problem.arm, true), put(problem.joint_terms, true), put(problem.base, false), put(problem.tool, false);
-  for (const FitBlock block : problem.points) put(block, false);
-  for (const FitBlock block : problem.sockets) put(block, false);
-  const double inflation = uncertainty::covariance_inflation(1, out.dof);
-  out.covariance = inflation * result.covariance;
-  for (Eigen::Index k = 0; k < n; ++k) {
-    const std::string& full = result.coordinates[static_cast<std::size_t>(k)];
-    const std::size_t space = full.find(" [");
-    out.coordinates.push_back({.name = full.substr(0, space),
-                               .unit = full.substr(space + 2, full.size() - space - 3),
-                               .nominal = nominal[k],
-                               .value = value[k],
-                               .std = std::sqrt(out.covariance(k, k)),
-                               .identifiable = !unknown.contains(full)});
-  }
+  const FitBlock nominal[] = {problem.arm, problem.joint_terms};
+  std::vector<FitBlock> others = {problem.base, problem.tool};
+  others.insert(others.end(), problem.points.begin(), problem.points.end());
+  others.insert(others.end(), problem.sockets.begin(), problem.sockets.end());
+  cell_fit::ParameterReport report = cell_fit::report_parameters(problem.fit, calibration.result, nominal, others,
+                                                                 uncertainty::covariance_inflation(1, out.dof));
+  out.coordinates = std::move(report.parameters);
+  out.covariance = std::move(report.covariance);
 }
 
 void write_postures(const Calibration& calibration, const ArmProblem& nominal, double nominal_sigma,
@@ -320,7 +283,7 @@ KinematicsResult calibrate_kinematics(const kinematics::DhChain& nominal, std::s
   out.tolerance_angle = calibration.sigmas.angle;
   out.tolerance_joint = problem.joint_terms.exists() ? calibration.sigmas.joint : 0.0;
   out.dof = options.sigma_position > 0 ? uncertainty::known_noise : calibration.dof();
-  write_coordinates(calibration, out);
+  write_parameters(calibration, out);
   write_postures(calibration, as_nominal, nominal_sigmas.position, out);
   out.fit = calibration.result.fit;
   out.fit.iterations = calibration.iterations;

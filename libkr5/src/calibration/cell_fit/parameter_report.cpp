@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/cell_fit/parameter_report.hpp"
+
+#include <cmath>
+#include <set>
+
+namespace kr5::calibration::cell_fit {
+namespace {
+
+void report_block(const CellFit& fit, FitBlock block, bool from_nominal, std::vector<EstimatedParameter>& parameters) {
+  if (!block.exists()) return;
+  const std::vector<int> places = fit.coordinates(block);
+  const Eigen::VectorXd change = fit.change(block), values = fit.values(block);
+  const bool pose = values.size() != change.size();
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    if (places[k] < 0) continue;
+    const auto at = static_cast<Eigen::Index>(k);
+    EstimatedParameter& out = parameters[static_cast<std::size_t>(places[k])];
+    out.value = pose ? change[at] : values[at];
+    out.nominal = from_nominal && !pose ? values[at] - change[at] : 0.0;
+  }
+}
+
+}  // namespace
+
+ParameterReport report_parameters(const CellFit& fit, const CellFitResult& result, std::span<const FitBlock> nominal,
+                                  std::span<const FitBlock> others, double inflation) {
+  ParameterReport out;
+  out.covariance = inflation * result.covariance;
+  out.parameters.resize(result.coordinates.size());
+  for (const FitBlock block : nominal) report_block(fit, block, true, out.parameters);
+  for (const FitBlock block : others) report_block(fit, block, false, out.parameters);
+  std::set<std::string> unknown;
+  for (const UnidentifiableDirection& direction : result.unidentifiable)
+    unknown.insert(direction.coordinates.begin(), direction.coordinates.end());
+  for (std::size_t k = 0; k < out.parameters.size(); ++k) {
+    EstimatedParameter& parameter = out.parameters[k];
+    const std::string& full = result.coordinates[k];
+    const std::size_t space = full.find(" [");
+    const auto at = static_cast<Eigen::Index>(k);
+    parameter.name = full.substr(0, space);
+    parameter.unit = full.substr(space + 2, full.size() - space - 3);
+    parameter.std = std::sqrt(out.covariance(at, at));
+    parameter.identifiable = !unknown.contains(full);
+  }
+  return out;
+}
+
+}  // namespace kr5::calibration::cell_fit

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <kr5/calibration/cell_fit.hpp>
+#include <kr5/calibration/estimated_parameter.hpp>
+
+/// @file
+/// Private: the numbers of a cell fit as a result shows them.
+
+namespace kr5::calibration::cell_fit {
+
+struct ParameterReport {
+  std::vector<EstimatedParameter> parameters;
+  Eigen::MatrixXd covariance;  ///< In their order.
+};
+
+/// Of a solved fit. Blocks of `nominal` began at a nominal value, all others at a guess; a pose is told by its change.
+/// The covariance is multiplied by `inflation`.
+ParameterReport report_parameters(const CellFit& fit, const CellFitResult& result, std::span<const FitBlock> nominal,
+                                  std::span<const FitBlock> others, double inflation);
+
+}  // namespace kr5::calibration::cell_fit

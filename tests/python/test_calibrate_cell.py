@@ -1,0 +1,94 @@
+"""`kr5 calibrate cell`: camera, hand-eye and arm from one folder."""
+
+import json
+
+import kr5
+import numpy as np
+import pytest
+import yaml
+from kr5 import cell
+
+from kr5_tools.files.paths import find_shipped_cell
+
+
+@pytest.fixture(scope="module")
+def demo(share):
+    return share / "data/demo"
+
+
+@pytest.fixture(scope="module")
+def truth(demo):
+    return yaml.safe_load((demo / "truth.yaml").read_text())
+
+
+@pytest.fixture
+def joints(truth, tmp_path):
+    """Joint values of the demo's stops, beside the cell with its arm."""
+    cell.save_cell(cell.load_cell(find_shipped_cell()), tmp_path / "cell.yaml")
+    return np.array(truth["joint_angles"])
+
+
+def write_joints(file, q):
+    file.write_text("q1,q2,q3,q4,q5,q6\n" + "\n".join(",".join(map(repr, map(float, row))) for row in q) + "\n")
+
+
+def test_camera_and_hand_eye_of_the_demo_hold_the_truth(demo, truth, tmp_path, run_kr5):
+    done = run_kr5("calibrate", "cell", demo, "-o", "cell.json")
+    assert done.returncode == 0, done.stderr
+    data = json.loads((tmp_path / "cell.json").read_text())
+    assert data["format"] == "kr5-cell-calibration/1" and truth["bumped"] in data["verdict"]["text"]
+    assert [v["name"] for v in data["views"] if v["outlier"]] == [truth["bumped"]]
+    result = data["result"]
+    off = kr5.pose_difference(np.array(truth["T_flange_camera"]), np.array(result["T_mount_camera"]))
+    squared = off @ np.linalg.solve(np.array(result["covariance"]), off)
+    assert squared < 22.5  # 99.9 % of a chi-square of six
+    std = {p["name"]: p["std"] for p in result["parameters"]}
+    assert 0 < std["camera.fx"] < 5
+    assert data["held_out"]["views"] == len(result["views"]) - 1  # without the bumped one
+    assert run_kr5("report", "cell.json", "-o", "page.html", "--png", "plots").returncode == 0
+    assert (tmp_path / "plots/parameter_changes.png").exists()
+
+
+def test_joint_values_calibrate_the_arm_and_go_into_the_cell(demo, joints, tmp_path, run_kr5):
+    write_joints(tmp_path / "joints.csv", joints)
+    done = run_kr5(
+        *("calibrate", "cell", demo, "--joints", "joints.csv", "--cell", "cell.yaml"),
+        *("--write-cell", "calibrated.yaml", "--json", "out.json"),
+    )
+    assert done.returncode == 0, done.stderr
+    result = json.loads((tmp_path / "out.json").read_text())["result"]
+    arm = [p for p in result["parameters"] if p["name"].startswith("arm.")]
+    assert len(arm) == 25
+    assert all(abs(p["value"] - p["nominal"]) < 5 * p["std"] for p in arm)  # the demo's arm is the nominal one
+    written = cell.load_cell(tmp_path / "calibrated.yaml")
+    assert abs(written.camera.fx - result["cell"]["camera"]["fx"]) < 1e-9
+    T_flange_camera = written.tool.T_flange_tool @ written.camera.T_tool_camera
+    assert np.allclose(T_flange_camera, result["T_mount_camera"])
+    assert [j.a for j in written.robot.dh] == pytest.approx([j["a"] for j in result["cell"]["arm"]["joints"]])
+
+
+def test_joint_values_that_are_not_of_these_images_are_named(demo, joints, tmp_path, run_kr5):
+    def said(*more):
+        done = run_kr5("calibrate", "cell", demo, "--joints", "joints.csv", *more)
+        assert done.returncode == 2 and "Traceback" not in done.stderr
+        return " ".join(done.stderr.split())
+
+    write_joints(tmp_path / "joints.csv", joints)
+    assert "--cell" in said()
+    write_joints(tmp_path / "joints.csv", np.roll(joints, 1, axis=0))
+    assert "order of the rows" in said("--cell", "cell.yaml")
+    write_joints(tmp_path / "joints.csv", np.degrees(joints))
+    assert "--angle" in said("--cell", "cell.yaml")
+    write_joints(tmp_path / "joints.csv", joints[:-1])
+    assert "expected one for each" in said("--cell", "cell.yaml")
+    write_joints(tmp_path / "joints.csv", np.where(np.arange(6) == 2, np.nan, joints))
+    assert "q3" in said("--cell", "cell.yaml") or "finite" in said("--cell", "cell.yaml")
+
+
+def test_wrong_names_and_folders_are_refused(demo, tmp_path, run_kr5):
+    done = run_kr5("calibrate", "cell", demo, "--hold", "camera.f")
+    assert done.returncode == 2 and "camera.f" in done.stderr
+    done = run_kr5("calibrate", "cell", "nowhere")
+    assert done.returncode == 2 and "nowhere" in done.stderr
+    done = run_kr5("calibrate", "cell", demo, "--write-cell", "out.yaml")
+    assert done.returncode == 2 and "--cell" in done.stderr

@@ -1,0 +1,251 @@
+"""`kr5 calibrate cell`: camera, hand-eye, marker map and arm from one folder, in one solve."""
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import kr5
+import numpy as np
+import typer
+from kr5 import calibration, cell, io
+
+from kr5_tools.calibrate.hand_eye import (
+    camera_of,
+    flange_frames,
+    predict_target,
+    read_dataset,
+    residuals_of,
+    target_of,
+)
+from kr5_tools.calibrate.postures import AngleUnit, Columns, JointColumns, joint_values
+from kr5_tools.cli.arguments import JsonOption, ResultOption
+from kr5_tools.cli.options import options_from
+from kr5_tools.cli.tables import figure_row, format_number, make_table, pose_figures, print_result
+from kr5_tools.cli.terminal import console, fail, spinner
+from kr5_tools.files.cell_output import WriteCellOption, put_camera_pose, write_cell_file
+from kr5_tools.files.results import write_if_usable, write_result
+from kr5_tools.files.writing import check_writable
+from kr5_tools.targets.command import find_in_images
+
+app = typer.Typer()
+MOST_TURN_DIFFERENCE = np.radians(2)  # of a turn between two stops, by the robot poses and by the joint values
+LEAST_TO_JUDGE = 6  # stops from which some can be left out
+SHOWN = {"m": (1e3, "mm"), "rad": (180 / np.pi, "deg")}  # units of the table
+
+
+@app.command("cell", epilog="Example:  kr5 calibrate cell share/data/demo -o calibrated.json")
+@options_from(calibration.CellCalibrationOptions, skip=("mount", "hold", "max_iterations"))
+def calibrate_cell(
+    folder: Annotated[Path, typer.Argument(help="Folder of images and robot poses, with a dataset.yaml in it.")],
+    options: calibration.CellCalibrationOptions,
+    dataset: Annotated[
+        Path | None, typer.Option(help="A dataset.yaml outside the folder; its files are in FOLDER.")
+    ] = None,
+    camera: Annotated[
+        Path | None,
+        typer.Option(help="Camera file to begin with; by default that of the data set, else from the same images."),
+    ] = None,
+    target: Annotated[
+        str | None,
+        typer.Option(help="Target, e.g. chessboard:6x9:0.0236; the markers of a marker map are placed anew."),
+    ] = None,
+    mount: Annotated[
+        Literal["eye_in_hand", "eye_to_hand"] | None,
+        typer.Option(help="Where the camera is mounted; overrides the data set."),
+    ] = None,
+    arm: Annotated[
+        Path | None,
+        typer.Option("--joints", metavar="CSV", help="Joint values, a row an image: calibrates the arm, too."),
+    ] = None,
+    joint_columns: JointColumns = None,
+    angle: AngleUnit = "rad",
+    cell_file: Annotated[
+        Path | None,
+        typer.Option(
+            "--cell", metavar="CELL.yaml", help="Cell with the nominal arm, and into which the result is put."
+        ),
+    ] = None,
+    hold: Annotated[
+        list[str] | None,
+        typer.Option(help="What to keep: camera, markers, arm, or e.g. camera.k1 or arm.joint2.a. Repeatable."),
+    ] = None,
+    write_cell: WriteCellOption = None,
+    output: ResultOption = None,
+    json_file: JsonOption = None,
+) -> None:
+    """Calibration of camera, hand-eye, marker map and arm together, each with its uncertainty.
+
+    Exit code: 0 when there is a result, 2 when there is none or the input is invalid.
+    """
+    options.hold = hold or []
+    options.validate()
+    data = read_dataset(folder, dataset)
+    check_writable(output, json_file, write_cell, inputs=[f for f in (*data.images, dataset, arm, cell_file) if f])
+    if write_cell and not cell_file:
+        fail("--write-cell: needs --cell, the cell into which the result is written")
+    data.mount = options.mount = mount or data.mount
+    wanted = target_of(target or data.target, dataset or folder / "dataset.yaml")
+    believed = cell.load_cell(cell_file) if cell_file else None
+    q = _joints(arm, believed, Columns(joints=joint_columns, angle=angle), data)
+    seen = find_in_images(data.images, wanted, least=3, points=4)
+    lens, camera_source = camera_of(str(camera) if camera else data.camera, seen)
+    poses = data.poses()
+    stops = [
+        calibration.CellStop(
+            view=calibration.HandEyeView(T_base_flange=poses[i], view=view, correlation=c),
+            **({"q": q[i]} if q is not None else {}),
+        )
+        for i, view, c in zip(seen.index, seen.views, seen.correlation, strict=True)
+    ]
+    geometry = calibration.CellGeometry(
+        camera=lens,
+        markers=wanted.map if wanted.kind == kr5.TargetKind.MarkerMap else [],
+        **({"arm": believed.nominal_chain()} if q is not None else {}),
+    )
+    with spinner("Calibrating"):
+        result = calibration.calibrate_cell(stops, geometry, options)
+    judged = []
+    if result.fit.usable and len(stops) >= LEAST_TO_JUDGE:
+        with spinner("Evaluating held-out views"):
+            judged = calibration.evaluate_cell(stops, geometry, options)
+    keys = _keys(result, stops, geometry, judged, [data.images[i] for i in seen.index])
+    keys["input"] = {
+        "folder": str(folder),
+        "images": len(data.images),
+        "without_target": seen.lost,
+        "camera": camera_source,
+        "target": target or data.target,
+        "mount": str(data.mount),
+        "joints": str(arm or ""),
+        "cell": str(cell_file or ""),
+    }
+    keys["image_size"] = [seen.width, seen.height]
+    _show(result, keys, console(json_file))
+    write_if_usable(write_result(None, "kr5-cell-calibration/1", **keys), result.fit, output, json_file)
+    if write_cell and result.fit.usable:
+        if result.cell.arm.joints:
+            believed.robot.dh = result.cell.arm.joints
+        put_camera_pose(believed, str(result.mount), result.T_mount_camera, result.cell.camera)
+        write_cell_file(believed, write_cell)
+
+
+def _joints(arm: Path | None, believed: Any, columns: Columns, data: Any) -> np.ndarray | None:
+    """Joint values of every image, checked against the robot poses."""
+    if not arm:
+        return None
+    if believed is None:
+        fail("--joints: needs --cell, a cell with the nominal arm (kr5 cell import makes one from a URDF)")
+    chain = believed.nominal_chain()
+    q = joint_values(arm, io.load_csv(arm), chain.joints, columns)
+    if len(q) != len(data.images):
+        fail(f"{arm}: found {len(q)} rows, expected one for each of the {len(data.images)} images, in their order")
+    off = [
+        abs(_turn(a, b) - _turn(chain.flange(qa), chain.flange(qb)))
+        for a, b, qa, qb in zip(data.poses(), data.poses()[1:], q, q[1:])
+    ]
+    if np.median(off) > MOST_TURN_DIFFERENCE:
+        fail(
+            f"{arm}: between two stops the arm turns by {np.degrees(np.median(off)):.1f} deg (median) more or less than"
+            " the robot poses say; check the order of the rows, the unit (--angle) and the arm of --cell"
+        )
+    return q
+
+
+def _turn(a: np.ndarray, b: np.ndarray) -> float:
+    """Angle between two orientations, which does not depend on the frames of base and tool [rad]."""
+    return float(np.arccos(np.clip((np.trace(a[:3, :3].T @ b[:3, :3]) - 1) / 2, -1, 1)))
+
+
+def _keys(result: Any, stops: list[Any], geometry: Any, judged: list[Any], images: list[str]) -> dict[str, Any]:
+    poses = [np.asarray(result.cell.arm.flange(s.q)) if result.cell.arm.joints else s.view.T_base_flange for s in stops]
+    moved = {
+        new.id: new.T_target_marker @ np.linalg.inv(old.T_target_marker)
+        for new, old in zip(result.cell.markers, geometry.markers)
+    }
+    views = [_in_map(s.view.view, moved) for s in stops]
+    held_out = {}
+    outliers = {view.name for view in result.views if view.outlier}
+    judged = [view for view in judged if view.name not in outliers]
+    if judged:
+        together = np.array([view.rms_px for view in judged])
+        separate = np.array([view.separate_rms_px for view in judged])
+        held_out = {
+            "views": len(judged),
+            "together_px": float(np.sqrt((together**2).mean())),
+            "one_after_another_px": float(np.sqrt((separate**2).mean())),
+        }
+    residuals = [residuals_of(v, result.cell.camera, predict_target(result, T)) for v, T in zip(views, poses)]
+    return {
+        "verdict": _verdict(result, held_out),
+        "figures": _figures(result),
+        "views": [{**r.to_dict(), "image": str(Path(f).resolve())} for r, f in zip(result.views, images)],
+        "residuals": residuals,
+        "frames": flange_frames(result, poses, views),
+        **({"held_out": held_out} if held_out else {}),
+        "camera": result.cell.camera.to_dict(),
+        "result": result.to_dict(),
+    }
+
+
+def _in_map(view: Any, moved: dict[int, np.ndarray]) -> Any:
+    """A view with its points where the calibrated map has them."""
+    if not moved:
+        return view
+    points = np.array(view.points)
+    for k, corner in enumerate(view.ids):
+        T = moved[corner // 4]
+        points[:, k] = T[:3, :3] @ points[:, k] + T[:3, 3]
+    return kr5.View(name=view.name, points=points, pixels=view.pixels, ids=view.ids)
+
+
+def _verdict(result: Any, held_out: dict[str, float]) -> dict[str, str]:
+    if not result.fit.usable:
+        return {"word": "unusable", "text": result.fit.message}
+    text = f"{len(result.parameters)} parameters from {len(result.views)} stops"
+    objections = []
+    if held_out:
+        together, separate = held_out["together_px"], held_out["one_after_another_px"]
+        text += (
+            f"; views left out are predicted to {together:.3f} px, and to {separate:.3f} px when camera, markers and"
+            " arm stay as they were"
+        )
+        if together > 1.1 * separate:
+            objections.append("the joint calibration predicts them worse: hold what is known, or take more views")
+    if outliers := [v.name for v in result.views if v.outlier]:
+        objections.append(f"contradict the others and were left out: {', '.join(outliers)}")
+    return {"word": "doubtful" if objections else "good", "text": "; ".join([text, *objections])}
+
+
+def _figures(result: Any) -> list[dict[str, Any]]:
+    if not result.fit.usable:
+        return []
+    in_hand = str(result.mount) == "eye_in_hand"
+    where = ("camera on flange", "target in base") if in_hand else ("camera in base", "target on flange")
+    rows = pose_figures(where[0], result.T_mount_camera, result.covariance)
+    rows += pose_figures(where[1], result.T_fixed_target, result.covariance_target)
+    rows += [
+        figure_row("noise of a point per axis", result.sigma_pixel, None, "px"),
+        figure_row("robot noise, position", 1e3 * result.sigma_robot_position, None, "mm"),
+        figure_row("robot noise, rotation", np.degrees(result.sigma_robot_rotation), None, "deg"),
+    ]
+    if result.cell.arm.joints:
+        rows += [
+            figure_row("spread of the arm's lengths about nominal", 1e3 * result.tolerance_length, None, "mm"),
+            figure_row("spread of the arm's angles about nominal", np.degrees(result.tolerance_angle), None, "deg"),
+        ]
+    return rows
+
+
+def _show(result: Any, keys: dict[str, Any], out: Any) -> None:
+    rows = []
+    for p in result.parameters:
+        if not p.name.startswith(("camera.", "arm.", "marker")):
+            continue
+        scale, unit = SHOWN.get(p.unit, (1.0, p.unit))
+        mark = "" if p.identifiable else "*"
+        value, before = (format_number(scale * x, scale * p.std) for x in (p.value, p.nominal))
+        rows.append([p.name + mark, before, value, format_number(scale * p.std, scale * p.std), unit])
+    if rows:
+        out.print(make_table("Parameters", ["parameter", "before", "calibrated", "± std", "unit"], rows, text=(4,)))
+    if any(not p.identifiable for p in result.parameters):
+        out.print("* Not determined by the measurements alone; held near the nominal value.")
+    print_result(keys, out)
