@@ -225,6 +225,20 @@ TEST_CASE("what is held keeps its value") {
   CHECK_THROWS_AS(calibrate_cell(cell.stops, believed, {.hold = {"arm.joint9.a"}}), InvalidArgument);
 }
 
+TEST_CASE("with the camera held and the noise given it is the hand-eye calibration") {
+  for (const Mount mount : {Mount::EyeInHand, Mount::EyeToHand}) {
+    const HandEyeWorld world = test::make_hand_eye_world(
+        {.mount = mount, .views = 12, .sigma_robot_position = 0.0005, .sigma_robot_rotation = 0.001, .seed = 77});
+    CellCalibrationOptions options{.mount = mount, .hold = {"camera"}};
+    options.sigma_pixel = 0.2, options.sigma_robot_position = 0.0005, options.sigma_robot_rotation = 0.001;
+    const CellCalibrationResult r =
+        calibrate_cell(stops_of(world), {.camera = world.camera, .markers = {}, .arm = {}}, options);
+    REQUIRE(r.fit.usable());
+    CHECK(pose_difference(r.T_mount_camera, r.start.T_mount_camera).norm() < 1e-6);
+    CHECK((r.covariance - r.start.covariance).norm() < 0.02 * r.start.covariance.norm());  // weights of single points
+  }
+}
+
 TEST_CASE("a stop that contradicts the others is named and has no part") {
   HandEyeWorld world = test::make_hand_eye_world(
       {.views = 20, .sigma_robot_position = 0.0002, .sigma_robot_rotation = 0.0003, .seed = 21});

@@ -206,3 +206,55 @@ def test_turns_that_tell_no_axis_are_refused_in_words(tmp_path, arm, run_kr5):
     write(tmp_path / "short.csv", *turns(arm[0].nominal_chain(), arc=0.01, noise=1e-3))
     done = run_kr5("identify", "axes", "short.csv")
     assert done.returncode == 2 and "joint 1: " in done.stderr
+
+
+def test_postures_are_chosen_within_limits_and_measure_more_than_others(tmp_path, arm, run_kr5):
+    believed, _ = arm
+    cell.save_cell(believed, tmp_path / "cell.yaml")
+    done = run_kr5(
+        *("calibrate", "postures", "--cell", "cell.yaml", "--count", "15", "--draw", "300", "--angle", "deg"),
+        *("--criterion", "determinant"),
+        *("-o", "postures.csv", "--json", "postures.json"),
+    )
+    assert done.returncode == 0, done.stderr
+    q = np.radians(np.loadtxt(tmp_path / "postures.csv", delimiter=",", skiprows=1))
+    result = json.loads((tmp_path / "postures.json").read_text())["result"]
+    assert q.shape == (15, 6) and np.abs(q - result["q"]).max() < 1e-6
+    limits = believed.robot.limits
+    assert (q >= limits.lower).all() and (q <= limits.upper).all()
+    chain = believed.nominal_chain()
+    assert min(chain.flange(row)[2, 3] for row in q) >= 0.1
+    others = np.array(result["candidates"])[:15]
+    options = calibration.PostureChoiceOptions(
+        count=15, criterion="determinant", point=believed.tool.T_flange_tool[:3, 3], exchanges=1
+    )
+    alone = calibration.choose_postures(chain, list(others), options)  # there is nothing to choose
+    assert result["value"] > alone.value  # of the information
+    assert run_kr5("report", "postures.json", "-o", "page.html", "--png", "plots").returncode == 0
+    assert {"posture_value.png", "posture_spread.png"} <= {f.name for f in (tmp_path / "plots").iterdir()}
+
+
+def test_chosen_postures_see_the_board(tmp_path, arm, run_kr5):
+    believed, _ = arm
+    cell.save_cell(believed, tmp_path / "cell.yaml")
+    done = run_kr5(
+        *("calibrate", "postures", "--cell", "cell.yaml", "--count", "12", "--draw", "60", "--see-board"),
+        *("--measures-pose", "-o", "postures.csv"),
+    )
+    assert done.returncode == 0, done.stderr
+    camera, T_flange_camera = believed.camera.pinhole(), believed.T_flange_camera()
+    points = np.array(kr5.target_points(believed.board.target())[0])
+    for q in np.loadtxt(tmp_path / "postures.csv", delimiter=",", skiprows=1):
+        T = np.linalg.inv(believed.nominal_chain().flange(q) @ T_flange_camera) @ believed.board.T_base_target
+        pixels = camera.project(T[:3, :3] @ points + T[:3, 3:])
+        assert ((pixels > -1) & (pixels < [[camera.width], [camera.height]])).all()
+
+
+def test_postures_that_cannot_be_chosen_are_refused_in_words(folder, arm, run_kr5):
+    done = run_kr5("calibrate", "postures", "--cell", "cell.yaml", "--candidates", "postures.csv", "--count", "61")
+    assert done.returncode == 2 and "60 candidates" in " ".join(done.stderr.split())
+    believed = cell.load_cell(folder / "cell.yaml")
+    believed.board = None
+    cell.save_cell(believed, folder / "blind.yaml")
+    done = run_kr5("calibrate", "postures", "--cell", "blind.yaml", "--see-board")
+    assert done.returncode == 2 and "the cell has no board" in done.stderr

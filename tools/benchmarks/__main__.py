@@ -62,6 +62,9 @@ BENCHES = {
         quick=("--quick",),
     ),
     "kinematics": Bench("Kinematic calibration of real arms, postures not fitted", PUBLIC),
+    "cell_calibration": Bench(
+        "Camera, hand-eye and marker map in one solve", "nothing of these cells", quick=("--cells", "4")
+    ),
     "dynamics": Bench("Forward kinematics and inverse dynamics", SIMULATED, quick=("--postures", "100000")),
     "sim_speed": Bench("Steps a second of the simulated cell", "the same scene", quick=("--steps", "20000")),
     "simulated_cell": Bench(

@@ -27,6 +27,7 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
         "cell": ("calibrate.cell", "Camera, hand-eye, marker map and arm in one solve."),
         "tool": ("calibrate.tool", "Tool centre point in the flange frame."),
         "kinematics": ("calibrate.kinematics", "Arm: DH parameters, from measured postures."),
+        "postures": ("calibrate.posture_plan", "Postures to measure for a calibration of the arm."),
         "map": ("calibrate.marker_map", "Marker map: poses of markers relative to each other."),
         "timed": ("calibrate.timed", "Hand-eye from pose streams with two clocks."),
     },

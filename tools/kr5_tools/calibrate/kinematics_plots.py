@@ -56,3 +56,44 @@ def parameter_changes(data: dict[str, Any]) -> Figure | None:
         axes.invert_yaxis()
         axes.set_xlabel(f"change [{unit}]")
     return figure
+
+
+VALUE_LABELS = {
+    "prediction": (1e3, "error of a predicted place [mm]"),
+    "variance": (1.0, "standard deviation over spread [-]"),
+    "determinant": (1.0, "log determinant per parameter [-]"),
+}
+
+
+def posture_value(data: dict[str, Any]) -> Figure | None:
+    """What each further posture adds to a choice of postures."""
+    result = data.get("result", {})
+    scale, label = VALUE_LABELS.get(str(result.get("criterion")), (0.0, ""))
+    values = [v for v in result.get("value_after", ()) if v is not None]
+    if len(values) < 2 or not scale:
+        return None
+    figure, axes = plt.subplots(figsize=(WIDTH, 3.2))
+    first = min(2, len(values) - 2)  # one or two postures tell next to nothing
+    axes.plot(np.arange(first + 1, len(values) + 1), scale * np.array(values[first:]), color=BLUE)
+    axes.set(xlabel="postures", ylabel=label)
+    if min(values) > 0:
+        axes.set_yscale("log")
+    return figure
+
+
+def posture_spread(data: dict[str, Any]) -> Figure | None:
+    """Joint values of the chosen postures among the candidates."""
+    result = data.get("result", {})
+    chosen, candidates = (np.array(result.get(key, []), float) for key in ("q", "candidates"))
+    if chosen.ndim != 2 or candidates.ndim != 2 or not len(chosen):
+        return None
+    figure, axes = plt.subplots(figsize=(WIDTH, 3.2))
+    units = result.get("units") or ["rad"] * chosen.shape[1]
+    for k, unit in enumerate(units):
+        scale = 180 / np.pi if unit == "rad" else 1e3
+        low, high = scale * candidates[:, k].min(), scale * candidates[:, k].max()
+        axes.plot([k + 1, k + 1], [low, high], color=GREY, linewidth=7, alpha=0.3, solid_capstyle="butt")
+        axes.plot(np.full(len(chosen), k + 1), scale * chosen[:, k], "_", color=BLUE, markersize=12)
+    shown = " or ".join(name for own, name in (("rad", "deg"), ("m", "mm")) if own in units)
+    axes.set(xlabel="joint", ylabel=f"joint value [{shown}]", xticks=np.arange(1, chosen.shape[1] + 1))
+    return figure

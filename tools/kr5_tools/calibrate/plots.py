@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
-from kr5_tools.calibrate.kinematics_plots import parameter_changes, posture_errors
+from kr5_tools.calibrate.kinematics_plots import parameter_changes, posture_errors, posture_spread, posture_value
 from kr5_tools.calibrate.residual_plots import (
     coverage_plot,
     residual_cloud,
@@ -195,6 +195,20 @@ CATALOGUE: list[tuple[str, str, Callable[[dict[str, Any]], Figure | None], bool,
         posture_errors,
         False,
         "Number of postures by error, with the identified arm and with the nominal one, base and tool fitted.",
+    ),
+    (
+        "posture_value",
+        "What each further posture adds",
+        posture_value,
+        False,
+        "Uncertainty by the number of postures, each chosen as the best addition to those before.",
+    ),
+    (
+        "posture_spread",
+        "Joint values of the postures",
+        posture_spread,
+        False,
+        "Chosen postures (blue) within the range of the candidates (grey).",
     ),
     (
         "parameter_changes",

@@ -14,6 +14,7 @@ FORMATS = {
     "kr5-hand-eye/1": "Hand-eye calibration",
     "kr5-tool/1": "Tool centre point",
     "kr5-kinematics/1": "Kinematic calibration",
+    "kr5-postures/1": "Postures for a calibration",
     "kr5-cell-calibration/1": "Calibration of a cell",
     "kr5-axes/1": "Joint axes",
     "kr5-timed-hand-eye/1": "Hand-eye calibration with clocks",

@@ -60,8 +60,8 @@ struct PostureChoice {
   static void each_field(auto& self, auto&& visit) {
     visit("chosen", self.chosen, "Places among the candidates, in ascending order.");
     visit("value", self.value,
-          "Of the determinant: its logarithm, per parameter [-]; of the prediction: RMS [m]; of the variance: RMS over "
-          "the prior [-].");
+          "Of the determinant: logarithm of that of the information, per parameter [-]; of the prediction: RMS [m]; of "
+          "the variance: RMS over the prior [-].");
     visit("value_after", self.value_after, "The same of the first one, two, … postures of the first choice.");
   }
 };
