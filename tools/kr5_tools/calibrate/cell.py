@@ -84,7 +84,7 @@ def calibrate_cell(
         fail("--write-cell: needs --cell, the cell into which the result is written")
     data.mount = options.mount = mount or data.mount
     wanted = target_of(target or data.target, dataset or folder / "dataset.yaml")
-    believed = cell.load_cell(cell_file) if cell_file else None
+    believed: Any = cell.load_cell(cell_file) if cell_file else None
     q = _joints(arm, believed, Columns(joints=joint_columns, angle=angle), data)
     seen = find_in_images(data.images, wanted, least=3, points=4)
     lens, camera_source = camera_of(str(camera) if camera else data.camera, seen)
