@@ -9,6 +9,7 @@
 #include <kr5/uncertainty/confidence.hpp>
 
 #include "calibration/cell_fit/sound_probability.hpp"
+#include "calibration/cell_fit/variance_component.hpp"
 #include "calibration/kinematics/arm_problem.hpp"
 
 namespace kr5::calibration {
@@ -17,7 +18,6 @@ namespace {
 using namespace arm_problem;
 
 constexpr double sound_postures = 0.6;      // at least this part of the postures stays in the fit
-constexpr double variances_settled = 0.02;  // relative change of the variances at which they count as found
 constexpr int variance_rounds = 40;
 
 void check_posture(const ArmPosture& posture, std::size_t row, Eigen::Index joints) {
@@ -52,18 +52,9 @@ Input checked_input(const kinematics::DhChain& nominal, std::span<const ArmPostu
   return input;
 }
 
-/// A sum of squares over the share of it that is not fitted.
-struct Component {
-  double squares = 0.0;
-  double redundancy = 0.0;
-
-  void add(double residual, double share) { squares += residual * residual, redundancy += share; }
-  double variance() const { return redundancy > 0 ? squares / redundancy : 1.0; }
-};
-
 /// What one fit says of the standard deviations it assumed: each component over that assumed is 1 when it was right.
 struct Components {
-  Component position, rotation, length, angle, joint;
+  cell_fit::VarianceComponent position, rotation, length, angle, joint;
 };
 
 /// The calibration while it goes on.
@@ -128,11 +119,8 @@ bool Calibration::update_sigmas() {
   const Components c = components();
   const KinematicsOptions& options = input.options;
   bool moving = false;
-  const auto step = [&](double& sigma, const Component& component, double given, double least) {
-    if (given > 0 || component.redundancy < 1e-6) return;
-    const double before = sigma;
-    sigma = std::max(least, sigma * std::sqrt(component.variance()));
-    moving = moving || std::abs(std::log(sigma / before)) > variances_settled;
+  const auto step = [&](double& sigma, const cell_fit::VarianceComponent& component, double given, double least) {
+    if (!(given > 0)) moving = component.update(sigma, least) || moving;
   };
   step(sigmas.position, c.position, options.sigma_position, 1e-9);
   step(sigmas.rotation, c.rotation, options.sigma_rotation, 1e-9);
@@ -149,25 +137,15 @@ double Calibration::probability(std::size_t i, double degrees) const {
                                      input.options.sigma_position > 0 ? uncertainty::known_noise : degrees);
 }
 
-/// Puts postures out and back in until each is where its test puts it.
 void Calibration::name_outliers() {
-  const double threshold = input.options.outlier_false_alarm / static_cast<double>(weights.size());
-  const auto least = static_cast<std::ptrdiff_t>(std::ceil(sound_postures * static_cast<double>(weights.size())));
-  for (int round = 0; round < 20; ++round) {
-    std::vector<std::pair<double, std::size_t>> order;
+  const auto probabilities = [&] {
     const double degrees = dof();
-    for (std::size_t i = 0; i < weights.size(); ++i) order.emplace_back(probability(i, degrees), i);
-    std::sort(order.begin(), order.end());
-    bool changed = false, excluded = false;
-    for (const auto& [p, i] : order) {
-      const auto inside = std::count(weights.begin(), weights.end(), 1.0);
-      if (weights[i] == 0 && p > threshold) weights[i] = 1, changed = true;
-      // One out at a time, so that a gross one does not take sound ones with it.
-      if (weights[i] == 1 && p < threshold && inside > least && !excluded) weights[i] = 0, changed = excluded = true;
-    }
-    if (!changed) return;
-    find_sigmas();
-  }
+    std::vector<double> out;
+    for (std::size_t i = 0; i < weights.size(); ++i) out.push_back(probability(i, degrees));
+    return out;
+  };
+  cell_fit::settle_outliers(weights, input.options.outlier_false_alarm, sound_postures, probabilities,
+                            [&] { find_sigmas(); });
 }
 
 /// What the robust fit found far off is put out; the tests that follow decide.

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+/// @file
+/// Private: a variance component of a cell fit, by Förstner's estimate.
+
+namespace kr5::calibration::cell_fit {
+
+/// A sum of squared residuals, over their assumed standard deviations, and the share of them that is not fitted.
+struct VarianceComponent {
+  double squares = 0.0;
+  double redundancy = 0.0;
+
+  void add(double residual, double share) { squares += residual * residual, redundancy += share; }
+  /// Variance over the assumed one: 1 when that was right.
+  double variance() const { return redundancy > 0 ? squares / redundancy : 1.0; }
+  /// Moves an assumed standard deviation to the estimated one, at least `least`; whether it moved more than 2 %.
+  bool update(double& sigma, double least) const {
+    if (redundancy < 1e-6) return false;
+    const double before = sigma;
+    sigma = std::max(least, sigma * std::sqrt(variance()));
+    return std::abs(std::log(sigma / before)) > settled;
+  }
+
+ private:
+  static constexpr double settled = 0.02;
+};
+
+}  // namespace kr5::calibration::cell_fit
