@@ -171,9 +171,8 @@ static void bind_profiles(py::module_& m) {
   m.def(
       "timed_profiles_to_cloud",
       [](const std::vector<TimedProfile>& profiles, const std::vector<double>& t, const std::vector<kr5::Pose>& poses,
-         const kr5::Pose& scanner, const ProfileCloudOptions& options) {
-        return profiles_to_cloud(profiles, t, poses, scanner, options);
-      },
+         const kr5::Pose& scanner,
+         const ProfileCloudOptions& options) { return profiles_to_cloud(profiles, t, poses, scanner, options); },
       py::arg("profiles"), py::arg("t"), py::arg("T_base_flange"), py::arg("T_flange_scanner"),
       py::arg("options") = ProfileCloudOptions(),
       "The same of profiles (list of TimedProfile) between poses at the times `t`, interpolated.");
@@ -183,9 +182,10 @@ static void bind_scanner(py::module_& m) {
   kr5::python::bind_struct<ScannerFromPoints>(m, "ScannerFromPoints", "Pose of a scanner from points.");
   m.def("scanner_from_points", &scanner_from_points, py::arg("points_scanner"), py::arg("points_flange"),
         "T_flange_scanner from three points or more: x and z in profiles (2 x n), and on the flange (3 x n).");
-  m.def("hayat2022_scanner_rotation", &hayat2022_scanner_rotation, py::arg("x1"), py::arg("x2"), py::arg("x3"),
-        py::arg("tip_is_nearer") = false,
-        "Rotation of the scanner in the flange from two points of a surface and a tip (Hayat et al. 2022, eq. 2.1-2.5).");
+  m.def(
+      "hayat2022_scanner_rotation", &hayat2022_scanner_rotation, py::arg("x1"), py::arg("x2"), py::arg("x3"),
+      py::arg("tip_is_nearer") = false,
+      "Rotation of the scanner in the flange from two points of a surface and a tip (Hayat et al. 2022, eq. 2.1-2.5).");
   m.def("camera_scanner", &camera_scanner, py::arg("T_flange_camera"), py::arg("T_flange_scanner"),
         py::arg("cross") = kr5::Matrix6(kr5::Matrix6::Zero()),
         "T_camera_scanner with its covariance from two UncertainPose; `cross` is the covariance between their errors.");
@@ -198,7 +198,9 @@ static void bind_scanner(py::module_& m) {
   m.def(
       "calibrate_scanner",
       [](const std::vector<ScannerView>& views, const std::vector<ScanTarget>& targets, const ScannerOptions& options,
-         const std::optional<kr5::kinematics::DhChain>& arm) { return calibrate_scanner(views, targets, options, arm); },
+         const std::optional<kr5::kinematics::DhChain>& arm) {
+        return calibrate_scanner(views, targets, options, arm);
+      },
       py::arg("views"), py::arg("targets"), py::arg("options") = ScannerOptions(), py::arg("arm") = py::none(),
       py::call_guard<py::gil_scoped_release>(),
       "Pose of a line scanner on the flange from profiles of targets that stand still in the base.\n\n"

@@ -21,7 +21,8 @@ TEST_CASE("profiles of a known plane make a cloud on that plane", "[cloud]") {
   for (const Pose& T : w.true_flange) inverse.push_back(T.inverse());
   const ProfileCloud wrong = profiles_to_cloud(w.profiles, inverse, w.T_flange_scanner);
   CHECK(std::abs(w.normal.dot(wrong.points.col(0) - w.plane_point)) > 0.01);
-  CHECK_THROWS_WITH(profiles_to_cloud(w.profiles, std::vector<Pose>{}, w.T_flange_scanner), Contains("expected as many"));
+  CHECK_THROWS_WITH(profiles_to_cloud(w.profiles, std::vector<Pose>{}, w.T_flange_scanner),
+                    Contains("expected as many"));
 }
 
 TEST_CASE("poses are interpolated at the times of the profiles, less their delay", "[cloud]") {

@@ -64,8 +64,9 @@ TEST_CASE("the covariances of features hold the truth", "[profile][statistics]")
     const ProfileFeature tip = find_profile_feature(
         profile_of([&](double x) { return pin(x, at, 0.17, 1.5, 0.2); }, noise, seed), ScanTargetKind::Tip, known);
     if (tip.fit.usable()) tips.add(tip.points.col(0) - Eigen::Vector2d(at, 0.17), tip.covariance);
-    const ProfileFeature arc = find_profile_feature(
-        profile_of([&](double x) { return ball(x, at, 0.19, radius, 0.2); }, noise, seed), ScanTargetKind::Sphere, known);
+    const ProfileFeature arc =
+        find_profile_feature(profile_of([&](double x) { return ball(x, at, 0.19, radius, 0.2); }, noise, seed),
+                             ScanTargetKind::Sphere, known);
     if (arc.fit.usable())
       arcs.add(Eigen::Vector3d(arc.points(0, 0) - at, arc.points(1, 0) - 0.19, arc.radius - radius), arc.covariance);
     const ProfileFeature line = find_profile_feature(

@@ -29,7 +29,8 @@ int outliers_of(const ScannerResult& r) {
 }  // namespace
 
 TEST_CASE("spheres, an unknown plane and both give the scanner exactly, without a nominal pose", "[scanner]") {
-  for (const ScannerWorldOptions& o : {ScannerWorldOptions{.tips = 0, .spheres = 25}, {.tips = 0, .planes = 25},
+  for (const ScannerWorldOptions& o : {ScannerWorldOptions{.tips = 0, .spheres = 25},
+                                       {.tips = 0, .planes = 25},
                                        {.tips = 0, .spheres = 12, .planes = 12}}) {
     const ScannerWorld w = make_scanner_world(o);
     const ScannerResult r = calibrate_scanner(w.views, w.targets);
@@ -58,8 +59,12 @@ TEST_CASE("the covariance of a scanner holds the truth", "[scanner][statistics]"
   const int trials = test::trials(2000, 100);
   Coverage pose("scanner on the flange, sphere and plane", 6);
   for (int trial = 0; trial < trials; ++trial) {
-    const ScannerWorld w = make_scanner_world({.seed = 100 + static_cast<unsigned>(trial), .tips = 0, .spheres = 15,
-                                               .planes = 15, .robot = 5e-5, .noise = 2e-5});
+    const ScannerWorld w = make_scanner_world({.seed = 100 + static_cast<unsigned>(trial),
+                                               .tips = 0,
+                                               .spheres = 15,
+                                               .planes = 15,
+                                               .robot = 5e-5,
+                                               .noise = 2e-5});
     const ScannerResult r = calibrate_scanner(w.views, w.targets, {.folds = 0});
     REQUIRE(r.fit.usable());
     pose.add(scanner_error(w, r), r.covariance, r.dof);
@@ -91,7 +96,8 @@ TEST_CASE("a calibrated arm places the tip better than the nominal one, over 25 
         };
         Eigen::Matrix3d J;
         for (int k = 0; k < 3; ++k) J.col(k) = (miss(q + 1e-6 * Eigen::VectorXd::Unit(6, k)) - miss(q)) / 1e-6;
-        const Eigen::Vector3d change = J.partialPivLu().solve(miss(q) - Eigen::Vector3d(0.015 * std::cos(2.0 * i), 0, 0));
+        const Eigen::Vector3d change =
+            J.partialPivLu().solve(miss(q) - Eigen::Vector3d(0.015 * std::cos(2.0 * i), 0, 0));
         q.head<3>() -= std::min(1.0, 0.2 / change.norm()) * change;
       }
       const Eigen::Vector3d p = (real.flange(q) * truth).inverse() * tip;
@@ -108,7 +114,8 @@ TEST_CASE("a calibrated arm places the tip better than the nominal one, over 25 
   REQUIRE(fitted.size() > 60);
   REQUIRE(further.size() >= 25);
   const std::vector<ScanTarget> targets{{.name = "pin", .kind = ScanTargetKind::Tip, .position = tip, .normal = {}}};
-  const ScannerResult plain = calibrate_scanner(fitted, targets), with_arm = calibrate_scanner(fitted, targets, {}, nominal);
+  const ScannerResult plain = calibrate_scanner(fitted, targets),
+                      with_arm = calibrate_scanner(fitted, targets, {}, nominal);
   REQUIRE(plain.fit.usable());
   REQUIRE(with_arm.fit.usable());
   double before = 0.0, after = 0.0;
@@ -126,14 +133,17 @@ TEST_CASE("a calibrated arm places the tip better than the nominal one, over 25 
 TEST_CASE("outliers of up to a fifth are named, and sound profiles are not", "[scanner]") {
   int sound = 0, wrong = 0;
   for (unsigned seed = 1; seed <= 6; ++seed) {
-    ScannerWorld w = make_scanner_world({.seed = seed, .tips = 0, .spheres = 20, .planes = 20, .robot = 5e-5, .noise = 2e-5});
+    ScannerWorld w =
+        make_scanner_world({.seed = seed, .tips = 0, .spheres = 20, .planes = 20, .robot = 5e-5, .noise = 2e-5});
     for (std::size_t i = 0; i < w.views.size(); i += 5)
       w.views[i].T_base_flange.translation() += Eigen::Vector3d(0.01, -0.004 * static_cast<double>(i % 4), 0.008);
     const ScannerResult r = calibrate_scanner(w.views, w.targets);
     REQUIRE(r.fit.usable());
     for (std::size_t i = 0; i < w.views.size(); ++i) {
-      if (i % 5 == 0) wrong += !r.views[i].outlier;
-      else sound += r.views[i].outlier;
+      if (i % 5 == 0)
+        wrong += !r.views[i].outlier;
+      else
+        sound += r.views[i].outlier;
     }
     const Vector6 e = scanner_error(w, r);
     CHECK(e.dot(r.covariance.ldlt().solve(e)) < uncertainty::chi_square_quantile(0.9999, 6));
@@ -162,7 +172,8 @@ TEST_CASE("a shifted list, mirrored, swapped and scaled coordinates are named", 
     ScannerWorld wrong = w;
     const auto n = static_cast<int>(w.views.size());
     for (int i = 0; i < n; ++i)
-      wrong.views[static_cast<std::size_t>(i)].T_base_flange = w.views[static_cast<std::size_t>((i + by + n) % n)].T_base_flange;
+      wrong.views[static_cast<std::size_t>(i)].T_base_flange =
+          w.views[static_cast<std::size_t>((i + by + n) % n)].T_base_flange;
     const ScannerResult r = calibrate_scanner(wrong.views, wrong.targets);
     CHECK(causes_of(r) == std::vector<std::string>{"shifted_list"});
     CHECK_THAT(r.fit.message, Contains(by > 0 ? "previous" : "next"));
@@ -206,14 +217,21 @@ TEST_CASE("broken data of a scanner calibration are refused with words", "[scann
   refuse([](ScannerWorld& x) { x.views.resize(3); }, "at least four profiles, found 3");
   refuse([](ScannerWorld& x) { x.views[2].target = "cup"; }, "there is no target 'cup'");
   refuse([](ScannerWorld& x) { x.targets[0].kind = ScanTargetKind::Tip; }, "shows a sphere, but target ball is a tip");
-  refuse([](ScannerWorld& x) { x.views[1].feature = ProfileFeature{.kind = ScanTargetKind::Sphere, .points = {}, .covariance = {}, .used = {}, .fit = {}}; },
-         "no usable feature");
+  refuse(
+      [](ScannerWorld& x) {
+        x.views[1].feature =
+            ProfileFeature{.kind = ScanTargetKind::Sphere, .points = {}, .covariance = {}, .used = {}, .fit = {}};
+      },
+      "no usable feature");
   refuse([](ScannerWorld& x) { x.views[0].T_base_flange.translation() *= 1000; }, "millimetres");
   refuse([](ScannerWorld& x) { x.views[0].T_base_flange.linear() *= -1; }, "no proper rotation");
   refuse([](ScannerWorld& x) { x.views[0].T_base_flange(0, 3) = std::numeric_limits<double>::quiet_NaN(); }, "proper");
-  refuse([](ScannerWorld& x) { x.targets.push_back({.name = "cup", .position = {}, .normal = {}}); }, "no profile shows it");
+  refuse([](ScannerWorld& x) { x.targets.push_back({.name = "cup", .position = {}, .normal = {}}); },
+         "no profile shows it");
   refuse([](ScannerWorld& x) { x.targets[0].radius = 20; }, "millimetres");
   CHECK_THROWS_WITH(calibrate_scanner(w.views, w.targets, {.sigma_position = -1}), Contains("sigma_position"));
-  CHECK_THROWS_WITH(calibrate_scanner(w.views, w.targets, {}, kinematics::DhChain{Pose::Identity(), {kinematics::DhJoint{}, kinematics::DhJoint{}}}),
-                    Contains("found 0 joint values, the arm has 2"));
+  CHECK_THROWS_WITH(
+      calibrate_scanner(w.views, w.targets, {},
+                        kinematics::DhChain{Pose::Identity(), {kinematics::DhJoint{}, kinematics::DhJoint{}}}),
+      Contains("found 0 joint values, the arm has 2"));
 }

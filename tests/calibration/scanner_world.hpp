@@ -111,12 +111,13 @@ inline ScannerWorld make_scanner_world(const ScannerWorldOptions& o) {
     if (target.kind == ScanTargetKind::Tip && o.known_tip) target.position = w.tip;
     for (int i = 0; i < count[kind]; ++i) {
       const Eigen::Vector3d& point = kind == 0 ? w.tip : kind == 1 ? w.sphere : w.plane_point;
-      const double beside = kind == 1 ? random.uniform(-0.5, 0.5) * o.radius : kind == 2 ? random.uniform(-.03, .03) : 0;
+      const double beside = kind == 1   ? random.uniform(-0.5, 0.5) * o.radius
+                            : kind == 2 ? random.uniform(-.03, .03)
+                                        : 0;
       const Eigen::Vector3d at(random.uniform(-0.02, 0.02), beside, random.uniform(0.17, 0.21));
       const Pose T = flange_over(w, point, at, o.tilt, random);
       const LineProfile profile = synthesise_profile(w, T * w.T_flange_scanner, target.kind, o.radius, o.noise, random);
-      const ProfileFeature feature =
-          find_profile_feature(profile, target.kind, {.radius = target.radius});
+      const ProfileFeature feature = find_profile_feature(profile, target.kind, {.radius = target.radius});
       if (!feature.fit.usable()) continue;
       ScannerView& view = w.views.emplace_back();
       view.name = target.name + std::to_string(i), view.target = target.name;

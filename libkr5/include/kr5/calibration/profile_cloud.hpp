@@ -40,7 +40,7 @@ struct ProfileCloudOptions {
 struct ProfileCloud {
   Eigen::Matrix3Xd points;  ///< [m]
   Eigen::VectorXi profile;
-  Eigen::VectorXd x;        ///< [m]
+  Eigen::VectorXd x;  ///< [m]
   std::vector<int> dropped;
 
   static void each_field(auto& self, auto&& visit) {

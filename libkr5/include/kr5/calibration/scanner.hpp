@@ -55,11 +55,11 @@ struct ScannerView {
 };
 
 struct ScannerOptions {
-  double sigma_position = 0.0;    ///< [m]
-  double sigma_across = 0.0;      ///< [m]
-  double sigma_rotation = 0.0;    ///< [rad]
-  double tolerance_length = 0.0;  ///< [m]
-  double tolerance_angle = 0.0;   ///< [rad]
+  double sigma_position = 0.0;        ///< [m]
+  double sigma_across = 0.0;          ///< [m]
+  double sigma_rotation = 0.0;        ///< [rad]
+  double tolerance_length = 0.0;      ///< [m]
+  double tolerance_angle = 0.0;       ///< [rad]
   double outlier_false_alarm = 0.01;  ///< [-]
   int folds = 5;
   int max_iterations = 100;
@@ -76,8 +76,9 @@ struct ScannerOptions {
           "Error of a tip across the profile: by how much the line misses it [m]; 0: estimated from 15 tips or more, "
           "else the same as along the profile.");
     visit("sigma_rotation", self.sigma_rotation, "Error of the robot's orientation per axis [rad]; 0: none.");
-    visit("tolerance_length", self.tolerance_length,
-          "Standard deviation of the arm's true lengths about the nominal ones, where it is refined [m]; 0: estimated.");
+    visit(
+        "tolerance_length", self.tolerance_length,
+        "Standard deviation of the arm's true lengths about the nominal ones, where it is refined [m]; 0: estimated.");
     visit("tolerance_angle", self.tolerance_angle, "The same of its angles [rad]; 0: estimated.");
     visit("outlier_false_alarm", self.outlier_false_alarm,
           "Probability of a false outlier in sound data, over all profiles [-].");

@@ -15,7 +15,7 @@ namespace kr5::calibration {
 
 struct ScannerFromPoints {
   Pose T_flange_scanner = Pose::Identity();
-  double rms = 0.0;                    ///< [m]
+  double rms = 0.0;                      ///< [m]
   Matrix6 covariance = Matrix6::Zero();  ///< [m, rad]
   FitReport fit;
 

@@ -17,7 +17,7 @@ namespace {
 
 using namespace arm_problem;
 
-constexpr double sound_postures = 0.6;      // at least this part of the postures stays in the fit
+constexpr double sound_postures = 0.6;  // at least this part of the postures stays in the fit
 constexpr int variance_rounds = 40;
 
 void check_posture(const ArmPosture& posture, std::size_t row, Eigen::Index joints) {

@@ -56,9 +56,9 @@ InterpolatedPoses interpolate_poses(std::span<const double> t, std::span<const P
 
 ProfileCloud profiles_to_cloud(std::span<const LineProfile> profiles, std::span<const Pose> T_base_flange,
                                const Pose& T_flange_scanner) {
-  require(profiles.size() == T_base_flange.size(),
-          "found " + std::to_string(profiles.size()) + " profiles and " + std::to_string(T_base_flange.size()) +
-              " poses, expected as many");
+  require(profiles.size() == T_base_flange.size(), "found " + std::to_string(profiles.size()) + " profiles and " +
+                                                       std::to_string(T_base_flange.size()) +
+                                                       " poses, expected as many");
   Eigen::Index count = 0;
   for (const LineProfile& profile : profiles) {
     require(profile.x.size() == profile.z.size(), "a profile has x and z of different lengths");

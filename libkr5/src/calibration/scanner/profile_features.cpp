@@ -12,14 +12,14 @@
 namespace kr5::calibration {
 namespace {
 
-constexpr double farthest_point = 5.0;            // coordinate of a point that is no mistake of units [m]
-constexpr double least_noise = 1e-7;        // of profiles without noise [m]
-constexpr double inlier_sigmas = 4.0;       // of a point that shows a feature
-constexpr double steepest_cosine = 0.3;     // between ray and normal on an arc; beyond, ranges are unreliable
-constexpr double least_arc = 0.2;           // radius of an arc over that of the sphere; below, the section is too small
+constexpr double farthest_point = 5.0;   // coordinate of a point that is no mistake of units [m]
+constexpr double least_noise = 1e-7;     // of profiles without noise [m]
+constexpr double inlier_sigmas = 4.0;    // of a point that shows a feature
+constexpr double steepest_cosine = 0.3;  // between ray and normal on an arc; beyond, ranges are unreliable
+constexpr double least_arc = 0.2;        // radius of an arc over that of the sphere; below, the section is too small
 constexpr double smallest_radius = 1e-3, largest_radius = 0.2;  // of a sphere of unknown radius [m]
-constexpr double least_height = 3e-4;       // of a tip above the surface [m]
-constexpr std::size_t flank_points = 4;             // at least, on either side of a tip
+constexpr double least_height = 3e-4;                           // of a tip above the surface [m]
+constexpr std::size_t flank_points = 4;                         // at least, on either side of a tip
 constexpr int fit_rounds = 4;
 
 /// The measured points of a profile.
@@ -147,7 +147,8 @@ void write_used(const ProfilePoints& points, const ProfileIndices& used, Profile
   out.fit.message = std::to_string(used.size()) + " points";
 }
 
-void find_plane_line(const ProfilePoints& points, double noise, const ProfileFeatureOptions& options, ProfileFeature& out) {
+void find_plane_line(const ProfilePoints& points, double noise, const ProfileFeatureOptions& options,
+                     ProfileFeature& out) {
   const FittedLine line = most_shown_line(points, all_points(points), noise);
   if (static_cast<int>(line.used.size()) < options.min_points || share_off(line.used) > options.max_share_off) {
     out.fit.message = "the profile shows no flat surface of " + std::to_string(options.min_points) + " points";
@@ -203,7 +204,8 @@ struct CircleProblem {
   }
 };
 
-void find_sphere_arc(const ProfilePoints& points, double noise, const ProfileFeatureOptions& options, ProfileFeature& out) {
+void find_sphere_arc(const ProfilePoints& points, double noise, const ProfileFeatureOptions& options,
+                     ProfileFeature& out) {
   const double most = options.radius > 0 ? options.radius * (1 + options.radius_tolerance) : largest_radius;
   const double least = options.radius > 0 ? options.radius * least_arc : smallest_radius;
   ProfileIndices best;
@@ -256,8 +258,8 @@ ProfileIndices raised_points(const ProfilePoints& points, const FittedLine& surf
 }
 
 /// The tip where its flanks meet.
-bool tip_between_flanks(const ProfilePoints& points, const FittedLine& left, const FittedLine& right,
-                        Eigen::Index top, double spacing, ProfileFeature& out) {
+bool tip_between_flanks(const ProfilePoints& points, const FittedLine& left, const FittedLine& right, Eigen::Index top,
+                        double spacing, ProfileFeature& out) {
   const double turn = left.slope - right.slope;
   if (!(left.slope < 0 && right.slope > 0)) return false;
   const double x = (right.at(0) - left.at(0)) / turn, z = left.at(x);
@@ -266,8 +268,7 @@ bool tip_between_flanks(const ProfilePoints& points, const FittedLine& left, con
   // x = (c2 - c1) / (m1 - m2) and z on both lines: derivatives by the heights of the lines at the tip.
   Eigen::Matrix2d J;
   J << -1 / turn, 1 / turn, -right.slope / turn, left.slope / turn;
-  out.covariance =
-      J * Eigen::Vector2d(left.variance_at(x), right.variance_at(x)).asDiagonal() * J.transpose();
+  out.covariance = J * Eigen::Vector2d(left.variance_at(x), right.variance_at(x)).asDiagonal() * J.transpose();
   ProfileIndices used = left.used;
   used.insert(used.end(), right.used.begin(), right.used.end());
   write_used(points, used, out);
@@ -297,8 +298,8 @@ bool tip_from_flanks(const ProfilePoints& points, const ProfileIndices& raised, 
     if (k <= top) sides[0].push_back(k);
     if (k >= top) sides[1].push_back(k);
   }
-  const double spacing =
-      (points.x[raised.back()] - points.x[raised.front()]) / static_cast<double>(std::max<std::size_t>(1, raised.size() - 1));
+  const double spacing = (points.x[raised.back()] - points.x[raised.front()]) /
+                         static_cast<double>(std::max<std::size_t>(1, raised.size() - 1));
   FittedLine flank[2];
   bool shown[2];
   for (int side = 0; side < 2; ++side) {
@@ -312,7 +313,8 @@ bool tip_from_flanks(const ProfilePoints& points, const ProfileIndices& raised, 
   return false;
 }
 
-void find_pointed_tip(const ProfilePoints& points, double noise, const ProfileFeatureOptions& options, ProfileFeature& out) {
+void find_pointed_tip(const ProfilePoints& points, double noise, const ProfileFeatureOptions& options,
+                      ProfileFeature& out) {
   out.sigma = noise;
   const FittedLine surface = most_shown_line(points, all_points(points), noise);
   if (static_cast<int>(surface.used.size()) < options.min_points) {

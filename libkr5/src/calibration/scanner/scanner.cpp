@@ -24,8 +24,8 @@ namespace {
 
 using namespace scanner_problem;
 
-constexpr double sound_profiles = 0.6;   // at least this part of the profiles stays in the fit
-constexpr double least_error = 1e-7;     // of a profile, where nothing scatters [m]
+constexpr double sound_profiles = 0.6;  // at least this part of the profiles stays in the fit
+constexpr double least_error = 1e-7;    // of a profile, where nothing scatters [m]
 constexpr int sigma_rounds = 40, tips_for_across = 15;
 constexpr double useless_position = 0.01, useless_rotation = 0.035;  // standard deviation of a pose [m, rad]
 
@@ -36,8 +36,7 @@ void check_target(const ScanTarget& target) {
   require(target.sigma >= 0, where + "sigma must not be negative [m]");
   require(!target.position || target.position->allFinite(), where + "position must be finite [m]");
   if (target.kind != ScanTargetKind::Plane) return;
-  require(target.position.has_value() == target.normal.has_value(),
-          where + "a known plane needs position and normal");
+  require(target.position.has_value() == target.normal.has_value(), where + "a known plane needs position and normal");
   require(!target.normal || std::abs(target.normal->norm() - 1) < 1e-6, where + "normal must have unit length");
 }
 
@@ -286,8 +285,8 @@ void write_scanner_coordinates(const ScannerCalibration& calibration, ScannerRes
   const std::vector<int> of_scanner = problem.fit.coordinates(problem.scanner);
   for (int r = 0; r < 6; ++r)
     for (int c = 0; c < 6; ++c)
-      out.covariance(r, c) = out.joint_covariance(of_scanner[static_cast<std::size_t>(r)],
-                                                  of_scanner[static_cast<std::size_t>(c)]);
+      out.covariance(r, c) =
+          out.joint_covariance(of_scanner[static_cast<std::size_t>(r)], of_scanner[static_cast<std::size_t>(c)]);
 }
 
 void write_scanner_views(const ScannerCalibration& calibration, ScannerResult& out) {
@@ -342,8 +341,8 @@ void judge_determination(const ScannerInput& input, ScannerResult& out) {
   if (const auto cause = missing_turn(input)) out.causes.push_back(*cause);
   out.fit.message = "the profiles do not determine the pose of the scanner: ";
   out.fit.message += open.empty() ? text : open;
-  out.fit.message += out.causes.empty() ? "; " + missing_variety(input) : "; " + out.causes.back().text + "; " +
-                                                                              out.causes.back().remedy;
+  out.fit.message += out.causes.empty() ? "; " + missing_variety(input)
+                                        : "; " + out.causes.back().text + "; " + out.causes.back().remedy;
 }
 
 }  // namespace
@@ -357,9 +356,9 @@ void ScannerOptions::validate() const {
   require(outlier_false_alarm >= 0 && outlier_false_alarm < 1, "outlier_false_alarm must lie in [0, 1) [-]");
   require(folds >= 0, "folds must not be negative");
   require(max_iterations >= 1, "max_iterations must be at least 1");
-  require(!T_flange_scanner ||
-              (T_flange_scanner->matrix().allFinite() && is_rotation(T_flange_scanner->linear(), 1e-3)),
-          "T_flange_scanner has no proper rotation");
+  require(
+      !T_flange_scanner || (T_flange_scanner->matrix().allFinite() && is_rotation(T_flange_scanner->linear(), 1e-3)),
+      "T_flange_scanner has no proper rotation");
 }
 
 ScannerResult calibrate_scanner(std::span<const ScannerView> views, std::span<const ScanTarget> targets,

@@ -15,10 +15,10 @@ namespace kr5::calibration::scanner_problem {
 namespace {
 
 constexpr double degree = 57.29577951308232;
-constexpr double least_turn = 0.05;           // spread of the orientations that determines a position [rad]
-constexpr double shift_matters = 2e-4;        // distance below which a shifted list does no harm [m]
-constexpr double shift_explains = 0.25;       // share of the distance that the right order leaves at most
-constexpr double near_nominal = 0.35;         // of the rotation that a mistaken coordinate makes [rad]
+constexpr double least_turn = 0.05;      // spread of the orientations that determines a position [rad]
+constexpr double shift_matters = 2e-4;   // distance below which a shifted list does no harm [m]
+constexpr double shift_explains = 0.25;  // share of the distance that the right order leaves at most
+constexpr double near_nominal = 0.35;    // of the rotation that a mistaken coordinate makes [rad]
 constexpr double scale_matters = 0.02, scale_sigmas = 6.0;
 
 std::string formatted(const char* format, double a, double b = 0.0) {
@@ -78,8 +78,7 @@ void find_shift(const ScannerInput& input, ScannerResult& out) {
 /// Coordinates that are mirrored or swapped look like a turned scanner, since y is zero; only a nominal pose tells.
 void find_mistaken_axes(const ScannerInput& input, ScannerResult& out) {
   if (!input.options.T_flange_scanner) return;
-  const Eigen::Matrix3d turned =
-      input.options.T_flange_scanner->linear().transpose() * out.T_flange_scanner.linear();
+  const Eigen::Matrix3d turned = input.options.T_flange_scanner->linear().transpose() * out.T_flange_scanner.linear();
   const struct {
     const char* cause;
     Eigen::Vector3d x, z;  // of the true scanner, where the file's X and Z point
@@ -142,9 +141,10 @@ std::string missing_variety(const ScannerInput& input) {
   for (const ScannerView& view : input.views)
     low = low.cwiseMin(view.feature.points.col(0)), high = high.cwiseMax(view.feature.points.col(0));
   if ((high - low).minCoeff() < 5e-3)
-    return formatted("the targets lie at nearly the same place of every profile (%.1f mm along x, %.1f mm along z): "
-                     "move them along the line and change the stand-off",
-                     1e3 * (high - low).x(), 1e3 * (high - low).y());
+    return formatted(
+        "the targets lie at nearly the same place of every profile (%.1f mm along x, %.1f mm along z): "
+        "move them along the line and change the stand-off",
+        1e3 * (high - low).x(), 1e3 * (high - low).y());
   return "take more profiles, from more directions and stand-offs";
 }
 

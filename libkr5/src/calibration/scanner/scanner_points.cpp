@@ -68,9 +68,9 @@ Eigen::Matrix3d hayat2022_scanner_rotation(const Eigen::Vector3d& x1, const Eige
   require(centred.allFinite(), "points must be finite");
   centred.colwise() -= Eigen::Vector3d(centred.rowwise().mean());
   require(span_a_plane(centred), "the three points lie on one line");
-  const Eigen::Vector3d r_x = (x1 - x2).normalized();                            // 2.1
+  const Eigen::Vector3d r_x = (x1 - x2).normalized();                             // 2.1
   const Eigen::Vector3d r_xz = (tip_is_nearer ? x1 - x3 : x3 - x1).normalized();  // 2.2
-  const Eigen::Vector3d r_y = r_xz.cross(r_x).normalized();                      // 2.3
+  const Eigen::Vector3d r_y = r_xz.cross(r_x).normalized();                       // 2.3
   Eigen::Matrix3d out;
   out << r_x, r_y, r_x.cross(r_y);  // 2.4, 2.5
   return out;

@@ -113,7 +113,8 @@ Eigen::Matrix3d rotation_about_normal(const Eigen::Vector3d& normal) {
   return Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), normal).toRotationMatrix();
 }
 
-ScannerProblem::ScannerProblem(const ScannerInput& input, const ScannerSigmas& sigmas, const ScannerPlacement& placement) {
+ScannerProblem::ScannerProblem(const ScannerInput& input, const ScannerSigmas& sigmas,
+                               const ScannerPlacement& placement) {
   scanner = fit.add_pose("scanner", placement.T_flange_scanner);
   if (input.arm) arm = add_refined_arm(fit, *input.arm, sigmas);
   for (std::size_t k = 0; k < input.targets.size(); ++k) {
@@ -143,13 +144,13 @@ ScannerProblem::ScannerProblem(const ScannerInput& input, const ScannerSigmas& s
     to_plane.then(scanner);
     switch (feature.kind) {
       case ScanTargetKind::Tip:
-        observations.push_back(
-            fit.observe_position(to_scanner, targets[at], in_scanner(feature.points.col(0)), Eigen::Matrix3d(covariance)));
+        observations.push_back(fit.observe_position(to_scanner, targets[at], in_scanner(feature.points.col(0)),
+                                                    Eigen::Matrix3d(covariance)));
         break;
       case ScanTargetKind::Sphere:
-        observations.push_back(fit.observe_sphere_section(
-            to_scanner, targets[at], placement.targets[at].radius,
-            {feature.points(0, 0), feature.points(1, 0), feature.radius}, covariance, radii[at]));
+        observations.push_back(fit.observe_sphere_section(to_scanner, targets[at], placement.targets[at].radius,
+                                                          {feature.points(0, 0), feature.points(1, 0), feature.radius},
+                                                          covariance, radii[at]));
         break;
       case ScanTargetKind::Plane:
         Eigen::Matrix3Xd points(3, 2);

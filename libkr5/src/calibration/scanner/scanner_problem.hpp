@@ -49,9 +49,9 @@ struct ScannerProblem {
   FitBlock arm, scanner;
   std::vector<FitBlock> targets;  ///< Points, poses of planes.
   std::vector<FitBlock> radii;
-  std::vector<FitObservation> observations;   ///< By view.
-  std::vector<Eigen::MatrixXd> factors;       ///< By view, L with L L' the covariance of its residuals.
-  std::vector<Eigen::VectorXd> shares;        ///< By view and residual, of the error of the profile in its variance.
+  std::vector<FitObservation> observations;  ///< By view.
+  std::vector<Eigen::MatrixXd> factors;      ///< By view, L with L L' the covariance of its residuals.
+  std::vector<Eigen::VectorXd> shares;       ///< By view and residual, of the error of the profile in its variance.
 
   /// Covariances of the residuals hold at `placement`.
   ScannerProblem(const ScannerInput& input, const ScannerSigmas& sigmas, const ScannerPlacement& placement);

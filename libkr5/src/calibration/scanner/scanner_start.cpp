@@ -74,14 +74,12 @@ LinearSystem closed_form_system(const ScannerInput& input) {
 }
 
 /// Weighted least squares; what the rows leave open is zero.
-Eigen::VectorXd solve_linear(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
-                             const Eigen::VectorXd& weights) {
+Eigen::VectorXd solve_linear(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eigen::VectorXd& weights) {
   const Eigen::MatrixXd H = A.transpose() * weights.asDiagonal() * A;
   const Eigen::VectorXd g = A.transpose() * weights.asDiagonal() * b;
   const Eigen::VectorXd scale = H.diagonal().unaryExpr([](double d) { return d > 0 ? 1 / std::sqrt(d) : 0.0; });
   const SymmetricEigen eigen = symmetric_eigen(Eigen::MatrixXd(scale.asDiagonal() * H * scale.asDiagonal()));
-  const Eigen::VectorXd inverse =
-      eigen.values.unaryExpr([](double v) { return v > least_eigenvalue ? 1 / v : 0.0; });
+  const Eigen::VectorXd inverse = eigen.values.unaryExpr([](double v) { return v > least_eigenvalue ? 1 / v : 0.0; });
   return scale.asDiagonal() * eigen.vectors *
          inverse.cwiseProduct(eigen.vectors.transpose() * scale.cwiseProduct(g)).eval();
 }
@@ -169,8 +167,7 @@ void add_plane_search(const ScannerInput& input, std::vector<Pose>& out) {
     const Pose axes = pose_of_unknowns(robust_linear(A, b));
     Eigen::MatrixXd rest(A.rows(), 4);
     rest << A.rightCols<4>();
-    const Eigen::VectorXd left =
-        b - A.leftCols<3>() * axes.linear().col(0) - A.middleCols<3>(3) * axes.linear().col(2);
+    const Eigen::VectorXd left = b - A.leftCols<3>() * axes.linear().col(0) - A.middleCols<3>(3) * axes.linear().col(2);
     const Eigen::VectorXd place = robust_linear(rest, left);
     std::vector<double> sizes;
     for (const double r : Eigen::VectorXd(rest * place - left)) sizes.push_back(std::abs(r));
@@ -203,8 +200,7 @@ Pose plane_of_points(const std::vector<Eigen::Vector3d>& points) {
     out.linear() = rotation_about_normal(normal.z() < 0 ? Eigen::Vector3d(-normal) : normal);
     out.translation() = mean;
     Eigen::VectorXd off(weights.size());
-    for (std::size_t k = 0; k < points.size(); ++k)
-      off[static_cast<Eigen::Index>(k)] = normal.dot(points[k] - mean);
+    for (std::size_t k = 0; k < points.size(); ++k) off[static_cast<Eigen::Index>(k)] = normal.dot(points[k] - mean);
     reweigh(off, weights);
   }
   return out;
