@@ -9,6 +9,10 @@
 #include <kr5/calibration/pose_file.hpp>
 #include <kr5/calibration/pose_format.hpp>
 #include <kr5/calibration/posture_choice.hpp>
+#include <kr5/calibration/profile_cloud.hpp>
+#include <kr5/calibration/profile_features.hpp>
+#include <kr5/calibration/scanner.hpp>
+#include <kr5/calibration/scanner_points.hpp>
 #include <kr5/calibration/timed_hand_eye.hpp>
 #include <kr5/calibration/tool.hpp>
 
@@ -171,6 +175,68 @@ static void bind_posture_choice(py::module_& m) {
       "Postures, of `candidates` (list of joint values), that tell most of an arm's parameters.");
 }
 
+static void bind_profiles(py::module_& m) {
+  kr5::python::bind_enum<ScanTargetKind>(m, "ScanTargetKind", "What a scanner looks at when it is calibrated.");
+  kr5::python::bind_struct<LineProfile>(m, "LineProfile", "Points of one line of a scanner.");
+  kr5::python::bind_struct<ProfileFeatureOptions>(m, "ProfileFeatureOptions", "Options of find_profile_feature.");
+  kr5::python::bind_struct<ProfileFeature>(m, "ProfileFeature", "Tip, arc or line in a profile, with its covariance.");
+  m.def("find_profile_feature", &find_profile_feature, py::arg("profile"), py::arg("kind"),
+        py::arg("options") = ProfileFeatureOptions(),
+        "Tip, arc of a sphere or line of a plane in a profile; check `fit.usable`, whose message says why there is "
+        "none.\n\n"
+        "Raises\n------\nkr5.InvalidArgument\n    x and z of different lengths, or coordinates above 5 m.");
+  kr5::python::bind_struct<TimedProfile>(m, "TimedProfile", "Profile and when it was taken.");
+  kr5::python::bind_struct<ProfileCloudOptions>(m, "ProfileCloudOptions", "Options of profiles_to_cloud.");
+  kr5::python::bind_struct<ProfileCloud>(m, "ProfileCloud", "Points of profiles in the base.");
+  m.def(
+      "profiles_to_cloud",
+      [](const std::vector<LineProfile>& profiles, const std::vector<kr5::Pose>& poses, const kr5::Pose& scanner) {
+        return profiles_to_cloud(profiles, poses, scanner);
+      },
+      py::arg("profiles"), py::arg("T_base_flange"), py::arg("T_flange_scanner"),
+      "Cloud in the base of profiles (list of LineProfile) whose flange poses (list of 4x4) are known, one each.");
+  m.def(
+      "timed_profiles_to_cloud",
+      [](const std::vector<TimedProfile>& profiles, const std::vector<double>& t, const std::vector<kr5::Pose>& poses,
+         const kr5::Pose& scanner,
+         const ProfileCloudOptions& options) { return profiles_to_cloud(profiles, t, poses, scanner, options); },
+      py::arg("profiles"), py::arg("t"), py::arg("T_base_flange"), py::arg("T_flange_scanner"),
+      py::arg("options") = ProfileCloudOptions(),
+      "The same of profiles (list of TimedProfile) between poses at the times `t`, interpolated.");
+}
+
+static void bind_scanner(py::module_& m) {
+  kr5::python::bind_struct<ScannerFromPoints>(m, "ScannerFromPoints", "Pose of a scanner from points.");
+  m.def("scanner_from_points", &scanner_from_points, py::arg("points_scanner"), py::arg("points_flange"),
+        "T_flange_scanner from three points or more: x and z in profiles (2 x n), and on the flange (3 x n).");
+  m.def(
+      "hayat2022_scanner_rotation", &hayat2022_scanner_rotation, py::arg("x1"), py::arg("x2"), py::arg("x3"),
+      py::arg("tip_is_nearer") = false,
+      "Rotation of the scanner in the flange from two points of a surface and a tip (Hayat et al. 2022, eq. 2.1-2.5).");
+  m.def("camera_scanner", &camera_scanner, py::arg("T_flange_camera"), py::arg("T_flange_scanner"),
+        py::arg("cross") = kr5::Matrix6(kr5::Matrix6::Zero()),
+        "T_camera_scanner with its covariance from two UncertainPose; `cross` is the covariance between their errors.");
+  kr5::python::bind_struct<ScanTarget>(m, "ScanTarget", "Tip, sphere or plane that is scanned.");
+  kr5::python::bind_struct<ScannerView>(m, "ScannerView", "What one profile shows, and where the flange was.");
+  kr5::python::bind_struct<ScannerOptions>(m, "ScannerOptions", "Options of calibrate_scanner.");
+  kr5::python::bind_struct<ScannerViewReport>(m, "ScannerViewReport", "Agreement of one profile with the result.");
+  kr5::python::bind_struct<ScannerCause>(m, "ScannerCause", "Finding about the data, with what to do.");
+  kr5::python::bind_struct<ScannerResult>(m, "ScannerResult", "Pose of a scanner with its covariance.");
+  m.def(
+      "calibrate_scanner",
+      [](const std::vector<ScannerView>& views, const std::vector<ScanTarget>& targets, const ScannerOptions& options,
+         const std::optional<kr5::kinematics::DhChain>& arm) {
+        return calibrate_scanner(views, targets, options, arm);
+      },
+      py::arg("views"), py::arg("targets"), py::arg("options") = ScannerOptions(), py::arg("arm") = py::none(),
+      py::call_guard<py::gil_scoped_release>(),
+      "Pose of a line scanner on the flange from profiles of targets that stand still in the base.\n\n"
+      "Parameters\n----------\nviews : list of ScannerView\ntargets : list of ScanTarget\n"
+      "options : ScannerOptions\narm : kr5.kinematics.DhChain, optional\n    Nominal arm, which is refined, too.\n\n"
+      "Returns\n-------\nScannerResult\n    Check `fit.usable` before using the pose.\n\n"
+      "Raises\n------\nkr5.InvalidArgument\n    Fewer than four profiles, one without a usable feature, or NaN.");
+}
+
 static void bind_timed_hand_eye(py::module_& m) {
   kr5::python::bind_struct<PoseStream>(m, "PoseStream", "Poses with their times.");
   kr5::python::bind_struct<TimedHandEyeOptions>(m, "TimedHandEyeOptions", "Options of calibrate_timed_hand_eye.");
@@ -224,7 +290,7 @@ static void bind_diagnosis(py::module_& m) {
 }
 
 void bind_calibration(py::module_& m) {
-  m.doc() = "Hand-eye, tool and clock calibration, and their evaluation.";
+  m.doc() = "Hand-eye, tool, arm, scanner and clock calibration, and their evaluation.";
   bind_pose_format(m);
   bind_hand_eye(m);
   bind_dataset(m);
@@ -236,4 +302,6 @@ void bind_calibration(py::module_& m) {
   bind_cell_calibration(m);
   bind_circle_point(m);
   bind_posture_choice(m);
+  bind_profiles(m);
+  bind_scanner(m);
 }

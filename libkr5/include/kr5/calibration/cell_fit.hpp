@@ -168,6 +168,16 @@ class CellFit {
                                   double sigma, FitBlock radius = {});
   /// A point on the plane z = 0 of the chain's first frame.
   FitObservation observe_on_plane(const PoseChain& chain, const FitPoint& point, double sigma);
+  /// Points (3 x n) of the chain's last frame on that plane, such as the line that a profile shows of it, with the
+  /// covariance of their distances from it [m^2].
+  FitObservation observe_on_plane(const PoseChain& chain, const Eigen::Matrix3Xd& points,
+                                  const Eigen::MatrixXd& covariance);
+  /// The circle that a scanner sees of a sphere: x, z and radius of the section by the plane y = 0 of the chain's first
+  /// frame, with their covariance [m^2]; `centre` is that of the sphere, in the chain's last frame. With
+  /// `radius_block`, a block of one number, the sphere's radius is that number.
+  FitObservation observe_sphere_section(const PoseChain& chain, const FitPoint& centre, double radius,
+                                        const Eigen::Vector3d& seen, const Eigen::Matrix3d& covariance,
+                                        FitBlock radius_block = {});
   /// Pixels (2 x n) of points (3 x n) of the chain's last frame; the chain begins in the camera.
   FitObservation observe_pixels(const PoseChain& T_camera_target, FitBlock camera, const Eigen::Matrix3Xd& points,
                                 const Eigen::Matrix2Xd& pixels, double sigma);

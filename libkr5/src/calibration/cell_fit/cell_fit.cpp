@@ -111,6 +111,15 @@ class PriorCost final : public ceres::CostFunction {
   std::vector<int> rows_;
 };
 
+/// Lower triangular W with W' W = C^-1.
+Eigen::MatrixXd whitening_of(const Eigen::MatrixXd& covariance, Eigen::Index size) {
+  require(covariance.rows() == size && covariance.cols() == size && covariance.allFinite(),
+          "covariance must be finite, of as many rows as there are numbers [m^2]");
+  const Eigen::LLT<Eigen::MatrixXd> factors(covariance);
+  require(factors.info() == Eigen::Success, "covariance must be positive definite [m^2]");
+  return factors.matrixL().solve(Eigen::MatrixXd::Identity(size, size));
+}
+
 /// Measurements that share a nuisance, at the present values.
 struct Linearisation {
   std::vector<int> index;  ///< Places of the columns of `J` in the result.
@@ -547,14 +556,12 @@ FitObservation CellFit::observe_position(const PoseChain& chain, const FitPoint&
 FitObservation CellFit::observe_position(const PoseChain& chain, const FitPoint& point, const FitPoint& seen,
                                          const Eigen::Matrix3d& covariance) {
   impl_->check_point(point), impl_->check_point(seen);
-  const Eigen::LLT<Eigen::Matrix3d> factors(covariance);
-  require(factors.info() == Eigen::Success && covariance.allFinite(), "covariance must be positive definite [m^2]");
   Observation o;
   o.kind = ObservationKind::Position;
   o.chain = chain;
   o.point = point;
   o.other = seen;
-  o.whitening3 = factors.matrixL().solve(Eigen::Matrix3d::Identity());
+  o.whitening3 = whitening_of(covariance, 3);
   return impl_->keep(std::move(o), 3);
 }
 
@@ -583,6 +590,34 @@ FitObservation CellFit::observe_on_plane(const PoseChain& chain, const FitPoint&
   o.point = point;
   o.whitening = Eigen::VectorXd::Constant(1, 1 / sigma);
   return impl_->keep(std::move(o), 1);
+}
+
+FitObservation CellFit::observe_on_plane(const PoseChain& chain, const Eigen::Matrix3Xd& points,
+                                         const Eigen::MatrixXd& covariance) {
+  require(points.cols() > 0 && points.allFinite(), "CellFit: points on a plane must be finite, and at least one");
+  Observation o;
+  o.kind = ObservationKind::PlanePoints;
+  o.chain = chain;
+  o.points = points;
+  o.whitening_matrix = whitening_of(covariance, points.cols());
+  return impl_->keep(std::move(o), static_cast<int>(points.cols()));
+}
+
+FitObservation CellFit::observe_sphere_section(const PoseChain& chain, const FitPoint& centre, double radius,
+                                               const Eigen::Vector3d& seen, const Eigen::Matrix3d& covariance,
+                                               FitBlock radius_block) {
+  impl_->check_point(centre);
+  require(radius > 0 && seen.allFinite() && seen[2] > 0, "radii of a sphere and of its section must be positive [m]");
+  if (radius_block.exists()) require(impl_->block(radius_block).size() == 1, "radius must be a block of one number");
+  Observation o;
+  o.kind = ObservationKind::SphereSection;
+  o.chain = chain;
+  o.point = centre;
+  o.distance = radius;
+  o.radius = radius_block;
+  o.section = seen;
+  o.whitening3 = whitening_of(covariance, 3);
+  return impl_->keep(std::move(o), 3);
 }
 
 FitObservation CellFit::observe_pixels(const PoseChain& T_camera_target, FitBlock camera,
@@ -635,7 +670,8 @@ std::vector<int> CellFit::coordinates(FitBlock block) const {
 }
 
 Eigen::VectorXd CellFit::residuals(FitObservation observation) const {
-  const Observation& o = impl_->observation(observation);
+  Observation o = impl_->observation(observation);
+  o.weight = 1.0;  // one that is left out has residuals, too
   Eigen::VectorXd r(o.rows);
   if (!o.evaluate(impl_->blocks, impl_->values(o), r.data(), nullptr))
     r.setConstant(std::numeric_limits<double>::infinity());

@@ -183,6 +183,39 @@ bool plane_residual(const Evaluation& e) {
   return true;
 }
 
+bool plane_points_residual(const Evaluation& e) {
+  const Observation& o = e.observation;
+  const ChainState state = chain_state(e);
+  Eigen::VectorXd height(o.rows);
+  Eigen::Matrix<double, Eigen::Dynamic, 6> by_chain(o.rows, 6);
+  for (Eigen::Index k = 0; k < o.points.cols(); ++k) {
+    height[k] = (state.T * Eigen::Vector3d(o.points.col(k))).z();
+    by_chain.row(k) = point_by_pose(state.T, o.points.col(k)).row(2);
+  }
+  e.out() = o.whitening_matrix * height;
+  add_chain(e, state, o.whitening_matrix * by_chain);
+  return true;
+}
+
+/// With the squares of the radii, so that the sphere may also lie beside the plane while the fit goes on.
+bool sphere_section_residual(const Evaluation& e) {
+  const Observation& o = e.observation;
+  const ChainState state = chain_state(e);
+  const Eigen::Vector3d centre = e.point(o.point), c = state.T * centre;
+  const double radius = o.radius.exists() ? *e.of(o.radius) : o.distance, seen = o.section[2];
+  e.out() = o.whitening3 * Eigen::Vector3d(c.x() - o.section[0], c.z() - o.section[1],
+                                           (radius * radius - c.y() * c.y() - seen * seen) / (2 * seen));
+  if (!e.jacobians) return true;
+  Eigen::Matrix3d by_centre = Eigen::Matrix3d::Zero();
+  by_centre(0, 0) = by_centre(1, 2) = 1.0;
+  by_centre(2, 1) = -c.y() / seen;
+  by_centre = o.whitening3 * by_centre;
+  add_chain(e, state, by_centre * point_by_pose(state.T, centre));
+  e.add(o.point.block, by_centre * state.T.linear());
+  e.add(o.radius, o.whitening3.col(2) * (radius / seen));
+  return true;
+}
+
 bool pixel_residual(const Evaluation& e) {
   const Observation& o = e.observation;
   const ChainState state = chain_state(e);
@@ -238,6 +271,12 @@ bool Observation::evaluate(const std::vector<Block>& all, const std::vector<cons
       break;
     case ObservationKind::Plane:
       exists = plane_residual(e);
+      break;
+    case ObservationKind::PlanePoints:
+      exists = plane_points_residual(e);
+      break;
+    case ObservationKind::SphereSection:
+      exists = sphere_section_residual(e);
       break;
     case ObservationKind::Pixels:
       exists = pixel_residual(e);

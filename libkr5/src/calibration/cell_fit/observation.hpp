@@ -12,7 +12,7 @@
 
 namespace kr5::calibration::cell_fit {
 
-enum class ObservationKind { Pose, Position, Distance, Plane, Pixels };
+enum class ObservationKind { Pose, Position, Distance, Plane, PlanePoints, SphereSection, Pixels };
 
 using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
@@ -24,7 +24,9 @@ struct Observation {
   Pose seen = Pose::Identity();
   Eigen::VectorXd whitening;                                 ///< Over sigma, by row; of a pose six.
   Eigen::Matrix3d whitening3 = Eigen::Matrix3d::Identity();  ///< Of a position, W with W' W = C^-1.
-  double distance = 0.0;
+  Eigen::MatrixXd whitening_matrix;                          ///< The same of points on a plane.
+  double distance = 0.0;                                     ///< Of a sphere's section, the radius of the sphere.
+  Eigen::Vector3d section = Eigen::Vector3d::Zero();         ///< x, z and radius.
   Eigen::Matrix3Xd points;
   Eigen::Matrix2Xd pixels;
   double weight = 1.0;

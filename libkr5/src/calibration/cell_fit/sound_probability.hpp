@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <functional>
+#include <vector>
+
 /// @file
 /// Private: the test by which calibrations on a cell fit name outliers.
 
@@ -10,5 +13,10 @@ namespace kr5::calibration::cell_fit {
 /// CellFit::Agreement); 0 for one the model cannot show. `used`: it took part in the fit, and so in the estimate of the
 /// noise, of `dof` degrees of freedom or uncertainty::known_noise.
 double sound_probability(double squared_distance, double rows, bool used, double dof);
+
+/// Takes measurements out of a fit (weight 0) and puts them back in until each is where its test puts it; at least the
+/// share `least` stays in. `probabilities` gives that of each being sound, `refit` fits with the present weights.
+void settle_outliers(std::vector<double>& weights, double false_alarm, double least,
+                     const std::function<std::vector<double>()>& probabilities, const std::function<void()>& refit);
 
 }  // namespace kr5::calibration::cell_fit

@@ -138,25 +138,15 @@ double Calibration::probability(std::size_t i, double degrees) const {
                                      input.options.sigma_position > 0 ? uncertainty::known_noise : degrees);
 }
 
-/// Puts postures out and back in until each is where its test puts it.
 void Calibration::name_outliers() {
-  const double threshold = input.options.outlier_false_alarm / static_cast<double>(weights.size());
-  const auto least = static_cast<std::ptrdiff_t>(std::ceil(sound_postures * static_cast<double>(weights.size())));
-  for (int round = 0; round < 20; ++round) {
-    std::vector<std::pair<double, std::size_t>> order;
+  const auto probabilities = [&] {
     const double degrees = dof();
-    for (std::size_t i = 0; i < weights.size(); ++i) order.emplace_back(probability(i, degrees), i);
-    std::sort(order.begin(), order.end());
-    bool changed = false, excluded = false;
-    for (const auto& [p, i] : order) {
-      const auto inside = std::count(weights.begin(), weights.end(), 1.0);
-      if (weights[i] == 0 && p > threshold) weights[i] = 1, changed = true;
-      // One out at a time, so that a gross one does not take sound ones with it.
-      if (weights[i] == 1 && p < threshold && inside > least && !excluded) weights[i] = 0, changed = excluded = true;
-    }
-    if (!changed) return;
-    find_sigmas();
-  }
+    std::vector<double> out;
+    for (std::size_t i = 0; i < weights.size(); ++i) out.push_back(probability(i, degrees));
+    return out;
+  };
+  cell_fit::settle_outliers(weights, input.options.outlier_false_alarm, sound_postures, probabilities,
+                            [&] { find_sigmas(); });
 }
 
 /// What the robust fit found far off is put out; the tests that follow decide.

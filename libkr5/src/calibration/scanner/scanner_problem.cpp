@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/scanner/scanner_problem.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Dense>
+
+namespace kr5::calibration::scanner_problem {
+namespace {
+
+const double unlimited = std::numeric_limits<double>::infinity();
+
+/// Derivative of the residuals of a view by a motion of what it shows, in axes of the scanner.
+Eigen::MatrixXd by_motion(const ScannerInput& input, std::size_t view, const ScannerPlacement& placement) {
+  const ProfileFeature& feature = input.views[view].feature;
+  const TargetPlacement& target = placement.targets[input.target_of[view]];
+  const Pose T_base_scanner = input.T_base_flange[view] * placement.T_flange_scanner;
+  Eigen::MatrixXd out = Eigen::MatrixXd::Identity(3, 3);
+  if (feature.kind == ScanTargetKind::Sphere) {
+    const double beside = (T_base_scanner.inverse() * target.position).y();
+    out.row(1) = Eigen::RowVector3d::UnitZ();
+    out.row(2) = Eigen::RowVector3d(0.0, -beside / feature.radius, 0.0);
+  } else if (feature.kind == ScanTargetKind::Plane) {
+    out = Eigen::MatrixXd(2, 3);
+    out.rowwise() = target.T_base_plane.linear().col(2).transpose() * T_base_scanner.linear();
+  }
+  return out;
+}
+
+/// Covariance of the residuals of a view by the error of the profile.
+Eigen::MatrixXd profile_covariance(const ProfileFeature& feature, const Eigen::MatrixXd& J,
+                                   const ScannerSigmas& sigmas) {
+  const bool tip = feature.kind == ScanTargetKind::Tip;
+  const Eigen::Vector3d spread(sigmas.position, tip ? sigmas.across : sigmas.position, sigmas.position);
+  return J * spread.cwiseAbs2().asDiagonal() * J.transpose();
+}
+
+/// Covariance of the residuals of a view, that of its feature included.
+Eigen::MatrixXd residual_covariance(const ScannerInput& input, std::size_t view, const ScannerSigmas& sigmas,
+                                    const ScannerPlacement& placement, Eigen::VectorXd& share) {
+  const ProfileFeature& feature = input.views[view].feature;
+  const Eigen::MatrixXd J = by_motion(input, view, placement);
+  const bool tip = feature.kind == ScanTargetKind::Tip;
+  const Eigen::MatrixXd of_profile = profile_covariance(feature, J, sigmas);
+  Eigen::MatrixXd out = of_profile;
+  if (sigmas.rotation > 0) {  // of the flange, at the lever arm of what is seen
+    const Eigen::Matrix3d to_scanner = placement.T_flange_scanner.linear().transpose();
+    for (Eigen::Index k = 0; k < feature.points.cols(); ++k) {
+      const Eigen::MatrixXd lever =
+          J * to_scanner * skew(placement.T_flange_scanner * in_scanner(feature.points.col(k)));
+      if (feature.kind == ScanTargetKind::Plane)
+        out(k, k) += std::pow(sigmas.rotation, 2) * lever.row(k).squaredNorm();
+      else
+        out += std::pow(sigmas.rotation, 2) * lever * lever.transpose();
+    }
+  }
+  if (tip) {
+    const Eigen::Index axis[] = {0, 2};
+    for (int r = 0; r < 2; ++r)
+      for (int c = 0; c < 2; ++c) out(axis[r], axis[c]) += feature.covariance(r, c);
+  } else if (feature.kind == ScanTargetKind::Sphere) {
+    out += feature.covariance;
+  } else {
+    out += (1 - J(0, 1) * J(0, 1)) * feature.covariance;  // across the line in the profile, seen from the plane
+  }
+  out.diagonal().array() += 1e-18;
+  share = of_profile.diagonal().cwiseQuotient(out.diagonal());
+  return out;
+}
+
+Eigen::VectorXd arm_spread(const kinematics::DhChain& arm, const ScannerSigmas& sigmas) {
+  Eigen::VectorXd out(static_cast<Eigen::Index>(5 * arm.joints.size()));
+  for (Eigen::Index k = 0; k < out.size(); ++k) out[k] = k % 5 == 0 || k % 5 == 2 ? sigmas.length : sigmas.angle;
+  return out;
+}
+
+FitBlock add_refined_arm(CellFit& fit, const kinematics::DhChain& nominal, const ScannerSigmas& sigmas) {
+  constexpr double near_parallel_axes = 0.1;  // sine of the angle below which two axes get Hayati's beta
+  const FitBlock arm = fit.add_arm("arm", nominal);
+  for (std::size_t i = 0; i < nominal.joints.size(); ++i)
+    if (i + 1 == nominal.joints.size() || std::abs(std::sin(nominal.joints[i].alpha)) >= near_parallel_axes)
+      fit.hold(arm, static_cast<int>(5 * i) + 4);
+  fit.set_prior(arm, arm_spread(nominal, sigmas));
+  return arm;
+}
+
+/// The block of a target: held where it is known, with a prior where it is known with a tolerance.
+FitBlock add_target(CellFit& fit, const ScanTarget& target, const TargetPlacement& at) {
+  if (target.kind == ScanTargetKind::Plane) {
+    const FitBlock plane = fit.add_pose(target.name, at.T_base_plane);
+    for (const int own : {0, 1, 5}) fit.hold(plane, own);  // motions in the plane change nothing
+    if (!target.position) return plane;
+    if (target.sigma > 0) {
+      Vector6 sigma = Vector6::Constant(unlimited);
+      sigma[2] = target.sigma;
+      fit.set_prior(plane, sigma);
+    } else {
+      fit.hold(plane, 2);
+    }
+    for (const int tilt : {3, 4}) fit.hold(plane, tilt);
+    return plane;
+  }
+  const FitBlock point = fit.add_point(target.name, at.position);
+  if (target.position && target.sigma > 0) fit.set_prior(point, Eigen::Vector3d::Constant(target.sigma));
+  if (target.position && !(target.sigma > 0)) fit.hold(point);
+  return point;
+}
+
+}  // namespace
+
+Eigen::Matrix3d rotation_about_normal(const Eigen::Vector3d& normal) {
+  return Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), normal).toRotationMatrix();
+}
+
+ScannerProblem::ScannerProblem(const ScannerInput& input, const ScannerSigmas& sigmas,
+                               const ScannerPlacement& placement) {
+  scanner = fit.add_pose("scanner", placement.T_flange_scanner);
+  if (input.arm) arm = add_refined_arm(fit, *input.arm, sigmas);
+  for (std::size_t k = 0; k < input.targets.size(); ++k) {
+    const ScanTarget& target = input.targets[k];
+    targets.push_back(add_target(fit, target, placement.targets[k]));
+    radii.emplace_back();
+    if (target.kind == ScanTargetKind::Sphere && !(target.radius > 0))
+      radii.back() = fit.add_vector(target.name + ".radius", Eigen::VectorXd::Constant(1, placement.targets[k].radius),
+                                    {"radius [m]"});
+  }
+  for (std::size_t i = 0; i < input.views.size(); ++i) {
+    const ScannerView& view = input.views[i];
+    const ProfileFeature& feature = view.feature;
+    const std::size_t at = input.target_of[i];
+    const Eigen::MatrixXd covariance = residual_covariance(input, i, sigmas, placement, shares.emplace_back());
+    factors.push_back(covariance.llt().matrixL());
+    PoseChain to_scanner, to_plane;
+    if (feature.kind == ScanTargetKind::Plane) to_plane.then_inverse(targets[at]);
+    to_scanner.then_inverse(scanner);
+    if (input.arm) {
+      to_scanner.then_inverse_arm(arm, view.q);
+      to_plane.then_arm(arm, view.q);
+    } else {
+      to_scanner.then(input.T_base_flange[i].inverse());
+      to_plane.then(input.T_base_flange[i]);
+    }
+    to_plane.then(scanner);
+    switch (feature.kind) {
+      case ScanTargetKind::Tip:
+        observations.push_back(fit.observe_position(to_scanner, targets[at], in_scanner(feature.points.col(0)),
+                                                    Eigen::Matrix3d(covariance)));
+        break;
+      case ScanTargetKind::Sphere:
+        observations.push_back(fit.observe_sphere_section(to_scanner, targets[at], placement.targets[at].radius,
+                                                          {feature.points(0, 0), feature.points(1, 0), feature.radius},
+                                                          covariance, radii[at]));
+        break;
+      case ScanTargetKind::Plane:
+        Eigen::Matrix3Xd points(3, 2);
+        points << in_scanner(feature.points.col(0)), in_scanner(feature.points.col(1));
+        observations.push_back(fit.observe_on_plane(to_plane, points, covariance));
+        break;
+    }
+  }
+}
+
+void ScannerProblem::begin_at(const ScannerProblem& other) {
+  const auto take = [&](FitBlock mine, FitBlock theirs) {
+    if (mine.exists() && theirs.exists()) fit.begin_at(mine, other.fit.values(theirs));
+  };
+  take(scanner, other.scanner), take(arm, other.arm);
+  for (std::size_t k = 0; k < targets.size(); ++k) take(targets[k], other.targets[k]), take(radii[k], other.radii[k]);
+}
+
+void ScannerProblem::set_weights(const std::vector<double>& weights) {
+  for (std::size_t i = 0; i < observations.size(); ++i) fit.set_weight(observations[i], weights[i]);
+}
+
+ScannerPlacement ScannerProblem::placement(const ScannerInput& input) const {
+  ScannerPlacement out;
+  out.T_flange_scanner = fit.pose(scanner);
+  for (std::size_t k = 0; k < targets.size(); ++k) {
+    TargetPlacement& at = out.targets.emplace_back();
+    const ScanTarget& target = input.targets[k];
+    if (target.kind == ScanTargetKind::Plane) {
+      at.T_base_plane = fit.pose(targets[k]);
+      at.position = at.T_base_plane.translation();
+    } else {
+      at.position = fit.values(targets[k]);
+    }
+    at.radius = radii[k].exists() ? std::abs(fit.values(radii[k])[0]) : target.radius;
+  }
+  return out;
+}
+
+Eigen::VectorXd ScannerProblem::residuals(std::size_t view) const {
+  return factors[view] * fit.residuals(observations[view]);
+}
+
+double ScannerProblem::distance(std::size_t view) const {
+  const Eigen::VectorXd r = residuals(view);
+  return r.size() == 2 ? r.norm() / std::sqrt(2.0) : r.norm();
+}
+
+}  // namespace kr5::calibration::scanner_problem
