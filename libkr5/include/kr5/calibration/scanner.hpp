@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <kr5/calibration/cell_fit.hpp>
+#include <kr5/calibration/estimated_parameter.hpp>
 #include <kr5/calibration/kinematics.hpp>
 #include <kr5/calibration/profile_features.hpp>
 
@@ -130,7 +131,7 @@ struct ScannerResult {
   double dof = 0.0;                      ///< [-]
   kinematics::DhChain arm;
   std::vector<ScanTarget> targets;
-  std::vector<KinematicCoordinate> coordinates;
+  std::vector<EstimatedParameter> coordinates;
   Eigen::MatrixXd joint_covariance;
   std::vector<UnidentifiableDirection> unidentifiable;
   double sigma_position = 0.0;    ///< [m]

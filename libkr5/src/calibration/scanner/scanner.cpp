@@ -13,6 +13,7 @@
 #include <kr5/core/statistics.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 
+#include "calibration/cell_fit/parameter_report.hpp"
 #include "calibration/cell_fit/sound_probability.hpp"
 #include "calibration/cell_fit/variance_component.hpp"
 #include "calibration/scanner/scanner_causes.hpp"
@@ -249,39 +250,16 @@ void leave_out(const ScannerCalibration& calibration, ScannerResult& out) {
   if (sound > 0) out.held_out_rms = std::sqrt(squares / sound);
 }
 
-void write_scanner_coordinates(const ScannerCalibration& calibration, ScannerResult& out) {
+void write_scanner_parameters(const ScannerCalibration& calibration, ScannerResult& out) {
   const ScannerProblem& problem = *calibration.problem;
-  const CellFitResult& result = calibration.result;
-  std::set<std::string> open;
-  for (const UnidentifiableDirection& direction : result.unidentifiable)
-    open.insert(direction.coordinates.begin(), direction.coordinates.end());
-  const auto n = static_cast<Eigen::Index>(result.coordinates.size());
-  Eigen::VectorXd nominal = Eigen::VectorXd::Zero(n), value = Eigen::VectorXd::Zero(n);
-  const auto put = [&](FitBlock block) {
-    if (!block.exists()) return;
-    const Eigen::VectorXd change = problem.fit.change(block), values = problem.fit.values(block);
-    const std::vector<int> places = problem.fit.coordinates(block);
-    const bool pose = values.size() != change.size();
-    for (std::size_t k = 0; k < places.size(); ++k) {
-      if (places[k] < 0) continue;
-      const auto at = static_cast<Eigen::Index>(k);
-      value[places[k]] = pose ? change[at] : values[at];
-      if (block.index == problem.arm.index) nominal[places[k]] = values[at] - change[at];
-    }
-  };
-  put(problem.arm), put(problem.scanner);
-  for (std::size_t k = 0; k < problem.targets.size(); ++k) put(problem.targets[k]), put(problem.radii[k]);
-  out.joint_covariance = uncertainty::covariance_inflation(6, out.dof) * result.covariance;
-  for (Eigen::Index k = 0; k < n; ++k) {
-    const std::string& full = result.coordinates[static_cast<std::size_t>(k)];
-    const std::size_t space = full.find(" [");
-    out.coordinates.push_back({.name = full.substr(0, space),
-                               .unit = full.substr(space + 2, full.size() - space - 3),
-                               .nominal = nominal[k],
-                               .value = value[k],
-                               .std = std::sqrt(out.joint_covariance(k, k)),
-                               .identifiable = !open.contains(full)});
-  }
+  const FitBlock nominal[] = {problem.arm};
+  std::vector<FitBlock> others = {problem.scanner};
+  others.insert(others.end(), problem.targets.begin(), problem.targets.end());
+  others.insert(others.end(), problem.radii.begin(), problem.radii.end());
+  cell_fit::ParameterReport report = cell_fit::report_parameters(problem.fit, calibration.result, nominal, others,
+                                                                 uncertainty::covariance_inflation(6, out.dof));
+  out.coordinates = std::move(report.parameters);
+  out.joint_covariance = std::move(report.covariance);
   const std::vector<int> of_scanner = problem.fit.coordinates(problem.scanner);
   for (int r = 0; r < 6; ++r)
     for (int c = 0; c < 6; ++c)
@@ -392,7 +370,7 @@ ScannerResult calibrate_scanner(std::span<const ScannerView> views, std::span<co
   out.dof = options.sigma_position > 0 ? uncertainty::known_noise : calibration.dof();
   out.fit = calibration.result.fit;
   out.fit.iterations = calibration.iterations;
-  write_scanner_coordinates(calibration, out);
+  write_scanner_parameters(calibration, out);
   write_scanner_views(calibration, out);
   write_targets(calibration, out);
   judge_determination(input, out);

@@ -6,6 +6,8 @@
 
 #include <Eigen/Dense>
 
+#include "calibration/cell_fit/arm_prior.hpp"
+
 namespace kr5::calibration::scanner_problem {
 namespace {
 
@@ -69,22 +71,6 @@ Eigen::MatrixXd residual_covariance(const ScannerInput& input, std::size_t view,
   return out;
 }
 
-Eigen::VectorXd arm_spread(const kinematics::DhChain& arm, const ScannerSigmas& sigmas) {
-  Eigen::VectorXd out(static_cast<Eigen::Index>(5 * arm.joints.size()));
-  for (Eigen::Index k = 0; k < out.size(); ++k) out[k] = k % 5 == 0 || k % 5 == 2 ? sigmas.length : sigmas.angle;
-  return out;
-}
-
-FitBlock add_refined_arm(CellFit& fit, const kinematics::DhChain& nominal, const ScannerSigmas& sigmas) {
-  constexpr double near_parallel_axes = 0.1;  // sine of the angle below which two axes get Hayati's beta
-  const FitBlock arm = fit.add_arm("arm", nominal);
-  for (std::size_t i = 0; i < nominal.joints.size(); ++i)
-    if (i + 1 == nominal.joints.size() || std::abs(std::sin(nominal.joints[i].alpha)) >= near_parallel_axes)
-      fit.hold(arm, static_cast<int>(5 * i) + 4);
-  fit.set_prior(arm, arm_spread(nominal, sigmas));
-  return arm;
-}
-
 /// The block of a target: held where it is known, with a prior where it is known with a tolerance.
 FitBlock add_target(CellFit& fit, const ScanTarget& target, const TargetPlacement& at) {
   if (target.kind == ScanTargetKind::Plane) {
@@ -116,7 +102,10 @@ Eigen::Matrix3d rotation_about_normal(const Eigen::Vector3d& normal) {
 ScannerProblem::ScannerProblem(const ScannerInput& input, const ScannerSigmas& sigmas,
                                const ScannerPlacement& placement) {
   scanner = fit.add_pose("scanner", placement.T_flange_scanner);
-  if (input.arm) arm = add_refined_arm(fit, *input.arm, sigmas);
+  if (input.arm) {
+    arm = fit.add_arm("arm", *input.arm);
+    cell_fit::free_arm(fit, arm, *input.arm, sigmas.length, sigmas.angle);
+  }
   for (std::size_t k = 0; k < input.targets.size(); ++k) {
     const ScanTarget& target = input.targets[k];
     targets.push_back(add_target(fit, target, placement.targets[k]));
