@@ -125,19 +125,19 @@ static void bind_kinematics_calibration(py::module_& m) {
 static void bind_cell_calibration(py::module_& m) {
   kr5::python::bind_struct<CellStop>(m, "CellStop", "Robot stop with what the camera saw.");
   kr5::python::bind_struct<CellGeometry>(m, "CellGeometry", "Camera, markers and arm of a cell.");
+  kr5::python::bind_struct<CellScan>(m, "CellScan", "What a line scanner on the flange saw.");
   kr5::python::bind_struct<CellCalibrationOptions>(m, "CellCalibrationOptions", "Options of calibrate_cell.");
   kr5::python::bind_struct<CellCalibrationResult>(m, "CellCalibrationResult", "Calibrated cell with its covariance.");
   kr5::python::bind_struct<CellHeldOutView>(m, "CellHeldOutView", "Error with which a view left out is predicted.");
   m.def(
       "calibrate_cell",
-      [](const std::vector<CellStop>& stops, const CellGeometry& believed, const CellCalibrationOptions& options) {
-        return calibrate_cell(stops, believed, options);
-      },
+      [](const std::vector<CellStop>& stops, const CellGeometry& believed, const CellCalibrationOptions& options,
+         const CellScan& scan) { return calibrate_cell(stops, believed, options, scan); },
       py::arg("stops"), py::arg("believed"), py::arg("options") = CellCalibrationOptions(),
-      py::call_guard<py::gil_scoped_release>(),
+      py::arg("scan") = CellScan(), py::call_guard<py::gil_scoped_release>(),
       "Camera, hand-eye poses, marker map and arm from the same images and postures, in one solve.\n\n"
       "Parameters\n----------\nstops : list of CellStop\nbelieved : CellGeometry\n"
-      "options : CellCalibrationOptions\n\nReturns\n-------\nCellCalibrationResult\n\n"
+      "options : CellCalibrationOptions\nscan : CellScan\n\nReturns\n-------\nCellCalibrationResult\n\n"
       "Raises\n------\nkr5.InvalidArgument\n    Fewer than three stops, joint values that do not fit the arm, NaN.");
   m.def(
       "evaluate_cell",
@@ -299,9 +299,9 @@ void bind_calibration(py::module_& m) {
   bind_tool(m);
   bind_timed_hand_eye(m);
   bind_kinematics_calibration(m);
-  bind_cell_calibration(m);
   bind_circle_point(m);
   bind_posture_choice(m);
   bind_profiles(m);
   bind_scanner(m);
+  bind_cell_calibration(m);
 }

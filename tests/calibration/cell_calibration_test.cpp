@@ -11,6 +11,8 @@
 #include <support/hand_eye_world.hpp>
 #include <support/trials.hpp>
 
+#include "scanner_world.hpp"
+
 using namespace kr5;
 using namespace kr5::calibration;
 using test::HandEyeWorld;
@@ -237,6 +239,40 @@ TEST_CASE("with the camera held and the noise given it is the hand-eye calibrati
     CHECK(pose_difference(r.T_mount_camera, r.start.T_mount_camera).norm() < 1e-6);
     CHECK((r.covariance - r.start.covariance).norm() < 0.02 * r.start.covariance.norm());  // weights of single points
   }
+}
+
+TEST_CASE("a scanner shares the arm with the camera and is found beside it") {
+  const ArmCell cell = make_arm_cell(41, 35, 1e-3, 0.0);
+  test::ScannerWorld world;  // for the place of its tip and its scanner
+  Random random(8);
+  CellScan scan;
+  scan.targets.push_back({.name = "pin", .kind = ScanTargetKind::Tip});
+  while (scan.views.size() < 30) {
+    const Eigen::Vector3d at(random.uniform(-0.02, 0.02), 0.0, random.uniform(0.17, 0.21));
+    const auto reached =
+        kinematics::inverse_kinematics(cell.truth.arm, test::flange_over(world, world.tip, at, 0.4, random)).postures;
+    if (reached.empty()) continue;
+    ScannerView& view = scan.views.emplace_back();
+    view.name = "profile" + std::to_string(scan.views.size()), view.target = "pin";
+    view.q = reached.front().q + random.normal_vector(6, 2e-5);
+    view.feature.kind = ScanTargetKind::Tip;
+    view.feature.points = Eigen::Vector2d(at.x() + random.normal(2e-5), at.z() + random.normal(2e-5));
+    view.feature.covariance = 4e-10 * Eigen::MatrixXd::Identity(2, 2);
+    view.feature.fit.status = FitStatus::Converged;
+  }
+  const CellCalibrationResult r = calibrate_cell(cell.stops, cell.believed, {.hold = {"markers"}}, scan);
+  CAPTURE(r.fit.message, r.sigma_pixel, r.scanner_start.sigma_position);
+  REQUIRE(r.fit.usable());
+  const Pose T_camera_scanner = cell.T_flange_camera.inverse() * world.T_flange_scanner;
+  const Vector6 on_flange = pose_difference(world.T_flange_scanner, r.T_flange_scanner),
+                in_camera = pose_difference(T_camera_scanner, r.T_camera_scanner);
+  CHECK(uncertainty::chi_square_cdf(on_flange.dot(r.covariance_scanner.ldlt().solve(on_flange)), 6) < 0.9995);
+  CHECK(uncertainty::chi_square_cdf(in_camera.dot(r.covariance_camera_scanner.ldlt().solve(in_camera)), 6) < 0.9995);
+  // The last joint moves both: what is not known of it does not part them.
+  const double apart = r.covariance.diagonal().head<3>().sum() + r.covariance_scanner.diagonal().head<3>().sum();
+  CHECK(r.covariance_camera_scanner.diagonal().head<3>().sum() < apart);
+  CHECK(r.covariance_scanner.diagonal().head<3>().sum() < r.scanner_start.covariance.diagonal().head<3>().sum());
+  CHECK(r.sigma_pixel == Approx(0.1).epsilon(0.05));
 }
 
 TEST_CASE("a stop that contradicts the others is named and has no part") {

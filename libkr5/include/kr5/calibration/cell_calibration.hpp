@@ -8,6 +8,7 @@
 #include <kr5/calibration/cell_fit.hpp>
 #include <kr5/calibration/estimated_parameter.hpp>
 #include <kr5/calibration/hand_eye.hpp>
+#include <kr5/calibration/scanner.hpp>
 #include <kr5/geometry/target.hpp>
 
 /// @file
@@ -36,6 +37,19 @@ struct CellGeometry {
     visit("camera", self.camera, "Camera.");
     visit("markers", self.markers, "Markers of the target, when their places are to be estimated; else empty.");
     visit("arm", self.arm, "Arm, when it is to be calibrated; else without joints.");
+  }
+};
+
+/// What a line scanner on the flange saw.
+struct CellScan {
+  std::vector<ScannerView> views;  ///< Without any there is no scanner.
+  std::vector<ScanTarget> targets;
+  ScannerOptions options;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("views", self.views, "Profiles, each with the flange or joint values; without any there is no scanner.");
+    visit("targets", self.targets, "Targets that the profiles show.");
+    visit("options", self.options, "Options of calibrate_scanner, which finds start, noise and outliers.");
   }
 };
 
@@ -82,8 +96,12 @@ struct CellCalibrationResult {
   Pose T_fixed_target = Pose::Identity();       ///< T_base_target (in hand) or T_flange_target (to hand).
   Matrix6 covariance = Matrix6::Zero();         ///< Of T_mount_camera, right perturbation [m, rad].
   Matrix6 covariance_target = Matrix6::Zero();  ///< Of T_fixed_target, right perturbation [m, rad].
-  std::vector<EstimatedParameter> parameters;   ///< Poses by their change from the start.
-  Eigen::MatrixXd parameter_covariance;         ///< In the order and units of `parameters`.
+  Pose T_flange_scanner = Pose::Identity();
+  Matrix6 covariance_scanner = Matrix6::Zero();  ///< [m, rad]
+  Pose T_camera_scanner = Pose::Identity();
+  Matrix6 covariance_camera_scanner = Matrix6::Zero();  ///< [m, rad]
+  std::vector<EstimatedParameter> parameters;           ///< Poses by their change from the start.
+  Eigen::MatrixXd parameter_covariance;                 ///< In the order and units of `parameters`.
   std::vector<UnidentifiableDirection> unidentifiable;
   double sigma_pixel = 0.0;              ///< [px]
   double sigma_robot_position = 0.0;     ///< [m]
@@ -92,6 +110,7 @@ struct CellCalibrationResult {
   double tolerance_angle = 0.0;          ///< [rad]
   double covariance_dof = 0.0;           ///< [-]
   HandEyeResult start;                   ///< Camera, markers and arm as they were given.
+  ScannerResult scanner_start;           ///< Scanner alone, where there is one.
   std::vector<HandEyeViewReport> views;  ///< In input order.
   FitReport fit;                         ///< Look at `fit.usable()` first.
 
@@ -105,6 +124,12 @@ struct CellCalibrationResult {
     visit("covariance", self.covariance,
           "Covariance of T_mount_camera, right perturbation, the uncertainty of all else included [m, rad].");
     visit("covariance_target", self.covariance_target, "Covariance of T_fixed_target, right perturbation [m, rad].");
+    visit("T_flange_scanner", self.T_flange_scanner, "Scanner in the flange, where there is one.");
+    visit("covariance_scanner", self.covariance_scanner,
+          "Covariance of T_flange_scanner, right perturbation [m, rad].");
+    visit("T_camera_scanner", self.T_camera_scanner, "Scanner in a camera that is on the flange, too.");
+    visit("covariance_camera_scanner", self.covariance_camera_scanner,
+          "Covariance of T_camera_scanner, right perturbation, with what camera and scanner have in common [m, rad].");
     visit("parameters", self.parameters, "Every estimated number; of a pose the change from the start.");
     visit("parameter_covariance", self.parameter_covariance, "Covariance, in the order and units of `parameters`.");
     visit("unidentifiable", self.unidentifiable, "Combinations that the measurements alone do not determine.");
@@ -116,6 +141,7 @@ struct CellCalibrationResult {
     visit("covariance_dof", self.covariance_dof,
           "Degrees of freedom behind the robot noise, by which the covariances are already inflated [-].");
     visit("start", self.start, "Hand-eye calibration with camera, markers and arm as they were given.");
+    visit("scanner_start", self.scanner_start, "Calibration of the scanner alone, where there is one.");
     visit("views", self.views, "Agreement of each view, in input order.");
     visit("fit", self.fit, "Report of the estimation.");
   }
@@ -129,13 +155,14 @@ struct CellCalibrationResult {
 /// the lowest id defines the frame of the map. Noise of robot and pixels and the spreads are estimated by restricted
 /// maximum likelihood (Förstner 1979), from the levels that calibrate_hand_eye finds; the ratio of the robot's position
 /// and rotation noise stays the one found there. Views that contradict the others are those of calibrate_hand_eye with
-/// the calibrated cell.
+/// the calibrated cell. Profiles of a line scanner share the arm; their noise and outliers are those that
+/// calibrate_scanner finds.
 ///
 /// Data that cannot determine the answer give `fit.status == FitStatus::Degenerate` and the reason in `fit.message`.
-/// @throws InvalidArgument for what calibrate_hand_eye refuses, joint values that do not fit the arm, points of markers
-/// that are not listed, unknown names in `hold`, or invalid options.
+/// @throws InvalidArgument for what calibrate_hand_eye and calibrate_scanner refuse, joint values that do not fit the
+/// arm, points of markers that are not listed, unknown names in `hold`, or invalid options.
 CellCalibrationResult calibrate_cell(std::span<const CellStop> stops, const CellGeometry& believed,
-                                     const CellCalibrationOptions& options = {});
+                                     const CellCalibrationOptions& options = {}, const CellScan& scan = {});
 
 /// A view that was left out, and the error with which it was predicted.
 struct CellHeldOutView {

@@ -13,6 +13,7 @@
 #include "calibration/cell_calibration/cell_problem.hpp"
 #include "calibration/cell_fit/parameter_report.hpp"
 #include "calibration/cell_fit/variance_component.hpp"
+#include "calibration/scanner/scanner_start.hpp"
 
 namespace kr5::calibration {
 namespace {
@@ -87,6 +88,26 @@ std::vector<std::vector<int>> sound_points(std::span<const HandEyeView> views, c
   return out;
 }
 
+/// `arm` must outlive what is returned.
+CellScanInput scan_input(const CellScan& scan, const ScannerResult& found,
+                         const std::optional<kinematics::DhChain>& arm) {
+  CellScanInput out{.input = {scan.views, scan.targets, scan.options, arm, {}, {}},
+                    .sigmas = {.position = found.sigma_position,
+                               .across = found.sigma_across,
+                               .rotation = scan.options.sigma_rotation},
+                    .placement = {},
+                    .outlier = {}};
+  for (std::size_t i = 0; i < scan.views.size(); ++i) {
+    const auto target = std::find_if(scan.targets.begin(), scan.targets.end(),
+                                     [&](const ScanTarget& t) { return t.name == scan.views[i].target; });
+    out.input.target_of.push_back(static_cast<std::size_t>(target - scan.targets.begin()));
+    out.input.T_base_flange.push_back(arm ? arm->flange(scan.views[i].q) : scan.views[i].T_base_flange);
+    out.outlier.push_back(found.views[i].outlier);
+  }
+  out.placement = scanner_problem::place_targets(out.input, found.T_flange_scanner);
+  return out;
+}
+
 /// The calibration while it goes on.
 struct CellEstimation {
   CellInput input;
@@ -112,6 +133,19 @@ struct CellEstimation {
     }
   }
 };
+
+/// Free parameters of scanner and targets.
+double scanner_parameters(const CellProblem& problem) {
+  double out = 0;
+  std::vector<FitBlock> blocks = {problem.scanner.scanner};
+  blocks.insert(blocks.end(), problem.scanner.targets.begin(), problem.scanner.targets.end());
+  blocks.insert(blocks.end(), problem.scanner.radii.begin(), problem.scanner.radii.end());
+  for (const FitBlock block : blocks) {
+    if (!block.exists()) continue;
+    for (const int place : problem.fit.coordinates(block)) out += place >= 0;
+  }
+  return out;
+}
 
 /// One round of restricted maximum likelihood; whether it goes on.
 bool CellEstimation::update_sigmas() {
@@ -144,6 +178,8 @@ bool CellEstimation::update_sigmas() {
       pixel.redundancy += 1 - share[at];
     }
   }
+  // Profiles tell nothing of the pixels; their share of the parameters is not taken off them.
+  if (problem->scanner.scanner.exists()) pixel.redundancy += scanner_parameters(*problem);
   // The data of one calibration cannot tell the robot's position and rotation noise apart better than the start did.
   const bool free_position = o.sigma_robot_position == 0, free_rotation = o.sigma_robot_rotation == 0;
   VarianceComponent robot;
@@ -180,6 +216,25 @@ Matrix6 covariance_of_pose(const CellFit& fit, FitBlock block, const Eigen::Matr
   return out;
 }
 
+/// Scanner on the flange and in the camera; the perturbation of T_camera_scanner is d_scanner - Ad(T^-1) d_camera.
+void write_scanner(const CellEstimation& estimation, CellCalibrationResult& out) {
+  const CellProblem& problem = *estimation.problem;
+  const Eigen::MatrixXd& C = estimation.result.covariance;
+  const double inflation = uncertainty::covariance_inflation(6, out.scanner_start.dof);
+  out.T_flange_scanner = problem.fit.pose(problem.scanner.scanner);
+  out.covariance_scanner = inflation * covariance_of_pose(problem.fit, problem.scanner.scanner, C);
+  if (out.mount == Mount::EyeToHand) return;
+  std::vector<int> index = problem.fit.coordinates(problem.mount);
+  const std::vector<int> of_scanner = problem.fit.coordinates(problem.scanner.scanner);
+  index.insert(index.end(), of_scanner.begin(), of_scanner.end());
+  if (std::any_of(index.begin(), index.end(), [](int place) { return place < 0; })) return;
+  out.T_camera_scanner = out.T_mount_camera.inverse() * out.T_flange_scanner;
+  Eigen::Matrix<double, 6, 12> J;
+  J << -adjoint(out.T_camera_scanner.inverse()), Matrix6::Identity();
+  const double widest = std::max(inflation, uncertainty::covariance_inflation(6, out.covariance_dof));
+  out.covariance_camera_scanner = widest * J * C(index, index) * J.transpose();
+}
+
 void write_cell_result(const CellEstimation& estimation, CellCalibrationResult& out) {
   const CellProblem& problem = *estimation.problem;
   out.cell = problem.cell(estimation.input.believed);
@@ -199,6 +254,12 @@ void write_cell_result(const CellEstimation& estimation, CellCalibrationResult& 
   const FitBlock nominal[] = {problem.camera, problem.arm};
   std::vector<FitBlock> others = {problem.mount, problem.target};
   for (const auto& [id, marker] : problem.markers) others.push_back(marker);
+  if (problem.scanner.scanner.exists()) {
+    write_scanner(estimation, out);
+    others.push_back(problem.scanner.scanner);
+    others.insert(others.end(), problem.scanner.targets.begin(), problem.scanner.targets.end());
+    others.insert(others.end(), problem.scanner.radii.begin(), problem.scanner.radii.end());
+  }
   cell_fit::ParameterReport report = cell_fit::report_parameters(
       problem.fit, estimation.result, nominal, others, uncertainty::covariance_inflation(1, out.covariance_dof));
   out.parameters = std::move(report.parameters);
@@ -240,7 +301,7 @@ void CellCalibrationOptions::validate() const {
 }
 
 CellCalibrationResult calibrate_cell(std::span<const CellStop> stops, const CellGeometry& believed,
-                                     const CellCalibrationOptions& options) {
+                                     const CellCalibrationOptions& options, const CellScan& scan) {
   options.validate();
   check_stops(stops, believed);
   const HandEyeOptions alone = hand_eye_options(options);
@@ -258,6 +319,16 @@ CellCalibrationResult calibrate_cell(std::span<const CellStop> stops, const Cell
                             .sigmas = {.pixel = out.start.sigma_pixel,
                                        .position = out.start.sigma_robot_position,
                                        .rotation = out.start.sigma_robot_rotation}};
+  const std::optional<kinematics::DhChain> arm =
+      believed.arm.joints.empty() ? std::nullopt : std::optional(believed.arm);
+  if (!scan.views.empty()) {
+    out.scanner_start = calibrate_scanner(scan.views, scan.targets, scan.options, arm);
+    if (!out.scanner_start.fit.usable()) {
+      out.fit = out.scanner_start.fit;
+      return out;
+    }
+    estimation.input.scan.emplace(scan_input(scan, out.scanner_start, arm));
+  }
   if (options.tolerance_length > 0) estimation.sigmas.length = options.tolerance_length;
   if (options.tolerance_angle > 0) estimation.sigmas.angle = options.tolerance_angle;
   std::vector<bool> outliers = outliers_of(out.start);

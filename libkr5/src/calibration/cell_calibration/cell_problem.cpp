@@ -38,6 +38,7 @@ CellProblem::CellProblem(const CellInput& input, const CellSigmas& sigmas, const
   target = fit.add_pose("T_fixed_target", T_fixed_target);
   add_markers(input);
   add_arm(input, sigmas);
+  if (input.scan) add_scan(*input.scan);
   for (const std::string& name : input.options.hold)
     if (name != "camera" && name != "markers" && name != "arm")
       require(fit.hold(name), "hold: found '" + name +
@@ -70,6 +71,12 @@ void CellProblem::add_arm(const CellInput& input, const CellSigmas& sigmas) {
   arm = fit.add_arm("arm", input.believed.arm);
   if (holds(input.options, "arm")) return fit.hold(arm);
   cell_fit::free_arm(fit, arm, input.believed.arm, sigmas.length, sigmas.angle);
+}
+
+void CellProblem::add_scan(const CellScanInput& scan) {
+  scanner = scanner_problem::add_scanner(fit, arm, scan.input, scan.sigmas, scan.placement);
+  for (std::size_t i = 0; i < scan.outlier.size(); ++i)
+    if (scan.outlier[i]) fit.set_weight(scanner.observations[i], 0.0);
 }
 
 void CellProblem::add_stop(const CellInput& input, std::size_t i, const CellSigmas& sigmas) {
@@ -111,6 +118,7 @@ void CellProblem::begin_at(const CellProblem& other) {
     if (mine.exists() && theirs.exists()) fit.begin_at(mine, other.fit.values(theirs));
   };
   take(camera, other.camera), take(mount, other.mount), take(target, other.target), take(arm, other.arm);
+  if (scanner.scanner.exists()) scanner.begin_at(fit, other.scanner, other.fit);
   for (const auto& [id, marker] : markers) take(marker, other.markers.at(id));
   for (std::size_t i = 0; i < errors.size(); ++i) take(errors[i], other.errors[i]);
 }

@@ -7,6 +7,8 @@
 
 #include <kr5/calibration/cell_calibration.hpp>
 
+#include "calibration/scanner/scanner_problem.hpp"
+
 /// @file
 /// Private: the cell fit of calibrate_cell, built anew for each set of standard deviations.
 
@@ -21,12 +23,21 @@ struct CellSigmas {
   double angle = 1e-3;     ///< [rad]
 };
 
+/// The scanner's part, found by its own calibration.
+struct CellScanInput {
+  scanner_problem::ScannerInput input;
+  scanner_problem::ScannerSigmas sigmas;
+  scanner_problem::ScannerPlacement placement;
+  std::vector<bool> outlier;  ///< By profile.
+};
+
 /// What is to be fitted: stops with the points of them that take part; without points a stop has no part.
 struct CellInput {
   std::span<const CellStop> stops;
   const CellGeometry& believed;
   const CellCalibrationOptions& options;
   std::vector<std::vector<int>> points;  ///< By stop.
+  std::optional<CellScanInput> scan = std::nullopt;
 
   bool has_arm() const { return !believed.arm.joints.empty(); }
 };
@@ -34,6 +45,7 @@ struct CellInput {
 struct CellProblem {
   CellFit fit;
   FitBlock camera, mount, target, arm;
+  scanner_problem::ScannerBlocks scanner;
   std::map<int, FitBlock> markers;                        ///< By id.
   std::vector<FitBlock> errors;                           ///< By stop, of its robot pose; absent where it has no part.
   std::vector<std::vector<FitObservation>> observations;  ///< By stop.
@@ -48,6 +60,7 @@ struct CellProblem {
   void add_camera(const CellInput& input);
   void add_markers(const CellInput& input);
   void add_arm(const CellInput& input, const CellSigmas& sigmas);
+  void add_scan(const CellScanInput& scan);
   void add_stop(const CellInput& input, std::size_t i, const CellSigmas& sigmas);
 };
 

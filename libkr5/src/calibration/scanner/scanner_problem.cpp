@@ -101,61 +101,73 @@ Eigen::Matrix3d rotation_about_normal(const Eigen::Vector3d& normal) {
 
 ScannerProblem::ScannerProblem(const ScannerInput& input, const ScannerSigmas& sigmas,
                                const ScannerPlacement& placement) {
-  scanner = fit.add_pose("scanner", placement.T_flange_scanner);
   if (input.arm) {
     arm = fit.add_arm("arm", *input.arm);
     cell_fit::free_arm(fit, arm, *input.arm, sigmas.length, sigmas.angle);
   }
+  static_cast<ScannerBlocks&>(*this) = add_scanner(fit, arm, input, sigmas, placement);
+}
+
+ScannerBlocks add_scanner(CellFit& fit, FitBlock arm, const ScannerInput& input, const ScannerSigmas& sigmas,
+                          const ScannerPlacement& placement) {
+  ScannerBlocks out;
+  out.scanner = fit.add_pose("scanner", placement.T_flange_scanner);
   for (std::size_t k = 0; k < input.targets.size(); ++k) {
     const ScanTarget& target = input.targets[k];
-    targets.push_back(add_target(fit, target, placement.targets[k]));
-    radii.emplace_back();
+    out.targets.push_back(add_target(fit, target, placement.targets[k]));
+    out.radii.emplace_back();
     if (target.kind == ScanTargetKind::Sphere && !(target.radius > 0))
-      radii.back() = fit.add_vector(target.name + ".radius", Eigen::VectorXd::Constant(1, placement.targets[k].radius),
-                                    {"radius [m]"});
+      out.radii.back() = fit.add_vector(target.name + ".radius",
+                                        Eigen::VectorXd::Constant(1, placement.targets[k].radius), {"radius [m]"});
   }
   for (std::size_t i = 0; i < input.views.size(); ++i) {
     const ScannerView& view = input.views[i];
     const ProfileFeature& feature = view.feature;
     const std::size_t at = input.target_of[i];
-    const Eigen::MatrixXd covariance = residual_covariance(input, i, sigmas, placement, shares.emplace_back());
-    factors.push_back(covariance.llt().matrixL());
+    const Eigen::MatrixXd covariance = residual_covariance(input, i, sigmas, placement, out.shares.emplace_back());
+    out.factors.push_back(covariance.llt().matrixL());
     PoseChain to_scanner, to_plane;
-    if (feature.kind == ScanTargetKind::Plane) to_plane.then_inverse(targets[at]);
-    to_scanner.then_inverse(scanner);
-    if (input.arm) {
+    if (feature.kind == ScanTargetKind::Plane) to_plane.then_inverse(out.targets[at]);
+    to_scanner.then_inverse(out.scanner);
+    if (arm.exists()) {
       to_scanner.then_inverse_arm(arm, view.q);
       to_plane.then_arm(arm, view.q);
     } else {
       to_scanner.then(input.T_base_flange[i].inverse());
       to_plane.then(input.T_base_flange[i]);
     }
-    to_plane.then(scanner);
+    to_plane.then(out.scanner);
     switch (feature.kind) {
       case ScanTargetKind::Tip:
-        observations.push_back(fit.observe_position(to_scanner, targets[at], in_scanner(feature.points.col(0)),
-                                                    Eigen::Matrix3d(covariance)));
+        out.observations.push_back(fit.observe_position(to_scanner, out.targets[at], in_scanner(feature.points.col(0)),
+                                                        Eigen::Matrix3d(covariance)));
         break;
       case ScanTargetKind::Sphere:
-        observations.push_back(fit.observe_sphere_section(to_scanner, targets[at], placement.targets[at].radius,
-                                                          {feature.points(0, 0), feature.points(1, 0), feature.radius},
-                                                          covariance, radii[at]));
+        out.observations.push_back(fit.observe_sphere_section(
+            to_scanner, out.targets[at], placement.targets[at].radius,
+            {feature.points(0, 0), feature.points(1, 0), feature.radius}, covariance, out.radii[at]));
         break;
       case ScanTargetKind::Plane:
         Eigen::Matrix3Xd points(3, 2);
         points << in_scanner(feature.points.col(0)), in_scanner(feature.points.col(1));
-        observations.push_back(fit.observe_on_plane(to_plane, points, covariance));
+        out.observations.push_back(fit.observe_on_plane(to_plane, points, covariance));
         break;
     }
+  }
+  return out;
+}
+
+void ScannerBlocks::begin_at(CellFit& fit, const ScannerBlocks& others, const CellFit& of_others) const {
+  fit.begin_at(scanner, of_others.values(others.scanner));
+  for (std::size_t k = 0; k < targets.size(); ++k) {
+    fit.begin_at(targets[k], of_others.values(others.targets[k]));
+    if (radii[k].exists()) fit.begin_at(radii[k], of_others.values(others.radii[k]));
   }
 }
 
 void ScannerProblem::begin_at(const ScannerProblem& other) {
-  const auto take = [&](FitBlock mine, FitBlock theirs) {
-    if (mine.exists() && theirs.exists()) fit.begin_at(mine, other.fit.values(theirs));
-  };
-  take(scanner, other.scanner), take(arm, other.arm);
-  for (std::size_t k = 0; k < targets.size(); ++k) take(targets[k], other.targets[k]), take(radii[k], other.radii[k]);
+  ScannerBlocks::begin_at(fit, other, other.fit);
+  if (arm.exists()) fit.begin_at(arm, other.fit.values(other.arm));
 }
 
 void ScannerProblem::set_weights(const std::vector<double>& weights) {
