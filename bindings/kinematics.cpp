@@ -47,7 +47,8 @@ static void bind_deviated_arm(py::module_& m) {
   m.def("joint_parameters", &joint_parameters, py::arg("chain"), "The four parameters of every joint of a chain.");
   bind_struct<DeviatedArm>(m, "DeviatedArm", "Arm of which parameters are off, beside the nominal one.")
       .def(
-          "errors", [](const DeviatedArm& self, const Eigen::Ref<const Rows>& deviations) { return self.errors(deviations); },
+          "errors",
+          [](const DeviatedArm& self, const Eigen::Ref<const Rows>& deviations) { return self.errors(deviations); },
           py::arg("deviations"), py::call_guard<py::gil_scoped_release>(),
           "Errors of the flange (N x 6), position [m] and rotation vector [rad] in B, for the deviations in each row.");
 }

@@ -95,13 +95,16 @@ TEST_CASE("back-projection errors grow in proportion to the noise, and toward th
 TEST_CASE("eq. 3.56 is another number than the exact covariance, and follows the noise as it does") {
   const Eigen::Matrix3Xd points = two_planes();
   const Eigen::Matrix2Xd pixels = seen(true_matrix(), points);
-  const auto at = [&](double noise) {
-    return back_projection_uncertainty(points, pixels, board, {.sigma_pixel = noise, .draws = 0});
+  const auto at = [&](double noise, double unit = 1.0) {
+    return back_projection_uncertainty(points, pixels, board, {.sigma_pixel = noise, .length_unit = unit, .draws = 0});
   };
   const auto one = at(1), half = at(0.5);
   CHECK(half.sigma_M == Approx(0.5 * one.sigma_M));
   CHECK((4 * half.corners[0].approximate - one.corners[0].approximate).norm() <
         1e-9 * one.corners[0].approximate.norm());
+  CHECK((one.corners[0].approximate - one.corners[0].covariance).norm() > one.corners[0].covariance.norm());
+  CHECK((at(1, 1e-3).corners[0].approximate - one.corners[0].approximate).norm() > one.corners[0].covariance.norm());
+  CHECK((at(1, 1e-3).corners[0].covariance - one.corners[0].covariance).norm() == 0);  // of no unit
   // s_M is that of matrices estimated from noisy pixels, at the scale of unit depth.
   Random random(3);
   double squares = 0;

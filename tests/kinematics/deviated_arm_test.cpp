@@ -52,7 +52,8 @@ TEST_CASE("errors of deviated arms are those of chains made one by one, prismati
 }
 
 TEST_CASE("parameters of an arm have the names of the tables, and one it has not is refused") {
-  DeviatedArm arm{.nominal = DhChain{Pose::Identity(), {DhJoint{}, DhJoint{}}}, .parameters = {}, .q = Eigen::Vector2d::Zero()};
+  DeviatedArm arm{
+      .nominal = DhChain{Pose::Identity(), {DhJoint{}, DhJoint{}}}, .parameters = {}, .q = Eigen::Vector2d::Zero()};
   arm.parameters = joint_parameters(arm.nominal);
   REQUIRE(arm.parameters.size() == 8);
   CHECK(arm.parameters[4].label() == "b2");

@@ -18,7 +18,7 @@ enum { X, Y, Z };
 /// The arm of Hayat et al. 2022, Table 3.1, at the pose of their case 1.
 DeviatedArm printed_kr5() {
   DeviatedArm arm;
-  const double rows[6][4] = {{0.4, 0, 0.18, 90},  {0, 90, 0.6, 180}, {0, 0, 0.12, 90},
+  const double rows[6][4] = {{0.4, 0, 0.18, 90}, {0, 90, 0.6, 180}, {0, 0, 0.12, 90},
                              {0.62, 180, 0, 90}, {0, -90, 0, 90},   {0, 90, 0, 0}};
   for (const auto& [b, theta, a, alpha] : rows)
     arm.nominal.joints.push_back({.b = b, .theta_offset = theta * deg, .a = a, .alpha = alpha * deg});

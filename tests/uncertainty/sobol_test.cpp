@@ -75,9 +75,8 @@ TEST_CASE("indices of Ishigami's function lie in their intervals, total ones and
 TEST_CASE("of a sum of normal inputs each has its share of the variance, alone and in all") {
   std::vector<UncertainInput> inputs;
   for (const double sigma : {1.0, 2.0, 3.0}) inputs.push_back({.name = "x", .sigma = sigma, .truncation = 8.0});
-  const SobolResult r =
-      sobol_indices([](const Eigen::MatrixXd& x) { return Eigen::MatrixXd(x.rowwise().sum()); }, inputs,
-                    {.samples = 1 << 14});
+  const SobolResult r = sobol_indices([](const Eigen::MatrixXd& x) { return Eigen::MatrixXd(x.rowwise().sum()); },
+                                      inputs, {.samples = 1 << 14});
   for (int k = 0; k < 3; ++k) {
     const double share = std::pow(k + 1.0, 2) / 14;
     // Random rows would have a standard error of sqrt(2 share / N) <= 0.009.
@@ -131,9 +130,7 @@ TEST_CASE("a negative estimate is explained, with the input and the output it is
 }
 
 TEST_CASE("an output that varies by rounding alone is constant") {
-  const auto model = [](const Eigen::MatrixXd& x) {
-    return Eigen::MatrixXd(1000 + 1e-13 * x.col(0).array());
-  };
+  const auto model = [](const Eigen::MatrixXd& x) { return Eigen::MatrixXd(1000 + 1e-13 * x.col(0).array()); };
   CHECK(sobol_indices(model, uniform_inputs(2, 0, 1), {.samples = 64}).variance[0] == 0);
   const auto small = [](const Eigen::MatrixXd& x) { return Eigen::MatrixXd(1e-9 * x.col(0)); };
   CHECK(sobol_indices(small, uniform_inputs(2, 0, 1), {.samples = 64}).total(0, 0) > 0.8);

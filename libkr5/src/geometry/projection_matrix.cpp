@@ -31,8 +31,8 @@ Eigen::Matrix<double, Dimension + 1, Dimension + 1> normaliser(
 }
 
 void check_points(const Eigen::Matrix3Xd& points, const Eigen::Matrix2Xd& pixels) {
-  require(points.cols() == pixels.cols(), "there are " + std::to_string(points.cols()) + " points and " +
-                                              std::to_string(pixels.cols()) + " pixels");
+  require(points.cols() == pixels.cols(),
+          "there are " + std::to_string(points.cols()) + " points and " + std::to_string(pixels.cols()) + " pixels");
   require(points.cols() >= 6, "a projection matrix needs six points, found " + std::to_string(points.cols()));
   require(points.allFinite() && pixels.allFinite(), "points and pixels must be finite");
   const Eigen::VectorXd spread = singular_values(points.colwise() - points.rowwise().mean().eval());
@@ -43,8 +43,8 @@ void check_points(const Eigen::Matrix3Xd& points, const Eigen::Matrix2Xd& pixels
 struct Dlt {
   Eigen::Matrix4d from_points;
   Eigen::Matrix3d from_pixels;
-  Eigen::MatrixXd A;                 ///< 2 n x 12.
-  Eigen::Matrix4Xd homogeneous;      ///< Normalised points.
+  Eigen::MatrixXd A;                             ///< 2 n x 12.
+  Eigen::Matrix4Xd homogeneous;                  ///< Normalised points.
   Eigen::Matrix<double, 12, 12> pseudo_inverse;  ///< Of A^T A, without the solution.
   RowMajor34 solution;
 
@@ -126,7 +126,7 @@ struct BackProjectionJacobian {
   }
 };
 
-/// Eq. 3.56 with the correct order of its factors.
+/// Eq. 3.56 with the correct order of its factors, all in one unit of length.
 Eigen::Matrix3d approximate_covariance(const ProjectionMatrix& M, const Eigen::Vector3d& point, double sigma_M) {
   const SymmetricEigen eigen = symmetric_eigen(M.transpose() * M);
   const Eigen::Matrix4d inverse = eigen.vectors.rightCols(3) * eigen.values.tail(3).cwiseInverse().asDiagonal() *
@@ -139,9 +139,8 @@ void simulate_back_projection(const Eigen::Matrix3Xd& points, const Eigen::Matri
   if (options.draws == 0) return;
   Random random(options.seed);
   for (int i = 0; i < options.draws; ++i) {
-    const Eigen::Matrix2Xd noisy = pixels + Eigen::Matrix2Xd::NullaryExpr(2, pixels.cols(), [&] {
-                                     return random.normal(options.sigma_pixel);
-                                   });
+    const Eigen::Matrix2Xd noisy =
+        pixels + Eigen::Matrix2Xd::NullaryExpr(2, pixels.cols(), [&] { return random.normal(options.sigma_pixel); });
     const Dlt dlt(points, noisy);
     const ProjectionMatrix M = dlt.matrix(dlt.solution);
     for (BackProjectedCorner& corner : corners) {
@@ -159,6 +158,7 @@ void simulate_back_projection(const Eigen::Matrix3Xd& points, const Eigen::Matri
 
 void BackProjectionOptions::validate() const {
   require(sigma_pixel > 0 && std::isfinite(sigma_pixel), "sigma_pixel must be positive [px]");
+  require(length_unit > 0 && std::isfinite(length_unit), "length_unit must be positive [m]");
   require(draws == 0 || draws >= 100, "draws must be 0 or at least 100");
 }
 
@@ -193,7 +193,12 @@ BackProjectionResult back_projection_uncertainty(const Eigen::Matrix3Xd& points,
   const RowMajor34 rows = out.M;
   const Eigen::RowVectorXd stretched = out.M.row(2).head<3>() * by_pixels.middleRows<3>(8);
   by_pixels -= Eigen::Map<const Vector12>(rows.data()) * stretched;
-  out.sigma_M = options.sigma_pixel * std::sqrt(by_pixels.squaredNorm() / 12);
+  const double unit = options.length_unit;
+  ProjectionMatrix M_unit = out.M;  // its lambda is the depth in that unit, too
+  M_unit.col(3) /= unit;
+  double squares = by_pixels.squaredNorm();
+  for (const int last : {3, 7, 11}) squares += (1 / (unit * unit) - 1) * by_pixels.row(last).squaredNorm();
+  out.sigma_M = options.sigma_pixel * std::sqrt(squares / 12);
   for (int i = 0; i < points.cols(); ++i) {
     if (std::abs(plane.normal.dot(points.col(i)) - plane.distance) > off_plane) continue;
     const BackProjectionJacobian J(out.M, pixels.col(i), plane);
@@ -201,7 +206,7 @@ BackProjectionResult back_projection_uncertainty(const Eigen::Matrix3Xd& points,
     if (options.noisy_pixel) by_noise.middleCols<2>(2 * i) += J.by_pixel;
     BackProjectedCorner corner{.index = i, .point = points.col(i)};
     corner.covariance = std::pow(options.sigma_pixel, 2) * by_noise * by_noise.transpose();
-    corner.approximate = approximate_covariance(out.M, points.col(i), out.sigma_M);
+    corner.approximate = unit * unit * approximate_covariance(M_unit, points.col(i) / unit, out.sigma_M);
     out.corners.push_back(corner);
   }
   require(!out.corners.empty(), "no point lies on the plane");

@@ -54,9 +54,7 @@ void add_posture(std::vector<DhJoint>& joints, const Eigen::Ref<const Eigen::Row
 
 }  // namespace
 
-std::string JointParameter::label() const {
-  return std::string(name_of(parameter)) + std::to_string(joint + 1);
-}
+std::string JointParameter::label() const { return std::string(name_of(parameter)) + std::to_string(joint + 1); }
 
 std::vector<JointParameter> joint_parameters(const DhChain& chain) {
   std::vector<JointParameter> out;

@@ -36,8 +36,7 @@ void ScrambledSobol::points(int replicate, std::int64_t first, Eigen::Ref<Eigen:
   if (first > 1) sequence.seed(static_cast<std::uint64_t>(first - 1));
   const Scramble* scramble = scrambles_.data() + replicate * dimension_;
   for (Eigen::Index i = 0; i < out.rows(); ++i)
-    for (Eigen::Index k = 0; k < dimension_; ++k)
-      out(i, k) = scramble[k].apply(first + i == 0 ? 0 : sequence());
+    for (Eigen::Index k = 0; k < dimension_; ++k) out(i, k) = scramble[k].apply(first + i == 0 ? 0 : sequence());
 }
 
 }  // namespace kr5::uncertainty

@@ -41,11 +41,11 @@ struct Averages {
 
 Averages averages_of(const Rows& outputs, Eigen::Index free, int replicates) {
   const Eigen::Index each = free + 2, n = outputs.rows() / each, count = outputs.cols();
-  Averages out{.by_replicate = std::vector<Sums>(static_cast<std::size_t>(replicates),
-                                                 Sums::Zero(sum_inputs + 2 * free, count)),
-               .centre = Eigen::RowVectorXd::Zero(count),
-               .largest = outputs.cwiseAbs().colwise().maxCoeff(),
-               .rows = n};
+  Averages out{
+      .by_replicate = std::vector<Sums>(static_cast<std::size_t>(replicates), Sums::Zero(sum_inputs + 2 * free, count)),
+      .centre = Eigen::RowVectorXd::Zero(count),
+      .largest = outputs.cwiseAbs().colwise().maxCoeff(),
+      .rows = n};
   for (Eigen::Index i = 0; i < n; ++i)  // against rounding: variances of outputs far from 0
     out.centre += (outputs.row(i * each) + outputs.row(i * each + each - 1)) / static_cast<double>(2 * n);
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -107,7 +107,8 @@ Eigen::VectorXd standard_errors(const Averages& averages, Eigen::Index output, c
   if (used < 2) return Eigen::VectorXd::Zero(indices.cols());
   const auto valid = indices.topRows(used);
   const Eigen::RowVectorXd mean = valid.colwise().mean();
-  const double few = static_cast<double>(replicates) / static_cast<double>(replicates - 1);  // of a bootstrap of so many
+  const double few =
+      static_cast<double>(replicates) / static_cast<double>(replicates - 1);  // of a bootstrap of so many
   return ((valid.rowwise() - mean).colwise().squaredNorm() * few / static_cast<double>(used - 1)).cwiseSqrt();
 }
 

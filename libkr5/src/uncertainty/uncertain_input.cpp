@@ -54,17 +54,16 @@ OneAtATime one_at_a_time(const BatchModel& model, const std::vector<UncertainInp
     const UncertainInput& input = inputs[static_cast<std::size_t>(k)];
     const double sigma = spread_of(input);
     const bool uniform = input.law == InputLaw::Uniform;
-    const double half = uniform ? (input.high - input.low) / 2
-                                : sigma * (std::isfinite(input.truncation) ? input.truncation : 3.0);
+    const double half =
+        uniform ? (input.high - input.low) / 2 : sigma * (std::isfinite(input.truncation) ? input.truncation : 3.0);
     const Eigen::Index first = 1 + k * each;
     x(first, k) -= sigma;
     x(first + 1, k) += sigma;
     for (int i = 0; i < steps; ++i) x(first + 2 + i, k) += half * (2.0 * i / (steps - 1) - 1);
   }
   Rows y = model(x);
-  require(y.rows() == x.rows() && y.cols() > 0, "the model gave " + std::to_string(y.rows()) +
-                                                    " rows of outputs for " + std::to_string(x.rows()) +
-                                                    " rows of inputs");
+  require(y.rows() == x.rows() && y.cols() > 0, "the model gave " + std::to_string(y.rows()) + " rows of outputs for " +
+                                                    std::to_string(x.rows()) + " rows of inputs");
   require(y.allFinite(), "the model gave an output that is not finite");
   OneAtATime out;
   out.centre = y.row(0).transpose();

@@ -11,7 +11,13 @@ ICONS = {"good": "✓", "doubtful": "!", "unusable": "✗"}
 
 
 def write_tables_page(
-    data: dict[str, Any], title: str, brand: str, source: str, parts: list[dict[str, Any]], output: Path, png: Path | None
+    data: dict[str, Any],
+    title: str,
+    brand: str,
+    source: str,
+    parts: list[dict[str, Any]],
+    output: Path,
+    png: Path | None,
 ) -> list[Path]:
     """Writes the page of `parts` (title, texts, plots, tables of title, columns, rows and texts) and, where they are
     wanted, the plots, which are closed; returns the files of these."""

@@ -60,8 +60,9 @@ def load_arm(file: Path | None, pose: str | None, workspace: bool) -> Arm:
     posture = parse_posture(pose, chain) if pose else tuple(np.radians(HOME).tolist())
     limits = joint_limits(cell, path, file is None)
     if workspace and limits is None:
-        terminal.fail(f"{path}: robot.limits: is missing; the workspace needs the limits of the joints, as in"
-                      f" {SHIPPED_CELL}")
+        terminal.fail(
+            f"{path}: robot.limits: is missing; the workspace needs the limits of the joints, as in {SHIPPED_CELL}"
+        )
     if limits and file is not None:
         outside = [k + 1 for k, (q, (low, high)) in enumerate(zip(posture, limits)) if not low <= q <= high]
         if outside and not workspace:
@@ -87,8 +88,10 @@ def parse_posture(text: str, chain: Any) -> tuple[float, ...]:
     except ValueError:
         terminal.fail(f"--pose: found {text!r}, expected {len(chain.joints)} numbers [deg; mm of prismatic joints]")
     if len(values) != len(chain.joints) or not np.isfinite(values).all():
-        terminal.fail(f"--pose: found {len(values)} numbers, expected {len(chain.joints)} that are finite"
-                      " [deg; mm of prismatic joints]")
+        terminal.fail(
+            f"--pose: found {len(values)} numbers, expected {len(chain.joints)} that are finite"
+            " [deg; mm of prismatic joints]"
+        )
     return tuple(
         1e-3 * value if is_prismatic(joint) else float(np.radians(value)) for joint, value in zip(chain.joints, values)
     )
@@ -143,8 +146,10 @@ def group_words(group: str) -> str:
 
 def where_text(arm: Arm, averaged: bool) -> str:
     if arm.limits is None:
-        shown = (f"{1e3 * q:g} mm" if is_prismatic(j) else f"{np.degrees(q):.4g}°" for j, q in
-                 zip(arm.chain.joints, arm.posture))
+        shown = (
+            f"{1e3 * q:g} mm" if is_prismatic(j) else f"{np.degrees(q):.4g}°"
+            for j, q in zip(arm.chain.joints, arm.posture)
+        )
         return f"at [{', '.join(shown)}]"
     return "averaged over the workspace" if averaged else "over the workspace"
 

@@ -127,7 +127,9 @@ def sensitivity(
             analyses = [_function_analysis(model, inputs, vectorized, options)]
         else:
             if inputs is not None or vectorized:
-                terminal.fail("--inputs, --vectorized: are of a MODEL, which is missing: MODULE:FUNCTION or FILE.py:FUNCTION")
+                terminal.fail(
+                    "--inputs, --vectorized: are of a MODEL, which is missing: MODULE:FUNCTION or FILE.py:FUNCTION"
+                )
             tolerances = _tolerances(sigma_length, sigma_angle, truncation)
             analyses = _arm_analyses(arm, pose, workspace, group, tolerances)
         _check_folder(output, analyses)
@@ -140,7 +142,11 @@ def sensitivity(
     for one in found:
         page.print_analysis(one, to)
     data = results.write_result(
-        output / "result.json", FORMAT, verdict=_verdict(found), input=_input(model, inputs, arm), result={"analyses": found}
+        output / "result.json",
+        FORMAT,
+        verdict=_verdict(found),
+        input=_input(model, inputs, arm),
+        result={"analyses": found},
     )
     writing.write_json(data, json_file)
     files = page.write_page(data, (model or analyses[0].title.split(",")[0]), output / "report.html", png)

@@ -41,8 +41,10 @@ class InputEntry(Document):
         wanted = FIELDS[self.distribution]
         for name in sorted(set().union(*FIELDS.values())):
             if (getattr(self, name) is not None) != (name in wanted):
-                raise ValueError(f"found {'no' if name in wanted else 'a'} {name}, expected {', '.join(sorted(wanted))}"
-                                 f" of the distribution {self.distribution}")
+                raise ValueError(
+                    f"found {'no' if name in wanted else 'a'} {name}, expected {', '.join(sorted(wanted))}"
+                    f" of the distribution {self.distribution}"
+                )
         if self.low is not None and self.high is not None and not self.low < self.high:
             raise ValueError(f"found low {self.low:g} and high {self.high:g}, expected low below high")
         return self

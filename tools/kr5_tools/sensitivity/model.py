@@ -113,9 +113,7 @@ class FunctionModel:
         try:
             return function(argument)
         except Exception as error:  # whatever the user's code raises is the user's to mend
-            raise ModelError(
-                f"{self.label}: raised {type(error).__name__}: {error} at {self._at(sample)}"
-            ) from None
+            raise ModelError(f"{self.label}: raised {type(error).__name__}: {error} at {self._at(sample)}") from None
 
     def _flat(self, found: Any, sample: Numbers) -> Numbers:
         if isinstance(found, dict):
@@ -132,9 +130,7 @@ class FunctionModel:
         try:
             return np.asarray(found, dtype=np.float64)
         except (TypeError, ValueError):
-            raise ModelError(
-                f"{self.label}: gave {found!r:.60} at {self._at(sample)}; expected numbers"
-            ) from None
+            raise ModelError(f"{self.label}: gave {found!r:.60} at {self._at(sample)}; expected numbers") from None
 
     def _at(self, sample: Numbers) -> str:
         shown = ", ".join(f"{name} = {value:.9g}" for name, value in list(zip(self.names, sample))[:8])

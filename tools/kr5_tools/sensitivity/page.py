@@ -33,8 +33,10 @@ def print_analysis(analysis: dict[str, Any], to: Any) -> None:
     """Total indices by input, of those that have any."""
     total = np.array(analysis["total"], float)
     shown = [k for k in rows_by_weight(analysis) if total[k].max() >= LEAST_SHOWN]
-    rows = [[analysis["inputs"][k]["name"], *(f"{x:.3f}" if x >= LEAST_SHOWN / 10 else "·" for x in total[k])]
-            for k in shown]
+    rows = [
+        [analysis["inputs"][k]["name"], *(f"{x:.3f}" if x >= LEAST_SHOWN / 10 else "·" for x in total[k])]
+        for k in shown
+    ]
     to.print(analysis["title"], soft_wrap=True, markup=False)
     to.print(tables.make_table("Total indices [-]", ["input", *output_heads(analysis)], rows))
     hidden = len(total) - len(shown)
@@ -135,7 +137,7 @@ def one_at_a_time_table(analysis: dict[str, Any]) -> dict[str, Any]:
         "columns": ["input", *heads],
         "rows": rows,
         "texts": [
-            "Change of the output with one input off by one standard deviation, the others at their medians; in brackets"
-            " the range of the output over the whole range of the input."
+            "Change of the output with one input off by one standard deviation, the others at their medians; in"
+            " brackets the range of the output over the whole range of the input."
         ],
     }

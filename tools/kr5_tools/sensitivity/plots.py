@@ -28,21 +28,21 @@ def analysis_plots(analysis: dict[str, Any]) -> list[Plot]:
                 shown = ", ".join(names[k] for k in group)
                 slug = "".join(names[k] for k in group) if all(names[k].isalnum() for k in group) else str(group[0] + 1)
                 out.append(
-                    Plot(f"{analysis['name']}_{slug}", f"Sensitivity of {shown}", TEXT, draw_bars(analysis, group), True)
+                    Plot(
+                        f"{analysis['name']}_{slug}", f"Sensitivity of {shown}", TEXT, draw_bars(analysis, group), True
+                    )
                 )
     return out
 
 
 TEXT = (
-    "Total index of every input (bars), with its interval, and first-order index (white dash): where the dash ends below"
+    "Total index of every input (bars), with its interval, and first-order index (dash): where the dash lies below"
     " the bar, the input acts together with others."
 )
 
 
 def draw_bars(analysis: dict[str, Any], outputs: list[int]) -> Figure:
-    total, low, high, first = (
-        np.array(analysis[key], float) for key in ("total", "total_low", "total_high", "first")
-    )
+    total, low, high, first = (np.array(analysis[key], float) for key in ("total", "total_low", "total_high", "first"))
     chosen = np.arange(len(total))
     if len(chosen) > MOST_BARS:
         chosen = np.sort(np.argsort(-total[:, outputs].max(axis=1))[:MOST_BARS])
@@ -57,7 +57,7 @@ def draw_bars(analysis: dict[str, Any], outputs: list[int]) -> Figure:
         axes.errorbar(x, y, yerr=errors, fmt="none", ecolor=GREY, elinewidth=0.9, capsize=1.5)
         shown = first[chosen, output]
         seen = y > 0.02  # on a lower bar the dash would hide it
-        axes.hlines(shown[seen], (x - 0.4 * width)[seen], (x + 0.4 * width)[seen], color="white", linewidth=1.4)
+        axes.hlines(shown[seen], (x - 0.4 * width)[seen], (x + 0.4 * width)[seen], color="black", linewidth=1.1)
     labels = [analysis["inputs"][k]["name"] for k in chosen]
     upright = sum(map(len, labels)) > 70 or len(labels) > 14
     axes.set_xticks(at, labels, rotation=90 if upright else 0, fontsize=9)

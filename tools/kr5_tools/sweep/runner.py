@@ -44,7 +44,9 @@ def run_trials(
     """Runs all trials; `keep` gets them as they are finished."""
 
     def batches(count: int) -> list[tuple[Any, ...]]:
-        return [(cell, batch, grid.insert_by, grid.seed) for batch in make_batches(keys, count if count > 1 else len(keys))]
+        return [
+            (cell, batch, grid.insert_by, grid.seed) for batch in make_batches(keys, count if count > 1 else len(keys))
+        ]
 
     run_job(Job(run_batch, batches, len(keys), "inserting", "trials"), workers, scheduler, keep)
 
@@ -185,8 +187,7 @@ def progress_bar(job: Job) -> Iterator[Callable[[int], None]]:
             if not terminal.errors.is_terminal and now - said > SAY_EVERY and done < job.total:
                 said = now
                 terminal.errors.print(
-                    f"{done} of {job.total} {job.things}, about"
-                    f" {(now - begin) / done * (job.total - done):.0f} s left"
+                    f"{done} of {job.total} {job.things}, about {(now - begin) / done * (job.total - done):.0f} s left"
                 )
 
         yield advance

@@ -42,6 +42,7 @@ Eigen::Vector3d back_project(const ProjectionMatrix& M, const Eigen::Vector2d& p
 struct BackProjectionOptions {
   double sigma_pixel = 0.5;  ///< [px]
   bool noisy_pixel = false;
+  double length_unit = 1e-3;  ///< [m]
   int draws = 4000;
   std::uint64_t seed = 1;
 
@@ -52,6 +53,8 @@ struct BackProjectionOptions {
     visit("sigma_pixel", self.sigma_pixel, "Standard deviation of u and v of a corner [px].");
     visit("noisy_pixel", self.noisy_pixel,
           "Whether the pixel that is projected back carries its noise; the book takes the true one.");
+    visit("length_unit", self.length_unit,
+          "Unit of length of eq. 3.56, which gives another result in each; the book has mm [m].");
     visit("draws", self.draws, "Draws of the simulation; 0: none.");
     visit("seed", self.seed, "Random seed.");
   }
@@ -83,7 +86,8 @@ struct BackProjectionResult {
 
   static void each_field(auto& self, auto&& visit) {
     visit("M", self.M, "Projection matrix [px, m].");
-    visit("sigma_M", self.sigma_M, "RMS standard deviation of its entries, as eq. 3.56 takes all of them alike.");
+    visit("sigma_M", self.sigma_M,
+          "RMS standard deviation of its entries in the unit of eq. 3.56, which takes all of them as alike.");
     visit("corners", self.corners, "Corners on the plane.");
   }
 };
