@@ -5,6 +5,7 @@
 #include <kr5/geometry/mount.hpp>
 #include <kr5/geometry/pinhole.hpp>
 #include <kr5/geometry/placed.hpp>
+#include <kr5/geometry/projection_matrix.hpp>
 #include <kr5/geometry/single_image_calibration.hpp>
 #include <kr5/geometry/target.hpp>
 #include <kr5/geometry/uncertain_pose.hpp>
@@ -102,8 +103,33 @@ static void bind_uncertain_poses(py::module_& m) {
   m.def(
       "fuse", [](const std::vector<UncertainVector>& measurements) { return fuse(measurements); },
       py::arg("measurements"), "Most probable value of independent measurements of one quantity.");
+  m.def(
+      "propagate_chain", [](const std::vector<UncertainPose>& chain) { return propagate_chain(chain); },
+      py::arg("chain"), "Product of a chain of uncertain poses, to first order.");
+  m.def(
+      "propagate_chain_unscented",
+      [](const std::vector<UncertainPose>& chain) { return propagate_chain_unscented(chain); }, py::arg("chain"),
+      "Product of a chain of uncertain poses, by the unscented transform.");
+  m.def("covariance_defect", &covariance_defect, py::arg("matrix"), py::arg("tolerance") = 1e-9,
+        "Why a matrix is no covariance, with the offending eigenvalue; empty when it is one.");
   m.def("is_covariance", &is_covariance, py::arg("matrix"),
         "Whether a matrix is symmetric and without a negative eigenvalue.");
+}
+
+static void bind_projection_matrix(py::module_& m) {
+  python::bind_struct<Plane>(m, "Plane", "Plane: normal . p = distance.");
+  m.def("projection_matrix", &projection_matrix, py::arg("camera"), py::arg("T_camera_grid"),
+        "Projection matrix (3 x 4) of a camera without its lens distortion.");
+  m.def("estimate_projection_matrix", &estimate_projection_matrix, py::arg("points"), py::arg("pixels"),
+        "Projection matrix from points (3 x n) and pixels (2 x n) by linear least squares.");
+  m.def("back_project", &back_project, py::arg("M"), py::arg("pixel"), py::arg("plane"),
+        "Point of a plane that is seen at a pixel [m].");
+  python::bind_struct<BackProjectionOptions>(m, "BackProjectionOptions", "Options of back_projection_uncertainty.");
+  python::bind_struct<BackProjectedCorner>(m, "BackProjectedCorner", "Corner projected back.");
+  python::bind_struct<BackProjectionResult>(m, "BackProjectionResult", "Uncertainty of corners projected back.");
+  m.def("back_projection_uncertainty", &back_projection_uncertainty, py::arg("points"), py::arg("pixels"),
+        py::arg("plane"), py::arg("options") = BackProjectionOptions(), py::call_guard<py::gil_scoped_release>(),
+        "Uncertainty of points on a plane that are projected back by a matrix estimated from noisy pixels.");
 }
 
 void bind_geometry(py::module_& m) {
@@ -114,6 +140,7 @@ void bind_geometry(py::module_& m) {
   python::bind_struct<Pinhole>(m, "Pinhole", "Pinhole camera with the rational lens model; z out of the lens, x right.")
       .def("project", &project, py::arg("points"), "Pixels (2 x n) of points in the camera frame (3 x n) [m].")
       .def("rays", &rays, py::arg("pixels"), "Directions (3 x n, z = 1) of pixels (2 x n); NaN where there is none.");
+  bind_projection_matrix(m);
   python::bind_struct<View>(m, "View", "View: points of a target in one image.");
   bind_two_plane(m);
   bind_targets(m);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <kr5/kinematics/axis_chain.hpp>
+#include <kr5/kinematics/deviated_arm.hpp>
 #include <kr5/kinematics/dh_chain.hpp>
 #include <kr5/kinematics/inverse.hpp>
 #include <kr5/kinematics/jacobian.hpp>
@@ -36,6 +37,20 @@ static void bind_chain(py::module_& m) {
             return py::array_t<double>({q.rows(), Eigen::Index{4}, Eigen::Index{4}}, T->data(), owner);
           },
           py::arg("q"), "T_base_flange of every row of q (N x n) [rad or m]: N x 4 x 4.");
+}
+
+static void bind_deviated_arm(py::module_& m) {
+  bind_enum<DhParameter>(m, "DhParameter", "Parameter of a Denavit-Hartenberg row.");
+  bind_struct<JointParameter>(m, "JointParameter", "Parameter of one joint.")
+      .def_property_readonly("label", &JointParameter::label, "As in tables: b1, theta1, a1, alpha1.")
+      .def_property_readonly("is_length", &JointParameter::is_length, "Whether it is b or a.");
+  m.def("joint_parameters", &joint_parameters, py::arg("chain"), "The four parameters of every joint of a chain.");
+  bind_struct<DeviatedArm>(m, "DeviatedArm", "Arm of which parameters are off, beside the nominal one.")
+      .def(
+          "errors",
+          [](const DeviatedArm& self, const Eigen::Ref<const Rows>& deviations) { return self.errors(deviations); },
+          py::arg("deviations"), py::call_guard<py::gil_scoped_release>(),
+          "Errors of the flange (N x 6), position [m] and rotation vector [rad] in B, for the deviations in each row.");
 }
 
 static void bind_axes(py::module_& m) {
@@ -121,6 +136,7 @@ static void bind_dynamics(py::module_& m) {
 void bind_kinematics(py::module_& m) {
   m.doc() = "Chains of joints in Denavit-Hartenberg parameters: poses, inverse, masses.";
   bind_chain(m);
+  bind_deviated_arm(m);
   bind_axes(m);
   bind_inverse(m);
   bind_dynamics(m);

@@ -9,6 +9,28 @@
 namespace py = pybind11;
 using namespace kr5::uncertainty;
 
+static void bind_sensitivity(py::module_& m) {
+  kr5::python::bind_enum<InputLaw>(m, "InputLaw", "Distribution of an input.");
+  kr5::python::bind_struct<UncertainInput>(m, "UncertainInput", "Uncertain input of a model.")
+      .def("quantile", &UncertainInput::quantile, py::arg("u"), "Value that it stays below with probability u.");
+  kr5::python::bind_struct<SobolOptions>(m, "SobolOptions", "Options of sobol_indices.");
+  kr5::python::bind_struct<SobolResult>(m, "SobolResult", "Sobol's indices with their intervals.");
+  kr5::python::bind_struct<OneAtATime>(m, "OneAtATime", "Outputs when one input alone is changed.");
+  m.def("sobol_indices", &sobol_indices, py::arg("model"), py::arg("inputs"), py::arg("options") = SobolOptions(),
+        "Sobol's first-order and total indices. `model` takes inputs (samples x inputs) and gives outputs (samples x\n"
+        "outputs).\n\n"
+        "Raises\n------\nkr5.InvalidArgument\n    No inputs, or outputs that are not finite or of another size.");
+  m.def("sobol_design", &sobol_design, py::arg("inputs"), py::arg("first"), py::arg("rows"),
+        py::arg("options") = SobolOptions(), py::call_guard<py::gil_scoped_release>(),
+        "Inputs at which the model is to be evaluated for rows of the sample matrices, in the order of SALib.");
+  m.def("sobol_estimate", &sobol_estimate, py::arg("outputs"), py::arg("inputs"), py::arg("options") = SobolOptions(),
+        py::call_guard<py::gil_scoped_release>(), "Sobol's indices from the outputs at a design.");
+  m.def("intervals_within", &intervals_within, py::arg("result"), py::arg("tolerance"),
+        "Whether half of every interval is at most the tolerance.");
+  m.def("one_at_a_time", &one_at_a_time, py::arg("model"), py::arg("inputs"), py::arg("steps") = 13,
+        "Changes of the outputs when one input alone is changed, by a standard deviation and over its range.");
+}
+
 void bind_uncertainty(py::module_& m) {
   m.doc() = "Confidence regions and intervals.";
   m.def("chi_square_quantile", &chi_square_quantile, py::arg("p"), py::arg("dof"),
@@ -34,13 +56,5 @@ void bind_uncertainty(py::module_& m) {
       },
       py::arg("covariance"), py::arg("confidence") = 0.95,
       "Semi-axes (longest first) and their directions (columns) of the confidence region of a normal vector.");
-  kr5::python::bind_enum<InputLaw>(m, "InputLaw", "Distribution of an input.");
-  kr5::python::bind_struct<UncertainInput>(m, "UncertainInput", "Uncertain input of a model.")
-      .def("quantile", &UncertainInput::quantile, py::arg("u"), "Value that it stays below with probability u.");
-  kr5::python::bind_struct<SobolOptions>(m, "SobolOptions", "Options of sobol_indices.");
-  kr5::python::bind_struct<SobolResult>(m, "SobolResult", "Sobol's indices with their intervals.");
-  m.def("sobol_indices", &sobol_indices, py::arg("model"), py::arg("inputs"), py::arg("options") = SobolOptions(),
-        "Sobol's first-order and total indices. `model` takes inputs (samples x inputs) and gives outputs (samples x\n"
-        "outputs).\n\n"
-        "Raises\n------\nkr5.InvalidArgument\n    No inputs, or outputs that are not finite or of another size.");
+  bind_sensitivity(m);
 }

@@ -24,6 +24,11 @@ UncertainPose random_pose(Random& random, double scale) {
 
 Vector6 draw(Random& random, const Matrix6& covariance) { return covariance.llt().matrixL() * random.normal_vector(6); }
 
+/// The same of a covariance without an inverse, that is diagonal.
+Vector6 draw_singular(Random& random, const Matrix6& covariance) {
+  return covariance.diagonal().cwiseSqrt().cwiseProduct(Vector6(random.normal_vector(6)));
+}
+
 /// The scanner on the flange and the covariance of its points, as printed (Hayat et al. 2022, eq. 2.8 and 3.60) [mm].
 const Eigen::Matrix3d scanner_rotation =
     (Eigen::Matrix3d() << -0.8232, -0.5674, -0.0202, -0.5665, 0.8233, -0.0370, 0.0377, -0.0190, -0.9991).finished();
@@ -44,6 +49,47 @@ TEST_CASE("the covariance of a chain and of an inverse is that of drawn poses") 
   }
   CHECK((chain - AB.covariance).norm() < 0.03 * AB.covariance.norm());
   CHECK((back - inv.covariance).norm() < 0.03 * inv.covariance.norm());
+}
+
+TEST_CASE("a chain is propagated as its poses one by one, and drawn poses tell which order is right") {
+  Random random(6);
+  std::vector<UncertainPose> chain;
+  for (int i = 0; i < 3; ++i) chain.push_back(random_pose(random, 2e-3));
+  const UncertainPose first = propagate_chain(chain), small = chain[0] * chain[1] * chain[2];
+  CHECK((first.T.matrix() - small.T.matrix()).norm() < 1e-12);
+  CHECK((first.covariance - small.covariance).norm() < 1e-12 * small.covariance.norm());
+  CHECK((propagate_chain_unscented(chain).covariance - first.covariance).norm() < 1e-3 * first.covariance.norm());
+
+  // Rotations of 0.3 rad on levers of 1 m: the mean moves by the second order, which the unscented transform has.
+  chain.assign(2, {to_pose((Vector6() << 1, 0, 0, 0, 0, 0.5).finished()), Matrix6::Zero()});
+  for (UncertainPose& pose : chain) pose.covariance(5, 5) = 0.09;
+  const UncertainPose unscented = propagate_chain_unscented(chain), linear = propagate_chain(chain);
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  const int n = 40000;
+  for (int i = 0; i < n; ++i) {
+    Pose T = Pose::Identity();
+    for (const UncertainPose& pose : chain) T = T * pose.T * to_pose(draw_singular(random, pose.covariance));
+    mean += T.translation() / n;
+  }
+  CHECK((unscented.T.translation() - mean).norm() < 0.1 * (linear.T.translation() - mean).norm());
+  chain[1].covariance(0, 0) = -1e-4;
+  CHECK_THROWS_WITH(propagate_chain(chain), Contains("pose 2 of the chain") && Contains("negative eigenvalue -0.0001"));
+  CHECK_THROWS_WITH(propagate_chain_unscented({}), Contains("no poses"));
+}
+
+TEST_CASE("a matrix that is no covariance is told with its eigenvalue") {
+  Eigen::Matrix3d printed;
+  printed << 0.0187, 0.0146, -0.0663, 0.0146, 0.0115, -0.024, -0.0663, -0.024, 0.09341;
+  CHECK_THAT(covariance_defect(printed), Contains("negative eigenvalue -0.020"));
+  printed(2, 2) = 0.9341;
+  CHECK_THAT(covariance_defect(printed), Contains("negative eigenvalue -0.0005"));
+  CHECK(covariance_defect(printed, 1e-3).empty());  // the digits of the print
+  CHECK(covariance_defect(Eigen::Matrix2d::Identity()).empty());
+  CHECK_THAT(covariance_defect(Eigen::MatrixXd::Zero(2, 3)), Contains("2 x 3"));
+  CHECK_THAT(covariance_defect(Eigen::Matrix2d::Constant(NAN)), Contains("not finite"));
+  Eigen::Matrix2d skewed = Eigen::Matrix2d::Identity();
+  skewed(0, 1) = 0.1;
+  CHECK_THAT(covariance_defect(skewed), Contains("not symmetric"));
 }
 
 TEST_CASE("a point by an uncertain pose has the covariance of drawn points, the lever arm included") {

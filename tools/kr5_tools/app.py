@@ -40,6 +40,8 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
     "sweep": {
         "insertion": ("sweep.command", "Insertions over tilts and clearances: success rates and times."),
     },
+    "sensitivity": ("sensitivity.command", "Sensitivity of a model or an arm: Sobol's indices with intervals."),
+    "uncertainty": ("uncertainty.command", "Uncertainty through chains of poses, of camera, scanner and both fused."),
     "scene": ("simulation.scene", "Scenes in DART with expected results."),
     "gap": ("gap.command", "Gap between simulation and recording: measurement, causes, next experiment."),
     "replay": ("replay.command", "Page with a 3D replay of a recording."),

@@ -2,6 +2,7 @@
 #include <kr5/geometry/uncertain_pose.hpp>
 
 #include <cmath>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -18,7 +19,17 @@ void check(const Eigen::VectorXd& mean, const Eigen::MatrixXd& covariance) {
   require(covariance.rows() == mean.size() && covariance.cols() == mean.size(),
           "covariance is " + std::to_string(covariance.rows()) + " x " + std::to_string(covariance.cols()) +
               ", the mean has " + std::to_string(mean.size()) + " numbers");
-  require(is_covariance(covariance), "covariance is not symmetric, or has a negative eigenvalue");
+  if (const std::string defect = covariance_defect(covariance); !defect.empty())
+    throw InvalidArgument("covariance " + defect);
+}
+
+void check_chain(std::span<const UncertainPose> chain) {
+  require(!chain.empty(), "propagate_chain: there are no poses");
+  for (std::size_t i = 0; i < chain.size(); ++i) {
+    require(chain[i].T.matrix().allFinite(), "pose " + std::to_string(i + 1) + " of the chain is not finite");
+    if (const std::string defect = covariance_defect(chain[i].covariance); !defect.empty())
+      throw InvalidArgument("covariance of pose " + std::to_string(i + 1) + " of the chain " + defect);
+  }
 }
 
 }  // namespace
@@ -34,9 +45,37 @@ UncertainPose inverse(const UncertainPose& T_a_b) {
   return {T_a_b.T.inverse(), across * T_a_b.covariance * across.transpose()};
 }
 
+UncertainPose propagate_chain(std::span<const UncertainPose> chain) {
+  check_chain(chain);
+  UncertainPose out = chain.front();
+  for (const UncertainPose& next : chain.subspan(1)) out = out * next;
+  return out;
+}
+
+UncertainPose propagate_chain_unscented(std::span<const UncertainPose> chain) {
+  check_chain(chain);
+  const auto count = static_cast<Eigen::Index>(chain.size());
+  Pose nominal = Pose::Identity();
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(6 * count, 6 * count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    nominal = nominal * chain[static_cast<std::size_t>(i)].T;
+    covariance.block<6, 6>(6 * i, 6 * i) = chain[static_cast<std::size_t>(i)].covariance;
+  }
+  const auto difference = [&](const Eigen::VectorXd& d) -> Eigen::VectorXd {
+    Pose T = Pose::Identity();
+    for (Eigen::Index i = 0; i < count; ++i)
+      T = T * chain[static_cast<std::size_t>(i)].T * to_pose(Vector6(d.segment<6>(6 * i)));
+    return pose_difference(nominal, T);
+  };
+  const UncertainVector found = propagate_unscented(difference, Eigen::VectorXd::Zero(6 * count), covariance);
+  return {nominal * to_pose(Vector6(found.value)), found.covariance};
+}
+
 UncertainVector transform_point(const UncertainPose& T_a_b, const Eigen::Vector3d& p_b,
                                 const Eigen::Matrix3d& covariance, bool rotation_errors) {
   check(p_b, covariance);
+  if (const std::string defect = covariance_defect(T_a_b.covariance); !defect.empty())
+    throw InvalidArgument("covariance of the pose " + defect);
   const Eigen::Matrix3d& R = T_a_b.T.linear();
   Eigen::Matrix<double, 3, 6> by_pose;
   by_pose << R, (rotation_errors ? Eigen::Matrix3d(-R * skew(p_b)) : Eigen::Matrix3d::Zero());
@@ -108,12 +147,23 @@ UncertainVector fuse(std::span<const UncertainVector> measurements) {
   return {factors.solve(sum), factors.solve(Eigen::MatrixXd::Identity(n, n))};
 }
 
-bool is_covariance(const Eigen::MatrixXd& matrix) {
-  if (matrix.rows() != matrix.cols() || !matrix.allFinite()) return false;
-  if (matrix.size() == 0) return true;
+std::string covariance_defect(const Eigen::MatrixXd& matrix, double tolerance) {
+  std::ostringstream text;
+  if (matrix.rows() != matrix.cols()) {
+    text << "is " << matrix.rows() << " x " << matrix.cols() << ", not square";
+    return text.str();
+  }
+  if (!matrix.allFinite()) return "has an entry that is not finite";
+  if (matrix.size() == 0) return "";
   const double size = matrix.cwiseAbs().maxCoeff();
-  if ((matrix - matrix.transpose()).cwiseAbs().maxCoeff() > 1e-9 * size) return false;
-  return symmetric_eigen(matrix).values.minCoeff() >= -1e-9 * size;
+  if ((matrix - matrix.transpose()).cwiseAbs().maxCoeff() > tolerance * size) return "is not symmetric";
+  const Eigen::VectorXd values = symmetric_eigen(matrix).values;
+  if (values.minCoeff() >= -tolerance * size) return "";
+  text << "is no covariance: it has the negative eigenvalue " << values.minCoeff() << " (the largest is "
+       << values.maxCoeff() << ")";
+  return text.str();
 }
+
+bool is_covariance(const Eigen::MatrixXd& matrix) { return covariance_defect(matrix).empty(); }
 
 }  // namespace kr5

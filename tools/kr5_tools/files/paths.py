@@ -9,10 +9,15 @@ CHECKOUT = PACKAGE.parents[1]
 SHIPPED_CELL = Path("share/cells/kr5_arc.yaml")
 
 
+def find_shipped(file: Path) -> Path | None:
+    """A cell of share/cells."""
+    places = (CHECKOUT / file, PACKAGE / "cells" / file.name, file)
+    return next((place for place in places if place.is_file()), None)
+
+
 def find_shipped_cell() -> Path | None:
     """The cell that commands take when none is named."""
-    places = (CHECKOUT / SHIPPED_CELL, PACKAGE / "cells" / SHIPPED_CELL.name, SHIPPED_CELL)
-    return next((place for place in places if place.is_file()), None)
+    return find_shipped(SHIPPED_CELL)
 
 
 def library_path(file: Path | str) -> Any:

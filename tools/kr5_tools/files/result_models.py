@@ -180,7 +180,153 @@ class SweepFile(OpenDocument):
     version: str
 
 
-MODELS: dict[str, type[Document]] = {"kr5-gap/1": DiagnosisFile, "kr5-sweep/1": SweepFile}
+class SensitivityRunFile(OpenDocument):
+    """`analysis.json`: what a sensitivity analysis evaluates."""
+
+    title: str
+    inputs: list[dict[str, Any]]
+    outputs: int
+    seed: int
+    replicates: int
+    model_sha256: str
+    version: str
+
+
+class NamedUnit(OpenDocument):
+    """An input or an output; `factor` takes its unit to SI."""
+
+    name: str
+    unit: str
+    factor: float = Field(gt=0)
+
+
+class OneAtATimeTable(OpenDocument):
+    """Changes of the outputs by input, inputs x outputs."""
+
+    minus: list[list[float]]
+    plus: list[list[float]]
+    lowest: list[list[float]]
+    highest: list[list[float]]
+
+
+class SensitivityAnalysis(OpenDocument):
+    """Indices by input (row) and output (column)."""
+
+    name: str
+    title: str
+    text: str
+    inputs: list[NamedUnit] = Field(min_length=1)
+    outputs: list[NamedUnit] = Field(min_length=1)
+    first: list[list[float]]
+    first_low: list[list[float]]
+    first_high: list[list[float]]
+    total: list[list[float]]
+    total_low: list[list[float]]
+    total_high: list[list[float]]
+    mean: list[float]
+    variance: list[float]
+    one_at_a_time: OneAtATimeTable
+    samples: int
+    evaluations: int
+    confidence: float
+    tolerance: float
+    converged: bool
+    notes: list[str]
+
+    @model_validator(mode="after")
+    def _shapes(self) -> "SensitivityAnalysis":
+        shape = [len(self.outputs)] * len(self.inputs)
+        for name in ("first", "first_low", "first_high", "total", "total_low", "total_high"):
+            if [len(row) for row in getattr(self, name)] != shape:
+                raise ValueError(f"found {name} of another shape, expected {len(shape)} inputs x {shape[0]} outputs")
+        alone = self.one_at_a_time
+        if any([len(row) for row in m] != shape for m in (alone.minus, alone.plus, alone.lowest, alone.highest)):
+            raise ValueError("found one_at_a_time of another shape than the indices")
+        if len(self.mean) != shape[0] or len(self.variance) != shape[0]:
+            raise ValueError(f"found mean and variance of another length than {shape[0]} outputs")
+        return self
+
+
+class SensitivityResult(OpenDocument):
+    analyses: list[SensitivityAnalysis] = Field(min_length=1)
+
+
+class SensitivityFile(OpenDocument):
+    """What `kr5 sensitivity` writes."""
+
+    format: str
+    verdict: Verdict
+    result: SensitivityResult
+
+
+class ShownTable(OpenDocument):
+    title: str
+    columns: list[str]
+    rows: list[list[str]]
+    texts: list[str] = []
+
+    @model_validator(mode="after")
+    def _width(self) -> "ShownTable":
+        if any(len(row) != len(self.columns) for row in self.rows):
+            raise ValueError(f"rows of {len(self.columns)} cells")
+        return self
+
+
+class ShownEllipse(OpenDocument):
+    """A covariance to be drawn: of two coordinates, in the unit of `axes`."""
+
+    name: str
+    centre: list[float] = Field(min_length=2, max_length=2)
+    covariance: list[list[float]] = Field(min_length=2, max_length=2)
+
+
+class ShownEllipses(OpenDocument):
+    name: str
+    title: str
+    text: str
+    axes: list[str] = Field(min_length=2, max_length=2)
+    confidence: float = Field(gt=0, lt=1)
+    ellipses: list[ShownEllipse] = Field(min_length=1)
+
+
+class ShownLine(OpenDocument):
+    name: str
+    x: list[float] = Field(min_length=1)
+    y: list[float] = Field(min_length=1)
+
+
+class ShownLines(OpenDocument):
+    name: str
+    title: str
+    text: str
+    axes: list[str] = Field(min_length=2, max_length=2)
+    lines: list[ShownLine] = Field(min_length=1)
+
+
+class UncertaintyPart(OpenDocument):
+    title: str
+    texts: list[str] = []
+    tables: list[ShownTable] = []
+    ellipses: list[ShownEllipses] = []
+    lines: list[ShownLines] = []
+
+
+class UncertaintyFile(OpenDocument):
+    """What the commands of `kr5 uncertainty` write."""
+
+    format: str
+    verdict: Verdict
+    parts: list[UncertaintyPart] = Field(min_length=1)
+    result: dict[str, Any]
+
+
+MODELS: dict[str, type[Document]] = {
+    "kr5-gap/1": DiagnosisFile,
+    "kr5-sweep/1": SweepFile,
+    "kr5-sensitivity-run/1": SensitivityRunFile,
+    "kr5-sensitivity/1": SensitivityFile,
+    "kr5-uncertainty/1": UncertaintyFile,
+}
 
 
 def model_of(format: str) -> type[Document]:

@@ -54,6 +54,14 @@ def report(
         from kr5_tools.gap_report.page import write_gap_report
 
         written = write_gap_report(data, result, output, png, recording)
+    elif data["format"] == "kr5-sensitivity/1":
+        from kr5_tools.sensitivity.page import write_page
+
+        written = write_page(data, result.name, output, png)
+    elif data["format"] == "kr5-uncertainty/1":
+        from kr5_tools.uncertainty.page import write_page as write_uncertainty_page
+
+        written = write_uncertainty_page(data, result.name, output, png)
     else:
         written = write_report(data, result, output, png)
     writing.write_json({"report": str(output), "png": [str(f) for f in written]}, json_file)

@@ -1,4 +1,5 @@
-"""Runs the trials of a sweep: in this process, on the cores of this machine, or on a Dask cluster."""
+"""Runs what is done in batches, as the trials of a sweep: in this process, on the cores of this machine, or on a Dask
+cluster."""
 
 import contextlib
 import importlib.util
@@ -6,6 +7,7 @@ import logging
 import signal
 import time
 from collections.abc import Callable, Generator, Iterator
+from dataclasses import dataclass
 from typing import Any
 
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
@@ -24,30 +26,49 @@ def make_batches(keys: list[Key], workers: int) -> list[list[Key]]:
     return [keys[i : i + size] for i in range(0, len(keys), size)]
 
 
+@dataclass(frozen=True)
+class Job:
+    """Work that is done in batches, anywhere: `function` of the arguments of a batch gives the version of the library
+    and a list of what came of it, whichever process runs it."""
+
+    function: Callable[..., tuple[str, list[Any]]]
+    batches: Callable[[int], list[tuple[Any, ...]]]  # for a number of workers
+    total: int
+    doing: str  # beside the bar
+    things: str  # what is counted
+
+
 def run_trials(
     cell: str, keys: list[Key], grid: Grid, workers: int, scheduler: str | None, keep: Callable[[list[Trial]], None]
 ) -> None:
     """Runs all trials; `keep` gets them as they are finished."""
-    if not keys:
+
+    def batches(count: int) -> list[tuple[Any, ...]]:
+        return [
+            (cell, batch, grid.insert_by, grid.seed) for batch in make_batches(keys, count if count > 1 else len(keys))
+        ]
+
+    run_job(Job(run_batch, batches, len(keys), "inserting", "trials"), workers, scheduler, keep)
+
+
+def run_job(job: Job, workers: int, scheduler: str | None, keep: Callable[[list[Any]], None]) -> None:
+    """Runs all of a job; `keep` gets what is finished, batch by batch."""
+    if not job.total:
         return
-    call = (cell, grid.insert_by, grid.seed)
-    finished = on_dask(call, keys, workers, scheduler) if scheduler or workers > 1 else run_in_process(call, keys)
-    with progress_bar(len(keys)) as advance, contextlib.closing(finished):
-        for version, trials in finished:
+    finished = on_dask(job, workers, scheduler) if scheduler or workers > 1 else run_in_process(job)
+    with progress_bar(job) as advance, contextlib.closing(finished):
+        for version, results in finished:
             check_version(version, scheduler)
-            keep(trials)
-            advance(len(trials))
+            keep(results)
+            advance(len(results))
 
 
-def run_in_process(call: tuple[str, str, int], keys: list[Key]) -> Generator[tuple[str, list[Trial]], None, None]:
-    cell, insert_by, seed = call
-    for key in keys:
-        yield run_batch(cell, [key], insert_by, seed)
+def run_in_process(job: Job) -> Generator[tuple[str, list[Any]], None, None]:
+    for batch in job.batches(1):
+        yield job.function(*batch)
 
 
-def on_dask(
-    call: tuple[str, str, int], keys: list[Key], workers: int, scheduler: str | None
-) -> Generator[tuple[str, list[Trial]], None, None]:
+def on_dask(job: Job, workers: int, scheduler: str | None) -> Generator[tuple[str, list[Any]], None, None]:
     """Batches as they are finished. A batch whose worker died is run again by another one."""
     if importlib.util.find_spec("distributed") is None:
         terminal.fail(
@@ -56,15 +77,12 @@ def on_dask(
     import dask
     from dask.distributed import KilledWorker, as_completed
 
-    cell, insert_by, seed = call
     with (
         dask.config.set({"distributed.scheduler.allowed-failures": DEATHS}),
         open_cluster(workers, scheduler) as client,
     ):
         count = len(client.ncores()) or workers
-        futures = [
-            client.submit(run_batch, cell, batch, insert_by, seed, pure=False) for batch in make_batches(keys, count)
-        ]
+        futures = [client.submit(job.function, *batch, pure=False) for batch in job.batches(count)]
         for future in as_completed(futures, loop=client.loop):
             try:
                 yield future.result()
@@ -75,8 +93,8 @@ def on_dask(
                 )
             except KilledWorker:
                 terminal.fail(
-                    f"{DEATHS} workers ended during the same trials; is there enough memory? Finished trials"
-                    " are kept, and the same command continues"
+                    f"{DEATHS} workers ended during the same {job.things}; is there enough memory? Finished"
+                    f" {job.things} are kept, and the same command continues"
                 )
             future.release()
 
@@ -147,7 +165,7 @@ def check_version(found: str, scheduler: str | None) -> None:
 
 
 @contextlib.contextmanager
-def progress_bar(total: int) -> Iterator[Callable[[int], None]]:
+def progress_bar(job: Job) -> Iterator[Callable[[int], None]]:
     """A bar with the time left; in a log a line now and then."""
     columns = [
         TextColumn("{task.description}"),
@@ -159,17 +177,17 @@ def progress_bar(total: int) -> Iterator[Callable[[int], None]]:
     begin = said = time.monotonic()
     done = 0
     with Progress(*columns, console=terminal.errors, transient=True, disable=not terminal.errors.is_terminal) as bar:
-        task = bar.add_task("inserting", total=total)
+        task = bar.add_task(job.doing, total=job.total)
 
         def advance(count: int) -> None:
             nonlocal done, said
             done += count
             bar.advance(task, count)
             now = time.monotonic()
-            if not terminal.errors.is_terminal and now - said > SAY_EVERY and done < total:
+            if not terminal.errors.is_terminal and now - said > SAY_EVERY and done < job.total:
                 said = now
                 terminal.errors.print(
-                    f"{done} of {total} trials, about {(now - begin) / done * (total - done):.0f} s left"
+                    f"{done} of {job.total} {job.things}, about {(now - begin) / done * (job.total - done):.0f} s left"
                 )
 
         yield advance

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <span>
+#include <string>
 
 #include <kr5/core/fields.hpp>
 #include <kr5/geometry/pose.hpp>
@@ -28,6 +29,12 @@ struct UncertainPose {
 UncertainPose operator*(const UncertainPose& T_a_b, const UncertainPose& T_b_c);
 /// T_b_a from T_a_b.
 UncertainPose inverse(const UncertainPose& T_a_b);
+
+/// The product of a chain of poses whose errors are independent: to first order, and by the unscented transform over
+/// the errors of all of them, of which the pose is the mean.
+/// @throws InvalidArgument for none, or where one has no covariance, with its number and the offending eigenvalue.
+UncertainPose propagate_chain(std::span<const UncertainPose> chain);
+UncertainPose propagate_chain_unscented(std::span<const UncertainPose> chain);
 
 /// A quantity with the covariance of its error.
 struct UncertainVector {
@@ -58,7 +65,10 @@ UncertainVector propagate_unscented(const std::function<Eigen::VectorXd(const Ei
 /// @throws InvalidArgument for none, sizes that differ, or a covariance that is not positive definite.
 UncertainVector fuse(std::span<const UncertainVector> measurements);
 
-/// Symmetric and without a negative eigenvalue, but for rounding: the printed covariances of the source are not all.
+/// Why a matrix is no covariance, the offending eigenvalue with it; empty when it is one: finite, symmetric and without
+/// a negative eigenvalue, but for rounding by `tolerance` of its largest entry. The printed covariances of the source
+/// are not all.
+std::string covariance_defect(const Eigen::MatrixXd& matrix, double tolerance = 1e-9);
 bool is_covariance(const Eigen::MatrixXd& matrix);
 
 }  // namespace kr5

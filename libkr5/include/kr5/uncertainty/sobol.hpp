@@ -2,13 +2,10 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <vector>
 
-#include <Eigen/Core>
-
-#include <kr5/core/fields.hpp>
+#include <kr5/uncertainty/uncertain_input.hpp>
 
 /// @file
 /// Global sensitivity by Sobol's indices: which uncertain input makes how much of the variance of an output (Hayat et
@@ -16,63 +13,37 @@
 
 namespace kr5::uncertainty {
 
-enum class InputLaw {
-  Normal,   ///< Of mean and standard deviation, cut off at `truncation` standard deviations.
-  Uniform,  ///< Between two ends.
-};
-constexpr auto enum_names(InputLaw) {
-  return names<InputLaw>({{InputLaw::Normal, "normal"}, {InputLaw::Uniform, "uniform"}});
-}
-
-/// An uncertain input of a model.
-struct UncertainInput {
-  std::string name;
-  InputLaw law = InputLaw::Normal;
-  double mean = 0.0;
-  double sigma = 1.0;
-  double low = 0.0;
-  double high = 1.0;
-  double truncation = 3.0;  ///< [-]
-
-  /// Value that the input stays below with probability u, 0 < u < 1.
-  double quantile(double u) const;
-
-  static void each_field(auto& self, auto&& visit) {
-    visit("name", self.name, "Name of the input.");
-    visit("law", self.law, "Distribution: normal | uniform.");
-    visit("mean", self.mean, "Mean of a normal input, in its unit.");
-    visit("sigma", self.sigma, "Standard deviation of a normal input before it is cut off, in its unit.");
-    visit("low", self.low, "Lower end of a uniform input, in its unit.");
-    visit("high", self.high, "Upper end of a uniform input, in its unit.");
-    visit("truncation", self.truncation, "Standard deviations at which a normal input is cut off [-].");
-  }
-};
-
 struct SobolOptions {
   int samples = 4096;
   int max_samples = 0;
   double tolerance = 0.0;  ///< [-]
-  int resamples = 200;
+  int replicates = 16;
+  int resamples = 1000;
   double confidence = 0.95;  ///< [-]
+  double resolution = 0.0;
   std::uint64_t seed = 1;
 
   /// @throws InvalidArgument naming the offending field.
   void validate() const;
 
   static void each_field(auto& self, auto&& visit) {
-    visit(
-        "samples", self.samples,
-        "Rows of each of the two sample matrices, a power of two; the model is evaluated (inputs + 2) times as often.");
+    visit("samples", self.samples,
+          "Rows of each of the two sample matrices, a power of two; the model is evaluated about (inputs + 2) times as "
+          "often.");
     visit("max_samples", self.max_samples,
           "Rows up to which they are doubled until every interval is narrower than `tolerance`; 0: they are not.");
     visit("tolerance", self.tolerance, "Half the width of an interval that suffices [-].");
+    visit("replicates", self.replicates,
+          "Independent randomisations of the sequence, a power of two, from whose scatter the intervals come.");
     visit("resamples", self.resamples, "Bootstrap samples behind the intervals.");
     visit("confidence", self.confidence, "Confidence of the intervals [-].");
+    visit("resolution", self.resolution,
+          "Standard deviation up to which an output counts as constant, in its unit; its rounding always does.");
     visit("seed", self.seed, "Random seed.");
   }
 };
 
-/// Indices of every input (row) for every output (column) [-].
+/// Indices of every input (row) for every output (column) [-]; of inputs that are averaged over there are none.
 struct SobolResult {
   std::vector<std::string> inputs;
   Eigen::MatrixXd first, first_low, first_high;
@@ -101,11 +72,25 @@ struct SobolResult {
   }
 };
 
-/// Outputs (samples x outputs) of inputs (samples x inputs).
-using BatchModel = std::function<Eigen::MatrixXd(const Eigen::MatrixXd&)>;
+/// Inputs at which the model is to be evaluated for rows `first` to `first + rows` of the sample matrices A and B: for
+/// each the row of A, that with the value of B in one input after the other (without those averaged over), and the row
+/// of B. The order is that of SALib. Row i belongs to replicate i mod `replicates`: any number of rows may be added.
+/// @throws InvalidArgument for no inputs, or one that is not valid.
+Rows sobol_design(const std::vector<UncertainInput>& inputs, int first, int rows, const SobolOptions& options = {});
 
-/// Estimates first-order indices (Saltelli et al. 2010) and total indices (Jansen 1999) on a Sobol sequence with a
-/// random shift, with bootstrap intervals over its rows. An output without variance has indices 0.
+/// Indices from the outputs at a design of a whole number of rows for every replicate, its rows from 0 in order.
+///
+/// First-order indices after Saltelli et al. 2010, total ones after Jansen 1999. The replicates are independent, so
+/// drawing them with replacement gives the standard error of an estimate; the interval is that with Student's factor.
+/// An output without variance has indices 0.
+/// @throws InvalidArgument for outputs that are not finite or of another number.
+SobolResult sobol_estimate(const Rows& outputs, const std::vector<UncertainInput>& inputs,
+                           const SobolOptions& options = {});
+
+/// Whether half of every interval is at most `tolerance`.
+bool intervals_within(const SobolResult& result, double tolerance);
+
+/// Estimates the indices of a model: design, evaluation, estimate, and more rows until the intervals are narrow enough.
 /// @throws InvalidArgument for no inputs, invalid options, or a model whose outputs are not finite or of another size.
 SobolResult sobol_indices(const BatchModel& model, const std::vector<UncertainInput>& inputs,
                           const SobolOptions& options = {});

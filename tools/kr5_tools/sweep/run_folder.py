@@ -1,0 +1,96 @@
+"""The folder of a long run: a file that says what is run, and one to which what is finished is appended, so that a run
+that was killed goes on."""
+
+import fcntl
+import json
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Self
+
+from kr5_tools.cli import terminal
+from kr5_tools.files import results, writing
+
+
+@dataclass(frozen=True)
+class Kind:
+    """Names of what such a folder holds."""
+
+    what: str  # of the run, for messages
+    format: str
+    description: str  # file
+    data: str  # file
+    options: dict[str, str]  # what must be as it was, with the option that says it
+
+
+class RunFolder:
+    """Results that are finished, and a place for more. One process at a time; a result is on the disk before it
+    counts. `_read` of a derived class takes in what is there."""
+
+    def __init__(self, path: Path, kind: Kind, described: dict[str, Any]):
+        self.path, self.kind, self.note = path, kind, ""
+        self._check_folder()
+        path.mkdir(parents=True, exist_ok=True)
+        self.file = open(path / kind.data, "a+b")  # noqa: SIM115, it is open as long as the run
+        try:
+            self._lock()  # before anything is changed, and before another run's description is read
+            if (path / kind.description).exists():
+                self._compare(described)
+            else:
+                results.write_result(path / kind.description, kind.format, **described)
+                writing.publish()  # the results that are added belong to it
+            self._read()
+        except BaseException:
+            self.file.close()
+            raise
+
+    def _check_folder(self) -> None:
+        """Complains of a folder that is not that of such a run; one that was killed as it began may have left its
+        first files.
+        """
+        path, kind = self.path, self.kind
+        if (path / kind.description).is_file() or not path.is_dir():
+            return
+        begun = (f.name.startswith(".kr5-") or (f.name == kind.data and not f.stat().st_size) for f in path.iterdir())
+        if not all(begun):
+            terminal.fail(
+                f"{path}: is a folder with other files and without {kind.description}; expected a new"
+                f" folder, or that of a {kind.what} to continue"
+            )
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.file.close()
+
+    def _compare(self, wanted: dict[str, Any]) -> None:
+        import kr5
+
+        file = self.path / self.kind.description
+        found = results.read_result(file, self.kind.format)
+        for name, option in self.kind.options.items():
+            now = writing.to_plain({**wanted, "version": kr5.__version__}[name])
+            if found.get(name) != now:
+                terminal.fail(
+                    f"{file}: {name}: found {json.dumps(found.get(name))}, now it is {json.dumps(now)};"
+                    f" a {self.kind.what} continues with its original settings: the same {option}, or another"
+                    " folder (-o)"
+                )
+
+    def _lock(self) -> None:
+        try:
+            fcntl.flock(self.file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            terminal.fail(
+                f"{self.path}: another {self.kind.what} is using this folder; wait for its end, or choose"
+                " another folder (-o)"
+            )
+
+    def _read(self) -> None:
+        raise NotImplementedError
+
+    def _append(self, data: bytes) -> None:
+        self.file.write(data)
+        self.file.flush()
+        os.fsync(self.file.fileno())
