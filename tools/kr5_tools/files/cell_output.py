@@ -1,0 +1,102 @@
+"""A calibration's result put into a cell: `--cell CELL --write-cell OUT.yaml`."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from kr5 import cell
+
+from kr5_tools.cli.terminal import fail, print_note
+from kr5_tools.files.writing import beside
+
+CellOption = Annotated[
+    Path | None,
+    typer.Option("--cell", metavar="CELL.yaml", help="Cell into which the result is put; see --write-cell."),
+]
+WriteCellOption = Annotated[
+    Path | None, typer.Option("--write-cell", metavar="OUT.yaml", help="Cell to write, with the result in it.")
+]
+
+
+def load_target_cell(cell_file: Path | None, write_cell: Path | None) -> Any:
+    """The cell that a result goes into, or None; complains of one option without the other."""
+    if write_cell and not cell_file:
+        fail("--write-cell: --cell is missing; name the cell into which the result is put")
+    if cell_file and not write_cell:
+        fail("--cell: --write-cell is missing; name the file of the cell with the result")
+    return cell.load_cell(cell_file) if cell_file else None
+
+
+def write_cell_file(believed: Any, file: Path) -> None:
+    """Writes a cell with a result in it. The format of cells has no place for a covariance, which is told."""
+    with beside(file) as new:
+        cell.save_cell(believed, new)
+    print_note(f"{file}: a cell holds values alone; their covariance stands in the result file (-o, --json)")
+
+
+def put_intrinsics(believed: Any, lens: Any) -> None:
+    """Lens and sensor; where the camera sits stays."""
+    camera = believed.camera
+    if camera is None:
+        fail("--cell: the cell has no camera; calibrate hand-eye with --write-cell first, which says where it sits")
+    believed.camera = _with_lens(camera, lens)
+
+
+def _with_lens(camera: Any, lens: Any) -> Any:
+    for key in ("width", "height", "fx", "fy", "cx", "cy"):
+        setattr(camera, key, getattr(lens, key))
+    values = [getattr(lens, key) for key in ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")]
+    model = "rational8" if any(values[5:]) else "brown5" if any(values) else "none"
+    camera.distortion = cell.Distortion(model=model, values={"rational8": values, "brown5": values[:5]}.get(model, []))
+    return camera
+
+
+def put_camera_pose(believed: Any, mount: str, T_mount_camera: np.ndarray, lens: Any = None) -> None:
+    """Mount and pose of the camera, in the form in which the cell has the pose; `lens` for a cell without camera."""
+    camera = believed.camera
+    if camera is None and lens is None:
+        fail("--cell: the cell has no camera, and pairs of poses tell no lens; calibrate the camera into it first")
+    camera = camera or cell.Camera()
+    if lens is not None:
+        camera = _with_lens(camera, lens)
+    by_tool = camera.T_tool_camera is not None and believed.tool is not None and mount == "eye_in_hand"
+    camera.mount = mount
+    camera.T_tool_camera = camera.T_flange_camera = camera.T_base_camera = None
+    if mount == "eye_to_hand":
+        camera.T_base_camera = T_mount_camera
+    elif by_tool:
+        camera.T_tool_camera = np.linalg.inv(believed.tool.T_flange_tool) @ T_mount_camera
+    else:
+        camera.T_flange_camera = T_mount_camera
+    believed.camera = camera
+
+
+def put_tool_tip(believed: Any, tip: np.ndarray) -> None:
+    """Position of the tool tip on the flange; what the cell gives from the tip stays where it is on the flange."""
+    tool = believed.tool or cell.Tool()
+    before = np.array(tool.T_flange_tool)
+    after = before.copy()
+    after[:3, 3] = tip
+    moved = np.linalg.inv(after) @ before
+    tool.T_flange_tool = after
+    believed.tool = tool
+    if (camera := believed.camera) is not None and camera.T_tool_camera is not None:
+        camera.T_tool_camera = moved @ camera.T_tool_camera
+        believed.camera = camera
+    if (scanner := believed.laser) is not None and scanner.T_tool_scanner is not None:
+        scanner.T_tool_scanner = moved @ scanner.T_tool_scanner
+        believed.laser = scanner
+
+
+def put_marker_map(believed: Any, target: Any) -> None:
+    """The map in place of the cell's marker map, which says where it stands."""
+    maps = [k for k, t in enumerate(believed.targets) if str(t.kind) == str(target.kind)]
+    if len(maps) != 1:
+        fail(
+            f"--cell: the cell has {len(maps)} targets of the kind {target.kind}, expected one, with its pose"
+            " (T_B_W or T_F_W): the images do not tell where the map stands"
+        )
+    targets = list(believed.targets)
+    targets[maps[0]].map = target.map
+    believed.targets = targets
