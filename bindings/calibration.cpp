@@ -5,12 +5,15 @@
 #include <kr5/calibration/evaluate.hpp>
 #include <kr5/calibration/hand_eye.hpp>
 #include <kr5/calibration/hand_eye_diagnosis.hpp>
+#include <kr5/calibration/hand_eye_pairs.hpp>
 #include <kr5/calibration/kinematics.hpp>
+#include <kr5/calibration/pair_readings.hpp>
 #include <kr5/calibration/pose_file.hpp>
 #include <kr5/calibration/pose_format.hpp>
 #include <kr5/calibration/posture_choice.hpp>
 #include <kr5/calibration/profile_cloud.hpp>
 #include <kr5/calibration/profile_features.hpp>
+#include <kr5/calibration/repeatability.hpp>
 #include <kr5/calibration/scanner.hpp>
 #include <kr5/calibration/scanner_points.hpp>
 #include <kr5/calibration/timed_hand_eye.hpp>
@@ -38,6 +41,32 @@ static void bind_hand_eye(py::module_& m) {
       "Parameters\n----------\nviews : list of HandEyeView\ncamera : kr5.Pinhole\noptions : HandEyeOptions\n\n"
       "Returns\n-------\nHandEyeResult\n    Check `fit.usable` before using the poses.\n\n"
       "Raises\n------\nkr5.InvalidArgument\n    Fewer than three views, a view with fewer than four points, or NaN.");
+}
+
+static void bind_hand_eye_pairs(py::module_& m) {
+  kr5::python::bind_struct<PosePair>(m, "PosePair", "Robot pose with the pose of the target seen from it.");
+  kr5::python::bind_struct<HandEyePairsOptions>(m, "HandEyePairsOptions", "Options of calibrate_hand_eye_pairs.");
+  kr5::python::bind_struct<PairReading>(m, "PairReading", "One way of reading pairs of poses.");
+  kr5::python::bind_struct<PairReadings>(m, "PairReadings", "Which way round poses are.");
+  m.def(
+      "calibrate_hand_eye_pairs",
+      [](const std::vector<PosePair>& pairs, const HandEyePairsOptions& options) {
+        return calibrate_hand_eye_pairs(pairs, options);
+      },
+      py::arg("pairs"), py::arg("options") = HandEyePairsOptions(), py::call_guard<py::gil_scoped_release>(),
+      "Estimates camera and target pose together from pairs of poses, both with their noise.\n\n"
+      "Parameters\n----------\npairs : list of PosePair\noptions : HandEyePairsOptions\n\n"
+      "Returns\n-------\nHandEyeResult\n    Check `fit.usable` before using the poses.\n\n"
+      "Raises\n------\nkr5.InvalidArgument\n    Fewer than three pairs, a pair given twice, or a pose that is none.");
+  m.def(
+      "compare_pair_readings",
+      [](const std::vector<PosePair>& pairs, Mount mount) { return compare_pair_readings(pairs, mount); },
+      py::arg("pairs"), py::arg("mount"), py::call_guard<py::gil_scoped_release>(),
+      "Which way round the poses are: as given, or inverted.");
+  m.def(
+      "read_pairs",
+      [](const std::vector<PosePair>& pairs, const PairReading& reading) { return read_pairs(pairs, reading); },
+      py::arg("pairs"), py::arg("reading"), "The pairs in one reading.");
 }
 
 static void bind_evaluation(py::module_& m) {
@@ -237,6 +266,25 @@ static void bind_scanner(py::module_& m) {
       "Raises\n------\nkr5.InvalidArgument\n    Fewer than four profiles, one without a usable feature, or NaN.");
 }
 
+static void bind_repeatability(py::module_& m) {
+  kr5::python::bind_struct<PoseReturn>(m, "PoseReturn", "Measured return of the arm to a point.");
+  kr5::python::bind_struct<CommandedPose>(m, "CommandedPose", "Pose that the arm was sent to.");
+  kr5::python::bind_struct<RepeatabilityOptions>(m, "RepeatabilityOptions", "Options of measure_repeatability.");
+  kr5::python::bind_struct<BoundedFigure>(m, "BoundedFigure", "Figure with its confidence bounds.");
+  kr5::python::bind_struct<PointRepeatability>(m, "PointRepeatability", "Figures of one point, or of all together.");
+  kr5::python::bind_struct<SuspectReturn>(m, "SuspectReturn", "Return that stands out.");
+  kr5::python::bind_struct<ReturnDrift>(m, "ReturnDrift", "Trend over the returns.");
+  kr5::python::bind_struct<RepeatabilityResult>(m, "RepeatabilityResult", "Repeatability and accuracy of poses.");
+  m.def(
+      "measure_repeatability",
+      [](const std::vector<PoseReturn>& returns, const std::vector<CommandedPose>& commanded,
+         const RepeatabilityOptions& options) { return measure_repeatability(returns, commanded, options); },
+      py::arg("returns"), py::arg("commanded") = std::vector<CommandedPose>{},
+      py::arg("options") = RepeatabilityOptions(), py::call_guard<py::gil_scoped_release>(),
+      "Pose repeatability and accuracy after ISO 9283, with confidence bounds.\n\n"
+      "Raises\n------\nkr5.InvalidArgument\n    A point with fewer than three returns, or a pose that is none.");
+}
+
 static void bind_timed_hand_eye(py::module_& m) {
   kr5::python::bind_struct<PoseStream>(m, "PoseStream", "Poses with their times.");
   kr5::python::bind_struct<TimedHandEyeOptions>(m, "TimedHandEyeOptions", "Options of calibrate_timed_hand_eye.");
@@ -287,12 +335,24 @@ static void bind_diagnosis(py::module_& m) {
       py::arg("times") = std::vector<double>{}, py::arg("options") = HandEyeDiagnosisOptions(),
       py::call_guard<py::gil_scoped_release>(),
       "Evaluates the result of calibrate_hand_eye and searches for faults of the recording.");
+  m.def(
+      "diagnose_hand_eye_pairs",
+      [](const Eigen::MatrixXd& rows, const PoseFormat& format, const std::vector<kr5::Pose>& T_camera_target,
+         Mount mount, const HandEyeResult& result, const std::vector<std::string>& names,
+         const std::vector<double>& times, const HandEyeDiagnosisOptions& options) {
+        return diagnose_hand_eye_pairs({rows, format, T_camera_target, names, times, mount}, result, options);
+      },
+      py::arg("rows"), py::arg("format"), py::arg("T_camera_target"), py::arg("mount"), py::arg("result"),
+      py::arg("names") = std::vector<std::string>{}, py::arg("times") = std::vector<double>{},
+      py::arg("options") = HandEyeDiagnosisOptions(), py::call_guard<py::gil_scoped_release>(),
+      "Evaluates the result of calibrate_hand_eye_pairs and searches for faults of the pairs.");
 }
 
 void bind_calibration(py::module_& m) {
   m.doc() = "Hand-eye, tool, arm, scanner and clock calibration, and their evaluation.";
   bind_pose_format(m);
   bind_hand_eye(m);
+  bind_hand_eye_pairs(m);
   bind_dataset(m);
   bind_diagnosis(m);
   bind_evaluation(m);
@@ -304,4 +364,5 @@ void bind_calibration(py::module_& m) {
   bind_profiles(m);
   bind_scanner(m);
   bind_cell_calibration(m);
+  bind_repeatability(m);
 }

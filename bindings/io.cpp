@@ -38,6 +38,8 @@ void bind_io(py::module_& m) {
       });
   m.def("load_csv", &load_csv, py::arg("file"), py::call_guard<py::gil_scoped_release>(),
         "Reads a table of numbers under a header line. Raises IoError with file, line and column of every error.");
+  m.def("parse_csv", &parse_csv, py::arg("text"), py::arg("source"),
+        "The same from the text of a table; `source` names it in errors.");
   m.def("save_csv", &save_csv, py::arg("table"), py::arg("file"), py::call_guard<py::gil_scoped_release>(),
         "Writes a table; numbers read back exactly.");
 }

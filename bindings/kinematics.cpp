@@ -5,6 +5,7 @@
 #include <kr5/kinematics/inverse.hpp>
 #include <kr5/kinematics/jacobian.hpp>
 #include <kr5/kinematics/newton_euler.hpp>
+#include <kr5/kinematics/workspace_map.hpp>
 
 #include "struct_binder.hpp"
 
@@ -91,6 +92,16 @@ static void bind_inverse(py::module_& m) {
         "Postures that bring the flange to a pose; all of them when the chain has a closed form.");
 }
 
+static void bind_workspace(py::module_& m) {
+  bind_struct<WorkspaceOptions>(m, "WorkspaceOptions", "Options of workspace_map.");
+  bind_struct<WorkspaceMap>(m, "WorkspaceMap", "Reach and dexterity over radius and height.");
+  m.def("workspace_map", &workspace_map, py::arg("chain"), py::arg("lower"), py::arg("upper"),
+        py::arg("options") = WorkspaceOptions(), py::call_guard<py::gil_scoped_release>(),
+        "Where an arm can put a point of the flange within its limits [rad or m], and how well it moves it there.");
+  m.def("wrist_centre", &wrist_centre, py::arg("chain"),
+        "Centre of a spherical wrist in the flange frame [m]; None for other arms.");
+}
+
 static Eigen::VectorXd torques(Dynamics& self, const Eigen::VectorXd& q, const Eigen::VectorXd& qd,
                                const Eigen::VectorXd& qdd, const std::vector<kr5::Vector6>& external) {
   Eigen::VectorXd tau(self.joints());
@@ -139,5 +150,6 @@ void bind_kinematics(py::module_& m) {
   bind_deviated_arm(m);
   bind_axes(m);
   bind_inverse(m);
+  bind_workspace(m);
   bind_dynamics(m);
 }

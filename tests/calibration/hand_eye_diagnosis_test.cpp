@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <functional>
@@ -7,6 +8,7 @@
 
 #include <kr5/calibration/hand_eye_diagnosis.hpp>
 #include <kr5/core/error.hpp>
+#include <kr5/geometry/resection.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 
 #include <support/hand_eye_faults.hpp>
@@ -102,6 +104,7 @@ TEST_CASE("the right cause comes first and alone, whatever the fault", "[cause_c
   int right = 0, all = 0, with_others = 0;
   std::string others;
   for (const auto& [cause, name] : enum_names(HandEyeCause{})) {
+    if (test::of_pairs_only(cause)) continue;
     const std::string truth(name);
     const int trials = test::trials(80, 6);
     Counts named = count_causes(truth, trials, [cause = cause](std::uint64_t seed) {
@@ -204,4 +207,73 @@ TEST_CASE("recordings that do not fit together are refused") {
   r.views.resize(2);
   CHECK_THROWS_WITH(diagnose_hand_eye(r, {}), Catch::Contains("three views"));
   CHECK_THROWS_WITH(diagnose_hand_eye(d.recording, {}, {.tolerance = -1}), Catch::Contains("tolerance"));
+}
+
+namespace {
+
+/// The poses of the target that the images of a draw show, in place of these images.
+HandEyePairsRecording as_pairs(const Draw& d) {
+  HandEyePairsRecording out{d.recording.rows, d.recording.format, {}, {}, d.recording.times, d.recording.mount};
+  for (std::size_t i = 0; i < d.recording.views.size(); ++i) {
+    const View& view = d.recording.views[i];
+    // A flat board has two poses, of which a finder that follows it knows the right one.
+    const Pose near = target_in_camera(d.world, d.recording.mount, d.world.views[i].T_base_flange);
+    const std::vector<Resection> found = resect(view.points, view.pixels, d.recording.camera);
+    const auto off = [&](const Resection& r) { return pose_difference(near, r.T_camera_points).tail<3>().norm(); };
+    out.T_camera_target.push_back(std::ranges::min_element(found, {}, off)->T_camera_points);
+    out.names.push_back(view.name);
+  }
+  return out;
+}
+
+HandEyePairsRecording draw_pairs(HandEyeCause cause, std::uint64_t seed) {
+  if (!test::of_pairs_only(cause)) return as_pairs(draw_fault(cause, seed));
+  HandEyePairsRecording out = as_pairs(draw_sound(seed));
+  const Eigen::Vector3d mirror(1, -1, 1);
+  for (Pose& T : out.T_camera_target) {
+    T.linear() = mirror.asDiagonal() * T.linear() * mirror.asDiagonal();
+    T.translation() = mirror.asDiagonal() * T.translation();
+  }
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("the right cause comes first for pairs of poses, too, and sound pairs have none", "[statistics]") {
+  int right = 0, all = 0;
+  std::string wrong;
+  const auto names_first = [&](const HandEyePairsRecording& pairs, const std::string& truth) {
+    const HandEyeDiagnosis d = diagnose_hand_eye_pairs(pairs, HandEyeResult{});
+    const std::string first = d.causes.empty() ? "none" : std::string(name_of(d.causes.front().cause));
+    if (first != truth) wrong += truth + " was called " + first + "; ";
+    ++all;
+    right += first == truth;
+  };
+  for (std::uint64_t seed = 0; seed < static_cast<std::uint64_t>(test::trials(200, 20)); ++seed)
+    names_first(as_pairs(draw_sound(5'600'000 + seed)), "none");
+  for (const auto& [cause, name] : enum_names(HandEyeCause{})) {
+    if (cause == HandEyeCause::CameraModelWrong) continue;  // poses have no camera
+    for (std::uint64_t seed = 0; seed < static_cast<std::uint64_t>(test::trials(40, 3)); ++seed)
+      names_first(draw_pairs(cause, 5'700'000 + seed + 77'000 * static_cast<std::uint64_t>(cause)), std::string(name));
+  }
+  CAPTURE(wrong);
+  check_rate(right, all, 0.93, test::full() ? 0.93 : 0.83);
+}
+
+TEST_CASE("inverted camera poses are named as what the data can tell") {
+  HandEyePairsRecording pairs = as_pairs(draw_sound(41));
+  for (Pose& T : pairs.T_camera_target) T = T.inverse();
+  const HandEyeDiagnosis d = diagnose_hand_eye_pairs(pairs, HandEyeResult{});
+  REQUIRE_FALSE(d.causes.empty());
+  CHECK(d.causes[0].cause == HandEyeCause::PosesInverted);
+  CHECK_THAT(d.causes[0].text, Catch::Contains("no data can tell which"));
+  CHECK(d.verdict == CalibrationVerdict::Unusable);
+}
+
+TEST_CASE("pairs that do not fit together are refused by the diagnosis") {
+  HandEyePairsRecording pairs = as_pairs(draw_sound(32));
+  pairs.names.pop_back();
+  CHECK_THROWS_WITH(diagnose_hand_eye_pairs(pairs, {}), Catch::Contains("names for"));
+  pairs = as_pairs(draw_sound(32)), pairs.T_camera_target.pop_back();
+  CHECK_THROWS_WITH(diagnose_hand_eye_pairs(pairs, {}), Catch::Contains("robot poses for"));
 }

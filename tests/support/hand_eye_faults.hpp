@@ -137,6 +137,11 @@ inline Draw draw_sound(std::uint64_t seed, std::optional<int> axes = {}, std::op
   return d;
 }
 
+/// Faults that images cannot have, pairs of poses can.
+inline bool of_pairs_only(calibration::HandEyeCause cause) {
+  return cause == calibration::HandEyeCause::MirroredTarget;
+}
+
 namespace faults {
 
 inline void invert(Draw& d) { d.recording.format.meaning = calibration::PoseMeaning::FlangeBase; }

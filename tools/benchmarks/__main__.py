@@ -41,6 +41,7 @@ BENCHES = {
         f"real sets: {PUBLIC}; synthetic sets: {SIMULATED}",
         quick=("--trials", "30"),
     ),
+    "hand_eye_pairs": Bench("Hand-eye from pairs of poses: real sets left out pair by pair", PUBLIC),
     "two_plane": Bench("Hand-eye from one image of two planes", SIMULATED, quick=("--trials", "6")),
     "clock_offset": Bench("Offset of robot and camera clocks", PUBLIC, quick=("--shifts", "4")),
     "named_cause": Bench(

@@ -34,6 +34,8 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
     "identify": {
         "axes": ("identify.axes", "Joint axes and DH parameters, from joints moved one at a time."),
     },
+    "repeatability": ("repeatability.command", "Pose repeatability and accuracy after ISO 9283."),
+    "workspace": ("workspace.command", "Workspace of an arm: reach and manipulability."),
     "record": ("simulation.record", "Recording of a simulated cell."),
     "recording": ("log_import.command", "Recordings from logs of a real cell."),
     "insert": ("insertion.command", "Simulated insertion of a peg into a tube."),

@@ -47,11 +47,6 @@ Dual dual_angle(const DualVector& from, const DualVector& to, const DualVector& 
   return {std::atan2(s.real, c.real), s.dual * c.real - c.dual * s.real};
 }
 
-Vector3d foot(const DualVector& line, const Vector3d& point) {
-  const Vector3d on = line.nearest_to_origin();
-  return on + line.real.dot(point - on) * line.real;
-}
-
 /// Any unit vector at right angles to `direction`, as near to `wanted` as it can be.
 Vector3d across(const Vector3d& direction, const Vector3d& wanted) {
   Vector3d out = wanted - direction.dot(wanted) * direction;

@@ -7,6 +7,7 @@
 #include <boost/math/distributions/beta.hpp>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/fisher_f.hpp>
+#include <boost/math/distributions/non_central_f.hpp>
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
 
@@ -69,6 +70,14 @@ double fisher_cdf(double x, double dof1, double dof2) {
   require(!std::isnan(x), "x must be a number");
   if (std::isinf(x)) return x > 0 ? 1.0 : 0.0;
   return x <= 0 ? 0.0 : boost::math::cdf(boost::math::fisher_f(dof1, dof2), x);
+}
+
+double noncentral_fisher_cdf(double x, double dof1, double dof2, double noncentrality) {
+  require(noncentrality >= 0 && std::isfinite(noncentrality), "noncentrality must not be negative");
+  if (noncentrality == 0 || !(x > 0) || std::isinf(x)) return fisher_cdf(x, dof1, dof2);
+  require_dof(dof1, "dof1");
+  require_dof(dof2, "dof2");
+  return boost::math::cdf(boost::math::non_central_f(dof1, dof2, noncentrality), x);
 }
 
 Interval binomial_interval(int successes, int trials, double confidence) {

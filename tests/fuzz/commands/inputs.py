@@ -294,6 +294,31 @@ JOBS = [
         3,
     ),
     Job(
+        "pairs of poses",
+        "calibrate hand-eye pairs.csv --mount eye_in_hand -o out.json",
+        "poses",
+        ("pairs.csv",),
+        ("out.json",),
+        2,
+    ),
+    Job(
+        "pairs of poses",
+        "calibrate hand-eye samples.yaml --mount eye_in_hand -o out.json",
+        "poses",
+        ("samples.yaml",),
+        ("out.json",),
+        2,
+    ),
+    Job(
+        "pairs of poses",
+        "calibrate hand-eye moveit.json --mount eye_in_hand -o out.json",
+        "poses",
+        ("moveit.json",),
+        ("out.json",),
+    ),
+    Job("repeatability", "repeatability returns.csv -o out.json", "poses", ("returns.csv",), ("out.json",), 2),
+    Job("workspace", "workspace cell.yaml --samples 500 -o out.json", "poses", ("cell.yaml",), ("out.json",)),
+    Job(
         "hand-eye folders",
         "calibrate hand-eye . -o out.json",
         "images",
@@ -505,6 +530,38 @@ def _prepare_poses(folder: Path) -> None:
     _write_csv(folder / "postures.csv", [*joints, "x", "y", "z"], np.hstack([q, places]))
     _write_csv(folder / "hand.csv", names, np.array(hand))
     _write_csv(folder / "eye.csv", names, np.array(eye))
+    _prepare_pairs(folder, np.array(hand)[::24, 1:], np.array(eye)[::24, 1:])
+
+
+def _prepare_pairs(folder: Path, hand: np.ndarray, eye: np.ndarray) -> None:
+    """Pairs of poses in three forms, and returns to two points."""
+    from scipy.spatial.transform import Rotation
+
+    def matrix(row: np.ndarray) -> np.ndarray:
+        T = np.eye(4)
+        T[:3, :3], T[:3, 3] = Rotation.from_quat(row[3:]).as_matrix(), row[:3]
+        return T
+
+    robot, seen = [matrix(row) for row in hand], [np.linalg.inv(matrix(row)) for row in eye]
+    marks = np.array([[*T[:3, 3], *Rotation.from_matrix(T[:3, :3]).as_quat()] for T in seen])
+    names = ("x", "y", "z", "qx", "qy", "qz", "qw")
+    header = [prefix + name for prefix in ("robot_", "camera_") for name in names]
+    _write_csv(folder / "pairs.csv", header, np.hstack([hand, marks]))
+    (folder / "moveit.json").write_text(json.dumps([[T.tolist(), M.tolist()] for T, M in zip(robot, seen)]))
+    keys = (("translation", "xyz"), ("rotation", "xyzw"))
+
+    def transform(row: np.ndarray) -> dict[str, dict[str, float]]:
+        parts = {"translation": row[:3], "rotation": row[3:]}
+        return {key: dict(zip(axes, map(float, parts[key]))) for key, axes in keys}
+
+    samples = [{"robot": transform(T), "tracking": transform(M)} for T, M in zip(hand, marks)]
+    (folder / "samples.yaml").write_text(yaml.safe_dump({"samples": samples}, sort_keys=False))
+    random = np.random.default_rng(8)
+    lines = ["point,x,y,z,a,b,c"]
+    for k in range(12):
+        row = np.array([800.0 + 50 * (k % 2), 100, 400, 10, 80, 170]) + random.normal(0, 0.01, 6)
+        lines.append(",".join([f"P{k % 2}", *(f"{v:.12g}" for v in row)]))
+    (folder / "returns.csv").write_text("\n".join(lines) + "\n")
 
 
 def _prepare_images(folder: Path) -> None:

@@ -13,6 +13,7 @@ from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, format_number, make_table, print_result
 from kr5_tools.cli.terminal import console, fail, print_note, spinner
+from kr5_tools.files.cell_output import CellOption, WriteCellOption, load_target_cell, put_intrinsics, write_cell_file
 from kr5_tools.files.images import MOST_CAMERA_VIEWS, image_files, thinned
 from kr5_tools.files.results import write_if_usable, write_result
 from kr5_tools.files.writing import check_writable
@@ -49,6 +50,8 @@ def camera(
     peers: Annotated[
         bool, typer.Option("--peers", help="Also print the calibrations of OpenCV and ViSP from the same points.")
     ] = False,
+    cell_file: CellOption = None,
+    write_cell: WriteCellOption = None,
 ) -> None:
     """Calibration of a camera: lens, sensor, uncertainty, and faults of the images."""
     wanted = load_target(target)
@@ -56,7 +59,8 @@ def camera(
         options.lens = model
     options.validate()
     files = _files(images)
-    check_writable(output, json_file, inputs=[*files, target])
+    check_writable(output, json_file, write_cell, inputs=[*files, target, cell_file])
+    believed = load_target_cell(cell_file, write_cell)
     chosen = thinned(len(files), max_views)
     if len(chosen) < len(files):
         print_note(f"{len(chosen)} of {len(files)} images are used, spread evenly; --max-views sets how many")
@@ -72,6 +76,9 @@ def camera(
     if peers:
         _show_peers(result, seen.views, (seen.width, seen.height), out)
     write_if_usable(data, result.fit, output, json_file)
+    if believed:
+        put_intrinsics(believed, result.camera)
+        write_cell_file(believed, write_cell)
 
 
 def _files(given: list[Path]) -> list[Path]:

@@ -8,14 +8,8 @@ import numpy as np
 import typer
 from kr5 import calibration, cell, io
 
-from kr5_tools.calibrate.hand_eye import (
-    camera_of,
-    flange_frames,
-    predict_target,
-    read_dataset,
-    residuals_of,
-    target_of,
-)
+from kr5_tools.calibrate.hand_eye import camera_of, read_dataset, residuals_of, target_of
+from kr5_tools.calibrate.hand_eye_result import frames_of, predict_target
 from kr5_tools.calibrate.postures import AngleUnit, Columns, JointColumns, joint_values
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.options import options_from
@@ -179,7 +173,7 @@ def _keys(result: Any, stops: list[Any], geometry: Any, judged: list[Any], image
         "figures": _figures(result),
         "views": [{**r.to_dict(), "image": str(Path(f).resolve())} for r, f in zip(result.views, images)],
         "residuals": residuals,
-        "frames": flange_frames(result, poses, views),
+        "frames": frames_of(result, poses, views),
         **({"held_out": held_out} if held_out else {}),
         "camera": result.cell.camera.to_dict(),
         "result": result.to_dict(),

@@ -10,11 +10,20 @@ import numpy as np
 import typer
 from kr5 import calibration, vision
 
+from kr5_tools.calibrate.hand_eye_pairs import (
+    CameraMeaning,
+    RobotMeaning,
+    calibrate_pairs,
+    refuse_image_options,
+    refuse_pair_options,
+)
+from kr5_tools.calibrate.hand_eye_result import figures_of, frames_of, held_out_figures, predict_target, show_hand_eye
+from kr5_tools.calibrate.tool import Convention
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.options import options_from
-from kr5_tools.cli.tables import figure_row, make_table, pose_figures, print_result
 from kr5_tools.cli.terminal import console, fail, print_note, spinner
 from kr5_tools.files.camera import load_camera
+from kr5_tools.files.cell_output import CellOption, WriteCellOption, load_target_cell, put_camera_pose, write_cell_file
 from kr5_tools.files.images import MOST_CAMERA_VIEWS, thinned
 from kr5_tools.files.results import write_if_usable, write_result
 from kr5_tools.files.writing import check_writable
@@ -27,7 +36,16 @@ app = typer.Typer()
 @options_from(calibration.HandEyeOptions, skip=("mount", "max_iterations", "start"))
 @options_from(calibration.HandEyeDiagnosisOptions, skip=("min_rotation", "seed"), argument="judging")
 def hand_eye(
-    folder: Annotated[Path, typer.Argument(help="Folder of images and robot poses, with a dataset.yaml in it.")],
+    folder: Annotated[
+        Path,
+        typer.Argument(
+            metavar="FOLDER|PAIRS",
+            help=(
+                "Folder of images and robot poses, with a dataset.yaml in it; or a file of pairs of poses: a CSV"
+                " (robot_x …, camera_x …), samples of MoveIt (YAML, JSON) or of easy_handeye."
+            ),
+        ),
+    ],
     options: calibration.HandEyeOptions,
     judging: calibration.HandEyeDiagnosisOptions,
     dataset: Annotated[
@@ -53,10 +71,25 @@ def hand_eye(
             min=3, help="Largest number of images to use; from a larger set, this number is selected at even spacing."
         ),
     ] = 1000,
+    camera_poses: Annotated[
+        Path | None,
+        typer.Option(help="Pairs: poses of the target in the camera, where PAIRS holds the robot's alone."),
+    ] = None,
+    robot_meaning: RobotMeaning = None,
+    camera_meaning: CameraMeaning = None,
+    convention: Convention = None,
+    length: Annotated[str | None, typer.Option(help="Pairs in a CSV: unit of positions, m | mm.")] = None,
+    angle: Annotated[str | None, typer.Option(help="Pairs in a CSV: unit of angles, rad | deg.")] = None,
+    sigma_camera_rotation: Annotated[
+        float, typer.Option(help="Pairs: noise of a seen orientation per axis \\[rad]; 0: estimated.")
+    ] = 0.0,
+    cell_file: CellOption = None,
+    write_cell: WriteCellOption = None,
     output: ResultOption = None,
     json_file: JsonOption = None,
 ) -> None:
-    """Hand-eye calibration from images and robot poses, with uncertainty, and the cause of a bad result.
+    """Hand-eye calibration from images and robot poses, or from pairs of poses, with uncertainty, and the cause of a
+    bad result.
 
     Exit code: 0 when the result is good or doubtful, 1 when it is unusable, 2 when there is no result or the input is
     invalid.
@@ -66,9 +99,18 @@ def hand_eye(
         judging.min_rotation, options.min_rotation
     )  # what is enough to calibrate is enough to judge
     judging.validate()
+    believed = load_target_cell(cell_file, write_cell)
+    if folder.is_file():
+        refuse_image_options(dataset, camera, target, options.sigma_pixel)
+        calibrate_pairs(
+            *(folder, camera_poses, mount, (robot_meaning, camera_meaning), (convention, length, angle)),
+            *(options, sigma_camera_rotation, judging, output, json_file, believed, write_cell),
+        )
+        return
+    refuse_pair_options(camera_poses, robot_meaning, camera_meaning, convention, length, angle, sigma_camera_rotation)
     data = read_dataset(folder, dataset)
     tables = [f for f in folder.rglob("*") if f.suffix.lower() in (".csv", ".txt", ".yaml", ".yml")]
-    check_writable(output, json_file, inputs=[*data.images, *tables, dataset, camera, target])
+    check_writable(output, json_file, write_cell, inputs=[*data.images, *tables, dataset, camera, target, cell_file])
     data.mount = options.mount = mount or data.mount
     wanted = target_of(target or data.target, dataset or folder / "dataset.yaml")
     chosen = thinned(len(data.images), max_views)
@@ -91,8 +133,11 @@ def hand_eye(
         "mount": str(data.mount),
         "convention": data.convention.to_dict(),
     }
-    _show(keys, console(json_file))
+    show_hand_eye(keys, console(json_file))
     write_if_usable(write_result(None, "kr5-hand-eye/1", **keys), fit, output, json_file)
+    if believed:
+        put_camera_pose(believed, str(data.mount), np.array(keys["result"]["T_mount_camera"]), lens)
+        write_cell_file(believed, write_cell)
     if keys["verdict"]["word"] == "unusable":
         raise typer.Exit(1)
 
@@ -172,12 +217,12 @@ def solve_hand_eye(data: Any, seen: Sightings, camera: Any, options: Any, judgin
     keys = {
         "verdict": {"word": str(diagnosis.verdict), "text": diagnosis.text},
         "causes": [c.to_dict() for c in diagnosis.causes],
-        "figures": _figures(result, diagnosis, held_out),
+        "figures": figures_of(result, diagnosis, held_out),
         "image_size": [seen.width, seen.height],
         "views": reports,
         "residuals": [residuals_of(v, camera, T) for v, T in zip(seen.views, predicted)],
-        "frames": flange_frames(result, poses, seen.views),
-        **({"held_out": _held_out(held_out)} if held_out else {}),
+        "frames": frames_of(result, poses, seen.views),
+        **({"held_out": held_out_figures(held_out)} if held_out else {}),
         "diagnosis": diagnosis.to_dict(),
         "camera": camera.to_dict(),
         "result": result.to_dict(),
@@ -185,98 +230,8 @@ def solve_hand_eye(data: Any, seen: Sightings, camera: Any, options: Any, judgin
     return keys, result.fit
 
 
-def _held_out(judged: dict[str, Any]) -> dict[str, float]:
-    """For people: mm and deg, by the end of the name."""
-    return {
-        f"{what}_{how}_{unit}": scale * judged[f"{what}_{how}"]
-        for how in ("rms", "median")
-        for what, scale, unit in (("position", 1e3, "mm"), ("rotation", 180 / np.pi, "deg"))
-    }
-
-
-def _in_hand(result: Any) -> bool:
-    return str(result.mount) == "eye_in_hand"
-
-
-def predict_target(result: Any, T_base_flange: np.ndarray) -> np.ndarray:
-    """T_camera_target that the result gives for a pose of the robot."""
-    T_mount_fixed = np.linalg.inv(T_base_flange) if _in_hand(result) else T_base_flange
-    T: np.ndarray = np.linalg.inv(result.T_mount_camera) @ T_mount_fixed @ result.T_fixed_target
-    return T
-
-
 def residuals_of(view: Any, camera: Any, T: np.ndarray) -> dict[str, Any]:
     """Seen minus predicted pixels of a view whose target is at T in the camera."""
     points = T[:3, :3] @ view.points + T[:3, 3:]
     d = view.pixels - camera.project(points) if (points[2] > 0).all() else np.full_like(view.pixels, np.nan)
     return {"view": view.name, "u": view.pixels[0], "v": view.pixels[1], "du": d[0], "dv": d[1]}
-
-
-def flange_frames(result: Any, poses: list[np.ndarray], views: list[Any]) -> list[dict[str, Any]]:
-    """Base, flange, camera and target for the 3D scene of a page."""
-    hand, base = ("camera", "target") if _in_hand(result) else ("target", "camera")
-    placed = {"camera": result.T_mount_camera, "target": result.T_fixed_target}
-    frames = [
-        {"name": "base", "parent": None, "T": np.eye(4)},
-        {"name": base, "parent": "base", "T": placed[base]},
-        {"name": "flange", "parent": "base", "T": poses[0]},
-        {"name": hand, "parent": "flange", "T": placed[hand]},
-    ]
-    kind = "station" if _in_hand(result) else "boards"
-    return frames + [
-        {"name": f"{hand} {v.name}", "kind": kind, "parent": "base", "T": T @ placed[hand]}
-        for v, T in zip(views[1:], poses[1:])
-    ]
-
-
-def _figures(result: Any, diagnosis: Any, held_out: dict[str, Any]) -> list[dict[str, Any]]:
-    if not result.fit.usable:
-        return []
-    where = ("camera on flange", "target in base") if _in_hand(result) else ("camera in base", "target on flange")
-    rows = pose_figures(where[0], result.T_mount_camera, result.covariance)
-    rows += pose_figures(where[1], result.T_fixed_target, result.covariance_target)
-    at = f"{diagnosis.working_distance:.2g} m ahead"
-    rows += [
-        figure_row(f"expected error {at} (RMS)", 1e3 * diagnosis.tool_error, None, "mm"),
-        figure_row(f"95 % of errors {at} below", 1e3 * diagnosis.tool_error_95, None, "mm"),
-        figure_row("noise of a point per axis", result.sigma_pixel, None, "px"),
-        figure_row("robot noise, position", 1e3 * result.sigma_robot_position, None, "mm"),
-        figure_row("robot noise, rotation", np.degrees(result.sigma_robot_rotation), None, "deg"),
-        figure_row("rotation of the wrist, major axis (RMS)", np.degrees(diagnosis.rotation_major), None, "deg"),
-        figure_row("rotation of the wrist, second axis (RMS)", np.degrees(diagnosis.rotation_minor), None, "deg"),
-    ]
-    if held_out:
-        rows += [
-            figure_row("target in held-out views (RMS)", 1e3 * held_out["position_rms"], None, "mm"),
-            figure_row("target in held-out views, rotation (RMS)", np.degrees(held_out["rotation_rms"]), None, "deg"),
-        ]
-    return rows
-
-
-def _show(keys: dict[str, Any], out: Any) -> None:
-    print_result({"verdict": keys["verdict"], "causes": keys["causes"]}, out)
-    for cause in keys["causes"]:
-        moves = f" Correcting it moves the tool by {1e3 * cause['consequence']:.3g} mm." if cause["consequence"] else ""
-        out.print(
-            f"    {cause['evidence']}{moves} Probability {cause['probability']:.2f}.", soft_wrap=True, markup=False
-        )
-    for lost in keys["input"]["without_target"]:
-        out.print(f"  not used: {lost['name']}: {lost['message']}", soft_wrap=True, markup=False)
-    out.print(
-        make_table(
-            "Views",
-            ["view", "RMS [px]", "robot error [mm]", "robot error [deg]", "weight [-]", ""],
-            (
-                [
-                    v["name"],
-                    v["rms_px"],
-                    1e3 * v["robot_position"],
-                    float(np.degrees(v["robot_rotation"])),
-                    v["weight"],
-                    "outlier" if v["outlier"] else "",
-                ]
-                for v in keys["views"]
-            ),
-        )
-    )
-    print_result({"figures": keys["figures"]}, out)

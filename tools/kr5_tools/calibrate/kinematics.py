@@ -22,6 +22,7 @@ from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail, print_note, spinner
+from kr5_tools.files.cell_output import write_cell_file
 from kr5_tools.files.results import write_if_usable, write_result
 from kr5_tools.files.writing import check_writable
 
@@ -112,7 +113,7 @@ def calibrate_kinematics(
     write_if_usable(write_result(None, "kr5-kinematics/1", **keys), result.fit, output, json_file)
     if write_cell and result.fit.usable:
         believed.robot.dh = result.arm.joints
-        cell.save_cell(believed, write_cell)
+        write_cell_file(believed, write_cell)
 
 
 def _cell(cell_file: Path | None, recording: Any) -> Any:

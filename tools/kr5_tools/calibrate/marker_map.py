@@ -13,6 +13,7 @@ from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, pose_figures, print_result
 from kr5_tools.cli.terminal import console, fail, spinner, track
 from kr5_tools.files.camera import check_size, load_camera
+from kr5_tools.files.cell_output import CellOption, WriteCellOption, load_target_cell, put_marker_map, write_cell_file
 from kr5_tools.files.images import image_files, short_names
 from kr5_tools.files.results import write_result
 from kr5_tools.files.writing import check_writable, write_json
@@ -31,6 +32,8 @@ def calibrate_map(
     options: vision.MarkerMapOptions,
     camera: Annotated[Path, typer.Option(help="Camera file.")],
     family: Annotated[str, typer.Option(help="Family of the markers, e.g. 36h11 or aruco_4x4_50.")] = "36h11",
+    cell_file: CellOption = None,
+    write_cell: WriteCellOption = None,
     output: ResultOption = None,
     json_file: JsonOption = None,
 ) -> None:
@@ -41,7 +44,8 @@ def calibrate_map(
     options.validate()
     kr5.marker_count(family)
     files = image_files(images)
-    check_writable(output, json_file, inputs=[*files, camera])
+    check_writable(output, json_file, write_cell, inputs=[*files, camera, cell_file])
+    believed = load_target_cell(cell_file, write_cell)
     sightings, lens, paths = _see(files, family, camera)
     with spinner("Fitting the map"):
         result = vision.estimate_marker_map(sightings, lens, options)
@@ -50,6 +54,9 @@ def calibrate_map(
     said = {"camera": str(camera), "family": family, "size": options.size, "images": [str(f) for f in images]}
     data = write_result(output, "kr5-marker-map/1", input=said, **_keys(result, sightings, lens, paths))
     write_json(data, json_file)
+    if believed:
+        put_marker_map(believed, result.target)
+        write_cell_file(believed, write_cell)
     _show(result, data, console(json_file))
 
 

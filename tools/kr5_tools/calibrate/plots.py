@@ -20,6 +20,8 @@ from kr5_tools.calibrate.residual_plots import (
     view_errors,
 )
 from kr5_tools.pages.plot_style import BLUE, GREEN, GREY, RED, STYLE, WIDE, WIDTH, plt
+from kr5_tools.repeatability.plots import distance_histogram, return_order, return_scatter
+from kr5_tools.workspace.plots import condition_map, dexterity_map, reachable_region, singular_value_map
 
 CAMERA_PARAMETERS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
 POSE_PARAMETERS = ("x", "y", "z", "rx", "ry", "rz")
@@ -261,6 +263,55 @@ CATALOGUE: list[tuple[str, str, Callable[[dict[str, Any]], Figure | None], bool,
         alignment_plot,
         True,
         "The same motion, as measured by the robot and by the camera.",
+    ),
+    (
+        "returns",
+        "Scatter of the returns",
+        return_scatter,
+        True,
+        "Measured positions less the barycentre of their point; the circle is RP.",
+    ),
+    (
+        "return_distances",
+        "Distances from the barycentre",
+        distance_histogram,
+        False,
+        "All returns; RP is the mean plus three standard deviations.",
+    ),
+    (
+        "return_order",
+        "Returns in their order",
+        return_order,
+        True,
+        "Deviations in the order of the test; the line is the trend common to all points.",
+    ),
+    (
+        "reachable",
+        "Reachable region",
+        reachable_region,
+        False,
+        "Radius and height about axis 1, within the joint limits; the dashed line is the reach.",
+    ),
+    (
+        "dexterity",
+        "Manipulability",
+        dexterity_map,
+        False,
+        "Greatest manipulability of the point in any posture there (linear rows of the Jacobian).",
+    ),
+    (
+        "least_singular_value",
+        "Least singular value",
+        singular_value_map,
+        False,
+        "Of the whole Jacobian, linear rows over the reach; the best posture there. Near 0 the arm is singular.",
+    ),
+    (
+        "condition",
+        "Condition number",
+        condition_map,
+        False,
+        "Of the same Jacobian, the least of all postures there; 1 would move alike in every direction.",
     ),
     ("frames", "Frames in space", frames_3d, True, "Axes x orange, y green, z blue."),
 ]

@@ -12,6 +12,7 @@ from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, pose_figures, print_result
 from kr5_tools.cli.terminal import console, fail, spinner
 from kr5_tools.files import writing
+from kr5_tools.files.cell_output import CellOption, WriteCellOption, load_target_cell, put_camera_pose, write_cell_file
 from kr5_tools.files.results import write_if_usable, write_result
 
 app = typer.Typer()
@@ -30,19 +31,25 @@ def timed(
     options: calibration.TimedHandEyeOptions,
     output: ResultOption = None,
     json_file: JsonOption = None,
+    cell_file: CellOption = None,
+    write_cell: WriteCellOption = None,
     png: Annotated[Path | None, typer.Option(help="Plot of the angular speeds before and after alignment.")] = None,
 ) -> None:
     """Hand-eye calibration from two pose streams with separate clocks: t_camera = t_hand + offset, and the pose of the
     camera on the hand.
     """
     options.validate()
-    writing.check_writable(output, json_file, png, inputs=[hand, camera])
+    writing.check_writable(output, json_file, png, write_cell, inputs=[hand, camera, cell_file])
+    believed = load_target_cell(cell_file, write_cell)
     streams = load_stream(hand), load_stream(camera)
     with spinner("Aligning the streams"):
         result = calibration.calibrate_timed_hand_eye(*streams, options)
     data = write_result(None, "kr5-timed-hand-eye/1", **_keys(result, hand, camera))
     print_result(data, console(json_file))
     write_if_usable(data, result.fit, output, json_file)
+    if believed:
+        put_camera_pose(believed, "eye_in_hand", np.array(result.T_hand_camera))
+        write_cell_file(believed, write_cell)
     if png is not None:
         from kr5_tools.calibrate.plots import alignment_plot
         from kr5_tools.pages.plot_style import STYLE, plt

@@ -11,6 +11,7 @@ from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail
+from kr5_tools.files.cell_output import CellOption, WriteCellOption, load_target_cell, put_tool_tip, write_cell_file
 from kr5_tools.files.results import write_if_usable, write_result
 from kr5_tools.files.writing import check_writable
 
@@ -52,6 +53,8 @@ def tool(
     previous: Annotated[
         tuple[float, float, float] | None, typer.Option(help="Previous tool tip, in the flange frame \\[m].")
     ] = None,
+    cell_file: CellOption = None,
+    write_cell: WriteCellOption = None,
     output: ResultOption = None,
     json_file: JsonOption = None,
 ) -> None:
@@ -59,7 +62,9 @@ def tool(
     if previous is not None:
         options.previous = np.array(previous)
     options.validate()
-    check_writable(output, json_file, inputs=[*(poses.rglob("*") if poses.is_dir() else [poses]), dataset])
+    read = [*(poses.rglob("*") if poses.is_dir() else [poses]), dataset, cell_file]
+    check_writable(output, json_file, write_cell, inputs=read)
+    believed = load_target_cell(cell_file, write_cell)
     if dataset or poses.is_dir():
         if given := [
             flag for flag, value in (("--convention", convention), ("--length", length), ("--angle", angle)) if value
@@ -72,6 +77,9 @@ def tool(
     data = write_result(None, "kr5-tool/1", **_keys(result, T, poses, used))
     _show(result, data, console(json_file))
     write_if_usable(data, result.fit, output, json_file)
+    if believed:
+        put_tool_tip(believed, np.asarray(result.tip))
+        write_cell_file(believed, write_cell)
 
 
 def read_poses(

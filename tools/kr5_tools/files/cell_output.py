@@ -89,12 +89,14 @@ def put_tool_tip(believed: Any, tip: np.ndarray) -> None:
         believed.laser = scanner
 
 
-def put_marker_map(believed: Any, target: Any, name: str = "map") -> None:
-    """The map as a target of the cell, in place of one of that name; where it stands in the cell is not known."""
-    fields = {key: value for key, value in target.to_dict().items() if value is not None}
-    placed = next((t for t in believed.targets if t.name == name), None)
-    where = {} if placed is None else {"T_base_target": placed.T_base_target, "T_flange_target": placed.T_flange_target}
-    new = cell.Target.from_dict({**fields, "name": name})
-    for key, value in where.items():
-        setattr(new, key, value)
-    believed.targets = [*(t for t in believed.targets if t.name != name), new]
+def put_marker_map(believed: Any, target: Any) -> None:
+    """The map in place of the cell's marker map, which says where it stands."""
+    maps = [k for k, t in enumerate(believed.targets) if str(t.kind) == str(target.kind)]
+    if len(maps) != 1:
+        fail(
+            f"--cell: the cell has {len(maps)} targets of the kind {target.kind}, expected one, with its pose"
+            " (T_B_W or T_F_W): the images do not tell where the map stands"
+        )
+    targets = list(believed.targets)
+    targets[maps[0]].map = target.map
+    believed.targets = targets

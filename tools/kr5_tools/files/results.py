@@ -17,6 +17,8 @@ FORMATS = {
     "kr5-postures/1": "Postures for a calibration",
     "kr5-cell-calibration/1": "Calibration of a cell",
     "kr5-axes/1": "Joint axes",
+    "kr5-repeatability/1": "Pose repeatability",
+    "kr5-workspace/1": "Workspace",
     "kr5-timed-hand-eye/1": "Hand-eye calibration with clocks",
     "kr5-marker-map/1": "Marker map",
     "kr5-detection/1": "Detection",

@@ -90,6 +90,7 @@ struct HandEyeResult {
   double sigma_pixel = 0.0;                     ///< [px]
   double sigma_robot_position = 0.0;            ///< [m]
   double sigma_robot_rotation = 0.0;            ///< [rad]
+  double sigma_camera_rotation = 0.0;           ///< [rad]
   std::vector<HandEyeViewReport> views;         ///< In input order.
   FitReport fit;                                ///< Look at `fit.usable()` before the poses.
 
@@ -106,6 +107,8 @@ struct HandEyeResult {
     visit("sigma_pixel", self.sigma_pixel, "Noise of a detected point, given or estimated [px].");
     visit("sigma_robot_position", self.sigma_robot_position, "Noise of a robot position, given or estimated [m].");
     visit("sigma_robot_rotation", self.sigma_robot_rotation, "Noise of a robot orientation, given or estimated [rad].");
+    visit("sigma_camera_rotation", self.sigma_camera_rotation,
+          "Noise of a seen orientation of the target, given or estimated from pairs of poses; 0 from pixels [rad].");
     visit("views", self.views, "Agreement of each view, in input order.");
     visit("fit", self.fit, "Report of the estimation.");
   }

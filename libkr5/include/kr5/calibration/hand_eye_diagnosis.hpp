@@ -30,6 +30,19 @@ struct HandEyeRecording {
   void validate() const;
 };
 
+/// The same of pairs of poses, without images.
+struct HandEyePairsRecording {
+  Eigen::MatrixXd rows;               ///< One row of numbers per pair, as the robot wrote them.
+  PoseFormat format;                  ///< How they are believed to be meant.
+  std::vector<Pose> T_camera_target;  ///< In the order taken.
+  std::vector<std::string> names;     ///< Of the pairs; empty: their numbers.
+  std::vector<double> times;          ///< Of the pairs [s]; empty: evenly spaced.
+  Mount mount = Mount::EyeInHand;
+
+  /// @throws InvalidArgument when rows, poses, names and times do not match.
+  void validate() const;
+};
+
 struct HandEyeDiagnosisOptions {
   double false_alarm = 0.02;      ///< [-]
   double tolerance = 0.002;       ///< [m]
@@ -92,5 +105,11 @@ struct HandEyeDiagnosis {
 /// @throws InvalidArgument for fewer than three views, or when rows, views and times do not match.
 HandEyeDiagnosis diagnose_hand_eye(const HandEyeRecording& recording, const HandEyeResult& result,
                                    const HandEyeDiagnosisOptions& options = {});
+
+/// The same for a result of `calibrate_hand_eye_pairs`. Beside the causes of an image set the target may be
+/// mirrored; the camera's parameters are no cause. Inverted robot poses look the same as inverted camera poses.
+/// @throws InvalidArgument for fewer than three pairs, or when rows, poses, names and times do not match.
+HandEyeDiagnosis diagnose_hand_eye_pairs(const HandEyePairsRecording& recording, const HandEyeResult& result,
+                                         const HandEyeDiagnosisOptions& options = {});
 
 }  // namespace kr5::calibration

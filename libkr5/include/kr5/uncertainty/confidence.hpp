@@ -27,6 +27,8 @@ double covariance_inflation(double numbers, double dof);
 constexpr double known_noise = 1e6;  ///< Degrees of freedom behind a covariance for which nothing was estimated [-].
 /// Probability that Fisher's F stays below `x`.
 double fisher_cdf(double x, double dof1, double dof2);
+/// The same when the numerator has the squared mean `noncentrality` in its standard deviations.
+double noncentral_fisher_cdf(double x, double dof1, double dof2, double noncentrality);
 
 /// An interval of a number.
 struct Interval {

@@ -21,7 +21,6 @@ namespace {
 using namespace hand_eye;
 
 constexpr double sound_part = 0.6;  // at least this part of the views stays in the fit
-constexpr double farthest = 1e5;    // a pose in millimetres is a cause to name, one beyond that no pose [m]
 
 std::string name_of_view(std::span<const HandEyeView> views, std::size_t i) {
   return views[i].view.name.empty() ? std::to_string(i) : views[i].view.name;
@@ -56,18 +55,10 @@ void check(std::span<const HandEyeView> views, const Pinhole& camera, const Hand
             where + "correlation must be at least 1 [-]");
     require(views[i].T_base_flange.matrix().allFinite(), where + "T_base_flange must be finite");
     require(is_rotation(views[i].T_base_flange.linear(), 1e-3), where + "T_base_flange has no proper rotation");
-    require(views[i].T_base_flange.translation().cwiseAbs().maxCoeff() <= farthest,
+    require(views[i].T_base_flange.translation().cwiseAbs().maxCoeff() <= farthest_pose,
             where + "T_base_flange lies more than 100 km away; is its unit right?");
   }
   require_distinct(views);
-}
-
-/// Distance at which a turn of the robot moves the tool as far as its position error: the usual reach of this arm.
-double lever(std::span<const HandEyeView> views) {
-  std::vector<double> distance;
-  for (const HandEyeView& v : views) distance.push_back(v.T_base_flange.translation().norm());
-  const double reach = median(distance);
-  return reach > 1e-6 ? reach : 1.0;
 }
 
 void first_variances(HandEyeFit& fit, const HandEyeOptions& options) {
@@ -200,21 +191,10 @@ std::string why_degenerate(const HandEyeFit& fit, const HandEyeOptions& options)
   std::vector<Pose> T;
   for (std::size_t i = 0; i < fit.observed_views.size(); ++i)
     if (fit.weights[i] > 0) T.push_back(fit.observed_views[i].input->T_base_flange);
-  const WristTurn turn = wrist_turn(T);
-  const double degrees = 180 / std::numbers::pi;
-  std::ostringstream text;
-  text.precision(2);
-  text << std::fixed;
-  if (turn.most < options.min_rotation)
-    text << "the wrist turned by at most " << turn.most * degrees << " deg between views; at least "
-         << options.min_rotation * degrees << " deg about two axes is needed";
-  else if (turn.second < options.min_rotation)
-    text << "the wrist turned about one axis only: " << turn.most * degrees << " deg about it, but at most "
-         << turn.second * degrees << " deg about another; at least " << options.min_rotation * degrees
-         << " deg about two axes is needed";
-  else if (!fit.estimate.regular)
-    text << "the views do not determine all twelve parameters of the two poses";
-  return text.str();
+  std::string shortage = turn_shortage(T, options.min_rotation);
+  if (shortage.empty() && !fit.estimate.regular)
+    shortage = "the views do not determine all twelve parameters of the two poses";
+  return shortage;
 }
 
 std::string summary(const HandEyeFit& fit, std::span<const HandEyeView> views, std::span<const std::size_t> index) {
@@ -287,7 +267,7 @@ HandEyeResult calibrate_hand_eye(std::span<const HandEyeView> views, const Pinho
   out.mount = options.mount;
   fit.errors.assign(fit.observed_views.size(), Vector6::Zero());
   fit.weights.assign(fit.observed_views.size(), 1.0);
-  fit.variances.lever = lever(views);
+  fit.variances.lever = usual_reach(views);
   std::string reason = "fewer than three views give a pose of the target";
   if (fit.observed_views.size() >= 3) {
     run(fit, options, out.fit);

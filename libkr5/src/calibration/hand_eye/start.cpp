@@ -4,11 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <numeric>
+#include <sstream>
 
 #include <Eigen/Dense>
 #include <kr5/core/linear.hpp>
 #include <kr5/core/random.hpp>
+#include <kr5/core/statistics.hpp>
 
 #include "calibration/hand_eye/closed_form.hpp"
 
@@ -76,6 +79,29 @@ WristTurn wrist_turn(std::span<const Pose> T_base_flange) {
     out.second = std::max(out.second, (w - w.dot(main) * main).norm());
   }
   return out;
+}
+
+std::string turn_shortage(std::span<const Pose> T_base_flange, double min_rotation) {
+  const WristTurn turn = wrist_turn(T_base_flange);
+  const double degrees = 180 / std::numbers::pi;
+  std::ostringstream text;
+  text.precision(2);
+  text << std::fixed;
+  if (turn.most < min_rotation)
+    text << "the wrist turned by at most " << turn.most * degrees << " deg between views; at least "
+         << min_rotation * degrees << " deg about two axes is needed";
+  else if (turn.second < min_rotation)
+    text << "the wrist turned about one axis only: " << turn.most * degrees << " deg about it, but at most "
+         << turn.second * degrees << " deg about another; at least " << min_rotation * degrees
+         << " deg about two axes is needed";
+  return text.str();
+}
+
+double usual_reach(std::span<const HandEyeView> views) {
+  std::vector<double> distance;
+  for (const HandEyeView& v : views) distance.push_back(v.T_base_flange.translation().norm());
+  const double reach = median(distance);
+  return reach > 1e-6 ? reach : 1.0;
 }
 
 Pose fixed_target(Mount mount, const Pose& T_mount_camera, std::span<const ObservedView> observed_views) {

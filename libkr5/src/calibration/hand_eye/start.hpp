@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <string>
 #include <vector>
 
 #include "calibration/hand_eye/model.hpp"
@@ -18,6 +19,14 @@ struct WristTurn {
   double second = 0.0;
 };
 WristTurn wrist_turn(std::span<const Pose> T_base_flange);
+
+/// Why so little turning determines nothing, in words; empty when it is enough.
+std::string turn_shortage(std::span<const Pose> T_base_flange, double min_rotation);
+
+constexpr double farthest_pose = 1e5;  // one in millimetres is a cause to name, one beyond that no pose [m]
+
+/// Distance at which a turn of the robot moves the tool as far as its position error: the usual reach of this arm [m].
+double usual_reach(std::span<const HandEyeView> views);
 
 /// First values that a minority of contradicting views does not spoil: closed forms of many small subsets and of all
 /// views, judged by their better 60 % of views (least trimmed squares). Chooses among two poses of a planar target.

@@ -40,8 +40,10 @@ void describe_format(const Case& c, const SetupHypothesis& h, NamedCause& n) {
   switch (n.cause) {
     case HandEyeCause::PosesInverted:
       return say(n,
-                 "The robot poses are the inverse of what the convention states, or the mount is wrong (eye in hand "
-                 "and eye to hand exchanged).",
+                 c.pairs ? "The robot poses or the camera's poses are the inverse of what is stated, or the mount is "
+                           "wrong; no data can tell which."
+                         : "The robot poses are the inverse of what the convention states, or the mount is wrong (eye "
+                           "in hand and eye to hand exchanged).",
                  convention + " Or change the mount.");
     case HandEyeCause::QuaternionOrder:
       return say(n, "The components of the quaternions are in a different order.", convention);
@@ -75,23 +77,38 @@ void describe_camera(const Case& c, const SetupHypothesis& h, NamedCause& n) {
 void describe_setup(const Case& c, const SetupHypothesis& h, NamedCause& n) {
   switch (n.cause) {
     case HandEyeCause::TargetSizeWrong:
-      n.unit = "times the stated size";
+      n.unit = c.pairs ? "times the stated distance" : "times the stated size";
+      if (c.pairs)
+        return say(n, "The target is " + number(h.value, 4) + " times as far from the camera as its poses state.",
+                   "Check the size of the target and the focal length in the software that found it.");
       return say(n, "The target is " + number(h.value, 4) + " times as large as stated.",
                  "Measure the printed target over its whole length and correct its size.");
     case HandEyeCause::MillimetresForMetres:
-      n.unit = "times the stated size";
+      n.unit = c.pairs ? "times the stated distance" : "times the stated size";
+      if (c.pairs)
+        return say(n,
+                   "The positions of the camera's poses are off by a factor of " + number(h.value, 4) +
+                       ": millimetres for metres.",
+                   "State the camera's poses in metres.");
       return say(n, "The target's size is off by a factor of " + number(h.value, 4) + ": millimetres for metres.",
                  "State the size of the target in metres.");
     case HandEyeCause::ShiftedByOne:
       n.unit = "views";
       return say(n,
-                 "Every image is paired with the pose of the " + std::string(std::abs(h.value) > 1 ? "second " : "") +
-                     (h.value > 0 ? "next" : "previous") + " one.",
-                 "Remove the surplus image or pose at the start or end, so that each image has its own pose.");
+                 (c.pairs ? "Every pose of the camera is paired with the robot pose of the "
+                          : "Every image is paired with the pose of the ") +
+                     std::string(std::abs(h.value) > 1 ? "second " : "") + (h.value > 0 ? "next" : "previous") +
+                     " one.",
+                 c.pairs ? "Remove the surplus pose at the start or end of one of the two lists."
+                         : "Remove the surplus image or pose at the start or end, so that each image has its own "
+                           "pose.");
     case HandEyeCause::OutOfOrder:
       n.unit = "views";
-      return say(n, number(h.value) + " images are paired with the wrong pose: " + list(c, h.views) + ".",
-                 "Check how files are sorted (1, 10, 11, 2?) and pair images and poses by number.");
+      return say(n,
+                 number(h.value) + (c.pairs ? " poses" : " images") +
+                     " are paired with the wrong pose: " + list(c, h.views) + ".",
+                 "Check how files are sorted (1, 10, 11, 2?) and pair " +
+                     std::string(c.pairs ? "poses" : "images and poses") + " by number.");
     case HandEyeCause::TargetMoved:
       n.unit = "m";
       return say(n,
@@ -117,6 +134,9 @@ void describe_setup(const Case& c, const SetupHypothesis& h, NamedCause& n) {
 void describe(const Case& c, const SetupHypothesis& h, NamedCause& n) {
   if (n.cause == HandEyeCause::CameraModelWrong)
     describe_camera(c, h, n);
+  else if (n.cause == HandEyeCause::MirroredTarget)
+    say(n, "The poses of the target are mirrored: the image is, or the target was printed or described left-handed.",
+        "Switch off mirroring in the camera driver, or correct the order of the target's corners, and record again.");
   else if (h.freedom == 0 && n.cause != HandEyeCause::ShiftedByOne && n.cause != HandEyeCause::OutOfOrder)
     describe_format(c, h, n);
   else

@@ -28,7 +28,8 @@ constexpr double families = 8;  // of hypotheses, which share the false alarms
 /// Turns of the target as the camera saw it, which do not depend on how the robot's numbers are read.
 Eigen::Vector3d seen_turns(const evidence::Sightings& sightings) {
   std::vector<Pose> seen;
-  for (const auto& s : sightings.views) seen.push_back(s.solutions.front().T_camera_target);
+  for (std::size_t i = 0; i < sightings.index.size(); ++i)
+    seen.push_back(sightings.views[i].solutions.front().T_camera_target);
   return principal_turns(seen);
 }
 
@@ -93,7 +94,7 @@ std::vector<Candidate> compete(const Case& c, const HandEyeDiagnosisOptions& opt
   consider(evidence::moved_target(c));
   consider(evidence::delayed_readings(c));
   consider(evidence::outlier_readings(c));
-  consider(evidence::other_camera(c));
+  consider(c.pairs ? evidence::mirrored_target(c) : evidence::other_camera(c));
   std::sort(out.begin(), out.end(), [](const auto& a, const auto& b) { return a.gain > b.gain; });
   return out;
 }
@@ -138,8 +139,9 @@ void judge_tool_error(const HandEyeResult& result, HandEyeDiagnosis& out) {
 
 double target_distance(const evidence::Sightings& sightings) {
   double sum = 0;
-  for (const auto& s : sightings.views) sum += s.solutions.front().T_camera_target.translation().norm();
-  return sum / static_cast<double>(sightings.views.size());
+  for (std::size_t i = 0; i < sightings.index.size(); ++i)
+    sum += sightings.views[i].solutions.front().T_camera_target.translation().norm();
+  return sum / static_cast<double>(sightings.index.size());
 }
 
 /// Nothing can be allowed for, or the numbers mean something else: an answer that comes out right by luck (a camera
@@ -147,8 +149,8 @@ double target_distance(const evidence::Sightings& sightings) {
 bool meaningless(const NamedCause& c) {
   using enum HandEyeCause;
   constexpr HandEyeCause certain[] = {TooLittleRotation, OneAxisRotation};
-  constexpr HandEyeCause misread[] = {PosesInverted, WrongRotationForm, QuaternionOrder, DegreesForRadians,
-                                      MillimetresForMetres};
+  constexpr HandEyeCause misread[] = {PosesInverted,   MirroredTarget,    WrongRotationForm,
+                                      QuaternionOrder, DegreesForRadians, MillimetresForMetres};
   return std::ranges::count(certain, c.cause) || (c.probability > 0.5 && std::ranges::count(misread, c.cause));
 }
 
@@ -212,7 +214,39 @@ struct DistinctViews {
   }
 };
 
+/// Causes and verdict.
+HandEyeDiagnosis diagnose(Case& c, const HandEyeResult& result, const HandEyeDiagnosisOptions& options) {
+  c.sound.reading = evidence::as_recorded(c, c.poses);
+  HandEyeDiagnosis out;
+  const Eigen::Vector3d turned = principal_turns(c.sound.reading.robot);
+  out.rotation_major = turned[0];
+  out.rotation_minor = turned[1];
+  out.working_distance = options.working_distance > 0 ? options.working_distance : target_distance(c.sightings);
+  if (result.fit.usable()) judge_tool_error(result, out);
+  if (!too_little_rotation(c.sightings, options, out)) {
+    c.sound.fit = evidence::fit_reading(c.sound.reading, c.sightings);
+    c.sound.score = c.sound.fit.score;
+    out.held_out_rms = evidence::held_out_rms(c.sound.reading, c.sightings);
+    if (c.sound.fit.usable)
+      out.causes = name_causes(c, compete(c, options, out.held_out_rms),
+                               result.fit.usable() ? result.T_mount_camera : c.sound.fit.X, out);
+  }
+  decide(result, options, out);
+  return out;
+}
+
 }  // namespace
+
+void HandEyePairsRecording::validate() const {
+  const std::string n = std::to_string(T_camera_target.size());
+  require(T_camera_target.size() >= 3, "at least three pairs of poses are needed, found " + n);
+  require(rows.rows() == static_cast<Eigen::Index>(T_camera_target.size()),
+          "found " + std::to_string(rows.rows()) + " robot poses for " + n + " poses of the target");
+  require(names.empty() || names.size() == T_camera_target.size(),
+          "found " + std::to_string(names.size()) + " names for " + n + " pairs of poses");
+  require(times.empty() || times.size() == T_camera_target.size(),
+          "found " + std::to_string(times.size()) + " time stamps for " + n + " pairs of poses");
+}
 
 void HandEyeRecording::validate() const {
   const std::string n = std::to_string(views.size());
@@ -242,26 +276,26 @@ HandEyeDiagnosis diagnose_hand_eye(const HandEyeRecording& given, const HandEyeR
          evidence::find_sightings(recording.views, recording.camera),
          to_poses(recording.rows, recording.format),
          {}};
-  require(c.sightings.views.size() >= 3, "fewer than three views give a pose of the target");
-  c.sound.reading = evidence::as_recorded(c, c.poses);
-  HandEyeDiagnosis out;
-  const Eigen::Vector3d turned = principal_turns(c.sound.reading.robot);
-  out.rotation_major = turned[0];
-  out.rotation_minor = turned[1];
-  out.working_distance = options.working_distance > 0 ? options.working_distance : target_distance(c.sightings);
-  if (result.fit.usable()) judge_tool_error(result, out);
-  if (!too_little_rotation(c.sightings, options, out)) {
-    c.sound.fit = evidence::fit_reading(c.sound.reading, c.sightings);
-    c.sound.score = c.sound.fit.score;
-    out.held_out_rms = evidence::held_out_rms(c.sound.reading, c.sightings);
-    if (c.sound.fit.usable)
-      out.causes = name_causes(c, compete(c, options, out.held_out_rms),
-                               result.fit.usable() ? result.T_mount_camera : c.sound.fit.X, out);
-  }
+  require(c.sightings.index.size() >= 3, "fewer than three views give a pose of the target");
+  HandEyeDiagnosis out = diagnose(c, result, options);
   for (NamedCause& cause : out.causes)
     for (int& view : cause.views) view = distinct.index[static_cast<std::size_t>(view)];
-  decide(result, options, out);
   return out;
+}
+
+HandEyeDiagnosis diagnose_hand_eye_pairs(const HandEyePairsRecording& given, const HandEyeResult& result,
+                                         const HandEyeDiagnosisOptions& options) {
+  given.validate();
+  options.validate();
+  HandEyeRecording recording{given.rows, given.format, {}, given.times, {}, given.mount};
+  recording.views.resize(given.T_camera_target.size());
+  for (std::size_t i = 0; i < given.names.size(); ++i) recording.views[i].name = given.names[i];
+  Case c{recording,
+         evidence::given_sightings(given.T_camera_target),
+         to_poses(recording.rows, recording.format),
+         {},
+         true};
+  return diagnose(c, result, options);
 }
 
 }  // namespace kr5::calibration

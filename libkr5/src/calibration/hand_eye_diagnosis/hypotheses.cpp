@@ -49,6 +49,23 @@ constexpr double implausible = 27.6;
 
 }  // namespace
 
+Sightings given_sightings(const std::vector<Pose>& T_camera_target) {
+  Sightings out;
+  const auto add = [&](const Pose& T) { out.views.push_back({{{.T_camera_target = T}}}); };
+  for (std::size_t i = 0; i < T_camera_target.size(); ++i) out.index.push_back(static_cast<int>(i));
+  for (const Pose& T : T_camera_target) add(T);
+  // An image that is mirrored, or a target that is: whichever plane mirrors, another differs by a pose of camera and
+  // target, which are unknown anyway.
+  const Eigen::Vector3d mirror(-1, 1, 1);
+  for (const Pose& T : T_camera_target) {
+    Pose mirrored = Pose::Identity();
+    mirrored.linear() = mirror.asDiagonal() * T.linear() * mirror.asDiagonal();
+    mirrored.translation() = mirror.asDiagonal() * T.translation();
+    add(mirrored);
+  }
+  return out;
+}
+
 Reading as_recorded(const Case& c, const std::vector<Pose>& poses) {
   Reading r;
   r.mount = c.recording.mount;
@@ -80,6 +97,18 @@ std::vector<SetupHypothesis> other_formats(const Case& c) {
     out.push_back(std::move(h));
   }
   return out;
+}
+
+std::vector<SetupHypothesis> mirrored_target(const Case& c) {
+  SetupHypothesis h;
+  h.reading = c.sound.reading;
+  for (int& k : h.reading.sighting) k += static_cast<int>(c.sightings.index.size());
+  h.fit = fit_reading(h.reading, c.sightings);
+  if (!h.fit.usable) return {};
+  h.score = h.fit.score;
+  h.choices = std::log(10.0);
+  h.causes = {HandEyeCause::MirroredTarget};
+  return {h};
 }
 
 std::vector<SetupHypothesis> other_size(const Case& c) {

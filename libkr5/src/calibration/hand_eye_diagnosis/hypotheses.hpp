@@ -32,12 +32,18 @@ struct Case {
   Sightings sightings;
   std::vector<Pose> poses;  ///< Of every view, seen or not.
   SetupHypothesis sound;
+  bool pairs =
+      false;  ///< Poses of the target were given, not images: behind the sightings stand the same, read otherwise.
 };
+
+/// Sightings from poses of the target; behind them stand the same mirrored.
+Sightings given_sightings(const std::vector<Pose>& T_camera_target);
 
 /// Pairs every sighting with the pose of its own view.
 Reading as_recorded(const Case& c, const std::vector<Pose>& poses);
 
 std::vector<SetupHypothesis> other_formats(const Case& c);
+std::vector<SetupHypothesis> mirrored_target(const Case& c);
 std::vector<SetupHypothesis> other_size(const Case& c);
 std::vector<SetupHypothesis> shifted_readings(const Case& c);
 std::vector<SetupHypothesis> moved_target(const Case& c);

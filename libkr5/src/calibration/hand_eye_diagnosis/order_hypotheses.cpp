@@ -26,7 +26,8 @@ class OrderSearch {
  public:
   OrderSearch(const Case& c, int seed)
       : mount_(c.recording.mount), robot_(c.sound.reading.robot), random_(static_cast<std::uint64_t>(seed)) {
-    for (const Sighting& s : c.sightings.views) seen_.push_back(s.solutions.front().T_camera_target);
+    for (const int k : c.sound.reading.sighting)
+      seen_.push_back(c.sightings.views[static_cast<std::size_t>(k)].solutions.front().T_camera_target);
     const auto n = static_cast<Eigen::Index>(robot_.size());
     robot_turns_.resize(n, n);
     seen_turns_.resize(n, n);

@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/calibration/hand_eye_pairs.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include <Eigen/Dense>
+
+#include <kr5/calibration/cell_fit.hpp>
+#include <kr5/core/error.hpp>
+#include <kr5/core/statistics.hpp>
+#include <kr5/uncertainty/confidence.hpp>
+
+#include "calibration/cell_fit/sound_probability.hpp"
+#include "calibration/hand_eye/noise.hpp"
+#include "calibration/hand_eye/start.hpp"
+#include "calibration/hand_eye_diagnosis/sightings.hpp"
+#include "calibration/hand_eye_pairs/check_pairs.hpp"
+
+namespace kr5::calibration {
+namespace {
+
+using namespace hand_eye;
+
+constexpr double sound_pairs = 0.6;  // at least this part of the pairs stays in the fit
+constexpr int most_rounds = 30;      // of fit and variances in turn
+constexpr int steps_a_round = 6;     // of the variances
+
+/// What one pair says of the two poses, to first order: y = e + n + F b, e the error of the robot pose, n that of the
+/// camera's turn, seen at the flange.
+LinearView linear_pair(const PosePair& pair, Mount mount, const Poses& at) {
+  const Pose &T = pair.T_base_flange, &C = pair.T_camera_target;
+  LinearView out;
+  out.y = evidence::flange_residual(T, C, at.X, at.Z, mount);
+  Matrix6 B = evidence::flange_by_sighting(C, at.X, at.Z, mount);
+  out.F << -evidence::flange_by_camera(C, at.X, at.Z, mount), -evidence::flange_by_target(C, at.X, at.Z, mount);
+  // The residual is read in the robot's frame, turned by the residual itself.
+  const Eigen::Matrix3d turned = exp_rotation(out.y.tail<3>());
+  out.F.topRows<3>() = turned * out.F.topRows<3>();
+  B.topRows<3>() = turned * B.topRows<3>();
+  out.U = B.rightCols<3>() * B.rightCols<3>().transpose();
+  return out;
+}
+
+/// A calibration while it goes on.
+class PairsFit {
+ public:
+  PairsFit(std::span<const PosePair> pairs, const HandEyePairsOptions& options)
+      : pairs_(pairs), options_(options), weights_(pairs.size(), 1.0) {
+    for (const PosePair& pair : pairs) stops_.push_back({.T_base_flange = pair.T_base_flange, .view = {}});
+    variances_.lever = usual_reach(stops_);
+    start();
+    exclude_far();
+    settle();
+    name_outliers();
+  }
+
+  void write(HandEyeResult& out) const;
+
+ private:
+  void start();
+  void first_variances();
+  void exclude_far();
+  void fit();
+  void settle();
+  void name_outliers();
+
+  LinearView linear(std::size_t i) const { return linear_pair(pairs_[i], options_.mount, poses_); }
+  double squared(std::size_t i) const {
+    const LinearView view = linear(i);
+    return view.y.dot(variances_.of(view).ldlt().solve(view.y));
+  }
+  std::vector<WeightedView> active() const {
+    std::vector<WeightedView> out;
+    for (std::size_t i = 0; i < pairs_.size(); ++i)
+      if (weights_[i] > 0) out.push_back({linear(i), 1.0});
+    return out;
+  }
+  std::size_t inside() const { return static_cast<std::size_t>(std::count(weights_.begin(), weights_.end(), 1.0)); }
+  std::size_t least() const {
+    return std::max<std::size_t>(3,
+                                 static_cast<std::size_t>(std::ceil(sound_pairs * static_cast<double>(pairs_.size()))));
+  }
+  double probability(std::size_t i) const;
+
+  std::span<const PosePair> pairs_;
+  const HandEyePairsOptions& options_;
+  std::vector<double> weights_;
+  std::vector<HandEyeView> stops_;
+  Poses poses_;
+  Variances variances_;  ///< Of position, of the robot's turn, of the camera's turn.
+  std::optional<CellFit> fit_;
+  std::vector<FitObservation> seen_;
+  CellFitResult result_;
+  bool regular_ = false, settled_ = false;
+  int iterations_ = 0;
+  double initial_rms_ = 0.0;
+};
+
+void PairsFit::start() {
+  std::vector<ObservedView> observed;
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    Resection seen;
+    seen.T_camera_points = pairs_[i].T_camera_target;
+    observed.push_back({.input = &stops_[i], .found = {seen}});
+  }
+  poses_ = robust_start(options_.mount, observed, variances_.lever);
+  first_variances();
+}
+
+void PairsFit::first_variances() {
+  std::vector<double> position, rotation;
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    const Vector6 y = linear(i).y;
+    position.push_back(y.head<3>().squaredNorm() / 3), rotation.push_back(y.tail<3>().squaredNorm() / 3);
+  }
+  const double given[] = {options_.sigma_position, options_.sigma_robot_rotation, options_.sigma_camera_rotation};
+  const double turn = std::max(median(rotation) / 2, 1e-14);
+  variances_.value << std::max(median(position), 1e-14), turn, turn;
+  for (int k = 0; k < 3; ++k) {
+    variances_.free[static_cast<std::size_t>(k)] = given[k] == 0;
+    if (given[k] > 0) variances_.value[k] = given[k] * given[k];
+  }
+}
+
+/// What the robust start found far off is left out; the tests that follow decide.
+void PairsFit::exclude_far() {
+  std::vector<std::pair<double, std::size_t>> order;
+  for (std::size_t i = 0; i < pairs_.size(); ++i) order.emplace_back(squared(i), i);
+  std::sort(order.begin(), order.end());
+  const double scale = std::max(order[order.size() / 2].first / uncertainty::chi_square_quantile(0.5, 6), 1e-12);
+  for (std::size_t k = least(); k < order.size(); ++k)
+    if (order[k].first > scale * uncertainty::chi_square_quantile(0.9999, 6)) weights_[order[k].second] = 0.0;
+}
+
+/// The two poses at the present variances.
+void PairsFit::fit() {
+  const Eigen::Vector3d sigma = variances_.value.cwiseSqrt();
+  // Robot and camera share the position noise; which of them has it makes no difference.
+  const double position = sigma[0] / std::sqrt(2.0);
+  fit_.emplace();
+  seen_.clear();
+  const FitBlock camera = fit_->add_pose("camera", poses_.X), target = fit_->add_pose("target", poses_.Z);
+  Vector6 prior;
+  prior << Eigen::Vector3d::Constant(position), Eigen::Vector3d::Constant(sigma[1]);
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    const FitBlock error = fit_->add_nuisance_pose("robot " + std::to_string(i));
+    fit_->set_prior(error, prior);
+    const Pose& T = pairs_[i].T_base_flange;
+    PoseChain chain;
+    chain.then_inverse(camera);
+    if (options_.mount == Mount::EyeInHand)
+      chain.then_inverse(error).then(T.inverse());
+    else
+      chain.then(T).then(error);
+    seen_.push_back(fit_->observe_pose(chain.then(target), pairs_[i].T_camera_target, position, sigma[2]));
+    fit_->set_weight(seen_.back(), weights_[i]);
+  }
+  result_ = fit_->solve({.max_iterations = options_.max_iterations});
+  iterations_ += result_.fit.iterations;
+  poses_ = {fit_->pose(camera), fit_->pose(target)};
+}
+
+/// Poses and free variances in turn, until the variances no longer change.
+void PairsFit::settle() {
+  settled_ = false;
+  for (int round = 0; round < most_rounds && !settled_; ++round) {
+    fit();
+    if (iterations_ == result_.fit.iterations) initial_rms_ = result_.fit.initial_rms;
+    const Eigen::Vector3d before = variances_.value;
+    const std::vector<WeightedView> views = active();
+    estimate_variances(views, variances_, steps_a_round);
+    regular_ = solve(views, variances_).regular;
+    settled_ = (variances_.value.cwiseQuotient(before).array() - 1).abs().maxCoeff() < 1e-2;
+  }
+}
+
+/// Probability that a sound pair lies as far from what the others say.
+double PairsFit::probability(std::size_t i) const {
+  const CellFit::Agreement agreement = fit_->agreement(seen_[i]);
+  const bool known = !variances_.free[0] && !variances_.free[1] && !variances_.free[2];
+  const double dof = std::max(6 * static_cast<double>(inside()) - 12, 7.0);
+  return cell_fit::sound_probability(agreement.squared_distance, agreement.dof, weights_[i] > 0,
+                                     known ? uncertainty::known_noise : dof);
+}
+
+/// Puts pairs out and back in, one out at a time, until each is where its test puts it.
+void PairsFit::name_outliers() {
+  const double threshold = options_.outlier_false_alarm / static_cast<double>(pairs_.size());
+  for (std::size_t round = 0; round < 2 * pairs_.size(); ++round) {
+    double best = -1, worst = 2;
+    std::size_t enter = 0, leave = 0;
+    for (std::size_t i = 0; i < pairs_.size(); ++i) {
+      const double p = probability(i);
+      if (weights_[i] == 0 && p > best) best = p, enter = i;
+      if (weights_[i] > 0 && p < worst) worst = p, leave = i;
+    }
+    if (best > threshold)
+      weights_[enter] = 1.0;
+    else if (worst < threshold && inside() > std::max<std::size_t>(least(), 4))
+      weights_[leave] = 0.0;
+    else
+      return;
+    settle();
+  }
+}
+
+void PairsFit::write(HandEyeResult& out) const {
+  out.mount = options_.mount;
+  out.T_mount_camera = poses_.X;
+  out.T_fixed_target = poses_.Z;
+  const std::vector<WeightedView> views = active();
+  const WidenedCovariance X = widened_covariance(views, variances_, 0), Z = widened_covariance(views, variances_, 6);
+  out.covariance = X.covariance;
+  out.covariance_target = Z.covariance;
+  out.covariance_dof = X.dof;
+  const Eigen::Vector3d sigma = variances_.value.cwiseSqrt();
+  out.sigma_robot_position = sigma[0], out.sigma_robot_rotation = sigma[1], out.sigma_camera_rotation = sigma[2];
+  std::vector<Pose> turned;
+  std::string outliers;
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    const Vector6 y = linear(i).y;
+    out.views.push_back({.name = name_of_pair(pairs_, i),
+                         .robot_position = y.head<3>().norm(),
+                         .robot_rotation = y.tail<3>().norm(),
+                         .weight = weights_[i],
+                         .outlier = weights_[i] == 0});
+    if (weights_[i] > 0)
+      turned.push_back(pairs_[i].T_base_flange);
+    else
+      outliers += (outliers.empty() ? "" : ", ") + out.views.back().name;
+  }
+  out.fit = result_.fit;
+  out.fit.initial_rms = initial_rms_;
+  out.fit.iterations = iterations_;
+  std::string reason = turn_shortage(turned, options_.min_rotation);
+  if (reason.empty() && !(regular_ && result_.unidentifiable.empty()))
+    reason = "the pairs do not determine all twelve parameters of the two poses";
+  out.fit.status = !reason.empty() ? FitStatus::Degenerate : settled_ ? FitStatus::Converged : FitStatus::MaxIterations;
+  out.fit.message = !reason.empty() ? reason
+                                    : std::to_string(pairs_.size()) + " pairs of poses" +
+                                          (outliers.empty() ? "" : "; contradict the others: " + outliers);
+}
+
+}  // namespace
+
+void HandEyePairsOptions::validate() const {
+  require(sigma_position >= 0, "sigma_position must not be negative [m]; 0 means estimated");
+  require(sigma_robot_rotation >= 0, "sigma_robot_rotation must not be negative [rad]; 0 means estimated");
+  require(sigma_camera_rotation >= 0, "sigma_camera_rotation must not be negative [rad]; 0 means estimated");
+  require(min_rotation > 0 && min_rotation < 3.14, "min_rotation must lie between 0 and pi [rad]");
+  require(outlier_false_alarm >= 0 && outlier_false_alarm < 1, "outlier_false_alarm must lie in [0, 1) [-]");
+  require(max_iterations >= 1, "max_iterations must be at least 1");
+}
+
+HandEyeResult calibrate_hand_eye_pairs(std::span<const PosePair> pairs, const HandEyePairsOptions& options) {
+  options.validate();
+  check_pairs(pairs);
+  HandEyeResult out;
+  PairsFit(pairs, options).write(out);
+  return out;
+}
+
+}  // namespace kr5::calibration

@@ -1,0 +1,174 @@
+"""`kr5 calibrate hand-eye PAIRS`: the same from pairs of poses, without images."""
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+import typer
+from kr5 import calibration
+
+from kr5_tools.calibrate.hand_eye_result import figures_of, frames_of, held_out_figures, predict_target, show_hand_eye
+from kr5_tools.cli.terminal import console, fail, print_note, spinner
+from kr5_tools.files.cell_output import put_camera_pose, write_cell_file
+from kr5_tools.files.pose_pairs import PosePairs, read_pairs_file
+from kr5_tools.files.results import write_if_usable, write_result
+from kr5_tools.files.writing import check_writable
+
+RobotMeaning = Annotated[
+    Literal["T_base_flange", "T_flange_base"] | None,
+    typer.Option(help="Pairs: what the robot poses are; by default what the data tell, else what the format says."),
+]
+CameraMeaning = Annotated[
+    Literal["T_camera_target", "T_target_camera"] | None,
+    typer.Option(help="Pairs: what the camera poses are; by default what the data tell, else T_camera_target."),
+]
+FOLDS = 10
+FAR_CARRIED = 0.5  # farther from the flange little is carried [m]
+
+
+def refuse_image_options(dataset: Path | None, camera: Path | None, target: str | None, sigma_pixel: float) -> None:
+    """Complains of what only images can use."""
+    given = (("--dataset", dataset), ("--camera", camera), ("--target", target), ("--sigma-pixel", sigma_pixel))
+    if flags := [flag for flag, value in given if value]:
+        fail(f"{', '.join(flags)}: only with a folder of images; pairs of poses need neither camera nor target")
+
+
+def refuse_pair_options(*values: Any) -> None:
+    """Complains of what only pairs of poses can use."""
+    names = ("--camera-poses", "--robot-meaning", "--camera-meaning", "--convention", "--length", "--angle")
+    names = (*names, "--sigma-camera-rotation")
+    if flags := [flag for flag, value in zip(names, values, strict=True) if value]:
+        fail(f"{', '.join(flags)}: only with a file of pairs of poses; a folder says its convention in dataset.yaml")
+
+
+def calibrate_pairs(
+    file: Path,
+    camera_poses: Path | None,
+    mount: str | None,
+    meaning: tuple[str | None, str | None],
+    form: tuple[str | None, str | None, str | None],
+    options: Any,
+    sigma_camera_rotation: float,
+    judging: Any,
+    output: Path | None,
+    json_file: Path | None,
+    believed: Any = None,
+    write_cell: Path | None = None,
+) -> None:
+    """Calibrates, diagnoses, tells and writes."""
+    check_writable(output, json_file, write_cell, inputs=[file, camera_poses])
+    data = read_pairs_file(file, camera_poses, *form, mount=mount)
+    data.mount = mount or data.mount
+    if data.mount is None:
+        fail(
+            f"{file}: does not say where the camera is mounted, and no pairs of poses can tell; specify --mount"
+            " eye_in_hand or --mount eye_to_hand"
+        )
+    chosen = calibration.HandEyePairsOptions(
+        mount=data.mount,
+        sigma_position=options.sigma_robot_position,
+        sigma_robot_rotation=options.sigma_robot_rotation,
+        sigma_camera_rotation=sigma_camera_rotation,
+        min_rotation=options.min_rotation,
+        outlier_false_alarm=options.outlier_false_alarm,
+    )
+    chosen.validate()
+    pairs, read_as = _choose_reading(data, *meaning)
+    with spinner("Calibrating"):
+        result = calibration.calibrate_hand_eye_pairs(pairs, chosen)
+    keys = _keys(data, pairs, result, chosen, judging)
+    keys["input"] = {
+        "pairs": str(file),
+        **({"camera_poses": str(camera_poses)} if camera_poses else {}),
+        "source": data.source,
+        "count": len(pairs),
+        "mount": data.mount,
+        "convention": data.convention.to_dict(),
+        "read_as": read_as,
+    }
+    show_hand_eye(keys, console(json_file))
+    write_if_usable(write_result(None, "kr5-hand-eye/1", **keys), result.fit, output, json_file)
+    if believed:
+        put_camera_pose(believed, data.mount, np.array(result.T_mount_camera))
+        write_cell_file(believed, write_cell)
+    if keys["verdict"]["word"] == "unusable":
+        raise typer.Exit(1)
+
+
+def _pairs(data: PosePairs) -> list[Any]:
+    robot = calibration.to_poses(data.rows, data.convention)
+    return [
+        calibration.PosePair(name=name, T_base_flange=T, T_camera_target=M)
+        for name, T, M in zip(data.names, robot, data.T_camera_target, strict=True)
+    ]
+
+
+def _choose_reading(data: PosePairs, robot: str | None, camera: str | None) -> tuple[list[Any], str]:
+    """The pairs as the options say, or as the data tell; and that in words."""
+    if robot:
+        data.convention.meaning = robot
+    if camera == "T_target_camera":
+        data.T_camera_target = [np.linalg.inv(T) for T in data.T_camera_target]
+    pairs = _pairs(data)
+    if robot or camera:
+        return pairs, f"{data.convention.meaning} and {camera or 'T_camera_target'}, as the options say"
+    found = calibration.compare_pair_readings(pairs, data.mount)
+    best = found.readings[0]
+    stated = str(data.convention.meaning)
+    if not found.certain:
+        print_note(f"{found.text} They are read as {stated} and T_camera_target.")
+        return pairs, found.text
+    if not (best.robot_inverted or best.camera_inverted):
+        if best.flange_distance > FAR_CARRIED and best.flange_distance > 2 * best.base_distance:
+            print_note(f"{found.text} Are both inverted, or robot and camera exchanged, or is the mount the other one?")
+        return pairs, f"{stated} and T_camera_target, as stated; the data agree"
+    if best.robot_inverted:
+        data.convention.meaning = "T_base_flange" if stated == "T_flange_base" else "T_flange_base"
+    if best.camera_inverted:
+        data.T_camera_target = [np.linalg.inv(T) for T in data.T_camera_target]
+    seen = "T_target_camera" if best.camera_inverted else "T_camera_target"
+    print_note(f"{found.text} They are read as {data.convention.meaning} and {seen}; or the mount is the other one.")
+    return calibration.read_pairs(pairs, best), f"{data.convention.meaning} and {seen}, as the data tell"
+
+
+def _keys(data: PosePairs, pairs: list[Any], result: Any, options: Any, judging: Any) -> dict[str, Any]:
+    with spinner("Searching for faults of the recording"):
+        diagnosis = calibration.diagnose_hand_eye_pairs(
+            data.rows, data.convention, data.T_camera_target, data.mount, result, data.names, data.times, judging
+        )
+    held_out = {}
+    if result.fit.usable and len(pairs) >= 5:
+        with spinner("Evaluating held-out pairs"):
+            held_out = evaluate_pairs(pairs, options)
+    return {
+        "verdict": {"word": str(diagnosis.verdict), "text": diagnosis.text},
+        "causes": [c.to_dict() for c in diagnosis.causes],
+        "figures": figures_of(result, diagnosis, held_out),
+        "views": [{k: v for k, v in view.to_dict().items() if k != "rms_px"} for view in result.views],
+        "frames": frames_of(result, [p.T_base_flange for p in pairs], result.views),
+        **({"held_out": held_out_figures(held_out)} if held_out else {}),
+        "diagnosis": diagnosis.to_dict(),
+        "result": result.to_dict(),
+    }
+
+
+def evaluate_pairs(pairs: list[Any], options: Any, folds: int = FOLDS) -> dict[str, float]:
+    """Errors of the target as predicted from a calibration without the pair [m, rad]; empty where there is none."""
+    position, rotation = [], []
+    folds = min(folds, len(pairs))
+    for fold in range(folds):
+        result = calibration.calibrate_hand_eye_pairs([p for i, p in enumerate(pairs) if i % folds != fold], options)
+        if not result.fit.usable:
+            continue
+        for pair in pairs[fold::folds]:
+            off = np.linalg.inv(pair.T_camera_target) @ predict_target(result, pair.T_base_flange)
+            position.append(float(np.linalg.norm(off[:3, 3])))
+            rotation.append(float(np.arccos(np.clip((np.trace(off[:3, :3]) - 1) / 2, -1, 1))))
+    if not position:
+        return {}
+    return {
+        "position_rms": float(np.sqrt(np.mean(np.square(position)))),
+        "position_median": float(np.median(position)),
+        "rotation_rms": float(np.sqrt(np.mean(np.square(rotation)))),
+        "rotation_median": float(np.median(rotation)),
+    }

@@ -1,0 +1,106 @@
+"""What is told of a hand-eye calibration, whether it was made from images or from pairs of poses."""
+
+from typing import Any
+
+import numpy as np
+
+from kr5_tools.cli.tables import figure_row, make_table, pose_figures, print_result
+
+
+def held_out_figures(judged: dict[str, Any]) -> dict[str, float]:
+    """For people: mm and deg, by the end of the name."""
+    return {
+        f"{what}_{how}_{unit}": scale * judged[f"{what}_{how}"]
+        for how in ("rms", "median")
+        for what, scale, unit in (("position", 1e3, "mm"), ("rotation", 180 / np.pi, "deg"))
+    }
+
+
+def in_hand(result: Any) -> bool:
+    return str(result.mount) == "eye_in_hand"
+
+
+def predict_target(result: Any, T_base_flange: np.ndarray) -> np.ndarray:
+    """T_camera_target that the result gives for a pose of the robot."""
+    T_mount_fixed = np.linalg.inv(T_base_flange) if in_hand(result) else T_base_flange
+    T: np.ndarray = np.linalg.inv(result.T_mount_camera) @ T_mount_fixed @ result.T_fixed_target
+    return T
+
+
+def frames_of(result: Any, poses: list[np.ndarray], views: list[Any]) -> list[dict[str, Any]]:
+    hand, base = ("camera", "target") if in_hand(result) else ("target", "camera")
+    placed = {"camera": result.T_mount_camera, "target": result.T_fixed_target}
+    frames = [
+        {"name": "base", "parent": None, "T": np.eye(4)},
+        {"name": base, "parent": "base", "T": placed[base]},
+        {"name": "flange", "parent": "base", "T": poses[0]},
+        {"name": hand, "parent": "flange", "T": placed[hand]},
+    ]
+    kind = "station" if in_hand(result) else "boards"
+    return frames + [
+        {"name": f"{hand} {v.name}", "kind": kind, "parent": "base", "T": T @ placed[hand]}
+        for v, T in zip(views[1:], poses[1:])
+    ]
+
+
+def figures_of(result: Any, diagnosis: Any, held_out: dict[str, Any]) -> list[dict[str, Any]]:
+    if not result.fit.usable:
+        return []
+    where = ("camera on flange", "target in base") if in_hand(result) else ("camera in base", "target on flange")
+    rows = pose_figures(where[0], result.T_mount_camera, result.covariance)
+    rows += pose_figures(where[1], result.T_fixed_target, result.covariance_target)
+    at = f"{diagnosis.working_distance:.2g} m ahead"
+    rows += [
+        figure_row(f"expected error {at} (RMS)", 1e3 * diagnosis.tool_error, None, "mm"),
+        figure_row(f"95 % of errors {at} below", 1e3 * diagnosis.tool_error_95, None, "mm"),
+        *_noise_figures(result),
+        figure_row("rotation of the wrist, major axis (RMS)", np.degrees(diagnosis.rotation_major), None, "deg"),
+        figure_row("rotation of the wrist, second axis (RMS)", np.degrees(diagnosis.rotation_minor), None, "deg"),
+    ]
+    if held_out:
+        rows += [
+            figure_row("target in held-out views (RMS)", 1e3 * held_out["position_rms"], None, "mm"),
+            figure_row("target in held-out views, rotation (RMS)", np.degrees(held_out["rotation_rms"]), None, "deg"),
+        ]
+    return rows
+
+
+def _noise_figures(result: Any) -> list[dict[str, Any]]:
+    robot = figure_row("robot noise, rotation", np.degrees(result.sigma_robot_rotation), None, "deg")
+    if result.sigma_pixel:
+        return [
+            figure_row("noise of a point per axis", result.sigma_pixel, None, "px"),
+            figure_row("robot noise, position", 1e3 * result.sigma_robot_position, None, "mm"),
+            robot,
+        ]
+    return [
+        figure_row("noise of robot and camera, position", 1e3 * result.sigma_robot_position, None, "mm"),
+        robot,
+        figure_row("camera noise, rotation", np.degrees(result.sigma_camera_rotation), None, "deg"),
+    ]
+
+
+def show_hand_eye(keys: dict[str, Any], out: Any) -> None:
+    print_result({"verdict": keys["verdict"], "causes": keys["causes"]}, out)
+    for cause in keys["causes"]:
+        moves = f" Correcting it moves the tool by {1e3 * cause['consequence']:.3g} mm." if cause["consequence"] else ""
+        out.print(
+            f"    {cause['evidence']}{moves} Probability {cause['probability']:.2f}.", soft_wrap=True, markup=False
+        )
+    for lost in keys["input"].get("without_target", ()):
+        out.print(f"  not used: {lost['name']}: {lost['message']}", soft_wrap=True, markup=False)
+    pixels = any(v.get("rms_px") for v in keys["views"])
+    rows = (
+        [
+            v["name"],
+            *([v["rms_px"]] if pixels else []),
+            1e3 * v["robot_position"],
+            float(np.degrees(v["robot_rotation"])),
+            v["weight"],
+            "outlier" if v["outlier"] else "",
+        ]
+        for v in keys["views"]
+    )
+    columns = [*(["RMS [px]"] if pixels else []), "robot error [mm]", "robot error [deg]", "weight [-]", ""]
+    out.print(make_table("Views", ["view", *columns], rows))
+    print_result({"figures": keys["figures"]}, out)

@@ -1,0 +1,1 @@
+"""Pose repeatability and accuracy after ISO 9283."""

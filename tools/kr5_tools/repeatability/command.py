@@ -1,0 +1,223 @@
+"""`kr5 repeatability`: pose repeatability and accuracy after ISO 9283, with confidence bounds."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from kr5 import calibration
+
+from kr5_tools.calibrate.tool import Convention
+from kr5_tools.cli.arguments import JsonOption, ResultOption
+from kr5_tools.cli.options import options_from
+from kr5_tools.cli.tables import figure_row, make_table, print_result
+from kr5_tools.cli.terminal import console, fail, spinner
+from kr5_tools.files.results import write_result
+from kr5_tools.files.writing import check_writable, write_json
+from kr5_tools.repeatability.returns import read_commanded, read_returns, see_returns
+
+app = typer.Typer()
+STANDARD = 30  # returns of each point that ISO 9283 asks for
+COARSE = 0.01  # a repeatability beyond it is no arm's [m]
+DEG = 180 / np.pi
+
+
+@app.command(epilog="Example:  kr5 repeatability returns.csv --commanded commanded.csv -o repeatability.json")
+@options_from(calibration.RepeatabilityOptions, skip=("seed",))
+def repeatability(
+    returns: Annotated[
+        Path,
+        typer.Argument(
+            metavar="RETURNS",
+            help=(
+                "CSV of measured poses with the point each belongs to (point, x, y, z, orientation; commanded_x … for"
+                " accuracy), in the order of the test; or a folder with a folder of images of a target for each point."
+            ),
+        ),
+    ],
+    options: calibration.RepeatabilityOptions,
+    commanded: Annotated[
+        Path | None, typer.Option(help="CSV of the commanded poses, one a point, in the frame of the measured ones.")
+    ] = None,
+    point: Annotated[str | None, typer.Option(help="Column that names the point; by default point.")] = None,
+    convention: Convention = None,
+    length: Annotated[str | None, typer.Option(help="Unit of x y z: m | mm; by default mm for kuka, else m.")] = None,
+    angle: Annotated[
+        str | None, typer.Option(help="Unit of angles: rad | deg; by default deg for kuka, else rad.")
+    ] = None,
+    target: Annotated[str | None, typer.Option(help="Images: the target, e.g. grid:36h11:5x7:0.03:0.01.")] = None,
+    camera: Annotated[Path | None, typer.Option(help="Images: camera file.")] = None,
+    hand_eye: Annotated[
+        Path | None,
+        typer.Option(help="Images: result of kr5 calibrate hand-eye; without, the camera itself is measured."),
+    ] = None,
+    output: ResultOption = None,
+    json_file: JsonOption = None,
+) -> None:
+    """Pose repeatability RP, RR and accuracy AP after ISO 9283 (mean plus three standard deviations), of every point
+    and of all together, with confidence bounds.
+
+    Exit code: 0 when there is a result, 2 when there is none or the input is invalid.
+    """
+    options.validate()
+    if returns.is_dir():
+        check_writable(output, json_file, inputs=[commanded, camera, hand_eye])
+        if not (target and camera):
+            fail(f"{returns}: is a folder of images, for which --target and --camera are needed")
+        measured, commands = see_returns(returns, target, camera, hand_eye), []
+    else:
+        check_writable(output, json_file, inputs=[returns, commanded])
+        if given := [f for f, v in (("--target", target), ("--camera", camera), ("--hand-eye", hand_eye)) if v]:
+            fail(f"{', '.join(given)}: only with a folder of images")
+        measured, commands = read_returns(returns, point, convention, length, angle)
+    if commanded:
+        commands = read_commanded(commanded, point, convention, length, angle)
+    with spinner("Simulating tests for the bounds"):
+        result = calibration.measure_repeatability(measured, commands, options)
+    keys = _keys(result, measured, options)
+    keys["input"] = {
+        "returns": str(returns),
+        **({"commanded": str(commanded)} if commanded else {}),
+        "points": len(result.points),
+        "count": len(measured),
+    }
+    _show(result, keys, console(json_file))
+    data = write_result(output, "kr5-repeatability/1", **keys)
+    write_json(data, json_file)
+
+
+def _bounded(name: str, figure: Any, scale: float, unit: str) -> dict[str, Any]:
+    row = figure_row(f"{name} ({_interval(figure, scale)})", scale * figure.value, None, unit)
+    return row | {"low": scale * figure.low, "high": scale * figure.high}
+
+
+def _interval(figure: Any, scale: float) -> str:
+    return f"{scale * figure.low:.3g} to {scale * figure.high:.3g}"
+
+
+def _figures(result: Any) -> list[dict[str, Any]]:
+    many = len(result.points) > 1
+    rows = []
+    for p in [*([result.overall] if many else []), *result.points]:
+        where = p.point or "all points"
+        rows.append(_bounded(f"RP, {where}", p.RP, 1e3, "mm"))
+        rows.append(_bounded(f"RR, {where}", p.RR, DEG, "deg"))
+        rows += [_bounded(f"RR {a}, {where}, ±", getattr(p, f"RR_{a}"), DEG, "deg") for a in "ABC"]
+        if p.AP is not None:
+            rows.append(_bounded(f"AP, {where}", p.AP, 1e3, "mm"))
+            rows.append(_bounded(f"AP orientation, {where}", p.AR, DEG, "deg"))
+    return rows
+
+
+def _causes(result: Any, measured: list[Any], options: Any) -> list[dict[str, str]]:
+    causes = []
+    mixed = [s for s in result.outliers if s.belongs_to]
+    alone = [s for s in result.outliers if not s.belongs_to]
+    if mixed:
+        listed = ", ".join(f"{measured[s.index].name} (is at {s.belongs_to})" for s in mixed[:8])
+        causes.append(
+            {
+                "cause": "points_mixed_up",
+                "text": f"{len(mixed)} returns are named after another point than they were measured at: {listed}.",
+                "remedy": "Correct the names of the points.",
+            }
+        )
+    if alone:
+        listed = ", ".join(f"{measured[s.index].name} ({1e3 * s.distance:.3g} mm off)" for s in alone[:8])
+        causes.append(
+            {
+                "cause": "outlier_returns",
+                "text": f"{len(alone)} returns contradict the others of their point: {listed}.",
+                "remedy": (
+                    "Check these measurements; where the measurement failed and not the arm, leave them out"
+                    " (--leave-out-outliers)."
+                ),
+            }
+        )
+    if result.drift.significant:
+        way = 1e3 * np.asarray(result.drift.motion)[:3]
+        causes.append(
+            {
+                "cause": "drift",
+                "text": (
+                    f"The poses drift from the first return to the last: x {way[0]:.3g}, y {way[1]:.3g}, z"
+                    f" {way[2]:.3g} mm, {DEG * np.linalg.norm(np.asarray(result.drift.motion)[3:]):.3g} deg"
+                    f" (probability {result.drift.probability:.1g} by chance)."
+                ),
+                "remedy": "Warm the arm up before the test, and check the mount of the measuring device.",
+            }
+        )
+    few = [p for p in result.points if p.returns < STANDARD]
+    if few:
+        causes.append(
+            {
+                "cause": "few_returns",
+                "text": f"{few[0].point} has {few[0].returns} returns; ISO 9283 asks for {STANDARD} of each point.",
+                "remedy": "Measure more returns; the bounds tell what these few determine.",
+            }
+        )
+    if result.overall.RP.value > COARSE and not mixed:
+        causes.append(
+            {
+                "cause": "unit",
+                "text": f"A repeatability of {1e3 * result.overall.RP.value:.3g} mm is not that of an arm.",
+                "remedy": "Check the unit of the positions (--length) and the names of the points.",
+            }
+        )
+    return causes
+
+
+def _keys(result: Any, measured: list[Any], options: Any) -> dict[str, Any]:
+    means = {p.point: np.asarray(p.T_mean) for p in result.points}
+    suspect = {s.index for s in result.outliers}
+    shown = []
+    for i, r in enumerate(measured):
+        T = np.asarray(r.T)
+        d = T[:3, 3] - means[r.point][:3, 3]
+        shown.append({"point": r.point, "name": r.name, "deviation": d, "outlier": i in suspect})
+    views = [
+        {"name": measured[s.index].name, "position_error": s.distance, "robot_rotation": s.angle, "outlier": True}
+        for s in result.outliers
+    ]
+    causes = _causes(result, measured, options)
+    frames = [{"name": "measurement", "parent": None, "T": np.eye(4)}]
+    frames += [{"name": f"point {p.point}", "parent": "measurement", "T": p.T_mean} for p in result.points]
+    return {
+        "verdict": _verdict(result, causes, options),
+        "causes": causes,
+        "figures": _figures(result),
+        "views": views,
+        "frames": frames,
+        "returns": shown,
+        "result": result.to_dict(),
+    }
+
+
+def _verdict(result: Any, causes: list[dict[str, str]], options: Any) -> dict[str, str]:
+    share = f"{100 * options.confidence:g} %"
+    everything = result.overall if len(result.points) > 1 else result.points[0]
+    worst = max(result.points, key=lambda p: p.RP.value)
+    text = f"RP {1e3 * everything.RP.value:.3g} mm ({share}: {_interval(everything.RP, 1e3)} mm)"
+    if len(result.points) > 1:
+        text += f", at worst {1e3 * worst.RP.value:.3g} mm at {worst.point}"
+    text += f"; RR {DEG * everything.RR.value:.3g} deg ({share}: {_interval(everything.RR, DEG)} deg)"
+    accurate = [p for p in result.points if p.AP is not None]
+    if accurate:
+        far = max(accurate, key=lambda p: p.AP.value)
+        text += f"; AP at worst {1e3 * far.AP.value:.3g} mm at {far.point}"
+    if options.leave_out_outliers and result.outliers:
+        text += f"; without {len(result.outliers)} outliers"
+    serious = [c for c in causes if c["cause"] != "few_returns"]
+    return {"word": "doubtful" if serious else "good", "text": text + "."}
+
+
+def _show(result: Any, data: dict[str, Any], out: Any) -> None:
+    rows = []
+    for p in [*result.points, *([result.overall] if len(result.points) > 1 else [])]:
+        angles = [f"{DEG * getattr(p, f'RR_{a}').value:.3g}" for a in "ABC"]
+        accuracy = ["–", "–"] if p.AP is None else [f"{1e3 * p.AP.value:.3g}", f"{DEG * p.AR.value:.3g}"]
+        position = [f"{1e3 * p.RP.value:.3g}", _interval(p.RP, 1e3)]
+        rows.append([p.point or "all", p.returns, *position, f"{DEG * p.RR.value:.3g}", *angles, *accuracy])
+    names = ["point", "returns", "RP [mm]", "bounds [mm]", "RR [deg]", "A ± [deg]", "B ± [deg]", "C ± [deg]"]
+    out.print(make_table("Repeatability and accuracy", [*names, "AP [mm]", "AP [deg]"], rows))
+    print_result({**data, "figures": []}, out)

@@ -1,0 +1,1 @@
+"""Reach and dexterity of an arm."""
