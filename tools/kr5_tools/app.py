@@ -26,6 +26,8 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
         "hand-eye": ("calibrate.hand_eye", "Hand-eye: pose of the camera on the flange or in the base."),
         "tool": ("calibrate.tool", "Tool centre point in the flange frame."),
         "kinematics": ("calibrate.kinematics", "Arm: DH parameters, from measured postures."),
+        "laser": ("calibrate.laser", "Line scanner on the flange, from profiles of a tip, spheres or planes."),
+        "laser-study": ("calibrate.laser_study", "Error of a scanner against stand-off and scanning speed."),
         "map": ("calibrate.marker_map", "Marker map: poses of markers relative to each other."),
         "timed": ("calibrate.timed", "Hand-eye from pose streams with two clocks."),
     },

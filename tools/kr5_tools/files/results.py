@@ -14,6 +14,8 @@ FORMATS = {
     "kr5-hand-eye/1": "Hand-eye calibration",
     "kr5-tool/1": "Tool centre point",
     "kr5-kinematics/1": "Kinematic calibration",
+    "kr5-laser/1": "Line scanner",
+    "kr5-laser-study/1": "Scanning: stand-off and speed",
     "kr5-axes/1": "Joint axes",
     "kr5-timed-hand-eye/1": "Hand-eye calibration with clocks",
     "kr5-marker-map/1": "Marker map",
