@@ -218,6 +218,15 @@ static void bind_profiles(py::module_& m) {
   kr5::python::bind_struct<ProfileCloudOptions>(m, "ProfileCloudOptions", "Options of profiles_to_cloud.");
   kr5::python::bind_struct<ProfileCloud>(m, "ProfileCloud", "Points of profiles in the base.");
   m.def(
+      "interpolate_poses",
+      [](const std::vector<double>& t, const std::vector<kr5::Pose>& poses, const std::vector<double>& times,
+         double max_gap) {
+        const InterpolatedPoses found = interpolate_poses(t, poses, times, max_gap);
+        return py::make_tuple(found.poses, found.inside);
+      },
+      py::arg("t"), py::arg("poses"), py::arg("times"), py::arg("max_gap") = ProfileCloudOptions().max_gap,
+      "Poses (list of 4x4) at `times` between poses at the times `t`, and whether each lies inside the stamps.");
+  m.def(
       "profiles_to_cloud",
       [](const std::vector<LineProfile>& profiles, const std::vector<kr5::Pose>& poses, const kr5::Pose& scanner) {
         return profiles_to_cloud(profiles, poses, scanner);

@@ -28,6 +28,8 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
         "tool": ("calibrate.tool", "Tool centre point in the flange frame."),
         "kinematics": ("calibrate.kinematics", "Arm: DH parameters, from measured postures."),
         "postures": ("calibrate.posture_plan", "Postures to measure for a calibration of the arm."),
+        "laser": ("calibrate.laser", "Line scanner on the flange, from profiles of a tip, spheres or planes."),
+        "laser-study": ("calibrate.laser_study", "Error of a scanner against stand-off and scanning speed."),
         "map": ("calibrate.marker_map", "Marker map: poses of markers relative to each other."),
         "timed": ("calibrate.timed", "Hand-eye from pose streams with two clocks."),
     },

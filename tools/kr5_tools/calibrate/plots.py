@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
 from kr5_tools.calibrate.kinematics_plots import parameter_changes, posture_errors, posture_spread, posture_value
+from kr5_tools.calibrate.laser_plots import cloud_plot, profile_errors, study_plot
 from kr5_tools.calibrate.residual_plots import (
     coverage_plot,
     residual_cloud,
@@ -218,6 +219,27 @@ CATALOGUE: list[tuple[str, str, Callable[[dict[str, Any]], Figure | None], bool,
         parameter_changes,
         True,
         "Identified minus nominal, with two standard deviations. Grey: only together with others.",
+    ),
+    (
+        "profile_errors",
+        "Errors of the profiles",
+        profile_errors,
+        True,
+        "Distance of what each profile shows from its target, in the fit and predicted from the other profiles.",
+    ),
+    (
+        "cloud",
+        "Profiles in the base",
+        cloud_plot,
+        True,
+        "Points of all profiles with the calibrated scanner, by height; surfaces seen twice lie on each other.",
+    ),
+    (
+        "study",
+        "Error against stand-off and speed",
+        study_plot,
+        True,
+        "Error of a sphere's centre; synchronised: poses interpolated at the times at which the profiles were taken.",
     ),
     (
         "residual_field",

@@ -16,6 +16,8 @@ FORMATS = {
     "kr5-kinematics/1": "Kinematic calibration",
     "kr5-postures/1": "Postures for a calibration",
     "kr5-cell-calibration/1": "Calibration of a cell",
+    "kr5-laser/1": "Line scanner",
+    "kr5-laser-study/1": "Scanning: stand-off and speed",
     "kr5-axes/1": "Joint axes",
     "kr5-repeatability/1": "Pose repeatability",
     "kr5-workspace/1": "Workspace",
