@@ -24,7 +24,7 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
     "calibrate": {
         "camera": ("calibrate.camera", "Camera: lens and sensor, from images of a target."),
         "hand-eye": ("calibrate.hand_eye", "Hand-eye: pose of the camera on the flange or in the base."),
-        "cell": ("calibrate.cell", "Camera, hand-eye, marker map and arm in one solve."),
+        "cell": ("calibrate.cell", "Camera, hand-eye, marker map, arm and line scanner in one solve."),
         "tool": ("calibrate.tool", "Tool centre point in the flange frame."),
         "kinematics": ("calibrate.kinematics", "Arm: DH parameters, from measured postures."),
         "postures": ("calibrate.posture_plan", "Postures to measure for a calibration of the arm."),

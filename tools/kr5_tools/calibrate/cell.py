@@ -1,4 +1,4 @@
-"""`kr5 calibrate cell`: camera, hand-eye, marker map and arm from one folder, in one solve."""
+"""`kr5 calibrate cell`: camera, hand-eye, marker map, arm and line scanner in one solve."""
 
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -10,6 +10,8 @@ from kr5 import calibration, cell, io
 
 from kr5_tools.calibrate.hand_eye import camera_of, read_dataset, residuals_of, target_of
 from kr5_tools.calibrate.hand_eye_result import frames_of, predict_target
+from kr5_tools.calibrate.laser import find_views, named_targets
+from kr5_tools.calibrate.laser_data import read_scans
 from kr5_tools.calibrate.postures import AngleUnit, Columns, JointColumns, joint_values
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.options import options_from
@@ -58,6 +60,17 @@ def calibrate_cell(
             "--cell", metavar="CELL.yaml", help="Cell with the nominal arm, and into which the result is put."
         ),
     ] = None,
+    scan: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FOLDER",
+            help="Line scanner, too: folder with profiles.csv and poses.csv as for kr5 calibrate laser.",
+        ),
+    ] = None,
+    scan_target: Annotated[
+        list[str] | None,
+        typer.Option(metavar="[NAME=]KIND[:RADIUS]", help="What is scanned: tip, sphere:0.0125 or plane. Repeatable."),
+    ] = None,
     hold: Annotated[
         list[str] | None,
         typer.Option(help="What to keep: camera, markers, arm, or e.g. camera.k1 or arm.joint2.a. Repeatable."),
@@ -66,7 +79,7 @@ def calibrate_cell(
     output: ResultOption = None,
     json_file: JsonOption = None,
 ) -> None:
-    """Calibration of camera, hand-eye, marker map and arm together, each with its uncertainty.
+    """Calibration of camera, hand-eye, marker map, arm and line scanner together, each with its uncertainty.
 
     Exit code: 0 when there is a result, 2 when there is none or the input is invalid.
     """
@@ -95,8 +108,9 @@ def calibrate_cell(
         markers=wanted.map if wanted.kind == kr5.TargetKind.MarkerMap else [],
         **({"arm": believed.nominal_chain()} if q is not None else {}),
     )
+    scanned = _scan(scan, scan_target or [], Columns(angle=angle), q is not None)
     with spinner("Calibrating"):
-        result = calibration.calibrate_cell(stops, geometry, options)
+        result = calibration.calibrate_cell(stops, geometry, options, scanned)
     judged = []
     if result.fit.usable and len(stops) >= LEAST_TO_JUDGE:
         with spinner("Evaluating held-out views"):
@@ -111,6 +125,7 @@ def calibrate_cell(
         "mount": str(data.mount),
         "joints": str(arm or ""),
         "cell": str(cell_file or ""),
+        "scan": str(scan or ""),
     }
     keys["image_size"] = [seen.width, seen.height]
     _show(result, keys, console(json_file))
@@ -142,6 +157,19 @@ def _joints(arm: Path | None, believed: Any, columns: Columns, data: Any) -> np.
             " the robot poses say; check the order of the rows, the unit (--angle) and the arm of --cell"
         )
     return q
+
+
+def _scan(folder: Path | None, given: list[str], columns: Columns, with_arm: bool) -> Any:
+    """What the scanner saw of its targets."""
+    if not folder:
+        return calibration.CellScan()
+    data = read_scans([folder], columns, "m", 0.0, 0.1)
+    targets = named_targets(given, data)
+    if with_arm and not data.q:
+        fail(f"{folder}: found no joint values; with --joints the profiles need them, too (columns q1 … of poses.csv)")
+    with spinner("Searching the profiles"):
+        views, _ = find_views(data, targets)
+    return calibration.CellScan(views=views, targets=[t for t in targets if t.name in {v.target for v in views}])
 
 
 def _turn(a: np.ndarray, b: np.ndarray) -> float:
@@ -216,6 +244,10 @@ def _figures(result: Any) -> list[dict[str, Any]]:
     where = ("camera on flange", "target in base") if in_hand else ("camera in base", "target on flange")
     rows = pose_figures(where[0], result.T_mount_camera, result.covariance)
     rows += pose_figures(where[1], result.T_fixed_target, result.covariance_target)
+    if result.scanner_start.fit.usable:
+        rows += pose_figures("scanner on flange", result.T_flange_scanner, result.covariance_scanner)
+        if in_hand:
+            rows += pose_figures("scanner in camera", result.T_camera_scanner, result.covariance_camera_scanner)
     rows += [
         figure_row("noise of a point per axis", result.sigma_pixel, None, "px"),
         figure_row("robot noise, position", 1e3 * result.sigma_robot_position, None, "mm"),

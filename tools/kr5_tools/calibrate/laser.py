@@ -97,7 +97,7 @@ def calibrate_laser(
     else:
         wanted = Columns(None, None, convention, length, angle)
         data = laser_data.read_scans(sources, wanted, profile_length, delay, max_gap)
-        targets = _targets(target or [], data)
+        targets = named_targets(target or [], data)
     if believed and believed.laser and believed.T_flange_scanner() is not None:
         options.T_flange_scanner = believed.T_flange_scanner()
     arm = _arm(refine_arm, believed, data)
@@ -134,7 +134,8 @@ def _listed(names: list[str]) -> str:
     return ", ".join(names[:MOST_LISTED]) + (f" and {more} more" if more > 0 else "")
 
 
-def _targets(given: list[str], data: Any) -> list[Any]:
+def named_targets(given: list[str], data: Any) -> list[Any]:
+    """The targets that the profiles name, each described by one of the texts of --target."""
     if not given:
         fail("--target: is missing; what do the profiles show? tip, sphere:RADIUS or plane")
     targets = [laser_data.parse_target(text, k) for k, text in enumerate(given)]
