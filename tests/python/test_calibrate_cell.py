@@ -9,6 +9,7 @@ import yaml
 from kr5 import cell
 
 from kr5_tools.files.paths import find_shipped_cell
+from test_laser_command import SCANNER, make_scans, write_poses, write_profiles
 
 
 @pytest.fixture(scope="module")
@@ -65,6 +66,26 @@ def test_joint_values_calibrate_the_arm_and_go_into_the_cell(demo, joints, tmp_p
     T_flange_camera = written.tool.T_flange_tool @ written.camera.T_tool_camera
     assert np.allclose(T_flange_camera, result["T_mount_camera"])
     assert [j.a for j in written.robot.dh] == pytest.approx([j["a"] for j in result["cell"]["arm"]["joints"]])
+
+
+def test_the_scanner_is_found_in_the_same_solve(demo, tmp_path, run_kr5):
+    profiles, poses, targets = make_scans()
+    (tmp_path / "scans").mkdir()
+    write_profiles(tmp_path / "scans/profiles.csv", profiles, targets)
+    write_poses(tmp_path / "scans/poses.csv", poses)
+    done = run_kr5(
+        *("calibrate", "cell", demo, "--scan", "scans", "--scan-target", "ball=sphere:0.02"),
+        *("--scan-target", "table=plane", "--json", "out.json"),
+    )
+    assert done.returncode == 0, done.stderr
+    data = json.loads((tmp_path / "out.json").read_text())
+    result = {key: np.array(data["result"][key]) for key in ("T_mount_camera", "T_flange_scanner", "T_camera_scanner")}
+    off = kr5.pose_difference(SCANNER, result["T_flange_scanner"])
+    assert off @ np.linalg.solve(np.array(data["result"]["covariance_scanner"]), off) < 22.5  # 99.9 %
+    assert np.allclose(result["T_mount_camera"] @ result["T_camera_scanner"], result["T_flange_scanner"])
+    assert any(figure["name"].startswith("scanner in camera") for figure in data["figures"])
+    done = run_kr5("calibrate", "cell", demo, "--scan", "scans", "--scan-target", "ball=sphere:0.02")
+    assert done.returncode == 2 and "table" in done.stderr
 
 
 def test_joint_values_that_are_not_of_these_images_are_named(demo, joints, tmp_path, run_kr5):
