@@ -123,7 +123,7 @@ def test_poses_are_interpolated_at_the_times_of_the_profiles(tmp_path, run_kr5):
     for n, k in enumerate(ball):
         for step in range(-2, 3):
             t.append(0.2 * n + 0.02 * step)
-            stream.append(poses[k] @ kr5.to_pose([0, 0.1 * 0.02 * step, 0, 0.02 * step, 0, 0]))
+            stream.append(poses[k] @ kr5.to_pose([0, 0.5 * 0.02 * step, 0, 0, 0, 0]))
     write_profiles(tmp_path / "profiles.csv", [profiles[k] for k in ball], times=[0.2 * n + 0.007 for n in range(20)])
     write_poses(tmp_path / "poses.csv", stream, t, numbers=False)
     common = ("calibrate", "laser", ".", "--target", f"sphere:{RADIUS}")
@@ -132,8 +132,9 @@ def test_poses_are_interpolated_at_the_times_of_the_profiles(tmp_path, run_kr5):
     late = run_kr5(*common, "--json", "late.json")
     assert late.returncode == 0, late.stderr
     right, wrong = (json.loads((tmp_path / f).read_text())["result"] for f in ("right.json", "late.json"))
-    assert right["rms"] < 2e-4 < wrong["rms"]
+    # A constant speed and delay look like a scanner mounted elsewhere, by their product of 3.5 mm.
     assert pose_error(right["T_flange_scanner"])[0] < 1e-3
+    assert pose_error(wrong["T_flange_scanner"])[0] == pytest.approx(3.5e-3, abs=1e-3)
     done = run_kr5(*common, "--delay", 100)
     assert done.returncode == 2 and "no profile was taken between two poses" in done.stderr
 
@@ -175,7 +176,7 @@ BAD = {
     "missing": (lambda f: (f / "poses.csv").unlink(), "no such file"),
     "empty": (lambda f: (f / "profiles.csv").write_text(""), "is empty"),
     "header only": (lambda f: (f / "profiles.csv").write_text("profile,x,z\n"), "no rows"),
-    "truncated": (lambda f: edit(f / "poses.csv", lambda t: t[: len(t) // 2]), "found"),
+    "truncated": (lambda f: edit(f / "poses.csv", lambda t: t[: len(t) // 2]), "no pose of profile"),
     "text": (lambda f: edit(f / "poses.csv", lambda t: t.replace("0.", "zero", 1)), "expected a number"),
     "nan pose": (lambda f: edit(f / "poses.csv", lambda t: t[: t.rindex(",")] + ",nan\n"), "expected a number"),
     "millimetres": (lambda f: spoil(f, x_scale=1e3, z_scale=1e3), "--profile-length mm"),
@@ -222,10 +223,18 @@ def test_wrong_targets_are_told(folder, run_kr5):
     assert done.returncode == 2 and "--target: is missing" in done.stderr
     done = run_kr5("calibrate", "laser", ".", "--target", "cube")
     assert done.returncode == 2 and "expected [NAME=]tip" in done.stderr
-    done = run_kr5("calibrate", "laser", ".", "--target", "ball=tip", "--target", "table=tip")
-    assert done.returncode == 2 and "profiles show their target, expected at least 4" in done.stderr
     done = run_kr5("calibrate", "laser", ".", *TARGETS, "--target", "cup=tip", "--refine-arm")
     assert done.returncode == 2 and "needs --cell" in done.stderr
+
+
+def test_profiles_that_never_show_the_tip_are_told(folder, run_kr5):
+    profiles, poses, targets = make_scans()
+    table = [k for k, name in enumerate(targets) if name == "table"]
+    write_profiles(folder / "profiles.csv", [profiles[k] for k in table])
+    write_poses(folder / "poses.csv", [poses[k] for k in table])
+    done = run_kr5("calibrate", "laser", ".", "--target", "tip")
+    assert done.returncode == 2 and "0 of 12 profiles show their target" in done.stderr
+    assert "the tip is not in it" in done.stderr
 
 
 def test_a_shifted_list_is_refused_and_outliers_are_named(folder, run_kr5):
@@ -260,7 +269,7 @@ def line_image(camera, T_camera_scanner, z):
 
 def test_profile_points_lie_on_the_laser_line_of_the_image(folder, run_kr5):
     camera = kr5.Pinhole(width=640, height=480, fx=600.0, fy=600.0, cx=320.0, cy=240.0)
-    T_camera_scanner = kr5.to_pose([0.05, 0.08, -0.1, -0.35, 0, 0])
+    T_camera_scanner = kr5.to_pose([0.01, 0.065, 0.05, 0.35, 0, 0])
     profile = make_scans()[0][0]
     Image.fromarray(line_image(camera, T_camera_scanner, profile)).save(folder / "line.png")
     believed = cell.load_cell(find_shipped_cell())

@@ -265,9 +265,7 @@ def _keys(
         if "rms_px" in shown:
             figures.append(figure_row(f"{shown['name']}: profile to laser line, RMS", shown["rms_px"], None, "px"))
             figures.append(figure_row(f"{shown['name']}: the same, expected", shown["expected_std_px"], None, "px"))
-    views = [
-        {"name": v.name, "position_error": v.distance, **({"outlier": True} if v.outlier else {})} for v in result.views
-    ]
+    views = [{"name": v.name, "position_error": v.distance, "outlier": True} for v in result.views if v.outlier]
     frames = [
         {"name": "flange", "parent": None, "T": np.eye(4)},
         {"name": "scanner", "parent": "flange", "T": result.T_flange_scanner},

@@ -51,7 +51,9 @@ def overlay_profile(
     points, pixels = points[inside], pixels[inside]
     normals = _normals(pixels)
     grey = image.astype(float).max(axis=2) if image.ndim == 3 else image.astype(float)
+    smooth = _away_from_steps(pixels)
     offset = np.array([_line_offset(grey, p, n) for p, n in zip(pixels, normals, strict=True)])
+    offset[~smooth] = np.nan
     return Overlay(pixels, pixels + offset[:, None] * normals, offset, _expected_std(camera, T, points, normals))
 
 
@@ -69,8 +71,17 @@ def _normals(pixels: np.ndarray) -> np.ndarray:
     return np.column_stack([-along[:, 1], along[:, 0]])
 
 
+def _away_from_steps(pixels: np.ndarray) -> np.ndarray:
+    """Points at which the line is not broken, so that it has a direction."""
+    gap = np.linalg.norm(np.diff(pixels, axis=0), axis=1)
+    smooth = np.ones(len(pixels), bool)
+    for k in np.flatnonzero(gap > 2 * np.median(gap)):
+        smooth[max(0, k - 1) : k + 3] = False
+    return smooth
+
+
 def _line_offset(grey: np.ndarray, at: np.ndarray, normal: np.ndarray) -> float:
-    """Where the brightest spot across the line lies [px]; NaN where nothing stands out."""
+    """Where the nearest bright spot across the line lies [px]; NaN where nothing stands out."""
     steps = np.arange(-REACH, REACH + 1)
     places = at + steps[:, None] * normal
     height, width = grey.shape
@@ -91,7 +102,12 @@ def _line_offset(grey: np.ndarray, at: np.ndarray, normal: np.ndarray) -> float:
     deviation = max(1.4826 * float(np.median(np.abs(bright - floor))), 1.0)
     if bright.max() - floor < LEAST_CONTRAST * deviation:
         return float("nan")
-    near = np.abs(steps - steps[bright.argmax()]) <= 4
+    high = floor + 0.5 * (bright.max() - floor)
+    inner = bright[1:-1]
+    peaks = 1 + np.flatnonzero((inner >= high) & (inner >= bright[:-2]) & (inner >= bright[2:]))
+    if not len(peaks):
+        return float("nan")
+    near = np.abs(steps - steps[peaks[np.abs(steps[peaks]).argmin()]]) <= 4
     weight = np.maximum(bright[near] - floor - 0.2 * (bright.max() - floor), 0.0)
     return float((weight * steps[near]).sum() / weight.sum())
 

@@ -98,7 +98,7 @@ class Study:
         return out
 
     def _one_pass(self, stand_off: float, speed: float, azimuth: float, random: Any) -> list[tuple[float, float]]:
-        """RMS distance of the points from the surface and error of the sphere's centre, as stamped and synchronised."""
+        """RMS distance of the points on the sphere from it and error of the sphere's centre, as stamped and synchronised."""
         t, q, poses = self._path(stand_off, speed, azimuth)
         x = np.linspace(-WIDTH / 2, WIDTH / 2, POINTS)
         lines = range(1, LINES + 1)  # the first pose lies before the first profile, for the lag
@@ -143,12 +143,8 @@ class Study:
         return (along - along[0]) / speed, np.array(q), poses
 
     def _errors(self, points: np.ndarray, on_sphere: np.ndarray) -> tuple[float, float]:
-        off = np.where(
-            on_sphere,
-            np.linalg.norm(points - self.centre, axis=1) - self.radius,
-            points[:, 2] - self.cell.laser.target.plane,
-        )
         ball = points[on_sphere]
+        off = np.linalg.norm(ball - self.centre, axis=1) - self.radius
         centre = self.centre.copy()
         for _ in range(20):  # Gauss-Newton for the centre of a sphere of known radius
             away = ball - centre

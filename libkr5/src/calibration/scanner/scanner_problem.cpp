@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/scanner/scanner_problem.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -64,9 +65,10 @@ Eigen::MatrixXd residual_covariance(const ScannerInput& input, std::size_t view,
   } else if (feature.kind == ScanTargetKind::Sphere) {
     out += feature.covariance;
   } else {
-    out += (1 - J(0, 1) * J(0, 1)) * feature.covariance;  // across the line in the profile, seen from the plane
+    out += std::max(1 - J(0, 1) * J(0, 1), 1e-3) *
+           feature.covariance;  // across the line in the profile, seen from the plane
   }
-  out.diagonal().array() += 1e-18;
+  out.diagonal() = (1 + 1e-9) * out.diagonal().array() + 1e-18;  // also where a start is far off
   share = of_profile.diagonal().cwiseQuotient(out.diagonal());
   return out;
 }
