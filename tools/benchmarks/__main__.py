@@ -62,6 +62,11 @@ BENCHES = {
         quick=("--quick",),
     ),
     "kinematics": Bench("Kinematic calibration of real arms, postures not fitted", PUBLIC),
+    "sensitivity": Bench(
+        "Sobol's indices beside SALib and OpenTURNS, uncertainty cases of the book",
+        "analytic functions, and the arm of the book",
+        quick=("--samples", "1024", "--trials", "60"),
+    ),
     "dynamics": Bench("Forward kinematics and inverse dynamics", SIMULATED, quick=("--postures", "100000")),
     "sim_speed": Bench("Steps a second of the simulated cell", "the same scene", quick=("--steps", "20000")),
     "simulated_cell": Bench(
