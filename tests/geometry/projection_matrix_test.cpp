@@ -109,8 +109,8 @@ TEST_CASE("eq. 3.56 is another number than the exact covariance, and follows the
   Random random(3);
   double squares = 0;
   for (int i = 0; i < 500; ++i) {
-    const Eigen::Matrix2Xd noisy =
-        pixels + 0.05 * Eigen::Matrix2Xd::NullaryExpr(2, pixels.cols(), [&] { return random.normal(); });
+    const Eigen::VectorXd noise = random.normal_vector(2 * pixels.cols(), 0.05);
+    const Eigen::Matrix2Xd noisy = pixels + Eigen::Map<const Eigen::Matrix2Xd>(noise.data(), 2, pixels.cols());
     squares += (estimate_projection_matrix(points, noisy) - one.M).squaredNorm() / (12 * 500);
   }
   CHECK(std::sqrt(squares) == Approx(0.05 * one.sigma_M).epsilon(0.1));

@@ -66,6 +66,11 @@ BENCHES = {
     "cell_calibration": Bench(
         "Camera, hand-eye and marker map in one solve", "nothing of these cells", quick=("--cells", "4")
     ),
+    "sensitivity": Bench(
+        "Sobol's indices beside SALib and OpenTURNS, uncertainty cases of the book",
+        "analytic functions, and the arm of the book",
+        quick=("--samples", "1024", "--trials", "60"),
+    ),
     "dynamics": Bench("Forward kinematics and inverse dynamics", SIMULATED, quick=("--postures", "100000")),
     "sim_speed": Bench("Steps a second of the simulated cell", "the same scene", quick=("--steps", "20000")),
     "simulated_cell": Bench(

@@ -139,8 +139,8 @@ void simulate_back_projection(const Eigen::Matrix3Xd& points, const Eigen::Matri
   if (options.draws == 0) return;
   Random random(options.seed);
   for (int i = 0; i < options.draws; ++i) {
-    const Eigen::Matrix2Xd noisy =
-        pixels + Eigen::Matrix2Xd::NullaryExpr(2, pixels.cols(), [&] { return random.normal(options.sigma_pixel); });
+    const Eigen::VectorXd noise = random.normal_vector(2 * pixels.cols(), options.sigma_pixel);
+    const Eigen::Matrix2Xd noisy = pixels + Eigen::Map<const Eigen::Matrix2Xd>(noise.data(), 2, pixels.cols());
     const Dlt dlt(points, noisy);
     const ProjectionMatrix M = dlt.matrix(dlt.solution);
     for (BackProjectedCorner& corner : corners) {

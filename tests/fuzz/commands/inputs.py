@@ -284,6 +284,49 @@ JOBS = [
         ("out.json",),
         2,
     ),
+    Job(
+        "sensitivity",
+        "sensitivity --arm cell.yaml --group lengths --samples 64 --max-samples 64 -o new --json out.json",
+        "poses",
+        ("cell.yaml",),
+        ("out.json",),
+    ),
+    Job(
+        "sensitivity",
+        "sensitivity model.py:f --inputs inputs.yaml --samples 64 --max-samples 64 -o new --json out.json",
+        "uncertainty",
+        ("inputs.yaml",),
+        ("out.json",),
+        3,
+    ),
+    Job(
+        "sensitivity",
+        "sensitivity model.py:f --inputs inputs.yaml --samples 64 --max-samples 64 -o run --json out.json",
+        "uncertainty",
+        ("run/model/analysis.json", "run/model/outputs.bin"),
+        ("out.json",),
+        2,
+    ),
+    Job("sensitivity", "report run/result.json -o page.html", "uncertainty", ("run/result.json",), ("page.html",), 2),
+    Job("uncertainty", "uncertainty chain grid.yaml --json out.json", "uncertainty", ("grid.yaml",), ("out.json",), 2),
+    Job("uncertainty", "uncertainty laser laser.yaml --json out.json", "uncertainty", ("laser.yaml",), ("out.json",)),
+    Job(
+        "uncertainty",
+        "uncertainty fusion fusion.yaml -o out.json --report page.html",
+        "uncertainty",
+        ("fusion.yaml",),
+        ("out.json", "page.html"),
+        2,
+    ),
+    Job(
+        "uncertainty",
+        "uncertainty camera-matrix camera_matrix.yaml --draws 100 --json out.json",
+        "uncertainty",
+        ("camera_matrix.yaml",),
+        ("out.json",),
+        2,
+    ),
+    Job("uncertainty", "report fusion.json -o page.html", "uncertainty", ("fusion.json",), ("page.html",), 2),
     Job("kinematics", "identify axes turns.csv -o out.json", "poses", ("turns.csv",), ("out.json",), 2),
     Job(
         "kinematics",
@@ -387,7 +430,18 @@ CELL_JOBS = [job for job in JOBS if job.files in (("cell.yaml",), ("recording/ce
 def prepare(folder: Path, run: Callable[..., None]) -> None:
     """Writes the inputs. `run` runs a command of kr5 in a folder, which must succeed."""
     cell = SHARE / "cells" / "kr5_arc.yaml"
-    for name in ("cell", "logs", "recording", "cases", "diagnosis", "sweep", "results", "poses", "images"):
+    for name in (
+        "cell",
+        "logs",
+        "recording",
+        "cases",
+        "diagnosis",
+        "sweep",
+        "results",
+        "poses",
+        "images",
+        "uncertainty",
+    ):
         (folder / name).mkdir(parents=True)
         shutil.copy(cell, folder / name / "cell.yaml")
     _prepare_cells(folder / "cell", run)
@@ -395,6 +449,7 @@ def prepare(folder: Path, run: Callable[..., None]) -> None:
     _prepare_logs(folder / "logs", folder / "recording" / "recording")
     _prepare_poses(folder / "poses")
     _prepare_images(folder / "images")
+    _prepare_uncertainty(folder / "uncertainty", run)
     run(folder / "sweep", "sweep insertion --cell cell.yaml --clearances 1 --trials 1 --workers 1 -o sweep")
     (folder / "sweep" / "sweep" / "report.html").unlink()
     run(folder / "poses", "calibrate tool touches -o ../results/tool.json")
@@ -562,6 +617,19 @@ def _prepare_pairs(folder: Path, hand: np.ndarray, eye: np.ndarray) -> None:
         row = np.array([800.0 + 50 * (k % 2), 100, 400, 10, 80, 170]) + random.normal(0, 0.01, 6)
         lines.append(",".join([f"P{k % 2}", *(f"{v:.12g}" for v in row)]))
     (folder / "returns.csv").write_text("\n".join(lines) + "\n")
+
+
+def _prepare_uncertainty(folder: Path, run: Callable[..., None]) -> None:
+    for file in (ROOT / "tools/kr5_tools/uncertainty/book").glob("*.yaml"):
+        shutil.copy(file, folder / file.name)
+    (folder / "model.py").write_text("def f(x):\n    return [x[0] + x[1], x[1] ** 2]\n")
+    (folder / "inputs.yaml").write_text(
+        "inputs:\n- {name: a, distribution: uniform, low: 0, high: 10, unit: mm}\n"
+        "- {name: b, distribution: truncated_normal, mean: 1, sigma: 0.1, truncation: 2}\n"
+        "outputs: [{name: sum, unit: mm}, {name: square}]\n"
+    )
+    run(folder, "sensitivity model.py:f --inputs inputs.yaml --samples 64 --max-samples 64 -o run")
+    run(folder, "uncertainty fusion fusion.yaml -o fusion.json")
 
 
 def _prepare_images(folder: Path) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from kr5_tools.files.documents import read_document
 from kr5_tools.uncertainty.documents import BOOK, CameraMatrixFile
 
-MAGNIFIED = 5  # of ellipses across the board
+MAGNIFIED = 20  # of ellipses across the board
 
 
 @dataclass(frozen=True)
@@ -109,8 +109,7 @@ def deviations(covariance: Any) -> tuple[float, float]:
 
 
 def pair(covariance: Any) -> str:
-    x, z = deviations(covariance)
-    return f"{x:.4f} / {z:.4f}"
+    return " / ".join(f"{x:.4f}" if x < 10 else f"{x:.3g}" for x in deviations(covariance))
 
 
 def noise_table(scene: Scene, found: list[Any], corner: int) -> dict[str, Any]:
