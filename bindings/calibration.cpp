@@ -5,6 +5,7 @@
 #include <kr5/calibration/hand_eye.hpp>
 #include <kr5/calibration/hand_eye_diagnosis.hpp>
 #include <kr5/calibration/kinematics.hpp>
+#include <kr5/calibration/parallel_planes.hpp>
 #include <kr5/calibration/pose_file.hpp>
 #include <kr5/calibration/pose_format.hpp>
 #include <kr5/calibration/posture_choice.hpp>
@@ -131,6 +132,20 @@ static void bind_circle_point(py::module_& m) {
       "Raises\n------\nkr5.InvalidArgument\n    Fewer than four samples, or one without a measurement.");
 }
 
+static void bind_parallel_planes(py::module_& m) {
+  kr5::python::bind_struct<ParallelPlaneAxes>(m, "ParallelPlaneAxes", "Axes of an arm moved in parallel planes.");
+  kr5::python::bind_struct<ParallelPlaneDistances>(m, "ParallelPlaneDistances", "Distances of parallel axes.");
+  kr5::python::bind_struct<ParallelPlaneOptions>(m, "ParallelPlaneOptions", "Options of lengths_from_parallel_planes.");
+  kr5::python::bind_struct<ParallelPlaneLengths>(m, "ParallelPlaneLengths", "Lengths of an arm with their covariance.");
+  m.def("parallel_plane_distances", &parallel_plane_distances, py::arg("axes"),
+        "Distances of identified axes that should be parallel, with their covariance.");
+  m.def("lengths_from_parallel_planes", &lengths_from_parallel_planes, py::arg("distances"),
+        py::arg("options") = ParallelPlaneOptions(),
+        "Lengths a1, a2, a3 and b4 from distances of parallel axes, with the choice of the right solution.");
+  m.def("parallel_plane_objection", &parallel_plane_objection, py::arg("arm"), py::arg("tolerance") = 0.01,
+        "Why the distances of parallel axes do not tell the lengths of an arm; empty when they do.");
+}
+
 static void bind_posture_choice(py::module_& m) {
   kr5::python::bind_enum<PostureCriterion>(m, "PostureCriterion", "What a choice of postures makes small.");
   kr5::python::bind_struct<PostureChoiceOptions>(m, "PostureChoiceOptions", "Options of choose_postures.");
@@ -207,5 +222,6 @@ void bind_calibration(py::module_& m) {
   bind_timed_hand_eye(m);
   bind_kinematics_calibration(m);
   bind_circle_point(m);
+  bind_parallel_planes(m);
   bind_posture_choice(m);
 }
