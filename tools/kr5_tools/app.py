@@ -31,6 +31,7 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
     },
     "identify": {
         "axes": ("identify.axes", "Joint axes and DH parameters, from joints moved one at a time."),
+        "study": ("identify.study", "Error of such an identification by device, noise and arc."),
     },
     "record": ("simulation.record", "Recording of a simulated cell."),
     "recording": ("log_import.command", "Recordings from logs of a real cell."),

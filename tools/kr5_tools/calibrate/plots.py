@@ -19,6 +19,7 @@ from kr5_tools.calibrate.residual_plots import (
     touch_errors,
     view_errors,
 )
+from kr5_tools.identify.study_plots import study_noise, study_parameters
 from kr5_tools.pages.plot_style import BLUE, GREEN, GREY, RED, STYLE, WIDE, WIDTH, plt
 
 CAMERA_PARAMETERS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
@@ -202,6 +203,20 @@ CATALOGUE: list[tuple[str, str, Callable[[dict[str, Any]], Figure | None], bool,
         parameter_changes,
         True,
         "Identified minus nominal, with two standard deviations. Grey: only together with others.",
+    ),
+    (
+        "study_noise",
+        "Error against noise and arc",
+        study_noise,
+        True,
+        "RMS over the parameters of the identified arm and the simulated trials.",
+    ),
+    (
+        "study_parameters",
+        "Error of each parameter",
+        study_parameters,
+        True,
+        "RMS over the simulated trials, at the noise usual of each device and the widest arc.",
     ),
     (
         "residual_field",
