@@ -8,6 +8,7 @@
 #include <kr5/calibration/hand_eye_pairs.hpp>
 #include <kr5/calibration/kinematics.hpp>
 #include <kr5/calibration/pair_readings.hpp>
+#include <kr5/calibration/parallel_planes.hpp>
 #include <kr5/calibration/pose_file.hpp>
 #include <kr5/calibration/pose_format.hpp>
 #include <kr5/calibration/posture_choice.hpp>
@@ -134,9 +135,12 @@ static void bind_kinematics_calibration(py::module_& m) {
   kr5::python::bind_struct<EstimatedParameter>(m, "EstimatedParameter", "Estimated number with its uncertainty.");
   kr5::python::bind_struct<ArmPostureReport>(m, "ArmPostureReport", "Agreement of one posture with the result.");
   kr5::python::bind_struct<KinematicsResult>(m, "KinematicsResult", "Identified arm with its covariance.")
-      .def("corrected", &KinematicsResult::corrected, py::arg("q"),
-           "Joint values at which the arm stands when the controller reports q [rad or m].")
-      .def("flange", &KinematicsResult::flange, py::arg("q"), "T_base_flange (4x4) for reported joint values.");
+      .def(
+          "corrected", &KinematicsResult::corrected, py::arg("q"), py::arg("torques") = Eigen::VectorXd(),
+          "Joint values at which the arm stands when the controller reports q [rad or m] and the joints bear torques,\n"
+          "which are needed where compliances were estimated [N m or N].")
+      .def("flange", &KinematicsResult::flange, py::arg("q"), py::arg("torques") = Eigen::VectorXd(),
+           "T_base_flange (4x4) for reported joint values and torques of the joints.");
   m.def(
       "calibrate_kinematics",
       [](const kr5::kinematics::DhChain& nominal, const std::vector<ArmPosture>& postures,
@@ -189,6 +193,20 @@ static void bind_circle_point(py::module_& m) {
       py::arg("samples"), py::arg("options") = JointAxisOptions(), py::call_guard<py::gil_scoped_release>(),
       "Axis of a joint from points or poses traced while only that joint moved.\n\n"
       "Raises\n------\nkr5.InvalidArgument\n    Fewer than four samples, or one without a measurement.");
+}
+
+static void bind_parallel_planes(py::module_& m) {
+  kr5::python::bind_struct<ParallelPlaneAxes>(m, "ParallelPlaneAxes", "Axes of an arm moved in parallel planes.");
+  kr5::python::bind_struct<ParallelPlaneDistances>(m, "ParallelPlaneDistances", "Distances of parallel axes.");
+  kr5::python::bind_struct<ParallelPlaneOptions>(m, "ParallelPlaneOptions", "Options of lengths_from_parallel_planes.");
+  kr5::python::bind_struct<ParallelPlaneLengths>(m, "ParallelPlaneLengths", "Lengths of an arm with their covariance.");
+  m.def("parallel_plane_distances", &parallel_plane_distances, py::arg("axes"),
+        "Distances of identified axes that should be parallel, with their covariance.");
+  m.def("lengths_from_parallel_planes", &lengths_from_parallel_planes, py::arg("distances"),
+        py::arg("options") = ParallelPlaneOptions(),
+        "Lengths a1, a2, a3 and b4 from distances of parallel axes, with the choice of the right solution.");
+  m.def("parallel_plane_objection", &parallel_plane_objection, py::arg("arm"), py::arg("tolerance") = 0.01,
+        "Why the distances of parallel axes do not tell the lengths of an arm; empty when they do.");
 }
 
 static void bind_posture_choice(py::module_& m) {
@@ -369,6 +387,7 @@ void bind_calibration(py::module_& m) {
   bind_timed_hand_eye(m);
   bind_kinematics_calibration(m);
   bind_circle_point(m);
+  bind_parallel_planes(m);
   bind_posture_choice(m);
   bind_profiles(m);
   bind_scanner(m);

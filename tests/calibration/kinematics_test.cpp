@@ -1,3 +1,4 @@
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -223,6 +224,123 @@ TEST_CASE("standard deviations of the identified parameters are as large as thei
   const auto rate = uncertainty::binomial_interval(inside / 5, all / 5, 0.99);
   CHECK(rate.low < 0.95);
   CHECK(rate.high > 0.95);
+}
+
+TEST_CASE("compliance of joints under gravity is found from postures with torques, within its uncertainty") {
+  ArmWorld w = make_arm_world({.seed = 21, .postures = 80, .length = 0, .angle = 0, .poses = true});
+  Random random(22);
+  const Eigen::VectorXd truth = (Eigen::VectorXd(6) << 0, 4e-6, 6e-6, 0, 3e-5, 0).finished();
+  for (ArmPosture& p : w.postures) {
+    p.torques = random.normal_vector(6, 1.0).cwiseProduct(
+        Eigen::VectorXd::Map(std::array{10., 400., 200., 5., 20., 1.}.data(), 6));
+    Vector6 noise;
+    noise << random.normal_vector(3, 5e-5), random.normal_vector(3, 1e-4);
+    p.T_world_tool =
+        w.T_world_base * w.arm.flange(p.q - truth.cwiseProduct(p.torques)) * w.T_flange_tool * to_pose(noise);
+  }
+  const KinematicsResult rigid = calibrate_kinematics(w.nominal, w.postures, {}, {.joint_errors = false});
+  const KinematicsResult r =
+      calibrate_kinematics(w.nominal, w.postures, {}, {.joint_errors = false, .elasticity = true});
+  REQUIRE(r.compliances.size() == 6);
+  CHECK(r.sigma_position < 7e-5);
+  CHECK(rigid.sigma_position > 2 * r.sigma_position);
+  int found = 0;
+  for (const EstimatedParameter& c : r.coordinates) {
+    const auto at = c.name.find(".compliance");
+    if (at == std::string::npos) continue;
+    const int joint = c.name[at - 1] - '1';
+    CAPTURE(c.name, c.value, c.std);
+    CHECK(c.unit == "rad/(N m)");
+    CHECK(std::abs(c.value - truth[joint]) < 3.5 * c.std);
+    ++found;
+  }
+  CHECK(found == 6);
+  const ArmPosture& p = w.postures.front();
+  CHECK((r.corrected(p.q, p.torques) - (p.q - r.compliances.cwiseProduct(p.torques))).norm() < 1e-15);
+  CHECK_THROWS_WITH(r.flange(p.q), Contains("torques: found 0, expected one a joint: 6"));
+  w.postures[3].torques.resize(0);
+  CHECK_THROWS_WITH(calibrate_kinematics(w.nominal, w.postures, {}, {.elasticity = true}), Contains("posture 3"));
+}
+
+TEST_CASE("pixels of a fixed target make the arm better known than poses of the tool alone") {
+  ArmWorld w = make_arm_world({.seed = 31, .postures = 40, .length = 5e-4, .angle = 0, .poses = true});
+  Random random(32);
+  Pinhole camera{.width = 2448, .height = 2050, .fx = 2330, .fy = 2330, .cx = 1224, .cy = 1025};
+  const Pose T_flange_camera = to_pose((Vector6() << 0.05, 0.02, 0.1, 0.1, 0, 0.5).finished());
+  Eigen::Matrix3Xd board(3, 24);
+  for (int k = 0; k < 24; ++k) board.col(k) << 0.04 * (k % 6) - 0.1, 0.04 * (k / 6) - 0.06, 0.0;
+  const Eigen::VectorXd home = (Eigen::VectorXd(6) << 0.1, 0.2, -0.4, 0.3, 0.8, -0.2).finished();
+  const Pose T_base_target =
+      w.arm.flange(home) * T_flange_camera * to_pose((Vector6() << 0, 0, 0.5, 0, 0, 0).finished());
+  int seen = 0;
+  for (int i = 0; seen < 12 && i < 1000; ++i) {
+    ArmPosture p;
+    p.name = "view" + std::to_string(i), p.q = home + random.normal_vector(6, 0.15);
+    const Eigen::Matrix3Xd in_camera =
+        (w.arm.flange(p.q) * T_flange_camera).inverse() * T_base_target * board.colwise().homogeneous();
+    if (in_camera.row(2).minCoeff() < 0.2) continue;
+    p.pixels.resize(2, 24);
+    for (int k = 0; k < 24; ++k)
+      p.pixels.col(k) = camera.project(Eigen::Vector3d(in_camera.col(k))) + random.normal_vector(2, 0.1);
+    if (p.pixels.minCoeff() < 0 || p.pixels.row(0).maxCoeff() > 2448 || p.pixels.row(1).maxCoeff() > 2050) continue;
+    p.target_points = board;
+    w.postures.push_back(p), ++seen;
+  }
+  REQUIRE(seen == 12);
+  KinematicsOptions options{.joint_errors = false, .T_world_base = w.T_world_base, .T_flange_tool = w.T_flange_tool};
+  const KinematicsResult poses = calibrate_kinematics(w.nominal, std::span(w.postures).first(40), {}, options);
+  CHECK_THROWS_WITH(calibrate_kinematics(w.nominal, w.postures, {}, options), Contains("need camera"));
+  const Vector6 off = (Vector6() << 0.003, -0.002, 0.002, 0.01, 0.01, -0.01).finished();
+  options.camera = camera, options.T_flange_camera = T_flange_camera * to_pose(off);
+  options.T_base_target = T_base_target * to_pose(off);
+  const KinematicsResult both = calibrate_kinematics(w.nominal, w.postures, {}, options);
+  CAPTURE(both.fit.message, both.sigma_pixel);
+  REQUIRE(both.fit.usable());
+  CHECK(both.sigma_pixel == Approx(0.1).epsilon(0.15));
+  CHECK((both.T_flange_camera.translation() - T_flange_camera.translation()).norm() < 3e-4);
+  CHECK((both.T_base_target.translation() - T_base_target.translation()).norm() < 3e-4);
+  CHECK(both.postures.back().pixel_error < 0.3);
+  CHECK(both.postures.back().position_error == 0.0);
+  double before = 0, after = 0;
+  for (std::size_t k = 0; k < poses.coordinates.size() && k < both.coordinates.size(); ++k)
+    if (poses.coordinates[k].name.rfind("arm.", 0) == 0) {
+      REQUIRE(poses.coordinates[k].name == both.coordinates[k].name);
+      before += std::pow(poses.coordinates[k].std, 2), after += std::pow(both.coordinates[k].std, 2);
+    }
+  CHECK(after < before);
+}
+
+TEST_CASE("a tool whose orientation is known and whose place is not is found apart from the last joint's zero") {
+  ArmWorld w = make_arm_world({.seed = 41, .postures = 60, .length = 0, .angle = 0, .poses = true});
+  const Pose believed = w.T_flange_tool;
+  Random random(42);
+  kinematics::DhChain arm = w.arm;
+  arm.joints.back().theta_offset += 2.5e-3;
+  const Eigen::Vector3d shift(1.5e-3, -4e-4, 4e-4);
+  Pose tool = believed;
+  tool.translation() += believed.linear() * shift;
+  for (ArmPosture& p : w.postures) {
+    Vector6 noise;
+    noise << random.normal_vector(3, 5e-5), random.normal_vector(3, 8e-5);
+    p.T_world_tool = w.T_world_base * arm.flange(p.q) * tool * to_pose(noise);
+  }
+  const KinematicsOptions options{
+      .tolerance_tool = 5e-3, .joint_errors = false, .T_world_base = w.T_world_base, .T_flange_tool = believed};
+  const KinematicsResult r = calibrate_kinematics(w.nominal, w.postures, {}, options);
+  REQUIRE(r.fit.usable());
+  CHECK(r.arm.joints.back().theta_offset - w.nominal.joints.back().theta_offset == Approx(2.5e-3).margin(8e-5));
+  CHECK((believed.inverse() * r.T_flange_tool.translation() - shift).norm() < 5e-5);
+  CHECK((r.T_flange_tool.linear() - believed.linear()).norm() < 1e-12);
+  CHECK_THROWS_WITH(calibrate_kinematics(w.nominal, w.postures, {}, {.tolerance_tool = 1e-3}),
+                    Contains("tolerance_tool"));
+  // Whole poses and single coordinates of them may be held.
+  const KinematicsResult held = calibrate_kinematics(
+      w.nominal, w.postures, {}, {.joint_errors = false, .hold = {"base", "tool.rx", "arm.joint2.a"}});
+  for (const EstimatedParameter& c : held.coordinates) {
+    CHECK(c.name.rfind("base.", 0) != 0);
+    CHECK(c.name != "tool.rx");
+    CHECK(c.name != "arm.joint2.a");
+  }
 }
 
 TEST_CASE("bad input of a kinematic calibration is refused with the posture's name") {

@@ -35,6 +35,7 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
     },
     "identify": {
         "axes": ("identify.axes", "Joint axes and DH parameters, from joints moved one at a time."),
+        "study": ("identify.study", "Error of such an identification by device, noise and arc."),
     },
     "repeatability": ("repeatability.command", "Pose repeatability and accuracy after ISO 9283."),
     "workspace": ("workspace.command", "Workspace of an arm: reach and manipulability."),

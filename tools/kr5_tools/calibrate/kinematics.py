@@ -7,6 +7,7 @@ import numpy as np
 import typer
 from kr5 import calibration, cell
 
+from kr5_tools.calibrate.posture_checks import posture_doubts
 from kr5_tools.calibrate.postures import (
     AngleUnit,
     Columns,
@@ -17,6 +18,7 @@ from kr5_tools.calibrate.postures import (
     read_socket,
     recorded_postures,
 )
+from kr5_tools.calibrate.recorded_arm import add_torques, recorded_views, refined_cell, use_recording
 from kr5_tools.calibrate.tool import Convention
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.options import options_from
@@ -27,13 +29,16 @@ from kr5_tools.files.results import write_if_usable, write_result
 from kr5_tools.files.writing import check_writable
 
 app = typer.Typer()
-STANDING = 1e-3  # a joint whose values differ by less stood still [rad or m]
-SHOWN = {"m": (1e3, "mm"), "rad": (180 / np.pi, "deg")}
+SHOWN = {"m": (1e3, "mm"), "rad": (180 / np.pi, "deg"), "rad/(N m)": (1e6, "µrad/(N m)"), "m/N": (1e6, "µm/N")}
 
 
 @app.command(epilog="Example:  kr5 calibrate kinematics postures.csv --cell cell.yaml -o kinematics.json")
 @options_from(
-    calibration.KinematicsOptions, skip=("max_iterations", "T_world_base", "T_flange_tool", "hold", "joint_errors")
+    calibration.KinematicsOptions,
+    skip=(
+        *("max_iterations", "T_world_base", "T_flange_tool", "hold", "joint_errors", "elasticity"),
+        *("camera", "T_flange_camera", "T_base_target"),
+    ),
 )
 def calibrate_kinematics(
     options: calibration.KinematicsOptions,
@@ -42,7 +47,7 @@ def calibrate_kinematics(
         typer.Argument(
             help=(
                 "CSV of joint values and what was measured: one point (x y z), several (x1 y1 z1 x2 …) or a pose (x y z"
-                " and an orientation); or the folder of a recording with poses."
+                " and an orientation); or the folder of a recording with poses, and views of the board by the camera."
             )
         ),
     ] = None,
@@ -76,11 +81,20 @@ def calibrate_kinematics(
     joint_errors: Annotated[
         bool, typer.Option(help="Estimate errors of the joints once and twice a turn, too.")
     ] = True,
+    elasticity: Annotated[
+        bool,
+        typer.Option("--elasticity", help="Estimate the compliance of each joint under gravity by the cell's masses."),
+    ] = False,
     hold: Annotated[
-        list[str] | None, typer.Option(metavar="NAME", help="Parameter to keep at its nominal value, e.g. joint2.a.")
+        list[str] | None,
+        typer.Option(metavar="NAME", help="Parameter to keep at its nominal value, e.g. joint2.a, tool.x or base."),
     ] = None,
     write_cell: Annotated[
-        Path | None, typer.Option(metavar="OUT.yaml", help="Cell to write with the identified arm.")
+        Path | None,
+        typer.Option(
+            metavar="OUT.yaml",
+            help="Cell to write with the identified arm; from a recording also with tool, camera and board.",
+        ),
     ] = None,
     output: ResultOption = None,
     json_file: JsonOption = None,
@@ -95,8 +109,12 @@ def calibrate_kinematics(
     believed = _cell(cell_file, recording)
     chain = believed.nominal_chain()
     wanted = Columns(joints, position, convention, length, angle)
-    _complete(options, believed, known_base or recording is not None, known_tool, joint_errors, hold, write_cell)
     seen = _fit_postures(postures, recording, chain, wanted)
+    views = recorded_views(recording, "fit", len(chain.joints)) if recording else []
+    if recording:
+        use_recording(options, believed, bool(views), known_tool)
+    _complete(options, believed, known_base, known_tool, joint_errors, hold, write_cell)
+    seen += views
     for entry in socket or []:
         name, equals, file = entry.partition("=")
         if not (name and equals and file):
@@ -104,16 +122,22 @@ def calibrate_kinematics(
         seen += read_socket(name, Path(file), chain.joints, wanted)
     if not seen:
         fail("there are no postures; specify a CSV, the folder of a recording, or --socket")
+    if elasticity:
+        options.elasticity = True
+        add_torques(seen, believed)
     distances = [_distance(text) for text in distance or []]
     with spinner("Calibrating"):
         result = calibration.calibrate_kinematics(chain, seen, distances, options)
-    held_out = _judge(result, chain, seen, _check_postures(recording, check, chain, wanted))
-    keys = _keys(result, seen, held_out, postures, cell_file)
+    further = _check_postures(recording, check, chain, wanted)
+    if elasticity:
+        add_torques(further, believed)
+    held_out = _judge(result, chain, seen, further)
+    doubts = posture_doubts(chain, seen, result)
+    keys = _keys(result, doubts, held_out, postures, cell_file)
     _show(result, keys, console(json_file))
     write_if_usable(write_result(None, "kr5-kinematics/1", **keys), result.fit, output, json_file)
     if write_cell and result.fit.usable:
-        believed.robot.dh = result.arm.joints
-        write_cell_file(believed, write_cell)
+        write_cell_file(refined_cell(believed, result, recording is not None, bool(views)), write_cell)
 
 
 def _cell(cell_file: Path | None, recording: Any) -> Any:
@@ -175,7 +199,7 @@ def distances(result: Any, postures: list[Any]) -> np.ndarray:
     """Distance of each measured point from where the identified arm puts it [m]."""
     out = []
     for posture in postures:
-        T = result.T_world_base @ result.flange(posture.q)
+        T = result.T_world_base @ result.flange(posture.q, posture.torques)
         if posture.T_world_tool is not None:
             out.append(np.linalg.norm((T @ result.T_flange_tool)[:3, 3] - posture.T_world_tool[:3, 3]))
         else:
@@ -188,7 +212,7 @@ def _judge(result: Any, chain: Any, fitted: list[Any], postures: list[Any]) -> d
     """Errors on postures that took no part [mm]; the nominal arm gets base and tool from the postures of the fit."""
     if not postures:
         return {}
-    sound = [p for p, r in zip(fitted, result.postures, strict=True) if not r.outlier]
+    sound = [p for p, r in zip(fitted, result.postures, strict=True) if not r.outlier and not p.pixels.size]
     nominal = calibration.calibrate_kinematics(
         chain,
         sound,
@@ -205,13 +229,14 @@ def _judge(result: Any, chain: Any, fitted: list[Any], postures: list[Any]) -> d
 
 
 def _keys(
-    result: Any, seen: list[Any], held_out: dict[str, float], postures: Path | None, cell_file: Path | None
+    result: Any, doubts: list[str], held_out: dict[str, float], postures: Path | None, cell_file: Path | None
 ) -> dict[str, Any]:
     figures = []
     for c in result.coordinates:
-        if c.name.startswith("arm.") and c.unit in SHOWN:
+        if not c.name.startswith("joint_errors.") or c.name.endswith(".compliance"):
             scale, unit = SHOWN[c.unit]
-            figures.append(figure_row(f"{c.name[4:]}, change", scale * (c.value - c.nominal), scale * c.std, unit))
+            name = f"{c.name.removeprefix('arm.').removeprefix('joint_errors.')}, change"
+            figures.append(figure_row(name, scale * (c.value - c.nominal), scale * c.std, unit))
     views = [
         {"name": p.name, "position_error": p.position_error, "outlier": True} for p in result.postures if p.outlier
     ]
@@ -223,7 +248,7 @@ def _keys(
         frames.append({"name": f"link {k + 1}", "parent": parent, "T": np.linalg.inv(before) @ T})
     return {
         "input": {"postures": str(postures or ""), "cell": str(cell_file or "")},
-        "verdict": _verdict(result, seen, held_out),
+        "verdict": _verdict(result, doubts, held_out),
         "figures": figures,
         "views": views,
         "frames": frames,
@@ -232,23 +257,21 @@ def _keys(
     }
 
 
-def _verdict(result: Any, seen: list[Any], held_out: dict[str, float]) -> dict[str, str]:
+def _verdict(result: Any, doubts: list[str], held_out: dict[str, float]) -> dict[str, str]:
     if not result.fit.usable:
         return {"word": "unusable", "text": result.fit.message}
-    sound = [p for p in result.postures if not p.outlier]
+    sound = [p for p in result.postures if not p.outlier and p.position_error > 0]
     before = 1e3 * np.sqrt(np.mean([p.nominal_error**2 for p in sound]))
     after = 1e3 * np.sqrt(np.mean([p.position_error**2 for p in sound]))
     text = f"RMS error {before:.3f} mm with the nominal arm, {after:.3f} mm with the identified one"
+    if views := [p.pixel_error for p in result.postures if not p.outlier and p.pixel_error > 0]:
+        text += f", {np.sqrt(np.mean(np.square(views))):.3f} px in {len(views)} views"
     if held_out:
         text += (
             f"; on {held_out['postures']} further postures mean {held_out['nominal_mean_mm']:.3f} mm and"
             f" {held_out['mean_mm']:.3f} mm"
         )
-    objections = [
-        f"joint {k + 1} did not move: what belongs to it is not determined"
-        for k, width in enumerate(np.ptp([p.q for p in seen], axis=0))
-        if width < STANDING
-    ]
+    objections = list(doubts)
     if outliers := [p.name for p in result.postures if p.outlier]:
         objections.append(f"contradict the others and were left out: {', '.join(outliers)}")
     if held_out and held_out["mean_mm"] > 3 * max(after, 1e-6):
@@ -261,11 +284,12 @@ def _show(result: Any, data: dict[str, Any], out: Any) -> None:
     for c in result.coordinates:
         scale, unit = SHOWN[c.unit]
         change = scale * (c.value - c.nominal)
-        if c.name.startswith("joint_errors.") and abs(c.value) < 3 * c.std:
+        periodic = c.name.startswith("joint_errors.") and not c.name.endswith(".compliance")
+        if periodic and abs(c.value) < 3 * c.std:
             hidden += 1
             continue
         mark = "" if c.identifiable else "*"
-        name = c.name.removeprefix("arm.").replace("joint_errors.", "error of ")
+        name = c.name.removeprefix("arm.").replace("joint_errors.", "error of " if periodic else "")
         rows.append([name + mark, scale * c.nominal, scale * c.value, change, scale * c.std, unit])
     names = ["parameter", "nominal", "identified", "change", "± std", "unit"]
     out.print(make_table("Identified parameters", names, rows, text=(5,)))

@@ -20,6 +20,7 @@ from kr5_tools.calibrate.residual_plots import (
     touch_errors,
     view_errors,
 )
+from kr5_tools.identify.study_plots import study_noise, study_parameters
 from kr5_tools.pages.plot_style import BLUE, GREEN, GREY, RED, STYLE, WIDE, WIDTH, plt
 from kr5_tools.repeatability.plots import distance_histogram, return_order, return_scatter
 from kr5_tools.workspace.plots import condition_map, dexterity_map, reachable_region, singular_value_map
@@ -240,6 +241,20 @@ CATALOGUE: list[tuple[str, str, Callable[[dict[str, Any]], Figure | None], bool,
         study_plot,
         True,
         "Error of a sphere's centre; synchronised: poses interpolated at the times at which the profiles were taken.",
+    ),
+    (
+        "study_noise",
+        "Error against noise and arc",
+        study_noise,
+        True,
+        "RMS over the parameters of the identified arm and the simulated trials.",
+    ),
+    (
+        "study_parameters",
+        "Error of each parameter",
+        study_parameters,
+        True,
+        "RMS over the simulated trials, at the noise usual of each device and the widest arc.",
     ),
     (
         "residual_field",

@@ -1,6 +1,7 @@
 """`kr5 identify axes`: joint axes and Denavit-Hartenberg parameters from joints moved one at a time, without nominal
 values."""
 
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -26,11 +27,14 @@ from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail, spinner
 from kr5_tools.files.results import write_result
 from kr5_tools.files.writing import check_writable, write_json
+from kr5_tools.identify.image_turns import Mount, image_turn
+from kr5_tools.identify.turn_checks import home_point_doubts, length_doubts
 
 app = typer.Typer()
 STANDING = 1e-3  # a joint that moves by less stands still [rad]
 MOST_JOINTS = 99
 DRAWS = 400  # of the axes, for the uncertainty of the parameters
+MOST_NAMED = 12  # rows of a finding
 PARAMETERS = (("b", 1e3, "mm"), ("a", 1e3, "mm"), ("alpha", 180 / np.pi, "deg"), ("theta_offset", 180 / np.pi, "deg"))
 
 
@@ -42,11 +46,30 @@ def axes(
         typer.Argument(
             help=(
                 "One CSV with joint values (q1, q2, …) and what was measured, in which one joint after the other moves"
-                " and the others stand; or one CSV a joint, from the base, of what was measured while it moved."
+                " and the others stand; or one CSV a joint, from the base, of what was measured while it moved; or one"
+                " folder of images a joint, with --camera and --target."
             )
         ),
     ],
     options: calibration.JointAxisOptions,
+    camera: Annotated[Path | None, typer.Option(help="Camera file, for folders of images.")] = None,
+    target: Annotated[
+        str | None,
+        typer.Option(help="Target in the images, such as map.json of kr5 calibrate map, or grid:36h11:5x7:0.03:0.01."),
+    ] = None,
+    mount: Annotated[
+        Mount,
+        typer.Option(help="Camera on the arm before a fixed target, or fixed camera before a target on the arm."),
+    ] = "eye_in_hand",
+    upright: Annotated[
+        Path | None,
+        typer.Option(
+            help=(
+                "CSV, or folder of images, in which joint 6 turns with the forearm along axis 1; in FILES it stands"
+                " across. Lengths then follow from distances of parallel axes, too."
+            )
+        ),
+    ] = None,
     joints: JointColumns = None,
     position: PositionColumns = None,
     convention: Convention = None,
@@ -61,27 +84,60 @@ def axes(
     Exit code: 0 when every axis was found, 2 when one was not or the input is invalid.
     """
     options.validate()
-    check_writable(output, json_file, inputs=files)
-    turns, home = _turns(files, Columns(joints, position, convention, length, angle))
+    check_writable(output, json_file, inputs=[f for f in (*files, camera, upright) if f])
+    wanted = Columns(joints, position, convention, length, angle)
+    turns = _image_turns(files, camera, target, mount) if files[0].is_dir() else _turns(files, wanted)
     results = []
     with spinner("Identifying the axes"):
-        for k, samples in enumerate(turns):
+        for k, samples in enumerate(turns.samples):
             result = calibration.identify_joint_axis(samples, options)
             if not result.fit.usable:
-                fail(f"joint {k + 1}: {result.fit.message}")
+                fail(f"joint {k + 1}{_where(turns.labels[k])}: {result.fit.message}")
             results.append(result)
-    keys = _keys(files, turns, results, home)
+    keys = _keys(files, turns, results)
+    if upright:
+        _add_lengths(keys, results, _upright_axis(upright, wanted, camera, target, mount, options))
     _show(results, keys, console(json_file))
     data = write_result(output, "kr5-axes/1", **keys)
     write_json(data, json_file)
 
 
-def _turns(files: list[Path], wanted: Columns) -> tuple[list[list[Any]], np.ndarray]:
-    """Samples of each joint, and the joint values at which the others stood."""
+@dataclass
+class Turns:
+    """Samples of each joint, what each is called in the input, and the joint values at which the others stood."""
+
+    home: np.ndarray
+    samples: list[list[Any]] = field(default_factory=list)
+    labels: list[list[str]] = field(default_factory=list)
+
+
+def _where(labels: list[str]) -> str:
+    return f" ({labels[0]} to {labels[-1]})" if labels else ""
+
+
+def _image_turns(folders: list[Path], camera: Path | None, target: str | None, mount: str) -> Turns:
+    out = Turns(np.zeros(len(folders)))
+    for folder in folders:
+        samples, labels = image_turn(folder, camera, target, mount)
+        out.samples.append(samples), out.labels.append(labels)
+    return out
+
+
+def _table_turn(file: Path, wanted: Columns) -> tuple[list[Any], list[str]]:
+    """Samples of a CSV in which one joint turns, with its joint value where there is one that varies alone."""
+    table = io.load_csv(file)
+    rows = measured(file, table, wanted)
+    labels = [f"{file.name} line {i + 2}" for i in range(len(rows))]
+    return [calibration.JointSample(**row) for row in rows], labels
+
+
+def _turns(files: list[Path], wanted: Columns) -> Turns:
     if len(files) > 1:
-        tables = [(file, io.load_csv(file)) for file in files]
-        turns = [[calibration.JointSample(**row) for row in measured(*table, wanted)] for table in tables]
-        return turns, np.zeros(len(files))
+        out = Turns(np.zeros(len(files)))
+        for one in files:
+            samples, labels = _table_turn(one, wanted)
+            out.samples.append(samples), out.labels.append(labels)
+        return out
     file = files[0]
     table = io.load_csv(file)
     names = _joint_names(file, table, wanted)
@@ -91,16 +147,62 @@ def _turns(files: list[Path], wanted: Columns) -> tuple[list[list[Any]], np.ndar
     away = np.abs(q - home) > STANDING
     if (several := np.flatnonzero(away.sum(axis=1) > 1)).size:
         moved = ", ".join(f"q{k + 1}" for k in np.flatnonzero(away[several[0]]))
-        fail(f"{file}: line {several[0] + 2}: {moved} are away from where they usually stand; move one joint at a time")
+        further = f" (and lines {_listed([str(i + 2) for i in several[1:]])} likewise)" if len(several) > 1 else ""
+        fail(
+            f"{file}: line {several[0] + 2}: {moved} are away from where they usually stand{further}; move one joint at"
+            " a time"
+        )
     seen = measured(file, table, wanted)
-    turns = []
+    turns = Turns(home)
     for k in range(q.shape[1]):
         # Rows with every joint at home belong to each joint.
         rows = np.flatnonzero(~np.delete(away, k, axis=1).any(axis=1))
         if not away[:, k].any():
             fail(f"{file}: joint {k + 1} did not move")
-        turns.append([calibration.JointSample(q=float(q[i, k]), **seen[i]) for i in rows])
-    return turns, home
+        turns.samples.append([calibration.JointSample(q=float(q[i, k]), **seen[i]) for i in rows])
+        turns.labels.append([f"line {i + 2}" for i in rows])
+    return turns
+
+
+def _listed(names: list[str]) -> str:
+    """Names with commas; of many, the first."""
+    shown = ", ".join(names[:MOST_NAMED])
+    return f"{shown} and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else shown
+
+
+def _upright_axis(
+    source: Path, wanted: Columns, camera: Path | None, target: str | None, mount: str, options: Any
+) -> Any:
+    """Axis 6 with the forearm upright."""
+    samples, labels = image_turn(source, camera, target, mount) if source.is_dir() else _table_turn(source, wanted)
+    result = calibration.identify_joint_axis(samples, options)
+    if not result.fit.usable:
+        fail(f"{source}: joint 6{_where(labels)}: {result.fit.message}")
+    return result
+
+
+def _add_lengths(keys: dict[str, Any], results: list[Any], sixth_upright: Any) -> None:
+    """Lengths from distances of parallel axes, beside those from the common normals."""
+    if len(results) != 6:
+        fail(f"--upright: the arm has {len(results)} joints; the distances of parallel axes are those of six")
+    arm = kinematics.DhChain.from_dict(keys["result"]["arm"])
+    tolerance = max(0.01, 3 * max(float(np.sqrt(np.trace(r.covariance[2:, 2:]))) for r in results))
+    if objection := calibration.parallel_plane_objection(arm, tolerance):
+        fail(f"--upright: the distances of parallel axes do not tell the lengths of this arm: {objection}")
+    one, two, three, _, five, six = results
+    distances = calibration.parallel_plane_distances(
+        calibration.ParallelPlaneAxes(
+            axis1=one, axis2=two, axis3=three, axis5=five, axis6=six, axis6_upright=sixth_upright
+        )
+    )
+    lengths = calibration.lengths_from_parallel_planes(distances)
+    if not lengths.fit.usable:
+        fail(f"--upright: {lengths.fit.message}")
+    spread = 1e3 * np.sqrt(np.diag(lengths.covariance))
+    for k, name in enumerate(("a1", "a2", "a3", "b4")):
+        label = f"{name}, by parallel planes"
+        keys["figures"].append(figure_row(label, 1e3 * getattr(lengths, name), float(spread[k]), "mm"))
+    keys["result"] |= {"parallel_planes": lengths.to_dict(), "axis_distances": distances.to_dict()}
 
 
 def _commonest(column: np.ndarray) -> float:
@@ -119,7 +221,7 @@ def _joint_names(file: Path, table: Any, wanted: Columns) -> list[str]:
     return names
 
 
-def _chain(lines: list[Any], home: np.ndarray, end: np.ndarray) -> Any:
+def chain_of(lines: list[Any], home: np.ndarray, end: np.ndarray) -> Any:
     """The arm whose last frame has its origin where the measured thing is when every joint is at home."""
     z = lines[-1].direction
     x = np.linalg.svd(z[None])[2][1]
@@ -139,12 +241,13 @@ def _drawn(result: Any, random: np.random.Generator) -> Any:
     )
 
 
-def _keys(files: list[Path], turns: list[list[Any]], results: list[Any], home: np.ndarray) -> dict[str, Any]:
-    first = turns[-1][0]
+def _keys(files: list[Path], turns: Turns, results: list[Any]) -> dict[str, Any]:
+    home = turns.home
+    first = turns.samples[-1][0]
     end = first.T_world_tool[:3, 3] if first.T_world_tool is not None else first.points[:, 0]
-    chain = _chain([r.axis for r in results], home, end)
+    chain = chain_of([r.axis for r in results], home, end)
     random = np.random.default_rng(1)
-    draws = [_chain([_drawn(r, random) for r in results], home, end) for _ in range(DRAWS)]
+    draws = [chain_of([_drawn(r, random) for r in results], home, end) for _ in range(DRAWS)]
     figures = []
     for k, joint in enumerate(chain.joints[:-1]):  # the last row ends in whatever was measured
         for name, scale, unit in PARAMETERS:
@@ -157,6 +260,12 @@ def _keys(files: list[Path], turns: list[list[Any]], results: list[Any], home: n
                 figure_row(f"joint{k + 1}.{name}", scale * getattr(joint, name), scale * float(spread.std()), unit)
             )
     warnings = [f"joint {k + 1}: {text}" for k, r in enumerate(results) for text in r.warnings]
+    for k, r in enumerate(results):
+        if r.outliers:
+            names = _listed([turns.labels[k][i] for i in r.outliers])
+            warnings.append(f"joint {k + 1}: contradict the others and were left out: {names}")
+    warnings += home_point_doubts(turns.samples, turns.labels, results, home)
+    warnings += length_doubts(chain)
     worst = min(range(len(results)), key=lambda k: results[k].quality)
     text = (
         f"{len(results)} axes; the least certain is that of joint {worst + 1}, whose singular values are"

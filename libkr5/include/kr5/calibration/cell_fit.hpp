@@ -69,8 +69,10 @@ struct FitPoint {
 
 struct CellFitOptions {
   int max_iterations = 100;
-  double loss = 0.0;             ///< [-]
-  double rank_tolerance = 1e-6;  ///< [-]
+  double loss = 0.0;              ///< [-]
+  double rank_tolerance = 1e-6;   ///< [-]
+  double cost_tolerance = 1e-14;  ///< [-]
+  bool uncertainty = true;
 
   /// @throws InvalidArgument naming the offending field.
   void validate() const;
@@ -82,6 +84,9 @@ struct CellFitOptions {
     visit("rank_tolerance", self.rank_tolerance,
           "Least share of its own sensitivity that a combination of parameters must keep beside all others to count "
           "as identifiable [-].");
+    visit("cost_tolerance", self.cost_tolerance, "Relative change of the cost at which the iteration ends [-].");
+    visit("uncertainty", self.uncertainty,
+          "Whether covariance and unidentifiable directions are wanted, too; a first guess needs none.");
   }
 };
 
@@ -146,7 +151,8 @@ class CellFit {
 
   /// Keeps coordinates of a block at their start; -1: all.
   void hold(FitBlock block, int coordinate = -1);
-  /// The same for one coordinate by its name without unit, such as "arm.joint2.a"; false when there is none of it.
+  /// The same for a block by its name, or for one coordinate by its own without unit, such as "arm.joint2.a"; false
+  /// when there is none of it.
   bool hold(const std::string& name);
   /// Standard deviation of each coordinate about its start; infinite where nothing is known of it.
   void set_prior(FitBlock block, const Eigen::VectorXd& sigma);
@@ -202,6 +208,17 @@ class CellFit {
     Eigen::VectorXd residuals;   ///< Over their standard deviations, its nuisance eliminated [-].
     Eigen::VectorXd redundancy;  ///< Share of each residual that the parameters do not take up [-].
   };
+  /// Sum of squared residuals near the result of the last solve, as a function of the change d of its coordinates:
+  /// squares + 2 gradient' d + d' information d.
+  struct SquaredResiduals {
+    double squares = 0.0;         ///< [-]
+    int rows = 0;                 ///< Residuals in the sum.
+    Eigen::VectorXd gradient;     ///< In the order of the coordinates.
+    Eigen::MatrixXd information;  ///< Likewise.
+  };
+  /// Of the residuals of some measurements: rows first_row up to, not including, end_row of each. Measurements taken
+  /// out do not count. @throws InvalidArgument for a measurement with a nuisance.
+  SquaredResiduals squared_residuals(std::span<const FitObservation> observations, int first_row, int end_row) const;
   Agreement agreement(FitObservation observation) const;
   /// Of measurements that belong together: made at once, or sharing a nuisance; all in use or none.
   Agreement agreement(std::span<const FitObservation> observations) const;

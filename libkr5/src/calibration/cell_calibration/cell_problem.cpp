@@ -40,7 +40,7 @@ CellProblem::CellProblem(const CellInput& input, const CellSigmas& sigmas, const
   add_arm(input, sigmas);
   if (input.scan) add_scan(*input.scan);
   for (const std::string& name : input.options.hold)
-    if (name != "camera" && name != "markers" && name != "arm")
+    if (name != "markers" && name != "arm")  // which there may be none of
       require(fit.hold(name), "hold: found '" + name +
                                   "', expected camera, markers, arm, or the name of a parameter such as camera.k1 or "
                                   "arm.joint2.a");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -29,6 +30,7 @@ struct Block {
 
   int size() const { return static_cast<int>(coordinates.size()); }
   std::vector<int> free() const;
+  bool any_free() const { return std::find(held.begin(), held.end(), false) != held.end(); }
   Pose pose() const;
   kinematics::DhChain arm() const;
   Pinhole camera() const;

@@ -13,6 +13,7 @@
 #include <kr5/core/linear.hpp>
 
 #include "calibration/cell_fit/block.hpp"
+#include "calibration/cell_fit/covariance.hpp"
 #include "calibration/cell_fit/observation.hpp"
 
 namespace kr5::calibration {
@@ -307,7 +308,7 @@ void CellFit::Impl::minimise(const CellFitOptions& options, CellFitResult& resul
   solver.max_num_iterations = options.max_iterations;
   solver.linear_solver_type = any_nuisance ? ceres::DENSE_SCHUR : ceres::DENSE_QR;
   solver.linear_solver_ordering = ordering;
-  solver.function_tolerance = 1e-14;
+  solver.function_tolerance = options.cost_tolerance;
   solver.parameter_tolerance = 1e-12;
   solver.gradient_tolerance = 1e-14;
   solver.logging_type = ceres::SILENT;
@@ -466,6 +467,7 @@ void CellFitOptions::validate() const {
   require(max_iterations >= 1, "max_iterations must be at least 1");
   require(loss >= 0 && std::isfinite(loss), "loss must not be negative [-]; 0: least squares");
   require(rank_tolerance > 0 && rank_tolerance < 1, "rank_tolerance must lie between 0 and 1 [-]");
+  require(cost_tolerance > 0 && cost_tolerance < 1, "cost_tolerance must lie between 0 and 1 [-]");
 }
 
 CellFit::CellFit() : impl_(std::make_unique<Impl>()) {}
@@ -508,9 +510,14 @@ void CellFit::hold(FitBlock block, int coordinate) {
 }
 
 bool CellFit::hold(const std::string& name) {
-  for (Block& b : impl_->blocks)
+  for (Block& b : impl_->blocks) {
+    if (b.name == name && !b.nuisance) {
+      std::fill(b.held.begin(), b.held.end(), true);
+      return true;
+    }
     for (std::size_t i = 0; i < b.coordinates.size() && !b.nuisance; ++i)
       if (b.coordinates[i].substr(0, b.coordinates[i].find(" [")) == name) return b.held[i] = true;
+  }
   return false;
 }
 
@@ -642,17 +649,11 @@ CellFitResult CellFit::solve(const CellFitOptions& options) {
   CellFitResult result;
   result.coordinates = impl_->number_coordinates();
   impl_->minimise(options, result);
+  if (!options.uncertainty) return result;
   Eigen::MatrixXd information = impl_->data_information(result);
   impl_->name_unidentifiable(information, options.rank_tolerance, result);
   impl_->add_prior_information(information);
-  // What neither data nor prior tells has no information: its row of the pseudo-inverse is that of the nearest answer.
-  const Eigen::VectorXd scale =
-      information.diagonal().unaryExpr([](double d) { return d > 0 ? 1 / std::sqrt(d) : 0.0; });
-  const SymmetricEigen eigen = symmetric_eigen(Eigen::MatrixXd(scale.asDiagonal() * information * scale.asDiagonal()));
-  const double least = options.rank_tolerance * options.rank_tolerance;
-  const Eigen::VectorXd inverse = eigen.values.unaryExpr([&](double v) { return v > least ? 1 / v : 0.0; });
-  const Eigen::MatrixXd V = scale.asDiagonal() * eigen.vectors;
-  impl_->covariance = V * inverse.asDiagonal() * V.transpose();
+  impl_->covariance = covariance_of(information, options.rank_tolerance);
   result.covariance = impl_->covariance;
   return result;
 }
@@ -676,6 +677,35 @@ Eigen::VectorXd CellFit::residuals(FitObservation observation) const {
   if (!o.evaluate(impl_->blocks, impl_->values(o), r.data(), nullptr))
     r.setConstant(std::numeric_limits<double>::infinity());
   return r;
+}
+
+CellFit::SquaredResiduals CellFit::squared_residuals(std::span<const FitObservation> observations, int first_row,
+                                                     int end_row) const {
+  require(!impl_->places.empty(), "CellFit: solve() comes first");
+  Eigen::Index n = 0;
+  for (const auto& of_block : impl_->places)
+    for (const int place : of_block) n = std::max<Eigen::Index>(n, place + 1);
+  SquaredResiduals out{.gradient = Eigen::VectorXd::Zero(n), .information = Eigen::MatrixXd::Zero(n, n)};
+  for (const FitObservation handle : observations) {
+    const Observation& o = impl_->observation(handle);
+    const int rows = std::min(end_row, o.rows) - first_row;
+    if (!(o.weight > 0) || rows <= 0) continue;
+    require(impl_->nuisance_of(o) < 0, "CellFit: squared residuals of a measurement with a nuisance");
+    const auto about = impl_->linearise({&o});
+    if (!about) continue;
+    const auto J = about->J.middleRows(first_row, rows);
+    const auto r = about->r.segment(first_row, rows);
+    out.squares += r.squaredNorm(), out.rows += rows;
+    const Eigen::VectorXd g = J.transpose() * r;
+    const Eigen::MatrixXd part = J.transpose() * J;
+    for (std::size_t a = 0; a < about->index.size(); ++a) {
+      out.gradient[about->index[a]] += g[static_cast<Eigen::Index>(a)];
+      for (std::size_t b = 0; b < about->index.size(); ++b)
+        out.information(about->index[a], about->index[b]) +=
+            part(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b));
+    }
+  }
+  return out;
 }
 
 CellFit::Agreement CellFit::agreement(FitObservation observation) const {

@@ -27,9 +27,11 @@ struct Evaluation {
   Eigen::Vector3d point(const FitPoint& p) const {
     return p.block.exists() ? Eigen::Vector3d(Eigen::Map<const Eigen::Vector3d>(of(p.block))) : p.value;
   }
+  /// Whether the derivative by a block is asked for.
+  bool wanted(FitBlock handle) const { return jacobians && handle.exists() && (*jacobians)[place(handle)].cols() > 0; }
   template <class Derived>
   void add(FitBlock handle, const Eigen::MatrixBase<Derived>& derivative, int row = 0) const {
-    if (jacobians && handle.exists()) (*jacobians)[place(handle)].middleRows(row, derivative.rows()) += derivative;
+    if (wanted(handle)) (*jacobians)[place(handle)].middleRows(row, derivative.rows()) += derivative;
   }
   Eigen::Map<Eigen::VectorXd> out() const { return {residuals, observation.rows}; }
 };
@@ -48,7 +50,7 @@ FactorState arm_state(const Evaluation& e, const PoseChain::Factor& factor) {
   const bool terms = factor.joint_terms.exists();
   if (terms)
     q += factor.regressor * Eigen::Map<const Eigen::VectorXd>(e.of(factor.joint_terms), factor.regressor.cols());
-  if (!e.jacobians) {
+  if (!e.wanted(factor.block) && !e.wanted(factor.joint_terms)) {
     out.T = arm.flange(q);
     return out;
   }
@@ -77,10 +79,8 @@ FactorState factor_state(const Evaluation& e, const PoseChain::Factor& factor) {
   }
   if (!factor.inverse) return out;
   const Matrix6 across = -adjoint(out.T);  // (T exp(d))^-1 = T^-1 exp(-Ad(T) d)
-  if (e.jacobians) {
-    out.by_block = across * out.by_block;
-    if (out.by_terms.size()) out.by_terms = across * out.by_terms;
-  }
+  if (out.by_block.size()) out.by_block = across * out.by_block;
+  if (out.by_terms.size()) out.by_terms = across * out.by_terms;
   out.T = out.T.inverse();
   return out;
 }
@@ -106,10 +106,11 @@ void add_chain(const Evaluation& e, const ChainState& state, const Eigen::Matrix
   Pose rest = Pose::Identity();
   const auto& factors = e.observation.chain.factors();
   for (std::size_t k = factors.size(); k-- > 0;) {
-    if (factors[k].block.exists()) {
+    const bool block = e.wanted(factors[k].block), terms = e.wanted(factors[k].joint_terms);
+    if (block || terms) {
       const Eigen::Matrix<double, Eigen::Dynamic, 6> here = by_chain * adjoint(rest.inverse());
-      e.add(factors[k].block, here * state.factors[k].by_block);
-      if (state.factors[k].by_terms.size()) e.add(factors[k].joint_terms, here * state.factors[k].by_terms);
+      if (block) e.add(factors[k].block, here * state.factors[k].by_block);
+      if (terms) e.add(factors[k].joint_terms, here * state.factors[k].by_terms);
     }
     rest = state.factors[k].T * rest;
   }
@@ -254,8 +255,10 @@ bool Observation::evaluate(const std::vector<Block>& all, const std::vector<cons
                            std::vector<RowMatrix>* jacobians) const {
   if (jacobians) {
     jacobians->resize(blocks.size());
-    for (std::size_t k = 0; k < blocks.size(); ++k)
-      (*jacobians)[k].setZero(rows, all[static_cast<std::size_t>(blocks[k])].size());
+    for (std::size_t k = 0; k < blocks.size(); ++k) {
+      const Block& block = all[static_cast<std::size_t>(blocks[k])];
+      (*jacobians)[k].setZero(rows, block.any_free() ? block.size() : 0);
+    }
   }
   const Evaluation e{*this, all, values, residuals, jacobians};
   bool exists = false;

@@ -36,7 +36,8 @@ struct Observation {
   /// Collects `blocks`; call when all else is set.
   void finish(int row_count);
   /// Residuals over their standard deviations and, unless null, their derivatives: rows x coordinates for each of
-  /// `blocks`, in their order. `values` likewise. False where the model does not exist, as behind a camera.
+  /// `blocks`, in their order; empty for one without a free coordinate. `values` likewise. False where the model does
+  /// not exist, as behind a camera.
   bool evaluate(const std::vector<Block>& all, const std::vector<const double*>& values, double* residuals,
                 std::vector<RowMatrix>* jacobians) const;
 };

@@ -2,6 +2,7 @@
 #include "calibration/kinematics/arm_problem.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -17,12 +18,30 @@ namespace {
 
 bool point_seen(const Eigen::Vector3d& point) { return point.allFinite(); }
 
-std::vector<std::string> joint_term_names(const kinematics::DhChain& arm) {
+void hold_named(ArmProblem& problem, const Input& input) {
+  for (const std::string& name : input.options.hold)
+    require(problem.fit.hold(name), "hold: found '" + name +
+                                        "', expected e.g. arm.joint2.a (b, theta_offset, a, alpha, beta), tool.x or "
+                                        "base (of what is estimated: base, tool, camera, target)");
+}
+
+bool is_revolute(const kinematics::DhJoint& joint) { return joint.type == kinematics::JointType::Revolute; }
+
+/// Names of the coefficients in the order of joint_term_regressor, and the standard deviation of each.
+std::vector<std::string> joint_term_names(const Input& input, const Sigmas& sigmas, std::vector<double>& prior) {
   std::vector<std::string> out;
-  for (std::size_t i = 0; i < arm.joints.size(); ++i)
-    if (arm.joints[i].type == kinematics::JointType::Revolute)
-      for (const char* term : {"sin", "cos", "sin2", "cos2"})
+  const auto& joints = input.nominal.joints;
+  for (std::size_t i = 0; input.options.joint_errors && i < joints.size(); ++i)
+    if (is_revolute(joints[i]))
+      for (const char* term : {"sin", "cos", "sin2", "cos2"}) {
         out.push_back("joint" + std::to_string(i + 1) + "." + term + " [rad]");
+        prior.push_back(sigmas.joint);
+      }
+  for (std::size_t i = 0; input.options.elasticity && i < joints.size(); ++i) {
+    out.push_back("joint" + std::to_string(i + 1) + ".compliance " +
+                  (is_revolute(joints[i]) ? "[rad/(N m)]" : "[m/N]"));
+    prior.push_back(sigmas.compliance);
+  }
   return out;
 }
 
@@ -105,7 +124,35 @@ double robust_cost(const ArmProblem& problem) {
   std::vector<double> squares;
   for (const auto& of_posture : problem.observations)
     for (const FitObservation o : of_posture) squares.push_back(problem.fit.residuals(o).squaredNorm());
-  return median(squares);
+  return squares.empty() ? 0.0 : median(squares);
+}
+
+/// A start with what follows from it, or from the options: points, sockets, camera and target.
+void complete_start(const Input& input, Placement& start) {
+  if (input.options.T_world_base) start.T_world_base = *input.options.T_world_base;
+  if (input.options.T_flange_tool) start.T_flange_tool = *input.options.T_flange_tool;
+  if (input.options.T_flange_camera) start.T_flange_camera = *input.options.T_flange_camera;
+  if (input.options.T_base_target) start.T_base_target = *input.options.T_base_target;
+  start.points.setZero(3, input.markers());
+  if (input.any_point()) points_from_base(input, start);
+  if (!input.socket_names.empty()) place_sockets(input, start);
+}
+
+/// The nominal arm placed as well as it allows, in the sense that postures far off count little.
+ArmProblem placed(const Input& input, const Placement& start) {
+  ArmProblem problem(input, Sigmas{}, start, false);
+  const bool base_free = problem.base.exists() && !input.options.T_world_base;
+  const bool tool_free = problem.tool.exists() && !(input.options.T_flange_tool && input.options.tolerance_tool == 0);
+  if (base_free || tool_free || !problem.points.empty() || problem.camera.exists())
+    problem.fit.solve({.loss = 2.0, .cost_tolerance = 1e-9, .uncertainty = false});
+  return problem;
+}
+
+/// Postures spread evenly over all, enough to choose a start by.
+std::vector<ArmPosture> some_postures(std::span<const ArmPosture> all, std::size_t most) {
+  std::vector<ArmPosture> out;
+  for (std::size_t k = 0; k < most; ++k) out.push_back(all[k * all.size() / most]);
+  return out;
 }
 
 }  // namespace
@@ -116,6 +163,10 @@ bool Input::any_pose() const {
 
 bool Input::any_point() const {
   return std::any_of(postures.begin(), postures.end(), [](const ArmPosture& p) { return p.points.cols() > 0; });
+}
+
+bool Input::any_view() const {
+  return std::any_of(postures.begin(), postures.end(), [](const ArmPosture& p) { return p.pixels.cols() > 0; });
 }
 
 int Input::markers() const {
@@ -134,61 +185,92 @@ Eigen::RowVector4d joint_error_basis(double q) {
   return {std::sin(q), std::cos(q) - 1, std::sin(2 * q), std::cos(2 * q) - 1};
 }
 
-Eigen::MatrixXd joint_error_regressor(const kinematics::DhChain& arm, const Eigen::VectorXd& q) {
-  std::vector<Eigen::Index> revolute;
-  for (std::size_t i = 0; i < arm.joints.size(); ++i)
-    if (arm.joints[i].type == kinematics::JointType::Revolute) revolute.push_back(static_cast<Eigen::Index>(i));
-  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(q.size(), static_cast<Eigen::Index>(4 * revolute.size()));
-  for (std::size_t k = 0; k < revolute.size(); ++k)
-    out.block<1, 4>(revolute[k], static_cast<Eigen::Index>(4 * k)) = joint_error_basis(q[revolute[k]]);
+Eigen::MatrixXd joint_term_regressor(const Input& input, const ArmPosture& posture) {
+  const auto& joints = input.nominal.joints;
+  const auto n = static_cast<Eigen::Index>(joints.size());
+  const auto revolute = static_cast<Eigen::Index>(std::count_if(joints.begin(), joints.end(), is_revolute));
+  const Eigen::Index errors = input.options.joint_errors ? 4 * revolute : 0;
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(n, errors + (input.options.elasticity ? n : 0));
+  for (Eigen::Index i = 0, k = 0; i < n && errors > 0; ++i)
+    if (is_revolute(joints[static_cast<std::size_t>(i)]))
+      out.block<1, 4>(i, k) = joint_error_basis(posture.q[i]), k += 4;
+  if (input.options.elasticity) out.rightCols(n) = (-posture.torques).asDiagonal();  // the link gives way to its load
   return out;
 }
 
 ArmProblem::ArmProblem(const Input& input, const Sigmas& sigmas, const Placement& placement, bool refine) {
+  const KinematicsOptions& options = input.options;
   arm = fit.add_arm("arm", input.nominal);
   if (refine) {
     cell_fit::free_arm(fit, arm, input.nominal, sigmas.length, sigmas.angle);
-    for (const std::string& name : input.options.hold)
-      require(fit.hold(name),
-              "hold: found '" + name + "', expected e.g. arm.joint2.a (b, theta_offset, a, alpha, beta)");
-    const std::vector<std::string> names = joint_term_names(input.nominal);
-    if (input.options.joint_errors && !names.empty()) {
+    std::vector<double> prior;
+    const std::vector<std::string> names = joint_term_names(input, sigmas, prior);
+    if (!names.empty()) {
       const auto count = static_cast<Eigen::Index>(names.size());
       joint_terms = fit.add_vector("joint_errors", Eigen::VectorXd::Zero(count), names);
-      fit.set_prior(joint_terms, Eigen::VectorXd::Constant(count, sigmas.joint));
+      fit.set_prior(joint_terms, Eigen::Map<const Eigen::VectorXd>(prior.data(), count));
     }
   } else {
     fit.hold(arm);
   }
   if (input.any_pose() || input.any_point()) base = fit.add_pose("base", placement.T_world_base);
-  if (base.exists() && input.options.T_world_base) fit.hold(base);
-  if (input.any_pose()) tool = fit.add_pose("tool", placement.T_flange_tool);
-  if (tool.exists() && input.options.T_flange_tool) fit.hold(tool);
+  if (base.exists() && options.T_world_base) fit.hold(base);
+  if (input.any_pose()) tool = fit.add_pose("tool", options.T_flange_tool.value_or(placement.T_flange_tool));
+  if (tool.exists() && options.T_flange_tool) {
+    if (options.tolerance_tool > 0) {
+      constexpr double any = std::numeric_limits<double>::infinity();
+      for (int k = 3; k < 6; ++k) fit.hold(tool, k);
+      const double t = options.tolerance_tool;
+      fit.set_prior(tool, (Eigen::VectorXd(6) << t, t, t, any, any, any).finished());
+    } else {
+      fit.hold(tool);
+    }
+  }
+  if (input.any_view()) {
+    lens = fit.add_camera("lens", *options.camera);
+    fit.hold(lens);
+    camera = fit.add_pose("camera", placement.T_flange_camera);
+    target = fit.add_pose("target", placement.T_base_target);
+  }
+  if (refine) hold_named(*this, input);
   for (Eigen::Index c = 0; c < placement.points.cols(); ++c)
     points.push_back(fit.add_point("point" + std::to_string(c + 1), placement.points.col(c)));
   for (std::size_t s = 0; s < input.socket_names.size(); ++s)
     sockets.push_back(
         fit.add_point("socket." + input.socket_names[s], placement.sockets.col(static_cast<Eigen::Index>(s))));
-  for (const ArmPosture& posture : input.postures) {
-    std::vector<FitObservation>& mine = observations.emplace_back();
-    const Eigen::MatrixXd regressor =
-        joint_terms.exists() ? joint_error_regressor(input.nominal, posture.q) : Eigen::MatrixXd();
-    PoseChain chain;
-    if (base.exists()) chain.then(base);
-    chain.then_arm(arm, posture.q, joint_terms, regressor);
-    if (posture.T_world_tool)
-      mine.push_back(
-          fit.observe_pose(PoseChain(chain).then(tool), *posture.T_world_tool, sigmas.position, sigmas.rotation));
-    for (Eigen::Index c = 0; c < posture.points.cols(); ++c)
-      if (point_seen(posture.points.col(c)))
-        mine.push_back(fit.observe_position(chain, points[static_cast<std::size_t>(c)],
-                                            Eigen::Vector3d(posture.points.col(c)), sigmas.position));
-    if (!posture.socket.empty())
-      mine.push_back(fit.observe_position(PoseChain().then_arm(arm, posture.q, joint_terms, regressor), points.front(),
-                                          sockets[input.socket(posture.socket)], sigmas.position));
-  }
+  for (const ArmPosture& posture : input.postures) observe_posture(input, posture, sigmas);
   for (const SocketDistance& d : input.distances)
-    fit.observe_distance({}, sockets[input.socket(d.first)], sockets[input.socket(d.second)], d.distance, d.sigma);
+    distances.push_back(
+        fit.observe_distance({}, sockets[input.socket(d.first)], sockets[input.socket(d.second)], d.distance, d.sigma));
+}
+
+void ArmProblem::observe_posture(const Input& input, const ArmPosture& posture, const Sigmas& sigmas) {
+  std::vector<FitObservation>& mine = observations.emplace_back();
+  const Eigen::MatrixXd regressor = joint_terms.exists() ? joint_term_regressor(input, posture) : Eigen::MatrixXd();
+  PoseChain chain;
+  if (base.exists()) chain.then(base);
+  chain.then_arm(arm, posture.q, joint_terms, regressor);
+  if (posture.T_world_tool)
+    mine.push_back(
+        fit.observe_pose(PoseChain(chain).then(tool), *posture.T_world_tool, sigmas.position, sigmas.rotation));
+  for (Eigen::Index c = 0; c < posture.points.cols(); ++c)
+    if (point_seen(posture.points.col(c)))
+      mine.push_back(fit.observe_position(chain, points[static_cast<std::size_t>(c)],
+                                          Eigen::Vector3d(posture.points.col(c)), sigmas.position));
+  if (!posture.socket.empty())
+    mine.push_back(fit.observe_position(PoseChain().then_arm(arm, posture.q, joint_terms, regressor), points.front(),
+                                        sockets[input.socket(posture.socket)], sigmas.position));
+  std::vector<FitObservation>& seen = views.emplace_back();
+  if (posture.pixels.cols() > 0)
+    seen.push_back(fit.observe_pixels(
+        PoseChain().then_inverse(camera).then_inverse_arm(arm, posture.q, joint_terms, regressor).then(target), lens,
+        posture.target_points, posture.pixels, sigmas.pixel));
+}
+
+std::vector<FitObservation> ArmProblem::of_posture(std::size_t i) const {
+  std::vector<FitObservation> out = observations[i];
+  out.insert(out.end(), views[i].begin(), views[i].end());
+  return out;
 }
 
 void ArmProblem::begin_at(const ArmProblem& other) {
@@ -197,19 +279,21 @@ void ArmProblem::begin_at(const ArmProblem& other) {
     if (mine.exists() && theirs.exists()) fit.begin_at(mine, other.fit.values(theirs));
   };
   take(base, other.base), take(tool, other.tool), take(joint_terms, other.joint_terms);
+  take(camera, other.camera), take(target, other.target);
   for (std::size_t k = 0; k < points.size(); ++k) take(points[k], other.points[k]);
   for (std::size_t k = 0; k < sockets.size(); ++k) take(sockets[k], other.sockets[k]);
 }
 
 void ArmProblem::set_weights(const std::vector<double>& weights) {
   for (std::size_t i = 0; i < observations.size(); ++i)
-    for (const FitObservation o : observations[i]) fit.set_weight(o, weights[i]);
+    for (const FitObservation o : of_posture(i)) fit.set_weight(o, weights[i]);
 }
 
 Placement ArmProblem::placement() const {
   Placement out;
   if (base.exists()) out.T_world_base = fit.pose(base);
   if (tool.exists()) out.T_flange_tool = fit.pose(tool);
+  if (camera.exists()) out.T_flange_camera = fit.pose(camera), out.T_base_target = fit.pose(target);
   out.points.resize(3, static_cast<Eigen::Index>(points.size()));
   for (std::size_t k = 0; k < points.size(); ++k) out.points.col(static_cast<Eigen::Index>(k)) = fit.values(points[k]);
   out.sockets.resize(3, static_cast<Eigen::Index>(sockets.size()));
@@ -219,7 +303,11 @@ Placement ArmProblem::placement() const {
 }
 
 void robust_sigmas(const ArmProblem& problem, Sigmas& sigmas) {
-  std::vector<double> position, rotation;
+  std::vector<double> position, rotation, pixel;
+  for (const auto& of_view : problem.views)
+    for (const FitObservation o : of_view)
+      for (const double r : problem.fit.residuals(o)) pixel.push_back(std::abs(r));
+  if (!pixel.empty()) sigmas.pixel *= std::max(mad_to_sigma * median(pixel), 1e-6);
   for (const auto& of_posture : problem.observations)
     for (const FitObservation o : of_posture) {
       const Eigen::VectorXd r = problem.fit.residuals(o);
@@ -242,27 +330,31 @@ Placement place(const Input& input, Sigmas& sigmas) {
   } else {
     starts.emplace_back();
   }
-  Placement best;
-  double least = std::numeric_limits<double>::infinity();
-  for (Placement& start : starts) {
-    if (input.options.T_world_base) start.T_world_base = *input.options.T_world_base;
-    if (input.options.T_flange_tool) start.T_flange_tool = *input.options.T_flange_tool;
-    start.points.setZero(3, input.markers());
-    if (input.any_point()) points_from_base(input, start);
-    if (!input.socket_names.empty()) place_sockets(input, start);
-    Sigmas own;
-    ArmProblem problem(input, own, start, false);
-    const bool anything =
-        !(input.options.T_world_base && (input.options.T_flange_tool || !input.any_pose())) || !problem.points.empty();
-    if (anything) problem.fit.solve({.loss = 2.0});
-    const double cost = robust_cost(problem);
-    if (!(cost < least)) continue;
-    least = cost;
-    best = problem.placement();
-    robust_sigmas(problem, own);
-    sigmas.position = own.position, sigmas.rotation = own.rotation;
+  for (Placement& start : starts) complete_start(input, start);
+  constexpr std::size_t enough = 100;
+  Placement best = starts.front();
+  if (starts.size() > 1) {
+    const bool many = input.postures.size() > 2 * enough && input.socket_names.empty();
+    const std::vector<ArmPosture> some = many ? some_postures(input.postures, enough) : std::vector<ArmPosture>{};
+    const Input few{input.nominal, many ? std::span<const ArmPosture>(some) : input.postures, input.distances,
+                    input.options, input.socket_names};
+    double least = std::numeric_limits<double>::infinity();
+    for (Placement& start : starts) {
+      if (many) complete_start(few, start);
+      const ArmProblem problem = placed(few, start);
+      const double cost = robust_cost(problem);
+      if (cost < least) least = cost, best = problem.placement();
+    }
+    if (many) {
+      best.points.setZero(3, input.markers());
+      points_from_base(input, best);
+    }
   }
-  return best;
+  const ArmProblem problem = placed(input, best);
+  Sigmas own;
+  robust_sigmas(problem, own);
+  sigmas.position = own.position, sigmas.rotation = own.rotation, sigmas.pixel = own.pixel;
+  return problem.placement();
 }
 
 }  // namespace kr5::calibration::arm_problem

@@ -14,11 +14,13 @@ namespace kr5::calibration::arm_problem {
 
 /// Standard deviations of measurements and of true parameters about the nominal ones.
 struct Sigmas {
-  double position = 5e-3;  ///< [m]
-  double rotation = 5e-3;  ///< [rad]
-  double length = 2e-3;    ///< [m]
-  double angle = 3e-3;     ///< [rad]
-  double joint = 3e-4;     ///< Of a coefficient of the joint errors [rad].
+  double position = 5e-3;    ///< [m]
+  double rotation = 5e-3;    ///< [rad]
+  double length = 2e-3;      ///< [m]
+  double angle = 3e-3;       ///< [rad]
+  double joint = 3e-4;       ///< Of a coefficient of the joint errors [rad].
+  double compliance = 1e-5;  ///< Of the compliance of a joint [rad/(N m)].
+  double pixel = 1.0;        ///< [px]
 };
 
 /// Where base, tool and sockets are before the arm is refined.
@@ -27,6 +29,8 @@ struct Placement {
   Pose T_flange_tool = Pose::Identity();
   Eigen::Matrix3Xd points;   ///< On the flange.
   Eigen::Matrix3Xd sockets;  ///< In the base.
+  Pose T_flange_camera = Pose::Identity();
+  Pose T_base_target = Pose::Identity();
 };
 
 struct Input {
@@ -38,15 +42,18 @@ struct Input {
 
   bool any_pose() const;
   bool any_point() const;
+  bool any_view() const;
   int markers() const;  ///< Points on the tool, that in the sockets included.
   std::size_t socket(const std::string& name) const;
 };
 
 struct ArmProblem {
   CellFit fit;
-  FitBlock arm, base, tool, joint_terms;
+  FitBlock arm, base, tool, joint_terms, camera, lens, target;
   std::vector<FitBlock> points, sockets;
-  std::vector<std::vector<FitObservation>> observations;  ///< By posture.
+  std::vector<std::vector<FitObservation>> observations;  ///< Of poses and points, by posture.
+  std::vector<std::vector<FitObservation>> views;         ///< Of pixels, by posture.
+  std::vector<FitObservation> distances;                  ///< Of sockets.
 
   /// @param refine False: the arm is held at its nominal parameters.
   ArmProblem(const Input& input, const Sigmas& sigmas, const Placement& placement, bool refine);
@@ -54,6 +61,11 @@ struct ArmProblem {
   void begin_at(const ArmProblem& other);
   void set_weights(const std::vector<double>& weights);
   Placement placement() const;
+  /// Everything that was measured of a posture.
+  std::vector<FitObservation> of_posture(std::size_t i) const;
+
+ private:
+  void observe_posture(const Input& input, const ArmPosture& posture, const Sigmas& sigmas);
 };
 
 /// Angle and place of base, tool and sockets that fit the nominal arm best; postures may contradict.
@@ -65,7 +77,8 @@ void robust_sigmas(const ArmProblem& problem, Sigmas& sigmas);
 /// What the four coefficients of a joint's error are multiplied with at joint value q: once and twice a turn, 0 at
 /// q = 0.
 Eigen::RowVector4d joint_error_basis(double q);
-/// Regressor of the joint errors at joint values q: joints x 4 a revolute joint.
-Eigen::MatrixXd joint_error_regressor(const kinematics::DhChain& arm, const Eigen::VectorXd& q);
+/// What joint terms change the joint values by at a posture: four columns a revolute joint where errors of the joints
+/// are estimated, then one a joint where its compliance is.
+Eigen::MatrixXd joint_term_regressor(const Input& input, const ArmPosture& posture);
 
 }  // namespace kr5::calibration::arm_problem

@@ -3,14 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 
 #include <kr5/core/error.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 
+#include "calibration/cell_fit/covariance.hpp"
 #include "calibration/cell_fit/parameter_report.hpp"
 #include "calibration/cell_fit/sound_probability.hpp"
-#include "calibration/cell_fit/variance_component.hpp"
 #include "calibration/kinematics/arm_problem.hpp"
 
 namespace kr5::calibration {
@@ -18,8 +19,10 @@ namespace {
 
 using namespace arm_problem;
 
-constexpr double sound_postures = 0.6;  // at least this part of the postures stays in the fit
-constexpr int variance_rounds = 40;
+constexpr double sound_postures = 0.6;      // at least this part of the postures stays in the fit
+constexpr double variances_settled = 1e-3;  // relative change of the standard deviations at which they count as found
+constexpr double refit_from = 0.02;         // relative change of one from which another fit is needed
+constexpr int variance_rounds = 1000, fit_rounds = 40;
 
 void check_posture(const ArmPosture& posture, std::size_t row, Eigen::Index joints) {
   const std::string where = "posture " + (posture.name.empty() ? std::to_string(row) : posture.name) + ": ";
@@ -27,7 +30,12 @@ void check_posture(const ArmPosture& posture, std::size_t row, Eigen::Index join
                                           " joint values, the arm has " + std::to_string(joints) + " joints");
   require(posture.q.allFinite(), where + "joint values must be finite");
   const bool any_seen = posture.points.cols() > 0 && posture.points.array().isFinite().any();
-  require(posture.T_world_tool || any_seen || !posture.socket.empty(), where + "nothing was measured of it");
+  require(posture.T_world_tool || any_seen || !posture.socket.empty() || posture.pixels.cols() > 0,
+          where + "nothing was measured of it");
+  require(posture.pixels.cols() == posture.target_points.cols(),
+          where + "found " + std::to_string(posture.pixels.cols()) + " pixels of " +
+              std::to_string(posture.target_points.cols()) + " target points");
+  require(posture.pixels.allFinite() && posture.target_points.allFinite(), where + "pixels must be finite");
   require(!posture.points.array().isInf().any(), where + "points must be finite, or NaN where not seen");
   if (!posture.T_world_tool) return;
   require(posture.T_world_tool->matrix().allFinite() && is_rotation(posture.T_world_tool->linear(), 1e-3),
@@ -46,6 +54,11 @@ Input checked_input(const kinematics::DhChain& nominal, std::span<const ArmPostu
     if (!postures[i].socket.empty()) sockets.insert(postures[i].socket);
   }
   Input input{nominal, postures, distances, options, {sockets.begin(), sockets.end()}};
+  require(!input.any_view() || (options.camera && options.T_flange_camera && options.T_base_target),
+          "postures with pixels need camera, T_flange_camera and T_base_target");
+  for (std::size_t i = 0; i < postures.size() && options.elasticity; ++i)
+    require(postures[i].torques.size() == postures[i].q.size() && postures[i].torques.allFinite(),
+            "elasticity: a posture has no finite torque for each joint (posture " + std::to_string(i) + ")");
   for (const SocketDistance& d : distances) {
     require(d.distance > 0 && d.sigma > 0, "a distance of sockets and its sigma must be positive [m]");
     input.socket(d.first), input.socket(d.second);
@@ -53,10 +66,81 @@ Input checked_input(const kinematics::DhChain& nominal, std::span<const ArmPostu
   return input;
 }
 
-/// What one fit says of the standard deviations it assumed: each component over that assumed is 1 when it was right.
-struct Components {
-  cell_fit::VarianceComponent position, rotation, length, angle, joint;
+/// Coordinates of one prior, whose standard deviation is estimated.
+struct PriorGroup {
+  double* sigma = nullptr;
+  double given = 0.0, least = 1e-6;
+  std::vector<int> places;
+  std::vector<double> changes;
 };
+
+/// Measurements of one kind, whose noise is estimated.
+struct NoiseGroup {
+  double* sigma = nullptr;
+  double given = 0.0, least = 1e-9;
+  CellFit::SquaredResiduals sum;  ///< Whitened by the noise of the fit.
+  double scale = 1.0;             ///< Of the noise now over that of the fit.
+  double redundancy = 0.0;
+};
+
+/// The fit near its solution, as a function of the standard deviations that it assumed: they may be estimated to the
+/// end without another fit (restricted maximum likelihood by Förstner's iteration).
+struct VarianceModel {
+  std::vector<NoiseGroup> noises;
+  std::vector<PriorGroup> priors;
+  Eigen::MatrixXd fixed;  ///< Information of what has a known standard deviation.
+  Eigen::VectorXd fixed_gradient;
+
+  /// One step of the iteration; the greatest change of the logarithm of a standard deviation.
+  double step();
+};
+
+double VarianceModel::step() {
+  Eigen::MatrixXd information = fixed;
+  Eigen::VectorXd gradient = fixed_gradient;
+  for (const NoiseGroup& noise : noises) {
+    if (noise.sum.rows == 0) continue;
+    const double weight = 1 / (noise.scale * noise.scale);
+    information += weight * noise.sum.information;
+    gradient += weight * noise.sum.gradient;
+  }
+  for (const PriorGroup& prior : priors)
+    for (std::size_t k = 0; k < prior.places.size(); ++k) {
+      const double weight = 1 / (*prior.sigma * *prior.sigma);
+      information(prior.places[k], prior.places[k]) += weight;
+      gradient[prior.places[k]] += weight * prior.changes[k];
+    }
+  const Eigen::MatrixXd C = cell_fit::covariance_of(information, CellFitOptions().rank_tolerance);
+  const Eigen::VectorXd d = -C * gradient;
+  double most = 0.0;
+  const auto update = [&](double& value, double variance, double least) {
+    const double before = value;
+    value = std::max(least, value * std::sqrt(std::max(variance, 0.0)));
+    most = std::max(most, std::abs(std::log(value / before)));
+  };
+  for (NoiseGroup& noise : noises) {
+    if (noise.sum.rows == 0) continue;
+    const double weight = 1 / (noise.scale * noise.scale);
+    const double squares =
+        weight * (noise.sum.squares + 2 * noise.sum.gradient.dot(d) + d.dot(noise.sum.information * d));
+    noise.redundancy = noise.sum.rows - weight * (noise.sum.information.cwiseProduct(C)).sum();
+    if (noise.given > 0 || noise.redundancy < 1e-6) continue;
+    const double before = *noise.sigma;
+    update(*noise.sigma, squares / noise.redundancy, noise.least);
+    noise.scale *= *noise.sigma / before;
+  }
+  for (PriorGroup& prior : priors) {
+    double squares = 0.0, redundancy = 0.0;
+    const double weight = 1 / (*prior.sigma * *prior.sigma);
+    for (std::size_t k = 0; k < prior.places.size(); ++k) {
+      const double change = prior.changes[k] + d[prior.places[k]];
+      squares += weight * change * change;
+      redundancy += 1 - weight * C(prior.places[k], prior.places[k]);
+    }
+    if (!(prior.given > 0) && redundancy >= 1e-6) update(*prior.sigma, squares / redundancy, prior.least);
+  }
+  return most;
+}
 
 /// The calibration while it goes on.
 struct Calibration {
@@ -67,82 +151,104 @@ struct Calibration {
   std::optional<ArmProblem> problem;
   CellFitResult result;
   int iterations = 0;
+  double dof = 1.0;  ///< Behind the estimated noise.
 
   void fit(double loss = 0.0) {
     ArmProblem next(input, sigmas, start, true);
     if (problem) next.begin_at(*problem);
     next.set_weights(weights);
     problem.emplace(std::move(next));
-    result = problem->fit.solve({.max_iterations = input.options.max_iterations, .loss = loss});
+    const bool rough = loss > 0;
+    result = problem->fit.solve({.max_iterations = input.options.max_iterations,
+                                 .loss = loss,
+                                 .cost_tolerance = rough ? 1e-6 : 1e-14,
+                                 .uncertainty = !rough});
     iterations += result.fit.iterations;
   }
-  Components components() const;
+  VarianceModel variance_model();
   bool update_sigmas();
   void find_sigmas() {
-    for (int round = 0; round < variance_rounds; ++round) {
+    for (int round = 0; round < fit_rounds; ++round) {
       fit();
       if (!update_sigmas()) break;
     }
   }
-  double dof() const {
-    const Components c = components();
-    return std::max(1.0, c.position.redundancy + c.rotation.redundancy);
-  }
-  double probability(std::size_t i, double degrees) const;
+  double probability(std::size_t i) const;
   void name_outliers();
 };
 
-Components Calibration::components() const {
-  Components out;
-  for (std::size_t i = 0; i < weights.size(); ++i) {
-    if (!(weights[i] > 0)) continue;
-    for (const FitObservation o : problem->observations[i]) {
-      const CellFit::Agreement agreement = problem->fit.agreement(o);
-      for (Eigen::Index k = 0; k < agreement.residuals.size(); ++k)
-        (k < 3 ? out.position : out.rotation).add(agreement.residuals[k], agreement.redundancy[k]);
-    }
+VarianceModel Calibration::variance_model() {
+  const KinematicsOptions& options = input.options;
+  std::vector<FitObservation> poses, pixels;
+  for (const auto& mine : problem->observations) poses.insert(poses.end(), mine.begin(), mine.end());
+  for (const auto& mine : problem->views) pixels.insert(pixels.end(), mine.begin(), mine.end());
+  constexpr int all = std::numeric_limits<int>::max();
+  const CellFit& fit = problem->fit;
+  VarianceModel out;
+  out.noises = {{&sigmas.position, options.sigma_position, 1e-9, fit.squared_residuals(poses, 0, 3)},
+                {&sigmas.rotation, options.sigma_rotation, 1e-9, fit.squared_residuals(poses, 3, all)},
+                {&sigmas.pixel, options.sigma_pixel, 1e-6, fit.squared_residuals(pixels, 0, all)}};
+  const CellFit::SquaredResiduals known = fit.squared_residuals(problem->distances, 0, all);
+  out.fixed = known.information, out.fixed_gradient = known.gradient;
+  PriorGroup length, angle, joint, compliance;
+  length.sigma = &sigmas.length, length.given = options.tolerance_length;
+  angle.sigma = &sigmas.angle, angle.given = options.tolerance_angle;
+  joint.sigma = &sigmas.joint;
+  compliance.sigma = &sigmas.compliance, compliance.least = 1e-10;
+  const auto put = [](PriorGroup& group, int place, double change) {
+    if (place >= 0) group.places.push_back(place), group.changes.push_back(change);
+  };
+  const std::vector<int> places = fit.coordinates(problem->arm);
+  const Eigen::VectorXd change = fit.change(problem->arm);
+  for (std::size_t k = 0; k < places.size(); ++k)
+    put(k % 5 == 0 || k % 5 == 2 ? length : angle, places[k], change[static_cast<Eigen::Index>(k)]);
+  if (problem->joint_terms.exists()) {
+    const std::vector<int> terms = fit.coordinates(problem->joint_terms);
+    const Eigen::VectorXd values = fit.change(problem->joint_terms);
+    const std::size_t first_compliance = terms.size() - (options.elasticity ? input.nominal.joints.size() : 0);
+    for (std::size_t k = 0; k < terms.size(); ++k)
+      put(k < first_compliance ? joint : compliance, terms[k], values[static_cast<Eigen::Index>(k)]);
   }
-  const Eigen::VectorXd arm = problem->fit.change(problem->arm), share = problem->fit.prior_redundancy(problem->arm);
-  for (Eigen::Index k = 0; k < arm.size(); ++k) {
-    const bool length = k % 5 == 0 || k % 5 == 2;
-    // A prior's redundancy is the share that the data leave to it; what they determine is what tells its spread.
-    (length ? out.length : out.angle).add(arm[k] / (length ? sigmas.length : sigmas.angle), share[k]);
+  out.priors = {length, angle, joint, compliance};
+  if (problem->tool.exists() && options.T_flange_tool && options.tolerance_tool > 0) {
+    const double weight = 1 / (options.tolerance_tool * options.tolerance_tool);
+    const std::vector<int> tool = fit.coordinates(problem->tool);
+    for (std::size_t k = 0; k < 3; ++k)
+      if (tool[k] >= 0) {
+        out.fixed(tool[k], tool[k]) += weight;
+        out.fixed_gradient[tool[k]] += weight * fit.change(problem->tool)[static_cast<Eigen::Index>(k)];
+      }
   }
-  if (!problem->joint_terms.exists()) return out;
-  const Eigen::VectorXd terms = problem->fit.change(problem->joint_terms),
-                        left = problem->fit.prior_redundancy(problem->joint_terms);
-  for (Eigen::Index k = 0; k < terms.size(); ++k) out.joint.add(terms[k] / sigmas.joint, left[k]);
   return out;
 }
 
-/// Restricted maximum likelihood by Förstner's iteration; whether it goes on.
+/// Estimates the standard deviations near the present fit; whether one changed so much that another fit is needed.
 bool Calibration::update_sigmas() {
-  const Components c = components();
-  const KinematicsOptions& options = input.options;
-  bool moving = false;
-  const auto step = [&](double& sigma, const cell_fit::VarianceComponent& component, double given, double least) {
-    if (!(given > 0)) moving = component.update(sigma, least) || moving;
-  };
-  step(sigmas.position, c.position, options.sigma_position, 1e-9);
-  step(sigmas.rotation, c.rotation, options.sigma_rotation, 1e-9);
-  step(sigmas.length, c.length, options.tolerance_length, 1e-6);
-  step(sigmas.angle, c.angle, options.tolerance_angle, 1e-6);
-  step(sigmas.joint, c.joint, 0.0, 1e-6);
-  return moving;
+  const Sigmas before = sigmas;
+  VarianceModel model = variance_model();
+  for (int round = 0; round < variance_rounds && model.step() > variances_settled; ++round) {
+  }
+  dof = 0.0;
+  for (const NoiseGroup& noise : model.noises) dof += noise.redundancy;
+  dof = std::max(1.0, dof);
+  const auto moved = [](double now, double then) { return std::abs(std::log(now / then)) > refit_from; };
+  return moved(sigmas.position, before.position) || moved(sigmas.rotation, before.rotation) ||
+         moved(sigmas.pixel, before.pixel) || moved(sigmas.length, before.length) ||
+         moved(sigmas.angle, before.angle) || moved(sigmas.joint, before.joint) ||
+         moved(sigmas.compliance, before.compliance);
 }
 
-/// Probability that a sound posture lies as far from what the others say; `degrees` of freedom stand behind the noise.
-double Calibration::probability(std::size_t i, double degrees) const {
-  const CellFit::Agreement agreement = problem->fit.agreement(problem->observations[i]);
+/// Probability that a sound posture lies as far from what the others say.
+double Calibration::probability(std::size_t i) const {
+  const CellFit::Agreement agreement = problem->fit.agreement(problem->of_posture(i));
   return cell_fit::sound_probability(agreement.squared_distance, agreement.dof, weights[i] > 0,
-                                     input.options.sigma_position > 0 ? uncertainty::known_noise : degrees);
+                                     input.options.sigma_position > 0 ? uncertainty::known_noise : dof);
 }
 
 void Calibration::name_outliers() {
   const auto probabilities = [&] {
-    const double degrees = dof();
     std::vector<double> out;
-    for (std::size_t i = 0; i < weights.size(); ++i) out.push_back(probability(i, degrees));
+    for (std::size_t i = 0; i < weights.size(); ++i) out.push_back(probability(i));
     return out;
   };
   cell_fit::settle_outliers(weights, input.options.outlier_false_alarm, sound_postures, probabilities,
@@ -155,7 +261,7 @@ void exclude_far(Calibration& calibration) {
   std::vector<std::pair<double, std::size_t>> order;
   for (std::size_t i = 0; i < n; ++i) {
     double squared = 0.0, rows = 0.0;
-    for (const FitObservation o : calibration.problem->observations[i]) {
+    for (const FitObservation o : calibration.problem->of_posture(i)) {
       const Eigen::VectorXd r = calibration.problem->fit.residuals(o);
       squared += r.squaredNorm(), rows += static_cast<double>(r.size());
     }
@@ -175,10 +281,19 @@ double rms_distance(const ArmProblem& problem, std::size_t i, double sigma) {
   return std::sqrt(squares / static_cast<double>(std::max<std::size_t>(1, problem.observations[i].size())));
 }
 
+double rms_pixel(const ArmProblem& problem, std::size_t i, double sigma) {
+  double squares = 0.0, pixels = 0.0;
+  for (const FitObservation o : problem.views[i]) {
+    const Eigen::VectorXd r = problem.fit.residuals(o);
+    squares += r.squaredNorm() * sigma * sigma, pixels += static_cast<double>(r.size()) / 2;
+  }
+  return std::sqrt(squares / std::max(pixels, 1.0));
+}
+
 void write_parameters(const Calibration& calibration, KinematicsResult& out) {
   const ArmProblem& problem = *calibration.problem;
   const FitBlock nominal[] = {problem.arm, problem.joint_terms};
-  std::vector<FitBlock> others = {problem.base, problem.tool};
+  std::vector<FitBlock> others = {problem.base, problem.tool, problem.camera, problem.target};
   others.insert(others.end(), problem.points.begin(), problem.points.end());
   others.insert(others.end(), problem.sockets.begin(), problem.sockets.end());
   cell_fit::ParameterReport report = cell_fit::report_parameters(problem.fit, calibration.result, nominal, others,
@@ -190,7 +305,6 @@ void write_parameters(const Calibration& calibration, KinematicsResult& out) {
 void write_postures(const Calibration& calibration, const ArmProblem& nominal, double nominal_sigma,
                     KinematicsResult& out) {
   const Input& input = calibration.input;
-  const double degrees = calibration.dof();
   for (std::size_t i = 0; i < input.postures.size(); ++i) {
     ArmPostureReport report;
     report.name = input.postures[i].name.empty() ? std::to_string(i) : input.postures[i].name;
@@ -200,10 +314,30 @@ void write_postures(const Calibration& calibration, const ArmProblem& nominal, d
       report.rotation_error =
           calibration.sigmas.rotation *
           calibration.problem->fit.residuals(calibration.problem->observations[i].front()).tail<3>().norm();
-    report.probability = calibration.probability(i, degrees);
+    report.pixel_error = rms_pixel(*calibration.problem, i, calibration.sigmas.pixel);
+    report.probability = calibration.probability(i);
     report.outlier = calibration.weights[i] == 0;
     out.postures.push_back(report);
   }
+}
+
+void write_joint_terms(const Calibration& calibration, KinematicsResult& out) {
+  const ArmProblem& problem = *calibration.problem;
+  if (!problem.joint_terms.exists()) return;
+  const KinematicsOptions& options = calibration.input.options;
+  const auto& joints = calibration.input.nominal.joints;
+  const auto n = static_cast<Eigen::Index>(joints.size());
+  const Eigen::VectorXd c = problem.fit.values(problem.joint_terms);
+  if (options.joint_errors) {
+    out.joint_errors = Eigen::MatrixXd::Zero(n, 4);
+    for (Eigen::Index i = 0, k = 0; i < n; ++i)
+      if (joints[static_cast<std::size_t>(i)].type == kinematics::JointType::Revolute)
+        out.joint_errors.row(i) = c.segment<4>(k).transpose(), k += 4;
+    out.tolerance_joint = calibration.sigmas.joint;
+  }
+  if (!options.elasticity) return;
+  out.compliances = c.tail(n);
+  out.tolerance_compliance = calibration.sigmas.compliance;
 }
 
 }  // namespace
@@ -211,25 +345,36 @@ void write_postures(const Calibration& calibration, const ArmProblem& nominal, d
 void KinematicsOptions::validate() const {
   require(sigma_position >= 0, "sigma_position must not be negative [m]; 0 means estimated");
   require(sigma_rotation >= 0, "sigma_rotation must not be negative [rad]; 0 means estimated");
+  require(sigma_pixel >= 0, "sigma_pixel must not be negative [px]; 0 means estimated");
+  require(tolerance_tool >= 0 && (tolerance_tool == 0 || T_flange_tool),
+          "tolerance_tool must not be negative [m], and needs T_flange_tool");
   require(tolerance_length >= 0, "tolerance_length must not be negative [m]; 0 means estimated");
   require(tolerance_angle >= 0, "tolerance_angle must not be negative [rad]; 0 means estimated");
   require(outlier_false_alarm >= 0 && outlier_false_alarm < 1, "outlier_false_alarm must lie in [0, 1) [-]");
   require(max_iterations >= 1, "max_iterations must be at least 1");
-  for (const auto& T : {T_world_base, T_flange_tool})
+  for (const auto& T : {T_world_base, T_flange_tool, T_flange_camera, T_base_target})
     require(!T || (T->matrix().allFinite() && is_rotation(T->linear(), 1e-3)),
-            "T_world_base and T_flange_tool must have a proper rotation");
+            "T_world_base, T_flange_tool, T_flange_camera and T_base_target must have a proper rotation");
+  if (camera) camera->validate();
 }
 
-Eigen::VectorXd KinematicsResult::corrected(const Eigen::VectorXd& q) const {
-  if (joint_errors.size() == 0) return q;
-  require(q.size() == joint_errors.rows(),
-          "q has " + std::to_string(q.size()) + " values, the arm " + std::to_string(joint_errors.rows()) + " joints");
+Eigen::VectorXd KinematicsResult::corrected(const Eigen::VectorXd& q, const Eigen::VectorXd& torques) const {
   Eigen::VectorXd out = q;
-  for (Eigen::Index i = 0; i < q.size(); ++i) out[i] += joint_errors.row(i).dot(joint_error_basis(q[i]));
-  return out;
+  if (joint_errors.size() > 0) {
+    require(q.size() == joint_errors.rows(), "q has " + std::to_string(q.size()) + " values, the arm " +
+                                                 std::to_string(joint_errors.rows()) + " joints");
+    for (Eigen::Index i = 0; i < q.size(); ++i) out[i] += joint_errors.row(i).dot(joint_error_basis(q[i]));
+  }
+  if (compliances.size() == 0) return out;
+  require(torques.size() == compliances.size() && q.size() == compliances.size(),
+          "torques: found " + std::to_string(torques.size()) +
+              ", expected one a joint: " + std::to_string(compliances.size()));
+  return out - compliances.cwiseProduct(torques);
 }
 
-Pose KinematicsResult::flange(const Eigen::VectorXd& q) const { return arm.flange(corrected(q)); }
+Pose KinematicsResult::flange(const Eigen::VectorXd& q, const Eigen::VectorXd& torques) const {
+  return arm.flange(corrected(q, torques));
+}
 
 KinematicsResult calibrate_kinematics(const kinematics::DhChain& nominal, std::span<const ArmPosture> postures,
                                       std::span<const SocketDistance> distances, const KinematicsOptions& options) {
@@ -246,6 +391,7 @@ KinematicsResult calibrate_kinematics(const kinematics::DhChain& nominal, std::s
   }
   if (options.sigma_position > 0) calibration.sigmas.position = options.sigma_position;
   if (options.sigma_rotation > 0) calibration.sigmas.rotation = options.sigma_rotation;
+  if (options.sigma_pixel > 0) calibration.sigmas.pixel = options.sigma_pixel;
   exclude_far(calibration);
   calibration.find_sigmas();
   calibration.name_outliers();
@@ -256,23 +402,19 @@ KinematicsResult calibrate_kinematics(const kinematics::DhChain& nominal, std::s
   const Placement placement = problem.placement();
   out.T_world_base = placement.T_world_base;
   out.T_flange_tool = placement.T_flange_tool;
+  out.T_flange_camera = placement.T_flange_camera;
+  out.T_base_target = placement.T_base_target;
   out.points = placement.points;
   out.sockets = placement.sockets;
   out.socket_names = input.socket_names;
-  if (problem.joint_terms.exists()) {
-    const Eigen::VectorXd c = problem.fit.values(problem.joint_terms);
-    out.joint_errors = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(nominal.joints.size()), 4);
-    for (Eigen::Index i = 0, k = 0; i < out.joint_errors.rows(); ++i)
-      if (nominal.joints[static_cast<std::size_t>(i)].type == kinematics::JointType::Revolute)
-        out.joint_errors.row(i) = c.segment<4>(k).transpose(), k += 4;
-  }
+  write_joint_terms(calibration, out);
   out.unidentifiable = calibration.result.unidentifiable;
   out.sigma_position = calibration.sigmas.position;
   out.sigma_rotation = calibration.sigmas.rotation;
+  out.sigma_pixel = calibration.sigmas.pixel;
   out.tolerance_length = calibration.sigmas.length;
   out.tolerance_angle = calibration.sigmas.angle;
-  out.tolerance_joint = problem.joint_terms.exists() ? calibration.sigmas.joint : 0.0;
-  out.dof = options.sigma_position > 0 ? uncertainty::known_noise : calibration.dof();
+  out.dof = options.sigma_position > 0 ? uncertainty::known_noise : calibration.dof;
   write_parameters(calibration, out);
   write_postures(calibration, as_nominal, nominal_sigmas.position, out);
   out.fit = calibration.result.fit;

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/cell_fit/covariance.hpp"
+
+#include <cmath>
+
+#include <Eigen/Dense>
+#include <kr5/core/linear.hpp>
+
+namespace kr5::calibration::cell_fit {
+
+Eigen::MatrixXd covariance_of(const Eigen::MatrixXd& information, double rank_tolerance) {
+  const Eigen::VectorXd scale =
+      information.diagonal().unaryExpr([](double d) { return d > 0 ? 1 / std::sqrt(d) : 0.0; });
+  const SymmetricEigen eigen = symmetric_eigen(Eigen::MatrixXd(scale.asDiagonal() * information * scale.asDiagonal()));
+  const double least = rank_tolerance * rank_tolerance;
+  const Eigen::VectorXd inverse = eigen.values.unaryExpr([&](double v) { return v > least ? 1 / v : 0.0; });
+  const Eigen::MatrixXd V = scale.asDiagonal() * eigen.vectors;
+  return V * inverse.asDiagonal() * V.transpose();
+}
+
+}  // namespace kr5::calibration::cell_fit
