@@ -20,12 +20,6 @@ std::vector<std::string> causes_of(const ScannerResult& r) {
   return out;
 }
 
-int outliers_of(const ScannerResult& r) {
-  int out = 0;
-  for (const ScannerViewReport& view : r.views) out += view.outlier;
-  return out;
-}
-
 }  // namespace
 
 TEST_CASE("spheres, an unknown plane and both give the scanner exactly, without a nominal pose", "[scanner]") {
