@@ -362,6 +362,14 @@ JOBS = [
     Job("repeatability", "repeatability returns.csv -o out.json", "poses", ("returns.csv",), ("out.json",), 2),
     Job("workspace", "workspace cell.yaml --samples 500 -o out.json", "poses", ("cell.yaml",), ("out.json",)),
     Job(
+        "laser",
+        "calibrate laser scan --target sphere:0.02 -o out.json --cloud out.ply",
+        "poses",
+        ("scan/profiles.csv", "scan/poses.csv"),
+        ("out.json", "out.ply"),
+        3,
+    ),
+    Job(
         "hand-eye folders",
         "calibrate hand-eye . -o out.json",
         "images",
@@ -583,6 +591,7 @@ def _prepare_poses(folder: Path) -> None:
     seen = [(chain.flange(row) @ [0.1, 0.05, 0.1, 1])[:3] + random.normal(0, 1e-5, 3) for row in turns]
     _write_csv(folder / "turns.csv", [*joints, "x", "y", "z"], np.hstack([turns, seen]))
     _write_csv(folder / "postures.csv", [*joints, "x", "y", "z"], np.hstack([q, places]))
+    _write_scan(folder / "scan")
     _write_csv(folder / "hand.csv", names, np.array(hand))
     _write_csv(folder / "eye.csv", names, np.array(eye))
     _prepare_pairs(folder, np.array(hand)[::24, 1:], np.array(eye)[::24, 1:])
@@ -630,6 +639,24 @@ def _prepare_uncertainty(folder: Path, run: Callable[..., None]) -> None:
     )
     run(folder, "sensitivity model.py:f --inputs inputs.yaml --samples 64 --max-samples 64 -o run")
     run(folder, "uncertainty fusion fusion.yaml -o fusion.json")
+
+
+def _write_scan(folder: Path) -> None:
+    """Profiles of a ball, and poses by their number."""
+    import kr5
+
+    folder.mkdir()
+    mount, points, poses = kr5.to_pose([0.11, 0.05, 0.3, 3.0, 0.2, -0.4]), [], []
+    for k in range(14):
+        x, y, z = 0.015 * np.sin(k), 0.008 * np.cos(2 * k), 0.19 + 0.015 * np.cos(k)
+        section = np.sqrt(0.02**2 - y**2)
+        along = x + section * np.linspace(-0.9, 0.9, 31)
+        points += [[k, a, z - np.sqrt(section**2 - (a - x) ** 2)] for a in along]
+        T = kr5.to_pose([0, 0, 0, 0.3 * np.sin(k), 3 + 0.3 * np.cos(3 * k), 0.5 * k])
+        place = np.array([0.7, 0.05, 0.2]) - T[:3, :3] @ [x, y, z]
+        poses.append([k, *kr5.to_vector(kr5.to_pose([*place, *kr5.to_vector(T)[3:]]) @ np.linalg.inv(mount))])
+    _write_csv(folder / "profiles.csv", ["profile", "x", "z"], np.array(points))
+    _write_csv(folder / "poses.csv", ["profile", "x", "y", "z", "rx", "ry", "rz"], np.array(poses))
 
 
 def _prepare_images(folder: Path) -> None:

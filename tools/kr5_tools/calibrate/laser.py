@@ -116,7 +116,8 @@ def calibrate_laser(
     poses = [result.arm.flange(q) for q in data.q] if arm else data.poses
     points = cloud_of(data.profiles, poses, result.T_flange_scanner)
     overlays = _overlays(pictures, data, result, believed, camera, hand_eye)
-    keys = _keys(result, sources, missed, thinned_cloud(points), overlays)
+    in_camera = _in_camera(result, _camera_pose(hand_eye, believed))
+    keys = _keys(result, sources, missed, thinned_cloud(points), overlays, in_camera)
     _show(result, missed, keys, console(json_file))
     write_if_usable(write_result(None, "kr5-laser/1", **keys), result.fit, output, json_file)
     if cloud:
@@ -208,10 +209,13 @@ def _overlays(
             fail(f"--overlay: there is no profile {profile}; found {_listed(data.names)}")
         image = laser_overlay.read_image(file)
         size = (image.shape[1], image.shape[0])
+        camera_pose = _camera_pose(hand, believed)
+        if camera_pose is None:
+            fail("--overlay: needs --hand-eye, or --cell with a camera on the flange")
         shown = laser_overlay.overlay_profile(
             image,
             _camera(camera, believed, size, file),
-            _camera_pose(hand, believed),
+            camera_pose,
             kr5.UncertainPose(T=result.T_flange_scanner, covariance=result.covariance),
             data.profiles[data.names.index(profile)],
         )
@@ -229,6 +233,7 @@ def _camera(file: Path | None, believed: Any, size: tuple[int, int], image: Path
 
 
 def _camera_pose(file: Path | None, believed: Any) -> Any:
+    """Camera on the flange, with its covariance where a calibration states it; None without a camera."""
     if file:
         found = read_result(file, "kr5-hand-eye/1")["result"]
         if found.get("mount", "eye_in_hand") != "eye_in_hand":
@@ -236,9 +241,15 @@ def _camera_pose(file: Path | None, believed: Any) -> Any:
         covariance = np.array(found["covariance"], float)[:6, :6]
         return kr5.UncertainPose(T=np.array(found["T_mount_camera"], float), covariance=covariance)
     T = believed.T_flange_camera() if believed is not None else None
-    if T is None:
-        fail("--overlay: needs --hand-eye, or --cell with a camera on the flange")
-    return kr5.UncertainPose(T=T)
+    return None if T is None else kr5.UncertainPose(T=T)
+
+
+def _in_camera(result: Any, camera_pose: Any) -> Any:
+    """Scanner in the camera."""
+    if camera_pose is None:
+        return None
+    scanner = kr5.UncertainPose(T=result.T_flange_scanner, covariance=result.covariance)
+    return calibration.camera_scanner(camera_pose, scanner)
 
 
 def _write_cell(believed: Any, result: Any, arm: Any, file: Path) -> None:
@@ -255,9 +266,16 @@ def _write_cell(believed: Any, result: Any, arm: Any, file: Path) -> None:
 
 
 def _keys(
-    result: Any, sources: list[Path], missed: list[tuple[str, str]], points: dict[str, Any], overlays: list[Any]
+    result: Any,
+    sources: list[Path],
+    missed: list[tuple[str, str]],
+    points: dict[str, Any],
+    overlays: list[Any],
+    in_camera: Any,
 ) -> dict[str, Any]:
     figures = pose_figures("scanner in the flange", result.T_flange_scanner, result.covariance)
+    if in_camera is not None:
+        figures += pose_figures("scanner in the camera", in_camera.T, in_camera.covariance)
     figures.append(figure_row("error of a profile", 1e3 * result.rms, None, "mm"))
     if result.held_out_rms > 0:
         figures.append(figure_row("error of a profile left out", 1e3 * result.held_out_rms, None, "mm"))
@@ -281,6 +299,7 @@ def _keys(
         **({"held_out": held_out} if held_out else {}),
         "cloud": points,
         "overlays": overlays,
+        **({"camera_scanner": in_camera.to_dict()} if in_camera is not None else {}),
         "missed": [{"name": name, "message": message} for name, message in missed],
         "result": result.to_dict(),
     }

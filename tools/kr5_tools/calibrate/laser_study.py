@@ -98,7 +98,7 @@ class Study:
         return out
 
     def _one_pass(self, stand_off: float, speed: float, azimuth: float, random: Any) -> list[tuple[float, float]]:
-        """RMS distance of the points on the sphere and error of its centre, as stamped and synchronised."""
+        """RMS distance of points from the sphere and error of its centre, as stamped and synchronised."""
         t, q, poses = self._path(stand_off, speed, azimuth)
         x = np.linspace(-WIDTH / 2, WIDTH / 2, POINTS)
         lines = range(1, LINES + 1)  # the first pose lies before the first profile, for the lag
