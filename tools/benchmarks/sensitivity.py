@@ -12,7 +12,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import kr5
 import numpy as np
 from kr5 import cell, kinematics, uncertainty
 from SALib.analyze import sobol as salib_analysis
@@ -187,7 +186,7 @@ def compare_coverage(trials: int) -> list[comparison.Row]:
     V = 49 / 8 + 0.1 * np.pi**4 / 5 + 0.01 * np.pi**8 / 18 + 0.5
     both = 0.01 * np.pi**8 * (1 / 18 - 1 / 50) / V
     first = np.array([0.5 * (1 + 0.1 * np.pi**4 / 5) ** 2 / V, 49 / 8 / V, 0.0])
-    truth = np.concatenate([first, first + [both, 0, both]])
+    truth = np.concatenate([first, first + np.array([both, 0, both])])
     inputs = [uncertainty.UncertainInput(name=f"x{k}", law="uniform", low=-np.pi, high=np.pi) for k in range(3)]
     problem = {"num_vars": 3, "names": ["a", "b", "c"], "bounds": [[-np.pi, np.pi]] * 3}
     hits, theirs, widths = 0, 0, []
