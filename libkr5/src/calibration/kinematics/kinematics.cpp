@@ -22,7 +22,7 @@ using namespace arm_problem;
 constexpr double sound_postures = 0.6;      // at least this part of the postures stays in the fit
 constexpr double variances_settled = 1e-3;  // relative change of the standard deviations at which they count as found
 constexpr double refit_from = 0.02;         // relative change of one from which another fit is needed
-constexpr int variance_rounds = 1000, fit_rounds = 40;
+constexpr int variance_rounds = 1000, most_refits = 40;
 
 void check_posture(const ArmPosture& posture, std::size_t row, Eigen::Index joints) {
   const std::string where = "posture " + (posture.name.empty() ? std::to_string(row) : posture.name) + ": ";
@@ -168,7 +168,7 @@ struct Calibration {
   VarianceModel variance_model();
   bool update_sigmas();
   void find_sigmas() {
-    for (int round = 0; round < fit_rounds; ++round) {
+    for (int round = 0; round < most_refits; ++round) {
       fit();
       if (!update_sigmas()) break;
     }
