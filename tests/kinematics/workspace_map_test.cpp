@@ -52,7 +52,7 @@ TEST_CASE("manipulability of a planar arm is l1 l2 |sin q2|") {
     };
     const double a = at(map.radius[c] - half), b = at(map.radius[c] + half);
     for (Eigen::Index r = 0; r < 50; ++r) {
-      if (map.postures(r, c) == 0) {
+      if (map.counts(r, c) == 0) {
         CHECK(std::isnan(map.dexterity(r, c)));
         continue;
       }
@@ -95,8 +95,8 @@ TEST_CASE("a slide carries the workspace along, and the same arm gives the same 
   const WorkspaceMap map = workspace_map(arm, lower, upper, {.samples = 5000});
   CHECK(map.reach == Approx(0.8).epsilon(1e-9));
   CHECK(map.highest - map.lowest == Approx(1.2).epsilon(1e-9));
-  CHECK(map.postures.sum() == 5000);
-  CHECK(workspace_map(arm, lower, upper, {.samples = 5000}).postures == map.postures);
+  CHECK(map.counts.sum() == 5000);
+  CHECK(workspace_map(arm, lower, upper, {.samples = 5000}).counts == map.counts);
 }
 
 TEST_CASE("joints without end turn once, slides without end and wrong limits are refused") {

@@ -10,8 +10,8 @@ from kr5 import calibration, cell
 
 from kr5_tools.files.paths import find_shipped_cell
 
-X = kr5.from_xyzrpy([0.05, -0.03, 0.08, 0.1, -0.15, 1.6])  # camera on the flange
-Z = kr5.from_xyzrpy([0.7, 0.1, 0.05, 3.1, 0.05, 0.4])  # target in the base
+X = kr5.from_xyzrpy([0.05, -0.03, 0.08, 0.1, -0.15, 1.6])  # what the flange carries: camera, or target
+Z = kr5.from_xyzrpy([0.7, 0.1, 0.05, 3.1, 0.05, 0.4])  # what stands in the base: target, or camera
 
 
 def pairs(count=14, seed=1, noise=3e-4, mount="eye_in_hand"):
@@ -20,9 +20,7 @@ def pairs(count=14, seed=1, noise=3e-4, mount="eye_in_hand"):
     robot, seen = [], []
     for _ in range(count):
         M = kr5.to_pose([*random.uniform(-0.1, 0.1, 2), random.uniform(0.4, 0.7), *random.normal(0, 0.5, 3)])
-        T = Z @ np.linalg.inv(M) @ np.linalg.inv(X)  # for a camera beside the arm X and Z are in base and flange
-        if mount == "eye_to_hand":
-            T = np.linalg.inv(T)
+        T = Z @ (np.linalg.inv(M) if mount == "eye_in_hand" else M) @ np.linalg.inv(X)
         robot.append(T @ kr5.to_pose(random.normal(0, noise, 6)))
         seen.append(M @ kr5.to_pose(random.normal(0, noise, 6)))
     return robot, seen
@@ -106,7 +104,7 @@ def test_easy_handeye_saves_the_inverse_of_the_robot_beside_a_fixed_camera(run_k
     done = run_kr5("calibrate", "hand-eye", "s.yaml", "-o", "r.json")
     assert done.returncode == 0, done.stderr
     data = result_of(tmp_path)
-    check_place(data)  # in the base
+    check_place(data, Z)
     assert data["input"]["mount"] == data["result"]["mount"] == "eye_to_hand"
     assert "note" not in done.stderr  # as the format says
 

@@ -69,7 +69,7 @@ def test_python_has_map_and_wrist():
     wrist = kinematics.wrist_centre(chain)
     free = np.full(6, np.inf)
     found = kinematics.workspace_map(chain, -free, free, kinematics.WorkspaceOptions(point=wrist, samples=500))
-    assert found.reach == pytest.approx(1.4115, abs=5e-5) and found.postures.sum() == 500
+    assert found.reach == pytest.approx(1.4115, abs=5e-5) and found.counts.sum() == 500
 
 
 def test_a_tool_goes_into_a_cell_and_camera_and_scanner_stay_on_the_flange(run_kr5, tmp_path, share):

@@ -158,7 +158,7 @@ WorkspaceMap workspace_map(const DhChain& chain, const Eigen::VectorXd& lower, c
   const double wide = std::max(out.reach, 1e-9) / n, high = std::max(out.highest - out.lowest, 1e-9) / n;
   out.radius = Eigen::VectorXd::LinSpaced(n, wide / 2, (n - 0.5) * wide);
   out.height = Eigen::VectorXd::LinSpaced(n, out.lowest + high / 2, out.lowest + (n - 0.5) * high);
-  out.postures = Eigen::MatrixXd::Zero(n, n);
+  out.counts = Eigen::MatrixXd::Zero(n, n);
   for (Eigen::MatrixXd* map : {&out.dexterity, &out.volume, &out.least, &out.condition})
     map->setConstant(n, n, no_value);
   Pose T_flange_point = Pose::Identity();
@@ -170,7 +170,7 @@ WorkspaceMap workspace_map(const DhChain& chain, const Eigen::VectorXd& lower, c
         std::clamp(static_cast<Eigen::Index>((p.height - out.lowest) / high), Eigen::Index{0}, Eigen::Index{n - 1});
     const Jacobian J = jacobian(chain, space.posture(k), T_flange_point);
     const Manipulability all = manipulability(J, out.length);
-    ++out.postures(row, column);
+    ++out.counts(row, column);
     keep_greatest(out.dexterity(row, column), singular_values(Eigen::MatrixXd(J.topRows<3>())).prod());
     keep_greatest(out.volume(row, column), all.volume);
     keep_greatest(out.least(row, column), all.singular_values.tail<1>()[0]);

@@ -103,8 +103,18 @@ def hand_eye(
     if folder.is_file():
         refuse_image_options(dataset, camera, target, options.sigma_pixel)
         calibrate_pairs(
-            *(folder, camera_poses, mount, (robot_meaning, camera_meaning), (convention, length, angle)),
-            *(options, sigma_camera_rotation, judging, output, json_file, believed, write_cell),
+            folder,
+            camera_poses,
+            mount,
+            (robot_meaning, camera_meaning),
+            (convention, length, angle),
+            options,
+            sigma_camera_rotation,
+            judging,
+            output,
+            json_file,
+            believed,
+            write_cell,
         )
         return
     refuse_pair_options(camera_poses, robot_meaning, camera_meaning, convention, length, angle, sigma_camera_rotation)

@@ -35,8 +35,8 @@ def refuse_image_options(dataset: Path | None, camera: Path | None, target: str 
 
 def refuse_pair_options(*values: Any) -> None:
     """Complains of what only pairs of poses can use."""
-    names = ("--camera-poses", "--robot-meaning", "--camera-meaning", "--convention", "--length", "--angle")
-    names = (*names, "--sigma-camera-rotation")
+    meanings = ("--camera-poses", "--robot-meaning", "--camera-meaning")
+    names = (*meanings, "--convention", "--length", "--angle", "--sigma-camera-rotation")
     if flags := [flag for flag, value in zip(names, values, strict=True) if value]:
         fail(f"{', '.join(flags)}: only with a file of pairs of poses; a folder says its convention in dataset.yaml")
 
@@ -113,21 +113,22 @@ def _choose_reading(data: PosePairs, robot: str | None, camera: str | None) -> t
     if robot or camera:
         return pairs, f"{data.convention.meaning} and {camera or 'T_camera_target'}, as the options say"
     found = calibration.compare_pair_readings(pairs, data.mount)
-    best = found.readings[0]
-    stated = str(data.convention.meaning)
+    best, stated, text = found.readings[0], str(data.convention.meaning), found.text
+    if stated == "T_flange_base":  # the comparison calls T_base_flange what is read as stated
+        text = "T_base_flange".join(part.replace("T_base_flange", stated) for part in text.split(stated))
     if not found.certain:
-        print_note(f"{found.text} They are read as {stated} and T_camera_target.")
-        return pairs, found.text
+        print_note(f"{text} They are read as {stated} and T_camera_target.")
+        return pairs, text
     if not (best.robot_inverted or best.camera_inverted):
         if best.flange_distance > FAR_CARRIED and best.flange_distance > 2 * best.base_distance:
-            print_note(f"{found.text} Are both inverted, or robot and camera exchanged, or is the mount the other one?")
+            print_note(f"{text} Are both inverted, or robot and camera exchanged, or is the mount the other one?")
         return pairs, f"{stated} and T_camera_target, as stated; the data agree"
     if best.robot_inverted:
         data.convention.meaning = "T_base_flange" if stated == "T_flange_base" else "T_flange_base"
     if best.camera_inverted:
         data.T_camera_target = [np.linalg.inv(T) for T in data.T_camera_target]
     seen = "T_target_camera" if best.camera_inverted else "T_camera_target"
-    print_note(f"{found.text} They are read as {data.convention.meaning} and {seen}; or the mount is the other one.")
+    print_note(f"{text} They are read as {data.convention.meaning} and {seen}; or the mount is the other one.")
     return calibration.read_pairs(pairs, best), f"{data.convention.meaning} and {seen}, as the data tell"
 
 

@@ -28,8 +28,11 @@ def load_target_cell(cell_file: Path | None, write_cell: Path | None) -> Any:
     return cell.load_cell(cell_file) if cell_file else None
 
 
-def write_cell_file(believed: Any, file: Path) -> None:
-    """Writes a cell with a result in it. The format of cells has no place for a covariance, which is told."""
+def write_cell_file(believed: Any, file: Path | None) -> None:
+    """Writes a cell with a result in it, if a file is named. The format of cells has no place for a covariance, which
+    is told."""
+    if file is None:
+        return
     with beside(file) as new:
         cell.save_cell(believed, new)
     print_note(f"{file}: a cell holds values alone; their covariance stands in the result file (-o, --json)")

@@ -19,6 +19,7 @@ from kr5_tools.repeatability.returns import read_commanded, read_returns, see_re
 app = typer.Typer()
 STANDARD = 30  # returns of each point that ISO 9283 asks for
 COARSE = 0.01  # a repeatability beyond it is no arm's [m]
+CHANCE = 1e-9  # a probability below it is not told
 DEG = 180 / np.pi
 
 
@@ -60,11 +61,12 @@ def repeatability(
     Exit code: 0 when there is a result, 2 when there is none or the input is invalid.
     """
     options.validate()
+    commands: list[Any] = []
     if returns.is_dir():
         check_writable(output, json_file, inputs=[commanded, camera, hand_eye])
         if not (target and camera):
             fail(f"{returns}: is a folder of images, for which --target and --camera are needed")
-        measured, commands = see_returns(returns, target, camera, hand_eye), []
+        measured = see_returns(returns, target, camera, hand_eye)
     else:
         check_writable(output, json_file, inputs=[returns, commanded])
         if given := [f for f, v in (("--target", target), ("--camera", camera), ("--hand-eye", hand_eye)) if v]:
@@ -87,7 +89,7 @@ def repeatability(
 
 
 def _bounded(name: str, figure: Any, scale: float, unit: str) -> dict[str, Any]:
-    row = figure_row(f"{name} ({_interval(figure, scale)})", scale * figure.value, None, unit)
+    row = figure_row(f"{name} (bounds {_interval(figure, scale)})", scale * figure.value, None, unit)
     return row | {"low": scale * figure.low, "high": scale * figure.high}
 
 
@@ -118,7 +120,7 @@ def _causes(result: Any, measured: list[Any], options: Any) -> list[dict[str, st
         causes.append(
             {
                 "cause": "points_mixed_up",
-                "text": f"{len(mixed)} returns are named after another point than they were measured at: {listed}.",
+                "text": f"{len(mixed)} return(s) bear the name of another point than they were measured at: {listed}.",
                 "remedy": "Correct the names of the points.",
             }
         )
@@ -127,7 +129,7 @@ def _causes(result: Any, measured: list[Any], options: Any) -> list[dict[str, st
         causes.append(
             {
                 "cause": "outlier_returns",
-                "text": f"{len(alone)} returns contradict the others of their point: {listed}.",
+                "text": f"{len(alone)} return(s) contradict the others of their point: {listed}.",
                 "remedy": (
                     "Check these measurements; where the measurement failed and not the arm, leave them out"
                     " (--leave-out-outliers)."
@@ -136,13 +138,15 @@ def _causes(result: Any, measured: list[Any], options: Any) -> list[dict[str, st
         )
     if result.drift.significant:
         way = 1e3 * np.asarray(result.drift.motion)[:3]
+        chance = result.drift.probability
+        chance_text = f"{chance:.1g}" if chance > CHANCE else f"below {CHANCE:g}"
         causes.append(
             {
                 "cause": "drift",
                 "text": (
                     f"The poses drift from the first return to the last: x {way[0]:.3g}, y {way[1]:.3g}, z"
                     f" {way[2]:.3g} mm, {DEG * np.linalg.norm(np.asarray(result.drift.motion)[3:]):.3g} deg"
-                    f" (probability {result.drift.probability:.1g} by chance)."
+                    f" (probability {chance_text} by chance)."
                 ),
                 "remedy": "Warm the arm up before the test, and check the mount of the measuring device.",
             }
@@ -212,12 +216,15 @@ def _verdict(result: Any, causes: list[dict[str, str]], options: Any) -> dict[st
 
 
 def _show(result: Any, data: dict[str, Any], out: Any) -> None:
-    rows = []
+    positions, angles = [], []
     for p in [*result.points, *([result.overall] if len(result.points) > 1 else [])]:
-        angles = [f"{DEG * getattr(p, f'RR_{a}').value:.3g}" for a in "ABC"]
-        accuracy = ["–", "–"] if p.AP is None else [f"{1e3 * p.AP.value:.3g}", f"{DEG * p.AR.value:.3g}"]
-        position = [f"{1e3 * p.RP.value:.3g}", _interval(p.RP, 1e3)]
-        rows.append([p.point or "all", p.returns, *position, f"{DEG * p.RR.value:.3g}", *angles, *accuracy])
-    names = ["point", "returns", "RP [mm]", "bounds [mm]", "RR [deg]", "A ± [deg]", "B ± [deg]", "C ± [deg]"]
-    out.print(make_table("Repeatability and accuracy", [*names, "AP [mm]", "AP [deg]"], rows))
+        name = p.point or "all"
+        accuracy = "–" if p.AP is None else f"{1e3 * p.AP.value:.3g}"
+        positions.append([name, p.returns, *(f"{1e3 * v:.3g}" for v in (p.RP.value, p.RP.low, p.RP.high)), accuracy])
+        turned = "–" if p.AR is None else f"{DEG * p.AR.value:.3g}"
+        shown = [p.RR.value, p.RR.low, p.RR.high, *(getattr(p, f"RR_{a}").value for a in "ABC")]
+        angles.append([name, *(f"{DEG * v:.3g}" for v in shown), turned])
+    out.print(make_table("Position [mm]", ["point", "returns", "RP", "low", "high", "AP"], positions))
+    names = ["point", "RR", "low", "high", "A ±", "B ±", "C ±", "AP"]
+    out.print(make_table("Orientation [deg]", names, angles))
     print_result({**data, "figures": []}, out)

@@ -24,7 +24,8 @@ def return_scatter(data: dict[str, Any]) -> Figure | None:
     figure, all_axes = plt.subplots(
         len(points), 2, figsize=(WIDE, 2.9 * len(points)), squeeze=False, sharex=True, sharey=True
     )
-    limit = 1.15e3 * max(p["RP"]["value"] for p in points)
+    farthest = max(np.abs([r["deviation"] for r in returns]).max(), *(p["RP"]["value"] for p in points))
+    limit = 1.15e3 * farthest
     for row, p in zip(all_axes, points, strict=True):
         own = [r for r in returns if r["point"] == p["point"]]
         d = 1e3 * np.array([r["deviation"] for r in own])

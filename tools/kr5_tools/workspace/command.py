@@ -85,13 +85,13 @@ def _reach_without_limits(chain: Any, lower: np.ndarray, upper: np.ndarray, opti
 
 
 def _keys(found: Any, shown: str, lower: np.ndarray, upper: np.ndarray, stretched: float) -> dict[str, Any]:
-    seen = np.asarray(found.postures) > 0
+    seen = np.asarray(found.counts) > 0
     best = np.where(seen, np.asarray(found.least), -np.inf)
     row, column = np.unravel_index(int(np.argmax(best)), best.shape)
     figures = [
         figure_row(f"reach of the {shown} from axis 1", 1e3 * found.reach, None, "mm"),
         figure_row("the same without joint limits", 1e3 * stretched, None, "mm"),
-        figure_row(f"least distance of the {shown} from axis 1", 1e3 * found.inner, None, "mm"),
+        figure_row(f"least distance of the {shown} from axis 1", max(0.0, round(1e3 * found.inner, 3)), None, "mm"),
         figure_row("lowest place", 1e3 * found.lowest, None, "mm"),
         figure_row("highest place", 1e3 * found.highest, None, "mm"),
         figure_row("greatest manipulability of the point", float(np.nanmax(found.dexterity)), None, "m^k"),

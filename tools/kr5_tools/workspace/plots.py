@@ -14,7 +14,7 @@ def _map(data: dict[str, Any], name: str, label: str, colours: str, log: bool = 
     if not all(result.get(key) for key in (name, "radius", "height")):
         return None
     values = np.array([[np.nan if v is None else v for v in row] for row in result[name]], float)
-    if name == "postures":
+    if name == "counts":
         values[values == 0] = np.nan
     if not np.isfinite(values).any():
         return None
@@ -34,7 +34,7 @@ def _map(data: dict[str, Any], name: str, label: str, colours: str, log: bool = 
 
 
 def reachable_region(data: dict[str, Any]) -> Figure | None:
-    return _map(data, "postures", "postures in the cell", "Blues", log=True)
+    return _map(data, "counts", "postures in the cell", "Blues", log=True)
 
 
 def dexterity_map(data: dict[str, Any]) -> Figure | None:

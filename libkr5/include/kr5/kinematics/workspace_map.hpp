@@ -40,7 +40,7 @@ struct WorkspaceMap {
   double length = 0.0;        ///< [m]
   Eigen::VectorXd radius;     ///< [m]
   Eigen::VectorXd height;     ///< [m]
-  Eigen::MatrixXd postures;   ///< [-]
+  Eigen::MatrixXd counts;     ///< [-]
   Eigen::MatrixXd dexterity;  ///< [m^k/rad^k]
   Eigen::MatrixXd volume;     ///< [-]
   Eigen::MatrixXd least;      ///< [-]
@@ -56,7 +56,7 @@ struct WorkspaceMap {
     visit("length", self.length, "Length by which linear rows of the Jacobian were divided [m].");
     visit("radius", self.radius, "Radii of the middles of the cells [m].");
     visit("height", self.height, "Heights of the middles of the cells [m].");
-    visit("postures", self.postures, "Number of postures in each cell.");
+    visit("counts", self.counts, "Number of postures in each cell.");
     visit("dexterity", self.dexterity,
           "Manipulability of the point, sqrt(det(J J^T)) of the linear rows (Yoshikawa), greatest in the cell.");
     visit("volume", self.volume, "Manipulability of all rows, linear ones over `length`, greatest in the cell [-].");

@@ -181,7 +181,10 @@ void PairsFit::settle() {
 double PairsFit::probability(std::size_t i) const {
   const CellFit::Agreement agreement = fit_->agreement(seen_[i]);
   const bool known = !variances_.free[0] && !variances_.free[1] && !variances_.free[2];
-  const double dof = std::max(6 * static_cast<double>(inside()) - 12, 7.0);
+  // Position and rotation noise are each estimated from half of the readings: of a pair outside, which few others may
+  // have agreed to leave out, that counts.
+  const double numbers = static_cast<double>(inside());
+  const double dof = std::max(weights_[i] > 0 ? 6 * numbers - 12 : 3 * numbers - 6, 7.0);
   return cell_fit::sound_probability(agreement.squared_distance, agreement.dof, weights_[i] > 0,
                                      known ? uncertainty::known_noise : dof);
 }
