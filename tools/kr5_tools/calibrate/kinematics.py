@@ -18,7 +18,7 @@ from kr5_tools.calibrate.postures import (
     read_socket,
     recorded_postures,
 )
-from kr5_tools.calibrate.recorded_arm import add_torques, recorded_views, refined_cell, use_recording
+from kr5_tools.calibrate.recorded_arm import add_torques, believe_camera, recorded_views, refined_cell, use_recording
 from kr5_tools.calibrate.tool import Convention
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.options import options_from
@@ -128,6 +128,8 @@ def calibrate_kinematics(
     distances = [_distance(text) for text in distance or []]
     with spinner("Calibrating"):
         result = calibration.calibrate_kinematics(chain, seen, distances, options)
+        if views:
+            result = believe_camera(chain, seen, options, result)
     further = _check_postures(recording, check, chain, wanted)
     if elasticity:
         add_torques(further, believed)

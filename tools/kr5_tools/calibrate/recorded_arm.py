@@ -10,6 +10,7 @@ from kr5 import calibration, kinematics
 from kr5_tools.cli.terminal import fail, print_note
 
 TOOL_TOLERANCE = 5e-3  # of the tool's place on the flange [m]
+CONTRADICTION = 1.1  # factor on an estimated noise that a wrong camera or board makes
 
 
 def recorded_views(recording: Any, split: str, joints: int) -> list[Any]:
@@ -52,6 +53,19 @@ def use_recording(options: Any, cell: Any, views: bool, known_tool: bool) -> Non
         options.camera = cell.camera.pinhole()
         options.T_flange_camera = cell.T_flange_camera()
         options.T_base_target = cell.board.T_base_target
+
+
+def believe_camera(chain: Any, postures: list[Any], options: Any, free: Any) -> Any:
+    """The result with camera and board where the cell says, unless poses and views contradict that: then the one with
+    both free."""
+    options.hold = [*options.hold, "camera", "target"]
+    held = calibration.calibrate_kinematics(chain, postures, options=options)
+    agree = held.fit.usable and all(
+        getattr(held, noise) < CONTRADICTION * getattr(free, noise)
+        for noise in ("sigma_position", "sigma_rotation", "sigma_pixel")
+    )
+    kept = sum(p.outlier for p in held.postures) <= sum(p.outlier for p in free.postures)
+    return held if agree and kept else free
 
 
 def add_torques(postures: list[Any], cell: Any) -> None:

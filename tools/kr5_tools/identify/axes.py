@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from kr5 import calibration, io, kinematics
+from kr5.cell import load_cell
 
 from kr5_tools.calibrate.postures import (
     ANGLES,
@@ -28,7 +29,13 @@ from kr5_tools.cli.terminal import console, fail, spinner
 from kr5_tools.files.results import write_result
 from kr5_tools.files.writing import check_writable, write_json
 from kr5_tools.identify.image_turns import Mount, image_turn
-from kr5_tools.identify.turn_checks import home_point_doubts, length_doubts
+from kr5_tools.identify.turn_checks import (
+    home_point_doubts,
+    length_doubts,
+    nominal_doubts,
+    shifted_doubts,
+    uneven_doubts,
+)
 
 app = typer.Typer()
 STANDING = 1e-3  # a joint that moves by less stands still [rad]
@@ -70,6 +77,10 @@ def axes(
             )
         ),
     ] = None,
+    cell: Annotated[
+        Path | None,
+        typer.Option(help="Cell whose arm this is: only to tell mirrored and scaled measurements; nothing is fitted."),
+    ] = None,
     joints: JointColumns = None,
     position: PositionColumns = None,
     convention: Convention = None,
@@ -84,7 +95,7 @@ def axes(
     Exit code: 0 when every axis was found, 2 when one was not or the input is invalid.
     """
     options.validate()
-    check_writable(output, json_file, inputs=[f for f in (*files, camera, upright) if f])
+    check_writable(output, json_file, inputs=[f for f in (*files, camera, upright, cell) if f])
     wanted = Columns(joints, position, convention, length, angle)
     turns = _image_turns(files, camera, target, mount) if files[0].is_dir() else _turns(files, wanted)
     results = []
@@ -94,7 +105,8 @@ def axes(
             if not result.fit.usable:
                 fail(f"joint {k + 1}{_where(turns.labels[k])}: {result.fit.message}")
             results.append(result)
-    keys = _keys(files, turns, results)
+    nominal = load_cell(cell).nominal_chain() if cell else None
+    keys = _keys(files, turns, results, nominal)
     if upright:
         _add_lengths(keys, results, _upright_axis(upright, wanted, camera, target, mount, options))
     _show(results, keys, console(json_file))
@@ -241,7 +253,7 @@ def _drawn(result: Any, random: np.random.Generator) -> Any:
     )
 
 
-def _keys(files: list[Path], turns: Turns, results: list[Any]) -> dict[str, Any]:
+def _keys(files: list[Path], turns: Turns, results: list[Any], nominal: Any) -> dict[str, Any]:
     home = turns.home
     first = turns.samples[-1][0]
     end = first.T_world_tool[:3, 3] if first.T_world_tool is not None else first.points[:, 0]
@@ -264,8 +276,12 @@ def _keys(files: list[Path], turns: Turns, results: list[Any]) -> dict[str, Any]
         if r.outliers:
             names = _listed([turns.labels[k][i] for i in r.outliers])
             warnings.append(f"joint {k + 1}: contradict the others and were left out: {names}")
+    warnings += shifted_doubts(turns.labels, results)
+    warnings += uneven_doubts(turns.samples, turns.labels, results)
     warnings += home_point_doubts(turns.samples, turns.labels, results, home)
     warnings += length_doubts(chain)
+    if nominal is not None:
+        warnings += nominal_doubts(chain, nominal, home)
     worst = min(range(len(results)), key=lambda k: results[k].quality)
     text = (
         f"{len(results)} axes; the least certain is that of joint {worst + 1}, whose singular values are"

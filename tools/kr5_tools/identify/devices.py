@@ -22,24 +22,27 @@ Turn = list[tuple[float, np.ndarray]]  # joint value and T_base_flange of each s
 
 @dataclass
 class Device:
-    """A measuring device and its usual noise, in the unit of `unit`."""
+    """A measuring device with its usual noise, in the unit of `unit`, and how often it measures during a turn."""
 
     name: str
     label: str
     noise: float
     unit: str
+    samples: int
     measure: Callable[[Turn, float, np.random.Generator], list[Any]]
+    begin: Callable[[np.random.Generator], None] = lambda random: None  # before each identification
 
 
 def make_devices(cell: Any, home_flange: np.ndarray, map_error: float, seed: int) -> dict[str, Device]:
-    """The devices of Hayat et al. 2022, section 4.4.1, by name."""
+    """The devices of Hayat et al. 2022, section 4.4.1, by name. A total station is aimed by hand, a laser tracker
+    follows the reflector while the joint turns slowly."""
     camera = MarkerCamera(cell, home_flange, map_error, seed)
     return {
         d.name: d
         for d in (
-            Device("total_station", "total station", 1.0, "mm", track_reflector),
-            Device("laser_tracker", "laser tracker", 0.01, "mm", track_reflector),
-            Device("camera", "camera", 0.2, "px", camera.measure),
+            Device("total_station", "total station", 1.0, "mm", 20, track_reflector),
+            Device("laser_tracker", "laser tracker", 0.01, "mm", 200, track_reflector),
+            Device("camera", "camera", 0.2, "px", 40, camera.measure, camera.measure_map),
         )
     }
 
@@ -67,9 +70,16 @@ class MarkerCamera:
         self.T_flange_camera = (
             cell.tool.T_flange_tool @ c.T_tool_camera if c.T_flange_camera is None else c.T_flange_camera
         )
-        random = np.random.default_rng(seed)
-        self.corners = home_flange @ self.T_flange_camera @ _boards(random)  # of 4 columns a marker, in the base
-        self.offsets = np.repeat(random.normal(0, map_error, (3, self.corners.shape[1] // 4)), 4, axis=1)
+        self.corners = (
+            home_flange @ self.T_flange_camera @ _boards(np.random.default_rng(seed))
+        )  # of 4 columns a marker, in the base
+        self.map_error = map_error
+        self.offsets = np.zeros((3, self.corners.shape[1]))
+
+    def measure_map(self, random: np.random.Generator) -> None:
+        """Another map of the markers, as it would be measured: each marker off by the error of the map."""
+        markers = self.corners.shape[1] // 4
+        self.offsets = np.repeat(random.normal(0, self.map_error, (3, markers)), 4, axis=1)
 
     def view(self, T_base_flange: np.ndarray, noise: float, random: np.random.Generator) -> Any:
         """What the camera sees: corners of markers that are in the image as a whole."""

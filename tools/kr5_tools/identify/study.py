@@ -47,7 +47,14 @@ def study(
         str | None,
         typer.Option(metavar="Q1,Q2,…", help="Posture about which the joints turn [deg]; by default mid-range."),
     ] = None,
-    samples: Annotated[int, typer.Option(min=6, max=10000, help="Measurements of each arc.")] = 40,
+    samples: Annotated[
+        int | None,
+        typer.Option(
+            min=6,
+            max=10000,
+            help="Measurements of each arc; by default total station 20, laser tracker 200, camera 40.",
+        ),
+    ] = None,
     trials: Annotated[int, typer.Option(min=2, max=100000, help="Simulated identifications of each kind.")] = 10,
     map_error: Annotated[
         float, typer.Option(min=0.0, help="Standard deviation of each marker's place in the map of the camera [m].")
@@ -71,13 +78,16 @@ def study(
     cases = [(d, a, f) for d in wanted for a in arcs for f in factors]
     rows = []
     for number, (one, a, f) in enumerate(track(cases, "Simulating")):
-        found = _simulate(chain, posture, one, a * DEGREE, f * one.noise, samples, trials, seed + 1000 * number)
+        found = _simulate(
+            chain, posture, one, a * DEGREE, f * one.noise, samples or one.samples, trials, seed + 1000 * number
+        )
         rows.append(
             {
                 "device": one.name,
                 "label": one.label,
                 "arc_deg": a,
                 "noise": f * one.noise,
+                "samples": samples or one.samples,
                 "unit": one.unit,
                 "factor": f,
                 **found,
@@ -165,6 +175,7 @@ def _simulate(
     errors, quality, refused = [], [], ""
     for trial in range(trials):
         random = np.random.default_rng([seed, trial])
+        device.begin(random)
         results = [_axis(device.measure(turn, noise, random)) for turn in turns]
         bad = [f"joint {k + 1}: {text}" for k, (_, text) in enumerate(results) if text]
         if bad:
@@ -200,7 +211,13 @@ def _axis(measured: list[Any]) -> tuple[Any, str]:
 
 
 def _keys(
-    rows: list[dict[str, Any]], believed: Any, home: np.ndarray, samples: int, trials: int, map_error: float, seed: int
+    rows: list[dict[str, Any]],
+    believed: Any,
+    home: np.ndarray,
+    samples: int | None,
+    trials: int,
+    map_error: float,
+    seed: int,
 ) -> dict[str, Any]:
     figures = []
     for row in rows:
@@ -222,7 +239,7 @@ def _keys(
         "input": {
             "cell": believed.name,
             "home_deg": np.round(np.degrees(home), 3),
-            "samples": samples,
+            "samples": samples or "by device",
             "trials": trials,
             "map_error_mm": 1e3 * map_error,
             "seed": seed,

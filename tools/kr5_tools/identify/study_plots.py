@@ -41,11 +41,11 @@ def study_noise(data: dict[str, Any]) -> Figure | None:
                     color=COLOURS.get(device, GREY),
                     label=f"{line[0][2]}, {arc:g}°",
                 )
-        axes.set(xscale="log", yscale="log", xlabel="noise over that usual of the device [-]", ylabel=label)
+        axes.set(xscale="log", yscale="log", xlabel="noise / usual noise [-]", ylabel=label)
         ticks = sorted({r["factor"] for r in rows})
         axes.set_xticks(ticks, [f"{t:g}" for t in ticks])
         axes.xaxis.set_minor_locator(plt.NullLocator())
-    both[0].legend(fontsize=8.5, loc="lower left", bbox_to_anchor=(0, 1), ncols=2)
+    figure.legend(*both[0].get_legend_handles_labels(), fontsize=8.5, loc="outside upper left", ncols=3)
     return figure
 
 
@@ -72,7 +72,7 @@ def study_parameters(data: dict[str, Any]) -> Figure | None:
                 color=COLOURS.get(row["device"], GREY),
                 label=row["label"],
             )
-        axes.set_xticks(range(len(names)), names)
+        axes.set_xticks(range(len(names)), [n.replace("alpha", "α") for n in names])
         axes.set(yscale="log", ylabel=label)
-    both[0].legend(fontsize=9, loc="lower left", bbox_to_anchor=(0, 1), ncols=3)
+    figure.legend(*both[0].get_legend_handles_labels(), fontsize=9, loc="outside upper left", ncols=3)
     return figure

@@ -3,9 +3,86 @@
 from typing import Any
 
 import numpy as np
+from kr5 import kinematics
 
 LONGEST, SHORTEST = 20.0, 1e-2  # sum of the lengths of an arm that a person can mean [m]
 SURE = 8.0  # standard deviations
+UNEVEN = 5.0  # noise of one joint over that of the others that no chance gives
+OTHER_SCALE = 0.02  # relative difference of all lengths from the nominal ones that is no tolerance
+NEAR_PARALLEL = 0.1  # sine of the angle between axes
+
+
+def uneven_doubts(turns: list[list[Any]], labels: list[list[str]], results: list[Any]) -> list[str]:
+    """Joints whose samples scatter much more than those of the others, and where that begins."""
+    noise = np.array([r.sigma_position for r in results])
+    if len(noise) < 3:
+        return []
+    out = []
+    for k, result in enumerate(results):
+        usual = float(np.median(np.delete(noise, k)))
+        if noise[k] < UNEVEN * max(usual, 1e-9):
+            continue
+        at = _greatest_step(turns[k], result)
+        where = f"; the greatest step is before {labels[k][at]}" if at else ""
+        out.append(
+            f"joint {k + 1} ({labels[k][0]} to {labels[k][-1]}): the samples are {1e3 * noise[k]:.2g} mm off their"
+            f" circle, those of the other joints {1e3 * usual:.2g} mm: the device moved meanwhile, another joint moved,"
+            f" or the sample is loose{where}"
+        )
+    return out
+
+
+def _greatest_step(turn: list[Any], result: Any) -> int:
+    """Sample before which the places leave the course of those before most."""
+    inverse = np.linalg.inv(result.T_world_axis)
+    local = np.array([(inverse @ np.append(_place(s), 1))[:3] for s in turn])
+    if not np.isfinite(local).all() or len(local) < 4:
+        return 0
+    course = np.column_stack([np.hypot(local[:, 0], local[:, 1]), local[:, 2]])
+    steps = np.linalg.norm(np.diff(course, axis=0), axis=1)
+    return int(np.argmax(steps)) + 1
+
+
+def shifted_doubts(labels: list[list[str]], results: list[Any]) -> list[str]:
+    """Joints of which each has its first, or each its last, sample wrong: the list of measurements is one row off."""
+    if len(results) < 3:
+        return []
+    for last in (False, True):
+        ends = [len(names) - 1 if last else 0 for names in labels]
+        rows = [names[i] for names, r, i in zip(labels, results, ends, strict=True) if i in r.outliers]
+        if len(rows) >= max(3, len(results) - 2):
+            word = "last" if last else "first"
+            return [
+                f"of nearly every joint the {word} sample ({', '.join(rows)}) belongs to another joint's turn: the"
+                " measurements are shifted by a row against the joint values"
+            ]
+    return []
+
+
+def nominal_doubts(chain: Any, nominal: Any, home: np.ndarray) -> list[str]:
+    """A mirrored or scaled measurement, by the nominal arm."""
+    if len(nominal.joints) != len(chain.joints):
+        return [f"{len(chain.joints)} axes were found, the cell's arm has {len(nominal.joints)} joints"]
+    believed = kinematics.chain_from_axes(kinematics.axes_of(nominal, home), home, nominal.flange(home))
+    found, expected = [], []
+    for k, (f, b) in enumerate(zip(chain.joints[:-1], believed.joints[:-1], strict=True)):
+        if abs(np.sin(b.alpha)) < NEAR_PARALLEL:
+            continue  # the sign of what lies between parallel axes tells nothing
+        found.append(f.a), expected.append(b.a)
+        if k > 0:
+            found.append(f.b), expected.append(b.b)
+    square = float(np.dot(expected, expected))
+    if square == 0.0:
+        return []
+    scale = float(np.dot(found, expected)) / square
+    left = float(np.linalg.norm(np.subtract(found, np.multiply(scale, expected)))) / np.sqrt(square)
+    if scale < 0:
+        return ["the arm is the mirror image of the cell's: an axis of the device is reversed, or two changed places"]
+    if abs(scale - 1) > max(OTHER_SCALE, 3 * left):
+        return [
+            f"every length is {scale:.4g} times the cell's: the scale of the device or its unit is wrong (--length)"
+        ]
+    return []
 
 
 def home_point_doubts(

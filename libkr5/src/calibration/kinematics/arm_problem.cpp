@@ -232,7 +232,7 @@ ArmProblem::ArmProblem(const Input& input, const Sigmas& sigmas, const Placement
     camera = fit.add_pose("camera", placement.T_flange_camera);
     target = fit.add_pose("target", placement.T_base_target);
   }
-  if (refine) hold_named(*this, input);
+  hold_named(*this, input);
   for (Eigen::Index c = 0; c < placement.points.cols(); ++c)
     points.push_back(fit.add_point("point" + std::to_string(c + 1), placement.points.col(c)));
   for (std::size_t s = 0; s < input.socket_names.size(); ++s)

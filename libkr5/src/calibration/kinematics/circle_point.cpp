@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iomanip>
+#include <limits>
 #include <numbers>
 #include <numeric>
 #include <sstream>
@@ -12,6 +13,8 @@
 #include <kr5/calibration/cell_fit.hpp>
 #include <kr5/core/error.hpp>
 #include <kr5/core/linear.hpp>
+#include <kr5/core/random.hpp>
+#include <kr5/core/statistics.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 
 #include "calibration/cell_fit/sound_probability.hpp"
@@ -23,7 +26,7 @@ using Eigen::Vector3d;
 
 constexpr double moved_least = 5.0;     // first over third singular value below which the joint did not move
 constexpr double curved_least = 3.0;    // second over third below which the arc is no more than a line
-constexpr double sound_samples = 0.75;  // at least this part of the samples stays in the fit
+constexpr double sound_samples = 0.7;   // at least this part of the samples stays in the fit
 constexpr double degree = std::numbers::pi / 180;
 
 std::string in_degrees(double angle) {
@@ -131,6 +134,94 @@ AxisStart start_from_points(std::span<const JointSample> samples) {
     }
     out.angles[i] = last;
   }
+  return out;
+}
+
+/// Distance of each point from a circle.
+Eigen::VectorXd circle_distances(const Eigen::Matrix3Xd& points, const Vector3d& centre, const Vector3d& normal,
+                                 double radius) {
+  Eigen::VectorXd out(points.cols());
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    const Vector3d r = points.col(i) - centre;
+    const double height = normal.dot(r);
+    out[i] = std::hypot(height, (r - height * normal).norm() - radius);
+  }
+  return out;
+}
+
+/// The circle through points in the sense of eq. 4.2-4.6, and the distance of all points from it.
+Eigen::VectorXd distances_from_circle_of(const Eigen::Matrix3Xd& some, const Eigen::Matrix3Xd& all) {
+  const Plane plane = plane_of(some);
+  const Vector3d centre = circle_centre(some, plane);
+  const double radius = (some.colwise() - centre).colwise().norm().mean();
+  return circle_distances(all, centre, plane.V.col(2), radius);
+}
+
+Eigen::Matrix3Xd columns(const Eigen::Matrix3Xd& points, const std::vector<Eigen::Index>& index) {
+  Eigen::Matrix3Xd out(3, static_cast<Eigen::Index>(index.size()));
+  for (std::size_t k = 0; k < index.size(); ++k) out.col(static_cast<Eigen::Index>(k)) = points.col(index[k]);
+  return out;
+}
+
+/// Which points lie on the circle that most of them have in common: the one through three of them with the least median
+/// distance, then through all that are near to it.
+std::vector<bool> points_on_one_circle(const Eigen::Matrix3Xd& points) {
+  constexpr int triples = 300;
+  constexpr double far_off = 10.0;  // robust standard deviations
+  const Eigen::Index n = points.cols();
+  std::vector<bool> out(static_cast<std::size_t>(n), true);
+  if (n < 8) return out;
+  Random random(1);
+  const double size = (points.colwise() - points.rowwise().mean()).colwise().norm().maxCoeff();
+  double least = std::numeric_limits<double>::infinity();
+  Eigen::VectorXd best;
+  for (int k = 0; k < triples; ++k) {
+    const int count = static_cast<int>(n);
+    const Eigen::Matrix3Xd three = columns(points, {random.integer(count), random.integer(count), random.integer(count)});
+    const Vector3d a = three.col(1) - three.col(0), b = three.col(2) - three.col(0);
+    if (a.cross(b).norm() < 1e-9 * size * size + 1e-300) continue;
+    const Eigen::VectorXd d = distances_from_circle_of(three, points);
+    const double middle = median({d.begin(), d.end()});
+    if (middle < least) least = middle, best = d;
+  }
+  for (int round = 0; round < 3 && best.size() > 0; ++round) {
+    const double sigma = std::max(mad_to_sigma * median({best.begin(), best.end()}), 1e-9 * size);
+    std::vector<Eigen::Index> near;
+    for (Eigen::Index i = 0; i < n; ++i) {
+      out[static_cast<std::size_t>(i)] = best[i] < far_off * sigma;
+      if (out[static_cast<std::size_t>(i)]) near.push_back(i);
+    }
+    best = distances_from_circle_of(columns(points, near), points);
+  }
+  return out;
+}
+
+/// Samples without gross outliers. Of a pose, two points away from its origin must be on their circles.
+std::vector<bool> samples_on_one_circle(std::span<const JointSample> samples) {
+  std::vector<bool> out(samples.size(), true);
+  const auto keep = [&](const Eigen::Matrix3Xd& points, const std::vector<std::size_t>& index) {
+    const std::vector<bool> on = points_on_one_circle(points);
+    for (std::size_t k = 0; k < index.size(); ++k) out[index[k]] = out[index[k]] && on[k];
+  };
+  if (samples.front().T_world_tool) {
+    std::vector<std::size_t> all(samples.size());
+    std::iota(all.begin(), all.end(), std::size_t{0});
+    for (const Vector3d& lever : {Vector3d(0.3, 0.2, 0.25), Vector3d(-0.25, 0.3, 0.2)}) {
+      Eigen::Matrix3Xd points(3, static_cast<Eigen::Index>(samples.size()));
+      for (std::size_t i = 0; i < samples.size(); ++i)
+        points.col(static_cast<Eigen::Index>(i)) = *samples[i].T_world_tool * lever;
+      keep(points, all);
+    }
+  } else {
+    for (Eigen::Index c = 0; c < marker_count(samples); ++c) {
+      const auto [points, index] = marker_trace(samples, c);
+      keep(points, index);
+    }
+  }
+  // Where too few agree there is no majority to believe.
+  const auto sound = std::count(out.begin(), out.end(), true);
+  if (static_cast<double>(sound) < sound_samples * static_cast<double>(samples.size()))
+    out.assign(samples.size(), true);
   return out;
 }
 
@@ -395,9 +486,9 @@ void JointAxisOptions::validate() const {
   require(outlier_false_alarm >= 0 && outlier_false_alarm < 1, "outlier_false_alarm must lie in [0, 1) [-]");
 }
 
-JointAxisResult identify_joint_axis(std::span<const JointSample> samples, const JointAxisOptions& options) {
-  options.validate();
-  check_samples(samples);
+namespace {
+
+JointAxisResult identify_sound(std::span<const JointSample> samples, const JointAxisOptions& options) {
   JointAxisResult out;
   const bool poses = samples.front().T_world_tool.has_value();
   AxisEstimation estimation{samples, options, poses ? start_from_poses(samples) : start_from_points(samples),
@@ -424,6 +515,51 @@ JointAxisResult identify_joint_axis(std::span<const JointSample> samples, const 
   estimation.find_noise();
   estimation.name_outliers();
   write_axis(estimation, out);
+  return out;
+}
+
+/// Joint value of a sample that took no part, by where its first seen point, or its tool, is about the axis.
+double angle_about_axis(const JointAxisResult& axis, const JointSample& sample, const JointSample& known,
+                        double known_angle) {
+  const Pose to_axis = axis.T_world_axis.inverse();
+  const auto turn = [&](const Vector3d& place, const Vector3d& other) {
+    const Vector3d a = to_axis * other, b = to_axis * place;
+    return unwrapped(known_angle + std::atan2(b.y(), b.x()) - std::atan2(a.y(), a.x()), known_angle);
+  };
+  if (sample.T_world_tool) return turn(sample.T_world_tool->translation(), known.T_world_tool->translation());
+  for (Eigen::Index c = 0; c < sample.points.cols(); ++c)
+    if (is_seen(sample, c) && is_seen(known, c)) return turn(sample.points.col(c), known.points.col(c));
+  return known_angle;
+}
+
+}  // namespace
+
+JointAxisResult identify_joint_axis(std::span<const JointSample> samples, const JointAxisOptions& options) {
+  options.validate();
+  check_samples(samples);
+  // Gross outliers would spoil the singular values by which the estimation starts.
+  const std::vector<bool> sound = options.outlier_false_alarm > 0 ? samples_on_one_circle(samples)
+                                                                  : std::vector<bool>(samples.size(), true);
+  if (std::find(sound.begin(), sound.end(), false) == sound.end()) return identify_sound(samples, options);
+  std::vector<JointSample> kept;
+  std::vector<int> index;
+  for (std::size_t i = 0; i < samples.size(); ++i)
+    if (sound[i]) kept.push_back(samples[i]), index.push_back(static_cast<int>(i));
+  JointAxisResult out = identify_sound(kept, options);
+  if (!out.fit.usable()) return out;
+  for (int& i : out.outliers) i = index[static_cast<std::size_t>(i)];
+  Eigen::VectorXd angles(static_cast<Eigen::Index>(samples.size()));
+  for (std::size_t i = 0, k = 0; i < samples.size(); ++i) {
+    const auto at = static_cast<Eigen::Index>(i);
+    if (sound[i]) {
+      angles[at] = out.angles[static_cast<Eigen::Index>(k++)];
+    } else {
+      angles[at] = angle_about_axis(out, samples[i], kept.front(), out.angles[0]);
+      out.outliers.push_back(static_cast<int>(i));
+    }
+  }
+  std::sort(out.outliers.begin(), out.outliers.end());
+  out.angles = angles;
   return out;
 }
 
