@@ -160,6 +160,48 @@ TEST_CASE("poses that do not turn, or about one axis, are named with the open di
   CHECK(calibrate_scanner(w.views, w.targets).fit.usable());
 }
 
+TEST_CASE("targets at one place of every profile leave the orientation open, in words", "[scanner]") {
+  const ScannerWorld w = make_scanner_world({.seed = 3, .tips = 25, .robot = 5e-5, .noise = 2e-5, .same_place = true});
+  const ScannerResult r = calibrate_scanner(w.views, w.targets);
+  CHECK_FALSE(r.fit.usable());
+  CHECK_THAT(r.fit.message, Contains("same place of every profile") && Contains("change the stand-off"));
+}
+
+TEST_CASE("known targets serve where few profiles do not place them, with their tolerance", "[scanner]") {
+  ScannerWorld w = make_scanner_world({.seed = 6, .tips = 0, .planes = 8, .robot = 5e-5, .noise = 2e-5});
+  const ScannerResult free = calibrate_scanner(w.views, w.targets, {.sigma_position = 5e-5});
+  w.targets[0].position = w.plane_point, w.targets[0].normal = w.normal;
+  const ScannerResult known = calibrate_scanner(w.views, w.targets, {.sigma_position = 5e-5});
+  w.targets[0].sigma = 1e-3;
+  const ScannerResult tolerant = calibrate_scanner(w.views, w.targets, {.sigma_position = 5e-5});
+  REQUIRE(known.fit.usable());
+  REQUIRE(tolerant.fit.usable());
+  for (const ScannerResult* r : {&known, &tolerant}) {
+    const Vector6 e = scanner_error(w, *r);
+    CHECK(e.dot(r->covariance.ldlt().solve(e)) < uncertainty::chi_square_quantile(0.999, 6));
+  }
+  CHECK(known.covariance.trace() < tolerant.covariance.trace());
+  CHECK((!free.fit.usable() || tolerant.covariance.trace() < free.covariance.trace()));
+}
+
+TEST_CASE("an error of the robot's orientation counts at its lever arm", "[scanner][statistics]") {
+  const int trials = test::trials(2000, 100);
+  Coverage pose("scanner on the flange, orientation noise", 6);
+  const double sigma = 3e-4;
+  for (int trial = 0; trial < trials; ++trial) {
+    ScannerWorld w = make_scanner_world(
+        {.seed = 5000 + static_cast<unsigned>(trial), .tips = 0, .spheres = 25, .robot = 2e-5, .noise = 2e-5});
+    Random random(9000 + static_cast<unsigned>(trial));
+    for (ScannerView& view : w.views)
+      view.T_base_flange.linear() = view.T_base_flange.linear() * exp_rotation(random.normal_vector(3, sigma));
+    const ScannerResult r =
+        calibrate_scanner(w.views, w.targets, {.sigma_position = 2e-5, .sigma_rotation = sigma, .folds = 0});
+    REQUIRE(r.fit.usable());
+    pose.add(scanner_error(w, r), r.covariance, r.dof);
+  }
+  pose.check_rate();
+}
+
 TEST_CASE("a shifted list, mirrored, swapped and scaled coordinates are named", "[scanner]") {
   const ScannerWorld w = make_scanner_world({.seed = 2, .tips = 30, .robot = 5e-5, .noise = 2e-5});
   ScannerOptions nominal;

@@ -39,7 +39,7 @@ struct ScannerWorldOptions {
   double noise = 0.0;                      // of a range [m]
   double tilt = 0.3;                       // of the poses [rad]
   double arm_length = 0.0, arm_angle = 0.0;
-  bool known_tip = false;
+  bool known_tip = false, same_place = false;  // of every profile
   double radius = 0.02;
 };
 
@@ -114,7 +114,8 @@ inline ScannerWorld make_scanner_world(const ScannerWorldOptions& o) {
       const double beside = kind == 1   ? random.uniform(-0.5, 0.5) * o.radius
                             : kind == 2 ? random.uniform(-.03, .03)
                                         : 0;
-      const Eigen::Vector3d at(random.uniform(-0.02, 0.02), beside, random.uniform(0.17, 0.21));
+      Eigen::Vector3d at(random.uniform(-0.02, 0.02), beside, random.uniform(0.17, 0.21));
+      if (o.same_place) at = Eigen::Vector3d(0.0, 0.0, 0.19);
       const Pose T = flange_over(w, point, at, o.tilt, random);
       const LineProfile profile = synthesise_profile(w, T * w.T_flange_scanner, target.kind, o.radius, o.noise, random);
       const ProfileFeature feature = find_profile_feature(profile, target.kind, {.radius = target.radius});

@@ -8,6 +8,7 @@
 #include <kr5/core/error.hpp>
 #include <kr5/core/levenberg_marquardt.hpp>
 #include <kr5/core/statistics.hpp>
+#include <kr5/uncertainty/confidence.hpp>
 
 namespace kr5::calibration {
 namespace {
@@ -133,6 +134,12 @@ FittedLine most_shown_line(const ProfilePoints& points, const ProfileIndices& am
   return line;
 }
 
+/// Variance of a range: known, or estimated on `dof` degrees of freedom and then inflated for so many numbers.
+double range_variance(const ProfileFeatureOptions& options, double estimated, double numbers, double dof) {
+  if (options.sigma > 0) return options.sigma * options.sigma;
+  return estimated * estimated * uncertainty::covariance_inflation(numbers, std::max(dof, 1.0));
+}
+
 /// Share of the points between the ends of a feature that lie off it.
 double share_off(const ProfileIndices& used) {
   const auto [low, high] = std::minmax_element(used.begin(), used.end());
@@ -159,7 +166,8 @@ void find_plane_line(const ProfilePoints& points, double noise, const ProfileFea
   out.points << line.middle - line.spread, line.middle + line.spread, line.at(line.middle - line.spread),
       line.at(line.middle + line.spread);
   out.sigma = options.sigma > 0 ? options.sigma : line.sigma;
-  const double variance = std::pow(out.sigma * line.cosine(), 2) * 2 / static_cast<double>(line.used.size());
+  const auto count = static_cast<double>(line.used.size());
+  const double variance = range_variance(options, line.sigma, 2, count - 2) * std::pow(line.cosine(), 2) * 2 / count;
   out.covariance = variance * Eigen::Matrix2d::Identity();
   write_used(points, line.used, out);
 }
@@ -226,9 +234,9 @@ void find_sphere_arc(const ProfilePoints& points, double noise, const ProfileFea
     return;
   }
   const auto fitted = levenberg_marquardt<3>(circle, CircleProblem{points, best});
-  const double variance = options.sigma > 0 ? options.sigma * options.sigma : fitted.equations.variance();
-  out.sigma = std::max(std::sqrt(variance), least_noise);
-  const auto covariance = fitted.equations.covariance(out.sigma * out.sigma);
+  out.sigma = options.sigma > 0 ? options.sigma : std::max(std::sqrt(fitted.equations.variance()), least_noise);
+  const auto covariance =
+      fitted.equations.covariance(range_variance(options, out.sigma, 3, static_cast<double>(best.size()) - 3));
   if (!fitted.usable() || !covariance || fitted.x[2] > most || fitted.x[2] < least ||
       share_off(best) > options.max_share_off) {
     out.fit.message = nothing + (options.radius > 0 ? " of that radius" : "");
@@ -292,12 +300,13 @@ bool tip_on_one_flank(const ProfilePoints& points, const FittedLine& flank, bool
 
 /// The tip by its flanks; false where the points show none.
 bool tip_from_flanks(const ProfilePoints& points, const ProfileIndices& raised, Eigen::Index top, double noise,
-                     ProfileFeature& out) {
+                     const ProfileFeatureOptions& options, ProfileFeature& out) {
   ProfileIndices sides[2];
-  for (const Eigen::Index k : raised) {
-    if (k <= top) sides[0].push_back(k);
-    if (k >= top) sides[1].push_back(k);
-  }
+  for (const Eigen::Index k : raised)
+    if (k != top) sides[k > top].push_back(k);
+  // The highest point belongs to either flank; to the only one where the other is out of reach of the rays.
+  for (int side = 0; side < 2; ++side)
+    if (sides[1 - side].size() <= 1) sides[side].insert(side == 0 ? sides[side].end() : sides[side].begin(), top);
   const double spacing = (points.x[raised.back()] - points.x[raised.front()]) /
                          static_cast<double>(std::max<std::size_t>(1, raised.size() - 1));
   FittedLine flank[2];
@@ -306,6 +315,10 @@ bool tip_from_flanks(const ProfilePoints& points, const ProfileIndices& raised, 
     if (sides[side].size() > flank_points) flank[side] = most_shown_line(points, sides[side], noise);
     shown[side] = flank[side].used.size() >= flank_points && share_off(flank[side].used) < 0.3;
   }
+  const double dof = static_cast<double>(flank[0].used.size() + flank[1].used.size()) - 4;
+  const double both = std::hypot(flank[0].sigma, flank[1].sigma) / std::sqrt(2.0);
+  for (FittedLine& line : flank)
+    line.sigma = std::sqrt(range_variance(options, shown[0] && shown[1] ? both : line.sigma, 2, dof));
   if (shown[0] && shown[1]) return tip_between_flanks(points, flank[0], flank[1], top, spacing, out);
   for (int side = 0; side < 2; ++side)
     if (shown[side] && sides[1 - side].size() <= 2)
@@ -329,7 +342,7 @@ void find_pointed_tip(const ProfilePoints& points, double noise, const ProfileFe
   const Eigen::Index top = *std::min_element(raised.begin(), raised.end(), [&](Eigen::Index a, Eigen::Index b) {
     return points.z[a] - surface.at(points.x[a]) < points.z[b] - surface.at(points.x[b]);
   });
-  if (tip_from_flanks(points, raised, top, noise, out)) return;
+  if (tip_from_flanks(points, raised, top, noise, options, out)) return;
   const double spacing =
       (points.x[points.size() - 1] - points.x[0]) / static_cast<double>(std::max<Eigen::Index>(1, points.size() - 1));
   out.points = Eigen::Vector2d(points.x[top], points.z[top]);
