@@ -139,12 +139,13 @@ def printed_table(scene: Scene, found: list[Any], corner: int) -> dict[str, Any]
         rows.append([f"{noise:g}", f"{x:g} / {z:g}", f"{x / noise:.3f} / {z / noise:.3f}", own])
     per = [deviations(found[0].corners[corner].covariance)[k] / scene.document.noise[0] for k in (0, 1)]
     last = (printed.sigma_x[-1] / printed.noise[-1], printed.sigma_z[-1] / printed.noise[-1])
+    ratios = " and ".join(f"{theirs / own:.3g}" if own > 0 else "–" for theirs, own in zip(last, per))
     return {
         "title": "Table 3.5 of the book",
         "columns": ["noise [px]", "printed X / Z [mm]", "printed [mm/px]", "exact, here [mm/px]"],
         "rows": rows,
         "texts": [
-            f"Both are linear in the noise. The size is {last[0] / per[0]:.3g} and {last[1] / per[1]:.3g} times that of"
+            f"Both are linear in the noise. The size is {ratios} times that of"
             f" this board: the book gives squares of 12 mm and a lens of 8 mm, but neither the number of squares"
             " nor the distance, which set the size."
         ],

@@ -156,7 +156,7 @@ class BoardEntry(Document):
 
 
 class PrintedDeviations(Document):
-    noise: list[float]
+    noise: list[PositiveNumber]
     sigma_x: list[float]
     sigma_z: list[float]
 
