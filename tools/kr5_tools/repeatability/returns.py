@@ -26,8 +26,8 @@ def read_returns(
     file: Path, point: str | None, convention: str | None, length: str | None, angle: str | None
 ) -> tuple[list[Any], list[Any]]:
     """Returns of a CSV, and commanded poses where it has columns of them."""
-    names, table = _named_table(file, point)
-    columns, lines = [c.lower() for c in table.columns], _lines(file)
+    names, lines, table = _named_table(file, point)
+    columns = [c.lower() for c in table.columns]
     T = _poses(file, table, columns, "", convention, length, angle)
     returns = [
         calibration.PoseReturn(point=p, T=pose, name=f"{file.name}:{line}")
@@ -36,7 +36,9 @@ def read_returns(
     if not any(c.startswith(COMMANDED) for c in columns):
         return returns, []
     commands: dict[str, np.ndarray] = {}
-    for p, pose, line in zip(names, _poses(file, table, columns, COMMANDED, convention, length, angle), lines):
+    for p, pose, line in zip(
+        names, _poses(file, table, columns, COMMANDED, convention, length, angle), lines, strict=True
+    ):
         if p in commands and not np.allclose(commands[p], pose, atol=1e-9):
             fail(f"{file}:{line}: point {p} has another commanded pose than on an earlier line; expected one a point")
         commands[p] = pose
@@ -47,7 +49,7 @@ def read_commanded(
     file: Path, point: str | None, convention: str | None, length: str | None, angle: str | None
 ) -> list[Any]:
     """Commanded poses of a CSV, one row a point."""
-    names, table = _named_table(file, point)
+    names, _, table = _named_table(file, point)
     twice = next((name for name, n in Counter(names).items() if n > 1), None)
     if twice is not None:
         fail(f"{file}: point {twice} stands twice; expected one commanded pose a point")
@@ -55,17 +57,14 @@ def read_commanded(
     return [calibration.CommandedPose(point=p, T=pose) for p, pose in zip(names, T, strict=True)]
 
 
-def _lines(file: Path) -> list[int]:
-    """Where each row stands."""
-    text = read_text(file)
-    return [k + 1 for k, line in enumerate(text.splitlines()) if line.strip()][1:]
-
-
-def _named_table(file: Path, point: str | None) -> tuple[list[str], Any]:
-    """The names of the points, which may be words, and the table of the other columns, which are numbers."""
+def _named_table(file: Path, point: str | None) -> tuple[list[str], list[int], Any]:
+    """The names of the points, which may be words, the line of each row, and the table of the other columns, which are
+    numbers."""
     expected = "a CSV with the columns point, x, y, z and an orientation"
-    rows = list(csv.reader(read_text(file, expected).splitlines()))
-    rows = [[cell.strip() for cell in row] for row in rows]
+    try:
+        rows = [[cell.strip() for cell in row] for row in csv.reader(read_text(file, expected).splitlines())]
+    except csv.Error as error:
+        fail(f"{file}: is no CSV ({error}); expected {expected}")
     header = next((row for row in rows if any(row)), [])
     wanted = [point.lower()] if point else list(POINT_COLUMNS)
     at = next((k for name in wanted for k, c in enumerate(header) if c.lower() == name), None)
@@ -74,18 +73,21 @@ def _named_table(file: Path, point: str | None) -> tuple[list[str], Any]:
             f"{file}: found the columns {', '.join(header) or '(none)'}, expected one named {wanted[0]} that says to"
             " which point each row belongs (see --point)"
         )
-    names, rest, first = [], [], True
+    names, lines, rest = [], [], []
     for number, row in enumerate(rows, start=1):
         if not any(row):
             rest.append("")
             continue
-        if not first:
+        others = row[:at] + row[at + 1 :]
+        if row is not header:
             if len(row) <= at or not row[at]:
                 fail(f"{file}:{number}: {header[at]}: is missing; expected the name of a point")
+            if not any(others):
+                fail(f"{file}:{number}: found a point without a pose")
             names.append(row[at])
-        first = False
-        rest.append(",".join(row[:at] + row[at + 1 :]))
-    return names, io.parse_csv("\n".join(rest) + "\n", str(file))
+            lines.append(number)
+        rest.append(",".join(others))
+    return names, lines, io.parse_csv("\n".join(rest) + "\n", str(file))
 
 
 def _poses(
