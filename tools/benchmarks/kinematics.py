@@ -17,6 +17,7 @@ import kr5
 import numpy as np
 from kr5 import calibration, cell, kinematics
 from scipy.optimize import least_squares
+from scipy.spatial.transform import Rotation
 
 import arguments
 import comparison
@@ -177,7 +178,103 @@ def compare_sockets(
     )
 
 
-def compare_time(data: Path) -> comparison.Row:
+def ur10_postures(data: Path) -> tuple[Any, Postures]:
+    """Poses of a camera's target on the flange of a UR10."""
+    folder = data / "geo_ur10_figaroh"
+    chain = cell.import_urdf(folder / "ur10_robot.urdf", tip="wrist_3_link").cell.nominal_chain()
+    log = np.genfromtxt(folder / "calibration.csv", delimiter=",", skip_header=1)
+    T = calibration.to_poses(log[:, :6], calibration.PoseFormat(rotation="rpy"))
+    return chain, [calibration.ArmPosture(name=str(i), q=r[6:12], T_world_tool=T[i]) for i, r in enumerate(log)]
+
+
+def tiago_postures(data: Path) -> tuple[Any, Postures]:
+    """Three markers on the hand of a TIAGo; the fourth repeats the third."""
+    urdf = data / "dyn_tiago_figaroh/tiago_no_hand.urdf"
+    chain = cell.import_urdf(urdf, tip="arm_7_link").cell.nominal_chain()
+    file = data / "geo_tiago_mocap_figaroh/qualysis_base_hand_calibration.csv"
+    log = np.genfromtxt(file, delimiter=",", skip_header=1)
+    return chain, [
+        calibration.ArmPosture(name=str(i), q=r[12:20], points=r[:9].reshape(3, 3).T) for i, r in enumerate(log)
+    ]
+
+
+def place_errors(result: Any, posture: Any) -> float:
+    """Distance of the tool, or mean distance of the points, from where it was measured [m]."""
+    T = result.T_world_base @ result.flange(posture.q)
+    if posture.T_world_tool is not None:
+        return float(np.linalg.norm((T @ result.T_flange_tool)[:3, 3] - posture.T_world_tool[:3, 3]))
+    return float(np.linalg.norm(T[:3, :3] @ result.points + T[:3, 3:] - posture.points, axis=0).mean())
+
+
+def figaroh_fit(chain: Any, postures: Postures, free: tuple[str, ...], coefficient: float) -> Callable[[Any], float]:
+    """What FIGAROH's calibration does: unweighted least squares of positions, and rotation vectors where poses were
+    measured, over base, tool and the arm's parameters of one level, the latter held by a small ridge; without outliers.
+    """
+    n, names = len(chain.joints), free
+    q = np.array([p.q for p in postures])
+    poses = postures[0].T_world_tool is not None
+    start = calibration.calibrate_kinematics(chain, postures, options=NOMINAL_ONLY)
+    tool0 = kr5.to_vector(start.T_flange_tool) if poses else start.points.ravel()
+    x0 = np.concatenate([np.zeros(n * len(names)), kr5.to_vector(start.T_world_base), tool0])
+    seen = np.array([p.T_world_tool if poses else p.points for p in postures])
+
+    def flanges(x: np.ndarray, values: np.ndarray) -> np.ndarray:
+        joints = []
+        for j, d in zip(chain.joints, x[: n * len(names)].reshape(n, len(names)), strict=True):
+            fields = {k: getattr(j, k) for k in ("type", "b", "theta_offset", "a", "alpha", "beta")}
+            joints.append(kinematics.DhJoint(**{**fields, **{k: fields[k] + v for k, v in zip(names, d, strict=True)}}))
+        T = kinematics.DhChain(joints, chain.T_base_0).flanges(values)
+        return np.asarray(kr5.to_pose(x[n * len(names) : n * len(names) + 6]) @ T)
+
+    def predicted(x: np.ndarray, values: np.ndarray) -> np.ndarray:
+        T, end = flanges(x, values), x[n * len(names) + 6 :]
+        if poses:
+            return np.asarray(T @ kr5.to_pose(end))
+        return np.asarray(T[:, :3, :3] @ end.reshape(3, -1) + T[:, :3, 3:])
+
+    def residuals(x: np.ndarray) -> np.ndarray:
+        shown = predicted(x, q)
+        ridge = np.sqrt(coefficient) * x[: n * len(names)]
+        if not poses:
+            return np.concatenate([(shown - seen).ravel(), ridge])
+        turned = Rotation.from_matrix(np.swapaxes(seen[:, :3, :3], 1, 2) @ shown[:, :3, :3]).as_rotvec()
+        return np.concatenate([(shown - seen)[:, :3, 3].ravel(), turned.ravel(), ridge])
+
+    found = least_squares(residuals, x0, method="trf").x
+
+    def error(posture: Any) -> float:
+        shown = predicted(found, posture.q[None])[0]
+        if poses:
+            return float(np.linalg.norm(shown[:3, 3] - posture.T_world_tool[:3, 3]))
+        return float(np.linalg.norm(shown - posture.points, axis=0).mean())
+
+    return error
+
+
+def compare_figaroh(
+    name: str, chain: Any, postures: Postures, free: tuple[str, ...], coefficient: float
+) -> comparison.Row:
+    """Each posture predicted from all others."""
+    ours, theirs = [], []
+    for i in comparison.progress(range(len(postures)), name):
+        others = postures[:i] + postures[i + 1 :]
+        result = calibration.calibrate_kinematics(
+            chain, others, options=calibration.KinematicsOptions(joint_errors=False)
+        )
+        ours.append(1e3 * place_errors(result, postures[i]))
+        theirs.append(1e3 * figaroh_fit(chain, others, free, coefficient)(postures[i]))
+    d = comparison.mean_difference(np.array(ours), np.array(theirs))
+    return comparison.Row(
+        f"{name}, {len(postures)} postures, each left out: mean error",
+        f"{np.mean(ours):.3f} mm",
+        "below FIGAROH's fit",
+        d.high < 0,
+        f"least squares as in FIGAROH {np.mean(theirs):.3f} mm",
+        d.text("mm"),
+    )
+
+
+def compare_time(data: Path) -> list[comparison.Row]:
     """A thousand postures, thirty parameters."""
     chain = dh_arm(sets.NOMINAL["UR5"][0])
     grid = tracker("UR5", "grid", data)
@@ -186,17 +283,46 @@ def compare_time(data: Path) -> comparison.Row:
         start = time.perf_counter()
         calibration.calibrate_kinematics(chain, grid, options=calibration.KinematicsOptions(joint_errors=False))
         times.append(time.perf_counter() - start)
+    ours = float(np.median(times))
     start = time.perf_counter()
     plain_fit(chain, grid)
-    peer = time.perf_counter() - start
-    ours = float(np.median(times))
-    return comparison.Row(
-        f"{len(grid)} postures, noise and spread estimated: time",
-        f"{ours:.2f} s",
-        "0.3 s",
-        ours <= 0.3,
-        f"least squares with numerical derivatives {peer / ours:.0f} times",
+    peers = {"least squares with numerical derivatives": time.perf_counter() - start}
+    if (by_pybotics := pybotics_time(chain, grid)) is not None:
+        peers["pybotics"] = by_pybotics
+    slowest = max(peers.values())
+    text = ", ".join(f"{name} {seconds / ours:.0f} times" for name, seconds in peers.items())
+    what = f"{len(grid)} postures, noise and spread estimated: time"
+    return [
+        comparison.Row(what, f"{ours:.2f} s", "0.3 s", ours <= 0.3, text),
+        comparison.Row(f"{what}, against pybotics", f"{ours:.2f} s", "10 times faster", slowest >= 10 * ours, text),
+    ]
+
+
+def pybotics_time(chain: Any, postures: Postures) -> float | None:
+    """Time of pybotics' own fit of lengths, angles, tool and world frame to the same positions [s]; None where it is
+    not installed (it asks for NumPy before 2: pip install --no-deps pybotics attrs)."""
+    try:
+        from pybotics.kinematic_chain import MDHKinematicChain
+        from pybotics.optimization import OptimizationHandler, optimize_accuracy
+        from pybotics.robot import Robot
+    except ImportError:
+        return None
+    # Modified rows hold a and alpha of the link before.
+    before = [0.0, *(j.a for j in chain.joints[:-1])], [0.0, *(j.alpha for j in chain.joints[:-1])]
+    rows = [[alpha, a, 0.0, j.b] for alpha, a, j in zip(before[1], before[0], chain.joints, strict=True)]
+    robot = Robot(kinematic_chain=MDHKinematicChain.from_parameters(1e3 * np.array(rows) * [1e-3, 1, 1e-3, 1]))
+    handler = OptimizationHandler(
+        robot=robot, kinematic_chain_mask=True, tool_mask=[True] * 3 + [False] * 3, world_mask=True
     )
+    seen = 1e3 * np.array([p.points[:, 0] for p in postures])
+    start = time.perf_counter()
+    least_squares(
+        optimize_accuracy,
+        handler.generate_optimization_vector(),
+        args=(handler, np.array([p.q for p in postures]), seen),
+        max_nfev=10,
+    )
+    return time.perf_counter() - start
 
 
 def main() -> None:
@@ -207,7 +333,9 @@ def main() -> None:
         compare_sockets("panda_1", "panda", ["front"], ["right", "back-high"], 0.347, data),
         compare_sockets("panda_6", "panda", ["front"], ["left", "right"], 0.254, data),
         compare_sockets("kuka_14", "iiwa14", ["front"], ["left_back", "raised_left"], 0.26, data),
-        compare_time(data),
+        compare_figaroh("UR10 before a camera", *ur10_postures(data), ("b", "theta_offset", "a", "alpha"), 1e-3),
+        compare_figaroh("TIAGo under motion capture", *tiago_postures(data), ("theta_offset",), 1e-2),
+        *compare_time(data),
     ]
     comparison.print_comparisons(lines, "Kinematic calibration")
 
