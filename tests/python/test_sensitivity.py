@@ -22,7 +22,8 @@ import time
 import numpy as np
 
 def ishigami(x):
-    time.sleep(PAUSE)
+    if PAUSE:
+        time.sleep(PAUSE)
     return {"y": np.sin(x[0]) + 7 * np.sin(x[1]) ** 2 + 0.1 * x[2] ** 4 * np.sin(x[0])}
 
 def rows(x):
@@ -181,7 +182,7 @@ def rows_there(file):
 def test_a_killed_analysis_goes_on_to_the_same_result(folder, run_kr5):
     run = ("sensitivity", "model.py:ishigami", "--inputs", "inputs.yaml", *FAST, "--workers", 1)
     assert run_kr5(*run, "-o", "whole").returncode == 0
-    write_model(folder, pause=0.1)  # a row takes half a second
+    write_model(folder, pause=0.05)  # a row takes a quarter of a second
     command = [sys.executable, "-m", "kr5_tools", *map(str, run), "-o", "killed"]
     process = subprocess.Popen(command, cwd=folder, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL)
     data, begin = folder / "killed/model/outputs.bin", time.monotonic()
