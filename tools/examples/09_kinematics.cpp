@@ -9,7 +9,7 @@
 using namespace kr5;
 
 int main(int, char** argv) {
-  const auto nominal = cell::load_cell(std::string(argv[1]) + "/cells/kr5_arc.yaml").nominal_chain();
+  const auto nominal = cell::nominal_chain(cell::load_cell(std::string(argv[1]) + "/cells/kr5_arc.yaml"));
   auto truth = nominal;
   truth.joints[1].a += 0.8e-3;                    // what the tracker will find [m]
   truth.joints[2].theta_offset += 2e-3;           // [rad]
