@@ -7,6 +7,7 @@
 #include <catch2/catch.hpp>
 
 #include <kr5/calibration/hand_eye_diagnosis.hpp>
+#include <kr5/calibration/hand_eye_pairs.hpp>
 #include <kr5/core/error.hpp>
 #include <kr5/geometry/resection.hpp>
 #include <kr5/uncertainty/confidence.hpp>
@@ -226,6 +227,13 @@ HandEyePairsRecording as_pairs(const Draw& d) {
   return out;
 }
 
+HandEyeResult calibrated(const HandEyePairsRecording& r) {
+  const std::vector<Pose> poses = to_poses(r.rows, r.format);
+  std::vector<PosePair> pairs;
+  for (std::size_t i = 0; i < poses.size(); ++i) pairs.push_back({r.names[i], poses[i], r.T_camera_target[i]});
+  return calibrate_hand_eye_pairs(pairs, {.mount = r.mount});
+}
+
 HandEyePairsRecording draw_pairs(HandEyeCause cause, std::uint64_t seed) {
   if (!test::of_pairs_only(cause)) return as_pairs(draw_fault(cause, seed));
   HandEyePairsRecording out = as_pairs(draw_sound(seed));
@@ -243,7 +251,7 @@ TEST_CASE("the right cause comes first for pairs of poses, too, and sound pairs 
   int right = 0, all = 0;
   std::string wrong;
   const auto names_first = [&](const HandEyePairsRecording& pairs, const std::string& truth) {
-    const HandEyeDiagnosis d = diagnose_hand_eye_pairs(pairs, HandEyeResult{});
+    const HandEyeDiagnosis d = diagnose_hand_eye_pairs(pairs, calibrated(pairs));
     const std::string first = d.causes.empty() ? "none" : std::string(name_of(d.causes.front().cause));
     if (first != truth) wrong += truth + " was called " + first + "; ";
     ++all;

@@ -160,7 +160,7 @@ TEST_CASE("a return that is off is named, and one of another point with that poi
 TEST_CASE("sound returns are rarely called outliers or drift, and drift is found", "[statistics]") {
   ReturnsWorld w;
   w.points = 2;
-  const int n = test::trials(1000, 60);
+  const int n = test::trials(1000, 100);
   int outliers = 0, drifts = 0;
   for (int i = 0; i < n; ++i) {
     const RepeatabilityResult r =

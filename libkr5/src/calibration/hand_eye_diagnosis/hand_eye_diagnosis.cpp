@@ -75,8 +75,15 @@ double held_out(const Case& c, const SetupHypothesis& h) {
   return held_out_rms(h.reading, c.sightings);
 }
 
+/// Whether outliers are looked for. Poses of a target are less alike in their noise than pixels, which the quick fit
+/// does not know: of pairs only those count that the calibration, which knows more of their noise, left out.
+bool looks_for_outliers(const Case& c, const HandEyeResult& result) {
+  return !c.pairs || result.views.empty() || std::ranges::any_of(result.views, &HandEyeViewReport::outlier);
+}
+
 /// Significant hypotheses, the best of each kind, best first.
-std::vector<Candidate> compete(const Case& c, const HandEyeDiagnosisOptions& options, double held_out_sound) {
+std::vector<Candidate> compete(const Case& c, const HandEyeResult& result, const HandEyeDiagnosisOptions& options,
+                               double held_out_sound) {
   std::vector<Candidate> out;
   const auto consider = [&](const std::vector<SetupHypothesis>& family) {
     const SetupHypothesis* best = nullptr;
@@ -93,7 +100,7 @@ std::vector<Candidate> compete(const Case& c, const HandEyeDiagnosisOptions& opt
   consider(evidence::reordered_readings(c, options.seed));
   consider(evidence::moved_target(c));
   consider(evidence::delayed_readings(c));
-  consider(evidence::outlier_readings(c));
+  if (looks_for_outliers(c, result)) consider(evidence::outlier_readings(c));
   consider(c.pairs ? evidence::mirrored_target(c) : evidence::other_camera(c));
   std::sort(out.begin(), out.end(), [](const auto& a, const auto& b) { return a.gain > b.gain; });
   return out;
@@ -228,7 +235,7 @@ HandEyeDiagnosis diagnose(Case& c, const HandEyeResult& result, const HandEyeDia
     c.sound.score = c.sound.fit.score;
     out.held_out_rms = evidence::held_out_rms(c.sound.reading, c.sightings);
     if (c.sound.fit.usable)
-      out.causes = name_causes(c, compete(c, options, out.held_out_rms),
+      out.causes = name_causes(c, compete(c, result, options, out.held_out_rms),
                                result.fit.usable() ? result.T_mount_camera : c.sound.fit.X, out);
   }
   decide(result, options, out);
