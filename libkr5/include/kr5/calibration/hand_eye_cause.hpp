@@ -15,7 +15,6 @@ enum class HandEyeCause {
   TooLittleRotation,
   OneAxisRotation,
   PosesInverted,
-  MirroredTarget,
   WrongRotationForm,
   QuaternionOrder,
   DegreesForRadians,
@@ -27,6 +26,7 @@ enum class HandEyeCause {
   ClockOffset,
   CameraModelWrong,
   OutlierViews,
+  MirroredTarget,
 };
 
 constexpr auto enum_names(HandEyeCause) {
@@ -34,7 +34,6 @@ constexpr auto enum_names(HandEyeCause) {
   return names<HandEyeCause>({{TooLittleRotation, "too_little_rotation"},
                               {OneAxisRotation, "one_axis_rotation"},
                               {PosesInverted, "poses_inverted"},
-                              {MirroredTarget, "mirrored_target"},
                               {WrongRotationForm, "wrong_rotation_form"},
                               {QuaternionOrder, "quaternion_order"},
                               {DegreesForRadians, "degrees_for_radians"},
@@ -45,7 +44,8 @@ constexpr auto enum_names(HandEyeCause) {
                               {TargetMoved, "target_moved"},
                               {ClockOffset, "clock_offset"},
                               {CameraModelWrong, "camera_model_wrong"},
-                              {OutlierViews, "outlier_views"}});
+                              {OutlierViews, "outlier_views"},
+                              {MirroredTarget, "mirrored_target"}});
 }
 
 /// One cause, with what speaks for it.
