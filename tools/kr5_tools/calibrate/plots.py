@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
+from kr5_tools.calibrate.axis_study_plots import study_noise, study_parameters
 from kr5_tools.calibrate.kinematics_plots import parameter_changes, posture_errors
 from kr5_tools.calibrate.residual_plots import (
     coverage_plot,
@@ -19,7 +20,6 @@ from kr5_tools.calibrate.residual_plots import (
     touch_errors,
     view_errors,
 )
-from kr5_tools.identify.study_plots import study_noise, study_parameters
 from kr5_tools.pages.plot_style import BLUE, GREEN, GREY, RED, STYLE, WIDE, WIDTH, plt
 
 CAMERA_PARAMETERS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")

@@ -123,7 +123,8 @@ def moved_device_doubts(postures: list[Any], result: Any) -> list[str]:
             continue
         T = result.T_world_base @ result.flange(posture.q, *_torques(posture, result))
         tip = result.T_flange_tool[:3, 3] if posture.T_world_tool is not None else result.points[:, 0]
-        rows.append(posture), residuals.append(place - (T[:3, :3] @ tip + T[:3, 3]))
+        rows.append(posture)
+        residuals.append(place - (T[:3, :3] @ tip + T[:3, 3]))
     n = len(rows)
     if n < 12:
         return []
@@ -150,4 +151,4 @@ def _torques(posture: Any, result: Any) -> tuple[Any, ...]:
 
 
 def _spread(r: np.ndarray) -> np.ndarray:
-    return np.maximum(1.4826 * np.median(np.abs(r - np.median(r, axis=0)), axis=0), 1e-12)
+    return np.asarray(np.maximum(1.4826 * np.median(np.abs(r - np.median(r, axis=0)), axis=0), 1e-12))
