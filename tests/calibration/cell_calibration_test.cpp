@@ -247,7 +247,7 @@ TEST_CASE("a scanner shares the arm with the camera and is found beside it") {
   test::ScannerWorld world;  // for the place of its tip and its scanner
   Random random(8);
   CellScan scan;
-  scan.targets.push_back({.name = "pin", .kind = ScanTargetKind::Tip});
+  scan.targets.push_back({.name = "pin", .kind = ScanTargetKind::Tip, .position = {}, .normal = {}});
   while (scan.views.size() < 30) {
     const Eigen::Vector3d at(random.uniform(-0.02, 0.02), 0.0, random.uniform(0.17, 0.21));
     const auto reached =

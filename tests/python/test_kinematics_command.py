@@ -1,6 +1,7 @@
 """`kr5 calibrate kinematics`, `kr5 identify axes` and what Python has of them."""
 
 import json
+import shutil
 
 import kr5
 import numpy as np
@@ -258,3 +259,110 @@ def test_postures_that_cannot_be_chosen_are_refused_in_words(folder, arm, run_kr
     cell.save_cell(believed, folder / "blind.yaml")
     done = run_kr5("calibrate", "postures", "--cell", "blind.yaml", "--see-board")
     assert done.returncode == 2 and "the cell has no board" in done.stderr
+
+
+# Case of the shared set, the effect, its parameters in the result with the true values, and a value of the cell.
+GEOMETRIC_CASES = [
+    ("case-000", "encoder_offset", {"arm.joint6.theta_offset": 0.0025456440416700807}),
+    ("case-011", "link_length", {"arm.joint4.b": 0.6216475153213981 - 0.62}),
+    (
+        "case-007",
+        "tool_offset",
+        {"tool.x": 0.001499173276008533, "tool.y": -0.0004132797505737894, "tool.z": 0.00038096921571394984},
+    ),
+]
+GEOMETRY = {"encoder_offset", "link_length", "link_twist", "tool_offset", "hand_eye", "transmission_error", "base_tilt"}
+
+
+@pytest.mark.parametrize(("case", "effect", "true"), GEOMETRIC_CASES)
+def test_calibration_and_diagnosis_agree_and_the_refined_cell_leaves_no_geometric_cause(
+    tmp_path, reference, run_kr5, case, effect, true
+):
+    recording = reference / "cases" / case
+    done = run_kr5("calibrate", "kinematics", recording, "-o", "kinematics.json", "--write-cell", "refined.yaml")
+    assert done.returncode == 0, done.stderr
+    result = json.loads((tmp_path / "kinematics.json").read_text())["result"]
+    found = {c["name"]: c for c in result["coordinates"]}
+    size = np.linalg.norm(list(true.values()))
+    for name, value in true.items():
+        change = found[name]["value"] - found[name]["nominal"]
+        assert abs(change - value) < 2 * found[name]["std"], (name, change, found[name]["std"])
+        assert found[name]["std"] < 0.02 * size
+    # The diagnosis blames the same effect with the same size.
+    assert run_kr5("gap", "diagnose", recording, "--json", "before.json").returncode == 0
+    causes = {c["effect"]: c for c in json.loads((tmp_path / "before.json").read_text())["causes"]}
+    (parameter,) = causes[effect]["parameters"].values()
+    nominal = {"link_length": 0.62}.get(effect, 0.0)
+    blamed, spread = np.ravel(parameter["value"]) - nominal, np.ravel(parameter["std"])
+    for (name, _), value, std in zip(true.items(), blamed, spread, strict=True):
+        change = found[name]["value"] - found[name]["nominal"]
+        assert abs(change - value) < 3 * np.hypot(found[name]["std"], std), (name, change, value)
+    # With the refined cell in its place the recording has no geometric cause left.
+    after = tmp_path / "after"
+    shutil.copytree(recording, after)
+    shutil.copy(tmp_path / "refined.yaml", after / "cell.yaml")
+    assert run_kr5("gap", "diagnose", after, "--json", "after.json").returncode == 0
+    left = {c["effect"] for c in json.loads((tmp_path / "after.json").read_text())["causes"]}
+    assert not left & GEOMETRY, left
+
+
+def test_compliance_of_a_joint_is_found_from_a_recording(tmp_path, reference, run_kr5):
+    recording = reference / "cases" / "case-012"  # joint 5 with 2584.37 N m/rad
+    done = run_kr5("calibrate", "kinematics", recording, "--elasticity", "-o", "kinematics.json")
+    assert done.returncode == 0, done.stderr
+    coordinates = json.loads((tmp_path / "kinematics.json").read_text())["result"]["coordinates"]
+    found = {c["name"]: c for c in coordinates if c["name"].endswith(".compliance")}
+    assert len(found) == 6
+    fifth = found["joint_errors.joint5.compliance"]
+    assert fifth["value"] > 5 * fifth["std"]
+    assert abs(fifth["value"] - 1 / 2584.3743855358803) < 3 * fifth["std"]
+
+
+def calibrated(folder, run_kr5, q, places, *arguments):
+    write(folder / "bad.csv", q, places)
+    done = run_kr5("calibrate", "kinematics", "bad.csv", "--cell", "cell.yaml", *arguments, "-o", "bad.json")
+    assert done.returncode == 0, done.stderr
+    verdict = json.loads((folder / "bad.json").read_text())["verdict"]
+    assert verdict["word"] == "doubtful", verdict
+    return verdict["text"]
+
+
+def test_measurements_wrong_as_a_whole_are_told_in_words(folder, arm, run_kr5):
+    q, places = measured(arm[1], 60, 1)
+    assert "are they in millimetres?" in calibrated(folder, run_kr5, q, 1e3 * places)
+    assert "1.02 times as far apart" in calibrated(folder, run_kr5, q, 1.02 * places)
+    assert "mirrored" in calibrated(folder, run_kr5, q, places * [1, -1, 1])
+    text = calibrated(folder, run_kr5, q[1:], places[:-1])
+    assert "one row before, from bad.csv:2 to bad.csv:60" in text and "shifted" in text
+    assert "one row after" in calibrated(folder, run_kr5, q[:-1], places[1:])
+
+
+def test_a_device_that_moved_midway_is_told_with_the_row(folder, arm, run_kr5):
+    q, places = measured(arm[1], 60, 1)
+    places[33:] += [0.002, -0.001, 0.0]
+    text = calibrated(folder, run_kr5, q, places)
+    assert "from bad.csv:35 on the measured places are" in text and "did the device or the base move?" in text
+
+
+def test_a_fifth_of_the_postures_gone_wrong_is_named_by_line(folder, arm, run_kr5):
+    q, places = measured(arm[1], 60, 1)
+    random = np.random.default_rng(3)
+    wrong = random.choice(60, 12, replace=False)
+    places[wrong] += random.choice([-1, 1], (12, 3)) * random.uniform(0.005, 0.05, (12, 3))
+    text = calibrated(folder, run_kr5, q, places)
+    named = text[text.index("were left out: ") :].split(";")[0]
+    assert {f"bad.csv:{row + 2}" for row in wrong} <= set(named.removeprefix("were left out: ").split(", "))
+
+
+def test_postures_that_excite_little_or_nothing_are_told(folder, arm, run_kr5):
+    q, _ = measured(arm[1], 60, 1)
+    base = kr5.to_pose([1.0, -0.5, 0.3, 0.2, -0.1, 0.7])
+    random = np.random.default_rng(6)
+    q[:, 3:] = 0.03 * random.uniform(-1, 1, (60, 3)) * [1, 0, 0] + [0.1, 0.2, 0.3]
+    places = np.array([(base @ arm[1].flange(row) @ [0.1, -0.05, 0.15, 1])[:3] for row in q])
+    text = calibrated(folder, run_kr5, q, places + random.normal(0, 5e-5, places.shape))
+    assert "joint 5 did not move" in text and "joint 6 did not move" in text
+    assert "joint 4 moved by 3." in text
+    write(folder / "still.csv", np.repeat(q[:1], 20, axis=0), np.repeat(places[:1], 20, axis=0))
+    done = run_kr5("calibrate", "kinematics", "still.csv", "--cell", "cell.yaml")
+    assert done.returncode == 2 and "no joint moved" in done.stderr

@@ -330,6 +330,13 @@ JOBS = [
     Job("kinematics", "identify axes turns.csv -o out.json", "poses", ("turns.csv",), ("out.json",), 2),
     Job(
         "kinematics",
+        "identify study --cell cell.yaml --device laser_tracker --arc 20 --noise 1 --samples 8 --trials 2 -o out.json",
+        "poses",
+        ("cell.yaml",),
+        ("out.json",),
+    ),
+    Job(
+        "kinematics",
         "calibrate kinematics postures.csv --cell cell.yaml -o out.json",
         "poses",
         ("postures.csv", "cell.yaml"),

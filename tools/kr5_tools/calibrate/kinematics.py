@@ -7,7 +7,7 @@ import numpy as np
 import typer
 from kr5 import calibration, cell
 
-from kr5_tools.calibrate.posture_checks import posture_doubts
+from kr5_tools.calibrate.posture_checks import posture_doubts, require_motion
 from kr5_tools.calibrate.postures import (
     AngleUnit,
     Columns,
@@ -125,6 +125,7 @@ def calibrate_kinematics(
     if elasticity:
         options.elasticity = True
         add_torques(seen, believed)
+    require_motion(seen)
     distances = [_distance(text) for text in distance or []]
     with spinner("Calibrating"):
         result = calibration.calibrate_kinematics(chain, seen, distances, options)
@@ -169,7 +170,7 @@ def _complete(
         if believed.tool is None:
             fail("--known-tool: the cell has no tool")
         options.T_flange_tool = believed.tool.T_flange_tool
-    options.hold = [name if name.startswith("arm.") else f"arm.{name}" for name in hold or []]
+    options.hold = [f"arm.{name}" if name.startswith("joint") else name for name in hold or []]
     options.validate()
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
+from kr5_tools.calibrate.axis_study_plots import study_noise, study_parameters
 from kr5_tools.calibrate.kinematics_plots import parameter_changes, posture_errors, posture_spread, posture_value
 from kr5_tools.calibrate.laser_plots import cloud_plot, profile_errors, study_plot
 from kr5_tools.calibrate.residual_plots import (
@@ -20,7 +21,6 @@ from kr5_tools.calibrate.residual_plots import (
     touch_errors,
     view_errors,
 )
-from kr5_tools.identify.study_plots import study_noise, study_parameters
 from kr5_tools.pages.plot_style import BLUE, GREEN, GREY, RED, STYLE, WIDE, WIDTH, plt
 from kr5_tools.repeatability.plots import distance_histogram, return_order, return_scatter
 from kr5_tools.workspace.plots import condition_map, dexterity_map, reachable_region, singular_value_map

@@ -5,12 +5,21 @@ from typing import Any
 
 import numpy as np
 
+from kr5_tools.cli.terminal import fail
+
 LITTLE = np.radians(5)  # turn of a joint that tells little of it
 STANDING = 1e-3  # a joint whose values differ by less stood still [rad or m]
 BETTER = 0.4  # part of the distance that is left where a fault explains it
 WORTH = 2e-3  # distance below which nothing needs a further explanation [m]
 ROUNDS = 60  # of the alternating fit of tool and device
 JUMP = 60.0  # chi-square of three degrees of freedom, the greatest over all rows, that no chance gives
+
+
+def require_motion(postures: list[Any]) -> None:
+    """Refuses postures that are all the same."""
+    q = np.array([p.q for p in postures])
+    if len(q) > 1 and (np.ptp(q, axis=0) < STANDING).all():
+        fail(f"no joint moved from {postures[0].name} to {postures[-1].name}: one posture tells nothing of the arm")
 
 
 def posture_doubts(chain: Any, postures: list[Any], result: Any) -> list[str]:
@@ -114,7 +123,8 @@ def moved_device_doubts(postures: list[Any], result: Any) -> list[str]:
             continue
         T = result.T_world_base @ result.flange(posture.q, *_torques(posture, result))
         tip = result.T_flange_tool[:3, 3] if posture.T_world_tool is not None else result.points[:, 0]
-        rows.append(posture), residuals.append(place - (T[:3, :3] @ tip + T[:3, 3]))
+        rows.append(posture)
+        residuals.append(place - (T[:3, :3] @ tip + T[:3, 3]))
     n = len(rows)
     if n < 12:
         return []
@@ -141,4 +151,4 @@ def _torques(posture: Any, result: Any) -> tuple[Any, ...]:
 
 
 def _spread(r: np.ndarray) -> np.ndarray:
-    return np.maximum(1.4826 * np.median(np.abs(r - np.median(r, axis=0)), axis=0), 1e-12)
+    return np.asarray(np.maximum(1.4826 * np.median(np.abs(r - np.median(r, axis=0)), axis=0), 1e-12))

@@ -75,9 +75,8 @@ def add_torques(postures: list[Any], cell: Any) -> None:
     chain = cell.nominal_chain()
     dynamics = kinematics.Dynamics(chain, list(cell.robot.links), cell.robot.gravity)
     if cell.tool is not None and cell.tool.mass > 0:
-        dynamics.add_body(
-            len(chain.joints) - 1, kinematics.Body(mass=cell.tool.mass, com=cell.tool.com, inertia=cell.tool.inertia)
-        )
+        body = kinematics.Body(mass=cell.tool.mass, com=cell.tool.com, inertia=cell.tool.inertia)
+        dynamics.add_body(len(chain.joints) - 1, body, cell.tool.T_flange_sensor)
     for posture in postures:
         posture.torques = dynamics.gravity_torques(posture.q)
 

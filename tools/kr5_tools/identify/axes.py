@@ -131,7 +131,8 @@ def _image_turns(folders: list[Path], camera: Path | None, target: str | None, m
     out = Turns(np.zeros(len(folders)))
     for folder in folders:
         samples, labels = image_turn(folder, camera, target, mount)
-        out.samples.append(samples), out.labels.append(labels)
+        out.samples.append(samples)
+        out.labels.append(labels)
     return out
 
 
@@ -148,7 +149,8 @@ def _turns(files: list[Path], wanted: Columns) -> Turns:
         out = Turns(np.zeros(len(files)))
         for one in files:
             samples, labels = _table_turn(one, wanted)
-            out.samples.append(samples), out.labels.append(labels)
+            out.samples.append(samples)
+        out.labels.append(labels)
         return out
     file = files[0]
     table = io.load_csv(file)

@@ -70,7 +70,7 @@ def study(
     parallel; angles are those between neighbouring axes.
     """
     check_writable(output, json_file, inputs=[f for f in (cell_file,) if f])
-    believed = cell.load_cell(cell_file or find_shipped_cell())
+    believed = cell.load_cell(cell_file or _shipped_cell())
     chain = believed.nominal_chain()
     posture = _home(home, believed, len(chain.joints))
     wanted = _devices(device, make_devices_of(believed, chain.flange(posture), map_error, seed))
@@ -102,8 +102,13 @@ def make_devices_of(believed: Any, home_flange: np.ndarray, map_error: float, se
     """Devices for a cell; without a camera only those that track a reflector."""
     if believed.camera is not None and (believed.camera.T_flange_camera is not None or believed.tool is not None):
         return make_devices(believed, home_flange, map_error, seed)
-    shipped = cell.load_cell(find_shipped_cell())
-    return make_devices(shipped, home_flange, map_error, seed)
+    return make_devices(cell.load_cell(_shipped_cell()), home_flange, map_error, seed)
+
+
+def _shipped_cell() -> Path:
+    if (found := find_shipped_cell()) is None:
+        fail("--cell: is missing, and the cell that ships with kr5 was not found")
+    return found
 
 
 def _home(text: str | None, believed: Any, joints: int) -> np.ndarray:
@@ -111,7 +116,7 @@ def _home(text: str | None, believed: Any, joints: int) -> np.ndarray:
         limits = believed.robot.limits
         if len(limits.lower) != joints:
             fail("--home: is missing; the cell has no joint limits, whose middle could be taken")
-        return 0.5 * (np.asarray(limits.lower) + np.asarray(limits.upper))
+        return np.asarray(0.5 * (np.asarray(limits.lower) + np.asarray(limits.upper)))
     try:
         values = np.array([float(v) for v in text.split(",")])
     except ValueError:
@@ -150,7 +155,9 @@ def chain_errors(found: Any, true: Any) -> Errors:
     names, lengths, values = [], [], []
 
     def add(name: str, length: bool, value: float) -> None:
-        names.append(name), lengths.append(length), values.append(value)
+        names.append(name)
+        lengths.append(length)
+        values.append(value)
 
     for k, (f, t) in enumerate(zip(found.joints[:-1], true.joints[:-1], strict=True)):
         add(f"a{k + 1}", True, f.a - t.a)

@@ -68,9 +68,11 @@ def nominal_doubts(chain: Any, nominal: Any, home: np.ndarray) -> list[str]:
     for k, (f, b) in enumerate(zip(chain.joints[:-1], believed.joints[:-1], strict=True)):
         if abs(np.sin(b.alpha)) < NEAR_PARALLEL:
             continue  # the sign of what lies between parallel axes tells nothing
-        found.append(f.a), expected.append(b.a)
+        found.append(f.a)
+        expected.append(b.a)
         if k > 0:
-            found.append(f.b), expected.append(b.b)
+            found.append(f.b)
+            expected.append(b.b)
     square = float(np.dot(expected, expected))
     if square == 0.0:
         return []
@@ -97,7 +99,8 @@ def home_point_doubts(
     places, spreads = [], []
     for k, (turn, result) in enumerate(zip(turns, results, strict=True)):
         place, spread = _place_at_home(turn, result, float(home[k]))
-        places.append(place), spreads.append(spread)
+        places.append(place)
+        spreads.append(spread)
     out = []
     for k in range(1, len(places)):
         off = float(np.linalg.norm(places[k] - places[k - 1]))
