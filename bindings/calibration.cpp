@@ -101,9 +101,10 @@ static void bind_kinematics_calibration(py::module_& m) {
   kr5::python::bind_struct<KinematicCoordinate>(m, "KinematicCoordinate", "Estimated number with its uncertainty.");
   kr5::python::bind_struct<ArmPostureReport>(m, "ArmPostureReport", "Agreement of one posture with the result.");
   kr5::python::bind_struct<KinematicsResult>(m, "KinematicsResult", "Identified arm with its covariance.")
-      .def("corrected", &KinematicsResult::corrected, py::arg("q"), py::arg("torques") = Eigen::VectorXd(),
-           "Joint values at which the arm stands when the controller reports q [rad or m] and the joints bear torques,\n"
-           "which are needed where compliances were estimated [N m or N].")
+      .def(
+          "corrected", &KinematicsResult::corrected, py::arg("q"), py::arg("torques") = Eigen::VectorXd(),
+          "Joint values at which the arm stands when the controller reports q [rad or m] and the joints bear torques,\n"
+          "which are needed where compliances were estimated [N m or N].")
       .def("flange", &KinematicsResult::flange, py::arg("q"), py::arg("torques") = Eigen::VectorXd(),
            "T_base_flange (4x4) for reported joint values and torques of the joints.");
   m.def(

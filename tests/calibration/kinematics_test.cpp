@@ -231,10 +231,12 @@ TEST_CASE("compliance of joints under gravity is found from postures with torque
   Random random(22);
   const Eigen::VectorXd truth = (Eigen::VectorXd(6) << 0, 4e-6, 6e-6, 0, 3e-5, 0).finished();
   for (ArmPosture& p : w.postures) {
-    p.torques = random.normal_vector(6, 1.0).cwiseProduct(Eigen::VectorXd::Map(std::array{10., 400., 200., 5., 20., 1.}.data(), 6));
+    p.torques = random.normal_vector(6, 1.0).cwiseProduct(
+        Eigen::VectorXd::Map(std::array{10., 400., 200., 5., 20., 1.}.data(), 6));
     Vector6 noise;
     noise << random.normal_vector(3, 5e-5), random.normal_vector(3, 1e-4);
-    p.T_world_tool = w.T_world_base * w.arm.flange(p.q - truth.cwiseProduct(p.torques)) * w.T_flange_tool * to_pose(noise);
+    p.T_world_tool =
+        w.T_world_base * w.arm.flange(p.q - truth.cwiseProduct(p.torques)) * w.T_flange_tool * to_pose(noise);
   }
   const KinematicsResult rigid = calibrate_kinematics(w.nominal, w.postures, {}, {.joint_errors = false});
   const KinematicsResult r =
@@ -286,8 +288,7 @@ TEST_CASE("pixels of a fixed target make the arm better known than poses of the 
   }
   REQUIRE(seen == 12);
   KinematicsOptions options{.joint_errors = false, .T_world_base = w.T_world_base, .T_flange_tool = w.T_flange_tool};
-  const KinematicsResult poses =
-      calibrate_kinematics(w.nominal, std::span(w.postures).first(40), {}, options);
+  const KinematicsResult poses = calibrate_kinematics(w.nominal, std::span(w.postures).first(40), {}, options);
   CHECK_THROWS_WITH(calibrate_kinematics(w.nominal, w.postures, {}, options), Contains("need camera"));
   const Vector6 off = (Vector6() << 0.003, -0.002, 0.002, 0.01, 0.01, -0.01).finished();
   options.camera = camera, options.T_flange_camera = T_flange_camera * to_pose(off);
@@ -323,8 +324,8 @@ TEST_CASE("a tool whose orientation is known and whose place is not is found apa
     noise << random.normal_vector(3, 5e-5), random.normal_vector(3, 8e-5);
     p.T_world_tool = w.T_world_base * arm.flange(p.q) * tool * to_pose(noise);
   }
-  const KinematicsOptions options{.tolerance_tool = 5e-3, .joint_errors = false, .T_world_base = w.T_world_base,
-                                  .T_flange_tool = believed};
+  const KinematicsOptions options{
+      .tolerance_tool = 5e-3, .joint_errors = false, .T_world_base = w.T_world_base, .T_flange_tool = believed};
   const KinematicsResult r = calibrate_kinematics(w.nominal, w.postures, {}, options);
   REQUIRE(r.fit.usable());
   CHECK(r.arm.joints.back().theta_offset - w.nominal.joints.back().theta_offset == Approx(2.5e-3).margin(8e-5));

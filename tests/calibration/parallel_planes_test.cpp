@@ -23,9 +23,12 @@ constexpr double degree = M_PI / 180;
 DhChain arm_of(double a1, double a2, double a3, double b4) {
   DhChain out;
   const double quarter = M_PI / 2;
-  out.joints = {{.b = 0.4, .a = a1, .alpha = quarter}, {.theta_offset = quarter, .a = a2, .alpha = 2 * quarter},
-                {.a = a3, .alpha = quarter},           {.b = b4, .theta_offset = 2 * quarter, .alpha = quarter},
-                {.theta_offset = -quarter, .alpha = quarter}, {.b = 0.115}};
+  out.joints = {{.b = 0.4, .a = a1, .alpha = quarter},
+                {.theta_offset = quarter, .a = a2, .alpha = 2 * quarter},
+                {.a = a3, .alpha = quarter},
+                {.b = b4, .theta_offset = 2 * quarter, .alpha = quarter},
+                {.theta_offset = -quarter, .alpha = quarter},
+                {.b = 0.115}};
   return out;
 }
 
@@ -96,7 +99,8 @@ TEST_CASE("p = 800, q = 60, s = 631.5 mm have the solutions 680 and 180 mm, of w
   CHECK(exact.b4 == Approx(0.62).margin(1e-14));
 }
 
-TEST_CASE("exact turns give the four lengths, however far the upper arm leans and to whichever side the forearm points") {
+TEST_CASE(
+    "exact turns give the four lengths, however far the upper arm leans and to whichever side the forearm points") {
   Random random(1);
   for (const double lean : {0.0, 0.05, -0.2}) {
     for (int trial = 0; trial < 5; ++trial) {

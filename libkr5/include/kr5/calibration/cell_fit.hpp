@@ -69,9 +69,9 @@ struct FitPoint {
 
 struct CellFitOptions {
   int max_iterations = 100;
-  double loss = 0.0;               ///< [-]
-  double rank_tolerance = 1e-6;    ///< [-]
-  double cost_tolerance = 1e-14;   ///< [-]
+  double loss = 0.0;              ///< [-]
+  double rank_tolerance = 1e-6;   ///< [-]
+  double cost_tolerance = 1e-14;  ///< [-]
   bool uncertainty = true;
 
   /// @throws InvalidArgument naming the offending field.

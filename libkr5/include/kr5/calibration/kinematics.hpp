@@ -159,22 +159,22 @@ struct KinematicsResult {
   Pose T_flange_tool = Pose::Identity();  ///< Where poses were measured.
   Pose T_flange_camera = Pose::Identity();
   Pose T_base_target = Pose::Identity();
-  Eigen::Matrix3Xd points;                ///< On the flange [m].
-  Eigen::Matrix3Xd sockets;               ///< In the base [m].
+  Eigen::Matrix3Xd points;   ///< On the flange [m].
+  Eigen::Matrix3Xd sockets;  ///< In the base [m].
   std::vector<std::string> socket_names;
   Eigen::MatrixXd joint_errors;  ///< [rad]
   Eigen::VectorXd compliances;   ///< [rad/(N m) or m/N]
   std::vector<KinematicCoordinate> coordinates;
   Eigen::MatrixXd covariance;  ///< In the order of `coordinates`.
   std::vector<UnidentifiableDirection> unidentifiable;
-  double sigma_position = 0.0;    ///< [m]
-  double sigma_rotation = 0.0;    ///< [rad]
-  double sigma_pixel = 0.0;       ///< [px]
-  double tolerance_length = 0.0;  ///< [m]
-  double tolerance_angle = 0.0;   ///< [rad]
-  double tolerance_joint = 0.0;   ///< [rad]
+  double sigma_position = 0.0;        ///< [m]
+  double sigma_rotation = 0.0;        ///< [rad]
+  double sigma_pixel = 0.0;           ///< [px]
+  double tolerance_length = 0.0;      ///< [m]
+  double tolerance_angle = 0.0;       ///< [rad]
+  double tolerance_joint = 0.0;       ///< [rad]
   double tolerance_compliance = 0.0;  ///< [rad/(N m) or m/N]
-  double dof = 0.0;               ///< [-]
+  double dof = 0.0;                   ///< [-]
   std::vector<ArmPostureReport> postures;
   FitReport fit;
 

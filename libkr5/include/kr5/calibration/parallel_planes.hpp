@@ -48,9 +48,10 @@ struct ParallelPlaneDistances {
   static void each_field(auto& self, auto&& visit) {
     visit("c_23", self.c_23, "Distance of the axes 2 and 3 [m].");
     visit("c_35", self.c_35, "Distance of the axes 3 and 5 [m].");
-    visit("c_16", self.c_16,
-          "Distance of the axes 1 and 6 with the forearm across axis 1, less what a lean of the upper arm adds; negative "
-          "when the forearm points away from axis 2 [m].");
+    visit(
+        "c_16", self.c_16,
+        "Distance of the axes 1 and 6 with the forearm across axis 1, less what a lean of the upper arm adds; negative "
+        "when the forearm points away from axis 2 [m].");
     visit("c_16_upright", self.c_16_upright, "The same with the forearm along axis 1; negative beyond axis 1 [m].");
     visit("covariance", self.covariance, "Covariance of the four, in this order [m^2].");
     visit("objection", self.objection, "Reason why the distances tell no lengths; empty when there is none.");
@@ -65,9 +66,10 @@ struct ParallelPlaneOptions {
   void validate() const;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("a1", self.a1,
-          "Approximate length a1, which tells the right one of two solutions [m]; by default the solution whose forearm "
-          "is longer than the offset of the elbow.");
+    visit(
+        "a1", self.a1,
+        "Approximate length a1, which tells the right one of two solutions [m]; by default the solution whose forearm "
+        "is longer than the offset of the elbow.");
     visit("min_separation", self.min_separation,
           "Least distance of the two solutions, in standard deviations of a1, at which one can be told [-].");
   }
@@ -91,7 +93,8 @@ struct ParallelPlaneLengths {
           "Offset of the elbow; positive when it brings the upright forearm nearer to axis 1 than axis 2 is [m].");
     visit("b4", self.b4, "Length of the forearm [m].");
     visit("covariance", self.covariance, "Covariance of a1, a2, a3 and b4 [m^2].");
-    visit("a1_other", self.a1_other, "Length a1 of the solution that was not taken; a3 and b4 change places in it [m].");
+    visit("a1_other", self.a1_other,
+          "Length a1 of the solution that was not taken; a3 and b4 change places in it [m].");
     visit("separation", self.separation, "Distance of the two solutions, in standard deviations of a1 [-].");
     visit("fit", self.fit, "Report of the estimation.");
   }

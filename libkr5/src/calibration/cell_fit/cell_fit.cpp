@@ -616,7 +616,7 @@ Eigen::VectorXd CellFit::residuals(FitObservation observation) const {
 }
 
 CellFit::SquaredResiduals CellFit::squared_residuals(std::span<const FitObservation> observations, int first_row,
-                                                    int end_row) const {
+                                                     int end_row) const {
   require(!impl_->places.empty(), "CellFit: solve() comes first");
   Eigen::Index n = 0;
   for (const auto& of_block : impl_->places)

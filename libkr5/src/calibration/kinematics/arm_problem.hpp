@@ -14,11 +14,11 @@ namespace kr5::calibration::arm_problem {
 
 /// Standard deviations of measurements and of true parameters about the nominal ones.
 struct Sigmas {
-  double position = 5e-3;  ///< [m]
-  double rotation = 5e-3;  ///< [rad]
-  double length = 2e-3;    ///< [m]
-  double angle = 3e-3;     ///< [rad]
-  double joint = 3e-4;     ///< Of a coefficient of the joint errors [rad].
+  double position = 5e-3;    ///< [m]
+  double rotation = 5e-3;    ///< [rad]
+  double length = 2e-3;      ///< [m]
+  double angle = 3e-3;       ///< [rad]
+  double joint = 3e-4;       ///< Of a coefficient of the joint errors [rad].
   double compliance = 1e-5;  ///< Of the compliance of a joint [rad/(N m)].
   double pixel = 1.0;        ///< [px]
 };

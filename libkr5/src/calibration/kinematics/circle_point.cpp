@@ -24,9 +24,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double moved_least = 5.0;     // first over third singular value below which the joint did not move
-constexpr double curved_least = 3.0;    // second over third below which the arc is no more than a line
-constexpr double sound_samples = 0.7;   // at least this part of the samples stays in the fit
+constexpr double moved_least = 5.0;    // first over third singular value below which the joint did not move
+constexpr double curved_least = 3.0;   // second over third below which the arc is no more than a line
+constexpr double sound_samples = 0.7;  // at least this part of the samples stays in the fit
 constexpr double degree = std::numbers::pi / 180;
 
 std::string in_degrees(double angle) {
@@ -177,7 +177,8 @@ std::vector<bool> points_on_one_circle(const Eigen::Matrix3Xd& points) {
   Eigen::VectorXd best;
   for (int k = 0; k < triples; ++k) {
     const int count = static_cast<int>(n);
-    const Eigen::Matrix3Xd three = columns(points, {random.integer(count), random.integer(count), random.integer(count)});
+    const Eigen::Matrix3Xd three =
+        columns(points, {random.integer(count), random.integer(count), random.integer(count)});
     const Vector3d a = three.col(1) - three.col(0), b = three.col(2) - three.col(0);
     if (a.cross(b).norm() < 1e-9 * size * size + 1e-300) continue;
     const Eigen::VectorXd d = distances_from_circle_of(three, points);
@@ -538,8 +539,8 @@ JointAxisResult identify_joint_axis(std::span<const JointSample> samples, const 
   options.validate();
   check_samples(samples);
   // Gross outliers would spoil the singular values by which the estimation starts.
-  const std::vector<bool> sound = options.outlier_false_alarm > 0 ? samples_on_one_circle(samples)
-                                                                  : std::vector<bool>(samples.size(), true);
+  const std::vector<bool> sound =
+      options.outlier_false_alarm > 0 ? samples_on_one_circle(samples) : std::vector<bool>(samples.size(), true);
   if (std::find(sound.begin(), sound.end(), false) == sound.end()) return identify_sound(samples, options);
   std::vector<JointSample> kept;
   std::vector<int> index;

@@ -403,8 +403,8 @@ Eigen::VectorXd KinematicsResult::corrected(const Eigen::VectorXd& q, const Eige
   }
   if (compliances.size() == 0) return out;
   require(torques.size() == compliances.size() && q.size() == compliances.size(),
-          "torques: found " + std::to_string(torques.size()) + ", expected one a joint: " +
-              std::to_string(compliances.size()));
+          "torques: found " + std::to_string(torques.size()) +
+              ", expected one a joint: " + std::to_string(compliances.size()));
   return out - compliances.cwiseProduct(torques);
 }
 

@@ -66,12 +66,12 @@ Eigen::Vector4d plane_distances(const Lines& line) {
 /// Why two axes are not parallel; empty when they are, within their uncertainty.
 std::string parallel_objection(const JointAxisResult& a, const JointAxisResult& b, const std::string& names,
                                const std::string& remedy) {
-  const double angle = std::atan2(a.axis.direction.cross(b.axis.direction).norm(),
-                                  std::abs(a.axis.direction.dot(b.axis.direction)));
+  const double angle =
+      std::atan2(a.axis.direction.cross(b.axis.direction).norm(), std::abs(a.axis.direction.dot(b.axis.direction)));
   const double sigma = std::sqrt((a.covariance + b.covariance).bottomRightCorner<2, 2>().trace());
   if (angle < most_out_of_parallel + 3 * sigma) return {};
-  return "the axes " + names + " are " + with_digits(angle * 180 / std::numbers::pi, 1) + " deg from parallel: " +
-         remedy + "; ";
+  return "the axes " + names + " are " + with_digits(angle * 180 / std::numbers::pi, 1) +
+         " deg from parallel: " + remedy + "; ";
 }
 
 std::string joined_objection(std::string text) {
@@ -159,8 +159,7 @@ ParallelPlaneLengths lengths_from_parallel_planes(const ParallelPlaneDistances& 
   const double root = std::sqrt(std::max(squared, 0.0));
   const double low = (p + q - root) / 2, high = (p + q + root) / 2;
   // b4 and -a3 are (p - q +- root) / 2: the forearm is the longer one in the first solution when p > q.
-  const bool take_low =
-      options.a1 ? std::abs(low - *options.a1) <= std::abs(high - *options.a1) : difference > 0;
+  const bool take_low = options.a1 ? std::abs(low - *options.a1) <= std::abs(high - *options.a1) : difference > 0;
   out.a1 = take_low ? low : high, out.a1_other = take_low ? high : low;
   const double side = p < out.a1 ? -1.0 : 1.0;  // of the forearm, seen from axis 1
   out.a3 = out.a1 - q, out.b4 = side * (p - out.a1);
@@ -191,7 +190,8 @@ std::string parallel_plane_objection(const kinematics::DhChain& arm, double tole
     const kinematics::DhJoint& joint = arm.joints[i];
     const std::string names = std::to_string(i + 1) + " and " + std::to_string(i + 2);
     if (joint.type != kinematics::JointType::Revolute) out += "joint " + std::to_string(i + 1) + " does not turn; ";
-    const bool parallel = std::abs(std::sin(joint.alpha)) < tolerance, square = std::abs(std::cos(joint.alpha)) < tolerance;
+    const bool parallel = std::abs(std::sin(joint.alpha)) < tolerance,
+               square = std::abs(std::cos(joint.alpha)) < tolerance;
     if (i == 1 && !parallel) out += "the axes 2 and 3 are not parallel; ";
     if (i != 1 && !square) out += "the axes " + names + " are not at right angles; ";
   }
