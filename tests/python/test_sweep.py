@@ -22,6 +22,7 @@ from typer.testing import CliRunner
 
 pytest.importorskip("kr5.sim", reason="this kr5 was built without DART")
 
+from kr5_tools.cli.value_list import parse_values
 from kr5_tools.sweep import command as sweep_command
 from kr5_tools.sweep import (
     rate_table,
@@ -268,15 +269,15 @@ def test_a_folder_of_other_things_and_a_spoiled_line_are_refused(copy):
 )
 def test_axes_that_are_none_are_refused(text, words, capsys):
     with pytest.raises(typer.Exit) as caught:
-        sweep_command.parse_values("--tilts", text)
+        parse_values("--tilts", text)
     said = capsys.readouterr().err
     assert caught.value.exit_code == 2 and "--tilts: found" in said and words in said
 
 
 def test_axes():
-    assert sweep_command.parse_values("--tilts", "5:25:5") == (5, 10, 15, 20, 25)
-    assert sweep_command.parse_values("--tilts", "0.1:0.3:0.1") == (0.1, 0.2, 0.3)
-    assert sweep_command.parse_values("--tilts", "25,5,5") == (5, 25)
+    assert parse_values("--tilts", "5:25:5") == (5, 10, 15, 20, 25)
+    assert parse_values("--tilts", "0.1:0.3:0.1") == (0.1, 0.2, 0.3)
+    assert parse_values("--tilts", "25,5,5") == (5, 25)
 
 
 def test_a_tilt_that_no_peg_can_have_is_refused_before_anything_runs(tmp_path):

@@ -8,9 +8,9 @@ import typer
 from kr5 import calibration
 
 from kr5_tools.calibrate.hand_eye_result import figures_of, frames_of, held_out_figures, predict_target, show_hand_eye
+from kr5_tools.calibrate.pose_pairs import PosePairs, read_pairs_file
 from kr5_tools.cli.terminal import console, fail, print_note, spinner
 from kr5_tools.files.cell_output import put_camera_pose, write_cell_file
-from kr5_tools.files.pose_pairs import PosePairs, read_pairs_file
 from kr5_tools.files.results import write_if_usable, write_result
 from kr5_tools.files.writing import check_writable
 

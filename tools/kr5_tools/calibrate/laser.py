@@ -10,7 +10,7 @@ from kr5 import calibration, cell
 
 from kr5_tools.calibrate import laser_data, laser_overlay
 from kr5_tools.calibrate.laser_cloud import cloud_of, thinned_cloud, write_cloud
-from kr5_tools.calibrate.postures import AngleUnit, Columns, LengthUnit
+from kr5_tools.calibrate.postures import LENGTHS, AngleUnit, Columns, LengthUnit
 from kr5_tools.calibrate.tool import Convention
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.options import options_from
@@ -88,7 +88,7 @@ def calibrate_laser(
     options.validate()
     pictures = _overlay_files(overlay or [], overlay_folder)
     check_writable(output, json_file, cloud, write_cell, *(out for _, _, out in pictures), inputs=[*sources, cell_file])
-    if profile_length not in laser_data.LENGTHS:
+    if profile_length not in LENGTHS:
         fail(f"--profile-length: found {profile_length}, expected m or mm")
     recording = cell.load_recording(sources[0]) if _is_recording(sources) else None
     believed = cell.load_cell(cell_file) if cell_file else recording.cell if recording else None

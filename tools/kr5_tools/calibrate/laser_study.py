@@ -12,10 +12,10 @@ from kr5 import calibration, cell, kinematics, predict
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.tables import make_table, print_result
 from kr5_tools.cli.terminal import console, fail, track
+from kr5_tools.cli.value_list import parse_values
 from kr5_tools.files.paths import find_shipped_cell
 from kr5_tools.files.results import write_result
 from kr5_tools.files.writing import check_writable, write_json
-from kr5_tools.sweep.command import parse_values
 
 app = typer.Typer()
 LINES, POINTS, WIDTH = 41, 181, 0.09  # of one pass; a profile is WIDTH wide [m]

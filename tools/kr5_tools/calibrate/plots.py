@@ -12,6 +12,7 @@ from matplotlib.ticker import LogLocator, NullLocator
 from kr5_tools.calibrate.axis_study_plots import study_noise, study_parameters
 from kr5_tools.calibrate.kinematics_plots import parameter_changes, posture_errors, posture_spread, posture_value
 from kr5_tools.calibrate.laser_plots import cloud_plot, profile_errors, study_plot
+from kr5_tools.calibrate.repeatability_plots import distance_histogram, return_order, return_scatter
 from kr5_tools.calibrate.residual_plots import (
     coverage_plot,
     residual_cloud,
@@ -21,9 +22,8 @@ from kr5_tools.calibrate.residual_plots import (
     touch_errors,
     view_errors,
 )
+from kr5_tools.calibrate.workspace_plots import condition_map, dexterity_map, reachable_region, singular_value_map
 from kr5_tools.pages.plot_style import BLUE, GREEN, GREY, RED, STYLE, WIDE, WIDTH, plt
-from kr5_tools.repeatability.plots import distance_histogram, return_order, return_scatter
-from kr5_tools.workspace.plots import condition_map, dexterity_map, reachable_region, singular_value_map
 
 CAMERA_PARAMETERS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
 POSE_PARAMETERS = ("x", "y", "z", "rx", "ry", "rz")

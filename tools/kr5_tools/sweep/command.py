@@ -1,6 +1,5 @@
 """`kr5 sweep insertion`: how often, and how soon, a peg goes in, over tilts and clearances."""
 
-import math
 import os
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -9,13 +8,13 @@ import typer
 
 from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.cli.interruption import STOPPED
+from kr5_tools.cli.value_list import parse_values
 from kr5_tools.files import writing
 from kr5_tools.insertion.task import Cell, load_cell
 from kr5_tools.sweep.trials import Grid, make_setup, run_trial
 
 app = typer.Typer()
 
-MOST_VALUES = 1000  # of one axis; more is a step that was mistyped
 WIDEST = 14  # of a count with its interval, in a table of 80 letters
 BOTH = {"orientation": ("vertical", "horizontal"), "strategy": ("profile_fit", "hayat2022")}
 
@@ -156,29 +155,6 @@ def core_count() -> int:
 
 def parse_choice(name: str, given: str) -> tuple[str, ...]:
     return BOTH[name] if given == "both" else (given,)
-
-
-def parse_values(option: str, text: str) -> tuple[float, ...]:
-    """The numbers of A:B:STEP, both ends with it, or of a list."""
-    expected = "numbers as 5,15,25 or A:B:STEP as 5:25:5"
-    try:
-        if ":" in text:
-            first, last, step = (float(part) for part in text.split(":"))
-            if not step > 0 or not first <= last < math.inf:
-                terminal.fail(
-                    f"{option}: found {text!r}, expected A:B:STEP with A up to B and a STEP above 0, as 5:25:5"
-                )
-            count = math.floor((last - first) / step + 1e-9) + 1
-            found = [float(f"{first + k * step:.9g}") for k in range(min(count, MOST_VALUES + 1))]
-        else:
-            found = [float(part) for part in text.split(",")]
-    except (ValueError, OverflowError):
-        terminal.fail(f"{option}: found {text!r}, expected {expected}")
-    if not all(0 < x < math.inf for x in found):
-        terminal.fail(f"{option}: found {text!r}, expected numbers above 0")
-    if len(found) > MOST_VALUES:
-        terminal.fail(f"{option}: found {text!r}, more than {MOST_VALUES} values; expected {expected}")
-    return tuple(sorted(set(found)))
 
 
 def table_title(table: dict[str, Any]) -> str:

@@ -32,7 +32,7 @@ class PosePairs:
     T_camera_target: list[np.ndarray]
     names: list[str]
     times: list[float] = field(default_factory=list)
-    mount: str | None = None  # where the file says it
+    mount: Any = None  # where the file says it
 
 
 class Vector(OpenDocument):
@@ -105,7 +105,7 @@ def read_pairs_file(
     convention: str | None = None,
     length: str | None = None,
     angle: str | None = None,
-    mount: str | None = None,
+    mount: Any = None,
 ) -> PosePairs:
     """The pairs of a file in any of the forms, or of two files of poses; `mount`, where it is known, says what
     easy_handeye meant."""
