@@ -99,7 +99,7 @@ TEST_CASE("eq. 3.56 is another number than the exact covariance, and follows the
     return back_projection_uncertainty(points, pixels, board, {.sigma_pixel = noise, .length_unit = unit, .draws = 0});
   };
   const auto one = at(1), half = at(0.5);
-  CHECK(half.sigma_M == Approx(0.5 * one.sigma_M));
+  CHECK(half.sigma_matrix == Approx(0.5 * one.sigma_matrix));
   CHECK((4 * half.corners[0].approximate - one.corners[0].approximate).norm() <
         1e-9 * one.corners[0].approximate.norm());
   CHECK((one.corners[0].approximate - one.corners[0].covariance).norm() > one.corners[0].covariance.norm());
@@ -113,7 +113,7 @@ TEST_CASE("eq. 3.56 is another number than the exact covariance, and follows the
     const Eigen::Matrix2Xd noisy = pixels + Eigen::Map<const Eigen::Matrix2Xd>(noise.data(), 2, pixels.cols());
     squares += (estimate_projection_matrix(points, noisy) - one.M).squaredNorm() / (12 * 500);
   }
-  CHECK(std::sqrt(squares) == Approx(0.05 * one.sigma_M).epsilon(0.1));
+  CHECK(std::sqrt(squares) == Approx(0.05 * one.sigma_matrix).epsilon(0.1));
 }
 
 TEST_CASE("points that give no projection matrix, or no point, are refused") {

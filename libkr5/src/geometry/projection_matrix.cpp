@@ -80,8 +80,8 @@ struct Dlt {
     const Eigen::MatrixXd normalised = pseudo_inverse * weighted;
     Eigen::MatrixXd out(12, normalised.cols());
     for (Eigen::Index c = 0; c < out.cols(); ++c) {
-      const RowMajor34 dM = matrix(Eigen::Map<const RowMajor34>(normalised.col(c).data()));
-      out.col(c) = Eigen::Map<const Vector12>(dM.data());
+      const RowMajor34 change = matrix(Eigen::Map<const RowMajor34>(normalised.col(c).data()));
+      out.col(c) = Eigen::Map<const Vector12>(change.data());
     }
     return out;
   }
@@ -127,11 +127,11 @@ struct BackProjectionJacobian {
 };
 
 /// Eq. 3.56 with the correct order of its factors, all in one unit of length.
-Eigen::Matrix3d approximate_covariance(const ProjectionMatrix& M, const Eigen::Vector3d& point, double sigma_M) {
+Eigen::Matrix3d approximate_covariance(const ProjectionMatrix& M, const Eigen::Vector3d& point, double sigma_matrix) {
   const SymmetricEigen eigen = symmetric_eigen(M.transpose() * M);
   const Eigen::Matrix4d inverse = eigen.vectors.rightCols(3) * eigen.values.tail(3).cwiseInverse().asDiagonal() *
                                   eigen.vectors.rightCols(3).transpose();
-  return sigma_M * sigma_M * point.homogeneous().squaredNorm() * inverse.topLeftCorner<3, 3>();
+  return sigma_matrix * sigma_matrix * point.homogeneous().squaredNorm() * inverse.topLeftCorner<3, 3>();
 }
 
 void simulate_back_projection(const Eigen::Matrix3Xd& points, const Eigen::Matrix2Xd& pixels, const Plane& plane,
@@ -187,7 +187,7 @@ BackProjectionResult back_projection_uncertainty(const Eigen::Matrix3Xd& points,
   const Dlt dlt(points, pixels);
   const ProjectionMatrix unscaled = dlt.matrix(dlt.solution);
   const double scale = depth_scale(unscaled, points.rowwise().mean());
-  BackProjectionResult out{.M = scale * unscaled, .sigma_M = 0, .corners = {}};
+  BackProjectionResult out{.M = scale * unscaled, .sigma_matrix = 0, .corners = {}};
   Eigen::MatrixXd by_pixels = scale * dlt.by_pixels();
   // The scale itself depends on the third row, whose first three entries stay a unit vector.
   const RowMajor34 rows = out.M;
@@ -198,7 +198,7 @@ BackProjectionResult back_projection_uncertainty(const Eigen::Matrix3Xd& points,
   M_unit.col(3) /= unit;
   double squares = by_pixels.squaredNorm();
   for (const int last : {3, 7, 11}) squares += (1 / (unit * unit) - 1) * by_pixels.row(last).squaredNorm();
-  out.sigma_M = options.sigma_pixel * std::sqrt(squares / 12);
+  out.sigma_matrix = options.sigma_pixel * std::sqrt(squares / 12);
   for (int i = 0; i < points.cols(); ++i) {
     if (std::abs(plane.normal.dot(points.col(i)) - plane.distance) > off_plane) continue;
     const BackProjectionJacobian J(out.M, pixels.col(i), plane);
@@ -206,7 +206,7 @@ BackProjectionResult back_projection_uncertainty(const Eigen::Matrix3Xd& points,
     if (options.noisy_pixel) by_noise.middleCols<2>(2 * i) += J.by_pixel;
     BackProjectedCorner corner{.index = i, .point = points.col(i)};
     corner.covariance = std::pow(options.sigma_pixel, 2) * by_noise * by_noise.transpose();
-    corner.approximate = unit * unit * approximate_covariance(M_unit, points.col(i) / unit, out.sigma_M);
+    corner.approximate = unit * unit * approximate_covariance(M_unit, points.col(i) / unit, out.sigma_matrix);
     out.corners.push_back(corner);
   }
   require(!out.corners.empty(), "no point lies on the plane");

@@ -81,12 +81,12 @@ struct BackProjectedCorner {
 
 struct BackProjectionResult {
   ProjectionMatrix M = ProjectionMatrix::Zero();
-  double sigma_M = 0.0;
+  double sigma_matrix = 0.0;
   std::vector<BackProjectedCorner> corners;
 
   static void each_field(auto& self, auto&& visit) {
     visit("M", self.M, "Projection matrix [px, m].");
-    visit("sigma_M", self.sigma_M,
+    visit("sigma_matrix", self.sigma_matrix,
           "RMS standard deviation of its entries in the unit of eq. 3.56, which takes all of them as alike.");
     visit("corners", self.corners, "Corners on the plane.");
   }
