@@ -369,6 +369,20 @@ JOBS = [
     Job("repeatability", "repeatability returns.csv -o out.json", "poses", ("returns.csv",), ("out.json",), 2),
     Job("workspace", "workspace cell.yaml --samples 500 -o out.json", "poses", ("cell.yaml",), ("out.json",)),
     Job(
+        "kinematics",
+        "calibrate postures --cell cell.yaml --count 8 --draw 40 -o out.csv",
+        "poses",
+        ("cell.yaml",),
+        ("out.csv",),
+    ),
+    Job(
+        "laser",
+        "calibrate laser-study --cell cell.yaml --stand-offs 190 --speeds 20,60 --passes 2 -o out.json",
+        "poses",
+        ("cell.yaml",),
+        ("out.json",),
+    ),
+    Job(
         "laser",
         "calibrate laser scan --target sphere:0.02 -o out.json --cloud out.ply",
         "poses",
