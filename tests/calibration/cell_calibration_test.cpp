@@ -225,6 +225,10 @@ TEST_CASE("what is held keeps its value") {
   CHECK(r.cell.arm.joints[2].a != believed.arm.joints[2].a);
   for (const EstimatedParameter& p : r.parameters) CHECK(p.name != "arm.joint2.a");
   CHECK_THROWS_AS(calibrate_cell(cell.stops, believed, {.hold = {"arm.joint9.a"}}), InvalidArgument);
+  const CellCalibrationResult still = calibrate_cell(cell.stops, believed, {.hold = {"arm", "markers"}});
+  REQUIRE(still.fit.usable());
+  CHECK(still.tolerance_length == 0.0);
+  for (const EstimatedParameter& p : still.parameters) CHECK_FALSE(p.name.starts_with("arm."));
 }
 
 TEST_CASE("with the camera held and the noise given it is the hand-eye calibration") {

@@ -53,7 +53,7 @@ def test_camera_and_hand_eye_of_the_demo_hold_the_truth(demo, truth, tmp_path, r
 def test_joint_values_calibrate_the_arm_and_go_into_the_cell(demo, joints, tmp_path, run_kr5):
     write_joints(tmp_path / "joints.csv", joints)
     done = run_kr5(
-        *("calibrate", "cell", demo, "--joints", "joints.csv", "--cell", "cell.yaml"),
+        *("calibrate", "cell", demo, "--joint-values", "joints.csv", "--cell", "cell.yaml"),
         *("--write-cell", "calibrated.yaml", "--json", "out.json"),
     )
     assert done.returncode == 0, done.stderr
@@ -90,7 +90,7 @@ def test_the_scanner_is_found_in_the_same_solve(demo, tmp_path, run_kr5):
 
 def test_joint_values_that_are_not_of_these_images_are_named(demo, joints, tmp_path, run_kr5):
     def said(*more):
-        done = run_kr5("calibrate", "cell", demo, "--joints", "joints.csv", *more)
+        done = run_kr5("calibrate", "cell", demo, "--joint-values", "joints.csv", *more)
         assert done.returncode == 2 and "Traceback" not in done.stderr
         return " ".join(done.stderr.split())
 

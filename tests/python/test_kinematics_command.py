@@ -351,8 +351,8 @@ def test_a_fifth_of_the_postures_gone_wrong_is_named_by_line(folder, arm, run_kr
     wrong = random.choice(60, 12, replace=False)
     places[wrong] += random.choice([-1, 1], (12, 3)) * random.uniform(0.005, 0.05, (12, 3))
     text = calibrated(folder, run_kr5, q, places)
-    named = text[text.index("were left out: ") :].split(";")[0]
-    assert {f"bad.csv:{row + 2}" for row in wrong} <= set(named.removeprefix("were left out: ").split(", "))
+    named = text[text.index("contradict the others: ") :].split(";")[0]
+    assert {f"bad.csv:{row + 2}" for row in wrong} <= set(named.removeprefix("contradict the others: ").split(", "))
 
 
 def test_postures_that_excite_little_or_nothing_are_told(folder, arm, run_kr5):

@@ -36,6 +36,7 @@ void check_points(const Eigen::Matrix3Xd& points, const Eigen::Matrix2Xd& pixels
   require(points.cols() >= 6, "a projection matrix needs six points, found " + std::to_string(points.cols()));
   require(points.allFinite() && pixels.allFinite(), "points and pixels must be finite");
   const Eigen::VectorXd spread = singular_values(points.colwise() - points.rowwise().mean().eval());
+  require((pixels.colwise() - pixels.col(0)).cwiseAbs().maxCoeff() > 0, "all pixels are the same");
   require(spread[2] > 1e-6 * spread[0], "the points lie in one plane: a projection matrix needs points off it");
 }
 
@@ -61,6 +62,10 @@ struct Dlt {
       A.row(2 * i + 1).tail<4>() = -p(1, i) * x;
     }
     const SymmetricEigen eigen = symmetric_eigen(A.transpose() * A);
+    require(
+        eigen.values[1] > 1e-14 * eigen.values[11],
+        "the points do not determine a projection matrix: all but one lie in one plane, or they lie on a curve with "
+        "the camera");
     Eigen::Map<Vector12>(solution.data()) = eigen.vectors.col(0);
     const auto others = eigen.vectors.rightCols(11);
     pseudo_inverse = others * eigen.values.tail(11).cwiseInverse().asDiagonal() * others.transpose();

@@ -181,7 +181,7 @@ SobolResult sobol_estimate(const Rows& outputs, const std::vector<UncertainInput
                            const SobolOptions& options) {
   const std::vector<Eigen::Index> free = checked_free(inputs);
   const auto d = static_cast<Eigen::Index>(free.size()), count = outputs.cols();
-  require(options.replicates >= 8, "replicates must be at least 8");
+  options.validate();
   require(outputs.rows() > 0 && count > 0 && outputs.rows() % ((d + 2) * options.replicates) == 0,
           "sobol_estimate: " + std::to_string(outputs.rows()) + " rows of outputs are not " + std::to_string(d + 2) +
               " for each row of the design and as many of these in each replicate");

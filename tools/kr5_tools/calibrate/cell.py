@@ -50,9 +50,9 @@ def calibrate_cell(
     ] = None,
     arm: Annotated[
         Path | None,
-        typer.Option("--joints", metavar="CSV", help="Joint values, a row an image: calibrates the arm, too."),
+        typer.Option("--joint-values", metavar="CSV", help="Joint values, a row an image: calibrates the arm, too."),
     ] = None,
-    joint_columns: JointColumns = None,
+    joints: JointColumns = None,
     angle: AngleUnit = "rad",
     cell_file: Annotated[
         Path | None,
@@ -92,7 +92,7 @@ def calibrate_cell(
     data.mount = options.mount = mount or data.mount
     wanted = target_of(target or data.target, dataset or folder / "dataset.yaml")
     believed: Any = cell.load_cell(cell_file) if cell_file else None
-    q = _joints(arm, believed, Columns(joints=joint_columns, angle=angle), data)
+    q = _joints(arm, believed, Columns(joints=joints, angle=angle), data)
     seen = find_in_images(data.images, wanted, least=3, points=4)
     lens, camera_source = camera_of(str(camera) if camera else data.camera, seen)
     poses = data.poses()
@@ -142,7 +142,7 @@ def _joints(arm: Path | None, believed: Any, columns: Columns, data: Any) -> np.
     if not arm:
         return None
     if believed is None:
-        fail("--joints: needs --cell, a cell with the nominal arm (kr5 cell import makes one from a URDF)")
+        fail("--joint-values: needs --cell, a cell with the nominal arm (kr5 cell import makes one from a URDF)")
     chain = believed.nominal_chain()
     q = joint_values(arm, io.load_csv(arm), chain.joints, columns)
     if len(q) != len(data.images):
@@ -166,7 +166,7 @@ def _scan(folder: Path | None, given: list[str], columns: Columns, with_arm: boo
     data = read_scans([folder], columns, "m", 0.0, 0.1)
     targets = named_targets(given, data)
     if with_arm and not data.q:
-        fail(f"{folder}: found no joint values; with --joints the profiles need them, too (columns q1 … of poses.csv)")
+        fail(f"{folder}: found no joint values (columns q1 … of poses.csv), which --joint-values needs")
     with spinner("Searching the profiles"):
         views, _ = find_views(data, targets)
     return calibration.CellScan(views=views, targets=[t for t in targets if t.name in {v.target for v in views}])
@@ -227,13 +227,13 @@ def _verdict(result: Any, held_out: dict[str, float]) -> dict[str, str]:
     if held_out:
         together, separate = held_out["together_px"], held_out["one_after_another_px"]
         text += (
-            f"; views left out are predicted to {together:.3f} px, and to {separate:.3f} px when camera, markers and"
-            " arm stay as they were"
+            f"; held-out views are predicted to {together:.3f} px ({separate:.3f} px by the hand-eye calibration alone,"
+            " with all else as it was)"
         )
         if together > 1.1 * separate:
             objections.append("the joint calibration predicts them worse: hold what is known, or take more views")
     if outliers := [v.name for v in result.views if v.outlier]:
-        objections.append(f"contradict the others and were left out: {', '.join(outliers)}")
+        objections.append(f"left out because they contradict the others: {', '.join(outliers)}")
     return {"word": "doubtful" if objections else "good", "text": "; ".join([text, *objections])}
 
 

@@ -78,8 +78,8 @@ def hand_eye(
     robot_meaning: RobotMeaning = None,
     camera_meaning: CameraMeaning = None,
     convention: Convention = None,
-    length: Annotated[str | None, typer.Option(help="Pairs in a CSV: unit of positions, m | mm.")] = None,
-    angle: Annotated[str | None, typer.Option(help="Pairs in a CSV: unit of angles, rad | deg.")] = None,
+    length: Annotated[Literal["m", "mm"] | None, typer.Option(help="Pairs in a CSV: unit of positions.")] = None,
+    angle: Annotated[Literal["rad", "deg"] | None, typer.Option(help="Pairs in a CSV: unit of angles.")] = None,
     sigma_camera_rotation: Annotated[
         float, typer.Option(help="Pairs: noise of a seen orientation per axis \\[rad]; 0: estimated.")
     ] = 0.0,

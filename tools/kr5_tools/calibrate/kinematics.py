@@ -276,7 +276,7 @@ def _verdict(result: Any, doubts: list[str], held_out: dict[str, float]) -> dict
         )
     objections = list(doubts)
     if outliers := [p.name for p in result.postures if p.outlier]:
-        objections.append(f"contradict the others and were left out: {', '.join(outliers)}")
+        objections.append(f"left out because they contradict the others: {', '.join(outliers)}")
     if held_out and held_out["mean_mm"] > 3 * max(after, 1e-6):
         objections.append("the further postures are fitted much worse: measure more postures, farther apart")
     return {"word": "doubtful" if objections else "good", "text": "; ".join([text, *objections])}

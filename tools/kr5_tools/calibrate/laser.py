@@ -9,7 +9,7 @@ import typer
 from kr5 import calibration, cell
 
 from kr5_tools.calibrate import laser_data, laser_overlay
-from kr5_tools.calibrate.laser_cloud import cloud_of, thinned_cloud, write_cloud
+from kr5_tools.calibrate.laser_cloud import check_cloud_ending, cloud_of, thinned_cloud, write_cloud
 from kr5_tools.calibrate.postures import LENGTHS, AngleUnit, Columns, LengthUnit
 from kr5_tools.calibrate.tool import Convention
 from kr5_tools.cli.arguments import JsonOption, ResultOption
@@ -90,8 +90,13 @@ def calibrate_laser(
     check_writable(output, json_file, cloud, write_cell, *(out for _, _, out in pictures), inputs=[*sources, cell_file])
     if profile_length not in LENGTHS:
         fail(f"--profile-length: found {profile_length}, expected m or mm")
+    check_cloud_ending(cloud)
+    if not (np.isfinite(delay) and max_gap > 0):
+        fail(f"--delay, --max-gap: found {delay} and {max_gap}, expected times [s]")
     recording = cell.load_recording(sources[0]) if _is_recording(sources) else None
     believed = cell.load_cell(cell_file) if cell_file else recording.cell if recording else None
+    if write_cell and believed is None:
+        fail("--write-cell: --cell is missing; name the cell into which the result is put")
     if recording:
         data, targets = laser_data.recorded_scans(recording, "fit")
     else:
@@ -253,8 +258,6 @@ def _in_camera(result: Any, camera_pose: Any) -> Any:
 
 
 def _write_cell(believed: Any, result: Any, arm: Any, file: Path) -> None:
-    if believed is None:
-        fail("--write-cell: needs --cell, which it changes")
     laser = believed.laser or cell.Laser()
     laser.T_tool_scanner = None
     laser.T_flange_scanner = result.T_flange_scanner
@@ -314,7 +317,7 @@ def _verdict(result: Any, missed: list[tuple[str, str]], overlays: list[Any]) ->
     )
     objections = []
     if outliers := [v.name for v in result.views if v.outlier]:
-        objections.append(f"contradict the others and were left out: profile {_listed(outliers)}")
+        objections.append(f"left out because they contradict the others: profile {_listed(outliers)}")
     if len(missed) > len(result.views):
         objections.append(f"{len(missed)} profiles show no target: {missed[0][1]}")
     if position > 1:

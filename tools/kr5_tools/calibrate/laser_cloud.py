@@ -24,12 +24,17 @@ def thinned_cloud(cloud: Any) -> dict[str, Any]:
     return {"count": points.shape[1], "points": np.round(points[:, ::step], 6)}
 
 
+def check_cloud_ending(file: Path | None) -> None:
+    """Complains of a file whose ending names no format."""
+    if file and file.suffix.lower() not in (".ply", ".npz", ".csv"):
+        fail(f"{file}: found the ending {file.suffix or 'none'}, expected .ply, .npz or .csv")
+
+
 def write_cloud(cloud: Any, file: Path) -> None:
     """x y z [m] with the number of the profile and the place along it, by the ending of the file."""
     points = np.asarray(cloud.points).T
     profile, x = np.asarray(cloud.profile), np.asarray(cloud.x)
-    if file.suffix.lower() not in (".ply", ".npz", ".csv"):
-        fail(f"{file}: found the ending {file.suffix or 'none'}, expected .ply, .npz or .csv")
+    check_cloud_ending(file)
     with beside(file) as new:
         if file.suffix.lower() == ".npz":
             with new.open("wb") as stream:

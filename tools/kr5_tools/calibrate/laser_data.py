@@ -75,11 +75,11 @@ def read_scans(sources: list[Path], wanted: Columns, profile_length: str, delay:
     """Profiles and poses of CSV files, or of the folder with both."""
     if len(sources) == 1 and sources[0].is_dir():
         sources = [sources[0] / "profiles.csv", sources[0] / "poses.csv"]
-    if len(sources) != 2:
-        fail(f"found {len(sources)} files, expected {FORMS}")
     for file in sources:
         if not file.exists():
             fail(f"{file}: no such file; expected {FORMS}")
+    if len(sources) != 2:
+        fail(f"found {', '.join(map(str, sources))}; expected {FORMS}")
     points, poses = TextTable(sources[0]), TextTable(sources[1])
     data = ScanData()
     keys, times = _read_profiles(points, profile_length, data)

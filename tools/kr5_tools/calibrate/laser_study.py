@@ -18,6 +18,7 @@ from kr5_tools.files.results import write_result
 from kr5_tools.files.writing import check_writable, write_json
 
 app = typer.Typer()
+LEAST_STAND_OFF = 5e-3  # of any scanner [m]
 LINES, POINTS, WIDTH = 41, 181, 0.09  # of one pass; a profile is WIDTH wide [m]
 SLOW = 0.01  # speed at which stand-offs are compared [m/s]
 
@@ -51,6 +52,8 @@ def laser_study(
         fail("--cell: is missing")
     study = Study(cell.load_cell(file), bias, lag, passes, seed)
     at = [1e-3 * v for v in parse_values("--stand-offs", stand_offs)]
+    if min(at) < LEAST_STAND_OFF:
+        fail(f"--stand-offs: found {1e3 * min(at):g} mm, expected {1e3 * LEAST_STAND_OFF:g} mm or more; in metres?")
     rates = [1e-3 * v for v in parse_values("--speeds", speeds)]
     by_stand_off = [study.measure(d, SLOW) for d in track(at, "Stand-offs")]
     by_speed = [study.measure(study.best, v) for v in track(rates, "Speeds")]

@@ -163,7 +163,9 @@ def _table(file: Path, convention: str | None, length: str | None, angle: str | 
 
 
 def _checked(file: Path, rows: np.ndarray, form: Any, what: str) -> tuple[np.ndarray, Any]:
-    """Refuses rows that cannot be read so; which unit lengths are in is left to the data."""
+    """Refuses rows that cannot be read so, or whose size is that of another unit."""
+    if objections := calibration.format_objections(rows, form):
+        fail(f"{file}: {what}… read as {form.position}, {form.angle}: {'; '.join(objections)}; see --length, --angle")
     try:
         calibration.to_poses(rows, form)
     except kr5.InvalidArgument as error:

@@ -34,7 +34,7 @@ def calibrate_postures(
         typer.Option(metavar="CSV", help="Joint values to choose from; by default drawn within the limits."),
     ] = None,
     draw: Annotated[int, typer.Option(min=10, help="Number of candidates to draw.")] = 2000,
-    lowest: Annotated[float, typer.Option(help="Least height of flange and tool tip above the base [m].")] = 0.1,
+    lowest: Annotated[float, typer.Option(help="Least height of flange and tool tip above the base \\[m].")] = 0.1,
     see_board: Annotated[
         bool, typer.Option("--see-board", help="Only postures at which the camera of the cell sees its whole board.")
     ] = False,
@@ -55,16 +55,18 @@ def calibrate_postures(
     believed = cell.load_cell(cell_file)
     chain = believed.nominal_chain()
     columns = Columns(joints=joints, angle=angle)
+    if not np.isfinite(lowest):
+        fail(f"--lowest: found {lowest}, expected a height [m]")
+    if len(columns.joint_names(len(chain.joints))) != len(chain.joints):
+        fail(f"--joints: found {joints}, expected the names of {len(chain.joints)} columns, or one such as joint_{{}}")
     if candidates:
         drawn = joint_values(candidates, io.load_csv(candidates), chain.joints, columns)
     else:
         with spinner("Drawing candidates"):
             drawn = draw_candidates(believed, draw, lowest, see_board, np.random.default_rng(seed))
     if len(drawn) < options.count:
-        fail(
-            f"{candidates or cell_file}: found {len(drawn)} candidates, expected at least the {options.count} postures"
-            " of --count"
-        )
+        source = str(candidates) if candidates else "--lowest, --see-board, --draw"
+        fail(f"{source}: found {len(drawn)} candidates, expected at least the {options.count} postures of --count")
     if believed.tool is not None:
         options.point = np.asarray(believed.tool.T_flange_tool)[:3, 3]
     with spinner("Choosing"):

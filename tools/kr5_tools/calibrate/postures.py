@@ -65,14 +65,17 @@ def measured(file: Path, table: Any, wanted: Columns) -> list[dict[str, Any]]:
 def read_socket(name: str, file: Path, joints: list[Any], wanted: Columns) -> list[Any]:
     """Postures whose tip rests in one socket: joint values alone, with or without a header."""
     try:
+        if not file.read_text(encoding="utf-8").strip():
+            fail(f"{file}: is empty; expected a row of joint values for each touch")
         q = np.atleast_2d(np.loadtxt(file, delimiter=","))
-        q = q * _joint_scale(joints, wanted)
     except (OSError, UnicodeDecodeError) as error:
         fail(f"{file}: cannot be read ({error})")
     except ValueError:
         q = joint_values(file, io.load_csv(file), joints, wanted)
-    if q.shape[1] != len(joints):
-        fail(f"{file}: found {q.shape[1]} columns, expected the {len(joints)} joint values of the arm")
+    else:
+        if q.shape[1] != len(joints):
+            fail(f"{file}: found {q.shape[1]} columns, expected the {len(joints)} joint values of the arm")
+        q = q * _joint_scale(joints, wanted)
     return [calibration.ArmPosture(name=f"{file.name}:{i + 1}", q=row, socket=name) for i, row in enumerate(q)]
 
 

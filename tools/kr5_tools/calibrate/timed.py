@@ -24,7 +24,9 @@ COLUMNS = ("t", "x", "y", "z", "qx", "qy", "qz", "qw")
 @app.command(epilog="Example:  kr5 calibrate timed hand.csv camera.csv -o timed.json --png alignment.png")
 @options_from(calibration.TimedHandEyeOptions)
 def timed(
-    hand: Annotated[Path, typer.Argument(help="CSV of the hand in the base: t [s], x, y, z [m], qx, qy, qz, qw [-].")],
+    hand: Annotated[
+        Path, typer.Argument(help="CSV of the hand in the base: t [s], x, y, z \\[m], qx, qy, qz, qw [-].")
+    ],
     camera: Annotated[
         Path, typer.Argument(help="CSV of the camera in the frame of the target, with the same columns.")
     ],

@@ -1,7 +1,7 @@
 """`kr5 calibrate tool`: where the tool tip sits on the flange, from touches of one fixed point."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import typer
@@ -46,9 +46,11 @@ def tool(
         Path | None, typer.Option(help="A dataset.yaml outside the folder; its files are in the folder.")
     ] = None,
     convention: Convention = None,
-    length: Annotated[str | None, typer.Option(help="Unit of x y z: m | mm; by default mm for kuka, else m.")] = None,
+    length: Annotated[
+        Literal["m", "mm"] | None, typer.Option(help="Unit of x y z; by default mm for kuka, else m.")
+    ] = None,
     angle: Annotated[
-        str | None, typer.Option(help="Unit of angles: rad | deg; by default deg for kuka, else rad.")
+        Literal["rad", "deg"] | None, typer.Option(help="Unit of angles; by default deg for kuka, else rad.")
     ] = None,
     previous: Annotated[
         tuple[float, float, float] | None, typer.Option(help="Previous tool tip, in the flange frame \\[m].")

@@ -277,7 +277,7 @@ def _keys(files: list[Path], turns: Turns, results: list[Any], nominal: Any) -> 
     for k, r in enumerate(results):
         if r.outliers:
             names = _listed([turns.labels[k][i] for i in r.outliers])
-            warnings.append(f"joint {k + 1}: contradict the others and were left out: {names}")
+            warnings.append(f"joint {k + 1}: left out because they contradict the others: {names}")
     warnings += shifted_doubts(turns.labels, results)
     warnings += uneven_doubts(turns.samples, turns.labels, results)
     warnings += home_point_doubts(turns.samples, turns.labels, results, home)

@@ -32,7 +32,8 @@ def study(
         typer.Option(help="total_station, laser_tracker or camera; may be given several times; by default all."),
     ] = None,
     arc: Annotated[
-        list[float] | None, typer.Option(help="Arc of each joint [deg]; may be given several times; by default 20, 50.")
+        list[float] | None,
+        typer.Option(help="Arc of each joint \\[deg]; may be given several times; by default 20, 50."),
     ] = None,
     noise: Annotated[
         list[float] | None,
@@ -45,7 +46,7 @@ def study(
     ] = None,
     home: Annotated[
         str | None,
-        typer.Option(metavar="Q1,Q2,…", help="Posture about which the joints turn [deg]; by default mid-range."),
+        typer.Option(metavar="Q1,Q2,…", help="Posture about which the joints turn \\[deg]; by default mid-range."),
     ] = None,
     samples: Annotated[
         int | None,
@@ -57,7 +58,7 @@ def study(
     ] = None,
     trials: Annotated[int, typer.Option(min=2, max=100000, help="Simulated identifications of each kind.")] = 10,
     map_error: Annotated[
-        float, typer.Option(min=0.0, help="Standard deviation of each marker's place in the map of the camera [m].")
+        float, typer.Option(min=0.0, help="Standard deviation of each marker's place in the map of the camera \\[m].")
     ] = 2e-4,
     seed: Annotated[int, typer.Option(min=0, help="Random seed.")] = 1,
     output: ResultOption = None,

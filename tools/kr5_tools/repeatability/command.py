@@ -1,7 +1,7 @@
 """`kr5 repeatability`: pose repeatability and accuracy after ISO 9283, with confidence bounds."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import typer
@@ -42,9 +42,11 @@ def repeatability(
     ] = None,
     point: Annotated[str | None, typer.Option(help="Column that names the point; by default point.")] = None,
     convention: Convention = None,
-    length: Annotated[str | None, typer.Option(help="Unit of x y z: m | mm; by default mm for kuka, else m.")] = None,
+    length: Annotated[
+        Literal["m", "mm"] | None, typer.Option(help="Unit of x y z; by default mm for kuka, else m.")
+    ] = None,
     angle: Annotated[
-        str | None, typer.Option(help="Unit of angles: rad | deg; by default deg for kuka, else rad.")
+        Literal["rad", "deg"] | None, typer.Option(help="Unit of angles; by default deg for kuka, else rad.")
     ] = None,
     target: Annotated[str | None, typer.Option(help="Images: the target, e.g. grid:36h11:5x7:0.03:0.01.")] = None,
     camera: Annotated[Path | None, typer.Option(help="Images: camera file.")] = None,

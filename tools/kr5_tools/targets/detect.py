@@ -39,7 +39,8 @@ def detect(
     ] = None,
     camera: Annotated[Path | None, typer.Option(help="Camera file; with it the poses are estimated.")] = None,
     size: Annotated[
-        float | None, typer.Option(help="Side of the markers of --family [m]; with --camera their poses are estimated.")
+        float | None,
+        typer.Option(help="Side of the markers of --family \\[m]; with --camera their poses are estimated."),
     ] = None,
     drawings: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="FOLDER", help="Folder of PNG drawings of what was found.")

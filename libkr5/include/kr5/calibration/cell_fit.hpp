@@ -154,6 +154,8 @@ class CellFit {
   /// The same for a block by its name, or for one coordinate by its own without unit, such as "arm.joint2.a"; false
   /// when there is none of it.
   bool hold(const std::string& name);
+  /// Whether a measurement that takes part depends on a coordinate that is not held.
+  bool any_free() const;
   /// Standard deviation of each coordinate about its start; infinite where nothing is known of it.
   void set_prior(FitBlock block, const Eigen::VectorXd& sigma);
   /// Values, as values() gives them, from which the next solve begins; a prior stays about the block's own start.

@@ -33,6 +33,8 @@ void check_stops(std::span<const CellStop> stops, const CellGeometry& believed) 
   for (std::size_t i = 0; i < stops.size(); ++i) {
     const View& view = stops[i].view.view;
     const std::string where = "view " + (view.name.empty() ? std::to_string(i) : view.name) + ": ";
+    require(view.points.cols() == view.pixels.cols(), where + std::to_string(view.points.cols()) + " points, but " +
+                                                          std::to_string(view.pixels.cols()) + " pixels");
     if (joints > 0)
       require(stops[i].q.size() == joints && stops[i].q.allFinite(), where + "expected " + std::to_string(joints) +
                                                                          " finite joint values, found " +
@@ -243,7 +245,8 @@ void write_cell_result(const CellEstimation& estimation, CellCalibrationResult& 
   out.sigma_pixel = estimation.sigmas.pixel;
   out.sigma_robot_position = estimation.sigmas.position;
   out.sigma_robot_rotation = estimation.sigmas.rotation;
-  if (problem.arm.exists()) {
+  const std::vector<int> of_arm = problem.arm.exists() ? problem.fit.coordinates(problem.arm) : std::vector<int>();
+  if (std::any_of(of_arm.begin(), of_arm.end(), [](int place) { return place >= 0; })) {
     out.tolerance_length = estimation.sigmas.length;
     out.tolerance_angle = estimation.sigmas.angle;
   }
@@ -353,6 +356,8 @@ CellCalibrationResult calibrate_cell(std::span<const CellStop> stops, const Cell
 
 std::vector<CellHeldOutView> evaluate_cell(std::span<const CellStop> stops, const CellGeometry& believed,
                                            const CellCalibrationOptions& options, int folds) {
+  options.validate();
+  check_stops(stops, believed);
   require(folds >= 2, "folds must be at least 2");
   require(stops.size() >= 6, "evaluate_cell needs at least six stops, found " + std::to_string(stops.size()));
   std::vector<CellHeldOutView> out(stops.size());

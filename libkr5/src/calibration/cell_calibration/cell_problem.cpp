@@ -69,8 +69,8 @@ void CellProblem::add_markers(const CellInput& input) {
 void CellProblem::add_arm(const CellInput& input, const CellSigmas& sigmas) {
   if (!input.has_arm()) return;
   arm = fit.add_arm("arm", input.believed.arm);
-  if (holds(input.options, "arm")) return fit.hold(arm);
   cell_fit::free_arm(fit, arm, input.believed.arm, sigmas.length, sigmas.angle);
+  if (holds(input.options, "arm")) fit.hold(arm);
 }
 
 void CellProblem::add_scan(const CellScanInput& scan) {

@@ -192,11 +192,18 @@ struct CellFit::Impl {
             "CellFit: there is no such measurement");
     return observations[static_cast<std::size_t>(handle.index)];
   }
+  /// What is added changes what solve() found out.
+  void forget() {
+    places.clear(), observations_of.clear();
+    covariance.resize(0, 0);
+  }
   FitBlock keep(Block block) {
+    forget();
     blocks.push_back(std::move(block));
     return {static_cast<int>(blocks.size()) - 1};
   }
   FitObservation keep(Observation observation, int rows) {
+    forget();
     check_chain(observation.chain);
     observation.finish(rows);
     int nuisances = 0;
@@ -509,6 +516,15 @@ void CellFit::hold(FitBlock block, int coordinate) {
     if (coordinate < 0 || i == coordinate) b.held[static_cast<std::size_t>(i)] = true;
 }
 
+bool CellFit::any_free() const {
+  for (const Observation& o : impl_->observations)
+    for (const int b : o.blocks) {
+      const Block& block = impl_->blocks[static_cast<std::size_t>(b)];
+      if (o.weight > 0 && !block.nuisance && !block.free().empty()) return true;
+    }
+  return false;
+}
+
 bool CellFit::hold(const std::string& name) {
   for (Block& b : impl_->blocks) {
     if (b.name == name && !b.nuisance) {
@@ -648,6 +664,7 @@ CellFitResult CellFit::solve(const CellFitOptions& options) {
   options.validate();
   CellFitResult result;
   result.coordinates = impl_->number_coordinates();
+  impl_->covariance.resize(0, 0);
   impl_->minimise(options, result);
   if (!options.uncertainty) return result;
   Eigen::MatrixXd information = impl_->data_information(result);
@@ -714,6 +731,7 @@ CellFit::Agreement CellFit::agreement(FitObservation observation) const {
 
 CellFit::Agreement CellFit::agreement(std::span<const FitObservation> observations) const {
   require(!observations.empty(), "CellFit: agreement of no measurement");
+  require(impl_->covariance.size() > 0, "CellFit: solve() with its uncertainty comes first");
   const bool used = impl_->observation(observations.front()).weight > 0;
   std::vector<const Observation*> group;
   std::deque<Observation> as_used;  // of those left out, which stay where they are

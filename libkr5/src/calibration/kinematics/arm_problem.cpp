@@ -18,11 +18,13 @@ namespace {
 
 bool point_seen(const Eigen::Vector3d& point) { return point.allFinite(); }
 
-void hold_named(ArmProblem& problem, const Input& input) {
+/// Without the refinement not every coordinate exists.
+void hold_named(ArmProblem& problem, const Input& input, bool refine) {
   for (const std::string& name : input.options.hold)
-    require(problem.fit.hold(name), "hold: found '" + name +
-                                        "', expected e.g. arm.joint2.a (b, theta_offset, a, alpha, beta), tool.x or "
-                                        "base (of what is estimated: base, tool, camera, target)");
+    require(problem.fit.hold(name) || !refine,
+            "hold: found '" + name +
+                "', expected e.g. arm.joint2.a (b, theta_offset, a, alpha, beta), tool.x or "
+                "base (of what is estimated: base, tool, camera, target)");
 }
 
 bool is_revolute(const kinematics::DhJoint& joint) { return joint.type == kinematics::JointType::Revolute; }
@@ -141,10 +143,7 @@ void complete_start(const Input& input, Placement& start) {
 /// The nominal arm placed as well as it allows, in the sense that postures far off count little.
 ArmProblem placed(const Input& input, const Placement& start) {
   ArmProblem problem(input, Sigmas{}, start, false);
-  const bool base_free = problem.base.exists() && !input.options.T_world_base;
-  const bool tool_free = problem.tool.exists() && !(input.options.T_flange_tool && input.options.tolerance_tool == 0);
-  if (base_free || tool_free || !problem.points.empty() || problem.camera.exists())
-    problem.fit.solve({.loss = 2.0, .cost_tolerance = 1e-9, .uncertainty = false});
+  if (problem.fit.any_free()) problem.fit.solve({.loss = 2.0, .cost_tolerance = 1e-9, .uncertainty = false});
   return problem;
 }
 
@@ -162,7 +161,7 @@ bool Input::any_pose() const {
 }
 
 bool Input::any_point() const {
-  return std::any_of(postures.begin(), postures.end(), [](const ArmPosture& p) { return p.points.cols() > 0; });
+  return std::any_of(postures.begin(), postures.end(), [](const ArmPosture& p) { return any_seen(p.points); });
 }
 
 bool Input::any_view() const {
@@ -232,12 +231,12 @@ ArmProblem::ArmProblem(const Input& input, const Sigmas& sigmas, const Placement
     camera = fit.add_pose("camera", placement.T_flange_camera);
     target = fit.add_pose("target", placement.T_base_target);
   }
-  hold_named(*this, input);
   for (Eigen::Index c = 0; c < placement.points.cols(); ++c)
     points.push_back(fit.add_point("point" + std::to_string(c + 1), placement.points.col(c)));
   for (std::size_t s = 0; s < input.socket_names.size(); ++s)
     sockets.push_back(
         fit.add_point("socket." + input.socket_names[s], placement.sockets.col(static_cast<Eigen::Index>(s))));
+  hold_named(*this, input, refine);
   for (const ArmPosture& posture : input.postures) observe_posture(input, posture, sigmas);
   for (const SocketDistance& d : input.distances)
     distances.push_back(

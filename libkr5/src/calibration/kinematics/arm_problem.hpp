@@ -33,6 +33,11 @@ struct Placement {
   Pose T_base_target = Pose::Identity();
 };
 
+/// Whether a point is seen, with all three coordinates.
+inline bool any_seen(const Eigen::Matrix3Xd& points) {
+  return points.cols() > 0 && points.array().isFinite().colwise().all().any();
+}
+
 struct Input {
   const kinematics::DhChain& nominal;
   std::span<const ArmPosture> postures;

@@ -101,13 +101,14 @@ double unwrapped(double angle, double near) {
 AxisStart start_from_points(std::span<const JointSample> samples) {
   AxisStart out;
   Eigen::Index best = -1;
+  double widest = 0.0;
   Plane plane;
   for (Eigen::Index c = 0; c < marker_count(samples); ++c) {
     const auto [points, index] = marker_trace(samples, c);
     if (points.cols() < 4) continue;
     const Plane other = plane_of(points);
-    if (best < 0 || other.sigma[1] / std::sqrt(points.cols()) > plane.sigma[1] / std::sqrt(points.cols()))
-      best = c, plane = other;
+    const double width = other.sigma[1] / std::sqrt(points.cols());
+    if (best < 0 || width > widest) best = c, widest = width, plane = other;
   }
   if (best < 0) {
     out.degenerate = "no point was seen in four samples";
@@ -371,11 +372,14 @@ struct AxisEstimation {
     }
     solve(loss);
   }
+  bool noise_known() const {
+    return options.sigma_position > 0 && (options.sigma_rotation > 0 || !samples.front().T_world_tool);
+  }
   double probability(std::size_t i) const {
     const CellFit::Agreement agreement = fit->fit.agreement(fit->observations[i]);
     const double rows = agreement.dof - (i == 0 ? 0 : 1);  // less the sample's own angle
     return cell_fit::sound_probability(agreement.squared_distance, rows, weights[i] > 0,
-                                       options.sigma_position > 0 ? uncertainty::known_noise : noise.dof);
+                                       noise_known() ? uncertainty::known_noise : noise.dof);
   }
   void name_outliers() {
     const auto n = samples.size();
@@ -432,7 +436,8 @@ void check_samples(std::span<const JointSample> samples) {
     const std::string where = "sample " + std::to_string(i) + ": ";
     require(samples[i].T_world_tool.has_value() == poses, where + "poses and points cannot be mixed");
     require(!poses || samples[i].points.cols() == 0, where + "poses and points cannot be mixed");
-    require(poses || samples[i].points.array().isFinite().any(), where + "nothing was measured");
+    require(poses || (samples[i].points.cols() > 0 && samples[i].points.array().isFinite().colwise().all().any()),
+            where + "nothing was measured");
     require(!samples[i].points.array().isInf().any(), where + "points must be finite, or NaN where not seen");
     require(!samples[i].q || std::isfinite(*samples[i].q), where + "q must be finite [rad]");
     require(!poses ||
@@ -446,8 +451,7 @@ void write_axis(const AxisEstimation& estimation, JointAxisResult& out) {
   out.T_world_axis = fit.fit.pose(fit.axis);
   out.sigma_position = estimation.sigma_position;
   out.sigma_rotation = estimation.sigma_rotation;
-  const bool known = estimation.options.sigma_position > 0;
-  out.dof = known ? uncertainty::known_noise : estimation.noise.dof;
+  out.dof = estimation.noise_known() ? uncertainty::known_noise : estimation.noise.dof;
   const std::vector<int> places = fit.fit.coordinates(fit.axis);
   const int mine[] = {places[0], places[1], places[3], places[4]};
   for (int r = 0; r < 4; ++r)

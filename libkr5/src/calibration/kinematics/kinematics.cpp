@@ -29,8 +29,7 @@ void check_posture(const ArmPosture& posture, std::size_t row, Eigen::Index join
   require(posture.q.size() == joints, where + "found " + std::to_string(posture.q.size()) +
                                           " joint values, the arm has " + std::to_string(joints) + " joints");
   require(posture.q.allFinite(), where + "joint values must be finite");
-  const bool any_seen = posture.points.cols() > 0 && posture.points.array().isFinite().any();
-  require(posture.T_world_tool || any_seen || !posture.socket.empty() || posture.pixels.cols() > 0,
+  require(posture.T_world_tool || any_seen(posture.points) || !posture.socket.empty() || posture.pixels.cols() > 0,
           where + "nothing was measured of it");
   require(posture.pixels.cols() == posture.target_points.cols(),
           where + "found " + std::to_string(posture.pixels.cols()) + " pixels of " +
@@ -228,9 +227,14 @@ bool Calibration::update_sigmas() {
   VarianceModel model = variance_model();
   for (int round = 0; round < variance_rounds && model.step() > variances_settled; ++round) {
   }
-  dof = 0.0;
-  for (const NoiseGroup& noise : model.noises) dof += noise.redundancy;
-  dof = std::max(1.0, dof);
+  double estimated = 0.0;
+  bool known = true;
+  for (const NoiseGroup& noise : model.noises) {
+    if (noise.sum.rows == 0 || noise.given > 0) continue;
+    estimated += noise.redundancy;
+    known = false;
+  }
+  dof = known ? uncertainty::known_noise : std::max(1.0, estimated);
   const auto moved = [](double now, double then) { return std::abs(std::log(now / then)) > refit_from; };
   return moved(sigmas.position, before.position) || moved(sigmas.rotation, before.rotation) ||
          moved(sigmas.pixel, before.pixel) || moved(sigmas.length, before.length) ||
@@ -241,8 +245,7 @@ bool Calibration::update_sigmas() {
 /// Probability that a sound posture lies as far from what the others say.
 double Calibration::probability(std::size_t i) const {
   const CellFit::Agreement agreement = problem->fit.agreement(problem->of_posture(i));
-  return cell_fit::sound_probability(agreement.squared_distance, agreement.dof, weights[i] > 0,
-                                     input.options.sigma_position > 0 ? uncertainty::known_noise : dof);
+  return cell_fit::sound_probability(agreement.squared_distance, agreement.dof, weights[i] > 0, dof);
 }
 
 void Calibration::name_outliers() {
@@ -414,7 +417,7 @@ KinematicsResult calibrate_kinematics(const kinematics::DhChain& nominal, std::s
   out.sigma_pixel = calibration.sigmas.pixel;
   out.tolerance_length = calibration.sigmas.length;
   out.tolerance_angle = calibration.sigmas.angle;
-  out.dof = options.sigma_position > 0 ? uncertainty::known_noise : calibration.dof;
+  out.dof = calibration.dof;
   write_parameters(calibration, out);
   write_postures(calibration, as_nominal, nominal_sigmas.position, out);
   out.fit = calibration.result.fit;
