@@ -164,6 +164,14 @@ def test_faults_of_pairs_are_named(run_kr5, tmp_path):
         assert result_of(tmp_path)["causes"][0]["cause"] == cause
 
 
+def test_a_stated_unit_that_cannot_be_is_refused(run_kr5, tmp_path):
+    write_csv(tmp_path / "p.csv", *pairs())
+    done = run_kr5("calibrate", "hand-eye", "p.csv", "--mount", "eye_in_hand", "--length", "mm")
+    assert done.returncode == 2 and "--length" in done.stderr
+    done = run_kr5("calibrate", "hand-eye", "p.csv", "--mount", "eye_in_hand", "--length", "cm")
+    assert done.returncode == 2 and "Traceback" not in done.stderr
+
+
 def test_an_outlier_pair_is_named_with_its_line_and_shown_on_the_page(run_kr5, tmp_path):
     robot, seen = pairs()
     seen[4] = seen[4] @ kr5.to_pose([0.02, 0, 0, 0, 0.1, 0])

@@ -248,7 +248,9 @@ def test_a_shifted_list_is_refused_and_outliers_are_named(folder, run_kr5):
     done = run_kr5("calibrate", "laser", ".", *TARGETS, "-o", "laser.json")
     assert done.returncode == 0, done.stderr
     verdict = json.loads((folder / "laser.json").read_text())["verdict"]
-    assert verdict["word"] == "doubtful" and "left out: profile 13, 4" in verdict["text"].replace("4, 13", "13, 4")
+    assert verdict["word"] == "doubtful" and "contradict the others: profile 13, 4" in verdict["text"].replace(
+        "4, 13", "13, 4"
+    )
 
 
 def line_image(camera, T_camera_scanner, z):

@@ -155,16 +155,17 @@ def _table(file: Path, convention: str | None, length: str | None, angle: str | 
         wanted = [prefix + c for c in ("x", "y", "z", *CONVENTIONS[name][0])]
         if missing := [c for c in wanted if c not in columns]:
             fail(f"{file}: found the columns {', '.join(columns)}; missing: {', '.join(missing)}")
-        rows.append(_checked(file, values[:, [columns.index(c) for c in wanted]], _form(name, length, angle), prefix))
+        found = values[:, [columns.index(c) for c in wanted]]
+        rows.append(_checked(file, found, _form(name, length, angle), prefix, bool(length or angle)))
     (robot, form), (camera, seen) = rows
     times = next((list(values[:, columns.index(c)]) for c in ("t", "time", "stamp") if c in columns), [])
     names = [f"{file.name}:{i + 2}" for i in range(len(robot))]
     return PosePairs("CSV", robot, form, list(calibration.to_poses(camera, seen)), names, times)
 
 
-def _checked(file: Path, rows: np.ndarray, form: Any, what: str) -> tuple[np.ndarray, Any]:
-    """Refuses rows that cannot be read so, or whose size is that of another unit."""
-    if objections := calibration.format_objections(rows, form):
+def _checked(file: Path, rows: np.ndarray, form: Any, what: str, stated: bool = False) -> tuple[np.ndarray, Any]:
+    """Refuses rows that cannot be read so, or whose size contradicts a stated unit; without, the diagnosis judges."""
+    if stated and (objections := calibration.format_objections(rows, form)):
         fail(f"{file}: {what}… read as {form.position}, {form.angle}: {'; '.join(objections)}; see --length, --angle")
     try:
         calibration.to_poses(rows, form)
@@ -184,7 +185,8 @@ def _two_files(file: Path, camera: Path, convention: str | None, length: str | N
             f"{camera}: found {len(seen)} poses of the target for {len(robot)} robot poses in {file};"
             " expected one for each, in the same order"
         )
-    _checked(file, robot, form, ""), _checked(camera, seen, form, "")
+    stated = bool(length or angle)
+    _checked(file, robot, form, "", stated), _checked(camera, seen, form, "", stated)
     names = [f"{file.name}:{i + 1}" for i in range(len(robot))]
     return PosePairs("two files of poses", robot, form, list(calibration.to_poses(seen, form)), names)
 
