@@ -27,6 +27,10 @@ Convention = Annotated[
     str | None,
     typer.Option(help="quaternion | rotation_vector | rpy | kuka; by default from the names of the columns."),
 ]
+PoseLength = Annotated[Literal["m", "mm"] | None, typer.Option(help="Unit of x y z; by default mm for kuka, else m.")]
+PoseAngle = Annotated[
+    Literal["rad", "deg"] | None, typer.Option(help="Unit of angles; by default deg for kuka, else rad.")
+]
 
 
 @app.command(epilog="Example:  kr5 calibrate tool touches.csv --convention kuka -o tool.json")
@@ -46,12 +50,8 @@ def tool(
         Path | None, typer.Option(help="A dataset.yaml outside the folder; its files are in the folder.")
     ] = None,
     convention: Convention = None,
-    length: Annotated[
-        Literal["m", "mm"] | None, typer.Option(help="Unit of x y z; by default mm for kuka, else m.")
-    ] = None,
-    angle: Annotated[
-        Literal["rad", "deg"] | None, typer.Option(help="Unit of angles; by default deg for kuka, else rad.")
-    ] = None,
+    length: PoseLength = None,
+    angle: PoseAngle = None,
     previous: Annotated[
         tuple[float, float, float] | None, typer.Option(help="Previous tool tip, in the flange frame \\[m].")
     ] = None,

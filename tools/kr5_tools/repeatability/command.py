@@ -1,13 +1,13 @@
 """`kr5 repeatability`: pose repeatability and accuracy after ISO 9283, with confidence bounds."""
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import numpy as np
 import typer
 from kr5 import calibration
 
-from kr5_tools.calibrate.tool import Convention
+from kr5_tools.calibrate.tool import Convention, PoseAngle, PoseLength
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, print_result
@@ -42,12 +42,8 @@ def repeatability(
     ] = None,
     point: Annotated[str | None, typer.Option(help="Column that names the point; by default point.")] = None,
     convention: Convention = None,
-    length: Annotated[
-        Literal["m", "mm"] | None, typer.Option(help="Unit of x y z; by default mm for kuka, else m.")
-    ] = None,
-    angle: Annotated[
-        Literal["rad", "deg"] | None, typer.Option(help="Unit of angles; by default deg for kuka, else rad.")
-    ] = None,
+    length: PoseLength = None,
+    angle: PoseAngle = None,
     target: Annotated[str | None, typer.Option(help="Images: the target, e.g. grid:36h11:5x7:0.03:0.01.")] = None,
     camera: Annotated[Path | None, typer.Option(help="Images: camera file.")] = None,
     hand_eye: Annotated[

@@ -6,6 +6,7 @@
 #include <set>
 
 #include <Eigen/Dense>
+#include <kr5/calibration/scanner_points.hpp>
 #include <kr5/core/error.hpp>
 #include <kr5/geometry/resection.hpp>
 #include <kr5/uncertainty/confidence.hpp>
@@ -208,33 +209,25 @@ std::string open_directions(const CellFitResult& result) {
   return out;
 }
 
-Matrix6 covariance_of_pose(const CellFit& fit, FitBlock block, const Eigen::MatrixXd& covariance) {
-  const std::vector<int> places = fit.coordinates(block);
-  Matrix6 out = Matrix6::Zero();
-  for (std::size_t r = 0; r < 6; ++r)
-    for (std::size_t c = 0; c < 6; ++c)
-      if (places[r] >= 0 && places[c] >= 0)
-        out(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c)) = covariance(places[r], places[c]);
-  return out;
-}
-
-/// Scanner on the flange and in the camera; the perturbation of T_camera_scanner is d_scanner - Ad(T^-1) d_camera.
+/// Scanner on the flange and in the camera.
 void write_scanner(const CellEstimation& estimation, CellCalibrationResult& out) {
   const CellProblem& problem = *estimation.problem;
   const Eigen::MatrixXd& C = estimation.result.covariance;
   const double inflation = uncertainty::covariance_inflation(6, out.scanner_start.dof);
   out.T_flange_scanner = problem.fit.pose(problem.scanner.scanner);
-  out.covariance_scanner = inflation * covariance_of_pose(problem.fit, problem.scanner.scanner, C);
+  out.covariance_scanner = inflation * cell_fit::covariance_of_pose(problem.fit, problem.scanner.scanner, C);
   if (out.mount == Mount::EyeToHand) return;
-  std::vector<int> index = problem.fit.coordinates(problem.mount);
-  const std::vector<int> of_scanner = problem.fit.coordinates(problem.scanner.scanner);
-  index.insert(index.end(), of_scanner.begin(), of_scanner.end());
-  if (std::any_of(index.begin(), index.end(), [](int place) { return place < 0; })) return;
-  out.T_camera_scanner = out.T_mount_camera.inverse() * out.T_flange_scanner;
-  Eigen::Matrix<double, 6, 12> J;
-  J << -adjoint(out.T_camera_scanner.inverse()), Matrix6::Identity();
+  const std::vector<int> of_camera = problem.fit.coordinates(problem.mount),
+                         of_scanner = problem.fit.coordinates(problem.scanner.scanner);
+  const auto held = [](int place) { return place < 0; };
+  if (std::any_of(of_camera.begin(), of_camera.end(), held) || std::any_of(of_scanner.begin(), of_scanner.end(), held))
+    return;
   const double widest = std::max(inflation, uncertainty::covariance_inflation(6, out.covariance_dof));
-  out.covariance_camera_scanner = widest * J * C(index, index) * J.transpose();
+  const UncertainPose camera{out.T_mount_camera, widest * C(of_camera, of_camera)},
+      scanner{out.T_flange_scanner, widest * C(of_scanner, of_scanner)};
+  const UncertainPose between = camera_scanner(camera, scanner, widest * C(of_camera, of_scanner));
+  out.T_camera_scanner = between.T;
+  out.covariance_camera_scanner = between.covariance;
 }
 
 void write_cell_result(const CellEstimation& estimation, CellCalibrationResult& out) {
@@ -252,8 +245,9 @@ void write_cell_result(const CellEstimation& estimation, CellCalibrationResult& 
   }
   out.covariance_dof = estimation.robot_dof;
   const double of_pose = uncertainty::covariance_inflation(6, out.covariance_dof);
-  out.covariance = of_pose * covariance_of_pose(problem.fit, problem.mount, estimation.result.covariance);
-  out.covariance_target = of_pose * covariance_of_pose(problem.fit, problem.target, estimation.result.covariance);
+  out.covariance = of_pose * cell_fit::covariance_of_pose(problem.fit, problem.mount, estimation.result.covariance);
+  out.covariance_target =
+      of_pose * cell_fit::covariance_of_pose(problem.fit, problem.target, estimation.result.covariance);
   const FitBlock nominal[] = {problem.camera, problem.arm};
   std::vector<FitBlock> others = {problem.mount, problem.target};
   for (const auto& [id, marker] : problem.markers) others.push_back(marker);

@@ -46,4 +46,14 @@ ParameterReport report_parameters(const CellFit& fit, const CellFitResult& resul
   return out;
 }
 
+Matrix6 covariance_of_pose(const CellFit& fit, FitBlock pose, const Eigen::MatrixXd& covariance) {
+  const std::vector<int> places = fit.coordinates(pose);
+  Matrix6 out = Matrix6::Zero();
+  for (std::size_t r = 0; r < 6; ++r)
+    for (std::size_t c = 0; c < 6; ++c)
+      if (places[r] >= 0 && places[c] >= 0)
+        out(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c)) = covariance(places[r], places[c]);
+  return out;
+}
+
 }  // namespace kr5::calibration::cell_fit

@@ -22,4 +22,7 @@ struct ParameterReport {
 ParameterReport report_parameters(const CellFit& fit, const CellFitResult& result, std::span<const FitBlock> nominal,
                                   std::span<const FitBlock> others, double inflation);
 
+/// The part of a covariance, in the order of the result's coordinates, that belongs to a pose; 0 for what is held.
+Matrix6 covariance_of_pose(const CellFit& fit, FitBlock pose, const Eigen::MatrixXd& covariance);
+
 }  // namespace kr5::calibration::cell_fit

@@ -12,6 +12,7 @@
 
 #include "calibration/cell_fit/arm_prior.hpp"
 #include "calibration/hand_eye/closed_form.hpp"
+#include "calibration/rigid_motion.hpp"
 
 namespace kr5::calibration::arm_problem {
 namespace {
@@ -45,15 +46,6 @@ std::vector<std::string> joint_term_names(const Input& input, const Sigmas& sigm
     prior.push_back(sigmas.compliance);
   }
   return out;
-}
-
-/// Rotation and shift that carry points to others, in the sense of least squares.
-Pose rigid_motion(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to) {
-  const Eigen::Vector3d a = from.rowwise().mean(), b = to.rowwise().mean();
-  Pose T = Pose::Identity();
-  T.linear() = nearest_rotation((to.colwise() - b) * (from.colwise() - a).transpose());
-  T.translation() = b - T.linear() * a;
-  return T;
 }
 
 /// Placement for a first guess of where the first seen point of a posture sits on the flange.

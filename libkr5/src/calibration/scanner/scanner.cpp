@@ -260,11 +260,7 @@ void write_scanner_parameters(const ScannerCalibration& calibration, ScannerResu
                                                                  uncertainty::covariance_inflation(6, out.dof));
   out.coordinates = std::move(report.parameters);
   out.joint_covariance = std::move(report.covariance);
-  const std::vector<int> of_scanner = problem.fit.coordinates(problem.scanner);
-  for (int r = 0; r < 6; ++r)
-    for (int c = 0; c < 6; ++c)
-      out.covariance(r, c) =
-          out.joint_covariance(of_scanner[static_cast<std::size_t>(r)], of_scanner[static_cast<std::size_t>(c)]);
+  out.covariance = cell_fit::covariance_of_pose(problem.fit, problem.scanner, out.joint_covariance);
 }
 
 void write_scanner_views(const ScannerCalibration& calibration, ScannerResult& out) {

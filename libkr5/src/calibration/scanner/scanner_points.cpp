@@ -8,6 +8,8 @@
 #include <kr5/core/error.hpp>
 #include <kr5/core/linear.hpp>
 
+#include "calibration/rigid_motion.hpp"
+
 namespace kr5::calibration {
 namespace {
 
@@ -39,14 +41,12 @@ ScannerFromPoints scanner_from_points(const Eigen::Matrix2Xd& points_scanner, co
     return out;
   }
   const Eigen::Matrix3Xd points = in_profile(points_scanner);
-  const Eigen::Vector3d a = points.rowwise().mean(), b = points_flange.rowwise().mean();
-  const Eigen::Matrix3Xd centred = points.colwise() - a, there = points_flange.colwise() - b;
-  if (!span_a_plane(centred) || !span_a_plane(there)) {
+  if (!span_a_plane(points.colwise() - points.rowwise().mean().eval()) ||
+      !span_a_plane(points_flange.colwise() - points_flange.rowwise().mean().eval())) {
     out.fit.message = "the points lie on one line: the turn of the scanner about it is not determined";
     return out;
   }
-  out.T_flange_scanner.linear() = nearest_rotation(there * centred.transpose());
-  out.T_flange_scanner.translation() = b - out.T_flange_scanner.linear() * a;
+  out.T_flange_scanner = rigid_motion(points, points_flange);
   double squares = 0.0;
   Matrix6 information = Matrix6::Zero();
   for (Eigen::Index k = 0; k < n; ++k) {
