@@ -127,8 +127,6 @@ static void bind_tool(py::module_& m) {
 }
 
 static void bind_kinematics_calibration(py::module_& m) {
-  kr5::python::bind_struct<UnidentifiableDirection>(m, "UnidentifiableDirection",
-                                                    "Combination of parameters that the measurements leave open.");
   kr5::python::bind_struct<ArmPosture>(m, "ArmPosture", "Posture of an arm with what was measured of it.");
   kr5::python::bind_struct<SocketDistance>(m, "SocketDistance", "Known distance of two sockets.");
   kr5::python::bind_struct<KinematicsOptions>(m, "KinematicsOptions", "Options of calibrate_kinematics.");

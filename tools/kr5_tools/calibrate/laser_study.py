@@ -84,9 +84,9 @@ class Study:
         self.scanner = np.asarray(self.cell.T_flange_scanner())
         self.chain = self.cell.nominal_chain()
         self.real = cell.parse_cell(self.cell.to_yaml())
-        self.real.effects = cell.Effects(
-            {"laser_bias": {"laser": {"bias": self.bias}}, "laser_lag": {"laser": {"lag": self.lag}}}
-        )
+        for parameter, value in (("bias", self.bias), ("lag", self.lag)):
+            effect, target = _scanner_effect(self.real, parameter)
+            self.real.set_effect(effect, target, parameter, value)
         self.simulator = predict.FastSimulator()
 
     def measure(self, stand_off: float, speed: float) -> dict[str, float]:
@@ -155,6 +155,15 @@ class Study:
             J = -away / distance[:, None]
             centre = centre + np.linalg.lstsq(J, self.radius - distance, rcond=None)[0]
         return float(np.sqrt((off**2).mean())), float(np.linalg.norm(centre - self.centre))
+
+
+def _scanner_effect(model: Any, parameter: str) -> tuple[str, str]:
+    """Effect and target of the scanner with the given parameter."""
+    for row in cell.effect_catalogue():
+        targets = model.effect_targets(row.id)
+        if targets == ["laser"] and [p.name for p in row.parameters] == [parameter]:
+            return row.id, targets[0]
+    raise RuntimeError(f"no effect of the scanner has the parameter {parameter} alone")
 
 
 def _keys(study: Study, by_stand_off: list[Any], by_speed: list[Any], file: str) -> dict[str, Any]:

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include <kr5/calibration/cell_fit.hpp>
 #include <kr5/calibration/estimated_parameter.hpp>
 #include <kr5/calibration/hand_eye.hpp>
 #include <kr5/calibration/scanner.hpp>
+#include <kr5/fit/cell_fit.hpp>
 #include <kr5/geometry/target.hpp>
 
 /// @file
@@ -102,7 +102,7 @@ struct CellCalibrationResult {
   Matrix6 covariance_camera_scanner = Matrix6::Zero();  ///< [m, rad]
   std::vector<EstimatedParameter> parameters;           ///< Poses by their change from the start.
   Eigen::MatrixXd parameter_covariance;                 ///< In the order and units of `parameters`.
-  std::vector<UnidentifiableDirection> unidentifiable;
+  std::vector<fit::UnidentifiableDirection> unidentifiable;
   double sigma_pixel = 0.0;              ///< [px]
   double sigma_robot_position = 0.0;     ///< [m]
   double sigma_robot_rotation = 0.0;     ///< [rad]

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include <kr5/calibration/cell_fit.hpp>
 #include <kr5/calibration/estimated_parameter.hpp>
 #include <kr5/core/fit_report.hpp>
+#include <kr5/fit/cell_fit.hpp>
 #include <kr5/geometry/pinhole.hpp>
 #include <kr5/kinematics/dh_chain.hpp>
 
@@ -148,7 +148,7 @@ struct KinematicsResult {
   Eigen::VectorXd compliances;   ///< [rad/(N m) or m/N]
   std::vector<EstimatedParameter> coordinates;
   Eigen::MatrixXd covariance;  ///< In the order of `coordinates`.
-  std::vector<UnidentifiableDirection> unidentifiable;
+  std::vector<fit::UnidentifiableDirection> unidentifiable;
   double sigma_position = 0.0;        ///< [m]
   double sigma_rotation = 0.0;        ///< [rad]
   double sigma_pixel = 0.0;           ///< [px]

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include <kr5/calibration/cell_fit.hpp>
 #include <kr5/calibration/estimated_parameter.hpp>
 #include <kr5/calibration/kinematics.hpp>
 #include <kr5/calibration/profile_features.hpp>
+#include <kr5/fit/cell_fit.hpp>
 
 /// @file
 /// Calibration of a line scanner on the flange from profiles of tips, spheres and planes, with or without the arm's own
@@ -133,7 +133,7 @@ struct ScannerResult {
   std::vector<ScanTarget> targets;
   std::vector<EstimatedParameter> coordinates;
   Eigen::MatrixXd joint_covariance;
-  std::vector<UnidentifiableDirection> unidentifiable;
+  std::vector<fit::UnidentifiableDirection> unidentifiable;
   double sigma_position = 0.0;    ///< [m]
   double sigma_across = 0.0;      ///< [m]
   double tolerance_length = 0.0;  ///< [m]

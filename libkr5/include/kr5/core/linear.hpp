@@ -21,4 +21,9 @@ SymmetricEigen symmetric_eigen(const Eigen::Ref<const Eigen::MatrixXd>& A);
 /// Singular values, in descending order.
 Eigen::VectorXd singular_values(const Eigen::Ref<const Eigen::MatrixXd>& A);
 
+/// Inverse of a symmetric positive semidefinite information matrix, each coordinate scaled by its own information.
+/// Combinations of coordinates that keep less than rank_tolerance of their sensitivity, and coordinates of which
+/// nothing is known, get none: what the pseudo-inverse gives.
+Eigen::MatrixXd covariance_of(const Eigen::MatrixXd& information, double rank_tolerance);
+
 }  // namespace kr5

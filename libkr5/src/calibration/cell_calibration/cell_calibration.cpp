@@ -117,7 +117,7 @@ struct CellEstimation {
   Pose T_mount_camera, T_fixed_target;  // of the start
   CellSigmas sigmas;
   std::optional<CellProblem> problem = std::nullopt;
-  CellFitResult result = {};
+  fit::CellFitResult result = {};
   double robot_dof = uncertainty::known_noise;
   int iterations = 0;
 
@@ -140,10 +140,10 @@ struct CellEstimation {
 /// Free parameters of scanner and targets.
 double scanner_parameters(const CellProblem& problem) {
   double out = 0;
-  std::vector<FitBlock> blocks = {problem.scanner.scanner};
+  std::vector<fit::FitBlock> blocks = {problem.scanner.scanner};
   blocks.insert(blocks.end(), problem.scanner.targets.begin(), problem.scanner.targets.end());
   blocks.insert(blocks.end(), problem.scanner.radii.begin(), problem.scanner.radii.end());
-  for (const FitBlock block : blocks) {
+  for (const fit::FitBlock block : blocks) {
     if (!block.exists()) continue;
     for (const int place : problem.fit.coordinates(block)) out += place >= 0;
   }
@@ -162,7 +162,7 @@ bool CellEstimation::update_sigmas() {
                           share = problem->fit.prior_redundancy(problem->errors[i]);
     for (Eigen::Index k = 0; k < 6; ++k)
       (k < 3 ? position : rotation).add(change[k] / (k < 3 ? sigmas.position : sigmas.rotation), share[k]);
-    for (const FitObservation observation : problem->observations[i]) {
+    for (const fit::FitObservation observation : problem->observations[i]) {
       const Eigen::VectorXd r = problem->fit.residuals(observation);
       pixel.squares += r.squaredNorm();
       pixel.redundancy += static_cast<double>(r.size());
@@ -199,9 +199,9 @@ bool CellEstimation::update_sigmas() {
 }
 
 /// Why the stops cannot tell the answer; empty when they can. What only the spread of the arm tells is told.
-std::string open_directions(const CellFitResult& result) {
+std::string open_directions(const fit::CellFitResult& result) {
   std::string out;
-  for (const UnidentifiableDirection& direction : result.unidentifiable) {
+  for (const fit::UnidentifiableDirection& direction : result.unidentifiable) {
     const auto of_arm = [](const std::string& name) { return name.starts_with("arm."); };
     if (std::any_of(direction.coordinates.begin(), direction.coordinates.end(), of_arm)) continue;
     out += (out.empty() ? "not determined: " : "; ") + direction.text;
@@ -248,8 +248,8 @@ void write_cell_result(const CellEstimation& estimation, CellCalibrationResult& 
   out.covariance = of_pose * cell_fit::covariance_of_pose(problem.fit, problem.mount, estimation.result.covariance);
   out.covariance_target =
       of_pose * cell_fit::covariance_of_pose(problem.fit, problem.target, estimation.result.covariance);
-  const FitBlock nominal[] = {problem.camera, problem.arm};
-  std::vector<FitBlock> others = {problem.mount, problem.target};
+  const fit::FitBlock nominal[] = {problem.camera, problem.arm};
+  std::vector<fit::FitBlock> others = {problem.mount, problem.target};
   for (const auto& [id, marker] : problem.markers) others.push_back(marker);
   if (problem.scanner.scanner.exists()) {
     write_scanner(estimation, out);

@@ -60,7 +60,7 @@ void CellProblem::add_markers(const CellInput& input) {
   const auto by_id = [](const MapMarker& a, const MapMarker& b) { return a.id < b.id; };
   const int reference = std::min_element(input.believed.markers.begin(), input.believed.markers.end(), by_id)->id;
   for (const MapMarker& marker : input.believed.markers) {
-    const FitBlock block = fit.add_pose("marker" + std::to_string(marker.id), marker.T_target_marker);
+    const fit::FitBlock block = fit.add_pose("marker" + std::to_string(marker.id), marker.T_target_marker);
     if (marker.id == reference || holds(input.options, "markers")) fit.hold(block);
     markers[marker.id] = block;
   }
@@ -87,7 +87,7 @@ void CellProblem::add_stop(const CellInput& input, std::size_t i, const CellSigm
   prior << Eigen::Vector3d::Constant(sigmas.position), Eigen::Vector3d::Constant(sigmas.rotation);
   errors[i] = fit.add_nuisance_pose("error of stop " + std::to_string(i));
   fit.set_prior(errors[i], prior);
-  PoseChain chain;
+  fit::PoseChain chain;
   chain.then_inverse(mount);
   if (input.options.mount == Mount::EyeInHand) {
     chain.then_inverse(errors[i]);
@@ -106,7 +106,7 @@ void CellProblem::add_stop(const CellInput& input, std::size_t i, const CellSigm
   }
   const double sigma = sigmas.pixel * std::sqrt(stop.view.correlation);
   for (const auto& [id, view] : seen) {
-    PoseChain to_points = chain;
+    fit::PoseChain to_points = chain;
     if (!markers.empty()) to_points.then(markers[id]);
     observations[i].push_back(
         fit.observe_pixels(to_points, camera, columns<3>(view.points), columns<2>(view.pixels), sigma));
@@ -114,7 +114,7 @@ void CellProblem::add_stop(const CellInput& input, std::size_t i, const CellSigm
 }
 
 void CellProblem::begin_at(const CellProblem& other) {
-  const auto take = [&](FitBlock mine, FitBlock theirs) {
+  const auto take = [&](fit::FitBlock mine, fit::FitBlock theirs) {
     if (mine.exists() && theirs.exists()) fit.begin_at(mine, other.fit.values(theirs));
   };
   take(camera, other.camera), take(mount, other.mount), take(target, other.target), take(arm, other.arm);

@@ -43,12 +43,12 @@ struct CellInput {
 };
 
 struct CellProblem {
-  CellFit fit;
-  FitBlock camera, mount, target, arm;
+  fit::CellFit fit;
+  fit::FitBlock camera, mount, target, arm;
   scanner_problem::ScannerBlocks scanner;
-  std::map<int, FitBlock> markers;                        ///< By id.
-  std::vector<FitBlock> errors;                           ///< By stop, of its robot pose; absent where it has no part.
-  std::vector<std::vector<FitObservation>> observations;  ///< By stop.
+  std::map<int, fit::FitBlock> markers;  ///< By id.
+  std::vector<fit::FitBlock> errors;     ///< By stop, of its robot pose; absent where it has no part.
+  std::vector<std::vector<fit::FitObservation>> observations;  ///< By stop.
 
   /// Begins with the cell as it is believed, the camera at T_mount_camera and the target at T_fixed_target.
   CellProblem(const CellInput& input, const CellSigmas& sigmas, const Pose& T_mount_camera, const Pose& T_fixed_target);

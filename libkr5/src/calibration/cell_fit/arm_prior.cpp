@@ -5,7 +5,7 @@
 
 namespace kr5::calibration::cell_fit {
 
-void free_arm(CellFit& fit, FitBlock arm, const kinematics::DhChain& nominal, double length, double angle) {
+void free_arm(fit::CellFit& fit, fit::FitBlock arm, const kinematics::DhChain& nominal, double length, double angle) {
   constexpr double near_parallel = 0.1;  // sine of the angle below which two axes get beta
   const std::size_t joints = nominal.joints.size();
   Eigen::VectorXd prior(static_cast<Eigen::Index>(5 * joints));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <kr5/calibration/cell_fit.hpp>
+#include <kr5/fit/cell_fit.hpp>
 
 /// @file
 /// Private: the parameters of an arm in a cell fit.
@@ -10,6 +10,6 @@ namespace kr5::calibration::cell_fit {
 
 /// Frees what tells one arm from another and ties it to the nominal arm by the spread of lengths [m] and angles [rad].
 /// Hayati's beta is free only between axes that are nearly parallel, where it tells what b cannot.
-void free_arm(CellFit& fit, FitBlock arm, const kinematics::DhChain& nominal, double length, double angle);
+void free_arm(fit::CellFit& fit, fit::FitBlock arm, const kinematics::DhChain& nominal, double length, double angle);
 
 }  // namespace kr5::calibration::cell_fit

@@ -7,7 +7,8 @@
 namespace kr5::calibration::cell_fit {
 namespace {
 
-void report_block(const CellFit& fit, FitBlock block, bool from_nominal, std::vector<EstimatedParameter>& parameters) {
+void report_block(const fit::CellFit& fit, fit::FitBlock block, bool from_nominal,
+                  std::vector<EstimatedParameter>& parameters) {
   if (!block.exists()) return;
   const std::vector<int> places = fit.coordinates(block);
   const Eigen::VectorXd change = fit.change(block), values = fit.values(block);
@@ -23,15 +24,16 @@ void report_block(const CellFit& fit, FitBlock block, bool from_nominal, std::ve
 
 }  // namespace
 
-ParameterReport report_parameters(const CellFit& fit, const CellFitResult& result, std::span<const FitBlock> nominal,
-                                  std::span<const FitBlock> others, double inflation) {
+ParameterReport report_parameters(const fit::CellFit& fit, const fit::CellFitResult& result,
+                                  std::span<const fit::FitBlock> nominal, std::span<const fit::FitBlock> others,
+                                  double inflation) {
   ParameterReport out;
   out.covariance = inflation * result.covariance;
   out.parameters.resize(result.coordinates.size());
-  for (const FitBlock block : nominal) report_block(fit, block, true, out.parameters);
-  for (const FitBlock block : others) report_block(fit, block, false, out.parameters);
+  for (const fit::FitBlock block : nominal) report_block(fit, block, true, out.parameters);
+  for (const fit::FitBlock block : others) report_block(fit, block, false, out.parameters);
   std::set<std::string> unknown;
-  for (const UnidentifiableDirection& direction : result.unidentifiable)
+  for (const fit::UnidentifiableDirection& direction : result.unidentifiable)
     unknown.insert(direction.coordinates.begin(), direction.coordinates.end());
   for (std::size_t k = 0; k < out.parameters.size(); ++k) {
     EstimatedParameter& parameter = out.parameters[k];
@@ -46,7 +48,7 @@ ParameterReport report_parameters(const CellFit& fit, const CellFitResult& resul
   return out;
 }
 
-Matrix6 covariance_of_pose(const CellFit& fit, FitBlock pose, const Eigen::MatrixXd& covariance) {
+Matrix6 covariance_of_pose(const fit::CellFit& fit, fit::FitBlock pose, const Eigen::MatrixXd& covariance) {
   const std::vector<int> places = fit.coordinates(pose);
   Matrix6 out = Matrix6::Zero();
   for (std::size_t r = 0; r < 6; ++r)

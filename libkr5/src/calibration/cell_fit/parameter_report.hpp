@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include <kr5/calibration/cell_fit.hpp>
 #include <kr5/calibration/estimated_parameter.hpp>
+#include <kr5/fit/cell_fit.hpp>
 
 /// @file
 /// Private: the numbers of a cell fit as a result shows them.
@@ -19,10 +19,11 @@ struct ParameterReport {
 
 /// Of a solved fit. Blocks of `nominal` began at a nominal value, all others at a guess; a pose is told by its change.
 /// The covariance is multiplied by `inflation`.
-ParameterReport report_parameters(const CellFit& fit, const CellFitResult& result, std::span<const FitBlock> nominal,
-                                  std::span<const FitBlock> others, double inflation);
+ParameterReport report_parameters(const fit::CellFit& fit, const fit::CellFitResult& result,
+                                  std::span<const fit::FitBlock> nominal, std::span<const fit::FitBlock> others,
+                                  double inflation);
 
 /// The part of a covariance, in the order of the result's coordinates, that belongs to a pose; 0 for what is held.
-Matrix6 covariance_of_pose(const CellFit& fit, FitBlock pose, const Eigen::MatrixXd& covariance);
+Matrix6 covariance_of_pose(const fit::CellFit& fit, fit::FitBlock pose, const Eigen::MatrixXd& covariance);
 
 }  // namespace kr5::calibration::cell_fit

@@ -8,9 +8,9 @@
 
 #include <Eigen/Dense>
 
-#include <kr5/calibration/cell_fit.hpp>
 #include <kr5/core/error.hpp>
 #include <kr5/core/statistics.hpp>
+#include <kr5/fit/cell_fit.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 
 #include "calibration/cell_fit/sound_probability.hpp"
@@ -91,9 +91,9 @@ class PairsFit {
   std::vector<HandEyeView> stops_;
   Poses poses_;
   Variances variances_;  ///< Of position, of the robot's turn, of the camera's turn.
-  std::optional<CellFit> fit_;
-  std::vector<FitObservation> seen_;
-  CellFitResult result_;
+  std::optional<fit::CellFit> fit_;
+  std::vector<fit::FitObservation> seen_;
+  fit::CellFitResult result_;
   bool regular_ = false, settled_ = false;
   int iterations_ = 0;
   double initial_rms_ = 0.0;
@@ -142,14 +142,14 @@ void PairsFit::fit() {
   const double position = sigma[0] / std::sqrt(2.0);
   fit_.emplace();
   seen_.clear();
-  const FitBlock camera = fit_->add_pose("camera", poses_.X), target = fit_->add_pose("target", poses_.Z);
+  const fit::FitBlock camera = fit_->add_pose("camera", poses_.X), target = fit_->add_pose("target", poses_.Z);
   Vector6 prior;
   prior << Eigen::Vector3d::Constant(position), Eigen::Vector3d::Constant(sigma[1]);
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
-    const FitBlock error = fit_->add_nuisance_pose("robot " + std::to_string(i));
+    const fit::FitBlock error = fit_->add_nuisance_pose("robot " + std::to_string(i));
     fit_->set_prior(error, prior);
     const Pose& T = pairs_[i].T_base_flange;
-    PoseChain chain;
+    fit::PoseChain chain;
     chain.then_inverse(camera);
     if (options_.mount == Mount::EyeInHand)
       chain.then_inverse(error).then(T.inverse());
@@ -179,7 +179,7 @@ void PairsFit::settle() {
 
 /// Probability that a sound pair lies as far from what the others say.
 double PairsFit::probability(std::size_t i) const {
-  const CellFit::Agreement agreement = fit_->agreement(seen_[i]);
+  const fit::CellFit::Agreement agreement = fit_->agreement(seen_[i]);
   const bool known = !variances_.free[0] && !variances_.free[1] && !variances_.free[2];
   // Position and rotation noise are each estimated from half of the readings: of a pair outside, which few others may
   // have agreed to leave out, that counts.

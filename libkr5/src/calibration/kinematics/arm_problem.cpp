@@ -117,7 +117,7 @@ void place_poses(const Input& input, Placement& placement) {
 double robust_cost(const ArmProblem& problem) {
   std::vector<double> squares;
   for (const auto& of_posture : problem.observations)
-    for (const FitObservation o : of_posture) squares.push_back(problem.fit.residuals(o).squaredNorm());
+    for (const fit::FitObservation o : of_posture) squares.push_back(problem.fit.residuals(o).squaredNorm());
   return squares.empty() ? 0.0 : median(squares);
 }
 
@@ -236,37 +236,37 @@ ArmProblem::ArmProblem(const Input& input, const Sigmas& sigmas, const Placement
 }
 
 void ArmProblem::observe_posture(const Input& input, const ArmPosture& posture, const Sigmas& sigmas) {
-  std::vector<FitObservation>& mine = observations.emplace_back();
+  std::vector<fit::FitObservation>& mine = observations.emplace_back();
   const Eigen::MatrixXd regressor = joint_terms.exists() ? joint_term_regressor(input, posture) : Eigen::MatrixXd();
-  PoseChain chain;
+  fit::PoseChain chain;
   if (base.exists()) chain.then(base);
   chain.then_arm(arm, posture.q, joint_terms, regressor);
   if (posture.T_world_tool)
     mine.push_back(
-        fit.observe_pose(PoseChain(chain).then(tool), *posture.T_world_tool, sigmas.position, sigmas.rotation));
+        fit.observe_pose(fit::PoseChain(chain).then(tool), *posture.T_world_tool, sigmas.position, sigmas.rotation));
   for (Eigen::Index c = 0; c < posture.points.cols(); ++c)
     if (point_seen(posture.points.col(c)))
       mine.push_back(fit.observe_position(chain, points[static_cast<std::size_t>(c)],
                                           Eigen::Vector3d(posture.points.col(c)), sigmas.position));
   if (!posture.socket.empty())
-    mine.push_back(fit.observe_position(PoseChain().then_arm(arm, posture.q, joint_terms, regressor), points.front(),
-                                        sockets[input.socket(posture.socket)], sigmas.position));
-  std::vector<FitObservation>& seen = views.emplace_back();
+    mine.push_back(fit.observe_position(fit::PoseChain().then_arm(arm, posture.q, joint_terms, regressor),
+                                        points.front(), sockets[input.socket(posture.socket)], sigmas.position));
+  std::vector<fit::FitObservation>& seen = views.emplace_back();
   if (posture.pixels.cols() > 0)
     seen.push_back(fit.observe_pixels(
-        PoseChain().then_inverse(camera).then_inverse_arm(arm, posture.q, joint_terms, regressor).then(target), lens,
-        posture.target_points, posture.pixels, sigmas.pixel));
+        fit::PoseChain().then_inverse(camera).then_inverse_arm(arm, posture.q, joint_terms, regressor).then(target),
+        lens, posture.target_points, posture.pixels, sigmas.pixel));
 }
 
-std::vector<FitObservation> ArmProblem::of_posture(std::size_t i) const {
-  std::vector<FitObservation> out = observations[i];
+std::vector<fit::FitObservation> ArmProblem::of_posture(std::size_t i) const {
+  std::vector<fit::FitObservation> out = observations[i];
   out.insert(out.end(), views[i].begin(), views[i].end());
   return out;
 }
 
 void ArmProblem::begin_at(const ArmProblem& other) {
   fit.begin_at(arm, other.fit.values(other.arm));
-  const auto take = [&](FitBlock mine, FitBlock theirs) {
+  const auto take = [&](fit::FitBlock mine, fit::FitBlock theirs) {
     if (mine.exists() && theirs.exists()) fit.begin_at(mine, other.fit.values(theirs));
   };
   take(base, other.base), take(tool, other.tool), take(joint_terms, other.joint_terms);
@@ -277,7 +277,7 @@ void ArmProblem::begin_at(const ArmProblem& other) {
 
 void ArmProblem::set_weights(const std::vector<double>& weights) {
   for (std::size_t i = 0; i < observations.size(); ++i)
-    for (const FitObservation o : of_posture(i)) fit.set_weight(o, weights[i]);
+    for (const fit::FitObservation o : of_posture(i)) fit.set_weight(o, weights[i]);
 }
 
 Placement ArmProblem::placement() const {
@@ -296,11 +296,11 @@ Placement ArmProblem::placement() const {
 void robust_sigmas(const ArmProblem& problem, Sigmas& sigmas) {
   std::vector<double> position, rotation, pixel;
   for (const auto& of_view : problem.views)
-    for (const FitObservation o : of_view)
+    for (const fit::FitObservation o : of_view)
       for (const double r : problem.fit.residuals(o)) pixel.push_back(std::abs(r));
   if (!pixel.empty()) sigmas.pixel *= std::max(mad_to_sigma * median(pixel), 1e-6);
   for (const auto& of_posture : problem.observations)
-    for (const FitObservation o : of_posture) {
+    for (const fit::FitObservation o : of_posture) {
       const Eigen::VectorXd r = problem.fit.residuals(o);
       for (Eigen::Index k = 0; k < r.size(); ++k) (k < 3 ? position : rotation).push_back(std::abs(r[k]));
     }

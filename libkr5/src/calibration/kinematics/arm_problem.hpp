@@ -53,12 +53,12 @@ struct Input {
 };
 
 struct ArmProblem {
-  CellFit fit;
-  FitBlock arm, base, tool, joint_terms, camera, lens, target;
-  std::vector<FitBlock> points, sockets;
-  std::vector<std::vector<FitObservation>> observations;  ///< Of poses and points, by posture.
-  std::vector<std::vector<FitObservation>> views;         ///< Of pixels, by posture.
-  std::vector<FitObservation> distances;                  ///< Of sockets.
+  fit::CellFit fit;
+  fit::FitBlock arm, base, tool, joint_terms, camera, lens, target;
+  std::vector<fit::FitBlock> points, sockets;
+  std::vector<std::vector<fit::FitObservation>> observations;  ///< Of poses and points, by posture.
+  std::vector<std::vector<fit::FitObservation>> views;         ///< Of pixels, by posture.
+  std::vector<fit::FitObservation> distances;                  ///< Of sockets.
 
   /// @param refine False: the arm is held at its nominal parameters.
   ArmProblem(const Input& input, const Sigmas& sigmas, const Placement& placement, bool refine);
@@ -67,7 +67,7 @@ struct ArmProblem {
   void set_weights(const std::vector<double>& weights);
   Placement placement() const;
   /// Everything that was measured of a posture.
-  std::vector<FitObservation> of_posture(std::size_t i) const;
+  std::vector<fit::FitObservation> of_posture(std::size_t i) const;
 
  private:
   void observe_posture(const Input& input, const ArmPosture& posture, const Sigmas& sigmas);

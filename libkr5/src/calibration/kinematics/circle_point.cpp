@@ -10,11 +10,11 @@
 #include <sstream>
 
 #include <Eigen/Dense>
-#include <kr5/calibration/cell_fit.hpp>
 #include <kr5/core/error.hpp>
 #include <kr5/core/linear.hpp>
 #include <kr5/core/random.hpp>
 #include <kr5/core/statistics.hpp>
+#include <kr5/fit/cell_fit.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 
 #include "calibration/cell_fit/sound_probability.hpp"
@@ -274,16 +274,16 @@ void orient(std::span<const JointSample> samples, AxisStart& start) {
 
 /// The fit: an arm of one joint, whose base is the axis and whose value at each sample is unknown but for the first's.
 struct AxisFit {
-  CellFit fit;
-  FitBlock axis, tool;
-  std::vector<FitBlock> points, angles;
-  std::vector<std::vector<FitObservation>> observations;
-  CellFitResult result;
+  fit::CellFit fit;
+  fit::FitBlock axis, tool;
+  std::vector<fit::FitBlock> points, angles;
+  std::vector<std::vector<fit::FitObservation>> observations;
+  fit::CellFitResult result;
 
   AxisFit(std::span<const JointSample> samples, const AxisStart& start, double sigma_position, double sigma_rotation) {
     kinematics::DhChain joint;
     joint.joints.resize(1);
-    const FitBlock arm = fit.add_arm("joint", joint);
+    const fit::FitBlock arm = fit.add_arm("joint", joint);
     fit.hold(arm);
     Pose T = Pose::Identity();
     T.translation() = start.centre;
@@ -301,14 +301,15 @@ struct AxisFit {
       points.push_back(fit.add_point("point" + std::to_string(c + 1), place));
     }
     for (std::size_t i = 0; i < samples.size(); ++i) {
-      angles.push_back(i == 0 ? FitBlock{} : fit.add_nuisance_vector("angle", Eigen::VectorXd::Zero(1), {"q [rad]"}));
+      angles.push_back(i == 0 ? fit::FitBlock{}
+                              : fit.add_nuisance_vector("angle", Eigen::VectorXd::Zero(1), {"q [rad]"}));
       const Eigen::MatrixXd one = i == 0 ? Eigen::MatrixXd() : Eigen::MatrixXd::Ones(1, 1);
-      const PoseChain chain =
-          PoseChain().then(axis).then_arm(arm, Eigen::VectorXd::Constant(1, start.angles[i]), angles[i], one);
-      std::vector<FitObservation>& mine = observations.emplace_back();
+      const fit::PoseChain chain =
+          fit::PoseChain().then(axis).then_arm(arm, Eigen::VectorXd::Constant(1, start.angles[i]), angles[i], one);
+      std::vector<fit::FitObservation>& mine = observations.emplace_back();
       if (poses)
-        mine.push_back(
-            fit.observe_pose(PoseChain(chain).then(tool), *samples[i].T_world_tool, sigma_position, sigma_rotation));
+        mine.push_back(fit.observe_pose(fit::PoseChain(chain).then(tool), *samples[i].T_world_tool, sigma_position,
+                                        sigma_rotation));
       for (Eigen::Index c = 0; c < samples[i].points.cols(); ++c)
         if (is_seen(samples[i], c))
           mine.push_back(fit.observe_position(chain, points[static_cast<std::size_t>(c)],
@@ -317,7 +318,7 @@ struct AxisFit {
   }
   void set_weights(const std::vector<double>& weights) {
     for (std::size_t i = 0; i < observations.size(); ++i)
-      for (const FitObservation o : observations[i]) fit.set_weight(o, weights[i]);
+      for (const fit::FitObservation o : observations[i]) fit.set_weight(o, weights[i]);
   }
 };
 
@@ -332,7 +333,7 @@ AxisNoise axis_noise(const AxisFit& fit, const std::vector<double>& weights) {
   for (std::size_t i = 0; i < weights.size(); ++i) {
     if (!(weights[i] > 0)) continue;
     ++inside;
-    for (const FitObservation o : fit.observations[i]) {
+    for (const fit::FitObservation o : fit.observations[i]) {
       const Eigen::VectorXd r = fit.fit.residuals(o);
       for (Eigen::Index k = 0; k < r.size(); ++k) squares[k >= 3] += r[k] * r[k], ++rows[k >= 3];
     }
@@ -376,7 +377,7 @@ struct AxisEstimation {
     return options.sigma_position > 0 && (options.sigma_rotation > 0 || !samples.front().T_world_tool);
   }
   double probability(std::size_t i) const {
-    const CellFit::Agreement agreement = fit->fit.agreement(fit->observations[i]);
+    const fit::CellFit::Agreement agreement = fit->fit.agreement(fit->observations[i]);
     const double rows = agreement.dof - (i == 0 ? 0 : 1);  // less the sample's own angle
     return cell_fit::sound_probability(agreement.squared_distance, rows, weights[i] > 0,
                                        noise_known() ? uncertainty::known_noise : noise.dof);
@@ -473,7 +474,7 @@ void write_axis(const AxisEstimation& estimation, JointAxisResult& out) {
       out.outliers.push_back(static_cast<int>(i));
       continue;
     }
-    for (const FitObservation o : fit.observations[i])
+    for (const fit::FitObservation o : fit.observations[i])
       squares += fit.fit.residuals(o).head<3>().squaredNorm() * out.sigma_position * out.sigma_position, ++count;
   }
   out.rms = std::sqrt(squares / std::max(count, 1.0));

@@ -7,9 +7,9 @@
 #include <set>
 
 #include <kr5/core/error.hpp>
+#include <kr5/core/linear.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 
-#include "calibration/cell_fit/covariance.hpp"
 #include "calibration/cell_fit/parameter_report.hpp"
 #include "calibration/cell_fit/sound_probability.hpp"
 #include "calibration/kinematics/arm_problem.hpp"
@@ -77,8 +77,8 @@ struct PriorGroup {
 struct NoiseGroup {
   double* sigma = nullptr;
   double given = 0.0, least = 1e-9;
-  CellFit::SquaredResiduals sum;  ///< Whitened by the noise of the fit.
-  double scale = 1.0;             ///< Of the noise now over that of the fit.
+  fit::CellFit::SquaredResiduals sum;  ///< Whitened by the noise of the fit.
+  double scale = 1.0;                  ///< Of the noise now over that of the fit.
   double redundancy = 0.0;
 };
 
@@ -109,7 +109,7 @@ double VarianceModel::step() {
       information(prior.places[k], prior.places[k]) += weight;
       gradient[prior.places[k]] += weight * prior.changes[k];
     }
-  const Eigen::MatrixXd C = cell_fit::covariance_of(information, CellFitOptions().rank_tolerance);
+  const Eigen::MatrixXd C = covariance_of(information, fit::CellFitOptions().rank_tolerance);
   const Eigen::VectorXd d = -C * gradient;
   double most = 0.0;
   const auto update = [&](double& value, double variance, double least) {
@@ -148,7 +148,7 @@ struct Calibration {
   Placement start;
   std::vector<double> weights;
   std::optional<ArmProblem> problem;
-  CellFitResult result;
+  fit::CellFitResult result;
   int iterations = 0;
   double dof = 1.0;  ///< Behind the estimated noise.
 
@@ -178,16 +178,16 @@ struct Calibration {
 
 VarianceModel Calibration::variance_model() {
   const KinematicsOptions& options = input.options;
-  std::vector<FitObservation> poses, pixels;
+  std::vector<fit::FitObservation> poses, pixels;
   for (const auto& mine : problem->observations) poses.insert(poses.end(), mine.begin(), mine.end());
   for (const auto& mine : problem->views) pixels.insert(pixels.end(), mine.begin(), mine.end());
   constexpr int all = std::numeric_limits<int>::max();
-  const CellFit& fit = problem->fit;
+  const fit::CellFit& fit = problem->fit;
   VarianceModel out;
   out.noises = {{&sigmas.position, options.sigma_position, 1e-9, fit.squared_residuals(poses, 0, 3)},
                 {&sigmas.rotation, options.sigma_rotation, 1e-9, fit.squared_residuals(poses, 3, all)},
                 {&sigmas.pixel, options.sigma_pixel, 1e-6, fit.squared_residuals(pixels, 0, all)}};
-  const CellFit::SquaredResiduals known = fit.squared_residuals(problem->distances, 0, all);
+  const fit::CellFit::SquaredResiduals known = fit.squared_residuals(problem->distances, 0, all);
   out.fixed = known.information, out.fixed_gradient = known.gradient;
   PriorGroup length, angle, joint, compliance;
   length.sigma = &sigmas.length, length.given = options.tolerance_length;
@@ -244,7 +244,7 @@ bool Calibration::update_sigmas() {
 
 /// Probability that a sound posture lies as far from what the others say.
 double Calibration::probability(std::size_t i) const {
-  const CellFit::Agreement agreement = problem->fit.agreement(problem->of_posture(i));
+  const fit::CellFit::Agreement agreement = problem->fit.agreement(problem->of_posture(i));
   return cell_fit::sound_probability(agreement.squared_distance, agreement.dof, weights[i] > 0, dof);
 }
 
@@ -264,7 +264,7 @@ void exclude_far(Calibration& calibration) {
   std::vector<std::pair<double, std::size_t>> order;
   for (std::size_t i = 0; i < n; ++i) {
     double squared = 0.0, rows = 0.0;
-    for (const FitObservation o : calibration.problem->of_posture(i)) {
+    for (const fit::FitObservation o : calibration.problem->of_posture(i)) {
       const Eigen::VectorXd r = calibration.problem->fit.residuals(o);
       squared += r.squaredNorm(), rows += static_cast<double>(r.size());
     }
@@ -279,14 +279,14 @@ void exclude_far(Calibration& calibration) {
 
 double rms_distance(const ArmProblem& problem, std::size_t i, double sigma) {
   double squares = 0.0;
-  for (const FitObservation o : problem.observations[i])
+  for (const fit::FitObservation o : problem.observations[i])
     squares += problem.fit.residuals(o).head<3>().squaredNorm() * sigma * sigma;
   return std::sqrt(squares / static_cast<double>(std::max<std::size_t>(1, problem.observations[i].size())));
 }
 
 double rms_pixel(const ArmProblem& problem, std::size_t i, double sigma) {
   double squares = 0.0, pixels = 0.0;
-  for (const FitObservation o : problem.views[i]) {
+  for (const fit::FitObservation o : problem.views[i]) {
     const Eigen::VectorXd r = problem.fit.residuals(o);
     squares += r.squaredNorm() * sigma * sigma, pixels += static_cast<double>(r.size()) / 2;
   }
@@ -295,8 +295,8 @@ double rms_pixel(const ArmProblem& problem, std::size_t i, double sigma) {
 
 void write_parameters(const Calibration& calibration, KinematicsResult& out) {
   const ArmProblem& problem = *calibration.problem;
-  const FitBlock nominal[] = {problem.arm, problem.joint_terms};
-  std::vector<FitBlock> others = {problem.base, problem.tool, problem.camera, problem.target};
+  const fit::FitBlock nominal[] = {problem.arm, problem.joint_terms};
+  std::vector<fit::FitBlock> others = {problem.base, problem.tool, problem.camera, problem.target};
   others.insert(others.end(), problem.points.begin(), problem.points.end());
   others.insert(others.end(), problem.sockets.begin(), problem.sockets.end());
   cell_fit::ParameterReport report = cell_fit::report_parameters(problem.fit, calibration.result, nominal, others,

@@ -99,7 +99,7 @@ struct ScannerCalibration {
   ScannerPlacement start;
   std::vector<double> weights;
   std::optional<ScannerProblem> problem;
-  CellFitResult result;
+  fit::CellFitResult result;
   bool across_apart = false;
   int iterations = 0;
 
@@ -123,7 +123,7 @@ struct ScannerCalibration {
   }
   double dof() const { return std::max(1.0, components().redundancy); }
   double probability(std::size_t i, double degrees) const {
-    const CellFit::Agreement agreement = problem->fit.agreement(problem->observations[i]);
+    const fit::CellFit::Agreement agreement = problem->fit.agreement(problem->observations[i]);
     return cell_fit::sound_probability(agreement.squared_distance, agreement.dof, weights[i] > 0,
                                        input.options.sigma_position > 0 ? uncertainty::known_noise : degrees);
   }
@@ -161,7 +161,7 @@ ScannerComponents ScannerCalibration::components() const {
   ScannerComponents out;
   for (std::size_t i = 0; i < weights.size(); ++i) {
     if (!(weights[i] > 0)) continue;
-    const CellFit::Agreement agreement = problem->fit.agreement(problem->observations[i]);
+    const fit::CellFit::Agreement agreement = problem->fit.agreement(problem->observations[i]);
     const bool tip = input.views[i].feature.kind == ScanTargetKind::Tip;
     for (Eigen::Index k = 0; k < agreement.residuals.size(); ++k) {
       // A residual tells of the error of the profile as far as its variance comes from there.
@@ -252,8 +252,8 @@ void leave_out(const ScannerCalibration& calibration, ScannerResult& out) {
 
 void write_scanner_parameters(const ScannerCalibration& calibration, ScannerResult& out) {
   const ScannerProblem& problem = *calibration.problem;
-  const FitBlock nominal[] = {problem.arm};
-  std::vector<FitBlock> others = {problem.scanner};
+  const fit::FitBlock nominal[] = {problem.arm};
+  std::vector<fit::FitBlock> others = {problem.scanner};
   others.insert(others.end(), problem.targets.begin(), problem.targets.end());
   others.insert(others.end(), problem.radii.begin(), problem.radii.end());
   cell_fit::ParameterReport report = cell_fit::report_parameters(problem.fit, calibration.result, nominal, others,
@@ -300,7 +300,7 @@ std::pair<double, double> worst_deviations(const Matrix6& covariance) {
 /// Refuses a pose that the profiles leave open, and says in which direction.
 void judge_determination(const ScannerInput& input, ScannerResult& out) {
   std::string open;
-  for (const UnidentifiableDirection& direction : out.unidentifiable) {
+  for (const fit::UnidentifiableDirection& direction : out.unidentifiable) {
     bool scanner = false, arm = false;  // what the arm takes part in is held by the spread about its nominal values
     for (const std::string& name : direction.coordinates)
       scanner = scanner || name.rfind("scanner.", 0) == 0, arm = arm || name.rfind("arm.", 0) == 0;

@@ -74,9 +74,9 @@ Eigen::MatrixXd residual_covariance(const ScannerInput& input, std::size_t view,
 }
 
 /// The block of a target: held where it is known, with a prior where it is known with a tolerance.
-FitBlock add_target(CellFit& fit, const ScanTarget& target, const TargetPlacement& at) {
+fit::FitBlock add_target(fit::CellFit& fit, const ScanTarget& target, const TargetPlacement& at) {
   if (target.kind == ScanTargetKind::Plane) {
-    const FitBlock plane = fit.add_pose(target.name, at.T_base_plane);
+    const fit::FitBlock plane = fit.add_pose(target.name, at.T_base_plane);
     for (const int own : {0, 1, 5}) fit.hold(plane, own);  // motions in the plane change nothing
     if (!target.position) return plane;
     if (target.sigma > 0) {
@@ -89,7 +89,7 @@ FitBlock add_target(CellFit& fit, const ScanTarget& target, const TargetPlacemen
     for (const int tilt : {3, 4}) fit.hold(plane, tilt);
     return plane;
   }
-  const FitBlock point = fit.add_point(target.name, at.position);
+  const fit::FitBlock point = fit.add_point(target.name, at.position);
   if (target.position && target.sigma > 0) fit.set_prior(point, Eigen::Vector3d::Constant(target.sigma));
   if (target.position && !(target.sigma > 0)) fit.hold(point);
   return point;
@@ -110,7 +110,7 @@ ScannerProblem::ScannerProblem(const ScannerInput& input, const ScannerSigmas& s
   static_cast<ScannerBlocks&>(*this) = add_scanner(fit, arm, input, sigmas, placement);
 }
 
-ScannerBlocks add_scanner(CellFit& fit, FitBlock arm, const ScannerInput& input, const ScannerSigmas& sigmas,
+ScannerBlocks add_scanner(fit::CellFit& fit, fit::FitBlock arm, const ScannerInput& input, const ScannerSigmas& sigmas,
                           const ScannerPlacement& placement) {
   ScannerBlocks out;
   out.scanner = fit.add_pose("scanner", placement.T_flange_scanner);
@@ -128,7 +128,7 @@ ScannerBlocks add_scanner(CellFit& fit, FitBlock arm, const ScannerInput& input,
     const std::size_t at = input.target_of[i];
     const Eigen::MatrixXd covariance = residual_covariance(input, i, sigmas, placement, out.shares.emplace_back());
     out.factors.push_back(covariance.llt().matrixL());
-    PoseChain to_scanner, to_plane;
+    fit::PoseChain to_scanner, to_plane;
     if (feature.kind == ScanTargetKind::Plane) to_plane.then_inverse(out.targets[at]);
     to_scanner.then_inverse(out.scanner);
     if (arm.exists()) {
@@ -159,7 +159,7 @@ ScannerBlocks add_scanner(CellFit& fit, FitBlock arm, const ScannerInput& input,
   return out;
 }
 
-void ScannerBlocks::begin_at(CellFit& fit, const ScannerBlocks& others, const CellFit& of_others) const {
+void ScannerBlocks::begin_at(fit::CellFit& fit, const ScannerBlocks& others, const fit::CellFit& of_others) const {
   fit.begin_at(scanner, of_others.values(others.scanner));
   for (std::size_t k = 0; k < targets.size(); ++k) {
     fit.begin_at(targets[k], of_others.values(others.targets[k]));

@@ -46,25 +46,25 @@ inline Eigen::Vector3d in_scanner(const Eigen::Vector2d& point) { return {point.
 
 /// What the profiles are in a cell fit.
 struct ScannerBlocks {
-  FitBlock scanner;
-  std::vector<FitBlock> targets;  ///< Points, poses of planes.
-  std::vector<FitBlock> radii;
-  std::vector<FitObservation> observations;  ///< By view.
-  std::vector<Eigen::MatrixXd> factors;      ///< By view, L with L L' the covariance of its residuals.
-  std::vector<Eigen::VectorXd> shares;       ///< By view and residual, of the error of the profile in its variance.
+  fit::FitBlock scanner;
+  std::vector<fit::FitBlock> targets;  ///< Points, poses of planes.
+  std::vector<fit::FitBlock> radii;
+  std::vector<fit::FitObservation> observations;  ///< By view.
+  std::vector<Eigen::MatrixXd> factors;           ///< By view, L with L L' the covariance of its residuals.
+  std::vector<Eigen::VectorXd> shares;  ///< By view and residual, of the error of the profile in its variance.
 
   /// Begins where others ended.
-  void begin_at(CellFit& fit, const ScannerBlocks& others, const CellFit& of_others) const;
+  void begin_at(fit::CellFit& fit, const ScannerBlocks& others, const fit::CellFit& of_others) const;
 };
 
 /// Adds scanner, targets and profiles to a fit; with `arm` the flange is where its parameters put it. Covariances of
 /// the residuals hold at `placement`.
-ScannerBlocks add_scanner(CellFit& fit, FitBlock arm, const ScannerInput& input, const ScannerSigmas& sigmas,
+ScannerBlocks add_scanner(fit::CellFit& fit, fit::FitBlock arm, const ScannerInput& input, const ScannerSigmas& sigmas,
                           const ScannerPlacement& placement);
 
 struct ScannerProblem : ScannerBlocks {
-  CellFit fit;
-  FitBlock arm;
+  fit::CellFit fit;
+  fit::FitBlock arm;
 
   /// Covariances of the residuals hold at `placement`.
   ScannerProblem(const ScannerInput& input, const ScannerSigmas& sigmas, const ScannerPlacement& placement);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <kr5/calibration/cell_fit.hpp>
+#include <kr5/fit/cell_fit.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -12,13 +12,10 @@
 #include <kr5/core/error.hpp>
 #include <kr5/core/linear.hpp>
 
-#include "calibration/cell_fit/block.hpp"
-#include "calibration/cell_fit/covariance.hpp"
-#include "calibration/cell_fit/observation.hpp"
+#include "fit/block.hpp"
+#include "fit/observation.hpp"
 
-namespace kr5::calibration {
-
-using namespace cell_fit;
+namespace kr5::fit {
 
 namespace {
 
@@ -799,4 +796,4 @@ Eigen::VectorXd CellFit::prior_redundancy(FitBlock block) const {
   return out;
 }
 
-}  // namespace kr5::calibration
+}  // namespace kr5::fit

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "calibration/cell_fit/block.hpp"
+#include "fit/block.hpp"
 
 #include <kr5/core/error.hpp>
 
-namespace kr5::calibration::cell_fit {
+namespace kr5::fit {
 namespace {
 
 Block with(BlockKind kind, const std::string& name, const Eigen::VectorXd& values,
@@ -108,4 +108,4 @@ Block camera_block(const std::string& name, const Pinhole& start) {
   return block;
 }
 
-}  // namespace kr5::calibration::cell_fit
+}  // namespace kr5::fit

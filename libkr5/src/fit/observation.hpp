@@ -3,14 +3,14 @@
 
 #include <vector>
 
-#include <kr5/calibration/cell_fit.hpp>
+#include <kr5/fit/cell_fit.hpp>
 
-#include "calibration/cell_fit/block.hpp"
+#include "fit/block.hpp"
 
 /// @file
 /// Private: a measurement of a cell fit, its residuals and their derivatives.
 
-namespace kr5::calibration::cell_fit {
+namespace kr5::fit {
 
 enum class ObservationKind { Pose, Position, Distance, Plane, PlanePoints, SphereSection, Pixels };
 
@@ -42,4 +42,4 @@ struct Observation {
                 std::vector<RowMatrix>* jacobians) const;
 };
 
-}  // namespace kr5::calibration::cell_fit
+}  // namespace kr5::fit

@@ -12,7 +12,7 @@
 /// Private: a block of parameters of a cell fit. Stored numbers: a pose as x y z and a quaternion, x y z w; everything
 /// else as its coordinates.
 
-namespace kr5::calibration::cell_fit {
+namespace kr5::fit {
 
 enum class BlockKind { Pose, Arm, Point, Vector, Camera };
 
@@ -49,4 +49,4 @@ Block point_block(const std::string& name, const Eigen::Vector3d& start);
 Block vector_block(const std::string& name, const Eigen::VectorXd& start, const std::vector<std::string>& coordinates);
 Block camera_block(const std::string& name, const Pinhole& start);
 
-}  // namespace kr5::calibration::cell_fit
+}  // namespace kr5::fit

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "calibration/cell_fit/observation.hpp"
+#include "fit/observation.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <Eigen/Dense>
 #include <kr5/kinematics/jacobian.hpp>
 
-namespace kr5::calibration::cell_fit {
+namespace kr5::fit {
 namespace {
 
 /// One evaluation: present values and the derivatives that are being summed up.
@@ -294,4 +294,4 @@ bool Observation::evaluate(const std::vector<Block>& all, const std::vector<cons
   return exists;
 }
 
-}  // namespace kr5::calibration::cell_fit
+}  // namespace kr5::fit

@@ -2,15 +2,15 @@
 
 #include <catch2/catch.hpp>
 
-#include <kr5/calibration/cell_fit.hpp>
 #include <kr5/core/error.hpp>
 #include <kr5/core/random.hpp>
+#include <kr5/fit/cell_fit.hpp>
 #include <kr5/kinematics/jacobian.hpp>
 #include <support/coverage.hpp>
 #include <support/trials.hpp>
 
 using namespace kr5;
-using namespace kr5::calibration;
+using namespace kr5::fit;
 using Catch::Matchers::Contains;
 
 namespace {

@@ -16,7 +16,7 @@
 /// The fit of a cell: parameters of arm, camera, scanner, tool and targets from any mixture of measurements, in one
 /// solve (Ceres). A measurement is made along a chain of poses, some of which are parameters.
 
-namespace kr5::calibration {
+namespace kr5::fit {
 
 /// A block of parameters of a CellFit.
 struct FitBlock {
@@ -235,4 +235,4 @@ class CellFit {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace kr5::calibration
+}  // namespace kr5::fit
