@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <kr5/core/fields.hpp>
+
+namespace kr5::identification {
+
+/// Measured motion of an arm with the torques of its joints, a row a sample, a column a joint.
+struct JointMotion {
+  Eigen::VectorXd t;            ///< In ascending order [s].
+  Eigen::MatrixXd q;            ///< [rad or m]
+  Eigen::MatrixXd qd;           ///< [rad/s or m/s]
+  Eigen::MatrixXd qdd;          ///< [rad/s^2 or m/s^2]
+  Eigen::MatrixXd tau;          ///< Torques of the drives, on the joint side [N m or N].
+  std::vector<int> run_starts;  ///< First sample of each uninterrupted run, 0 first; empty: one run.
+
+  Eigen::Index samples() const { return t.size(); }
+  int joints() const { return static_cast<int>(q.cols()); }
+
+  /// @throws InvalidArgument naming field and row: sizes that differ, numbers that are not finite, times that do not
+  ///         rise within a run.
+  void validate() const;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("t", self.t, "Times, in ascending order within a run [s].");
+    visit("q", self.q, "Joint values, samples x joints [rad or m].");
+    visit("qd", self.qd, "Joint speeds, samples x joints [rad/s or m/s].");
+    visit("qdd", self.qdd, "Joint accelerations, samples x joints [rad/s^2 or m/s^2].");
+    visit("tau", self.tau, "Torques of the drives on the joint side, samples x joints [N m or N].");
+    visit("run_starts", self.run_starts, "First sample of each uninterrupted run, 0 first; empty: one run.");
+  }
+};
+
+}  // namespace kr5::identification

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/identification/joint_motion.hpp>
+
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include <kr5/core/error.hpp>
+
+namespace kr5::identification {
+
+void JointMotion::validate() const {
+  require(samples() > 0 && q.cols() > 0, "q: no sample of any joint");
+  for (const auto& [name, values] :
+       {std::pair<std::string, const Eigen::MatrixXd*>{"q", &q}, {"qd", &qd}, {"qdd", &qdd}, {"tau", &tau}}) {
+    require(values->rows() == samples() && values->cols() == q.cols(),
+            name + ": expected " + std::to_string(samples()) + " x " + std::to_string(q.cols()) + " numbers, found " +
+                std::to_string(values->rows()) + " x " + std::to_string(values->cols()));
+    for (Eigen::Index i = 0; i < values->rows(); ++i)
+      for (Eigen::Index j = 0; j < values->cols(); ++j)
+        require(std::isfinite((*values)(i, j)),
+                name + ": row " + std::to_string(i) + ", joint " + std::to_string(j + 1) + " is not finite");
+  }
+  require(t.allFinite(), "t: times must be finite [s]");
+  std::size_t next = 0;
+  for (Eigen::Index i = 0; i < samples(); ++i) {
+    const bool starts = i == 0 || (next < run_starts.size() && run_starts[next] == i);
+    while (next < run_starts.size() && run_starts[next] <= i) ++next;
+    require(starts || t[i] > t[i - 1], "t: row " + std::to_string(i) + " is not later than the one before [s]");
+  }
+  require(next == run_starts.size() && (run_starts.empty() || run_starts.front() == 0),
+          "run_starts: rows in ascending order, 0 first");
+}
+
+}  // namespace kr5::identification

@@ -1,0 +1,38 @@
+#include <limits>
+
+#include <catch2/catch.hpp>
+
+#include <kr5/core/error.hpp>
+#include <kr5/identification/joint_motion.hpp>
+
+using namespace kr5;
+using namespace kr5::identification;
+using Catch::Matchers::Contains;
+
+namespace {
+
+JointMotion sound_motion() {
+  const Eigen::MatrixXd zero = Eigen::MatrixXd::Zero(4, 2);
+  return {Eigen::Vector4d(0, 0.01, 0.5, 0.51), zero, zero, zero, zero, {0, 2}};
+}
+
+}  // namespace
+
+TEST_CASE("names field and row of what is wrong in a motion") {
+  CHECK_NOTHROW(sound_motion().validate());
+  JointMotion motion = sound_motion();
+  motion.tau(2, 1) = std::numeric_limits<double>::quiet_NaN();
+  CHECK_THROWS_WITH(motion.validate(), Contains("tau: row 2, joint 2"));
+  motion = sound_motion();
+  motion.qd.resize(3, 2);
+  CHECK_THROWS_WITH(motion.validate(), Contains("qd: expected 4 x 2"));
+  motion = sound_motion();
+  motion.t[3] = motion.t[2];
+  CHECK_THROWS_WITH(motion.validate(), Contains("t: row 3"));
+  motion = sound_motion();
+  motion.t[2] = -7;  // another run may begin at any time
+  motion.t[3] = -6;
+  CHECK_NOTHROW(motion.validate());
+  motion.run_starts = {2};
+  CHECK_THROWS_WITH(motion.validate(), Contains("run_starts"));
+}
