@@ -1,4 +1,5 @@
 #include <cmath>
+#include <limits>
 
 #include <catch2/catch.hpp>
 
@@ -198,6 +199,48 @@ TEST_CASE("pixels give back camera, hand-eye and target, with the robot's pose e
   CHECK(distances / 25 == Approx(1.0).margin(0.15));
 }
 
+TEST_CASE("poses of views as nuisances change neither the camera nor its covariance; a point may count less") {
+  Random random(4);
+  const Pinhole camera = lens();
+  Eigen::Matrix3Xd points(3, 20);
+  for (int k = 0; k < 20; ++k) points.col(k) << 0.03 * (k % 5) - 0.06, 0.03 * (k / 5) - 0.045, 0.0;
+  const double infinite = std::numeric_limits<double>::infinity();
+  Eigen::VectorXd sigmas = Eigen::VectorXd::Constant(20, 0.1);
+  sigmas[3] = infinite, sigmas[4] = 0.3;
+  CellFit as_nuisance, as_block;
+  FitBlock lens_of[2];
+  for (CellFit* fit : {&as_nuisance, &as_block}) {
+    FitBlock& block = lens_of[fit == &as_block];
+    block = fit->add_camera("camera", camera);
+    for (int zero = 4; zero < 12; ++zero) fit->hold(block, zero);
+  }
+  for (int i = 0; i < 6; ++i) {
+    Vector6 look;
+    look << random.normal_vector(2, 0.05), random.uniform(0.4, 0.6), random.normal_vector(3, 0.3);
+    const Pose T_camera_target = to_pose(look);
+    Eigen::Matrix2Xd pixels(2, points.cols());
+    for (Eigen::Index k = 0; k < points.cols(); ++k)
+      pixels.col(k) = camera.project(T_camera_target * Eigen::Vector3d(points.col(k))) +
+                      Eigen::Vector2d(random.normal_vector(2, 0.1));
+    pixels.col(3).array() += 40;  // far off, and without a part
+    for (CellFit* fit : {&as_nuisance, &as_block}) {
+      const std::string name = "view" + std::to_string(i);
+      const FitBlock view =
+          fit == &as_block ? fit->add_pose(name, T_camera_target) : fit->add_nuisance_pose(name, T_camera_target);
+      fit->set_pixel_sigmas(fit->observe_pixels(PoseChain().then(view), lens_of[fit == &as_block], points, pixels, 0.1),
+                            sigmas);
+    }
+  }
+  const CellFitResult a = as_nuisance.solve(), b = as_block.solve();
+  CHECK(a.cost == Approx(b.cost).epsilon(1e-9));
+  REQUIRE(a.coordinates.size() == 4);
+  const Eigen::Vector4d first = as_nuisance.camera(lens_of[0]).parameters().head<4>(),
+                        second = as_block.camera(lens_of[1]).parameters().head<4>();
+  CHECK((first - second).norm() < 1e-5);
+  CHECK(a.covariance.isApprox(b.covariance.topLeftCorner<4, 4>(), 1e-5));
+  CHECK((first - camera.parameters().head<4>()).cwiseQuotient(a.covariance.diagonal().cwiseSqrt()).norm() < 4.5);
+}
+
 TEST_CASE("joint errors that follow a regressor are found beside the arm") {
   Random random(4);
   const World w = random_world(random, 3);
@@ -325,7 +368,9 @@ TEST_CASE("a fit that cannot be set up says why") {
   const FitBlock arm = fit.add_arm("arm", two);
   CHECK_THROWS_WITH(fit.observe_pose(PoseChain().then_arm(arm, Eigen::VectorXd::Zero(3)), Pose::Identity(), 1, 1),
                     Contains("expected 2 finite joint values"));
-  const FitBlock nuisance = fit.add_nuisance_pose("view");
-  fit.observe_pose(PoseChain().then(nuisance), Pose::Identity(), 1, 1);
-  CHECK_THROWS_WITH(fit.solve(), Contains("must have a prior"));
+  const FitBlock lens_block = fit.add_camera("camera", lens());
+  const FitObservation view = fit.observe_pixels(PoseChain().then(Pose(Eigen::Translation3d(0, 0, 1))), lens_block,
+                                                 Eigen::Matrix3Xd::Zero(3, 2), Eigen::Matrix2Xd::Zero(2, 2), 0.1);
+  CHECK_THROWS_WITH(fit.set_pixel_sigmas(view, Eigen::Vector3d(1, 1, 1)), Contains("as many pixels"));
+  CHECK_THROWS_WITH(fit.set_pixel_sigmas(view, Eigen::Vector2d(1, 0)), Contains("sigmas must be positive [px]"));
 }

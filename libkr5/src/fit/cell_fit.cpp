@@ -259,8 +259,6 @@ std::vector<std::string> CellFit::Impl::number_coordinates() {
   places.assign(blocks.size(), {});
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     const Block& block = blocks[b];
-    require(!block.nuisance || block.kind != BlockKind::Pose || block.prior.size(),
-            block.name + ": a nuisance pose must have a prior");
     places[b].assign(static_cast<std::size_t>(block.size()), -1);
     if (block.nuisance || !(used[b] || block.prior.size())) continue;
     for (const int i : block.free()) {
@@ -554,6 +552,14 @@ void CellFit::set_weight(FitObservation observation, double weight) {
   impl_->observation(observation).weight = weight;
 }
 
+void CellFit::set_pixel_sigmas(FitObservation observation, const Eigen::VectorXd& sigmas) {
+  Observation& o = impl_->observation(observation);
+  require(o.kind == ObservationKind::Pixels && sigmas.size() == o.points.cols(),
+          "CellFit: sigmas of pixels belong to a measurement of as many pixels");
+  require(!sigmas.hasNaN() && (sigmas.array() > 0).all(), "sigmas must be positive [px]");
+  o.whitening = sigmas.cwiseInverse();
+}
+
 FitObservation CellFit::observe_pose(const PoseChain& chain, const Pose& seen, double sigma_position,
                                      double sigma_rotation) {
   require(sigma_position > 0 && sigma_rotation > 0, "standard deviations must be positive [m, rad]");
@@ -653,7 +659,7 @@ FitObservation CellFit::observe_pixels(const PoseChain& T_camera_target, FitBloc
   o.camera = camera;
   o.points = points;
   o.pixels = pixels;
-  o.whitening = Eigen::VectorXd::Constant(1, 1 / sigma);
+  o.whitening = Eigen::VectorXd::Constant(points.cols(), 1 / sigma);
   return impl_->keep(std::move(o), static_cast<int>(2 * points.cols()));
 }
 

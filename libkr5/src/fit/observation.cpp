@@ -229,10 +229,11 @@ bool pixel_residual(const Evaluation& e) {
     Eigen::Matrix<double, 2, 3> by_point;
     Eigen::Matrix<double, 2, Pinhole::parameter_count> by_camera;
     const Eigen::Vector2d pixel = camera.project(p, &by_point, &by_camera);
-    e.out().segment<2>(2 * k) = o.whitening[0] * (pixel - o.pixels.col(k));
+    const double whitening = o.whitening[k];
+    e.out().segment<2>(2 * k) = whitening * (pixel - o.pixels.col(k));
     if (!e.jacobians) continue;
-    by_chain.middleRows<2>(2 * k) = o.whitening[0] * by_point * point_by_pose(state.T, o.points.col(k));
-    e.add(o.camera, o.whitening[0] * by_camera, static_cast<int>(2 * k));
+    by_chain.middleRows<2>(2 * k) = whitening * by_point * point_by_pose(state.T, o.points.col(k));
+    e.add(o.camera, whitening * by_camera, static_cast<int>(2 * k));
   }
   if (!e.out().allFinite()) return false;
   add_chain(e, state, by_chain);

@@ -22,7 +22,7 @@ struct Observation {
   FitPoint point, other;
   FitBlock radius, camera;
   Pose seen = Pose::Identity();
-  Eigen::VectorXd whitening;                                 ///< Over sigma, by row; of a pose six.
+  Eigen::VectorXd whitening;                                 ///< Over sigma, by row; of pixels by point.
   Eigen::Matrix3d whitening3 = Eigen::Matrix3d::Identity();  ///< Of a position, W with W' W = C^-1.
   Eigen::MatrixXd whitening_matrix;                          ///< The same of points on a plane.
   double distance = 0.0;                                     ///< Of a sphere's section, the radius of the sphere.

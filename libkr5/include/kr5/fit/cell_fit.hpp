@@ -132,11 +132,11 @@ class CellFit {
 
   /// Coordinates x y z [m] rx ry rz [rad].
   FitBlock add_pose(const std::string& name, const Pose& start);
-  /// A pose of which each measurement has its own, such as the error of a robot pose. It is eliminated from the
-  /// equations and not in the result; a measurement may have one, and it must have a prior.
+  /// A pose of which each measurement has its own, such as the error of a robot pose or the pose of a view. It is
+  /// eliminated from the equations and not in the result; a measurement may have one. A prior is needed only where its
+  /// measurements do not determine it.
   FitBlock add_nuisance_pose(const std::string& name, const Pose& start = Pose::Identity());
-  /// The same of numbers, such as the unknown joint value of one measurement; a prior is needed only where that
-  /// measurement does not determine them.
+  /// The same of numbers, such as the unknown joint value of one measurement.
   FitBlock add_nuisance_vector(const std::string& name, const Eigen::VectorXd& start,
                                const std::vector<std::string>& coordinates);
   /// Five coordinates a joint: b [m] theta_offset [rad] a [m] alpha beta [rad].
@@ -162,6 +162,8 @@ class CellFit {
   void begin_at(FitBlock block, const Eigen::VectorXd& values);
   /// Takes a measurement out (0) or gives it another weight.
   void set_weight(FitObservation observation, double weight);
+  /// Gives each point of a measurement of pixels its own standard deviation [px]; infinite: it has no part.
+  void set_pixel_sigmas(FitObservation observation, const Eigen::VectorXd& sigmas);
 
   /// The whole pose of the chain's last frame, with standard deviations per axis [m] and [rad].
   FitObservation observe_pose(const PoseChain& chain, const Pose& seen, double sigma_position, double sigma_rotation);
@@ -191,7 +193,7 @@ class CellFit {
                                 const Eigen::Matrix2Xd& pixels, double sigma);
 
   /// Minimises from the present values and keeps what it found.
-  /// @throws InvalidArgument when nothing is free, or a nuisance pose has no prior.
+  /// @throws InvalidArgument when nothing is free.
   CellFitResult solve(const CellFitOptions& options = {});
 
   Pose pose(FitBlock block) const;
