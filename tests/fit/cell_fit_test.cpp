@@ -241,6 +241,52 @@ TEST_CASE("poses of views as nuisances change neither the camera nor its covaria
   CHECK((first - camera.parameters().head<4>()).cwiseQuotient(a.covariance.diagonal().cwiseSqrt()).norm() < 4.5);
 }
 
+TEST_CASE("a report counts priors and nuisances; an agreement, what a nuisance without a prior leaves") {
+  double rms = 0.0, squared = 0.0, dof = 0.0;
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    Random random(seed);
+    CellFit fit;
+    const FitBlock point = fit.add_point("point", Eigen::Vector3d::Zero());
+    fit.set_prior(point, Eigen::Vector3d::Constant(0.1));  // the truth lies that far from the start
+    const Eigen::Vector3d truth = random.normal_vector(3, 0.1);
+    std::vector<FitObservation> pairs;
+    for (int i = 0; i < 12; ++i) {  // places seen through a frame shifted along x by an unknown length
+      const FitBlock shift = fit.add_nuisance_vector("shift" + std::to_string(i), Eigen::VectorXd::Zero(1), {"x [m]"});
+      kinematics::DhChain slide;
+      slide.joints.resize(1);
+      slide.joints[0].type = kinematics::JointType::Prismatic;
+      const FitBlock arm = fit.add_arm("slide" + std::to_string(i), slide);
+      fit.hold(arm);
+      const Eigen::Vector3d seen = Eigen::Vector3d(0, 0, random.normal(0.5)) + truth + random.normal_vector(3, 1e-3);
+      pairs.push_back(fit.observe_position(
+          PoseChain().then_arm(arm, Eigen::VectorXd::Zero(1), shift, Eigen::MatrixXd::Ones(1, 1)), point, seen, 1e-3));
+    }
+    const CellFitResult result = fit.solve();
+    rms += result.fit.final_rms * result.fit.final_rms / 20;
+    for (const FitObservation pair : pairs) {
+      CHECK(fit.agreement(pair).dof == 2);
+      squared += fit.agreement(pair).squared_distance, dof += fit.agreement(pair).dof;
+    }
+    CHECK(result.undetermined.empty());
+    CHECK(std::sqrt(result.covariance(2, 2)) == Approx(0.1).epsilon(1e-6));  // of z only the prior knows
+    CHECK(std::abs(fit.values(point)[2]) < 1e-6);
+  }
+  CHECK(rms == Approx(1.0).epsilon(0.15));  // (36 + 3 - 3 - 12) x 20 degrees of freedom
+  CHECK(squared / dof == Approx(1.0).epsilon(0.2));
+}
+
+TEST_CASE("what neither measurement nor prior determines has an infinite variance") {
+  CellFit fit;
+  const FitBlock point = fit.add_point("point", Eigen::Vector3d::Zero());
+  const Pose plane = Pose::Identity();
+  fit.observe_on_plane(PoseChain().then(plane), point, 1e-3);
+  const CellFitResult result = fit.solve();
+  CHECK(result.undetermined == std::vector<std::string>{"point.x [m]", "point.y [m]"});
+  CHECK(std::isinf(result.covariance(0, 0)));
+  CHECK(std::sqrt(result.covariance(2, 2)) == Approx(1e-3));
+  CHECK_THROWS_WITH(fit.solve({.loss = 1.0}), Contains("set loss to 0"));
+}
+
 TEST_CASE("joint errors that follow a regressor are found beside the arm") {
   Random random(4);
   const World w = random_world(random, 3);
@@ -342,7 +388,7 @@ TEST_CASE("gross errors hardly move a fit with a Cauchy loss") {
                            Eigen::Vector3d(random.normal_vector(3, 1e-3) +
                                            (i % 5 ? Eigen::Vector3d::Zero() : Eigen::Vector3d(0.5, 0, 0))),
                            1e-3);
-    fit.solve({.loss = loss});
+    fit.solve({.loss = loss, .uncertainty = false});
     return fit.values(p).norm();
   };
   CHECK(error_with(0.0) > 0.05);

@@ -127,6 +127,8 @@ struct Linearisation {
   Eigen::VectorXd r;
 };
 
+constexpr std::size_t most_named = 6;  // coordinates of a direction in its text
+
 /// Directions that span the same space, each with as many zeros as elimination gives: readable by name.
 Eigen::MatrixXd sparse_basis(Eigen::MatrixXd V) {
   for (Eigen::Index k = 0; k < V.cols(); ++k) {
@@ -140,15 +142,27 @@ Eigen::MatrixXd sparse_basis(Eigen::MatrixXd V) {
   return V;
 }
 
-/// Symmetric M with M' M = I - N (N' N + P)^-1 N': what remains of residuals whose nuisance (derivative N, prior
-/// information P) is eliminated.
-Eigen::MatrixXd eliminate(const Eigen::MatrixXd& N, const Eigen::VectorXd& prior_information) {
+/// What remains of residuals whose nuisance is eliminated: they are M r, with covariance P where the model holds.
+struct WithoutNuisance {
+  Eigen::MatrixXd M;  ///< Symmetric, M M = I - N (N' N + information of the prior)^-1 N'.
+  Eigen::MatrixXd P;  ///< The projector on the range of M: less than the identity where no prior holds the nuisance.
+  int rank = 0;
+};
+
+WithoutNuisance eliminate(const Eigen::MatrixXd& N, const Eigen::VectorXd& prior_information) {
+  constexpr double taken_up = 1e-9;  // share of a direction that is left where the nuisance takes it up
   Eigen::MatrixXd inner = N.transpose() * N;
   inner.diagonal() += prior_information;
   const Eigen::MatrixXd rest =
       Eigen::MatrixXd::Identity(N.rows(), N.rows()) - N * inner.ldlt().solve(Eigen::MatrixXd(N.transpose()));
   const SymmetricEigen eigen = symmetric_eigen(rest);
-  return eigen.vectors * eigen.values.cwiseMax(0.0).cwiseSqrt().asDiagonal() * eigen.vectors.transpose();
+  const Eigen::VectorXd remains = eigen.values.unaryExpr([](double v) { return v > taken_up ? 1.0 : 0.0; });
+  WithoutNuisance out;
+  out.M = eigen.vectors * remains.cwiseProduct(eigen.values.cwiseMax(0.0).cwiseSqrt()).asDiagonal() *
+          eigen.vectors.transpose();
+  out.P = eigen.vectors * remains.asDiagonal() * eigen.vectors.transpose();
+  out.rank = static_cast<int>(remains.sum());
+  return out;
 }
 
 /// Derivatives by the free coordinates of as many residuals as tell all that is known with the nuisance eliminated. The
@@ -278,14 +292,16 @@ void CellFit::Impl::minimise(const CellFitOptions& options, CellFitResult& resul
   ceres::Problem::Options ownership;
   ownership.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::Problem problem(ownership);
-  ceres::CauchyLoss loss(options.loss > 0 ? options.loss : 1.0);
+  std::deque<ceres::CauchyLoss> losses;  // one a measurement: the norm of n sound residuals is about the root of n
   for (Observation& o : observations) {
     if (!(o.weight > 0)) continue;
     std::vector<double*> parameters;
     for (const int b : o.blocks) parameters.push_back(blocks[static_cast<std::size_t>(b)].values.data());
-    problem.AddResidualBlock(new ObservationCost(blocks, o), options.loss > 0 ? &loss : nullptr, parameters);
+    if (options.loss > 0) losses.emplace_back(options.loss * std::sqrt(static_cast<double>(o.rows)));
+    problem.AddResidualBlock(new ObservationCost(blocks, o), options.loss > 0 ? &losses.back() : nullptr, parameters);
     result.residuals += o.rows;
   }
+  double known = result.residuals;  // residuals and priors, less what is fitted: degrees of freedom
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
   bool any_nuisance = false;
   for (Block& block : blocks) {
@@ -293,6 +309,8 @@ void CellFit::Impl::minimise(const CellFitOptions& options, CellFitResult& resul
       problem.AddResidualBlock(new PriorCost(block), nullptr, block.values.data());
     if (!problem.HasParameterBlock(block.values.data())) continue;
     const std::vector<int> free = block.free();
+    known -= static_cast<double>(free.size());
+    for (const int i : free) known += block.prior.size() && std::isfinite(block.prior[i]);
     ordering->AddElementToGroup(block.values.data(), block.nuisance ? 0 : 1);
     any_nuisance = any_nuisance || block.nuisance;
     if (free.empty()) {
@@ -316,10 +334,9 @@ void CellFit::Impl::minimise(const CellFitOptions& options, CellFitResult& resul
   solver.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   ceres::Solve(solver, &problem, &summary);
-  result.fit.iterations = static_cast<int>(summary.iterations.size());
+  result.fit.iterations = std::max(0, static_cast<int>(summary.iterations.size()) - 1);
   result.cost = 2 * summary.final_cost;
-  const double dof =
-      std::max(1.0, static_cast<double>(result.residuals) - static_cast<double>(result.coordinates.size()));
+  const double dof = std::max(1.0, known);
   result.fit.initial_rms = std::sqrt(std::max(0.0, 2 * summary.initial_cost) / dof);
   result.fit.final_rms = std::sqrt(std::max(0.0, result.cost) / dof);
   result.fit.status = summary.termination_type == ceres::CONVERGENCE      ? FitStatus::Converged
@@ -415,6 +432,31 @@ void CellFit::Impl::add_prior_information(Eigen::MatrixXd& information) const {
   }
 }
 
+/// Coordinates that take part in a direction of which neither the measurements nor a prior know anything.
+std::vector<int> undetermined_coordinates(const Eigen::MatrixXd& data_information,
+                                          const Eigen::VectorXd& prior_information, double tolerance) {
+  constexpr double part = 1e-3;  // of a coordinate in a direction, or of a direction in the coordinates with a prior
+  const Eigen::VectorXd scale =
+      data_information.diagonal().unaryExpr([](double d) { return d > 0 ? 1 / std::sqrt(d) : 0.0; });
+  const SymmetricEigen data =
+      symmetric_eigen(Eigen::MatrixXd(scale.asDiagonal() * data_information * scale.asDiagonal()));
+  Eigen::Index open = 0;
+  while (open < data.values.size() && data.values[open] <= tolerance * tolerance) ++open;
+  if (open == 0) return {};
+  const Eigen::MatrixXd V = data.vectors.leftCols(open);
+  Eigen::MatrixXd held = V;
+  for (Eigen::Index i = 0; i < held.rows(); ++i)
+    if (!(prior_information[i] > 0)) held.row(i).setZero();
+  const SymmetricEigen prior = symmetric_eigen(Eigen::MatrixXd(held.transpose() * held));
+  Eigen::VectorXd shares = Eigen::VectorXd::Zero(V.rows());
+  for (Eigen::Index k = 0; k < open && prior.values[k] <= part * part; ++k)
+    shares += (V * prior.vectors.col(k)).cwiseAbs2();
+  std::vector<int> out;
+  for (Eigen::Index i = 0; i < shares.size(); ++i)
+    if (shares[i] > part) out.push_back(static_cast<int>(i));
+  return out;
+}
+
 void CellFit::Impl::name_unidentifiable(const Eigen::MatrixXd& information, double tolerance,
                                         CellFitResult& result) const {
   const Eigen::VectorXd sensitivity = information.diagonal().cwiseSqrt();
@@ -436,7 +478,9 @@ void CellFit::Impl::name_unidentifiable(const Eigen::MatrixXd& information, doub
       if (std::abs(out.direction[i]) > 0.01 * std::abs(out.direction[order[0]]))
         out.coordinates.push_back(result.coordinates[static_cast<std::size_t>(i)]);
     out.text = out.coordinates.size() == 1 ? "no measurement depends on " : "only together: ";
-    for (std::size_t i = 0; i < out.coordinates.size(); ++i) out.text += (i ? ", " : "") + out.coordinates[i];
+    const std::size_t named = out.coordinates.size() > most_named + 1 ? most_named : out.coordinates.size();
+    for (std::size_t i = 0; i < named; ++i) out.text += (i ? ", " : "") + out.coordinates[i];
+    if (named < out.coordinates.size()) out.text += " and " + std::to_string(out.coordinates.size() - named) + " more";
     result.unidentifiable.push_back(std::move(out));
   }
 }
@@ -468,6 +512,7 @@ PoseChain& PoseChain::then_inverse_arm(FitBlock arm, const Eigen::VectorXd& q, F
 void CellFitOptions::validate() const {
   require(max_iterations >= 1, "max_iterations must be at least 1");
   require(loss >= 0 && std::isfinite(loss), "loss must not be negative [-]; 0: least squares");
+  require(loss == 0 || !uncertainty, "uncertainty: the covariance holds for least squares only; set loss to 0");
   require(rank_tolerance > 0 && rank_tolerance < 1, "rank_tolerance must lie between 0 and 1 [-]");
   require(cost_tolerance > 0 && cost_tolerance < 1, "cost_tolerance must lie between 0 and 1 [-]");
 }
@@ -670,11 +715,18 @@ CellFitResult CellFit::solve(const CellFitOptions& options) {
   impl_->covariance.resize(0, 0);
   impl_->minimise(options, result);
   if (!options.uncertainty) return result;
-  Eigen::MatrixXd information = impl_->data_information(result);
+  const Eigen::MatrixXd information = impl_->data_information(result);
   impl_->name_unidentifiable(information, options.rank_tolerance, result);
-  impl_->add_prior_information(information);
-  impl_->covariance = covariance_of(information, options.rank_tolerance);
+  Eigen::MatrixXd of_priors = Eigen::MatrixXd::Zero(information.rows(), information.cols());
+  impl_->add_prior_information(of_priors);
+  impl_->covariance = covariance_of(information + of_priors, options.rank_tolerance);
   result.covariance = impl_->covariance;
+  for (const int i : undetermined_coordinates(information, of_priors.diagonal(), options.rank_tolerance)) {
+    result.undetermined.push_back(result.coordinates[static_cast<std::size_t>(i)]);
+    result.covariance.row(i).setZero();
+    result.covariance.col(i).setZero();
+    result.covariance(i, i) = std::numeric_limits<double>::infinity();
+  }
   return result;
 }
 
@@ -756,16 +808,17 @@ CellFit::Agreement CellFit::agreement(std::span<const FitObservation> observatio
     out.redundancy = Eigen::VectorXd::Ones(out.dof);
     return out;
   }
-  Eigen::MatrixXd J = at->J;
+  Eigen::MatrixXd J = at->J, own = Eigen::MatrixXd::Identity(out.dof, out.dof);
   out.residuals = at->r;
   if (at->N.cols() > 0) {
     const Block& nuisance = impl_->blocks[static_cast<std::size_t>(impl_->nuisance_of(*group.front()))];
-    const Eigen::MatrixXd M = eliminate(at->N, at->prior);
-    J = M * at->J;
-    out.residuals = M * (nuisance.prior.size() ? Eigen::VectorXd(at->r - at->N * nuisance.change()) : at->r);
+    const WithoutNuisance left = eliminate(at->N, at->prior);
+    J = left.M * at->J;
+    own = left.P;
+    out.dof = left.rank;
+    out.residuals = left.M * (nuisance.prior.size() ? Eigen::VectorXd(at->r - at->N * nuisance.change()) : at->r);
   }
   const Eigen::MatrixXd spread = J * impl_->covariance_of(at->index) * J.transpose();
-  const Eigen::MatrixXd own = Eigen::MatrixXd::Identity(out.dof, out.dof);
   // A measurement that took part has pulled the answer towards itself, one that did not is as uncertain as both.
   const Eigen::MatrixXd Q = used ? Eigen::MatrixXd(own - spread) : Eigen::MatrixXd(own + spread);
   const SymmetricEigen eigen = symmetric_eigen(Q);

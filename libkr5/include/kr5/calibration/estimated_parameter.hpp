@@ -21,7 +21,10 @@ struct EstimatedParameter {
     visit("unit", self.unit, "Unit.");
     visit("nominal", self.nominal, "Nominal value, in the unit.");
     visit("value", self.value, "Estimated value, in the unit.");
-    visit("std", self.std, "Standard deviation of the estimate, in the unit.");
+    visit("std", self.std,
+          "Standard deviation of the estimate, inflated so that twice it is a 95 % interval; infinite where nothing "
+          "tells the "
+          "parameter, in its unit.");
     visit("identifiable", self.identifiable, "Whether the measurements alone tell it from the others.");
   }
 };

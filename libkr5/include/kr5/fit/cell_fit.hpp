@@ -80,7 +80,8 @@ struct CellFitOptions {
   static void each_field(auto& self, auto&& visit) {
     visit("max_iterations", self.max_iterations, "Greatest number of iterations.");
     visit("loss", self.loss,
-          "Scale of the Cauchy loss, in standard deviations of a measurement; 0: least squares [-].");
+          "Scale of the Cauchy loss of each measurement, in standard deviations of its residuals; 0: least squares, "
+          "without which there is no covariance [-].");
     visit("rank_tolerance", self.rank_tolerance,
           "Least share of its own sensitivity that a combination of parameters must keep beside all others to count "
           "as identifiable [-].");
@@ -108,8 +109,9 @@ struct CellFitResult {
   std::vector<std::string> coordinates;                 ///< Free parameters, nuisances apart: "arm.joint2.a [m]".
   Eigen::MatrixXd covariance;                           ///< In the order of `coordinates`, in their units.
   std::vector<UnidentifiableDirection> unidentifiable;  ///< By the measurements alone, without priors.
-  double cost = 0.0;                                    ///< Sum of squared whitened residuals, priors included [-].
-  int residuals = 0;                                    ///< Priors not counted.
+  std::vector<std::string> undetermined;  ///< Coordinates with a part that not even a prior holds: infinite variance.
+  double cost = 0.0;                      ///< Sum of squared whitened residuals, or of their losses, and of priors [-].
+  int residuals = 0;                      ///< Priors not counted.
 };
 
 /// Builds and solves the least-squares problem of a cell.
@@ -208,9 +210,9 @@ class CellFit {
   /// How a measurement agrees with the others, at the result of the last solve.
   struct Agreement {
     double squared_distance = 0.0;  ///< From what all others say, in its own uncertainty: chi-square of `dof` [-].
-    int dof = 0;
-    Eigen::VectorXd residuals;   ///< Over their standard deviations, its nuisance eliminated [-].
-    Eigen::VectorXd redundancy;  ///< Share of each residual that the parameters do not take up [-].
+    int dof = 0;                    ///< Residuals, less what a nuisance without a prior takes up.
+    Eigen::VectorXd residuals;      ///< Over their standard deviations, its nuisance eliminated [-].
+    Eigen::VectorXd redundancy;     ///< Share of each residual that the parameters do not take up [-].
   };
   /// Sum of squared residuals near the result of the last solve, as a function of the change d of its coordinates:
   /// squares + 2 gradient' d + d' information d.

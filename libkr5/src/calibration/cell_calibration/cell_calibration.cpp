@@ -257,8 +257,9 @@ void write_cell_result(const CellEstimation& estimation, CellCalibrationResult& 
     others.insert(others.end(), problem.scanner.targets.begin(), problem.scanner.targets.end());
     others.insert(others.end(), problem.scanner.radii.begin(), problem.scanner.radii.end());
   }
-  cell_fit::ParameterReport report = cell_fit::report_parameters(
-      problem.fit, estimation.result, nominal, others, uncertainty::covariance_inflation(1, out.covariance_dof));
+  cell_fit::ParameterReport report =
+      cell_fit::report_parameters(problem.fit, estimation.result, nominal, others,
+                                  cell_fit::same_inflation(estimation.result, 1, out.covariance_dof));
   out.parameters = std::move(report.parameters);
   out.parameter_covariance = std::move(report.covariance);
   out.unidentifiable = estimation.result.unidentifiable;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <set>
 
+#include <kr5/uncertainty/confidence.hpp>
+
 namespace kr5::calibration::cell_fit {
 namespace {
 
@@ -26,9 +28,10 @@ void report_block(const fit::CellFit& fit, fit::FitBlock block, bool from_nomina
 
 ParameterReport report_parameters(const fit::CellFit& fit, const fit::CellFitResult& result,
                                   std::span<const fit::FitBlock> nominal, std::span<const fit::FitBlock> others,
-                                  double inflation) {
+                                  const Eigen::VectorXd& inflation) {
   ParameterReport out;
-  out.covariance = inflation * result.covariance;
+  const Eigen::VectorXd wider = inflation.cwiseSqrt();
+  out.covariance = wider.asDiagonal() * result.covariance * wider.asDiagonal();
   out.parameters.resize(result.coordinates.size());
   for (const fit::FitBlock block : nominal) report_block(fit, block, true, out.parameters);
   for (const fit::FitBlock block : others) report_block(fit, block, false, out.parameters);
@@ -46,6 +49,11 @@ ParameterReport report_parameters(const fit::CellFit& fit, const fit::CellFitRes
     parameter.identifiable = !unknown.contains(full);
   }
   return out;
+}
+
+Eigen::VectorXd same_inflation(const fit::CellFitResult& result, double numbers, double dof) {
+  return Eigen::VectorXd::Constant(static_cast<Eigen::Index>(result.coordinates.size()),
+                                   uncertainty::covariance_inflation(numbers, dof));
 }
 
 Matrix6 covariance_of_pose(const fit::CellFit& fit, fit::FitBlock pose, const Eigen::MatrixXd& covariance) {

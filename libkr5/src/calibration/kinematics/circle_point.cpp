@@ -362,7 +362,7 @@ struct AxisEstimation {
   void solve(double loss = 0.0) {
     fit.emplace(samples, start, sigma_position, sigma_rotation);
     fit->set_weights(weights);
-    fit->result = fit->fit.solve({.loss = loss});
+    fit->result = fit->fit.solve({.loss = loss, .uncertainty = loss == 0});
     noise = axis_noise(*fit, weights);
   }
   void find_noise(double loss = 0.0) {
@@ -378,8 +378,7 @@ struct AxisEstimation {
   }
   double probability(std::size_t i) const {
     const fit::CellFit::Agreement agreement = fit->fit.agreement(fit->observations[i]);
-    const double rows = agreement.dof - (i == 0 ? 0 : 1);  // less the sample's own angle
-    return cell_fit::sound_probability(agreement.squared_distance, rows, weights[i] > 0,
+    return cell_fit::sound_probability(agreement.squared_distance, agreement.dof, weights[i] > 0,
                                        noise_known() ? uncertainty::known_noise : noise.dof);
   }
   void name_outliers() {

@@ -23,6 +23,7 @@ constexpr double sound_postures = 0.6;      // at least this part of the posture
 constexpr double variances_settled = 1e-3;  // relative change of the standard deviations at which they count as found
 constexpr double refit_from = 0.02;         // relative change of one from which another fit is needed
 constexpr int variance_rounds = 1000, most_refits = 40;
+constexpr double least_noise_dof = 5.0;  // with fewer an estimated noise says little, and may vanish
 
 void check_posture(const ArmPosture& posture, std::size_t row, Eigen::Index joints) {
   const std::string where = "posture " + (posture.name.empty() ? std::to_string(row) : posture.name) + ": ";
@@ -71,6 +72,9 @@ struct PriorGroup {
   double given = 0.0, least = 1e-6;
   std::vector<int> places;
   std::vector<double> changes;
+  double redundancy = 0.0;
+
+  double weight() const { return 1 / (*sigma * *sigma); }
 };
 
 /// Measurements of one kind, whose noise is estimated.
@@ -80,6 +84,8 @@ struct NoiseGroup {
   fit::CellFit::SquaredResiduals sum;  ///< Whitened by the noise of the fit.
   double scale = 1.0;                  ///< Of the noise now over that of the fit.
   double redundancy = 0.0;
+
+  double weight() const { return 1 / (scale * scale); }
 };
 
 /// The fit near its solution, as a function of the standard deviations that it assumed: they may be estimated to the
@@ -92,24 +98,53 @@ struct VarianceModel {
 
   /// One step of the iteration; the greatest change of the logarithm of a standard deviation.
   double step();
+  /// Degrees of freedom behind the variance of each coordinate, whose noises and priors are estimated from finite data
+  /// (Satterthwaite 1946).
+  Eigen::VectorXd degrees_of_freedom() const;
+
+ private:
+  Eigen::MatrixXd information() const;
 };
 
-double VarianceModel::step() {
-  Eigen::MatrixXd information = fixed;
-  Eigen::VectorXd gradient = fixed_gradient;
-  for (const NoiseGroup& noise : noises) {
-    if (noise.sum.rows == 0) continue;
-    const double weight = 1 / (noise.scale * noise.scale);
-    information += weight * noise.sum.information;
-    gradient += weight * noise.sum.gradient;
-  }
+Eigen::MatrixXd VarianceModel::information() const {
+  Eigen::MatrixXd out = fixed;
+  for (const NoiseGroup& noise : noises)
+    if (noise.sum.rows > 0) out += noise.weight() * noise.sum.information;
   for (const PriorGroup& prior : priors)
-    for (std::size_t k = 0; k < prior.places.size(); ++k) {
-      const double weight = 1 / (*prior.sigma * *prior.sigma);
-      information(prior.places[k], prior.places[k]) += weight;
-      gradient[prior.places[k]] += weight * prior.changes[k];
-    }
-  const Eigen::MatrixXd C = covariance_of(information, fit::CellFitOptions().rank_tolerance);
+    for (const int place : prior.places) out(place, place) += prior.weight();
+  return out;
+}
+
+Eigen::VectorXd VarianceModel::degrees_of_freedom() const {
+  const Eigen::MatrixXd C = covariance_of(information(), fit::CellFitOptions().rank_tolerance);
+  // Variance of the estimated variances, 2 / redundancy of each relative one, carried to those of the coordinates.
+  Eigen::VectorXd doubt = Eigen::VectorXd::Zero(C.rows());
+  for (const NoiseGroup& noise : noises) {
+    if (noise.sum.rows == 0 || noise.given > 0) continue;
+    const Eigen::VectorXd share = noise.weight() * (C * noise.sum.information).cwiseProduct(C).rowwise().sum();
+    doubt += share.cwiseAbs2() / std::max(noise.redundancy, 1.0);
+  }
+  for (const PriorGroup& prior : priors) {
+    if (prior.given > 0 || prior.places.empty()) continue;
+    Eigen::VectorXd share = Eigen::VectorXd::Zero(C.rows());
+    for (const int place : prior.places) share += prior.weight() * C.col(place).cwiseAbs2();
+    doubt += share.cwiseAbs2() / std::max(prior.redundancy, 1.0);
+  }
+  return C.diagonal()
+      .cwiseAbs2()
+      .cwiseQuotient(doubt.cwiseMax(1e-300))
+      .cwiseMin(uncertainty::known_noise)
+      .cwiseMax(1.0);
+}
+
+double VarianceModel::step() {
+  Eigen::VectorXd gradient = fixed_gradient;
+  for (const NoiseGroup& noise : noises)
+    if (noise.sum.rows > 0) gradient += noise.weight() * noise.sum.gradient;
+  for (const PriorGroup& prior : priors)
+    for (std::size_t k = 0; k < prior.places.size(); ++k)
+      gradient[prior.places[k]] += prior.weight() * prior.changes[k];
+  const Eigen::MatrixXd C = covariance_of(information(), fit::CellFitOptions().rank_tolerance);
   const Eigen::VectorXd d = -C * gradient;
   double most = 0.0;
   const auto update = [&](double& value, double variance, double least) {
@@ -119,7 +154,7 @@ double VarianceModel::step() {
   };
   for (NoiseGroup& noise : noises) {
     if (noise.sum.rows == 0) continue;
-    const double weight = 1 / (noise.scale * noise.scale);
+    const double weight = noise.weight();
     const double squares =
         weight * (noise.sum.squares + 2 * noise.sum.gradient.dot(d) + d.dot(noise.sum.information * d));
     noise.redundancy = noise.sum.rows - weight * (noise.sum.information.cwiseProduct(C)).sum();
@@ -129,14 +164,15 @@ double VarianceModel::step() {
     noise.scale *= *noise.sigma / before;
   }
   for (PriorGroup& prior : priors) {
-    double squares = 0.0, redundancy = 0.0;
-    const double weight = 1 / (*prior.sigma * *prior.sigma);
+    double squares = 0.0;
+    const double weight = prior.weight();
+    prior.redundancy = 0.0;
     for (std::size_t k = 0; k < prior.places.size(); ++k) {
       const double change = prior.changes[k] + d[prior.places[k]];
       squares += weight * change * change;
-      redundancy += 1 - weight * C(prior.places[k], prior.places[k]);
+      prior.redundancy += 1 - weight * C(prior.places[k], prior.places[k]);
     }
-    if (!(prior.given > 0) && redundancy >= 1e-6) update(*prior.sigma, squares / redundancy, prior.least);
+    if (!(prior.given > 0) && prior.redundancy >= 1e-6) update(*prior.sigma, squares / prior.redundancy, prior.least);
   }
   return most;
 }
@@ -150,7 +186,9 @@ struct Calibration {
   std::optional<ArmProblem> problem;
   fit::CellFitResult result;
   int iterations = 0;
-  double dof = 1.0;  ///< Behind the estimated noise.
+  double dof = 1.0;                ///< Behind the estimated noise.
+  double least_dof = 0.0;          ///< Of the kinds of noise, the one known worst.
+  Eigen::VectorXd coordinate_dof;  ///< Behind the variance of each coordinate.
 
   void fit(double loss = 0.0) {
     ArmProblem next(input, sigmas, start, true);
@@ -229,11 +267,14 @@ bool Calibration::update_sigmas() {
   }
   double estimated = 0.0;
   bool known = true;
+  least_dof = uncertainty::known_noise;
   for (const NoiseGroup& noise : model.noises) {
     if (noise.sum.rows == 0 || noise.given > 0) continue;
     estimated += noise.redundancy;
+    least_dof = std::min(least_dof, noise.redundancy);
     known = false;
   }
+  coordinate_dof = model.degrees_of_freedom();
   dof = known ? uncertainty::known_noise : std::max(1.0, estimated);
   const auto moved = [](double now, double then) { return std::abs(std::log(now / then)) > refit_from; };
   return moved(sigmas.position, before.position) || moved(sigmas.rotation, before.rotation) ||
@@ -299,10 +340,27 @@ void write_parameters(const Calibration& calibration, KinematicsResult& out) {
   std::vector<fit::FitBlock> others = {problem.base, problem.tool, problem.camera, problem.target};
   others.insert(others.end(), problem.points.begin(), problem.points.end());
   others.insert(others.end(), problem.sockets.begin(), problem.sockets.end());
-  cell_fit::ParameterReport report = cell_fit::report_parameters(problem.fit, calibration.result, nominal, others,
-                                                                 uncertainty::covariance_inflation(1, out.dof));
+  const Eigen::VectorXd inflation =
+      calibration.coordinate_dof.unaryExpr([](double dof) { return uncertainty::covariance_inflation(1, dof); });
+  cell_fit::ParameterReport report =
+      cell_fit::report_parameters(problem.fit, calibration.result, nominal, others, inflation);
   out.coordinates = std::move(report.parameters);
   out.covariance = std::move(report.covariance);
+}
+
+/// Why the measurements do not tell the arm and its uncertainty; empty when they do.
+std::string why_open(const Calibration& calibration) {
+  const fit::CellFitResult& result = calibration.result;
+  if (calibration.least_dof < least_noise_dof)
+    return "the measurements do not tell their noise from errors of the arm (" + std::to_string(result.residuals) +
+           " numbers for " + std::to_string(result.coordinates.size()) +
+           " parameters); measure more postures, or state the noise, as sigma_position";
+  const std::vector<std::string>& open = result.undetermined;
+  if (open.empty()) return "";
+  std::string text = "neither the measurements nor the nominal arm determine ";
+  for (std::size_t k = 0; k < std::min<std::size_t>(open.size(), 3); ++k) text += (k ? ", " : "") + open[k];
+  if (open.size() > 3) text += " and " + std::to_string(open.size() - 3) + " more";
+  return text + "; move every joint, over wide ranges";
 }
 
 void write_postures(const Calibration& calibration, const ArmProblem& nominal, double nominal_sigma,
@@ -382,7 +440,7 @@ Pose KinematicsResult::flange(const Eigen::VectorXd& q, const Eigen::VectorXd& t
 KinematicsResult calibrate_kinematics(const kinematics::DhChain& nominal, std::span<const ArmPosture> postures,
                                       std::span<const SocketDistance> distances, const KinematicsOptions& options) {
   const Input input = checked_input(nominal, postures, distances, options);
-  Calibration calibration{input, {}, {}, std::vector<double>(postures.size(), 1.0), {}, {}, 0};
+  Calibration calibration{input, {}, {}, std::vector<double>(postures.size(), 1.0)};
   calibration.start = place(input, calibration.sigmas);
   const Sigmas nominal_sigmas = calibration.sigmas;
   const ArmProblem as_nominal(input, nominal_sigmas, calibration.start, false);
@@ -422,6 +480,10 @@ KinematicsResult calibrate_kinematics(const kinematics::DhChain& nominal, std::s
   write_postures(calibration, as_nominal, nominal_sigmas.position, out);
   out.fit = calibration.result.fit;
   out.fit.iterations = calibration.iterations;
+  if (const std::string open = why_open(calibration); !open.empty()) {
+    out.fit.status = FitStatus::Degenerate;
+    out.fit.message = open;
+  }
   return out;
 }
 

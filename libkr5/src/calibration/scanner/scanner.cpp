@@ -108,7 +108,8 @@ struct ScannerCalibration {
     if (problem) next.begin_at(*problem);
     next.set_weights(weights);
     problem.emplace(std::move(next));
-    result = problem->fit.solve({.max_iterations = input.options.max_iterations, .loss = loss});
+    result =
+        problem->fit.solve({.max_iterations = input.options.max_iterations, .loss = loss, .uncertainty = loss == 0});
     iterations += result.fit.iterations;
   }
   void robust_fit();
@@ -208,7 +209,7 @@ void choose_start(ScannerCalibration& calibration) {
     sigmas.position = sigmas.across = std::max(median_distance(input, T), 1e-5);
     ScannerProblem problem(input, sigmas, placement);
     if (input.arm) problem.fit.hold(problem.arm);
-    problem.fit.solve({.max_iterations = 50, .loss = 2.0});
+    problem.fit.solve({.max_iterations = 50, .loss = 2.0, .uncertainty = false});
     std::vector<double> sizes;
     for (std::size_t i = 0; i < input.views.size(); ++i) sizes.push_back(problem.distance(i));
     const double cost = median(sizes);
@@ -256,11 +257,12 @@ void write_scanner_parameters(const ScannerCalibration& calibration, ScannerResu
   std::vector<fit::FitBlock> others = {problem.scanner};
   others.insert(others.end(), problem.targets.begin(), problem.targets.end());
   others.insert(others.end(), problem.radii.begin(), problem.radii.end());
-  cell_fit::ParameterReport report = cell_fit::report_parameters(problem.fit, calibration.result, nominal, others,
-                                                                 uncertainty::covariance_inflation(6, out.dof));
+  cell_fit::ParameterReport report = cell_fit::report_parameters(
+      problem.fit, calibration.result, nominal, others, cell_fit::same_inflation(calibration.result, 1, out.dof));
   out.coordinates = std::move(report.parameters);
   out.joint_covariance = std::move(report.covariance);
-  out.covariance = cell_fit::covariance_of_pose(problem.fit, problem.scanner, out.joint_covariance);
+  out.covariance = uncertainty::covariance_inflation(6, out.dof) *
+                   cell_fit::covariance_of_pose(problem.fit, problem.scanner, calibration.result.covariance);
 }
 
 void write_scanner_views(const ScannerCalibration& calibration, ScannerResult& out) {

@@ -47,7 +47,7 @@ double shifted_distance(const ScannerInput& input, int by) {
     sigmas.position = sigmas.across = std::max(median_distance(shifted, T), 1e-5);
     ScannerProblem problem(shifted, sigmas, place_targets(shifted, T));
     if (shifted.arm) problem.fit.hold(problem.arm);
-    problem.fit.solve({.max_iterations = 50, .loss = 2.0});
+    problem.fit.solve({.max_iterations = 50, .loss = 2.0, .uncertainty = false});
     std::vector<double> sizes;
     for (std::size_t i = 0; i < views.size(); ++i) sizes.push_back(problem.distance(i));
     least = std::min(least, median(sizes));
