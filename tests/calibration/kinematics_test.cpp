@@ -11,7 +11,6 @@
 #include <kr5/core/error.hpp>
 #include <kr5/core/random.hpp>
 #include <support/coverage.hpp>
-#include <support/rates.hpp>
 #include <support/trials.hpp>
 
 using namespace kr5;
@@ -201,7 +200,7 @@ TEST_CASE("a ball in two sockets of known distance calibrates an arm without a m
 }
 
 TEST_CASE("standard deviations of the identified parameters are as large as their errors", "[coverage][statistics]") {
-  const int trials = test::trials(2000, 100);
+  const int trials = test::trials(2000, 60);
   test::Coverage coverage("parameter of an arm from poses", 1);
   for (int trial = 0; trial < trials; ++trial) {
     const ArmWorld w = make_arm_world({.seed = 100u + static_cast<unsigned>(trial), .poses = true});

@@ -7,6 +7,7 @@ the arm back. Then the noise study of `kr5 identify study` on the arm of the boo
 devices, arcs and noises are those of Hayat et al. 2022, Table 4.2.
 """
 
+from pathlib import Path
 from typing import Any
 
 import kr5
@@ -15,9 +16,9 @@ from kr5 import cell, kinematics
 
 import arguments
 import comparison
-from kr5_tools.files.paths import find_shipped_cell
 from kr5_tools.identify import study
 
+CELL = Path(__file__).resolve().parents[2] / "share/cells/kr5_arc.yaml"
 NEIGHBOURS = ("skew", "intersecting", "parallel", "nearly parallel", "opposed")
 TRIALS_EACH = 2  # identifications with one seed, whose mean square is one value of the interval
 # What the book reports, by device and arc [deg]: lengths [mm] and angles [deg], RMS.
@@ -77,9 +78,11 @@ def rms_interval(values: np.ndarray) -> comparison.Difference:
 
 
 def compare_devices(trials: int) -> list[comparison.Row]:
-    believed = cell.load_cell(find_shipped_cell())
+    believed = cell.load_cell(CELL)
     chain = believed.nominal_chain()
-    home = np.mean([believed.robot.limits.lower, believed.robot.limits.upper], axis=0)
+    limits = believed.robot.limits
+    assert limits is not None
+    home = np.mean([limits.lower, limits.upper], axis=0)
     rows = []
     for (name, arc), (length, angle) in comparison.progress(list(BOOK.items()), "Devices"):
         found = []

@@ -2,10 +2,9 @@
 
 It is called through its base class, with the cost function that its documentation gives for poses and points: position
 errors in the frame of the measurement, rotation vectors, one weight for both. Its configuration is that of its
-examples, brought to the format of version 1 (the ridge of the old files was removed there; `map` holds the
-parameters by priors instead, and `map_cv`, which chooses their size by cross-validation, is left out: it takes ten times
-as long and was no better). Base and markers are
-unknown, as in its examples; it starts them in closed form.
+examples, brought to the format of version 1: the ridge of the old files was removed there, and `map` holds the
+parameters by priors instead. `map_cv`, which chooses their size by cross-validation, is left out: it takes ten times as
+long and was no better. Base and markers are unknown, as in its examples; it starts them in closed form.
 """
 
 import contextlib
@@ -36,7 +35,8 @@ class Settings:
         return f"{self.level} {self.method}"
 
 
-SETTINGS = tuple(Settings(level, method) for level in ("joint_offset", "full_params") for method in ("structural", "map"))
+LEVELS, METHODS = ("joint_offset", "full_params"), ("structural", "map")
+SETTINGS = tuple(Settings(level, method) for level in LEVELS for method in METHODS)
 
 
 @dataclass(frozen=True)
@@ -50,6 +50,7 @@ class Setup:
     markers: int  # points of a posture; 1 also for poses
     poses: bool  # whether orientations were measured
     outlier_threshold: float  # [m]
+    example: Settings  # of FIGAROH's example of this arm
 
 
 def configuration(setup: Setup, settings: Settings) -> dict[str, Any]:
