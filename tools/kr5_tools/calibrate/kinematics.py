@@ -87,7 +87,13 @@ def calibrate_kinematics(
     ] = False,
     hold: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME", help="Parameter to keep at its nominal value, e.g. joint2.a, tool.x or base."),
+        typer.Option(
+            metavar="NAME",
+            help=(
+                "Parameter to keep at its nominal value: arm.joint2.a (or b, theta_offset, alpha, beta), tool.x, or all"
+                " of base, tool, camera or target; may be given several times."
+            ),
+        ),
     ] = None,
     write_cell: Annotated[
         Path | None,
