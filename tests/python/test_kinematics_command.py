@@ -338,6 +338,19 @@ def test_measurements_wrong_as_a_whole_are_told_in_words(folder, arm, run_kr5):
     assert "one row after" in calibrated(folder, run_kr5, q[:-1], places[1:])
 
 
+def test_measurements_in_another_order_are_told_with_their_rows(folder, arm, run_kr5):
+    q, places = measured(arm[1], 60, 1)
+    order = np.random.default_rng(2).permutation(60)  # place k is that of posture order[k]
+    text = calibrated(folder, run_kr5, q, places[order])
+    wrong = np.flatnonzero(order != np.arange(60))
+    assert f"{len(wrong)} measurements stand beside the joint values of another row" in text
+    assert f"that of bad.csv:{wrong[0] + 2} belongs to bad.csv:{order[wrong[0]] + 2}" in text
+    by_text = sorted(range(60), key=lambda k: str(k + 1))  # 1, 10, 11, …, 2
+    assert "that of bad.csv:3 belongs to bad.csv:11" in calibrated(folder, run_kr5, q, places[by_text])
+    elsewhere = np.random.default_rng(3).uniform(-1, 1, places.shape)
+    assert "do not belong to these joint values" in calibrated(folder, run_kr5, q, elsewhere)
+
+
 def test_a_device_that_moved_midway_is_told_with_the_row(folder, arm, run_kr5):
     q, places = measured(arm[1], 60, 1)
     places[33:] += [0.002, -0.001, 0.0]
