@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include <catch2/catch.hpp>
@@ -10,7 +11,6 @@
 #include <kr5/core/error.hpp>
 #include <kr5/core/random.hpp>
 #include <support/coverage.hpp>
-#include <support/rates.hpp>
 #include <support/trials.hpp>
 
 using namespace kr5;
@@ -227,18 +227,24 @@ TEST_CASE("95 % intervals of the arm's parameters hold the truth, told by the da
   const int trials = test::trials(2000, 40);
   for (const bool poses : {false, true}) {
     TrialShares told, held;
+    test::Coverage coverage(poses ? "parameter of an arm from poses" : "parameter of an arm from points", 1);
     for (int trial = 0; trial < trials; ++trial) {
       const ArmWorld w = make_arm_world({.seed = 100u + static_cast<unsigned>(trial), .postures = 40, .poses = poses});
       const KinematicsResult r = calibrate_kinematics(w.nominal, w.postures);
       REQUIRE(r.fit.usable());
       double inside[2] = {0, 0}, all[2] = {0, 0};
+      std::vector<std::pair<double, double>> errors;
       for (const EstimatedParameter& c : r.coordinates) {
         if (!c.name.starts_with("arm.joint")) continue;
-        inside[c.identifiable] += std::abs(c.value - arm_parameter(w.arm, c.name)) < 1.96 * c.std;
+        errors.emplace_back(c.value - arm_parameter(w.arm, c.name), c.std);
+        inside[c.identifiable] += std::abs(errors.back().first) < 1.96 * c.std;
         ++all[c.identifiable];
       }
+      const auto [error, std] = errors[static_cast<std::size_t>(trial) % errors.size()];  // one a trial, in turn
+      coverage.add(Eigen::VectorXd::Constant(1, error), Eigen::MatrixXd::Constant(1, 1, std * std));
       told.add(inside[1], all[1]), held.add(inside[0], all[0]);
     }
+    coverage.check_rate();
     for (const TrialShares& shares : {told, held}) {
       CAPTURE(poses, shares.trials, shares.mean(), shares.standard_error());
       CHECK(shares.mean() - 3.3 * shares.standard_error() < 0.97);

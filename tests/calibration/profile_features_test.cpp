@@ -53,7 +53,7 @@ TEST_CASE("features of exact profiles are exact", "[profile]") {
   for (int k = 0; k < 2; ++k) CHECK(line.points(1, k) == Approx(0.2 + 0.3 * line.points(0, k)).margin(1e-9));
 }
 
-TEST_CASE("the covariances of features hold the truth", "[profile][statistics]") {
+TEST_CASE("the covariances of features hold the truth", "[profile][coverage][statistics]") {
   const int trials = test::trials(2000, 150);
   Coverage tips("tip in a profile", 2), arcs("arc in a profile", 3), lines("line in a profile", 2);
   for (int trial = 0; trial < trials; ++trial) {

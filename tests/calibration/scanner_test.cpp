@@ -49,7 +49,7 @@ TEST_CASE("a sphere of unknown radius and a known tip are as good as their featu
   CHECK(r.held_out_rms < 2 * r.rms);
 }
 
-TEST_CASE("the covariance of a scanner holds the truth", "[scanner][statistics]") {
+TEST_CASE("the covariance of a scanner holds the truth", "[scanner][coverage][statistics]") {
   const int trials = test::trials(2000, 100);
   Coverage pose("scanner on the flange, sphere and plane", 6);
   for (int trial = 0; trial < trials; ++trial) {
@@ -184,7 +184,7 @@ TEST_CASE("known targets serve where few profiles do not place them, with their 
   CHECK((!free.fit.usable() || tolerant.covariance.trace() < free.covariance.trace()));
 }
 
-TEST_CASE("an error of the robot's orientation counts at its lever arm", "[scanner][statistics]") {
+TEST_CASE("an error of the robot's orientation counts at its lever arm", "[scanner][coverage][statistics]") {
   const int trials = test::trials(2000, 100);
   Coverage pose("scanner on the flange, orientation noise", 6);
   const double sigma = 3e-4;

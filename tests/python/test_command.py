@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 
 from conftest import ROOT
 from kr5_tools import app as command_line
-from kr5_tools.cli import tables
+from kr5_tools.cli import numbers, tables
 from kr5_tools.cli.options import options_from
 from kr5_tools.files import images, results, writing
 
@@ -222,4 +222,4 @@ def test_pose_figures_agree_with_a_monte_carlo_of_the_covariance():
     "value, std, text", [(12.3456, 0.123, "12.35"), (1234.5, 20.0, "1234"), (0.5, None, "0.5"), (math.nan, 1.0, "–")]
 )
 def test_numbers_show_as_many_digits_as_their_doubt_allows(value, std, text):
-    assert tables.format_number(value, std) == text
+    assert numbers.format_number(value, std) == text

@@ -16,13 +16,13 @@ import numpy as np
 import pytest
 import yaml
 
+from kr5_tools.cli.numbers import format_percent
 from kr5_tools.gap_report.evidence import parameter_rows
 from kr5_tools.gap_report.evidence_data import Evidence, gap_of, seen_noise
 from kr5_tools.gap_report.messages import (
     column_text,
     dependence_text,
     display_unit,
-    format_percent,
     next_steps,
     part_of,
     target_text,

@@ -164,6 +164,19 @@ def test_faults_of_pairs_are_named(run_kr5, tmp_path):
         assert result_of(tmp_path)["causes"][0]["cause"] == cause
 
 
+def test_pairs_in_the_wrong_order_are_named_with_their_lines(run_kr5, tmp_path):
+    robot, seen = pairs()
+    order = np.random.default_rng(4).permutation(len(robot))
+    order[order == 3], order[3] = order[3], 3  # one that is right
+    write_csv(tmp_path / "p.csv", robot, [seen[k] for k in order])
+    done = run_kr5("calibrate", "hand-eye", "p.csv", "--mount", "eye_in_hand", "-o", "r.json")
+    assert done.returncode == 1, (done.stdout, done.stderr)
+    (cause,) = result_of(tmp_path)["causes"]
+    assert cause["cause"] == "out_of_order"
+    assert cause["views"] == [int(k) for k in np.flatnonzero(order != np.arange(len(robot)))]
+    assert "paired with the wrong pose: p.csv:" in cause["text"]
+
+
 def test_a_stated_unit_that_cannot_be_is_refused(run_kr5, tmp_path):
     write_csv(tmp_path / "p.csv", *pairs())
     done = run_kr5("calibrate", "hand-eye", "p.csv", "--mount", "eye_in_hand", "--length", "mm")

@@ -84,7 +84,8 @@ def test_units_and_names_of_columns_are_options_and_wrong_ones_are_told(folder, 
     assert done.returncode == 2 and "--cell" in done.stderr
 
 
-def test_a_ball_in_two_sockets_needs_no_device(tmp_path, arm, run_kr5):
+def socket_calibration(tmp_path, arm, run_kr5, wrong=()):
+    """From two files of 40 postures; those at the rows `wrong` stand up to two degrees beside the socket."""
     believed, _ = arm
     cell.save_cell(believed, tmp_path / "cell.yaml")
     random = np.random.default_rng(8)
@@ -101,11 +102,28 @@ def test_a_ball_in_two_sockets_needs_no_device(tmp_path, arm, run_kr5):
             reached = kinematics.inverse_kinematics(true, T).postures
             if reached and reached[0].position_error < 1e-9:
                 rows.append(reached[0].q + random.normal(0, 2e-5, 6))
+        for k in wrong:
+            rows[k] = rows[k] + random.choice([-1, 1], 6) * random.uniform(0.01, 0.04, 6)
         np.savetxt(tmp_path / f"{name}.csv", rows, delimiter=",")
-    done = run_kr5(
+    return run_kr5(
         *("calibrate", "kinematics", "--cell", "cell.yaml", "--socket", "left=left.csv", "--socket", "right=right.csv"),
         *("--distance", "left,right,0.05", "-o", "kinematics.json"),
     )
+
+
+def test_a_fifth_of_the_postures_beside_their_socket_is_named_by_line(tmp_path, arm, run_kr5):
+    wrong = range(0, 40, 5)
+    done = socket_calibration(tmp_path, arm, run_kr5, wrong)
+    assert done.returncode == 0, done.stderr
+    data = json.loads((tmp_path / "kinematics.json").read_text())
+    assert data["verdict"]["word"] == "doubtful"
+    named = [v["name"] for v in data["views"]]
+    assert named == [f"{name}.csv:{k + 1}" for name in ("left", "right") for k in wrong]
+    assert np.linalg.norm(np.diff(np.array(data["result"]["sockets"]), axis=1)) == pytest.approx(0.05, abs=5e-5)
+
+
+def test_a_ball_in_two_sockets_needs_no_device(tmp_path, arm, run_kr5):
+    done = socket_calibration(tmp_path, arm, run_kr5)
     assert done.returncode == 0, done.stderr
     result = json.loads((tmp_path / "kinematics.json").read_text())["result"]
     spread = [p["position_error"] for p in result["postures"]]
@@ -336,6 +354,19 @@ def test_measurements_wrong_as_a_whole_are_told_in_words(folder, arm, run_kr5):
     text = calibrated(folder, run_kr5, q[1:], places[:-1])
     assert "one row before, from bad.csv:2 to bad.csv:60" in text and "shifted" in text
     assert "one row after" in calibrated(folder, run_kr5, q[:-1], places[1:])
+
+
+def test_measurements_in_another_order_are_told_with_their_rows(folder, arm, run_kr5):
+    q, places = measured(arm[1], 60, 1)
+    order = np.random.default_rng(2).permutation(60)  # place k is that of posture order[k]
+    text = calibrated(folder, run_kr5, q, places[order])
+    wrong = np.flatnonzero(order != np.arange(60))
+    assert f"{len(wrong)} measurements stand beside the joint values of another row" in text
+    assert f"that of bad.csv:{wrong[0] + 2} belongs to bad.csv:{order[wrong[0]] + 2}" in text
+    by_text = sorted(range(60), key=lambda k: str(k + 1))  # 1, 10, 11, …, 2
+    assert "that of bad.csv:3 belongs to bad.csv:11" in calibrated(folder, run_kr5, q, places[by_text])
+    elsewhere = np.random.default_rng(3).uniform(-1, 1, places.shape)
+    assert "do not belong to these joint values" in calibrated(folder, run_kr5, q, elsewhere)
 
 
 def test_a_device_that_moved_midway_is_told_with_the_row(folder, arm, run_kr5):

@@ -5,7 +5,9 @@ import json
 import kr5
 import numpy as np
 import pytest
-from kr5 import vision
+from kr5 import cell, vision
+
+from kr5_tools.files.paths import find_shipped_cell
 
 LENS = {"width": 1280, "height": 960, "fx": 1100, "fy": 1100, "cx": 639.5, "cy": 479.5}
 SIZE = 0.05
@@ -53,6 +55,27 @@ def test_map_of_markers_lies_at_the_truth_and_its_page_shows_it(tmp_path, run_kr
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)["found"]
     assert len(found) == 6 and all(f["what"] == "marker_map" and f["rms_px"] < 0.2 for f in found)
+
+
+def test_the_map_goes_into_the_cell_that_says_where_it_stands(tmp_path, run_kr5, photos):
+    believed = cell.load_cell(find_shipped_cell())
+    T_base_map = kr5.to_pose([0.7, 0.1, 0.2, 0, 0, 0.3])
+    cell.save_cell(believed, tmp_path / "without.yaml")
+    rough = [kr5.MapMarker(id=i, size=SIZE, T_target_marker=np.eye(4)) for i in MARKERS]
+    believed.targets = [cell.Target(name="rig", kind="marker_map", map=rough, T_base_target=T_base_map)]
+    cell.save_cell(believed, tmp_path / "cell.yaml")
+    command = (photos, "--size", SIZE, "--write-cell", "new.yaml", "--cell")
+    done = make_map(run_kr5, *command, "cell.yaml")
+    assert done.returncode == 0, done.stderr
+    (found,) = cell.load_cell(tmp_path / "new.yaml").targets
+    assert found.name == "rig" and np.allclose(found.T_base_target, T_base_map)
+    assert [m.id for m in found.map] == sorted(MARKERS)
+    for marker in found.map:
+        assert np.linalg.norm(kr5.pose_difference(marker.T_target_marker, MARKERS[marker.id])) < 5e-3
+    (tmp_path / "new.yaml").unlink()
+    done = make_map(run_kr5, *command, "without.yaml")
+    assert done.returncode == 2 and "0 targets of the kind marker_map, expected one" in done.stderr
+    assert not (tmp_path / "new.yaml").exists()
 
 
 def test_images_of_two_sizes_are_refused_also_where_the_camera_says_none(tmp_path, run_kr5, photos):

@@ -5,7 +5,9 @@ import json
 import kr5
 import numpy as np
 import pytest
-from kr5 import calibration
+from kr5 import calibration, cell
+
+from kr5_tools.files.paths import find_shipped_cell
 
 TIP = np.array([0.01, -0.02, 0.15])
 
@@ -115,6 +117,25 @@ def test_timed_command_finds_the_offset_and_draws_it(tmp_path, run_kr5):
     assert abs(data["result"]["offset"] - 0.123) < 1e-4
     assert data["figures"][0]["unit"] == "ms"
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_camera_of_two_clocks_goes_into_a_cell(tmp_path, run_kr5):
+    believed = cell.load_cell(find_shipped_cell())
+    cell.save_cell(believed, tmp_path / "cell.yaml")
+    th, hands, tc, cameras = streams()
+    write_stream(tmp_path / "hand.csv", th, hands)
+    write_stream(tmp_path / "camera.csv", tc, cameras)
+    command = ("calibrate", "timed", "hand.csv", "camera.csv", "--cell", "cell.yaml")
+    done = run_kr5(*command, "--write-cell", "new.yaml")
+    assert done.returncode == 0, done.stderr
+    found = cell.load_cell(tmp_path / "new.yaml")
+    true = kr5.to_pose([0.05, 0.02, 0.1, 0.1, 0.2, 1.5])  # of `streams`, on the hand
+    assert np.linalg.norm(kr5.pose_difference(true, found.T_flange_camera())) < 1e-3
+    assert found.camera.fx == believed.camera.fx and found.camera.width == believed.camera.width
+    assert np.allclose(found.tool.T_flange_tool, believed.tool.T_flange_tool)
+    assert np.linalg.norm(kr5.pose_difference(true, believed.T_flange_camera())) > 0.01
+    done = run_kr5(*command)
+    assert done.returncode == 2 and "--write-cell is missing" in done.stderr
 
 
 def test_timed_command_names_streams_that_do_not_overlap_and_quaternions_that_are_none(tmp_path, run_kr5):

@@ -173,6 +173,11 @@ def test_every_result_becomes_a_page(tmp_path, run_kr5, invoke, browser, command
             "T: [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, -1, 0], [0, 0, 0, 1]]",
             "chain[0].T: its rotation is none: determinant -1",
         ),
+        (
+            "point: {value: [10, -20, 350], sigma: [0.1, 0.1, 0.5]}",
+            "point: {value: [0, 0, 1], sigma: [1, 1, 1], covariance: [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}",
+            "found both, expected sigma or covariance",
+        ),
         (CHAIN, "chain: []\n", "at least 1"),
         (CHAIN, "", "expected a map"),
         (CHAIN, CHAIN[:90], "not valid YAML"),
@@ -195,6 +200,13 @@ def test_a_chain_that_is_none_is_told_with_its_field(tmp_path, invoke, old, new,
         (["laser", "--sigma-rotation", -1], "--sigma-rotation: found -1"),
         (["camera-matrix", "--distance", 0], "--distance: found 0"),
         (["camera-matrix", "--distance", "nan"], "--distance: found nan"),
+        (
+            ["camera-matrix", "--distance", 0.4],
+            "--distance: found 0.4 mm, expected 66.5 to 2.66e+04 mm before a board of 133 mm; is it in m?",
+        ),
+        (["camera-matrix", "--distance", 4e5], "--distance: found 400000 mm, expected 66.5"),
+        (["camera-matrix", "metres.yaml"], "metres.yaml: board.square: found 12 m, expected 0.0002 to 1 m of a board"),
+        (["camera-matrix", "far.yaml"], "far.yaml: distance: found 400 m, expected 0.0665 to 26.6 m before a board"),
         (["fusion", "exact.yaml"], "measurements[0].covariance: is singular in the common frame"),
         (["fusion", "both.yaml"], "expected sigma or covariance"),
         (["laser", "other.yaml"], "printed[0].of: found 'sonar', expected one of scanner"),
@@ -205,6 +217,9 @@ def test_options_and_sensors_that_make_no_sense_are_refused(tmp_path, invoke, ar
     (tmp_path / "exact.yaml").write_text(text.replace("  pose_sigma: [0.01, 0.01, 0.01, 0, 0, 0]\n", ""))
     (tmp_path / "both.yaml").write_text(text.replace("  point: [0, 0, 192.5]", "  sigma: [1, 1, 1]"))
     (tmp_path / "other.yaml").write_text(text.replace("  of: scanner", "  of: sonar"))
+    scene = (BOOK / "camera_matrix.yaml").read_text()
+    (tmp_path / "metres.yaml").write_text(scene.replace("length: mm", "length: m"))
+    (tmp_path / "far.yaml").write_text(scene.replace("length: mm", "length: m").replace("square: 12", "square: 0.012"))
     done = invoke(*args)
     assert done.exit_code == 2 and words in " ".join(done.stderr.split()), done.stderr
 

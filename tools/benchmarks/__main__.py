@@ -4,6 +4,7 @@
     ./tools/run bench tags intrinsics    some of them
     ./tools/run bench --quick            all, with few trials
     ./tools/run bench tags --write       and put the rows into share/doc/benchmarks.md
+    ./tools/run bench geometry           those of a group, and one table of its figures to reach in the end
 
 Each is a program of its own beside this one; `python tools/benchmarks/NAME.py --help` tells what it measures. Times are
 medians on whatever machine this is: read ratios, not milliseconds.
@@ -18,10 +19,11 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+from typing import Any
 
 import figures
-from comparison import ROWS_FILE
-from figures import Bench
+from comparison import ROWS_FILE, print_figures
+from figures import Bench, Group
 
 HERE = Path(__file__).resolve().parent
 BUILD = str(HERE.parents[1] / "build" / "release")
@@ -62,7 +64,18 @@ BENCHES = {
         " against it",
         quick=("--quick",),
     ),
-    "kinematics": Bench("Kinematic calibration of real arms, postures not fitted", PUBLIC),
+    "kinematics": Bench("Kinematic calibration of real arms, postures not fitted", PUBLIC, quick=("--quick",)),
+    "hidden_effects": Bench("Geometric effects hidden in recordings", "all of it; the recordings are shared"),
+    "axes": Bench(
+        "Axes and Denavit-Hartenberg parameters from single turns",
+        f"{SIMULATED}; the arm and the devices are those of the book",
+        quick=("--trials", "8", "--arms", "50"),
+    ),
+    "scanner": Bench(
+        "Line scanner on the flange, repeatability after ISO 9283",
+        SIMULATED,
+        quick=("--arms", "3", "--trials", "100"),
+    ),
     "cell_calibration": Bench(
         "Camera, hand-eye and marker map in one solve",
         "the same cells while the bench was written; the calibration was not changed after",
@@ -114,40 +127,82 @@ BENCHES = {
     ),
 }
 
+GROUPS = {
+    "geometry": Group(
+        "Accurate geometry: figures to reach",
+        ("kinematics", "hidden_effects", "axes", "cell_calibration", "scanner", "coverage", "sensitivity"),
+        (
+            "UR5 DH",
+            "WAM DH",
+            "socket self-calibration",
+            "pose calibration",
+            "hidden effects",
+            "dual-vector DH",
+            "camera DH, 50° arc",
+            "camera + hand-eye + map together",
+            "coverage",
+            "Sobol of 24 KR5 parameters",
+            "refinement",
+            "1000 views of 35 tags",
+            "line scanner",
+            "ISO 9283 repeatability",
+        ),
+    )
+}
+
 
 def main() -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter, prog="./tools/run bench"
     )
     runnable = [name for name, bench in BENCHES.items() if not bench.command]
-    parser.add_argument("names", nargs="*", metavar="NAME", help=f"one of {', '.join(runnable)}; by default all")
+    parser.add_argument(
+        "names",
+        nargs="*",
+        metavar="NAME",
+        help=f"one of {', '.join(runnable)}, or of the groups {', '.join(GROUPS)}; by default all",
+    )
     parser.add_argument("--quick", action="store_true", help="few trials")
     parser.add_argument("--write", action="store_true", help="put the rows into share/doc/benchmarks.md")
     given = parser.parse_args()
-    if unknown := [n for n in given.names if n not in runnable]:
-        parser.error(f"no bench {unknown[0]!r}; there are {', '.join(runnable)}")
+    if unknown := [n for n in given.names if n not in runnable and n not in GROUPS]:
+        parser.error(f"no bench {unknown[0]!r}; there are {', '.join([*runnable, *GROUPS])}")
     if given.quick and given.write:
         parser.error("--write takes the figures of whole runs only, so not with --quick")
-    failed = [name for name in given.names or runnable if not run(name, given.quick, given.write)]
+    names = list(dict.fromkeys(n for name in given.names or runnable for n in benches_of(name)))
+    rows: dict[str, list[dict[str, Any]]] = {}
+    failed = [name for name in names if not run(name, given.quick, given.write, rows)]
+    for name in given.names:
+        if name in GROUPS:
+            shown = [row for bench in GROUPS[name].benches for row in rows.get(bench, [])]
+            print()
+            print_figures(GROUPS[name].title, GROUPS[name].figures, shown)
     if failed:
         print("failed:", *failed, file=sys.stderr)
     return 1 if failed else 0
 
 
-def run(name: str, quick: bool, write: bool) -> bool:
-    """Runs one bench; its rows are written even where some do not reach what is wanted."""
+def benches_of(name: str) -> tuple[str, ...]:
+    return GROUPS[name].benches if name in GROUPS else (name,)
+
+
+def run(name: str, quick: bool, write: bool, measured: dict[str, list[dict[str, Any]]]) -> bool:
+    """Runs one bench and adds its rows to what was measured; with `write` they also replace those of the page, even
+    where some do not reach what is wanted."""
     bench = BENCHES[name]
     print(f"\n== {name}: {bench.title}", flush=True)
     start = time.monotonic()
     command = [sys.executable, str(HERE / f"{name}.py"), *(bench.quick if quick else bench.arguments)]
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "rows.jsonl"
-        environment = os.environ | {"OPENBLAS_NUM_THREADS": "1"} | ({ROWS_FILE: str(file)} if write else {})
+        environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", ROWS_FILE: str(file)}
         done = subprocess.run(command, env=environment)
-        if write and file.is_file():
+        if file.is_file():
             rows = [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()]
-            figures.update_rows(name, rows, datetime.date.today().isoformat(), BENCHES)
-            print(f"{figures.PAGE}: {len(rows)} rows of {name}", flush=True)
+            measured[name] = rows
+            if write:
+                figures.update_rows(name, rows, datetime.date.today().isoformat(), BENCHES)
+                print(f"{figures.PAGE}: {len(rows)} rows of {name}", flush=True)
     print(f"({time.monotonic() - start:.0f} s)", flush=True)
     return done.returncode == 0
 

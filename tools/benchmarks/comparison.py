@@ -24,8 +24,9 @@ ROWS_FILE = "KR5_BENCH_ROWS"  # environment variable: the file to which rows are
 
 @dataclass
 class Row:
-    """One quantity; `interval` stands beside `ours` where that is a rate, and is that of ours less the peer's
-    otherwise."""
+    """One quantity; `interval` stands beside `ours` where that is a rate or a mean beside no measured peer, and is that
+    of ours less the peer's otherwise. `figure` names the wanted figure that it answers in the table of a group of
+    benches; `ratio` is the peer's over ours: above 1 ours is better."""
 
     what: str
     ours: str
@@ -33,11 +34,14 @@ class Row:
     reached: bool
     peers: str = "–"
     interval: str = "–"
+    figure: str = ""
+    ratio: float | None = None
 
 
 def plain_row(row: Row) -> dict[str, Any]:
     """The row with plain Python values (NumPy's are none of JSON)."""
-    return {name: bool(value) if name == "reached" else str(value) for name, value in vars(row).items()}
+    out: dict[str, Any] = {name: str(value) for name, value in vars(row).items() if name not in ("reached", "ratio")}
+    return {**out, "reached": bool(row.reached), "ratio": None if row.ratio is None else float(row.ratio)}
 
 
 def print_comparisons(lines: Iterable[Row], title: str = "Comparison") -> None:
@@ -67,6 +71,26 @@ def progress(items: Sequence[Any], what: str) -> Iterator[Any]:
             said = time.monotonic()
 
 
+def print_figures(title: str, wanted: Sequence[str], rows: Sequence[dict[str, Any]]) -> None:
+    """One table of what answers the wanted figures, in their order. One without a row is said to be not measured."""
+    cells = []
+    for figure in wanted:
+        own = [r for r in rows if r["figure"] == figure]
+        for k, r in enumerate(own):
+            ratio = "–" if r["ratio"] is None else f"{r['ratio']:.3g}"
+            reached = "yes" if r["reached"] else "NO"
+            head = figure if k == 0 else ""
+            cells.append([head, r["what"], r["ours"], r["interval"], r["wanted"], reached, r["peers"], ratio])
+        if not own:
+            cells.append([figure, "not measured", *["–"] * 6])
+    columns = ["figure", "data", "kr5", "95 % interval", "wanted", "reached", "peer", "peer / kr5"]
+    out = make_table(title, columns, cells, range(len(columns)))
+    for column in out.columns:
+        column.overflow = "fold"
+    out.show_lines = True
+    Console(width=190).print(out)
+
+
 @dataclass
 class Difference:
     """Ours less the peer's: 0 inside the interval means level."""
@@ -77,6 +101,11 @@ class Difference:
 
     def text(self, unit: str, digits: str = "+.3g") -> str:
         return f"{self.mean:{digits}} [{self.low:{digits}}, {self.high:{digits}}] {unit}"
+
+
+def mean_interval(values: Any) -> Difference:
+    """Mean with Student's interval."""
+    return mean_difference(values, np.zeros(len(values)))
 
 
 def mean_difference(ours: Any, theirs: Any) -> Difference:

@@ -14,7 +14,7 @@ from pathlib import Path
 import arguments
 import comparison
 
-PROGRAMS = ("calibration_tests", "vision_tests")  # their tests with the tag "coverage"
+PROGRAMS = ("calibration_tests", "fit_tests", "vision_tests")  # their tests with the tag "coverage"
 
 
 def main() -> int:
@@ -48,6 +48,7 @@ def main() -> int:
                     "0.93 to 0.97",
                     reached,
                     interval=comparison.format_rate(int(inside), int(trials)),
+                    figure="coverage",
                 )
             )
     comparison.print_comparisons(

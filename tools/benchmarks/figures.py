@@ -34,6 +34,15 @@ class Bench:
         return self.command or f"./tools/run bench {name}"
 
 
+@dataclass(frozen=True)
+class Group:
+    """Benches that together answer a table of wanted figures; their rows name the figure they answer."""
+
+    title: str
+    benches: tuple[str, ...]
+    figures: tuple[str, ...]
+
+
 def load_rows(file: Path = DATA) -> dict[str, dict[str, Any]]:
     """Of each bench: `date` and `rows`."""
     return dict(json.loads(file.read_text(encoding="utf-8"))) if file.is_file() else {}
@@ -54,7 +63,7 @@ def render_page(data: dict[str, dict[str, Any]], benches: dict[str, Bench]) -> s
 def render_section(name: str, entry: dict[str, Any], bench: Bench) -> str:
     head = ("what", "kr5", "best other", "difference or rate, 95 %", "wanted", "reached")
     rows = [
-        (r["what"], r["ours"], r["peers"], r["interval"], r["wanted"], "yes" if r["reached"] else "**no**")
+        (r["what"], r["ours"], shown_peers(r), r["interval"], r["wanted"], "yes" if r["reached"] else "**no**")
         for r in entry["rows"]
     ]
     lines = [f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in row)} |" for row in rows]
@@ -62,3 +71,9 @@ def render_section(name: str, entry: dict[str, Any], bench: Bench) -> str:
         f"## {bench.title}\n\n`{bench.shown_command(name)}`, measured {entry['date']}. Seen while developing:"
         f" {bench.seen}.\n\n| {' | '.join(head)} |\n|{'---|' * len(head)}\n" + "\n".join(lines) + "\n"
     )
+
+
+def shown_peers(row: dict[str, Any]) -> str:
+    """What others reach, with its ratio to ours where one was measured."""
+    ratio = row.get("ratio")
+    return str(row["peers"]) if ratio is None else f"{row['peers']}; {ratio:.3g} times ours"

@@ -1,10 +1,11 @@
 """Kinematic calibration of real arms on postures that were not fitted, beside plain least squares of every parameter.
 
-    python tools/benchmarks/kinematics.py
+    python tools/benchmarks/kinematics.py [--quick]
 
-UR5 and WAM under a laser tracker, Pandas and a KUKA iiwa with a ball in sockets. The peer under the tracker is scipy's
-least squares of all DH parameters (Hayati's angle too), base and tool, without a prior and without a loss, on the same
-postures. Sockets of one place are fitted, those of the others judge.
+UR5 and WAM under a laser tracker, Pandas and a KUKA iiwa with a ball in sockets, UR10 before a camera and TIAGo under
+motion capture. The peer under the tracker is scipy's least squares of all DH parameters (Hayati's angle too), base and
+tool, without a prior and without a loss, on the same postures. Sockets of one place are fitted, those of the others
+judge. UR10 and TIAGo are predicted posture by posture beside FIGAROH itself, at the best of its settings.
 """
 
 import itertools
@@ -17,10 +18,10 @@ import kr5
 import numpy as np
 from kr5 import calibration, cell, kinematics
 from scipy.optimize import least_squares
-from scipy.spatial.transform import Rotation
 
 import arguments
 import comparison
+import figaroh_peer
 import real_arms_sets as sets
 
 Postures = list[Any]
@@ -107,6 +108,8 @@ def compare_tracker(name: str, data: Path) -> list[comparison.Row]:
             d.high < 0,
             f"least squares {theirs.mean():.4f} mm",
             d.text("mm"),
+            figure=f"{name} DH",
+            ratio=theirs.mean() / ours.mean(),
         )
     ]
 
@@ -142,10 +145,11 @@ def compare_residual_parts(data: Path) -> comparison.Row:
         d.high < 0,
         f"fitted postures {fitted:.2f} mm; the {len(random)} are shifted as a whole by {shift:.2f} mm",
         d.text("mm"),
+        figure="WAM DH",
     )
 
 
-def compare_choice(data: Path) -> comparison.Row:
+def compare_choice(data: Path, draws: int) -> comparison.Row:
     """Sixty postures chosen among the grid, before any of them is measured."""
     rows, tool = sets.NOMINAL["UR5"]
     chain = dh_arm(rows)
@@ -153,17 +157,20 @@ def compare_choice(data: Path) -> comparison.Row:
     wanted = calibration.PostureChoiceOptions(point=[0, 0, tool])
     chosen = [grid[i] for i in calibration.choose_postures(chain, [p.q for p in grid], wanted).chosen]
     error = 1e3 * errors(our_places(calibration.calibrate_kinematics(chain, chosen), random), random)
-    draws = np.random.default_rng(1)
+    dice = np.random.default_rng(1)
     blind = []
-    for _ in range(10):
-        some = [grid[i] for i in draws.choice(len(grid), len(chosen), replace=False)]
+    for _ in range(draws):
+        some = [grid[i] for i in dice.choice(len(grid), len(chosen), replace=False)]
         blind.append(1e3 * errors(our_places(calibration.calibrate_kinematics(chain, some), random), random).mean())
     return comparison.Row(
         f"UR5, {len(chosen)} postures chosen of {len(grid)}: mean error on {len(random)} others",
         f"{error.mean():.4f} mm",
         "0.105 mm",
         bool(error.mean() <= 0.105),
-        f"as many at random {np.median(blind):.4f} mm (median of 10)",
+        f"as many at random {np.median(blind):.4f} mm (median of {draws})",
+        comparison.mean_interval(error).text("mm", ".3g"),
+        figure="UR5 DH",
+        ratio=np.median(blind) / error.mean(),
     )
 
 
@@ -209,6 +216,9 @@ def compare_sockets(
         f"below {wanted} mm",
         bool(error.mean() < wanted),
         f"published {wanted} mm",
+        comparison.mean_interval(error).text("mm", ".3g"),
+        figure="socket self-calibration",
+        ratio=wanted / error.mean(),
     )
 
 
@@ -240,76 +250,81 @@ def place_errors(result: Any, posture: Any) -> float:
     return float(np.linalg.norm(T[:3, :3] @ result.points + T[:3, 3:] - posture.points, axis=0).mean())
 
 
-def figaroh_fit(chain: Any, postures: Postures, free: tuple[str, ...], coefficient: float) -> Callable[[Any], float]:
-    """What FIGAROH's calibration does: unweighted least squares of positions, and rotation vectors where poses were
-    measured, over base, tool and the arm's parameters of one level, the latter held by a small ridge; without outliers.
-    """
-    n, names = len(chain.joints), free
-    q = np.array([p.q for p in postures])
-    poses = postures[0].T_world_tool is not None
-    start = calibration.calibrate_kinematics(chain, postures, options=NOMINAL_ONLY)
-    tool0 = kr5.to_vector(start.T_flange_tool) if poses else start.points.ravel()
-    x0 = np.concatenate([np.zeros(n * len(names)), kr5.to_vector(start.T_world_base), tool0])
-    seen = np.array([p.T_world_tool if poses else p.points for p in postures])
-
-    def flanges(x: np.ndarray, values: np.ndarray) -> np.ndarray:
-        joints = []
-        for j, d in zip(chain.joints, x[: n * len(names)].reshape(n, len(names)), strict=True):
-            fields = {k: getattr(j, k) for k in ("type", "b", "theta_offset", "a", "alpha", "beta")}
-            joints.append(kinematics.DhJoint(**{**fields, **{k: fields[k] + v for k, v in zip(names, d, strict=True)}}))
-        T = kinematics.DhChain(joints, chain.T_base_0).flanges(values)
-        return np.asarray(kr5.to_pose(x[n * len(names) : n * len(names) + 6]) @ T)
-
-    def predicted(x: np.ndarray, values: np.ndarray) -> np.ndarray:
-        T, end = flanges(x, values), x[n * len(names) + 6 :]
-        if poses:
-            return np.asarray(T @ kr5.to_pose(end))
-        return np.asarray(T[:, :3, :3] @ end.reshape(3, -1) + T[:, :3, 3:])
-
-    def residuals(x: np.ndarray) -> np.ndarray:
-        shown = predicted(x, q)
-        ridge = np.sqrt(coefficient) * x[: n * len(names)]
-        if not poses:
-            return np.concatenate([(shown - seen).ravel(), ridge])
-        turned = Rotation.from_matrix(np.swapaxes(seen[:, :3, :3], 1, 2) @ shown[:, :3, :3]).as_rotvec()
-        return np.concatenate([(shown - seen)[:, :3, 3].ravel(), turned.ravel(), ridge])
-
-    found = least_squares(residuals, x0, method="trf").x
-
-    def error(posture: Any) -> float:
-        shown = predicted(found, posture.q[None])[0]
-        if poses:
-            return float(np.linalg.norm(shown[:3, 3] - posture.T_world_tool[:3, 3]))
-        return float(np.linalg.norm(shown - posture.points, axis=0).mean())
-
-    return error
-
-
-def compare_figaroh(
-    name: str, chain: Any, postures: Postures, free: tuple[str, ...], coefficient: float
-) -> comparison.Row:
-    """Each posture predicted from all others."""
-    ours, theirs = [], []
-    for i in comparison.progress(range(len(postures)), name):
-        others = postures[:i] + postures[i + 1 :]
-        result = calibration.calibrate_kinematics(
-            chain, others, options=calibration.KinematicsOptions(joint_errors=False)
-        )
-        ours.append(1e3 * place_errors(result, postures[i]))
-        theirs.append(1e3 * figaroh_fit(chain, others, free, coefficient)(postures[i]))
-    d = comparison.mean_difference(np.array(ours), np.array(theirs))
-    return comparison.Row(
-        f"{name}, {len(postures)} postures, each left out: mean error",
-        f"{np.mean(ours):.3f} mm",
-        "below FIGAROH's fit",
-        d.high < 0,
-        f"least squares as in FIGAROH {np.mean(theirs):.3f} mm",
-        d.text("mm"),
+def ur10_figaroh(data: Path) -> figaroh_peer.Setup:
+    folder = data / "geo_ur10_figaroh"
+    return figaroh_peer.Setup(
+        folder / "ur10_robot.urdf",
+        folder / "calibration.csv",
+        tool_frame="wrist_3_link",
+        reference_joint="wrist_3_joint",
+        markers=1,
+        poses=True,
+        outlier_threshold=0.02,
+        example=figaroh_peer.Settings("full_params", "structural"),
     )
 
 
-def compare_time(data: Path) -> list[comparison.Row]:
-    """A thousand postures, thirty parameters."""
+def tiago_figaroh(data: Path) -> figaroh_peer.Setup:
+    return figaroh_peer.Setup(
+        data / "dyn_tiago_figaroh/tiago_no_hand.urdf",
+        data / "geo_tiago_mocap_figaroh/qualysis_base_hand_calibration.csv",
+        tool_frame="arm_7_link",
+        reference_joint="arm_7_joint",
+        markers=3,
+        poses=False,
+        outlier_threshold=0.022,
+        example=figaroh_peer.Settings("joint_offset", "structural"),
+    )
+
+
+def figaroh_errors(setup: figaroh_peer.Setup, postures: Postures, tried: list[int]) -> dict[str, np.ndarray]:
+    """Error of each posture predicted from all others [m], by the settings of FIGAROH."""
+    out = {}
+    for settings in figaroh_peer.SETTINGS:
+        errors = []
+        for i in comparison.progress(tried, f"FIGAROH, {settings.name}"):
+            posture = postures[i]
+            with figaroh_peer.quiet():
+                shown = figaroh_peer.fit(setup, settings, [i])(posture.q)
+            seen = posture.points if posture.T_world_tool is None else posture.T_world_tool[:3, 3:]
+            errors.append(np.linalg.norm(shown - seen, axis=0).mean())
+        out[settings.name] = np.array(errors)
+    return out
+
+
+def compare_figaroh(
+    name: str, chain: Any, postures: Postures, setup: figaroh_peer.Setup, tried: list[int]
+) -> list[comparison.Row]:
+    """Each posture predicted from all others, beside FIGAROH with the settings of its own example of the arm, and with
+    the best of its settings as judged by these predictions, which favours it."""
+    ours = []
+    for i in comparison.progress(tried, name):
+        result = calibration.calibrate_kinematics(
+            chain, postures[:i] + postures[i + 1 :], options=calibration.KinematicsOptions(joint_errors=False)
+        )
+        ours.append(1e3 * place_errors(result, postures[i]))
+    theirs = {key: 1e3 * values for key, values in figaroh_errors(setup, postures, tried).items()}
+    best = min(theirs, key=lambda key: theirs[key].mean())
+    rows = []
+    for which, key in (("as in its example", setup.example.name), (f"best of {len(theirs)} settings", best)):
+        d = comparison.mean_difference(np.array(ours), theirs[key])
+        rows.append(
+            comparison.Row(
+                f"{name}, {len(tried)} of {len(postures)} postures left out one by one: mean error",
+                f"{np.mean(ours):.3f} mm",
+                f"below FIGAROH's fit, {which}",
+                d.high < 0,
+                f"FIGAROH {figaroh_peer.version()}, {key}: {theirs[key].mean():.3f} mm",
+                d.text("mm"),
+                figure="pose calibration",
+                ratio=theirs[key].mean() / np.mean(ours),
+            )
+        )
+    return rows
+
+
+def compare_time(data: Path, quick: bool) -> list[comparison.Row]:
+    """A thousand postures, thirty parameters. Least squares with numerical derivatives takes a minute and more."""
     chain = dh_arm(sets.NOMINAL["UR5"][0])
     grid = tracker("UR5", "grid", data)
     times = []
@@ -318,17 +333,28 @@ def compare_time(data: Path) -> list[comparison.Row]:
         calibration.calibrate_kinematics(chain, grid, options=calibration.KinematicsOptions(joint_errors=False))
         times.append(time.perf_counter() - start)
     ours = float(np.median(times))
-    start = time.perf_counter()
-    plain_fit(chain, grid)
-    peers = {"least squares with numerical derivatives": time.perf_counter() - start}
+    peers = {}
+    if not quick:
+        start = time.perf_counter()
+        plain_fit(chain, grid)
+        peers["least squares with numerical derivatives"] = time.perf_counter() - start
     if (by_pybotics := pybotics_time(chain, grid)) is not None:
         peers["pybotics"] = by_pybotics
-    slowest = max(peers.values())
-    text = ", ".join(f"{name} {seconds / ours:.0f} times" for name, seconds in peers.items())
+    judge = peers.get("pybotics", 0.0)
+    text = ", ".join(f"{name} {seconds:.1f} s, {seconds / ours:.0f} times" for name, seconds in peers.items())
     what = f"{len(grid)} postures, noise and spread estimated: time"
+    spread = f"[{min(times):.2f}, {max(times):.2f}] s of 5 runs"
     return [
-        comparison.Row(what, f"{ours:.2f} s", "0.3 s", ours <= 0.3, text),
-        comparison.Row(f"{what}, against pybotics", f"{ours:.2f} s", "10 times faster", slowest >= 10 * ours, text),
+        comparison.Row(what, f"{ours:.2f} s", "0.3 s", ours <= 0.3, text, spread, figure="refinement"),
+        comparison.Row(
+            f"{what}, against pybotics",
+            f"{ours:.2f} s",
+            "10 times faster",
+            judge >= 10 * ours,
+            text if judge else "pybotics is not installed (pip install --no-deps pybotics attrs)",
+            figure="refinement",
+            ratio=judge / ours if judge else None,
+        ),
     ]
 
 
@@ -360,18 +386,25 @@ def pybotics_time(chain: Any, postures: Postures) -> float | None:
 
 
 def main() -> None:
-    given = arguments.parser(__doc__, reference=True).parse_args()
-    data = given.reference / "data"
-    lines = [*compare_tracker("UR5", data), compare_choice(data), *compare_tracker("WAM", data)]
-    lines.append(compare_residual_parts(data))
-    lines += [
+    parser = arguments.parser(__doc__, reference=True)
+    parser.add_argument("--quick", action="store_true", help="every eighth posture beside FIGAROH, three random draws")
+    given = parser.parse_args()
+    data, step = given.reference / "data", 8 if given.quick else 1
+    lines = [
+        *compare_tracker("UR5", data),
+        compare_choice(data, 3 if given.quick else 10),
+        *compare_tracker("WAM", data),
+        compare_residual_parts(data),
         compare_sockets("panda_1", "panda", ["front"], ["right", "back-high"], 0.347, data),
         compare_sockets("panda_6", "panda", ["front"], ["left", "right"], 0.254, data),
         compare_sockets("kuka_14", "iiwa14", ["front"], ["left_back", "raised_left"], 0.26, data),
-        compare_figaroh("UR10 before a camera", *ur10_postures(data), ("b", "theta_offset", "a", "alpha"), 1e-3),
-        compare_figaroh("TIAGo under motion capture", *tiago_postures(data), ("theta_offset",), 1e-2),
-        *compare_time(data),
     ]
+    for name, (chain, postures), setup in (
+        ("UR10 before a camera", ur10_postures(data), ur10_figaroh(data)),
+        ("TIAGo under motion capture", tiago_postures(data), tiago_figaroh(data)),
+    ):
+        lines += compare_figaroh(name, chain, postures, setup, list(range(0, len(postures), step)))
+    lines += compare_time(data, given.quick)
     comparison.print_comparisons(lines, "Kinematic calibration")
 
 

@@ -12,6 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from kr5_tools.cli import arguments, tables, terminal
+from kr5_tools.cli.numbers import format_number
 from kr5_tools.files import writing
 from kr5_tools.files.documents import read_json, read_yaml
 from kr5_tools.files.paths import CHECKOUT
@@ -210,10 +211,10 @@ def _tell(out: Any, rows: list[dict[str, Any]], named: list[str], ratio: float, 
     cells = (
         [
             r["name"],
-            tables.format_number(r["value"], r["std"]),
-            tables.format_number(r["std"], r["std"]),
-            tables.format_number(r["truth"], r["std"]),
-            tables.format_number(r["error"], r["std"]),
+            format_number(r["value"], r["std"]),
+            format_number(r["std"], r["std"]),
+            format_number(r["truth"], r["std"]),
+            format_number(r["error"], r["std"]),
             r["unit"],
         ]
         for r in rows

@@ -135,7 +135,8 @@ void keep_least(double& cell, double value) { cell = std::isnan(cell) ? value : 
 
 void WorkspaceOptions::validate() const {
   require(point.allFinite(), "point must be finite [m]");
-  require(length >= 0 && std::isfinite(length), "length must not be negative [m]; 0 means the reach");
+  require(characteristic_length >= 0 && std::isfinite(characteristic_length),
+          "characteristic_length must not be negative [m]; 0 means the reach");
   require(samples >= 100 && samples <= 50'000'000, "samples must lie between 100 and 50 million");
   require(cells >= 4 && cells <= 2000, "cells must lie between 4 and 2000");
 }
@@ -152,7 +153,7 @@ WorkspaceMap workspace_map(const DhChain& chain, const Eigen::VectorXd& lower, c
   out.inner = space.place(extreme(space, places, [](const Place& p) { return -p.radius; })).radius;
   out.lowest = space.place(extreme(space, places, [](const Place& p) { return -p.height; })).height;
   out.highest = space.place(extreme(space, places, [](const Place& p) { return p.height; })).height;
-  out.length = options.length > 0 ? options.length : std::max(out.reach, 1e-9);
+  out.length = options.characteristic_length > 0 ? options.characteristic_length : std::max(out.reach, 1e-9);
 
   const int n = options.cells;
   const double wide = std::max(out.reach, 1e-9) / n, high = std::max(out.highest - out.lowest, 1e-9) / n;

@@ -286,7 +286,7 @@ JOBS = [
     ),
     Job(
         "sensitivity",
-        "sensitivity --arm cell.yaml --group lengths --samples 64 --max-samples 64 -o new --json out.json",
+        "sensitivity --cell cell.yaml --group lengths --samples 64 --max-samples 64 -o new --json out.json",
         "poses",
         ("cell.yaml",),
         ("out.json",),

@@ -10,8 +10,9 @@ import typer
 from kr5 import vision
 
 from kr5_tools.cli.arguments import JsonOption, ResultOption
+from kr5_tools.cli.numbers import format_number
 from kr5_tools.cli.options import options_from
-from kr5_tools.cli.tables import figure_row, format_number, make_table, print_result
+from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail, print_note, spinner
 from kr5_tools.files.cell_output import CellOption, WriteCellOption, load_target_cell, put_intrinsics, write_cell_file
 from kr5_tools.files.images import MOST_CAMERA_VIEWS, image_files, thinned

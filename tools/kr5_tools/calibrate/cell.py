@@ -14,8 +14,9 @@ from kr5_tools.calibrate.laser import find_views, named_targets
 from kr5_tools.calibrate.laser_data import read_scans
 from kr5_tools.calibrate.postures import AngleUnit, Columns, JointColumns, joint_values
 from kr5_tools.cli.arguments import JsonOption, ResultOption
+from kr5_tools.cli.numbers import format_number, table_unit
 from kr5_tools.cli.options import options_from
-from kr5_tools.cli.tables import figure_row, format_number, make_table, pose_figures, print_result
+from kr5_tools.cli.tables import figure_row, make_table, pose_figures, print_result
 from kr5_tools.cli.terminal import console, fail, spinner
 from kr5_tools.files.cell_output import WriteCellOption, put_camera_pose, write_cell_file
 from kr5_tools.files.results import write_if_usable, write_result
@@ -25,7 +26,6 @@ from kr5_tools.targets.command import find_in_images
 app = typer.Typer()
 MOST_TURN_DIFFERENCE = np.radians(2)  # of a turn between two stops, by the robot poses and by the joint values
 LEAST_TO_JUDGE = 6  # stops from which some can be left out
-SHOWN = {"m": (1e3, "mm"), "rad": (180 / np.pi, "deg")}  # units of the table
 
 
 @app.command("cell", epilog="Example:  kr5 calibrate cell share/data/demo -o calibrated.json")
@@ -266,7 +266,7 @@ def _show(result: Any, keys: dict[str, Any], out: Any) -> None:
     for p in result.parameters:
         if not p.name.startswith(("camera.", "arm.", "marker")):
             continue
-        scale, unit = SHOWN.get(p.unit, (1.0, p.unit))
+        scale, unit = table_unit(p.unit)
         mark = "" if p.identifiable else "*"
         value, before = (format_number(scale * x, scale * p.std) for x in (p.value, p.nominal))
         rows.append([p.name + mark, before, value, format_number(scale * p.std, scale * p.std), unit])

@@ -21,6 +21,7 @@ from kr5_tools.calibrate.postures import (
 from kr5_tools.calibrate.recorded_arm import add_torques, believe_camera, recorded_views, refined_cell, use_recording
 from kr5_tools.calibrate.tool import Convention
 from kr5_tools.cli.arguments import JsonOption, ResultOption
+from kr5_tools.cli.numbers import table_unit
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail, print_note, spinner
@@ -29,7 +30,6 @@ from kr5_tools.files.results import write_if_usable, write_result
 from kr5_tools.files.writing import check_writable
 
 app = typer.Typer()
-SHOWN = {"m": (1e3, "mm"), "rad": (180 / np.pi, "deg"), "rad/(N m)": (1e6, "µrad/(N m)"), "m/N": (1e6, "µm/N")}
 
 
 @app.command(epilog="Example:  kr5 calibrate kinematics postures.csv --cell cell.yaml -o kinematics.json")
@@ -87,7 +87,13 @@ def calibrate_kinematics(
     ] = False,
     hold: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME", help="Parameter to keep at its nominal value, e.g. joint2.a, tool.x or base."),
+        typer.Option(
+            metavar="NAME",
+            help=(
+                "Parameter to keep at its nominal value: arm.joint2.a (or b, theta_offset, alpha, beta), tool.x, or all"
+                " of base, tool, camera or target; may be given several times."
+            ),
+        ),
     ] = None,
     write_cell: Annotated[
         Path | None,
@@ -237,7 +243,7 @@ def _keys(
     figures = []
     for c in result.coordinates:
         if not c.name.startswith("joint_errors.") or c.name.endswith(".compliance"):
-            scale, unit = SHOWN[c.unit]
+            scale, unit = table_unit(c.unit)
             name = f"{c.name.removeprefix('arm.').removeprefix('joint_errors.')}, change"
             figures.append(figure_row(name, scale * (c.value - c.nominal), scale * c.std, unit))
     views = [
@@ -285,7 +291,7 @@ def _verdict(result: Any, doubts: list[str], held_out: dict[str, float]) -> dict
 def _show(result: Any, data: dict[str, Any], out: Any) -> None:
     rows, hidden = [], 0
     for c in result.coordinates:
-        scale, unit = SHOWN[c.unit]
+        scale, unit = table_unit(c.unit)
         change = scale * (c.value - c.nominal)
         periodic = c.name.startswith("joint_errors.") and not c.name.endswith(".compliance")
         if periodic and abs(c.value) < 3 * c.std:

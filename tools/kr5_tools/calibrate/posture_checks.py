@@ -1,6 +1,7 @@
 """Faults of measured postures that leave their mark on all rows together: a wrong unit, a mirrored axis, rows that are
-one off, a device that moved, joints that hardly did."""
+one off or in another order, a device that moved, joints that hardly did."""
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,11 @@ STANDING = 1e-3  # a joint whose values differ by less stood still [rad or m]
 BETTER = 0.4  # part of the distance that is left where a fault explains it
 WORTH = 2e-3  # distance below which nothing needs a further explanation [m]
 ROUNDS = 60  # of the alternating fit of tool and device
+NO_RELATION = 0.2  # nominal error over the scatter of the places from which on both have nothing to do with each other
+IN_ORDER = 0.05  # the same for an order that was looked for, which explains something by chance
+ORDERS = 20  # rounds of the search for the order
+MATCHED = 500  # rows up to which an order is looked for
+SHOWN = 8  # rows that are named of those in the wrong order
 JUMP = 60.0  # chi-square of three degrees of freedom, the greatest over all rows, that no chance gives
 
 
@@ -52,6 +58,8 @@ def pairing_doubts(chain: Any, postures: list[Any]) -> list[str]:
     plain, _ = _misfit(flanges, places)
     if plain < WORTH:
         return []
+    scatter = float(np.sqrt(((places - np.median(places, axis=0)) ** 2).sum(axis=1).mean()))
+    lost = f" (the nominal arm misses by {1e3 * plain:.1f} mm as measured"
     explained = []
     scaled, scale = _misfit(flanges, places, scaled=True)
     if abs(scale - 1) > 1e-3:
@@ -68,9 +76,56 @@ def pairing_doubts(chain: Any, postures: list[Any]) -> list[str]:
             )
         )
     best, text = min(explained)
-    if best > BETTER * plain:
-        return []
-    return [f"{text} (the nominal arm misses by {1e3 * plain:.1f} mm as measured, by {1e3 * best:.1f} mm with that)"]
+    if best > BETTER * plain and plain > NO_RELATION * scatter and len(rows) <= MATCHED:
+        order, matched = matched_order(flanges, places)
+        if matched < IN_ORDER * plain:
+            best, text = matched, _order_text([p.name for p in rows], order)
+    if best <= BETTER * plain:
+        return [f"{text}{lost}, by {1e3 * best:.1f} mm with that)"]
+    if plain > NO_RELATION * scatter:
+        return [
+            "the measurements do not belong to these joint values, in any order: from"
+            f" {rows[0].name} to {rows[-1].name} the places scatter by {1e3 * scatter:.0f} mm{lost});"
+            " is it another arm, another recording, or are the joint values in another unit or order?"
+        ]
+    return []
+
+
+def matched_order(flanges: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, float]:
+    """The posture that each place belongs to, and the median distance with that [m]. Distances between places are those
+    between flanges, but for the tool, whatever the device: their sorted rows tell a posture by itself. Device, tool and
+    order are then found in turn."""
+    from scipy.optimize import linear_sum_assignment
+    from scipy.spatial.distance import cdist
+
+    apart = [np.sort(cdist(x, x), axis=1) for x in (flanges[:, :3, 3], places)]
+    order = linear_sum_assignment(cdist(apart[1], apart[0]))[1]
+    found = _fit_device(flanges[order], places)
+    for _ in range(ORDERS):
+        model = flanges[:, :3, :3] @ found.tip + flanges[:, :3, 3]
+        again = linear_sum_assignment(np.minimum(cdist(found.back, model), 3 * found.median + 0.1))[1]
+        if (again == order).all():
+            break
+        order = again
+        found = _fit_device(flanges[order], places)
+    return order, found.median
+
+
+def _order_text(names: list[str], order: np.ndarray) -> str:
+    wrong = np.flatnonzero(order != np.arange(len(order)))
+    shown = [f"{names[k]} belongs to {names[order[k]]}" for k in wrong[:SHOWN]]
+    more = f" and {len(wrong) - SHOWN} more" if len(wrong) > SHOWN else ""
+    return f"{len(wrong)} measurements stand beside the joint values of another row: that of {', '.join(shown)}{more}"
+
+
+@dataclass
+class Device:
+    """A measuring device and the point of the flange that it sees, as well placed as can be."""
+
+    tip: np.ndarray  # on the flange [m]
+    back: np.ndarray  # measured places in the base, n x 3 [m]
+    scale: float
+    median: float  # distance [m]
 
 
 def _scale_text(scale: float) -> str:
@@ -84,11 +139,16 @@ def _scale_text(scale: float) -> str:
 
 
 def _misfit(flanges: np.ndarray, places: np.ndarray, scaled: bool = False) -> tuple[float, float]:
-    """Median distance of places from a point of the flange, device and point as well placed as can be, and the scale of
-    the device, which is 1 unless it is free [m]. Tool and device are fitted in turn."""
+    """Median distance of places from a point of the flange [m], and the scale of the device, 1 unless it is free."""
+    found = _fit_device(flanges, places, scaled)
+    return found.median, found.scale
+
+
+def _fit_device(flanges: np.ndarray, places: np.ndarray, scaled: bool = False) -> Device:
+    """Tool and device are fitted in turn; outliers count little."""
     R, t = flanges[:, :3, :3], flanges[:, :3, 3]
     tip, weights = np.zeros(3), np.ones(len(places))
-    distance, scale, rotation = np.zeros(len(places)), 1.0, np.eye(3)
+    back, distance, scale = places, np.zeros(len(places)), 1.0
     for _ in range(ROUNDS):
         model = R @ tip + t
         total = weights.sum()
@@ -99,12 +159,11 @@ def _misfit(flanges: np.ndarray, places: np.ndarray, scaled: bool = False) -> tu
         rotation = Vt.T @ D @ U.T
         if scaled:
             scale = float((S * np.diag(D)).sum() / max((weights[:, None] * (model - a) ** 2).sum(), 1e-300))
-        back = (places - b) @ rotation / max(scale, 1e-12) + a  # in the base
+        back = (places - b) @ rotation / max(scale, 1e-12) + a
         tip = np.average(np.einsum("nji,nj->ni", R, back - t), axis=0, weights=weights)
         distance = np.linalg.norm(back - (R @ tip + t), axis=1)
-        # Outliers count little.
         weights = 1 / (1 + (distance / max(float(np.median(distance)), 1e-12) / 3) ** 2)
-    return float(np.median(distance)), scale
+    return Device(tip, back, scale, float(np.median(distance)))
 
 
 def _place(posture: Any) -> np.ndarray | None:

@@ -4,6 +4,7 @@ from typing import Any
 
 from kr5_tools.cell.frames import DEG, fixed_frames, flange_frames, is_slide
 from kr5_tools.cli import tables
+from kr5_tools.cli.numbers import format_values
 
 
 def cell_tables(cell: Any) -> list[Any]:
@@ -187,19 +188,13 @@ def _effects(cell: Any) -> Any:
         row = kr5.cell.find_effect(effect)
         for target, parameters in targets.items():
             units = {p.name: p.unit for p in row.parameters}
-            text = ", ".join(f"{name} {_short(value)} {units[name]}" for name, value in parameters.items())
+            text = ", ".join(f"{name} {format_values(value)} {units[name]}" for name, value in parameters.items())
             rows.append([effect, target, text, row.description])
     return (
         tables.make_table("Effects", ["effect", "target", "parameters", "meaning"], rows, text=(1, 2, 3))
         if rows
         else None
     )
-
-
-def _short(value: Any) -> str:
-    if isinstance(value, list):
-        return "[" + ", ".join(_short(v) for v in value) + "]"
-    return f"{value:.5g}"
 
 
 def recording_table(recording: Any) -> Any:

@@ -1,12 +1,13 @@
 """Tables of numbers with units, for people."""
 
-import math
 from collections.abc import Iterable
 from typing import Any
 
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
+
+from kr5_tools.cli.numbers import format_number
 
 VERDICT_COLOURS = {"good": "green", "doubtful": "yellow", "unusable": "red"}
 
@@ -34,15 +35,6 @@ def pose_figures(name: str, T: Any, covariance: Any) -> list[dict[str, Any]]:
     scale = [1e3] * 3 + [180 / np.pi] * 3
     units = ["mm"] * 3 + ["deg"] * 3
     return [figure_row(f"{name} {axes[i]}", centre[i] * scale[i], std[i] * scale[i], units[i]) for i in range(6)]
-
-
-def format_number(value: float | None, std: float | None = None) -> str:
-    """A number with as many digits as its uncertainty allows (two digits of it), else four."""
-    if value is None or not math.isfinite(value):
-        return "–"
-    if not std or not math.isfinite(std):
-        return f"{value:.4g}"
-    return f"{value:.{min(max(1 - math.floor(math.log10(std)), 0), 9)}f}"
 
 
 def make_table(title: str, columns: list[str], rows: Iterable[Iterable[Any]], text: Iterable[int] = ()) -> Table:

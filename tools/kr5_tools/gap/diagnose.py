@@ -9,6 +9,7 @@ import typer
 from rich.markup import escape
 
 from kr5_tools.cli import arguments, tables, terminal
+from kr5_tools.cli.numbers import format_number
 from kr5_tools.cli.options import options_from
 from kr5_tools.files import results, writing
 
@@ -162,8 +163,7 @@ def _cause(cause: Any) -> str:
             values.append(f"{p.name} shifted, ± {max(p.std[:3]):.2g} m, ± {max(p.std[3:]):.2g} rad")
             continue
         numbers = ", ".join(
-            f"{tables.format_number(v, s)} ± {tables.format_number(s, s)}" if s else f"{v:g}"
-            for v, s in zip(p.value, p.std)
+            f"{format_number(v, s)} ± {format_number(s, s)}" if s else f"{v:g}" for v, s in zip(p.value, p.std)
         )
         values.append(f"{p.name} {numbers} {p.unit}")
     tied = "".join(f"; not distinguishable from {t.effect} on {t.target}" for t in cause.tied_with)

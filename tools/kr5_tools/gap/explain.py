@@ -7,6 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from kr5_tools.cli import arguments, tables, terminal
+from kr5_tools.cli.numbers import format_percent
 from kr5_tools.files import results, writing
 
 What = Annotated[
@@ -163,7 +164,7 @@ def _trial_words(
     target: str, trial: Any, row: Any, data: dict[str, Any], evidence: Any, k: int | None
 ) -> dict[str, Any]:
     from kr5_tools.gap_report.evidence import parameter_rows
-    from kr5_tools.gap_report.messages import column_text, effect_text, format_percent, join_list
+    from kr5_tools.gap_report.messages import column_text, effect_text, join_list
 
     out: dict[str, Any] = {
         "target": target,

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from kr5_tools.cli import tables
+from kr5_tools.cli.numbers import format_number, format_percent
 from kr5_tools.gap_report.messages import (
     capitalised,
     column_text,
@@ -12,7 +12,6 @@ from kr5_tools.gap_report.messages import (
     display_unit,
     effect_row,
     effect_text,
-    format_percent,
     join_list,
 )
 
@@ -51,8 +50,8 @@ def parameter_rows(cause: dict[str, Any], cell: Any) -> list[dict[str, str]]:
                 {
                     "name": f"{name.replace('_', ' ')} {axis}".strip(),
                     "unit": unit,
-                    "value": f"{factor * value:g}" if exact else tables.format_number(factor * value, factor * error),
-                    "std": "" if exact else f"± {tables.format_number(factor * error, factor * error)}",
+                    "value": f"{factor * value:g}" if exact else format_number(factor * value, factor * error),
+                    "std": "" if exact else f"± {format_number(factor * error, factor * error)}",
                     "nominal": "" if before is None else f"{factor * before:.6g}",
                 }
             )
@@ -70,8 +69,8 @@ def _pose_rows(p: dict[str, Any], before: Any) -> list[dict[str, str]]:
     return [
         {
             "name": n,
-            "value": tables.format_number(v, s),
-            "std": f"± {tables.format_number(s, s)}",
+            "value": format_number(v, s),
+            "std": f"± {format_number(s, s)}",
             "unit": u,
             "nominal": "0" if before is not None else "",
         }

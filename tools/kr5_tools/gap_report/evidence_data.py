@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from kr5_tools.cli import arguments
-from kr5_tools.gap_report.messages import find_column, format_percent
+from kr5_tools.cli.numbers import format_percent
+from kr5_tools.gap_report.messages import find_column
 
 
 @dataclass

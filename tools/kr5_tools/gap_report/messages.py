@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from kr5_tools.cli import tables
+from kr5_tools.cli.numbers import format_number, format_percent, text_unit
 
 KINDS = {
     "motion": "free motion",
@@ -135,13 +135,6 @@ def dependence_text(dependence: dict[str, Any], kind: str | None = None) -> str:
     return f"{turn}{how.replace('with it', f'with the {name}')}"
 
 
-def format_percent(share: float) -> str:
-    """A share that says neither 0 nor 100 %, which no measurement does."""
-    if share >= 0.995:
-        return "more than 99.9 %" if share > 0.9995 else "more than 99 %"
-    return "less than 1 %" if 0 < share < 0.005 else f"{100 * share:.0f} %"
-
-
 def capitalised(text: str) -> str:
     return text[:1].upper() + text[1:]
 
@@ -150,23 +143,12 @@ def join_list(items: list[str], last: str = "and") -> str:
     return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} {last} {items[-1]}" if items else ""
 
 
-SCALES = {
-    "m": (1e3, "mm"),
-    "rad": (57.29577951308232, "°"),
-    "s": (1e3, "ms"),
-    "kg m^2": (1e6, "kg mm²"),
-    "-": (1.0, ""),
-}
-
-
 def display_unit(unit: str, values: list[float], target: str) -> tuple[float, str]:
     """Factor and unit for people; long times stay in seconds. `N or N.m`: of a force or a torque, as the target
     says."""
     if " or " in unit and (component := wrench_component(target)):
         unit = next((u for u in unit.split(" or ") if u.replace(".", " ") == component.unit), unit)
-    if unit == "s" and max(map(abs, values), default=0.0) >= 1:
-        return 1.0, "s"
-    return SCALES.get(unit, (1.0, unit.replace("N.m", "N m").replace(".", " ").replace("^2", "²")))
+    return text_unit(unit, max(map(abs, values), default=0.0))
 
 
 def value_text(parameter: dict[str, Any], target: str) -> str:
@@ -175,10 +157,10 @@ def value_text(parameter: dict[str, Any], target: str) -> str:
     values, std = (value, parameter["std"]) if isinstance(value, list) else ([value], parameter["std"])
     std = std if isinstance(std, list) else [std]
     if values and isinstance(values[0], list):
-        return f"± {tables.format_number(1e3 * max(std[:3]))} mm, ± {tables.format_number(57.3 * max(std[3:]))} °"
+        return f"± {format_number(1e3 * max(std[:3]))} mm, ± {format_number(57.3 * max(std[3:]))} °"
     factor, unit = display_unit(parameter["unit"], values, target)
-    texts = [tables.format_number(factor * v, factor * s) if s else f"{factor * v:.6g}" for v, s in zip(values, std)]
-    error = f" ± {tables.format_number(factor * max(std), factor * max(std))}" if max(std) else ""
+    texts = [format_number(factor * v, factor * s) if s else f"{factor * v:.6g}" for v, s in zip(values, std)]
+    error = f" ± {format_number(factor * max(std), factor * max(std))}" if max(std) else ""
     return ", ".join(texts) + error + (f" {unit}" if unit else "")
 
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from kr5_tools.cli import terminal
+from kr5_tools.cli.numbers import format_percent
 from kr5_tools.files import writing
 from kr5_tools.gap_report.evidence import alternatives_to, evidence_against, evidence_for, parameter_rows
 from kr5_tools.gap_report.messages import (
@@ -16,7 +17,6 @@ from kr5_tools.gap_report.messages import (
     dependence_text,
     effect_row,
     effect_text,
-    format_percent,
     join_list,
     next_steps,
     part_of,

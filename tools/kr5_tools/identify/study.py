@@ -79,7 +79,7 @@ def study(
     cases = [(d, a, f) for d in wanted for a in arcs for f in factors]
     rows = []
     for number, (one, a, f) in enumerate(track(cases, "Simulating")):
-        found = _simulate(
+        found = simulate(
             chain, posture, one, a * DEGREE, f * one.noise, samples or one.samples, trials, seed + 1000 * number
         )
         rows.append(
@@ -169,7 +169,7 @@ def chain_errors(found: Any, true: Any) -> Errors:
     return Errors(names, np.array(lengths), np.array(values))
 
 
-def _simulate(
+def simulate(
     chain: Any, home: np.ndarray, device: Device, arc: float, noise: float, samples: int, trials: int, seed: int
 ) -> dict[str, Any]:
     """Errors of several identifications with one device, arc and noise."""

@@ -5,6 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from kr5_tools.cli.numbers import NONE, format_degrees
+
 COLUMNS = ["by", "direction [deg]", "± std [deg]", "error [deg]"]
 TEXT = (
     "Direction: azimuth of the hole from the centre of the turn, in the plane of the face of the tube, from X. Error:"
@@ -52,17 +54,13 @@ def table_rows(result: Any) -> list[list[str]]:
     return [
         [
             name,
-            _degrees(d["azimuth"], ".1f"),
-            _degrees(d["std"], ".1f"),
+            format_degrees(d["azimuth"]),
+            format_degrees(d["std"]),
             (
-                "–"
+                NONE
                 if d["azimuth"] is None or really is None or name == "really"
-                else _degrees(math.remainder(d["azimuth"] - really, math.tau), "+.1f")
+                else format_degrees(math.remainder(d["azimuth"] - really, math.tau), sign=True)
             ),
         ]
         for name, d in found.items()
     ]
-
-
-def _degrees(angle: float | None, form: str) -> str:
-    return "–" if angle is None else format(math.degrees(angle), form)

@@ -6,7 +6,8 @@ import json
 from pathlib import Path
 from typing import Any
 
-from kr5_tools.cli import tables, terminal
+from kr5_tools.cli import terminal
+from kr5_tools.cli.numbers import format_number
 from kr5_tools.files import writing
 
 UNITS = {"px", "mm", "deg", "m", "rad", "s", "ms"}
@@ -37,7 +38,7 @@ def render_page(template: str, **values: Any) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    env.filters["number"] = tables.format_number
+    env.filters["number"] = format_number
     env.filters["phrase"] = field_phrase
     env.filters["code"] = with_code
     return env.get_template(template).render(**values)

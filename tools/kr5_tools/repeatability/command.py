@@ -9,6 +9,7 @@ from kr5 import calibration
 
 from kr5_tools.calibrate.tool import Convention, PoseAngle, PoseLength
 from kr5_tools.cli.arguments import JsonOption, ResultOption
+from kr5_tools.cli.numbers import format_range
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail, spinner
@@ -92,7 +93,7 @@ def _bounded(name: str, figure: Any, scale: float, unit: str) -> dict[str, Any]:
 
 
 def _interval(figure: Any, scale: float) -> str:
-    return f"{scale * figure.low:.3g} to {scale * figure.high:.3g}"
+    return format_range(scale * figure.low, scale * figure.high)
 
 
 def _figures(result: Any) -> list[dict[str, Any]]:

@@ -9,7 +9,8 @@ from typing import Annotated, Any
 
 import typer
 
-from kr5_tools.cli import arguments, tables, terminal
+from kr5_tools.cli import arguments, terminal
+from kr5_tools.cli.numbers import format_number
 from kr5_tools.files import results, writing
 from kr5_tools.pages.rendering import embed_plot, render_page, script_json, write_png
 from kr5_tools.targets.detection_table import COLUMNS as SEEN_COLUMNS
@@ -134,11 +135,11 @@ def flatten(values: dict[str, Any], prefix: str = "") -> list[tuple[str, str]]:
         if isinstance(value, dict):
             out += flatten(value, f"{name}.")
         elif isinstance(value, float):
-            out.append((name, tables.format_number(value)))
+            out.append((name, format_number(value)))
         elif isinstance(value, list) and (len(value) > 4 or any(isinstance(v, (list, dict)) for v in value)):
             out.append((name, f"{len(value)} entries"))
         elif isinstance(value, list):
-            out.append((name, ", ".join(tables.format_number(v) if isinstance(v, float) else str(v) for v in value)))
+            out.append((name, ", ".join(format_number(v) if isinstance(v, float) else str(v) for v in value)))
         elif value is not None:
             out.append((name, str(value)))
     return out
@@ -164,8 +165,8 @@ def split_figures(figures: list[dict[str, Any]]) -> tuple[list[dict[str, Any]], 
         poses.append(
             {
                 "name": names[0][0],
-                "std": [tables.format_number(s, s) for s in std],
-                "cells": [tables.format_number(f["value"], std[k // 3]) for k, f in enumerate(six)],
+                "std": [format_number(s, s) for s in std],
+                "cells": [format_number(f["value"], std[k // 3]) for k, f in enumerate(six)],
             }
         )
         i += 6
@@ -248,8 +249,8 @@ def model_table(data: dict[str, Any]) -> list[dict[str, Any]]:
             "name": model_name(m),
             "parameters": m.get("parameters"),
             "chosen": bool(m.get("chosen")),
-            "held_out": tables.format_number(m.get("held_out_rms")),
-            "fitted": tables.format_number(m.get("fitted_rms")),
+            "held_out": format_number(m.get("held_out_rms")),
+            "fitted": format_number(m.get("fitted_rms")),
         }
         for m in rows
     ]

@@ -52,7 +52,7 @@ def load_arm(file: Path | None, pose: str | None, workspace: bool) -> Arm:
 
     path = file or find_shipped(PRINTED_ARM)
     if path is None:
-        terminal.fail(f"--arm: is missing, and there is no {PRINTED_ARM} here; specify a cell")
+        terminal.fail(f"--cell: is missing, and there is no {PRINTED_ARM} here; specify a cell")
     cell = load_cell(path)
     chain = cell.nominal_chain()
     if pose is None and len(chain.joints) != len(HOME):

@@ -47,9 +47,10 @@ def sensitivity(
     vectorized: Annotated[
         bool, typer.Option("--vectorized", help="MODEL gets all samples at once, as rows of an array.")
     ] = False,
-    arm: Annotated[
+    cell_file: Annotated[
         Path | None,
         typer.Option(
+            "--cell",
             metavar="CELL.yaml",
             show_default=False,
             help="Cell with the arm; by default the KR5 Arc of Table 3.1 (share/cells/kr5_arc_printed.yaml).",
@@ -119,11 +120,11 @@ def sensitivity(
     """
     options.samples, options.max_samples, options.tolerance = samples, max_samples, tolerance
     options.validate()
-    writing.check_writable(json_file, inputs=[inputs, arm])
+    writing.check_writable(json_file, inputs=[inputs, cell_file])
     to = terminal.console(json_file)
     try:
         if model is not None:
-            _refuse_arm_options(arm, pose, workspace, group)
+            _refuse_arm_options(cell_file, pose, workspace, group)
             analyses = [_function_analysis(model, inputs, vectorized, options)]
         else:
             if inputs is not None or vectorized:
@@ -131,7 +132,7 @@ def sensitivity(
                     "--inputs, --vectorized: are of a MODEL, which is missing: MODULE:FUNCTION or FILE.py:FUNCTION"
                 )
             tolerances = _tolerances(sigma_length, sigma_angle, truncation)
-            analyses = _arm_analyses(arm, pose, workspace, group, tolerances)
+            analyses = _arm_analyses(cell_file, pose, workspace, group, tolerances)
         _check_folder(output, analyses)
         found = [_run(a, output / a.name, options, workers, scheduler, to) for a in analyses]
     except ModelError as error:
@@ -145,7 +146,7 @@ def sensitivity(
         output / "result.json",
         FORMAT,
         verdict=_verdict(found),
-        input=_input(model, inputs, arm),
+        input=_input(model, inputs, cell_file),
         result={"analyses": found},
     )
     writing.write_json(data, json_file)
@@ -155,8 +156,8 @@ def sensitivity(
     to.print(f"{output / 'report.html'}: open it in a browser.", soft_wrap=True, markup=False)
 
 
-def _refuse_arm_options(arm: Path | None, pose: str | None, workspace: bool, group: list[str] | None) -> None:
-    given = {"--arm": arm, "--pose": pose, "--workspace": workspace, "--group": group}
+def _refuse_arm_options(cell_file: Path | None, pose: str | None, workspace: bool, group: list[str] | None) -> None:
+    given = {"--cell": cell_file, "--pose": pose, "--workspace": workspace, "--group": group}
     if wrong := [name for name, value in given.items() if value]:
         terminal.fail(f"{', '.join(wrong)}: of an arm; MODEL is a function, so choose one of both")
 
@@ -292,6 +293,6 @@ def _verdict(found: list[dict[str, Any]]) -> dict[str, str]:
     return {"word": "good", "text": f"every index is known to ± {widest:.2g}"}
 
 
-def _input(model: str | None, inputs: Path | None, arm: Path | None) -> dict[str, Any]:
-    given = {"model": model, "inputs": inputs, "arm": arm}
+def _input(model: str | None, inputs: Path | None, cell_file: Path | None) -> dict[str, Any]:
+    given = {"model": model, "inputs": inputs, "cell": cell_file}
     return {key: str(value) for key, value in given.items() if value is not None}

@@ -4,6 +4,7 @@ that was killed goes on."""
 import fcntl
 import json
 import os
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
@@ -23,9 +24,9 @@ class Kind:
     options: dict[str, str]  # what must be as it was, with the option that says it
 
 
-class RunFolder:
+class RunFolder(ABC):
     """Results that are finished, and a place for more. One process at a time; a result is on the disk before it
-    counts. `_read` of a derived class takes in what is there."""
+    counts."""
 
     def __init__(self, path: Path, kind: Kind, described: dict[str, Any]):
         self.path, self.kind, self.note = path, kind, ""
@@ -87,8 +88,9 @@ class RunFolder:
                 " another folder (-o)"
             )
 
+    @abstractmethod
     def _read(self) -> None:
-        raise NotImplementedError
+        """Takes in the results that are there."""
 
     def _append(self, data: bytes) -> None:
         self.file.write(data)

@@ -7,10 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from kr5_tools.cli.terminal import fail
 from kr5_tools.files.documents import read_document
+from kr5_tools.log_import.units import UNITS
 from kr5_tools.uncertainty.documents import BOOK, CameraMatrixFile
 
 MAGNIFIED = 20  # of ellipses across the board
+SQUARES = (2e-4, 1.0)  # side of a square that a board may have [m]
+NEAREST, FARTHEST = 0.5, 200.0  # distance of the camera, over the size of the board
 
 
 @dataclass(frozen=True)
@@ -35,10 +39,37 @@ def load_scene(file: Path | None, distance: float | None, columns: int | None, r
     if distance:
         document = document.model_copy(update={"distance": distance / factor})
     points = board_corners(document.board.columns, document.board.rows, factor * document.board.square)
+    check_magnitudes(document, points, distance, source)
     camera = kr5.Pinhole(**document.camera.model_dump())
     M = kr5.projection_matrix(camera, look_at(points.mean(axis=1), factor * document.distance))
     seen = M @ np.vstack([points, np.ones(points.shape[1])])
     return Scene(document, points, seen[:2] / seen[2], kr5.Plane(normal=[0, 1, 0], distance=0.0))
+
+
+def check_magnitudes(document: CameraMatrixFile, points: np.ndarray, given: float | None, source: Path) -> None:
+    """Refuses a square or a distance [m] that is none of a camera before a board, with the unit it may be in; `given`:
+    distance of the command line, in mm there."""
+    size = float(np.linalg.norm(np.ptp(points, axis=1)))
+    unit = document.length
+    square = document.length_factor * document.board.square
+    _check_length(f"{source}: board.square", square, unit, SQUARES, "of a board")
+    distance = document.length_factor * document.distance if given is None else given
+    name, shown = (f"{source}: distance", unit) if given is None else ("--distance", "mm")
+    of = f"before a board of {size / UNITS['length'][shown]:.3g} {shown}"
+    _check_length(name, distance, shown, (NEAREST * size, FARTHEST * size), of)
+
+
+def _check_length(name: str, value: float, unit: str, limits: tuple[float, float], of: str) -> None:
+    """Complains of a length [m] outside its limits, in the unit in which it was given."""
+    low, high = limits
+    if low <= value <= high:
+        return
+    factor = UNITS["length"][unit]
+    fits = [u for u, f in UNITS["length"].items() if low <= value / factor * f <= high]
+    hint = f"; is it in {' or '.join(fits)}?" if fits else ""
+    fail(
+        f"{name}: found {value / factor:g} {unit}, expected {low / factor:.3g} to {high / factor:.3g} {unit} {of}{hint}"
+    )
 
 
 def board_corners(columns: int, rows: int, square: float) -> np.ndarray:

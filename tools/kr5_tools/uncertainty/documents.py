@@ -1,10 +1,11 @@
 """The files of `kr5 uncertainty`: chains of poses, sensors that measure one point, a camera before a board."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import Field, field_validator, model_validator
+from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from kr5_tools.files.documents import Document, PositiveNumber, check_names, fail_at
 from kr5_tools.log_import.units import UNITS
@@ -18,19 +19,34 @@ Three = Annotated[list[float], Field(min_length=3, max_length=3)]
 Probability = Annotated[float, Field(gt=0, lt=1)]
 
 
-def _square(size: int, text: str) -> Any:
-    def check(rows: list[list[float]] | None) -> list[list[float]] | None:
-        if rows is not None and [len(row) for row in rows] != [size] * size:
-            raise ValueError(text)
+def _square(size: int) -> Callable[[list[list[float]]], list[list[float]]]:
+    def check(rows: list[list[float]]) -> list[list[float]]:
+        if [len(row) for row in rows] != [size] * size:
+            raise ValueError(f"a {size} x {size} matrix")
         return rows
 
     return check
 
 
-def _not_negative(values: list[float] | None) -> list[float] | None:
-    if values is not None and min(values) < 0:
+def _not_negative(values: list[float]) -> list[float]:
+    if min(values) < 0:
         raise ValueError(f"found the standard deviation {min(values):g}, expected none below 0")
     return values
+
+
+SixDeviations = Annotated[Six, AfterValidator(_not_negative)]
+ThreeDeviations = Annotated[Three, AfterValidator(_not_negative)]
+SixCovariance = Annotated[list[list[float]], AfterValidator(_square(6))]
+ThreeCovariance = Annotated[list[list[float]], AfterValidator(_square(3))]
+PoseNumbers = Six | list[Annotated[list[float], Field(min_length=4, max_length=4)]]
+
+
+def _check_one(sigma: Any, covariance: Any, needed: bool) -> None:
+    """Complains of both, and of neither where one is needed."""
+    if sigma is not None and covariance is not None:
+        raise ValueError("found both, expected sigma or covariance")
+    if needed and sigma is None and covariance is None:
+        raise ValueError("found neither, expected sigma or covariance")
 
 
 class Units(Document):
@@ -55,30 +71,26 @@ class PoseEntry(Document):
     """x y z roll pitch yaw or a 4 x 4 matrix, with deviations by axis or a covariance (axes of the inner frame)."""
 
     name: str = Field(min_length=1)
-    T: Six | list[Annotated[list[float], Field(min_length=4, max_length=4)]] = Field(
-        description="x y z roll pitch yaw, or a 4 x 4 matrix"
-    )
-    sigma: Six | None = Field(None, description="standard deviations of x y z and of the rotation about them")
-    covariance: list[list[float]] | None = Field(None, description="6 x 6, in squares and products of the units")
+    T: PoseNumbers = Field(description="x y z roll pitch yaw, or a 4 x 4 matrix")
+    sigma: SixDeviations | None = Field(None, description="standard deviations of x y z and of the rotation about them")
+    covariance: SixCovariance | None = Field(None, description="6 x 6, in squares and products of the units")
     inverse: bool = Field(False, description="whether the chain takes the inverse of this pose")
 
-    _sigma = field_validator("sigma")(_not_negative)
-    _covariance = field_validator("covariance")(_square(6, "a 6 x 6 matrix"))
-
     @model_validator(mode="after")
-    def _one_of_both(self) -> Self:
-        if self.sigma is not None and self.covariance is not None:
-            raise ValueError("found sigma and covariance, expected one of both")
+    def _one_at_most(self) -> Self:
+        _check_one(self.sigma, self.covariance, needed=False)
         return self
 
 
 class PointEntry(Document):
     value: Three = Field(description="x y z in the last frame of the chain")
-    sigma: Three | None = None
-    covariance: list[list[float]] | None = Field(None, description="3 x 3")
+    sigma: ThreeDeviations | None = None
+    covariance: ThreeCovariance | None = Field(None, description="3 x 3")
 
-    _sigma = field_validator("sigma")(_not_negative)
-    _covariance = field_validator("covariance")(_square(3, "a 3 x 3 matrix"))
+    @model_validator(mode="after")
+    def _one_at_most(self) -> Self:
+        _check_one(self.sigma, self.covariance, needed=False)
+        return self
 
 
 class ChainFile(Units):
@@ -97,20 +109,15 @@ class MeasurementEntry(Document):
     """A sensor in the common frame, and the point that it measures, in its own."""
 
     name: str = Field(min_length=1)
-    T: Six | list[Annotated[list[float], Field(min_length=4, max_length=4)]]
-    pose_sigma: Six | None = Field(None, description="standard deviations of its pose, as of a chain")
+    T: PoseNumbers
+    pose_sigma: SixDeviations | None = Field(None, description="standard deviations of its pose, as of a chain")
     point: Three = Field([0.0, 0.0, 0.0], description="x y z of the point, in the frame of the sensor")
-    sigma: Three | None = None
-    covariance: list[list[float]] | None = Field(None, description="3 x 3, of the point")
-
-    _pose_sigma = field_validator("pose_sigma")(_not_negative)
-    _sigma = field_validator("sigma")(_not_negative)
-    _covariance = field_validator("covariance")(_square(3, "a 3 x 3 matrix"))
+    sigma: ThreeDeviations | None = None
+    covariance: ThreeCovariance | None = Field(None, description="3 x 3, of the point")
 
     @model_validator(mode="after")
-    def _one_of_both(self) -> Self:
-        if (self.sigma is None) == (self.covariance is None):
-            raise ValueError(f"found {'neither' if self.sigma is None else 'both'}, expected sigma or covariance")
+    def _exactly_one(self) -> Self:
+        _check_one(self.sigma, self.covariance, needed=True)
         return self
 
 
@@ -119,10 +126,8 @@ class PrintedEntry(Document):
 
     name: str
     of: str = Field(description="name of a measurement, or fused")
-    covariance: list[list[float]]
+    covariance: ThreeCovariance
     rounding: PositiveNumber = Field(1e-9, description="of its entries, of the largest one [-]")
-
-    _covariance = field_validator("covariance")(_square(3, "a 3 x 3 matrix"))
 
 
 class SensorsFile(Units):

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from kr5_tools.cli.tables import format_number
+from kr5_tools.cli.numbers import format_number
 
 AXES = "xyz"
 MOST_PRINTED = 12  # rows of a table at a terminal

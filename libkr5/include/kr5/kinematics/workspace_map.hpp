@@ -13,7 +13,7 @@ namespace kr5::kinematics {
 
 struct WorkspaceOptions {
   Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< [m]
-  double length = 0.0;                              ///< [m]
+  double characteristic_length = 0.0;               ///< [m]
   int samples = 60'000;
   int cells = 60;
 
@@ -22,7 +22,7 @@ struct WorkspaceOptions {
 
   static void each_field(auto& self, auto&& visit) {
     visit("point", self.point, "Point in the flange frame whose places are mapped [m].");
-    visit("length", self.length,
+    visit("characteristic_length", self.characteristic_length,
           "Length that makes linear and angular speeds comparable in the Jacobian; 0: the reach [m].");
     visit("samples", self.samples, "Number of postures, spread evenly over the limits.");
     visit("cells", self.cells, "Number of cells of the map, along the radius and along the height.");
