@@ -7,6 +7,7 @@ import numpy as np
 import typer
 from kr5 import calibration, cell
 
+from kr5_tools.calibrate.further_postures import held_out_text, judge, need_placing
 from kr5_tools.calibrate.posture_checks import posture_doubts, require_motion
 from kr5_tools.calibrate.postures import (
     AngleUnit,
@@ -127,14 +128,15 @@ def calibrate_kinematics(
         add_torques(seen, believed)
     require_motion(seen)
     distances = [_distance(text) for text in distance or []]
+    further = _check_postures(recording, check, chain, wanted)
+    need_placing(seen, further)
     with spinner("Calibrating"):
         result = calibration.calibrate_kinematics(chain, seen, distances, options)
         if views:
             result = believe_camera(chain, seen, options, result)
-    further = _check_postures(recording, check, chain, wanted)
     if elasticity:
         add_torques(further, believed)
-    held_out = _judge(result, chain, seen, further)
+    held_out = judge(result, chain, seen, further, distances, options) if result.fit.usable else {}
     doubts = posture_doubts(chain, seen, result)
     keys = _keys(result, doubts, held_out, postures, cell_file)
     _show(result, keys, console(json_file))
@@ -198,41 +200,8 @@ def _check_postures(recording: Any, check: Path | None, chain: Any, wanted: Colu
     return recorded_postures(recording, "check", len(chain.joints)) if recording else []
 
 
-def distances(result: Any, postures: list[Any]) -> np.ndarray:
-    """Distance of each measured point from where the identified arm puts it [m]."""
-    out = []
-    for posture in postures:
-        T = result.T_world_base @ result.flange(posture.q, posture.torques)
-        if posture.T_world_tool is not None:
-            out.append(np.linalg.norm((T @ result.T_flange_tool)[:3, 3] - posture.T_world_tool[:3, 3]))
-        else:
-            off = T[:3, :3] @ result.points + T[:3, 3:] - posture.points
-            out.append(np.sqrt(np.nanmean((off**2).sum(0))))
-    return np.array(out)
-
-
-def _judge(result: Any, chain: Any, fitted: list[Any], postures: list[Any]) -> dict[str, float]:
-    """Errors on postures that took no part [mm]; the nominal arm gets base and tool from the postures of the fit."""
-    if not postures:
-        return {}
-    sound = [p for p, r in zip(fitted, result.postures, strict=True) if not r.outlier and not p.pixels.size]
-    nominal = calibration.calibrate_kinematics(
-        chain,
-        sound,
-        options=calibration.KinematicsOptions(joint_errors=False, tolerance_length=1e-9, tolerance_angle=1e-9),
-    )
-    ours, theirs = 1e3 * distances(result, postures), 1e3 * distances(nominal, postures)
-    return {
-        "postures": len(postures),
-        "nominal_mean_mm": float(theirs.mean()),
-        "mean_mm": float(ours.mean()),
-        "rms_mm": float(np.sqrt((ours**2).mean())),
-        "max_mm": float(ours.max()),
-    }
-
-
 def _keys(
-    result: Any, doubts: list[str], held_out: dict[str, float], postures: Path | None, cell_file: Path | None
+    result: Any, doubts: list[str], held_out: dict[str, Any], postures: Path | None, cell_file: Path | None
 ) -> dict[str, Any]:
     figures = []
     for c in result.coordinates:
@@ -260,7 +229,7 @@ def _keys(
     }
 
 
-def _verdict(result: Any, doubts: list[str], held_out: dict[str, float]) -> dict[str, str]:
+def _verdict(result: Any, doubts: list[str], held_out: dict[str, Any]) -> dict[str, str]:
     if not result.fit.usable:
         return {"word": "unusable", "text": result.fit.message}
     sound = [p for p in result.postures if not p.outlier and p.position_error > 0]
@@ -270,10 +239,7 @@ def _verdict(result: Any, doubts: list[str], held_out: dict[str, float]) -> dict
     if views := [p.pixel_error for p in result.postures if not p.outlier and p.pixel_error > 0]:
         text += f", {np.sqrt(np.mean(np.square(views))):.3f} px in {len(views)} views"
     if held_out:
-        text += (
-            f"; on {held_out['postures']} further postures mean {held_out['nominal_mean_mm']:.3f} mm and"
-            f" {held_out['mean_mm']:.3f} mm"
-        )
+        text += f"; {held_out_text(held_out)}"
     objections = list(doubts)
     if outliers := [p.name for p in result.postures if p.outlier]:
         objections.append(f"left out because they contradict the others: {', '.join(outliers)}")
