@@ -361,6 +361,38 @@ def test_calibration_and_diagnosis_agree_and_the_refined_cell_leaves_no_geometri
     assert not {c["effect"] for c in causes if c["probability"] > 0.5} & GEOMETRY, causes
 
 
+def test_camera_and_board_of_the_cell_are_believed_unless_the_measurements_contradict_them(
+    tmp_path, reference, run_kr5
+):
+    recording = tmp_path / "recording"
+    shutil.copytree(reference / "cases/case-006", recording)  # without any effect
+    believed = cell.load_cell(recording / "cell.yaml")
+    right = np.array(believed.T_flange_camera())
+    noise = believed.noise
+    given = ("--sigma-position", noise.pose_position, "--sigma-rotation", noise.pose_rotation)
+    given += ("--sigma-pixel", noise.pixel)
+
+    def calibrate():
+        done = run_kr5("calibrate", "kinematics", recording, *given, "--json", "out.json")
+        assert done.returncode == 0, done.stderr
+        data = json.loads((tmp_path / "out.json").read_text())
+        assert data["camera_check"]["text"] in data["verdict"]["text"]
+        assert data["camera_check"]["text"][:60] in " ".join(done.stdout.split())
+        return data
+
+    data = calibrate()
+    assert data["camera_check"]["believed"] and data["camera_check"]["dof"] == 12
+    assert data["camera_check"]["squared_distance"] < data["camera_check"]["limit"]
+    assert np.allclose(data["result"]["T_flange_camera"], right, atol=1e-12)
+    camera = believed.camera
+    camera.T_tool_camera = camera.T_tool_camera @ kr5.to_pose([1e-4, 0, 0, 0, 0, 0])
+    believed.camera = camera
+    cell.save_cell(believed, recording / "cell.yaml")
+    data = calibrate()
+    assert not data["camera_check"]["believed"] and "the measurements contradict" in data["verdict"]["text"]
+    assert np.linalg.norm(np.array(data["result"]["T_flange_camera"])[:3, 3] - right[:3, 3]) < 2e-5
+
+
 def test_compliance_of_a_joint_is_found_from_a_recording(tmp_path, reference, run_kr5):
     recording = reference / "cases" / "case-012"  # joint 5 with 2584.37 N m/rad
     done = run_kr5("calibrate", "kinematics", recording, "--elasticity", "-o", "kinematics.json")

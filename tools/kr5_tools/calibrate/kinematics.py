@@ -1,5 +1,6 @@
 """`kr5 calibrate kinematics`: the arm's true Denavit-Hartenberg parameters from measured postures."""
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -19,7 +20,14 @@ from kr5_tools.calibrate.postures import (
     read_socket,
     recorded_postures,
 )
-from kr5_tools.calibrate.recorded_arm import add_torques, believe_camera, recorded_views, refined_cell, use_recording
+from kr5_tools.calibrate.recorded_arm import (
+    CameraCheck,
+    add_torques,
+    believe_camera,
+    recorded_views,
+    refined_cell,
+    use_recording,
+)
 from kr5_tools.calibrate.tool import Convention
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.options import options_from
@@ -130,15 +138,16 @@ def calibrate_kinematics(
     distances = [_distance(text) for text in distance or []]
     further = _check_postures(recording, check, chain, wanted)
     need_placing(seen, further)
+    camera_check = None
     with spinner("Calibrating"):
         result = calibration.calibrate_kinematics(chain, seen, distances, options)
         if views:
-            result = believe_camera(chain, seen, options, result)
+            result, camera_check = believe_camera(chain, seen, options, result)
     if elasticity:
         add_torques(further, believed)
     held_out = judge(result, chain, seen, further, distances, options) if result.fit.usable else {}
     doubts = posture_doubts(chain, seen, result)
-    keys = _keys(result, doubts, held_out, postures, cell_file)
+    keys = _keys(result, doubts, held_out, camera_check, postures, cell_file)
     _show(result, keys, console(json_file))
     write_if_usable(write_result(None, "kr5-kinematics/1", **keys), result.fit, output, json_file)
     if write_cell and result.fit.usable:
@@ -201,7 +210,12 @@ def _check_postures(recording: Any, check: Path | None, chain: Any, wanted: Colu
 
 
 def _keys(
-    result: Any, doubts: list[str], held_out: dict[str, Any], postures: Path | None, cell_file: Path | None
+    result: Any,
+    doubts: list[str],
+    held_out: dict[str, Any],
+    camera_check: CameraCheck | None,
+    postures: Path | None,
+    cell_file: Path | None,
 ) -> dict[str, Any]:
     figures = []
     for c in result.coordinates:
@@ -220,16 +234,19 @@ def _keys(
         frames.append({"name": f"link {k + 1}", "parent": parent, "T": np.linalg.inv(before) @ T})
     return {
         "input": {"postures": str(postures or ""), "cell": str(cell_file or "")},
-        "verdict": _verdict(result, doubts, held_out),
+        "verdict": _verdict(result, doubts, held_out, camera_check),
         "figures": figures,
         "views": views,
         "frames": frames,
         **({"held_out": held_out} if held_out else {}),
+        **({"camera_check": asdict(camera_check)} if camera_check else {}),
         "result": result.to_dict(),
     }
 
 
-def _verdict(result: Any, doubts: list[str], held_out: dict[str, Any]) -> dict[str, str]:
+def _verdict(
+    result: Any, doubts: list[str], held_out: dict[str, Any], camera_check: CameraCheck | None
+) -> dict[str, str]:
     if not result.fit.usable:
         return {"word": "unusable", "text": result.fit.message}
     sound = [p for p in result.postures if not p.outlier and p.position_error > 0]
@@ -240,6 +257,8 @@ def _verdict(result: Any, doubts: list[str], held_out: dict[str, Any]) -> dict[s
         text += f", {np.sqrt(np.mean(np.square(views))):.3f} px in {len(views)} views"
     if held_out:
         text += f"; {held_out_text(held_out)}"
+    if camera_check:
+        text += f"; {camera_check.text}"
     objections = list(doubts)
     if outliers := [p.name for p in result.postures if p.outlier]:
         objections.append(f"left out because they contradict the others: {', '.join(outliers)}")
