@@ -217,7 +217,7 @@ static void bind_posture_choice(py::module_& m) {
          const PostureChoiceOptions& options) { return choose_postures(arm, candidates, options); },
       py::arg("arm"), py::arg("candidates"), py::arg("options") = PostureChoiceOptions(),
       py::call_guard<py::gil_scoped_release>(),
-      "Postures, of `candidates` (list of joint values), that tell most of an arm's parameters.");
+      "The most informative of `candidates` (list of joint values) for the parameters of an arm.");
 }
 
 static void bind_profiles(py::module_& m) {

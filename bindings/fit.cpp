@@ -43,8 +43,7 @@ void bind_handles(py::module_& m) {
       .def_readonly("index", &FitBlock::index, "Number within its CellFit; -1: no block.")
       .def("exists", &FitBlock::exists, "Whether it is a block of a CellFit.")
       .def("__repr__", [](FitBlock b) { return "FitBlock(index=" + std::to_string(b.index) + ")"; });
-  py::class_<FitObservation>(m, "FitObservation",
-                             "A measurement of a CellFit, as the observe_ methods return it.")
+  py::class_<FitObservation>(m, "FitObservation", "A measurement of a CellFit, as the observe_ methods return it.")
       .def_readonly("index", &FitObservation::index, "Number within its CellFit.")
       .def("__repr__", [](FitObservation o) { return "FitObservation(index=" + std::to_string(o.index) + ")"; });
 }
@@ -106,10 +105,9 @@ void bind_results(py::module_& m) {
                     "Residuals over their standard deviations, the nuisance eliminated [-].")
       .def_readonly("redundancy", &CellFit::Agreement::redundancy,
                     "Share of each residual that the parameters do not take up [-].");
-  py::class_<CellFit::SquaredResiduals>(
-      m, "SquaredResiduals",
-      "Sum of squared residuals as a function of the change d of the coordinates:\n"
-      "squares + 2 gradient' d + d' information d.")
+  py::class_<CellFit::SquaredResiduals>(m, "SquaredResiduals",
+                                        "Sum of squared residuals as a function of the change d of the coordinates:\n"
+                                        "squares + 2 gradient' d + d' information d.")
       .def_readonly("squares", &CellFit::SquaredResiduals::squares, "Sum at the result [-].")
       .def_readonly("rows", &CellFit::SquaredResiduals::rows, "Number of residuals in the sum.")
       .def_readonly("gradient", &CellFit::SquaredResiduals::gradient, "In the order of the coordinates.")
@@ -148,13 +146,11 @@ void bind_observations(py::class_<CellFit>& fit) {
   fit.def("observe_pose", &CellFit::observe_pose, py::arg("chain"), py::arg("seen"), py::arg("sigma_position"),
           py::arg("sigma_rotation"),
           "Whole pose of the last frame of a chain (4 x 4), with standard deviations per axis [m] and [rad].")
-      .def(
-          "observe_position", &observe_position,
-          py::arg("chain"), py::arg("point"), py::arg("seen"), py::arg("noise"),
-          "Place of a point of the last frame of a chain.\n\n"
-          "Parameters\n----------\npoint\n    Known point, (3,) [m], or a block made by add_point.\n"
-          "seen\n    Where it was seen in the first frame, (3,) [m], or a block: a place that measurements share.\n"
-          "noise\n    Standard deviation per axis [m], or covariance, 3 x 3 [m^2].")
+      .def("observe_position", &observe_position, py::arg("chain"), py::arg("point"), py::arg("seen"), py::arg("noise"),
+           "Place of a point of the last frame of a chain.\n\n"
+           "Parameters\n----------\npoint\n    Known point, (3,) [m], or a block made by add_point.\n"
+           "seen\n    Where it was seen in the first frame, (3,) [m], or a block: a place that measurements share.\n"
+           "noise\n    Standard deviation per axis [m], or covariance, 3 x 3 [m^2].")
       .def(
           "observe_distance",
           [](CellFit& self, const PoseChain& chain, const AnyPoint& point, const AnyPoint& other, double distance,
@@ -213,13 +209,14 @@ void bind_evaluation(py::class_<CellFit>& fit) {
            "Places of the free coordinates of a block in the last result; -1 for one that is held.")
       .def("residuals", &CellFit::residuals, py::arg("observation"),
            "Residuals of a measurement over their standard deviations, at the present values [-].")
-      .def("squared_residuals",
-           [](const CellFit& self, const std::vector<FitObservation>& observations, int first_row, int end_row) {
-             return self.squared_residuals(observations, first_row, end_row);
-           },
-           py::arg("observations"), py::arg("first_row"), py::arg("end_row"),
-           "Sum over rows first_row up to, not including, end_row of the residuals of some measurements, near the last\n"
-           "result.\n\nRaises\n------\nkr5.InvalidArgument\n    A measurement with a nuisance.")
+      .def(
+          "squared_residuals",
+          [](const CellFit& self, const std::vector<FitObservation>& observations, int first_row, int end_row) {
+            return self.squared_residuals(observations, first_row, end_row);
+          },
+          py::arg("observations"), py::arg("first_row"), py::arg("end_row"),
+          "Sum over rows first_row up to, not including, end_row of the residuals of some measurements, near the last\n"
+          "result.\n\nRaises\n------\nkr5.InvalidArgument\n    A measurement with a nuisance.")
       .def(
           "agreement",
           [](const CellFit& self, const std::variant<FitObservation, std::vector<FitObservation>>& which) {

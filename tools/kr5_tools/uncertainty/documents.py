@@ -68,7 +68,7 @@ class PoseEntry(Document):
     @model_validator(mode="after")
     def _one_of_both(self) -> Self:
         if self.sigma is not None and self.covariance is not None:
-            raise ValueError("found sigma and covariance, expected one of both")
+            raise ValueError("found sigma and covariance, expected only one of them")
         return self
 
 
@@ -189,7 +189,7 @@ def pose_of(entry: Any, units: Units, source: Path, at: list[int | str], text: s
         fail_at(
             source,
             [*at, "T"],
-            f"its rotation is none: determinant {np.linalg.det(T[:3, :3]):.6g}, expected 1 and columns at right angles",
+            f"its rotation part is not a rotation matrix: determinant {np.linalg.det(T[:3, :3]):.6g}, expected 1 and columns at right angles",
             text,
         )
     T[:3, :3] = kr5.nearest_rotation(T[:3, :3])
