@@ -177,10 +177,12 @@ void bind_observations(py::class_<CellFit>& fit) {
            "(n x n [m^2]).")
       .def(
           "observe_sphere_section",
-          [](CellFit& self, const PoseChain& chain, const AnyPoint& centre, double radius, const Eigen::Vector3d& seen,
-             const Eigen::Matrix3d& covariance, const OptionalBlock& radius_block) {
-            return self.observe_sphere_section(chain, point_of(centre), radius, seen, covariance,
-                                               radius_block.value_or(FitBlock{}));
+          [](CellFit& self, const PoseChain& chain, const AnyPoint& centre, double radius, const Eigen::VectorXd& seen,
+             const Eigen::MatrixXd& covariance, const OptionalBlock& radius_block) {
+            kr5::require(seen.size() == 3 && covariance.rows() == 3 && covariance.cols() == 3,
+                         "seen must be x, z and radius [m], and covariance theirs, 3 x 3 [m^2]");
+            return self.observe_sphere_section(chain, point_of(centre), radius, Eigen::Vector3d(seen),
+                                               Eigen::Matrix3d(covariance), radius_block.value_or(FitBlock{}));
           },
           py::arg("chain"), py::arg("centre"), py::arg("radius"), py::arg("seen"), py::arg("covariance"),
           py::arg("radius_block") = py::none(),

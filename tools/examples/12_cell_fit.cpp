@@ -12,8 +12,8 @@ using namespace kr5;
 int main(int, char** argv) {
   const auto nominal = cell::nominal_chain(cell::load_cell(std::string(argv[1]) + "/cells/kr5_arc.yaml"));
   auto truth = nominal;
-  truth.joints[1].a += 0.8e-3;            // what will be found [m]
-  truth.joints[2].theta_offset += 2e-3;   // [rad]
+  truth.joints[1].a += 0.8e-3;                    // what will be found [m]
+  truth.joints[2].theta_offset += 2e-3;           // [rad]
   const Eigen::Vector3d ball(0.05, -0.02, 0.12);  // on the flange [m]
   const Pose T_tracker_base = to_pose((Vector6() << 2, 1, 0.5, 0, 0, 1).finished());
   const Pose T_flange_camera = to_pose((Vector6() << 0.1, 0, 0.05, 0, 0, 0.3).finished());
@@ -30,6 +30,7 @@ int main(int, char** argv) {
   for (int k = 0; k < 30; ++k) spread[k] = k % 5 == 0 || k % 5 == 2 ? 1e-3 : 2e-3;
   fit.set_prior(arm, spread);
   fit.hold(camera);
+  for (int j = 0; j < 6; ++j) fit.hold(arm, 5 * j + (j == 1 ? 0 : 4));  // between near-parallel axes beta replaces b
 
   for (int k = 0; k < 40; ++k) {
     Eigen::VectorXd q(6);

@@ -25,6 +25,8 @@ hand_eye = cell_fit.add_pose("hand_eye", T_flange_camera)
 # Spread of b, theta_offset, a, alpha, beta of each joint about nominal [m or rad].
 cell_fit.set_prior(arm, np.tile([1e-3, 2e-3, 1e-3, 2e-3, 2e-3], 6))
 cell_fit.hold(camera)
+for j in range(6):  # between near-parallel axes beta replaces b
+    cell_fit.hold(arm, 5 * j + (0 if j == 1 else 4))
 
 for k in range(40):
     q = np.array([1.2 * np.sin((3 + j) * k + j) for j in range(6)])

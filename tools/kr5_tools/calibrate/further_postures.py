@@ -18,8 +18,8 @@ def need_placing(fitted: list[Any], further: list[Any]) -> bool:
     unknown = [p for p in further if _kind(p) not in known]
     if unknown and len(further) < LEAST_TO_PLACE:
         fail(
-            f"--check: found {len(further)} postures, expected at least {LEAST_TO_PLACE}: the postures of the fit do not"
-            " say where this device stands and what it measures on the flange, which takes that many"
+            f"--check: found {len(further)} postures, expected at least {LEAST_TO_PLACE}: the postures of the fit do"
+            " not say where this device stands and what it measures on the flange, which takes that many"
         )
     return bool(unknown)
 

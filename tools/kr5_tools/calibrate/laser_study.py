@@ -24,7 +24,9 @@ LINES, POINTS, WIDTH = 41, 181, 0.09  # of one pass; a profile is WIDTH wide [m]
 SLOW = 0.01  # speed at which stand-offs are compared [m/s]
 
 
-@app.command(epilog="Example:  kr5 calibrate laser-study --stand-offs 0.15:0.23:0.01 --speeds 0.01,0.05,0.2 -o study.json")
+@app.command(
+    epilog="Example:  kr5 calibrate laser-study --stand-offs 0.15:0.23:0.01 --speeds 0.01,0.05,0.2 -o study.json"
+)
 def laser_study(
     cell_file: Annotated[
         Path | None, typer.Option("--cell", help="Cell with a scanner and its target; by default the shipped one.")

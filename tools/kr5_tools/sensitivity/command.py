@@ -127,9 +127,7 @@ def sensitivity(
             analyses = [_function_analysis(model, inputs, vectorized, options)]
         else:
             if inputs is not None or vectorized:
-                terminal.fail(
-                    "--inputs, --vectorized: apply only with a MODEL: MODULE:FUNCTION or FILE.py:FUNCTION"
-                )
+                terminal.fail("--inputs, --vectorized: apply only with a MODEL: MODULE:FUNCTION or FILE.py:FUNCTION")
             tolerances = _tolerances(sigma_length, sigma_angle, truncation)
             analyses = _arm_analyses(arm, pose, workspace, group, tolerances)
         _check_folder(output, analyses)
