@@ -58,7 +58,7 @@ static void bind_hand_eye_pairs(py::module_& m) {
       "Estimates camera and target pose together from pairs of poses, both with their noise.\n\n"
       "Parameters\n----------\npairs : list of PosePair\noptions : HandEyePairsOptions\n\n"
       "Returns\n-------\nHandEyeResult\n    Check `fit.usable` before using the poses.\n\n"
-      "Raises\n------\nkr5.InvalidArgument\n    Fewer than three pairs, a pair given twice, or a pose that is none.");
+      "Raises\n------\nkr5.InvalidArgument\n    Fewer than three pairs, a pair given twice, or an invalid pose.");
   m.def(
       "compare_pair_readings",
       [](const std::vector<PosePair>& pairs, Mount mount) { return compare_pair_readings(pairs, mount); },
@@ -217,7 +217,7 @@ static void bind_posture_choice(py::module_& m) {
          const PostureChoiceOptions& options) { return choose_postures(arm, candidates, options); },
       py::arg("arm"), py::arg("candidates"), py::arg("options") = PostureChoiceOptions(),
       py::call_guard<py::gil_scoped_release>(),
-      "Postures, of `candidates` (list of joint values), that tell most of an arm's parameters.");
+      "The most informative of `candidates` (list of joint values) for the parameters of an arm.");
 }
 
 static void bind_profiles(py::module_& m) {
@@ -307,7 +307,7 @@ static void bind_repeatability(py::module_& m) {
       py::arg("returns"), py::arg("commanded") = std::vector<CommandedPose>{},
       py::arg("options") = RepeatabilityOptions(), py::call_guard<py::gil_scoped_release>(),
       "Pose repeatability and accuracy after ISO 9283, with confidence bounds.\n\n"
-      "Raises\n------\nkr5.InvalidArgument\n    A point with fewer than three returns, or a pose that is none.");
+      "Raises\n------\nkr5.InvalidArgument\n    A point with fewer than three returns, or an invalid pose.");
 }
 
 static void bind_timed_hand_eye(py::module_& m) {

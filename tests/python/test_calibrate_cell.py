@@ -8,6 +8,7 @@ import pytest
 import yaml
 from kr5 import cell
 
+from kr5_tools.files.cell_output import put_target
 from kr5_tools.files.paths import find_shipped_cell
 from test_laser_command import SCANNER, make_scans, write_poses, write_profiles
 
@@ -86,6 +87,56 @@ def test_the_scanner_is_found_in_the_same_solve(demo, tmp_path, run_kr5):
     assert any(figure["name"].startswith("scanner in camera") for figure in data["figures"])
     done = run_kr5("calibrate", "cell", demo, "--scan", "scans", "--scan-target", "ball=sphere:0.02")
     assert done.returncode == 2 and "table" in done.stderr
+
+
+def test_everything_that_was_calibrated_goes_into_the_cell(demo, joints, tmp_path, run_kr5):
+    profiles, poses, targets = make_scans()
+    (tmp_path / "scans").mkdir()
+    write_profiles(tmp_path / "scans/profiles.csv", profiles, targets)
+    write_poses(tmp_path / "scans/poses.csv", poses)
+    scan = ("--scan", "scans", "--scan-target", "ball=sphere:0.02", "--scan-target", "table=plane")
+    put = ("--cell", "cell.yaml", "--write-cell", "calibrated.yaml", "--json", "out.json")
+    done = run_kr5("calibrate", "cell", demo, *scan, *put)
+    assert done.returncode == 0, done.stderr
+    result = json.loads((tmp_path / "out.json").read_text())["result"]
+    written = cell.load_cell(tmp_path / "calibrated.yaml")
+    assert np.allclose(written.T_flange_scanner(), result["T_flange_scanner"], atol=1e-12)
+    assert written.laser.T_tool_scanner is not None  # in the form of the cell
+    assert np.allclose(written.board.T_base_target, result["T_fixed_target"], atol=1e-12)
+    assert "the places of the scanned targets are not written" in " ".join(done.stderr.split())
+
+
+def test_a_calibrated_marker_map_goes_into_the_cell(demo, joints, tmp_path, run_kr5):
+    markers = kr5.target_markers(kr5.parse_target("grid:36h11:5x7:0.03:0.01"))
+    target = kr5.Target(kind="marker_map", family="36h11", map=markers)
+    (tmp_path / "map.json").write_text(json.dumps(target.to_dict()))
+    believed = cell.load_cell(tmp_path / "cell.yaml")
+    believed.targets = [cell.Target.from_dict(target.to_dict() | {"name": "map", "T_base_target": np.eye(4)})]
+    cell.save_cell(believed, tmp_path / "with_map.yaml")
+    hold = [word for m in markers[3:] for word in ("--hold", f"marker{m.id}")]
+    done = run_kr5(
+        *("calibrate", "cell", demo, "--target", "map.json", "--cell", "with_map.yaml", *hold),
+        *("--write-cell", "calibrated.yaml", "--json", "out.json"),
+    )
+    assert done.returncode == 0 and "not written" not in done.stderr, done.stderr
+    result = json.loads((tmp_path / "out.json").read_text())["result"]
+    (written,) = cell.load_cell(tmp_path / "calibrated.yaml").targets
+    assert np.allclose(written.T_base_target, result["T_fixed_target"], atol=1e-12)
+    for marker, found in zip(written.map, result["cell"]["markers"], strict=True):
+        assert np.allclose(marker.T_target_marker, found["T_target_marker"], atol=1e-12)
+    assert not np.allclose(written.map[1].T_target_marker, markers[1].T_target_marker, atol=1e-9)
+
+
+def test_a_target_that_the_cell_does_not_have_is_not_put_into_it():
+    believed = cell.load_cell(find_shipped_cell())
+    board = believed.board.target()
+    before = believed.to_yaml()
+    other = kr5.parse_target("chessboard:6x9:0.0236")
+    assert "the cell has 0 targets like that" in put_target(believed, other, "eye_in_hand", np.eye(4))
+    assert "stands in the base" in put_target(believed, board, "eye_to_hand", np.eye(4))
+    assert believed.to_yaml() == before
+    believed.targets = [cell.Target.from_dict({**board.to_dict(), "T_base_target": np.eye(4)})]
+    assert "the cell has 2 targets like that" in put_target(believed, board, "eye_in_hand", np.eye(4))
 
 
 def test_joint_values_that_are_not_of_these_images_are_named(demo, joints, tmp_path, run_kr5):

@@ -78,6 +78,31 @@ def test_every_row_in_which_two_joints_stand_away_is_listed(tmp_path, chain, run
     assert done.returncode == 2 and "line 5: q1, q2" in done.stderr and "lines 9, 11 likewise" in done.stderr
 
 
+def test_one_csv_a_joint_names_an_outlier_by_its_own_file(tmp_path, chain, run_kr5):
+    _, places = turns(chain)
+    places[25] += [0.02, -0.01, 0.01]  # sixth sample of joint 2
+    for k in range(6):
+        rows = [",".join(map(repr, map(float, row))) for row in places[20 * k : 20 * (k + 1)]]
+        (tmp_path / f"J{k + 1}.csv").write_text("x,y,z\n" + "\n".join(rows) + "\n")
+    verdict = verdict_of(tmp_path, run_kr5, *(f"J{k + 1}.csv" for k in range(6)))
+    assert verdict["word"] == "doubtful"
+    assert "joint 2: left out because they contradict the others: J2.csv line 7" in verdict["text"].split("; ")
+
+
+def test_near_parallel_axes_show_beta_in_place_of_b(tmp_path, chain, run_kr5):
+    joints = chain.joints
+    joints[1].beta = 0.01  # axes 2 and 3 are parallel but for it
+    q, places = turns(kinematics.DhChain(joints, chain.T_base_0))
+    write(tmp_path / "turns.csv", q, places)
+    assert run_kr5("identify", "axes", "turns.csv", "-o", "axes.json").returncode == 0
+    figures = {f["name"]: f for f in json.loads((tmp_path / "axes.json").read_text())["figures"]}
+    parameters = {k: {n.split(".")[1] for n in figures if n.startswith(f"joint{k}.")} for k in range(1, 6)}
+    assert parameters[2] == {"a", "alpha", "beta", "theta_offset"}
+    assert parameters[4] == {"a", "alpha", "b", "theta_offset"}
+    beta = figures["joint2.beta"]
+    assert 0 < beta["std"] < 0.1 and abs(beta["value"] - np.degrees(0.01)) < 4 * beta["std"]
+
+
 def upright_turns(chain, noise):
     """Turns of the six joints with the forearm across axis 1, and of joint 6 with it along axis 1."""
     across = np.array([0.2, 0.03, 0.03 + np.pi, 0.0, 0.0, 0.3])

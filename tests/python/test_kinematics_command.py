@@ -84,10 +84,17 @@ def test_units_and_names_of_columns_are_options_and_wrong_ones_are_told(folder, 
     assert done.returncode == 2 and "--cell" in done.stderr
 
 
-def socket_calibration(tmp_path, arm, run_kr5, wrong=()):
-    """From two files of 40 postures; those at the rows `wrong` stand up to two degrees beside the socket."""
-    believed, _ = arm
-    cell.save_cell(believed, tmp_path / "cell.yaml")
+IN_SOCKETS = (
+    *("calibrate", "kinematics", "--cell", "cell.yaml", "--socket", "left=left.csv", "--socket", "right=right.csv"),
+    *("--distance", "left,right,0.05"),
+)
+
+
+def touch_sockets(folder, believed, wrong=()):
+    """Joint values with a ball in two sockets, beside the cell; those at the rows `wrong` of each file stand up to two
+    degrees beside the socket. Gives the true arm.
+    """
+    cell.save_cell(believed, folder / "cell.yaml")
     random = np.random.default_rng(8)
     joints = believed.nominal_chain().joints
     for k, joint in enumerate(joints):
@@ -104,16 +111,14 @@ def socket_calibration(tmp_path, arm, run_kr5, wrong=()):
                 rows.append(reached[0].q + random.normal(0, 2e-5, 6))
         for k in wrong:
             rows[k] = rows[k] + random.choice([-1, 1], 6) * random.uniform(0.01, 0.04, 6)
-        np.savetxt(tmp_path / f"{name}.csv", rows, delimiter=",")
-    return run_kr5(
-        *("calibrate", "kinematics", "--cell", "cell.yaml", "--socket", "left=left.csv", "--socket", "right=right.csv"),
-        *("--distance", "left,right,0.05", "-o", "kinematics.json"),
-    )
+        np.savetxt(folder / f"{name}.csv", rows, delimiter=",")
+    return true
 
 
 def test_a_fifth_of_the_postures_beside_their_socket_is_named_by_line(tmp_path, arm, run_kr5):
     wrong = range(0, 40, 5)
-    done = socket_calibration(tmp_path, arm, run_kr5, wrong)
+    touch_sockets(tmp_path, arm[0], wrong)
+    done = run_kr5(*IN_SOCKETS, "-o", "kinematics.json")
     assert done.returncode == 0, done.stderr
     data = json.loads((tmp_path / "kinematics.json").read_text())
     assert data["verdict"]["word"] == "doubtful"
@@ -123,7 +128,8 @@ def test_a_fifth_of_the_postures_beside_their_socket_is_named_by_line(tmp_path, 
 
 
 def test_a_ball_in_two_sockets_needs_no_device(tmp_path, arm, run_kr5):
-    done = socket_calibration(tmp_path, arm, run_kr5)
+    touch_sockets(tmp_path, arm[0])
+    done = run_kr5(*IN_SOCKETS, "-o", "kinematics.json")
     assert done.returncode == 0, done.stderr
     result = json.loads((tmp_path / "kinematics.json").read_text())["result"]
     spread = [p["position_error"] for p in result["postures"]]
@@ -132,6 +138,52 @@ def test_a_ball_in_two_sockets_needs_no_device(tmp_path, arm, run_kr5):
     assert np.linalg.norm(np.diff(np.array(result["sockets"]), axis=1)) == pytest.approx(0.05, abs=5e-5)
     done = run_kr5("calibrate", "kinematics", "--cell", "cell.yaml", "--socket", "left.csv")
     assert done.returncode == 2 and "expected NAME=FILE" in done.stderr
+
+
+def test_a_tracker_that_took_no_part_is_placed_before_it_judges_sockets(tmp_path, arm, run_kr5):
+    true = touch_sockets(tmp_path, arm[0])
+    q, places = measured(true, 30, 2)
+    write(tmp_path / "further.csv", q, places)
+    done = run_kr5(*IN_SOCKETS, "--check", "further.csv", "-o", "kinematics.json")
+    assert done.returncode == 0, done.stderr
+    data = json.loads((tmp_path / "kinematics.json").read_text())
+    held_out = data["held_out"]
+    assert held_out["placed_on_them"] and held_out["mean_mm"] < 0.3 * held_out["nominal_mean_mm"]
+    assert held_out["mean_mm"] < 1
+    assert "on 30 further postures, on which device and measured point were placed, mean" in data["verdict"]["text"]
+    write(tmp_path / "few.csv", q[:5], places[:5])
+    done = run_kr5(*IN_SOCKETS, "--check", "few.csv")
+    assert done.returncode == 2 and "--check: found 5 postures, expected at least 6" in done.stderr
+
+
+def test_the_nominal_arm_is_judged_with_the_same_knowledge(tmp_path, arm, run_kr5):
+    """A wrong zero of joint 1 looks like a turned device: with a known base it is an error of the arm."""
+    believed, _ = arm
+    cell.save_cell(believed, tmp_path / "cell.yaml")
+    joints = believed.nominal_chain().joints
+    joints[0].theta_offset += 5e-3
+    true = kinematics.DhChain(joints, believed.nominal_chain().T_base_0)
+    random = np.random.default_rng(9)
+    q = random.uniform(-1.2, 1.2, (60, 6))
+    places = np.array([(true.flange(row) @ [0.1, -0.05, 0.15, 1])[:3] for row in q]) + random.normal(0, 5e-5, (60, 3))
+    write(tmp_path / "postures.csv", q[:40], places[:40])
+    write(tmp_path / "further.csv", q[40:], places[40:])
+    nominal = {}
+    for options in ((), ("--known-base",)):
+        done = run_kr5(
+            *("calibrate", "kinematics", "postures.csv", "--cell", "cell.yaml", "--check", "further.csv"),
+            *("--sigma-position", "5e-5", "--json", "out.json", *options),
+        )
+        assert done.returncode == 0, done.stderr
+        held_out = json.loads((tmp_path / "out.json").read_text())["held_out"]
+        assert held_out["mean_mm"] < 0.15 and not held_out["placed_on_them"]
+        nominal[options] = held_out["nominal_mean_mm"]
+    assert nominal[()] < 0.15
+    T = np.array([believed.nominal_chain().flange(row) for row in q])
+    back = np.einsum("nji,nj->ni", T[:, :3, :3], places - T[:, :3, 3])  # the point in the flange, by each posture
+    assert nominal["--known-base",] == pytest.approx(
+        1e3 * np.linalg.norm(back[40:] - back[:40].mean(axis=0), axis=1).mean(), rel=1e-3
+    )
 
 
 def test_a_joint_that_did_not_move_is_named(folder, arm, run_kr5):
@@ -323,6 +375,38 @@ def test_calibration_and_diagnosis_agree_and_the_refined_cell_leaves_no_geometri
     # The views tell micrometres: a remainder of the noise may stay, but nothing that is more likely than not.
     causes = json.loads((tmp_path / "after.json").read_text())["causes"]
     assert not {c["effect"] for c in causes if c["probability"] > 0.5} & GEOMETRY, causes
+
+
+def test_camera_and_board_of_the_cell_are_believed_unless_the_measurements_contradict_them(
+    tmp_path, reference, run_kr5
+):
+    recording = tmp_path / "recording"
+    shutil.copytree(reference / "cases/case-006", recording)  # without any effect
+    believed = cell.load_cell(recording / "cell.yaml")
+    right = np.array(believed.T_flange_camera())
+    noise = believed.noise
+    given = ("--sigma-position", noise.pose_position, "--sigma-rotation", noise.pose_rotation)
+    given += ("--sigma-pixel", noise.pixel)
+
+    def calibrate():
+        done = run_kr5("calibrate", "kinematics", recording, *given, "--json", "out.json")
+        assert done.returncode == 0, done.stderr
+        data = json.loads((tmp_path / "out.json").read_text())
+        assert data["camera_check"]["text"] in data["verdict"]["text"]
+        assert data["camera_check"]["text"][:60] in " ".join(done.stdout.split())
+        return data
+
+    data = calibrate()
+    assert data["camera_check"]["believed"] and data["camera_check"]["dof"] == 12
+    assert data["camera_check"]["squared_distance"] < data["camera_check"]["limit"]
+    assert np.allclose(data["result"]["T_flange_camera"], right, atol=1e-12)
+    camera = believed.camera
+    camera.T_tool_camera = camera.T_tool_camera @ kr5.to_pose([1e-4, 0, 0, 0, 0, 0])
+    believed.camera = camera
+    cell.save_cell(believed, recording / "cell.yaml")
+    data = calibrate()
+    assert not data["camera_check"]["believed"] and "the measurements contradict" in data["verdict"]["text"]
+    assert np.linalg.norm(np.array(data["result"]["T_flange_camera"])[:3, 3] - right[:3, 3]) < 2e-5
 
 
 def test_compliance_of_a_joint_is_found_from_a_recording(tmp_path, reference, run_kr5):

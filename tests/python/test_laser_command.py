@@ -304,7 +304,7 @@ def test_profile_points_lie_on_the_laser_line_of_the_image(folder, run_kr5):
 
 def test_the_error_grows_with_speed_and_interpolation_removes_it(tmp_path, run_kr5):
     done = run_kr5(
-        *("calibrate", "laser-study", "--stand-offs", "160:220:15", "--speeds", "10,100,300"),
+        *("calibrate", "laser-study", "--stand-offs", "0.16:0.22:0.015", "--speeds", "0.01,0.1,0.3"),
         *("--lag", 0.006, "--bias", 0.002, "--passes", 6, "-o", "study.json"),
     )
     assert done.returncode == 0, done.stderr
@@ -322,6 +322,10 @@ def test_the_error_grows_with_speed_and_interpolation_removes_it(tmp_path, run_k
     assert done.returncode == 0 and (tmp_path / "plots/study.png").exists(), done.stderr
     done = run_kr5("calibrate", "laser-study", "--speeds", "-3")
     assert done.returncode == 2 and "--speeds" in done.stderr
+    done = run_kr5("calibrate", "laser-study", "--stand-offs", "150:230:5")
+    assert done.returncode == 2 and "--stand-offs: found 150, expected 0.005 to 5; they are in metres" in done.stderr
+    done = run_kr5("calibrate", "laser-study", "--speeds", "10,30")
+    assert done.returncode == 2 and "--speeds: found 30, expected at most 5; they are in metres per s" in done.stderr
 
 
 def test_the_error_stays_below_a_millimetre_around_the_best_stand_off(tmp_path, run_kr5):

@@ -171,7 +171,7 @@ def test_every_result_becomes_a_page(tmp_path, run_kr5, invoke, browser, command
         (
             "T: [600, 100, 800, 10, -20, 30]",
             "T: [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, -1, 0], [0, 0, 0, 1]]",
-            "chain[0].T: its rotation is none: determinant -1",
+            "chain[0].T: its rotation part is not a rotation matrix: determinant -1",
         ),
         (
             "point: {value: [10, -20, 350], sigma: [0.1, 0.1, 0.5]}",

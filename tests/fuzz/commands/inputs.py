@@ -377,7 +377,7 @@ JOBS = [
     ),
     Job(
         "laser",
-        "calibrate laser-study --cell cell.yaml --stand-offs 190 --speeds 20,60 --passes 2 -o out.json",
+        "calibrate laser-study --cell cell.yaml --stand-offs 0.19 --speeds 0.02,0.06 --passes 2 -o out.json",
         "poses",
         ("cell.yaml",),
         ("out.json",),

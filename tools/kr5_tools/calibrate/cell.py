@@ -17,8 +17,14 @@ from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.numbers import format_number, table_unit
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, pose_figures, print_result
-from kr5_tools.cli.terminal import console, fail, spinner
-from kr5_tools.files.cell_output import WriteCellOption, put_camera_pose, write_cell_file
+from kr5_tools.cli.terminal import console, fail, print_note, spinner
+from kr5_tools.files.cell_output import (
+    WriteCellOption,
+    put_camera_pose,
+    put_scanner_pose,
+    put_target,
+    write_cell_file,
+)
 from kr5_tools.files.results import write_if_usable, write_result
 from kr5_tools.files.writing import check_writable
 from kr5_tools.targets.command import find_in_images
@@ -131,10 +137,23 @@ def calibrate_cell(
     _show(result, keys, console(json_file))
     write_if_usable(write_result(None, "kr5-cell-calibration/1", **keys), result.fit, output, json_file)
     if write_cell and result.fit.usable:
-        if result.cell.arm.joints:
-            believed.robot.dh = result.cell.arm.joints
-        put_camera_pose(believed, str(result.mount), result.T_mount_camera, result.cell.camera)
+        _put_result(believed, result, wanted)
         write_cell_file(believed, write_cell)
+
+
+def _put_result(believed: Any, result: Any, target: Any) -> None:
+    """Arm, camera, target and scanner into the cell; what it has no place for is told."""
+    if result.cell.arm.joints:
+        believed.robot.dh = result.cell.arm.joints
+    put_camera_pose(believed, str(result.mount), result.T_mount_camera, result.cell.camera)
+    if result.cell.markers:
+        target.map = result.cell.markers
+    if reason := put_target(believed, target, str(result.mount), result.T_fixed_target):
+        what = "the marker map and its pose are" if result.cell.markers else "the pose of the target is"
+        print_note(f"{what} not written into the cell: {reason}")
+    if result.scanner_start.fit.usable:
+        put_scanner_pose(believed, result.T_flange_scanner)
+        print_note("the places of the scanned targets are not written into the cell")
 
 
 def _joints(arm: Path | None, believed: Any, columns: Columns, data: Any) -> np.ndarray | None:

@@ -1,5 +1,6 @@
 """`kr5 calibrate kinematics`: the arm's true Denavit-Hartenberg parameters from measured postures."""
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -7,6 +8,7 @@ import numpy as np
 import typer
 from kr5 import calibration, cell
 
+from kr5_tools.calibrate.further_postures import held_out_text, judge, need_placing
 from kr5_tools.calibrate.posture_checks import posture_doubts, require_motion
 from kr5_tools.calibrate.postures import (
     AngleUnit,
@@ -18,7 +20,14 @@ from kr5_tools.calibrate.postures import (
     read_socket,
     recorded_postures,
 )
-from kr5_tools.calibrate.recorded_arm import add_torques, believe_camera, recorded_views, refined_cell, use_recording
+from kr5_tools.calibrate.recorded_arm import (
+    CameraCheck,
+    add_torques,
+    believe_camera,
+    recorded_views,
+    refined_cell,
+    use_recording,
+)
 from kr5_tools.calibrate.tool import Convention
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.numbers import table_unit
@@ -133,16 +142,18 @@ def calibrate_kinematics(
         add_torques(seen, believed)
     require_motion(seen)
     distances = [_distance(text) for text in distance or []]
+    further = _check_postures(recording, check, chain, wanted)
+    need_placing(seen, further)
+    camera_check = None
     with spinner("Calibrating"):
         result = calibration.calibrate_kinematics(chain, seen, distances, options)
         if views:
-            result = believe_camera(chain, seen, options, result)
-    further = _check_postures(recording, check, chain, wanted)
+            result, camera_check = believe_camera(chain, seen, options, result)
     if elasticity:
         add_torques(further, believed)
-    held_out = _judge(result, chain, seen, further)
+    held_out = judge(result, chain, seen, further, distances, options) if result.fit.usable else {}
     doubts = posture_doubts(chain, seen, result)
-    keys = _keys(result, doubts, held_out, postures, cell_file)
+    keys = _keys(result, doubts, held_out, camera_check, postures, cell_file)
     _show(result, keys, console(json_file))
     write_if_usable(write_result(None, "kr5-kinematics/1", **keys), result.fit, output, json_file)
     if write_cell and result.fit.usable:
@@ -204,41 +215,13 @@ def _check_postures(recording: Any, check: Path | None, chain: Any, wanted: Colu
     return recorded_postures(recording, "check", len(chain.joints)) if recording else []
 
 
-def distances(result: Any, postures: list[Any]) -> np.ndarray:
-    """Distance of each measured point from where the identified arm puts it [m]."""
-    out = []
-    for posture in postures:
-        T = result.T_world_base @ result.flange(posture.q, posture.torques)
-        if posture.T_world_tool is not None:
-            out.append(np.linalg.norm((T @ result.T_flange_tool)[:3, 3] - posture.T_world_tool[:3, 3]))
-        else:
-            off = T[:3, :3] @ result.points + T[:3, 3:] - posture.points
-            out.append(np.sqrt(np.nanmean((off**2).sum(0))))
-    return np.array(out)
-
-
-def _judge(result: Any, chain: Any, fitted: list[Any], postures: list[Any]) -> dict[str, float]:
-    """Errors on postures that took no part [mm]; the nominal arm gets base and tool from the postures of the fit."""
-    if not postures:
-        return {}
-    sound = [p for p, r in zip(fitted, result.postures, strict=True) if not r.outlier and not p.pixels.size]
-    nominal = calibration.calibrate_kinematics(
-        chain,
-        sound,
-        options=calibration.KinematicsOptions(joint_errors=False, tolerance_length=1e-9, tolerance_angle=1e-9),
-    )
-    ours, theirs = 1e3 * distances(result, postures), 1e3 * distances(nominal, postures)
-    return {
-        "postures": len(postures),
-        "nominal_mean_mm": float(theirs.mean()),
-        "mean_mm": float(ours.mean()),
-        "rms_mm": float(np.sqrt((ours**2).mean())),
-        "max_mm": float(ours.max()),
-    }
-
-
 def _keys(
-    result: Any, doubts: list[str], held_out: dict[str, float], postures: Path | None, cell_file: Path | None
+    result: Any,
+    doubts: list[str],
+    held_out: dict[str, Any],
+    camera_check: CameraCheck | None,
+    postures: Path | None,
+    cell_file: Path | None,
 ) -> dict[str, Any]:
     figures = []
     for c in result.coordinates:
@@ -257,16 +240,19 @@ def _keys(
         frames.append({"name": f"link {k + 1}", "parent": parent, "T": np.linalg.inv(before) @ T})
     return {
         "input": {"postures": str(postures or ""), "cell": str(cell_file or "")},
-        "verdict": _verdict(result, doubts, held_out),
+        "verdict": _verdict(result, doubts, held_out, camera_check),
         "figures": figures,
         "views": views,
         "frames": frames,
         **({"held_out": held_out} if held_out else {}),
+        **({"camera_check": asdict(camera_check)} if camera_check else {}),
         "result": result.to_dict(),
     }
 
 
-def _verdict(result: Any, doubts: list[str], held_out: dict[str, float]) -> dict[str, str]:
+def _verdict(
+    result: Any, doubts: list[str], held_out: dict[str, Any], camera_check: CameraCheck | None
+) -> dict[str, str]:
     if not result.fit.usable:
         return {"word": "unusable", "text": result.fit.message}
     sound = [p for p in result.postures if not p.outlier and p.position_error > 0]
@@ -276,10 +262,9 @@ def _verdict(result: Any, doubts: list[str], held_out: dict[str, float]) -> dict
     if views := [p.pixel_error for p in result.postures if not p.outlier and p.pixel_error > 0]:
         text += f", {np.sqrt(np.mean(np.square(views))):.3f} px in {len(views)} views"
     if held_out:
-        text += (
-            f"; on {held_out['postures']} further postures mean {held_out['nominal_mean_mm']:.3f} mm and"
-            f" {held_out['mean_mm']:.3f} mm"
-        )
+        text += f"; {held_out_text(held_out)}"
+    if camera_check:
+        text += f"; {camera_check.text}"
     objections = list(doubts)
     if outliers := [p.name for p in result.postures if p.outlier]:
         objections.append(f"left out because they contradict the others: {', '.join(outliers)}")

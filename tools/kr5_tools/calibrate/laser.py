@@ -17,6 +17,7 @@ from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, pose_figures, print_result
 from kr5_tools.cli.terminal import console, fail, print_note, spinner
 from kr5_tools.files.camera import load_camera
+from kr5_tools.files.cell_output import put_scanner_pose
 from kr5_tools.files.results import read_result, write_if_usable, write_result
 from kr5_tools.files.writing import beside, check_writable
 
@@ -258,10 +259,7 @@ def _in_camera(result: Any, camera_pose: Any) -> Any:
 
 
 def _write_cell(believed: Any, result: Any, arm: Any, file: Path) -> None:
-    laser = believed.laser or cell.Laser()
-    laser.T_tool_scanner = None
-    laser.T_flange_scanner = result.T_flange_scanner
-    believed.laser = laser
+    put_scanner_pose(believed, result.T_flange_scanner)
     if arm:
         believed.robot.dh = result.arm.joints
     with beside(file) as new:

@@ -18,22 +18,25 @@ from kr5_tools.files.results import write_result
 from kr5_tools.files.writing import check_writable, write_json
 
 app = typer.Typer()
-LEAST_STAND_OFF = 5e-3  # of any scanner [m]
+STAND_OFFS = (5e-3, 5.0)  # of any scanner [m]
+MOST_SPEED = 5.0  # of any arm [m/s]
 LINES, POINTS, WIDTH = 41, 181, 0.09  # of one pass; a profile is WIDTH wide [m]
 SLOW = 0.01  # speed at which stand-offs are compared [m/s]
 
 
-@app.command(epilog="Example:  kr5 calibrate laser-study --stand-offs 150:230:10 --speeds 10,50,200 -o study.json")
+@app.command(
+    epilog="Example:  kr5 calibrate laser-study --stand-offs 0.15:0.23:0.01 --speeds 0.01,0.05,0.2 -o study.json"
+)
 def laser_study(
     cell_file: Annotated[
         Path | None, typer.Option("--cell", help="Cell with a scanner and its target; by default the shipped one.")
     ] = None,
     stand_offs: Annotated[
-        str, typer.Option(metavar="LIST|A:B:STEP", help="Ranges of the top of the sphere \\[mm].")
-    ] = "150:230:5",
+        str, typer.Option(metavar="LIST|A:B:STEP", help="Ranges of the top of the sphere \\[m].")
+    ] = "0.15:0.23:0.005",
     speeds: Annotated[
-        str, typer.Option(metavar="LIST|A:B:STEP", help="Speeds of the scanner along its own Y \\[mm/s].")
-    ] = "10,30,100,200,300",
+        str, typer.Option(metavar="LIST|A:B:STEP", help="Speeds of the scanner along its own Y \\[m/s].")
+    ] = "0.01,0.03,0.1,0.2,0.3",
     bias: Annotated[
         float, typer.Option(help="Range error at the cell's bias_distance from the best stand-off \\[m].")
     ] = 2e-4,
@@ -51,10 +54,12 @@ def laser_study(
     if file is None:
         fail("--cell: is missing")
     study = Study(cell.load_cell(file), bias, lag, passes, seed)
-    at = [1e-3 * v for v in parse_values("--stand-offs", stand_offs)]
-    if min(at) < LEAST_STAND_OFF:
-        fail(f"--stand-offs: found {1e3 * min(at):g} mm, expected {1e3 * LEAST_STAND_OFF:g} mm or more; in metres?")
-    rates = [1e-3 * v for v in parse_values("--speeds", speeds)]
+    at = parse_values("--stand-offs", stand_offs)
+    if found := next((v for v in at if not STAND_OFFS[0] <= v <= STAND_OFFS[1]), None):
+        fail(f"--stand-offs: found {found:g}, expected {STAND_OFFS[0]:g} to {STAND_OFFS[1]:g}; they are in metres")
+    rates = parse_values("--speeds", speeds)
+    if max(rates) > MOST_SPEED:
+        fail(f"--speeds: found {max(rates):g}, expected at most {MOST_SPEED:g}; they are in metres per second")
     by_stand_off = [study.measure(d, SLOW) for d in track(at, "Stand-offs")]
     by_speed = [study.measure(study.best, v) for v in track(rates, "Speeds")]
     data = write_result(None, "kr5-laser-study/1", **_keys(study, by_stand_off, by_speed, str(file)))

@@ -8,7 +8,7 @@ import numpy as np
 
 from kr5_tools.cli.terminal import fail
 
-LITTLE = np.radians(5)  # turn of a joint that tells little of it
+LITTLE = np.radians(5)  # turn of a joint below which its parameters are poorly determined
 STANDING = 1e-3  # a joint whose values differ by less stood still [rad or m]
 BETTER = 0.4  # part of the distance that is left where a fault explains it
 WORTH = 2e-3  # distance below which nothing needs a further explanation [m]
@@ -44,7 +44,7 @@ def joint_doubts(chain: Any, postures: list[Any]) -> list[str]:
         if width < STANDING:
             out.append(f"joint {k + 1} did not move: what belongs to it is not determined")
         elif str(joint.type) == "revolute" and width < LITTLE:
-            out.append(f"joint {k + 1} moved by {np.degrees(width):.2g} deg only: little is told of it")
+            out.append(f"joint {k + 1} moved by {np.degrees(width):.2g} deg only: its parameters are poorly determined")
     return out
 
 

@@ -46,7 +46,7 @@ def calibrate_postures(
     ] = None,
     json_file: JsonOption = None,
 ) -> None:
-    """Postures that tell most of an arm's parameters, for kr5 calibrate kinematics and kr5 calibrate cell.
+    """The most informative postures for an arm's parameters, for kr5 calibrate kinematics and kr5 calibrate cell.
 
     The file of --json is one that kr5 report shows: what each further posture adds.
     """

@@ -1,16 +1,18 @@
 """What a recording and its cell tell a kinematic calibration besides poses: views of the board, torques of gravity; and
 the cell with what was found."""
 
+from dataclasses import dataclass
 from typing import Any
 
 import kr5
+import kr5.uncertainty
 import numpy as np
 from kr5 import calibration, kinematics
 
 from kr5_tools.cli.terminal import fail, print_note
 
 TOOL_TOLERANCE = 5e-3  # of the tool's place on the flange [m]
-CONTRADICTION = 1.1  # factor on an estimated noise that a wrong camera or board makes
+CHANCE = 1e-3  # probability with which a right camera is not believed
 
 
 def recorded_views(recording: Any, split: str, joints: int) -> list[Any]:
@@ -55,17 +57,52 @@ def use_recording(options: Any, cell: Any, views: bool, known_tool: bool) -> Non
         options.T_base_target = cell.board.T_base_target
 
 
-def believe_camera(chain: Any, postures: list[Any], options: Any, free: Any) -> Any:
-    """The result with camera and board where the cell says, unless poses and views contradict that: then the one with
-    both free."""
+@dataclass
+class CameraCheck:
+    """Whether camera and board of the cell agree with what the postures alone say of them."""
+
+    believed: bool
+    squared_distance: float
+    dof: int
+    limit: float
+    text: str
+
+
+def believe_camera(chain: Any, postures: list[Any], options: Any, free: Any) -> tuple[Any, CameraCheck | None]:
+    """The result with camera and board where the cell says, unless that is farther from where poses and views put them
+    than their covariance allows: then the given one, with both free. Where the first is taken, `options` hold them."""
+    check = check_camera(free, options)
+    if check is None or not check.believed:
+        return free, check
     options.hold = [*options.hold, "camera", "target"]
-    held = calibration.calibrate_kinematics(chain, postures, options=options)
-    agree = held.fit.usable and all(
-        getattr(held, noise) < CONTRADICTION * getattr(free, noise)
-        for noise in ("sigma_position", "sigma_rotation", "sigma_pixel")
+    return calibration.calibrate_kinematics(chain, postures, options=options), check
+
+
+def check_camera(free: Any, options: Any) -> CameraCheck | None:
+    """Squared distance of the cell's camera and board from the estimated ones, in their covariance: a chi-square. None
+    where they were not estimated."""
+    rows, offset = [], []
+    for block, said, found in (
+        ("camera", options.T_flange_camera, free.T_flange_camera),
+        ("target", options.T_base_target, free.T_base_target),
+    ):
+        mine = [k for k, c in enumerate(free.coordinates) if c.name.startswith(f"{block}.")]
+        if len(mine) == 6:
+            rows += mine
+            offset += list(kr5.pose_difference(found, said))
+    if not free.fit.usable or not rows:
+        return None
+    covariance = np.asarray(free.covariance)[np.ix_(rows, rows)]
+    distance = float(offset @ np.linalg.solve(covariance, offset))
+    limit = float(kr5.uncertainty.chi_square_quantile(1 - CHANCE, len(rows)))
+    believed = distance < limit
+    compared = f"(chi-square {distance:.3g}; a right cell stays below {limit:.3g} with probability {1 - CHANCE:g})"
+    text = (
+        f"camera and board were held where the cell says, with which the measurements agree {compared}"
+        if believed
+        else f"camera and board were estimated: the measurements contradict where the cell says they are {compared}"
     )
-    kept = sum(p.outlier for p in held.postures) <= sum(p.outlier for p in free.postures)
-    return held if agree and kept else free
+    return CameraCheck(believed, distance, len(rows), limit, text)
 
 
 def add_torques(postures: list[Any], cell: Any) -> None:

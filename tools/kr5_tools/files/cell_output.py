@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Annotated, Any
 
+import kr5
 import numpy as np
 import typer
 from kr5 import cell
@@ -103,3 +104,44 @@ def put_marker_map(believed: Any, target: Any) -> None:
     targets = list(believed.targets)
     targets[maps[0]].map = target.map
     believed.targets = targets
+
+
+def put_scanner_pose(believed: Any, T_flange_scanner: np.ndarray) -> None:
+    """Pose of the line scanner, in the form in which the cell has it."""
+    laser = believed.laser or cell.Laser()
+    if laser.T_tool_scanner is not None and believed.tool is not None:
+        laser.T_tool_scanner = np.linalg.inv(believed.tool.T_flange_tool) @ T_flange_scanner
+    else:
+        laser.T_tool_scanner = None
+        laser.T_flange_scanner = T_flange_scanner
+    believed.laser = laser
+
+
+def put_target(believed: Any, target: Any, mount: str, T_fixed_target: np.ndarray) -> str:
+    """Pose, and of a marker map the markers, of the one target of the cell that is like this one. Says why when there
+    is none."""
+    wanted = _form_of(target)
+    alike = [k for k, t in enumerate(believed.targets) if _form_of(t) == wanted]
+    board = believed.board is not None and _form_of(believed.board.target()) == wanted
+    if len(alike) + board != 1:
+        return f"the cell has {len(alike) + board} targets like that of the images, expected one"
+    if board:
+        if mount == "eye_to_hand":
+            return "the board of a cell stands in the base, that of the images is on the flange"
+        one = believed.board
+        one.T_base_target = T_fixed_target
+        believed.board = one
+        return ""
+    targets = list(believed.targets)
+    one = targets[alike[0]]
+    one.map = target.map
+    one.T_base_target = T_fixed_target if mount == "eye_in_hand" else None
+    one.T_flange_target = T_fixed_target if mount == "eye_to_hand" else None
+    believed.targets = targets
+    return ""
+
+
+def _form_of(target: Any) -> dict[str, Any]:
+    """What a target is, apart from where it, and where each marker of a map, stands."""
+    form = kr5.Target(**{name: getattr(target, name) for name in kr5.Target().to_dict()}).to_dict()
+    return form | {"map": sorted(marker.id for marker in target.map)}

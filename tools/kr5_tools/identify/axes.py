@@ -32,6 +32,7 @@ from kr5_tools.identify.image_turns import Mount, image_turn
 from kr5_tools.identify.turn_checks import (
     home_point_doubts,
     length_doubts,
+    near_parallel,
     nominal_doubts,
     shifted_doubts,
     uneven_doubts,
@@ -42,7 +43,10 @@ STANDING = 1e-3  # a joint that moves by less stands still [rad]
 MOST_JOINTS = 99
 DRAWS = 400  # of the axes, for the uncertainty of the parameters
 MOST_NAMED = 12  # rows of a finding
-PARAMETERS = (("b", 1e3, "mm"), ("a", 1e3, "mm"), ("alpha", 180 / np.pi, "deg"), ("theta_offset", 180 / np.pi, "deg"))
+PARAMETERS = (
+    *(("b", 1e3, "mm"), ("a", 1e3, "mm")),
+    *((name, 180 / np.pi, "deg") for name in ("alpha", "beta", "theta_offset")),
+)
 
 
 @app.command(epilog="Example:  kr5 identify axes turns.csv -o axes.json")
@@ -150,7 +154,7 @@ def _turns(files: list[Path], wanted: Columns) -> Turns:
         for one in files:
             samples, labels = _table_turn(one, wanted)
             out.samples.append(samples)
-        out.labels.append(labels)
+            out.labels.append(labels)
         return out
     file = files[0]
     table = io.load_csv(file)
@@ -267,6 +271,8 @@ def _keys(files: list[Path], turns: Turns, results: list[Any], nominal: Any) -> 
         for name, scale, unit in PARAMETERS:
             if k == 0 and name in ("b", "theta_offset"):
                 continue  # where the first frame lies along and about axis 1 is a matter of choice
+            if name == ("b" if near_parallel(joint) else "beta"):
+                continue  # beside near-parallel axes b is a matter of choice, and beta takes its place
             spread = np.array([getattr(d.joints[k], name) for d in draws]) - getattr(joint, name)
             if unit == "deg":
                 spread = (spread + np.pi) % (2 * np.pi) - np.pi

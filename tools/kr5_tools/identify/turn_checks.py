@@ -9,7 +9,13 @@ LONGEST, SHORTEST = 20.0, 1e-2  # sum of the lengths of an arm that a person can
 SURE = 8.0  # standard deviations
 UNEVEN = 5.0  # noise of one joint over that of the others that no chance gives
 OTHER_SCALE = 0.02  # relative difference of all lengths from the nominal ones that is no tolerance
-NEAR_PARALLEL = 0.1  # sine of the angle between axes
+NEAR_PARALLEL = 0.1  # sine of the angle between axes, as for kr5.kinematics.chain_from_axes
+
+
+def near_parallel(joint: Any) -> bool:
+    """Whether the axes before and behind a link are near-parallel, as chain_from_axes takes it."""
+    across = np.hypot(np.sin(joint.beta), np.sin(joint.alpha) * np.cos(joint.beta))
+    return bool(across < NEAR_PARALLEL)
 
 
 def uneven_doubts(turns: list[list[Any]], labels: list[list[str]], results: list[Any]) -> list[str]:
@@ -66,7 +72,7 @@ def nominal_doubts(chain: Any, nominal: Any, home: np.ndarray) -> list[str]:
     believed = kinematics.chain_from_axes(kinematics.axes_of(nominal, home), home, nominal.flange(home))
     found, expected = [], []
     for k, (f, b) in enumerate(zip(chain.joints[:-1], believed.joints[:-1], strict=True)):
-        if abs(np.sin(b.alpha)) < NEAR_PARALLEL:
+        if near_parallel(b):
             continue  # the sign of what lies between parallel axes tells nothing
         found.append(f.a)
         expected.append(b.a)

@@ -54,8 +54,11 @@ def repeatability(
     output: ResultOption = None,
     json_file: JsonOption = None,
 ) -> None:
-    """Pose repeatability RP, RR and accuracy AP after ISO 9283 (mean plus three standard deviations), of every point
-    and of all together, with confidence bounds.
+    """Pose repeatability and accuracy after ISO 9283 of every point and of all together, with confidence bounds.
+
+    Repeatability is the mean plus three standard deviations: RP of the position, RR of the rotation angle; RR_a, RR_b,
+    RR_c are three standard deviations of the angles about Z, Y and X. Accuracy is the mean less the commanded pose: AP
+    of the position, AP_a, AP_b, AP_c of the same angles.
 
     Exit code: 0 when there is a result, 2 when there is none or the input is invalid.
     """
@@ -103,11 +106,16 @@ def _figures(result: Any) -> list[dict[str, Any]]:
         where = p.point or "all points"
         rows.append(_bounded(f"RP, {where}", p.RP, 1e3, "mm"))
         rows.append(_bounded(f"RR, {where}", p.RR, DEG, "deg"))
-        rows += [_bounded(f"RR {a}, {where}, ±", getattr(p, f"RR_{a}"), DEG, "deg") for a in "ABC"]
+        rows += [_bounded(f"RR_{a}, {where}, ±", getattr(p, f"RR_{a.upper()}"), DEG, "deg") for a in "abc"]
         if p.AP is not None:
             rows.append(_bounded(f"AP, {where}", p.AP, 1e3, "mm"))
-            rows.append(_bounded(f"AP orientation, {where}", p.AR, DEG, "deg"))
+        rows += [figure_row(f"AP_{a}, {where}", v, None, "deg") for a, v in zip("abc", _turns(p), strict=False)]
     return rows
+
+
+def _turns(p: Any) -> list[float]:
+    """AP_a, AP_b, AP_c of a point; none without a commanded pose [deg]."""
+    return [DEG * float(v) for v in p.offset[3:]]
 
 
 def _causes(result: Any, measured: list[Any], options: Any) -> list[dict[str, str]]:
@@ -220,10 +228,10 @@ def _show(result: Any, data: dict[str, Any], out: Any) -> None:
         name = p.point or "all"
         accuracy = "–" if p.AP is None else f"{1e3 * p.AP.value:.3g}"
         positions.append([name, p.returns, *(f"{1e3 * v:.3g}" for v in (p.RP.value, p.RP.low, p.RP.high)), accuracy])
-        turned = "–" if p.AR is None else f"{DEG * p.AR.value:.3g}"
+        turned = [f"{v:.3g}" for v in _turns(p)] or ["–"] * 3
         shown = [p.RR.value, p.RR.low, p.RR.high, *(getattr(p, f"RR_{a}").value for a in "ABC")]
-        angles.append([name, *(f"{DEG * v:.3g}" for v in shown), turned])
+        angles.append([name, *(f"{DEG * v:.3g}" for v in shown), *turned])
     out.print(make_table("Position [mm]", ["point", "returns", "RP", "low", "high", "AP"], positions))
-    names = ["point", "RR", "low", "high", "A ±", "B ±", "C ±", "AP"]
+    names = ["point", "RR", "low", "high", *(f"RR_{a} ±" for a in "abc"), *(f"AP_{a}" for a in "abc")]
     out.print(make_table("Orientation [deg]", names, angles))
     print_result({**data, "figures": []}, out)

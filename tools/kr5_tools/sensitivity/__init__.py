@@ -1,1 +1,1 @@
-"""`kr5 sensitivity`: which uncertain input of a model makes how much of the variance of its outputs."""
+"""`kr5 sensitivity`: uncertain inputs of a model ranked by their share of the variance of its outputs."""

@@ -112,8 +112,8 @@ def sensitivity(
     png: Annotated[Path | None, typer.Option("--png", metavar="DIR", help="Folder for the plots as PNG files.")] = None,
     json_file: arguments.JsonOption = None,
 ) -> None:
-    """Sobol's indices: which uncertain input makes how much of the variance of each output, alone (first-order) and
-    with its interactions (total), with intervals; a table of one input at a time beside it.
+    """Sobol's indices: uncertain inputs ranked by their share of the variance of each output, alone (first-order)
+    and with interactions (total), with intervals, beside a table of one input at a time.
 
     Rows are doubled until every interval is narrow enough. Finished rows are on disk at once: after an interruption
     the same command continues. The same seed gives the same result, for any number of workers.
@@ -128,9 +128,7 @@ def sensitivity(
             analyses = [_function_analysis(model, inputs, vectorized, options)]
         else:
             if inputs is not None or vectorized:
-                terminal.fail(
-                    "--inputs, --vectorized: are of a MODEL, which is missing: MODULE:FUNCTION or FILE.py:FUNCTION"
-                )
+                terminal.fail("--inputs, --vectorized: apply only with a MODEL: MODULE:FUNCTION or FILE.py:FUNCTION")
             tolerances = _tolerances(sigma_length, sigma_angle, truncation)
             analyses = _arm_analyses(cell_file, pose, workspace, group, tolerances)
         _check_folder(output, analyses)
@@ -159,7 +157,7 @@ def sensitivity(
 def _refuse_arm_options(cell_file: Path | None, pose: str | None, workspace: bool, group: list[str] | None) -> None:
     given = {"--cell": cell_file, "--pose": pose, "--workspace": workspace, "--group": group}
     if wrong := [name for name, value in given.items() if value]:
-        terminal.fail(f"{', '.join(wrong)}: of an arm; MODEL is a function, so choose one of both")
+        terminal.fail(f"{', '.join(wrong)}: apply to an arm; give either these options or MODEL")
 
 
 def _tolerances(length: float, angle: float, truncation: float) -> arm_module.Tolerances:

@@ -69,7 +69,7 @@ def chain(
     """Covariance of a product of poses, to first order and by the unscented transform, with the ellipsoids that hold
     the error; of a point with and without the error of the rotation.
 
-    Every covariance is checked; of one that is none the negative eigenvalue is told.
+    Every covariance is checked; an invalid one is refused, with its negative eigenvalue.
     """
     writing.check_writable(output, report, json_file, inputs=[file])
     names, poses, point, stated, source = chain_module.read_chain(file)
@@ -154,7 +154,7 @@ def fusion(
 ) -> None:
     """Covariance of a point that several sensors measure, each alone and all fused (Hayat et al. 2022, section 3.4.4).
 
-    The printed result (eq. 3.69) is no covariance: it is told why, and the right one is computed.
+    The printed result (eq. 3.69) is no covariance: the command explains why and computes the right one.
     """
     _sensors(file or BOOK / "fusion.yaml", sigma_translation, sigma_rotation, True, (output, report, png, json_file))
 

@@ -194,7 +194,8 @@ def pose_of(entry: Any, units: Units, source: Path, at: list[int | str], text: s
         fail_at(
             source,
             [*at, "T"],
-            f"its rotation is none: determinant {np.linalg.det(T[:3, :3]):.6g}, expected 1 and columns at right angles",
+            f"its rotation part is not a rotation matrix: determinant {np.linalg.det(T[:3, :3]):.6g}, expected 1 and"
+            " columns at right angles",
             text,
         )
     T[:3, :3] = kr5.nearest_rotation(T[:3, :3])

@@ -8,7 +8,7 @@
 #include <kr5/kinematics/dh_chain.hpp>
 
 /// @file
-/// Choice of the postures that tell most of an arm's parameters, before anything is measured.
+/// Choice of the most informative postures for an arm's parameters, before anything is measured.
 
 namespace kr5::calibration {
 

@@ -8,8 +8,8 @@
 #include <kr5/uncertainty/uncertain_input.hpp>
 
 /// @file
-/// Global sensitivity by Sobol's indices: which uncertain input makes how much of the variance of an output (Hayat et
-/// al. 2022, section 3.2.2).
+/// Global sensitivity by Sobol's indices: uncertain inputs ranked by their share of the variance of an output (Hayat
+/// et al. 2022, section 3.2.2).
 
 namespace kr5::uncertainty {
 

@@ -71,7 +71,7 @@ ScannerInput checked_scanner_input(std::span<const ScannerView> views, std::span
   std::map<std::string, std::size_t> known;
   for (std::size_t k = 0; k < targets.size(); ++k) {
     check_target(targets[k]);
-    require(known.emplace(targets[k].name, k).second, "target " + targets[k].name + ": is there twice");
+    require(known.emplace(targets[k].name, k).second, "target " + targets[k].name + ": is listed twice");
   }
   std::set<std::size_t> seen;
   for (std::size_t i = 0; i < views.size(); ++i) {
