@@ -172,6 +172,25 @@ TEST_CASE("a joint that did not move, turned too little, or not alone is told in
   CHECK_THAT(doubtful.warnings.front(), Contains("another joint moved"));
 }
 
+TEST_CASE("readings in another unit are told; short arcs of noisy points give no false warning") {
+  Random random(15);
+  int false_warnings = 0;
+  for (int trial = 0; trial < 30; ++trial)
+    for (const TurnOptions& o : {TurnOptions{.arc = 20 * degree, .sigma = 5e-4, .readings = true},
+                                 TurnOptions{.arc = 10 * degree, .sigma = 2e-4, .readings = true},
+                                 TurnOptions{.arc = 50 * degree, .sigma = 1e-3, .readings = true},
+                                 TurnOptions{.arc = 30 * degree, .poses = true, .readings = true}})
+      false_warnings += !identify_joint_axis(turn(random, o).samples).warnings.empty();
+  CHECK(false_warnings <= 1);
+  for (const bool poses : {false, true}) {
+    Turn scaled = turn(random, {.arc = 60 * degree, .sigma = 5e-5, .poses = poses, .readings = true});
+    for (JointSample& sample : scaled.samples) *sample.q *= 1.02;
+    const JointAxisResult r = identify_joint_axis(scaled.samples);
+    REQUIRE_FALSE(r.warnings.empty());
+    CHECK_THAT(r.warnings.back(), Contains("times its readings"));
+  }
+}
+
 TEST_CASE("bad samples are refused with their number") {
   Random random(6);
   Turn t = turn(random, {.samples = 6});

@@ -135,6 +135,23 @@ TEST_CASE("the 95 % region of the lengths holds the truth in 93 to 97 % of trial
   coverage.check_rate();
 }
 
+TEST_CASE("a wrist set by hand makes the lengths as uncertain as its tilt shifts axis 6") {
+  Random random(7);
+  const DhChain arm = arm_of(0.18, 0.6, 0.12, 0.62);
+  for (const double tilt : {-1.5, -0.8, 0.8, 1.5}) {
+    ParallelPlaneAxes axes = turns_of(arm, 0.0, 2e-5, random);
+    Eigen::VectorXd q = with_level_wrist(arm, posture(0.0, false, false));
+    q[4] += tilt * degree;
+    axes.axis6 = turn_of(arm, q, 5, 2e-5, random, 50 * degree);
+    const ParallelPlaneLengths r = lengths_from_parallel_planes(parallel_plane_distances(axes));
+    CAPTURE(tilt, r.a1, r.covariance(0, 0));
+    REQUIRE(r.fit.usable());
+    CHECK(std::abs(r.a1 - 0.18) > 2e-4);  // ten times what the noise alone makes
+    CHECK(std::abs(r.a1 - 0.18) < 2 * std::sqrt(r.covariance(0, 0)));
+    CHECK(std::abs(r.a3 - 0.12) < 2 * std::sqrt(r.covariance(2, 2)));
+  }
+}
+
 TEST_CASE("distances that no arm has, and solutions that cannot be told apart, are told") {
   ParallelPlaneDistances d{.c_23 = 0.6, .c_35 = 0.4, .c_16 = 0.8, .c_16_upright = 0.06, .objection = {}};
   d.covariance = Eigen::Matrix4d::Identity() * 1e-6;

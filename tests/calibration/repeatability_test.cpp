@@ -177,6 +177,24 @@ TEST_CASE("sound returns are rarely called outliers or drift, and drift is found
   CHECK(drift.motion[1] == Approx(3e-4).margin(4 * drift.sigma[1]));
 }
 
+TEST_CASE("a device that turns is found although the points are held in different orientations") {
+  Random random(31);
+  std::vector<PoseReturn> returns;
+  for (int k = 0; k < 60; ++k) {
+    Pose T = Pose::Identity();
+    if (k % 2) T.linear() = Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    T.translation() << 0.1 * (k % 2), 0.0, 0.0;
+    Vector6 noise;
+    noise << random.normal_vector(3, 1e-5), random.normal_vector(3, 2e-5);
+    const Eigen::AngleAxisd device(2e-4 * k / 59.0, Eigen::Vector3d::UnitX());
+    T.linear() = device * T.linear();
+    returns.push_back({k % 2 ? "b" : "a", T * to_pose(noise), ""});
+  }
+  const ReturnDrift drift = measure_repeatability(returns).drift;
+  CHECK(drift.significant);
+  CHECK(drift.motion[3] == Approx(2e-4).margin(4 * drift.sigma[3]));
+}
+
 TEST_CASE("returns that give no repeatability are refused") {
   ReturnsWorld w;
   std::vector<PoseReturn> returns = w.draw(5, 1);

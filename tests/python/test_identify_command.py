@@ -64,7 +64,7 @@ def test_mirrored_scaled_and_shifted_measurements_are_told(tmp_path, chain, run_
     write(tmp_path / "mm.csv", q, 1e3 * places)
     assert "are the lengths in millimetres? (--length mm)" in verdict_of(tmp_path, run_kr5, "mm.csv")["text"]
     write(tmp_path / "ellipse.csv", q, places * [1.05, 1, 1])
-    assert "its readings by" in verdict_of(tmp_path, run_kr5, "ellipse.csv")["text"]
+    assert "times its readings" in verdict_of(tmp_path, run_kr5, "ellipse.csv")["text"]
     write(tmp_path / "shifted.csv", q[:-1], places[1:])
     verdict = verdict_of(tmp_path, run_kr5, "shifted.csv")
     assert verdict["word"] == "doubtful" and "shifted by a row" in verdict["text"]

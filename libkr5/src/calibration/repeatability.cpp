@@ -354,7 +354,9 @@ ReturnDrift find_drift(const Returns& returns, double false_alarm) {
   std::vector<Vector6> d;
   double dof = -1.0;  // of the slope
   for (const Group& group : returns.groups) {
-    const Deviations own = returns.deviations(group, true);
+    Deviations own = returns.deviations(group, true);
+    // The device turns alike for all points, in its own frame, whatever their orientation.
+    own.bottomRows<3>() = returns.mean(group, true).linear() * own.bottomRows<3>();
     double mean = 0.0;
     std::vector<double> t;
     for (std::size_t k = 0; k < group.size(); ++k)

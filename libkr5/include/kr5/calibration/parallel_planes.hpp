@@ -25,6 +25,7 @@ struct ParallelPlaneAxes {
   JointAxisResult axis5;
   JointAxisResult axis6;
   JointAxisResult axis6_upright;
+  double wrist_distance = 0.3;  ///< [m]
 
   static void each_field(auto& self, auto&& visit) {
     visit("axis1", self.axis1, "Axis of joint 1.");
@@ -33,6 +34,9 @@ struct ParallelPlaneAxes {
     visit("axis5", self.axis5, "Axis of joint 5.");
     visit("axis6", self.axis6, "Axis of joint 6, with the forearm across axis 1.");
     visit("axis6_upright", self.axis6_upright, "Axis of joint 6, with the forearm along axis 1.");
+    visit("wrist_distance", self.wrist_distance,
+          "Greatest distance along axis 6 of what was measured from the wrist centre, over which a tilt of axis 6 "
+          "against axis 1 shifts it [m].");
   }
 };
 
@@ -53,7 +57,8 @@ struct ParallelPlaneDistances {
         "Distance of the axes 1 and 6 with the forearm across axis 1, less what a lean of the upper arm adds; negative "
         "when the forearm points away from axis 2 [m].");
     visit("c_16_upright", self.c_16_upright, "The same with the forearm along axis 1; negative beyond axis 1 [m].");
-    visit("covariance", self.covariance, "Covariance of the four, in this order [m^2].");
+    visit("covariance", self.covariance,
+          "Covariance of the four, in this order, with what axes that are not quite parallel add [m^2].");
     visit("objection", self.objection, "Reason why the distances tell no lengths; empty when there is none.");
   }
 };

@@ -397,6 +397,54 @@ struct AxisEstimation {
   }
 };
 
+/// Angle about the axis at which each sample was found [rad].
+double found_angle(const AxisEstimation& estimation, std::size_t i) {
+  const fit::FitBlock change = estimation.fit->angles[i];
+  return estimation.start.angles[i] + (change.exists() ? estimation.fit->fit.values(change)[0] : 0.0);
+}
+
+/// Standard deviation of the radius over the radius, by which all angles of points are too large or too small together
+/// [-]; those of poses do not depend on it.
+double radius_doubt(const AxisFit& fit) {
+  double radius = 0.0;
+  for (const fit::FitBlock point : fit.points) radius = std::max(radius, fit.fit.values(point).head<2>().norm());
+  if (radius == 0.0) return 0.0;
+  const std::vector<int> places = fit.fit.coordinates(fit.axis);
+  Eigen::Matrix2d offset;
+  for (int r = 0; r < 2; ++r)
+    for (int c = 0; c < 2; ++c)
+      offset(r, c) = fit.result.covariance(places[static_cast<std::size_t>(r)], places[static_cast<std::size_t>(c)]);
+  return std::sqrt(symmetric_eigen(offset).values[1]) / radius;
+}
+
+/// Why the joint turned by another angle than its readings say; empty when it did not, as far as noise lets it be seen.
+std::string turn_doubt(const AxisEstimation& estimation) {
+  constexpr double matters = 0.005, false_alarm = 1e-4;  // of a sound encoder
+  double n = 0, mean_q = 0, mean_angle = 0, qq = 0, qa = 0, aa = 0;
+  for (int pass = 0; pass < 2; ++pass)
+    for (std::size_t i = 0; i < estimation.samples.size(); ++i) {
+      if (!estimation.samples[i].q) return {};
+      if (!(estimation.weights[i] > 0)) continue;
+      const double q = *estimation.samples[i].q, angle = found_angle(estimation, i);
+      if (pass == 0) {
+        mean_q = (n * mean_q + q) / (n + 1), mean_angle = (n * mean_angle + angle) / (n + 1), ++n;
+      } else {
+        qq += (q - mean_q) * (q - mean_q), qa += (q - mean_q) * (angle - mean_angle);
+        aa += (angle - mean_angle) * (angle - mean_angle);
+      }
+    }
+  if (n < 4 || !(qq > 0)) return {};
+  const double slope = qa / qq;
+  const double variance = std::max(aa - slope * qa, 0.0) / (n - 2) / qq + std::pow(radius_doubt(*estimation.fit), 2);
+  const double f = (slope - 1) * (slope - 1) / std::max(variance, 1e-30);
+  if (std::abs(slope - 1) < matters || 1 - uncertainty::fisher_cdf(f, 1, n - 2) > false_alarm) return {};
+  std::ostringstream text;
+  text << "the joint turned by " << std::setprecision(4) << slope << " times its readings (" << std::setprecision(1)
+       << std::fixed << 100 * std::sqrt(variance)
+       << " % standard deviation): another joint moved, or the unit is wrong";
+  return text.str();
+}
+
 /// Reasons to doubt that one joint alone moved.
 std::vector<std::string> axis_doubts(const AxisEstimation& estimation) {
   std::vector<std::string> out;
@@ -416,16 +464,7 @@ std::vector<std::string> axis_doubts(const AxisEstimation& estimation) {
   if (pairs >= 24 && product / square > 5 / std::sqrt(pairs))
     out.push_back(
         "the points leave their circles in a systematic way: another joint moved, the arm yields, or the device moved");
-  double least = 1e300, most = -1e300;
-  bool known = true;
-  for (const JointSample& sample : estimation.samples) {
-    known = known && sample.q.has_value();
-    if (known) least = std::min(least, *sample.q), most = std::max(most, *sample.q);
-  }
-  const auto [low, high] = std::minmax_element(estimation.start.angles.begin(), estimation.start.angles.end());
-  if (known && most > least && std::abs((*high - *low) / (most - least) - 1) > 0.02)
-    out.push_back("the joint turned by " + in_degrees(*high - *low) + ", its readings by " + in_degrees(most - least) +
-                  ": another joint moved, or the unit is wrong");
+  if (const std::string turned = turn_doubt(estimation); !turned.empty()) out.push_back(turned);
   return out;
 }
 
@@ -467,8 +506,7 @@ void write_axis(const AxisEstimation& estimation, JointAxisResult& out) {
   out.angles.resize(static_cast<Eigen::Index>(estimation.samples.size()));
   double squares = 0.0, count = 0.0;
   for (std::size_t i = 0; i < estimation.samples.size(); ++i) {
-    const double change = fit.angles[i].exists() ? fit.fit.values(fit.angles[i])[0] : 0.0;
-    out.angles[static_cast<Eigen::Index>(i)] = estimation.start.angles[i] + change;
+    out.angles[static_cast<Eigen::Index>(i)] = found_angle(estimation, i);
     if (!(estimation.weights[i] > 0)) {
       out.outliers.push_back(static_cast<int>(i));
       continue;

@@ -63,14 +63,39 @@ Eigen::Vector4d plane_distances(const Lines& line) {
           forward.dot(line[SixthUpright].point - line[First].point) - lean};
 }
 
+/// Angle between two axes that should be parallel, and its standard deviation [rad].
+struct Tilt {
+  double angle = 0.0, sigma = 0.0;
+
+  /// By how much a distance of the axes differs so far along them, where the angle is more than noise [m].
+  double shift(double along) const { return angle > 3 * sigma ? angle * along : 0.0; }
+};
+
+Tilt tilt_of(const JointAxisResult& a, const JointAxisResult& b) {
+  return {std::atan2(a.axis.direction.cross(b.axis.direction).norm(), std::abs(a.axis.direction.dot(b.axis.direction))),
+          std::sqrt((a.covariance + b.covariance).bottomRightCorner<2, 2>().trace())};
+}
+
+/// How far apart along their common direction two axes were measured [m].
+double apart_along(const JointAxisResult& a, const JointAxisResult& b) {
+  return std::abs(common_direction(a.axis, b.axis).dot(b.axis.point - a.axis.point));
+}
+
+/// Variances that axes which are not quite parallel add to their distances [m^2].
+Eigen::Vector4d tilt_variances(const ParallelPlaneAxes& axes) {
+  return Eigen::Vector4d(tilt_of(axes.axis2, axes.axis3).shift(apart_along(axes.axis2, axes.axis3)),
+                         tilt_of(axes.axis3, axes.axis5).shift(apart_along(axes.axis3, axes.axis5)),
+                         tilt_of(axes.axis1, axes.axis6).shift(axes.wrist_distance),
+                         tilt_of(axes.axis1, axes.axis6_upright).shift(axes.wrist_distance))
+      .cwiseAbs2();
+}
+
 /// Why two axes are not parallel; empty when they are, within their uncertainty.
 std::string parallel_objection(const JointAxisResult& a, const JointAxisResult& b, const std::string& names,
                                const std::string& remedy) {
-  const double angle =
-      std::atan2(a.axis.direction.cross(b.axis.direction).norm(), std::abs(a.axis.direction.dot(b.axis.direction)));
-  const double sigma = std::sqrt((a.covariance + b.covariance).bottomRightCorner<2, 2>().trace());
-  if (angle < most_out_of_parallel + 3 * sigma) return {};
-  return "the axes " + names + " are " + with_digits(angle * 180 / std::numbers::pi, 1) +
+  const Tilt tilt = tilt_of(a, b);
+  if (tilt.angle < most_out_of_parallel + 3 * tilt.sigma) return {};
+  return "the axes " + names + " are " + with_digits(tilt.angle * 180 / std::numbers::pi, 1) +
          " deg from parallel: " + remedy + "; ";
 }
 
@@ -109,6 +134,7 @@ ParallelPlaneDistances parallel_plane_distances(const ParallelPlaneAxes& axes) {
     require(all[k]->fit.usable(), std::string(names[k]) + ": was not identified (" + all[k]->fit.message + ")");
     lines[k] = all[k]->axis;
   }
+  require(axes.wrist_distance >= 0 && axes.wrist_distance < 10, "wrist_distance must lie between 0 and 10 m");
   const Eigen::Vector4d c = plane_distances(lines);
   ParallelPlaneDistances out{.c_23 = c[0], .c_35 = c[1], .c_16 = c[2], .c_16_upright = c[3], .objection = {}};
   for (int i = 0; i < axis_count; ++i) {
@@ -123,6 +149,7 @@ ParallelPlaneDistances parallel_plane_distances(const ParallelPlaneAxes& axes) {
     }
     out.covariance += J * all[k]->covariance * J.transpose();
   }
+  out.covariance.diagonal() += tilt_variances(axes);
   const std::string wrist = "joints 4 and 5 must stand such that axis 6 is parallel to axis 1";
   out.objection = joined_objection(
       parallel_objection(axes.axis2, axes.axis3, "2 and 3", "the length constraints are not for this arm") +
