@@ -119,7 +119,10 @@ TEST_CASE("one parameter at a time: b1 moves the KR5 along Z alone") {
   const OneAtATime r = one_at_a_time(model_of(arm), deviations_of(arm));
   const int b1 = row_of(r.inputs, "b1");
   CHECK(r.plus(b1, Z) == Approx(1e-3).epsilon(1e-9));
+  CHECK(r.minus(b1, Z) == Approx(-1e-3).epsilon(1e-9));
   CHECK(r.highest(b1, Z) - r.lowest(b1, Z) == Approx(6e-3).epsilon(1e-9));
   for (const int o : {0, 1, 3, 4, 5}) CHECK(std::abs(r.plus(b1, o)) < 1e-15);
-  CHECK(std::abs(r.plus(row_of(r.inputs, "theta1"), Y)) == Approx(0.8141 * std::sin(deg)).epsilon(1e-3));
+  const int theta1 = row_of(r.inputs, "theta1");
+  CHECK(r.minus(theta1, Y) == Approx(-r.plus(theta1, Y)).epsilon(1e-3));
+  CHECK(std::abs(r.plus(theta1, Y)) == Approx(0.8141 * std::sin(deg)).epsilon(1e-3));
 }

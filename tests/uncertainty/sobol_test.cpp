@@ -212,6 +212,10 @@ TEST_CASE("one input changed at a time moves the outputs by its own part alone")
   CHECK((r.centre - Eigen::Vector2d(11, 15)).norm() < 1e-12);
   CHECK(r.plus(0, 0) == Approx(1.0));
   CHECK(r.minus(0, 1) == Approx(-1.5));
+  const double sigma = 4 / std::sqrt(12.0);  // of the uniform input, about 1
+  CHECK(r.minus(1, 0) == Approx(std::pow(1 - sigma, 2) - 1));
+  CHECK(r.plus(1, 0) == Approx(std::pow(1 + sigma, 2) - 1));
+  CHECK(r.minus(1, 1) == 0);
   CHECK(r.highest(0, 0) == Approx(3.0));
   CHECK(r.highest(1, 0) == Approx(8.0));
   CHECK(r.lowest(1, 0) == Approx(-1.0));
