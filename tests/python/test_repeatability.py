@@ -63,6 +63,10 @@ def test_repeatability_and_accuracy_of_every_point_and_all(run_kr5, tmp_path, ku
         assert p["RP"]["value"] == pytest.approx(expected, rel=0.4)
         assert p["AP"]["value"] == pytest.approx(np.linalg.norm(OFFSET), abs=5 * SIGMA / np.sqrt(30))
         assert p["RR_A"]["value"] == pytest.approx(3e-4, rel=0.5)
+    figures = {f["name"]: f["value"] for f in data["figures"]}
+    for k, a in enumerate("abc"):
+        shown = figures[f"AP_{a}, {data['result']['points'][0]['point']}"]
+        assert shown == pytest.approx(np.degrees(data["result"]["points"][0]["offset"][3 + k]), rel=1e-5)
     assert run_kr5("report", "r.json", "-o", "page.html", "--png", "plots").returncode == 0
     assert {f.stem for f in (tmp_path / "plots").iterdir()} >= {"returns", "return_distances", "return_order"}
 

@@ -43,7 +43,8 @@ int main(int, char** argv) {
     // tracker measures, too.
     const Pose T_camera_board = to_pose((Vector6() << -0.1, -0.07, 0.5, 0.2 * noise).finished());
     const Pose T_tracker_board = T_tracker_base * truth.flange(q) * T_flange_camera * T_camera_board;
-    const Eigen::Matrix2Xd pixels = lens.project(T_camera_board * board);
+    Eigen::Matrix2Xd pixels(2, 4);
+    for (int i = 0; i < 4; ++i) pixels.col(i) = lens.project(T_camera_board * Eigen::Vector3d(board.col(i)));
     fit.observe_pixels(
         fit::PoseChain().then_inverse(hand_eye).then_inverse_arm(arm, q).then_inverse(base).then(T_tracker_board),
         camera, board, pixels, 0.2);
