@@ -276,6 +276,7 @@ struct CellFit::Impl {
       for (const int place : of_block) n = std::max<Eigen::Index>(n, place + 1);
     return n;
   }
+  bool exists() const;
   void minimise(const CellFitOptions& options, CellFitResult& result);
   std::vector<std::vector<const Observation*>> groups() const;
   int nuisance_of(const Observation& o) const;
@@ -312,7 +313,33 @@ std::vector<std::string> CellFit::Impl::number_coordinates() {
   return names;
 }
 
+/// Whether every measurement in use has residuals at the present values.
+bool CellFit::Impl::exists() const {
+  Eigen::VectorXd r;
+  for (const Observation& o : observations) {
+    if (!(o.weight > 0)) continue;
+    r.resize(o.rows);
+    if (!o.evaluate(blocks, values(o).data(), r.data(), nullptr)) return false;
+  }
+  return true;
+}
+
 void CellFit::Impl::minimise(const CellFitOptions& options, CellFitResult& result) {
+  for (const Observation& o : observations)
+    if (o.weight > 0) result.residuals += o.rows;
+  if (!exists()) {
+    result.cost = std::numeric_limits<double>::infinity();
+    result.fit.message = "a measurement is impossible at the start, as of a point behind the camera";
+    return;
+  }
+  // In one piece: Ceres orders blocks by their addresses, and equal fits are to give equal answers.
+  std::vector<Eigen::Index> first;
+  Eigen::Index count = 0;
+  for (const Block& block : blocks) first.push_back(count), count += block.values.size();
+  Eigen::VectorXd stored(count);
+  const auto at = [&](std::size_t b) { return stored.data() + first[b]; };
+  for (std::size_t b = 0; b < blocks.size(); ++b) stored.segment(first[b], blocks[b].values.size()) = blocks[b].values;
+
   ceres::Problem::Options ownership;
   ownership.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::Problem problem(ownership);
@@ -320,25 +347,25 @@ void CellFit::Impl::minimise(const CellFitOptions& options, CellFitResult& resul
   for (Observation& o : observations) {
     if (!(o.weight > 0)) continue;
     std::vector<double*> parameters;
-    for (const int b : o.blocks) parameters.push_back(blocks[static_cast<std::size_t>(b)].values.data());
+    for (const int b : o.blocks) parameters.push_back(at(static_cast<std::size_t>(b)));
     problem.AddResidualBlock(new ObservationCost(blocks, o), options.loss > 0 ? &loss : nullptr, parameters);
-    result.residuals += o.rows;
   }
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
   bool any_nuisance = false;
-  for (Block& block : blocks) {
-    if (block.prior.size() && (!block.nuisance || problem.HasParameterBlock(block.values.data())))
-      problem.AddResidualBlock(new PriorCost(block), nullptr, block.values.data());
-    if (!problem.HasParameterBlock(block.values.data())) continue;
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    const Block& block = blocks[b];
+    if (block.prior.size() && (!block.nuisance || problem.HasParameterBlock(at(b))))
+      problem.AddResidualBlock(new PriorCost(block), nullptr, at(b));
+    if (!problem.HasParameterBlock(at(b))) continue;
     const std::vector<int> free = block.free();
-    ordering->AddElementToGroup(block.values.data(), block.nuisance ? 0 : 1);
+    ordering->AddElementToGroup(at(b), block.nuisance ? 0 : 1);
     any_nuisance = any_nuisance || block.nuisance;
     if (free.empty()) {
-      problem.SetParameterBlockConstant(block.values.data());
+      problem.SetParameterBlockConstant(at(b));
     } else if (block.kind == BlockKind::Pose) {
-      problem.SetManifold(block.values.data(), new PoseManifold(free));
+      problem.SetManifold(at(b), new PoseManifold(free));
     } else if (static_cast<int>(free.size()) < block.size()) {
-      problem.SetManifold(block.values.data(), new VectorManifold(block));
+      problem.SetManifold(at(b), new VectorManifold(block));
     }
   }
   ceres::Solver::Options solver;
@@ -352,8 +379,9 @@ void CellFit::Impl::minimise(const CellFitOptions& options, CellFitResult& resul
   solver.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   ceres::Solve(solver, &problem, &summary);
+  for (std::size_t b = 0; b < blocks.size(); ++b) blocks[b].values = stored.segment(first[b], blocks[b].values.size());
   result.fit.iterations = static_cast<int>(summary.iterations.size());
-  result.cost = summary.final_cost < 0 ? std::numeric_limits<double>::infinity() : 2 * summary.final_cost;
+  result.cost = 2 * summary.final_cost;
   const double dof =
       std::max(1.0, static_cast<double>(result.residuals) - static_cast<double>(result.coordinates.size()));
   result.fit.initial_rms = std::sqrt(std::max(0.0, 2 * summary.initial_cost) / dof);
