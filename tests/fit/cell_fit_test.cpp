@@ -287,6 +287,83 @@ TEST_CASE("what neither measurement nor prior determines has an infinite varianc
   CHECK_THROWS_WITH(fit.solve({.loss = 1.0}), Contains("set loss to 0"));
 }
 
+TEST_CASE("square pixels and the bow of a board are found, and derivatives are those of finite differences") {
+  Random random(5);
+  Pinhole camera = lens(), rough = camera;
+  camera.fx = camera.fy = 1000, rough.fx = rough.fy = 1030;
+  Eigen::Matrix3Xd points(3, 20);
+  for (int k = 0; k < 20; ++k) points.col(k) << 0.03 * (k % 5) - 0.06, 0.03 * (k / 5) - 0.045, 0.0;
+  FitDeformation bow;
+  bow.displacements = Eigen::MatrixXd::Zero(60, 2);
+  for (int k = 0; k < 20; ++k) {
+    bow.displacements(3 * k + 2, 0) = points(0, k) * points(0, k) / 0.06;
+    bow.displacements(3 * k, 1) = points(0, k);
+    bow.displacements(3 * k + 1, 1) = -points(1, k);
+  }
+  const Eigen::Vector2d truth(0.03, 0.002);
+  const Eigen::Matrix3Xd bent = points + (bow.displacements * truth).reshaped(3, 20);
+  CellFit fit;
+  const FitBlock lens_block = fit.add_camera("camera", rough);
+  bow.amounts = fit.add_vector("board", Eigen::Vector2d::Zero(), {"bow", "stretch"});
+  fit.tie(lens_block, 0, 1);
+  for (const int held : {5, 7, 8, 9, 10, 11}) fit.hold(lens_block, held);
+  std::vector<FitObservation> views;
+  for (int i = 0; i < 6; ++i) {
+    Vector6 look;
+    look << random.normal_vector(2, 0.03), random.uniform(0.4, 0.6), random.normal_vector(3, 0.3);
+    const Pose T = to_pose(look);
+    Eigen::Matrix2Xd pixels(2, 20);
+    for (Eigen::Index k = 0; k < 20; ++k) pixels.col(k) = camera.project(T * Eigen::Vector3d(bent.col(k)));
+    const FitBlock view =
+        fit.add_nuisance_pose("view" + std::to_string(i), T * to_pose(Vector6(Vector6::Constant(1e-3))));
+    views.push_back(fit.observe_pixels(PoseChain().then(view), lens_block, points, pixels, 0.2, bow));
+  }
+  const CellFitResult result = fit.solve();
+  REQUIRE(result.coordinates.size() == 7);  // f cx cy k1 p1, bow and stretch
+  CHECK(result.unidentifiable.empty());
+  CHECK(fit.coordinates(lens_block) == std::vector<int>{0, 0, 1, 2, 3, -1, 4, -1, -1, -1, -1, -1});
+  CHECK((fit.camera(lens_block).parameters() - camera.parameters()).norm() < 1e-5);
+  CHECK(fit.camera(lens_block).fx == Approx(fit.camera(lens_block).fy).epsilon(1e-14));
+  CHECK((fit.values(bow.amounts) - truth).norm() < 1e-8);
+
+  const auto at = fit.derivatives(views[2]);
+  REQUIRE(at);
+  CHECK(at->residuals == fit.residuals(views[2]));
+  CHECK(at->by_nuisance.cols() == 6);
+  const Eigen::VectorXd lens_values = fit.values(lens_block), board_values = fit.values(bow.amounts);
+  const auto slope = [&](FitBlock block, const Eigen::VectorXd& values, const Eigen::VectorXd& step) {
+    fit.begin_at(block, values + step);
+    const Eigen::VectorXd after = fit.residuals(views[2]);
+    fit.begin_at(block, values - step);
+    const Eigen::VectorXd before = fit.residuals(views[2]);
+    fit.begin_at(block, values);
+    return Eigen::VectorXd((after - before) / (2 * step.maxCoeff()));
+  };
+  Eigen::VectorXd f = Eigen::VectorXd::Zero(12);
+  f.head<2>().setConstant(1e-3);
+  CHECK((slope(lens_block, lens_values, f) - at->by_coordinate.col(0)).norm() < 1e-6 * at->by_coordinate.col(0).norm());
+  for (int k = 0; k < 2; ++k)
+    CHECK((slope(bow.amounts, board_values, 1e-6 * Eigen::Vector2d::Unit(k)) - at->by_coordinate.col(5 + k)).norm() <
+          1e-6 * at->by_coordinate.col(5 + k).norm());
+}
+
+TEST_CASE("a point beyond the range of the lens model rules a camera out, unless it has no part") {
+  Pinhole camera = lens();
+  camera.k4 = -2.0;  // pole at a slope of 0.7
+  Eigen::Matrix3Xd points(3, 4);
+  points << 0.0, 0.1, 0.0, 0.8, 0.0, 0.0, 0.1, 0.0, 1.0, 1.0, 1.0, 1.0;
+  CellFit fit;
+  const FitBlock lens_block = fit.add_camera("camera", camera);
+  for (int k = 1; k < 12; ++k) fit.hold(lens_block, k);
+  const FitObservation view = fit.observe_pixels({}, lens_block, points, Eigen::Matrix2Xd::Zero(2, 4), 1.0);
+  CHECK(fit.residuals(view).array().isInf().all());
+  CHECK(fit.solve().fit.status == FitStatus::Degenerate);
+  CHECK_FALSE(fit.derivatives(view));
+  fit.set_pixel_sigmas(view, Eigen::Vector4d(1, 1, 1, std::numeric_limits<double>::infinity()));
+  CHECK(fit.solve().fit.usable());
+  CHECK(fit.residuals(view).allFinite());
+}
+
 TEST_CASE("joint errors that follow a regressor are found beside the arm") {
   Random random(4);
   const World w = random_world(random, 3);
@@ -419,4 +496,11 @@ TEST_CASE("a fit that cannot be set up says why") {
                                                  Eigen::Matrix3Xd::Zero(3, 2), Eigen::Matrix2Xd::Zero(2, 2), 0.1);
   CHECK_THROWS_WITH(fit.set_pixel_sigmas(view, Eigen::Vector3d(1, 1, 1)), Contains("as many pixels"));
   CHECK_THROWS_WITH(fit.set_pixel_sigmas(view, Eigen::Vector2d(1, 0)), Contains("sigmas must be positive [px]"));
+  CHECK_THROWS_WITH(fit.tie(pose, 0, 1), Contains("base: coordinates of a pose or a nuisance cannot be tied"));
+  CHECK_THROWS_WITH(fit.tie(lens_block, 0, 12), Contains("camera: there is no free coordinate 12"));
+  CHECK_THROWS_WITH(fit.tie(lens_block, 3, 3), Contains("cannot be tied to itself"));
+  const FitBlock bow = fit.add_vector("bow", Eigen::Vector2d::Zero(), {"x", "y"});
+  CHECK_THROWS_WITH(fit.observe_pixels({}, lens_block, Eigen::Matrix3Xd::Zero(3, 2), Eigen::Matrix2Xd::Zero(2, 2), 0.1,
+                                       {bow, Eigen::MatrixXd::Zero(6, 3)}),
+                    Contains("three rows a point and one column an amount"));
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fit/block.hpp"
 
+#include <numeric>
+
 #include <kr5/core/error.hpp>
 
 namespace kr5::fit {
@@ -15,6 +17,8 @@ Block with(BlockKind kind, const std::string& name, const Eigen::VectorXd& value
   for (const std::string& coordinate : coordinates) block.coordinates.push_back(name + "." + coordinate);
   block.values = block.start = values;
   block.held.assign(coordinates.size(), false);
+  block.leader.resize(coordinates.size());
+  std::iota(block.leader.begin(), block.leader.end(), 0);
   return block;
 }
 
@@ -23,8 +27,13 @@ Block with(BlockKind kind, const std::string& name, const Eigen::VectorXd& value
 std::vector<int> Block::free() const {
   std::vector<int> out;
   for (int i = 0; i < size(); ++i)
-    if (!held[static_cast<std::size_t>(i)]) out.push_back(i);
+    if (!held[static_cast<std::size_t>(i)] && leader[static_cast<std::size_t>(i)] == i) out.push_back(i);
   return out;
+}
+
+void Block::hold(int coordinate) {
+  for (std::size_t i = 0; i < held.size(); ++i)
+    if (leader[i] == leader[static_cast<std::size_t>(coordinate)]) held[i] = true;
 }
 
 Pose to_pose_block(const double* values) {

@@ -21,16 +21,20 @@ struct Block {
   std::string name;
   std::vector<std::string> coordinates;
   Eigen::VectorXd values;
-  Eigen::VectorXd start;   ///< Values when the block was added.
-  std::vector<bool> held;  ///< By coordinate.
-  Eigen::VectorXd prior;   ///< Standard deviation by coordinate; empty: no prior.
+  Eigen::VectorXd start;    ///< Values when the block was added.
+  std::vector<bool> held;   ///< By coordinate.
+  std::vector<int> leader;  ///< By coordinate: the one that it follows, or itself.
+  Eigen::VectorXd prior;    ///< Standard deviation by coordinate; empty: no prior.
   bool nuisance = false;
   kinematics::DhChain chain;  ///< Of an arm: types of the joints and T_base_0.
   int width = 0, height = 0;  ///< Of a camera [px].
 
   int size() const { return static_cast<int>(coordinates.size()); }
+  /// Coordinates that are neither held nor follow another one.
   std::vector<int> free() const;
   bool any_free() const { return std::find(held.begin(), held.end(), false) != held.end(); }
+  /// Holds a coordinate, and those tied to it.
+  void hold(int coordinate);
   Pose pose() const;
   kinematics::DhChain arm() const;
   Pinhole camera() const;

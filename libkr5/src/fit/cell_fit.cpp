@@ -54,6 +54,45 @@ class PoseManifold final : public ceres::Manifold {
   std::vector<int> free_;
 };
 
+/// Numbers of which some are held and some follow others.
+class VectorManifold final : public ceres::Manifold {
+ public:
+  explicit VectorManifold(const Block& block)
+      : place_(static_cast<std::size_t>(block.size()), -1), free_(block.free()) {
+    for (std::size_t i = 0; i < place_.size(); ++i) {
+      const auto at = std::find(free_.begin(), free_.end(), block.leader[i]);
+      if (at != free_.end()) place_[i] = static_cast<int>(at - free_.begin());
+    }
+  }
+  int AmbientSize() const override { return static_cast<int>(place_.size()); }
+  int TangentSize() const override { return static_cast<int>(free_.size()); }
+  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override {
+    for (std::size_t i = 0; i < place_.size(); ++i) x_plus_delta[i] = x[i] + (place_[i] < 0 ? 0.0 : delta[place_[i]]);
+    return true;
+  }
+  bool PlusJacobian(const double*, double* jacobian) const override {
+    Eigen::Map<RowMatrix> J(jacobian, AmbientSize(), TangentSize());
+    J.setZero();
+    for (std::size_t i = 0; i < place_.size(); ++i)
+      if (place_[i] >= 0) J(static_cast<Eigen::Index>(i), place_[i]) = 1.0;
+    return true;
+  }
+  bool Minus(const double* y, const double* x, double* y_minus_x) const override {
+    for (std::size_t k = 0; k < free_.size(); ++k) y_minus_x[k] = y[free_[k]] - x[free_[k]];
+    return true;
+  }
+  bool MinusJacobian(const double*, double* jacobian) const override {
+    Eigen::Map<RowMatrix> J(jacobian, TangentSize(), AmbientSize());
+    J.setZero();
+    for (std::size_t k = 0; k < free_.size(); ++k) J(static_cast<Eigen::Index>(k), free_[k]) = 1.0;
+    return true;
+  }
+
+ private:
+  std::vector<int> place_;  ///< By number, among the free ones; -1: held.
+  std::vector<int> free_;
+};
+
 /// An observation as Ceres sees it.
 class ObservationCost final : public ceres::CostFunction {
  public:
@@ -64,17 +103,7 @@ class ObservationCost final : public ceres::CostFunction {
       mutable_parameter_block_sizes()->push_back(static_cast<int>(all[static_cast<std::size_t>(b)].values.size()));
   }
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
-    const std::vector<const double*> values(parameters, parameters + observation_.blocks.size());
-    std::vector<RowMatrix> J;
-    if (!observation_.evaluate(all_, values, residuals, jacobians ? &J : nullptr)) return false;
-    if (!jacobians) return true;
-    for (std::size_t k = 0; k < J.size(); ++k) {
-      if (!jacobians[k]) continue;
-      Eigen::Map<RowMatrix> out(jacobians[k], observation_.rows, parameter_block_sizes()[k]);
-      out.leftCols(J[k].cols()) = J[k];
-      if (out.cols() > J[k].cols()) out.rightCols(out.cols() - J[k].cols()).setZero();
-    }
-    return true;
+    return observation_.evaluate(all_, parameters, residuals, jacobians);
   }
 
  private:
@@ -119,7 +148,7 @@ Eigen::MatrixXd whitening_of(const Eigen::MatrixXd& covariance, Eigen::Index siz
 }
 
 /// Measurements that share a nuisance, at the present values.
-struct Linearisation {
+struct GroupDerivatives {
   std::vector<int> index;  ///< Places of the columns of `J` in the result.
   Eigen::MatrixXd J;       ///< By the free coordinates.
   Eigen::MatrixXd N;       ///< By the nuisance; without columns where there is none.
@@ -167,7 +196,7 @@ WithoutNuisance eliminate(const Eigen::MatrixXd& N, const Eigen::VectorXd& prior
 
 /// Derivatives by the free coordinates of as many residuals as tell all that is known with the nuisance eliminated. The
 /// residuals are turned, so that this costs little for many of them.
-Eigen::MatrixXd without_nuisance(const Linearisation& at) {
+Eigen::MatrixXd without_nuisance(const GroupDerivatives& at) {
   const Eigen::Index k = at.N.cols(), rows = at.N.rows();
   if (k == 0) return at.J;
   Eigen::MatrixXd N = Eigen::MatrixXd::Zero(rows + k, k), J = Eigen::MatrixXd::Zero(rows + k, at.J.cols());
@@ -254,10 +283,18 @@ struct CellFit::Impl {
   }
 
   std::vector<std::string> number_coordinates();
+  /// Of the last solve.
+  Eigen::Index coordinate_count() const {
+    Eigen::Index n = 0;
+    for (const auto& of_block : places)
+      for (const int place : of_block) n = std::max<Eigen::Index>(n, place + 1);
+    return n;
+  }
+  bool exists() const;
   void minimise(const CellFitOptions& options, CellFitResult& result);
   std::vector<std::vector<const Observation*>> groups() const;
   int nuisance_of(const Observation& o) const;
-  std::optional<Linearisation> linearise(const std::vector<const Observation*>& group) const;
+  std::optional<GroupDerivatives> linearise(const std::vector<const Observation*>& group) const;
   Eigen::MatrixXd data_information(CellFitResult& result) const;
   Eigen::MatrixXd covariance_of(const std::vector<int>& index) const;
   Eigen::VectorXd nuisance_redundancy(int nuisance) const;
@@ -279,6 +316,8 @@ std::vector<std::string> CellFit::Impl::number_coordinates() {
       places[b][static_cast<std::size_t>(i)] = static_cast<int>(names.size());
       names.push_back(block.coordinates[static_cast<std::size_t>(i)]);
     }
+    for (std::size_t i = 0; i < places[b].size(); ++i)
+      places[b][i] = places[b][static_cast<std::size_t>(block.leader[i])];
   }
   require(!names.empty(), "CellFit: no parameter is free");
   observations_of.assign(blocks.size(), {});
@@ -288,7 +327,33 @@ std::vector<std::string> CellFit::Impl::number_coordinates() {
   return names;
 }
 
+/// Whether every measurement in use has residuals at the present values.
+bool CellFit::Impl::exists() const {
+  Eigen::VectorXd r;
+  for (const Observation& o : observations) {
+    if (!(o.weight > 0)) continue;
+    r.resize(o.rows);
+    if (!o.evaluate(blocks, values(o).data(), r.data(), nullptr)) return false;
+  }
+  return true;
+}
+
 void CellFit::Impl::minimise(const CellFitOptions& options, CellFitResult& result) {
+  for (const Observation& o : observations)
+    if (o.weight > 0) result.residuals += o.rows;
+  if (!exists()) {
+    result.cost = std::numeric_limits<double>::infinity();
+    result.fit.message = "a measurement is impossible at the start, as of a point behind the camera";
+    return;
+  }
+  // In one piece: Ceres orders blocks by their addresses, and equal fits are to give equal answers.
+  std::vector<Eigen::Index> first;
+  Eigen::Index count = 0;
+  for (const Block& block : blocks) first.push_back(count), count += block.values.size();
+  Eigen::VectorXd stored(count);
+  const auto at = [&](std::size_t b) { return stored.data() + first[b]; };
+  for (std::size_t b = 0; b < blocks.size(); ++b) stored.segment(first[b], blocks[b].values.size()) = blocks[b].values;
+
   ceres::Problem::Options ownership;
   ownership.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::Problem problem(ownership);
@@ -296,32 +361,29 @@ void CellFit::Impl::minimise(const CellFitOptions& options, CellFitResult& resul
   for (Observation& o : observations) {
     if (!(o.weight > 0)) continue;
     std::vector<double*> parameters;
-    for (const int b : o.blocks) parameters.push_back(blocks[static_cast<std::size_t>(b)].values.data());
+    for (const int b : o.blocks) parameters.push_back(at(static_cast<std::size_t>(b)));
     if (options.loss > 0) losses.emplace_back(options.loss * std::sqrt(static_cast<double>(o.rows)));
     problem.AddResidualBlock(new ObservationCost(blocks, o), options.loss > 0 ? &losses.back() : nullptr, parameters);
-    result.residuals += o.rows;
   }
   double known = result.residuals;  // residuals and priors, less what is fitted: degrees of freedom
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
   bool any_nuisance = false;
-  for (Block& block : blocks) {
-    if (block.prior.size() && (!block.nuisance || problem.HasParameterBlock(block.values.data())))
-      problem.AddResidualBlock(new PriorCost(block), nullptr, block.values.data());
-    if (!problem.HasParameterBlock(block.values.data())) continue;
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    const Block& block = blocks[b];
+    if (block.prior.size() && (!block.nuisance || problem.HasParameterBlock(at(b))))
+      problem.AddResidualBlock(new PriorCost(block), nullptr, at(b));
+    if (!problem.HasParameterBlock(at(b))) continue;
     const std::vector<int> free = block.free();
     known -= static_cast<double>(free.size());
     for (const int i : free) known += block.prior.size() && std::isfinite(block.prior[i]);
-    ordering->AddElementToGroup(block.values.data(), block.nuisance ? 0 : 1);
+    ordering->AddElementToGroup(at(b), block.nuisance ? 0 : 1);
     any_nuisance = any_nuisance || block.nuisance;
     if (free.empty()) {
-      problem.SetParameterBlockConstant(block.values.data());
+      problem.SetParameterBlockConstant(at(b));
     } else if (block.kind == BlockKind::Pose) {
-      problem.SetManifold(block.values.data(), new PoseManifold(free));
+      problem.SetManifold(at(b), new PoseManifold(free));
     } else if (static_cast<int>(free.size()) < block.size()) {
-      std::vector<int> held;
-      for (int i = 0; i < block.size(); ++i)
-        if (block.held[static_cast<std::size_t>(i)]) held.push_back(i);
-      problem.SetManifold(block.values.data(), new ceres::SubsetManifold(block.size(), held));
+      problem.SetManifold(at(b), new VectorManifold(block));
     }
   }
   ceres::Solver::Options solver;
@@ -331,9 +393,11 @@ void CellFit::Impl::minimise(const CellFitOptions& options, CellFitResult& resul
   solver.function_tolerance = options.cost_tolerance;
   solver.parameter_tolerance = 1e-12;
   solver.gradient_tolerance = 1e-14;
+  solver.max_num_consecutive_invalid_steps = 12;  // a long step may leave the range of a lens; the next is shorter
   solver.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   ceres::Solve(solver, &problem, &summary);
+  for (std::size_t b = 0; b < blocks.size(); ++b) blocks[b].values = stored.segment(first[b], blocks[b].values.size());
   result.fit.iterations = std::max(0, static_cast<int>(summary.iterations.size()) - 1);
   result.cost = 2 * summary.final_cost;
   const double dof = std::max(1.0, known);
@@ -364,10 +428,10 @@ std::vector<std::vector<const Observation*>> CellFit::Impl::groups() const {
   return out;
 }
 
-std::optional<Linearisation> CellFit::Impl::linearise(const std::vector<const Observation*>& group) const {
+std::optional<GroupDerivatives> CellFit::Impl::linearise(const std::vector<const Observation*>& group) const {
   Eigen::Index rows = 0;
   for (const Observation* o : group) rows += o->rows;
-  Linearisation out;
+  GroupDerivatives out;
   out.r.resize(rows);
   std::vector<int> blocks_of;  // of the whole group, each once
   std::vector<Eigen::Index> first_column;
@@ -389,11 +453,17 @@ std::optional<Linearisation> CellFit::Impl::linearise(const std::vector<const Ob
   }
   Eigen::Index first = 0;
   for (const Observation* o : group) {
-    std::vector<RowMatrix> jacobians;
-    if (!o->evaluate(blocks, values(*o), out.r.data() + first, &jacobians)) return std::nullopt;
+    std::vector<RowMatrix> jacobians(o->blocks.size());
+    std::vector<double*> by;
+    for (std::size_t k = 0; k < jacobians.size(); ++k) {
+      const Block& block = blocks[static_cast<std::size_t>(o->blocks[k])];
+      if (block.any_free()) jacobians[k].resize(o->rows, block.values.size());
+      by.push_back(block.any_free() ? jacobians[k].data() : nullptr);
+    }
+    if (!o->evaluate(blocks, values(*o).data(), out.r.data() + first, by.data())) return std::nullopt;
     for (std::size_t k = 0; k < o->blocks.size(); ++k) {
       const auto b = static_cast<std::size_t>(o->blocks[k]);
-      if (blocks[b].nuisance) out.N.middleRows(first, o->rows) = jacobians[k];
+      if (blocks[b].nuisance) out.N.middleRows(first, o->rows) = jacobians[k].leftCols(out.N.cols());
       Eigen::Index column = first_column[static_cast<std::size_t>(
           std::find(blocks_of.begin(), blocks_of.end(), o->blocks[k]) - blocks_of.begin())];
       for (int i = 0; i < blocks[b].size(); ++i)
@@ -553,7 +623,20 @@ void CellFit::hold(FitBlock block, int coordinate) {
   require(!b.nuisance, b.name + " is a nuisance: leave it out instead");
   require(coordinate >= -1 && coordinate < b.size(), b.name + ": there is no coordinate " + std::to_string(coordinate));
   for (int i = 0; i < b.size(); ++i)
-    if (coordinate < 0 || i == coordinate) b.held[static_cast<std::size_t>(i)] = true;
+    if (coordinate < 0 || i == coordinate) b.hold(i);
+}
+
+void CellFit::tie(FitBlock block, int leader, int follower) {
+  Block& b = impl_->block(block);
+  require(b.kind != BlockKind::Pose && !b.nuisance, b.name + ": coordinates of a pose or a nuisance cannot be tied");
+  for (const int i : {leader, follower})
+    require(i >= 0 && i < b.size() && !b.held[static_cast<std::size_t>(i)],
+            b.name + ": there is no free coordinate " + std::to_string(i));
+  require(leader != follower, b.name + ": a coordinate cannot be tied to itself");
+  const int from = b.leader[static_cast<std::size_t>(follower)];
+  for (int& l : b.leader)
+    if (l == from) l = b.leader[static_cast<std::size_t>(leader)];
+  impl_->forget();
 }
 
 bool CellFit::any_free() const {
@@ -572,7 +655,10 @@ bool CellFit::hold(const std::string& name) {
       return true;
     }
     for (std::size_t i = 0; i < b.coordinates.size() && !b.nuisance; ++i)
-      if (b.coordinates[i].substr(0, b.coordinates[i].find(" [")) == name) return b.held[i] = true;
+      if (b.coordinates[i].substr(0, b.coordinates[i].find(" [")) == name) {
+        b.hold(static_cast<int>(i));
+        return true;
+      }
   }
   return false;
 }
@@ -692,18 +778,25 @@ FitObservation CellFit::observe_sphere_section(const PoseChain& chain, const Fit
 }
 
 FitObservation CellFit::observe_pixels(const PoseChain& T_camera_target, FitBlock camera,
-                                       const Eigen::Matrix3Xd& points, const Eigen::Matrix2Xd& pixels, double sigma) {
+                                       const Eigen::Matrix3Xd& points, const Eigen::Matrix2Xd& pixels, double sigma,
+                                       const FitDeformation& deformation) {
   require(sigma > 0, "sigma must be positive [px]");
   require(points.cols() == pixels.cols() && points.cols() > 0,
           std::to_string(points.cols()) + " points, but " + std::to_string(pixels.cols()) + " pixels");
   require(points.allFinite() && pixels.allFinite(), "points and pixels must be finite");
   impl_->block_of(camera, BlockKind::Camera, "camera");
+  if (deformation.amounts.exists())
+    require(deformation.displacements.rows() == 3 * points.cols() && deformation.displacements.allFinite() &&
+                deformation.displacements.cols() ==
+                    impl_->block_of(deformation.amounts, BlockKind::Vector, "vector of a deformation").size(),
+            "displacements of a deformation must be finite, three rows a point and one column an amount");
   Observation o;
   o.kind = ObservationKind::Pixels;
   o.chain = T_camera_target;
   o.camera = camera;
   o.points = points;
   o.pixels = pixels;
+  o.deformation = deformation;
   o.whitening = Eigen::VectorXd::Constant(points.cols(), 1 / sigma);
   return impl_->keep(std::move(o), static_cast<int>(2 * points.cols()));
 }
@@ -746,17 +839,26 @@ Eigen::VectorXd CellFit::residuals(FitObservation observation) const {
   Observation o = impl_->observation(observation);
   o.weight = 1.0;  // one that is left out has residuals, too
   Eigen::VectorXd r(o.rows);
-  if (!o.evaluate(impl_->blocks, impl_->values(o), r.data(), nullptr))
+  if (!o.evaluate(impl_->blocks, impl_->values(o).data(), r.data(), nullptr))
     r.setConstant(std::numeric_limits<double>::infinity());
   return r;
+}
+
+std::optional<CellFit::Derivatives> CellFit::derivatives(FitObservation observation) const {
+  const Observation& o = impl_->observation(observation);
+  require(!impl_->places.empty(), "CellFit: solve() comes first");
+  auto at = impl_->linearise({&o});
+  if (!at) return std::nullopt;
+  Derivatives out{std::move(at->r), Eigen::MatrixXd::Zero(o.rows, impl_->coordinate_count()), std::move(at->N)};
+  for (std::size_t k = 0; k < at->index.size(); ++k)  // tied coordinates share a place
+    out.by_coordinate.col(at->index[k]) += at->J.col(static_cast<Eigen::Index>(k));
+  return out;
 }
 
 CellFit::SquaredResiduals CellFit::squared_residuals(std::span<const FitObservation> observations, int first_row,
                                                      int end_row) const {
   require(!impl_->places.empty(), "CellFit: solve() comes first");
-  Eigen::Index n = 0;
-  for (const auto& of_block : impl_->places)
-    for (const int place : of_block) n = std::max<Eigen::Index>(n, place + 1);
+  const Eigen::Index n = impl_->coordinate_count();
   SquaredResiduals out{.gradient = Eigen::VectorXd::Zero(n), .information = Eigen::MatrixXd::Zero(n, n)};
   for (const FitObservation handle : observations) {
     const Observation& o = impl_->observation(handle);

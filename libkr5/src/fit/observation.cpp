@@ -14,9 +14,9 @@ namespace {
 struct Evaluation {
   const Observation& observation;
   const std::vector<Block>& all;
-  const std::vector<const double*>& values;
+  const double* const* values;
   double* residuals;
-  std::vector<RowMatrix>* jacobians;
+  double* const* jacobians;
 
   std::size_t place(FitBlock block) const {
     const auto& blocks = observation.blocks;
@@ -28,10 +28,15 @@ struct Evaluation {
     return p.block.exists() ? Eigen::Vector3d(Eigen::Map<const Eigen::Vector3d>(of(p.block))) : p.value;
   }
   /// Whether the derivative by a block is asked for.
-  bool wanted(FitBlock handle) const { return jacobians && handle.exists() && (*jacobians)[place(handle)].cols() > 0; }
+  bool wanted(FitBlock handle) const { return jacobians && handle.exists() && jacobians[place(handle)] != nullptr; }
+  /// Derivative by a block, rows x coordinates; call where it is wanted.
+  Eigen::Map<RowMatrix, 0, Eigen::OuterStride<>> by(FitBlock handle) const {
+    const Block& b = block(handle);
+    return {jacobians[place(handle)], observation.rows, b.size(), Eigen::OuterStride<>(b.values.size())};
+  }
   template <class Derived>
-  void add(FitBlock handle, const Eigen::MatrixBase<Derived>& derivative, int row = 0) const {
-    if (wanted(handle)) (*jacobians)[place(handle)].middleRows(row, derivative.rows()) += derivative;
+  void add(FitBlock handle, const Eigen::MatrixBase<Derived>& derivative) const {
+    if (wanted(handle)) by(handle) += derivative;
   }
   Eigen::Map<Eigen::VectorXd> out() const { return {residuals, observation.rows}; }
 };
@@ -39,7 +44,7 @@ struct Evaluation {
 /// A factor at the present values: its pose, and how its own parameters perturb it from the right.
 struct FactorState {
   Pose T = Pose::Identity();
-  kinematics::Jacobian by_block;  // of an arm; of a pose the identity, or what an inverse makes of it
+  kinematics::Jacobian by_block;  // empty: the identity, of a pose that is not inverse
   kinematics::Jacobian by_terms;
 };
 
@@ -75,12 +80,14 @@ FactorState factor_state(const Evaluation& e, const PoseChain::Factor& factor) {
     out = arm_state(e, factor);
   } else {
     out.T = to_pose_block(e.of(factor.block));
-    out.by_block = Matrix6::Identity();
   }
   if (!factor.inverse) return out;
-  const Matrix6 across = -adjoint(out.T);  // (T exp(d))^-1 = T^-1 exp(-Ad(T) d)
-  if (out.by_block.size()) out.by_block = across * out.by_block;
-  if (out.by_terms.size()) out.by_terms = across * out.by_terms;
+  if (e.jacobians) {
+    const Matrix6 across = -adjoint(out.T);  // (T exp(d))^-1 = T^-1 exp(-Ad(T) d)
+    if (factor.q.size() == 0) out.by_block = across;
+    if (factor.q.size() > 0 && out.by_block.size()) out.by_block = across * out.by_block;
+    if (out.by_terms.size()) out.by_terms = across * out.by_terms;
+  }
   out.T = out.T.inverse();
   return out;
 }
@@ -106,13 +113,19 @@ void add_chain(const Evaluation& e, const ChainState& state, const Eigen::Matrix
   Pose rest = Pose::Identity();
   const auto& factors = e.observation.chain.factors();
   for (std::size_t k = factors.size(); k-- > 0;) {
+    const FactorState& factor = state.factors[k];
     const bool block = e.wanted(factors[k].block), terms = e.wanted(factors[k].joint_terms);
     if (block || terms) {
-      const Eigen::Matrix<double, Eigen::Dynamic, 6> here = by_chain * adjoint(rest.inverse());
-      if (block) e.add(factors[k].block, here * state.factors[k].by_block);
-      if (terms) e.add(factors[k].joint_terms, here * state.factors[k].by_terms);
+      const Matrix6 across = adjoint(rest.inverse());
+      if (block && factor.by_block.size())
+        e.add(factors[k].block, by_chain * (across * factor.by_block));
+      else if (block && k + 1 < factors.size())
+        e.add(factors[k].block, by_chain * across);
+      else if (block)
+        e.add(factors[k].block, by_chain);
+      if (terms) e.add(factors[k].joint_terms, by_chain * (across * factor.by_terms));
     }
-    rest = state.factors[k].T * rest;
+    if (k > 0) rest = factor.T * rest;
   }
 }
 
@@ -217,23 +230,43 @@ bool sphere_section_residual(const Evaluation& e) {
   return true;
 }
 
+/// Points of a measurement of pixels, moved by what deforms their target.
+Eigen::Matrix3Xd deformed_points(const Evaluation& e) {
+  const Observation& o = e.observation;
+  if (!o.deformation.amounts.exists()) return o.points;
+  const Eigen::MatrixXd& D = o.deformation.displacements;
+  const Eigen::VectorXd moved = D * Eigen::Map<const Eigen::VectorXd>(e.of(o.deformation.amounts), D.cols());
+  return o.points + moved.reshaped(3, o.points.cols());
+}
+
 bool pixel_residual(const Evaluation& e) {
   const Observation& o = e.observation;
   const ChainState state = chain_state(e);
-  Pinhole camera = e.block(o.camera).camera();
+  Pinhole camera;
   camera.set_parameters(Eigen::Map<const Pinhole::Parameters>(e.of(o.camera)));
-  Eigen::Matrix<double, Eigen::Dynamic, 6> by_chain(o.rows, 6);
-  for (Eigen::Index k = 0; k < o.points.cols(); ++k) {
-    const Eigen::Vector3d p = state.T * Eigen::Vector3d(o.points.col(k));
-    if (!(p.z() > 1e-9)) return false;
-    Eigen::Matrix<double, 2, 3> by_point;
-    Eigen::Matrix<double, 2, Pinhole::parameter_count> by_camera;
-    const Eigen::Vector2d pixel = camera.project(p, &by_point, &by_camera);
+  const Eigen::Matrix3Xd points = deformed_points(e);
+  const bool by_lens = e.wanted(o.camera), by_shape = e.wanted(o.deformation.amounts);
+  Eigen::Matrix<double, Eigen::Dynamic, 6> by_chain(e.jacobians ? o.rows : 0, 6);
+  Eigen::Matrix<double, 2, 3> P;
+  Eigen::Matrix<double, 2, Pinhole::parameter_count> K;
+  for (Eigen::Index k = 0; k < points.cols(); ++k) {
     const double whitening = o.whitening[k];
+    if (whitening == 0.0) {
+      e.out().segment<2>(2 * k).setZero();
+      if (e.jacobians) by_chain.middleRows<2>(2 * k).setZero();
+      continue;
+    }
+    const Eigen::Vector3d point = points.col(k), seen = state.T * point;
+    if (!camera.covers(seen)) return false;
+    const Eigen::Vector2d pixel = camera.project(seen, e.jacobians ? &P : nullptr, by_lens ? &K : nullptr);
     e.out().segment<2>(2 * k) = whitening * (pixel - o.pixels.col(k));
     if (!e.jacobians) continue;
-    by_chain.middleRows<2>(2 * k) = whitening * by_point * point_by_pose(state.T, o.points.col(k));
-    e.add(o.camera, whitening * by_camera, static_cast<int>(2 * k));
+    const Eigen::Matrix<double, 2, 3> by_point = whitening * P * state.T.linear();
+    by_chain.block<2, 3>(2 * k, 0) = by_point;
+    by_chain.block<2, 3>(2 * k, 3) = -by_point * skew(point);
+    if (by_lens) e.by(o.camera).middleRows<2>(2 * k) = whitening * K;
+    if (by_shape)
+      e.by(o.deformation.amounts).middleRows<2>(2 * k) = by_point * o.deformation.displacements.middleRows<3>(3 * k);
   }
   if (!e.out().allFinite()) return false;
   add_chain(e, state, by_chain);
@@ -249,18 +282,14 @@ void Observation::finish(int row_count) {
       blocks.push_back(block.index);
   };
   for (const PoseChain::Factor& factor : chain.factors()) use(factor.block), use(factor.joint_terms);
-  for (const FitBlock block : {point.block, other.block, radius, camera}) use(block);
+  for (const FitBlock block : {point.block, other.block, radius, camera, deformation.amounts}) use(block);
 }
 
-bool Observation::evaluate(const std::vector<Block>& all, const std::vector<const double*>& values, double* residuals,
-                           std::vector<RowMatrix>* jacobians) const {
-  if (jacobians) {
-    jacobians->resize(blocks.size());
-    for (std::size_t k = 0; k < blocks.size(); ++k) {
-      const Block& block = all[static_cast<std::size_t>(blocks[k])];
-      (*jacobians)[k].setZero(rows, block.any_free() ? block.size() : 0);
-    }
-  }
+bool Observation::evaluate(const std::vector<Block>& all, const double* const* values, double* residuals,
+                           double* const* jacobians) const {
+  const auto stored = [&](std::size_t k) { return rows * all[static_cast<std::size_t>(blocks[k])].values.size(); };
+  for (std::size_t k = 0; jacobians && k < blocks.size(); ++k)
+    if (jacobians[k]) std::fill_n(jacobians[k], stored(k), 0.0);
   const Evaluation e{*this, all, values, residuals, jacobians};
   bool exists = false;
   switch (kind) {
@@ -289,8 +318,8 @@ bool Observation::evaluate(const std::vector<Block>& all, const std::vector<cons
   const double scale = std::sqrt(weight);
   if (exists && scale != 1.0) {
     Eigen::Map<Eigen::VectorXd>(residuals, rows) *= scale;
-    if (jacobians)
-      for (RowMatrix& J : *jacobians) J *= scale;
+    for (std::size_t k = 0; jacobians && k < blocks.size(); ++k)
+      if (jacobians[k]) Eigen::Map<Eigen::VectorXd>(jacobians[k], stored(k)) *= scale;
   }
   return exists;
 }

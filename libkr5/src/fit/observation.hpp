@@ -29,17 +29,18 @@ struct Observation {
   Eigen::Vector3d section = Eigen::Vector3d::Zero();         ///< x, z and radius.
   Eigen::Matrix3Xd points;
   Eigen::Matrix2Xd pixels;
+  FitDeformation deformation;
   double weight = 1.0;
   int rows = 0;
   std::vector<int> blocks;  ///< Of the fit, each once.
 
   /// Collects `blocks`; call when all else is set.
   void finish(int row_count);
-  /// Residuals over their standard deviations and, unless null, their derivatives: rows x coordinates for each of
-  /// `blocks`, in their order; empty for one without a free coordinate. `values` likewise. False where the model does
-  /// not exist, as behind a camera.
-  bool evaluate(const std::vector<Block>& all, const std::vector<const double*>& values, double* residuals,
-                std::vector<RowMatrix>* jacobians) const;
+  /// Residuals over their standard deviations and, unless null, their derivatives by each of `blocks`, in their order:
+  /// by row, as many columns as the block has stored numbers, the coordinates first and then zeros; null where not
+  /// wanted. `values` likewise. False where the model does not exist, as behind a camera.
+  bool evaluate(const std::vector<Block>& all, const double* const* values, double* residuals,
+                double* const* jacobians) const;
 };
 
 }  // namespace kr5::fit

@@ -44,6 +44,12 @@ void Pinhole::set_parameters(const Parameters& p) {
   k1 = p[4], k2 = p[5], p1 = p[6], p2 = p[7], k3 = p[8], k4 = p[9], k5 = p[10], k6 = p[11];
 }
 
+bool Pinhole::covers(const Eigen::Vector3d& point) const {
+  if (!(point.z() > 1e-9)) return false;
+  const double r = point.head<2>().squaredNorm() / (point.z() * point.z());
+  return r < 25.0 && 1 + r * (k4 + r * (k5 + r * k6)) > 0.05;
+}
+
 Eigen::Vector2d Pinhole::project(const Eigen::Vector3d& point) const { return project(point, nullptr, nullptr); }
 
 Eigen::Vector2d Pinhole::project(const Eigen::Vector3d& point, Eigen::Matrix<double, 2, 3>* by_point,

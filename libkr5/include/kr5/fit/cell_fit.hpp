@@ -67,6 +67,13 @@ struct FitPoint {
   FitPoint(FitBlock unknown) : block(unknown) {}            // NOLINT: so is an unknown one
 };
 
+/// How a target departs from its nominal points: point k is moved by rows 3 k to 3 k + 2 of `displacements` times the
+/// numbers of a block, such as bow and stretch of a board.
+struct FitDeformation {
+  FitBlock amounts;               ///< A vector.
+  Eigen::MatrixXd displacements;  ///< 3 n x amounts [m per unit].
+};
+
 struct CellFitOptions {
   int max_iterations = 100;
   double loss = 0.0;              ///< [-]
@@ -156,6 +163,8 @@ class CellFit {
   /// The same for a block by its name, or for one coordinate by its own without unit, such as "arm.joint2.a"; false
   /// when there is none of it.
   bool hold(const std::string& name);
+  /// Lets a coordinate change as another one of its block does: square pixels tie fy to fx.
+  void tie(FitBlock block, int leader, int follower);
   /// Whether a measurement that takes part depends on a coordinate that is not held.
   bool any_free() const;
   /// Standard deviation of each coordinate about its start; infinite where nothing is known of it.
@@ -190,9 +199,9 @@ class CellFit {
   FitObservation observe_sphere_section(const PoseChain& chain, const FitPoint& centre, double radius,
                                         const Eigen::Vector3d& seen, const Eigen::Matrix3d& covariance,
                                         FitBlock radius_block = {});
-  /// Pixels (2 x n) of points (3 x n) of the chain's last frame; the chain begins in the camera.
+  /// Pixels (2 x n) of points (3 x n) of the chain's last frame, which may deform; the chain begins in the camera.
   FitObservation observe_pixels(const PoseChain& T_camera_target, FitBlock camera, const Eigen::Matrix3Xd& points,
-                                const Eigen::Matrix2Xd& pixels, double sigma);
+                                const Eigen::Matrix2Xd& pixels, double sigma, const FitDeformation& deformation = {});
 
   /// Minimises from the present values and keeps what it found.
   /// @throws InvalidArgument when nothing is free.
@@ -202,11 +211,21 @@ class CellFit {
   kinematics::DhChain arm(FitBlock block) const;
   Pinhole camera(FitBlock block) const;
   Eigen::VectorXd values(FitBlock block) const;  ///< As stored: of a pose see pose().
-  /// Places of the free coordinates of a block in the result of the last solve; -1 for one that is held.
+  /// Places of the free coordinates of a block in the result of the last solve, a tied one's being that of the one it
+  /// follows; -1 for one that is held.
   std::vector<int> coordinates(FitBlock block) const;
 
   /// Residuals of a measurement over their standard deviations, at the present values.
   Eigen::VectorXd residuals(FitObservation observation) const;
+  /// A measurement near the present values, over its standard deviations: residuals + by_coordinate d + by_nuisance n,
+  /// where d is a change of the coordinates of the last solve and n one of its nuisance.
+  struct Derivatives {
+    Eigen::VectorXd residuals;
+    Eigen::MatrixXd by_coordinate;
+    Eigen::MatrixXd by_nuisance;  ///< Without columns where there is none.
+  };
+  /// Empty where the model does not exist there, as behind a camera.
+  std::optional<Derivatives> derivatives(FitObservation observation) const;
   /// How a measurement agrees with the others, at the result of the last solve.
   struct Agreement {
     double squared_distance = 0.0;  ///< From what all others say, in its own uncertainty: chi-square of `dof` [-].

@@ -51,6 +51,9 @@ struct Pinhole {
   Parameters parameters() const;
   void set_parameters(const Parameters& p);
 
+  /// Whether the lens model holds for a point in the camera frame: in front, less than 78 degrees off the axis, and
+  /// before the pole of the rational factor.
+  bool covers(const Eigen::Vector3d& point) const;
   /// Pixel of a point in the camera frame [m]; the point must lie in front (z > 0).
   Eigen::Vector2d project(const Eigen::Vector3d& point) const;
   /// The same with its derivatives by the point [px/m] and by the parameters [px per unit].

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
+#include <kr5/fit/cell_fit.hpp>
 #include <kr5/geometry/pose.hpp>
 
+#include "vision/camera_calibration/camera_model.hpp"
 #include "vision/camera_calibration/target_shape.hpp"
 
 /// @file
@@ -28,14 +31,13 @@ struct ViewEquations {
   Eigen::MatrixXd cross;   ///< free x 6
   Eigen::MatrixXd shared;  ///< free x free
   Eigen::VectorXd shared_gradient;
-  double cost = 0.0;
 
   /// Information on the shared parameters once the pose is unknown, and the gradient likewise.
   Eigen::MatrixXd reduced() const;
   Eigen::VectorXd reduced_gradient() const;
 };
 
-/// Weights of points [1/px^2], one vector a view; an empty or zero one leaves the view out.
+/// Weights of points [1/px^2], one vector a view; an empty one leaves the view out.
 using Weights = std::vector<Eigen::VectorXd>;
 
 struct CameraProblem {
@@ -44,23 +46,43 @@ struct CameraProblem {
   int max_iterations = 60;
 };
 
-/// Seen minus predicted; empty when a point lies behind the camera or at the pole of the lens model.
+/// Seen minus predicted; empty when a point lies outside the range of the lens model, as behind the camera.
 Eigen::Matrix2Xd residuals(const CameraProblem& problem, const CameraState& state, std::size_t view);
-/// The same as one column u1 v1 u2 v2 ... with its derivatives; false as above.
-bool linearise(const CameraProblem& problem, const CameraState& state, std::size_t view, Eigen::VectorXd& r,
-               Eigen::MatrixXd& by_shared, Eigen::Matrix<double, Eigen::Dynamic, 6>& by_pose);
 
-struct Adjustment {
-  CameraState state;
-  std::vector<ViewEquations> blocks;  ///< At `state`.
-  double cost = 0.0;
-  int iterations = 0;
-  bool converged = false;
+/// Camera, poses of the views and shape of the target as a CellFit.
+class CameraAdjustment {
+ public:
+  CameraAdjustment(const CameraProblem& problem, const CameraModel& model, const CameraState& start);
+
+  void set_weights(const Weights& weights);
+  /// Minimises the weighted sum of squares from the present state.
+  void minimise();
+  /// Equations of each view at the state found; zero for one that is left out.
+  std::vector<ViewEquations> equations() const;
+
+  const CameraState& state() const { return state_; }
+  double cost() const { return cost_; }  ///< Infinite where the model does not exist at the start.
+  int iterations() const { return iterations_; }
+  bool converged() const { return converged_; }
+
+ private:
+  fit::CellFit fit_;
+  fit::FitBlock camera_, shape_;
+  std::vector<fit::FitBlock> poses_;
+  std::vector<fit::FitObservation> views_;
+  std::vector<bool> used_;
+  CameraState state_;
+  double cost_ = 0.0;
+  int iterations_ = 0, max_iterations_ = 0;
+  bool converged_ = false;
 };
-/// Levenberg-Marquardt with fixed weights; poses are eliminated from the normal equations.
-Adjustment adjust(const CameraProblem& problem, const Eigen::MatrixXd& basis, CameraState start, const Weights& weights,
-                  int max_iterations);
-/// Pose of one view under a known camera.
-Pose fit_pose(const CameraProblem& problem, const CameraState& state, std::size_t view, const Eigen::VectorXd& weights);
+
+/// Pose of one view under a known camera, by weighted least squares.
+struct ViewPose {
+  Pose T_camera_target = Pose::Identity();
+  std::optional<fit::CellFit::Derivatives> derivatives;  ///< By the pose, over the standard deviations.
+};
+ViewPose fit_pose(const CameraProblem& problem, const CameraState& state, std::size_t view,
+                  const Eigen::VectorXd& weights);
 
 }  // namespace kr5::vision::detail

@@ -62,18 +62,19 @@ RobustAdjustment exclude_contradicting_views(const CameraProblem& problem, const
     if (worst < 0) break;
     reports[std::size_t(worst)].outlier = true;
     kept[std::size_t(worst)] = false;
-    fit = adjust_robustly(problem, model, fit.adjustment.state, kept, options.robust, 2);
+    fit = adjust_robustly(problem, model, fit.adjustment.state(), kept, options.robust, 2);
   }
-  if (!options.reject_views) return adjust_robustly(problem, model, fit.adjustment.state, used, options.robust, 2);
+  if (!options.reject_views) return adjust_robustly(problem, model, fit.adjustment.state(), used, options.robust, 2);
   used = kept;
   return fit;
 }
 
 /// Covariance of the free parameters, empty when the data do not determine them.
-Eigen::MatrixXd covariance_of(const RobustAdjustment& fit, Eigen::Index free) {
+Eigen::MatrixXd covariance_of(const RobustAdjustment& fit, const std::vector<ViewEquations>& equations,
+                              Eigen::Index free) {
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(free, free);
   for (std::size_t i = 0; i < fit.weights.size(); ++i)
-    if (fit.weights[i].size()) A += fit.adjustment.blocks[i].reduced();
+    if (fit.weights[i].size()) A += equations[i].reduced();
   const Eigen::VectorXd scale = A.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const SymmetricEigen eigen = symmetric_eigen(scale.asDiagonal() * A * scale.asDiagonal());
   if (!A.allFinite() || !(eigen.values[0] > 1e-13)) return {};
@@ -82,8 +83,8 @@ Eigen::MatrixXd covariance_of(const RobustAdjustment& fit, Eigen::Index free) {
   return half * half.transpose();
 }
 
-void report_view(const CameraProblem& problem, const RobustAdjustment& fit, const Eigen::MatrixXd& covariance,
-                 const CameraState& state, std::size_t i, CameraViewReport& report) {
+void report_view(const CameraProblem& problem, const RobustAdjustment& fit, const ViewEquations& equations,
+                 const Eigen::MatrixXd& covariance, const CameraState& state, std::size_t i, CameraViewReport& report) {
   const Pose& T = report.T_camera_target = state.poses[i];
   report.residuals = residuals(problem, state, i);
   if (report.residuals.cols() == 0) {
@@ -101,9 +102,8 @@ void report_view(const CameraProblem& problem, const RobustAdjustment& fit, cons
   report.weight = 0;
   if (!fit.weights[i].size()) return;
   report.weight = fit.weights[i].maxCoeff() * fit.sigma * fit.sigma;
-  const ViewEquations& b = fit.adjustment.blocks[i];
-  const Matrix6 inverse = b.pose.inverse();
-  const Eigen::MatrixXd gain = inverse * b.cross.transpose();
+  const Matrix6 inverse = equations.pose.inverse();
+  const Eigen::MatrixXd gain = inverse * equations.cross.transpose();
   report.covariance = inverse + gain * covariance * gain.transpose();
 }
 
@@ -111,9 +111,11 @@ void report_view(const CameraProblem& problem, const RobustAdjustment& fit, cons
 void report_fit(const CameraProblem& problem, const CameraModel& model, const RobustAdjustment& fit,
                 const std::vector<bool>& used, double correlation, CameraCalibration& result) {
   const Eigen::MatrixXd basis = free_basis(model);
+  const std::vector<ViewEquations> equations = fit.adjustment.equations();
   result.dispersion = test_views(fit, used, 1e-9, correlation, result.views).dispersion;
-  const Eigen::MatrixXd covariance = std::max(result.dispersion, correlation) * covariance_of(fit, basis.cols());
-  CameraState state = fit.adjustment.state;
+  const Eigen::MatrixXd covariance =
+      std::max(result.dispersion, correlation) * covariance_of(fit, equations, basis.cols());
+  CameraState state = fit.adjustment.state();
   const int width = result.camera.width, height = result.camera.height;
   result.camera = state.camera;
   result.camera.width = width, result.camera.height = height;
@@ -124,13 +126,15 @@ void report_fit(const CameraProblem& problem, const CameraModel& model, const Ro
   double sum = 0;
   for (std::size_t i = 0; i < problem.views.size(); ++i) {
     if (!fit.weights[i].size())
-      state.poses[i] = fit_pose(problem, state, i, Eigen::VectorXd::Ones(problem.views[i].points.cols()));
-    report_view(problem, fit, covariance.size() ? covariance : Eigen::MatrixXd::Zero(basis.cols(), basis.cols()), state,
-                i, result.views[i]);
+      state.poses[i] =
+          fit_pose(problem, state, i, Eigen::VectorXd::Ones(problem.views[i].points.cols())).T_camera_target;
+    report_view(problem, fit, equations[i],
+                covariance.size() ? covariance : Eigen::MatrixXd::Zero(basis.cols(), basis.cols()), state, i,
+                result.views[i]);
     if (fit.weights[i].size()) sum += result.views[i].residuals.squaredNorm();
   }
   result.rms_px = std::sqrt(sum / std::max(fit.points, 1));
-  result.fit.iterations += fit.adjustment.iterations;
+  result.fit.iterations += fit.adjustment.iterations();
   result.fit.final_rms = fit.sigma > 0 ? std::sqrt(0.5 * sum / std::max(fit.points, 1)) / fit.sigma : 0;
   if (covariance.size() == 0) return;
   const Eigen::MatrixXd wide = basis * covariance * basis.transpose();
@@ -138,7 +142,7 @@ void report_fit(const CameraProblem& problem, const CameraModel& model, const Ro
   const bool known = std::sqrt(result.covariance(0, 0)) < greatest_focal_uncertainty * result.camera.fx &&
                      std::sqrt(result.covariance(1, 1)) < greatest_focal_uncertainty * result.camera.fy;
   if (known && result.camera.fx > 0 && result.camera.fy > 0 && fit.sigma > 0)
-    result.fit.status = fit.adjustment.converged ? FitStatus::Converged : FitStatus::MaxIterations;
+    result.fit.status = fit.adjustment.converged() ? FitStatus::Converged : FitStatus::MaxIterations;
 }
 
 double rms_of(const CameraProblem& problem, const CameraState& state, const std::vector<bool>& used) {
@@ -202,14 +206,14 @@ CameraCalibration calibrate_camera(std::span<const View> views, int width, int h
   if (count() > 0) {
     const RobustAdjustment rough =
         adjust_robustly(problem, {LensModel::K1, true, false, true}, start.state, used, true, 2);
-    exclude_mirrored_views(problem.plane, rough.adjustment.state, used, result.views);
+    exclude_mirrored_views(problem.plane, rough.adjustment.state(), used, result.views);
     const double initial = rms_of(problem, start.state, used);
-    RobustAdjustment fit = exclude_contradicting_views(problem, reference_model(options), rough.adjustment.state,
+    RobustAdjustment fit = exclude_contradicting_views(problem, reference_model(options), rough.adjustment.state(),
                                                        options, used, result.views);
     const CameraModel model = choose_model(problem, fit, used, options, result);
     if (!(model == reference_model(options)))
-      fit = adjust_robustly(problem, model, fit.adjustment.state, used, options.robust, 3);
-    result.fit.iterations = rough.adjustment.iterations;
+      fit = adjust_robustly(problem, model, fit.adjustment.state(), used, options.robust, 3);
+    result.fit.iterations = rough.adjustment.iterations();
     report_fit(problem, model, fit, used, options.correlation, result);
     result.fit.initial_rms = fit.sigma > 0 ? initial / fit.sigma : 0;
   }

@@ -1,15 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vision/camera_calibration/camera_model.hpp"
 
-#include <array>
-
 namespace kr5::vision::detail {
 
-namespace {
-
-constexpr std::array<const char*, shape_count> shape_names = {"bow_xx", "bow_xy", "bow_yy", "stretch", "shear"};
-
-/// Shared parameters that the model frees; fy is not listed when it follows fx.
 std::vector<int> free_parameters(const CameraModel& m) {
   std::vector<int> out;
   for (int k = 0; k < 4; ++k)
@@ -18,8 +11,6 @@ std::vector<int> free_parameters(const CameraModel& m) {
   for (int k = 0; m.bent_target && k < shape_count; ++k) out.push_back(Pinhole::parameter_count + k);
   return out;
 }
-
-}  // namespace
 
 Eigen::MatrixXd free_basis(const CameraModel& model) {
   const std::vector<int> free = free_parameters(model);

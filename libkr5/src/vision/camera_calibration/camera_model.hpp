@@ -18,6 +18,8 @@ struct CameraModel {
   bool centred = false;  ///< Principal point held; only for the start.
   bool operator==(const CameraModel&) const = default;
 };
+/// Shared parameters that the model frees; fy is not listed when it follows fx.
+std::vector<int> free_parameters(const CameraModel& model);
 /// Columns: free parameters; shared change = basis * free change.
 Eigen::MatrixXd free_basis(const CameraModel& model);
 std::vector<std::string> free_names(const CameraModel& model);

@@ -18,23 +18,18 @@ constexpr double false_refusal = 0.05;  // chance to leave the usual model where
 constexpr double small_loss = 0.02;  // of the squared error; with few views a standard error alone would forgive a lot
 
 /// Mean squared error of a view's points when each is predicted from the pose fitted to all others, camera known.
-double leave_one_out(const CameraProblem& problem, CameraState state, std::size_t view,
+double leave_one_out(const CameraProblem& problem, const CameraState& state, std::size_t view,
                      const Eigen::VectorXd& weights) {
-  state.poses[view] = fit_pose(problem, state, view, weights);
-  Eigen::VectorXd r;
-  Eigen::MatrixXd by_shared;
-  Eigen::Matrix<double, Eigen::Dynamic, 6> J;
-  if (!linearise(problem, state, view, r, by_shared, J)) return infinite;
-  Matrix6 A = Matrix6::Zero();
-  for (Eigen::Index i = 0; i < weights.size(); ++i)
-    A += weights[i] * J.middleRows<2>(2 * i).transpose() * J.middleRows<2>(2 * i);
-  const Eigen::LDLT<Matrix6> factor(A);
+  const auto at = fit_pose(problem, state, view, weights).derivatives;
+  if (!at) return infinite;
+  const Eigen::MatrixXd& J = at->by_coordinate;
+  const Eigen::LDLT<Matrix6> factor(J.transpose() * J);
   double sum = 0, count = 0;
   for (Eigen::Index i = 0; i < weights.size(); ++i) {
     if (weights[i] < 0.5 * weights.maxCoeff()) continue;  // beyond 6 sigma: a wrong point judges nobody
     const auto Ji = J.middleRows<2>(2 * i);
-    const Eigen::Matrix2d hat = weights[i] * Ji * factor.solve(Ji.transpose());
-    sum += ((Eigen::Matrix2d::Identity() - hat).inverse() * r.segment<2>(2 * i)).squaredNorm();
+    const Eigen::Matrix2d hat = Ji * factor.solve(Ji.transpose());
+    sum += ((Eigen::Matrix2d::Identity() - hat).inverse() * at->residuals.segment<2>(2 * i)).squaredNorm() / weights[i];
     ++count;
   }
   return count > 0 ? sum / count : infinite;
@@ -52,10 +47,11 @@ std::vector<double> held_out_errors(const CameraProblem& problem, const CameraMo
   for (std::size_t fold = 0; fold < folds; ++fold) {
     std::vector<bool> train = used;
     for (std::size_t k = fold; k < judged.size(); k += folds) train[judged[k]] = false;
-    const RobustAdjustment fit = adjust_robustly(problem, model, reference.adjustment.state, train, options.robust, 2);
+    const RobustAdjustment fit =
+        adjust_robustly(problem, model, reference.adjustment.state(), train, options.robust, 2);
     for (std::size_t k = fold; k < judged.size(); k += folds)
-      out[k] = std::isfinite(fit.adjustment.cost)
-                   ? leave_one_out(problem, fit.adjustment.state, judged[k], reference.weights[judged[k]])
+      out[k] = std::isfinite(fit.adjustment.cost())
+                   ? leave_one_out(problem, fit.adjustment.state(), judged[k], reference.weights[judged[k]])
                    : infinite;
   }
   return out;
@@ -127,10 +123,10 @@ std::vector<CameraModelScore> compare_models(const CameraProblem& problem, const
       errors.pop_back();
       continue;
     }
-    const RobustAdjustment all = adjust_robustly(problem, m, reference.adjustment.state, used, options.robust, 2);
+    const RobustAdjustment all = adjust_robustly(problem, m, reference.adjustment.state(), used, options.robust, 2);
     double squares = 0;
     for (std::size_t i = 0; i < used.size(); ++i)
-      if (used[i]) squares += residuals(problem, all.adjustment.state, i).squaredNorm();
+      if (used[i]) squares += residuals(problem, all.adjustment.state(), i).squaredNorm();
     scores.push_back({m.lens, m.square_pixels, m.bent_target, int(free_basis(m).cols()), std::sqrt(error),
                       std::sqrt(squares / all.points)});
   }

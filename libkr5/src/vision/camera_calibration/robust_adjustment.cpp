@@ -14,9 +14,9 @@ constexpr double huber_consistency = 0.994;      // E[w |e|^2] / 2 sigma^2 of no
 constexpr double clipped_consistency = 0.98889;  // E[min(|e|^2, 9 sigma^2)] / 2 sigma^2 of normal noise
 constexpr double prior_freedom = 20.0;           // a view's own noise is drawn to that of all with this many residuals
 
-/// Point weights over the squared noise of the view, from the residuals at `state`.
-void update_weights(const CameraProblem& problem, const CameraState& state, const std::vector<bool>& used, bool robust,
-                    double lost, RobustAdjustment& fit) {
+/// Point weights over the squared noise of the view, from the residuals at the present state.
+void update_weights(const CameraProblem& problem, const std::vector<bool>& used, bool robust, double lost,
+                    RobustAdjustment& fit) {
   const std::size_t count = problem.views.size();
   std::vector<Eigen::Matrix2Xd> e(count);
   std::vector<double> noise;
@@ -24,7 +24,7 @@ void update_weights(const CameraProblem& problem, const CameraState& state, cons
     fit.weights[i].resize(0);
     fit.view_noise[i] = 0;
     if (!used[i]) continue;
-    e[i] = residuals(problem, state, i);
+    e[i] = residuals(problem, fit.adjustment.state(), i);
     if (e[i].cols() == 0) continue;
     fit.view_noise[i] = std::max(noise_of(e[i], robust, lost), 1e-9);
     noise.push_back(fit.view_noise[i]);
@@ -48,7 +48,7 @@ void measure_noise(const CameraProblem& problem, Eigen::Index free, bool robust,
   fit.points = 0;
   for (std::size_t i = 0; i < problem.views.size(); ++i) {
     if (!fit.weights[i].size()) continue;
-    const Eigen::VectorXd length2 = residuals(problem, fit.adjustment.state, i).colwise().squaredNorm().transpose();
+    const Eigen::VectorXd length2 = residuals(problem, fit.adjustment.state(), i).colwise().squaredNorm().transpose();
     const Eigen::VectorXd within = fit.weights[i] / fit.weights[i].maxCoeff();
     whitened += length2.dot(fit.weights[i]);
     squared += length2.dot(within);
@@ -60,10 +60,7 @@ void measure_noise(const CameraProblem& problem, Eigen::Index free, bool robust,
   fit.sigma = std::sqrt(squared / freedom / consistency);
   const double scale = freedom * consistency / whitened;
   for (Eigen::VectorXd& w : fit.weights) w *= scale;
-  for (ViewEquations& b : fit.adjustment.blocks) {
-    b.pose *= scale, b.pose_gradient *= scale, b.cross *= scale, b.shared *= scale, b.shared_gradient *= scale;
-    b.cost *= scale;
-  }
+  fit.adjustment.set_weights(fit.weights);
 }
 
 }  // namespace
@@ -90,20 +87,15 @@ RobustAdjustment adjust_robustly(const CameraProblem& problem, const CameraModel
   const Eigen::MatrixXd basis = free_basis(model);
   const double views = double(std::count(used.begin(), used.end(), true));
   const double lost = 6 + double(basis.cols()) / std::max(views, 1.0);
-  RobustAdjustment fit;
+  RobustAdjustment fit{.adjustment{problem, model, start}, .weights{}, .view_noise{}, .zoom{}};
   fit.zoom = basis.topRows<2>().colwise().sum().transpose();
   fit.weights.resize(problem.views.size());
   fit.view_noise.resize(problem.views.size());
-  CameraState state = start;
-  apply_model(model, state.camera, state.shape);
-  int iterations = 0;
   for (int round = 0; round < (robust ? rounds : 1); ++round) {
-    update_weights(problem, state, used, robust, lost, fit);
-    fit.adjustment = adjust(problem, basis, std::move(state), fit.weights, problem.max_iterations);
-    state = fit.adjustment.state;
-    iterations += fit.adjustment.iterations;
+    update_weights(problem, used, robust, lost, fit);
+    fit.adjustment.set_weights(fit.weights);
+    fit.adjustment.minimise();
   }
-  fit.adjustment.iterations = iterations;
   measure_noise(problem, basis.cols(), robust, fit);
   return fit;
 }

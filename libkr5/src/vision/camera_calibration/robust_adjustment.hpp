@@ -8,7 +8,7 @@ namespace kr5::vision::detail {
 
 /// An adjustment with weights found from the residuals.
 struct RobustAdjustment {
-  Adjustment adjustment;
+  CameraAdjustment adjustment;
   Weights weights;                 ///< Point weight / view noise^2 [1/px^2]; empty for views left out.
   std::vector<double> view_noise;  ///< [px]
   Eigen::VectorXd zoom;            ///< Direction of fx and fy alike among the free parameters.

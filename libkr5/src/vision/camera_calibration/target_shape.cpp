@@ -37,15 +37,21 @@ TargetPlane common_plane(std::span<const View> views) {
   return {is_flat(spread), spread.centre, spread.basis, local.cwiseAbs().maxCoeff()};
 }
 
-Eigen::Vector3d bend(const TargetPlane& plane, const Shape& s, const Eigen::Vector3d& point,
-                     Eigen::Matrix<double, 3, shape_count>* by_shape) {
-  const Eigen::Vector3d q = plane.basis.transpose() * (point - plane.centre) / plane.half;
-  const double x = q.x(), y = q.y();
-  Eigen::Matrix<double, 3, shape_count> D;
-  D << 0, 0, 0, x, y, 0, 0, 0, -y, x, x * x, x * y, y * y, 0, 0;
-  D = plane.half * plane.basis * D;
-  if (by_shape) *by_shape = D;
-  return point + D * s;
+Eigen::MatrixXd displacements(const TargetPlane& plane, const Eigen::Matrix3Xd& points) {
+  Eigen::MatrixXd out(3 * points.cols(), shape_count);
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    const Eigen::Vector3d q = plane.basis.transpose() * (points.col(i) - plane.centre) / plane.half;
+    const double x = q.x(), y = q.y();
+    Eigen::Matrix<double, 3, shape_count> D;
+    D << 0, 0, 0, x, y, 0, 0, 0, -y, x, x * x, x * y, y * y, 0, 0;
+    out.middleRows<3>(3 * i) = plane.half * plane.basis * D;
+  }
+  return out;
+}
+
+Eigen::Matrix3Xd bent_points(const TargetPlane& plane, const Shape& shape, const Eigen::Matrix3Xd& points) {
+  if (shape.isZero(0)) return points;
+  return points + (displacements(plane, points) * shape).reshaped(3, points.cols());
 }
 
 }  // namespace kr5::vision::detail

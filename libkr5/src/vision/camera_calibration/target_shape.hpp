@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <span>
 
 #include <Eigen/Core>
@@ -14,6 +15,7 @@
 namespace kr5::vision::detail {
 
 constexpr int shape_count = 5;
+constexpr std::array<const char*, shape_count> shape_names = {"bow_xx", "bow_xy", "bow_yy", "stretch", "shear"};
 constexpr int shared_count = Pinhole::parameter_count + shape_count;
 using Shape = Eigen::Matrix<double, shape_count, 1>;
 
@@ -33,8 +35,9 @@ struct TargetPlane {
   double half = 1.0;                                    ///< Half the target's size [m].
 };
 TargetPlane common_plane(std::span<const View> views);
+/// Displacements of points of the target, three rows a point, by each number of its shape [m].
+Eigen::MatrixXd displacements(const TargetPlane& plane, const Eigen::Matrix3Xd& points);
 /// Points of the target as bent by `shape`.
-Eigen::Vector3d bend(const TargetPlane& plane, const Shape& shape, const Eigen::Vector3d& point,
-                     Eigen::Matrix<double, 3, shape_count>* by_shape = nullptr);
+Eigen::Matrix3Xd bent_points(const TargetPlane& plane, const Shape& shape, const Eigen::Matrix3Xd& points);
 
 }  // namespace kr5::vision::detail

@@ -69,7 +69,7 @@ double dispersion_of(const std::vector<CameraViewReport>& reports, const std::ve
 
 ViewTest test_views(const RobustAdjustment& fit, const std::vector<bool>& used, double false_alarm, double correlation,
                     std::vector<CameraViewReport>& reports) {
-  const std::vector<ViewEquations>& blocks = fit.adjustment.blocks;
+  const std::vector<ViewEquations> blocks = fit.adjustment.equations();
   Eigen::MatrixXd A;
   std::vector<double> noise;
   for (std::size_t i = 0; i < blocks.size(); ++i) {

@@ -6,8 +6,6 @@
 #include <map>
 #include <set>
 
-#include <Eigen/Cholesky>
-
 #include <kr5/core/error.hpp>
 
 #include "vision/markers/marker_map_adjustment.hpp"
@@ -72,26 +70,17 @@ std::string describe(const std::vector<std::vector<int>>& islands) {
 void fill(MarkerMapResult& result, const MapProblem& p, const MapState& state, const MapSolution& solution,
           const std::vector<int>& ids, const MarkerMapOptions& options) {
   const double readings = 8.0 * static_cast<double>(p.sightings.size());
-  const double dof = readings - static_cast<double>(solution.information.rows());
+  const double dof = readings - 6.0 * static_cast<double>(p.markers - 1 + p.images);
   result.rms_px = std::sqrt(2 * solution.cost / readings);
   result.sigma_pixel = options.sigma_pixel > 0 ? options.sigma_pixel : std::sqrt(solution.cost / std::max(dof, 1.0));
-  const Eigen::LDLT<Eigen::MatrixXd> ldlt(solution.information);
-  const auto n = solution.information.rows();
-  const Eigen::MatrixXd covariance =
-      result.sigma_pixel * result.sigma_pixel * ldlt.solve(Eigen::MatrixXd::Identity(n, 6 * (p.markers - 1)));
-  for (int m = 0; m < p.markers; ++m) {
-    const auto k = static_cast<std::size_t>(m);
+  for (std::size_t k = 0; k < ids.size(); ++k) {
     result.target.map.push_back({ids[k], options.size, state.T_map_marker[k]});
-    const int column = 6 * (m - (m > p.reference ? 1 : 0));
-    const Matrix6 C = m == p.reference ? Matrix6(Matrix6::Zero()) : Matrix6(covariance.block<6, 6>(column, column));
-    result.covariance.push_back(0.5 * (C + C.transpose()));
+    result.covariance.emplace_back(result.sigma_pixel * result.sigma_pixel * solution.covariance[k]);
   }
   std::vector<double> sums(static_cast<std::size_t>(p.images), 0.0), counts = sums;
-  for (const Sighting& s : p.sightings) {
-    Eigen::Matrix<double, 8, 1> r;
-    map_residual(p, s, state, r, nullptr, nullptr);
-    sums[static_cast<std::size_t>(s.image)] += r.squaredNorm();
-    counts[static_cast<std::size_t>(s.image)] += 4;
+  for (std::size_t k = 0; k < p.sightings.size(); ++k) {
+    sums[static_cast<std::size_t>(p.sightings[k].image)] += solution.squares[k];
+    counts[static_cast<std::size_t>(p.sightings[k].image)] += 4;
   }
   for (std::size_t i = 0; i < sums.size(); ++i) {
     result.T_target_camera.push_back(state.T_camera_map[i].inverse());
@@ -101,7 +90,7 @@ void fill(MarkerMapResult& result, const MapProblem& p, const MapState& state, c
   result.fit.iterations = solution.iterations;
   result.fit.final_rms = std::sqrt(solution.cost / std::max(dof, 1.0)) / result.sigma_pixel;
   result.fit.message = std::to_string(p.markers) + " markers from " + std::to_string(p.images) + " images";
-  if (!covariance.allFinite() || dof < 1 || (ldlt.vectorD().array() <= 0).any()) {
+  if (!solution.determined || dof < 1) {
     result.fit.status = FitStatus::Degenerate;
     result.fit.message = "the images do not determine the map; take more images, from other directions";
   }

@@ -6,16 +6,14 @@
 namespace kr5::vision {
 
 struct MapSolution {
-  double cost = 0.0;            ///< Sum of squared residuals [px^2].
-  Eigen::MatrixXd information;  ///< Of the markers without the reference, then the images, for noise of 1 px.
+  double cost = 0.0;                ///< Sum of squared residuals [px^2].
+  std::vector<double> squares;      ///< Of each sighting, likewise.
+  std::vector<Matrix6> covariance;  ///< Of the markers, right perturbation, for noise of 1 px; zero of the reference.
+  bool determined = false;          ///< Whether the images determine every marker.
   int iterations = 0;
   bool converged = false;
 };
-/// Levenberg-Marquardt over all poses. The reference stays.
+/// Poses of all markers and images that fit the pixels best. The reference stays.
 MapSolution adjust_map(const MapProblem& problem, MapState& state, int max_iterations);
-
-/// Seen minus predicted corners, 8 numbers [px]; false when a corner lies behind the camera.
-bool map_residual(const MapProblem& problem, const Sighting& s, const MapState& state, Eigen::Matrix<double, 8, 1>& r,
-                  Eigen::Matrix<double, 8, 6>* by_marker, Eigen::Matrix<double, 8, 6>* by_camera);
 
 }  // namespace kr5::vision
