@@ -29,6 +29,8 @@ cell::Cell limited_arm(const std::string& joints) {
   const test::ArmCase arm{joints};
   cell::Cell cell = test::arm_cell(arm);
   const Index n = arm.size();
+  for (kinematics::DhJoint& joint : cell.robot.dh)  // which a file has with six digits
+    joint.alpha = M_PI_2 * std::round(joint.alpha / M_PI_2);
   cell.robot.limits = cell::Limits{VectorXd(n), VectorXd(n), VectorXd(n), {}};
   for (Index j = 0; j < n; ++j) {
     const bool slides = arm.slides(static_cast<int>(j));

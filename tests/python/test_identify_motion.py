@@ -44,7 +44,7 @@ def load(folder, name):
 def test_gravity_from_currents_goes_into_the_cell_and_gives_limits(run_kr5, tmp_path, believed):
     true = believed.robot.links
     links = list(believed.robot.links)
-    links[2].com = np.asarray(links[2].com) + [0.03, 0.0, 0.01]  # what the cell does not know
+    links[2].com = links[2].com + np.array([0.03, 0.0, 0.01])  # what the cell does not know
     q = slow_log(believed, tmp_path / "slow.csv", current=True, links=links)
     done = run_kr5(
         "identify", "gravity", find_shipped_cell(), "slow.csv", "--greatest-speed", "1", "--write-cell", "new.yaml",

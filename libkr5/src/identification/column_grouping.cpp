@@ -26,7 +26,8 @@ ColumnGrouping grouped_columns(const Eigen::MatrixXd& A, const std::vector<Eigen
     R.col(i) = basis.leftCols(found).transpose() * A.col(out.kept[static_cast<std::size_t>(i)]);
   out.combination = R.triangularView<Eigen::Upper>().solve(basis.leftCols(found).transpose() * A);
   out.combination = out.combination.unaryExpr([](double c) { return std::abs(c) < 1e-9 ? 0.0 : c; });
-  for (Eigen::Index i = 0; i < found; ++i) out.combination(i, out.kept[static_cast<std::size_t>(i)]) = 1.0;
+  for (Eigen::Index i = 0; i < found; ++i)  // exactly, whatever rounding left
+    out.combination.col(out.kept[static_cast<std::size_t>(i)]) = Eigen::VectorXd::Unit(found, i);
   return out;
 }
 

@@ -72,7 +72,7 @@ ColumnGrouping identifiable_moments(const kinematics::DhChain& chain, const Eige
   MatrixXd A(postures * n, moments_per_link * n);
   for (Index k = 0; k < postures; ++k)
     A.middleRows(k * n, n) = regressor(VectorXd::NullaryExpr(n, [&] { return random.uniform(-M_PI, M_PI); }));
-  ColumnGrouping out = grouped_columns(A, moments_first(n), 1e-9);
+  ColumnGrouping out = grouped_columns(A, moments_first(n));
   size.resize(static_cast<Index>(out.kept.size()));
   for (Index i = 0; i < size.size(); ++i)
     size[i] = A.col(out.kept[static_cast<std::size_t>(i)]).norm() / std::sqrt(static_cast<double>(postures));

@@ -8,7 +8,7 @@ namespace kr5::identification {
 namespace {
 
 constexpr double least_speed_spread = 0.3;  // of the speeds of a joint, over their mean
-constexpr std::size_t least_rows = 10;
+constexpr std::size_t least_slow_rows = 10;
 
 bool at_several_speeds(const Eigen::VectorXd& speeds) {
   if (speeds.size() == 0) return false;
@@ -47,9 +47,9 @@ std::string objection(const JointMotion& motion, const std::vector<SlowSamples>&
     const std::string joint = "joint " + std::to_string(s.joint + 1);
     const auto fitted = static_cast<Eigen::Index>(s.rows.size());
     const Eigen::Index count = fitted - held_out_count(fitted, held_out);
-    if (s.rows.size() < least_rows)
+    if (s.rows.size() < least_slow_rows)
       return joint + " moves slowly in " + std::to_string(s.rows.size()) + " samples only; at least " +
-             std::to_string(least_rows) + " are needed, or none";
+             std::to_string(least_slow_rows) + " are needed, or none";
     Eigen::Index forwards = 0;
     for (Eigen::Index r = 0; r < count; ++r) forwards += motion.qd(s.rows[static_cast<std::size_t>(r)], s.joint) > 0;
     if (forwards == 0 || forwards == count)
