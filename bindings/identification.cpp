@@ -1,13 +1,125 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/identification/current_limits.hpp>
+#include <kr5/identification/excitation.hpp>
+#include <kr5/identification/gravity_model.hpp>
 #include <kr5/identification/joint_motion.hpp>
+#include <kr5/identification/planar_gravity.hpp>
 
+#include "python_simulator.hpp"
 #include "struct_binder.hpp"
 
 namespace py = pybind11;
 using namespace kr5::identification;
 
+static void bind_gravity(py::module_& m) {
+  using kr5::python::bind_struct;
+  bind_struct<CarriedMass>(m, "CarriedMass", "Mass that a joint carries.");
+  m.def(
+      "carried_masses",
+      [](const kr5::kinematics::DhChain& chain, const std::vector<kr5::kinematics::Body>& bodies,
+         const Eigen::VectorXd& q) { return carried_masses(chain, bodies, q); },
+      py::arg("chain"), py::arg("bodies"), py::arg("q"),
+      "Backward recursion of the static mass moment over the links (Hayat et al. 2022, eqs. 5.1 to 5.4), one a joint,\n"
+      "for joint values q [rad or m].");
+  m.def(
+      "holding_torques",
+      [](const kr5::kinematics::DhChain& chain, const std::vector<CarriedMass>& carried, const Eigen::VectorXd& q,
+         const Eigen::Vector3d& gravity) { return holding_torques(chain, carried, q, gravity); },
+      py::arg("chain"), py::arg("carried"), py::arg("q"), py::arg("gravity") = Eigen::Vector3d(0.0, 0.0, -9.81),
+      "Torques that hold these masses [N m or N]; gravity in B [m/s^2].");
+  bind_struct<GravityOptions>(m, "GravityOptions", "Options of identify_gravity.");
+  bind_struct<GravityPrediction>(m, "GravityPrediction", "Torques that hold a posture.");
+  bind_struct<GravityModel>(m, "GravityModel", "Mass moments of an arm that its joint torques can tell.")
+      .def("predict", &GravityModel::predict, py::arg("q"), "Torques that hold the posture q [rad or m].")
+      .def(
+          "bodies",
+          [](const GravityModel& self, const std::vector<kr5::kinematics::Body>& nominal) {
+            return self.bodies(nominal);
+          },
+          py::arg("nominal"),
+          "The given bodies, one a link, with the first moments of the model; masses that it cannot tell stay.");
+  bind_struct<GravityResult>(m, "GravityResult", "Identified gravity with friction and errors.");
+  m.def("identify_gravity", &identify_gravity, py::arg("chain"), py::arg("motion"),
+        py::arg("options") = GravityOptions{}, py::call_guard<py::gil_scoped_release>(),
+        "Identifies the mass moments of any arm from slow motions, friction told by the two directions (Hayat et al.\n"
+        "2022, section 5.2).");
+  bind_struct<GravityAngle>(m, "GravityAngle", "Angle of which the gravity torque of a joint is a harmonic.");
+  m.def(
+      "gravity_angles", &gravity_angles, py::arg("chain"), py::arg("q"),
+      py::arg("gravity") = Eigen::Vector3d(0.0, 0.0, -9.81),
+      "The largest set of joints whose axes are horizontal and parallel at q, the joint nearest to the flange first.");
+  bind_struct<GravityHarmonic>(m, "GravityHarmonic", "Gravity torque of one joint.");
+  bind_struct<PlanarGravity>(m, "PlanarGravity", "Gravity of an arm in a plane.")
+      .def("predict", &PlanarGravity::predict, py::arg("q"), "Torques of its joints in their order for q [rad].");
+  m.def(
+      "identify_planar_gravity",
+      [](const JointMotion& motion, const std::vector<GravityAngle>& angles, const GravityOptions& options) {
+        const py::gil_scoped_release released;
+        return identify_planar_gravity(motion, angles, options);
+      },
+      py::arg("motion"), py::arg("angles"), py::arg("options") = GravityOptions{},
+      "Fits one harmonic a joint to slow motions, the joint nearest to the flange first (Hayat et al. 2022, eqs. 5.5\n"
+      "to 5.7).");
+  bind_struct<PassiveLimitOptions>(m, "PassiveLimitOptions", "Options of passive_limits.");
+  bind_struct<PassiveLimits>(m, "PassiveLimits", "Current limits with which an obstructed arm gives way.");
+  m.def(
+      "passive_limits",
+      [](const GravityModel& model, const Eigen::VectorXd& coulomb, const kr5::cell::Cell& cell,
+         const Eigen::MatrixXd& postures, const PassiveLimitOptions& options) {
+        kr5::require(cell.drives.has_value(), "cell.drives: the cell has none, so torques have no currents");
+        return passive_limits(model, coulomb, kr5::physics::Motors(cell), postures, options);
+      },
+      py::arg("model"), py::arg("coulomb"), py::arg("cell"), py::arg("postures"),
+      py::arg("options") = PassiveLimitOptions{},
+      "Current limits a margin above what gravity and friction take in all postures (rows, [rad or m]), and the "
+      "contact\n"
+      "forces at which the arm gives way (Hayat et al. 2022, section 5.2). `coulomb`: half the width of the "
+      "hysteresis\n"
+      "of each joint [N m or N]; gears and motors are those of the cell.");
+}
+
+static void bind_excitation(py::module_& m) {
+  using kr5::python::bind_enum;
+  using kr5::python::bind_struct;
+  bind_enum<ExcitationKind>(m, "ExcitationKind", "Kind of an exciting motion.");
+  bind_enum<ExcitationProfile>(m, "ExcitationProfile", "Profile of a motion from point to point.");
+  bind_enum<ExcitationCriterion>(m, "ExcitationCriterion", "What a design makes good.");
+  bind_struct<ExcitationMotion>(m, "ExcitationMotion", "Motion that is given by harmonics or points.")
+      .def("duration", &ExcitationMotion::duration, "Duration [s].")
+      .def("states", &ExcitationMotion::states, py::arg("times"), "JointMotion at these times [s], without torques.")
+      .def("sampled", &ExcitationMotion::sampled, py::arg("interval"),
+           "JointMotion from 0 to the end at this interval [s], without torques.");
+  bind_struct<MotionLimits>(m, "MotionLimits", "What joints may do.");
+  bind_struct<ExcitationOptions>(m, "ExcitationOptions", "Options of design_excitation.");
+  bind_struct<Excitation>(m, "Excitation", "Designed motion with its figures.");
+  m.def("nominal_torques", &nominal_torques, py::arg("cell"), py::arg("states"),
+        py::call_guard<py::gil_scoped_release>(),
+        "Torques of the drives of a cell in a motion, samples x joints: links, tool, friction, rotors [N m or N].");
+  m.def("motion_limits", &motion_limits, py::arg("cell"),
+        "Limits that a cell states: positions, speeds and torques; no accelerations.");
+  m.def(
+      "design_excitation",
+      [](const kr5::cell::Cell& cell, const MotionLimits& limits, ExcitationOptions options,
+         const py::object& progress) {
+        // Asks for signals, so that Ctrl-C ends a long design.
+        options.progress = [progress = kr5::python::Shared(progress)](double fraction) {
+          kr5::python::call_python("progress", [&] {
+            if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+            if (!(*progress).is_none()) (*progress)(fraction);
+          });
+        };
+        const py::gil_scoped_release released;
+        return design_excitation(cell, limits, options);
+      },
+      py::arg("cell"), py::arg("limits"), py::arg("options") = ExcitationOptions{}, py::arg("progress") = py::none(),
+      "Designs a motion whose torques tell the base parameters of the arm best, within its limits (Hayat et al. 2022,\n"
+      "sections 4.3 and 4.4.3; Swevers et al. 1997). `progress(fraction)` is called meanwhile.");
+}
+
 void bind_identification(py::module_& m) {
   m.doc() = "Identification of an arm's dynamics, drives and sensors from its logs.";
   kr5::python::bind_struct<JointMotion>(m, "JointMotion", "Measured motion of an arm with its joint torques.")
       .def("validate", &JointMotion::validate, "Raises InvalidArgument naming field and row.");
+  bind_gravity(m);
+  bind_excitation(m);
 }

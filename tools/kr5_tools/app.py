@@ -35,6 +35,8 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
     },
     "identify": {
         "axes": ("identify.axes", "Joint axes and DH parameters, from joints moved one at a time."),
+        "gravity": ("identify.gravity", "Gravity model from slow motions; current limits of passive compliance."),
+        "excitation": ("identify.excitation", "Exciting motion for the identification of an arm's dynamics."),
         "study": ("identify.study", "Error of such an identification by device, noise and arc."),
     },
     "repeatability": ("repeatability.command", "Pose repeatability and accuracy after ISO 9283."),

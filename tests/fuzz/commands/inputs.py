@@ -367,6 +367,21 @@ JOBS = [
         ("out.json",),
     ),
     Job("repeatability", "repeatability returns.csv -o out.json", "poses", ("returns.csv",), ("out.json",), 2),
+    Job(
+        "gravity",
+        "identify gravity cell.yaml slow.csv --greatest-speed 1 -o out.json",
+        "poses",
+        ("slow.csv", "cell.yaml"),
+        ("out.json",),
+        2,
+    ),
+    Job(
+        "excitation",
+        "identify excitation cell.yaml --duration 6 --starts 1 --exchanges 2 --csv out.csv -o out.json",
+        "poses",
+        ("cell.yaml",),
+        ("out.csv", "out.json"),
+    ),
     Job("workspace", "workspace cell.yaml --samples 500 -o out.json", "poses", ("cell.yaml",), ("out.json",)),
     Job(
         "kinematics",
@@ -613,9 +628,22 @@ def _prepare_poses(folder: Path) -> None:
     _write_csv(folder / "turns.csv", [*joints, "x", "y", "z"], np.hstack([turns, seen]))
     _write_csv(folder / "postures.csv", [*joints, "x", "y", "z"], np.hstack([q, places]))
     _write_scan(folder / "scan")
+    _write_slow_motion(folder / "slow.csv", len(chain.joints))
     _write_csv(folder / "hand.csv", names, np.array(hand))
     _write_csv(folder / "eye.csv", names, np.array(eye))
     _prepare_pairs(folder, np.array(hand)[::24, 1:], np.array(eye)[::24, 1:])
+
+
+def _write_slow_motion(file: Path, joints: int) -> None:
+    """Joints to and fro, with torques that are friction and some harmonic."""
+    t = np.arange(0.0, 30.0, 0.2)
+    phase = np.outer(t, 0.4 + 0.05 * np.arange(joints))
+    names = ["t", *(f"{kind}{k + 1}" for kind in ("q", "qd", "tau") for k in range(joints))]
+    _write_csv(
+        file,
+        names,
+        np.column_stack([t, np.sin(phase), 0.5 * np.cos(phase), 20 * np.sin(phase) + np.sign(np.cos(phase))]),
+    )
 
 
 def _prepare_pairs(folder: Path, hand: np.ndarray, eye: np.ndarray) -> None:

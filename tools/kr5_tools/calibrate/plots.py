@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
 from kr5_tools.calibrate.axis_study_plots import study_noise, study_parameters
+from kr5_tools.calibrate.dynamics_plots import condition_history, excitation_motion, gravity_overlay, limit_use
 from kr5_tools.calibrate.kinematics_plots import parameter_changes, posture_errors, posture_spread, posture_value
 from kr5_tools.calibrate.laser_plots import cloud_plot, profile_errors, study_plot
 from kr5_tools.calibrate.repeatability_plots import distance_histogram, return_order, return_scatter
@@ -349,6 +350,28 @@ CATALOGUE: list[tuple[str, str, Callable[[dict[str, Any]], Figure | None], bool,
         condition_map,
         False,
         "Of the same Jacobian, the least of all postures there; 1 would move alike in every direction.",
+    ),
+    ("motion", "Motion", excitation_motion, True, "Joint values of the designed motion."),
+    (
+        "limit_use",
+        "Use of the limits",
+        limit_use,
+        False,
+        "Greatest position range, speed, acceleration and nominal torque of each joint, over its limit.",
+    ),
+    (
+        "condition_history",
+        "Condition number",
+        condition_history,
+        False,
+        "Of the base regressor with columns of unit length, after the random starts and each exchange that gained.",
+    ),
+    (
+        "slow_torques",
+        "Torques of the slow motion",
+        gravity_overlay,
+        True,
+        "Measured; predicted by gravity and friction; and gravity alone, a panel a joint.",
     ),
     ("frames", "Frames in space", frames_3d, True, "Axes x orange, y green, z blue."),
 ]

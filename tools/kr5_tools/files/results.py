@@ -21,6 +21,8 @@ FORMATS = {
     "kr5-axes/1": "Joint axes",
     "kr5-repeatability/1": "Pose repeatability",
     "kr5-workspace/1": "Workspace",
+    "kr5-gravity/1": "Gravity model",
+    "kr5-excitation/1": "Exciting motion",
     "kr5-axes-study/1": "Noise study of joint axes",
     "kr5-timed-hand-eye/1": "Hand-eye calibration with clocks",
     "kr5-marker-map/1": "Marker map",

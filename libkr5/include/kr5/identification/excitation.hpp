@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <kr5/cell/cell.hpp>
+#include <kr5/core/fit_report.hpp>
+#include <kr5/identification/excitation_motion.hpp>
+
+/// @file
+/// Motions that excite the dynamics of an arm so that its base parameters can be told (Hayat et al. 2022, sections 4.3
+/// and 4.4.3; Swevers et al. 1997).
+
+namespace kr5::identification {
+
+/// What a design makes good.
+enum class ExcitationCriterion {
+  Condition,    ///< Condition number of the base regressor with columns of unit length.
+  Determinant,  ///< Volume of the region of the base parameters (D-optimal).
+};
+constexpr auto enum_names(ExcitationCriterion) {
+  return names<ExcitationCriterion>(
+      {{ExcitationCriterion::Condition, "condition"}, {ExcitationCriterion::Determinant, "determinant"}});
+}
+
+/// What the joints may do. Empty vectors: not limited.
+struct MotionLimits {
+  Eigen::VectorXd lower, upper;  ///< [rad or m]
+  Eigen::VectorXd speed;         ///< [rad/s or m/s]
+  Eigen::VectorXd acceleration;  ///< [rad/s^2 or m/s^2]
+  Eigen::VectorXd torque;        ///< [N m or N]
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("lower", self.lower, "Least joint values [rad or m].");
+    visit("upper", self.upper, "Greatest joint values [rad or m].");
+    visit("speed", self.speed, "Greatest joint speeds [rad/s or m/s].");
+    visit("acceleration", self.acceleration, "Greatest joint accelerations [rad/s^2 or m/s^2].");
+    visit("torque", self.torque, "Greatest torques of the drives on the joint side; empty: not limited [N m or N].");
+  }
+};
+
+struct ExcitationOptions {
+  ExcitationKind kind = ExcitationKind::Fourier;
+  ExcitationCriterion criterion = ExcitationCriterion::Condition;
+  double duration = 30.0;  ///< [s]
+  int harmonics = 5;
+  ExcitationProfile profile = ExcitationProfile::Trapezoidal;
+  double least_override = 0.3;  ///< [-]
+  double limit_share = 0.9;     ///< [-]
+  double ramp_time = 0.4;       ///< [s]
+  bool friction = true;
+  bool rotors = true;
+  Eigen::VectorXd torque_noise = {};  ///< [N m or N]
+  Eigen::VectorXd start = {};         ///< [rad or m]
+  double lowest = -1e3;               ///< [m]
+  Eigen::Matrix3Xd points = {};       ///< [m]
+  int starts = 20;
+  int exchanges = 1500;
+  std::uint64_t seed = 1;
+  /// Called with the part that is done; may throw to stop.
+  std::function<void(double fraction)> progress = {};
+
+  /// @throws InvalidArgument naming the offending field.
+  void validate() const;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("kind", self.kind, "Kind of the motion: fourier | point_to_point.");
+    visit("criterion", self.criterion, "What is made good: condition | determinant.");
+    visit("duration", self.duration, "Base period of the harmonics; greatest duration from point to point [s].");
+    visit("harmonics", self.harmonics, "Number of harmonics of each joint.");
+    visit("profile", self.profile, "Profile between points: trapezoidal | quintic.");
+    visit("least_override", self.least_override, "Least speed of a point-to-point stroke, over the greatest [-].");
+    visit("limit_share", self.limit_share, "Share of every limit that the motion may use [-].");
+    visit("ramp_time", self.ramp_time,
+          "Time in which a joint reaches its greatest speed, where no acceleration is limited [s].");
+    visit("friction", self.friction, "Whether Coulomb and viscous friction are to be identified.");
+    visit("rotors", self.rotors, "Whether rotor inertias are to be identified.");
+    visit("torque_noise", self.torque_noise, "Noise of the torque of each joint; empty: the same for all [N m or N].");
+    visit("start", self.start, "Joint values at the start and the end; empty: free [rad or m].");
+    visit("lowest", self.lowest, "Least height of the guarded points above B [m].");
+    visit("points", self.points, "Guarded points in the flange frame, beside its origin, columns [m].");
+    visit("starts", self.starts, "Number of random motions of which the best is improved.");
+    visit("exchanges", self.exchanges, "Number of exchanges that are tried.");
+    visit("seed", self.seed, "Random seed.");
+  }
+};
+
+struct Excitation {
+  ExcitationMotion motion;
+  MotionLimits limits;
+  int base_parameters = 0;
+  double condition = 0.0;           ///< [-]
+  double condition_unscaled = 0.0;  ///< [-]
+  double log_determinant = 0.0;     ///< [-]
+  std::vector<double> condition_after;
+  Eigen::VectorXd position_use, speed_use, acceleration_use, torque_use;  ///< [-]
+  Eigen::VectorXd torque_peak;                                            ///< [N m or N]
+  double lowest = 0.0;                                                    ///< [m]
+  FitReport fit;                                                          ///< Look at fit.usable() first.
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("motion", self.motion, "The motion.");
+    visit("limits", self.limits, "Limits that it keeps.");
+    visit("base_parameters", self.base_parameters, "Number of base parameters: columns of the base regressor.");
+    visit("condition", self.condition, "Condition number of the base regressor with columns of unit length [-].");
+    visit("condition_unscaled", self.condition_unscaled, "The same with columns as they are, in SI units [-].");
+    visit("log_determinant", self.log_determinant,
+          "Logarithm of the determinant of the information of one sample, per base parameter [-].");
+    visit("condition_after", self.condition_after, "Condition number after the starts and each improvement [-].");
+    visit("position_use", self.position_use, "Part of the range of each joint that the motion covers [-].");
+    visit("speed_use", self.speed_use, "Greatest speed of each joint over its limit [-].");
+    visit("acceleration_use", self.acceleration_use, "Greatest acceleration of each joint over its limit [-].");
+    visit("torque_use", self.torque_use, "Greatest torque of each joint over its limit; empty without limits [-].");
+    visit("torque_peak", self.torque_peak,
+          "Greatest torque of each joint by the nominal dynamics; empty where the cell has no masses [N m or N].");
+    visit("lowest", self.lowest, "Least height of the guarded points above B [m].");
+    visit("fit", self.fit, "Status of the design; look at fit.usable first.");
+  }
+};
+
+/// Limits that a cell states: positions, speeds and torques; no accelerations. Infinite torques are not limited.
+/// @throws InvalidArgument naming what the cell does not state.
+MotionLimits motion_limits(const cell::Cell& cell);
+
+/// Torques of the drives of a cell in a motion, on the joint side: links, tool and payload, friction, rotors; samples x
+/// joints [N m or N]. @throws InvalidArgument when the cell has no masses or other joints than the motion.
+Eigen::MatrixXd nominal_torques(const cell::Cell& cell, const JointMotion& states);
+
+/// Designs a motion of the arm of a cell whose torques tell its base parameters best: of random motions the best, then
+/// by exchange (Fedorov's algorithm): the harmonics of one joint, or one point, are exchanged for others as long as the
+/// criterion gains. Every motion that is considered keeps positions, speeds, accelerations, the nominal torques
+/// (gravity, inertia, friction and rotors) and the height of the guarded points. The same seed gives the same motion.
+///
+/// A condition number is that of the columns which links, friction and rotors add to those before them, in the order of
+/// eq. 4.36: for a KR5 52 of 78.
+///
+/// Degenerate when no motion within the limits was found; the message says which limit stood in the way.
+/// @throws InvalidArgument for limits that are missing, empty or not of the arm, a start outside of them, and for
+///         options that are not valid.
+Excitation design_excitation(const cell::Cell& cell, const MotionLimits& limits, const ExcitationOptions& options = {});
+
+}  // namespace kr5::identification

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <kr5/identification/joint_motion.hpp>
+
+namespace kr5::identification {
+
+/// Samples in which a joint moves slowly, so that its torque is gravity and friction of a known direction.
+struct SlowSamples {
+  int joint = 0;
+  std::vector<Eigen::Index> rows;
+  bool several_speeds = false;  ///< Coulomb and viscous friction can be told apart.
+};
+
+/// One a joint. Samples in which any joint is faster than `greatest_speed` are left out.
+std::vector<SlowSamples> slow_samples(const JointMotion& motion, double least_speed, double greatest_speed);
+
+/// Number of samples held out, the last of so many.
+Eigen::Index held_out_count(Eigen::Index samples, double part);
+
+/// Why the samples determine no gravity; empty when they may.
+std::string objection(const JointMotion& motion, const std::vector<SlowSamples>& samples, double held_out);
+
+/// Samples from one independent residual to the next, at least 1: twice the sum of the autocorrelation up to where it
+/// first vanishes.
+double correlation_time(const Eigen::VectorXd& residuals);
+
+}  // namespace kr5::identification

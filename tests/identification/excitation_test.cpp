@@ -1,0 +1,297 @@
+#include <cmath>
+#include <limits>
+
+#include <catch2/catch.hpp>
+
+#include <Eigen/SVD>
+
+#include <kr5/cell/cell.hpp>
+#include <kr5/core/error.hpp>
+#include <kr5/core/random.hpp>
+#include <kr5/identification/excitation.hpp>
+#include <kr5/kinematics/newton_euler.hpp>
+#include <kr5/physics/effective_arm.hpp>
+#include <support/arm_cells.hpp>
+
+using namespace kr5;
+using namespace kr5::identification;
+using Catch::Matchers::Contains;
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+cell::Cell kuka() { return cell::load_cell(KR5_SHARE_DIR "/cells/kr5_arc.yaml"); }
+
+/// A test arm with limits, of which the torques bind.
+cell::Cell limited_arm(const std::string& joints) {
+  const test::ArmCase arm{joints};
+  cell::Cell cell = test::arm_cell(arm);
+  const Index n = arm.size();
+  for (kinematics::DhJoint& joint : cell.robot.dh)  // which a file has with six digits
+    joint.alpha = M_PI_2 * std::round(joint.alpha / M_PI_2);
+  cell.robot.limits = cell::Limits{VectorXd(n), VectorXd(n), VectorXd(n), {}};
+  for (Index j = 0; j < n; ++j) {
+    const bool slides = arm.slides(static_cast<int>(j));
+    cell.robot.limits->lower[j] = slides ? -0.1 : -2.0 - 0.1 * double(j);
+    cell.robot.limits->upper[j] = slides ? 0.3 : 2.2;
+    cell.robot.limits->velocity[j] = slides ? 0.5 : 2.0;
+  }
+  return cell;
+}
+
+/// Regressor of inverse dynamics, friction and rotors by differences of Newton-Euler torques: samples x joints rows.
+MatrixXd independent_regressor(const cell::Cell& cell, const JointMotion& m) {
+  const Index n = m.joints();
+  MatrixXd A = MatrixXd::Zero(m.samples() * n, 13 * n);
+  for (Index j = 0; j < n; ++j) {
+    // Torques are linear in m, m c and the inertia about the com plus that of the mass: ten bodies span them.
+    for (Index c = 0; c < 10; ++c) {
+      std::vector<kinematics::Body> bodies(static_cast<std::size_t>(n));
+      kinematics::Body& b = bodies[static_cast<std::size_t>(j)];
+      if (c < 6) {
+        b.inertia[c] = 1.0;
+      } else {
+        b.mass = 1.0;
+        if (c < 9) b.com[c - 6] = 1.0;
+      }
+      kinematics::Dynamics arm(cell::nominal_chain(cell), bodies, cell.robot.gravity);
+      for (Index k = 0; k < m.samples(); ++k)
+        A.col(13 * j + c).segment(k * n, n) =
+            arm.torques(VectorXd(m.q.row(k)), VectorXd(m.qd.row(k)), VectorXd(m.qdd.row(k)));
+    }
+    for (Index k = 0; k < m.samples(); ++k) {
+      A(k * n + j, 13 * j + 10) = std::tanh(m.qd(k, j) / 0.002);
+      A(k * n + j, 13 * j + 11) = m.qd(k, j);
+      A(k * n + j, 13 * j + 12) = m.qdd(k, j);
+    }
+  }
+  return A;
+}
+
+double column_scaled_condition(MatrixXd A) {
+  for (auto column : A.colwise()) column.normalize();
+  const VectorXd s = Eigen::JacobiSVD<MatrixXd>(A).singularValues();
+  return s[0] / s[s.size() - 1];
+}
+
+void check_limits(const JointMotion& fine, const MotionLimits& limits) {
+  for (Index j = 0; j < fine.joints(); ++j) {
+    CHECK(fine.q.col(j).minCoeff() >= limits.lower[j]);
+    CHECK(fine.q.col(j).maxCoeff() <= limits.upper[j]);
+    CHECK(fine.qd.col(j).cwiseAbs().maxCoeff() <= limits.speed[j]);
+    CHECK(fine.qdd.col(j).cwiseAbs().maxCoeff() <= limits.acceleration[j]);
+  }
+}
+
+/// Torques by the physics of the cell, written out.
+MatrixXd expected_torques(const cell::Cell& cell, const JointMotion& m) {
+  kinematics::Dynamics arm = physics::EffectiveArm(cell).dynamics(0.0);
+  const cell::Drives& d = *cell.drives;
+  const MatrixXd rotors = d.structure.transpose() * d.rotor_inertia.asDiagonal() * d.structure;
+  MatrixXd out(m.samples(), m.joints());
+  for (Index k = 0; k < m.samples(); ++k) {
+    const VectorXd qd = m.qd.row(k), qdd = m.qdd.row(k);
+    out.row(k) = arm.torques(VectorXd(m.q.row(k)), qd, qdd) + rotors * qdd + d.friction.viscous.cwiseProduct(qd) +
+                 d.friction.coulomb.cwiseProduct((qd / 0.002).array().tanh().matrix());
+  }
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("a motion is at rest at both ends and its speeds are the derivatives of its places") {
+  ExcitationOptions options{.duration = 8.0, .starts = 2, .exchanges = 0};
+  for (const ExcitationKind kind : {ExcitationKind::Fourier, ExcitationKind::PointToPoint})
+    for (const ExcitationProfile profile : {ExcitationProfile::Trapezoidal, ExcitationProfile::Quintic}) {
+      options.kind = kind;
+      options.profile = profile;
+      const cell::Cell cell = limited_arm("rr");
+      const ExcitationMotion motion = design_excitation(cell, motion_limits(cell), options).motion;
+      const double h = 1e-5, end = motion.duration();
+      const JointMotion ends = motion.states(Eigen::Vector2d(0.0, end));
+      CHECK(ends.qd.cwiseAbs().maxCoeff() < 1e-9);
+      CHECK((ends.q.row(0) - ends.q.row(1)).norm() < 1e-9);  // it may be repeated
+      for (double t = 0.1003; t < end - 0.1; t += 0.3701) {
+        const JointMotion s = motion.states(Eigen::Vector3d(t - h, t, t + h));
+        CHECK((s.q.row(2) - s.q.row(0) - 2 * h * s.qd.row(1)).norm() < 1e-8);
+        CHECK((s.qd.row(2) - s.qd.row(0) - 2 * h * s.qdd.row(1)).norm() < 1e-4);
+      }
+    }
+  CHECK_THROWS_WITH(ExcitationMotion{}.states(VectorXd::Zero(1)), Contains("period"));
+}
+
+TEST_CASE("limits of joints, torques and heights are kept between the samples, for any arm") {
+  struct Trial {
+    const char* joints;
+    ExcitationKind kind;
+    ExcitationProfile profile;
+  };
+  for (const Trial& trial : {Trial{"r", ExcitationKind::Fourier, ExcitationProfile::Quintic},
+                             Trial{"rrp", ExcitationKind::Fourier, ExcitationProfile::Quintic},
+                             Trial{"rrrr", ExcitationKind::PointToPoint, ExcitationProfile::Trapezoidal},
+                             Trial{"prr", ExcitationKind::PointToPoint, ExcitationProfile::Quintic}}) {
+    INFO(trial.joints << " " << name_of(trial.kind));
+    const cell::Cell cell = limited_arm(trial.joints);
+    MotionLimits limits = motion_limits(cell);
+    ExcitationOptions options{
+        .kind = trial.kind, .duration = 12.0, .profile = trial.profile, .starts = 3, .exchanges = 60};
+    const Excitation free = design_excitation(cell, limits, options);
+    REQUIRE(free.fit.usable());
+    limits.torque = 0.8 * free.torque_peak;  // so that they bind
+    limits.acceleration = 0.7 * free.limits.acceleration;
+    options.lowest = free.lowest + 0.02;
+    options.starts = 5;
+    const Excitation bound = design_excitation(cell, limits, options);
+    REQUIRE(bound.fit.usable());
+    const JointMotion fine = bound.motion.sampled(7.3e-4);
+    check_limits(fine, limits);
+    const VectorXd peak = expected_torques(cell, fine).cwiseAbs().colwise().maxCoeff();
+    CHECK((peak.array() <= limits.torque.array()).all());
+    CHECK((bound.torque_use - peak.cwiseQuotient(limits.torque)).cwiseAbs().maxCoeff() < 0.02);
+    double lowest = 1e9;
+    for (Index k = 0; k < fine.samples(); ++k)
+      lowest = std::min(lowest, cell::nominal_chain(cell).flange(VectorXd(fine.q.row(k))).translation().z());
+    CHECK(lowest >= options.lowest - 1e-3);
+  }
+}
+
+TEST_CASE("the condition number is that of an independent regressor, with as many columns as its rank") {
+  const cell::Cell cell = limited_arm("rrr");
+  const Excitation found =
+      design_excitation(cell, motion_limits(cell), {.duration = 10.0, .starts = 5, .exchanges = 200});
+  const MatrixXd A = independent_regressor(cell, found.motion.sampled(0.05));
+  Eigen::ColPivHouseholderQR<MatrixXd> qr(A);
+  qr.setThreshold(1e-9);
+  CHECK(found.base_parameters == qr.rank());
+  // Its own choice of columns: the inertia about the origin of the link, the order of eq. 4.36, dependent ones left
+  // out.
+  MatrixXd kept(A.rows(), 0);
+  for (Index j = 0; j < 3; ++j) {
+    MatrixXd link = A.middleCols(13 * j, 13);
+    const VectorXd mass = link.col(9);
+    // Ixx Iyy Izz Ixy Ixz Iyz -> Ixx Ixy Ixz Iyy Iyz Izz; the body of mass 1 at e_i has m, m c and inertia about O.
+    MatrixXd ordered(A.rows(), 13);
+    ordered << link.col(0), link.col(3), link.col(4), link.col(1), link.col(5), link.col(2),
+        link.col(6) - mass - link.col(1) - link.col(2), link.col(7) - mass - link.col(0) - link.col(2),
+        link.col(8) - mass - link.col(0) - link.col(1), mass, link.rightCols(3);
+    for (Index c = 0; c < 13; ++c) {
+      MatrixXd more(A.rows(), kept.cols() + 1);
+      more << kept, ordered.col(c);
+      Eigen::ColPivHouseholderQR<MatrixXd> rank(more);
+      rank.setThreshold(1e-9);
+      if (rank.rank() == more.cols()) kept = more;
+    }
+  }
+  CHECK(kept.cols() == found.base_parameters);
+  CHECK(found.condition == Approx(column_scaled_condition(kept)).epsilon(0.03));
+  CHECK(found.condition_after.back() == Approx(found.condition).epsilon(0.05));
+  CHECK(found.condition < found.condition_after.front());
+}
+
+TEST_CASE("a designed motion of a KR5 conditions its 52 base parameters to better than the book's 51") {
+  const cell::Cell cell = kuka();
+  ExcitationOptions options{.lowest = 0.1, .starts = 10, .exchanges = 600};
+  const Excitation designed = design_excitation(cell, motion_limits(cell), options);
+  REQUIRE(designed.fit.usable());
+  CHECK(designed.base_parameters == 52);
+  CHECK(designed.condition <= 51.0);
+  CHECK(designed.lowest >= 0.1 - 1e-3);
+}
+
+TEST_CASE("the same seed gives the same motion, another seed another") {
+  const cell::Cell cell = limited_arm("rrr");
+  for (const ExcitationKind kind : {ExcitationKind::Fourier, ExcitationKind::PointToPoint}) {
+    ExcitationOptions options{.kind = kind, .duration = 10.0, .starts = 2, .exchanges = 20};
+    const JointMotion one = design_excitation(cell, motion_limits(cell), options).motion.sampled(0.1);
+    const JointMotion two = design_excitation(cell, motion_limits(cell), options).motion.sampled(0.1);
+    CHECK(one.q == two.q);
+    options.seed = 2;
+    const JointMotion other = design_excitation(cell, motion_limits(cell), options).motion.sampled(0.1);
+    CHECK((other.q.rows() != one.q.rows() || (other.q - one.q).norm() > 1e-3));
+  }
+}
+
+TEST_CASE("a designed motion leaves smaller deviations than random ones of the same length") {
+  const cell::Cell cell = limited_arm("rrrr");
+  for (const ExcitationKind kind : {ExcitationKind::Fourier, ExcitationKind::PointToPoint}) {
+    ExcitationOptions options{
+        .kind = kind, .criterion = ExcitationCriterion::Determinant, .duration = 15.0, .starts = 1, .exchanges = 0};
+    const double noise = 1.0;
+    // Mean logarithm of the deviations that a least-squares fit finds from a log with noise; the columns are those
+    // that span the regressor of the first motion.
+    Eigen::VectorXi columns;
+    const auto found = [&](const ExcitationMotion& motion, std::uint64_t seed) {
+      const MatrixXd A = independent_regressor(cell, motion.sampled(0.02));
+      if (columns.size() == 0) {
+        Eigen::ColPivHouseholderQR<MatrixXd> qr(A);
+        qr.setThreshold(1e-9);
+        columns = qr.colsPermutation().indices().head(qr.rank());
+      }
+      MatrixXd kept(A.rows(), columns.size());
+      for (Index c = 0; c < columns.size(); ++c) kept.col(c) = A.col(columns[c]);
+      const VectorXd tau = Random(seed).normal_vector(A.rows(), noise);
+      const MatrixXd information = kept.transpose() * kept;
+      const VectorXd x = information.ldlt().solve(kept.transpose() * tau);
+      const double variance = (tau - kept * x).squaredNorm() / double(A.rows() - kept.cols());
+      const MatrixXd L = information.llt().matrixL();
+      return 0.5 * std::log(variance) - L.diagonal().array().log().mean();
+    };
+    std::vector<double> random_motions;
+    for (std::uint64_t seed = 11; seed < 17; ++seed) {
+      options.seed = seed;
+      random_motions.push_back(found(design_excitation(cell, motion_limits(cell), options).motion, seed));
+    }
+    options.seed = 1;
+    options.starts = 5;
+    options.exchanges = 400;
+    const double designed = found(design_excitation(cell, motion_limits(cell), options).motion, 5);
+    CHECK(designed < *std::min_element(random_motions.begin(), random_motions.end()) - 0.05);
+  }
+}
+
+TEST_CASE("what a design cannot use is named") {
+  cell::Cell cell = limited_arm("rrp");
+  const MotionLimits sound = motion_limits(cell);
+  const auto refused = [&](const MotionLimits& limits, const ExcitationOptions& options, const char* text) {
+    CHECK_THROWS_WITH(design_excitation(cell, limits, options), Contains(text));
+  };
+  MotionLimits limits = sound;
+  limits.speed.resize(0);
+  refused(limits, {}, "limits.speed: found 0 values, expected one a joint: 3");
+  limits = sound;
+  limits.upper[1] = limits.lower[1];
+  refused(limits, {}, "the range of joint 2 is empty");
+  limits = sound;
+  limits.upper[2] = std::numeric_limits<double>::infinity();
+  refused(limits, {}, "joint 3 is a slide without limits");
+  limits = sound;
+  limits.speed[0] = std::numeric_limits<double>::quiet_NaN();
+  refused(limits, {}, "limits.speed: joint 1 must have a positive limit");
+  limits = sound;
+  limits.speed[0] = std::numeric_limits<double>::infinity();
+  refused(limits, {}, "limits.speed must be finite");
+  refused(sound, {.start = Eigen::Vector3d(0.0, 9.0, 0.0)}, "start: joint 2 at 9");
+  refused(sound, {.start = Eigen::Vector2d(0.0, 0.0)}, "start: found 2 values, expected one a joint: 3");
+  refused(sound, {.harmonics = 1}, "harmonics must be at least 2");
+  refused(sound, {.duration = 0.0}, "duration must be positive");
+  refused(sound, {.limit_share = 1.5}, "limit_share");
+  refused(sound, {.torque_noise = Eigen::Vector2d(1.0, 1.0)}, "torque_noise: found 2 values");
+  const Excitation high = design_excitation(cell, sound, {.lowest = 50.0, .starts = 2});
+  CHECK_FALSE(high.fit.usable());
+  CHECK_THAT(high.fit.message, Contains("a guarded point below `lowest`"));
+  limits = sound;
+  limits.torque = VectorXd::Constant(3, 1e-3);
+  for (const ExcitationKind kind : {ExcitationKind::Fourier, ExcitationKind::PointToPoint}) {
+    const Excitation weak = design_excitation(cell, limits, {.kind = kind, .starts = 2});
+    CHECK_FALSE(weak.fit.usable());
+    CHECK_THAT(weak.fit.message, Contains("the torque of joint"));
+  }
+  cell.robot.links.clear();
+  refused(limits, {}, "the cell has no masses");
+  cell.robot.limits.reset();
+  CHECK_THROWS_WITH(motion_limits(cell), Contains("robot.limits: the cell states none"));
+  cell.robot.limits = cell::Limits{Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones(), {}, {}};
+  CHECK_THROWS_WITH(motion_limits(cell), Contains("velocity is missing"));
+}

@@ -1,0 +1,192 @@
+"""`kr5 identify excitation`: a motion that excites the dynamics of an arm, before anything is logged."""
+
+import contextlib
+import math
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from kr5 import cell, identification
+
+from kr5_tools.cli.arguments import JsonOption, ResultOption
+from kr5_tools.cli.options import options_from
+from kr5_tools.cli.tables import figure_row, make_table, print_result
+from kr5_tools.cli.terminal import console, fail, print_note
+from kr5_tools.files.results import write_result
+from kr5_tools.files.writing import check_writable, write_json
+from kr5_tools.identify.excitation_files import krl_files, write_krl, write_motion_csv
+
+app = typer.Typer()
+DEFAULT_INTERVAL = 0.012  # where the cell states no cycle [s]
+MOST_SHOWN = 600  # samples of a result file, for its plots
+BOOK_CONDITION = 51.0  # Hayat et al. 2022, section 4.4.3.2 [-]
+
+
+@app.command(epilog="Example:  kr5 identify excitation cell.yaml --csv motion.csv --krl excite -o excitation.json")
+@options_from(identification.ExcitationOptions, skip=("torque_noise", "start", "lowest", "points"))
+def excitation(
+    arm: Annotated[
+        Path, typer.Argument(metavar="CELL|ROBOT.urdf", help="Cell file, or URDF of a robot with one serial arm.")
+    ],
+    options: identification.ExcitationOptions,
+    start: Annotated[
+        str | None, typer.Option(metavar="Q1,Q2,…", help="Joint values at the start and the end \\[rad or m].")
+    ] = None,
+    lowest: Annotated[
+        float | None,
+        typer.Option(help="Least height of flange and tool tip above the base \\[m]; without it they are not guarded."),
+    ] = None,
+    speed: Annotated[
+        str | None,
+        typer.Option(metavar="V1,V2,…", help="Greatest joint speeds in place of the cell's \\[rad/s or m/s]."),
+    ] = None,
+    acceleration: Annotated[
+        str | None, typer.Option(metavar="A1,A2,…", help="Greatest joint accelerations \\[rad/s^2 or m/s^2].")
+    ] = None,
+    torque: Annotated[
+        str | None,
+        typer.Option(
+            metavar="T1,T2,…", help="Greatest torques in place of the cell's, on the joint side \\[N m or N]."
+        ),
+    ] = None,
+    torque_noise: Annotated[
+        str | None, typer.Option(metavar="S1,S2,…", help="Noise of each joint torque, as a weight \\[N m or N].")
+    ] = None,
+    interval: Annotated[
+        float | None, typer.Option(help="Interval of the samples of --csv \\[s]; by default the cycle of the cell.")
+    ] = None,
+    csv: Annotated[
+        Path | None, typer.Option(metavar="CSV", help="The motion: t, q1 …, qd1 …, qdd1 …, nominal tau1 …, in SI.")
+    ] = None,
+    krl: Annotated[
+        Path | None, typer.Option(metavar="NAME", help="The motion as a KRL module: NAME.src and NAME.dat, in degrees.")
+    ] = None,
+    output: ResultOption = None,
+    json_file: JsonOption = None,
+) -> None:
+    """Exciting motion for the identification of an arm's dynamics: harmonics, or strokes from point to point, improved
+    until their torques tell the base parameters best, within positions, speeds, accelerations, nominal torques and
+    above a height.
+
+    Exit code: 0 when there is a motion, 2 when none was found within the limits or the input is invalid.
+    """
+    modules = krl_files(krl) if krl else (None, None)
+    check_writable(output, json_file, csv, *modules, inputs=[arm])
+    believed = cell.import_urdf(arm).cell if arm.suffix.lower() == ".urdf" else cell.load_cell(arm)
+    joints = len(believed.nominal_chain().joints)
+    limits = _limits(believed, joints, speed, acceleration, torque)
+    if start is not None:
+        options.start = _values("--start", start, joints)
+    if torque_noise is not None:
+        options.torque_noise = _values("--torque-noise", torque_noise, joints)
+    if lowest is not None:
+        options.lowest = lowest
+    if believed.tool is not None:
+        options.points = np.asarray(believed.tool.T_flange_tool)[:3, 3:]
+    options.validate()
+    every = _interval(believed, interval)
+    with progress_bar("Designing the motion") as progress:
+        found = identification.design_excitation(believed, limits, options, progress)
+    if not found.fit.usable:
+        fail(found.fit.message)
+    keys = _keys(found, believed, every)
+    keys["input"] = {"arm": str(arm), "joints": joints, "seed": options.seed, "options": options.to_dict()}
+    _show(found, keys, console(json_file))
+    if csv:
+        states = found.motion.sampled(every)
+        tau = identification.nominal_torques(believed, states) if believed.robot.links else np.empty(0)
+        write_motion_csv(states, tau, csv)
+    if krl:
+        write_krl(found, believed.nominal_chain(), believed.name, krl)
+    data = write_result(output, "kr5-excitation/1", **keys)
+    write_json(data, json_file)
+
+
+@contextlib.contextmanager
+def progress_bar(what: str) -> Iterator[Callable[[float], None]]:
+    """Shows, at a terminal, the part that is done."""
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    from kr5_tools.cli.terminal import errors
+
+    columns = (TextColumn(what), BarColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal) as bar:
+        task = bar.add_task(what, total=1.0)
+        yield lambda fraction: bar.update(task, completed=fraction)
+
+
+def _values(option: str, text: str, joints: int) -> np.ndarray:
+    try:
+        values = [float(part) for part in text.split(",")]
+    except ValueError:
+        fail(f"{option}: found {text!r}, expected {joints} numbers with commas between")
+    if len(values) != joints or not all(map(math.isfinite, values)):
+        fail(f"{option}: found {text!r}, expected {joints} finite numbers, one a joint")
+    return np.array(values)
+
+
+def _limits(believed: Any, joints: int, speed: str | None, acceleration: str | None, torque: str | None) -> Any:
+    stated = believed.robot.limits
+    if stated is not None and not len(stated.velocity) and speed is not None:
+        stated.velocity = _values("--speed", speed, joints)
+        believed.robot.limits = stated
+    limits = identification.motion_limits(believed)
+    for option, text, name in (
+        ("--speed", speed, "speed"),
+        ("--acceleration", acceleration, "acceleration"),
+        ("--torque", torque, "torque"),
+    ):
+        if text is not None:
+            setattr(limits, name, _values(option, text, joints))
+    if not len(limits.torque):
+        print_note("the cell states no greatest torques (robot.limits.effort) and --torque is not given: not limited")
+    return limits
+
+
+def _interval(believed: Any, given: float | None) -> float:
+    if given is not None and not (math.isfinite(given) and given > 0):
+        fail(f"--interval: found {given}, expected a time above 0 [s]")
+    return given or (believed.servo.cycle if believed.servo else DEFAULT_INTERVAL)
+
+
+def _keys(found: Any, believed: Any, every: float) -> dict[str, Any]:
+    duration = found.motion.duration()
+    figures = [
+        figure_row("base parameters", found.base_parameters, None, "-"),
+        figure_row("condition number, columns of unit length", found.condition, None, "-"),
+        figure_row("condition number, columns in SI units", found.condition_unscaled, None, "-"),
+        figure_row("before the exchanges, columns of unit length", found.condition_after[0], None, "-"),
+        figure_row("duration", duration, None, "s"),
+        figure_row("least height of flange and tool", 1e3 * found.lowest, None, "mm"),
+    ]
+    shown = found.motion.sampled(max(every, duration / MOST_SHOWN))
+    word = "good" if found.condition <= BOOK_CONDITION else "doubtful"
+    text = (
+        f"condition number {found.condition:.1f} of {found.base_parameters} base parameters;"
+        f" the PTP motion of Hayat et al. 2022 has {BOOK_CONDITION:.0f} for the 52 of a KR5"
+    )
+    return {
+        "verdict": {"word": word, "text": text},
+        "figures": figures,
+        "result": {
+            **found.to_dict(),
+            "units": ["m" if str(j.type) == "prismatic" else "rad" for j in believed.nominal_chain().joints],
+            "t": shown.t,
+            "q": shown.q,
+            "qd": shown.qd,
+        },
+    }
+
+
+def _show(found: Any, keys: dict[str, Any], out: Any) -> None:
+    rows = []
+    for j, position in enumerate(found.position_use):
+        torque = 100 * float(found.torque_use[j]) if len(found.torque_use) else None
+        peak = float(found.torque_peak[j]) if len(found.torque_peak) else None
+        use = (100 * float(part) for part in (position, found.speed_use[j], found.acceleration_use[j]))
+        rows.append([f"{j + 1}", *use, torque if torque is not None else "–", peak if peak is not None else "–"])
+    names = ["joint", "range [%]", "speed [%]", "acceleration [%]", "torque [%]", "peak torque [N m or N]"]
+    out.print(make_table("Use of the limits", names, rows))
+    print_result(keys, out)

@@ -1,0 +1,257 @@
+"""`kr5 identify gravity`: gravity model of an arm from slow motions, and current limits of passive compliance."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from kr5 import cell, identification, io
+
+from kr5_tools.calibrate.postures import AngleUnit, Columns, JointColumns, LengthUnit, joint_values, values_of
+from kr5_tools.cli.arguments import JsonOption, ResultOption
+from kr5_tools.cli.options import options_from
+from kr5_tools.cli.tables import figure_row, make_table, print_result
+from kr5_tools.cli.terminal import console, fail, print_note, spinner
+from kr5_tools.files.cell_output import WriteCellOption, write_cell_file
+from kr5_tools.files.results import write_result
+from kr5_tools.files.writing import check_writable, write_json
+
+app = typer.Typer()
+LARGE_ERROR = 0.2  # held-out error over the torque of a joint, above which a model is doubtful [-]
+SPEED_WINDOW = 0.2  # over which a speed that was not logged is taken [s]
+MOST_POSTURES = 400  # of the log, for current limits
+MOST_SHOWN = 600  # samples of a result file, for its plots
+
+
+@app.command(epilog="Example:  kr5 identify gravity cell.yaml slow.csv --write-cell new.yaml -o gravity.json")
+@options_from(identification.GravityOptions, skip=("gravity",))
+@options_from(identification.PassiveLimitOptions, skip=("T_flange_tool", "directions"), argument="limit_options")
+def gravity(
+    arm: Annotated[
+        Path, typer.Argument(metavar="CELL|ROBOT.urdf", help="Cell file, or URDF of a robot with one serial arm.")
+    ],
+    log: Annotated[
+        Path,
+        typer.Argument(
+            metavar="CSV",
+            help=(
+                "Slow motions to and fro, joints together or one after the other: t, joint values q1 …, and torques on"
+                " the joint side tau1 … or motor currents i1 … [A]; speeds qd1 … if there are any."
+            ),
+        ),
+    ],
+    options: identification.GravityOptions,
+    limit_options: identification.PassiveLimitOptions,
+    planar: Annotated[
+        bool,
+        typer.Option(
+            "--planar",
+            help="Also one harmonic for each of the joints with parallel, horizontal axes (eqs. 5.5 to 5.7).",
+        ),
+    ] = False,
+    joints: JointColumns = None,
+    angle: AngleUnit = "rad",
+    length: LengthUnit = "m",
+    write_cell: WriteCellOption = None,
+    output: ResultOption = None,
+    json_file: JsonOption = None,
+) -> None:
+    """Gravity model of an arm from slow motions: mass moments with uncertainty, friction told by the two directions,
+    error on data held out; and, where the cell has motors, current limits above what the logged postures need.
+
+    Exit code: 0 when there is a model, 2 when the motion tells none or the input is invalid.
+    """
+    options.validate()
+    limit_options.validate()
+    check_writable(output, json_file, write_cell, inputs=[arm, log])
+    believed = cell.import_urdf(arm).cell if arm.suffix.lower() == ".urdf" else cell.load_cell(arm)
+    if write_cell and not believed.robot.links:
+        fail(f"{arm}: robot.links: found none, expected the masses of the links, which --write-cell keeps")
+    chain = believed.nominal_chain()
+    options.gravity = believed.robot.gravity
+    motion = slow_motion(log, believed, Columns(joints=joints, length=length, angle=angle))
+    with spinner("Identifying gravity"):
+        found = identification.identify_gravity(chain, motion, options)
+    if not found.fit.usable:
+        fail(f"{log}: {found.fit.message}")
+    keys = _keys(found, motion)
+    keys["input"] = {"arm": str(arm), "log": str(log), "samples": len(motion.t), "options": options.to_dict()}
+    out = console(json_file)
+    _show(found, out)
+    if planar:
+        _add_planar(keys, motion, chain, options)
+    if believed.drives is not None:
+        _add_limits(keys, believed, found, motion, limit_options, out)
+    print_result(keys, out)
+    if write_cell:
+        put_gravity(believed, found)
+        write_cell_file(believed, write_cell)
+    data = write_result(output, "kr5-gravity/1", **keys)
+    write_json(data, json_file)
+
+
+def slow_motion(log: Path, believed: Any, wanted: Columns) -> Any:
+    """Motion of a log: joint values, speeds, torques. Currents become torques by the motors of the cell."""
+    chain, table = believed.nominal_chain(), io.load_csv(log)
+    n, columns = len(chain.joints), list(table.columns)
+    t = values_of(log, table, ["t"])[:, 0]
+    if len(t) < 3 or not (np.diff(t) > 0).all():
+        fail(f"{log}: t: expected at least three times that rise [s]")
+    q = joint_values(log, table, chain.joints, wanted)
+    if "qd1" in columns:
+        qd = joint_values(log, table, chain.joints, Columns("qd{}", length=wanted.length, angle=wanted.angle))
+    else:
+        qd = _speeds(t, q)
+    if "tau1" in columns:
+        tau = values_of(log, table, [f"tau{k + 1}" for k in range(n)])
+    elif "i1" in columns:
+        if believed.drives is None:
+            fail(f"{log}: has currents (i1 …), but the cell has no drives to make torques of them; log tau1 …")
+        current = values_of(log, table, [f"i{k + 1}" for k in range(n)])
+        tau = (current * np.asarray(believed.drives.torque_constant)) @ np.asarray(believed.drives.structure)
+    else:
+        fail(f"{log}: found the columns {', '.join(columns)}, expected torques tau1 … or currents i1 …")
+    return identification.JointMotion(t=t, q=q, qd=qd, qdd=np.zeros_like(q), tau=tau)
+
+
+def _speeds(t: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Differences over a window, which noise of the positions leaves the sign of a slow speed."""
+    half = max(1, round(0.5 * SPEED_WINDOW / float(np.median(np.diff(t)))))
+    at = np.arange(len(t))
+    before, after = np.maximum(at - half, 0), np.minimum(at + half, len(t) - 1)
+    return np.asarray((q[after] - q[before]) / (t[after] - t[before])[:, None])
+
+
+def put_gravity(believed: Any, found: Any) -> None:
+    """First moments of the links, less the tool's; and the friction that was found."""
+    links = list(believed.robot.links)
+    tool = believed.tool
+    carried = tool.mass if tool is not None else 0.0
+    moment = carried * _tool_centre(tool) if carried else np.zeros(3)
+    last = links[-1]
+    own_mass = last.mass
+    total = own_mass + carried
+    if total > 0:
+        last.com = (own_mass * np.asarray(last.com) + moment) / total
+        last.mass = total
+        links[-1] = last
+    bodies = found.model.bodies(links)
+    last = bodies[-1]
+    if own_mass > 0:
+        last.mass = last.mass - carried
+        last.com = ((last.mass + carried) * np.asarray(last.com) - moment) / last.mass
+    bodies[-1] = last
+    believed.robot.links = bodies
+    if believed.drives is not None:
+        moved = np.isfinite(np.asarray(found.coulomb_sigma))
+        drives = believed.drives
+        friction = drives.friction
+        friction.coulomb = np.where(moved, np.maximum(found.coulomb, 0.0), friction.coulomb)
+        drives.friction = friction
+        believed.drives = drives
+
+
+def _tool_centre(tool: Any) -> np.ndarray:
+    """Centre of mass of the tool in the flange frame; its com is given in that of the sensor."""
+    T = np.asarray(tool.T_flange_sensor)
+    return np.asarray(T[:3, :3] @ np.asarray(tool.com) + T[:3, 3])
+
+
+def _keys(found: Any, motion: Any) -> dict[str, Any]:
+    model = found.model
+    sigma = np.sqrt(np.diag(model.covariance))
+    told = np.abs(model.untold).max(axis=1, initial=0.0) < 1e-9 if model.untold.size else np.full(len(sigma), True)
+    figures = [
+        figure_row(name, float(value), float(std) if known else None, "kg m" if " c" in name else "kg")
+        for name, value, std, known in zip(model.names, model.parameters, sigma, told, strict=True)
+        if known
+    ]
+    moved = [j for j, size in enumerate(found.torque_rms) if size > 0]
+    shares = {j: found.held_out_rms[j] / found.torque_rms[j] for j in moved}
+    worst = max(moved, key=lambda j: shares[j], default=None)
+    notes = list(found.notes)
+    text = "no data were held out"
+    if worst is not None:
+        text = f"largest error on data held out: {100 * shares[worst]:.1f} % of the torque of joint {worst + 1}"
+    doubtful = notes or (worst is not None and shares[worst] > LARGE_ERROR)
+    every = max(1, len(motion.t) // MOST_SHOWN)
+    predicted = [model.predict(q).tau for q in np.asarray(motion.q)[::every]]
+    friction = np.sign(motion.qd) * found.coulomb + motion.qd * found.viscous + found.offset
+    return {
+        "verdict": {"word": "doubtful" if doubtful else "good", "text": "; ".join([text, *notes])},
+        "figures": figures,
+        "held_out": {"rms": found.held_out_rms, "torque_rms": found.torque_rms},
+        "result": {
+            **found.to_dict(),
+            "t": motion.t[::every],
+            "tau": motion.tau[::every],
+            "predicted": np.array(predicted) + friction[::every],
+            "gravity_torque": np.array(predicted),
+        },
+    }
+
+
+def _show(found: Any, out: Any) -> None:
+    rows = []
+    for j, size in enumerate(found.torque_rms):
+        share = 100 * float(found.held_out_rms[j] / size) if size > 0 else None
+        rows.append(
+            [
+                f"{j + 1}",
+                float(size),
+                float(found.residual_rms[j]),
+                float(found.held_out_rms[j]),
+                share if share is not None else "–",
+                float(found.coulomb[j]),
+                float(found.coulomb_sigma[j]),
+            ]
+        )
+    names = ["joint", "torque RMS", "residual RMS", "held-out RMS", "held-out [%]", "Coulomb", "± std"]
+    out.print(make_table("Slow motion [N m or N]", names, rows))
+
+
+def _add_planar(keys: dict[str, Any], motion: Any, chain: Any, options: Any) -> None:
+    """Harmonics of the joints in a plane, beside the general model."""
+    angles = identification.gravity_angles(chain, np.median(motion.q, axis=0), options.gravity)
+    found = identification.identify_planar_gravity(motion, angles, options)
+    if not found.fit.usable:
+        fail(f"--planar: {found.fit.message}")
+    sigma = np.sqrt(np.diag(found.covariance))
+    for k, harmonic in enumerate(found.joints):
+        for c, part in enumerate(("constant", "sine", "cosine")):
+            name = f"joint {harmonic.angle.joint + 1}, {part}"
+            keys["figures"].append(figure_row(name, getattr(harmonic, part), float(sigma[3 * k + c]), "N m"))
+    keys["result"]["planar"] = found.to_dict()
+
+
+def _add_limits(keys: dict[str, Any], believed: Any, found: Any, motion: Any, options: Any, out: Any) -> None:
+    """Current limits for the postures of the log."""
+    if believed.tool is not None:
+        options.T_flange_tool = believed.tool.T_flange_tool
+    every = max(1, len(motion.t) // MOST_POSTURES)
+    postures = np.asarray(motion.q)[::every]
+    told = [np.isfinite(found.model.predict(q).sigma).all() for q in postures]
+    if not all(told):
+        print_note("no current limits: gravity is not told for every joint in the postures of the log")
+        return
+    limits = identification.passive_limits(found.model, np.maximum(found.coulomb, 0.0), believed, postures, options)
+    rows = [
+        [
+            f"{m + 1}",
+            float(limits.limit[m]),
+            float(limits.holding[m]),
+            float(limits.friction[m]),
+            float(limits.uncertainty[m]),
+        ]
+        for m in range(len(limits.limit))
+    ]
+    names = ["motor", "limit [A]", "holding [A]", "friction [A]", "uncertainty [A]"]
+    out.print(make_table(f"Current limits, {100 * options.margin:.0f} % above the need", names, rows))
+    for name, force in (("gives way at, at most", limits.yield_force), ("pushes with, at most", limits.push_force)):
+        finite = np.asarray(force)[np.isfinite(force)]
+        if finite.size:
+            keys["figures"].append(figure_row(f"contact force: {name}", float(finite.max()), None, "N"))
+    if options.contact_force > 0:
+        label = f"greatest margin that gives way at {options.contact_force:.0f} N"
+        keys["figures"].append(figure_row(label, 100 * limits.greatest_margin, None, "%"))
+    keys["result"]["limits"] = limits.to_dict()
