@@ -93,7 +93,8 @@ TEST_CASE("a joint that follows a smooth command") {
   log.response = physics::follow_smooth(joint, log.t, log.command).col(0);
   Random random(3);
   log.response += random.normal_vector(n, noise);
-  const ServoResult result = identify_servo(log, {.command = CommandShape::Smooth, .fit_gain = false, .fit_offset = false});
+  const ServoResult result =
+      identify_servo(log, {.command = CommandShape::Smooth, .fit_gain = false, .fit_offset = false});
   REQUIRE(result.fit.usable());
   CHECK(std::abs(result.servo.natural_frequency - 45.0) < 3 * std_of(result, 0));
   CHECK(std::abs(result.servo.delay - 0.012) < 3 * std_of(result, 2));
@@ -110,10 +111,12 @@ TEST_CASE("the stated covariance of a servo holds, also with correlated noise", 
     Eigen::Matrix<double, 5, 1> truth;
     truth << 3.064, 0.7492, 0.024, 0.98, 0.0;
     for (int k = 0; k < trials; ++k) {
-      const ServoResult result = identify_servo(step_log(book, 100 + static_cast<std::uint64_t>(k), memory, 0.98, 0.024, 1000));
+      const ServoResult result =
+          identify_servo(step_log(book, 100 + static_cast<std::uint64_t>(k), memory, 0.98, 0.024, 1000));
       REQUIRE(result.fit.usable());
       Eigen::Matrix<double, 5, 1> found;
-      found << result.servo.natural_frequency, result.servo.damping_ratio, result.servo.delay, result.gain, result.offset;
+      found << result.servo.natural_frequency, result.servo.damping_ratio, result.servo.delay, result.gain,
+          result.offset;
       coverage.add(found - truth, result.covariance, test::known_noise);
     }
     coverage.check_rate();

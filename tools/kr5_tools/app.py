@@ -36,6 +36,9 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
     "identify": {
         "axes": ("identify.axes", "Joint axes and DH parameters, from joints moved one at a time."),
         "study": ("identify.study", "Error of such an identification by device, noise and arc."),
+        "servo": ("identify.servo", "Servo of the path correction or of joints, from a response."),
+        "contact": ("identify.contact", "Stiffness of a contact, and the force loop on it."),
+        "force-torque": ("identify.force_torque", "Force sensor and the tool below it."),
     },
     "repeatability": ("repeatability.command", "Pose repeatability and accuracy after ISO 9283."),
     "workspace": ("workspace.command", "Workspace of an arm: reach and manipulability."),
@@ -54,7 +57,7 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
 }
 GROUP_HELP = {
     "calibrate": "Calibrations with uncertainty and verdict.",
-    "identify": "Identification of an arm, without nominal values.",
+    "identify": "Identification of an arm, its servos, sensors and contacts.",
     "sweep": "Many simulated runs over a grid of conditions.",
 }
 

@@ -34,8 +34,8 @@ void ContactStiffnessOptions::validate() const {
 void ContactLog::validate() const {
   require(depth.size() > 0, "depth: no reading");
   const auto check = [&](const std::string& name, const VectorXd& values) {
-    require(values.size() == depth.size(), name + ": expected " + std::to_string(depth.size()) + " numbers, found " +
-                                               std::to_string(values.size()));
+    require(values.size() == depth.size(),
+            name + ": expected " + std::to_string(depth.size()) + " numbers, found " + std::to_string(values.size()));
     for (Index i = 0; i < values.size(); ++i)
       require(std::isfinite(values[i]), name + ": row " + std::to_string(i) + " is not finite");
   };
@@ -187,7 +187,8 @@ ContactVector robust_start(const ContactLog& log, const ContactStiffnessOptions&
   for (Index i = 0; i < n; ++i) by_depth.emplace_back(log.depth[i], log.force[i]);
   std::sort(by_depth.begin(), by_depth.end());
   std::vector<double> shallow;
-  for (Index i = 0; i < std::max<Index>(n / 10, 1); ++i) shallow.push_back(by_depth[static_cast<std::size_t>(i)].second);
+  for (Index i = 0; i < std::max<Index>(n / 10, 1); ++i)
+    shallow.push_back(by_depth[static_cast<std::size_t>(i)].second);
   const double range = log.depth.maxCoeff() - log.depth.minCoeff();
   Random random(static_cast<std::uint64_t>(options.seed));
   ContactVector best = ContactVector::Zero();
@@ -275,8 +276,8 @@ ContactFit fit_contact(const ContactProblem& problem, const ContactVector& start
   return out;
 }
 
-/// Residual beyond which a reading is no part of a fit of so many parameters: as improbable, by Student's t, as `normal`
-/// standard deviations of many residuals are. The scale of few residuals is itself uncertain, and too small.
+/// Residual beyond which a reading is no part of a fit of so many parameters: as improbable, by Student's t, as
+/// `normal` standard deviations of many residuals are. The scale of few residuals is itself uncertain, and too small.
 double outlier_limit(const VectorXd& residuals, int parameters, double normal) {
   const double freedom = std::max(static_cast<double>(residuals.size()) - parameters, 1.0);
   const double widened = std::sqrt(static_cast<double>(residuals.size()) / freedom);
@@ -295,8 +296,9 @@ ContactFit fit_without_outliers(ContactProblem& problem, ContactVector x, const 
     x = fit_contact(problem, x).x;
     problem.weight.setOnes();
     const VectorXd residuals = whitened_residuals(problem, x);
-    const double limit = outlier_limit(residuals, static_cast<int>(std::count(problem.held.begin(), problem.held.end(), false)),
-                                       options.outlier_limit);
+    const double limit =
+        outlier_limit(residuals, static_cast<int>(std::count(problem.held.begin(), problem.held.end(), false)),
+                      options.outlier_limit);
     for (Index i = 0; i < residuals.size(); ++i) problem.weight[i] = std::abs(residuals[i]) > limit ? 0.0 : 1.0;
     problem.huber = std::numeric_limits<double>::max();
     out = fit_contact(problem, x);
@@ -329,8 +331,8 @@ ContactFit with_way_out(ContactProblem& problem, const ContactFit& one, ContactS
   const ContactFit two = fit_contact(problem, one.x);
   if (two.converged && std::abs(two.x[Unloading]) > clear * two.deviations[Unloading]) {
     out.unloading_stiffness = two.x[Stiffness] + two.x[Unloading];
-    out.warnings.push_back("the way out has a stiffness of " + short_number(*out.unloading_stiffness) + " N/m, the way in " +
-                           short_number(two.x[Stiffness]) + " N/m: the contact yields or rubs");
+    out.warnings.push_back("the way out has a stiffness of " + short_number(*out.unloading_stiffness) +
+                           " N/m, the way in " + short_number(two.x[Stiffness]) + " N/m: the contact yields or rubs");
     return two;
   }
   problem.held[Unloading] = true;
@@ -339,17 +341,20 @@ ContactFit with_way_out(ContactProblem& problem, const ContactFit& one, ContactS
 
 void add_contact_warnings(ContactStiffnessResult& out, const ContactProblem& problem, const ContactFit& found) {
   if (problem.held[ForceOffset])
-    out.warnings.push_back("no reading is before contact: the force offset is taken as 0, and the position of contact "
-                           "is as wrong as that");
+    out.warnings.push_back(
+        "no reading is before contact: the force offset is taken as 0, and the position of contact "
+        "is as wrong as that");
   if (out.stiffness < 100 || out.stiffness > 1e9)
-    out.warnings.push_back("a stiffness of " + short_number(out.stiffness) + " N/m is unusual; are depths in m and forces in N?");
+    out.warnings.push_back("a stiffness of " + short_number(out.stiffness) +
+                           " N/m is unusual; are depths in m and forces in N?");
   if (problem.held[Hardening] && out.contact_readings > contact_parameters + 1) {
     ContactProblem curved = problem;
     curved.held[Hardening] = false;
     const ContactFit bent = fit_contact(curved, found.x);
     if (bent.converged && std::abs(bent.x[Hardening]) > 4 * bent.deviations[Hardening])
       out.warnings.push_back("the force is no straight line over the depth: the stiffness grows by " +
-                             short_number(0.1 * bent.x[Hardening]) + " % a millimetre; estimate the hardening (fit_hardening)");
+                             short_number(0.1 * bent.x[Hardening]) +
+                             " % a millimetre; estimate the hardening (fit_hardening)");
   }
 }
 
@@ -370,7 +375,8 @@ ContactStiffnessResult identify_contact_stiffness(const ContactLog& log, const C
   const double slope = about.dot(log.force) / about.squaredNorm();
   ContactVector x = robust_start(log, options);
   if (slope < 0 || !(x[Stiffness] > 0))
-    return refused_contact(out, "force falls with depth: the sign of one of the two is reversed, or nothing was touched");
+    return refused_contact(out,
+                           "force falls with depth: the sign of one of the two is reversed, or nothing was touched");
 
   ContactProblem problem(log, runs_of(log.run_starts, n), options);
   count_readings(out, problem, x);
@@ -397,13 +403,14 @@ ContactStiffnessResult identify_contact_stiffness(const ContactLog& log, const C
   out.fit.final_rms = found.scale;
   const double relative = found.deviations[Stiffness] / out.stiffness;
   if (out.contact_readings < 3)
-    return refused_contact(out, "found " + std::to_string(out.contact_readings) + " readings in contact, expected at least 3");
+    return refused_contact(
+        out, "found " + std::to_string(out.contact_readings) + " readings in contact, expected at least 3");
   if (!found.converged || !(relative > 0 || found.scale < 1e-6) || relative > options.accepted_std)
     return refused_contact(out, "the readings show no contact: stiffness known to " + short_number(100 * relative) +
-                            " %; press deeper, or read the force more often");
+                                    " %; press deeper, or read the force more often");
   if (static_cast<Index>(4 * out.outliers.size()) > n)
     return refused_contact(out, std::to_string(out.outliers.size()) + " of " + std::to_string(n) +
-                            " readings contradict the others: force and depth do not belong to one contact");
+                                    " readings contradict the others: force and depth do not belong to one contact");
   add_contact_warnings(out, problem, found);
   out.fit.status = FitStatus::Converged;
   out.fit.message = "converged";

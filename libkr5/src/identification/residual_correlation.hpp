@@ -22,8 +22,8 @@ struct CorrelatedCovariance {
 };
 
 /// A^-1 (J' R J) A^-1 with A = J' J, where R follows from an autoregressive model of the residuals (Yule-Walker, order
-/// by BIC); for residuals without correlation the usual covariance. It is widened for the degrees of freedom that correlated
-/// residuals leave. Rows are evenly spaced within each run.
+/// by BIC); for residuals without correlation the usual covariance. It is widened for the degrees of freedom that
+/// correlated residuals leave. Rows are evenly spaced within each run.
 /// @param jacobian Derivatives of the residuals, rows x parameters.
 CorrelatedCovariance correlated_covariance(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
                                            const std::vector<physics::RowRange>& runs);

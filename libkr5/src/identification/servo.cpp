@@ -30,11 +30,10 @@ void ServoOptions::validate() const {
 
 void ServoLog::validate() const {
   require(t.size() > 0, "t: no sample");
-  for (const auto& [name, values] : {std::pair<std::string, const VectorXd*>{"t", &t},
-                                     {"command", &command},
-                                     {"response", &response}}) {
-    require(values->size() == t.size(), name + ": expected " + std::to_string(t.size()) + " numbers, found " +
-                                            std::to_string(values->size()));
+  for (const auto& [name, values] :
+       {std::pair<std::string, const VectorXd*>{"t", &t}, {"command", &command}, {"response", &response}}) {
+    require(values->size() == t.size(),
+            name + ": expected " + std::to_string(t.size()) + " numbers, found " + std::to_string(values->size()));
     for (Index i = 0; i < values->size(); ++i)
       require(std::isfinite((*values)[i]), name + ": row " + std::to_string(i) + " is not finite");
   }
@@ -174,7 +173,7 @@ void set_covariance(ServoResult& out, const ServoProblem& problem, const Vector5
 
 /// What is wrong with an estimate; empty when nothing is.
 std::string servo_objection(const ServoResult& found, const ServoLog& log, const std::vector<RowRange>& runs,
-                      const ServoOptions& options) {
+                            const ServoOptions& options) {
   const double std_wn = std::sqrt(found.covariance(0, 0)), std_delay = std::sqrt(found.covariance(2, 2));
   const double relative = std_wn / found.servo.natural_frequency;
   const double at_rest = (log.response.array() - log.response.mean()).square().sum();
@@ -189,9 +188,11 @@ std::string servo_objection(const ServoResult& found, const ServoLog& log, const
   if (found.servo.delay < -3 * std_delay && found.servo.delay < -0.5 * found.cycle)
     return "the response comes " + short_number(-found.servo.delay) +
            " s before the command: two clocks, or command and response exchanged";
-  if (const auto plateau = find_speed_plateau(log, runs, found); plateau && found.noise > 2 * neighbour_noise(log.response, runs))
-    return "the speed is limited to " + short_number(plateau->speed) + " m/s or rad/s from " + short_number(plateau->from) +
-           " to " + short_number(plateau->to) + " s: the servo is not linear there; use a smaller step";
+  if (const auto plateau = find_speed_plateau(log, runs, found);
+      plateau && found.noise > 2 * neighbour_noise(log.response, runs))
+    return "the speed is limited to " + short_number(plateau->speed) + " m/s or rad/s from " +
+           short_number(plateau->from) + " to " + short_number(plateau->to) +
+           " s: the servo is not linear there; use a smaller step";
   return {};
 }
 
@@ -199,11 +200,11 @@ void add_servo_warnings(ServoResult& out, const ServoLog& log, const std::vector
   const auto correlation = [&](int i, int j) {
     return out.covariance(i, j) / std::sqrt(out.covariance(i, i) * out.covariance(j, j));
   };
-  constexpr double tied = 0.98;
-  const std::array<std::pair<int, std::string>, 2> others = {
-      {{1, "damping ratio"}, {2, "delay"}}};
+  constexpr double tied = 0.98, vague = 0.05;  // what is tied does not matter while it is known well
+  const double relative = std::sqrt(out.covariance(0, 0)) / out.servo.natural_frequency;
+  const std::array<std::pair<int, std::string>, 2> others = {{{1, "damping ratio"}, {2, "delay"}}};
   for (const auto& [index, name] : others)
-    if (std::abs(correlation(0, index)) > tied)
+    if (std::abs(correlation(0, index)) > tied && relative > vague)
       out.warnings.push_back("natural frequency and " + name + " are told together only (correlation " +
                              short_number(correlation(0, index)) + "): sample faster, or excite faster");
   if (out.overshoot && out.overshoot->second_overshoot < 2 * out.noise)
@@ -251,7 +252,8 @@ ServoResult identify_servo(const ServoLog& log, const ServoOptions& options) {
   set_covariance(out, problem, best.x, problem.residuals(best.x));
   out.fit.initial_rms *= problem.span() / std::max(out.noise, 1e-300);
   out.fit.final_rms = 1.0;  // the noise is estimated from the residuals
-  if (const std::string wrong = servo_objection(out, log, problem.runs(), options); !wrong.empty()) return refused_servo(out, wrong);
+  if (const std::string wrong = servo_objection(out, log, problem.runs(), options); !wrong.empty())
+    return refused_servo(out, wrong);
   out.overshoot = read_overshoot(log, problem.runs(), out);
   add_servo_warnings(out, log, problem.runs());
   out.fit.status = best.usable() ? FitStatus::Converged : FitStatus::MaxIterations;

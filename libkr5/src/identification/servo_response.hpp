@@ -25,8 +25,8 @@ std::optional<OvershootReading> read_overshoot(const ServoLog& log, const std::v
 
 /// The stretch in which the response moves at its greatest speed, when it is far longer than that of the fitted servo.
 struct SpeedPlateau {
-  double speed = 0.0;            ///< [m/s or rad/s]
-  double from = 0.0, to = 0.0;   ///< [s]
+  double speed = 0.0;           ///< [m/s or rad/s]
+  double from = 0.0, to = 0.0;  ///< [s]
 };
 std::optional<SpeedPlateau> find_speed_plateau(const ServoLog& log, const std::vector<physics::RowRange>& runs,
                                                const ServoResult& found);

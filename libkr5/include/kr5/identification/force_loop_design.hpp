@@ -51,13 +51,14 @@ struct ForceLoopDesignOptions {
   static void each_field(auto& self, auto&& visit) {
     visit("reference", self.reference, "Force to be held [N].");
     visit("lowest_stiffness", self.lowest_stiffness, "Lowest stiffness to expect; 0: half that of the plant [N/m].");
-    visit("highest_stiffness", self.highest_stiffness, "Highest stiffness to expect; 0: twice that of the plant [N/m].");
+    visit("highest_stiffness", self.highest_stiffness,
+          "Highest stiffness to expect; 0: twice that of the plant [N/m].");
     visit("points", self.points, "Number of stiffnesses, spaced by equal factors.");
     visit("greatest_overshoot", self.greatest_overshoot,
           "Overshoot that the recommended gain keeps to at every stiffness, over the final force [-].");
     visit("least_gain_margin", self.least_gain_margin,
           "Gain margin that the recommended gain keeps at every stiffness [-].");
-    visit("duration", self.duration, "Time over which the response is computed [s].");
+    visit("duration", self.duration, "Time over which the response is computed, at most 20000 cycles [s].");
   }
 };
 
@@ -100,7 +101,8 @@ struct ForceLoopDesign {
   std::vector<ForceLoopPoint> range;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("compensator", self.compensator, "Factor C on the reference, eq. 5.17; 1 for corrections of the actual pose [-].");
+    visit("compensator", self.compensator,
+          "Factor C on the reference, eq. 5.17; 1 for corrections of the actual pose [-].");
     visit("uncompensated_error", self.uncompensated_error,
           "Steady error without the compensator over the reference, eq. 5.16 [-].");
     visit("contact_speed", self.contact_speed, "Fastest that contact may be made at [m/s].");
@@ -111,9 +113,10 @@ struct ForceLoopDesign {
   }
 };
 
-/// The design of a loop: exact eigenvalues of the sampled loop, whose commands are held over each cycle and arrive after
-/// the delay of the servo, and its response to a step of the reference at the moment of contact, without the limits of
-/// `loop`. The compensator is that of `loop.stiffness`, so a plant of another stiffness shows its steady error.
+/// The design of a loop: exact eigenvalues of the sampled loop, whose commands are held over each cycle and arrive
+/// after the delay of the servo, and its response to a step of the reference at the moment of contact, without the
+/// limits of `loop`. The compensator is that of `loop.stiffness`, so a plant of another stiffness shows its steady
+/// error.
 /// @throws InvalidArgument naming the offending field.
 ForceLoopDesign design_force_loop(const ForceLoopPlant& plant, const force::ForceLoopOptions& loop,
                                   const ForceLoopDesignOptions& options = {});
