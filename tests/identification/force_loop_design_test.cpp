@@ -109,8 +109,10 @@ TEST_CASE("below the limit of the gain the simulated loop settles, above it it d
     for (const double part : {0.97, 1.03}) {
       const Eigen::MatrixXd A = force_loop_matrix(book, correction, part * limit);
       Eigen::VectorXd x = Eigen::VectorXd::Ones(A.rows());
-      for (int k = 0; k < 6000; ++k) x = A * x;
-      CHECK((x.norm() < 0.1) == (part < 1));
+      for (int k = 0; k < 2000; ++k) x = A * x;  // the slow modes have died away
+      const double early = x.norm();
+      for (int k = 0; k < 4000; ++k) x = A * x;
+      CHECK((x.norm() < early) == (part < 1));
     }
     const Eigen::MatrixXd A = force_loop_matrix(book, correction, limit);
     CHECK(A.eigenvalues().cwiseAbs().maxCoeff() == Approx(1.0).margin(1e-9));
