@@ -82,3 +82,17 @@ TEST_CASE("the response to a smooth command is that of small steps along it, lat
   }
   CHECK(worst < 2e-5);  // the spline through rows of 12 ms of a command of up to 1.7 Hz
 }
+
+TEST_CASE("the response to a held command is that of its steps one after the other, at a delay of part of a cycle") {
+  const cell::SecondOrder servo = {40.0, 0.8, 0.0175};
+  const VectorXd t = VectorXd::LinSpaced(30, 5.0, 5.348);
+  const VectorXd command = 0.3 * (20.0 * t.array()).sin();
+  const auto held = follow_held(servo, t, command);
+  for (int k = 0; k < t.size(); ++k) {
+    double x = command[0];  // rest, and the answer to every jump that has arrived
+    for (int i = 1; i < t.size(); ++i)
+      if (const double since = t[k] - t[i] - servo.delay; since > 0)
+        x += (command[i] - command[i - 1]) * integrated(servo, {0.0, 0.0}, 1.0, 0.0, since)[0];
+    CHECK(held(k, 0) == Approx(x).margin(1e-9));
+  }
+}

@@ -38,6 +38,9 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
         "gravity": ("identify.gravity", "Gravity model from slow motions; current limits of passive compliance."),
         "excitation": ("identify.excitation", "Exciting motion for the identification of an arm's dynamics."),
         "study": ("identify.study", "Error of such an identification by device, noise and arc."),
+        "servo": ("identify.servo", "Servo of the path correction or of joints, from a response."),
+        "contact": ("identify.contact", "Stiffness of a contact, and the force loop on it."),
+        "force-torque": ("identify.force_torque", "Force sensor and the tool below it."),
     },
     "repeatability": ("repeatability.command", "Pose repeatability and accuracy after ISO 9283."),
     "workspace": ("workspace.command", "Workspace of an arm: reach and manipulability."),
@@ -56,7 +59,7 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
 }
 GROUP_HELP = {
     "calibrate": "Calibrations with uncertainty and verdict.",
-    "identify": "Identification of an arm, without nominal values.",
+    "identify": "Identification of an arm, its servos, sensors and contacts.",
     "sweep": "Many simulated runs over a grid of conditions.",
 }
 

@@ -61,18 +61,16 @@ class Transition {
   Eigen::Matrix2d A_ = Eigen::Matrix2d::Identity();
 };
 
-}  // namespace
-
-Eigen::Matrix<double, Eigen::Dynamic, 3> follow_smooth(const cell::SecondOrder& servo,
-                                                       const Eigen::Ref<const Eigen::VectorXd>& t,
-                                                       const Eigen::Ref<const Eigen::VectorXd>& command) {
+/// Response to a command that is a cubic between the rows, and `first` before them.
+Eigen::Matrix<double, Eigen::Dynamic, 3> follow(const cell::SecondOrder& servo,
+                                                const Eigen::Ref<const Eigen::VectorXd>& t, double first,
+                                                const SplinePieces& pieces) {
   const Index n = t.size();
   Eigen::Matrix<double, Eigen::Dynamic, 3> out(n, 3);
-  const auto pieces = cubic_spline(t, command);
   Transition whole(servo), part(servo);
   // Piece k of the delayed command begins at t[k] + delay; piece -1, before the first, is the first command held.
   Index piece = -1;
-  Eigen::Vector4d c(command[0], 0, 0, 0), p = c;
+  Eigen::Vector4d c(first, 0, 0, 0), p = c;
   Vector2d rest(0, 0);  // at the beginning of the piece, less the steady cubic
   double begin = t[0];
   for (Index row = 0; row < n; ++row) {
@@ -91,6 +89,22 @@ Eigen::Matrix<double, Eigen::Dynamic, 3> follow_smooth(const cell::SecondOrder& 
     out(row, 2) = servo_acceleration(servo, at(c, s)[0], state[0], state[1]);
   }
   return out;
+}
+
+}  // namespace
+
+Eigen::Matrix<double, Eigen::Dynamic, 3> follow_smooth(const cell::SecondOrder& servo,
+                                                       const Eigen::Ref<const Eigen::VectorXd>& t,
+                                                       const Eigen::Ref<const Eigen::VectorXd>& command) {
+  return follow(servo, t, command[0], cubic_spline(t, command));
+}
+
+Eigen::Matrix<double, Eigen::Dynamic, 3> follow_held(const cell::SecondOrder& servo,
+                                                     const Eigen::Ref<const Eigen::VectorXd>& t,
+                                                     const Eigen::Ref<const Eigen::VectorXd>& command) {
+  SplinePieces pieces = SplinePieces::Zero(command.size(), 4);
+  pieces.col(0) = command;
+  return follow(servo, t, command[0], pieces);
 }
 
 }  // namespace kr5::physics

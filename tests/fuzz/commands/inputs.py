@@ -7,6 +7,7 @@ import shutil
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import yaml
@@ -328,6 +329,23 @@ JOBS = [
     ),
     Job("uncertainty", "report fusion.json -o page.html", "uncertainty", ("fusion.json",), ("page.html",), 2),
     Job("kinematics", "identify axes turns.csv -o out.json", "poses", ("turns.csv",), ("out.json",), 2),
+    Job("sensors", "identify servo step.csv -o out.json", "poses", ("step.csv",), ("out.json",), 2),
+    Job(
+        "sensors",
+        "identify contact press.csv --design --cell cell.yaml --write-cell new.yaml -o out.json",
+        "poses",
+        ("press.csv", "cell.yaml"),
+        ("out.json", "new.yaml"),
+        2,
+    ),
+    Job(
+        "sensors",
+        "identify force-torque wrench.csv --cell cell.yaml --write-cell new.yaml -o out.json",
+        "poses",
+        ("wrench.csv", "cell.yaml"),
+        ("out.json", "new.yaml"),
+        2,
+    ),
     Job(
         "kinematics",
         "identify study --cell cell.yaml --device laser_tracker --arc 20 --noise 1 --samples 8 --trials 2 -o out.json",
@@ -629,6 +647,7 @@ def _prepare_poses(folder: Path) -> None:
     _write_csv(folder / "postures.csv", [*joints, "x", "y", "z"], np.hstack([q, places]))
     _write_scan(folder / "scan")
     _write_slow_motion(folder / "slow.csv", len(chain.joints))
+    _write_sensor_logs(folder, chain, joints)
     _write_csv(folder / "hand.csv", names, np.array(hand))
     _write_csv(folder / "eye.csv", names, np.array(eye))
     _prepare_pairs(folder, np.array(hand)[::24, 1:], np.array(eye)[::24, 1:])
@@ -644,6 +663,22 @@ def _write_slow_motion(file: Path, joints: int) -> None:
         names,
         np.column_stack([t, np.sin(phase), 0.5 * np.cos(phase), 20 * np.sin(phase) + np.sign(np.cos(phase))]),
     )
+
+
+def _write_sensor_logs(folder: Path, chain: Any, joints: list[str]) -> None:
+    """A step, a press and wrenches in postures."""
+    random = np.random.default_rng(4)
+    t = 0.012 * np.arange(200)
+    since = np.maximum(t - 0.3, 0.0)
+    z = 0.02 * (1 - (1 + 8 * since) * np.exp(-8 * since)) + random.normal(0, 2e-5, 200)
+    _write_csv(folder / "step.csv", ["t", "command", "response"], np.column_stack([t, 0.02 * (t > 0.28), z]))
+    depth = np.linspace(-3e-4, 1e-3, 20)
+    pressed = 23e3 * np.maximum(depth, 0.0) + random.normal(0, 0.15, 20)
+    _write_csv(folder / "press.csv", ["depth", "force"], np.column_stack([depth, pressed]))
+    q = random.normal(size=(20, len(joints)))
+    gravity = np.array([chain.flange(row)[:3, :3].T @ [0, 0, -9.81] for row in q])
+    wrench = np.hstack([2.4 * gravity, np.cross([0.01, 0.0, 0.2], gravity)]) + random.normal(0, 0.01, (20, 6))
+    _write_csv(folder / "wrench.csv", [*joints, "fx", "fy", "fz", "tx", "ty", "tz"], np.hstack([q, wrench]))
 
 
 def _prepare_pairs(folder: Path, hand: np.ndarray, eye: np.ndarray) -> None:

@@ -23,6 +23,7 @@ from kr5_tools.calibrate.residual_plots import (
     touch_errors,
     view_errors,
 )
+from kr5_tools.calibrate.response_plots import contact_curve, force_loop_plot, servo_responses, wrench_overlays
 from kr5_tools.calibrate.workspace_plots import condition_map, dexterity_map, reachable_region, singular_value_map
 from kr5_tools.pages.plot_style import BLUE, GREEN, GREY, RED, STYLE, WIDE, WIDTH, plt
 
@@ -235,6 +236,34 @@ CATALOGUE: list[tuple[str, str, Callable[[dict[str, Any]], Figure | None], bool,
         cloud_plot,
         True,
         "Points of all profiles with the calibrated scanner, by height; surfaces seen twice lie on each other.",
+    ),
+    (
+        "servo",
+        "Response of the servo",
+        servo_responses,
+        True,
+        "Command, measured and fitted position, sample by sample, with the residual below.",
+    ),
+    (
+        "contact",
+        "Force against depth",
+        contact_curve,
+        True,
+        "Measured and fitted force over the depth, with the residual beside.",
+    ),
+    (
+        "force_loop",
+        "Force loop over the stiffness",
+        force_loop_plot,
+        True,
+        "Gain at which the loop begins to oscillate, steady error and overshoot at each stiffness of the contact.",
+    ),
+    (
+        "wrench",
+        "Wrench, measured and fitted",
+        wrench_overlays,
+        True,
+        "Each component of the force sensor with what the identified sensor and tool give.",
     ),
     (
         "study",

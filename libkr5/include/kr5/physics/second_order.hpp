@@ -28,4 +28,10 @@ Eigen::Matrix<double, Eigen::Dynamic, 3> follow_smooth(const cell::SecondOrder& 
                                                        const Eigen::Ref<const Eigen::VectorXd>& t,
                                                        const Eigen::Ref<const Eigen::VectorXd>& command);
 
+/// The same to a command that is held from each row to the next, as a controller holds it over its cycle. The delay is
+/// any number, also part of a cycle.
+Eigen::Matrix<double, Eigen::Dynamic, 3> follow_held(const cell::SecondOrder& servo,
+                                                     const Eigen::Ref<const Eigen::VectorXd>& t,
+                                                     const Eigen::Ref<const Eigen::VectorXd>& command);
+
 }  // namespace kr5::physics

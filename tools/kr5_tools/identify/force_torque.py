@@ -1,0 +1,143 @@
+"""`kr5 identify force-torque`: sensor and tool from readings in postures or in motion."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import typer
+from kr5 import cell, identification, io
+
+from kr5_tools.calibrate.postures import AngleUnit, Columns, JointColumns, joint_values, values_of
+from kr5_tools.cli.arguments import JsonOption, ResultOption
+from kr5_tools.cli.options import options_from
+from kr5_tools.cli.tables import figure_row, print_result
+from kr5_tools.cli.terminal import console, fail, spinner
+from kr5_tools.files.cell_output import write_cell_file
+from kr5_tools.files.results import write_result
+from kr5_tools.files.writing import check_writable, write_json
+from kr5_tools.identify.axis_logs import (
+    CellFileOption,
+    SourceArgument,
+    WriteCellFileOption,
+    believed_cell,
+    experiments_of,
+    is_recording,
+    need_target_cell,
+    thinned,
+    verdict_of,
+)
+
+app = typer.Typer()
+WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
+GRAVITY = ("gx", "gy", "gz")
+LOAD = ("load_mass", "load_x", "load_y", "load_z")
+LARGEST_TORQUE = 5e3  # no wrist sensor reads more [N m]
+
+
+@app.command("force-torque", epilog="Example:  kr5 identify force-torque postures.csv --cell cell.yaml -o sensor.json")
+@options_from(identification.ForceTorqueOptions, skip=("T_flange_sensor", "inertia"))
+def force_torque(
+    source: SourceArgument,
+    options: identification.ForceTorqueOptions,
+    joints: JointColumns = None,
+    angle: AngleUnit = "rad",
+    cell_file: CellFileOption = None,
+    write_cell: WriteCellFileOption = None,
+    output: ResultOption = None,
+    json_file: JsonOption = None,
+) -> None:
+    """Bias of a force/torque sensor, mass and centre of the tool below it; with options its drift, its orientation on
+    the flange, gain and crosstalk.
+
+    Of a recording: its motions, whose accelerations the joint servos of its cell give. Of a CSV: postures that rest,
+    with fx fy fz tx ty tz in N and N m and q1 … (which needs --cell), or gx gy gz, gravity in the axes of the flange;
+    and may have t, and load_mass, load_x, load_y, load_z of known loads (kg, m in the sensor). Exit code: 0 when there
+    is a result, 2 when the readings do not tell it or the input is invalid.
+    """
+    options.validate()
+    check_writable(output, json_file, write_cell, inputs=[f for f in (source, cell_file) if f])
+    recording = cell.load_recording(source) if is_recording(source) else None
+    believed = believed_cell(recording, cell_file)
+    need_target_cell(believed, write_cell)
+    if believed is not None and believed.tool is not None:
+        options.T_flange_sensor = believed.tool.T_flange_sensor
+        options.inertia = believed.tool.inertia
+    with spinner("Reading the wrenches"):
+        readings = (
+            _motion_readings(recording, believed)
+            if recording
+            else _csv_readings(source, believed, Columns(joints=joints, angle=angle))
+        )
+    with spinner("Identifying sensor and tool"):
+        found = identification.identify_force_torque(readings, options)
+    if not found.fit.usable:
+        fail(f"{source}: {found.fit.message}")
+    keys = _keys(source, readings, found)
+    print_result(keys, console(json_file))
+    if write_cell:
+        put_sensor(believed, found)
+        write_cell_file(believed, write_cell)
+    write_json(write_result(output, "kr5-force-torque/1", **keys), json_file)
+
+
+def _motion_readings(recording: Any, believed: Any) -> list[Any]:
+    readings = []
+    for experiment in experiments_of(recording, "motion"):
+        if "fx" not in experiment.data.columns:
+            fail(f"{recording.folder}: {experiment.name}: has no wrench, the columns {', '.join(WRENCH)}")
+        command = np.column_stack([experiment[f"qc{k + 1}"] for k in range(len(believed.robot.dh))])
+        wrench = np.column_stack([experiment[name] for name in WRENCH])
+        readings += identification.motion_readings(believed, experiment["t"], command, wrench)
+    return readings
+
+
+def _csv_readings(file: Path, believed: Any, wanted: Columns) -> list[Any]:
+    table = io.load_csv(file)
+    if not len(table.values):
+        fail(f"{file}: has no row of numbers")
+    there = list(table.columns)
+    wrench = values_of(file, table, list(WRENCH))
+    if (most := float(np.abs(wrench[:, 3:]).max())) > LARGEST_TORQUE:
+        fail(f"{file}: tx, ty, tz: torques of up to {most:.0f} N m; are they in N mm?")
+    t = values_of(file, table, ["t"])[:, 0] if "t" in there else np.zeros(len(wrench))
+    if set(GRAVITY) <= set(there):
+        gravity = values_of(file, table, list(GRAVITY))
+        readings = [identification.ForceTorqueReading(wrench=w, gravity=g, t=s) for w, g, s in zip(wrench, gravity, t)]
+    elif believed is None:
+        fail(f"{file}: has no gravity (gx, gy, gz), and --cell is missing, whose arm tells it from q1, q2, …")
+    else:
+        q = joint_values(file, table, believed.nominal_chain().joints, wanted)
+        readings = identification.posture_readings(believed, q, wrench, t)
+    if LOAD[0] in there:
+        loads = values_of(file, table, [LOAD[0], *(name for name in LOAD[1:])])
+        for reading, load in zip(readings, loads):
+            reading.load_mass, reading.load_com = float(load[0]), load[1:]
+    return readings
+
+
+def put_sensor(believed: Any, found: Any) -> None:
+    """Tool, sensor and its orientation into a cell."""
+    identification.set_tool_mass(believed, found.mass, found.com)
+    believed.tool.T_flange_sensor = found.T_flange_sensor
+    identification.set_wrench_sensor(believed, found)
+
+
+def _keys(source: Path, readings: list[Any], found: Any) -> dict[str, Any]:
+    warnings = list(found.warnings)
+    if found.outliers:
+        listed = ", ".join(str(i + 1) for i in found.outliers[:8])
+        more = f" and {len(found.outliers) - 8} more" if len(found.outliers) > 8 else ""
+        warnings.append(f"left out because they contradict the others: reading {listed}{more}")
+    figures = [figure_row(p.name, p.value, p.std, p.unit) for p in found.parameters]
+    figures.append(figure_row("noise of a force", found.force_noise, None, "N"))
+    figures.append(figure_row("noise of a torque", found.torque_noise, None, "N m"))
+    keep = thinned(len(readings))
+    measured = np.array([readings[i].wrench for i in keep])
+    result = {k: v for k, v in found.to_dict().items() if k != "predicted"}
+    return {
+        "input": {"source": str(source), "readings": len(readings)},
+        "verdict": verdict_of(f"identified from {len(readings)} readings", warnings),
+        "figures": figures,
+        "wrenches": {"reading": keep + 1, "measured": measured.T, "predicted": found.predicted[keep].T},
+        "result": result,
+    }

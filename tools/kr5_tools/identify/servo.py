@@ -1,0 +1,175 @@
+"""`kr5 identify servo`: natural frequency, damping and delay of a path correction or of joints, from a response."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from kr5 import cell, identification
+
+from kr5_tools.calibrate.postures import LengthUnit
+from kr5_tools.cli.arguments import JsonOption, ResultOption
+from kr5_tools.cli.options import options_from
+from kr5_tools.cli.tables import figure_row, print_result
+from kr5_tools.cli.terminal import console, fail, spinner
+from kr5_tools.files.cell_output import write_cell_file
+from kr5_tools.files.results import write_result
+from kr5_tools.files.writing import check_writable, write_json
+from kr5_tools.identify.axis_logs import (
+    CellFileOption,
+    ColumnsOption,
+    SourceArgument,
+    WriteCellFileOption,
+    believed_cell,
+    check_metres,
+    experiments_of,
+    is_recording,
+    joined_runs,
+    need_target_cell,
+    read_columns,
+    thinned,
+    verdict_of,
+)
+
+app = typer.Typer()
+PATH = "path correction"
+
+
+@app.command(epilog="Example:  kr5 identify servo RECORDING --write-cell cell.yaml -o servo.json")
+@options_from(identification.ServoOptions)
+def servo(
+    source: SourceArgument,
+    options: identification.ServoOptions,
+    joint: Annotated[
+        list[int] | None,
+        typer.Option(help="Joint, counted from 1, in place of the path correction; may be given several times."),
+    ] = None,
+    columns: ColumnsOption = None,
+    length: LengthUnit = "m",
+    cell_file: CellFileOption = None,
+    write_cell: WriteCellFileOption = None,
+    output: ResultOption = None,
+    json_file: JsonOption = None,
+) -> None:
+    """Servo H(s) = k wn² / (s² + 2 ζ wn s + wn²) with its delay, by least squares over the whole response.
+
+    Of a recording: the path correction from its steps, or with --joint joints from its motions. Of a CSV: columns t,
+    command, response (and run), or those of --columns; with --joint, the servo of that joint. Exit code: 0 when there
+    is a result, 2 when there is none or the input is invalid.
+    """
+    options.validate()
+    check_writable(output, json_file, write_cell, inputs=[f for f in (source, cell_file) if f])
+    recording = cell.load_recording(source) if is_recording(source) else None
+    believed = believed_cell(recording, cell_file)
+    need_target_cell(believed, write_cell)
+    if joint and believed is not None and (wrong := [j for j in joint if not 1 <= j <= len(believed.robot.dh)]):
+        fail(f"--joint: found {wrong[0]}, the arm has the joints 1 to {len(believed.robot.dh)}")
+    logs = recorded_logs(recording, joint, options) if recording else {_name(joint): _csv_log(source, columns, length)}
+    results = {}
+    with spinner("Identifying the servo"):
+        for name, log in logs.items():
+            found = identification.identify_servo(log, options)
+            if not found.fit.usable:
+                fail(f"{source}: {name}: {found.fit.message}")
+            results[name] = found
+    keys = _keys(source, logs, results)
+    print_result(keys, console(json_file))
+    if write_cell:
+        for name, found in results.items():
+            put_servo(believed, name, found)
+        write_cell_file(believed, write_cell)
+    write_json(write_result(output, "kr5-servo/1", **keys), json_file)
+
+
+def _name(joint: list[int] | None) -> str:
+    if not joint:
+        return PATH
+    if len(joint) > 1:
+        fail("--joint: a CSV holds one response; give one joint")
+    return f"joint {joint[0]}"
+
+
+def recorded_logs(recording: Any, joint: list[int] | None, options: Any) -> dict[str, Any]:
+    """The responses of a recording by name; joints follow smooth commands."""
+    if not joint:
+        values, starts = joined_runs(experiments_of(recording, "step"), ["t", "zc", "z"])
+        return {PATH: _log(values, starts)}
+    options.command = "smooth"
+    out = {}
+    for number in joint:
+        values, starts = joined_runs(experiments_of(recording, "motion"), ["t", f"qc{number}", f"q{number}"])
+        out[f"joint {number}"] = _log(values, starts)
+    return out
+
+
+def _log(values: np.ndarray, starts: list[int]) -> Any:
+    return identification.ServoLog(t=values[:, 0], command=values[:, 1], response=values[:, 2], run_starts=starts)
+
+
+def _csv_log(file: Path, columns: str | None, length: str) -> Any:
+    found, starts = read_columns(file, columns, ("t", "command", "response"))
+    return identification.ServoLog(
+        t=found["t"],
+        command=check_metres("command", found["command"], length, file),
+        response=check_metres("response", found["response"], length, file),
+        run_starts=starts,
+    )
+
+
+def put_servo(believed: Any, name: str, found: Any) -> None:
+    """The servo into a cell, which has no place for its gain."""
+    if name == PATH:
+        identification.set_path_servo(believed, found.servo, found.cycle)
+    else:
+        identification.set_joint_servo(believed, int(name.split()[1]) - 1, found.servo, found.cycle)
+
+
+def figures_of(name: str, found: Any) -> list[dict[str, Any]]:
+    std = np.sqrt(np.diag(found.covariance))
+    unit, scale = ("mm", 1e3) if name == PATH else ("mrad", 1e3)
+    rows = [
+        figure_row(f"{name}: natural frequency", found.servo.natural_frequency, float(std[0]), "rad/s"),
+        figure_row(f"{name}: damping ratio", found.servo.damping_ratio, float(std[1]), "-"),
+        figure_row(f"{name}: delay", 1e3 * found.servo.delay, 1e3 * float(std[2]), "ms"),
+        figure_row(f"{name}: delay in cycles", found.servo.delay / found.cycle, float(std[2]) / found.cycle, "-"),
+        figure_row(f"{name}: gain", found.gain, float(std[3]), "-"),
+        figure_row(f"{name}: noise", scale * found.noise, None, unit),
+        figure_row(f"{name}: greatest speed", scale * found.greatest_speed, None, f"{unit}/s"),
+    ]
+    if (by := found.overshoot) is not None:
+        rows += [
+            figure_row(f"{name}: overshoot", scale * by.overshoot, scale * found.noise, unit),
+            figure_row(f"{name}: damping ratio by the overshoot", by.damping_ratio, None, "-"),
+            figure_row(f"{name}: natural frequency by the overshoot", by.natural_frequency, None, "rad/s"),
+        ]
+    return rows
+
+
+def _keys(source: Path, logs: dict[str, Any], results: dict[str, Any]) -> dict[str, Any]:
+    figures = [row for name, found in results.items() for row in figures_of(name, found)]
+    warnings = [f"{name}: {text}" for name, found in results.items() for text in found.warnings]
+    limits = [text for text in warnings if "second overshoot" in text]  # of the formula, not of the fit
+    warnings = [text for text in warnings if text not in limits]
+    text = "; ".join([f"identified from {sum(len(log.t) for log in logs.values())} samples", *limits])
+    responses = []
+    for name, found in results.items():
+        log, keep = logs[name], thinned(len(logs[name].t))
+        responses.append(
+            {
+                "name": name,
+                "unit": "mm" if name == PATH else "mrad",
+                "t": log.t[keep],
+                "command": 1e3 * log.command[keep],
+                "measured": 1e3 * log.response[keep],
+                "predicted": 1e3 * found.predicted[keep],
+                "run_starts": list(np.searchsorted(keep, log.run_starts)),
+            }
+        )
+    result = {name: {k: v for k, v in found.to_dict().items() if k != "predicted"} for name, found in results.items()}
+    return {
+        "input": {"source": str(source), "samples": sum(len(log.t) for log in logs.values())},
+        "verdict": verdict_of(text, warnings),
+        "figures": figures,
+        "responses": responses,
+        "result": result,
+    }
