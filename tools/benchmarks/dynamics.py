@@ -89,7 +89,7 @@ def regressor_by_loop(rows, gravity: np.ndarray, q: np.ndarray, qd: np.ndarray, 
         x, y, z = np.eye(3)
         unit = [np.outer(x, x), np.outer(x, y) + np.outer(y, x), np.outer(x, z) + np.outer(z, x)]
         unit += [np.outer(y, y), np.outer(y, z) + np.outer(z, y), np.outer(z, z)]
-        inertia = np.stack([R @ I @ R.T @ wd + np.cross(w, R @ I @ R.T @ w) for I in unit], axis=1)
+        inertia = np.stack([R @ E @ R.T @ wd + np.cross(w, R @ E @ R.T @ w) for E in unit], axis=1)
         force = np.column_stack([a, A @ R, np.zeros((3, 6))])
         moment = np.column_stack([np.zeros(3), -skew(a) @ R, inertia])
         for i in range(j + 1):
@@ -103,7 +103,12 @@ def regressor_rows(cell, model: pin.Model, states: tuple[np.ndarray, ...], their
     regressor = InertialRegressor(cell.nominal_chain(), gravity)
     data, n, part = model.createData(), len(states[0]), 40  # rows of a part: the result stays in the cache
     parts = [tuple(x[k : k + part] for x in states) for k in range(0, n, part)]
-    ours = best_time(lambda: [regressor.evaluate(*rows) for rows in parts]) / n
+
+    def in_parts() -> None:
+        for rows in parts:
+            regressor.evaluate(*rows)
+
+    ours = best_time(in_parts) / n
     few = list(zip(*(x[:5000] for x in states)))
     loop = best_time(lambda: [regressor_by_loop(cell.robot.dh, gravity, *v) for v in few[:200]], 3) / 200
     apart = max(

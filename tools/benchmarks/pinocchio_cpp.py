@@ -1,5 +1,5 @@
-"""Time of Pinocchio's inverse dynamics and regressor in C++, whose headers the PyPI wheel `pin` carries; compiled once (about a
-minute)."""
+"""Time of Pinocchio's inverse dynamics and regressor in C++, whose headers the PyPI wheel `pin` carries; compiled once
+(about a minute)."""
 
 import importlib.util
 import os

@@ -93,7 +93,8 @@ int main(int count, char** words) {
   }
   // The sums keep the compiler honest: of the torques of joint 1, and of what the mass of the last link does to it.
   double sum = 0.0, sum_of_regressor = 0.0;
-  const double rnea = least_time(rows, [&](std::size_t k) { sum += pinocchio::rnea(model, data, q[k], v[k], a[k])[0]; });
+  const double rnea =
+      least_time(rows, [&](std::size_t k) { sum += pinocchio::rnea(model, data, q[k], v[k], a[k])[0]; });
   const double regressor = least_time(rows, [&](std::size_t k) {
     sum_of_regressor += pinocchio::computeJointTorqueRegressor(model, data, q[k], v[k], a[k])(0, 10 * (joints - 1));
   });
