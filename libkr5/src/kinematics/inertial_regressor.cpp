@@ -39,23 +39,25 @@ void InertialRegressor::write(const double* q, const double* qd, const double* q
   for (std::size_t j = 0; j < n; ++j) {
     const Dynamics::Link& link = arm_.links_[j];
     const Dynamics::Joint& joint = arm_.joints_[j];
-    const auto& [w, wd, a] = link.motion;
-    const Eigen::Matrix3d A = Dynamics::acceleration_field(w, wd);
+    // Copies, which what is written cannot be part of: so they stay in registers.
+    const auto [w, wd, a] = link.motion;
+    const Eigen::Matrix3d A = Dynamics::acceleration_field(w, wd).transpose(), R = link.R.transpose();
+    const Eigen::Vector3d p = link.p;
     if (joint.revolute)
       twists_[j] = {joint.z.cross(link.p), joint.z};
     else
       twists_[j] = {joint.z, Eigen::Vector3d::Zero()};
     double* column = out + static_cast<Eigen::Index>(inertial_parameter_count * j) * column_step;
     for (std::size_t i = 0; i <= j; ++i) {
-      UnitTwist& at = twists_[i];
+      UnitTwist at = twists_[i];
       if (i < j) {  // from the frame before to this one
-        const Eigen::Vector3d turned = link.R.transpose() * at.w;
-        at.v = link.R.transpose() * at.v + turned.cross(link.p);
-        at.w = turned;
+        at.w = (R * at.w).eval();
+        at.v = (R * at.v).eval() + at.w.cross(p);
+        twists_[i] = at;
       }
       // Power of the load m a + A (m c), I wd + w x I w + (m c) x a of the link (eq. 4.19) under the unit twist.
       const Eigen::Vector3d& s = at.w;
-      const Eigen::Vector3d u = s.cross(w), first = A.transpose() * at.v + a.cross(s);
+      const Eigen::Vector3d u = s.cross(w), first = A * at.v + a.cross(s);
       double* e = column + static_cast<Eigen::Index>(i) * row_step;
       e[0] = at.v.dot(a);
       e[column_step] = first.x();
@@ -68,9 +70,6 @@ void InertialRegressor::write(const double* q, const double* qd, const double* q
       e[8 * column_step] = s.y() * wd.z() + s.z() * wd.y() + u.y() * w.z() + u.z() * w.y();
       e[9 * column_step] = s.z() * wd.z() + u.z() * w.z();
     }
-    for (std::size_t i = j + 1; i < n; ++i)
-      for (Eigen::Index c = 0; c < inertial_parameter_count; ++c)
-        column[static_cast<Eigen::Index>(i) * row_step + c * column_step] = 0.0;
   }
 }
 
@@ -82,6 +81,7 @@ void InertialRegressor::evaluate(const Eigen::Ref<const Eigen::VectorXd>& q,
   require_regressor_size(qdd.size(), joints(), "qdd");
   require_regressor_size(Y.rows(), joints(), "a column of Y");
   require_regressor_size(Y.cols(), parameters(), "a row of Y");
+  Y.setZero();
   write(q.data(), qd.data(), qdd.data(), Y.data(), 1, Y.outerStride());
 }
 
@@ -92,7 +92,7 @@ Rows InertialRegressor::evaluate(const Eigen::Ref<const Rows>& q, const Eigen::R
   require_regressor_size(qdd.cols(), joints(), "a row of qdd");
   require_regressor_size(qd.rows(), q.rows(), "a column of qd");
   require_regressor_size(qdd.rows(), q.rows(), "a column of qdd");
-  Rows Y(q.rows() * joints(), parameters());
+  Rows Y = Rows::Zero(q.rows() * joints(), parameters());
   for (Eigen::Index k = 0; k < q.rows(); ++k)
     write(q.row(k).data(), qd.row(k).data(), qdd.row(k).data(), Y.row(k * joints()).data(), Y.outerStride(), 1);
   return Y;

@@ -49,7 +49,7 @@ class InertialRegressor {
     Eigen::Vector3d v = Eigen::Vector3d::Zero(), w = Eigen::Vector3d::Zero();
   };
 
-  /// Writes element (i, c) to out[i * row_step + c * column_step].
+  /// Writes element (i, c) to out[i * row_step + c * column_step], where there was 0 below the diagonal.
   void write(const double* q, const double* qd, const double* qdd, double* out, Eigen::Index row_step,
              Eigen::Index column_step);
 
