@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <kr5/kinematics/axis_chain.hpp>
+#include <kr5/kinematics/denoc.hpp>
 #include <kr5/kinematics/deviated_arm.hpp>
 #include <kr5/kinematics/dh_chain.hpp>
+#include <kr5/kinematics/inertial_regressor.hpp>
 #include <kr5/kinematics/inverse.hpp>
 #include <kr5/kinematics/jacobian.hpp>
 #include <kr5/kinematics/newton_euler.hpp>
@@ -144,6 +146,51 @@ static void bind_dynamics(py::module_& m) {
       .def("mass_diagonal", &Dynamics::mass_diagonal, py::arg("q"), "Diagonal of M(q).");
 }
 
+static py::array_t<double> regressor_rows(InertialRegressor& self, const Eigen::Ref<const Rows>& q,
+                                          const Eigen::Ref<const Rows>& qd, const Eigen::Ref<const Rows>& qdd) {
+  auto* Y = new Rows;
+  const py::capsule owner(Y, [](void* p) { delete static_cast<Rows*>(p); });
+  {
+    const py::gil_scoped_release free;
+    *Y = self.evaluate(q, qd, qdd);
+  }
+  return py::array_t<double>({Y->rows(), Y->cols()}, Y->data(), owner);
+}
+
+static void bind_regressor(py::module_& m) {
+  py::class_<InertialRegressor>(
+      m, "InertialRegressor",
+      "Regressor Y with tau = Y chi; chi holds for each link m, m cx, m cy, m cz, Ixx, Ixy, Ixz, Iyy, Iyz, Izz, the\n"
+      "inertia about the origin of the link frame [kg, kg m, kg m^2] (Hayat et al. 2022, eqs. 4.29-4.31).")
+      .def(py::init<const DhChain&, const Eigen::Vector3d&>(), py::arg("chain"),
+           py::arg("gravity") = Eigen::Vector3d(0.0, 0.0, -9.81))
+      .def_property_readonly("joints", &InertialRegressor::joints, "Number of joints n.")
+      .def_property_readonly("parameters", &InertialRegressor::parameters, "Number of columns, 10 n.")
+      .def("evaluate", &regressor_rows, py::arg("q"), py::arg("qd"), py::arg("qdd"),
+           "Y of every row of q, qd and qdd (N x n), stacked: (N n) x 10 n, row k n + i of sample k and joint i.");
+  m.def(
+      "inertial_parameters", [](const Body& body) { return inertial_parameters(body); }, py::arg("body"),
+      "The ten standard inertial parameters of a body, in the order of InertialRegressor.");
+  m.def(
+      "body_from_parameters", [](const InertialParameters& p) { return to_body(to_moments(p)); }, py::arg("parameters"),
+      "The body with these ten standard inertial parameters.");
+  py::class_<Denoc>(m, "Denoc", "Factors of the regressor: Y = N_d^T N_l^T V (Hayat et al. 2022, eq. 4.29).")
+      .def_readonly("N_l", &Denoc::N_l, "6n x 6n, twists of the links from those of the joints alone.")
+      .def_readonly("N_d", &Denoc::N_d, "6n x n, twists of the joints from their rates.")
+      .def_readonly("V", &Denoc::V, "6n x 10n, wrenches from standard inertial parameters.")
+      .def("regressor", &Denoc::regressor, "Y, n x 10 n.")
+      .def("twists", &Denoc::twists, py::arg("qd"), "Twists of the links, linear first, for joint rates.");
+  m.def("denoc", &denoc, py::arg("chain"), py::arg("q"), py::arg("qd"), py::arg("qdd"),
+        py::arg("gravity") = Eigen::Vector3d(0.0, 0.0, -9.81),
+        "Decoupled natural orthogonal complement of a chain in motion.");
+  m.def(
+      "denoc_torques",
+      [](const DhChain& chain, const std::vector<Body>& bodies, const Eigen::VectorXd& q, const Eigen::VectorXd& qd,
+         const Eigen::VectorXd& qdd, const Eigen::Vector3d& g) { return denoc_torques(chain, bodies, q, qd, qdd, g); },
+      py::arg("chain"), py::arg("bodies"), py::arg("q"), py::arg("qd"), py::arg("qdd"),
+      py::arg("gravity") = Eigen::Vector3d(0.0, 0.0, -9.81), "Joint torques by the recursions of DeNOC.");
+}
+
 void bind_kinematics(py::module_& m) {
   m.doc() = "Chains of joints in Denavit-Hartenberg parameters: poses, inverse, masses.";
   bind_chain(m);
@@ -152,4 +199,5 @@ void bind_kinematics(py::module_& m) {
   bind_inverse(m);
   bind_workspace(m);
   bind_dynamics(m);
+  bind_regressor(m);
 }

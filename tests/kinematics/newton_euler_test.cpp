@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 
 #include <kr5/core/error.hpp>
+#include <kr5/kinematics/inertial_regressor.hpp>
 #include <kr5/kinematics/newton_euler.hpp>
 
 #include "kinematics/random_chain.hpp"
@@ -196,9 +197,12 @@ TEST_CASE("a call allocates nothing") {
   Arm arm(13);
   Eigen::VectorXd tau(6);
   const SensorCut cut{-1, Pose::Identity(), arm.bodies[0]};
+  InertialRegressor regressor(arm.chain);
+  Eigen::MatrixXd Y(6, 60);
   const std::size_t before = allocations;
   arm.dynamics.torques(arm.q, arm.qd, arm.qdd, tau);
   const Vector6 w = arm.dynamics.wrench(cut);
+  regressor.evaluate(arm.q, arm.qd, arm.qdd, Y);
   CHECK(allocations == before);
   CHECK(w.allFinite());
   CHECK(before > 0);

@@ -1,12 +1,12 @@
-"""Time of Pinocchio's inverse dynamics in C++, whose headers the PyPI wheel `pin` carries; compiled once (about a
-minute)."""
+"""Time of Pinocchio's inverse dynamics and regressor in C++, whose headers the PyPI wheel `pin` carries; compiled once
+(about a minute)."""
 
 import importlib.util
 import os
 import subprocess
 import tempfile
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -48,8 +48,17 @@ def program() -> Path:
     return PROGRAM
 
 
-def rnea(places: list[np.ndarray], links: list[Any], gravity: Any, states: np.ndarray) -> tuple[float, float]:
-    """Least processor time of a call [s], and the sum of the first joint's torques over all states.
+class Times(NamedTuple):
+    """Least processor time of a call [s], each with a sum over all states."""
+
+    rnea: float
+    torque_sum: float  # of the torques of the first joint
+    regressor: float
+    regressor_sum: float  # of its first row, in the column of the last link's mass
+
+
+def times(places: list[np.ndarray], links: list[Any], gravity: Any, states: np.ndarray) -> Times:
+    """Times of Pinocchio's rnea and computeJointTorqueRegressor.
 
     `places`: 4 x 4 of each joint (turning about its Z) in the one before; `links`: (mass, com, inertia 3 x 3) in the
     frame of the joint; `states`: a row each, positions, speeds and accelerations."""
@@ -62,4 +71,4 @@ def rnea(places: list[np.ndarray], links: list[Any], gravity: Any, states: np.nd
         np.savetxt(file, states, "%.17g")
         file.flush()
         out = subprocess.run([str(program()), file.name], check=True, capture_output=True, text=True).stdout.split()
-    return float(out[0]), float(out[1])
+    return Times(*map(float, out))

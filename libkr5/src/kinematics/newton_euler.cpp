@@ -15,15 +15,6 @@ void require_joints(Eigen::Index size, int joints, const char* what) {
                           std::to_string(joints) + " joints");
 }
 
-/// A with A p = wd x p + w x (w x p): acceleration of a point of a body over that of the origin.
-Eigen::Matrix3d acceleration_field(const Eigen::Vector3d& w, const Eigen::Vector3d& wd) {
-  const double xx = w.x() * w.x(), yy = w.y() * w.y(), zz = w.z() * w.z();
-  const double xy = w.x() * w.y(), xz = w.x() * w.z(), yz = w.y() * w.z();
-  Eigen::Matrix3d A;
-  A << -yy - zz, xy - wd.z(), xz + wd.y(), xy + wd.z(), -xx - zz, yz - wd.x(), xz - wd.y(), yz + wd.x(), -xx - yy;
-  return A;
-}
-
 }  // namespace
 
 Dynamics::Dynamics(const DhChain& chain, std::span<const Body> bodies, const Eigen::Vector3d& gravity)
@@ -74,30 +65,45 @@ void Dynamics::set_joint(std::size_t i, double q) {
   link.p = joint.p;
 }
 
+Eigen::Matrix3d Dynamics::acceleration_field(const Eigen::Vector3d& w, const Eigen::Vector3d& wd) {
+  const double xx = w.x() * w.x(), yy = w.y() * w.y(), zz = w.z() * w.z();
+  const double xy = w.x() * w.y(), xz = w.x() * w.z(), yz = w.y() * w.z();
+  Eigen::Matrix3d A;
+  A << -yy - zz, xy - wd.z(), xz + wd.y(), xy + wd.z(), -xx - zz, yz - wd.x(), xz - wd.y(), yz + wd.x(), -xx - yy;
+  return A;
+}
+
 void Dynamics::body_load(const Moments& body, const Motion& m, Eigen::Vector3d& f, Eigen::Vector3d& n) {
   f = body.mass * m.a + acceleration_field(m.w, m.wd) * body.first;
   n = body.second * m.wd + m.w.cross(body.second * m.w) + body.first.cross(m.a);
 }
 
-void Dynamics::forward_pass(const double* q, const double* qd, const double* qdd) {
-  Motion before;
-  before.a = a_0_;
-  for (std::size_t i = 0; i < joints_.size(); ++i) {
-    set_joint(i, q[i]);
-    const Joint& joint = joints_[i];
-    Link& link = links_[i];
-    const Eigen::Vector3d w = link.R.transpose() * before.w, slide = joint.z * qd[i], push = joint.z * qdd[i];
-    Motion now{w, link.R.transpose() * before.wd, link.R.transpose() * before.a};
-    if (joint.revolute) {
-      now.w += slide;
-      now.wd += push + w.cross(slide);
-    } else {
-      now.a += push + 2.0 * w.cross(slide);
-    }
-    now.a += acceleration_field(now.w, now.wd) * link.p;
-    body_load(link.body, now, link.f, link.n);
-    link.motion = before = now;
+inline void Dynamics::move_link(std::size_t i, const Motion& before, double q, double qd, double qdd) {
+  set_joint(i, q);
+  const Joint& joint = joints_[i];
+  Link& link = links_[i];
+  const Eigen::Vector3d w = link.R.transpose() * before.w, slide = joint.z * qd, push = joint.z * qdd;
+  Motion now{w, link.R.transpose() * before.wd, link.R.transpose() * before.a};
+  if (joint.revolute) {
+    now.w += slide;
+    now.wd += push + w.cross(slide);
+  } else {
+    now.a += push + 2.0 * w.cross(slide);
   }
+  now.a += acceleration_field(now.w, now.wd) * link.p;
+  link.motion = now;
+}
+
+void Dynamics::move_links(const double* q, const double* qd, const double* qdd) {
+  Motion base;
+  base.a = a_0_;
+  for (std::size_t i = 0; i < joints_.size(); ++i)
+    move_link(i, i == 0 ? base : links_[i - 1].motion, q[i], qd[i], qdd[i]);
+}
+
+void Dynamics::forward_pass(const double* q, const double* qd, const double* qdd) {
+  move_links(q, qd, qdd);
+  for (Link& link : links_) body_load(link.body, link.motion, link.f, link.n);
 }
 
 void Dynamics::backward_pass(double* tau, const Vector6* external) {

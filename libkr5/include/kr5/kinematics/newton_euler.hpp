@@ -71,6 +71,8 @@ class Dynamics {
   Eigen::VectorXd mass_diagonal(const Eigen::VectorXd& q);
 
  private:
+  friend class InertialRegressor;  // the derivative of this by the masses, on the same motion of the links
+
   struct Joint {
     bool revolute = true;
     double theta_offset = 0.0;
@@ -91,10 +93,16 @@ class Dynamics {
     Eigen::Vector3d f = Eigen::Vector3d::Zero(), n = Eigen::Vector3d::Zero();  ///< Force and torque into the link.
   };
 
+  /// A with A p = wd x p + w x (w x p): acceleration of a point of a body over that of the origin.
+  static Eigen::Matrix3d acceleration_field(const Eigen::Vector3d& w, const Eigen::Vector3d& wd);
   static void body_load(const Moments& body, const Motion& motion, Eigen::Vector3d& f, Eigen::Vector3d& n);
   int link_index(int link) const;
   void set_joint(std::size_t i, double q);
-  /// From the base outwards: motion of every link, and the load that its body is.
+  /// Motion of a link from that of the one before.
+  void move_link(std::size_t i, const Motion& before, double q, double qd, double qdd);
+  /// From the base outwards: motion of every link.
+  void move_links(const double* q, const double* qd, const double* qdd);
+  /// The same, and the load that its body is.
   void forward_pass(const double* q, const double* qd, const double* qdd);
   /// From the flange inwards: what each joint carries.
   void backward_pass(double* tau, const Vector6* external);

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <kr5/core/fit_report.hpp>
+#include <kr5/identification/base_parameters.hpp>
+#include <kr5/kinematics/body.hpp>
+
+/// @file
+/// Identification of an arm's dynamics from motions with torques (Hayat et al. 2022, section 4.3; Gautier 1997; Janot,
+/// Vandanjon, Gautier 2014; Rucker and Wensing 2022).
+
+namespace kr5::identification {
+
+enum class Estimator {
+  Ordinary,     ///< Least squares of all torques alike.
+  Weighted,     ///< Each joint by the variance of its residuals, estimated in turns.
+  Robust,       ///< The same with Huber's loss.
+  Instruments,  ///< Instrumental variables, for regressors with noise.
+  Consistent,   ///< Weighted, over bodies that can exist (log-Cholesky), with a prior.
+};
+constexpr auto enum_names(Estimator) {
+  return names<Estimator>({{Estimator::Ordinary, "ordinary"},
+                           {Estimator::Weighted, "weighted"},
+                           {Estimator::Robust, "robust"},
+                           {Estimator::Instruments, "instruments"},
+                           {Estimator::Consistent, "consistent"}});
+}
+
+struct DynamicsOptions {
+  Estimator estimator = Estimator::Weighted;
+  double held_out = 1.0 / 3.0;      ///< Last part of the samples, on which the estimate is judged only [-].
+  bool choose_terms = false;        ///< Offers further friction terms to each joint; those that predict better stay.
+  int blocks = 6;                   ///< Of time, for the cross-validation of `choose_terms`.
+  double huber = 1.345;             ///< Limit of the Huber loss [standard deviations].
+  int max_iterations = 20;          ///< Of weights.
+  std::vector<kinematics::Body> prior_bodies;  ///< For Consistent, one a link in its frame; empty: balls of 2 kg.
+  double prior_spread = 0.5;        ///< Of the logarithm of their masses and radii; 2.0 at least without bodies [-].
+
+  /// @throws InvalidArgument naming the field.
+  void validate() const;
+  static void each_field(auto& self, auto&& visit) {
+    visit("estimator", self.estimator, "Estimator: ordinary | weighted | robust | instruments | consistent.");
+    visit("held_out", self.held_out, "Last part of the samples, kept for judging the estimate [-].");
+    visit("choose_terms", self.choose_terms, "Friction terms chosen by cross-validation over blocks of time.");
+    visit("blocks", self.blocks, "Number of blocks of the cross-validation.");
+    visit("huber", self.huber, "Limit of the Huber loss [standard deviations].");
+    visit("max_iterations", self.max_iterations, "Greatest number of iterations of the weights.");
+    visit("prior_bodies", self.prior_bodies, "Expected bodies of the links, for consistent; empty: balls of 2 kg.");
+    visit("prior_spread", self.prior_spread, "Spread of the logarithm of prior masses and radii [-].");
+  }
+};
+
+/// Torques of one part of the samples as the estimate predicts them.
+struct TorqueError {
+  Eigen::VectorXd rms;       ///< Of each joint [N m or N].
+  Eigen::VectorXd relative;  ///< The same over the RMS of the measured torque [-].
+  double total = 0.0;        ///< Norm of all errors over the norm of all torques [-].
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("rms", self.rms, "RMS error of each joint [N m or N].");
+    visit("relative", self.relative, "The same over the RMS of the measured torque [-].");
+    visit("total", self.total, "Norm of all errors over the norm of all torques [-].");
+  }
+};
+
+struct DynamicsResult {
+  FitReport fit;
+  DynamicsModel model;                        ///< With the terms that were chosen.
+  BaseParameters base;
+  Observability observability;                ///< Of the samples that were fitted.
+  Eigen::VectorXd values;                     ///< Base parameters [SI].
+  Eigen::VectorXd deviations;                 ///< Their standard deviations, for residuals as correlated as found.
+  Eigen::MatrixXd covariance;
+  Eigen::VectorXd parameters;                 ///< Standard parameters that predict; bodies, when they are consistent.
+  std::vector<kinematics::Body> bodies;       ///< In the frames of the links; of Consistent only.
+  Eigen::MatrixXd predicted;                  ///< Torques of all samples [N m or N].
+  Eigen::VectorXd sigma;                      ///< Standard deviation of the residuals of each joint [N m or N].
+  Eigen::VectorXd correlation;                ///< Samples that count as one, of each joint [-].
+  TorqueError fitted, held_out;
+  Eigen::Index first_held_out = 0;            ///< Sample at which the held-out part begins.
+
+  /// Value and standard deviation of a parameter that is a base parameter of its own, such as "fc2".
+  std::optional<std::pair<double, double>> parameter(const std::string& name) const;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("fit", self.fit, "How the estimation ended.");
+    visit("model", self.model, "Model with the terms that were chosen.");
+    visit("base", self.base, "Base parameters.");
+    visit("observability", self.observability, "What the fitted samples tell.");
+    visit("values", self.values, "Base parameters [SI].");
+    visit("deviations", self.deviations, "Standard deviations of the base parameters [SI].");
+    visit("covariance", self.covariance, "Covariance of the base parameters [SI].");
+    visit("parameters", self.parameters, "Standard parameters that predict the torques [SI].");
+    visit("bodies", self.bodies, "Body of each link in its frame; of the consistent estimator only.");
+    visit("predicted", self.predicted, "Predicted torques of all samples [N m or N].");
+    visit("sigma", self.sigma, "Standard deviation of the residuals of each joint [N m or N].");
+    visit("correlation", self.correlation, "Number of samples that count as one, of each joint [-].");
+    visit("fitted", self.fitted, "Errors of the samples that were fitted.");
+    visit("held_out", self.held_out, "Errors of the samples that were held out.");
+    visit("first_held_out", self.first_held_out, "Sample at which the held-out part begins.");
+  }
+};
+
+/// The dynamics of an arm from its motion and torques.
+/// @param instruments For Estimator::Instruments: the same motion, sample by sample, with other noise or none (q, qd,
+///        qdd): commanded, simulated (`simulate_motion`), or recorded again; its torques are not read.
+/// @throws InvalidArgument naming field and remedy; data that do not tell the parameters are a status.
+DynamicsResult identify_dynamics(const JointMotion& motion, const DynamicsModel& model,
+                                 const DynamicsOptions& options = {}, const JointMotion* instruments = nullptr);
+
+/// Torques of a motion by an estimate, samples x joints [N m or N].
+Eigen::MatrixXd predict_torques(const DynamicsResult& result, const JointMotion& motion);
+
+}  // namespace kr5::identification
