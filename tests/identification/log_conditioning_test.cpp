@@ -157,8 +157,8 @@ TEST_CASE("gaps end runs; doubles and disorder are repaired and told") {
   std::string kinds;
   for (const LogFinding& f : got.findings) kinds += std::string(name_of(f.fault)) + " ";
   CHECK(kinds == "clock_backward clock_duplicate clock_gap ");
-  CHECK(got.findings[2].from == Approx(1999 * step));
-  CHECK(got.findings[2].to == Approx(2400 * step));
+  CHECK(got.findings[2].begin == Approx(1999 * step));
+  CHECK(got.findings[2].end == Approx(2400 * step));
 }
 
 TEST_CASE("late stamps are told from samples at uneven times") {
@@ -193,8 +193,8 @@ TEST_CASE("names missing numbers with column and span, and leaves them out when 
   log.tau(900, 1) = std::numeric_limits<double>::infinity();
   const LogFinding f = only_error(log, LogFault::NotFinite);
   CHECK_THAT(f.text, Contains("Motor 2: no number in 2 of 5000 rows, first in row 701"));
-  CHECK(f.from == Approx(700 * step));
-  CHECK(f.to == Approx(900 * step));
+  CHECK(f.begin == Approx(700 * step));
+  CHECK(f.end == Approx(900 * step));
   ConditioningOptions options;
   options.leave_out_faulty = true;
   CHECK(condition_log(log, options).usable());
@@ -313,8 +313,8 @@ TEST_CASE("names saturated and frozen channels with their spans") {
   log.tau.col(1).segment(1000, 80).setConstant(log.tau(1000, 1));
   f = only_error(log, LogFault::Frozen);
   CHECK(f.column == "tau2");
-  CHECK(f.from == Approx(1000 * step));
-  CHECK(f.to == Approx(1079 * step));
+  CHECK(f.begin == Approx(1000 * step));
+  CHECK(f.end == Approx(1079 * step));
   log = sound_log();
   log.q.col(1).segment(1000, 60).setConstant(log.q(1000, 1));
   f = only_error(log, LogFault::Frozen);
@@ -323,7 +323,8 @@ TEST_CASE("names saturated and frozen channels with their spans") {
 
 TEST_CASE("names torques of brakes, and not those of a rest that the motors hold") {
   for (const bool brake : {true, false}) {
-    JointLog log = sound_log();
+    const JointLog sound = sound_log();
+    JointLog log = sound;
     const Index first = 2500, rest = 500;
     Random random(6);
     for (Index i = first; i < first + rest; ++i)
@@ -334,9 +335,9 @@ TEST_CASE("names torques of brakes, and not those of a rest that the motors hold
       }
     for (Index i = first + rest; i < log.t.size(); ++i) {  // the motion goes on from there
       const Index from = i - rest;
-      log.q.row(i) = sound_log().q.row(from);
-      log.qd.row(i) = sound_log().qd.row(from);
-      log.tau.row(i) = sound_log().tau.row(from);
+      log.q.row(i) = sound.q.row(from);
+      log.qd.row(i) = sound.qd.row(from);
+      log.tau.row(i) = sound.tau.row(from);
       if (i > first + rest + 1200) {
         log.t.conservativeResize(i);
         break;
@@ -346,7 +347,7 @@ TEST_CASE("names torques of brakes, and not those of a rest that the motors hold
     log.q.conservativeResize(n, 3), log.qd.conservativeResize(n, 3), log.tau.conservativeResize(n, 3);
     if (brake) {
       const LogFinding f = only_error(log, LogFault::Brake);
-      CHECK(f.from == Approx(first * step).margin(0.02));
+      CHECK(f.begin == Approx(first * step).margin(0.02));
       CHECK_THAT(f.text, Contains("the brakes hold"));
     } else {
       CHECK(condition_log(log).usable());

@@ -35,6 +35,7 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
     },
     "identify": {
         "axes": ("identify.axes", "Joint axes and DH parameters, from joints moved one at a time."),
+        "drives": ("identify.drives", "Structure matrix, gear ratios and couplings, from encoders and joint angles."),
         "study": ("identify.study", "Error of such an identification by device, noise and arc."),
     },
     "repeatability": ("repeatability.command", "Pose repeatability and accuracy after ISO 9283."),
@@ -54,7 +55,7 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
 }
 GROUP_HELP = {
     "calibrate": "Calibrations with uncertainty and verdict.",
-    "identify": "Identification of an arm, without nominal values.",
+    "identify": "Identification of an arm: axes and drives.",
     "sweep": "Many simulated runs over a grid of conditions.",
 }
 

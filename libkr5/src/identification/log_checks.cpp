@@ -12,6 +12,8 @@
 #include <kr5/core/statistics.hpp>
 #include <kr5/identification/zero_phase.hpp>
 
+#include "even_log.hpp"
+
 namespace kr5::identification {
 
 namespace {
@@ -19,6 +21,7 @@ namespace {
 constexpr Index least_rows = 30;         // below which only the clock and missing numbers are judged
 constexpr double even_steps = 0.02;      // of the median step: below that a clock counts as even
 constexpr double few_backward = 0.05;    // share of rows out of order that sorting mends
+constexpr double bridged_gap = 0.01;     // in which an arm does nothing unforeseen [s]
 constexpr double standing_range = 2e-3;  // motion of a joint that counts as none [rad or m]
 constexpr double degrees_per_radian = 180.0 / std::numbers::pi;
 constexpr double derivative_correlation = 0.9;
@@ -118,7 +121,7 @@ void check_steps(const OrderedLog& data, const ConditioningOptions& options, std
   double widest = 0.0, uneven = 0.0;
   for (Index i = 1; i < t.size(); ++i) {
     const double step = t[i] - t[i - 1];
-    if (step > options.max_gap * data.step) {
+    if (step > longest_step(data, options)) {
       ++gaps;
       if (step > widest) widest = step, at = i;
     } else {
@@ -209,7 +212,8 @@ void check_speed_of(const OrderedLog& data, const MatrixXd& derivative, const Ma
   if (own.scale < 0)
     add(LogFault::SpeedSign, LogSeverity::Error, own.scale,
         "opposite sign to the derivative of " + data.log.q_name(j) + "; reverse one of both");
-  if (std::abs(std::abs(own.scale) - 1) > speed_scale_tolerance)
+  // Noise makes the slope smaller, the more the lower the correlation.
+  if (std::abs(std::abs(own.scale) - 1) > speed_scale_tolerance + 2 * (1 - std::abs(own.correlation)))
     add(LogFault::SpeedScale, LogSeverity::Error, own.scale,
         short_number(own.scale) + " times the derivative of " + data.log.q_name(j) + scale_text(std::abs(own.scale)));
   if (const double delay = own.lag * data.step; std::abs(own.lag) > 1.5 && std::abs(delay) > 1e-3)
@@ -273,7 +277,7 @@ void report_flat(OrderedLog& data, LogFault fault, const std::string& name, Inde
   for (const FlatSpan& s : spans) std::fill(data.faulty.begin() + s.first, data.faulty.begin() + s.last + 1, char{1});
   LogFinding f = finding_at(data, fault, LogSeverity::Error, name, joint, longest.first, longest.last);
   f.value = static_cast<double>(spans.size());
-  f.text = name + ": " + what + " from " + short_number(f.from) + " to " + short_number(f.to) + " s" +
+  f.text = name + ": " + what + " from " + short_number(f.begin) + " to " + short_number(f.end) + " s" +
            (spans.size() > 1 ? " and in " + std::to_string(spans.size() - 1) + " other spans" : "") +
            "; leave these out (leave_out_faulty)";
   out.push_back(f);
@@ -313,7 +317,9 @@ void check_position_channel(OrderedLog& data, Index j, std::vector<LogFinding>& 
     const double length = static_cast<double>(s.size());
     if (length < 10) continue;
     double travelled = 0.0;
-    if (data.log.qd.size() > 0) travelled = std::abs(data.log.qd.col(j).segment(s.first, s.size()).sum()) * data.step;
+    const Index late = static_cast<Index>(greatest_delay / data.step);  // logged speeds may be late
+    if (data.log.qd.size() > 0 && s.size() > late)
+      travelled = std::abs(data.log.qd.col(j).segment(s.first + late, s.size() - late).sum()) * data.step;
     if (jumps_after(x, s) || travelled > 0.01) frozen.push_back(s);
   }
   report_flat(data, LogFault::Frozen, data.log.q_name(j), j, frozen, "does not change although the joint moves", out);
@@ -321,30 +327,76 @@ void check_position_channel(OrderedLog& data, Index j, std::vector<LogFinding>& 
 
 // Smoothing
 
-SmoothedLog smoothed(const OrderedLog& data, const ConditioningOptions& options) {
+/// The sound runs of a log at even steps, one after the other.
+struct EvenLog {
+  OrderedLog data;
+  std::vector<LogRun> runs;
+};
+
+EvenLog even_log(const OrderedLog& data, const ConditioningOptions& options) {
+  EvenLog out;
+  std::vector<EvenRun> parts;
+  Index rows = 0;
+  bool even_clock = false;
+  for (const LogRun& run : log_runs(data, longest_step(data, options), least_rows)) {
+    parts.push_back(even_run(data, run, options.clock, even_clock));
+    out.runs.push_back({rows, parts.back().t.size()});
+    rows += parts.back().t.size();
+  }
+  out.data.step = parts.empty() ? data.step : parts.front().step;
+  out.data.faulty.assign(static_cast<std::size_t>(rows), 0);
+  JointLog& log = out.data.log;
+  log.q_names = data.log.q_names, log.qd_names = data.log.qd_names, log.tau_names = data.log.tau_names;
+  log.t.resize(rows);
+  log.q.resize(rows, data.log.q.cols());
+  log.tau.resize(rows, data.log.q.cols());
+  if (data.log.qd.size() > 0) log.qd.resize(rows, data.log.q.cols());
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    const auto [first, size] = out.runs[k];
+    log.t.segment(first, size) = parts[k].t;
+    log.q.middleRows(first, size) = parts[k].q;
+    log.tau.middleRows(first, size) = parts[k].tau;
+    if (log.qd.size() > 0) log.qd.middleRows(first, size) = parts[k].qd;
+  }
+  return out;
+}
+
+SmoothedLog smoothed(const EvenLog& even, const ConditioningOptions& options) {
+  const JointLog& log = even.data.log;
+  const double step = even.data.step;
   SmoothedLog out;
-  out.q = out.qd = out.qdd = out.tau = MatrixXd::Zero(data.rows(), data.log.q.cols());
-  out.run.assign(static_cast<std::size_t>(data.rows()), -1);
-  const std::vector<LogRun> runs = log_runs(data, options.max_gap * data.step, least_rows);
-  for (const LogRun& r : runs)
+  out.q = out.qd = out.qdd = out.tau = MatrixXd::Zero(log.t.size(), log.q.cols());
+  out.run.assign(static_cast<std::size_t>(log.t.size()), -1);
+  for (const LogRun& r : even.runs)
     if (r.size > out.longest.size) out.longest = r;
-  if (runs.empty()) return out;
-  const MatrixXd longest = data.log.q.middleRows(out.longest.first, out.longest.size);
-  out.cutoff =
-      std::min(options.cutoff > 0 ? options.cutoff : 5 * motion_bandwidth(longest, data.step), 0.4 / data.step);
-  for (std::size_t k = 0; k < runs.size(); ++k) {
-    const auto [first, size] = runs[k];
-    const MatrixXd q = zero_phase_low_pass(data.log.q.middleRows(first, size), data.step, out.cutoff);
+  const MatrixXd longest = log.q.middleRows(out.longest.first, out.longest.size);
+  out.cutoff = std::min(options.cutoff > 0 ? options.cutoff : 5 * motion_bandwidth(longest, step), 0.4 / step);
+  for (std::size_t k = 0; k < even.runs.size(); ++k) {
+    const auto [first, size] = even.runs[k];
+    const MatrixXd q = zero_phase_low_pass(log.q.middleRows(first, size), step, out.cutoff);
     out.q.middleRows(first, size) = q;
-    out.qd.middleRows(first, size) = central_differences(q, data.step);
-    out.qdd.middleRows(first, size) = second_differences(q, data.step);
-    out.tau.middleRows(first, size) = zero_phase_low_pass(data.log.tau.middleRows(first, size), data.step, out.cutoff);
+    out.qd.middleRows(first, size) = central_differences(q, step);
+    out.qdd.middleRows(first, size) = second_differences(q, step);
+    out.tau.middleRows(first, size) = zero_phase_low_pass(log.tau.middleRows(first, size), step, out.cutoff);
     std::fill(out.run.begin() + first, out.run.begin() + first + size, static_cast<int>(k));
   }
   return out;
 }
 
+/// Spans that the checks of torques found faulty, in the rows of the log.
+void mark_faulty(const EvenLog& even, OrderedLog& data) {
+  Index k = 0;
+  for (Index i = 0; i < data.rows() && k < even.data.rows(); ++i) {
+    while (k + 1 < even.data.rows() && even.data.log.t[k + 1] <= data.log.t[i]) ++k;
+    if (even.data.faulty[static_cast<std::size_t>(k)]) data.faulty[static_cast<std::size_t>(i)] = 1;
+  }
+}
+
 }  // namespace
+
+double longest_step(const OrderedLog& data, const ConditioningOptions& options) {
+  return std::max(options.max_gap * data.step, bridged_gap);
+}
 
 std::vector<LogRun> log_runs(const OrderedLog& data, double longest_step, Index least) {
   std::vector<LogRun> out;
@@ -457,9 +509,12 @@ LogScan scan_log(const JointLog& log, const ConditioningOptions& options) {
   check_positions(data, options, out.findings);
   check_flat_channels(data, out.findings);
 
-  const SmoothedLog smooth = smoothed(data, options);
-  check_speeds(data, smooth, options, out.findings);
-  check_torques(data, smooth, options, out.findings);
+  EvenLog even = even_log(data, options);
+  if (even.runs.empty()) return out;
+  const SmoothedLog smooth = smoothed(even, options);
+  check_speeds(even.data, smooth, options, out.findings);
+  check_torques(even.data, smooth, options, out.findings);
+  mark_faulty(even, data);
   return out;
 }
 

@@ -45,6 +45,9 @@ struct LogRun {
   Index first, size;
 };
 
+/// Step of time above which a run ends [s].
+double longest_step(const OrderedLog& data, const ConditioningOptions& options);
+
 /// Runs of at least `least` rows, which end where a step of time exceeds `longest_step` [s] and at faulty rows.
 std::vector<LogRun> log_runs(const OrderedLog& data, double longest_step, Index least);
 

@@ -15,7 +15,7 @@ namespace {
 
 constexpr Index most_regression_rows = 1500;
 constexpr double greatest_torque_delay = 0.2;  // that is searched [s]
-constexpr double clear_gain = 0.9;             // of the residual sum of squares, which a delay must undercut
+constexpr double clear_gain = 0.65;            // of the residual sum of squares, which a delay must undercut
 constexpr double explained = 0.7;              // of the variance of a torque, below which its clock is not judged
 constexpr double sure_sigmas = 5.0;
 constexpr double shortest_rest = 0.3;  // [s]
@@ -128,7 +128,7 @@ void check_signs(const OrderedLog& data, const MotionRegression& regression, con
     if (x.maxCoeff() - x.minCoeff() < 0.05) continue;
     const SignEvidence e = sign_evidence(regression, coefficients, residuals.col(j), j);
     const bool wrong = (e.friction < -sure_sigmas && e.inertia < sure_sigmas) ||
-                       (e.inertia < -sure_sigmas && e.friction < 0.5 * sure_sigmas);
+                       (e.inertia < -sure_sigmas && e.friction < -0.5 * sure_sigmas);
     if (!wrong) continue;
     LogFinding f =
         finding_at(data, LogFault::ReversedTorque, LogSeverity::Error, data.log.tau_name(j), j, 0, data.rows() - 1);
@@ -162,18 +162,21 @@ std::vector<RestSpan> rest_spans(const OrderedLog& data) {
 void check_brakes(OrderedLog& data, const MotionRegression& regression, const MatrixXd& coefficients,
                   const MatrixXd& residuals, std::vector<LogFinding>& out) {
   for (const RestSpan& s : rest_spans(data)) {
-    const VectorXd needed = regression.predict(coefficients, (s.first + s.last) / 2);
+    const Index middle = (s.first + s.last) / 2;
+    const VectorXd needed = regression.predict(coefficients, middle);
+    const double leverage = regression.leverage(middle);
     std::string columns;
     Index worst = -1;
     double farthest = 0.0;
     for (Index j = 0; j < needed.size(); ++j) {
       const double level = data.log.tau.col(j).segment(s.first, s.last - s.first + 1).mean();
-      const double sigma = std::sqrt(residuals.col(j).squaredNorm() / static_cast<double>(regression.rows()));
+      const double spread_of_one = residuals.col(j).squaredNorm() / static_cast<double>(regression.rows());
+      const double sigma = std::sqrt(spread_of_one * (1 + leverage * correlation_length(residuals.col(j))));
       const double friction = std::abs(coefficients(regression.direction(j), j));
       const double spread = data.log.tau.col(j).maxCoeff() - data.log.tau.col(j).minCoeff();
       const double off = std::abs(level - needed[j]);
       const bool fell = std::abs(level) < 0.5 * std::abs(needed[j]);
-      if (!fell || off < sure_sigmas * sigma + 1.5 * friction || off < 0.1 * spread) continue;
+      if (!fell || off < sure_sigmas * sigma + 1.5 * friction || off < 0.15 * spread) continue;
       columns += (columns.empty() ? "" : ", ") + data.log.tau_name(j);
       if (off > farthest) farthest = off, worst = j;
     }
@@ -182,7 +185,7 @@ void check_brakes(OrderedLog& data, const MotionRegression& regression, const Ma
     LogFinding f =
         finding_at(data, LogFault::Brake, LogSeverity::Error, data.log.tau_name(worst), worst, s.first, s.last);
     f.value = data.log.tau.col(worst).segment(s.first, s.last - s.first + 1).mean();
-    f.text = columns + ": at rest from " + short_number(f.from) + " to " + short_number(f.to) + " s, " +
+    f.text = columns + ": at rest from " + short_number(f.begin) + " to " + short_number(f.end) + " s, " +
              data.log.tau_name(worst) + " is " + short_number(f.value) + " where the motion asks for " +
              short_number(needed[worst]) + ": the brakes hold; leave the span out (leave_out_faulty)";
     out.push_back(f);
@@ -263,6 +266,11 @@ MatrixXd MotionRegression::coefficients(const MatrixXd& tau, Index lag) const {
 
 VectorXd MotionRegression::predict(const MatrixXd& coefficients, Index row) const {
   return coefficients.transpose() * basis_row(row);
+}
+
+double MotionRegression::leverage(Index row) const {
+  const VectorXd b = basis_row(row);
+  return b.dot(inverse_ * b);
 }
 
 void check_torques(OrderedLog& data, const SmoothedLog& smooth, const ConditioningOptions& options,

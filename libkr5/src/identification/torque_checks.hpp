@@ -24,6 +24,8 @@ class MotionRegression {
   MatrixXd coefficients(const MatrixXd& tau, Index lag) const;
   /// Torques the regression gives at a row, from coefficients.
   VectorXd predict(const MatrixXd& coefficients, Index row) const;
+  /// Variance of a prediction at a row, over that of a residual [-].
+  double leverage(Index row) const;
   /// (B^T B)^-1
   const MatrixXd& inverse() const { return inverse_; }
 

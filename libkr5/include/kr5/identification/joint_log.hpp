@@ -102,8 +102,8 @@ struct LogFinding {
   LogSeverity severity = LogSeverity::Error;
   std::string column;  ///< As in the log.
   int joint = 0;       ///< From 1; 0: no single one.
-  double from = 0.0;   ///< [s]
-  double to = 0.0;     ///< [s]
+  double begin = 0.0;  ///< [s]
+  double end = 0.0;    ///< [s]
   double value = 0.0;  ///< What was measured of the fault: a factor [-], a delay [s], a level.
   std::string text;
 
@@ -112,8 +112,8 @@ struct LogFinding {
     visit("severity", self.severity, "Consequence: error (nothing is estimated), warning or note.");
     visit("column", self.column, "Column of the log.");
     visit("joint", self.joint, "Joint, from 1; 0: no single one.");
-    visit("from", self.from, "Beginning of the time span [s].");
-    visit("to", self.to, "End of the time span [s].");
+    visit("begin", self.begin, "Beginning of the time span [s].");
+    visit("end", self.end, "End of the time span [s].");
     visit("value", self.value, "Measure of the fault: factor [-], delay [s], level or count.");
     visit("text", self.text, "What was found, what was expected and the remedy.");
   }

@@ -68,7 +68,8 @@ struct ConditioningOptions {
     visit("clock", self.clock,
           "Meaning of uneven time stamps: stamps (samples were taken then) | even (samples are even, stamps came late) "
           "| automatic (whichever makes the positions smoother).");
-    visit("max_gap", self.max_gap, "Step of time, in median steps, above which a run ends [-].");
+    visit("max_gap", self.max_gap,
+          "Step of time, in median steps, above which a run ends when it is also above 10 ms [-].");
     visit("torque_delay", self.torque_delay, "Time by which torques were logged later than positions [s].");
     visit("leave_out_faulty", self.leave_out_faulty,
           "Spans of missing, saturated or frozen values, and of brakes, are left out instead of refused.");
