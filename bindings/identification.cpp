@@ -2,15 +2,19 @@
 #include <kr5/identification/base_parameters.hpp>
 #include <kr5/identification/contact_stiffness.hpp>
 #include <kr5/identification/current_limits.hpp>
+#include <kr5/identification/current_model.hpp>
+#include <kr5/identification/drives.hpp>
 #include <kr5/identification/dynamics.hpp>
 #include <kr5/identification/excitation.hpp>
 #include <kr5/identification/force_loop_design.hpp>
 #include <kr5/identification/force_torque.hpp>
 #include <kr5/identification/gravity_model.hpp>
 #include <kr5/identification/joint_motion.hpp>
+#include <kr5/identification/log_conditioning.hpp>
 #include <kr5/identification/payload.hpp>
 #include <kr5/identification/planar_gravity.hpp>
 #include <kr5/identification/servo.hpp>
+#include <kr5/identification/zero_phase.hpp>
 #include <kr5/physics/identified_cell.hpp>
 
 #include "python_simulator.hpp"
@@ -18,6 +22,58 @@
 
 namespace py = pybind11;
 using namespace kr5::identification;
+using kr5::python::bind_enum;
+using kr5::python::bind_struct;
+
+namespace {
+
+void bind_logs(py::module_& m) {
+  bind_enum<LogFault>(m, "LogFault", "What may be wrong with a log.");
+  bind_enum<LogSeverity>(m, "LogSeverity", "What a finding means for an estimate.");
+  bind_enum<SpeedSource>(m, "SpeedSource", "Where speeds come from.");
+  bind_enum<ClockModel>(m, "ClockModel", "What time stamps of uneven steps mean.");
+  bind_struct<JointLog>(m, "JointLog", "What a controller logged of a motion, as it came.");
+  bind_struct<LogFinding>(m, "LogFinding", "One thing that is wrong with a log.");
+  bind_struct<ConditioningOptions>(m, "ConditioningOptions", "Options of condition_log and check_log.");
+  bind_struct<ConditionedMotion>(m, "ConditionedMotion", "A motion to estimate from, and the faults of its log.")
+      .def_property_readonly("usable", &ConditionedMotion::usable, "Whether there is a motion to estimate from.");
+  m.def("check_log", &check_log, py::arg("log"), py::arg("options") = ConditioningOptions{},
+        "The faults of a log, errors first; empty for a sound one.");
+  m.def("condition_log", &condition_log, py::arg("log"), py::arg("options") = ConditioningOptions{},
+        "The motion of a log: clock repaired, smoothed without delay, speeds and accelerations by central differences, "
+        "decimated (Hayat et al. 2022, section 4.4.3.2). Empty when the log has an error.");
+  m.def("motion_bandwidth", &motion_bandwidth, py::arg("q"), py::arg("step"),
+        "Frequency below which 99 % of the power of the speeds lies [Hz]; q: samples x joints at even steps [s].");
+  m.def("zero_phase_low_pass", &zero_phase_low_pass, py::arg("values"), py::arg("step"), py::arg("cutoff"),
+        py::arg("order") = 4,
+        "Zero-phase Butterworth low-pass of each column, run forward and backward; step [s], cutoff [Hz].");
+  m.def("central_differences", &central_differences, py::arg("values"), py::arg("step"),
+        "First derivative of each column by central differences; step [s].");
+  m.def("second_differences", &second_differences, py::arg("values"), py::arg("step"),
+        "Second derivative of each column by central differences; step [s].");
+}
+
+void bind_drives(py::module_& m) {
+  bind_struct<DriveReadings>(m, "DriveReadings", "Readings of encoders and joints, a row a posture.");
+  bind_struct<DriveOptions>(m, "DriveOptions", "Options of identify_drives.");
+  bind_struct<DriveOutlier>(m, "DriveOutlier", "A reading that contradicts the others.");
+  bind_struct<DriveCoupling>(m, "DriveCoupling", "An element of the structure matrix beside its diagonal.");
+  bind_struct<DriveResult>(m, "DriveResult", "Structure matrix of the drives with its couplings.");
+  m.def("identify_drives", &identify_drives, py::arg("readings"), py::arg("options") = DriveOptions{},
+        "Structure matrix, counts per turn and couplings from encoder counts and joint angles (Hayat et al. 2022, eq. "
+        "4.44 to 4.54).");
+  bind_struct<CurrentModelOptions>(m, "CurrentModelOptions", "Options of identify_current_model.");
+  bind_struct<CurrentModel>(m, "CurrentModel", "Current of a joint over its torque, with hysteresis (eq. 5.8).")
+      .def("current", &CurrentModel::current, py::arg("torque"), py::arg("speed"),
+           "Current that a torque asks for at a speed [A].")
+      .def("torque", &CurrentModel::torque, py::arg("current"), py::arg("speed"),
+           "Torque that a current gives at a speed [N m or N].");
+  m.def("identify_current_model", &identify_current_model, py::arg("current"), py::arg("torque"), py::arg("speed"),
+        py::arg("options") = CurrentModelOptions{},
+        "Torque constant, offset and hysteresis of a joint by least squares (Hayat et al. 2022, eq. 5.8).");
+}
+
+}  // namespace
 
 static void bind_gravity(py::module_& m) {
   using kr5::python::bind_struct;
@@ -285,7 +341,7 @@ static void bind_dynamics(py::module_& m) {
 
 void bind_identification(py::module_& m) {
   m.doc() = "Identification of an arm's dynamics, drives and sensors from its logs.";
-  kr5::python::bind_struct<JointMotion>(m, "JointMotion", "Measured motion of an arm with its joint torques.")
+  bind_struct<JointMotion>(m, "JointMotion", "Measured motion of an arm with its joint torques.")
       .def("validate", &JointMotion::validate, "Raises InvalidArgument naming field and row.");
   bind_gravity(m);
   bind_excitation(m);
@@ -296,4 +352,6 @@ void bind_identification(py::module_& m) {
   bind_identified_cell(m);
   bind_base_parameters(m);
   bind_dynamics(m);
+  bind_logs(m);
+  bind_drives(m);
 }

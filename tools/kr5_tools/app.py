@@ -37,6 +37,7 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
         "axes": ("identify.axes", "Joint axes and DH parameters, from joints moved one at a time."),
         "gravity": ("identify.gravity", "Gravity model from slow motions; current limits of passive compliance."),
         "excitation": ("identify.excitation", "Exciting motion for the identification of an arm's dynamics."),
+        "drives": ("identify.drives", "Structure matrix, gear ratios and couplings, from encoders and joint angles."),
         "study": ("identify.study", "Error of such an identification by device, noise and arc."),
         "servo": ("identify.servo", "Servo of the path correction or of joints, from a response."),
         "contact": ("identify.contact", "Stiffness of a contact, and the force loop on it."),
@@ -59,7 +60,7 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
 }
 GROUP_HELP = {
     "calibrate": "Calibrations with uncertainty and verdict.",
-    "identify": "Identification of an arm, its servos, sensors and contacts.",
+    "identify": "Identification of an arm: axes, dynamics, drives, servos, sensors and contacts.",
     "sweep": "Many simulated runs over a grid of conditions.",
 }
 

@@ -347,6 +347,14 @@ JOBS = [
         2,
     ),
     Job(
+        "identification",
+        "identify drives readings.csv --angle deg --common-zero -o out.json",
+        "poses",
+        ("readings.csv",),
+        ("out.json",),
+        2,
+    ),
+    Job(
         "kinematics",
         "identify study --cell cell.yaml --device laser_tracker --arc 20 --noise 1 --samples 8 --trials 2 -o out.json",
         "poses",
@@ -644,6 +652,7 @@ def _prepare_poses(folder: Path) -> None:
         row[i // 8] += 0.1 * (i % 8)
     seen = [(chain.flange(row) @ [0.1, 0.05, 0.1, 1])[:3] + random.normal(0, 1e-5, 3) for row in turns]
     _write_csv(folder / "turns.csv", [*joints, "x", "y", "z"], np.hstack([turns, seen]))
+    shutil.copy(SHARE / "data/drives/kr5_table_b2.csv", folder / "readings.csv")
     _write_csv(folder / "postures.csv", [*joints, "x", "y", "z"], np.hstack([q, places]))
     _write_scan(folder / "scan")
     _write_slow_motion(folder / "slow.csv", len(chain.joints))

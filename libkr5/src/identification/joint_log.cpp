@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/identification/joint_log.hpp>
+
+#include <kr5/core/error.hpp>
+
+namespace kr5::identification {
+
+namespace {
+
+std::string log_column_name(const std::vector<std::string>& names, const char* stem, Eigen::Index joint) {
+  return names.empty() ? stem + std::to_string(joint + 1) : names[static_cast<std::size_t>(joint)];
+}
+
+}  // namespace
+
+std::string JointLog::q_name(Eigen::Index joint) const { return log_column_name(q_names, "q", joint); }
+std::string JointLog::qd_name(Eigen::Index joint) const { return log_column_name(qd_names, "qd", joint); }
+std::string JointLog::tau_name(Eigen::Index joint) const { return log_column_name(tau_names, "tau", joint); }
+
+void JointLog::validate() const {
+  require(t.size() > 0 && q.cols() > 0, "t, q: no sample of any joint");
+  const auto check_size = [&](const Eigen::MatrixXd& values, const char* name) {
+    require(values.rows() == t.size() && values.cols() == q.cols(),
+            std::string(name) + ": expected " + std::to_string(t.size()) + " x " + std::to_string(q.cols()) +
+                " numbers, found " + std::to_string(values.rows()) + " x " + std::to_string(values.cols()));
+  };
+  check_size(q, "q");
+  check_size(tau, "tau");
+  if (qd.size() > 0) check_size(qd, "qd");
+  for (const auto* names : {&q_names, &qd_names, &tau_names})
+    require(names->empty() || static_cast<Eigen::Index>(names->size()) == q.cols(),
+            "q_names, qd_names, tau_names: one name a joint, or none");
+}
+
+}  // namespace kr5::identification

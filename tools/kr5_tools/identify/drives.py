@@ -1,0 +1,139 @@
+"""`kr5 identify drives`: structure matrix, gear ratios and encoder counts, from readings of motors and joints."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from kr5 import identification
+
+from kr5_tools.calibrate.laser_data import TextTable
+from kr5_tools.cli.arguments import JsonOption, ResultOption
+from kr5_tools.cli.options import options_from
+from kr5_tools.cli.tables import figure_row, print_result
+from kr5_tools.cli.terminal import console, fail
+from kr5_tools.files.cell_output import CellOption, WriteCellOption, load_target_cell, write_cell_file
+from kr5_tools.files.results import write_if_usable, write_result
+from kr5_tools.files.writing import check_writable
+
+app = typer.Typer()
+ANGLES = {"rad": 1.0, "deg": np.pi / 180}
+
+
+@app.command(epilog="Example: kr5 identify drives readings.csv --angle deg --common-zero -o drives.json")
+@options_from(identification.DriveOptions, skip=("counts_per_turn",))
+def drives(
+    file: Annotated[
+        Path,
+        typer.Argument(
+            metavar="READINGS.csv",
+            help=(
+                "CSV, a row a posture: joint angles q1, q2, …; encoder counts c1, c2, … or motor angles m1, m2, …, or"
+                " both; empty where nothing was read. A column `group` numbers experiments with a zero of their own."
+            ),
+        ),
+    ],
+    options: identification.DriveOptions,
+    counts_per_turn: Annotated[
+        str | None,
+        typer.Option(metavar="N,N,…", help="Encoder counts of a turn of each motor; one number for all of them. [-]"),
+    ] = None,
+    angle: Annotated[str, typer.Option(metavar="rad|deg", help="Unit of the angles of the file.")] = "rad",
+    output: ResultOption = None,
+    cell: CellOption = None,
+    write_cell: WriteCellOption = None,
+    json_file: JsonOption = None,
+) -> None:
+    """Structure matrix S (motor angle = S q) with the couplings that the readings show, ratios and counts per turn.
+
+    Readings that contradict the others are named and left out.
+    """
+    check_writable(output, write_cell, json_file, inputs=[file, *([cell] if cell else [])])
+    believed = load_target_cell(cell, write_cell)
+    if angle not in ANGLES:
+        fail(f"--angle: found {angle!r}, expected rad or deg")
+    readings = read_readings(file, ANGLES[angle])
+    n = readings.joint.shape[1]
+    if counts_per_turn:
+        given = read_counts(counts_per_turn)
+        if len(given) not in (1, n):
+            fail(f"--counts-per-turn: found {len(given)} numbers, expected 1 or {n}")
+        options.counts_per_turn = np.full(n, given[0]) if len(given) == 1 else np.array(given)
+    result = identification.identify_drives(readings, options)
+    keys = result_keys(file, result)
+    data = write_result(None, "kr5-drives/1", **keys)
+    write_if_usable(data, result.fit, output, json_file)
+    print_result(keys, console(json_file))
+    if believed is not None:
+        changed = believed.drives
+        if changed is None or len(changed.structure) != n:
+            fail(f"--cell: expected drives of {n} motors in the cell, into which the structure matrix is put")
+        changed.structure = result.structure
+        believed.drives = changed
+        write_cell_file(believed, write_cell)
+
+
+def read_counts(text: str) -> list[float]:
+    """Numbers with commas."""
+    try:
+        out = [float(part) for part in text.split(",")]
+    except ValueError:
+        fail(f"--counts-per-turn: found {text!r}, expected numbers with commas, as 16384,16384")
+    if not all(0 < x < np.inf for x in out):
+        fail(f"--counts-per-turn: found {text!r}, expected numbers above 0")
+    return out
+
+
+def read_readings(file: Path, unit: float) -> Any:
+    """Readings of a CSV; columns that are not there are not read."""
+    if not file.exists():
+        fail(f"{file}: no such file; expected a CSV with joint angles, and encoder counts or motor angles")
+    table = TextTable(file)
+    columns = table.columns
+    n = sum(f"q{k + 1}" in columns for k in range(len(columns)))
+    if n == 0:
+        fail(f"{file}: found the columns {', '.join(columns)}, expected joint angles q1, q2, …")
+
+    def family(stem: str, scale: float) -> np.ndarray:
+        names = [f"{stem}{k + 1}" for k in range(n)]
+        there = [name in columns for name in names]
+        if not any(there):
+            return np.empty((0, 0))
+        if not all(there):
+            fail(f"{file}: column {names[there.index(False)]} is missing; {stem}1 to {stem}{n} belong to {n} joints")
+        return scale * np.column_stack([table.numbers(name, missing=True) for name in names])
+
+    counts, motor = family("c", 1.0), family("m", unit)
+    if counts.size == 0 and motor.size == 0:
+        fail(f"{file}: found neither encoder counts c1 to c{n} nor motor angles m1 to m{n}")
+    group = [int(g) for g in table.numbers("group")] if "group" in columns else []
+    return identification.DriveReadings(counts=counts, motor=motor, joint=family("q", unit), group=group)
+
+
+def result_keys(file: Path, result: Any) -> dict[str, Any]:
+    """What the result file holds beside its head."""
+    S, sigma = np.asarray(result.structure), np.asarray(result.sigma)
+    n = len(S)
+    figures = [figure_row(f"ratio of joint {k + 1}", float(S[k, k]), float(sigma[k, k]), "-") for k in range(n)]
+    figures += [figure_row(f"motor {c.motor} with joint {c.joint}", c.value, c.sigma, "-") for c in result.couplings]
+    figures += [
+        figure_row(f"counts per turn of motor {k + 1}", float(v), None, "-")
+        for k, v in enumerate(result.counts_per_turn)
+        if np.isfinite(v)
+    ]
+    doubts = [
+        f"motor {o.motor}, row {o.reading}: the joint angle is {180 / np.pi * o.residual:.3g} deg off what the other"
+        " readings ask for, and was left out"
+        for o in result.outliers
+    ]
+    untold = [w for w in result.warnings if "nothing tells" in w]
+    doubts += [w for w in result.warnings if w not in untold]
+    if untold:
+        doubts.append(f"{len(untold)} couplings cannot be told, for example {untold[0]}")
+    text = f"{len(result.couplings)} couplings between joints and motors"
+    return {
+        "input": {"file": str(file)},
+        "verdict": {"word": "doubtful" if doubts else "good", "text": "; ".join([text, *doubts])},
+        "figures": figures,
+        "result": result.to_dict(),
+    }
