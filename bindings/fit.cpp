@@ -132,6 +132,8 @@ void bind_blocks(py::class_<CellFit>& fit) {
            "Adds a camera, with the coordinates of kr5.Pinhole [px or -].")
       .def("hold", py::overload_cast<FitBlock, int>(&CellFit::hold), py::arg("block"), py::arg("coordinate") = -1,
            "Keeps a coordinate of a block, counted from 0, at its start; -1: all of them.")
+      .def("tie", &CellFit::tie, py::arg("block"), py::arg("leader"), py::arg("follower"),
+           "Lets a coordinate of a block change as another one does: square pixels tie fy to fx.")
       .def("hold", py::overload_cast<const std::string&>(&CellFit::hold), py::arg("name"),
            "Keeps a block, or one coordinate such as \"arm.joint2.a\", at its start; False when there is none.")
       .def("any_free", &CellFit::any_free,
@@ -189,10 +191,18 @@ void bind_observations(py::class_<CellFit>& fit) {
           "Circle that a scanner sees of a sphere: x, z and radius [m] of the section by the plane y = 0 of the first\n"
           "frame, with their covariance (3 x 3 [m^2]). `centre` is that of the sphere, in the last frame. With\n"
           "`radius_block`, a block of one number, the radius of the sphere is that number.")
-      .def("observe_pixels", &CellFit::observe_pixels, py::arg("T_camera_target"), py::arg("camera"), py::arg("points"),
-           py::arg("pixels"), py::arg("sigma"),
-           "Pixels (2 x n) of points (3 x n [m]) of the last frame of a chain that begins in the camera, with their\n"
-           "standard deviation per axis [px].")
+      .def(
+          "observe_pixels",
+          [](CellFit& self, const PoseChain& T_camera_target, FitBlock camera, const Eigen::Matrix3Xd& points,
+             const Eigen::Matrix2Xd& pixels, double sigma, FitBlock amounts, const Eigen::MatrixXd& displacements) {
+            return self.observe_pixels(T_camera_target, camera, points, pixels, sigma, {amounts, displacements});
+          },
+          py::arg("T_camera_target"), py::arg("camera"), py::arg("points"), py::arg("pixels"), py::arg("sigma"),
+          py::arg("amounts") = FitBlock(), py::arg("displacements") = Eigen::MatrixXd(),
+          "Pixels (2 x n) of points (3 x n [m]) of the last frame of a chain that begins in the camera, with their\n"
+          "standard deviation per axis [px]. Point k of a target that departs from its nominal points is moved by "
+          "rows\n"
+          "3 k to 3 k + 2 of `displacements` (3 n x m [m per unit]) times the numbers of the block `amounts`.")
       .def("set_weight", &CellFit::set_weight, py::arg("observation"), py::arg("weight"),
            "Takes a measurement out (0) or gives it another weight [-].")
       .def("set_pixel_sigmas", &CellFit::set_pixel_sigmas, py::arg("observation"), py::arg("sigmas"),

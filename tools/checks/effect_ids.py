@@ -24,8 +24,11 @@ ALLOWED = (
 # Ids that also name a field, a file or a command, and where they do.
 OTHER_MEANING: dict[str, tuple[str, ...]] = {
     "hand_eye": ("tools/kr5_tools/",),
-    "rotor_inertia": ("libkr5/include/kr5/cell/drives.hpp",),
-    "torque_constant": ("libkr5/include/kr5/cell/drives.hpp",),
+    "rotor_inertia": ("libkr5/include/kr5/cell/drives.hpp", "libkr5/include/kr5/identification/dynamics_model.hpp"),
+    "torque_constant": (
+        "libkr5/include/kr5/cell/drives.hpp",
+        "libkr5/include/kr5/identification/current_model.hpp",
+    ),
     "tube_tilt": ("sim/include/kr5/sim/insertion.hpp", "sim/src/insertion.cpp", "tools/kr5_tools/insertion/"),
 }
 

@@ -176,7 +176,7 @@ VectorXd counts_of_a_turn(const DriveReadings& readings, const std::vector<int>&
   return out;
 }
 
-void check_readings(const DriveReadings& r, const DriveOptions& options) {
+void check_drive_readings(const DriveReadings& r, const DriveOptions& options) {
   const Index n = r.joint.rows(), joints = r.joint.cols();
   require(n > 0 && joints > 0, "joint: no reading of any joint");
   require(r.counts.size() > 0 || r.motor.size() > 0, "counts, motor: neither encoder counts nor motor angles");
@@ -246,7 +246,7 @@ void DriveOptions::validate() const {
 
 DriveResult identify_drives(const DriveReadings& readings, const DriveOptions& options) {
   options.validate();
-  check_readings(readings, options);
+  check_drive_readings(readings, options);
   const Index joints = readings.joint.cols();
   std::vector<int> group = readings.group;
   if (group.empty()) group.assign(static_cast<std::size_t>(readings.joint.rows()), 0);

@@ -262,13 +262,13 @@ void warn_of_drift(ForceTorqueResult& out, std::span<const ForceTorqueReading> r
   }
 }
 
-std::string joined(const std::vector<std::string>& names) {
+std::string joined_names(const std::vector<std::string>& names) {
   std::string out;
   for (const std::string& name : names) out += (out.empty() ? "" : ", ") + name;
   return out;
 }
 
-void check_readings(std::span<const ForceTorqueReading> readings) {
+void check_wrench_readings(std::span<const ForceTorqueReading> readings) {
   require(!readings.empty(), "readings: none");
   for (std::size_t i = 0; i < readings.size(); ++i) {
     const std::string at = "readings: row " + std::to_string(i) + ": ";
@@ -331,7 +331,7 @@ std::vector<std::string> set_parameters(ForceTorqueResult& out, const SensorProb
 ForceTorqueResult identify_force_torque(std::span<const ForceTorqueReading> readings,
                                         const ForceTorqueOptions& options) {
   options.validate();
-  check_readings(readings);
+  check_wrench_readings(readings);
   const auto [first, last] =
       std::minmax_element(readings.begin(), readings.end(), [](const auto& a, const auto& b) { return a.t < b.t; });
   const double duration = last->t - first->t, middle = (last->t + first->t) / 2;
@@ -359,7 +359,7 @@ ForceTorqueResult identify_force_torque(std::span<const ForceTorqueReading> read
   out.fit.final_rms = std::sqrt(residuals.squaredNorm() / (6.0 * problem.weight.sum()));
   if (!options.fit_drift) warn_of_drift(out, readings, problem, residuals);
   if (!untold.empty()) {
-    out.fit.message = "the readings do not tell " + joined(untold) +
+    out.fit.message = "the readings do not tell " + joined_names(untold) +
                       ": turn the sensor so that gravity points along each of its axes, both ways" +
                       (options.gain == GainModel::None ? "" : ", without and with known loads at several places");
     return out;
