@@ -36,6 +36,7 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
     "identify": {
         "axes": ("identify.axes", "Joint axes and DH parameters, from joints moved one at a time."),
         "drives": ("identify.drives", "Structure matrix, gear ratios and couplings, from encoders and joint angles."),
+        "dynamics": ("identify.dynamics", "Dynamic parameters and friction, from a motion with currents or torques."),
         "study": ("identify.study", "Error of such an identification by device, noise and arc."),
     },
     "repeatability": ("repeatability.command", "Pose repeatability and accuracy after ISO 9283."),
@@ -55,7 +56,7 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
 }
 GROUP_HELP = {
     "calibrate": "Calibrations with uncertainty and verdict.",
-    "identify": "Identification of an arm: axes and drives.",
+    "identify": "Identification of an arm: axes, drives, dynamics.",
     "sweep": "Many simulated runs over a grid of conditions.",
 }
 

@@ -32,13 +32,13 @@ constexpr auto enum_names(Estimator) {
 
 struct DynamicsOptions {
   Estimator estimator = Estimator::Weighted;
-  double held_out = 1.0 / 3.0;      ///< Last part of the samples, on which the estimate is judged only [-].
-  bool choose_terms = false;        ///< Offers further friction terms to each joint; those that predict better stay.
-  int blocks = 6;                   ///< Of time, for the cross-validation of `choose_terms`.
-  double huber = 1.345;             ///< Limit of the Huber loss [standard deviations].
-  int max_iterations = 20;          ///< Of weights.
+  double held_out = 1.0 / 3.0;  ///< Last part of the samples, on which the estimate is judged only [-].
+  bool choose_terms = false;    ///< Offers further friction terms to each joint; those that predict better stay.
+  int blocks = 6;               ///< Of time, for the cross-validation of `choose_terms`.
+  double huber = 1.345;         ///< Limit of the Huber loss [standard deviations].
+  int max_iterations = 20;      ///< Of weights.
   std::vector<kinematics::Body> prior_bodies;  ///< For Consistent, one a link in its frame; empty: balls of 2 kg.
-  double prior_spread = 0.5;        ///< Of the logarithm of their masses and radii; 2.0 at least without bodies [-].
+  double prior_spread = 0.5;  ///< Of the logarithm of their masses and radii; 2.0 at least without bodies [-].
 
   /// @throws InvalidArgument naming the field.
   void validate() const;
@@ -69,19 +69,19 @@ struct TorqueError {
 
 struct DynamicsResult {
   FitReport fit;
-  DynamicsModel model;                        ///< With the terms that were chosen.
+  DynamicsModel model;  ///< With the terms that were chosen.
   BaseParameters base;
-  Observability observability;                ///< Of the samples that were fitted.
-  Eigen::VectorXd values;                     ///< Base parameters [SI].
-  Eigen::VectorXd deviations;                 ///< Their standard deviations, for residuals as correlated as found.
+  Observability observability;  ///< Of the samples that were fitted.
+  Eigen::VectorXd values;       ///< Base parameters [SI].
+  Eigen::VectorXd deviations;   ///< Their standard deviations, for residuals as correlated as found.
   Eigen::MatrixXd covariance;
-  Eigen::VectorXd parameters;                 ///< Standard parameters that predict; bodies, when they are consistent.
-  std::vector<kinematics::Body> bodies;       ///< In the frames of the links; of Consistent only.
-  Eigen::MatrixXd predicted;                  ///< Torques of all samples [N m or N].
-  Eigen::VectorXd sigma;                      ///< Standard deviation of the residuals of each joint [N m or N].
-  Eigen::VectorXd correlation;                ///< Samples that count as one, of each joint [-].
+  Eigen::VectorXd parameters;            ///< Standard parameters that predict; bodies, when they are consistent.
+  std::vector<kinematics::Body> bodies;  ///< In the frames of the links; of Consistent only.
+  Eigen::MatrixXd predicted;             ///< Torques of all samples [N m or N].
+  Eigen::VectorXd sigma;                 ///< Standard deviation of the residuals of each joint [N m or N].
+  Eigen::VectorXd correlation;           ///< Samples that count as one, of each joint [-].
   TorqueError fitted, held_out;
-  Eigen::Index first_held_out = 0;            ///< Sample at which the held-out part begins.
+  Eigen::Index first_held_out = 0;  ///< Sample at which the held-out part begins.
 
   /// Value and standard deviation of a parameter that is a base parameter of its own, such as "fc2".
   std::optional<std::pair<double, double>> parameter(const std::string& name) const;

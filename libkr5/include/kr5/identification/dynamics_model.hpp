@@ -66,8 +66,8 @@ struct JointRegressor {
   Eigen::MatrixXd X;         ///< Samples x columns.
 };
 
-/// The regressor Y of a model: tau = Y chi. Parameters are 13 a joint, then the further terms of joint 1, of joint 2 and
-/// so on; a term that a joint does not have leaves a column of zeros.
+/// The regressor Y of a model: tau = Y chi. Parameters are 13 a joint, then the further terms of joint 1, of joint 2
+/// and so on; a term that a joint does not have leaves a column of zeros.
 class DynamicsRegressor {
  public:
   /// @throws InvalidArgument as DynamicsModel::validate.
