@@ -53,8 +53,8 @@ struct BaseParameters {
   }
 };
 
-/// Base parameters of a model, from the regressor of random states. Of dependent columns, inertias and first moments of
-/// inner links are kept, and rotors, Iyy, m cz and masses are regrouped into them.
+/// Base parameters of a model, from the regressor of random states. Of columns that depend
+/// on each other, inertias are kept before first moments, those before masses, and inner links before outer ones.
 /// @throws InvalidArgument naming the field.
 BaseParameters base_parameters(const DynamicsModel& model, const BaseParameterOptions& options = {});
 

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <kr5/core/fit_report.hpp>
@@ -81,7 +82,7 @@ struct DynamicsResult {
   Eigen::VectorXd sigma;                 ///< Standard deviation of the residuals of each joint [N m or N].
   Eigen::VectorXd correlation;           ///< Samples that count as one, of each joint [-].
   TorqueError fitted, held_out;
-  Eigen::Index first_held_out = 0;  ///< Sample at which the held-out part begins.
+  int first_held_out = 0;  ///< Sample at which the held-out part begins.
 
   /// Value and standard deviation of a parameter that is a base parameter of its own, such as "fc2".
   std::optional<std::pair<double, double>> parameter(const std::string& name) const;
@@ -107,7 +108,7 @@ struct DynamicsResult {
 
 /// The dynamics of an arm from its motion and torques.
 /// @param instruments For Estimator::Instruments: the same motion, sample by sample, with other noise or none (q, qd,
-///        qdd): commanded, simulated (`simulate_motion`), or recorded again; its torques are not read.
+///        qdd): commanded, simulated, or recorded again; its torques are not read.
 /// @throws InvalidArgument naming field and remedy; data that do not tell the parameters are a status.
 DynamicsResult identify_dynamics(const JointMotion& motion, const DynamicsModel& model,
                                  const DynamicsOptions& options = {}, const JointMotion* instruments = nullptr);

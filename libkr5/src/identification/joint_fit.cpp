@@ -1,0 +1,394 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "joint_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/LU>
+#include <Eigen/QR>
+
+#include <kr5/core/error.hpp>
+#include <kr5/core/statistics.hpp>
+
+#include "column_algebra.hpp"
+
+namespace kr5::identification {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using Positions = std::vector<std::vector<int>>;
+
+constexpr int longest_autoregression = 30;
+
+std::vector<Index> run_ends(const std::vector<int>& run_starts, Index samples) {
+  std::vector<Index> ends;
+  for (std::size_t r = 1; r < run_starts.size(); ++r) ends.push_back(run_starts[r]);
+  ends.push_back(samples);
+  return ends;
+}
+
+VectorXd chosen(const VectorXd& beta, const std::vector<int>& positions) {
+  VectorXd out(static_cast<Index>(positions.size()));
+  for (std::size_t k = 0; k < positions.size(); ++k) out[static_cast<Index>(k)] = beta[positions[k]];
+  return out;
+}
+
+MatrixXd residuals_of(const JointRows& rows, const Positions& positions, const VectorXd& beta) {
+  MatrixXd out = rows.tau;
+  for (std::size_t i = 0; i < positions.size(); ++i)
+    out.col(static_cast<Index>(i)) -= rows.regressors[i].X * chosen(beta, positions[i]);
+  return out;
+}
+
+/// Square of a factor that never vanishes, so that exact data have weights.
+double safe_sigma(double variance, double scale) { return std::max(std::sqrt(std::max(variance, 0.0)), 1e-12 * scale); }
+
+/// beta from R of [Y | tau]; columns that the data do not tell beside those before them are zero.
+struct Solution {
+  VectorXd beta;
+  MatrixXd R;  ///< Of the told columns.
+  std::vector<int> told, untold;
+};
+
+Solution solve(const MatrixXd& factor, double rank_tolerance) {
+  const Index b = factor.cols() - 1;
+  Solution out;
+  out.beta = VectorXd::Zero(b);
+  std::vector<int> order(static_cast<std::size_t>(b));
+  for (std::size_t k = 0; k < order.size(); ++k) order[k] = static_cast<int>(k);
+  const ColumnSplit split = split_columns(factor.leftCols(b), order, rank_tolerance);
+  out.told = split.independent;
+  out.untold = split.dependent;
+  if (out.told.empty()) return out;
+  MatrixXd A(factor.rows(), static_cast<Index>(out.told.size()) + 1);
+  for (std::size_t k = 0; k < out.told.size(); ++k) A.col(static_cast<Index>(k)) = factor.col(out.told[k]);
+  A.col(A.cols() - 1) = factor.col(b);
+  const MatrixXd R = triangular_factor(A);
+  out.R = R.topLeftCorner(A.cols() - 1, A.cols() - 1);
+  const VectorXd beta = out.R.triangularView<Eigen::Upper>().solve(R.col(A.cols() - 1).head(A.cols() - 1));
+  for (std::size_t k = 0; k < out.told.size(); ++k) out.beta[out.told[k]] = beta[static_cast<Index>(k)];
+  return out;
+}
+
+/// Columns `told` of a factor of all columns.
+MatrixXd told_columns(const MatrixXd& A, const std::vector<int>& told) {
+  MatrixXd out(A.rows(), static_cast<Index>(told.size()));
+  for (std::size_t k = 0; k < told.size(); ++k) out.col(static_cast<Index>(k)) = A.col(told[k]);
+  return out;
+}
+
+/// R of [X | y] of each joint.
+std::vector<MatrixXd> joint_factors(const JointRows& rows) {
+  std::vector<MatrixXd> out;
+  for (std::size_t i = 0; i < rows.regressors.size(); ++i) {
+    const MatrixXd& X = rows.regressors[i].X;
+    MatrixXd both(X.rows(), X.cols() + 1);
+    both << X, rows.tau.col(static_cast<Index>(i));
+    out.push_back(triangular_factor(both));
+  }
+  return out;
+}
+
+/// Filters columns backwards in time by 1 / A: with it, X^T Gamma X = sigma^2 |result|^2 for the covariance Gamma of
+/// the autoregressive series.
+MatrixXd correlated_columns(const MatrixXd& X, const Autoregression& model, const std::vector<int>& run_starts) {
+  MatrixXd out = X;
+  const std::vector<Index> ends = run_ends(run_starts, X.rows());
+  const Index p = model.a.size();
+  for (Index c = 0; c < out.cols(); ++c) {
+    double* u = out.col(c).data();
+    Index first = 0;
+    for (const Index end : ends) {
+      for (Index t = end; t-- > first;) {
+        const Index reach = std::min(p, end - 1 - t);
+        for (Index k = 1; k <= reach; ++k) u[t] -= model.a[k - 1] * u[t + k];
+      }
+      first = end;
+    }
+  }
+  return out;
+}
+
+/// The meat of the sandwich: stacked factor M with M^T M = sum of w_i^4 X_i^T Gamma_i X_i.
+MatrixXd score_factor(const std::vector<JointRegressor>& regressors, const Positions& positions, Index columns,
+                      const MatrixXd& scores, const VectorXd& weights, const std::vector<int>& run_starts,
+                      VectorXd& correlation) {
+  std::vector<MatrixXd> factors;
+  correlation.resize(scores.cols());
+  for (Index i = 0; i < scores.cols(); ++i) {
+    const MatrixXd& X = regressors[static_cast<std::size_t>(i)].X;
+    const int order = static_cast<int>(std::min<Index>(longest_autoregression, scores.rows() / 20));
+    const Autoregression model = fit_autoregression(scores.col(i), run_starts, order);
+    correlation[i] = model.samples_per_independent();
+    factors.push_back(model.sigma * triangular_factor(correlated_columns(X, model, run_starts)));
+  }
+  return stacked_factor(factors, positions, columns, weights.array().square());
+}
+
+/// Weighted least squares with the variance of each joint estimated in turns.
+struct WeightedFit {
+  Solution solution;
+  VectorXd weights;
+  int iterations = 0;
+  bool converged = false;
+};
+
+WeightedFit weighted_fit(const JointRows& rows, const Positions& positions, const JointFitOptions& options) {
+  const std::vector<MatrixXd> factors = joint_factors(rows);
+  const Index n = rows.joints(), b = rows.size();
+  const double scale = rows.tau.norm() / std::sqrt(static_cast<double>(rows.tau.size()));
+  WeightedFit out;
+  out.weights = VectorXd::Ones(n);
+  VectorXd before = VectorXd::Zero(n);
+  while (true) {
+    const MatrixXd R = stacked_factor(factors, positions, b + 1, out.weights);
+    out.solution = solve(R, options.rank_tolerance);
+    ++out.iterations;
+    VectorXd sigma(n);
+    for (Index i = 0; i < n; ++i) {
+      const MatrixXd& F = factors[static_cast<std::size_t>(i)];
+      const Index p = F.cols() - 1;
+      const VectorXd left =
+          F.col(p) - F.leftCols(p) * chosen(out.solution.beta, positions[static_cast<std::size_t>(i)]);
+      // Degrees of freedom that this joint's rows have given to the estimate: the trace of their part of the hat
+      // matrix.
+      MatrixXd wide = MatrixXd::Zero(p + 1, b);
+      for (Index c = 0; c < p; ++c)
+        wide.col(positions[static_cast<std::size_t>(i)][static_cast<std::size_t>(c)]) = F.col(c);
+      const MatrixXd told = told_columns(wide, out.solution.told).transpose();
+      const double taken =
+          told.rows() == 0 ? 0.0
+                           : std::pow(out.weights[i], 2) *
+                                 out.solution.R.transpose().triangularView<Eigen::Lower>().solve(told).squaredNorm();
+      const double freedom = std::max(1.0, static_cast<double>(rows.samples()) - taken);
+      sigma[i] = safe_sigma(left.squaredNorm() / freedom, scale);
+    }
+    const bool settled = ((sigma - before).array().abs() <= 1e-4 * sigma.array()).all();
+    before = sigma;
+    if (options.estimator == Estimator::Ordinary) {
+      out.converged = true;
+      return out;
+    }
+    out.weights = sigma.cwiseInverse();
+    out.converged = settled;
+    if (settled || out.iterations >= options.max_iterations) return out;
+  }
+}
+
+VectorXd joint_sigma(const MatrixXd& residuals, double scale) {
+  VectorXd out(residuals.cols());
+  for (Index i = 0; i < out.size(); ++i)
+    out[i] = safe_sigma(residuals.col(i).squaredNorm() / static_cast<double>(residuals.rows()), scale);
+  return out;
+}
+
+/// Normal equations A beta = b over the told columns, of rows Z^T D X.
+struct Equations {
+  MatrixXd A;
+  VectorXd b;
+};
+
+Equations normal_equations(const JointRows& rows, const std::vector<JointRegressor>& left, const Positions& positions,
+                           const MatrixXd& weights) {
+  Equations out{MatrixXd::Zero(rows.size(), rows.size()), VectorXd::Zero(rows.size())};
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    const auto column = static_cast<Index>(i);
+    const MatrixXd Z = weights.col(column).asDiagonal() * left[i].X;
+    const MatrixXd A = Z.transpose() * rows.regressors[i].X;
+    const VectorXd b = Z.transpose() * rows.tau.col(column);
+    for (Index r = 0; r < A.rows(); ++r) {
+      const int to = positions[i][static_cast<std::size_t>(r)];
+      out.b[to] += b[r];
+      for (Index c = 0; c < A.cols(); ++c) out.A(to, positions[i][static_cast<std::size_t>(c)]) += A(r, c);
+    }
+  }
+  return out;
+}
+
+/// Solves the equations of the told columns, each scaled to its own size; `inverse` is of A.
+VectorXd solve_told(const Equations& at, const std::vector<int>& told, MatrixXd& inverse) {
+  const auto count = static_cast<Index>(told.size());
+  MatrixXd A(count, count);
+  VectorXd b(count);
+  for (Index r = 0; r < count; ++r) {
+    b[r] = at.b[told[static_cast<std::size_t>(r)]];
+    for (Index c = 0; c < count; ++c)
+      A(r, c) = at.A(told[static_cast<std::size_t>(r)], told[static_cast<std::size_t>(c)]);
+  }
+  const VectorXd scale = A.diagonal().cwiseAbs().cwiseSqrt().cwiseMax(1e-300).cwiseInverse();
+  inverse = Eigen::PartialPivLU<MatrixXd>(MatrixXd(scale.asDiagonal() * A * scale.asDiagonal())).inverse();
+  inverse = (scale.asDiagonal() * inverse * scale.asDiagonal()).eval();
+  const VectorXd x = inverse * b;
+  VectorXd out = VectorXd::Zero(at.b.size());
+  for (Index k = 0; k < count; ++k) out[told[static_cast<std::size_t>(k)]] = x[k];
+  return out;
+}
+
+/// Covariance of all columns from that of the told ones.
+MatrixXd with_untold(const MatrixXd& covariance, const std::vector<int>& told, Index columns) {
+  MatrixXd out = MatrixXd::Zero(columns, columns);
+  out.diagonal().setConstant(std::numeric_limits<double>::infinity());
+  for (std::size_t r = 0; r < told.size(); ++r)
+    for (std::size_t c = 0; c < told.size(); ++c)
+      out(told[r], told[c]) = covariance(static_cast<Index>(r), static_cast<Index>(c));
+  return out;
+}
+
+double robust_sigma(const VectorXd& residuals, double scale) {
+  std::vector<double> sizes(static_cast<std::size_t>(residuals.size()));
+  for (std::size_t k = 0; k < sizes.size(); ++k) sizes[k] = std::abs(residuals[static_cast<Index>(k)]);
+  return std::max(mad_to_sigma * median(std::move(sizes)), 1e-12 * scale);
+}
+
+/// Huber's estimate by reweighting, from the weighted one.
+void refine_robust(const JointRows& rows, const Positions& positions, const JointFitOptions& options,
+                   const std::vector<int>& told, double scale, JointFit& fit) {
+  VectorXd sigma(rows.joints());
+  MatrixXd weights(rows.samples(), rows.joints()), inverse;
+  fit.converged = false;
+  while (!fit.converged && fit.iterations < options.max_iterations) {
+    for (Index i = 0; i < rows.joints(); ++i) {
+      sigma[i] = robust_sigma(fit.residuals.col(i), scale);
+      const double limit = options.huber * sigma[i];
+      weights.col(i) = fit.residuals.col(i).unaryExpr(
+          [&](double e) { return (std::abs(e) > limit ? limit / std::abs(e) : 1.0) / (sigma[i] * sigma[i]); });
+    }
+    const VectorXd next = solve_told(normal_equations(rows, rows.regressors, positions, weights), told, inverse);
+    ++fit.iterations;
+    const MatrixXd moved = residuals_of(rows, positions, next);
+    fit.converged = ((moved - fit.residuals).colwise().norm().transpose().array() <=
+                     1e-4 * sigma.array() * std::sqrt(static_cast<double>(rows.samples())))
+                        .all();
+    fit.beta = next;
+    fit.residuals = moved;
+  }
+  fit.sigma = sigma;
+  // Scores are clipped residuals; the slope of their mean is the share of residuals that are not clipped.
+  MatrixXd scores = fit.residuals, slope(rows.samples(), rows.joints());
+  for (Index i = 0; i < rows.joints(); ++i) {
+    const double limit = options.huber * sigma[i];
+    scores.col(i) = scores.col(i).cwiseMax(-limit).cwiseMin(limit);
+    const double share = (fit.residuals.col(i).array().abs() <= limit).cast<double>().mean();
+    slope.col(i).setConstant(std::max(share, 0.1) / (sigma[i] * sigma[i]));
+  }
+  solve_told(normal_equations(rows, rows.regressors, positions, slope), told, inverse);
+  const MatrixXd M = score_factor(rows.regressors, positions, rows.size(), scores, sigma.cwiseInverse(),
+                                  rows.run_starts, fit.correlation);
+  const MatrixXd G = told_columns(M, told) * inverse.transpose();
+  fit.covariance = with_untold(G.transpose() * G, told, rows.size());
+}
+
+/// Instrumental variables: Z^T W (tau - X beta) = 0, with the weights of the residuals in turns.
+void refine_instruments(const JointRows& rows, const std::vector<JointRegressor>& instruments,
+                        const Positions& positions, const JointFitOptions& options, const std::vector<int>& told,
+                        double scale, JointFit& fit) {
+  MatrixXd inverse;
+  VectorXd before = VectorXd::Zero(rows.joints());
+  fit.converged = false;
+  while (!fit.converged && fit.iterations < options.max_iterations) {
+    fit.sigma = joint_sigma(fit.residuals, scale);
+    const MatrixXd weights = fit.sigma.array().square().inverse().matrix().transpose().replicate(rows.samples(), 1);
+    fit.beta = solve_told(normal_equations(rows, instruments, positions, weights), told, inverse);
+    fit.residuals = residuals_of(rows, positions, fit.beta);
+    ++fit.iterations;
+    fit.converged = ((fit.sigma - before).array().abs() <= 1e-4 * fit.sigma.array()).all();
+    before = fit.sigma;
+  }
+  const MatrixXd M = score_factor(instruments, positions, rows.size(), fit.residuals, fit.sigma.cwiseInverse(),
+                                  rows.run_starts, fit.correlation);
+  const MatrixXd G = told_columns(M, told) * inverse.transpose();
+  fit.covariance = with_untold(G.transpose() * G, told, rows.size());
+}
+
+}  // namespace
+
+double Autoregression::samples_per_independent() const {
+  if (!(variance > 0)) return 1.0;
+  const double gain = 1.0 + a.sum();
+  return std::max(1.0, sigma * sigma / (gain * gain) / variance);
+}
+
+Autoregression fit_autoregression(const VectorXd& series, const std::vector<int>& run_starts, int max_order) {
+  VectorXd covariance = VectorXd::Zero(max_order + 1);
+  const std::vector<Index> ends = run_ends(run_starts, series.size());
+  Index first = 0;
+  for (const Index end : ends) {
+    for (Index lag = 0; lag <= std::min<Index>(max_order, end - first - 1); ++lag)
+      covariance[lag] += series.segment(first, end - first - lag).dot(series.segment(first + lag, end - first - lag));
+    first = end;
+  }
+  const auto count = static_cast<double>(series.size());
+  covariance /= std::max(1.0, count);
+  Autoregression best{VectorXd(), std::sqrt(covariance[0]), covariance[0]};
+  if (!(covariance[0] > 0)) return best;
+  double least = count * std::log(covariance[0]), error = covariance[0];
+  VectorXd a = VectorXd::Zero(max_order);
+  for (int order = 1; order <= max_order; ++order) {  // Levinson and Durbin
+    double sum = covariance[order];
+    for (int k = 1; k < order; ++k) sum += a[k - 1] * covariance[order - k];
+    const double reflection = -sum / error;
+    const VectorXd before = a.head(order - 1);
+    for (int k = 1; k < order; ++k) a[k - 1] = before[k - 1] + reflection * before[order - k - 1];
+    a[order - 1] = reflection;
+    error *= 1.0 - reflection * reflection;
+    if (!(error > 1e-14 * covariance[0])) break;
+    const double bic = count * std::log(error) + order * std::log(count);
+    if (bic < least) least = bic, best.a = a.head(order), best.sigma = std::sqrt(error);
+  }
+  return best;
+}
+
+JointMotion part_of(const JointMotion& motion, Index first, Index count) {
+  JointMotion out{motion.t.segment(first, count),      motion.q.middleRows(first, count),
+                  motion.qd.middleRows(first, count),  motion.qdd.middleRows(first, count),
+                  motion.tau.middleRows(first, count), {}};
+  if (motion.run_starts.empty()) return out;
+  out.run_starts.push_back(0);
+  for (const int start : motion.run_starts)
+    if (start > first && start < first + count) out.run_starts.push_back(static_cast<int>(start - first));
+  return out;
+}
+
+JointFit fit_joint_rows(const JointRows& rows, const JointFitOptions& options,
+                        const std::vector<JointRegressor>* instruments) {
+  const Positions positions = column_positions(rows.regressors, rows.columns);
+  const double scale = rows.tau.norm() / std::sqrt(static_cast<double>(rows.tau.size()));
+  WeightedFit weighted = weighted_fit(rows, positions, options);
+  JointFit fit;
+  fit.beta = weighted.solution.beta;
+  fit.untold = weighted.solution.untold;
+  fit.iterations = weighted.iterations;
+  fit.converged = weighted.converged;
+  fit.residuals = residuals_of(rows, positions, fit.beta);
+  fit.sigma = options.estimator == Estimator::Ordinary ? joint_sigma(fit.residuals, scale)
+                                                       : VectorXd(weighted.weights.cwiseInverse());
+  const std::vector<int>& told = weighted.solution.told;
+  if (told.empty()) {
+    fit.covariance = with_untold({}, told, rows.size());
+    fit.correlation = VectorXd::Ones(rows.joints());
+    return fit;
+  }
+  if (options.estimator == Estimator::Robust) {
+    fit.iterations = 0;
+    refine_robust(rows, positions, options, told, scale, fit);
+    return fit;
+  }
+  if (options.estimator == Estimator::Instruments) {
+    fit.iterations = 0;
+    refine_instruments(rows, *instruments, positions, options, told, scale, fit);
+    return fit;
+  }
+  // P M^T M P with P = (R^T R)^-1.
+  const MatrixXd M = score_factor(rows.regressors, positions, rows.size(), fit.residuals, weighted.weights,
+                                  rows.run_starts, fit.correlation);
+  const MatrixXd half =
+      weighted.solution.R.transpose().triangularView<Eigen::Lower>().solve(MatrixXd(told_columns(M, told).transpose()));
+  const MatrixXd G = weighted.solution.R.triangularView<Eigen::Upper>().solve(half);
+  fit.covariance = with_untold(G * G.transpose(), told, rows.size());
+  return fit;
+}
+
+}  // namespace kr5::identification
