@@ -87,6 +87,11 @@ BENCHES = {
         quick=("--samples", "1024", "--trials", "60"),
     ),
     "dynamics": Bench("Forward kinematics and inverse dynamics", SIMULATED, quick=("--postures", "100000")),
+    "identification": Bench(
+        "Identification of dynamics and drives: real arms held out in time, beside FIGAROH",
+        f"{PUBLIC}; friction terms and cut-off are chosen on the part that is fitted",
+        quick=("--only", "structure"),
+    ),
     "sim_speed": Bench("Steps a second of the simulated cell", "the same scene", quick=("--steps", "20000")),
     "simulated_cell": Bench(
         "The simulated cell: recordings, dynamics, contact, energy, speed",

@@ -12,12 +12,14 @@ from typing import Any
 import kr5
 import kr5.cell
 import kr5.gap
+import kr5.identification
 import kr5.io
 import kr5.kinematics
 import numpy as np
 import yaml
 
 import real_arms_identify as identify
+from kr5_tools.identify.motion_logs import read_motions
 from kr5_tools.log_import.command import import_recording
 
 H = np.pi / 2
@@ -199,29 +201,47 @@ def nominal_cell(arm: TorqueArm) -> Any:
     return out
 
 
+def write_map(arm: TorqueArm, folder: Path) -> Path:
+    """The map of an arm's log, beside the cell that it names."""
+    kr5.cell.save_cell(nominal_cell(arm), folder / "cell.yaml")
+    parts = [
+        {"name": split, "kind": "motion", "split": split, "from": a, "to": b}
+        for split, (a, b) in (("fit", arm.fit), ("check", arm.check))
+    ]
+    map_file = folder / "map.yaml"
+    map_file.write_text(
+        yaml.safe_dump(
+            {
+                "format": "kr5-map/1",
+                "cell": "cell.yaml",
+                "clock": arm.clock,
+                "columns": arm.columns,
+                "experiments": parts,
+                "resample": {"every": arm.every, "low_pass": arm.low_pass},
+            }
+        )
+    )
+    return map_file
+
+
 def bring_in(arm: TorqueArm, data: Path) -> tuple[Any, list[str]]:
     """The recording, through a map, and what the importer objects to."""
     with tempfile.TemporaryDirectory() as folder:
-        kr5.cell.save_cell(nominal_cell(arm), Path(folder) / "cell.yaml")
-        parts = [
-            {"name": split, "kind": "motion", "split": split, "from": a, "to": b}
-            for split, (a, b) in (("fit", arm.fit), ("check", arm.check))
-        ]
-        map_file = Path(folder) / "map.yaml"
-        map_file.write_text(
-            yaml.safe_dump(
-                {
-                    "format": "kr5-map/1",
-                    "cell": "cell.yaml",
-                    "clock": arm.clock,
-                    "columns": arm.columns,
-                    "experiments": parts,
-                    "resample": {"every": arm.every, "low_pass": arm.low_pass},
-                }
-            )
-        )
-        recording, _, objections = import_recording(data / arm.log, map_file)
+        recording, _, objections = import_recording(data / arm.log, write_map(arm, Path(folder)))
     return recording, [d.text() for d in objections]
+
+
+def motions(arm: TorqueArm, data: Path) -> Any:
+    """The log as it came, for identification: neither resampled nor smoothed."""
+    with tempfile.TemporaryDirectory() as folder:
+        return read_motions(data / arm.log, None, write_map(arm, Path(folder)), 0.0)
+
+
+def joined_log(motions: Any) -> Any:
+    """Fit and check as one log again."""
+    logs = [*motions.fit, *motions.check]
+    parts = {k: np.concatenate([np.asarray(getattr(log, k)) for log in logs]) for k in ("t", "q", "tau")}
+    return kr5.identification.JointLog(**parts)
 
 
 def with_torques(recording: Any, cell: Any, change: Any) -> Any:

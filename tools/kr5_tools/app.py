@@ -38,6 +38,7 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
         "gravity": ("identify.gravity", "Gravity model from slow motions; current limits of passive compliance."),
         "excitation": ("identify.excitation", "Exciting motion for the identification of an arm's dynamics."),
         "drives": ("identify.drives", "Structure matrix, gear ratios and couplings, from encoders and joint angles."),
+        "dynamics": ("identify.dynamics", "Dynamic parameters and friction, from a motion with currents or torques."),
         "study": ("identify.study", "Error of such an identification by device, noise and arc."),
         "servo": ("identify.servo", "Servo of the path correction or of joints, from a response."),
         "contact": ("identify.contact", "Stiffness of a contact, and the force loop on it."),

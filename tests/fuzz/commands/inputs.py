@@ -355,6 +355,14 @@ JOBS = [
         2,
     ),
     Job(
+        "identification",
+        "identify dynamics recording -o out.json",
+        "recording",
+        ("recording/*",),
+        ("out.json",),
+        2,
+    ),
+    Job(
         "kinematics",
         "identify study --cell cell.yaml --device laser_tracker --arc 20 --noise 1 --samples 8 --trials 2 -o out.json",
         "poses",

@@ -20,6 +20,7 @@ FORMATS = {
     "kr5-laser-study/1": "Scanning: stand-off and speed",
     "kr5-axes/1": "Joint axes",
     "kr5-drives/1": "Drives of an arm",
+    "kr5-dynamics/1": "Dynamics of an arm",
     "kr5-repeatability/1": "Pose repeatability",
     "kr5-workspace/1": "Workspace",
     "kr5-gravity/1": "Gravity model",

@@ -1,0 +1,108 @@
+"""`kr5 identify dynamics` on the simulated KR5, on a raw log with a URDF, and on faulty logs."""
+
+import json
+
+import kr5.cell
+import kr5.io
+import numpy as np
+import pytest
+
+
+@pytest.fixture(scope="module")
+def case(reference):
+    """The recording of the KR5 that no effect has changed."""
+    return reference / "cases/case-006"
+
+
+def test_a_recording_gives_52_base_parameters_and_predicts_what_was_left_out(tmp_path, case, run_kr5):
+    done = run_kr5(
+        "identify", "dynamics", case, "-o", "dynamics.json", "--page", "page.html", "--write-cell", "new.yaml"
+    )
+    assert done.returncode == 0, done.stderr
+    data = json.loads((tmp_path / "dynamics.json").read_text())
+    assert data["format"] == "kr5-dynamics/1"
+    result = data["result"]
+    assert len(result["values"]) == 52
+    table_4_4 = (0.116, 0.1436, 0.122, 0.2187, 0.3187, 0.378)
+    assert (np.array(result["errors"]["held_out"]["relative"]) < table_4_4).all()
+    believed = kr5.cell.load_cell(case / "cell.yaml").drives.friction
+    row = {f["name"]: f for f in data["figures"]}
+    for k in range(6):
+        name = f"fc{k + 1}"
+        assert abs(row[name]["value"] - believed.coulomb[k]) < 4 * row[name]["std"] + 0.03 * believed.coulomb[k]
+    page = (tmp_path / "page.html").read_text()
+    assert "Torques by joint" in page and "held out" in page and "Joint 6" in page
+    assert kr5.cell.load_cell(tmp_path / "new.yaml").drives.friction.coulomb == pytest.approx(believed.coulomb, rel=0.1)
+    shown = run_kr5("report", "dynamics.json", "-o", "again.html", "--png", "plots")
+    assert shown.returncode == 0, shown.stderr
+    assert (tmp_path / "plots/torque_6.png").exists()
+
+
+def raw_log(folder, case, change=None):
+    """The first motion as a log of torques on the joint side."""
+    cell = kr5.cell.load_cell(case / "cell.yaml")
+    table = kr5.io.load_csv(case / "motion-1.csv")
+    q = np.column_stack([table[f"q{k + 1}"] for k in range(6)])
+    i = np.column_stack([table[f"i{k + 1}"] for k in range(6)])
+    tau = (i * cell.drives.torque_constant) @ cell.drives.structure
+    columns = {"t": np.asarray(table["t"])} | {f"q{k + 1}": q[:, k] for k in range(6)}
+    columns |= {f"tau{k + 1}": tau[:, k] for k in range(6)}
+    if change:
+        change(columns)
+    rows = np.column_stack(list(columns.values()))
+    text = "\n".join([",".join(columns), *(",".join(f"{v:.9g}" for v in row) for row in rows)]) + "\n"
+    (folder / "log.csv").write_text(text)
+    return case / "cell.yaml"
+
+
+def test_a_raw_log_and_a_urdf_are_enough(tmp_path, case, run_kr5):
+    cell = raw_log(tmp_path, case)
+    kr5.cell.export_urdf(kr5.cell.load_cell(cell), tmp_path / "arm.urdf")
+    done = run_kr5("identify", "dynamics", "log.csv", "--cell", "arm.urdf", "--json", "out.json")
+    assert done.returncode == 0, done.stderr
+    data = json.loads((tmp_path / "out.json").read_text())
+    assert data["held_out"]["total"] < 0.15
+    assert any(note.startswith("tau: tau1 to tau6") for note in data["input"]["notes"])
+
+
+def fast_speed(columns):
+    for k in range(6):
+        columns[f"qd{k + 1}"] = (3 if k == 0 else 1) * np.gradient(columns[f"q{k + 1}"], columns["t"])
+
+
+def missing(columns):
+    columns["tau1"][50] = np.nan
+
+
+def saturated(columns):
+    columns["tau2"] = np.minimum(columns["tau2"], 0.5 * columns["tau2"].max())
+
+
+def frozen(columns):
+    columns["tau3"][300:420] = columns["tau3"][300]
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        (saturated, "tau2: flat at its extreme"),
+        (frozen, "tau3: does not change although the arm moves from 3.6 to 5.0"),
+        (fast_speed, "qd1: 3"),
+        (missing, "tau1: no number in 1 of"),
+    ],
+)
+def test_faulty_logs_are_refused_with_column_and_span(tmp_path, case, run_kr5, change, expected):
+    cell = raw_log(tmp_path, case, change)
+    done = run_kr5("identify", "dynamics", "log.csv", "--cell", cell, "-o", "out.json")
+    assert done.returncode == 2
+    text = " ".join(done.stderr.split())
+    assert "the log must not be used" in text and expected in text
+    assert not (tmp_path / "out.json").exists()
+
+
+def test_a_log_needs_its_arm(tmp_path, case, run_kr5):
+    raw_log(tmp_path, case)
+    done = run_kr5("identify", "dynamics", "log.csv")
+    assert done.returncode == 2 and "a log needs its arm: --cell" in " ".join(done.stderr.split())
+    done = run_kr5("identify", "dynamics", tmp_path)
+    assert done.returncode == 2

@@ -1,0 +1,234 @@
+"""`kr5 identify dynamics`: inertial parameters, friction and rotors of an arm from its motion and torques."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from kr5 import identification
+
+from kr5_tools.cli.arguments import JsonOption, ResultOption
+from kr5_tools.cli.options import options_from
+from kr5_tools.cli.tables import figure_row, make_table, print_result
+from kr5_tools.cli.terminal import console, fail, spinner
+from kr5_tools.files.results import write_result
+from kr5_tools.files.writing import check_writable, write_json
+from kr5_tools.identify.identified_cell import write_identified_cell
+from kr5_tools.identify.motion_logs import arm_model, conditioning_of, merged_motion, read_motions
+
+app = typer.Typer()
+SHOWN_SAMPLES = 1500  # of each part, in the result file
+DOUBTFUL_CONDITION = 1000.0
+OVERFIT = 1.5  # held-out error over fitted error that is a reason for doubt
+
+
+@app.command(epilog="Example: kr5 identify dynamics recordings/monday --choose-terms -o dynamics.json")
+@options_from(identification.DynamicsOptions, skip=("held_out", "prior_bodies"))
+@options_from(identification.ConditioningOptions, skip=("lower", "upper", "expected_torque", "slides"), argument="log")
+@options_from(identification.JointTerms, argument="terms")
+def dynamics(
+    source: Annotated[
+        Path,
+        typer.Argument(
+            metavar="RECORDING",
+            help="Folder of a recording (recording.yaml); or a log (CSV, NPZ, MCAP), with --cell or --map.",
+        ),
+    ],
+    options: identification.DynamicsOptions,
+    log: identification.ConditioningOptions,
+    terms: identification.JointTerms,
+    cell: Annotated[
+        Path | None,
+        typer.Option("--cell", metavar="CELL", help="Cell file or URDF of the arm; for a log, its map is guessed."),
+    ] = None,
+    map_file: Annotated[
+        Path | None,
+        typer.Option("--map", metavar="MAP.yaml", help="Meaning of the columns of a log; see kr5 recording guess."),
+    ] = None,
+    held_out: Annotated[
+        float,
+        typer.Option(
+            min=0.0, max=0.9, help="Last part of the motion that is only judged by, where the recording names none [-]."
+        ),
+    ] = 1 / 3,
+    output: ResultOption = None,
+    page: Annotated[
+        Path | None,
+        typer.Option("--page", metavar="FILE.html", help="Page with torques by joint, tables and findings."),
+    ] = None,
+    write_cell: Annotated[
+        Path | None,
+        typer.Option("--write-cell", metavar="OUT.yaml", help="Cell with the identified links, rotors and friction."),
+    ] = None,
+    json_file: JsonOption = None,
+) -> None:
+    """Dynamic parameters that the data can tell, with standard deviations, and the torques that they predict on data
+    left out.
+
+    The log is conditioned first, and its faults are named; from a faulty log nothing is estimated. Exit code 2 when
+    the log or the motion does not tell the parameters.
+    """
+    options.validate()
+    check_writable(
+        output, page, write_cell, json_file, inputs=[f for f in (source, cell, map_file) if f and f.is_file()]
+    )
+    motions = read_motions(source, cell, map_file, held_out)
+    fit, check = condition_parts(motions, conditioning_of(log, motions.cell))
+    model = arm_model(motions.cell, [terms] * motions.cell.robot.joints)
+    options.held_out = 0.0
+    with spinner("Identifying the dynamics"):
+        result = identification.identify_dynamics(merged_motion([p.motion for p in fit.parts]), model, options)
+    if not result.fit.usable:
+        fail(f"{source}: {result.fit.message}")
+    keys = result_keys(source, motions, result, fit, check)
+    _show(keys, result, console(json_file))
+    data = write_result(output, "kr5-dynamics/1", **keys)
+    if page:
+        from kr5_tools.identify.dynamics_page import write_page
+
+        write_page(data, str(source), page, None)
+    if write_cell:
+        write_identified_cell(motions.cell, merged_motion([p.motion for p in fit.parts]), result, options, write_cell)
+    write_json(data, json_file)
+
+
+@dataclass
+class Part:
+    """The conditioned logs of the fit, or of the check."""
+
+    parts: list[Any]
+
+    @property
+    def findings(self) -> list[Any]:
+        return [f for p in self.parts for f in p.findings]
+
+    def measured(self) -> np.ndarray:
+        """Torques as logged, samples x joints."""
+        return np.vstack([p.tau_measured for p in self.parts])
+
+
+def condition_parts(motions: Any, options: Any) -> tuple[Part, Part]:
+    """Both parts conditioned alike; ends with every error that is found."""
+    fit, check = [identification.condition_log(log, options) for log in motions.fit], []
+    if all(p.usable for p in fit) and options.cutoff == 0:
+        options.cutoff = float(np.median([p.cutoff for p in fit]))  # the check is filtered alike
+        options.decimation = options.decimation or round(float(np.median([p.decimation for p in fit])))
+    check = [identification.condition_log(log, options) for log in motions.check]
+    bad = [p for p in (*fit, *check) if not p.usable]
+    if bad:
+        errors = [f.text for p in bad for f in p.findings if str(f.severity) == "error"]
+        fail("the log must not be used: " + "; ".join(errors or [p.message for p in bad]))
+    return Part(fit), Part(check)
+
+
+def torque_errors(measured: np.ndarray, predicted: np.ndarray) -> dict[str, Any]:
+    """RMS error of each joint, the same over the RMS of the measured torque, and the norm of all over that of all."""
+    off = measured - predicted
+    size = np.linalg.norm(measured, axis=0)
+    return {
+        "rms": np.sqrt((off**2).mean(0)),
+        "relative": np.linalg.norm(off, axis=0) / np.where(size > 0, size, 1.0),
+        "total": float(np.linalg.norm(off) / np.linalg.norm(measured)),
+    }
+
+
+def _judged(result: Any, part: Part) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Errors of a part against the torques as logged and as smoothed, and the curves of its plot."""
+    motion = merged_motion([p.motion for p in part.parts])
+    predicted = np.asarray(identification.predict_torques(result, motion))
+    measured, smoothed = part.measured(), np.asarray(motion.tau)
+    every = max(1, len(predicted) // SHOWN_SAMPLES)
+    errors = {**torque_errors(measured, predicted), "smoothed": torque_errors(smoothed, predicted)}
+    curves = {"t": np.asarray(motion.t)[::every], "measured": smoothed[::every], "predicted": predicted[::every]}
+    return errors, curves
+
+
+def base_unit(expression: str) -> str:
+    """Unit of a base parameter, by the first standard parameter in its expression."""
+    first = expression.lstrip("- ").split()[0].lstrip("0123456789.")
+    if first.startswith(("fv", "fvd", "fvt")):
+        return "N m s/rad"
+    if first.startswith("f"):
+        return "N m"
+    if first.startswith("I"):
+        return "kg m²"
+    return "kg m" if " c" in expression[:12] else "kg"
+
+
+def result_keys(source: Path, motions: Any, result: Any, fit: Part, check: Part) -> dict[str, Any]:
+    """What the result file holds beside its head."""
+    base, seen = result.base, result.observability
+    figures = [
+        figure_row(e, float(v), float(s), base_unit(e))
+        for e, v, s in zip(base.expressions, result.values, result.deviations, strict=True)
+    ]
+    errors, curves = {}, {}
+    errors["fitted"], curves["fitted"] = _judged(result, fit)
+    if check.parts:
+        errors["held_out"], curves["held_out"] = _judged(result, check)
+    findings = [f.to_dict() for f in (*fit.findings, *check.findings)]
+    return {
+        "input": {"source": str(source), "experiments": motions.names, "notes": motions.notes},
+        "verdict": verdict_of(result, errors, findings),
+        "figures": figures,
+        "held_out": {"total": errors["held_out"]["total"]} if check.parts else {},
+        "result": {
+            "fit": result.fit.to_dict(),
+            "expressions": base.expressions,
+            "values": result.values,
+            "deviations": result.deviations,
+            "covariance": result.covariance,
+            "standard": dict(zip(base.parameters, np.asarray(result.parameters), strict=True)),
+            "condition": seen.condition,
+            "scaled_condition": seen.scaled_condition,
+            "unidentifiable": seen.unidentifiable,
+            "unmoved": seen.unmoved,
+            "terms": [t.to_dict() for t in result.model.terms],
+            "conditioning": {
+                "cutoff": fit.parts[0].cutoff,
+                "decimation": fit.parts[0].decimation,
+                "samples": sum(len(p.motion.t) for p in fit.parts),
+            },
+            "errors": errors,
+            "curves": curves,
+            "findings": findings,
+        },
+    }
+
+
+def verdict_of(result: Any, errors: dict[str, Any], findings: list[dict[str, Any]]) -> dict[str, str]:
+    """Good unless the data leave doubts, which are named."""
+    seen, doubts = result.observability, [f["text"] for f in findings if str(f["severity"]) == "warning"]
+    if seen.unidentifiable:
+        doubts.append(
+            f"the motion does not tell {len(seen.unidentifiable)} combinations: {', '.join(seen.unidentifiable[:4])}"
+        )
+    if seen.scaled_condition > DOUBTFUL_CONDITION:
+        doubts.append(f"condition number {seen.scaled_condition:.3g}, so some parameters are told poorly")
+    text = f"{result.base.size} base parameters; torque error {100 * errors['fitted']['total']:.3g} % fitted"
+    if "held_out" in errors:
+        text += f", {100 * errors['held_out']['total']:.3g} % held out"
+        if errors["held_out"]["total"] > OVERFIT * errors["fitted"]["total"]:
+            doubts.append("torques of the held-out part are predicted much worse than those that were fitted")
+    return {"word": "doubtful" if doubts else "good", "text": "; ".join([text, *doubts])}
+
+
+def error_rows(errors: dict[str, Any]) -> tuple[list[str], list[list[Any]]]:
+    """Columns and rows of the table of errors by joint."""
+    columns, rows = ["joint"], [[f"{k + 1}"] for k in range(len(errors["fitted"]["rms"]))]
+    for name, title in (("fitted", "fitted"), ("held_out", "held out")):
+        if name not in errors:
+            continue
+        columns += [f"{title}, RMS [N m]", f"{title} [%]"]
+        for row, rms, part in zip(rows, errors[name]["rms"], errors[name]["relative"], strict=True):
+            row += [float(rms), 100 * float(part)]
+    return columns, rows
+
+
+def _show(keys: dict[str, Any], result: Any, out: Any) -> None:
+    columns, rows = error_rows(keys["result"]["errors"])
+    out.print(make_table("Torque errors, measured minus predicted", columns, rows))
+    seen = result.observability
+    out.print(f"condition number {seen.condition:.4g}, with columns of unit length {seen.scaled_condition:.4g}")
+    print_result(keys, out)

@@ -1,0 +1,84 @@
+"""An identified arm put into a cell: links, rotors and friction."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from kr5 import cell as kr5_cell
+from kr5 import identification, kinematics
+
+from kr5_tools.cli.terminal import fail, print_note
+from kr5_tools.files.writing import beside
+
+LEAST_MASS = 1e-3  # of a link without one, for a prior [kg]
+
+
+def link_bodies(cell: Any, with_tool: bool) -> list[Any]:
+    """Believed bodies of the links; the last one carries the tool, as the motors feel it."""
+    bodies = [kinematics.Body(mass=k.mass, com=k.com, inertia=k.inertia) for k in cell.robot.links]
+    tool = tool_body(cell)
+    if with_tool and tool is not None:
+        bodies[-1] = kinematics.merged_body(bodies[-1], tool)
+    return bodies
+
+
+def tool_body(cell: Any) -> Any:
+    """What hangs below the force sensor, in the frame of the last link; None without."""
+    tool = cell.tool
+    if tool is None or not tool.mass:
+        return None
+    body = kinematics.Body(mass=tool.mass, com=tool.com, inertia=tool.inertia)
+    T = tool.T_flange_sensor if tool.T_flange_sensor is not None else np.eye(4)
+    return kinematics.transformed_body(T, body)
+
+
+def write_identified_cell(cell: Any, motion: Any, result: Any, options: Any, file: Path) -> None:
+    """The cell with bodies that can exist and explain the torques; the tool stays as it is believed."""
+    if not cell.robot.links:
+        fail("--write-cell: the cell has no links that say where to begin; give them masses in the cell")
+    prior = link_bodies(cell, with_tool=True)
+    if min(b.mass for b in prior) < LEAST_MASS:
+        fail("--write-cell: a link of the cell has no mass, from which bodies that can exist are looked for")
+    options.estimator, options.prior_bodies = "consistent", prior
+    options.choose_terms = False
+    found = identification.identify_dynamics(motion, result.model, options)
+    if not found.fit.usable:
+        fail(f"--write-cell: {found.fit.message}")
+    with beside(file) as new:
+        kr5_cell.save_cell(put_dynamics(cell, found), new)
+    print_note(f"{file}: links, rotors and friction by the consistent estimate, whose bodies can exist")
+
+
+def put_dynamics(cell: Any, found: Any) -> Any:
+    """A copy of the cell with the identified parameters."""
+    out = kr5_cell.parse_cell(cell.to_yaml())
+    bodies = list(found.bodies)
+    tool = tool_body(cell)
+    if tool is not None:
+        bodies[-1] = _without(bodies[-1], tool)
+    robot = out.robot
+    robot.links = [kr5_cell.Link(mass=b.mass, com=b.com, inertia=b.inertia) for b in bodies]
+    out.robot = robot
+    n = cell.robot.joints
+    chi = dict(zip(found.base.parameters, np.asarray(found.parameters), strict=True))
+
+    def each(stem: str) -> np.ndarray:
+        return np.array([max(chi.get(f"{stem}{k + 1}", 0.0), 0.0) for k in range(n)])
+
+    drives = out.drives or kr5_cell.Drives(structure=np.eye(n), rotor_inertia=np.zeros(n), torque_constant=np.ones(n))
+    ratio = np.abs(np.diag(np.asarray(drives.structure)))
+    drives.rotor_inertia = each("Ia") / ratio**2
+    drives.friction = kr5_cell.Friction(coulomb=each("fc"), viscous=each("fv"))
+    out.drives = drives
+    return out
+
+
+def _without(body: Any, tool: Any) -> Any:
+    """A body less the tool that it carries, which must leave a body that can exist."""
+    taken = kinematics.Body(mass=-tool.mass, com=tool.com, inertia=-np.asarray(tool.inertia))
+    left = kinematics.merged_body(body, taken)
+    values = np.linalg.eigvalsh(left.inertia_matrix())
+    if left.mass <= 0 or values[0] <= 0 or values[0] + values[1] < values[2]:
+        print_note("the tool of the cell is heavier than what the motors feel; the last link keeps the whole of it")
+        return body
+    return left

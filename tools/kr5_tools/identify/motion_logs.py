@@ -1,0 +1,243 @@
+"""Motions with joint torques, from a recording of the project or from any log with a cell or a URDF."""
+
+import re
+import tempfile
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import kr5
+import kr5.cell
+import numpy as np
+from kr5 import identification
+
+from kr5_tools.cli.terminal import fail
+from kr5_tools.log_import.importer import Importer
+from kr5_tools.log_import.log import Log
+from kr5_tools.log_import.map_file import Map, Source, load_map
+from kr5_tools.log_import.map_guess import guess_map
+from kr5_tools.log_import.values import to_si
+
+SPEED = re.compile(r"(q|joint|axis|j)?_?(d|qd|dq|v|vel|velocity|speed)_?(q|joint|axis|j)?_?(act|actual|meas|ist)?_?")
+GRAVITY = (0.0, 0.0, -9.81)
+
+
+@dataclass
+class MotionLogs:
+    """Logs of one arm; those of `check` are only judged by."""
+
+    cell: Any
+    fit: list[Any] = field(default_factory=list)
+    check: list[Any] = field(default_factory=list)
+    names: list[str] = field(default_factory=list)  # of the experiments, fit first
+    notes: list[str] = field(default_factory=list)
+
+
+def load_arm(file: Path) -> Any:
+    """The cell of a cell file or a URDF."""
+    if file.suffix.lower() in (".urdf", ".xml"):
+        return kr5.cell.import_urdf(file).cell
+    return kr5.cell.load_cell(file)
+
+
+def read_motions(source: Path, arm: Path | None, map_file: Path | None, held_out: float) -> MotionLogs:
+    """The motions of a recording folder, or of a log with --map, or with --cell, whose map is then guessed.
+
+    A recording says which experiments are held out; of everything else, and of a recording that does not, the last
+    part `held_out` is.
+    """
+    if source.is_dir():
+        out = _recording_motions(source, arm)
+    elif map_file:
+        out = _log_motions(source, load_map(map_file))
+    elif arm:
+        out = _guessed_motions(source, arm)
+    else:
+        fail(f"{source}: a log needs its arm: --cell with a cell file or a URDF, or --map with a map file")
+    if not out.fit:
+        fail(f"{source}: found no motion with joint values and currents or torques to fit, expected one")
+    if not out.check and held_out > 0:
+        parts = [split_log(log, held_out) for log in out.fit]
+        out.fit, out.check = [p[0] for p in parts], [p[1] for p in parts]
+    return out
+
+
+def split_log(log: Any, held_out: float) -> tuple[Any, Any]:
+    """The first part of a log, and the last one, by time."""
+    t = np.asarray(log.t)
+    finite = t[np.isfinite(t)]
+    cut = finite.max() - held_out * (finite.max() - finite.min()) if len(finite) else 0.0
+    late = t >= cut
+    return _rows(log, ~late), _rows(log, late)
+
+
+def _rows(log: Any, keep: np.ndarray) -> Any:
+    values = {name: np.asarray(getattr(log, name)) for name in ("t", "q", "qd", "tau")}
+    return identification.JointLog(
+        **{name: v[keep] if v.size else v for name, v in values.items()},
+        q_names=log.q_names,
+        qd_names=log.qd_names,
+        tau_names=log.tau_names,
+    )
+
+
+def _recording_motions(folder: Path, arm: Path | None) -> MotionLogs:
+    recording = kr5.cell.load_recording(folder)
+    out = MotionLogs(load_arm(arm) if arm else recording.cell)
+    n = out.cell.robot.joints
+    for experiment in recording.experiments:
+        if str(experiment.kind) != "motion":
+            continue
+        log = _experiment_log(out.cell, experiment, n)
+        if log is None:
+            continue
+        check = str(experiment.split) == "check"
+        (out.check if check else out.fit).append(log)
+        out.names.append(experiment.name)
+    return out
+
+
+def _experiment_log(cell: Any, experiment: Any, n: int) -> Any:
+    columns = experiment.data.columns
+
+    def family(stem: str) -> list[str] | None:
+        names = [f"{stem}{k + 1}" for k in range(n)]
+        return names if all(name in columns for name in names) else None
+
+    q, load = family("q") or family("qc"), family("tau") or family("i")
+    if q is None or load is None:
+        return None
+    values = np.column_stack([experiment[name] for name in load])
+    if load[0] == "i1":
+        values = joint_torques(cell, values, experiment.name)
+    return identification.JointLog(
+        t=experiment["t"],
+        q=np.column_stack([experiment[name] for name in q]),
+        tau=values,
+        q_names=[f"{experiment.name}.{name}" for name in q],
+        tau_names=[f"{experiment.name}.{name}" for name in load],
+    )
+
+
+def joint_torques(cell: Any, currents: np.ndarray, where: str) -> np.ndarray:
+    """Torques on the joint side that motor currents make: S^T (k i)."""
+    if cell.drives is None:
+        fail(f"{where}: needs drives (structure, torque_constant) in the cell to read currents, which it does not have")
+    return np.asarray((currents * np.asarray(cell.drives.torque_constant)) @ np.asarray(cell.drives.structure))
+
+
+def _guessed_motions(source: Path, arm: Path) -> MotionLogs:
+    cell = load_arm(arm)
+    with tempfile.TemporaryDirectory() as folder:
+        cell_file, map_file = Path(folder) / "cell.yaml", Path(folder) / "map.yaml"
+        kr5.cell.save_cell(cell, cell_file)
+        found, reasons = guess_map(source, cell_file, None)
+        found["experiments"] = [{"name": "log", "kind": "motion"}]
+        import yaml
+
+        map_file.write_text(yaml.safe_dump(found))
+        out = _log_motions(source, load_map(map_file))
+    out.cell = cell
+    out.notes = [f"{item}: {proposal} ({reason})" for item, proposal, reason in reasons if item != "experiments"]
+    return out
+
+
+def _log_motions(source: Path, map: Map) -> MotionLogs:
+    """The columns of a log as they came, in SI on the joint side: its faults are for check_log to name."""
+    importer = Importer(map, source)
+    out = MotionLogs(importer.cell)
+    log = importer.log(None)
+    for experiment in map.experiments:
+        if experiment.entry.kind != "motion":
+            continue
+        begin, end = experiment.span()
+        one = _mapped_log(importer.cell, log, map, experiment.sources, out.notes.append)
+        if one is None:
+            continue
+        t = np.asarray(one.t)
+        one = _rows(one, ~np.isfinite(t) | ((t >= begin) & (t < end)))
+        (out.check if experiment.entry.split == "check" else out.fit).append(one)
+        out.names.append(experiment.entry.name)
+    return out
+
+
+def _mapped_log(cell: Any, log: Log, map: Map, sources: dict[str, Any], note: Any) -> Any:
+    named = {name: s for name, s in sources.items() if isinstance(s, Source) and s.names}
+    q = named.get("q") or named.get("qc")
+    load = named.get("tau") or named.get("i")
+    if q is None or load is None:
+        return None
+    values = to_si(q, "q", _raw(log, q), cell, note)
+    torque = to_si(load, "tau", _raw(log, load), cell, note)
+    speeds = _speeds(log, q, cell, note)
+    return identification.JointLog(
+        t=_times(log, map, len(values)),
+        q=values,
+        tau=torque,
+        q_names=q.names,
+        tau_names=load.names,
+        **speeds,
+    )
+
+
+def _raw(log: Log, source: Source) -> np.ndarray:
+    return np.column_stack([log.column(name, source.where) for name in source.names])
+
+
+def _times(log: Log, map: Map, rows: int) -> np.ndarray:
+    clock = map.clock
+    if clock is None or clock.column is None:
+        every = clock.every if clock is not None and clock.every is not None else None
+        stamps = next(iter(log.clocks.values()), None)
+        if every is None and stamps is None:
+            fail(f"{map.file}: needs a clock: {{column: NAME, unit: s}}, or {{every: SECONDS}}")
+        return every * np.arange(rows) if every is not None else np.asarray(log.columns[stamps]) * 1e-9
+    stamps_s = np.asarray(log.column(clock.column, f"{map.file}: clock.column")) * clock.seconds()
+    return np.asarray(stamps_s - np.nanmin(stamps_s) + clock.offset)
+
+
+def _speeds(log: Log, q: Source, cell: Any, note: Any) -> dict[str, Any]:
+    """Logged speeds, when a family of columns is named like them; taken in the unit of the positions."""
+    groups: dict[str, list[str]] = {}
+    for name in log.columns:
+        if match := list(re.finditer(r"\d+", name)):
+            groups.setdefault(name[: match[-1].start()] + "#" + name[match[-1].end() :], []).append(name)
+    for stem, names in groups.items():
+        word = stem.lower().split(":")[-1].replace("[#]", "").replace("#", "").strip(" _.[]")
+        if len(names) != len(q.names) or not SPEED.fullmatch(word):
+            continue
+        names = sorted(names, key=lambda n: int(re.findall(r"\d+", n)[-1]))
+        own = Source(q.where, q.members, names, None, False, q.unit, q.scale, [0.0] * len(names), q.side)
+        note(f"speeds for comparison: {names[0]} to {names[-1]}")
+        return {"qd": to_si(own, "q", _raw(log, own), cell, note), "qd_names": names}
+    return {}
+
+
+def conditioning_of(options: Any, cell: Any) -> Any:
+    """Options with the limits and slides of the cell."""
+    robot = cell.robot
+    options.slides = [k + 1 for k, joint in enumerate(robot.dh) if str(joint.type) == "prismatic"]
+    limits = robot.limits
+    if limits is not None and np.isfinite([*limits.lower, *limits.upper]).all():
+        options.lower, options.upper = limits.lower, limits.upper
+    return options
+
+
+def arm_model(cell: Any, terms: list[Any]) -> Any:
+    """The arm of a cell, whose parameters are to be found."""
+    gravity = np.asarray(cell.robot.gravity) if cell.robot.gravity is not None else np.array(GRAVITY)
+    structure = {} if cell.drives is None else {"structure": np.asarray(cell.drives.structure)}
+    return identification.DynamicsModel(chain=cell.nominal_chain(), gravity=gravity, terms=terms, **structure)
+
+
+def merged_motion(motions: list[Any]) -> Any:
+    """Motions one after the other, each of them at least one run."""
+    starts, at = [], 0
+    for m in motions:
+        starts += [at + s for s in (m.run_starts or [0])]
+        at += len(m.t)
+    stacked = {
+        name: np.concatenate([np.asarray(getattr(m, name)) for m in motions]) for name in ("q", "qd", "qdd", "tau")
+    }
+    t = np.concatenate([np.asarray(m.t) for m in motions])
+    return identification.JointMotion(t=t, run_starts=starts, **stacked)
