@@ -113,6 +113,9 @@ static Eigen::VectorXd torques(Dynamics& self, const Eigen::VectorXd& q, const E
 
 static void bind_dynamics(py::module_& m) {
   bind_struct<Body>(m, "Body", "Mass of one rigid body.").def("inertia_matrix", &Body::inertia_matrix, "3x3 [kg m^2].");
+  m.def("transformed_body", &transformed_body, py::arg("T_a_b"), py::arg("body"),
+        "The same body, given in frame b, described in frame a; T_a_b is 4x4 [m].");
+  m.def("merged_body", &merged_body, py::arg("a"), py::arg("b"), "Two bodies of one frame, welded together.");
   py::class_<SensorCut>(m, "SensorCut", "A body fixed to a link, cut off at frame S.")
       .def(py::init([](const Body& body, const kr5::Pose& T_link_sensor, int link) {
              return SensorCut{link, T_link_sensor, body};

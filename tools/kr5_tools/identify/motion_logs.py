@@ -132,7 +132,7 @@ def _guessed_motions(source: Path, arm: Path) -> MotionLogs:
         cell_file, map_file = Path(folder) / "cell.yaml", Path(folder) / "map.yaml"
         kr5.cell.save_cell(cell, cell_file)
         found, reasons = guess_map(source, cell_file, None)
-        found["experiments"] = [{"name": "log", "kind": "motion"}]
+        found["experiments"] = [{"name": "log", "kind": "motion", "split": "fit"}]
         import yaml
 
         map_file.write_text(yaml.safe_dump(found))
