@@ -216,7 +216,8 @@ def verdict_of(result: Any, errors: dict[str, Any], findings: list[dict[str, Any
 
 def error_rows(errors: dict[str, Any]) -> tuple[list[str], list[list[Any]]]:
     """Columns and rows of the table of errors by joint."""
-    columns, rows = ["joint"], [[f"{k + 1}"] for k in range(len(errors["fitted"]["rms"]))]
+    columns = ["joint"]
+    rows: list[list[Any]] = [[f"{k + 1}"] for k in range(len(errors["fitted"]["rms"]))]
     for name, title in (("fitted", "fitted"), ("held_out", "held out")):
         if name not in errors:
             continue

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from kr5_tools.calibrate.plots import Plot
-from kr5_tools.cli.tables import format_number
+from kr5_tools.cli.numbers import format_number
 from kr5_tools.pages.plot_style import BLUE, GREY, RED, STYLE, WIDE, plt
 from kr5_tools.pages.tables_page import write_tables_page
 
@@ -22,6 +22,8 @@ def torque_plot(curves: dict[str, Any], joint: int) -> Any:
     for column, (name, title) in enumerate(shown):
         t = np.array(curves[name]["t"], float)
         measured, predicted = (np.array(curves[name][key], float)[:, joint] for key in ("measured", "predicted"))
+        gaps = np.flatnonzero(np.diff(t) > 5 * np.median(np.diff(t))) + 1  # between runs nothing was measured
+        t, measured, predicted = (np.insert(v, gaps, np.nan) for v in (t, measured, predicted))
         top, bottom = grid[0][column], grid[1][column]
         top.plot(t, measured, color=GREY, linewidth=1.4, label="measured")
         top.plot(t, predicted, color=BLUE, linewidth=0.9, label="predicted")

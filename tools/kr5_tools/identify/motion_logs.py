@@ -189,9 +189,11 @@ def _times(log: Log, map: Map, rows: int) -> np.ndarray:
     if clock is None or clock.column is None:
         every = clock.every if clock is not None and clock.every is not None else None
         stamps = next(iter(log.clocks.values()), None)
-        if every is None and stamps is None:
+        if every is not None:
+            return every * np.arange(rows)
+        if stamps is None:
             fail(f"{map.file}: needs a clock: {{column: NAME, unit: s}}, or {{every: SECONDS}}")
-        return every * np.arange(rows) if every is not None else np.asarray(log.columns[stamps]) * 1e-9
+        return np.asarray(log.columns[stamps]) * 1e-9
     stamps_s = np.asarray(log.column(clock.column, f"{map.file}: clock.column")) * clock.seconds()
     return np.asarray(stamps_s - np.nanmin(stamps_s) + clock.offset)
 
