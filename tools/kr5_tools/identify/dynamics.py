@@ -14,6 +14,7 @@ from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail, spinner
 from kr5_tools.files.results import write_result
 from kr5_tools.files.writing import check_writable, write_json
+from kr5_tools.identify.dynamics_errors import error_rows
 from kr5_tools.identify.identified_cell import write_identified_cell
 from kr5_tools.identify.motion_logs import arm_model, conditioning_of, merged_motion, read_motions
 
@@ -212,19 +213,6 @@ def verdict_of(result: Any, errors: dict[str, Any], findings: list[dict[str, Any
         if errors["held_out"]["total"] > OVERFIT * errors["fitted"]["total"]:
             doubts.append("torques of the held-out part are predicted much worse than those that were fitted")
     return {"word": "doubtful" if doubts else "good", "text": "; ".join([text, *doubts])}
-
-
-def error_rows(errors: dict[str, Any]) -> tuple[list[str], list[list[Any]]]:
-    """Columns and rows of the table of errors by joint."""
-    columns = ["joint"]
-    rows: list[list[Any]] = [[f"{k + 1}"] for k in range(len(errors["fitted"]["rms"]))]
-    for name, title in (("fitted", "fitted"), ("held_out", "held out")):
-        if name not in errors:
-            continue
-        columns += [f"{title}, RMS [N m]", f"{title} [%]"]
-        for row, rms, part in zip(rows, errors[name]["rms"], errors[name]["relative"], strict=True):
-            row += [float(rms), 100 * float(part)]
-    return columns, rows
 
 
 def _show(keys: dict[str, Any], result: Any, out: Any) -> None:

@@ -7,6 +7,7 @@ import numpy as np
 
 from kr5_tools.calibrate.plots import Plot
 from kr5_tools.cli.numbers import format_number
+from kr5_tools.identify.dynamics_errors import error_rows
 from kr5_tools.pages.plot_style import BLUE, GREY, RED, STYLE, WIDE, plt
 from kr5_tools.pages.tables_page import write_tables_page
 
@@ -67,8 +68,6 @@ def _part(title: str, tables: list[dict[str, Any]], texts: list[str]) -> dict[st
 
 
 def _error_table(errors: dict[str, Any]) -> dict[str, Any]:
-    from kr5_tools.identify.dynamics import error_rows
-
     columns, rows = error_rows(errors)
     cells = [[format_number(c) if isinstance(c, float) else c for c in row] for row in rows]
     return {"title": "", "columns": columns, "rows": cells, "texts": []}
