@@ -131,11 +131,19 @@ TEST_CASE("limits of joints, torques and heights are kept between the samples, f
         .kind = trial.kind, .duration = 12.0, .profile = trial.profile, .starts = 3, .exchanges = 60};
     const Excitation free = design_excitation(cell, limits, options);
     REQUIRE(free.fit.usable());
-    limits.torque = 0.8 * free.torque_peak;  // so that they bind
+    JointMotion held = free.motion.sampled(0.05);
+    Random random(9);
+    for (Index k = 0; k < held.samples(); ++k)
+      for (Index j = 0; j < held.joints(); ++j) held.q(k, j) = random.uniform(limits.lower[j], limits.upper[j]);
+    held.qd.setZero(), held.qdd.setZero();
+    const VectorXd holding = expected_torques(cell, held).cwiseAbs().colwise().maxCoeff();
+    // So that they bind, and yet let the arm stand and move anywhere.
+    limits.torque = (0.95 * free.torque_peak).cwiseMax(holding + 0.6 * free.torque_peak);
     limits.acceleration = 0.7 * free.limits.acceleration;
     options.lowest = free.lowest + (cell.robot.joints() > 1 ? 0.02 : -1e-6);  // one joint keeps its height
     options.starts = 5;
     const Excitation bound = design_excitation(cell, limits, options);
+    INFO(bound.fit.message);
     REQUIRE(bound.fit.usable());
     const JointMotion fine = bound.motion.sampled(7.3e-4);
     check_limits(fine, limits);
