@@ -197,7 +197,7 @@ def test_identified_values_replace_the_effects_of_a_cell():
             "tool_delay": {"servo": {"delay": 0.06}},
             "joint_servo": {"joint3": {"natural_frequency": 30.0}},
             "contact_stiffness": {"contact": {"stiffness": 1e4}},
-            "payload": {"tool": {"mass": 0.5}},
+            "payload": {"tool": {"mass": 0.5, "com": [0.0, 0.0, 0.05]}},
             "ft_bias": {"fx": {"bias": 3.0}, "tz": {"bias": 0.2}},
             "coulomb_friction": {"joint1": {"coulomb": 20.0}},
         }

@@ -330,15 +330,15 @@ def test_the_error_grows_with_speed_and_interpolation_removes_it(tmp_path, run_k
 
 def test_the_error_stays_below_a_millimetre_around_the_best_stand_off(tmp_path, run_kr5):
     # Hayat et al. 2022, section 3.5: below 1 mm at 185 to 200 mm.
-    study = ("calibrate", "laser-study", "--speeds", "10", "--passes", 4, "-o", "study.json")
-    done = run_kr5(*study, "--stand-offs", "185:200:5")
+    study = ("calibrate", "laser-study", "--speeds", "0.01", "--passes", 4, "-o", "study.json")
+    done = run_kr5(*study, "--stand-offs", "0.185:0.2:0.005")
     assert done.returncode == 0, done.stderr
     data = json.loads((tmp_path / "study.json").read_text())
     assert "below 1 mm from 185 to 200 mm" in data["verdict"]["text"]
     assert [row["stand_off"] for row in data["study"]["stand_off"]] == pytest.approx([0.185, 0.19, 0.195, 0.2])
     assert all(0 < row["centre_as_stamped"] < 1e-3 for row in data["study"]["stand_off"])
     # A scanner that is biased a hundred times as much is so at its best stand-off alone.
-    done = run_kr5(*study, "--stand-offs", "150,190,230", "--bias", 0.02)
+    done = run_kr5(*study, "--stand-offs", "0.15,0.19,0.23", "--bias", 0.02)
     assert done.returncode == 0, done.stderr
     data = json.loads((tmp_path / "study.json").read_text())
     assert "below 1 mm from 190 to 190 mm" in data["verdict"]["text"]

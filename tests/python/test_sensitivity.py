@@ -296,7 +296,7 @@ def test_a_file_of_inputs_that_is_empty_or_broken_is_refused(folder, invoke, tex
         (["no_such_module:f", "--inputs", "inputs.yaml"], "cannot be imported"),
         (["model.py:ishigami", "--inputs", "gone.yaml"], "gone.yaml: No such file"),
         (["model.py:ishigami", "--inputs", "inputs.yaml", "--workspace"], "--workspace: apply to an arm"),
-        (["--inputs", "inputs.yaml"], "of a MODEL, which is missing"),
+        (["--inputs", "inputs.yaml"], "apply only with a MODEL"),
         (["--samples", 100], "samples must be a power of two, found 100"),
         (["--samples", 8], "at least two for each of the 16 replicates"),
         (["--samples", 64, "--max-samples", 32], "max_samples must be 0 or at least samples"),
