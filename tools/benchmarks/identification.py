@@ -233,7 +233,9 @@ def effect_rows(cases: Path) -> list[Row]:
     motion = merged_motion([p.motion for p in fit.parts])
     model = arm_model(motions.cell, [identification.JointTerms()] * 6)
     result = identification.identify_dynamics(motion, model, identification.DynamicsOptions(held_out=0.0))
-    value, sigma = result.parameter("fc6")
+    coulomb = result.parameter("fc6")
+    assert coulomb is not None, "Coulomb friction stands alone among the base parameters"
+    value, sigma = coulomb
     true = labels["case-005"]["effects"][0]["parameters"]["coulomb"]
     out.append(_effect_row("Coulomb friction of joint 6 (case 5) [N m]", value, sigma, true))
     motions = case_motions(cases, 1)

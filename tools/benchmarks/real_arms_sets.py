@@ -240,8 +240,8 @@ def motions(arm: TorqueArm, data: Path) -> Any:
 def joined_log(motions: Any) -> Any:
     """Fit and check as one log again."""
     logs = [*motions.fit, *motions.check]
-    parts = {k: np.concatenate([np.asarray(getattr(log, k)) for log in logs]) for k in ("t", "q", "tau")}
-    return kr5.identification.JointLog(**parts)
+    t, q, tau = (np.concatenate([np.asarray(getattr(log, k)) for log in logs]) for k in ("t", "q", "tau"))
+    return kr5.identification.JointLog(t=t, q=q, tau=tau)
 
 
 def with_torques(recording: Any, cell: Any, change: Any) -> Any:

@@ -123,10 +123,10 @@ def _design(found: Any, loop: Any, options: Any, recording: Any, believed: Any) 
     plant = identification.ForceLoopPlant(stiffness=found.stiffness, damping=max(found.damping, 0.0))
     if recording is not None and any(str(e.kind) == "step" and str(e.split) == "fit" for e in recording.experiments):
         servo_options = identification.ServoOptions()
-        servo = identification.identify_servo(recorded_logs(recording, None, servo_options)[PATH], servo_options)
-        if not servo.fit.usable:
-            fail(f"--design: the steps of the recording: {servo.fit.message}")
-        plant.servo, plant.servo_gain = servo.servo, servo.gain
+        steps = identification.identify_servo(recorded_logs(recording, None, servo_options)[PATH], servo_options)
+        if not steps.fit.usable:
+            fail(f"--design: the steps of the recording: {steps.fit.message}")
+        plant.servo, plant.servo_gain = steps.servo, steps.gain
     elif believed is not None and believed.servo is not None and believed.servo.tool is not None:
         plant.servo = believed.servo.tool
     else:
