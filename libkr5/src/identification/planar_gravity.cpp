@@ -57,7 +57,7 @@ HarmonicEquations harmonic_equations(const JointMotion& motion, std::span<const 
     const Index sample = samples.rows[static_cast<std::size_t>(r)];
     const VectorXd row = torque_row(angles, k, motion.q.row(sample).transpose());
     const double speed = motion.qd(sample, samples.joint);
-    out.behind.row(r) = row.head(before).transpose();
+    if (before > 0) out.behind.row(r) = row.head(before).transpose();
     out.own.row(r).head<harmonic_terms>() = row.tail<harmonic_terms>().transpose();
     out.own(r, harmonic_terms) = speed > 0 ? 1.0 : -1.0;
     if (viscous) out.own(r, harmonic_terms + 1) = speed;
