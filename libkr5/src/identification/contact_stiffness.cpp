@@ -54,8 +54,8 @@ void ContactLog::validate() const {
 
 namespace {
 
-enum ContactParameter : Index { Stiffness, Position, ForceOffset, Damping, Hardening, Unloading, contact_parameters };
-using ContactVector = Eigen::Matrix<double, contact_parameters, 1>;
+enum ContactParameter : Index { Stiffness, Position, ForceOffset, Damping, Hardening, Unloading, ContactParameters };
+using ContactVector = Eigen::Matrix<double, ContactParameters, 1>;
 
 /// Slopes of lines through up to five neighbours.
 VectorXd approach_speed(const ContactLog& log, const std::vector<RowRange>& runs) {
@@ -150,8 +150,8 @@ class ContactProblem {
     return out;
   }
 
-  NormalEquations<contact_parameters> equations(const ContactVector& x) const {
-    NormalEquations<contact_parameters> out;
+  NormalEquations<ContactParameters> equations(const ContactVector& x) const {
+    NormalEquations<ContactParameters> out;
     for (Index i = 0; i < log_.depth.size(); ++i) {
       if (weight[i] == 0) continue;
       const ContactReading reading = read(x, i);
@@ -159,7 +159,7 @@ class ContactProblem {
       if (reading.before > 0 && std::isfinite(reading.before))
         out.add_huber(-ContactVector::Unit(Position) / position_noise, reading.before, huber);
     }
-    for (Index i = 0; i < contact_parameters; ++i)
+    for (Index i = 0; i < ContactParameters; ++i)
       if (held[static_cast<std::size_t>(i)]) out.hold(i);
     return out;
   }
@@ -174,7 +174,7 @@ class ContactProblem {
 
  public:
   VectorXd weight;  ///< 0 for a reading that is left out, else 1.
-  std::array<bool, contact_parameters> held = {false, false, false, true, true, true};
+  std::array<bool, ContactParameters> held = {false, false, false, true, true, true};
   double position_noise;
   double force_noise = 1.0;
   double huber = 1e9;
@@ -254,19 +254,19 @@ double force_noise_of(ContactProblem& problem, const ContactVector& x, const Con
 struct ContactFit {
   ContactVector x = ContactVector::Zero();
   ContactVector deviations = ContactVector::Zero();
-  MatrixXd covariance = MatrixXd::Zero(contact_parameters, contact_parameters);
+  MatrixXd covariance = MatrixXd::Zero(ContactParameters, ContactParameters);
   double scale = 0.0;  ///< Standard deviation of a whitened residual [-].
   bool converged = false;
   int iterations = 0;
 };
 
 ContactFit fit_contact(const ContactProblem& problem, const ContactVector& start) {
-  const auto found = levenberg_marquardt<contact_parameters>(start, problem, {.max_iterations = 100});
+  const auto found = levenberg_marquardt<ContactParameters>(start, problem, {.max_iterations = 100});
   ContactFit out{.x = found.x, .converged = found.usable(), .iterations = found.iterations};
   std::vector<Index> free;
-  for (Index i = 0; i < contact_parameters; ++i)
+  for (Index i = 0; i < ContactParameters; ++i)
     if (!problem.held[static_cast<std::size_t>(i)]) free.push_back(i);
-  MatrixXd J = MatrixXd::Zero(problem.weight.size(), contact_parameters);
+  MatrixXd J = MatrixXd::Zero(problem.weight.size(), ContactParameters);
   for (Index i = 0; i < J.rows(); ++i) J.row(i) = problem.weight[i] * problem.read(out.x, i).derivatives.transpose();
   const auto covariance =
       correlated_covariance(J(Eigen::all, free), whitened_residuals(problem, out.x), problem.runs());
@@ -347,7 +347,7 @@ void add_contact_warnings(ContactStiffnessResult& out, const ContactProblem& pro
   if (out.stiffness < 100 || out.stiffness > 1e9)
     out.warnings.push_back("a stiffness of " + short_number(out.stiffness) +
                            " N/m is unusual; are depths in m and forces in N?");
-  if (problem.held[Hardening] && out.contact_readings > contact_parameters + 1) {
+  if (problem.held[Hardening] && out.contact_readings > ContactParameters + 1) {
     ContactProblem curved = problem;
     curved.held[Hardening] = false;
     const ContactFit bent = fit_contact(curved, found.x);

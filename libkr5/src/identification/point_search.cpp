@@ -21,7 +21,7 @@ constexpr double looked_at_interval = 0.04;  // of what a stroke tells [s]
 /// A way from one point to the next.
 struct Stroke {
   double time = 0.0;
-  double override_ = 1.0;
+  double speed_override = 1.0;
   Index samples = 0;
   MatrixXd information = {};
 };
@@ -70,7 +70,7 @@ class TourSource {
   }
 
   Stroke stroke(const VectorXd& from, const VectorXd& to, double override) {
-    Stroke out{.time = time(from, to, override), .override_ = override};
+    Stroke out{.time = time(from, to, override), .speed_override = override};
     const JointMotion states = motion(from, to, out.time).sampled(looked_at_interval);
     out.samples = states.samples();
     out.information = problem_.information(states);
@@ -121,7 +121,7 @@ class TourSource {
     if (k == 0) out.points.back() = out.points.front();
     const std::size_t before = k == 0 ? out.strokes.size() - 1 : k - 1;
     for (const std::size_t s : {before, k}) {
-      const double override = random_.integer(3) == 0 ? speed_override() : from.strokes[s].override_;
+      const double override = random_.integer(3) == 0 ? speed_override() : from.strokes[s].speed_override;
       out.strokes[s] = stroke(out.points[s], out.points[s + 1], override);
     }
     return out;
