@@ -207,6 +207,54 @@ Eigen::MatrixXd without_nuisance(const GroupDerivatives& at) {
   return J.bottomRows(rows);
 }
 
+/// Directions on which no measurement depends, of unit length, each coordinate over its sensitivity.
+Eigen::MatrixXd open_directions(const Eigen::MatrixXd& information, double tolerance) {
+  const Eigen::VectorXd sensitivity = information.diagonal().cwiseSqrt();
+  const double least = tolerance * std::max(sensitivity.size() ? sensitivity.maxCoeff() : 0.0, 1e-300) * 1e-6;
+  const Eigen::VectorXd scale = sensitivity.unaryExpr([&](double s) { return s > least ? 1 / s : 0.0; });
+  const SymmetricEigen eigen = symmetric_eigen(Eigen::MatrixXd(scale.asDiagonal() * information * scale.asDiagonal()));
+  Eigen::Index count = 0;
+  while (count < eigen.values.size() && eigen.values[count] <= tolerance * tolerance) ++count;
+  return eigen.vectors.leftCols(count);
+}
+
+/// Coordinates that take part in a combination of such directions of which no prior knows anything either.
+std::vector<int> undetermined_coordinates(const Eigen::MatrixXd& open, const Eigen::VectorXd& prior_information) {
+  constexpr double part = 1e-3;  // of a coordinate in a direction, or of a direction in the coordinates with a prior
+  if (open.cols() == 0) return {};
+  Eigen::MatrixXd held = open;
+  for (Eigen::Index i = 0; i < held.rows(); ++i)
+    if (!(prior_information[i] > 0)) held.row(i).setZero();
+  const SymmetricEigen prior = symmetric_eigen(Eigen::MatrixXd(held.transpose() * held));
+  Eigen::VectorXd shares = Eigen::VectorXd::Zero(open.rows());
+  for (Eigen::Index k = 0; k < open.cols() && prior.values[k] <= part * part; ++k)
+    shares += (open * prior.vectors.col(k)).cwiseAbs2();
+  std::vector<int> out;
+  for (Eigen::Index i = 0; i < shares.size(); ++i)
+    if (shares[i] > part) out.push_back(static_cast<int>(i));
+  return out;
+}
+
+void name_unidentifiable(const Eigen::MatrixXd& open, CellFitResult& result) {
+  const Eigen::MatrixXd directions = sparse_basis(open);
+  for (Eigen::Index k = 0; k < directions.cols(); ++k) {
+    UnidentifiableDirection out;
+    out.direction = directions.col(k);
+    std::vector<int> order(static_cast<std::size_t>(out.direction.size()));
+    for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<int>(i);
+    std::sort(order.begin(), order.end(),
+              [&](int a, int b) { return std::abs(out.direction[a]) > std::abs(out.direction[b]); });
+    for (const int i : order)
+      if (std::abs(out.direction[i]) > 0.01 * std::abs(out.direction[order[0]]))
+        out.coordinates.push_back(result.coordinates[static_cast<std::size_t>(i)]);
+    out.text = out.coordinates.size() == 1 ? "no measurement depends on " : "only together: ";
+    const std::size_t named = out.coordinates.size() > most_named + 1 ? most_named : out.coordinates.size();
+    for (std::size_t i = 0; i < named; ++i) out.text += (i ? ", " : "") + out.coordinates[i];
+    if (named < out.coordinates.size()) out.text += " and " + std::to_string(out.coordinates.size() - named) + " more";
+    result.unidentifiable.push_back(std::move(out));
+  }
+}
+
 }  // namespace
 
 struct CellFit::Impl {
@@ -299,7 +347,6 @@ struct CellFit::Impl {
   Eigen::MatrixXd covariance_of(const std::vector<int>& index) const;
   Eigen::VectorXd nuisance_redundancy(int nuisance) const;
   void add_prior_information(Eigen::MatrixXd& information) const;
-  void name_unidentifiable(const Eigen::MatrixXd& information, double tolerance, CellFitResult& result) const;
 };
 
 std::vector<std::string> CellFit::Impl::number_coordinates() {
@@ -499,59 +546,6 @@ void CellFit::Impl::add_prior_information(Eigen::MatrixXd& information) const {
       const int place = places[b][static_cast<std::size_t>(i)];
       if (place >= 0) information(place, place) += 1 / (blocks[b].prior[i] * blocks[b].prior[i]);
     }
-  }
-}
-
-/// Coordinates that take part in a direction of which neither the measurements nor a prior know anything.
-std::vector<int> undetermined_coordinates(const Eigen::MatrixXd& data_information,
-                                          const Eigen::VectorXd& prior_information, double tolerance) {
-  constexpr double part = 1e-3;  // of a coordinate in a direction, or of a direction in the coordinates with a prior
-  const Eigen::VectorXd scale =
-      data_information.diagonal().unaryExpr([](double d) { return d > 0 ? 1 / std::sqrt(d) : 0.0; });
-  const SymmetricEigen data =
-      symmetric_eigen(Eigen::MatrixXd(scale.asDiagonal() * data_information * scale.asDiagonal()));
-  Eigen::Index open = 0;
-  while (open < data.values.size() && data.values[open] <= tolerance * tolerance) ++open;
-  if (open == 0) return {};
-  const Eigen::MatrixXd V = data.vectors.leftCols(open);
-  Eigen::MatrixXd held = V;
-  for (Eigen::Index i = 0; i < held.rows(); ++i)
-    if (!(prior_information[i] > 0)) held.row(i).setZero();
-  const SymmetricEigen prior = symmetric_eigen(Eigen::MatrixXd(held.transpose() * held));
-  Eigen::VectorXd shares = Eigen::VectorXd::Zero(V.rows());
-  for (Eigen::Index k = 0; k < open && prior.values[k] <= part * part; ++k)
-    shares += (V * prior.vectors.col(k)).cwiseAbs2();
-  std::vector<int> out;
-  for (Eigen::Index i = 0; i < shares.size(); ++i)
-    if (shares[i] > part) out.push_back(static_cast<int>(i));
-  return out;
-}
-
-void CellFit::Impl::name_unidentifiable(const Eigen::MatrixXd& information, double tolerance,
-                                        CellFitResult& result) const {
-  const Eigen::VectorXd sensitivity = information.diagonal().cwiseSqrt();
-  const double least = tolerance * std::max(sensitivity.size() ? sensitivity.maxCoeff() : 0.0, 1e-300) * 1e-6;
-  Eigen::VectorXd scale = sensitivity;
-  for (double& s : scale) s = s > least ? 1 / s : 0.0;
-  const SymmetricEigen eigen = symmetric_eigen(Eigen::MatrixXd(scale.asDiagonal() * information * scale.asDiagonal()));
-  Eigen::Index count = 0;
-  while (count < eigen.values.size() && eigen.values[count] <= tolerance * tolerance) ++count;
-  const Eigen::MatrixXd directions = sparse_basis(eigen.vectors.leftCols(count));
-  for (Eigen::Index k = 0; k < count; ++k) {
-    UnidentifiableDirection out;
-    out.direction = directions.col(k);
-    std::vector<int> order(static_cast<std::size_t>(out.direction.size()));
-    for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<int>(i);
-    std::sort(order.begin(), order.end(),
-              [&](int a, int b) { return std::abs(out.direction[a]) > std::abs(out.direction[b]); });
-    for (const int i : order)
-      if (std::abs(out.direction[i]) > 0.01 * std::abs(out.direction[order[0]]))
-        out.coordinates.push_back(result.coordinates[static_cast<std::size_t>(i)]);
-    out.text = out.coordinates.size() == 1 ? "no measurement depends on " : "only together: ";
-    const std::size_t named = out.coordinates.size() > most_named + 1 ? most_named : out.coordinates.size();
-    for (std::size_t i = 0; i < named; ++i) out.text += (i ? ", " : "") + out.coordinates[i];
-    if (named < out.coordinates.size()) out.text += " and " + std::to_string(out.coordinates.size() - named) + " more";
-    result.unidentifiable.push_back(std::move(out));
   }
 }
 
@@ -809,12 +803,13 @@ CellFitResult CellFit::solve(const CellFitOptions& options) {
   impl_->minimise(options, result);
   if (!options.uncertainty) return result;
   const Eigen::MatrixXd information = impl_->data_information(result);
-  impl_->name_unidentifiable(information, options.rank_tolerance, result);
+  const Eigen::MatrixXd open = open_directions(information, options.rank_tolerance);
+  name_unidentifiable(open, result);
   Eigen::MatrixXd of_priors = Eigen::MatrixXd::Zero(information.rows(), information.cols());
   impl_->add_prior_information(of_priors);
   impl_->covariance = covariance_of(information + of_priors, options.rank_tolerance);
   result.covariance = impl_->covariance;
-  for (const int i : undetermined_coordinates(information, of_priors.diagonal(), options.rank_tolerance)) {
+  for (const int i : undetermined_coordinates(open, of_priors.diagonal())) {
     result.undetermined.push_back(result.coordinates[static_cast<std::size_t>(i)]);
     result.covariance.row(i).setZero();
     result.covariance.col(i).setZero();
