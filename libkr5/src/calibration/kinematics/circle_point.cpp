@@ -420,24 +420,23 @@ double radius_doubt(const AxisFit& fit) {
 /// Why the joint turned by another angle than its readings say; empty when it did not, as far as noise lets it be seen.
 std::string turn_doubt(const AxisEstimation& estimation) {
   constexpr double matters = 0.005, false_alarm = 1e-4;  // of a sound encoder
-  double n = 0, mean_q = 0, mean_angle = 0, qq = 0, qa = 0, aa = 0;
-  for (int pass = 0; pass < 2; ++pass)
-    for (std::size_t i = 0; i < estimation.samples.size(); ++i) {
-      if (!estimation.samples[i].q) return {};
-      if (!(estimation.weights[i] > 0)) continue;
-      const double q = *estimation.samples[i].q, angle = found_angle(estimation, i);
-      if (pass == 0) {
-        mean_q = (n * mean_q + q) / (n + 1), mean_angle = (n * mean_angle + angle) / (n + 1), ++n;
-      } else {
-        qq += (q - mean_q) * (q - mean_q), qa += (q - mean_q) * (angle - mean_angle);
-        aa += (angle - mean_angle) * (angle - mean_angle);
-      }
-    }
-  if (n < 4 || !(qq > 0)) return {};
+  std::vector<double> readings, found;
+  for (std::size_t i = 0; i < estimation.samples.size(); ++i) {
+    if (!estimation.samples[i].q) return {};
+    if (!(estimation.weights[i] > 0)) continue;
+    readings.push_back(*estimation.samples[i].q), found.push_back(found_angle(estimation, i));
+  }
+  const auto n = static_cast<Eigen::Index>(readings.size());
+  if (n < 4) return {};
+  Eigen::VectorXd q = Eigen::VectorXd::Map(readings.data(), n), angle = Eigen::VectorXd::Map(found.data(), n);
+  q.array() -= q.mean(), angle.array() -= angle.mean();
+  const double qq = q.squaredNorm(), qa = q.dot(angle), dof = static_cast<double>(n) - 2;
+  if (!(qq > 0)) return {};
   const double slope = qa / qq;
-  const double variance = std::max(aa - slope * qa, 0.0) / (n - 2) / qq + std::pow(radius_doubt(*estimation.fit), 2);
+  const double variance =
+      std::max(angle.squaredNorm() - slope * qa, 0.0) / dof / qq + std::pow(radius_doubt(*estimation.fit), 2);
   const double f = (slope - 1) * (slope - 1) / std::max(variance, 1e-30);
-  if (std::abs(slope - 1) < matters || 1 - uncertainty::fisher_cdf(f, 1, n - 2) > false_alarm) return {};
+  if (std::abs(slope - 1) < matters || 1 - uncertainty::fisher_cdf(f, 1, dof) > false_alarm) return {};
   std::ostringstream text;
   text << "the joint turned by " << std::setprecision(4) << slope << " times its readings (" << std::setprecision(1)
        << std::fixed << 100 * std::sqrt(variance)
