@@ -15,6 +15,7 @@ from kr5_tools.cli.terminal import console, fail, print_note, spinner
 from kr5_tools.files.cell_output import WriteCellOption, write_cell_file
 from kr5_tools.files.results import write_result
 from kr5_tools.files.writing import check_writable, write_json
+from kr5_tools.log_import.values import joint_torques
 
 app = typer.Typer()
 LARGE_ERROR = 0.2  # held-out error over the torque of a joint, above which a model is doubtful [-]
@@ -107,8 +108,7 @@ def slow_motion(log: Path, believed: Any, wanted: Columns) -> Any:
     elif "i1" in columns:
         if believed.drives is None:
             fail(f"{log}: has currents (i1 …), but the cell has no drives to make torques of them; log tau1 …")
-        current = values_of(log, table, [f"i{k + 1}" for k in range(n)])
-        tau = (current * np.asarray(believed.drives.torque_constant)) @ np.asarray(believed.drives.structure)
+        tau = joint_torques(believed.drives, values_of(log, table, [f"i{k + 1}" for k in range(n)]))
     else:
         fail(f"{log}: found the columns {', '.join(columns)}, expected torques tau1 … or currents i1 …")
     return identification.JointMotion(t=t, q=q, qd=qd, qdd=np.zeros_like(q), tau=tau)

@@ -16,7 +16,7 @@ from kr5_tools.log_import.importer import Importer
 from kr5_tools.log_import.log import Log
 from kr5_tools.log_import.map_file import Map, Source, load_map
 from kr5_tools.log_import.map_guess import guess_map
-from kr5_tools.log_import.values import to_si
+from kr5_tools.log_import.values import joint_torques, to_si
 
 SPEED = re.compile(r"(q|joint|axis|j)?_?(d|qd|dq|v|vel|velocity|speed)_?(q|joint|axis|j)?_?(act|actual|meas|ist)?_?")
 GRAVITY = (0.0, 0.0, -9.81)
@@ -109,7 +109,12 @@ def _experiment_log(cell: Any, experiment: Any, n: int) -> Any:
         return None
     values = np.column_stack([experiment[name] for name in load])
     if load[0] == "i1":
-        values = joint_torques(cell, values, experiment.name)
+        if cell.drives is None:
+            fail(
+                f"{experiment.name}: needs drives (structure, torque_constant) in the cell to read currents, which it"
+                " does not have"
+            )
+        values = joint_torques(cell.drives, values)
     return identification.JointLog(
         t=experiment["t"],
         q=np.column_stack([experiment[name] for name in q]),
@@ -117,13 +122,6 @@ def _experiment_log(cell: Any, experiment: Any, n: int) -> Any:
         q_names=[f"{experiment.name}.{name}" for name in q],
         tau_names=[f"{experiment.name}.{name}" for name in load],
     )
-
-
-def joint_torques(cell: Any, currents: np.ndarray, where: str) -> np.ndarray:
-    """Torques on the joint side that motor currents make: S^T (k i)."""
-    if cell.drives is None:
-        fail(f"{where}: needs drives (structure, torque_constant) in the cell to read currents, which it does not have")
-    return np.asarray((currents * np.asarray(cell.drives.torque_constant)) @ np.asarray(cell.drives.structure))
 
 
 def _guessed_motions(source: Path, arm: Path) -> MotionLogs:

@@ -70,6 +70,11 @@ def column_quantities(cell: Any, name: str, member: int) -> tuple[str, ...]:
     return QUANTITY.get(name, ("none",))
 
 
+def joint_torques(drives: Any, currents: np.ndarray) -> np.ndarray:
+    """Torques on the joint side that motor currents make: S^T (k i), a row a sample."""
+    return np.asarray((currents * np.asarray(drives.torque_constant)) @ np.asarray(drives.structure))
+
+
 def across_gears(source: Source, name: str, values: np.ndarray, cell: Any, note: Note, quantity: str) -> np.ndarray:
     """Motor to joint side and back by the structure matrix S; torque to current and back by the torque constants."""
     drives = cell.drives
@@ -84,7 +89,7 @@ def across_gears(source: Source, name: str, values: np.ndarray, cell: Any, note:
         return values @ np.linalg.inv(S).T
     if name == "tau":
         note("tau: motor torques were converted to joint torques by the structure matrix of the cell")
-        return np.asarray((values * constant if quantity == "current" else values) @ S)
+        return joint_torques(drives, values) if quantity == "current" else np.asarray(values @ S)
     if quantity == "torque":
         note("i: torques were converted to currents by the torque constants of the cell")
         return np.asarray((values if motor else values @ np.linalg.inv(S)) / constant)
