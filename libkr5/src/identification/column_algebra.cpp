@@ -13,27 +13,36 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+IndependentColumns independent_columns(const MatrixXd& A, const std::vector<int>& order, double tolerance,
+                                       double nothing) {
+  IndependentColumns out;
+  out.basis.resize(A.rows(), std::min(A.rows(), A.cols()));
+  Index rank = 0;
+  for (const int c : order) {
+    const double length = A.col(c).norm();
+    if (length <= nothing || rank == out.basis.cols()) continue;
+    VectorXd left = A.col(c);
+    for (int turn = 0; turn < 2; ++turn)  // the second takes out what the first left by rounding
+      left -= out.basis.leftCols(rank) * (out.basis.leftCols(rank).transpose() * left).eval();
+    const double remains = left.norm();
+    if (remains <= tolerance * length) continue;
+    out.basis.col(rank++) = left / remains;
+    out.columns.push_back(c);
+  }
+  out.basis.conservativeResize(Eigen::NoChange, rank);
+  return out;
+}
+
 ColumnSplit split_columns(const MatrixXd& A, const std::vector<int>& order, double tolerance) {
   ColumnSplit out;
   if (A.cols() == 0) return out;
-  MatrixXd Q(A.rows(), std::min(A.rows(), A.cols()));
-  Index rank = 0;
   const double nothing = 1e-10 * A.colwise().norm().maxCoeff();  // a column of rounding alone
-  for (const int c : order) {
-    const double length = A.col(c).norm();
-    VectorXd left = A.col(c);
-    for (int turn = 0; turn < 2; ++turn)  // twice, for rounding
-      left -= Q.leftCols(rank) * (Q.leftCols(rank).transpose() * left);
-    const double remains = left.norm();
-    if (rank < Q.cols() && length > nothing && remains > tolerance * length) {
-      Q.col(rank++) = left / remains;
-      out.independent.push_back(c);
-    } else {
-      out.dependent.push_back(c);
-    }
-  }
+  out.independent = independent_columns(A, order, tolerance, nothing).columns;
   std::sort(out.independent.begin(), out.independent.end());
+  out.dependent = order;
   std::sort(out.dependent.begin(), out.dependent.end());
+  std::erase_if(out.dependent,
+                [&](int c) { return std::binary_search(out.independent.begin(), out.independent.end(), c); });
   if (out.independent.empty() || out.dependent.empty()) {
     out.coefficients =
         MatrixXd::Zero(static_cast<Index>(out.independent.size()), static_cast<Index>(out.dependent.size()));

@@ -13,6 +13,17 @@
 
 namespace kr5::identification {
 
+/// Columns that those taken before them do not span.
+struct IndependentColumns {
+  std::vector<int> columns;  ///< In the order in which they were taken.
+  Eigen::MatrixXd basis;     ///< Orthonormal, of what they span: a column each.
+};
+
+/// Takes columns in the given order, but those no longer than `nothing` and those of which no more than `tolerance` of
+/// their length is left beside the ones before.
+IndependentColumns independent_columns(const Eigen::MatrixXd& A, const std::vector<int>& order, double tolerance,
+                                       double nothing);
+
 /// Columns of a matrix, split into independent and dependent ones: dependent = independent * coefficients.
 struct ColumnSplit {
   std::vector<int> independent, dependent;  ///< In ascending order.

@@ -14,6 +14,7 @@
 #include <kr5/uncertainty/confidence.hpp>
 
 #include "residual_correlation.hpp"
+#include "runs.hpp"
 #include "short_number.hpp"
 
 namespace kr5::identification {
@@ -42,14 +43,8 @@ void ContactLog::validate() const {
   check("depth", depth);
   check("force", force);
   if (t.size() > 0) check("t", t);
-  require(run_starts.empty() || run_starts.front() == 0, "run_starts: rows in ascending order, 0 first");
-  for (std::size_t k = 1; k < run_starts.size(); ++k)
-    require(run_starts[k] > run_starts[k - 1] && run_starts[k] < depth.size(),
-            "run_starts: rows in ascending order, 0 first");
-  if (t.size() == 0) return;
-  for (const RowRange& run : runs_of(run_starts, t.size()))
-    for (Index i = run.first + 1; i < run.last; ++i)
-      require(t[i] > t[i - 1], "t: row " + std::to_string(i) + " is not later than the one before [s]");
+  require_run_starts(run_starts, depth.size());
+  if (t.size() > 0) require_rising_times(t, run_starts);
 }
 
 namespace {

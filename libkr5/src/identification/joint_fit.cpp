@@ -12,6 +12,7 @@
 #include <kr5/core/statistics.hpp>
 
 #include "column_algebra.hpp"
+#include "runs.hpp"
 
 namespace kr5::identification {
 namespace {
@@ -22,13 +23,6 @@ using Eigen::VectorXd;
 using Positions = std::vector<std::vector<int>>;
 
 constexpr int longest_autoregression = 30;
-
-std::vector<Index> run_ends(const std::vector<int>& run_starts, Index samples) {
-  std::vector<Index> ends;
-  for (std::size_t r = 1; r < run_starts.size(); ++r) ends.push_back(run_starts[r]);
-  ends.push_back(samples);
-  return ends;
-}
 
 VectorXd chosen(const VectorXd& beta, const std::vector<int>& positions) {
   VectorXd out(static_cast<Index>(positions.size()));
@@ -96,18 +90,15 @@ std::vector<MatrixXd> joint_factors(const JointRows& rows) {
 /// the autoregressive series.
 MatrixXd correlated_columns(const MatrixXd& X, const Autoregression& model, const std::vector<int>& run_starts) {
   MatrixXd out = X;
-  const std::vector<Index> ends = run_ends(run_starts, X.rows());
+  const std::vector<physics::RowRange> runs = runs_of(run_starts, X.rows());
   const Index p = model.a.size();
   for (Index c = 0; c < out.cols(); ++c) {
     double* u = out.col(c).data();
-    Index first = 0;
-    for (const Index end : ends) {
-      for (Index t = end; t-- > first;) {
-        const Index reach = std::min(p, end - 1 - t);
+    for (const physics::RowRange& run : runs)
+      for (Index t = run.last; t-- > run.first;) {
+        const Index reach = std::min(p, run.last - 1 - t);
         for (Index k = 1; k <= reach; ++k) u[t] -= model.a[k - 1] * u[t + k];
       }
-      first = end;
-    }
   }
   return out;
 }
@@ -313,13 +304,9 @@ double Autoregression::samples_per_independent() const {
 
 Autoregression fit_autoregression(const VectorXd& series, const std::vector<int>& run_starts, int max_order) {
   VectorXd covariance = VectorXd::Zero(max_order + 1);
-  const std::vector<Index> ends = run_ends(run_starts, series.size());
-  Index first = 0;
-  for (const Index end : ends) {
-    for (Index lag = 0; lag <= std::min<Index>(max_order, end - first - 1); ++lag)
-      covariance[lag] += series.segment(first, end - first - lag).dot(series.segment(first + lag, end - first - lag));
-    first = end;
-  }
+  for (const auto& [first, last] : runs_of(run_starts, series.size()))
+    for (Index lag = 0; lag <= std::min<Index>(max_order, last - first - 1); ++lag)
+      covariance[lag] += series.segment(first, last - first - lag).dot(series.segment(first + lag, last - first - lag));
   const auto count = static_cast<double>(series.size());
   covariance /= std::max(1.0, count);
   Autoregression best{VectorXd(), std::sqrt(covariance[0]), covariance[0]};

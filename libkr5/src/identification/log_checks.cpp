@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 #include <numeric>
 
@@ -13,6 +12,7 @@
 #include <kr5/identification/zero_phase.hpp>
 
 #include "even_log.hpp"
+#include "short_number.hpp"
 
 namespace kr5::identification {
 
@@ -415,12 +415,6 @@ bool SmoothedLog::inside(Index row, Index margin) const {
   if (row < margin || row + margin >= q.rows()) return false;
   const auto at = [&](Index i) { return run[static_cast<std::size_t>(i)]; };
   return at(row) >= 0 && at(row - margin) == at(row) && at(row + margin) == at(row);
-}
-
-std::string short_number(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.4g", value);
-  return text.data();
 }
 
 LogFinding finding_at(const OrderedLog& data, LogFault fault, LogSeverity severity, const std::string& column,

@@ -37,9 +37,6 @@ LogScan scan_log(const JointLog& log, const ConditioningOptions& options);
 LogFinding finding_at(const OrderedLog& data, LogFault fault, LogSeverity severity, const std::string& column,
                       Index joint, Index first, Index last);
 
-/// A number for messages, of four digits.
-std::string short_number(double value);
-
 /// Uninterrupted rows.
 struct LogRun {
   Index first, size;

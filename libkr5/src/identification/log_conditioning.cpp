@@ -11,6 +11,7 @@
 
 #include "even_log.hpp"
 #include "log_checks.hpp"
+#include "short_number.hpp"
 
 namespace kr5::identification {
 

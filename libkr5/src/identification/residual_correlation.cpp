@@ -17,14 +17,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using physics::RowRange;
 
-std::vector<RowRange> runs_of(const std::vector<int>& run_starts, Index rows) {
-  if (run_starts.empty()) return {{0, rows}};
-  std::vector<RowRange> out;
-  for (std::size_t k = 0; k < run_starts.size(); ++k)
-    out.push_back({run_starts[k], k + 1 < run_starts.size() ? run_starts[k + 1] : rows});
-  return out;
-}
-
 namespace {
 
 /// Sum over the runs of r_i r_(i + lag).

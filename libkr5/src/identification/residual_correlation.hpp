@@ -12,9 +12,6 @@
 
 namespace kr5::identification {
 
-/// Uninterrupted runs of `rows` rows from their first rows; without any: one run.
-std::vector<physics::RowRange> runs_of(const std::vector<int>& run_starts, Eigen::Index rows);
-
 struct CorrelatedCovariance {
   Eigen::MatrixXd covariance;  ///< Empty when the residuals do not determine every parameter.
   double variance = 0.0;       ///< Of a residual.

@@ -12,6 +12,7 @@
 #include <kr5/uncertainty/confidence.hpp>
 
 #include "residual_correlation.hpp"
+#include "runs.hpp"
 #include "servo_response.hpp"
 #include "short_number.hpp"
 
@@ -37,13 +38,8 @@ void ServoLog::validate() const {
     for (Index i = 0; i < values->size(); ++i)
       require(std::isfinite((*values)[i]), name + ": row " + std::to_string(i) + " is not finite");
   }
-  require(run_starts.empty() || run_starts.front() == 0, "run_starts: rows in ascending order, 0 first");
-  for (std::size_t k = 1; k < run_starts.size(); ++k)
-    require(run_starts[k] > run_starts[k - 1] && run_starts[k] < t.size(),
-            "run_starts: rows in ascending order, 0 first");
-  for (const RowRange& run : runs_of(run_starts, t.size()))
-    for (Index i = run.first + 1; i < run.last; ++i)
-      require(t[i] > t[i - 1], "t: row " + std::to_string(i) + " is not later than the one before [s]");
+  require_run_starts(run_starts, t.size());
+  require_rising_times(t, run_starts);
 }
 
 namespace {

@@ -9,6 +9,8 @@
 
 #include <kr5/core/statistics.hpp>
 
+#include "short_number.hpp"
+
 namespace kr5::identification {
 
 namespace {
