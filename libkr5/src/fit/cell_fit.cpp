@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <deque>
 #include <limits>
 #include <map>
 
@@ -59,18 +58,19 @@ class ObservationCost final : public ceres::CostFunction {
  public:
   ObservationCost(const std::vector<Block>& all, const Observation& observation)
       : all_(all), observation_(observation) {
-    set_num_residuals(observation.rows);
+    set_num_residuals(observation.few_rows(all));
     for (const int b : observation.blocks)
       mutable_parameter_block_sizes()->push_back(static_cast<int>(all[static_cast<std::size_t>(b)].values.size()));
   }
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
     const std::vector<const double*> values(parameters, parameters + observation_.blocks.size());
     std::vector<RowMatrix> J;
-    if (!observation_.evaluate(all_, values, residuals, jacobians ? &J : nullptr)) return false;
+    if (!observation_.evaluate_few(all_, values, observation_.weight, residuals, jacobians ? &J : nullptr))
+      return false;
     if (!jacobians) return true;
     for (std::size_t k = 0; k < J.size(); ++k) {
       if (!jacobians[k]) continue;
-      Eigen::Map<RowMatrix> out(jacobians[k], observation_.rows, parameter_block_sizes()[k]);
+      Eigen::Map<RowMatrix> out(jacobians[k], num_residuals(), parameter_block_sizes()[k]);
       out.leftCols(J[k].cols()) = J[k];
       if (out.cols() > J[k].cols()) out.rightCols(out.cols() - J[k].cols()).setZero();
     }
@@ -94,13 +94,12 @@ class PriorCost final : public ceres::CostFunction {
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
     const Eigen::VectorXd change = block_.change(parameters[0]);
     Eigen::Map<RowMatrix> J(jacobians ? jacobians[0] : nullptr, num_residuals(), block_.values.size());
-    if (jacobians && jacobians[0]) J.setZero();
-    for (std::size_t k = 0; k < rows_.size(); ++k) {
-      const int i = rows_[k];
-      residuals[k] = change[i] / block_.prior[i];
-      // Of a small pose the derivative of its vector by a right perturbation is the identity, to first order.
-      if (jacobians && jacobians[0]) J(static_cast<Eigen::Index>(k), i) = 1.0 / block_.prior[i];
-    }
+    for (std::size_t k = 0; k < rows_.size(); ++k) residuals[k] = change[rows_[k]] / block_.prior[rows_[k]];
+    if (!jacobians || !jacobians[0]) return true;
+    const Eigen::MatrixXd by_coordinates = block_.change_by_coordinates(parameters[0]);
+    J.setZero();
+    for (std::size_t k = 0; k < rows_.size(); ++k)
+      J.row(static_cast<Eigen::Index>(k)).head(block_.size()) = by_coordinates.row(rows_[k]) / block_.prior[rows_[k]];
     return true;
   }
 
@@ -110,19 +109,21 @@ class PriorCost final : public ceres::CostFunction {
 };
 
 /// Lower triangular W with W' W = C^-1.
-Eigen::MatrixXd whitening_of(const Eigen::MatrixXd& covariance, Eigen::Index size) {
+template <int Size>
+Eigen::Matrix<double, Size, Size> whitening_of(const Eigen::MatrixXd& covariance, Eigen::Index size = Size) {
+  using Square = Eigen::Matrix<double, Size, Size>;
   require(covariance.rows() == size && covariance.cols() == size && covariance.allFinite(),
-          "covariance must be finite, of as many rows as there are numbers [m^2]");
-  const Eigen::LLT<Eigen::MatrixXd> factors(covariance);
-  require(factors.info() == Eigen::Success, "covariance must be positive definite [m^2]");
-  return factors.matrixL().solve(Eigen::MatrixXd::Identity(size, size));
+          "covariance must be finite, of as many rows as there are numbers [m^2, rad^2]");
+  const Eigen::LLT<Square> factors{Square(covariance)};
+  require(factors.info() == Eigen::Success, "covariance must be positive definite [m^2, rad^2]");
+  return factors.matrixL().solve(Square::Identity(size, size));
 }
 
 /// Measurements that share a nuisance, at the present values.
 struct Linearisation {
   std::vector<int> index;  ///< Places of the columns of `J` in the result.
   Eigen::MatrixXd J;       ///< By the free coordinates.
-  Eigen::MatrixXd N;       ///< By the nuisance; without columns where there is none.
+  Eigen::MatrixXd N;       ///< By the change of the nuisance; without columns where there is none.
   Eigen::VectorXd prior;   ///< Information of the prior on the nuisance, by coordinate.
   Eigen::VectorXd r;
 };
@@ -211,7 +212,12 @@ struct CellFit::Impl {
   }
   void check_chain(const PoseChain& chain) {
     for (const PoseChain::Factor& factor : chain.factors()) {
+      if (factor.path) require(std::isfinite(factor.t), "CellFit: the time on a path must be finite [s]");
       if (!factor.block.exists()) continue;
+      if (factor.path) {
+        require(block_of(factor.block, BlockKind::Vector, "delay").size() == 1, "delay must be a block of one number");
+        continue;
+      }
       if (factor.q.size() == 0) {
         block_of(factor.block, BlockKind::Pose, "pose");
         continue;
@@ -243,7 +249,8 @@ struct CellFit::Impl {
   void minimise(const CellFitOptions& options, CellFitResult& result);
   std::vector<std::vector<const Observation*>> groups() const;
   int nuisance_of(const Observation& o) const;
-  std::optional<Linearisation> linearise(const std::vector<const Observation*>& group) const;
+  /// `all_in`: those that are left out with the weight 1.
+  std::optional<Linearisation> linearise(const std::vector<const Observation*>& group, bool all_in = false) const;
   Eigen::MatrixXd data_information(CellFitResult& result) const;
   Eigen::MatrixXd covariance_of(const std::vector<int>& index) const;
   Eigen::VectorXd nuisance_redundancy(int nuisance) const;
@@ -347,7 +354,7 @@ std::vector<std::vector<const Observation*>> CellFit::Impl::groups() const {
   return out;
 }
 
-std::optional<Linearisation> CellFit::Impl::linearise(const std::vector<const Observation*>& group) const {
+std::optional<Linearisation> CellFit::Impl::linearise(const std::vector<const Observation*>& group, bool all_in) const {
   Eigen::Index rows = 0;
   for (const Observation* o : group) rows += o->rows;
   Linearisation out;
@@ -373,10 +380,13 @@ std::optional<Linearisation> CellFit::Impl::linearise(const std::vector<const Ob
   Eigen::Index first = 0;
   for (const Observation* o : group) {
     std::vector<RowMatrix> jacobians;
-    if (!o->evaluate(blocks, values(*o), out.r.data() + first, &jacobians)) return std::nullopt;
+    const double weight = all_in && !(o->weight > 0) ? 1.0 : o->weight;
+    if (!o->evaluate(blocks, values(*o), weight, out.r.data() + first, &jacobians)) return std::nullopt;
     for (std::size_t k = 0; k < o->blocks.size(); ++k) {
       const auto b = static_cast<std::size_t>(o->blocks[k]);
-      if (blocks[b].nuisance) out.N.middleRows(first, o->rows) = jacobians[k];
+      if (blocks[b].nuisance)
+        out.N.middleRows(first, o->rows) =
+            jacobians[k] * blocks[b].change_by_coordinates(blocks[b].values.data()).inverse();
       Eigen::Index column = first_column[static_cast<std::size_t>(
           std::find(blocks_of.begin(), blocks_of.end(), o->blocks[k]) - blocks_of.begin())];
       for (int i = 0; i < blocks[b].size(); ++i)
@@ -442,26 +452,32 @@ void CellFit::Impl::name_unidentifiable(const Eigen::MatrixXd& information, doub
 }
 
 PoseChain& PoseChain::then(const Pose& T) {
-  factors_.push_back({.constant = T, .block = {}, .q = {}, .joint_terms = {}, .regressor = {}});
+  factors_.push_back({.constant = T, .block = {}, .q = {}, .joint_terms = {}, .regressor = {}, .path = {}});
   return *this;
 }
 PoseChain& PoseChain::then(FitBlock pose) {
-  factors_.push_back({.block = pose, .q = {}, .joint_terms = {}, .regressor = {}});
+  factors_.push_back({.block = pose, .q = {}, .joint_terms = {}, .regressor = {}, .path = {}});
   return *this;
 }
 PoseChain& PoseChain::then_inverse(FitBlock pose) {
-  factors_.push_back({.block = pose, .inverse = true, .q = {}, .joint_terms = {}, .regressor = {}});
+  factors_.push_back({.block = pose, .inverse = true, .q = {}, .joint_terms = {}, .regressor = {}, .path = {}});
   return *this;
 }
 PoseChain& PoseChain::then_arm(FitBlock arm, const Eigen::VectorXd& q, FitBlock joint_terms,
                                const Eigen::MatrixXd& regressor) {
-  factors_.push_back({.block = arm, .q = q, .joint_terms = joint_terms, .regressor = regressor});
+  factors_.push_back({.block = arm, .q = q, .joint_terms = joint_terms, .regressor = regressor, .path = {}});
   return *this;
 }
 PoseChain& PoseChain::then_inverse_arm(FitBlock arm, const Eigen::VectorXd& q, FitBlock joint_terms,
                                        const Eigen::MatrixXd& regressor) {
   then_arm(arm, q, joint_terms, regressor);
   factors_.back().inverse = true;
+  return *this;
+}
+
+PoseChain& PoseChain::then_path(const PosePath& path, double t, FitBlock delay) {
+  require(static_cast<bool>(path), "PoseChain: there is no path");
+  factors_.push_back({.block = delay, .q = {}, .joint_terms = {}, .regressor = {}, .path = path, .t = t});
   return *this;
 }
 
@@ -547,6 +563,11 @@ void CellFit::begin_at(FitBlock block, const Eigen::VectorXd& values) {
   b.values = values;
 }
 
+void CellFit::begin_at(FitBlock block, const Pose& pose) {
+  require(pose.matrix().allFinite(), "CellFit: a pose to begin at must be finite");
+  from_pose(pose, impl_->block_of(block, BlockKind::Pose, "pose").values.data());
+}
+
 void CellFit::set_weight(FitObservation observation, double weight) {
   require(weight >= 0 && std::isfinite(weight), "weight must not be negative [-]");
   impl_->observation(observation).weight = weight;
@@ -560,16 +581,40 @@ void CellFit::set_pixel_sigmas(FitObservation observation, const Eigen::VectorXd
   o.whitening = sigmas.cwiseInverse();
 }
 
+void CellFit::set_covariance(FitObservation observation, const Eigen::MatrixXd& covariance) {
+  Observation& o = impl_->observation(observation);
+  switch (o.kind) {
+    case ObservationKind::Pose:
+      o.whitening6 = whitening_of<6>(covariance);
+      return;
+    case ObservationKind::Position:
+    case ObservationKind::SphereSection:
+      o.whitening3 = whitening_of<3>(covariance);
+      return;
+    case ObservationKind::PlanePoints:
+      o.whitening_matrix = whitening_of<Eigen::Dynamic>(covariance, o.points.cols());
+      return;
+    default:
+      throw InvalidArgument("CellFit: this kind of measurement has no covariance");
+  }
+}
+
 FitObservation CellFit::observe_pose(const PoseChain& chain, const Pose& seen, double sigma_position,
                                      double sigma_rotation) {
   require(sigma_position > 0 && sigma_rotation > 0, "standard deviations must be positive [m, rad]");
+  Vector6 variance;
+  variance << Eigen::Vector3d::Constant(sigma_position * sigma_position),
+      Eigen::Vector3d::Constant(sigma_rotation * sigma_rotation);
+  return observe_pose(chain, seen, Matrix6(variance.asDiagonal()));
+}
+
+FitObservation CellFit::observe_pose(const PoseChain& chain, const Pose& seen, const Matrix6& covariance) {
   require(seen.matrix().allFinite() && is_rotation(seen.linear(), 1e-3), "a seen pose has no proper rotation");
   Observation o;
   o.kind = ObservationKind::Pose;
   o.chain = chain;
   o.seen = seen;
-  o.whitening.resize(6);
-  o.whitening << Eigen::Vector3d::Constant(1 / sigma_position), Eigen::Vector3d::Constant(1 / sigma_rotation);
+  o.whitening6 = whitening_of<6>(covariance);
   return impl_->keep(std::move(o), 6);
 }
 
@@ -587,7 +632,7 @@ FitObservation CellFit::observe_position(const PoseChain& chain, const FitPoint&
   o.chain = chain;
   o.point = point;
   o.other = seen;
-  o.whitening3 = whitening_of(covariance, 3);
+  o.whitening3 = whitening_of<3>(covariance);
   return impl_->keep(std::move(o), 3);
 }
 
@@ -625,7 +670,7 @@ FitObservation CellFit::observe_on_plane(const PoseChain& chain, const Eigen::Ma
   o.kind = ObservationKind::PlanePoints;
   o.chain = chain;
   o.points = points;
-  o.whitening_matrix = whitening_of(covariance, points.cols());
+  o.whitening_matrix = whitening_of<Eigen::Dynamic>(covariance, points.cols());
   return impl_->keep(std::move(o), static_cast<int>(points.cols()));
 }
 
@@ -642,7 +687,7 @@ FitObservation CellFit::observe_sphere_section(const PoseChain& chain, const Fit
   o.distance = radius;
   o.radius = radius_block;
   o.section = seen;
-  o.whitening3 = whitening_of(covariance, 3);
+  o.whitening3 = whitening_of<3>(covariance);
   return impl_->keep(std::move(o), 3);
 }
 
@@ -691,12 +736,31 @@ std::vector<int> CellFit::coordinates(FitBlock block) const {
 }
 
 Eigen::VectorXd CellFit::residuals(FitObservation observation) const {
-  Observation o = impl_->observation(observation);
-  o.weight = 1.0;  // one that is left out has residuals, too
+  const Observation& o = impl_->observation(observation);
   Eigen::VectorXd r(o.rows);
-  if (!o.evaluate(impl_->blocks, impl_->values(o), r.data(), nullptr))
+  if (!o.evaluate(impl_->blocks, impl_->values(o), 1.0, r.data(), nullptr))  // one that is left out has some, too
     r.setConstant(std::numeric_limits<double>::infinity());
   return r;
+}
+
+std::optional<CellFit::Linear> CellFit::linear(FitObservation observation, std::span<const FitBlock> blocks) const {
+  const Observation& o = impl_->observation(observation);
+  Linear out;
+  out.residuals.resize(o.few_rows(impl_->blocks));
+  std::vector<RowMatrix> by_block;
+  if (!o.evaluate_few(impl_->blocks, impl_->values(o), 1.0, out.residuals.data(), &by_block)) return std::nullopt;
+  Eigen::Index columns = 0;
+  for (const FitBlock handle : blocks) columns += impl_->block(handle).size();
+  out.derivative = Eigen::MatrixXd::Zero(out.residuals.size(), columns);
+  Eigen::Index column = 0;
+  for (const FitBlock handle : blocks) {
+    const Block& block = impl_->block(handle);
+    const auto at = std::find(o.blocks.begin(), o.blocks.end(), handle.index);
+    for (int i = 0; i < block.size(); ++i, ++column)
+      if (at != o.blocks.end() && !block.held[static_cast<std::size_t>(i)])
+        out.derivative.col(column) = by_block[static_cast<std::size_t>(at - o.blocks.begin())].col(i);
+  }
+  return out;
 }
 
 CellFit::SquaredResiduals CellFit::squared_residuals(std::span<const FitObservation> observations, int first_row,
@@ -737,19 +801,14 @@ CellFit::Agreement CellFit::agreement(std::span<const FitObservation> observatio
   require(impl_->covariance.size() > 0, "CellFit: solve() with its uncertainty comes first");
   const bool used = impl_->observation(observations.front()).weight > 0;
   std::vector<const Observation*> group;
-  std::deque<Observation> as_used;  // of those left out, which stay where they are
   Agreement out;
   for (const FitObservation handle : observations) {
     const Observation& o = impl_->observation(handle);
     require((o.weight > 0) == used, "CellFit: agreement of measurements of which some are in use");
     out.dof += o.rows;
     group.push_back(&o);
-    if (used) continue;
-    as_used.push_back(o);
-    as_used.back().weight = 1.0;
-    group.back() = &as_used.back();
   }
-  const auto at = impl_->linearise(group);
+  const auto at = impl_->linearise(group, true);
   if (!at) {
     out.squared_distance = std::numeric_limits<double>::infinity();
     out.residuals = Eigen::VectorXd::Constant(out.dof, out.squared_distance);
