@@ -7,7 +7,7 @@
 #include <kr5/geometry/resection.hpp>
 
 /// @file
-/// Private: the geometry of one hand-eye view, and its linear form. Both mounts become
+/// Private: the geometry of one hand-eye view, and what it says to first order. Both mounts become
 ///   T_i * X * M_i = Z,  X = T_mount_camera, Z = T_fixed_target, M_i = T_camera_target,
 /// with T_i = T_base_flange (in hand) or its inverse (to hand).
 
@@ -43,13 +43,5 @@ struct LinearView {
   double pixel_squares = 0.0;  ///< Weighted squares that no pose of the target explains [px^2].
   double pixel_dof = 0.0;      ///< Their degrees of freedom.
 };
-
-/// Linearises a view where its robot pose error is taken to be `e`; empty when a point lies behind the camera.
-std::optional<LinearView> linearise(Mount mount, const Poses& poses, const ObservedView& observed,
-                                    const Pinhole& camera, const Vector6& e);
-
-/// Weighted squared pixel errors with robot pose error `e`; infinite when a point lies behind the camera.
-double pixel_squares(Mount mount, const Poses& poses, const ObservedView& observed, const Pinhole& camera,
-                     const Vector6& e);
 
 }  // namespace kr5::calibration::hand_eye

@@ -189,25 +189,15 @@ double PairsFit::probability(std::size_t i) const {
                                      known ? uncertainty::known_noise : dof);
 }
 
-/// Puts pairs out and back in, one out at a time, until each is where its test puts it.
+/// Puts pairs out and back in until each is where its test puts it.
 void PairsFit::name_outliers() {
-  const double threshold = options_.outlier_false_alarm / static_cast<double>(pairs_.size());
-  for (std::size_t round = 0; round < 2 * pairs_.size(); ++round) {
-    double best = -1, worst = 2;
-    std::size_t enter = 0, leave = 0;
-    for (std::size_t i = 0; i < pairs_.size(); ++i) {
-      const double p = probability(i);
-      if (weights_[i] == 0 && p > best) best = p, enter = i;
-      if (weights_[i] > 0 && p < worst) worst = p, leave = i;
-    }
-    if (best > threshold)
-      weights_[enter] = 1.0;
-    else if (worst < threshold && inside() > std::max<std::size_t>(least(), 4))
-      weights_[leave] = 0.0;
-    else
-      return;
-    settle();
-  }
+  const auto probabilities = [&] {
+    std::vector<double> out;
+    for (std::size_t i = 0; i < pairs_.size(); ++i) out.push_back(probability(i));
+    return out;
+  };
+  cell_fit::settle_outliers(weights_, options_.outlier_false_alarm, std::max<std::size_t>(least(), 4), probabilities,
+                            [&] { settle(); });
 }
 
 void PairsFit::write(HandEyeResult& out) const {

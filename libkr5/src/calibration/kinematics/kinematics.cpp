@@ -254,8 +254,8 @@ void Calibration::name_outliers() {
     for (std::size_t i = 0; i < weights.size(); ++i) out.push_back(probability(i));
     return out;
   };
-  cell_fit::settle_outliers(weights, input.options.outlier_false_alarm, sound_postures, probabilities,
-                            [&] { find_sigmas(); });
+  const auto fewest = static_cast<std::size_t>(std::ceil(sound_postures * static_cast<double>(weights.size())));
+  cell_fit::settle_outliers(weights, input.options.outlier_false_alarm, fewest, probabilities, [&] { find_sigmas(); });
 }
 
 /// What the robust fit found far off is put out; the tests that follow decide.
