@@ -140,14 +140,19 @@ void bind_blocks(py::class_<CellFit>& fit) {
            "Whether a measurement that takes part depends on a coordinate that is not held.")
       .def("set_prior", &CellFit::set_prior, py::arg("block"), py::arg("sigma"),
            "Standard deviation of each coordinate about its start, in its unit; infinite where nothing is known.")
-      .def("begin_at", &CellFit::begin_at, py::arg("block"), py::arg("values"),
+      .def("begin_at", py::overload_cast<FitBlock, const Eigen::VectorXd&>(&CellFit::begin_at), py::arg("block"),
+           py::arg("values"),
            "Values, as values() gives them, from which the next solve begins; a prior stays about the block's start.");
 }
 
 void bind_observations(py::class_<CellFit>& fit) {
-  fit.def("observe_pose", &CellFit::observe_pose, py::arg("chain"), py::arg("seen"), py::arg("sigma_position"),
-          py::arg("sigma_rotation"),
+  fit.def("observe_pose", py::overload_cast<const PoseChain&, const kr5::Pose&, double, double>(&CellFit::observe_pose),
+          py::arg("chain"), py::arg("seen"), py::arg("sigma_position"), py::arg("sigma_rotation"),
           "Whole pose of the last frame of a chain (4 x 4), with standard deviations per axis [m] and [rad].")
+      .def("observe_pose",
+           py::overload_cast<const PoseChain&, const kr5::Pose&, const kr5::Matrix6&>(&CellFit::observe_pose),
+           py::arg("chain"), py::arg("seen"), py::arg("covariance"),
+           "The same with the covariance of the pose, right perturbation (6 x 6 [m, rad]).")
       .def("observe_position", &observe_position, py::arg("chain"), py::arg("point"), py::arg("seen"), py::arg("noise"),
            "Place of a point of the last frame of a chain.\n\n"
            "Parameters\n----------\npoint\n    Known point, (3,) [m], or a block made by add_point.\n"
@@ -205,6 +210,8 @@ void bind_observations(py::class_<CellFit>& fit) {
           "3 k to 3 k + 2 of `displacements` (3 n x m [m per unit]) times the numbers of the block `amounts`.")
       .def("set_weight", &CellFit::set_weight, py::arg("observation"), py::arg("weight"),
            "Takes a measurement out (0) or gives it another weight [-].")
+      .def("set_covariance", &CellFit::set_covariance, py::arg("observation"), py::arg("covariance"),
+           "Gives a measurement of a pose, a position, points on a plane or a sphere's section another covariance.")
       .def("set_pixel_sigmas", &CellFit::set_pixel_sigmas, py::arg("observation"), py::arg("sigmas"),
            "Standard deviation of each point of a measurement of pixels, (n,) [px]; infinite: it has no part.");
 }

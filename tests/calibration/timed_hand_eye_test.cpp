@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -139,6 +140,29 @@ TEST_CASE("outliers hardly move the offset") {
   REQUIRE(result.fit.usable());
   CHECK(std::abs(result.offset - w.offset) < 1e-3);
   CHECK(result.outliers >= static_cast<int>(w.camera.poses.size() / 15));
+}
+
+TEST_CASE("camera poses beyond the ends and in gaps of the hand stream are left out, whatever the offset") {
+  Random random(19);
+  World w = world(random, 0, 0);
+  PoseStream hand;
+  for (std::size_t k = 0; k < w.hand.t.size(); ++k) {
+    const double t = w.hand.t[k];
+    if (t < 1003 || t > 1036 || (t > 1010 && t < 1011) || (t > 1020 && t < 1020.3)) continue;
+    hand.t.push_back(t);
+    hand.poses.push_back(w.hand.poses[k]);
+  }
+  const TimedHandEyeResult r = calibrate_timed_hand_eye(hand, w.camera);
+  REQUIRE(r.fit.status == FitStatus::Converged);
+  CHECK(std::abs(r.offset - w.offset) < 1e-5);
+  CHECK(pose_difference(r.T_hand_camera, w.X).norm() < 1e-4);
+  int covered = 0;
+  for (const double camera : w.camera.t) {
+    const double t = camera - r.offset;
+    const auto after = std::upper_bound(hand.t.begin(), hand.t.end(), t);
+    if (after != hand.t.begin() && after != hand.t.end()) covered += *after - *(after - 1) < 0.15;
+  }
+  CHECK(r.used == covered);
 }
 
 TEST_CASE("unsorted and repeated time stamps change nothing") {

@@ -1,5 +1,6 @@
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include <catch2/catch.hpp>
 
@@ -364,6 +365,145 @@ TEST_CASE("a point beyond the range of the lens model rules a camera out, unless
   CHECK(fit.residuals(view).allFinite());
 }
 
+TEST_CASE("condensed rows of many pixels have the squares, gradient and information of all of them") {
+  Random random(8);
+  for (const bool on_a_line : {false, true}) {
+    Eigen::Matrix3Xd points(3, 12);
+    for (int k = 0; k < 12; ++k)
+      points.col(k) << 0.02 * k, on_a_line ? 0.01 * k : random.uniform(-0.1, 0.1), 0.01 * (on_a_line ? 0 : k % 3);
+    const Pinhole camera = lens();
+    CellFit fit;
+    const FitBlock lens_block = fit.add_camera("camera", camera);
+    fit.hold(lens_block);
+    Pose T = random_pose(random, 0.1, 0.3);
+    T.translation().z() += 0.6;
+    const Pose at[3] = {random_pose(random), random_pose(random, 0.01, 0.7), random_pose(random)};
+    const FitBlock blocks[3] = {fit.add_pose("a", at[0]), fit.add_nuisance_pose("error", at[1]),
+                                fit.add_pose("b", at[2])};
+    fit.hold(blocks[2], 1);
+    const Pose between = at[0] * T * at[2].inverse() * at[1];
+    Eigen::Matrix2Xd pixels(2, 12);
+    for (Eigen::Index k = 0; k < 12; ++k)
+      pixels.col(k) =
+          camera.project(T * Eigen::Vector3d(points.col(k))) + Eigen::Vector2d(random.normal_vector(2, 2.0));
+    // T = a^-1 between error^-1 b
+    const FitObservation seen =
+        fit.observe_pixels(PoseChain().then_inverse(blocks[0]).then(between).then_inverse(blocks[1]).then(blocks[2]),
+                           lens_block, points, pixels, 0.5);
+    fit.set_weight(seen, 0.0);  // does not count here
+    fit.observe_pose(PoseChain().then(blocks[0]), at[0], 1.0, 1.0),
+        fit.observe_pose(PoseChain().then(blocks[2]), at[2], 1.0, 1.0);
+    const auto condensed = fit.derivatives(seen, true);
+    REQUIRE(condensed);
+    CHECK(condensed->residuals.size() == 7);
+    REQUIRE(condensed->by_coordinate.cols() == 11);
+    Eigen::MatrixXd derivative = Eigen::MatrixXd::Zero(7, 18);  // by the coordinates of the three blocks
+    derivative.leftCols(6) = condensed->by_coordinate.leftCols(6);
+    derivative.middleCols(6, 6) = condensed->by_nuisance;
+    derivative.col(12) = condensed->by_coordinate.col(6);
+    derivative.rightCols(4) = condensed->by_coordinate.rightCols(4);
+    const Eigen::VectorXd all = fit.residuals(seen);
+    Eigen::MatrixXd J = Eigen::MatrixXd::Zero(all.size(), 18);
+    const double h = 1e-6;
+    for (int k = 0; k < 18; ++k) {
+      if (k == 13) continue;  // held
+      const auto moved = [&](double by) {
+        fit.begin_at(blocks[k / 6], at[k / 6] * to_pose(Vector6(by * Vector6::Unit(k % 6))));
+        const Eigen::VectorXd r = fit.residuals(seen);
+        fit.begin_at(blocks[k / 6], at[k / 6]);
+        return r;
+      };
+      J.col(k) = (moved(h) - moved(-h)) / (2 * h);
+    }
+    CAPTURE(on_a_line);
+    CHECK(condensed->residuals.squaredNorm() == Approx(all.squaredNorm()).epsilon(1e-10));
+    const Eigen::MatrixXd information = J.transpose() * J;
+    CHECK((derivative.transpose() * derivative - information).norm() < 1e-6 * information.norm());
+    const Eigen::VectorXd gradient = J.transpose() * all;
+    CHECK((derivative.transpose() * condensed->residuals - gradient).norm() < 1e-6 * gradient.norm());
+  }
+}
+
+TEST_CASE("a prior and a measurement of the same weight meet halfway, however far apart") {
+  Vector6 far;
+  far << 0.4, -0.2, 0.7, 1.2, -0.9, 1.1;
+  CellFit fit;
+  const FitBlock pose = fit.add_pose("pose", Pose::Identity());
+  fit.set_prior(pose, Vector6::Constant(0.1));
+  fit.observe_pose(PoseChain().then(pose), to_pose(far), 0.1, 0.1);
+  CHECK(fit.solve().fit.status == FitStatus::Converged);
+  CHECK((to_vector(fit.pose(pose)) - 0.5 * far).norm() < 1e-7);
+}
+
+TEST_CASE("poses count by their covariance, which may change") {
+  Random random(9);
+  const auto random_covariance = [&] {
+    const Eigen::MatrixXd A = Eigen::MatrixXd::NullaryExpr(6, 8, [&] { return random.normal(); });
+    return Matrix6(1e-6 * A * A.transpose());
+  };
+  const Matrix6 C = random_covariance(), D = random_covariance();
+  Vector6 d;
+  d << 1e-4, -2e-4, 1e-4, 1e-5, 2e-5, -1e-5;
+  CellFit fit;
+  const FitBlock pose = fit.add_pose("pose", Pose::Identity());
+  fit.observe_pose(PoseChain().then(pose), Pose::Identity(), C);
+  const FitObservation second = fit.observe_pose(PoseChain().then(pose), to_pose(d), Matrix6(Matrix6::Identity()));
+  fit.set_covariance(second, D);
+  const CellFitResult result = fit.solve();
+  const Matrix6 mean_covariance = (C.inverse() + D.inverse()).inverse();
+  CHECK((to_vector(fit.pose(pose)) - mean_covariance * D.inverse() * d).norm() < 1e-4 * d.norm());
+  CHECK(result.covariance.isApprox(mean_covariance, 1e-3));
+}
+
+TEST_CASE("a delay is found along a path with what stands at both its ends") {
+  Random random(10);
+  const PosePath path = [](double t) -> std::optional<PathSample> {
+    const auto at = [](double time) {
+      Vector6 v;
+      v << 0.3 * std::sin(time), 0.2 * std::cos(2 * time), 0.1 * time, std::sin(1.5 * time), 0.5 * std::cos(time), 0.2;
+      return to_pose(v);
+    };
+    const double h = 1e-5;
+    return PathSample{at(t), pose_difference(at(t - h), at(t + h)) / (2 * h)};
+  };
+  const double delay = 0.37;
+  const Pose X = random_pose(random), Z = random_pose(random);
+  CellFit fit;
+  const FitBlock hand_eye = fit.add_pose("X", X * to_pose(Vector6(0.02 * random.normal_vector(6)))),
+                 world = fit.add_pose("Z", Z * to_pose(Vector6(0.02 * random.normal_vector(6)))),
+                 clock = fit.add_vector("clock", Eigen::VectorXd::Constant(1, 0.34), {"delay [s]"});
+  for (double t = 0; t < 4; t += 0.1) {
+    const PoseChain chain = PoseChain().then_inverse(world).then_path(path, t, clock).then(hand_eye);
+    fit.observe_pose(chain, Z.inverse() * path(t - delay)->T * X, 1e-3, 1e-3);
+  }
+  const CellFitResult result = fit.solve();
+  CHECK(result.fit.status == FitStatus::Converged);
+  CHECK(result.unidentifiable.empty());
+  CHECK(fit.values(clock)[0] == Approx(delay).margin(1e-9));
+  CHECK(pose_difference(fit.pose(hand_eye), X).norm() < 1e-8);
+  CHECK(result.coordinates.back() == "clock.delay [s]");
+}
+
+TEST_CASE("a fit does not go where a path has no pose") {
+  const PosePath path = [](double t) -> std::optional<PathSample> {
+    if (t > 1.0) return std::nullopt;
+    PathSample out;
+    out.T.translation().x() = t;
+    out.rate[0] = 1.0;
+    return out;
+  };
+  CellFit fit;
+  const FitBlock clock = fit.add_vector("clock", Eigen::VectorXd::Zero(1), {"delay [s]"});
+  Pose further = Pose::Identity();
+  further.translation().x() = 1.2;
+  const FitObservation seen = fit.observe_pose(PoseChain().then_path(path, 0.9, clock), further, 1e-3, 1e-3);
+  fit.solve();
+  CHECK(fit.values(clock)[0] >= -0.1);
+  fit.begin_at(clock, Eigen::VectorXd::Constant(1, -0.2));
+  CHECK_FALSE(fit.derivatives(seen));
+  CHECK(std::isinf(fit.residuals(seen)[0]));
+}
+
 TEST_CASE("joint errors that follow a regressor are found beside the arm") {
   Random random(4);
   const World w = random_world(random, 3);
@@ -495,6 +635,14 @@ TEST_CASE("a fit that cannot be set up says why") {
   const FitObservation view = fit.observe_pixels(PoseChain().then(Pose(Eigen::Translation3d(0, 0, 1))), lens_block,
                                                  Eigen::Matrix3Xd::Zero(3, 2), Eigen::Matrix2Xd::Zero(2, 2), 0.1);
   CHECK_THROWS_WITH(fit.set_pixel_sigmas(view, Eigen::Vector3d(1, 1, 1)), Contains("as many pixels"));
+  CHECK_THROWS_WITH(PoseChain().then_path({}, 0.0), Contains("there is no path"));
+  const PosePath still = [](double) { return std::optional(PathSample{}); };
+  CHECK_THROWS_WITH(fit.observe_pose(PoseChain().then_path(still, 0.0, point), Pose::Identity(), 1, 1),
+                    Contains("tip is no delay"));
+  CHECK_THROWS_WITH(fit.observe_pose(PoseChain().then_path(still, NAN), Pose::Identity(), 1, 1),
+                    Contains("the time on a path must be finite [s]"));
+  CHECK_THROWS_WITH(fit.observe_pose({}, Pose::Identity(), Matrix6(Matrix6::Zero())), Contains("positive definite"));
+  CHECK_THROWS_WITH(fit.set_covariance(view, Eigen::Matrix2d::Identity()), Contains("has no covariance"));
   CHECK_THROWS_WITH(fit.set_pixel_sigmas(view, Eigen::Vector2d(1, 0)), Contains("sigmas must be positive [px]"));
   CHECK_THROWS_WITH(fit.tie(pose, 0, 1), Contains("base: coordinates of a pose or a nuisance cannot be tied"));
   CHECK_THROWS_WITH(fit.tie(lens_block, 0, 12), Contains("camera: there is no free coordinate 12"));

@@ -6,6 +6,7 @@
 #include <kr5/core/error.hpp>
 #include <kr5/core/random.hpp>
 #include <kr5/geometry/pose.hpp>
+#include <kr5/geometry/pose_derivatives.hpp>
 
 using namespace kr5;
 
@@ -44,6 +45,28 @@ TEST_CASE("adjoint moves a small perturbation across a pose") {
     const Vector6 d = random.normal_vector(6, 1e-6);
     const Pose left = T * to_pose(d), right = to_pose(adjoint(T) * d) * T;
     CHECK((left.matrix() - right.matrix()).norm() < 1e-10);
+  }
+}
+
+TEST_CASE("derivatives of rotation vectors and six-vectors are those of finite differences at any angle") {
+  Random random(3);
+  const double h = 1e-6;
+  for (const double angle : {0.0, 1e-9, 0.9e-4, 1.1e-4, 0.3, 2.0, 3.0}) {
+    Vector6 v;
+    v << random.normal_vector(3), angle * random.direction();
+    const Eigen::Vector3d w = v.tail<3>();
+    CAPTURE(angle);
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::Vector3d d = h * Eigen::Vector3d::Unit(k);
+      const Eigen::Vector3d turned = log_rotation(exp_rotation(w - d).transpose() * exp_rotation(w + d)) / (2 * h);
+      CHECK((turned - right_jacobian(w).col(k)).norm() < 1e-8);
+    }
+    CHECK((right_jacobian(w) * right_jacobian_inverse(w) - Eigen::Matrix3d::Identity()).norm() < 1e-8);
+    for (int k = 0; k < 6; ++k) {
+      const Vector6 d = h * Vector6::Unit(k);
+      const Vector6 moved = (to_vector(to_pose(v) * to_pose(d)) - to_vector(to_pose(v) * to_pose(-d))) / (2 * h);
+      CHECK((moved - vector_by_perturbation(v).col(k)).norm() < 1e-8);
+    }
   }
 }
 

@@ -26,6 +26,18 @@ Pose mean_target(Mount mount, const Pose& X, std::span<const HandEyeView> views,
   return mean_pose(Z);
 }
 
+/// Weighted squared pixel errors of a target at M; infinite when a point lies behind the camera.
+double pixel_squares(const Pose& M, const ObservedView& observed, const Pinhole& camera) {
+  const View& view = observed.input->view;
+  double squares = 0;
+  for (Eigen::Index i = 0; i < view.points.cols(); ++i) {
+    const Eigen::Vector3d p = M * Eigen::Vector3d(view.points.col(i));
+    if (!(p.z() > 1e-9)) return std::numeric_limits<double>::infinity();
+    squares += observed.pose().weights[i] * (view.pixels.col(i) - camera.project(p)).squaredNorm();
+  }
+  return squares;
+}
+
 HeldOutView judge(Mount mount, const Poses& poses, const ObservedView& observed, const Pinhole& camera) {
   const Pose M = hand_eye::predict(mount, poses, observed.input->T_base_flange);
   HeldOutView out;
@@ -41,8 +53,7 @@ HeldOutView judge(Mount mount, const Poses& poses, const ObservedView& observed,
   }
   const double n = static_cast<double>(observed.input->view.points.cols());
   const double diagonal = std::hypot(camera.width, camera.height);
-  const double squares = hand_eye::pixel_squares(mount, poses, observed, camera, Vector6::Zero());
-  out.rms_px = std::min(std::sqrt(squares / n), diagonal);
+  out.rms_px = std::min(std::sqrt(pixel_squares(M, observed, camera) / n), diagonal);
   return out;
 }
 

@@ -152,8 +152,8 @@ double sound_return(const Returns& returns, const Group& group, std::size_t k, c
   return std::min(1.0, 2 * least);
 }
 
-/// Marks the returns of a point that contradict the others.
-void mark_outliers(const Returns& returns, Group& group, double threshold) {
+/// Marks the returns of a point that contradict the others; false alarms over all of its returns.
+void mark_outliers(const Returns& returns, Group& group, double false_alarm) {
   const Pose middle = robust_middle(returns, group);
   Eigen::MatrixXd squares(2, static_cast<Eigen::Index>(group.size()));
   for (std::size_t k = 0; k < group.size(); ++k) {
@@ -168,21 +168,14 @@ void mark_outliers(const Returns& returns, Group& group, double threshold) {
   }
   const auto least = static_cast<int>(std::ceil(sound_returns * static_cast<double>(group.size())));
   if (group.used() < least) std::fill(group.sound.begin(), group.sound.end(), true);  // no majority to judge by
-  for (std::size_t round = 0; round < 2 * group.size(); ++round) {
-    double best = -1, worst = 2;
-    std::size_t enter = 0, leave = 0;
-    for (std::size_t k = 0; k < group.size(); ++k) {
-      const double p = sound_return(returns, group, k, middle);
-      if (!group.sound[k] && p > best) best = p, enter = k;
-      if (group.sound[k] && p < worst) worst = p, leave = k;
-    }
-    if (best > threshold)
-      group.sound[enter] = true;
-    else if (worst < threshold && group.used() > least)
-      group.sound[leave] = false;
-    else
-      return;
-  }
+  std::vector<double> weights(group.sound.begin(), group.sound.end());
+  const auto probabilities = [&] {
+    std::vector<double> out;
+    for (std::size_t k = 0; k < group.size(); ++k) out.push_back(sound_return(returns, group, k, middle));
+    return out;
+  };
+  cell_fit::settle_outliers(weights, false_alarm, static_cast<std::size_t>(least), probabilities,
+                            [&] { std::copy(weights.begin(), weights.end(), group.sound.begin()); });
 }
 
 /// The point whose poses a return is among, when it lies nearer to another point than to its own.
@@ -406,8 +399,8 @@ RepeatabilityResult measure_repeatability(std::span<const PoseReturn> all, std::
     require(commands.emplace(c.point, &c.T).second, "point " + c.point + " has two commanded poses");
   }
   RepeatabilityResult out;
-  const double threshold = options.false_alarm / static_cast<double>(all.size());
-  for (Group& group : returns.groups) mark_outliers(returns, group, threshold);
+  const double each = options.false_alarm / static_cast<double>(all.size());
+  for (Group& group : returns.groups) mark_outliers(returns, group, each * static_cast<double>(group.size()));
   for (const Group& group : returns.groups)
     for (std::size_t k = 0; k < group.size(); ++k) {
       if (group.sound[k]) continue;

@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include <kr5/core/error.hpp>
+#include <kr5/geometry/pose_derivatives.hpp>
 
 namespace kr5::fit {
 namespace {
@@ -72,6 +73,11 @@ Pinhole Block::camera() const {
 Eigen::VectorXd Block::change(const double* at) const {
   if (kind != BlockKind::Pose) return Eigen::Map<const Eigen::VectorXd>(at, start.size()) - start;
   return pose_difference(to_pose_block(start.data()), to_pose_block(at));
+}
+
+Eigen::MatrixXd Block::change_by_coordinates(const double* at) const {
+  if (kind != BlockKind::Pose) return Eigen::MatrixXd::Identity(size(), size());
+  return vector_by_perturbation(change(at));
 }
 
 Block pose_block(const std::string& name, const Pose& start) {

@@ -41,6 +41,8 @@ struct Block {
   /// Difference of values, as they are stored, from the start, by coordinate.
   Eigen::VectorXd change(const double* at) const;
   Eigen::VectorXd change() const { return change(values.data()); }
+  /// Derivative of the change by the coordinates, which perturb a pose from the right.
+  Eigen::MatrixXd change_by_coordinates(const double* at) const;
 };
 
 Pose to_pose_block(const double* values);

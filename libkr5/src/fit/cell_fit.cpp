@@ -6,6 +6,7 @@
 #include <deque>
 #include <limits>
 #include <map>
+#include <optional>
 
 #include <ceres/ceres.h>
 #include <Eigen/Dense>
@@ -98,12 +99,12 @@ class ObservationCost final : public ceres::CostFunction {
  public:
   ObservationCost(const std::vector<Block>& all, const Observation& observation)
       : all_(all), observation_(observation) {
-    set_num_residuals(observation.rows);
+    set_num_residuals(observation.condensed_rows(all));
     for (const int b : observation.blocks)
       mutable_parameter_block_sizes()->push_back(static_cast<int>(all[static_cast<std::size_t>(b)].values.size()));
   }
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
-    return observation_.evaluate(all_, parameters, residuals, jacobians);
+    return observation_.evaluate(all_, parameters, num_residuals(), observation_.weight, residuals, jacobians);
   }
 
  private:
@@ -123,13 +124,12 @@ class PriorCost final : public ceres::CostFunction {
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
     const Eigen::VectorXd change = block_.change(parameters[0]);
     Eigen::Map<RowMatrix> J(jacobians ? jacobians[0] : nullptr, num_residuals(), block_.values.size());
-    if (jacobians && jacobians[0]) J.setZero();
-    for (std::size_t k = 0; k < rows_.size(); ++k) {
-      const int i = rows_[k];
-      residuals[k] = change[i] / block_.prior[i];
-      // Of a small pose the derivative of its vector by a right perturbation is the identity, to first order.
-      if (jacobians && jacobians[0]) J(static_cast<Eigen::Index>(k), i) = 1.0 / block_.prior[i];
-    }
+    for (std::size_t k = 0; k < rows_.size(); ++k) residuals[k] = change[rows_[k]] / block_.prior[rows_[k]];
+    if (!jacobians || !jacobians[0]) return true;
+    const Eigen::MatrixXd by_coordinates = block_.change_by_coordinates(parameters[0]);
+    J.setZero();
+    for (std::size_t k = 0; k < rows_.size(); ++k)
+      J.row(static_cast<Eigen::Index>(k)).head(block_.size()) = by_coordinates.row(rows_[k]) / block_.prior[rows_[k]];
     return true;
   }
 
@@ -139,19 +139,21 @@ class PriorCost final : public ceres::CostFunction {
 };
 
 /// Lower triangular W with W' W = C^-1.
-Eigen::MatrixXd whitening_of(const Eigen::MatrixXd& covariance, Eigen::Index size) {
+template <int Size>
+Eigen::Matrix<double, Size, Size> whitening_of(const Eigen::MatrixXd& covariance, Eigen::Index size = Size) {
+  using Square = Eigen::Matrix<double, Size, Size>;
   require(covariance.rows() == size && covariance.cols() == size && covariance.allFinite(),
-          "covariance must be finite, of as many rows as there are numbers [m^2]");
-  const Eigen::LLT<Eigen::MatrixXd> factors(covariance);
-  require(factors.info() == Eigen::Success, "covariance must be positive definite [m^2]");
-  return factors.matrixL().solve(Eigen::MatrixXd::Identity(size, size));
+          "covariance must be finite, of as many rows as there are numbers [m^2, rad^2]");
+  const Eigen::LLT<Square> factors{Square(covariance)};
+  require(factors.info() == Eigen::Success, "covariance must be positive definite [m^2, rad^2]");
+  return factors.matrixL().solve(Square::Identity(size, size));
 }
 
 /// Measurements that share a nuisance, at the present values.
 struct GroupDerivatives {
   std::vector<int> index;  ///< Places of the columns of `J` in the result.
   Eigen::MatrixXd J;       ///< By the free coordinates.
-  Eigen::MatrixXd N;       ///< By the nuisance; without columns where there is none.
+  Eigen::MatrixXd N;       ///< By the change of the nuisance; without columns where there is none.
   Eigen::VectorXd prior;   ///< Information of the prior on the nuisance, by coordinate.
   Eigen::VectorXd r;
 };
@@ -302,7 +304,12 @@ struct CellFit::Impl {
   }
   void check_chain(const PoseChain& chain) {
     for (const PoseChain::Factor& factor : chain.factors()) {
+      if (factor.path) require(std::isfinite(factor.t), "CellFit: the time on a path must be finite [s]");
       if (!factor.block.exists()) continue;
+      if (factor.path) {
+        require(block_of(factor.block, BlockKind::Vector, "delay").size() == 1, "delay must be a block of one number");
+        continue;
+      }
       if (factor.q.size() == 0) {
         block_of(factor.block, BlockKind::Pose, "pose");
         continue;
@@ -342,7 +349,9 @@ struct CellFit::Impl {
   void minimise(const CellFitOptions& options, CellFitResult& result);
   std::vector<std::vector<const Observation*>> groups() const;
   int nuisance_of(const Observation& o) const;
-  std::optional<GroupDerivatives> linearise(const std::vector<const Observation*>& group) const;
+  /// With the weights in use or another one for all; `condensed`: with as few rows as say the same.
+  std::optional<GroupDerivatives> linearise(const std::vector<const Observation*>& group, bool condensed,
+                                            std::optional<double> weight = {}) const;
   Eigen::MatrixXd data_information(CellFitResult& result) const;
   Eigen::MatrixXd covariance_of(const std::vector<int>& index) const;
   Eigen::VectorXd nuisance_redundancy(int nuisance) const;
@@ -380,7 +389,7 @@ bool CellFit::Impl::exists() const {
   for (const Observation& o : observations) {
     if (!(o.weight > 0)) continue;
     r.resize(o.rows);
-    if (!o.evaluate(blocks, values(o).data(), r.data(), nullptr)) return false;
+    if (!o.evaluate(blocks, values(o).data(), o.rows, 1.0, r.data(), nullptr)) return false;
   }
   return true;
 }
@@ -475,9 +484,11 @@ std::vector<std::vector<const Observation*>> CellFit::Impl::groups() const {
   return out;
 }
 
-std::optional<GroupDerivatives> CellFit::Impl::linearise(const std::vector<const Observation*>& group) const {
+std::optional<GroupDerivatives> CellFit::Impl::linearise(const std::vector<const Observation*>& group, bool condensed,
+                                                         std::optional<double> weight) const {
+  const auto rows_of = [&](const Observation* o) { return condensed ? o->condensed_rows(blocks) : o->rows; };
   Eigen::Index rows = 0;
-  for (const Observation* o : group) rows += o->rows;
+  for (const Observation* o : group) rows += rows_of(o);
   GroupDerivatives out;
   out.r.resize(rows);
   std::vector<int> blocks_of;  // of the whole group, each once
@@ -500,23 +511,28 @@ std::optional<GroupDerivatives> CellFit::Impl::linearise(const std::vector<const
   }
   Eigen::Index first = 0;
   for (const Observation* o : group) {
+    const int own_rows = rows_of(o);
     std::vector<RowMatrix> jacobians(o->blocks.size());
     std::vector<double*> by;
     for (std::size_t k = 0; k < jacobians.size(); ++k) {
       const Block& block = blocks[static_cast<std::size_t>(o->blocks[k])];
-      if (block.any_free()) jacobians[k].resize(o->rows, block.values.size());
+      if (block.any_free()) jacobians[k].resize(own_rows, block.values.size());
       by.push_back(block.any_free() ? jacobians[k].data() : nullptr);
     }
-    if (!o->evaluate(blocks, values(*o).data(), out.r.data() + first, by.data())) return std::nullopt;
+    if (!o->evaluate(blocks, values(*o).data(), own_rows, weight.value_or(o->weight), out.r.data() + first, by.data()))
+      return std::nullopt;
     for (std::size_t k = 0; k < o->blocks.size(); ++k) {
       const auto b = static_cast<std::size_t>(o->blocks[k]);
-      if (blocks[b].nuisance) out.N.middleRows(first, o->rows) = jacobians[k].leftCols(out.N.cols());
+      if (blocks[b].nuisance)
+        out.N.middleRows(first, own_rows) =
+            jacobians[k].leftCols(out.N.cols()) * blocks[b].change_by_coordinates(blocks[b].values.data()).inverse();
       Eigen::Index column = first_column[static_cast<std::size_t>(
           std::find(blocks_of.begin(), blocks_of.end(), o->blocks[k]) - blocks_of.begin())];
       for (int i = 0; i < blocks[b].size(); ++i)
-        if (places[b][static_cast<std::size_t>(i)] >= 0) out.J.block(first, column++, o->rows, 1) = jacobians[k].col(i);
+        if (places[b][static_cast<std::size_t>(i)] >= 0)
+          out.J.block(first, column++, own_rows, 1) = jacobians[k].col(i);
     }
-    first += o->rows;
+    first += own_rows;
   }
   return out;
 }
@@ -525,7 +541,7 @@ Eigen::MatrixXd CellFit::Impl::data_information(CellFitResult& result) const {
   const auto n = static_cast<Eigen::Index>(result.coordinates.size());
   Eigen::MatrixXd H = Eigen::MatrixXd::Zero(n, n);
   for (const auto& group : groups()) {
-    const auto at = linearise(group);
+    const auto at = linearise(group, true);
     if (!at) continue;
     const Eigen::MatrixXd J = without_nuisance(*at);
     const Eigen::MatrixXd part = J.transpose() * J;
@@ -550,26 +566,32 @@ void CellFit::Impl::add_prior_information(Eigen::MatrixXd& information) const {
 }
 
 PoseChain& PoseChain::then(const Pose& T) {
-  factors_.push_back({.constant = T, .block = {}, .q = {}, .joint_terms = {}, .regressor = {}});
+  factors_.push_back({.constant = T, .block = {}, .q = {}, .joint_terms = {}, .regressor = {}, .path = {}});
   return *this;
 }
 PoseChain& PoseChain::then(FitBlock pose) {
-  factors_.push_back({.block = pose, .q = {}, .joint_terms = {}, .regressor = {}});
+  factors_.push_back({.block = pose, .q = {}, .joint_terms = {}, .regressor = {}, .path = {}});
   return *this;
 }
 PoseChain& PoseChain::then_inverse(FitBlock pose) {
-  factors_.push_back({.block = pose, .inverse = true, .q = {}, .joint_terms = {}, .regressor = {}});
+  factors_.push_back({.block = pose, .inverse = true, .q = {}, .joint_terms = {}, .regressor = {}, .path = {}});
   return *this;
 }
 PoseChain& PoseChain::then_arm(FitBlock arm, const Eigen::VectorXd& q, FitBlock joint_terms,
                                const Eigen::MatrixXd& regressor) {
-  factors_.push_back({.block = arm, .q = q, .joint_terms = joint_terms, .regressor = regressor});
+  factors_.push_back({.block = arm, .q = q, .joint_terms = joint_terms, .regressor = regressor, .path = {}});
   return *this;
 }
 PoseChain& PoseChain::then_inverse_arm(FitBlock arm, const Eigen::VectorXd& q, FitBlock joint_terms,
                                        const Eigen::MatrixXd& regressor) {
   then_arm(arm, q, joint_terms, regressor);
   factors_.back().inverse = true;
+  return *this;
+}
+
+PoseChain& PoseChain::then_path(const PosePath& path, double t, FitBlock delay) {
+  require(static_cast<bool>(path), "PoseChain: there is no path");
+  factors_.push_back({.block = delay, .q = {}, .joint_terms = {}, .regressor = {}, .path = path, .t = t});
   return *this;
 }
 
@@ -672,6 +694,11 @@ void CellFit::begin_at(FitBlock block, const Eigen::VectorXd& values) {
   b.values = values;
 }
 
+void CellFit::begin_at(FitBlock block, const Pose& pose) {
+  require(pose.matrix().allFinite(), "CellFit: a pose to begin at must be finite");
+  from_pose(pose, impl_->block_of(block, BlockKind::Pose, "pose").values.data());
+}
+
 void CellFit::set_weight(FitObservation observation, double weight) {
   require(weight >= 0 && std::isfinite(weight), "weight must not be negative [-]");
   impl_->observation(observation).weight = weight;
@@ -685,16 +712,40 @@ void CellFit::set_pixel_sigmas(FitObservation observation, const Eigen::VectorXd
   o.whitening = sigmas.cwiseInverse();
 }
 
+void CellFit::set_covariance(FitObservation observation, const Eigen::MatrixXd& covariance) {
+  Observation& o = impl_->observation(observation);
+  switch (o.kind) {
+    case ObservationKind::Pose:
+      o.whitening6 = whitening_of<6>(covariance);
+      return;
+    case ObservationKind::Position:
+    case ObservationKind::SphereSection:
+      o.whitening3 = whitening_of<3>(covariance);
+      return;
+    case ObservationKind::PlanePoints:
+      o.whitening_matrix = whitening_of<Eigen::Dynamic>(covariance, o.points.cols());
+      return;
+    default:
+      throw InvalidArgument("CellFit: this kind of measurement has no covariance");
+  }
+}
+
 FitObservation CellFit::observe_pose(const PoseChain& chain, const Pose& seen, double sigma_position,
                                      double sigma_rotation) {
   require(sigma_position > 0 && sigma_rotation > 0, "standard deviations must be positive [m, rad]");
+  Vector6 variance;
+  variance << Eigen::Vector3d::Constant(sigma_position * sigma_position),
+      Eigen::Vector3d::Constant(sigma_rotation * sigma_rotation);
+  return observe_pose(chain, seen, Matrix6(variance.asDiagonal()));
+}
+
+FitObservation CellFit::observe_pose(const PoseChain& chain, const Pose& seen, const Matrix6& covariance) {
   require(seen.matrix().allFinite() && is_rotation(seen.linear(), 1e-3), "a seen pose has no proper rotation");
   Observation o;
   o.kind = ObservationKind::Pose;
   o.chain = chain;
   o.seen = seen;
-  o.whitening.resize(6);
-  o.whitening << Eigen::Vector3d::Constant(1 / sigma_position), Eigen::Vector3d::Constant(1 / sigma_rotation);
+  o.whitening6 = whitening_of<6>(covariance);
   return impl_->keep(std::move(o), 6);
 }
 
@@ -712,7 +763,7 @@ FitObservation CellFit::observe_position(const PoseChain& chain, const FitPoint&
   o.chain = chain;
   o.point = point;
   o.other = seen;
-  o.whitening3 = whitening_of(covariance, 3);
+  o.whitening3 = whitening_of<3>(covariance);
   return impl_->keep(std::move(o), 3);
 }
 
@@ -750,7 +801,7 @@ FitObservation CellFit::observe_on_plane(const PoseChain& chain, const Eigen::Ma
   o.kind = ObservationKind::PlanePoints;
   o.chain = chain;
   o.points = points;
-  o.whitening_matrix = whitening_of(covariance, points.cols());
+  o.whitening_matrix = whitening_of<Eigen::Dynamic>(covariance, points.cols());
   return impl_->keep(std::move(o), static_cast<int>(points.cols()));
 }
 
@@ -767,7 +818,7 @@ FitObservation CellFit::observe_sphere_section(const PoseChain& chain, const Fit
   o.distance = radius;
   o.radius = radius_block;
   o.section = seen;
-  o.whitening3 = whitening_of(covariance, 3);
+  o.whitening3 = whitening_of<3>(covariance);
   return impl_->keep(std::move(o), 3);
 }
 
@@ -831,22 +882,25 @@ std::vector<int> CellFit::coordinates(FitBlock block) const {
 }
 
 Eigen::VectorXd CellFit::residuals(FitObservation observation) const {
-  Observation o = impl_->observation(observation);
-  o.weight = 1.0;  // one that is left out has residuals, too
+  const Observation& o = impl_->observation(observation);
   Eigen::VectorXd r(o.rows);
-  if (!o.evaluate(impl_->blocks, impl_->values(o).data(), r.data(), nullptr))
+  if (!o.evaluate(impl_->blocks, impl_->values(o).data(), o.rows, 1.0, r.data(), nullptr))
     r.setConstant(std::numeric_limits<double>::infinity());
   return r;
 }
 
-std::optional<CellFit::Derivatives> CellFit::derivatives(FitObservation observation) const {
+std::optional<CellFit::Derivatives> CellFit::derivatives(FitObservation observation, bool condensed) const {
   const Observation& o = impl_->observation(observation);
-  require(!impl_->places.empty(), "CellFit: solve() comes first");
-  auto at = impl_->linearise({&o});
+  if (impl_->places.empty()) impl_->number_coordinates();
+  auto at = impl_->linearise({&o}, condensed, 1.0);
   if (!at) return std::nullopt;
-  Derivatives out{std::move(at->r), Eigen::MatrixXd::Zero(o.rows, impl_->coordinate_count()), std::move(at->N)};
+  Derivatives out{std::move(at->r), Eigen::MatrixXd::Zero(at->J.rows(), impl_->coordinate_count()), std::move(at->N)};
   for (std::size_t k = 0; k < at->index.size(); ++k)  // tied coordinates share a place
     out.by_coordinate.col(at->index[k]) += at->J.col(static_cast<Eigen::Index>(k));
+  if (const int nuisance = impl_->nuisance_of(o); nuisance >= 0) {
+    const Block& block = impl_->blocks[static_cast<std::size_t>(nuisance)];
+    out.by_nuisance = out.by_nuisance * block.change_by_coordinates(block.values.data());
+  }
   return out;
 }
 
@@ -860,7 +914,7 @@ CellFit::SquaredResiduals CellFit::squared_residuals(std::span<const FitObservat
     const int rows = std::min(end_row, o.rows) - first_row;
     if (!(o.weight > 0) || rows <= 0) continue;
     require(impl_->nuisance_of(o) < 0, "CellFit: squared residuals of a measurement with a nuisance");
-    const auto about = impl_->linearise({&o});
+    const auto about = impl_->linearise({&o}, false);
     if (!about) continue;
     const auto J = about->J.middleRows(first_row, rows);
     const auto r = about->r.segment(first_row, rows);
@@ -886,19 +940,14 @@ CellFit::Agreement CellFit::agreement(std::span<const FitObservation> observatio
   require(impl_->covariance.size() > 0, "CellFit: solve() with its uncertainty comes first");
   const bool used = impl_->observation(observations.front()).weight > 0;
   std::vector<const Observation*> group;
-  std::deque<Observation> as_used;  // of those left out, which stay where they are
   Agreement out;
   for (const FitObservation handle : observations) {
     const Observation& o = impl_->observation(handle);
     require((o.weight > 0) == used, "CellFit: agreement of measurements of which some are in use");
     out.dof += o.rows;
     group.push_back(&o);
-    if (used) continue;
-    as_used.push_back(o);
-    as_used.back().weight = 1.0;
-    group.back() = &as_used.back();
   }
-  const auto at = impl_->linearise(group);
+  const auto at = impl_->linearise(group, false, used ? std::nullopt : std::optional(1.0));
   if (!at) {
     out.squared_distance = std::numeric_limits<double>::infinity();
     out.residuals = Eigen::VectorXd::Constant(out.dof, out.squared_distance);
@@ -930,7 +979,7 @@ CellFit::Agreement CellFit::agreement(std::span<const FitObservation> observatio
 Eigen::VectorXd CellFit::Impl::nuisance_redundancy(int nuisance) const {
   const Block& block = blocks[static_cast<std::size_t>(nuisance)];
   const auto& of_block = observations_of[static_cast<std::size_t>(nuisance)];
-  const auto at = of_block.empty() ? std::nullopt : linearise(of_block);
+  const auto at = of_block.empty() ? std::nullopt : linearise(of_block, true);
   if (!at) return Eigen::VectorXd::Zero(block.size());
   Eigen::MatrixXd inner = at->N.transpose() * at->N;
   inner.diagonal() += at->prior;

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include <Eigen/Dense>
+#include <kr5/geometry/pose_derivatives.hpp>
 #include <kr5/kinematics/jacobian.hpp>
 
 namespace kr5::fit {
@@ -15,6 +17,7 @@ struct Evaluation {
   const Observation& observation;
   const std::vector<Block>& all;
   const double* const* values;
+  int rows;
   double* residuals;
   double* const* jacobians;
 
@@ -32,13 +35,13 @@ struct Evaluation {
   /// Derivative by a block, rows x coordinates; call where it is wanted.
   Eigen::Map<RowMatrix, 0, Eigen::OuterStride<>> by(FitBlock handle) const {
     const Block& b = block(handle);
-    return {jacobians[place(handle)], observation.rows, b.size(), Eigen::OuterStride<>(b.values.size())};
+    return {jacobians[place(handle)], rows, b.size(), Eigen::OuterStride<>(b.values.size())};
   }
   template <class Derived>
   void add(FitBlock handle, const Eigen::MatrixBase<Derived>& derivative) const {
     if (wanted(handle)) by(handle) += derivative;
   }
-  Eigen::Map<Eigen::VectorXd> out() const { return {residuals, observation.rows}; }
+  Eigen::Map<Eigen::VectorXd> out() const { return {residuals, rows}; }
 };
 
 /// A factor at the present values: its pose, and how its own parameters perturb it from the right.
@@ -70,13 +73,27 @@ FactorState arm_state(const Evaluation& e, const PoseChain::Factor& factor) {
   return out;
 }
 
-FactorState factor_state(const Evaluation& e, const PoseChain::Factor& factor) {
+/// Empty where the path has no pose.
+std::optional<FactorState> path_state(const Evaluation& e, const PoseChain::Factor& factor) {
+  const double delay = factor.block.exists() ? *e.of(factor.block) : 0.0;
+  const std::optional<PathSample> sample = factor.path(factor.t - delay);
+  if (!sample) return std::nullopt;
   FactorState out;
-  if (!factor.block.exists()) {
+  out.T = sample->T;
+  if (e.wanted(factor.block)) out.by_block = -sample->rate;
+  return out;
+}
+
+std::optional<FactorState> factor_state(const Evaluation& e, const PoseChain::Factor& factor) {
+  FactorState out;
+  if (factor.path) {
+    const auto on_path = path_state(e, factor);
+    if (!on_path) return std::nullopt;
+    out = *on_path;
+  } else if (!factor.block.exists()) {
     out.T = factor.constant;
     return out;
-  }
-  if (factor.q.size() > 0) {
+  } else if (factor.q.size() > 0) {
     out = arm_state(e, factor);
   } else {
     out.T = to_pose_block(e.of(factor.block));
@@ -98,11 +115,15 @@ struct ChainState {
   std::vector<FactorState> factors;
 };
 
-ChainState chain_state(const Evaluation& e) {
+/// Empty where a path has no pose.
+std::optional<ChainState> chain_state(const Evaluation& e) {
   ChainState out;
+  out.factors.reserve(e.observation.chain.factors().size());
   for (const PoseChain::Factor& factor : e.observation.chain.factors()) {
-    out.factors.push_back(factor_state(e, factor));
-    out.T = out.T * out.factors.back().T;
+    const auto state = factor_state(e, factor);
+    if (!state) return std::nullopt;
+    out.T = out.T * state->T;
+    out.factors.push_back(*state);
   }
   return out;
 }
@@ -129,24 +150,11 @@ void add_chain(const Evaluation& e, const ChainState& state, const Eigen::Matrix
   }
 }
 
-/// Derivative of the rotation vector log(R exp(d)) by d, where w = log(R).
-Eigen::Matrix3d right_jacobian_inverse(const Eigen::Vector3d& w) {
-  const double angle = w.norm();
-  const Eigen::Matrix3d W = skew(w);
-  double factor = 1.0 / 12.0;
-  if (angle > 1e-4) factor = (1 - angle * std::cos(angle / 2) / (2 * std::sin(angle / 2))) / (angle * angle);
-  return Eigen::Matrix3d::Identity() + 0.5 * W + factor * W * W;
-}
-
-bool pose_residual(const Evaluation& e) {
+bool pose_residual(const Evaluation& e, const ChainState& state) {
   const Observation& o = e.observation;
-  const ChainState state = chain_state(e);
   const Vector6 d = pose_difference(o.seen, state.T);
-  e.out() = o.whitening.cwiseProduct(d);
-  Eigen::Matrix<double, Eigen::Dynamic, 6> by_chain = Matrix6::Zero();
-  by_chain.topLeftCorner<3, 3>() = o.seen.linear().transpose() * state.T.linear();
-  by_chain.bottomRightCorner<3, 3>() = right_jacobian_inverse(d.tail<3>());
-  add_chain(e, state, o.whitening.asDiagonal() * by_chain);
+  e.out() = o.whitening6 * d;
+  if (e.jacobians) add_chain(e, state, o.whitening6 * vector_by_perturbation(d));
   return true;
 }
 
@@ -157,9 +165,8 @@ Eigen::Matrix<double, 3, 6> point_by_pose(const Pose& T, const Eigen::Vector3d& 
   return out;
 }
 
-bool position_residual(const Evaluation& e) {
+bool position_residual(const Evaluation& e, const ChainState& state) {
   const Observation& o = e.observation;
-  const ChainState state = chain_state(e);
   const Eigen::Vector3d p = e.point(o.point);
   e.out() = o.whitening3 * (state.T * p - e.point(o.other));
   if (!e.jacobians) return true;
@@ -169,9 +176,8 @@ bool position_residual(const Evaluation& e) {
   return true;
 }
 
-bool distance_residual(const Evaluation& e) {
+bool distance_residual(const Evaluation& e, const ChainState& state) {
   const Observation& o = e.observation;
-  const ChainState state = chain_state(e);
   const Eigen::Vector3d p = e.point(o.point), between = state.T * p - e.point(o.other);
   const double length = between.norm(), whitening = o.whitening[0];
   const double wanted = o.radius.exists() ? *e.of(o.radius) : o.distance;
@@ -186,9 +192,8 @@ bool distance_residual(const Evaluation& e) {
   return true;
 }
 
-bool plane_residual(const Evaluation& e) {
+bool plane_residual(const Evaluation& e, const ChainState& state) {
   const Observation& o = e.observation;
-  const ChainState state = chain_state(e);
   const Eigen::Vector3d p = e.point(o.point);
   e.residuals[0] = o.whitening[0] * (state.T * p).z();
   if (!e.jacobians) return true;
@@ -197,9 +202,8 @@ bool plane_residual(const Evaluation& e) {
   return true;
 }
 
-bool plane_points_residual(const Evaluation& e) {
+bool plane_points_residual(const Evaluation& e, const ChainState& state) {
   const Observation& o = e.observation;
-  const ChainState state = chain_state(e);
   Eigen::VectorXd height(o.rows);
   Eigen::Matrix<double, Eigen::Dynamic, 6> by_chain(o.rows, 6);
   for (Eigen::Index k = 0; k < o.points.cols(); ++k) {
@@ -212,9 +216,8 @@ bool plane_points_residual(const Evaluation& e) {
 }
 
 /// With the squares of the radii, so that the sphere may also lie beside the plane while the fit goes on.
-bool sphere_section_residual(const Evaluation& e) {
+bool sphere_section_residual(const Evaluation& e, const ChainState& state) {
   const Observation& o = e.observation;
-  const ChainState state = chain_state(e);
   const Eigen::Vector3d centre = e.point(o.point), c = state.T * centre;
   const double radius = o.radius.exists() ? *e.of(o.radius) : o.distance, seen = o.section[2];
   e.out() = o.whitening3 * Eigen::Vector3d(c.x() - o.section[0], c.z() - o.section[1],
@@ -239,36 +242,91 @@ Eigen::Matrix3Xd deformed_points(const Evaluation& e) {
   return o.points + moved.reshaped(3, o.points.cols());
 }
 
-bool pixel_residual(const Evaluation& e) {
+/// A pixel over its standard deviation, and its derivatives where they are wanted.
+struct PixelRows {
+  Eigen::Vector2d r;
+  Eigen::Matrix<double, 2, 6> by_chain;  ///< By the right perturbation of the target; its left half by the point.
+  Eigen::Matrix<double, 2, Pinhole::parameter_count> by_camera;
+};
+
+/// Calls visit(k, PixelRows) for each pixel that has a part; false where a point is beyond what the camera can see.
+template <class Visit>
+bool each_pixel(const Evaluation& e, const Pose& T, Visit&& visit) {
   const Observation& o = e.observation;
-  const ChainState state = chain_state(e);
   Pinhole camera;
   camera.set_parameters(Eigen::Map<const Pinhole::Parameters>(e.of(o.camera)));
   const Eigen::Matrix3Xd points = deformed_points(e);
-  const bool by_lens = e.wanted(o.camera), by_shape = e.wanted(o.deformation.amounts);
-  Eigen::Matrix<double, Eigen::Dynamic, 6> by_chain(e.jacobians ? o.rows : 0, 6);
+  const bool by_lens = e.wanted(o.camera);
   Eigen::Matrix<double, 2, 3> P;
-  Eigen::Matrix<double, 2, Pinhole::parameter_count> K;
+  PixelRows rows;
   for (Eigen::Index k = 0; k < points.cols(); ++k) {
     const double whitening = o.whitening[k];
-    if (whitening == 0.0) {
-      e.out().segment<2>(2 * k).setZero();
-      if (e.jacobians) by_chain.middleRows<2>(2 * k).setZero();
-      continue;
-    }
-    const Eigen::Vector3d point = points.col(k), seen = state.T * point;
+    if (whitening == 0.0) continue;
+    const Eigen::Vector3d point = points.col(k), seen = T * point;
     if (!camera.covers(seen)) return false;
-    const Eigen::Vector2d pixel = camera.project(seen, e.jacobians ? &P : nullptr, by_lens ? &K : nullptr);
-    e.out().segment<2>(2 * k) = whitening * (pixel - o.pixels.col(k));
-    if (!e.jacobians) continue;
-    const Eigen::Matrix<double, 2, 3> by_point = whitening * P * state.T.linear();
-    by_chain.block<2, 3>(2 * k, 0) = by_point;
-    by_chain.block<2, 3>(2 * k, 3) = -by_point * skew(point);
-    if (by_lens) e.by(o.camera).middleRows<2>(2 * k) = whitening * K;
-    if (by_shape)
-      e.by(o.deformation.amounts).middleRows<2>(2 * k) = by_point * o.deformation.displacements.middleRows<3>(3 * k);
+    rows.r = whitening *
+             (camera.project(seen, e.jacobians ? &P : nullptr, by_lens ? &rows.by_camera : nullptr) - o.pixels.col(k));
+    if (e.jacobians) {
+      rows.by_chain.leftCols<3>() = whitening * P * T.linear();
+      rows.by_chain.rightCols<3>() = -rows.by_chain.leftCols<3>() * skew(point);
+      if (by_lens) rows.by_camera *= whitening;
+    }
+    visit(k, rows);
   }
-  if (!e.out().allFinite()) return false;
+  return true;
+}
+
+bool pixel_residual(const Evaluation& e, const ChainState& state) {
+  const Observation& o = e.observation;
+  const bool by_lens = e.wanted(o.camera), by_shape = e.wanted(o.deformation.amounts);
+  Eigen::Matrix<double, Eigen::Dynamic, 6> by_chain =
+      Eigen::Matrix<double, Eigen::Dynamic, 6>::Zero(e.jacobians ? e.rows : 0, 6);
+  e.out().setZero();
+  const bool exists = each_pixel(e, state.T, [&](Eigen::Index k, const PixelRows& pixel) {
+    e.out().segment<2>(2 * k) = pixel.r;
+    if (!e.jacobians) return;
+    by_chain.middleRows<2>(2 * k) = pixel.by_chain;
+    if (by_lens) e.by(o.camera).middleRows<2>(2 * k) = pixel.by_camera;
+    if (by_shape)
+      e.by(o.deformation.amounts).middleRows<2>(2 * k) =
+          pixel.by_chain.leftCols<3>() * o.deformation.displacements.middleRows<3>(3 * k);
+  });
+  if (!exists || !e.out().allFinite()) return false;
+  add_chain(e, state, by_chain);
+  return true;
+}
+
+constexpr int rows_of_pose = 7;  // six that hang on it, and what is left
+
+/// The pixels of a known camera by seven rows: with H = J' J = M' M and g = J' r, the rows M d + M^-T g have the
+/// information H, the gradient g and, with a last row that does not depend on d, the squares of r.
+bool condensed_pixel_residual(const Evaluation& e, const ChainState& state) {
+  Matrix6 H = Matrix6::Zero();
+  Vector6 g = Vector6::Zero();
+  double squares = 0.0;
+  const bool exists = each_pixel(e, state.T, [&](Eigen::Index, const PixelRows& pixel) {
+    squares += pixel.r.squaredNorm();
+    if (!e.jacobians) return;
+    H.noalias() += pixel.by_chain.transpose() * pixel.by_chain;
+    g.noalias() += pixel.by_chain.transpose() * pixel.r;
+  });
+  if (!exists || !std::isfinite(squares)) return false;
+  e.out().setZero();
+  e.out()[rows_of_pose - 1] = std::sqrt(squares);
+  if (!e.jacobians) return true;
+  const Eigen::LDLT<Matrix6> factors(H);  // P' L D L' P, where rounding or points on a line leave D without its last
+  const auto P = factors.transpositionsP();
+  const Matrix6 L = factors.matrixL();
+  const Vector6 along = factors.matrixL().solve(Vector6(P * g));
+  const Vector6 own = P * Vector6(H.diagonal());
+  Eigen::Matrix<double, Eigen::Dynamic, 6> by_chain = Eigen::Matrix<double, Eigen::Dynamic, 6>::Zero(rows_of_pose, 6);
+  for (Eigen::Index k = 0; k < 6; ++k) {
+    const double d = factors.vectorD()[k];
+    if (!(d > 1e-14 * own[k])) continue;
+    by_chain.row(k) = std::sqrt(d) * (P.transpose() * L.col(k)).transpose();
+    e.out()[k] = along[k] / std::sqrt(d);
+  }
+  e.out()[rows_of_pose - 1] = std::sqrt(std::max(0.0, squares - e.out().head<6>().squaredNorm()));
   add_chain(e, state, by_chain);
   return true;
 }
@@ -285,39 +343,48 @@ void Observation::finish(int row_count) {
   for (const FitBlock block : {point.block, other.block, radius, camera, deformation.amounts}) use(block);
 }
 
-bool Observation::evaluate(const std::vector<Block>& all, const double* const* values, double* residuals,
-                           double* const* jacobians) const {
-  const auto stored = [&](std::size_t k) { return rows * all[static_cast<std::size_t>(blocks[k])].values.size(); };
+int Observation::condensed_rows(const std::vector<Block>& all) const {
+  if (kind != ObservationKind::Pixels) return rows;
+  for (const FitBlock block : {camera, deformation.amounts})
+    if (block.exists() && all[static_cast<std::size_t>(block.index)].any_free()) return rows;
+  return std::min(rows, rows_of_pose);
+}
+
+bool Observation::evaluate(const std::vector<Block>& all, const double* const* values, int row_count, double weight,
+                           double* residuals, double* const* jacobians) const {
+  const auto stored = [&](std::size_t k) { return row_count * all[static_cast<std::size_t>(blocks[k])].values.size(); };
   for (std::size_t k = 0; jacobians && k < blocks.size(); ++k)
     if (jacobians[k]) std::fill_n(jacobians[k], stored(k), 0.0);
-  const Evaluation e{*this, all, values, residuals, jacobians};
+  const Evaluation e{*this, all, values, row_count, residuals, jacobians};
+  const std::optional<ChainState> state = chain_state(e);
+  if (!state) return false;
   bool exists = false;
   switch (kind) {
     case ObservationKind::Pose:
-      exists = pose_residual(e);
+      exists = pose_residual(e, *state);
       break;
     case ObservationKind::Position:
-      exists = position_residual(e);
+      exists = position_residual(e, *state);
       break;
     case ObservationKind::Distance:
-      exists = distance_residual(e);
+      exists = distance_residual(e, *state);
       break;
     case ObservationKind::Plane:
-      exists = plane_residual(e);
+      exists = plane_residual(e, *state);
       break;
     case ObservationKind::PlanePoints:
-      exists = plane_points_residual(e);
+      exists = plane_points_residual(e, *state);
       break;
     case ObservationKind::SphereSection:
-      exists = sphere_section_residual(e);
+      exists = sphere_section_residual(e, *state);
       break;
     case ObservationKind::Pixels:
-      exists = pixel_residual(e);
+      exists = row_count < rows ? condensed_pixel_residual(e, *state) : pixel_residual(e, *state);
       break;
   }
   const double scale = std::sqrt(weight);
   if (exists && scale != 1.0) {
-    Eigen::Map<Eigen::VectorXd>(residuals, rows) *= scale;
+    Eigen::Map<Eigen::VectorXd>(residuals, row_count) *= scale;
     for (std::size_t k = 0; jacobians && k < blocks.size(); ++k)
       if (jacobians[k]) Eigen::Map<Eigen::VectorXd>(jacobians[k], stored(k)) *= scale;
   }

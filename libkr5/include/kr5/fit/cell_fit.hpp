@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -29,16 +30,26 @@ struct FitObservation {
   int index = -1;
 };
 
+/// A pose on a path, and its rate as a right perturbation [m/s, rad/s].
+struct PathSample {
+  Pose T = Pose::Identity();
+  Vector6 rate = Vector6::Zero();
+};
+/// A pose as a function of time [s]; empty where the path has none.
+using PosePath = std::function<std::optional<PathSample>(double t)>;
+
 /// A product of poses, from the frame in which something is measured to the frame that is measured.
 class PoseChain {
  public:
   struct Factor {
     Pose constant = Pose::Identity();
-    FitBlock block;             ///< A pose or an arm; without, the factor is constant.
+    FitBlock block;             ///< A pose, an arm or the delay of a path; without, the factor is constant.
     bool inverse = false;       ///< Of the pose of the block.
     Eigen::VectorXd q;          ///< Of an arm: joint values [rad or m].
     FitBlock joint_terms;       ///< Of an arm: coefficients c of errors of its joints, q + regressor c; may be absent.
     Eigen::MatrixXd regressor;  ///< Joints x coefficients.
+    PosePath path;
+    double t = 0.0;  ///< Of a path, when it was seen [s].
   };
 
   PoseChain& then(const Pose& T);
@@ -50,6 +61,10 @@ class PoseChain {
   /// Its inverse.
   PoseChain& then_inverse_arm(FitBlock arm, const Eigen::VectorXd& q, FitBlock joint_terms = {},
                               const Eigen::MatrixXd& regressor = {});
+
+  /// Pose of a path at the time t - delay, where `delay` is a block of one number [s]. A measurement for which the path
+  /// has no pose bars the fit from going there: leave out those for which it has none at the start.
+  PoseChain& then_path(const PosePath& path, double t, FitBlock delay = {});
 
   const std::vector<Factor>& factors() const { return factors_; }
 
@@ -171,13 +186,18 @@ class CellFit {
   void set_prior(FitBlock block, const Eigen::VectorXd& sigma);
   /// Values, as values() gives them, from which the next solve begins; a prior stays about the block's own start.
   void begin_at(FitBlock block, const Eigen::VectorXd& values);
+  void begin_at(FitBlock block, const Pose& pose);
   /// Takes a measurement out (0) or gives it another weight.
   void set_weight(FitObservation observation, double weight);
   /// Gives each point of a measurement of pixels its own standard deviation [px]; infinite: it has no part.
   void set_pixel_sigmas(FitObservation observation, const Eigen::VectorXd& sigmas);
+  /// Gives a measurement of a pose, a position, points on a plane or a sphere's section another covariance.
+  void set_covariance(FitObservation observation, const Eigen::MatrixXd& covariance);
 
   /// The whole pose of the chain's last frame, with standard deviations per axis [m] and [rad].
   FitObservation observe_pose(const PoseChain& chain, const Pose& seen, double sigma_position, double sigma_rotation);
+  /// The same with a covariance of the pose, right perturbation [m, rad].
+  FitObservation observe_pose(const PoseChain& chain, const Pose& seen, const Matrix6& covariance);
   /// The place of a point of the chain's last frame; `seen` may be a block: a place that several measurements share.
   FitObservation observe_position(const PoseChain& chain, const FitPoint& point, const FitPoint& seen, double sigma);
   /// The same with a covariance [m^2].
@@ -217,15 +237,17 @@ class CellFit {
 
   /// Residuals of a measurement over their standard deviations, at the present values.
   Eigen::VectorXd residuals(FitObservation observation) const;
-  /// A measurement near the present values, over its standard deviations: residuals + by_coordinate d + by_nuisance n,
-  /// where d is a change of the coordinates of the last solve and n one of its nuisance.
+  /// A measurement near the present values, over its standard deviations, whether it takes part or not: residuals +
+  /// by_coordinate d + by_nuisance n, where d changes the coordinates in the order of CellFitResult::coordinates and n
+  /// is a change of its nuisance (of a pose a right perturbation).
   struct Derivatives {
     Eigen::VectorXd residuals;
     Eigen::MatrixXd by_coordinate;
     Eigen::MatrixXd by_nuisance;  ///< Without columns where there is none.
   };
-  /// Empty where the model does not exist there, as behind a camera.
-  std::optional<Derivatives> derivatives(FitObservation observation) const;
+  /// Empty where the model does not exist there, as behind a camera. `condensed`: pixels of a known camera as seven
+  /// rows with the sum of squares, gradient and information of all.
+  std::optional<Derivatives> derivatives(FitObservation observation, bool condensed = false) const;
   /// How a measurement agrees with the others, at the result of the last solve.
   struct Agreement {
     double squared_distance = 0.0;  ///< From what all others say, in its own uncertainty: chi-square of `dof` [-].

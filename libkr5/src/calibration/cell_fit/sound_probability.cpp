@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
 #include <utility>
 
 #include <kr5/uncertainty/confidence.hpp>
@@ -20,21 +19,27 @@ double sound_probability(double squared_distance, double rows, bool used, double
   return 1 - uncertainty::fisher_cdf(external / rows, rows, left);
 }
 
-void settle_outliers(std::vector<double>& weights, double false_alarm, double least,
+void settle_outliers(std::vector<double>& weights, double false_alarm, std::size_t fewest,
                      const std::function<std::vector<double>()>& probabilities, const std::function<void()>& refit) {
+  constexpr int most_returns = 2;  // of one measurement, which might otherwise come and go for ever
   const double threshold = false_alarm / static_cast<double>(weights.size());
-  const auto fewest = static_cast<std::ptrdiff_t>(std::ceil(least * static_cast<double>(weights.size())));
-  for (int round = 0; round < 20; ++round) {
+  std::vector<int> returns(weights.size(), 0);
+  for (;;) {
     std::vector<std::pair<double, std::size_t>> order;
     const std::vector<double> sound = probabilities();
     for (std::size_t i = 0; i < weights.size(); ++i) order.emplace_back(sound[i], i);
     std::sort(order.begin(), order.end());
     bool changed = false, excluded = false;
+    auto inside = static_cast<std::size_t>(std::count(weights.begin(), weights.end(), 1.0));
     for (const auto& [p, i] : order) {
-      const auto inside = std::count(weights.begin(), weights.end(), 1.0);
-      if (weights[i] == 0 && p > threshold) weights[i] = 1, changed = true;
-      // One out at a time, so that a gross one does not take sound ones with it.
-      if (weights[i] == 1 && p < threshold && inside > fewest && !excluded) weights[i] = 0, changed = excluded = true;
+      if (weights[i] == 0 && p > threshold && returns[i] < most_returns) {
+        weights[i] = 1, changed = true;
+        ++inside, ++returns[i];
+      } else if (weights[i] == 1 && p < threshold && inside > fewest && !excluded) {
+        // One out at a time, so that a gross one does not take sound ones with it.
+        weights[i] = 0, changed = excluded = true;
+        --inside;
+      }
     }
     if (!changed) return;
     refit();

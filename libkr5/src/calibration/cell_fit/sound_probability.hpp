@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <vector>
 
@@ -14,9 +15,10 @@ namespace kr5::calibration::cell_fit {
 /// noise, of `dof` degrees of freedom or uncertainty::known_noise.
 double sound_probability(double squared_distance, double rows, bool used, double dof);
 
-/// Takes measurements out of a fit (weight 0) and puts them back in until each is where its test puts it; at least the
-/// share `least` stays in. `probabilities` gives that of each being sound, `refit` fits with the present weights.
-void settle_outliers(std::vector<double>& weights, double false_alarm, double least,
+/// Takes measurements out of a fit (weight 0) and puts them back in until each is where its test puts it, or has come
+/// back twice; at least `fewest` stay in. `probabilities` gives that of each being sound, `refit` fits with the present
+/// weights.
+void settle_outliers(std::vector<double>& weights, double false_alarm, std::size_t fewest,
                      const std::function<std::vector<double>()>& probabilities, const std::function<void()>& refit);
 
 }  // namespace kr5::calibration::cell_fit

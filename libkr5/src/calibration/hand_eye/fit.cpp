@@ -7,97 +7,141 @@
 
 #include <Eigen/Dense>
 
+#include "calibration/hand_eye/start.hpp"
+
 namespace kr5::calibration::hand_eye {
 namespace {
 
 constexpr double student_dof = 4.0;
-constexpr int variance_steps = 4;  // at each step of the poses; they settle together
+constexpr int variance_steps = 20;  // at most, with the views as they are
+constexpr int weight_steps = 20;    // likewise
 
-Poses moved(const Poses& poses, const Vector12& b) {
-  Poses out{poses.X * to_pose(b.head<6>()), poses.Z * to_pose(b.tail<6>())};
-  out.X.linear() = nearest_rotation(out.X.linear());
-  out.Z.linear() = nearest_rotation(out.Z.linear());
-  return out;
+/// Standard deviation of each point of a view over that of a pixel [-]. The cell fit counts in standard deviations of a
+/// pixel, so that it need not be told of their change.
+Eigen::VectorXd point_sigmas(const ObservedView& observed) {
+  return (observed.input->correlation * observed.pose().weights.cwiseInverse()).cwiseSqrt();
 }
 
 }  // namespace
 
+HandEyeFit::HandEyeFit(Mount mount, const Pinhole& camera, std::vector<ObservedView> observed_views)
+    : weights(observed_views.size(), 1.0), mount_(mount), camera_(camera), views_(std::move(observed_views)) {
+  const fit::FitBlock lens = fit_.add_camera("camera", camera_);
+  fit_.hold(lens);
+  X_ = fit_.add_pose("T_mount_camera", Pose::Identity());
+  Z_ = fit_.add_pose("T_fixed_target", Pose::Identity());
+  for (const ObservedView& observed : views_) {
+    const View& view = observed.input->view;
+    seen_.push_back(fit_.add_nuisance_pose("T_camera_target"));
+    pixels_.push_back(fit_.observe_pixels(fit::PoseChain().then(seen_.back()), lens, view.points, view.pixels, 1.0));
+    fit::PoseChain error;  // of the robot pose
+    error.then(observed.input->T_base_flange.inverse());
+    if (mount == Mount::EyeInHand)
+      error.then(Z_).then_inverse(seen_.back()).then_inverse(X_);
+    else
+      error.then(X_).then(seen_.back()).then_inverse(Z_);
+    robot_.push_back(fit_.observe_pose(error, Pose::Identity(), Matrix6(Matrix6::Identity())));
+  }
+}
+
+Vector6 HandEyeFit::error(std::size_t i) const {
+  return robot_residual(mount_, poses(), views_[i].input->T_base_flange, fit_.pose(seen_[i]));
+}
+
+void HandEyeFit::begin_at(const Poses& poses, const std::vector<ObservedView>& observed_views) {
+  views_ = observed_views;
+  fit_.begin_at(X_, poses.X);
+  fit_.begin_at(Z_, poses.Z);
+  for (std::size_t i = 0; i < views_.size(); ++i) choose(i, views_[i].chosen);
+}
+
+void HandEyeFit::choose(std::size_t i, int pose) {
+  views_[i].chosen = pose;
+  fit_.set_pixel_sigmas(pixels_[i], point_sigmas(views_[i]));
+  explain(i);
+}
+
+void HandEyeFit::explain(std::size_t i) { fit_.begin_at(seen_[i], views_[i].pose().T_camera_points); }
+
 std::optional<LinearView> HandEyeFit::linear(std::size_t i) const {
-  return linearise(mount, poses, observed_views[i], *camera, errors[i]);
+  const auto at = fit_.derivatives(pixels_[i], true);
+  if (!at) return std::nullopt;
+  // r + N d is least for d = -(N' N)^-1 N' r: the pose of the target that the pixels ask for.
+  const Eigen::Matrix<double, Eigen::Dynamic, 6> N = at->by_nuisance;
+  const Vector6 g = N.transpose() * at->residuals, e = error(i);
+  const Matrix6 inverse = Matrix6(N.transpose() * N).ldlt().solve(Matrix6::Identity());
+  const RobotDerivatives by = robot_derivatives(mount_, poses(), fit_.pose(seen_[i]), e);
+  LinearView out;
+  out.y = e - by.by_target_seen * inverse * g;
+  out.F << -by.by_X, -by.by_Z;
+  out.U = by.by_target_seen * inverse * by.by_target_seen.transpose();
+  out.pixel_squares = views_[i].input->correlation * std::max(at->residuals.squaredNorm() - g.dot(inverse * g), 0.0);
+  out.pixel_dof = 2.0 * views_[i].pose().weights.sum() - 6.0;
+  if (!out.U.allFinite() || !out.y.allFinite()) return std::nullopt;
+  return out;
 }
 
 std::vector<WeightedView> HandEyeFit::active() const {
   std::vector<WeightedView> out;
-  for (std::size_t i = 0; i < observed_views.size(); ++i)
+  for (std::size_t i = 0; i < views_.size(); ++i)
     if (weights[i] > 0)
       if (const auto view = linear(i)) out.push_back({*view, weights[i]});
   return out;
 }
 
-double HandEyeFit::cost(const Poses& at, const std::vector<Vector6>& e) const {
-  const Vector6 information = variances.robot().diagonal().cwiseInverse();
-  double sum = 0;
-  for (std::size_t i = 0; i < observed_views.size(); ++i) {
+/// Moves free variances and, with `student`, weights to where the views as they are now put them. Whether they are
+/// about where they were, and the poses with them.
+bool HandEyeFit::weigh(bool student) {
+  std::vector<WeightedView> views;
+  std::vector<std::size_t> index;
+  for (std::size_t i = 0; i < views_.size(); ++i) {
     if (!(weights[i] > 0)) continue;
-    const double pixel = variances.value[2] * observed_views[i].input->correlation;
-    sum += weights[i] *
-           (pixel_squares(mount, at, observed_views[i], *camera, e[i]) / pixel + e[i].cwiseAbs2().dot(information));
+    const auto view = linear(i);
+    if (!view) continue;
+    views.push_back({*view, weights[i]});
+    index.push_back(i);
   }
-  return sum;
+  const Eigen::Vector3d before = variances.value;
+  for (int step = 0; step < weight_steps; ++step) {
+    estimate_variances(views, variances, variance_steps);
+    estimate = solve(views, variances);
+    double changed = 0;
+    for (std::size_t k = 0; student && k < views.size(); ++k) {
+      const Vector6 r = views[k].view.y - views[k].view.F * estimate.b;
+      const double weight = (student_dof + 6) / (student_dof + r.dot(variances.of(views[k].view).ldlt().solve(r)));
+      changed = std::max(changed, std::abs(weight - views[k].weight));
+      views[k].weight = weight;
+    }
+    if (changed < 0.01) break;
+  }
+  double reweighted = 0;
+  for (std::size_t k = 0; k < views.size(); ++k) {
+    reweighted = std::max(reweighted, std::abs(views[k].weight - weights[index[k]]));
+    weights[index[k]] = views[k].weight;
+  }
+  const double varied = (variances.value.cwiseQuotient(before).array() - 1).abs().maxCoeff();
+  const Vector12 sigma = estimate.covariance.diagonal().cwiseSqrt();
+  return reweighted < 0.05 && varied < 1e-3 && estimate.b.cwiseQuotient(sigma).cwiseAbs().maxCoeff() < 1e-4;
 }
 
-/// One Gauss-Newton step, shortened until it helps. Returns whether it was large enough to go on.
-bool HandEyeFit::move(const std::vector<WeightedView>& views, const std::vector<std::size_t>& index) {
-  std::vector<Vector6> best = errors;
-  for (std::size_t k = 0; k < views.size(); ++k) {
-    const LinearView& view = views[k].view;
-    best[index[k]] = variances.robot() * variances.of(view).ldlt().solve(Vector6(view.y - view.F * estimate.b));
+/// The cell fit with the present variances and weights; whether it found an optimum.
+bool HandEyeFit::move(int max_iterations) {
+  const Matrix6 robot = variances.robot() / variances.value[2];
+  for (std::size_t i = 0; i < views_.size(); ++i) {
+    fit_.set_weight(pixels_[i], weights[i]);
+    fit_.set_weight(robot_[i], weights[i]);
+    fit_.set_covariance(robot_[i], robot);
   }
-  const double before = cost(poses, errors);
-  for (double length = 1; length > 1e-3; length *= 0.5) {
-    const Poses next = moved(poses, length * estimate.b);
-    std::vector<Vector6> e = errors;
-    double far = 0;
-    for (const std::size_t i : index) {
-      e[i] += length * (best[i] - errors[i]);
-      const Vector6 sigma = variances.robot().diagonal().cwiseSqrt();
-      far = std::max(far, (best[i] - errors[i]).cwiseQuotient(sigma).cwiseAbs().maxCoeff());
-    }
-    if (!(cost(next, e) <= before * (1 + 1e-9) + 1e-12)) continue;
-    poses = next;
-    errors = e;
-    const Vector12 sigma = estimate.covariance.diagonal().cwiseSqrt();
-    return far > 1e-4 || estimate.b.cwiseQuotient(sigma).cwiseAbs().maxCoeff() > 1e-4;
-  }
-  return false;
+  const FitReport report = fit_.solve({.max_iterations = max_iterations, .uncertainty = false}).fit;
+  iterations += report.iterations;
+  return report.usable();
 }
 
 void HandEyeFit::settle(int max_iterations, bool student) {
   settled = false;
-  for (int step = 0; step < max_iterations && !settled; ++step, ++iterations) {
-    std::vector<WeightedView> views;
-    std::vector<std::size_t> index;
-    for (std::size_t i = 0; i < observed_views.size(); ++i) {
-      if (!(weights[i] > 0)) continue;
-      if (const auto view = linear(i)) {
-        views.push_back({*view, weights[i]});
-        index.push_back(i);
-      }
-    }
-    const Eigen::Vector3d before = variances.value;
-    estimate_variances(views, variances, variance_steps);
-    estimate = solve(views, variances);
-    const bool moving = move(views, index);
-    double reweighted = 0;
-    for (std::size_t k = 0; student && k < views.size(); ++k) {
-      const LinearView& view = views[k].view;
-      const Vector6 r = view.y - view.F * estimate.b;
-      const double weight = (student_dof + 6) / (student_dof + r.dot(variances.of(view).ldlt().solve(r)));
-      reweighted = std::max(reweighted, std::abs(weight - weights[index[k]]));
-      weights[index[k]] = weight;
-    }
-    const double varied = (variances.value.cwiseQuotient(before).array() - 1).abs().maxCoeff();
-    settled = !moving && reweighted < 0.05 && varied < 1e-3;
+  for (int round = 0; round < max_iterations; ++round) {
+    settled = weigh(student) && round > 0;
+    if (settled || !estimate.regular || !move(max_iterations)) return;
   }
 }
 

@@ -1,26 +1,40 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <kr5/fit/cell_fit.hpp>
+
 #include "calibration/hand_eye/noise.hpp"
 
 /// @file
 /// Private: the refinement over pixels, behind calibrate_hand_eye (a diagnosis compares readings by the quicker fit of
-/// hand_eye_diagnosis/reading_fit.hpp). The robot pose errors of the views are block-diagonal, so each is eliminated by
-/// itself (its Schur complement is the marginal covariance of LinearView::y) and 12 unknowns remain.
+/// hand_eye_diagnosis/reading_fit.hpp). A cell fit finds the two poses and that of the target in each view; variances
+/// come from what the views say to first order.
 
 namespace kr5::calibration::hand_eye {
 
-struct HandEyeFit {
-  Mount mount = Mount::EyeInHand;
-  const Pinhole* camera = nullptr;
-  std::vector<ObservedView> observed_views;
-  Poses poses;
-  std::vector<Vector6> errors;  ///< Most probable robot pose error of each view.
-  std::vector<double> weights;  ///< 0: the view has no part in the fit.
+class HandEyeFit {
+ public:
   Variances variances;
-  Estimate estimate;  ///< At the optimum; its step is about zero.
+  std::vector<double> weights;  ///< 0: the view has no part in the fit.
+  Estimate estimate;            ///< At the optimum; its step is about zero.
   int iterations = 0;
   bool settled = false;
+
+  HandEyeFit(Mount mount, const Pinhole& camera, std::vector<ObservedView> observed_views);
+
+  Mount mount() const { return mount_; }
+  const Pinhole& camera() const { return camera_; }
+  const std::vector<ObservedView>& views() const { return views_; }
+  Poses poses() const { return {fit_.pose(X_), fit_.pose(Z_)}; }
+  /// Most probable robot pose error of view i.
+  Vector6 error(std::size_t i) const;
+
+  /// Puts the poses to these values, for the views as they choose between two poses of the target.
+  void begin_at(const Poses& poses, const std::vector<ObservedView>& observed_views);
+  /// Believes one of the poses in which view i may have seen the target, and begins there.
+  void choose(std::size_t i, int pose);
+  /// Puts the target to where the pixels of view i alone have it.
+  void explain(std::size_t i);
 
   /// Linear form of view i at the present values.
   std::optional<LinearView> linear(std::size_t i) const;
@@ -35,8 +49,16 @@ struct HandEyeFit {
   double deleted_distance(std::size_t i) const;
 
  private:
-  double cost(const Poses& at, const std::vector<Vector6>& e) const;
-  bool move(const std::vector<WeightedView>& views, const std::vector<std::size_t>& index);
+  bool weigh(bool student);
+  bool move(int max_iterations);
+
+  Mount mount_;
+  Pinhole camera_;
+  std::vector<ObservedView> views_;
+  fit::CellFit fit_;
+  fit::FitBlock X_, Z_;
+  std::vector<fit::FitBlock> seen_;  ///< T_camera_target by view.
+  std::vector<fit::FitObservation> pixels_, robot_;
 };
 
 }  // namespace kr5::calibration::hand_eye

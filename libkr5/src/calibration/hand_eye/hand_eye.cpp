@@ -4,14 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
-#include <sstream>
+#include <optional>
 
 #include <Eigen/Dense>
 #include <kr5/core/error.hpp>
 #include <kr5/core/statistics.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 
+#include "calibration/cell_fit/sound_probability.hpp"
 #include "calibration/hand_eye/fit.hpp"
 #include "calibration/hand_eye/start.hpp"
 
@@ -63,11 +63,12 @@ void check(std::span<const HandEyeView> views, const Pinhole& camera, const Hand
 
 void first_variances(HandEyeFit& fit, const HandEyeOptions& options) {
   std::vector<double> pixel, position, rotation;
-  for (std::size_t i = 0; i < fit.observed_views.size(); ++i) {
-    const Resection& r = fit.observed_views[i].pose();
+  for (std::size_t i = 0; i < fit.views().size(); ++i) {
+    const Resection& r = fit.views()[i].pose();
+    const Vector6 error = fit.error(i);
     pixel.push_back(r.cost / std::max(2 * r.weights.sum() - 6, 1.0));
-    position.push_back(fit.errors[i].head<3>().squaredNorm() / 3);
-    rotation.push_back(fit.errors[i].tail<3>().squaredNorm() / 3);
+    position.push_back(error.head<3>().squaredNorm() / 3);
+    rotation.push_back(error.tail<3>().squaredNorm() / 3);
   }
   const double given[] = {options.sigma_robot_position, options.sigma_robot_rotation, options.sigma_pixel};
   fit.variances.value << median(position), median(rotation), median(pixel);
@@ -79,23 +80,21 @@ void first_variances(HandEyeFit& fit, const HandEyeOptions& options) {
 
 /// With a doubtful plane, believes the pose that pixels and robot together find more probable.
 void choose_by_probability(HandEyeFit& fit) {
-  for (std::size_t i = 0; i < fit.observed_views.size(); ++i) {
-    ObservedView& observed = fit.observed_views[i];
+  for (std::size_t i = 0; i < fit.views().size(); ++i) {
+    const ObservedView& observed = fit.views()[i];
     if (observed.found.size() < 2) continue;
     double best = std::numeric_limits<double>::infinity();
-    const int before = observed.chosen;
-    int choice = before;
+    int choice = observed.chosen;
     for (int k = 0; k < 2; ++k) {
-      observed.chosen = k;
-      const Vector6 e = robot_error(fit.mount, fit.poses, observed);
-      const auto view = linearise(fit.mount, fit.poses, observed, *fit.camera, e);
+      fit.choose(i, k);
+      const auto view = fit.linear(i);
       if (!view) continue;
+      const Vector6 e = fit.error(i);
       const double pixel = fit.variances.value[2] * observed.input->correlation;
       const double unlikely = observed.pose().cost / pixel + e.dot(fit.variances.of(*view).ldlt().solve(e));
       if (unlikely < best) best = unlikely, choice = k;
     }
-    observed.chosen = choice;
-    if (choice != before) fit.errors[i] = robot_error(fit.mount, fit.poses, observed);
+    fit.choose(i, choice);
   }
 }
 
@@ -113,7 +112,7 @@ double p_value(const HandEyeFit& fit, std::size_t i, double inside) {
 
 /// Takes out of the fit what the first, robust fit found far off; the tests that follow decide.
 void keep_the_nearest(HandEyeFit& fit) {
-  const std::size_t n = fit.observed_views.size();
+  const std::size_t n = fit.views().size();
   std::vector<std::pair<double, std::size_t>> distance;
   for (std::size_t i = 0; i < n; ++i) {
     const auto view = fit.linear(i);
@@ -126,33 +125,26 @@ void keep_the_nearest(HandEyeFit& fit) {
   for (std::size_t k = 0; k < n; ++k) {
     const auto [squared, i] = distance[k];
     fit.weights[i] = k < least || squared < scale * uncertainty::chi_square_quantile(0.995, 6) ? 1.0 : 0.0;
-    if (fit.weights[i] == 0) fit.errors[i] = robot_error(fit.mount, fit.poses, fit.observed_views[i]);
+    if (fit.weights[i] == 0) fit.explain(i);
   }
 }
 
-/// Lets views back in and puts views out, one at a time, until every view is where its test puts it.
+/// Lets views back in and puts views out until every view is where its test puts it.
 void name_outliers(HandEyeFit& fit, const HandEyeOptions& options) {
-  const std::size_t n = fit.observed_views.size();
-  const double threshold = options.outlier_false_alarm / static_cast<double>(n);
-  for (std::size_t round = 0; round < 3 * n; ++round) {
-    fit.settle(options.max_iterations, false);
+  const auto n = static_cast<double>(fit.views().size());
+  const auto probabilities = [&] {
     const auto inside = static_cast<double>(std::count(fit.weights.begin(), fit.weights.end(), 1.0));
-    double best = -1, worst = 2;
-    std::size_t enter = 0, leave = 0;
-    for (std::size_t i = 0; i < n; ++i) {
-      if (fit.weights[i] == 0) fit.errors[i] = robot_error(fit.mount, fit.poses, fit.observed_views[i]);
-      const double p = p_value(fit, i, inside);
-      if (fit.weights[i] == 0 && p > best) best = p, enter = i;
-      if (fit.weights[i] > 0 && p < worst) worst = p, leave = i;
+    std::vector<double> out;
+    for (std::size_t i = 0; i < fit.views().size(); ++i) {
+      if (fit.weights[i] == 0) fit.explain(i);
+      out.push_back(p_value(fit, i, inside));
     }
-    if (best > threshold) {
-      fit.weights[enter] = 1;
-    } else if (worst < threshold && inside - 1 >= std::max(4.0, sound_part * static_cast<double>(n))) {
-      fit.weights[leave] = 0;
-    } else {
-      return;
-    }
-  }
+    return out;
+  };
+  const auto refit = [&] { fit.settle(options.max_iterations, false); };
+  refit();
+  const auto fewest = static_cast<std::size_t>(std::ceil(std::max(4.0, sound_part * n)));
+  cell_fit::settle_outliers(fit.weights, options.outlier_false_alarm, fewest, probabilities, refit);
 }
 
 /// RMS of the views' disagreements, each over its own uncertainty.
@@ -165,32 +157,32 @@ double whitened_rms(const HandEyeFit& fit) {
   return std::sqrt(squares / std::max(6 * inside - 12, 1.0));
 }
 
-HandEyeViewReport report(const HandEyeFit& fit, const HandEyeView& input, const ObservedView* observed, std::size_t k) {
+HandEyeViewReport report(const HandEyeFit& fit, const HandEyeView& input, std::optional<std::size_t> k) {
   HandEyeViewReport out;
-  const Pose M = predict(fit.mount, fit.poses, input.T_base_flange);
-  const double diagonal = std::hypot(fit.camera->width, fit.camera->height);
+  const Pose M = predict(fit.mount(), fit.poses(), input.T_base_flange);
+  const double diagonal = std::hypot(fit.camera().width, fit.camera().height);
   double squares = 0;
   for (int c = 0; c < input.view.points.cols(); ++c) {
     const Eigen::Vector3d p = M * input.view.points.col(c);
     // A point behind the camera, or thrown to nowhere by the lens model, counts as a whole image away.
-    const double square = p.z() > 1e-9 ? (fit.camera->project(p) - input.view.pixels.col(c)).squaredNorm() : 1e300;
+    const double square = p.z() > 1e-9 ? (fit.camera().project(p) - input.view.pixels.col(c)).squaredNorm() : 1e300;
     squares += std::min(square, diagonal * diagonal);
   }
   out.rms_px = std::sqrt(squares / static_cast<double>(input.view.points.cols()));
   out.weight = 0;
-  if (!observed) return out;
-  out.robot_position = fit.errors[k].head<3>().norm();
-  out.robot_rotation = fit.errors[k].tail<3>().norm();
-  out.weight = fit.weights[k];
-  out.outlier = fit.weights[k] == 0;
+  if (!k) return out;
+  out.robot_position = fit.error(*k).head<3>().norm();
+  out.robot_rotation = fit.error(*k).tail<3>().norm();
+  out.weight = fit.weights[*k];
+  out.outlier = out.weight == 0;
   return out;
 }
 
 /// Why the views cannot tell the answer; empty when they can.
 std::string why_degenerate(const HandEyeFit& fit, const HandEyeOptions& options) {
   std::vector<Pose> T;
-  for (std::size_t i = 0; i < fit.observed_views.size(); ++i)
-    if (fit.weights[i] > 0) T.push_back(fit.observed_views[i].input->T_base_flange);
+  for (std::size_t i = 0; i < fit.views().size(); ++i)
+    if (fit.weights[i] > 0) T.push_back(fit.views()[i].input->T_base_flange);
   std::string shortage = turn_shortage(T, options.min_rotation);
   if (shortage.empty() && !fit.estimate.regular)
     shortage = "the views do not determine all twelve parameters of the two poses";
@@ -209,8 +201,8 @@ std::string summary(const HandEyeFit& fit, std::span<const HandEyeView> views, s
 }
 
 void write_result(const HandEyeFit& fit, HandEyeResult& out) {
-  out.T_mount_camera = fit.poses.X;
-  out.T_fixed_target = fit.poses.Z;
+  out.T_mount_camera = fit.poses().X;
+  out.T_fixed_target = fit.poses().Z;
   out.sigma_robot_position = std::sqrt(fit.variances.value[0]);
   out.sigma_robot_rotation = std::sqrt(fit.variances.value[1]);
   out.sigma_pixel = std::sqrt(fit.variances.value[2]);
@@ -224,13 +216,13 @@ void write_result(const HandEyeFit& fit, HandEyeResult& out) {
 
 /// First poses, robust fit, then the fit of the views that agree.
 void run(HandEyeFit& fit, const HandEyeOptions& options, FitReport& report) {
-  fit.poses = robust_start(fit.mount, fit.observed_views, fit.variances.lever);
+  std::vector<ObservedView> observed_views = fit.views();
+  Poses poses = robust_start(fit.mount(), observed_views, fit.variances.lever);
   if (options.start) {
-    fit.poses = {*options.start, fixed_target(fit.mount, *options.start, fit.observed_views)};
-    choose_poses(fit.mount, fit.poses, fit.observed_views, fit.variances.lever);
+    poses = {*options.start, fixed_target(fit.mount(), *options.start, observed_views)};
+    choose_poses(fit.mount(), poses, observed_views, fit.variances.lever);
   }
-  for (std::size_t k = 0; k < fit.observed_views.size(); ++k)
-    fit.errors[k] = robot_error(fit.mount, fit.poses, fit.observed_views[k]);
+  fit.begin_at(poses, observed_views);
   first_variances(fit, options);
   report.initial_rms = whitened_rms(fit);
   fit.settle(options.max_iterations, true);
@@ -253,23 +245,20 @@ void HandEyeOptions::validate() const {
 HandEyeResult calibrate_hand_eye(std::span<const HandEyeView> views, const Pinhole& camera,
                                  const HandEyeOptions& options) {
   check(views, camera, options);
-  HandEyeFit fit;
-  fit.mount = options.mount;
-  fit.camera = &camera;
+  std::vector<ObservedView> observed_views;
   std::vector<std::size_t> index;
   for (std::size_t i = 0; i < views.size(); ++i) {
     ObservedView observed{.input = &views[i], .found = resect(views[i].view.points, views[i].view.pixels, camera)};
     if (observed.found.empty()) continue;
-    fit.observed_views.push_back(std::move(observed));
+    observed_views.push_back(std::move(observed));
     index.push_back(i);
   }
   HandEyeResult out;
   out.mount = options.mount;
-  fit.errors.assign(fit.observed_views.size(), Vector6::Zero());
-  fit.weights.assign(fit.observed_views.size(), 1.0);
+  HandEyeFit fit(options.mount, camera, std::move(observed_views));
   fit.variances.lever = usual_reach(views);
   std::string reason = "fewer than three views give a pose of the target";
-  if (fit.observed_views.size() >= 3) {
+  if (index.size() >= 3) {
     run(fit, options, out.fit);
     reason = why_degenerate(fit, options);
     write_result(fit, out);
@@ -278,7 +267,7 @@ HandEyeResult calibrate_hand_eye(std::span<const HandEyeView> views, const Pinho
   std::size_t k = 0;
   for (std::size_t i = 0; i < views.size(); ++i) {
     const bool has = k < index.size() && index[k] == i;
-    out.views.push_back(report(fit, views[i], has ? &fit.observed_views[k] : nullptr, k));
+    out.views.push_back(report(fit, views[i], has ? std::optional(k) : std::nullopt));
     out.views.back().name = name_of_view(views, i);
     k += has;
   }

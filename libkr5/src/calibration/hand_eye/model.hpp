@@ -7,7 +7,7 @@
 #include <kr5/geometry/resection.hpp>
 
 /// @file
-/// Private: the geometry of one hand-eye view, and its linear form. Both mounts become
+/// Private: the geometry of one hand-eye view, and what it says to first order. Both mounts become
 ///   T_i * X * M_i = Z,  X = T_mount_camera, Z = T_fixed_target, M_i = T_camera_target,
 /// with T_i = T_base_flange (in hand) or its inverse (to hand).
 
@@ -23,6 +23,15 @@ struct Poses {
 Pose predict(Mount mount, const Poses& poses, const Pose& T_base_flange);
 /// T_base_flange at which the camera would see the target at M.
 Pose robot_pose(Mount mount, const Poses& poses, const Pose& M);
+
+/// How the robot pose misses what the camera says, with the target seen at M: right perturbation of T_base_flange
+/// [m, rad].
+Vector6 robot_residual(Mount mount, const Poses& poses, const Pose& T_base_flange, const Pose& M);
+/// How it changes with right perturbations of M, X and Z, first order.
+struct RobotDerivatives {
+  Matrix6 by_target_seen, by_X, by_Z;
+};
+RobotDerivatives robot_derivatives(Mount mount, const Poses& poses, const Pose& M, const Vector6& residual);
 
 /// One view with what does not change during the fit.
 struct ObservedView {
@@ -43,13 +52,5 @@ struct LinearView {
   double pixel_squares = 0.0;  ///< Weighted squares that no pose of the target explains [px^2].
   double pixel_dof = 0.0;      ///< Their degrees of freedom.
 };
-
-/// Linearises a view where its robot pose error is taken to be `e`; empty when a point lies behind the camera.
-std::optional<LinearView> linearise(Mount mount, const Poses& poses, const ObservedView& observed,
-                                    const Pinhole& camera, const Vector6& e);
-
-/// Weighted squared pixel errors with robot pose error `e`; infinite when a point lies behind the camera.
-double pixel_squares(Mount mount, const Poses& poses, const ObservedView& observed, const Pinhole& camera,
-                     const Vector6& e);
 
 }  // namespace kr5::calibration::hand_eye

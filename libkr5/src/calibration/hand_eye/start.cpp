@@ -121,7 +121,7 @@ Pose fixed_target(Mount mount, const Pose& T_mount_camera, std::span<const Obser
 }
 
 Vector6 robot_error(Mount mount, const Poses& poses, const ObservedView& observed) {
-  return pose_difference(observed.input->T_base_flange, robot_pose(mount, poses, observed.pose().T_camera_points));
+  return robot_residual(mount, poses, observed.input->T_base_flange, observed.pose().T_camera_points);
 }
 
 void choose_poses(Mount mount, const Poses& poses, std::vector<ObservedView>& observed_views, double lever) {

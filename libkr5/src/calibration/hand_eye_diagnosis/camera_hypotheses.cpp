@@ -8,6 +8,7 @@
 
 #include <Eigen/Dense>
 
+#include "calibration/hand_eye/model.hpp"
 #include "calibration/hand_eye_diagnosis/left_out.hpp"
 
 /// @file
@@ -79,10 +80,11 @@ class CameraFitter {
 
   void add_robot(std::size_t i, Block& b, Eigen::MatrixXd& H, Eigen::VectorXd& g) const {
     const Mount mount = case_.recording.mount;
-    const Vector6 r = flange_residual(case_.sound.reading.robot[i], poses_[i], X_, Y_, mount);
-    const Matrix6 B = flange_by_sighting(poses_[i], X_, Y_, mount);
+    const Vector6 r = hand_eye::robot_residual(mount, {X_, Y_}, case_.sound.reading.robot[i], poses_[i]);
+    const auto by = hand_eye::robot_derivatives(mount, {X_, Y_}, poses_[i], r);
+    const Matrix6& B = by.by_target_seen;
     Eigen::Matrix<double, 6, 12> J;
-    J << flange_by_camera(poses_[i], X_, Y_, mount), flange_by_target(poses_[i], X_, Y_, mount);
+    J << by.by_X, by.by_Z;
     const auto W = weight_.asDiagonal();
     b.H += B.transpose() * W * B;
     b.g -= B.transpose() * (W * r);

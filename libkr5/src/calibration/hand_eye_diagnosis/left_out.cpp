@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/hand_eye/model.hpp"
+
 namespace kr5::calibration::evidence {
 namespace {
 
@@ -44,7 +46,8 @@ double squared_point_error(const Pose& T_base_flange, const Sighting& sighting, 
   for (const auto& s : sighting.solutions) {
     Pose C = s.T_camera_target;
     C.translation() *= f.scale;
-    least = std::min(least, squared_error(flange_residual(T_base_flange, C, f.X, f.Y, mount), C.translation().norm()));
+    least = std::min(
+        least, squared_error(hand_eye::robot_residual(mount, {f.X, f.Y}, T_base_flange, C), C.translation().norm()));
   }
   return least;
 }

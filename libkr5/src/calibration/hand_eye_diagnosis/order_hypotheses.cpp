@@ -9,6 +9,7 @@
 #include <kr5/core/random.hpp>
 
 #include "calibration/hand_eye/closed_form.hpp"
+#include "calibration/hand_eye/model.hpp"
 
 /// @file
 /// Which pose belongs to which image. Turning from one stop to another, the wrist and the target (as the camera sees
@@ -93,8 +94,8 @@ class OrderSearch {
       Eigen::MatrixXd cost(n, n);
       for (int i = 0; i < n; ++i)
         for (int j = 0; j < n; ++j) {
-          const Vector6 r = flange_residual(robot_[static_cast<std::size_t>(i)], seen_[static_cast<std::size_t>(j)],
-                                            c.X, c.Z, mount_);
+          const Vector6 r = hand_eye::robot_residual(mount_, {c.X, c.Z}, robot_[static_cast<std::size_t>(i)],
+                                                     seen_[static_cast<std::size_t>(j)]);
           cost(i, j) = std::log1p(r.squaredNorm() / (width * width));  // one bad pair shall not decide
         }
       order = best_assignment(cost);

@@ -5,8 +5,11 @@
 #include <cmath>
 
 #include <Eigen/Dense>
+#include <kr5/core/levenberg_marquardt.hpp>
+#include <kr5/geometry/pose_derivatives.hpp>
 
 #include "calibration/hand_eye/closed_form.hpp"
+#include "calibration/hand_eye/model.hpp"
 
 namespace kr5::calibration::evidence {
 namespace {
@@ -58,10 +61,18 @@ class Fitter {
   const Sighting::Solution& solution(int i) const {
     return sighting(i).solutions[static_cast<std::size_t>(solution_[static_cast<std::size_t>(i)])];
   }
-  const Pose& target(int i) const { return reading_.split > 0 && i >= reading_.split ? fit_.Y_after : fit_.Y; }
-  Pose robot(int i) const {
+  const Pose& target(int i, const ReadingFit& at) const {
+    return reading_.split > 0 && i >= reading_.split ? at.Y_after : at.Y;
+  }
+  const Pose& target(int i) const { return target(i, fit_); }
+  Pose robot(int i, const ReadingFit& at) const {
     const auto k = static_cast<std::size_t>(i);
-    return reading_.drift.empty() ? reading_.robot[k] : reading_.robot[k] * to_pose(fit_.lag * reading_.drift[k]);
+    return reading_.drift.empty() ? reading_.robot[k] : reading_.robot[k] * to_pose(at.lag * reading_.drift[k]);
+  }
+  /// How pair i misses the robot pose [m, rad].
+  Vector6 residual(int i, const ReadingFit& at) const {
+    const Pose seen = scaled(solution(i).T_camera_target, at.scale);
+    return hand_eye::robot_residual(reading_.mount, {at.X, target(i, at)}, robot(i, at), seen);
   }
   double inflation(int i) const {
     return reading_.inflation.empty() ? 1.0 : reading_.inflation[static_cast<std::size_t>(i)];
@@ -98,8 +109,7 @@ class Fitter {
   void start_noise() {
     std::vector<double> p, r;
     for (int i = 0; i < reading_.size(); ++i) {
-      const Vector6 e =
-          flange_residual(robot(i), scaled(solution(i).T_camera_target, fit_.scale), fit_.X, target(i), reading_.mount);
+      const Vector6 e = residual(i, fit_);
       p.push_back(e.head<3>().norm());
       r.push_back(e.tail<3>().norm());
     }
@@ -114,9 +124,10 @@ class Fitter {
     Pair& pair = pairs_[static_cast<std::size_t>(i)];
     const Sighting::Solution& s = solution(i);
     const Pose C = scaled(s.T_camera_target, fit_.scale);
-    pair.r = flange_residual(robot(i), C, fit_.X, target(i), reading_.mount);
+    pair.r = residual(i, fit_);
     pair.excess = s.excess;
-    const Matrix6 B = flange_by_sighting(C, fit_.X, target(i), reading_.mount);
+    const auto by = hand_eye::robot_derivatives(reading_.mount, {fit_.X, target(i)}, C, pair.r);
+    const Matrix6& B = by.by_target_seen;
     Vector6 unit = Vector6::Ones();
     unit.head<3>() *= fit_.scale;
     Vector6 noise;
@@ -127,15 +138,14 @@ class Fitter {
     pair.S *= inflation(i);
     pair.S_inverse = pair.S.llt().solve(Matrix6::Identity());
     pair.J.setZero(6, 12 + reading_.extra());
-    pair.J.leftCols<6>() = flange_by_camera(C, fit_.X, target(i), reading_.mount);
+    pair.J.leftCols<6>() = by.by_X;
     const int at = reading_.split > 0 && i >= reading_.split ? 12 : 6;
-    pair.J.middleCols<6>(at) = flange_by_target(C, fit_.X, target(i), reading_.mount);
+    pair.J.middleCols<6>(at) = by.by_Z;
     int next = reading_.split > 0 ? 18 : 12;
     if (reading_.free_scale)  // log of the scale
       pair.J.col(next++) = B.leftCols<3>() * (C.linear().transpose() * C.translation());
-    if (!reading_.drift.empty()) pair.J.col(next) = -reading_.drift[static_cast<std::size_t>(i)];
-    // The residual is read in the robot's frame, turned by the residual itself.
-    pair.J.topRows<3>() = exp_rotation(pair.r.tail<3>()) * pair.J.topRows<3>();
+    if (!reading_.drift.empty())
+      pair.J.col(next) = -vector_by_perturbation(pair.r) * reading_.drift[static_cast<std::size_t>(i)];
   }
   void linearise() {
     for (int i = 0; i < reading_.size(); ++i) linearise(i);
@@ -179,43 +189,45 @@ class Fitter {
     return H;
   }
 
-  /// One Levenberg-Marquardt step at fixed covariances.
+  /// One step of both poses and what else is free, at fixed covariances.
   bool step() {
-    const Eigen::MatrixXd H = information();
-    Eigen::VectorXd g = Eigen::VectorXd::Zero(H.rows());
-    for (const Pair& p : pairs_) g -= p.J.transpose() * (p.S_inverse * p.r);
-    const ReadingFit before = fit_;
-    const double misfit_before = total_misfit();
-    for (double damping = 1e-9; damping < 1e6; damping *= 100) {
-      Eigen::MatrixXd A = H;
-      A.diagonal() *= 1 + damping;
-      A.diagonal().array() += 1e-9;
-      apply(A.ldlt().solve(g));
-      if (misfit_with_frozen_noise() <= misfit_before * (1 + 1e-9) + 1e-9) return true;
-      fit_ = before;
+    NormalEquations<Eigen::Dynamic> equations(12 + reading_.extra());
+    equations.information = information();
+    for (const Pair& p : pairs_) equations.gradient += p.J.transpose() * (p.S_inverse * p.r);
+    equations.cost = total_misfit();
+    equations.count = 6 * reading_.size();
+    // The covariances say what the unit is; they move after each step, so that a coarse end is enough.
+    LevenbergMarquardt<Eigen::Dynamic> optimizer({.tolerance = 1e-6, .sigma = 1.0, .initial_damping = 1e-9});
+    optimizer.begin(equations);
+    while (optimizer.running()) {
+      const ReadingFit trial = moved(optimizer.step());
+      if (!optimizer.accept(misfit_at(trial))) continue;
+      fit_ = trial;
+      return true;
     }
-    return std::isfinite(misfit_before);
+    if (optimizer.status() == LevenbergMarquardtStatus::Converged) fit_ = moved(optimizer.step());
+    return optimizer.status() != LevenbergMarquardtStatus::NotFinite;
   }
 
-  void apply(const Eigen::VectorXd& d) {
-    if (!d.allFinite()) return;
-    fit_.X = fit_.X * to_pose(d.head<6>());
-    fit_.Y = fit_.Y * to_pose(d.segment<6>(6));
+  ReadingFit moved(const Eigen::VectorXd& d) const {
+    ReadingFit out = fit_;
+    out.X = fit_.X * to_pose(d.head<6>());
+    out.Y = fit_.Y * to_pose(d.segment<6>(6));
     int next = 12;
     if (reading_.split > 0)
-      fit_.Y_after = fit_.Y_after * to_pose(d.segment<6>(12)), next = 18;
+      out.Y_after = fit_.Y_after * to_pose(d.segment<6>(12)), next = 18;
     else
-      fit_.Y_after = fit_.Y;
-    if (reading_.free_scale) fit_.scale *= std::exp(std::clamp(d[next], -0.5, 0.5)), ++next;
-    if (!reading_.drift.empty()) fit_.lag += d[next];
+      out.Y_after = out.Y;
+    if (reading_.free_scale) out.scale *= std::exp(std::clamp(d[next], -0.5, 0.5)), ++next;
+    if (!reading_.drift.empty()) out.lag += d[next];
+    return out;
   }
 
-  double misfit_with_frozen_noise() const {
+  double misfit_at(const ReadingFit& at) const {
     double sum = 0;
     for (int i = 0; i < reading_.size(); ++i) {
       const Pair& p = pairs_[static_cast<std::size_t>(i)];
-      const Vector6 r =
-          flange_residual(robot(i), scaled(solution(i).T_camera_target, fit_.scale), fit_.X, target(i), reading_.mount);
+      const Vector6 r = residual(i, at);
       sum += r.dot(p.S_inverse * r) + p.excess;
     }
     return sum;

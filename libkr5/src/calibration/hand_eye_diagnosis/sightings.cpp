@@ -8,9 +8,6 @@
 
 #include <kr5/geometry/resection.hpp>
 
-/// @file
-/// Where the target is seen, and how that, X and Y bear on the flange pose.
-
 namespace kr5::calibration::evidence {
 
 double Sightings::score() const { return freedom * std::log(std::max(squared_sum, 1e-12) / freedom); }
@@ -36,20 +33,6 @@ Sightings find_sightings(std::span<const View> views, const Pinhole& camera) {
     out.views.push_back(std::move(sighting));
   }
   return out;
-}
-
-Vector6 flange_residual(const Pose& T_base_flange, const Pose& C, const Pose& X, const Pose& Y, Mount mount) {
-  return pose_difference(T_base_flange, mount == Mount::EyeInHand ? Y * (X * C).inverse() : X * C * Y.inverse());
-}
-
-Matrix6 flange_by_sighting(const Pose& C, const Pose& X, const Pose& Y, Mount mount) {
-  return mount == Mount::EyeInHand ? Matrix6(-adjoint(X * C)) : adjoint(Y);
-}
-Matrix6 flange_by_camera(const Pose& C, const Pose& X, const Pose& Y, Mount mount) {
-  return mount == Mount::EyeInHand ? Matrix6(-adjoint(X)) : adjoint(Y * C.inverse());
-}
-Matrix6 flange_by_target(const Pose& C, const Pose& X, const Pose& Y, Mount mount) {
-  return mount == Mount::EyeInHand ? adjoint(X * C) : Matrix6(-adjoint(Y));
 }
 
 }  // namespace kr5::calibration::evidence

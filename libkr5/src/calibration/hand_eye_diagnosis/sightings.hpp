@@ -36,13 +36,4 @@ struct Sightings {
 
 Sightings find_sightings(std::span<const View> views, const Pinhole& camera);
 
-/// How the flange pose misses what the camera says, right perturbation of the robot pose [m, rad].
-Vector6 flange_residual(const Pose& T_base_flange, const Pose& T_camera_target, const Pose& X, const Pose& Y,
-                        Mount mount);
-/// How a small error of the sighting, right perturbation, moves the flange pose it implies.
-Matrix6 flange_by_sighting(const Pose& T_camera_target, const Pose& X, const Pose& Y, Mount mount);
-/// The same for X and Y.
-Matrix6 flange_by_camera(const Pose& T_camera_target, const Pose& X, const Pose& Y, Mount mount);
-Matrix6 flange_by_target(const Pose& T_camera_target, const Pose& X, const Pose& Y, Mount mount);
-
 }  // namespace kr5::calibration::evidence

@@ -16,7 +16,6 @@
 #include "calibration/cell_fit/sound_probability.hpp"
 #include "calibration/hand_eye/noise.hpp"
 #include "calibration/hand_eye/start.hpp"
-#include "calibration/hand_eye_diagnosis/sightings.hpp"
 #include "calibration/hand_eye_pairs/check_pairs.hpp"
 
 namespace kr5::calibration {
@@ -33,14 +32,10 @@ constexpr int steps_a_round = 6;     // of the variances
 LinearView linear_pair(const PosePair& pair, Mount mount, const Poses& at) {
   const Pose &T = pair.T_base_flange, &C = pair.T_camera_target;
   LinearView out;
-  out.y = evidence::flange_residual(T, C, at.X, at.Z, mount);
-  Matrix6 B = evidence::flange_by_sighting(C, at.X, at.Z, mount);
-  out.F << -evidence::flange_by_camera(C, at.X, at.Z, mount), -evidence::flange_by_target(C, at.X, at.Z, mount);
-  // The residual is read in the robot's frame, turned by the residual itself.
-  const Eigen::Matrix3d turned = exp_rotation(out.y.tail<3>());
-  out.F.topRows<3>() = turned * out.F.topRows<3>();
-  B.topRows<3>() = turned * B.topRows<3>();
-  out.U = B.rightCols<3>() * B.rightCols<3>().transpose();
+  out.y = robot_residual(mount, at, T, C);
+  const RobotDerivatives by = robot_derivatives(mount, at, C, out.y);
+  out.F << -by.by_X, -by.by_Z;
+  out.U = by.by_target_seen.rightCols<3>() * by.by_target_seen.rightCols<3>().transpose();
   return out;
 }
 
@@ -189,25 +184,15 @@ double PairsFit::probability(std::size_t i) const {
                                      known ? uncertainty::known_noise : dof);
 }
 
-/// Puts pairs out and back in, one out at a time, until each is where its test puts it.
+/// Puts pairs out and back in until each is where its test puts it.
 void PairsFit::name_outliers() {
-  const double threshold = options_.outlier_false_alarm / static_cast<double>(pairs_.size());
-  for (std::size_t round = 0; round < 2 * pairs_.size(); ++round) {
-    double best = -1, worst = 2;
-    std::size_t enter = 0, leave = 0;
-    for (std::size_t i = 0; i < pairs_.size(); ++i) {
-      const double p = probability(i);
-      if (weights_[i] == 0 && p > best) best = p, enter = i;
-      if (weights_[i] > 0 && p < worst) worst = p, leave = i;
-    }
-    if (best > threshold)
-      weights_[enter] = 1.0;
-    else if (worst < threshold && inside() > std::max<std::size_t>(least(), 4))
-      weights_[leave] = 0.0;
-    else
-      return;
-    settle();
-  }
+  const auto probabilities = [&] {
+    std::vector<double> out;
+    for (std::size_t i = 0; i < pairs_.size(); ++i) out.push_back(probability(i));
+    return out;
+  };
+  cell_fit::settle_outliers(weights_, options_.outlier_false_alarm, std::max<std::size_t>(least(), 4), probabilities,
+                            [&] { settle(); });
 }
 
 void PairsFit::write(HandEyeResult& out) const {

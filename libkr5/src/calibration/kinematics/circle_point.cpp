@@ -383,17 +383,14 @@ struct AxisEstimation {
   }
   void name_outliers() {
     const auto n = samples.size();
-    const double threshold = options.outlier_false_alarm / static_cast<double>(n);
-    const auto least = static_cast<std::ptrdiff_t>(std::ceil(sound_samples * static_cast<double>(n)));
-    for (std::size_t round = 0; round < n; ++round) {
-      std::size_t worst = n;
-      double low = threshold;
-      for (std::size_t i = 1; i < n; ++i)  // the first one carries the zero of the angles
-        if (const double p = weights[i] > 0 ? probability(i) : 1.0; p < low) low = p, worst = i;
-      if (worst == n || std::count(weights.begin(), weights.end(), 1.0) <= least) return;
-      weights[worst] = 0;
-      find_noise();
-    }
+    const auto fewest = static_cast<std::size_t>(std::ceil(sound_samples * static_cast<double>(n)));
+    // The first sample carries the zero of the angles; one that is out has no angle of its own by which to come back.
+    const auto probabilities = [&] {
+      std::vector<double> out(n, 1.0);
+      for (std::size_t i = 1; i < n; ++i) out[i] = weights[i] > 0 ? probability(i) : 0.0;
+      return out;
+    };
+    cell_fit::settle_outliers(weights, options.outlier_false_alarm, fewest, probabilities, [&] { find_noise(); });
   }
 };
 

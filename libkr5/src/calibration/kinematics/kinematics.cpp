@@ -180,15 +180,15 @@ double VarianceModel::step() {
 /// The calibration while it goes on.
 struct Calibration {
   const Input& input;
-  Sigmas sigmas;
-  Placement start;
   std::vector<double> weights;
-  std::optional<ArmProblem> problem;
-  fit::CellFitResult result;
+  Sigmas sigmas = {};
+  Placement start = {};
+  std::optional<ArmProblem> problem = {};
+  fit::CellFitResult result = {};
   int iterations = 0;
-  double dof = 1.0;                ///< Behind the estimated noise.
-  double least_dof = 0.0;          ///< Of the kinds of noise, the one known worst.
-  Eigen::VectorXd coordinate_dof;  ///< Behind the variance of each coordinate.
+  double dof = 1.0;                     ///< Behind the estimated noise.
+  double least_dof = 0.0;               ///< Of the kinds of noise, the one known worst.
+  Eigen::VectorXd coordinate_dof = {};  ///< Behind the variance of each coordinate.
 
   void fit(double loss = 0.0) {
     ArmProblem next(input, sigmas, start, true);
@@ -295,8 +295,8 @@ void Calibration::name_outliers() {
     for (std::size_t i = 0; i < weights.size(); ++i) out.push_back(probability(i));
     return out;
   };
-  cell_fit::settle_outliers(weights, input.options.outlier_false_alarm, sound_postures, probabilities,
-                            [&] { find_sigmas(); });
+  const auto fewest = static_cast<std::size_t>(std::ceil(sound_postures * static_cast<double>(weights.size())));
+  cell_fit::settle_outliers(weights, input.options.outlier_false_alarm, fewest, probabilities, [&] { find_sigmas(); });
 }
 
 /// What the robust fit found far off is put out; the tests that follow decide.
@@ -440,7 +440,7 @@ Pose KinematicsResult::flange(const Eigen::VectorXd& q, const Eigen::VectorXd& t
 KinematicsResult calibrate_kinematics(const kinematics::DhChain& nominal, std::span<const ArmPosture> postures,
                                       std::span<const SocketDistance> distances, const KinematicsOptions& options) {
   const Input input = checked_input(nominal, postures, distances, options);
-  Calibration calibration{input, {}, {}, std::vector<double>(postures.size(), 1.0)};
+  Calibration calibration{input, std::vector<double>(postures.size(), 1.0)};
   calibration.start = place(input, calibration.sigmas);
   const Sigmas nominal_sigmas = calibration.sigmas;
   const ArmProblem as_nominal(input, nominal_sigmas, calibration.start, false);

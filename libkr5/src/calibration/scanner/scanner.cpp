@@ -353,8 +353,9 @@ ScannerResult calibrate_scanner(std::span<const ScannerView> views, std::span<co
   if (options.sigma_across > 0) calibration.sigmas.across = options.sigma_across;
   calibration.exclude_far_profiles();
   calibration.find_sigmas();
+  const auto fewest = static_cast<std::size_t>(std::ceil(sound_profiles * static_cast<double>(views.size())));
   cell_fit::settle_outliers(
-      calibration.weights, options.outlier_false_alarm, sound_profiles, [&] { return calibration.probabilities(); },
+      calibration.weights, options.outlier_false_alarm, fewest, [&] { return calibration.probabilities(); },
       [&] { calibration.find_sigmas(); });
 
   ScannerResult out;

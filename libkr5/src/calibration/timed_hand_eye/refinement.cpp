@@ -4,14 +4,15 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 #include <Eigen/Dense>
 
 #include <kr5/core/statistics.hpp>
+#include <kr5/fit/cell_fit.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 
 #include "calibration/hand_eye/closed_form.hpp"
-#include "calibration/hand_eye_diagnosis/reading_fit.hpp"
 
 namespace kr5::calibration::timed {
 namespace {
@@ -20,34 +21,23 @@ constexpr int unknowns = 13;  // X, Z (right perturbations), offset
 using Vector13 = Eigen::Matrix<double, unknowns, 1>;
 using Matrix13 = Eigen::Matrix<double, unknowns, unknowns>;
 using Jacobian = Eigen::Matrix<double, 6, unknowns>;
+constexpr int covariance_steps = 3;  // of the errors' covariance, with the estimate as it is
 
-/// Predicted against seen camera pose, in the camera's frame, with its derivatives.
+/// A camera pose that the hand stream covers.
 struct Row {
-  double t = 0.0;
-  Vector6 e = Vector6::Zero();
-  Jacobian J = Jacobian::Zero();
+  std::size_t index = 0;        ///< In the camera's stream.
+  double t = 0.0;               ///< [s]
+  Vector6 e = Vector6::Zero();  ///< Predicted against seen pose, in the camera's frame [m, rad].
   double weight = 1.0;
 };
 
-std::vector<Row> linearise(const Trajectory& hand, const PoseStream& camera, const Estimate& estimate) {
+std::vector<Row> errors_at(const Trajectory& hand, const PoseStream& camera, const Estimate& estimate) {
   std::vector<Row> rows;
   rows.reserve(camera.t.size());
-  const Matrix6 hand_to_camera = adjoint(estimate.X.inverse());
-  for (std::size_t k = 0; k < camera.t.size(); ++k) {
-    const auto sample = hand.at(camera.t[k] - estimate.offset);
-    if (!sample) continue;
-    const Pose predicted = estimate.Z.inverse() * sample->T * estimate.X;
-    Row row;
-    row.t = camera.t[k];
-    row.e = pose_difference(camera.poses[k], predicted);
-    row.J.leftCols<6>().setIdentity();
-    row.J.middleCols<6>(6) = -adjoint(predicted.inverse());
-    row.J.col(12) = -hand_to_camera * sample->rate;
-    const Eigen::Matrix3d turn = exp_rotation(row.e.tail<3>());
-    row.J.topRows<3>() = turn * row.J.topRows<3>();
-    row.J.bottomRows<3>() = (Eigen::Matrix3d::Identity() + 0.5 * skew(row.e.tail<3>())) * row.J.bottomRows<3>();
-    rows.push_back(row);
-  }
+  const Pose T_world_base = estimate.Z.inverse();
+  for (std::size_t k = 0; k < camera.t.size(); ++k)
+    if (const auto sample = hand.at(camera.t[k] - estimate.offset))
+      rows.push_back({k, camera.t[k], pose_difference(camera.poses[k], T_world_base * sample->T * estimate.X)});
   return rows;
 }
 
@@ -74,24 +64,92 @@ void reweigh(std::vector<Row>& rows, Matrix6& S, double tail) {
   S = sum / static_cast<double>(rows.size()) + floor * floor * Matrix6::Identity();
 }
 
-void apply(const Vector13& step, Estimate& estimate) {
-  estimate.X = estimate.X * to_pose(step.head<6>());
-  estimate.Z = estimate.Z * to_pose(step.segment<6>(6));
-  estimate.offset += std::clamp(step[12], -0.05, 0.05);  // further the interpolation is not linear
+/// RMS of errors over their standard deviations, as the fit weighs them.
+double weighted_rms(const std::vector<Row>& rows, const Matrix6& S, double tail) {
+  const Matrix6 W = S.inverse();
+  double sum = 0.0;
+  for (const Row& row : rows) {
+    const double squared = row.e.dot(W * row.e);
+    sum += (tail + 6) / (tail + squared) * squared / 6;
+  }
+  return std::sqrt(sum / static_cast<double>(rows.size()));
 }
+
+/// The cell fit of all camera poses.
+class StreamFit {
+ public:
+  StreamFit(const Trajectory& hand, const PoseStream& camera, const Estimate& start)
+      : X_(fit_.add_pose("T_hand_camera", start.X)),
+        Z_(fit_.add_pose("T_base_world", start.Z)),
+        offset_(fit_.add_vector("clock", Eigen::VectorXd::Constant(1, start.offset), {"offset [s]"})) {
+    // While the offset moves, a pose at an end of the stream or a gap must not stop it.
+    const fit::PosePath path = [&hand](double t) { return std::optional(hand.extended(t)); };
+    for (std::size_t k = 0; k < camera.t.size(); ++k)
+      seen_.push_back(
+          fit_.observe_pose(fit::PoseChain().then_inverse(Z_).then_path(path, camera.t[k], offset_).then(X_),
+                            camera.poses[k], Matrix6(Matrix6::Identity())));
+  }
+
+  Estimate estimate() const { return {fit_.pose(X_), fit_.pose(Z_), fit_.values(offset_)[0]}; }
+
+  /// Moves the estimate to the optimum for t-distributed errors of this covariance. Returns how far that was, in
+  /// standard deviations of the estimate.
+  double move(const std::vector<Row>& rows, const Matrix6& S, double tail) {
+    take(rows, S);
+    // The Cauchy loss of this scale, by residual, is the t distribution's, but for a factor.
+    const fit::CellFitResult result = fit_.solve({.max_iterations = 1,
+                                                  .loss = std::sqrt(tail / 6),
+                                                  .cost_tolerance = 1e-8 / static_cast<double>(rows.size()),
+                                                  .uncertainty = false});
+    const double dof = std::max(1.0, static_cast<double>(result.residuals - unknowns));
+    const double lowered = dof * (std::pow(result.fit.initial_rms, 2) - std::pow(result.fit.final_rms, 2));
+    return std::sqrt(std::max(0.0, (tail + 6) / tail * lowered));
+  }
+
+  /// Residuals of a row over their standard deviations, and their derivatives by X, Z and offset.
+  struct Whitened {
+    Vector6 r;
+    Jacobian J;
+  };
+  std::vector<Whitened> whitened(const std::vector<Row>& rows, const Matrix6& S) {
+    take(rows, S);
+    std::vector<Whitened> out;
+    for (const Row& row : rows) {
+      const auto at = fit_.derivatives(seen_[row.index]);
+      out.push_back({at->residuals, at->by_coordinate});
+    }
+    return out;
+  }
+
+ private:
+  void take(const std::vector<Row>& rows, const Matrix6& S) {
+    for (const fit::FitObservation o : seen_) fit_.set_weight(o, 0.0);
+    for (const Row& row : rows) {
+      fit_.set_weight(seen_[row.index], 1.0);
+      fit_.set_covariance(seen_[row.index], S);
+    }
+  }
+
+  fit::CellFit fit_;
+  fit::FitBlock X_, Z_, offset_;
+  std::vector<fit::FitObservation> seen_;
+};
+
+using WhitenedRows = std::vector<StreamFit::Whitened>;
 
 /// The errors as the fit weighs them, as six series of unit power that have nothing in common at one time.
 struct Series {
   Eigen::Matrix<double, 6, Eigen::Dynamic> z;
-  Matrix6 L;              ///< weight e = L z
+  Matrix6 L;              ///< weight r = L z
   std::vector<int> slot;  ///< Of each column, in periods from the first; gaps in the stream are jumps.
   double period = 0.0;    ///< [s]
 };
 
-Series series_of(const std::vector<Row>& rows) {
+Series series_of(const std::vector<Row>& rows, const WhitenedRows& whitened) {
   Series out;
   out.z.resize(6, static_cast<Eigen::Index>(rows.size()));
-  for (std::size_t k = 0; k < rows.size(); ++k) out.z.col(static_cast<Eigen::Index>(k)) = rows[k].weight * rows[k].e;
+  for (std::size_t k = 0; k < rows.size(); ++k)
+    out.z.col(static_cast<Eigen::Index>(k)) = rows[k].weight * whitened[k].r;
   const Matrix6 power = out.z * out.z.transpose() / static_cast<double>(rows.size());
   out.L = power.llt().matrixL();
   out.L.triangularView<Eigen::Lower>().solveInPlace(out.z);
@@ -150,13 +208,13 @@ struct ScatterCovariance {
 
 /// Covariance of the t-distributed fit from how its errors scatter and how they fade (the sandwich of M-estimation,
 /// with the pairs of rows that err together; Newey and West 1987, but with the fading as it is seen).
-ScatterCovariance scatter_covariance(const std::vector<Row>& rows, const Matrix6& S, double tail) {
-  const Matrix6 W = S.inverse();
-  const Series series = series_of(rows);
+ScatterCovariance scatter_covariance(const std::vector<Row>& rows, const WhitenedRows& whitened, double tail) {
+  const Series series = series_of(rows, whitened);
   Matrix13 curvature = Matrix13::Zero(), scatter = Matrix13::Zero();
-  for (const Row& row : rows) {
-    const Vector13 score = row.weight * row.J.transpose() * W * row.e;
-    curvature += row.weight * row.J.transpose() * W * row.J - 2 / (tail + 6) * score * score.transpose();
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    const auto& [r, J] = whitened[k];
+    const Vector13 score = rows[k].weight * J.transpose() * r;
+    curvature += rows[k].weight * J.transpose() * J - 2 / (tail + 6) * score * score.transpose();
   }
   double longest = 1.0, squares = 1.0, numbers = 0.0;  // [periods]; in all
   const double slots = series.slot.back() + 1;
@@ -166,9 +224,9 @@ ScatterCovariance scatter_covariance(const std::vector<Row>& rows, const Matrix6
     longest = std::max(longest, lasts);
     squares = std::max(squares, 1 + 2 * std::inner_product(fade.begin(), fade.end(), fade.begin(), 0.0));
     numbers += slots / lasts;
-    const Vector6 unit = W * series.L.col(i);
     Eigen::Matrix<double, unknowns, Eigen::Dynamic> h(unknowns, series.z.cols());
-    for (std::size_t k = 0; k < rows.size(); ++k) h.col(static_cast<Eigen::Index>(k)) = rows[k].J.transpose() * unit;
+    for (std::size_t k = 0; k < rows.size(); ++k)
+      h.col(static_cast<Eigen::Index>(k)) = whitened[k].J.transpose() * series.L.col(i);
     scatter += sum_of_pairs(h, series.slot, fade);
   }
   const Matrix13 inverse = curvature.ldlt().solve(Matrix13::Identity());
@@ -186,12 +244,13 @@ double hotelling(double numbers, double independent) {
   return std::max(independent - 1, 1.0) / dof * uncertainty::covariance_inflation(numbers, dof);
 }
 
-void fill(const std::vector<Row>& rows, const Matrix6& S, const Estimate& estimate, const TimedHandEyeOptions& options,
+void fill(const std::vector<Row>& rows, const Matrix6& S, StreamFit& fit, const TimedHandEyeOptions& options,
           TimedHandEyeResult& result) {
+  const Estimate estimate = fit.estimate();
   result.offset = estimate.offset;
   result.T_hand_camera = estimate.X;
   result.T_base_world = estimate.Z;
-  const ScatterCovariance found = scatter_covariance(rows, S, options.tail);
+  const ScatterCovariance found = scatter_covariance(rows, fit.whitened(rows, S), options.tail);
   const Matrix13& C = found.covariance;
   result.correlation_time = found.correlation_time;
   result.covariance = hotelling(6, found.independent) * C.topLeftCorner<6, 6>();
@@ -202,13 +261,9 @@ void fill(const std::vector<Row>& rows, const Matrix6& S, const Estimate& estima
   result.sigma_rotation = std::sqrt(S.bottomRightCorner<3, 3>().trace() / 3);
   result.used = static_cast<int>(rows.size());
   const Matrix6 W = S.inverse();
-  double sum = 0;
-  for (const Row& row : rows) {
-    const double squared = row.e.dot(W * row.e);
-    result.outliers += squared > 50;  // of a sound t-distributed error with five degrees of freedom fewer than 1 in 250
-    sum += row.weight * squared / 6;
-  }
-  result.fit.final_rms = std::sqrt(sum / static_cast<double>(rows.size()));
+  for (const Row& row : rows)  // of a sound t-distributed error with five degrees of freedom fewer than 1 in 250
+    result.outliers += row.e.dot(W * row.e) > 50;
+  result.fit.final_rms = weighted_rms(rows, S, options.tail);
 }
 
 }  // namespace
@@ -233,34 +288,23 @@ Start closed_form_at(const Trajectory& hand, const PoseStream& camera, double of
   return start;
 }
 
-void refine(const Trajectory& hand, const PoseStream& camera, const TimedHandEyeOptions& options, Estimate estimate,
+void refine(const Trajectory& hand, const PoseStream& camera, const TimedHandEyeOptions& options, const Estimate& start,
             TimedHandEyeResult& result) {
-  std::vector<Row> rows = linearise(hand, camera, estimate);
+  StreamFit fit(hand, camera, start);
+  const std::vector<Row> at_start = errors_at(hand, camera, start);
+  std::vector<Row> rows = at_start;
   Matrix6 S = rough_covariance(rows);
   result.fit.status = FitStatus::MaxIterations;
   result.fit.message = "the refinement did not converge; the stated uncertainty may be too small";
-  for (int i = 1; i <= options.max_iterations; ++i) {
-    reweigh(rows, S, options.tail);
-    const Matrix6 W = S.inverse();
-    Matrix13 H = Matrix13::Zero();
-    Vector13 g = Vector13::Zero();
-    for (const Row& row : rows) {
-      H += row.weight * row.J.transpose() * W * row.J;
-      g += row.weight * row.J.transpose() * W * row.e;
-    }
-    const Vector13 step = -H.ldlt().solve(g);
-    const double size = std::sqrt(step.dot(H * step));  // in standard deviations of the estimate
-    if (i == 1) result.fit.initial_rms = std::sqrt(std::max(0.0, g.dot(-step)) / static_cast<double>(6 * rows.size()));
-    apply(step, estimate);
-    rows = linearise(hand, camera, estimate);
+  for (int i = 1; i <= options.max_iterations && result.fit.status != FitStatus::Converged; ++i) {
+    for (int step = 0; step < covariance_steps; ++step) reweigh(rows, S, options.tail);
+    if (fit.move(rows, S, options.tail) < 2e-3) result.fit.status = FitStatus::Converged;
+    rows = errors_at(hand, camera, fit.estimate());
     result.fit.iterations = i;
-    if (size < 2e-3) {
-      result.fit.status = FitStatus::Converged;
-      break;
-    }
   }
   reweigh(rows, S, options.tail);
-  fill(rows, S, estimate, options, result);
+  result.fit.initial_rms = weighted_rms(at_start, S, options.tail);
+  fill(rows, S, fit, options, result);
 }
 
 }  // namespace kr5::calibration::timed

@@ -23,7 +23,7 @@ struct Start {
 Start closed_form_at(const Trajectory& hand, const PoseStream& camera, double offset);
 
 /// Refines `start` and fills every estimate of the result.
-void refine(const Trajectory& hand, const PoseStream& camera, const TimedHandEyeOptions& options, Estimate estimate,
+void refine(const Trajectory& hand, const PoseStream& camera, const TimedHandEyeOptions& options, const Estimate& start,
             TimedHandEyeResult& result);
 
 }  // namespace kr5::calibration::timed

@@ -7,22 +7,13 @@
 #include <numeric>
 
 #include <kr5/core/error.hpp>
+#include <kr5/geometry/pose_derivatives.hpp>
 
 namespace kr5::calibration::timed {
 namespace {
 
 constexpr double grid = 0.01;  // of the resampled speeds [s]
 const double missing = std::numeric_limits<double>::quiet_NaN();
-
-/// Right Jacobian of the rotation vector and its inverse, to the order that intervals of a stream need.
-Eigen::Matrix3d right_jacobian(const Eigen::Vector3d& w) {
-  const Eigen::Matrix3d S = skew(w);
-  return Eigen::Matrix3d::Identity() - 0.5 * S + S * S / 6.0;
-}
-Eigen::Matrix3d right_jacobian_inverse(const Eigen::Vector3d& w) {
-  const Eigen::Matrix3d S = skew(w);
-  return Eigen::Matrix3d::Identity() + 0.5 * S + S * S / 12.0;
-}
 
 /// Mean speed between two poses of a stream.
 Vector6 secant(const PoseStream& s, std::size_t i, std::size_t j) {
@@ -104,12 +95,22 @@ Trajectory::Trajectory(PoseStream stream, double max_gap) : stream_(std::move(st
   }
 }
 
+std::size_t Trajectory::interval(double t) const {
+  const auto upper = std::upper_bound(stream_.t.begin() + 1, stream_.t.end() - 1, t);
+  return static_cast<std::size_t>(upper - stream_.t.begin()) - 1;
+}
+
 std::optional<Trajectory::Sample> Trajectory::at(double t) const {
   if (!(t >= begin() && t <= end())) return std::nullopt;
-  const auto upper = std::upper_bound(stream_.t.begin(), stream_.t.end() - 1, t);
-  const auto j = static_cast<std::size_t>(upper - stream_.t.begin()), i = j - 1;
-  const double h = stream_.t[j] - stream_.t[i], u = (t - stream_.t[i]) / h;
-  if (h > max_gap_) return std::nullopt;
+  const std::size_t i = interval(t);
+  if (stream_.t[i + 1] - stream_.t[i] > max_gap_) return std::nullopt;
+  return extended(t);
+}
+
+Trajectory::Sample Trajectory::extended(double t) const {
+  const double within = std::clamp(t, begin(), end());
+  const std::size_t i = interval(within), j = i + 1;
+  const double h = stream_.t[j] - stream_.t[i], u = (within - stream_.t[i]) / h;
   Vector6 chord = h * secant(stream_, i, j), end_slope = slope_[j];
   end_slope.tail<3>() = right_jacobian_inverse(chord.tail<3>()) * end_slope.tail<3>();
   const double u2 = u * u, u3 = u2 * u;
@@ -120,6 +121,7 @@ std::optional<Trajectory::Sample> Trajectory::at(double t) const {
   sample.T.linear() = sample.T.linear() * exp_rotation(d.tail<3>());
   sample.rate.head<3>() = sample.T.linear().transpose() * rate.head<3>();
   sample.rate.tail<3>() = right_jacobian(d.tail<3>()) * rate.tail<3>();
+  if (t != within) sample.T = sample.T * to_pose((t - within) * sample.rate);
   return sample;
 }
 

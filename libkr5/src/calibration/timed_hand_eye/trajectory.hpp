@@ -4,6 +4,7 @@
 #include <optional>
 
 #include <kr5/calibration/timed_hand_eye.hpp>
+#include <kr5/fit/cell_fit.hpp>
 
 /// @file
 /// A pose stream as a function of time.
@@ -17,21 +18,23 @@ PoseStream tidy(const PoseStream& stream, const char* name);
 /// Smooth interpolation through every pose: cubic Hermite in position and in the rotation vector of each interval.
 class Trajectory {
  public:
-  struct Sample {
-    Pose T;
-    Vector6 rate;  ///< of a right perturbation [m/s, rad/s]
-  };
+  using Sample = fit::PathSample;
 
   /// `stream` must be tidy.
   Trajectory(PoseStream stream, double max_gap);
 
   /// Empty outside the stream and in its gaps.
   std::optional<Sample> at(double t) const;
+  /// The same across gaps, and beyond the ends at the rate there.
+  Sample extended(double t) const;
   double begin() const { return stream_.t.front(); }
   double end() const { return stream_.t.back(); }
   const PoseStream& stream() const { return stream_; }
 
  private:
+  /// Number of the interval that holds t.
+  std::size_t interval(double t) const;
+
   PoseStream stream_;
   std::vector<Vector6> slope_;  ///< position in the parent, rotation in the body [m/s, rad/s]
   double max_gap_;
