@@ -24,6 +24,14 @@ Eigen::VectorXd point_sigmas(const ObservedView& observed) {
 
 }  // namespace
 
+fit::PoseChain robot_error(Mount mount, const Pose& T_base_flange, fit::FitBlock X, fit::FitBlock Z,
+                           fit::FitBlock seen) {
+  fit::PoseChain out;
+  out.then(T_base_flange.inverse());
+  if (mount == Mount::EyeInHand) return out.then(Z).then_inverse(seen).then_inverse(X);
+  return out.then(X).then(seen).then_inverse(Z);
+}
+
 HandEyeFit::HandEyeFit(Mount mount, const Pinhole& camera, std::vector<ObservedView> observed_views)
     : weights(observed_views.size(), 1.0), mount_(mount), camera_(camera), views_(std::move(observed_views)) {
   const fit::FitBlock lens = fit_.add_camera("camera", camera_);
@@ -34,13 +42,8 @@ HandEyeFit::HandEyeFit(Mount mount, const Pinhole& camera, std::vector<ObservedV
     const View& view = observed.input->view;
     seen_.push_back(fit_.add_nuisance_pose("T_camera_target"));
     pixels_.push_back(fit_.observe_pixels(fit::PoseChain().then(seen_.back()), lens, view.points, view.pixels, 1.0));
-    fit::PoseChain error;  // of the robot pose
-    error.then(observed.input->T_base_flange.inverse());
-    if (mount == Mount::EyeInHand)
-      error.then(Z_).then_inverse(seen_.back()).then_inverse(X_);
-    else
-      error.then(X_).then(seen_.back()).then_inverse(Z_);
-    robot_.push_back(fit_.observe_pose(error, Pose::Identity(), Matrix6(Matrix6::Identity())));
+    robot_.push_back(fit_.observe_pose(robot_error(mount, observed.input->T_base_flange, X_, Z_, seen_.back()),
+                                       Pose::Identity(), Matrix6(Matrix6::Identity())));
   }
 }
 

@@ -12,6 +12,10 @@
 
 namespace kr5::calibration::hand_eye {
 
+/// From the reported robot pose to the one that X, Z and the pose of the target in the camera imply.
+fit::PoseChain robot_error(Mount mount, const Pose& T_base_flange, fit::FitBlock X, fit::FitBlock Z,
+                           fit::FitBlock seen);
+
 class HandEyeFit {
  public:
   Variances variances;

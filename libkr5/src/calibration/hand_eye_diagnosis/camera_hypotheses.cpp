@@ -6,9 +6,9 @@
 #include <limits>
 #include <optional>
 
-#include <Eigen/Dense>
+#include <kr5/fit/cell_fit.hpp>
 
-#include "calibration/hand_eye/model.hpp"
+#include "calibration/hand_eye/fit.hpp"
 #include "calibration/hand_eye_diagnosis/left_out.hpp"
 
 /// @file
@@ -17,121 +17,37 @@
 namespace kr5::calibration::evidence {
 namespace {
 
-/// Directions in the twelve camera parameters that are freed, one a column.
-using Directions = Eigen::Matrix<double, Pinhole::parameter_count, Eigen::Dynamic>;
+/// How many of fx fy cx cy k1 k2 p1 p2 k3 each hypothesis frees; 1: fx and fy, which then change by the same.
+constexpr int kinds[] = {1, 4, 6, 9};
+constexpr int max_iterations = 20;
 
-Directions focal(const Pinhole& camera) {
-  Directions D = Directions::Zero(Pinhole::parameter_count, 1);
-  D(0, 0) = camera.fx, D(1, 0) = camera.fy;
-  return D;
+/// The camera that all pixels ask for, with the poses of the target in every view free; nothing when there is none.
+std::optional<Pinhole> fit_camera(const Case& c, int freed, const SetupHypothesis& from) {
+  fit::CellFit fit;
+  const fit::FitBlock camera = fit.add_camera("camera", c.recording.camera), X = fit.add_pose("X", from.fit.X),
+                      Z = fit.add_pose("Z", from.fit.Y);
+  for (int k = std::max(freed, 2); k < Pinhole::parameter_count; ++k) fit.hold(camera, k);
+  if (freed == 1) fit.tie(camera, 0, 1);
+  for (std::size_t i = 0; i < c.sightings.views.size(); ++i) {
+    const View& view = c.recording.views[static_cast<std::size_t>(c.sightings.index[i])];
+    const fit::FitBlock seen =
+        fit.add_nuisance_pose("T_camera_target", c.sightings.views[i].solutions.front().T_camera_target);
+    fit.observe_pixels(fit::PoseChain().then(seen), camera, view.points, view.pixels, c.sightings.sigma_pixel);
+    fit.observe_pose(hand_eye::robot_error(c.recording.mount, c.sound.reading.robot[i], X, Z, seen), Pose::Identity(),
+                     from.fit.sigma_position, from.fit.sigma_rotation);
+  }
+  if (!fit.solve({.max_iterations = max_iterations, .cost_tolerance = 1e-9, .uncertainty = false}).fit.usable())
+    return std::nullopt;
+  const Pinhole found = fit.camera(camera);
+  return found.fx > 0 && found.fy > 0 ? std::optional(found) : std::nullopt;
 }
 
-/// The first `count` of fx fy cx cy k1 k2 p1 p2 k3.
-Directions first(const Pinhole& camera, int count) {
-  Directions D = Directions::Identity(Pinhole::parameter_count, count);
-  D.topRows<4>() *= camera.fx;  // unit steps of like size
-  return D;
-}
-
-/// Gauss-Newton over camera, X, Y and the pose of the target in every view, the latter eliminated view by view.
-class CameraFitter {
- public:
-  CameraFitter(const Case& c, const Directions& directions, const SetupHypothesis& from)
-      : case_(c), D_(directions), camera_(c.recording.camera), X_(from.fit.X), Y_(from.fit.Y) {
-    weight_ << Eigen::Vector3d::Constant(1 / (from.fit.sigma_position * from.fit.sigma_position)),
-        Eigen::Vector3d::Constant(1 / (from.fit.sigma_rotation * from.fit.sigma_rotation));
-    for (const Sighting& s : c.sightings.views) poses_.push_back(s.solutions.front().T_camera_target);
-  }
-
-  /// The camera, or nothing when the fit runs away.
-  std::optional<Pinhole> run() {
-    for (int k = 0; k < 8; ++k)
-      if (!step()) return std::nullopt;
-    return camera_;
-  }
-
- private:
-  struct Block {
-    Matrix6 H;
-    Eigen::MatrixXd across;  ///< 6 x (camera, X, Y)
-    Vector6 g;
-  };
-
-  void add_pixels(std::size_t i, Block& b, Eigen::MatrixXd& H, Eigen::VectorXd& g) const {
-    const View& view = case_.recording.views[static_cast<std::size_t>(case_.sightings.index[i])];
-    const double w = 1 / (case_.sightings.sigma_pixel * case_.sightings.sigma_pixel);
-    const Eigen::Index k = D_.cols();
-    for (Eigen::Index p = 0; p < view.points.cols(); ++p) {
-      Eigen::Matrix<double, 2, 3> by_point;
-      Eigen::Matrix<double, 2, Pinhole::parameter_count> by_camera;
-      const Eigen::Vector3d x = view.points.col(p);
-      const Eigen::Vector2d e = view.pixels.col(p) - camera_.project(poses_[i] * x, &by_point, &by_camera);
-      Eigen::Matrix<double, 2, 6> J;
-      J.leftCols<3>() = by_point * poses_[i].linear();
-      J.rightCols<3>() = -J.leftCols<3>() * skew(x);
-      const Eigen::Matrix<double, 2, Eigen::Dynamic> K = by_camera * D_;
-      b.H += w * J.transpose() * J;
-      b.g += w * J.transpose() * e;
-      b.across.leftCols(k) += w * J.transpose() * K;
-      H.topLeftCorner(k, k) += w * K.transpose() * K;
-      g.head(k) += w * K.transpose() * e;
-    }
-  }
-
-  void add_robot(std::size_t i, Block& b, Eigen::MatrixXd& H, Eigen::VectorXd& g) const {
-    const Mount mount = case_.recording.mount;
-    const Vector6 r = hand_eye::robot_residual(mount, {X_, Y_}, case_.sound.reading.robot[i], poses_[i]);
-    const auto by = hand_eye::robot_derivatives(mount, {X_, Y_}, poses_[i], r);
-    const Matrix6& B = by.by_target_seen;
-    Eigen::Matrix<double, 6, 12> J;
-    J << by.by_X, by.by_Z;
-    const auto W = weight_.asDiagonal();
-    b.H += B.transpose() * W * B;
-    b.g -= B.transpose() * (W * r);
-    b.across.rightCols<12>() += B.transpose() * W * J;
-    H.bottomRightCorner<12, 12>() += J.transpose() * W * J;
-    g.tail<12>() -= J.transpose() * (W * r);
-  }
-
-  bool step() {
-    const Eigen::Index n = D_.cols() + 12;
-    Eigen::MatrixXd H = Eigen::MatrixXd::Zero(n, n);
-    Eigen::VectorXd g = Eigen::VectorXd::Zero(n);
-    std::vector<Block> blocks(poses_.size());
-    for (std::size_t i = 0; i < poses_.size(); ++i) {
-      Block& b = blocks[i];
-      b.H.setZero(), b.g.setZero(), b.across.setZero(6, n);
-      add_pixels(i, b, H, g);
-      add_robot(i, b, H, g);
-      const Eigen::MatrixXd solved = b.H.ldlt().solve(b.across);
-      H -= b.across.transpose() * solved;
-      g -= solved.transpose() * b.g;
-    }
-    H.diagonal() *= 1 + 1e-9;
-    const Eigen::VectorXd d = H.ldlt().solve(g);
-    if (!d.allFinite()) return false;
-    for (std::size_t i = 0; i < poses_.size(); ++i)
-      poses_[i] = poses_[i] * to_pose(blocks[i].H.ldlt().solve(blocks[i].g - blocks[i].across * d));
-    camera_.set_parameters(camera_.parameters() + D_ * d.head(D_.cols()));
-    X_ = X_ * to_pose(d.segment<6>(D_.cols()));
-    Y_ = Y_ * to_pose(d.tail<6>());
-    return camera_.fx > 0 && camera_.fy > 0;
-  }
-
-  const Case& case_;
-  Directions D_;
-  Pinhole camera_;
-  Pose X_, Y_;
-  Vector6 weight_;
-  std::vector<Pose> poses_;
-};
-
-/// The hypothesis with these directions freed, or nothing when it cannot be fitted.
-std::optional<SetupHypothesis> with_freed(const Case& c, const Directions& freed) {
+/// The hypothesis with so many parameters freed, or nothing when it cannot be fitted.
+std::optional<SetupHypothesis> with_freed(const Case& c, int freed) {
   SetupHypothesis h = c.sound;
   // Twice: with the right camera the robot turns out less noisy, and then says more about the camera.
   for (int round = 0; round < 2; ++round) {
-    const auto found = CameraFitter(c, freed, h).run();
+    const auto found = fit_camera(c, freed, h);
     if (!found) break;
     const Sightings again = find_sightings(c.recording.views, *found);
     if (again.index != c.sightings.index) break;
@@ -140,16 +56,12 @@ std::optional<SetupHypothesis> with_freed(const Case& c, const Directions& freed
     h.fit = refit;
     h.camera = *found;
     h.score = refit.score + again.score() - c.sightings.score();
-    h.freedom = static_cast<int>(freed.cols());
+    h.freedom = freed;
     h.value = h.camera.fx / c.recording.camera.fx;
     h.causes = {HandEyeCause::CameraModelWrong};
   }
   if (h.causes.empty()) return std::nullopt;
   return h;
-}
-
-std::vector<Directions> kinds(const Pinhole& camera) {
-  return {focal(camera), first(camera, 4), first(camera, 6), first(camera, 9)};
 }
 
 /// The recording without every `folds`-th view, from `fold` on.
@@ -169,14 +81,12 @@ HandEyeRecording without(const HandEyeRecording& all, int folds, int fold) {
 
 std::vector<SetupHypothesis> other_camera(const Case& c) {
   std::vector<SetupHypothesis> out;
-  for (const Directions& freed : kinds(c.recording.camera))
+  for (const int freed : kinds)
     if (auto h = with_freed(c, freed)) out.push_back(std::move(*h));
   return out;
 }
 
 double held_out_with_camera(const Case& c, int freedom, int folds) {
-  const auto all = kinds(c.recording.camera);
-  const auto freed = std::find_if(all.begin(), all.end(), [&](const auto& D) { return D.cols() == freedom; });
   folds = std::min(folds, static_cast<int>(c.recording.views.size()));
   double sum = 0;
   int count = 0;
@@ -187,7 +97,7 @@ double held_out_with_camera(const Case& c, int freedom, int folds) {
     part.sound.fit = fit_reading(part.sound.reading, part.sightings);
     part.sound.score = part.sound.fit.score;
     if (!part.sound.fit.usable) continue;
-    const auto h = with_freed(part, *freed);
+    const auto h = with_freed(part, freedom);
     if (!h) return std::numeric_limits<double>::infinity();  // what so few views less undo is no finding
     const Sightings seen = find_sightings(c.recording.views, h->camera);
     for (std::size_t k = 0; k < seen.index.size(); ++k) {
