@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 
 #include <catch2/catch.hpp>
 
@@ -6,9 +7,11 @@
 #include <kr5/cell/cell.hpp>
 #include <kr5/core/error.hpp>
 #include <kr5/core/random.hpp>
+#include <kr5/fit/cell_fit.hpp>
 
 using namespace kr5;
 using namespace kr5::calibration;
+using Catch::Detail::Approx;
 using Catch::Matchers::Contains;
 
 namespace {
@@ -63,6 +66,35 @@ TEST_CASE("of few candidates the best pair is that of all pairs") {
       best = std::max(best, choose_postures(arm(), std::vector{candidates[i], candidates[k]}, o).value);
   CHECK(found <= best + 1e-12);
   CHECK(found > best - 0.02);
+}
+
+TEST_CASE("the stated doubt of the predicted place is that of a cell fit with the same priors") {
+  Random random(4);
+  const auto postures = random_postures(random, 9);
+  PostureChoiceOptions o;
+  o.count = 9, o.measures_pose = true, o.point = Eigen::Vector3d(0.1, -0.2, 0.3);
+  o.sigma_position = 2e-4, o.sigma_rotation = 3e-3;
+  fit::CellFit fit;
+  const fit::FitBlock base = fit.add_pose("base", Pose::Identity()), links = fit.add_arm("arm", arm()),
+                      tool = fit.add_pose("tool", Pose::Identity());
+  Eigen::VectorXd tolerance(30);
+  for (int k = 0; k < 30; ++k) tolerance[k] = k % 5 == 0 || k % 5 == 2 ? o.tolerance_length : o.tolerance_angle;
+  fit.set_prior(links, tolerance);
+  fit.set_prior(base, Vector6::Constant(10.0)), fit.set_prior(tool, Vector6::Constant(10.0));
+  std::vector<fit::FitObservation> places;
+  for (const Eigen::VectorXd& q : postures) {
+    const fit::PoseChain chain = fit::PoseChain().then(base).then_arm(links, q).then(tool);
+    fit.observe_pose(chain, arm().flange(q), o.sigma_position, o.sigma_rotation);
+    places.push_back(fit.observe_position(chain, o.point, fit::FitPoint(), 1.0));
+    fit.set_weight(places.back(), 0.0);
+  }
+  const fit::CellFitResult result = fit.solve();
+  double variance = 0;
+  for (const fit::FitObservation place : places) {
+    const Eigen::MatrixXd J = fit.derivatives(place)->by_coordinate;
+    variance += (J * result.covariance * J.transpose()).trace() / 9;
+  }
+  CHECK(choose_postures(arm(), postures, o).value == Approx(std::sqrt(variance)).epsilon(1e-4));
 }
 
 TEST_CASE("a choice of more postures than there are is refused") {

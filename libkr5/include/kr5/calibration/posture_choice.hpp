@@ -16,7 +16,7 @@ namespace kr5::calibration {
 enum class PostureCriterion {
   Determinant,  ///< Volume of the region of the parameters (D-optimal; the observability index O1 of Borm and Menq
                 ///< 1991).
-  Prediction,   ///< Mean variance of the predicted place over all candidates (I-optimal).
+  Prediction,   ///< Mean variance of the predicted place of the point over all candidates (I-optimal).
   Variance,     ///< Mean variance of the parameters, each over its prior (A-optimal).
 };
 constexpr auto enum_names(PostureCriterion) {
@@ -47,7 +47,7 @@ struct PostureChoiceOptions {
     visit("sigma_rotation", self.sigma_rotation, "Noise of a measured orientation per axis [rad].");
     visit("tolerance_length", self.tolerance_length, "Spread of true about nominal lengths [m].");
     visit("tolerance_angle", self.tolerance_angle, "Spread of true about nominal angles [rad].");
-    visit("point", self.point, "Measured point on the flange [m].");
+    visit("point", self.point, "Measured point on the flange, or on the tool whose pose is measured [m].");
     visit("exchanges", self.exchanges, "Greatest number of exchanges after the first choice.");
   }
 };
@@ -60,7 +60,8 @@ struct PostureChoice {
   static void each_field(auto& self, auto&& visit) {
     visit("chosen", self.chosen, "Places among the candidates, in ascending order.");
     visit("value", self.value,
-          "Of the determinant: logarithm of that of the information, per parameter [-]; of the prediction: RMS [m]; of "
+          "Of the determinant: logarithm of that of the information, per parameter [-]; of the prediction: RMS of the "
+          "place [m]; of "
           "the variance: RMS over the prior [-].");
     visit("value_after", self.value_after, "The same of the first one, two, … postures of the first choice.");
   }

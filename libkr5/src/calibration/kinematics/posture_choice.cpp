@@ -37,6 +37,14 @@ Eigen::MatrixXd sensitivity(const kinematics::DhChain& arm, const Eigen::VectorX
   return out / o.sigma_position;
 }
 
+/// Derivative of the place of the point, over sigma_position, of what sensitivity() tells.
+Eigen::MatrixXd place_of(const Eigen::MatrixXd& sensitivity, const PostureChoiceOptions& o) {
+  if (!o.measures_pose) return sensitivity;
+  Eigen::Matrix<double, 3, 6> by_pose;
+  by_pose << Eigen::Matrix3d::Identity(), -skew(o.point) * (o.sigma_rotation / o.sigma_position);
+  return by_pose * sensitivity;
+}
+
 /// A set of postures with what it leaves uncertain.
 struct Choice {
   const std::vector<Eigen::MatrixXd>& rows;
@@ -111,7 +119,10 @@ PostureChoice choose_postures(const kinematics::DhChain& arm, std::span<const Ei
   Choice choice{rows, options, Eigen::MatrixXd::Identity(n, n), {}, {}, std::vector<bool>(rows.size(), false)};
   if (options.criterion == PostureCriterion::Prediction) {
     choice.weight.setZero();
-    for (const Eigen::MatrixXd& J : rows) choice.weight += J.transpose() * J / static_cast<double>(rows.size());
+    for (const Eigen::MatrixXd& row : rows) {
+      const Eigen::MatrixXd J = place_of(row, options);
+      choice.weight += J.transpose() * J / static_cast<double>(rows.size());
+    }
   }
   choice.set_information(Eigen::MatrixXd::Identity(n, n));
   PostureChoice out;
