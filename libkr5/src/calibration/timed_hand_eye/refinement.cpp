@@ -90,6 +90,14 @@ class StreamFit {
                             camera.poses[k], Matrix6(Matrix6::Identity())));
   }
 
+  /// Goes on by so many times the way from another estimate.
+  void go_on(const Estimate& from, double factor) {
+    const Estimate now = estimate();
+    fit_.begin_at(X_, now.X * to_pose(Vector6(factor * pose_difference(from.X, now.X))));
+    fit_.begin_at(Z_, now.Z * to_pose(Vector6(factor * pose_difference(from.Z, now.Z))));
+    fit_.begin_at(offset_, Eigen::VectorXd::Constant(1, now.offset + factor * (now.offset - from.offset)));
+  }
+
   Estimate estimate() const { return {fit_.pose(X_), fit_.pose(Z_), fit_.values(offset_)[0]}; }
 
   /// Moves the estimate to the optimum for t-distributed errors of this covariance. Returns how far that was, in
@@ -266,6 +274,25 @@ void fill(const std::vector<Row>& rows, const Matrix6& S, StreamFit& fit, const 
   result.fit.final_rms = weighted_rms(rows, S, options.tail);
 }
 
+/// Moves of a fit that shrink by a constant factor, as where an estimate and the covariance of its errors follow each
+/// other step by step (Aitken 1926).
+class ShrinkingMoves {
+ public:
+  /// How many times the last move is still to come; 0 where the moves do not tell.
+  double still_to_come(double move) {
+    const double ratio = moves_ > 0 ? move / last_ : 0.0;
+    const bool steady = moves_ > 1 && ratio < 0.98 && std::abs(ratio - ratio_) < 0.05;
+    last_ = move, ratio_ = ratio, ++moves_;
+    if (!steady) return 0.0;
+    moves_ = 0;
+    return ratio / (1 - ratio);
+  }
+
+ private:
+  double last_ = 0.0, ratio_ = 0.0;
+  int moves_ = 0;
+};
+
 }  // namespace
 
 Start closed_form_at(const Trajectory& hand, const PoseStream& camera, double offset) {
@@ -294,11 +321,15 @@ void refine(const Trajectory& hand, const PoseStream& camera, const TimedHandEye
   const std::vector<Row> at_start = errors_at(hand, camera, start);
   std::vector<Row> rows = at_start;
   Matrix6 S = rough_covariance(rows);
+  ShrinkingMoves moves;
   result.fit.status = FitStatus::MaxIterations;
   result.fit.message = "the refinement did not converge; the stated uncertainty may be too small";
   for (int i = 1; i <= options.max_iterations && result.fit.status != FitStatus::Converged; ++i) {
     for (int step = 0; step < covariance_steps; ++step) reweigh(rows, S, options.tail);
-    if (fit.move(rows, S, options.tail) < 2e-3) result.fit.status = FitStatus::Converged;
+    const Estimate before = fit.estimate();
+    const double moved = fit.move(rows, S, options.tail);
+    if (moved < 2e-3) result.fit.status = FitStatus::Converged;
+    if (const double factor = moves.still_to_come(moved); factor > 0) fit.go_on(before, factor);
     rows = errors_at(hand, camera, fit.estimate());
     result.fit.iterations = i;
   }
