@@ -132,8 +132,8 @@ void bind_blocks(py::class_<CellFit>& fit) {
            "Adds a camera, with the coordinates of kr5.Pinhole [px or -].")
       .def("hold", py::overload_cast<FitBlock, int>(&CellFit::hold), py::arg("block"), py::arg("coordinate") = -1,
            "Keeps a coordinate of a block, counted from 0, at its start; -1: all of them.")
-      .def("tie", &CellFit::tie, py::arg("block"), py::arg("leader"), py::arg("follower"),
-           "Lets a coordinate of a block change as another one does: square pixels tie fy to fx.")
+      .def("tie", &CellFit::tie, py::arg("block"), py::arg("leader"), py::arg("follower"), py::arg("ratio") = 1.0,
+           "Lets a coordinate of a block change as another one does, times `ratio`: square pixels tie fy to fx.")
       .def("hold", py::overload_cast<const std::string&>(&CellFit::hold), py::arg("name"),
            "Keeps a block, or one coordinate such as \"arm.joint2.a\", at its start; False when there is none.")
       .def("any_free", &CellFit::any_free,
@@ -142,7 +142,9 @@ void bind_blocks(py::class_<CellFit>& fit) {
            "Standard deviation of each coordinate about its start, in its unit; infinite where nothing is known.")
       .def("begin_at", py::overload_cast<FitBlock, const Eigen::VectorXd&>(&CellFit::begin_at), py::arg("block"),
            py::arg("values"),
-           "Values, as values() gives them, from which the next solve begins; a prior stays about the block's start.");
+           "Values, as values() gives them, from which the next solve begins; a prior stays about the block's start.")
+      .def("begin_at", py::overload_cast<FitBlock, const kr5::Pose&>(&CellFit::begin_at), py::arg("block"),
+           py::arg("pose"), "Pose (4 x 4) from which the next solve begins.");
 }
 
 void bind_observations(py::class_<CellFit>& fit) {

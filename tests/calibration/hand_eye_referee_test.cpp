@@ -8,8 +8,9 @@
 
 #include "support/hand_eye_world.hpp"
 
-// calibrate_hand_eye eliminates the robot pose errors view by view. Here Ceres, an independent solver that knows
-// nothing of that, minimises the same sum over all of them at once: both must end at the same poses and covariance.
+// calibrate_hand_eye eliminates the pose of the target view by view. Here Ceres, with derivatives of its own making and
+// the robot pose errors as unknowns, minimises the same sum over all of them at once: both must end at the same poses
+// and covariance.
 
 using namespace kr5;
 using namespace kr5::calibration;

@@ -189,6 +189,31 @@ TEST_CASE("a wrist that does not turn, or about one axis only, is called degener
   }
 }
 
+TEST_CASE("too few views with a pose of the target are said, without errors of robot poses") {
+  HandEyeWorld w = test::make_hand_eye_world(noisy(4, Mount::EyeInHand, 7));
+  for (const std::size_t i : {0, 1}) w.views[i].view.points.row(1).setZero();  // on a line
+  const HandEyeResult r = solve(w, {});
+  CHECK(r.fit.status == FitStatus::Degenerate);
+  CHECK(r.fit.message == "fewer than three views give a pose of the target");
+  for (const HandEyeViewReport& view : r.views) CHECK(view.robot_position == 0.0);
+}
+
+TEST_CASE("a view beyond the range of the lens model leaves the others their answer") {
+  HandEyeWorld w = test::make_hand_eye_world(noisy(12, Mount::EyeInHand, 8));
+  w.camera.k4 = -0.9;  // a pole outside all sound images, but not outside what wrong points may claim
+  for (HandEyeView& v : w.views) {
+    const Pose M = test::target_in_camera(w, Mount::EyeInHand, v.T_base_flange);
+    for (Eigen::Index k = 0; k < v.view.points.cols(); ++k)
+      v.view.pixels.col(k) = w.camera.project(M * Eigen::Vector3d(v.view.points.col(k)));
+  }
+  w.views[5].view.points *= 40;  // as large as the whole room, so that its corners lie beyond the pole
+  const HandEyeResult r = solve(w, {});
+  CAPTURE(r.fit.message);
+  CHECK(r.fit.status == FitStatus::Converged);
+  CHECK(r.views[5].weight == 0);
+  CHECK((r.T_mount_camera.translation() - w.T_mount_camera.translation()).norm() < 0.02);
+}
+
 TEST_CASE("a wrist that hardly turns gives a large covariance, not nonsense") {
   HandEyeWorldOptions o = noisy(12, Mount::EyeInHand, 5);
   const HandEyeResult wide = solve(test::make_hand_eye_world(o), {});

@@ -68,7 +68,7 @@ TEST_CASE("of few candidates the best pair is that of all pairs") {
   CHECK(found > best - 0.02);
 }
 
-TEST_CASE("the stated doubt of the predicted place is that of a cell fit with the same priors") {
+TEST_CASE("the stated uncertainty of the predicted place is that of a cell fit with the same priors") {
   Random random(4);
   const auto postures = random_postures(random, 9);
   PostureChoiceOptions o;

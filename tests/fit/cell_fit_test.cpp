@@ -652,3 +652,51 @@ TEST_CASE("a fit that cannot be set up says why") {
                                        {bow, Eigen::MatrixXd::Zero(6, 3)}),
                     Contains("three rows a point and one column an amount"));
 }
+
+TEST_CASE("a prior on a pose that turns away from its start holds the direction that it was given") {
+  CellFit fit;
+  const FitBlock pose = fit.add_pose("pose", Pose::Identity());
+  Vector6 sigma = Vector6::Constant(std::numeric_limits<double>::infinity());
+  sigma[0] = 1e-3;  // along x of the start, which is -y of the pose as it is seen
+  fit.set_prior(pose, sigma);
+  Pose seen = Pose::Identity();
+  seen.linear() = exp_rotation(Eigen::Vector3d(0, 0, M_PI / 2));
+  fit.observe_pose(PoseChain().then(pose), seen, 0.1, 1e-6);
+  const CellFitResult result = fit.solve();
+  CHECK(std::sqrt(result.covariance(0, 0)) == Approx(0.1).epsilon(1e-3));
+  CHECK(std::sqrt(result.covariance(1, 1)) == Approx(1e-3).epsilon(1e-3));
+  CHECK(fit.prior_redundancy(pose)[0] == Approx(0).margin(1e-3));
+}
+
+TEST_CASE("a camera whose pixels keep their ratio is found at another focal length") {
+  Pinhole camera = lens(), rough = camera;
+  rough.fx = 800, rough.fy = 1000, camera.fx = 840, camera.fy = 1050;
+  Eigen::Matrix3Xd points(3, 6);
+  points << -0.1, 0.1, 0.0, 0.1, -0.1, 0.05, -0.1, -0.1, 0.0, 0.1, 0.1, 0.02, 0.0, 0.0, 0.1, 0.0, 0.0, -0.1;
+  Pose T = Pose::Identity();
+  T.translation().z() = 0.7;
+  Eigen::Matrix2Xd pixels(2, 6);
+  for (int k = 0; k < 6; ++k) pixels.col(k) = camera.project(T * Eigen::Vector3d(points.col(k)));
+  CellFit fit;
+  const FitBlock block = fit.add_camera("camera", rough);
+  for (int k = 2; k < 12; ++k) fit.hold(block, k);
+  fit.tie(block, 0, 1, rough.fy / rough.fx);
+  fit.observe_pixels(PoseChain().then(T), block, points, pixels, 0.1);
+  const CellFitResult result = fit.solve();
+  CHECK(result.coordinates.size() == 1);
+  CHECK(fit.camera(block).fx == Approx(840).epsilon(1e-9));
+  CHECK(fit.camera(block).fy == Approx(1050).epsilon(1e-9));
+  CHECK(fit.coordinates(block)[1] == 0);
+  CHECK_THROWS_WITH(fit.tie(block, 0, 1), Contains("tied already"));
+}
+
+TEST_CASE("a pose may be seen without its orientation") {
+  CellFit fit;
+  const FitBlock pose = fit.add_pose("pose", Pose::Identity());
+  Pose seen = Pose::Identity();
+  seen.translation() << 0.1, 0.2, 0.3;
+  fit.observe_pose(PoseChain().then(pose), seen, 1e-3, std::numeric_limits<double>::infinity());
+  const CellFitResult result = fit.solve();
+  CHECK((fit.pose(pose).translation() - seen.translation()).norm() < 1e-9);
+  CHECK(result.unidentifiable.size() == 3);
+}

@@ -20,6 +20,7 @@ Block with(BlockKind kind, const std::string& name, const Eigen::VectorXd& value
   block.held.assign(coordinates.size(), false);
   block.leader.resize(coordinates.size());
   std::iota(block.leader.begin(), block.leader.end(), 0);
+  block.ratio = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(coordinates.size()));
   return block;
 }
 

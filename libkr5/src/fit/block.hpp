@@ -24,6 +24,7 @@ struct Block {
   Eigen::VectorXd start;    ///< Values when the block was added.
   std::vector<bool> held;   ///< By coordinate.
   std::vector<int> leader;  ///< By coordinate: the one that it follows, or itself.
+  Eigen::VectorXd ratio;    ///< By coordinate: its change over that of its leader [-].
   Eigen::VectorXd prior;    ///< Standard deviation by coordinate; empty: no prior.
   bool nuisance = false;
   kinematics::DhChain chain;  ///< Of an arm: types of the joints and T_base_0.

@@ -59,7 +59,7 @@ class PoseManifold final : public ceres::Manifold {
 class VectorManifold final : public ceres::Manifold {
  public:
   explicit VectorManifold(const Block& block)
-      : place_(static_cast<std::size_t>(block.size()), -1), free_(block.free()) {
+      : place_(static_cast<std::size_t>(block.size()), -1), free_(block.free()), ratio_(block.ratio) {
     for (std::size_t i = 0; i < place_.size(); ++i) {
       const auto at = std::find(free_.begin(), free_.end(), block.leader[i]);
       if (at != free_.end()) place_[i] = static_cast<int>(at - free_.begin());
@@ -68,14 +68,15 @@ class VectorManifold final : public ceres::Manifold {
   int AmbientSize() const override { return static_cast<int>(place_.size()); }
   int TangentSize() const override { return static_cast<int>(free_.size()); }
   bool Plus(const double* x, const double* delta, double* x_plus_delta) const override {
-    for (std::size_t i = 0; i < place_.size(); ++i) x_plus_delta[i] = x[i] + (place_[i] < 0 ? 0.0 : delta[place_[i]]);
+    for (std::size_t i = 0; i < place_.size(); ++i)
+      x_plus_delta[i] = x[i] + (place_[i] < 0 ? 0.0 : ratio_[static_cast<Eigen::Index>(i)] * delta[place_[i]]);
     return true;
   }
   bool PlusJacobian(const double*, double* jacobian) const override {
     Eigen::Map<RowMatrix> J(jacobian, AmbientSize(), TangentSize());
     J.setZero();
     for (std::size_t i = 0; i < place_.size(); ++i)
-      if (place_[i] >= 0) J(static_cast<Eigen::Index>(i), place_[i]) = 1.0;
+      if (place_[i] >= 0) J(static_cast<Eigen::Index>(i), place_[i]) = ratio_[static_cast<Eigen::Index>(i)];
     return true;
   }
   bool Minus(const double* y, const double* x, double* y_minus_x) const override {
@@ -92,6 +93,7 @@ class VectorManifold final : public ceres::Manifold {
  private:
   std::vector<int> place_;  ///< By number, among the free ones; -1: held.
   std::vector<int> free_;
+  Eigen::VectorXd ratio_;
 };
 
 /// An observation as Ceres sees it.
@@ -399,7 +401,9 @@ void CellFit::Impl::minimise(const CellFitOptions& options, CellFitResult& resul
     if (o.weight > 0) result.residuals += o.rows;
   if (!exists()) {
     result.cost = std::numeric_limits<double>::infinity();
-    result.fit.message = "a measurement is impossible at the start, as of a point behind the camera";
+    result.fit.message =
+        "a measurement is impossible at the start: a point behind the camera or beyond its lens, or a path without a "
+        "pose";
     return;
   }
   // In one piece: Ceres orders blocks by their addresses, and equal fits are to give equal answers.
@@ -530,7 +534,7 @@ std::optional<GroupDerivatives> CellFit::Impl::linearise(const std::vector<const
           std::find(blocks_of.begin(), blocks_of.end(), o->blocks[k]) - blocks_of.begin())];
       for (int i = 0; i < blocks[b].size(); ++i)
         if (places[b][static_cast<std::size_t>(i)] >= 0)
-          out.J.block(first, column++, own_rows, 1) = jacobians[k].col(i);
+          out.J.block(first, column++, own_rows, 1) = blocks[b].ratio[i] * jacobians[k].col(i);
     }
     first += own_rows;
   }
@@ -557,11 +561,16 @@ Eigen::MatrixXd CellFit::Impl::covariance_of(const std::vector<int>& index) cons
 
 void CellFit::Impl::add_prior_information(Eigen::MatrixXd& information) const {
   for (std::size_t b = 0; b < blocks.size(); ++b) {
-    if (!blocks[b].prior.size() || blocks[b].nuisance) continue;
-    for (int i = 0; i < blocks[b].size(); ++i) {
-      const int place = places[b][static_cast<std::size_t>(i)];
-      if (place >= 0) information(place, place) += 1 / (blocks[b].prior[i] * blocks[b].prior[i]);
-    }
+    const Block& block = blocks[b];
+    if (!block.prior.size() || block.nuisance) continue;
+    const Eigen::MatrixXd by_coordinates = block.change_by_coordinates(block.values.data()) * block.ratio.asDiagonal();
+    const Eigen::MatrixXd own =
+        by_coordinates.transpose() * block.prior.cwiseAbs2().cwiseInverse().asDiagonal() * by_coordinates;
+    for (int i = 0; i < block.size(); ++i)
+      for (int k = 0; k < block.size(); ++k) {
+        const int row = places[b][static_cast<std::size_t>(i)], column = places[b][static_cast<std::size_t>(k)];
+        if (row >= 0 && column >= 0) information(row, column) += own(i, k);
+      }
   }
 }
 
@@ -642,16 +651,19 @@ void CellFit::hold(FitBlock block, int coordinate) {
     if (coordinate < 0 || i == coordinate) b.hold(i);
 }
 
-void CellFit::tie(FitBlock block, int leader, int follower) {
+void CellFit::tie(FitBlock block, int leader, int follower, double ratio) {
   Block& b = impl_->block(block);
   require(b.kind != BlockKind::Pose && !b.nuisance, b.name + ": coordinates of a pose or a nuisance cannot be tied");
   for (const int i : {leader, follower})
     require(i >= 0 && i < b.size() && !b.held[static_cast<std::size_t>(i)],
             b.name + ": there is no free coordinate " + std::to_string(i));
   require(leader != follower, b.name + ": a coordinate cannot be tied to itself");
-  const int from = b.leader[static_cast<std::size_t>(follower)];
-  for (int& l : b.leader)
-    if (l == from) l = b.leader[static_cast<std::size_t>(leader)];
+  require(std::isfinite(ratio) && ratio != 0, b.name + ": the ratio of tied coordinates must be finite and not 0");
+  const int from = b.leader[static_cast<std::size_t>(follower)], to = b.leader[static_cast<std::size_t>(leader)];
+  require(from != to, b.name + ": the coordinates are tied already");
+  const double by_leader = ratio * b.ratio[leader] / b.ratio[follower];
+  for (std::size_t i = 0; i < b.leader.size(); ++i)
+    if (b.leader[i] == from) b.leader[i] = to, b.ratio[static_cast<Eigen::Index>(i)] *= by_leader;
   impl_->forget();
 }
 
@@ -695,7 +707,8 @@ void CellFit::begin_at(FitBlock block, const Eigen::VectorXd& values) {
 }
 
 void CellFit::begin_at(FitBlock block, const Pose& pose) {
-  require(pose.matrix().allFinite(), "CellFit: a pose to begin at must be finite");
+  require(pose.matrix().allFinite() && is_rotation(pose.linear(), 1e-3),
+          "CellFit: a pose to begin at has no proper rotation");
   from_pose(pose, impl_->block_of(block, BlockKind::Pose, "pose").values.data());
 }
 
@@ -733,10 +746,11 @@ void CellFit::set_covariance(FitObservation observation, const Eigen::MatrixXd& 
 FitObservation CellFit::observe_pose(const PoseChain& chain, const Pose& seen, double sigma_position,
                                      double sigma_rotation) {
   require(sigma_position > 0 && sigma_rotation > 0, "standard deviations must be positive [m, rad]");
-  Vector6 variance;
-  variance << Eigen::Vector3d::Constant(sigma_position * sigma_position),
-      Eigen::Vector3d::Constant(sigma_rotation * sigma_rotation);
-  return observe_pose(chain, seen, Matrix6(variance.asDiagonal()));
+  const FitObservation out = observe_pose(chain, seen, Matrix6(Matrix6::Identity()));
+  Vector6 whitening;
+  whitening << Eigen::Vector3d::Constant(1 / sigma_position), Eigen::Vector3d::Constant(1 / sigma_rotation);
+  impl_->observation(out).whitening6 = whitening.asDiagonal();
+  return out;
 }
 
 FitObservation CellFit::observe_pose(const PoseChain& chain, const Pose& seen, const Matrix6& covariance) {
@@ -992,12 +1006,20 @@ Eigen::VectorXd CellFit::Impl::nuisance_redundancy(int nuisance) const {
 Eigen::VectorXd CellFit::prior_redundancy(FitBlock block) const {
   const Block& b = impl_->block(block);
   require(b.prior.size() > 0, b.name + " has no prior");
+  require(impl_->covariance.size() > 0, "CellFit: solve() with its uncertainty comes first");
   if (b.nuisance) return impl_->nuisance_redundancy(block.index);
+  const std::vector<int>& places = impl_->places[static_cast<std::size_t>(block.index)];
+  Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(b.size(), b.size());  // of the change from the start
+  for (int i = 0; i < b.size(); ++i)
+    for (int k = 0; k < b.size(); ++k) {
+      const int row = places[static_cast<std::size_t>(i)], column = places[static_cast<std::size_t>(k)];
+      if (row >= 0 && column >= 0) spread(i, k) = b.ratio[i] * b.ratio[k] * impl_->covariance(row, column);
+    }
+  const Eigen::MatrixXd by_coordinates = b.change_by_coordinates(b.values.data());
+  const Eigen::VectorXd variance = (by_coordinates * spread * by_coordinates.transpose()).diagonal();
   Eigen::VectorXd out = Eigen::VectorXd::Zero(b.size());
-  for (int i = 0; i < b.size(); ++i) {
-    const int place = coordinates(block)[static_cast<std::size_t>(i)];
-    if (place >= 0) out[i] = 1 - impl_->covariance(place, place) / (b.prior[i] * b.prior[i]);
-  }
+  for (int i = 0; i < b.size(); ++i)
+    if (places[static_cast<std::size_t>(i)] >= 0) out[i] = 1 - variance[i] / (b.prior[i] * b.prior[i]);
   return out;
 }
 

@@ -116,12 +116,13 @@ struct HandEyeResult {
 
 /// Estimates camera and target pose together from pixels and robot poses, both with their noise.
 ///
-/// The true robot pose of a view is the reported one times to_pose(e), e normal; each view's e is eliminated, which
-/// leaves twelve unknowns. Noise levels that are not given are estimated by restricted maximum likelihood, the ratio of
-/// robot position and rotation noise being held loosely near the arm's reach (else three views could not part them).
-/// The covariances are widened for that uncertainty (Kenward and Roger 1997): their normal 95 % regions, as from
-/// uncertainty::confidence_ellipsoid, hold the truth with 95 %. Views that contradict the others get weight 0 and are
-/// named, at a false-alarm rate per set of `outlier_false_alarm`; at least six in ten views stay in the fit.
+/// The true robot pose of a view is the reported one times to_pose(e), e normal; the pose of the target
+/// in each view is eliminated, which leaves twelve unknowns. Noise levels that are not given are estimated by
+/// restricted maximum likelihood, the ratio of robot position and rotation noise being held loosely near the arm's
+/// reach (else three views could not part them). The covariances are widened for that uncertainty (Kenward and Roger
+/// 1997): their normal 95 % regions, as from uncertainty::confidence_ellipsoid, hold the truth with 95 %. Views that
+/// contradict the others get weight 0 and are named, at a false-alarm rate per set of `outlier_false_alarm`; at least
+/// six in ten views stay in the fit.
 ///
 /// The diagnosis (hand_eye_diagnosis.hpp) has a quicker fitter of its own, which sees each view as one pose: it
 /// compares a hundred ways of reading the same data. Its result shows which reading is right; the answer itself comes

@@ -48,8 +48,8 @@ class PoseChain {
     Eigen::VectorXd q;          ///< Of an arm: joint values [rad or m].
     FitBlock joint_terms;       ///< Of an arm: coefficients c of errors of its joints, q + regressor c; may be absent.
     Eigen::MatrixXd regressor;  ///< Joints x coefficients.
-    PosePath path;
-    double t = 0.0;  ///< Of a path, when it was seen [s].
+    PosePath path;              ///< Without: a pose, an arm or a constant.
+    double t = 0.0;             ///< Of a path, when it was seen [s].
   };
 
   PoseChain& then(const Pose& T);
@@ -178,8 +178,8 @@ class CellFit {
   /// The same for a block by its name, or for one coordinate by its own without unit, such as "arm.joint2.a"; false
   /// when there is none of it.
   bool hold(const std::string& name);
-  /// Lets a coordinate change as another one of its block does: square pixels tie fy to fx.
-  void tie(FitBlock block, int leader, int follower);
+  /// Lets a coordinate change as another one of its block does, times `ratio`: square pixels tie fy to fx.
+  void tie(FitBlock block, int leader, int follower, double ratio = 1.0);
   /// Whether a measurement that takes part depends on a coordinate that is not held.
   bool any_free() const;
   /// Standard deviation of each coordinate about its start; infinite where nothing is known of it.
@@ -245,7 +245,8 @@ class CellFit {
     Eigen::MatrixXd by_coordinate;
     Eigen::MatrixXd by_nuisance;  ///< Without columns where there is none.
   };
-  /// Empty where the model does not exist there, as behind a camera. `condensed`: pixels of a known camera as seven
+  /// Before a solve the coordinates are those that it would have. Empty where the model does not exist there, as behind
+  /// a camera. `condensed`: pixels of a known camera as seven
   /// rows with the sum of squares, gradient and information of all.
   std::optional<Derivatives> derivatives(FitObservation observation, bool condensed = false) const;
   /// How a measurement agrees with the others, at the result of the last solve.

@@ -7,8 +7,6 @@
 
 #include <Eigen/Dense>
 
-#include "calibration/hand_eye/start.hpp"
-
 namespace kr5::calibration::hand_eye {
 namespace {
 
@@ -24,8 +22,8 @@ Eigen::VectorXd point_sigmas(const ObservedView& observed) {
 
 }  // namespace
 
-fit::PoseChain robot_error(Mount mount, const Pose& T_base_flange, fit::FitBlock X, fit::FitBlock Z,
-                           fit::FitBlock seen) {
+fit::PoseChain robot_error_chain(Mount mount, const Pose& T_base_flange, fit::FitBlock X, fit::FitBlock Z,
+                                 fit::FitBlock seen) {
   fit::PoseChain out;
   out.then(T_base_flange.inverse());
   if (mount == Mount::EyeInHand) return out.then(Z).then_inverse(seen).then_inverse(X);
@@ -42,7 +40,7 @@ HandEyeFit::HandEyeFit(Mount mount, const Pinhole& camera, std::vector<ObservedV
     const View& view = observed.input->view;
     seen_.push_back(fit_.add_nuisance_pose("T_camera_target"));
     pixels_.push_back(fit_.observe_pixels(fit::PoseChain().then(seen_.back()), lens, view.points, view.pixels, 1.0));
-    robot_.push_back(fit_.observe_pose(robot_error(mount, observed.input->T_base_flange, X_, Z_, seen_.back()),
+    robot_.push_back(fit_.observe_pose(robot_error_chain(mount, observed.input->T_base_flange, X_, Z_, seen_.back()),
                                        Pose::Identity(), Matrix6(Matrix6::Identity())));
   }
 }
@@ -61,10 +59,10 @@ void HandEyeFit::begin_at(const Poses& poses, const std::vector<ObservedView>& o
 void HandEyeFit::choose(std::size_t i, int pose) {
   views_[i].chosen = pose;
   fit_.set_pixel_sigmas(pixels_[i], point_sigmas(views_[i]));
-  explain(i);
+  restart(i);
 }
 
-void HandEyeFit::explain(std::size_t i) { fit_.begin_at(seen_[i], views_[i].pose().T_camera_points); }
+void HandEyeFit::restart(std::size_t i) { fit_.begin_at(seen_[i], views_[i].pose().T_camera_points); }
 
 std::optional<LinearView> HandEyeFit::linear(std::size_t i) const {
   const auto at = fit_.derivatives(pixels_[i], true);
@@ -94,7 +92,7 @@ std::vector<WeightedView> HandEyeFit::active() const {
 
 /// Moves free variances and, with `student`, weights to where the views as they are now put them. Whether they are
 /// about where they were, and the poses with them.
-bool HandEyeFit::weigh(bool student) {
+bool HandEyeFit::update_weights(bool student) {
   std::vector<WeightedView> views;
   std::vector<std::size_t> index;
   for (std::size_t i = 0; i < views_.size(); ++i) {
@@ -131,21 +129,22 @@ bool HandEyeFit::weigh(bool student) {
 bool HandEyeFit::move(int max_iterations) {
   const Matrix6 robot = variances.robot() / variances.value[2];
   for (std::size_t i = 0; i < views_.size(); ++i) {
-    fit_.set_weight(pixels_[i], weights[i]);
-    fit_.set_weight(robot_[i], weights[i]);
+    // One beyond the range of the lens has no part, here as in update_weights().
+    const double weight = fit_.residuals(pixels_[i]).allFinite() ? weights[i] : 0.0;
+    fit_.set_weight(pixels_[i], weight);
+    fit_.set_weight(robot_[i], weight);
     fit_.set_covariance(robot_[i], robot);
   }
   const FitReport report = fit_.solve({.max_iterations = max_iterations, .uncertainty = false}).fit;
-  iterations += report.iterations;
+  iterations += std::max(report.iterations, 1);
   return report.usable();
 }
 
 void HandEyeFit::settle(int max_iterations, bool student) {
+  const int end = iterations + max_iterations;
+  update_weights(student);
   settled = false;
-  for (int round = 0; round < max_iterations; ++round) {
-    settled = weigh(student) && round > 0;
-    if (settled || !estimate.regular || !move(max_iterations)) return;
-  }
+  while (!settled && estimate.regular && iterations < end && move(end - iterations)) settled = update_weights(student);
 }
 
 double HandEyeFit::deleted_distance(std::size_t i) const {

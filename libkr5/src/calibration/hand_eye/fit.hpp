@@ -13,8 +13,8 @@
 namespace kr5::calibration::hand_eye {
 
 /// From the reported robot pose to the one that X, Z and the pose of the target in the camera imply.
-fit::PoseChain robot_error(Mount mount, const Pose& T_base_flange, fit::FitBlock X, fit::FitBlock Z,
-                           fit::FitBlock seen);
+fit::PoseChain robot_error_chain(Mount mount, const Pose& T_base_flange, fit::FitBlock X, fit::FitBlock Z,
+                                 fit::FitBlock seen);
 
 class HandEyeFit {
  public:
@@ -38,7 +38,7 @@ class HandEyeFit {
   /// Believes one of the poses in which view i may have seen the target, and begins there.
   void choose(std::size_t i, int pose);
   /// Puts the target to where the pixels of view i alone have it.
-  void explain(std::size_t i);
+  void restart(std::size_t i);
 
   /// Linear form of view i at the present values.
   std::optional<LinearView> linear(std::size_t i) const;
@@ -53,7 +53,7 @@ class HandEyeFit {
   double deleted_distance(std::size_t i) const;
 
  private:
-  bool weigh(bool student);
+  bool update_weights(bool student);
   bool move(int max_iterations);
 
   Mount mount_;

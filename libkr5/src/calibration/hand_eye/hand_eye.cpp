@@ -125,7 +125,7 @@ void keep_the_nearest(HandEyeFit& fit) {
   for (std::size_t k = 0; k < n; ++k) {
     const auto [squared, i] = distance[k];
     fit.weights[i] = k < least || squared < scale * uncertainty::chi_square_quantile(0.995, 6) ? 1.0 : 0.0;
-    if (fit.weights[i] == 0) fit.explain(i);
+    if (fit.weights[i] == 0) fit.restart(i);
   }
 }
 
@@ -136,7 +136,7 @@ void name_outliers(HandEyeFit& fit, const HandEyeOptions& options) {
     const auto inside = static_cast<double>(std::count(fit.weights.begin(), fit.weights.end(), 1.0));
     std::vector<double> out;
     for (std::size_t i = 0; i < fit.views().size(); ++i) {
-      if (fit.weights[i] == 0) fit.explain(i);
+      if (fit.weights[i] == 0) fit.restart(i);
       out.push_back(p_value(fit, i, inside));
     }
     return out;
@@ -267,7 +267,7 @@ HandEyeResult calibrate_hand_eye(std::span<const HandEyeView> views, const Pinho
   std::size_t k = 0;
   for (std::size_t i = 0; i < views.size(); ++i) {
     const bool has = k < index.size() && index[k] == i;
-    out.views.push_back(report(fit, views[i], has ? std::optional(k) : std::nullopt));
+    out.views.push_back(report(fit, views[i], has && index.size() >= 3 ? std::optional(k) : std::nullopt));
     out.views.back().name = name_of_view(views, i);
     k += has;
   }

@@ -17,7 +17,7 @@
 namespace kr5::calibration::evidence {
 namespace {
 
-/// How many of fx fy cx cy k1 k2 p1 p2 k3 each hypothesis frees; 1: fx and fy, which then change by the same.
+/// How many of fx fy cx cy k1 k2 p1 p2 k3 each hypothesis frees; 1: fx and fy at their ratio.
 constexpr int kinds[] = {1, 4, 6, 9};
 constexpr int max_iterations = 20;
 
@@ -27,14 +27,19 @@ std::optional<Pinhole> fit_camera(const Case& c, int freed, const SetupHypothesi
   const fit::FitBlock camera = fit.add_camera("camera", c.recording.camera), X = fit.add_pose("X", from.fit.X),
                       Z = fit.add_pose("Z", from.fit.Y);
   for (int k = std::max(freed, 2); k < Pinhole::parameter_count; ++k) fit.hold(camera, k);
-  if (freed == 1) fit.tie(camera, 0, 1);
+  if (freed == 1) fit.tie(camera, 0, 1, c.recording.camera.fy / c.recording.camera.fx);
   for (std::size_t i = 0; i < c.sightings.views.size(); ++i) {
     const View& view = c.recording.views[static_cast<std::size_t>(c.sightings.index[i])];
     const fit::FitBlock seen =
         fit.add_nuisance_pose("T_camera_target", c.sightings.views[i].solutions.front().T_camera_target);
-    fit.observe_pixels(fit::PoseChain().then(seen), camera, view.points, view.pixels, c.sightings.sigma_pixel);
-    fit.observe_pose(hand_eye::robot_error(c.recording.mount, c.sound.reading.robot[i], X, Z, seen), Pose::Identity(),
-                     from.fit.sigma_position, from.fit.sigma_rotation);
+    const fit::FitObservation pixels =
+        fit.observe_pixels(fit::PoseChain().then(seen), camera, view.points, view.pixels, c.sightings.sigma_pixel);
+    if (!fit.residuals(pixels).allFinite()) {  // beyond the range of a lens that may well be wrong
+      fit.set_weight(pixels, 0.0);
+      continue;
+    }
+    fit.observe_pose(hand_eye::robot_error_chain(c.recording.mount, c.sound.reading.robot[i], X, Z, seen),
+                     Pose::Identity(), from.fit.sigma_position, from.fit.sigma_rotation);
   }
   if (!fit.solve({.max_iterations = max_iterations, .cost_tolerance = 1e-9, .uncertainty = false}).fit.usable())
     return std::nullopt;

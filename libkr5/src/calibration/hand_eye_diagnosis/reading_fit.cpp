@@ -145,7 +145,8 @@ class Fitter {
     if (reading_.free_scale)  // log of the scale
       pair.J.col(next++) = B.leftCols<3>() * (C.linear().transpose() * C.translation());
     if (!reading_.drift.empty())
-      pair.J.col(next) = -vector_by_perturbation(pair.r) * reading_.drift[static_cast<std::size_t>(i)];
+      pair.J.col(next) = -vector_by_perturbation(pair.r) * adjoint(to_pose(pair.r).inverse()) *
+                         reading_.drift[static_cast<std::size_t>(i)];
   }
   void linearise() {
     for (int i = 0; i < reading_.size(); ++i) linearise(i);

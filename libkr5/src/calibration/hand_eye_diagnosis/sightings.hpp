@@ -4,13 +4,12 @@
 #include <span>
 #include <vector>
 
-#include <kr5/geometry/mount.hpp>
 #include <kr5/geometry/pinhole.hpp>
 #include <kr5/geometry/pose.hpp>
 #include <kr5/geometry/view.hpp>
 
 /// @file
-/// Poses in which the target was seen, and their effect on the pose of the flange.
+/// Poses in which the target was seen.
 
 namespace kr5::calibration::evidence {
 

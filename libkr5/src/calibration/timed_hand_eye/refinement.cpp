@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <optional>
 
@@ -22,6 +23,7 @@ using Vector13 = Eigen::Matrix<double, unknowns, 1>;
 using Matrix13 = Eigen::Matrix<double, unknowns, unknowns>;
 using Jacobian = Eigen::Matrix<double, 6, unknowns>;
 constexpr int covariance_steps = 3;  // of the errors' covariance, with the estimate as it is
+constexpr int most_steps = 10;
 
 /// A camera pose that the hand stream covers.
 struct Row {
@@ -90,28 +92,33 @@ class StreamFit {
                             camera.poses[k], Matrix6(Matrix6::Identity())));
   }
 
-  /// Goes on by so many times the way from another estimate.
-  void go_on(const Estimate& from, double factor) {
+  /// Perturbs the estimate from the right.
+  void perturb(const Vector13& change) {
     const Estimate now = estimate();
-    fit_.begin_at(X_, now.X * to_pose(Vector6(factor * pose_difference(from.X, now.X))));
-    fit_.begin_at(Z_, now.Z * to_pose(Vector6(factor * pose_difference(from.Z, now.Z))));
-    fit_.begin_at(offset_, Eigen::VectorXd::Constant(1, now.offset + factor * (now.offset - from.offset)));
+    fit_.begin_at(X_, now.X * to_pose(Vector6(change.head<6>())));
+    fit_.begin_at(Z_, now.Z * to_pose(Vector6(change.segment<6>(6))));
+    fit_.begin_at(offset_, Eigen::VectorXd::Constant(1, now.offset + change[12]));
   }
 
   Estimate estimate() const { return {fit_.pose(X_), fit_.pose(Z_), fit_.values(offset_)[0]}; }
 
-  /// Moves the estimate to the optimum for t-distributed errors of this covariance. Returns how far that was, in
-  /// standard deviations of the estimate.
+  /// Moves the estimate towards the optimum for t-distributed errors of this covariance. Returns how far that was, in
+  /// standard deviations of the estimate; infinite where no step lowers the cost.
   double move(const std::vector<Row>& rows, const Matrix6& S, double tail) {
-    take(rows, S);
-    // The Cauchy loss of this scale, by residual, is the t distribution's, but for a factor.
-    const fit::CellFitResult result = fit_.solve({.max_iterations = 1,
-                                                  .loss = std::sqrt(tail / 6),
-                                                  .cost_tolerance = 1e-8 / static_cast<double>(rows.size()),
-                                                  .uncertainty = false});
-    const double dof = std::max(1.0, static_cast<double>(result.residuals - unknowns));
-    const double lowered = dof * (std::pow(result.fit.initial_rms, 2) - std::pow(result.fit.final_rms, 2));
-    return std::sqrt(std::max(0.0, (tail + 6) / tail * lowered));
+    set_rows(rows, S);
+    // The covariance moves between two solves, so that one step is enough; where it fails, shorter ones are tried.
+    for (const int steps : {1, most_steps}) {
+      // The Cauchy loss of this scale, by residual, is the t distribution's, but for a factor.
+      const fit::CellFitResult result = fit_.solve({.max_iterations = steps,
+                                                    .loss = std::sqrt(tail / 6),
+                                                    .cost_tolerance = 1e-8 / static_cast<double>(rows.size()),
+                                                    .uncertainty = false});
+      const double dof = std::max(1.0, static_cast<double>(result.residuals - unknowns));
+      const double lowered = dof * (std::pow(result.fit.initial_rms, 2) - std::pow(result.fit.final_rms, 2));
+      if (result.fit.usable() && (lowered > 0 || result.fit.status == FitStatus::Converged))
+        return std::sqrt(std::max(0.0, (tail + 6) / tail * lowered));
+    }
+    return std::numeric_limits<double>::infinity();
   }
 
   /// Residuals of a row over their standard deviations, and their derivatives by X, Z and offset.
@@ -120,7 +127,7 @@ class StreamFit {
     Jacobian J;
   };
   std::vector<Whitened> whitened(const std::vector<Row>& rows, const Matrix6& S) {
-    take(rows, S);
+    set_rows(rows, S);
     std::vector<Whitened> out;
     for (const Row& row : rows) {
       const auto at = fit_.derivatives(seen_[row.index]);
@@ -130,7 +137,7 @@ class StreamFit {
   }
 
  private:
-  void take(const std::vector<Row>& rows, const Matrix6& S) {
+  void set_rows(const std::vector<Row>& rows, const Matrix6& S) {
     for (const fit::FitObservation o : seen_) fit_.set_weight(o, 0.0);
     for (const Row& row : rows) {
       fit_.set_weight(seen_[row.index], 1.0);
@@ -274,23 +281,34 @@ void fill(const std::vector<Row>& rows, const Matrix6& S, StreamFit& fit, const 
   result.fit.final_rms = weighted_rms(rows, S, options.tail);
 }
 
-/// Moves of a fit that shrink by a constant factor, as where an estimate and the covariance of its errors follow each
-/// other step by step (Aitken 1926).
-class ShrinkingMoves {
+/// From one estimate to another, right perturbations.
+Vector13 difference(const Estimate& from, const Estimate& to) {
+  Vector13 out;
+  out << pose_difference(from.X, to.X), pose_difference(from.Z, to.Z), to.offset - from.offset;
+  return out;
+}
+
+/// Steps that shrink by a constant factor in one direction, as where an estimate and the covariance of its errors
+/// follow each other (Aitken 1926).
+class ShrinkingSteps {
  public:
-  /// How many times the last move is still to come; 0 where the moves do not tell.
-  double still_to_come(double move) {
-    const double ratio = moves_ > 0 ? move / last_ : 0.0;
-    const bool steady = moves_ > 1 && ratio < 0.98 && std::abs(ratio - ratio_) < 0.05;
-    last_ = move, ratio_ = ratio, ++moves_;
+  /// How many times the last step is still to come, given its length in standard deviations; 0 where the steps do not
+  /// tell.
+  double still_to_come(const Vector13& step, double length) {
+    constexpr double same_direction = 0.9, same_ratio = 0.05, largest_ratio = 0.98;
+    const double ratio = count_ > 0 ? length / length_ : 0.0;
+    const bool steady = count_ > 1 && ratio < largest_ratio && std::abs(ratio - ratio_) < same_ratio &&
+                        step.dot(step_) > same_direction * step.norm() * step_.norm();
+    step_ = step, length_ = length, ratio_ = ratio, ++count_;
     if (!steady) return 0.0;
-    moves_ = 0;
+    count_ = 0;
     return ratio / (1 - ratio);
   }
 
  private:
-  double last_ = 0.0, ratio_ = 0.0;
-  int moves_ = 0;
+  Vector13 step_ = Vector13::Zero();
+  double length_ = 0.0, ratio_ = 0.0;
+  int count_ = 0;
 };
 
 }  // namespace
@@ -321,15 +339,19 @@ void refine(const Trajectory& hand, const PoseStream& camera, const TimedHandEye
   const std::vector<Row> at_start = errors_at(hand, camera, start);
   std::vector<Row> rows = at_start;
   Matrix6 S = rough_covariance(rows);
-  ShrinkingMoves moves;
+  ShrinkingSteps steps;
   result.fit.status = FitStatus::MaxIterations;
   result.fit.message = "the refinement did not converge; the stated uncertainty may be too small";
   for (int i = 1; i <= options.max_iterations && result.fit.status != FitStatus::Converged; ++i) {
     for (int step = 0; step < covariance_steps; ++step) reweigh(rows, S, options.tail);
     const Estimate before = fit.estimate();
-    const double moved = fit.move(rows, S, options.tail);
-    if (moved < 2e-3) result.fit.status = FitStatus::Converged;
-    if (const double factor = moves.still_to_come(moved); factor > 0) fit.go_on(before, factor);
+    const double length = fit.move(rows, S, options.tail);
+    if (!std::isfinite(length)) break;
+    const Vector13 step = difference(before, fit.estimate());
+    if (length < 2e-3)
+      result.fit.status = FitStatus::Converged;
+    else if (const double factor = steps.still_to_come(step, length); factor > 0)
+      fit.perturb(factor * step);
     rows = errors_at(hand, camera, fit.estimate());
     result.fit.iterations = i;
   }

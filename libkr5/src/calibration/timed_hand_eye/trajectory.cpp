@@ -121,7 +121,11 @@ Trajectory::Sample Trajectory::extended(double t) const {
   sample.T.linear() = sample.T.linear() * exp_rotation(d.tail<3>());
   sample.rate.head<3>() = sample.T.linear().transpose() * rate.head<3>();
   sample.rate.tail<3>() = right_jacobian(d.tail<3>()) * rate.tail<3>();
-  if (t != within) sample.T = sample.T * to_pose((t - within) * sample.rate);
+  if (t != within) {
+    const Pose beyond = to_pose(Vector6((t - within) * sample.rate));
+    sample.T = sample.T * beyond;
+    sample.rate.head<3>() = beyond.linear().transpose() * sample.rate.head<3>();
+  }
   return sample;
 }
 
