@@ -100,13 +100,15 @@ void make_consistent(const DynamicsRegressor& regressor, const JointMotion& moti
   const Index p = regressor.parameters();
   const MatrixXd R = stacked_factor(factors, column_positions(rows, all), p + 1, weights);
   const bool known = !options.prior_bodies.empty();
-  const ConsistentFit fit = fit_consistent(R.topLeftCorner(p, p), R.col(p).head(p), regressor.joints(),
-                                           known ? options.prior_bodies : default_priors(regressor.joints()),
-                                           known ? options.prior_spread : std::max(options.prior_spread, 2.0));
+  const ConsistentFit fit =
+      fit_consistent(R.topLeftCorner(p, p), R.col(p).head(p), regressor.joints(),
+                     known ? options.prior_bodies : default_priors(regressor.joints()),
+                     known ? options.prior_spread : std::max(options.prior_spread, 2.0), options.max_body_iterations);
   result.fit.iterations += fit.iterations;
-  if (!fit.usable) {
+  if (!fit.converged) {
     result.fit.status = FitStatus::MaxIterations;
-    result.fit.message = "the bodies did not converge; values are those of the last iteration";
+    result.fit.message = "the bodies had not converged after " + std::to_string(fit.iterations) +
+                         " steps; values are those of the last one";
   }
   result.parameters = fit.parameters;
   result.values = result.base.values(fit.parameters);
@@ -139,6 +141,7 @@ void DynamicsOptions::validate() const {
   require(blocks >= 3, "blocks must be at least 3");
   require(huber > 0 && std::isfinite(huber), "huber must be positive [standard deviations]");
   require(max_iterations > 0, "max_iterations must be positive");
+  require(max_body_iterations > 0, "max_body_iterations must be positive");
   require(prior_spread > 0 && std::isfinite(prior_spread), "prior_spread must be positive [-]");
 }
 
