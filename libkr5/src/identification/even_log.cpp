@@ -54,9 +54,9 @@ MatrixXd resampled_log(const VectorXd& t, const MatrixXd& y, const VectorXd& gri
   return out;
 }
 
-EvenRun even_run(const OrderedLog& data, const LogRun& run, ClockModel model, bool& even_clock) {
-  const auto part = [&](const MatrixXd& m) { return MatrixXd(m.middleRows(run.first, m.size() > 0 ? run.size : 0)); };
-  const VectorXd t = data.log.t.segment(run.first, run.size);
+EvenRun even_run(const OrderedLog& data, const RowRange& run, ClockModel model, bool& even_clock) {
+  const auto part = [&](const MatrixXd& m) { return MatrixXd(m.middleRows(run.first, m.size() > 0 ? run.size() : 0)); };
+  const VectorXd t = data.log.t.segment(run.first, run.size());
   EvenRun out{t, part(data.log.q), data.log.qd.size() > 0 ? part(data.log.qd) : MatrixXd(), part(data.log.tau),
               (t[t.size() - 1] - t[0]) / static_cast<double>(t.size() - 1)};
   if (!uneven(t, data.step)) return out;

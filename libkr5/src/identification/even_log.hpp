@@ -18,6 +18,6 @@ struct EvenRun {
 
 /// A run at even steps; resampled only when its clock is uneven. `even_clock` becomes true when the samples are even
 /// although the stamps are not.
-EvenRun even_run(const OrderedLog& data, const LogRun& run, ClockModel model, bool& even_clock);
+EvenRun even_run(const OrderedLog& data, const RowRange& run, ClockModel model, bool& even_clock);
 
 }  // namespace kr5::identification

@@ -12,6 +12,7 @@
 #include <kr5/core/statistics.hpp>
 
 #include "column_algebra.hpp"
+#include "residual_correlation.hpp"
 #include "runs.hpp"
 
 namespace kr5::identification {
@@ -21,8 +22,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Positions = std::vector<std::vector<int>>;
-
-constexpr int longest_autoregression = 30;
 
 VectorXd chosen(const VectorXd& beta, const std::vector<int>& positions) {
   VectorXd out(static_cast<Index>(positions.size()));
@@ -88,9 +87,9 @@ std::vector<MatrixXd> joint_factors(const JointRows& rows) {
 
 /// Filters columns backwards in time by 1 / A: with it, X^T Gamma X = sigma^2 |result|^2 for the covariance Gamma of
 /// the autoregressive series.
-MatrixXd correlated_columns(const MatrixXd& X, const Autoregression& model, const std::vector<int>& run_starts) {
+MatrixXd correlated_columns(const MatrixXd& X, const Autoregression& model,
+                            const std::vector<physics::RowRange>& runs) {
   MatrixXd out = X;
-  const std::vector<physics::RowRange> runs = runs_of(run_starts, X.rows());
   const Index p = model.a.size();
   for (Index c = 0; c < out.cols(); ++c) {
     double* u = out.col(c).data();
@@ -109,12 +108,12 @@ MatrixXd score_factor(const std::vector<JointRegressor>& regressors, const Posit
                       VectorXd& correlation) {
   std::vector<MatrixXd> factors;
   correlation.resize(scores.cols());
+  const std::vector<physics::RowRange> runs = runs_of(run_starts, scores.rows());
   for (Index i = 0; i < scores.cols(); ++i) {
     const MatrixXd& X = regressors[static_cast<std::size_t>(i)].X;
-    const int order = static_cast<int>(std::min<Index>(longest_autoregression, scores.rows() / 20));
-    const Autoregression model = fit_autoregression(scores.col(i), run_starts, order);
+    const Autoregression model = fit_autoregression(scores.col(i), runs);
     correlation[i] = model.samples_per_independent();
-    factors.push_back(model.sigma * triangular_factor(correlated_columns(X, model, run_starts)));
+    factors.push_back(model.sigma * triangular_factor(correlated_columns(X, model, runs)));
   }
   return stacked_factor(factors, positions, columns, weights.array().square());
 }
@@ -295,38 +294,6 @@ void refine_instruments(const JointRows& rows, const std::vector<JointRegressor>
 }
 
 }  // namespace
-
-double Autoregression::samples_per_independent() const {
-  if (!(variance > 0)) return 1.0;
-  const double gain = 1.0 + a.sum();
-  return std::max(1.0, sigma * sigma / (gain * gain) / variance);
-}
-
-Autoregression fit_autoregression(const VectorXd& series, const std::vector<int>& run_starts, int max_order) {
-  VectorXd covariance = VectorXd::Zero(max_order + 1);
-  for (const auto& [first, last] : runs_of(run_starts, series.size()))
-    for (Index lag = 0; lag <= std::min<Index>(max_order, last - first - 1); ++lag)
-      covariance[lag] += series.segment(first, last - first - lag).dot(series.segment(first + lag, last - first - lag));
-  const auto count = static_cast<double>(series.size());
-  covariance /= std::max(1.0, count);
-  Autoregression best{VectorXd(), std::sqrt(covariance[0]), covariance[0]};
-  if (!(covariance[0] > 0)) return best;
-  double least = count * std::log(covariance[0]), error = covariance[0];
-  VectorXd a = VectorXd::Zero(max_order);
-  for (int order = 1; order <= max_order; ++order) {  // Levinson and Durbin
-    double sum = covariance[order];
-    for (int k = 1; k < order; ++k) sum += a[k - 1] * covariance[order - k];
-    const double reflection = -sum / error;
-    const VectorXd before = a.head(order - 1);
-    for (int k = 1; k < order; ++k) a[k - 1] = before[k - 1] + reflection * before[order - k - 1];
-    a[order - 1] = reflection;
-    error *= 1.0 - reflection * reflection;
-    if (!(error > 1e-14 * covariance[0])) break;
-    const double bic = count * std::log(error) + order * std::log(count);
-    if (bic < least) least = bic, best.a = a.head(order), best.sigma = std::sqrt(error);
-  }
-  return best;
-}
 
 JointMotion part_of(const JointMotion& motion, Index first, Index count) {
   JointMotion out{motion.t.segment(first, count),      motion.q.middleRows(first, count),

@@ -48,16 +48,4 @@ JointFit fit_joint_rows(const JointRows& rows, const JointFitOptions& options,
 /// Samples [first, first + count) of a motion.
 JointMotion part_of(const JointMotion& motion, Eigen::Index first, Eigen::Index count);
 
-/// Autoregressive model of a stationary series: e_t + a_1 e_(t-1) + ... = noise of standard deviation `sigma`.
-struct Autoregression {
-  Eigen::VectorXd a;
-  double sigma = 0.0;
-  double variance = 0.0;  ///< Of the series itself.
-
-  /// Variance of a mean of many values over that of as many independent ones.
-  double samples_per_independent() const;
-};
-/// By Yule-Walker's equations, of the order with the least BIC.
-Autoregression fit_autoregression(const Eigen::VectorXd& series, const std::vector<int>& run_starts, int max_order);
-
 }  // namespace kr5::identification

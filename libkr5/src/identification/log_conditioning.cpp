@@ -176,16 +176,16 @@ ConditionedMotion condition_log(const JointLog& log, const ConditioningOptions& 
   if (!options.leave_out_faulty)
     std::fill(data.faulty.begin(), data.faulty.end(), char{0});  // what is faulty is accepted
   out.step = data.step;
-  const std::vector<LogRun> runs = log_runs(data, longest_step(data, options), shortest_run);
+  const std::vector<RowRange> runs = log_runs(data, longest_step(data, options), shortest_run);
   if (runs.empty()) {
     out.message = "no run of " + std::to_string(shortest_run) + " rows without a gap";
     return out;
   }
-  const LogRun& longest =
-      *std::max_element(runs.begin(), runs.end(), [](const LogRun& a, const LogRun& b) { return a.size < b.size; });
+  const RowRange& longest = *std::max_element(runs.begin(), runs.end(),
+                                              [](const RowRange& a, const RowRange& b) { return a.size() < b.size(); });
   out.cutoff = options.cutoff > 0
                    ? options.cutoff
-                   : std::clamp(5 * motion_bandwidth(data.log.q.middleRows(longest.first, longest.size), data.step),
+                   : std::clamp(5 * motion_bandwidth(data.log.q.middleRows(longest.first, longest.size()), data.step),
                                 std::min(least_cutoff, 0.4 / data.step), 0.4 / data.step);
   require(out.cutoff < 0.5 / data.step, "cutoff: found " + short_number(out.cutoff) + " Hz, expected less than " +
                                             short_number(0.5 / data.step) + " Hz, half the rate of the log");
@@ -193,7 +193,7 @@ ConditionedMotion condition_log(const JointLog& log, const ConditioningOptions& 
                        ? options.decimation
                        : std::max(1, static_cast<int>(1 / (samples_per_period * out.cutoff * data.step)));
   MotionRows rows;
-  for (const LogRun& run : runs) add_run(even_run(data, run, options.clock, out.even_clock), options, out, rows);
+  for (const RowRange& run : runs) add_run(even_run(data, run, options.clock, out.even_clock), options, out, rows);
   if (rows.t.empty()) {
     out.message = "no row is left between the edges of the runs; lower edge, or raise cutoff";
     return out;
