@@ -6,6 +6,7 @@
 #include <limits>
 
 #include <kr5/core/error.hpp>
+#include <kr5/uncertainty/confidence.hpp>
 
 #include "column_algebra.hpp"
 #include "consistent_bodies.hpp"
@@ -195,7 +196,10 @@ DynamicsResult identify_dynamics(const JointMotion& motion, const DynamicsModel&
   out.sigma = linear.fit.sigma;
   out.correlation = linear.fit.correlation;
   if (options.estimator == Estimator::Consistent) make_consistent(regressor, fitted, linear, options, out);
-  out.deviations = out.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+  const double freedom = linear.fit.freedom, numbers = static_cast<double>(out.values.size());
+  out.deviations =
+      (uncertainty::covariance_inflation(1, freedom) * out.covariance.diagonal().cwiseMax(0.0)).cwiseSqrt();
+  out.covariance *= uncertainty::covariance_inflation(numbers, freedom);
 
   out.predicted = regressor.torques(motion, out.parameters);
   out.fitted = torque_error(fitted.tau, out.predicted.topRows(count));

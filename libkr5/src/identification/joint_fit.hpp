@@ -32,10 +32,11 @@ struct JointFitOptions {
 
 struct JointFit {
   Eigen::VectorXd beta;         ///< Zero where the data tell nothing beside the others.
-  Eigen::MatrixXd covariance;   ///< Infinite on the diagonal there.
+  Eigen::MatrixXd covariance;   ///< Infinite on the diagonal there; not widened for `freedom`.
   Eigen::MatrixXd residuals;    ///< Samples x joints.
   Eigen::VectorXd sigma;        ///< Of the residuals of each joint.
   Eigen::VectorXd correlation;  ///< Samples that count as one.
+  double freedom = 1.0;         ///< Independent samples of all joints beyond the parameters.
   std::vector<int> untold;      ///< Positions in `columns` that the data do not tell.
   int iterations = 0;
   bool converged = false;

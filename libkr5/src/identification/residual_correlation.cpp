@@ -17,27 +17,20 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using physics::RowRange;
 
-namespace {
-
-/// Autocovariances at lags 0 to `longest`. Over all rows, also where a lag has fewer pairs, so that they are those of a
-/// stationary series.
-VectorXd autocovariances(const VectorXd& series, const std::vector<RowRange>& runs, Index longest) {
-  VectorXd out = VectorXd::Zero(longest + 1);
+VectorXd autocovariances(const VectorXd& series, const std::vector<RowRange>& runs) {
+  constexpr Index greatest_order = 30, samples_of_order = 20;
+  VectorXd out = VectorXd::Zero(std::min(greatest_order, series.size() / samples_of_order) + 1);
   for (const RowRange& run : runs)
-    for (Index lag = 0; lag <= std::min(longest, run.size() - 1); ++lag)
+    for (Index lag = 0; lag < std::min(out.size(), run.size()); ++lag)
       out[lag] += series.segment(run.first, run.size() - lag).dot(series.segment(run.first + lag, run.size() - lag));
   return out / static_cast<double>(std::max<Index>(1, series.size()));
 }
 
-}  // namespace
-
-Autoregression fit_autoregression(const VectorXd& series, const std::vector<RowRange>& runs) {
-  constexpr Index greatest_order = 30, samples_of_order = 20;
+Autoregression autoregression_of(const VectorXd& covariance, Index rows) {
   constexpr double exact = 1e-14;  // part of the variance that is rounding
-  const VectorXd covariance = autocovariances(series, runs, std::min(greatest_order, series.size() / samples_of_order));
   Autoregression out{{}, std::sqrt(covariance[0]), covariance[0], {}};
   if (!(covariance[0] > std::numeric_limits<double>::min())) return out;
-  const auto count = static_cast<double>(series.size());
+  const auto count = static_cast<double>(rows);
   double least = count * std::log(covariance[0]), error = covariance[0];
   VectorXd a = VectorXd::Zero(covariance.size() - 1);
   for (Index order = 1; order < covariance.size(); ++order) {  // Levinson's recursion
@@ -55,6 +48,10 @@ Autoregression fit_autoregression(const VectorXd& series, const std::vector<RowR
   }
   out.correlations = covariance.segment(1, out.a.size()) / covariance[0];
   return out;
+}
+
+Autoregression fit_autoregression(const VectorXd& series, const std::vector<RowRange>& runs) {
+  return autoregression_of(autocovariances(series, runs), series.size());
 }
 
 Autoregression fit_autoregression(const VectorXd& series) { return fit_autoregression(series, {{0, series.size()}}); }

@@ -28,8 +28,13 @@ struct Autoregression {
   double samples_per_independent() const;
 };
 
-/// By Yule and Walker's equations, of the order with the least BIC. Rows are evenly spaced within each run; pairs of
-/// different runs do not count.
+/// Autocovariances of a series at lags 0 to the greatest order of a model that is fitted to so many rows. Rows are
+/// evenly spaced within each run; pairs of different runs do not count. Sums are divided by all rows, also where a lag
+/// has fewer pairs, so that they are those of a stationary series.
+Eigen::VectorXd autocovariances(const Eigen::VectorXd& series, const std::vector<physics::RowRange>& runs);
+/// The model of these autocovariances of so many rows, by Yule and Walker's equations, of the order with the least BIC.
+Autoregression autoregression_of(const Eigen::VectorXd& autocovariances, Eigen::Index rows);
+/// Both.
 Autoregression fit_autoregression(const Eigen::VectorXd& series, const std::vector<physics::RowRange>& runs);
 /// Of a series without interruption.
 Autoregression fit_autoregression(const Eigen::VectorXd& series);
