@@ -10,8 +10,8 @@
 
 #include "column_algebra.hpp"
 #include "consistent_bodies.hpp"
-#include "friction_terms.hpp"
 #include "joint_fit.hpp"
+#include "term_choice.hpp"
 
 namespace kr5::identification {
 namespace {
@@ -181,7 +181,9 @@ DynamicsResult identify_dynamics(const JointMotion& motion, const DynamicsModel&
   LinearEstimate linear = estimate_linear(DynamicsRegressor(out.model), out.base, fitted, options, instrument_part);
   if (options.choose_terms) {
     const MatrixXd load = DynamicsRegressor(out.model).link_torques(fitted, out.base.standard(linear.fit.beta));
-    out.model.terms = choose_friction_terms(out.model, fitted, linear.fit.residuals, load, options.blocks);
+    out.model.terms =
+        choose_friction_terms(out.model, fitted, base_rows(DynamicsRegressor(out.model), out.base, fitted, load),
+                              linear.fit.sigma, load, options.blocks);
     out.base = base_parameters(out.model);
     linear = estimate_linear(DynamicsRegressor(out.model), out.base, fitted, options, instrument_part);
   }

@@ -12,7 +12,7 @@ MatrixXd resampled_log(const VectorXd& t, const MatrixXd& y, const VectorXd& gri
 /// Signals of a run at even steps.
 struct EvenRun {
   VectorXd t;
-  MatrixXd q, qd, tau;
+  MatrixXd q, qd, tau, temperature;
   double step = 0.0;
 };
 

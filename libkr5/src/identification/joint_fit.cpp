@@ -264,15 +264,14 @@ std::vector<Autoregression> noise_models(const JointRows& rows, const std::vecto
   return out;
 }
 
-/// Samples that count as one, and what is left of them when the told columns are estimated.
+/// Samples that count as one, and the independent ones on which the noise of a joint is known, of the joint with the
+/// fewest: less its share of the parameters.
 void set_correlation(const std::vector<Autoregression>& noise, Index samples, std::size_t told, JointFit& fit) {
   fit.correlation.resize(static_cast<Index>(noise.size()));
-  fit.freedom = -static_cast<double>(told);
-  for (std::size_t i = 0; i < noise.size(); ++i) {
+  for (std::size_t i = 0; i < noise.size(); ++i)
     fit.correlation[static_cast<Index>(i)] = noise[i].samples_per_independent();
-    fit.freedom += static_cast<double>(samples) / fit.correlation[static_cast<Index>(i)];
-  }
-  fit.freedom = std::max(1.0, fit.freedom);
+  const auto share = static_cast<double>(told) / static_cast<double>(noise.size());
+  fit.freedom = std::max(1.0, static_cast<double>(samples) / fit.correlation.maxCoeff() - share);
 }
 
 /// Covariance of all columns from that of the told ones.
@@ -368,6 +367,7 @@ JointMotion part_of(const JointMotion& motion, Index first, Index count) {
   JointMotion out{motion.t.segment(first, count),      motion.q.middleRows(first, count),
                   motion.qd.middleRows(first, count),  motion.qdd.middleRows(first, count),
                   motion.tau.middleRows(first, count), {}};
+  if (motion.temperature.size() > 0) out.temperature = motion.temperature.middleRows(first, count);
   if (motion.run_starts.empty()) return out;
   out.run_starts.push_back(0);
   for (const int start : motion.run_starts)

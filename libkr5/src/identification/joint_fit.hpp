@@ -36,7 +36,7 @@ struct JointFit {
   Eigen::MatrixXd residuals;    ///< Samples x joints.
   Eigen::VectorXd sigma;        ///< Of the residuals of each joint.
   Eigen::VectorXd correlation;  ///< Samples that count as one.
-  double freedom = 1.0;         ///< Independent samples of all joints beyond the parameters.
+  double freedom = 1.0;         ///< Independent samples on which the noise of a joint is known.
   std::vector<int> untold;      ///< Positions in `columns` that the data do not tell.
   int iterations = 0;
   bool converged = false;

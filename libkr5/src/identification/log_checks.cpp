@@ -36,8 +36,11 @@ struct ChannelGroup {
   std::string (JointLog::*name)(Index) const;
 };
 
-std::array<ChannelGroup, 3> channel_groups(const JointLog& log) {
-  return {{{&log.q, &JointLog::q_name}, {&log.qd, &JointLog::qd_name}, {&log.tau, &JointLog::tau_name}}};
+std::array<ChannelGroup, 4> channel_groups(const JointLog& log) {
+  return {{{&log.q, &JointLog::q_name},
+           {&log.qd, &JointLog::qd_name},
+           {&log.tau, &JointLog::tau_name},
+           {&log.temperature, &JointLog::temperature_name}}};
 }
 
 // Rows
@@ -71,6 +74,7 @@ JointLog rows_of(const JointLog& log, const std::vector<Index>& rows) {
   out.q = log.q(rows, Eigen::all);
   if (log.qd.size() > 0) out.qd = log.qd(rows, Eigen::all);
   out.tau = log.tau(rows, Eigen::all);
+  if (log.temperature.size() > 0) out.temperature = log.temperature(rows, Eigen::all);
   return out;
 }
 

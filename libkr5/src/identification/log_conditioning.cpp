@@ -31,7 +31,7 @@ std::string trimmed(const std::string& text) {
 /// Rows of the motion so far, one run after the other.
 struct MotionRows {
   std::vector<VectorXd> t;
-  std::vector<MatrixXd> q, qd, qdd, tau, measured;
+  std::vector<MatrixXd> q, qd, qdd, tau, measured, temperature;
 };
 
 MatrixXd stacked(const std::vector<MatrixXd>& parts) {
@@ -69,6 +69,9 @@ void add_run(const EvenRun& run, const ConditioningOptions& options, const Condi
   out.qdd.push_back(qdd(rows, Eigen::all));
   out.tau.push_back(tau(rows, Eigen::all));
   out.measured.push_back(measured(rows, Eigen::all));
+  if (run.temperature.size() == 0) return;
+  const MatrixXd smooth = zero_phase_low_pass(run.temperature, run.step, result.cutoff, options.filter_order);
+  out.temperature.push_back(smooth(rows, Eigen::all));
 }
 
 void collect(const MotionRows& rows, ConditionedMotion& out) {
@@ -88,6 +91,7 @@ void collect(const MotionRows& rows, ConditionedMotion& out) {
   out.motion.qdd = stacked(rows.qdd);
   out.motion.tau = stacked(rows.tau);
   out.tau_measured = stacked(rows.measured);
+  if (!rows.temperature.empty()) out.motion.temperature = stacked(rows.temperature);
 }
 
 bool can_be_left_out(LogFault fault) {
