@@ -418,6 +418,20 @@ TEST_CASE("exact data leave the prior no say where they tell") {
   CHECK(result.fitted.total < 1e-4);
 }
 
+namespace {
+
+bool has_further_terms(const JointTerms& t) {
+  return t.offset || t.direction || t.load || t.stribeck_velocity > 0 || t.thermal_time_constant > 0 || t.temperature;
+}
+
+DynamicsOptions choosing() {
+  DynamicsOptions out = with(Estimator::Weighted);
+  out.choose_terms = true;
+  return out;
+}
+
+}  // namespace
+
 TEST_CASE("friction terms are chosen that are there, and no others") {
   Truth truth(4000);
   DynamicsModel actual = truth.model;
@@ -452,8 +466,90 @@ TEST_CASE("friction terms are chosen that are there, and no others") {
   Truth none(4000);
   add_noise(none.motion, noise, 0.5, random);
   for (const JointTerms& terms : identify_dynamics(none.motion, none.model, options).model.terms)
-    CHECK((!terms.offset && !terms.direction && !terms.load && terms.stribeck_velocity == 0 &&
-           terms.thermal_time_constant == 0 && !terms.temperature));
+    CHECK_FALSE(has_further_terms(terms));
+}
+
+TEST_CASE("joints without further friction get none, with correlated noise, too", "[statistics]") {
+  for (const double memory : {0.0, 0.9}) {
+    const int trials = test::trials(200, 10);
+    int wrong = 0;
+    for (int seed = 0; seed < trials; ++seed) {
+      Truth truth(2000, static_cast<unsigned>(seed) % 7);
+      Random random(static_cast<unsigned>(seed));
+      add_noise(truth.motion, 0.3 * noise, memory, random);
+      for (const JointTerms& terms : identify_dynamics(truth.motion, truth.model, choosing()).model.terms)
+        wrong += has_further_terms(terms);
+    }
+    INFO("memory " << memory << ": " << wrong << " of " << 3 * trials << " joints");
+    CHECK(uncertainty::binomial_interval(wrong, 3 * trials, 0.99).low <= 0.05);
+  }
+}
+
+TEST_CASE("terms are found that links imitate in part", "[statistics]") {
+  const int trials = test::trials(200, 10);
+  int offsets = 0, loads = 0, others = 0;
+  for (int seed = 0; seed < trials; ++seed) {
+    Truth truth(2000, static_cast<unsigned>(seed) % 7);
+    DynamicsModel actual = truth.model;
+    actual.terms.resize(3);
+    actual.terms[1].offset = true;  // beside gravity
+    actual.terms[2].load = true;
+    const DynamicsRegressor regressor(actual);
+    Eigen::VectorXd chi = Eigen::VectorXd::Zero(regressor.parameters());
+    chi.head(39) = truth.chi;
+    chi[regressor.index("fo2")] = 6.0;
+    chi[regressor.index("fl3")] = 0.2;
+    truth.motion.tau = regressor.torques(truth.motion, chi);
+    Random random(static_cast<unsigned>(seed));
+    add_noise(truth.motion, 0.3 * noise, 0.5, random);
+    const DynamicsResult result = identify_dynamics(truth.motion, truth.model, choosing());
+    offsets += result.model.terms[1].offset;
+    loads += result.model.terms[2].load;
+    others += has_further_terms(result.model.terms[0]);
+  }
+  INFO(offsets << " offsets, " << loads << " loads, " << others << " others of " << trials);
+  CHECK(uncertainty::binomial_interval(offsets, trials, 0.99).high >= 0.9);
+  CHECK(uncertainty::binomial_interval(loads, trials, 0.99).high >= 0.9);
+  CHECK(uncertainty::binomial_interval(others, trials, 0.99).low <= 0.05);
+}
+
+TEST_CASE("friction that falls with the measured temperature is found, and needs a temperature") {
+  Truth truth(2000);
+  truth.motion.temperature = Eigen::VectorXd::LinSpaced(2000, 20, 45).replicate(1, 3);
+  for (int i = 0; i < 3; ++i) truth.motion.temperature.col(i).array() += 4 * (0.9 * truth.motion.t.array()).sin();
+  DynamicsModel actual = truth.model;
+  actual.terms.resize(3);
+  actual.terms[1].temperature = true;
+  const DynamicsRegressor regressor(actual);
+  Eigen::VectorXd chi = Eigen::VectorXd::Zero(regressor.parameters());
+  chi.head(39) = truth.chi;
+  chi[regressor.index("fcT2")] = -0.12;
+  chi[regressor.index("fvT2")] = -0.08;
+  truth.motion.tau = regressor.torques(truth.motion, chi);
+  // The law, written out.
+  const Eigen::ArrayXd v = truth.motion.qd.col(1), warm = truth.motion.temperature.col(1).array() - 20;
+  const Eigen::VectorXd law = (-0.12 * warm) * (v / 0.002).tanh() + (-0.08 * warm) * v;
+  Eigen::VectorXd cold = chi;
+  cold.tail(2).setZero();
+  CHECK(((truth.motion.tau - regressor.torques(truth.motion, cold)).col(1) - law).norm() < 1e-9 * law.norm());
+
+  Random random(2);
+  add_noise(truth.motion, 0.2 * noise, 0.5, random);
+  const DynamicsResult result = identify_dynamics(truth.motion, truth.model, choosing());
+  CHECK(result.model.terms[1].temperature);
+  CHECK_FALSE(has_further_terms(result.model.terms[0]));
+  const auto slope = result.parameter("fcT2");
+  REQUIRE(slope.has_value());
+  CHECK(std::abs(slope->first + 0.12) < 4 * slope->second);
+  CHECK(slope->second < 0.02);
+
+  JointMotion bare = truth.motion;
+  bare.temperature.resize(0, 0);
+  CHECK_THROWS_WITH(identify_dynamics(bare, actual), Contains("temperature: the friction of joint 2 depends on it"));
+  for (const JointTerms& terms : identify_dynamics(bare, truth.model, choosing()).model.terms)
+    CHECK_FALSE(terms.temperature);
+  bare.temperature = Eigen::MatrixXd::Zero(5, 3);
+  CHECK_THROWS_WITH(identify_dynamics(bare, truth.model), Contains("temperature: expected 2000 x 3 numbers"));
 }
 
 TEST_CASE("a joint that never moved is named, and the estimate may not be used") {

@@ -34,7 +34,7 @@ constexpr auto enum_names(Estimator) {
 struct DynamicsOptions {
   Estimator estimator = Estimator::Weighted;
   double held_out = 1.0 / 3.0;    ///< Last part of the samples, on which the estimate is judged only [-].
-  bool choose_terms = false;      ///< Offers further friction terms to each joint; those that predict better stay.
+  bool choose_terms = false;      ///< Offers further friction terms; those that surely predict better stay.
   int blocks = 10;                ///< Of time, for the cross-validation of `choose_terms`.
   double huber = 1.345;           ///< Limit of the Huber loss [standard deviations].
   int max_iterations = 20;        ///< Of weights.
