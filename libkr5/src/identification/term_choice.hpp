@@ -11,8 +11,8 @@ namespace kr5::identification {
 /// left out. Each block is predicted from the others by the weighted estimate of all parameters, links included, so
 /// that a term counts by what links cannot imitate, and one that they imitate wholly is not offered. A term stays when
 /// its mean gain over the blocks is above zero by Student's t on one side, at 5 % over the number of
-/// kinds on offer (Bonferroni), and above a hundredth of what is left of its joint. Of terms within a standard error of the best one
-/// that with the fewest parameters is taken.
+/// kinds on offer (Bonferroni), and above a hundredth of what is left of its joint. Of terms within a standard error of
+/// the best one that with the fewest parameters is taken.
 /// @param rows Of the model without further terms; @param sigma Of the residuals of each joint.
 /// @param load Torques through the gears, samples x joints.
 std::vector<JointTerms> choose_friction_terms(const DynamicsModel& model, const JointMotion& motion,
