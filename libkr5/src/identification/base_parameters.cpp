@@ -31,7 +31,8 @@ JointMotion random_states(const DynamicsModel& model, const BaseParameterOptions
                   MatrixXd(count, n),
                   MatrixXd(count, n),
                   MatrixXd::Zero(count, n),
-                  {}};
+                  {},
+                  MatrixXd::Zero(count, n)};
   for (Index k = 0; k < count; ++k)
     for (Index i = 0; i < n; ++i) {
       const bool slides = model.chain.joints[static_cast<std::size_t>(i)].type == kinematics::JointType::Prismatic;
@@ -41,6 +42,7 @@ JointMotion random_states(const DynamicsModel& model, const BaseParameterOptions
       out.qd(k, i) = (random.integer(2) ? 1 : -1) * std::pow(10.0, random.uniform(-3.0, 0.5));
       out.qdd(k, i) = random.uniform(-5.0, 5.0);
       out.tau(k, i) = random.uniform(-50.0, 50.0);
+      out.temperature(k, i) = random.uniform(0.0, 60.0);
     }
   return out;
 }

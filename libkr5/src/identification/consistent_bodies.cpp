@@ -2,6 +2,7 @@
 #include "consistent_bodies.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -10,6 +11,7 @@
 #include <Eigen/LU>
 
 #include <kr5/core/error.hpp>
+#include <kr5/core/levenberg_marquardt.hpp>
 #include <kr5/core/linear.hpp>
 #include <kr5/identification/dynamics_model.hpp>
 
@@ -21,202 +23,198 @@ using Eigen::Matrix4d;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using BodyEquations = NormalEquations<Eigen::Dynamic>;
+using BodyVector = Eigen::Matrix<double, 10, 1>;
 
-constexpr int coordinates = 10;
+constexpr int coordinates = 10;      // of a symmetric 4 x 4 matrix
+constexpr double negligible = 1e-2;  // step at which a fit has converged [standard deviations]
 
-/// Inertias, first moments and mass of a pseudo-inertia [Sigma, h; h^T, m], to which they are linear.
-Eigen::Matrix<double, 10, 1> parameters_of(const Matrix4d& J) {
-  Eigen::Matrix<double, 10, 1> out;
-  out << J(1, 1) + J(2, 2), -J(0, 1), -J(0, 2), J(0, 0) + J(2, 2), -J(1, 2), J(0, 0) + J(1, 1), J(0, 3), J(1, 3),
-      J(2, 3), J(3, 3);
+/// Ixx Ixy Ixz Iyy Iyz Izz, m c and m of a pseudo-inertia, to which they are linear.
+BodyVector parameters_of(const Matrix4d& P) {
+  BodyVector out;
+  out << P(1, 1) + P(2, 2), -P(0, 1), -P(0, 2), P(0, 0) + P(2, 2), -P(1, 2), P(0, 0) + P(1, 1), P(0, 3), P(1, 3),
+      P(2, 3), P(3, 3);
   return out;
 }
 
-/// U without the factor e^alpha.
-Matrix4d unit_factor(const BodyCoordinates& x) {
-  Matrix4d U;
-  U << std::exp(x[1]), x[4], x[5], x[7], 0, std::exp(x[2]), x[6], x[8], 0, 0, std::exp(x[3]), x[9], 0, 0, 0, 1;
-  return U;
+/// Element k of the symmetric 4 x 4 matrix of coordinates y: the diagonal, then the upper triangle row by row.
+constexpr std::array<std::array<Index, 2>, coordinates> elements = {
+    {{0, 0}, {1, 1}, {2, 2}, {3, 3}, {0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}};
+
+Matrix4d symmetric_matrix(const BodyVector& y) {
+  Matrix4d Y;
+  for (Index k = 0; k < coordinates; ++k) {
+    const auto [r, c] = elements[static_cast<std::size_t>(k)];
+    Y(r, c) = Y(c, r) = y[k];
+  }
+  return Y;
 }
 
-/// The model as a function of the coordinates of all bodies, then the other parameters.
-struct ConsistentProblem {
-  const MatrixXd& R;
-  const VectorXd& z;
-  int joints;
-  const VectorXd& prior;
-  const VectorXd& spread;  ///< Infinite: no prior.
-  Box<Eigen::Dynamic> box;
-
-  static constexpr int others_per_joint = parameters_per_joint - coordinates;
-
-  /// Parameter of the model behind coordinate k >= 10 joints.
-  Index other(Index k) const {
-    const Index e = k - coordinates * joints;
-    return e < others_per_joint * joints
-               ? parameters_per_joint * (e / others_per_joint) + coordinates + e % others_per_joint
-               : parameters_per_joint * joints + e - others_per_joint * joints;
-  }
-  VectorXd parameters(const VectorXd& x, MatrixXd* jacobian = nullptr) const {
-    VectorXd chi(x.size());
-    if (jacobian) jacobian->setZero(x.size(), x.size());
-    for (Index i = 0; i < joints; ++i) {
-      Eigen::Matrix<double, 10, 10> D;
-      chi.segment<10>(parameters_per_joint * i) =
-          body_parameters(x.segment<coordinates>(coordinates * i), jacobian ? &D : nullptr);
-      if (jacobian) jacobian->block<10, 10>(parameters_per_joint * i, coordinates * i) = D;
-    }
-    for (Index k = coordinates * joints; k < x.size(); ++k) {
-      chi[other(k)] = x[k];
-      if (jacobian) (*jacobian)(other(k), k) = 1.0;
-    }
-    return chi;
-  }
-  BodyEquations equations(const VectorXd& x) const {
-    MatrixXd D;
-    const VectorXd residual = R * parameters(x, &D) - z;
-    const MatrixXd J = R * D;
-    const VectorXd off = (x - prior).cwiseQuotient(spread), weight = spread.cwiseAbs2().cwiseInverse();
-    BodyEquations out(x.size());
-    out.information = J.transpose() * J;
-    out.information.diagonal() += weight;
-    out.gradient = J.transpose() * residual + off.cwiseQuotient(spread);
-    out.cost = residual.squaredNorm() + off.squaredNorm();
-    out.count = static_cast<int>(z.size() + x.size());
-    return out;
-  }
-  double cost(const VectorXd& x) const {
-    return (R * parameters(x) - z).squaredNorm() + (x - prior).cwiseQuotient(spread).squaredNorm();
-  }
-};
-
-}  // namespace
-
-Eigen::Matrix<double, 10, 1> body_parameters(const BodyCoordinates& x, Eigen::Matrix<double, 10, 10>* jacobian) {
-  const double scale = std::exp(2 * x[0]);
-  const Matrix4d U = unit_factor(x);
-  const Eigen::Matrix<double, 10, 1> out = scale * parameters_of(U * U.transpose());
-  if (!jacobian) return out;
-  jacobian->col(0) = 2 * out;
-  for (Index k = 1; k < coordinates; ++k) {
-    Matrix4d d = Matrix4d::Zero();
-    if (k < 4)
-      d(k - 1, k - 1) = U(k - 1, k - 1);
-    else if (k < 7)
-      d(k == 6 ? 1 : 0, k == 4 ? 1 : 2) = 1.0;
-    else
-      d(k - 7, 3) = 1.0;
-    jacobian->col(k) = scale * parameters_of(d * U.transpose() + U * d.transpose());
-  }
-  return out;
+BodyVector identity_coordinates() {
+  BodyVector y = BodyVector::Zero();
+  y.head<4>().setOnes();
+  return y;
 }
 
-BodyCoordinates body_coordinates(const kinematics::Body& body) {
+/// Lower triangular L with L L^T the pseudo-inertia of a body.
+Matrix4d prior_factor(const kinematics::Body& body) {
   const Eigen::Matrix3d I = body.inertia_matrix();
-  // About the centre of mass: the second moment, over the mass, is the upper factor times its transpose.
-  const Eigen::Matrix3d second = (0.5 * I.trace() * Eigen::Matrix3d::Identity() - I) / body.mass;
-  const Eigen::LLT<Eigen::Matrix3d> cholesky(Eigen::Matrix3d(second.reverse()));
+  const Eigen::Matrix3d central = 0.5 * I.trace() * Eigen::Matrix3d::Identity() - I;
+  const bool round = Eigen::LLT<Eigen::Matrix3d>(central).info() == Eigen::Success;
+  Matrix4d P;
+  P << central + body.mass * body.com * body.com.transpose(), body.mass * body.com, body.mass * body.com.transpose(),
+      body.mass;
+  const Eigen::LLT<Matrix4d> cholesky(P);
   require(
-      body.mass > 0 && second.allFinite() && cholesky.info() == Eigen::Success,
+      body.mass > 0 && round && P.allFinite() && cholesky.info() == Eigen::Success,
       "a body cannot exist: mass " + std::to_string(body.mass) +
           " kg; the mass must be positive, and each principal moment of inertia less than the sum of the other two");
-  const Eigen::Matrix3d U = Eigen::Matrix3d(cholesky.matrixL()).reverse();
-  BodyCoordinates x;
-  x << 0.5 * std::log(body.mass), std::log(U(0, 0)), std::log(U(1, 1)), std::log(U(2, 2)), U(0, 1), U(0, 2), U(1, 2),
-      body.com;
-  return x;
+  return cholesky.matrixL();
 }
 
-BodyCoordinates coordinate_spread(const BodyCoordinates& x, double spread) {
-  const double size = std::exp((x[1] + x[2] + x[3]) / 3);
-  BodyCoordinates out;
-  out << spread / 2, spread, spread, spread, spread * size, spread * size, spread * size, spread * size, spread * size,
-      spread * size;
+/// tr Y - log det Y - 4; infinite where the body cannot exist.
+double divergence(const Matrix4d& Y) {
+  const Eigen::LLT<Matrix4d> cholesky(Y);
+  if (cholesky.info() != Eigen::Success) return std::numeric_limits<double>::infinity();
+  return Y.trace() - 4.0 - 2.0 * cholesky.matrixLLT().diagonal().array().log().sum();
+}
+
+/// The objective |A x - z|^2 + weight * sum of divergences of the bodies. x holds the coordinates of Y of every body,
+/// where L Y L^T is its pseudo-inertia and L L^T that of the prior, then the other parameters of the model.
+struct ConsistentProblem {
+  const MatrixXd& A;
+  const VectorXd& z;
+  MatrixXd information;  ///< A^T A
+  int joints;
+  double weight;
+  Box<Eigen::Dynamic> box;
+
+  double cost(const VectorXd& x) const {
+    double out = (A * x - z).squaredNorm();
+    for (Index i = 0; i < joints; ++i) out += weight * divergence(body(x, i));
+    return out;
+  }
+  /// A step as long as it surely lowers the cost. Along it, beside a quadratic function of curvature q, are logarithms
+  /// of curvature r^2 that end where the first body ceases to exist, at 1 / m: they lie below the one that does so with
+  /// their whole curvature, whose minimum is given (Boyd and Vandenberghe 2004, section 9.6).
+  VectorXd moved(const VectorXd& x, const VectorXd& step) const {
+    double m = 0.0, r2 = 0.0;
+    for (Index i = 0; i < joints; ++i) {
+      const Eigen::LLT<Matrix4d> cholesky(body(x, i));
+      const Matrix4d half = cholesky.matrixL().solve(body(step, i));
+      const Matrix4d relative = cholesky.matrixL().solve(half.transpose());
+      m = std::max(m, -symmetric_eigen(relative).values.minCoeff());
+      r2 += 0.5 * weight * relative.squaredNorm();
+    }
+    const double q = (A * step).squaredNorm();
+    const double length = 2 / (1 + m + std::sqrt(std::max((1 + m) * (1 + m) - 4 * m * q / (q + r2), 0.0)));
+    return x + (m > 0 ? length : 1.0) * step;
+  }
+  /// With the exact second derivatives, so that steps are Newton's.
+  BodyEquations equations(const VectorXd& x) const {
+    BodyEquations out(x.size());
+    out.information = information;
+    out.gradient = A.transpose() * (A * x - z);
+    out.cost = cost(x);
+    out.count = static_cast<int>(z.size() + x.size());
+    for (Index i = 0; i < joints; ++i) {
+      const Matrix4d inverse = body(x, i).inverse(), slope = Matrix4d::Identity() - inverse;
+      for (Index k = 0; k < coordinates; ++k) {
+        const auto [r, c] = elements[static_cast<std::size_t>(k)];
+        const double both = r == c ? 1.0 : 2.0;
+        out.gradient[coordinates * i + k] += 0.5 * weight * both * slope(r, c);
+        for (Index l = 0; l < coordinates; ++l) {
+          const auto [s, d] = elements[static_cast<std::size_t>(l)];
+          const double term = inverse(r, s) * inverse(c, d) + inverse(r, d) * inverse(c, s);
+          out.information(coordinates * i + k, coordinates * i + l) +=
+              0.25 * weight * both * (s == d ? 1.0 : 2.0) * term;
+        }
+      }
+    }
+    return out;
+  }
+
+ private:
+  static Matrix4d body(const VectorXd& x, Index i) { return symmetric_matrix(x.segment<coordinates>(coordinates * i)); }
+};
+
+/// Derivative of the parameters of a model by x.
+MatrixXd parameter_map(Index size, int joints, const std::vector<kinematics::Body>& priors) {
+  MatrixXd out = MatrixXd::Zero(size, size);
+  for (Index i = 0; i < joints; ++i) {
+    const Matrix4d L = prior_factor(priors[static_cast<std::size_t>(i)]);
+    for (Index k = 0; k < coordinates; ++k) {
+      const Matrix4d unit = symmetric_matrix(BodyVector::Unit(k));
+      out.block<coordinates, 1>(parameters_per_joint * i, coordinates * i + k) =
+          parameters_of(L * unit * L.transpose());
+    }
+  }
+  constexpr Index others = parameters_per_joint - coordinates;
+  for (Index k = coordinates * joints; k < size; ++k) {
+    const Index e = k - coordinates * joints;
+    out(e < others * joints ? parameters_per_joint * (e / others) + coordinates + e % others : k, k) = 1.0;
+  }
   return out;
 }
 
-namespace {
-
-/// A start near the minimum: the linear estimate, with priors as they are near their bodies, each body then made one
-/// that can exist.
-VectorXd linear_start(const MatrixXd& R, const VectorXd& z, int joints, const VectorXd& prior, const VectorXd& sigma) {
-  MatrixXd A = R.transpose() * R;
-  VectorXd b = R.transpose() * z, start = prior;
-  for (Index i = 0; i < joints; ++i) {
-    Eigen::Matrix<double, 10, 10> D;
-    const Eigen::Matrix<double, 10, 1> chi = body_parameters(prior.segment<coordinates>(coordinates * i), &D);
-    const Eigen::Matrix<double, 10, 10> whitener =
-        sigma.segment<coordinates>(coordinates * i).cwiseInverse().asDiagonal() * D.inverse();
-    const Eigen::Matrix<double, 10, 10> W = whitener.transpose() * whitener;
-    A.block<10, 10>(parameters_per_joint * i, parameters_per_joint * i) += W;
-    b.segment<10>(parameters_per_joint * i) += W * chi;
+/// The minimum of the objective's quadratic approximation at the priors, each body made one that can exist.
+VectorXd linear_start(const ConsistentProblem& problem, const VectorXd& at_priors) {
+  const BodyEquations at = problem.equations(at_priors);
+  MatrixXd H = at.information;
+  for (Index k = 0; k < H.rows(); ++k)
+    if (!(H(k, k) > 0)) H(k, k) = 1.0;  // a parameter without a column
+  const VectorXd scale = H.diagonal().cwiseSqrt().cwiseInverse();
+  const MatrixXd scaled = scale.asDiagonal() * H * scale.asDiagonal();
+  VectorXd x = at_priors - scale.cwiseProduct(scaled.ldlt().solve(scale.cwiseProduct(at.gradient)));
+  constexpr double least = 0.05;  // of the prior
+  for (Index i = 0; i < problem.joints; ++i) {
+    const SymmetricEigen axes = symmetric_eigen(symmetric_matrix(x.segment<coordinates>(coordinates * i)));
+    const MatrixXd Y = axes.vectors * axes.values.cwiseMax(least).asDiagonal() * axes.vectors.transpose();
+    for (Index k = 0; k < coordinates; ++k) {
+      const auto [r, c] = elements[static_cast<std::size_t>(k)];
+      x[coordinates * i + k] = Y(r, c);
+    }
   }
-  for (Index k = 0; k < A.rows(); ++k)
-    if (!(A(k, k) > 0)) A(k, k) = 1.0;  // a parameter without a column
-  const VectorXd scale = A.diagonal().cwiseSqrt().cwiseInverse();
-  MatrixXd scaled = scale.asDiagonal() * A * scale.asDiagonal();
-  scaled.diagonal().array() += 1e-12;
-  const VectorXd chi = scale.cwiseProduct(scaled.ldlt().solve(scale.cwiseProduct(b)));
-  for (Index i = 0; i < joints; ++i) {
-    auto body = start.segment<coordinates>(coordinates * i);
-    const double mass = std::max(chi[parameters_per_joint * i + 9], 0.05 * std::exp(2 * body[0]));
-    const Eigen::Vector3d com = chi.segment<3>(parameters_per_joint * i + 6) / mass;
-    Eigen::Matrix3d I;
-    const auto p = chi.segment<6>(parameters_per_joint * i);
-    I << p[0], p[1], p[2], p[1], p[3], p[4], p[2], p[4], p[5];
-    const Eigen::Matrix3d second = (0.5 * I.trace() * Eigen::Matrix3d::Identity() - I) / mass - com * com.transpose();
-    const SymmetricEigen axes = symmetric_eigen(second);
-    const double least = 0.01 * std::exp(2 * (body[1] + body[2] + body[3]) / 3);
-    const Eigen::Matrix3d V = axes.vectors;
-    const Eigen::Matrix3d positive = V * axes.values.cwiseMax(least).asDiagonal() * V.transpose();
-    kinematics::Body possible{mass, com, {}};
-    possible.inertia = kinematics::inertia_vector(mass * (positive.trace() * Eigen::Matrix3d::Identity() - positive));
-    body = body_coordinates(possible);
-  }
-  for (Index k = coordinates * joints; k < start.size(); ++k) {
-    const Index e = k - coordinates * joints;
-    const bool bounded = e < 3 * joints;
-    const Index at = bounded ? parameters_per_joint * (e / 3) + coordinates + e % 3 : k;
-    start[k] = bounded ? std::max(chi[at], 0.0) : chi[at];
-  }
-  return start;
+  return problem.box.clamp(x);
 }
 
 }  // namespace
 
 ConsistentFit fit_consistent(const MatrixXd& R, const VectorXd& z, int joints,
-                             const std::vector<kinematics::Body>& priors, double spread) {
+                             const std::vector<kinematics::Body>& priors, double spread, int max_iterations) {
   const double endless = std::numeric_limits<double>::infinity();
   const Index size = R.cols();
-  VectorXd x = VectorXd::Zero(size), sigma = VectorXd::Constant(size, endless);
-  VectorXd lower = VectorXd::Constant(size, -endless);
-  for (Index i = 0; i < joints; ++i) {
-    const BodyCoordinates at = body_coordinates(priors[static_cast<std::size_t>(i)]);
-    x.segment<coordinates>(coordinates * i) = at;
-    sigma.segment<coordinates>(coordinates * i) = coordinate_spread(at, spread);
-    lower.segment<3>(coordinates * joints + 3 * i).setZero();  // Coulomb, viscous, rotor
-  }
-  const VectorXd prior = x;
-  x = linear_start(R, z, joints, prior, sigma);
-  ConsistentProblem problem{R, z, joints, prior, sigma, {lower, VectorXd::Constant(size, endless)}};
+  const MatrixXd map = parameter_map(size, joints, priors);
+  const MatrixXd A = R * map;
+  VectorXd lower = VectorXd::Constant(size, -endless), x = VectorXd::Zero(size);
+  for (Index i = 0; i < joints; ++i) x.segment<coordinates>(coordinates * i) = identity_coordinates();
+  // Coulomb and viscous friction and the rotor.
+  lower.segment((parameters_per_joint - 3) * joints, 3 * joints).setZero();
+  // A divergence is 2 d^2 for a mass or a radius whose logarithm is off by a small d.
+  ConsistentProblem problem{
+      A, z, A.transpose() * A, joints, 0.5 / (spread * spread), {lower, VectorXd::Constant(size, endless)}};
   LevenbergMarquardtOptions options;
-  options.max_iterations = 300;
+  options.max_iterations = max_iterations;
   options.sigma = 1.0;
-  options.tolerance = 1e-2;
-  const auto found = levenberg_marquardt<Eigen::Dynamic>(x, problem, options);
+  options.tolerance = negligible;
+  options.initial_damping = 1e-9;
+  const auto found = levenberg_marquardt<Eigen::Dynamic>(linear_start(problem, x), problem, options);
+
   ConsistentFit out;
   out.iterations = found.iterations;
-  out.usable = found.usable();
-  MatrixXd D;
-  out.parameters = problem.parameters(found.x, &D);
-  MatrixXd information = found.equations.information.selfadjointView<Eigen::Lower>();
+  out.parameters = map * found.x;
+  BodyEquations at = problem.equations(found.x);
+  MatrixXd information = at.information;
   for (Index k = 0; k < size; ++k)
     if (!(information(k, k) > 0)) information(k, k) = 1.0;  // a parameter without a column takes no part
+  problem.box.hold(found.x, at);
   const VectorXd scale = information.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::LDLT<MatrixXd> factors(MatrixXd(scale.asDiagonal() * information * scale.asDiagonal()));
+  const VectorXd step = scale.cwiseProduct(factors.solve(scale.cwiseProduct(at.gradient)));
+  // A minimum, however the steps ended: the problem is convex.
+  out.converged = at.gradient.dot(step) <= negligible * negligible;
   if (factors.vectorD().minCoeff() > 1e-14) {
     const MatrixXd C = factors.solve(MatrixXd::Identity(size, size));
-    out.covariance = D * scale.asDiagonal() * C * scale.asDiagonal() * D.transpose();
+    out.covariance = map * scale.asDiagonal() * C * scale.asDiagonal() * map.transpose();
   }
   return out;
 }

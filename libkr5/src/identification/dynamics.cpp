@@ -6,11 +6,12 @@
 #include <limits>
 
 #include <kr5/core/error.hpp>
+#include <kr5/uncertainty/confidence.hpp>
 
 #include "column_algebra.hpp"
 #include "consistent_bodies.hpp"
-#include "friction_terms.hpp"
 #include "joint_fit.hpp"
+#include "term_choice.hpp"
 
 namespace kr5::identification {
 namespace {
@@ -100,13 +101,15 @@ void make_consistent(const DynamicsRegressor& regressor, const JointMotion& moti
   const Index p = regressor.parameters();
   const MatrixXd R = stacked_factor(factors, column_positions(rows, all), p + 1, weights);
   const bool known = !options.prior_bodies.empty();
-  const ConsistentFit fit = fit_consistent(R.topLeftCorner(p, p), R.col(p).head(p), regressor.joints(),
-                                           known ? options.prior_bodies : default_priors(regressor.joints()),
-                                           known ? options.prior_spread : std::max(options.prior_spread, 2.0));
+  const ConsistentFit fit =
+      fit_consistent(R.topLeftCorner(p, p), R.col(p).head(p), regressor.joints(),
+                     known ? options.prior_bodies : default_priors(regressor.joints()),
+                     known ? options.prior_spread : std::max(options.prior_spread, 2.0), options.max_body_iterations);
   result.fit.iterations += fit.iterations;
-  if (!fit.usable) {
+  if (!fit.converged) {
     result.fit.status = FitStatus::MaxIterations;
-    result.fit.message = "the bodies did not converge; values are those of the last iteration";
+    result.fit.message = "the bodies had not converged after " + std::to_string(fit.iterations) +
+                         " steps; values are those of the last one";
   }
   result.parameters = fit.parameters;
   result.values = result.base.values(fit.parameters);
@@ -139,6 +142,7 @@ void DynamicsOptions::validate() const {
   require(blocks >= 3, "blocks must be at least 3");
   require(huber > 0 && std::isfinite(huber), "huber must be positive [standard deviations]");
   require(max_iterations > 0, "max_iterations must be positive");
+  require(max_body_iterations > 0, "max_body_iterations must be positive");
   require(prior_spread > 0 && std::isfinite(prior_spread), "prior_spread must be positive [-]");
 }
 
@@ -177,7 +181,9 @@ DynamicsResult identify_dynamics(const JointMotion& motion, const DynamicsModel&
   LinearEstimate linear = estimate_linear(DynamicsRegressor(out.model), out.base, fitted, options, instrument_part);
   if (options.choose_terms) {
     const MatrixXd load = DynamicsRegressor(out.model).link_torques(fitted, out.base.standard(linear.fit.beta));
-    out.model.terms = choose_friction_terms(out.model, fitted, linear.fit.residuals, load, options.blocks);
+    out.model.terms =
+        choose_friction_terms(out.model, fitted, base_rows(DynamicsRegressor(out.model), out.base, fitted, load),
+                              linear.fit.sigma, load, options.blocks);
     out.base = base_parameters(out.model);
     linear = estimate_linear(DynamicsRegressor(out.model), out.base, fitted, options, instrument_part);
   }
@@ -192,7 +198,10 @@ DynamicsResult identify_dynamics(const JointMotion& motion, const DynamicsModel&
   out.sigma = linear.fit.sigma;
   out.correlation = linear.fit.correlation;
   if (options.estimator == Estimator::Consistent) make_consistent(regressor, fitted, linear, options, out);
-  out.deviations = out.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+  const double freedom = linear.fit.freedom, numbers = static_cast<double>(out.values.size());
+  out.deviations =
+      (uncertainty::covariance_inflation(1, freedom) * out.covariance.diagonal().cwiseMax(0.0)).cwiseSqrt();
+  out.covariance *= uncertainty::covariance_inflation(numbers, freedom);
 
   out.predicted = regressor.torques(motion, out.parameters);
   out.fitted = torque_error(fitted.tau, out.predicted.topRows(count));

@@ -7,7 +7,8 @@
 #include <utility>
 
 #include <kr5/core/error.hpp>
-#include <kr5/physics/friction.hpp>
+
+#include "friction_terms.hpp"
 
 namespace kr5::identification {
 namespace {
@@ -20,8 +21,6 @@ using Eigen::VectorXd;
 constexpr int inertial_count = kinematics::inertial_parameter_count;
 constexpr int coulomb_at = 10, viscous_at = 11, rotor_at = 12;  // of the 13 of a joint
 
-enum TermKind { Coulomb, Viscous, Offset, DirectionDry, DirectionViscous, Stribeck, Load, ThermalDry, ThermalViscous };
-
 /// Where kinematics::InertialRegressor has the inertial parameter k of the order of eq. 4.36.
 constexpr int regressor_column(int k) { return k < 6 ? 4 + k : k < 9 ? k - 5 : 0; }
 
@@ -33,11 +32,6 @@ std::string parameter_name(int joint, int k) {
   if (k < 9) return "m" + i + " c" + i + axis[static_cast<std::size_t>(k - 6)];
   if (k == 9) return "m" + i;
   return (k == coulomb_at ? "fc" : k == viscous_at ? "fv" : "Ia") + i;
-}
-
-/// The law of friction with one parameter at 1 and the others at 0: its derivative by that parameter.
-ArrayXd unit_friction(const physics::JointFriction& unit, const ArrayXd& speed, const ArrayXd& load, const ArrayXd& t) {
-  return physics::joint_friction<ArrayXd>(unit, speed, load, t);
 }
 
 }  // namespace
@@ -56,8 +50,9 @@ void DynamicsModel::validate() const {
           "terms: expected one entry a joint, " + std::to_string(n) + ", or none");
   for (const JointTerms& t : terms)
     require(t.stribeck_velocity >= 0 && std::isfinite(t.stribeck_velocity) && t.thermal_time_constant >= 0 &&
-                std::isfinite(t.thermal_time_constant),
-            "terms: stribeck_velocity [rad/s] and thermal_time_constant [s] must not be negative");
+                std::isfinite(t.thermal_time_constant) && std::isfinite(t.temperature_reference),
+            "terms: stribeck_velocity [rad/s] and thermal_time_constant [s] must not be negative, "
+            "temperature_reference must be finite [deg C]");
 }
 
 DynamicsRegressor::DynamicsRegressor(DynamicsModel model) : model_(std::move(model)) {
@@ -67,58 +62,18 @@ DynamicsRegressor::DynamicsRegressor(DynamicsModel model) : model_(std::move(mod
   for (int i = 0; i < n; ++i)
     for (int k = 0; k < parameters_per_joint; ++k) names_.push_back(parameter_name(i, k));
   for (int i = 0; i < n; ++i) {
-    const JointTerms& t = model_.terms[static_cast<std::size_t>(i)];
-    const auto add = [&](bool wanted, const char* name, int kind) {
-      if (!wanted) return;
-      names_.push_back(name + std::to_string(i + 1));
-      terms_.push_back({i, kind});
-    };
-    add(t.offset, "fo", Offset);
-    add(t.direction && !t.offset, "fcd", DirectionDry);  // beside a constant nothing tells it from that
-    add(t.direction, "fvd", DirectionViscous);
-    add(t.stribeck_velocity > 0, "fs", Stribeck);
-    add(t.load, "fl", Load);
-    add(t.thermal_time_constant > 0 && t.coulomb, "fct", ThermalDry);
-    add(t.thermal_time_constant > 0 && t.viscous, "fvt", ThermalViscous);
+    const std::vector<FrictionTerm>& table = friction_term_table();
+    for (std::size_t row = 0; row < table.size(); ++row) {
+      if (!table[row].present(model_.terms[static_cast<std::size_t>(i)])) continue;
+      names_.push_back(table[row].name + std::to_string(i + 1));
+      terms_.push_back({i, row});
+    }
   }
 }
 
 int DynamicsRegressor::index(const std::string& name) const {
   const auto at = std::find(names_.begin(), names_.end(), name);
   return at == names_.end() ? -1 : static_cast<int>(at - names_.begin());
-}
-
-ArrayXd DynamicsRegressor::friction_column(const Term& term, const JointMotion& motion, const MatrixXd& load) const {
-  const JointTerms& terms = model_.terms[static_cast<std::size_t>(term.joint)];
-  const ArrayXd v = motion.qd.col(term.joint), t = motion.t;
-  const ArrayXd torque = load.size() > 0 ? ArrayXd(load.col(term.joint)) : ArrayXd::Zero(v.size());
-  physics::JointFriction unit;
-  switch (term.kind) {
-    case Offset:
-      return ArrayXd::Ones(v.size());
-    case DirectionDry:
-      return physics::smoothed_sign(v).square();
-    case DirectionViscous:
-      return physics::smoothed_sign(v) * v;
-    case Stribeck:
-      unit.stribeck = 1.0;
-      unit.stribeck_velocity = terms.stribeck_velocity;
-      break;
-    case Load:
-      unit.load_coefficient = 1.0;
-      break;
-    case Coulomb:
-    case ThermalDry:
-      unit.coulomb = 1.0;
-      break;
-    default:
-      unit.viscous = 1.0;
-  }
-  ArrayXd out = unit_friction(unit, v, torque, t);
-  if (term.kind != ThermalDry && term.kind != ThermalViscous) return out;
-  unit.thermal_drop = 1.0;
-  unit.thermal_time_constant = terms.thermal_time_constant;
-  return unit_friction(unit, v, torque, t) - out;
 }
 
 std::vector<JointRegressor> DynamicsRegressor::joint_regressors(const JointMotion& motion,
@@ -129,6 +84,10 @@ std::vector<JointRegressor> DynamicsRegressor::joint_regressors(const JointMotio
           "motion: expected " + std::to_string(n) + " joints, found " + std::to_string(motion.joints()));
   require(load.size() == 0 || (load.rows() == motion.samples() && load.cols() == n),
           "load: expected " + std::to_string(motion.samples()) + " x " + std::to_string(n) + " torques");
+  for (int i = 0; i < n; ++i)
+    require(!model_.terms[static_cast<std::size_t>(i)].temperature || motion.temperature.size() > 0,
+            "temperature: the friction of joint " + std::to_string(i + 1) +
+                " depends on it; give the motion a temperature of each joint [deg C]");
   std::vector<char> wanted(names_.size(), columns.empty());
   for (const int c : columns) wanted.at(static_cast<std::size_t>(c)) = 1;
   const MatrixXd S = model_.structure.size() > 0 ? model_.structure : MatrixXd::Identity(n, n);
@@ -156,15 +115,18 @@ std::vector<JointRegressor> DynamicsRegressor::joint_regressors(const JointMotio
       if (terms_[e].joint == i && has(c)) rows.columns.push_back(c);
     }
     rows.X.resize(motion.samples(), static_cast<Index>(rows.columns.size()));
+    const JointSignals signals = joint_signals(motion, load, i);
     for (std::size_t at = 0; at < rows.columns.size(); ++at) {
       const int c = rows.columns[at], j = c / parameters_per_joint, k = c % parameters_per_joint;
       auto column = rows.X.col(static_cast<Index>(at));
       if (c >= parameters_per_joint * n)
-        column = friction_column(terms_[static_cast<std::size_t>(c - parameters_per_joint * n)], motion, load).matrix();
+        column = friction_term_table()[terms_[static_cast<std::size_t>(c - parameters_per_joint * n)].row]
+                     .column(model_.terms[static_cast<std::size_t>(i)], signals)
+                     .matrix();
       else if (k == rotor_at)
         column = motion.qdd * S.row(j).transpose() * (S(j, i) / (S(j, j) * S(j, j)));
       else if (k >= inertial_count)
-        column = friction_column({i, k == coulomb_at ? Coulomb : Viscous}, motion, load).matrix();
+        column = (k == coulomb_at ? coulomb_column(signals) : viscous_column(signals)).matrix();
     }
   }
   if (!links) return out;
@@ -240,7 +202,7 @@ MatrixXd DynamicsRegressor::link_torques(const JointMotion& motion, const Vector
 MatrixXd DynamicsRegressor::torques(const JointMotion& motion, const VectorXd& parameters) const {
   require(parameters.size() == this->parameters(), "parameters: expected " + std::to_string(this->parameters()) +
                                                        " values, found " + std::to_string(parameters.size()));
-  const bool loaded = std::any_of(terms_.begin(), terms_.end(), [](const Term& t) { return t.kind == Load; });
+  const bool loaded = std::any_of(model_.terms.begin(), model_.terms.end(), [](const JointTerms& t) { return t.load; });
   const std::vector<int> columns = used_columns(parameters, joints(), true);
   if (columns.empty()) return MatrixXd::Zero(motion.samples(), joints());
   return weigh_columns(joint_regressors(motion, columns, loaded ? link_torques(motion, parameters) : MatrixXd()),

@@ -54,10 +54,16 @@ MatrixXd resampled_log(const VectorXd& t, const MatrixXd& y, const VectorXd& gri
   return out;
 }
 
-EvenRun even_run(const OrderedLog& data, const LogRun& run, ClockModel model, bool& even_clock) {
-  const auto part = [&](const MatrixXd& m) { return MatrixXd(m.middleRows(run.first, m.size() > 0 ? run.size : 0)); };
-  const VectorXd t = data.log.t.segment(run.first, run.size);
-  EvenRun out{t, part(data.log.q), data.log.qd.size() > 0 ? part(data.log.qd) : MatrixXd(), part(data.log.tau),
+EvenRun even_run(const OrderedLog& data, const RowRange& run, ClockModel model, bool& even_clock) {
+  const auto part = [&](const MatrixXd& m) {
+    return m.size() > 0 ? MatrixXd(m.middleRows(run.first, run.size())) : MatrixXd();
+  };
+  const VectorXd t = data.log.t.segment(run.first, run.size());
+  EvenRun out{t,
+              part(data.log.q),
+              part(data.log.qd),
+              part(data.log.tau),
+              part(data.log.temperature),
               (t[t.size() - 1] - t[0]) / static_cast<double>(t.size() - 1)};
   if (!uneven(t, data.step)) return out;
   if (samples_are_even(t, out.q, data.step, model)) {
@@ -70,6 +76,7 @@ EvenRun even_run(const OrderedLog& data, const LogRun& run, ClockModel model, bo
   out.q = resampled_log(t, out.q, out.t);
   if (out.qd.size() > 0) out.qd = resampled_log(t, out.qd, out.t);
   out.tau = resampled_log(t, out.tau, out.t);
+  if (out.temperature.size() > 0) out.temperature = resampled_log(t, out.temperature, out.t);
   return out;
 }
 

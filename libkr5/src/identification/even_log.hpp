@@ -12,12 +12,12 @@ MatrixXd resampled_log(const VectorXd& t, const MatrixXd& y, const VectorXd& gri
 /// Signals of a run at even steps.
 struct EvenRun {
   VectorXd t;
-  MatrixXd q, qd, tau;
+  MatrixXd q, qd, tau, temperature;
   double step = 0.0;
 };
 
 /// A run at even steps; resampled only when its clock is uneven. `even_clock` becomes true when the samples are even
 /// although the stamps are not.
-EvenRun even_run(const OrderedLog& data, const LogRun& run, ClockModel model, bool& even_clock);
+EvenRun even_run(const OrderedLog& data, const RowRange& run, ClockModel model, bool& even_clock);
 
 }  // namespace kr5::identification

@@ -1,133 +1,117 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "friction_terms.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <functional>
-
-#include <Eigen/Cholesky>
+#include <kr5/physics/friction.hpp>
 
 namespace kr5::identification {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
+using Eigen::ArrayXd;
+using Shapes = std::vector<JointTerms>;
 
-/// Columns of friction of one joint for a choice of terms.
-MatrixXd friction_columns(const DynamicsModel& model, int joint, const JointTerms& terms, const JointMotion& motion,
-                          const MatrixXd& load) {
-  DynamicsModel one = model;
-  one.terms.assign(static_cast<std::size_t>(model.joints()), {false, false, false});
-  one.terms[static_cast<std::size_t>(joint)] = terms;
-  one.terms[static_cast<std::size_t>(joint)].rotor_inertia = false;
-  const DynamicsRegressor regressor(one);
-  std::vector<int> columns = {parameters_per_joint * joint + 10, parameters_per_joint * joint + 11};
-  for (int c = parameters_per_joint * model.joints(); c < regressor.parameters(); ++c) columns.push_back(c);
-  return regressor.joint_regressors(motion, columns, load)[static_cast<std::size_t>(joint)].X;
+/// The law of friction with one parameter at 1 and the others at 0: its derivative by that parameter.
+ArrayXd unit_friction(const physics::JointFriction& unit, const JointSignals& at) {
+  return physics::joint_friction<ArrayXd>(unit, at.speed, at.load, at.t);
 }
 
-/// Squared error of each block when it is predicted from the others.
-VectorXd left_out_errors(const MatrixXd& X, const VectorXd& y, int blocks) {
-  const Index p = X.cols(), n = X.rows();
-  std::vector<MatrixXd> A;
-  std::vector<VectorXd> b;
-  MatrixXd A_all = MatrixXd::Zero(p, p);
-  VectorXd b_all = VectorXd::Zero(p), out(blocks);
-  const auto first = [&](int k) { return n * k / blocks; };
-  for (int k = 0; k < blocks; ++k) {
-    const auto rows = X.middleRows(first(k), first(k + 1) - first(k));
-    A.push_back(rows.transpose() * rows);
-    b.push_back(rows.transpose() * y.segment(first(k), rows.rows()));
-    A_all += A.back();
-    b_all += b.back();
-  }
-  const VectorXd scale = A_all.diagonal().cwiseSqrt().cwiseMax(1e-300).cwiseInverse();
-  for (int k = 0; k < blocks; ++k) {
-    MatrixXd left = scale.asDiagonal() * (A_all - A[static_cast<std::size_t>(k)]) * scale.asDiagonal();
-    left.diagonal().array() += 1e-10;  // columns that the other blocks do not tell
-    const VectorXd beta =
-        scale.cwiseProduct(left.ldlt().solve(scale.cwiseProduct(b_all - b[static_cast<std::size_t>(k)])));
-    const Index count = first(k + 1) - first(k);
-    out[k] = (y.segment(first(k), count) - X.middleRows(first(k), count) * beta).squaredNorm();
+physics::JointFriction unit_law(double physics::JointFriction::*parameter) {
+  physics::JointFriction out;
+  out.*parameter = 1.0;
+  return out;
+}
+
+/// Loss of a friction while the gear warms up, per unit of its cold value.
+ArrayXd warming_column(physics::JointFriction unit, const JointTerms& terms, const JointSignals& at) {
+  const ArrayXd cold = unit_friction(unit, at);
+  unit.thermal_drop = 1.0;
+  unit.thermal_time_constant = terms.thermal_time_constant;
+  return unit_friction(unit, at) - cold;
+}
+
+Shapes with(const JointTerms& now, bool JointTerms::*term) {
+  if (now.*term) return {};
+  JointTerms more = now;
+  more.*term = true;
+  return {more};
+}
+
+Shapes stribeck_offers(const JointTerms& now, const JointSignals& at) {
+  const double fastest = at.speed.abs().maxCoeff();
+  Shapes out;
+  if (now.stribeck_velocity > 0 || !(fastest > 0)) return out;
+  for (double part = 0.6; part > 0.01; part *= 0.6) {
+    out.push_back(now);
+    out.back().stribeck_velocity = part * fastest;
   }
   return out;
 }
 
-/// Ways to add one term, each with the values of its shape that are tried.
-std::vector<JointTerms> extensions(const JointTerms& now, const JointMotion& motion, int joint) {
-  std::vector<JointTerms> out;
-  const auto with = [&](const std::function<void(JointTerms&)>& change) {
-    JointTerms more = now;
-    change(more);
-    out.push_back(more);
-  };
-  if (!now.offset) with([](JointTerms& t) { t.offset = true; });
-  if (!now.direction) with([](JointTerms& t) { t.direction = true; });
-  if (!now.load) with([](JointTerms& t) { t.load = true; });
-  const double fastest = motion.qd.col(joint).cwiseAbs().maxCoeff();
-  if (now.stribeck_velocity == 0 && fastest > 0)
-    for (double part = 0.6; part > 0.01; part *= 0.6)
-      with([&](JointTerms& t) { t.stribeck_velocity = part * fastest; });
-  const double span = motion.t.maxCoeff() - motion.t.minCoeff();
-  if (now.thermal_time_constant == 0 && span > 0 && (now.coulomb || now.viscous))
-    for (const double part : {0.2, 0.5, 1.2}) with([&](JointTerms& t) { t.thermal_time_constant = part * span; });
-  return out;
-}
-
-/// Of the mean of values.
-double standard_error(const VectorXd& values) {
-  const auto count = static_cast<double>(values.size());
-  return std::sqrt((values.array() - values.mean()).square().sum() / (count - 1) / count);
-}
-
-struct Extension {
-  JointTerms terms;
-  VectorXd errors;  ///< Of each block, left out; empty: there is none.
-  Index columns = 0;
-};
-
-/// The one with the least error, or one with fewer columns whose error is within a standard error of it.
-Extension best_extension(const DynamicsModel& model, int joint, const JointTerms& now, const JointMotion& motion,
-                         const MatrixXd& load, const VectorXd& y, int blocks) {
-  std::vector<Extension> all;
-  for (const JointTerms& terms : extensions(now, motion, joint)) {
-    const MatrixXd X = friction_columns(model, joint, terms, motion, load);
-    all.push_back({terms, left_out_errors(X, y, blocks), X.cols()});
-  }
-  if (all.empty()) return {};
-  const auto less = [](const Extension& a, const Extension& b) { return a.errors.sum() < b.errors.sum(); };
-  const Extension least = *std::min_element(all.begin(), all.end(), less);
-  Extension out = least;
-  for (const Extension& other : all) {
-    const VectorXd loss = other.errors - least.errors;
-    const bool simpler = other.columns < out.columns || (other.columns == out.columns && less(other, out));
-    if (simpler && loss.mean() <= standard_error(loss)) out = other;
+Shapes warming_offers(const JointTerms& now, const JointSignals& at) {
+  const double span = at.t.maxCoeff() - at.t.minCoeff();
+  Shapes out;
+  if (now.thermal_time_constant > 0 || !(span > 0) || !(now.coulomb || now.viscous)) return out;
+  for (const double part : {0.2, 0.5, 1.2}) {
+    out.push_back(now);
+    out.back().thermal_time_constant = part * span;
   }
   return out;
 }
+
+Shapes temperature_offers(const JointTerms& now, const JointSignals& at) {
+  const bool varies = at.temperature.size() > 0 && at.temperature.maxCoeff() > at.temperature.minCoeff();
+  return varies && (now.coulomb || now.viscous) ? with(now, &JointTerms::temperature) : Shapes{};
+}
+
+/// A second parameter of a term, which is offered with its first.
+Shapes with_another_row(const JointTerms&, const JointSignals&) { return {}; }
 
 }  // namespace
 
-std::vector<JointTerms> choose_friction_terms(const DynamicsModel& model, const JointMotion& motion,
-                                              const MatrixXd& residuals, const MatrixXd& load, int blocks) {
-  std::vector<JointTerms> chosen = model.terms;
-  chosen.resize(static_cast<std::size_t>(model.joints()));
-  for (int i = 0; i < model.joints(); ++i) {
-    JointTerms& now = chosen[static_cast<std::size_t>(i)];
-    const VectorXd y = residuals.col(i);
-    VectorXd errors = left_out_errors(friction_columns(model, i, now, motion, load), y, blocks);
-    while (true) {
-      const Extension best = best_extension(model, i, now, motion, load, y, blocks);
-      if (best.errors.size() == 0) break;
-      const VectorXd gain = errors - best.errors;
-      // Beside its own standard error a term must be worth its place: a hundredth of what is left.
-      if (!(gain.mean() > standard_error(gain)) || !(gain.sum() > 0.01 * errors.sum())) break;
-      now = best.terms;
-      errors = best.errors;
-    }
-  }
-  return chosen;
+JointSignals joint_signals(const JointMotion& motion, const Eigen::MatrixXd& load, int joint) {
+  JointSignals out{motion.qd.col(joint), ArrayXd::Zero(motion.samples()), motion.t, {}};
+  if (load.size() > 0) out.load = load.col(joint);
+  if (motion.temperature.size() > 0) out.temperature = motion.temperature.col(joint);
+  return out;
+}
+
+ArrayXd coulomb_column(const JointSignals& at) { return unit_friction(unit_law(&physics::JointFriction::coulomb), at); }
+ArrayXd viscous_column(const JointSignals& at) { return unit_friction(unit_law(&physics::JointFriction::viscous), at); }
+
+const std::vector<FrictionTerm>& friction_term_table() {
+  using Terms = const JointTerms&;
+  using Signals = const JointSignals&;
+  static const std::vector<FrictionTerm> table = {
+      {"fo", [](Terms t) { return t.offset; }, [](Terms, Signals at) -> ArrayXd { return ArrayXd::Ones(at.t.size()); },
+       [](Terms now, Signals) { return with(now, &JointTerms::offset); }},
+      {"fcd", [](Terms t) { return t.direction && !t.offset; },  // beside a constant nothing tells it from that
+       [](Terms, Signals at) -> ArrayXd { return physics::smoothed_sign(at.speed).square(); },
+       [](Terms now, Signals) { return with(now, &JointTerms::direction); }},
+      {"fvd", [](Terms t) { return t.direction; },
+       [](Terms, Signals at) -> ArrayXd { return physics::smoothed_sign(at.speed) * at.speed; }, with_another_row},
+      {"fs", [](Terms t) { return t.stribeck_velocity > 0; },
+       [](Terms t, Signals at) {
+         physics::JointFriction unit = unit_law(&physics::JointFriction::stribeck);
+         unit.stribeck_velocity = t.stribeck_velocity;
+         return unit_friction(unit, at);
+       },
+       stribeck_offers},
+      {"fl", [](Terms t) { return t.load; },
+       [](Terms, Signals at) { return unit_friction(unit_law(&physics::JointFriction::load_coefficient), at); },
+       [](Terms now, Signals) { return with(now, &JointTerms::load); }},
+      {"fct", [](Terms t) { return t.thermal_time_constant > 0 && t.coulomb; },
+       [](Terms t, Signals at) { return warming_column(unit_law(&physics::JointFriction::coulomb), t, at); },
+       warming_offers},
+      {"fvt", [](Terms t) { return t.thermal_time_constant > 0 && t.viscous; },
+       [](Terms t, Signals at) { return warming_column(unit_law(&physics::JointFriction::viscous), t, at); },
+       [](Terms now, Signals at) { return now.coulomb ? Shapes{} : warming_offers(now, at); }},
+      {"fcT", [](Terms t) { return t.temperature && t.coulomb; },
+       [](Terms t, Signals at) -> ArrayXd { return coulomb_column(at) * (at.temperature - t.temperature_reference); },
+       temperature_offers},
+      {"fvT", [](Terms t) { return t.temperature && t.viscous; },
+       [](Terms t, Signals at) -> ArrayXd { return viscous_column(at) * (at.temperature - t.temperature_reference); },
+       [](Terms now, Signals at) { return now.coulomb ? Shapes{} : temperature_offers(now, at); }},
+  };
+  return table;
 }
 
 }  // namespace kr5::identification

@@ -12,6 +12,7 @@
 #include <kr5/kinematics/inertial_regressor.hpp>
 
 #include "column_grouping.hpp"
+#include "residual_correlation.hpp"
 #include "slow_samples.hpp"
 
 namespace kr5::identification {
@@ -201,7 +202,8 @@ GravityEstimate solve_weighted_gravity(std::vector<JointEquations>& equations, c
       const double rows = static_cast<double>(e.rows());
       const double freedom = rows - friction_unknowns - static_cast<double>(size.size()) * rows / total;
       const double floor = 1e-12 * (1.0 + e.tau.squaredNorm() / rows);
-      e.weight = 1 / std::max(r.squaredNorm() / std::max(freedom, 1.0) * correlation_time(r), floor);
+      const double variance = r.squaredNorm() / std::max(freedom, 1.0);
+      e.weight = 1 / std::max(variance * fit_autoregression(r).samples_per_independent(), floor);
     }
     out = solve_gravity(equations, size);
   }

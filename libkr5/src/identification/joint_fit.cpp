@@ -8,10 +8,11 @@
 #include <Eigen/LU>
 #include <Eigen/QR>
 
-#include <kr5/core/error.hpp>
+#include <kr5/core/linear.hpp>
 #include <kr5/core/statistics.hpp>
 
 #include "column_algebra.hpp"
+#include "residual_correlation.hpp"
 #include "runs.hpp"
 
 namespace kr5::identification {
@@ -20,9 +21,8 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
+using physics::RowRange;
 using Positions = std::vector<std::vector<int>>;
-
-constexpr int longest_autoregression = 30;
 
 VectorXd chosen(const VectorXd& beta, const std::vector<int>& positions) {
   VectorXd out(static_cast<Index>(positions.size()));
@@ -88,13 +88,12 @@ std::vector<MatrixXd> joint_factors(const JointRows& rows) {
 
 /// Filters columns backwards in time by 1 / A: with it, X^T Gamma X = sigma^2 |result|^2 for the covariance Gamma of
 /// the autoregressive series.
-MatrixXd correlated_columns(const MatrixXd& X, const Autoregression& model, const std::vector<int>& run_starts) {
+MatrixXd correlated_columns(const MatrixXd& X, const Autoregression& model, const std::vector<RowRange>& runs) {
   MatrixXd out = X;
-  const std::vector<physics::RowRange> runs = runs_of(run_starts, X.rows());
   const Index p = model.a.size();
   for (Index c = 0; c < out.cols(); ++c) {
     double* u = out.col(c).data();
-    for (const physics::RowRange& run : runs)
+    for (const RowRange& run : runs)
       for (Index t = run.last; t-- > run.first;) {
         const Index reach = std::min(p, run.last - 1 - t);
         for (Index k = 1; k <= reach; ++k) u[t] -= model.a[k - 1] * u[t + k];
@@ -103,20 +102,14 @@ MatrixXd correlated_columns(const MatrixXd& X, const Autoregression& model, cons
   return out;
 }
 
-/// The meat of the sandwich: stacked factor M with M^T M = sum of w_i^4 X_i^T Gamma_i X_i.
+/// The meat of the sandwich: stacked factor M with M^T M = sum of w_i^2 X_i^T Gamma_i X_i.
 MatrixXd score_factor(const std::vector<JointRegressor>& regressors, const Positions& positions, Index columns,
-                      const MatrixXd& scores, const VectorXd& weights, const std::vector<int>& run_starts,
-                      VectorXd& correlation) {
+                      const std::vector<Autoregression>& noise, const VectorXd& weights,
+                      const std::vector<RowRange>& runs) {
   std::vector<MatrixXd> factors;
-  correlation.resize(scores.cols());
-  for (Index i = 0; i < scores.cols(); ++i) {
-    const MatrixXd& X = regressors[static_cast<std::size_t>(i)].X;
-    const int order = static_cast<int>(std::min<Index>(longest_autoregression, scores.rows() / 20));
-    const Autoregression model = fit_autoregression(scores.col(i), run_starts, order);
-    correlation[i] = model.samples_per_independent();
-    factors.push_back(model.sigma * triangular_factor(correlated_columns(X, model, run_starts)));
-  }
-  return stacked_factor(factors, positions, columns, weights.array().square());
+  for (std::size_t i = 0; i < regressors.size(); ++i)
+    factors.push_back(noise[i].sigma * triangular_factor(correlated_columns(regressors[i].X, noise[i], runs)));
+  return stacked_factor(factors, positions, columns, weights);
 }
 
 /// Weighted least squares with the variance of each joint estimated in turns.
@@ -182,19 +175,25 @@ struct Equations {
   VectorXd b;
 };
 
+/// Adds Z^T X and Z^T tau of one joint.
+void add_equations(Equations& out, const std::vector<int>& positions, const MatrixXd& Z, const MatrixXd& X,
+                   const VectorXd& tau) {
+  const MatrixXd A = Z.transpose() * X;
+  const VectorXd b = Z.transpose() * tau;
+  for (Index r = 0; r < A.rows(); ++r) {
+    const int to = positions[static_cast<std::size_t>(r)];
+    out.b[to] += b[r];
+    for (Index c = 0; c < A.cols(); ++c) out.A(to, positions[static_cast<std::size_t>(c)]) += A(r, c);
+  }
+}
+
 Equations normal_equations(const JointRows& rows, const std::vector<JointRegressor>& left, const Positions& positions,
                            const MatrixXd& weights) {
   Equations out{MatrixXd::Zero(rows.size(), rows.size()), VectorXd::Zero(rows.size())};
   for (std::size_t i = 0; i < positions.size(); ++i) {
     const auto column = static_cast<Index>(i);
-    const MatrixXd Z = weights.col(column).asDiagonal() * left[i].X;
-    const MatrixXd A = Z.transpose() * rows.regressors[i].X;
-    const VectorXd b = Z.transpose() * rows.tau.col(column);
-    for (Index r = 0; r < A.rows(); ++r) {
-      const int to = positions[i][static_cast<std::size_t>(r)];
-      out.b[to] += b[r];
-      for (Index c = 0; c < A.cols(); ++c) out.A(to, positions[i][static_cast<std::size_t>(c)]) += A(r, c);
-    }
+    add_equations(out, positions[i], weights.col(column).asDiagonal() * left[i].X, rows.regressors[i].X,
+                  rows.tau.col(column));
   }
   return out;
 }
@@ -218,6 +217,63 @@ VectorXd solve_told(const Equations& at, const std::vector<int>& told, MatrixXd&
   return out;
 }
 
+/// Rows without their correlation: x_t + a_1 x_(t-1) + ...; the first ones of each run, which lack those before, are
+/// zero.
+MatrixXd uncorrelated_rows(const MatrixXd& X, const Autoregression& model, const std::vector<RowRange>& runs) {
+  MatrixXd out = MatrixXd::Zero(X.rows(), X.cols());
+  const Index order = model.a.size();
+  for (const RowRange& run : runs) {
+    const Index count = run.size() - order;
+    if (count <= 0) continue;
+    auto rows = out.middleRows(run.first + order, count);
+    rows = X.middleRows(run.first + order, count);
+    for (Index k = 1; k <= order; ++k) rows += model.a[k - 1] * X.middleRows(run.first + order - k, count);
+  }
+  return out;
+}
+
+/// Noise of each joint. An estimate that takes all samples alike fits part of correlated noise, at the frequencies of
+/// the motion, and its residuals lack that part. So the noise is that of the residuals of an estimate from rows without
+/// the correlation (generalized least squares; Cochrane and Orcutt 1949). These lack least, and it is known what: their
+/// covariance is that of the noise less that of the torques which the estimate predicts.
+/// @param residuals From which the correlation is known at first.
+std::vector<Autoregression> noise_models(const JointRows& rows, const std::vector<JointRegressor>& left,
+                                         const Positions& positions, const std::vector<int>& told,
+                                         const MatrixXd& residuals) {
+  const std::vector<RowRange> runs = runs_of(rows.run_starts, rows.samples());
+  std::vector<Autoregression> out;
+  for (Index i = 0; i < residuals.cols(); ++i) out.push_back(fit_autoregression(residuals.col(i), runs));
+  if (std::any_of(out.begin(), out.end(), [](const Autoregression& m) { return !(m.sigma > 0); })) return out;
+  Equations sum{MatrixXd::Zero(rows.size(), rows.size()), VectorXd::Zero(rows.size())};
+  for (std::size_t i = 0; i < positions.size(); ++i)
+    add_equations(sum, positions[i], uncorrelated_rows(left[i].X, out[i], runs) / (out[i].sigma * out[i].sigma),
+                  uncorrelated_rows(rows.regressors[i].X, out[i], runs),
+                  uncorrelated_rows(rows.tau.col(static_cast<Index>(i)), out[i], runs));
+  MatrixXd inverse;
+  const MatrixXd others = residuals_of(rows, positions, solve_told(sum, told, inverse));
+  const SymmetricEigen axes = symmetric_eigen(MatrixXd(0.5 * (inverse + inverse.transpose())));
+  if (!others.allFinite() || !axes.vectors.allFinite()) return out;
+  MatrixXd half = MatrixXd::Zero(rows.size(), axes.values.size());
+  half(told, Eigen::all) = axes.vectors * axes.values.cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    VectorXd covariance = autocovariances(others.col(static_cast<Index>(i)), runs);
+    const MatrixXd predicted = rows.regressors[i].X * half(positions[i], Eigen::all);
+    for (Index c = 0; c < predicted.cols(); ++c) covariance += autocovariances(predicted.col(c), runs);
+    out[i] = autoregression_of(covariance, rows.samples());
+  }
+  return out;
+}
+
+/// Samples that count as one, and the independent ones on which the noise of a joint is known, of the joint with the
+/// fewest: less its share of the parameters.
+void set_correlation(const std::vector<Autoregression>& noise, Index samples, std::size_t told, JointFit& fit) {
+  fit.correlation.resize(static_cast<Index>(noise.size()));
+  for (std::size_t i = 0; i < noise.size(); ++i)
+    fit.correlation[static_cast<Index>(i)] = noise[i].samples_per_independent();
+  const auto share = static_cast<double>(told) / static_cast<double>(noise.size());
+  fit.freedom = std::max(1.0, static_cast<double>(samples) / fit.correlation.maxCoeff() - share);
+}
+
 /// Covariance of all columns from that of the told ones.
 MatrixXd with_untold(const MatrixXd& covariance, const std::vector<int>& told, Index columns) {
   MatrixXd out = MatrixXd::Zero(columns, columns);
@@ -232,6 +288,19 @@ double robust_sigma(const VectorXd& residuals, double scale) {
   std::vector<double> sizes(static_cast<std::size_t>(residuals.size()));
   for (std::size_t k = 0; k < sizes.size(); ++k) sizes[k] = std::abs(residuals[static_cast<Index>(k)]);
   return std::max(mad_to_sigma * median(std::move(sizes)), 1e-12 * scale);
+}
+
+/// Covariance of the estimate Z^T W (tau - X beta) = 0 with constant weights of the joints, for noise as it was found.
+void set_covariance(const JointRows& rows, const std::vector<JointRegressor>& left, const Positions& positions,
+                    const std::vector<int>& told, const MatrixXd& residuals, const MatrixXd& weights, JointFit& fit) {
+  const std::vector<Autoregression> noise = noise_models(rows, left, positions, told, residuals);
+  set_correlation(noise, rows.samples(), told.size(), fit);
+  MatrixXd inverse;
+  solve_told(normal_equations(rows, left, positions, weights), told, inverse);
+  const MatrixXd M = score_factor(left, positions, rows.size(), noise, weights.row(0).transpose(),
+                                  runs_of(rows.run_starts, rows.samples()));
+  const MatrixXd G = told_columns(M, told) * inverse.transpose();
+  fit.covariance = with_untold(G.transpose() * G, told, rows.size());
 }
 
 /// Huber's estimate by reweighting, from the weighted one.
@@ -257,19 +326,18 @@ void refine_robust(const JointRows& rows, const Positions& positions, const Join
     fit.residuals = moved;
   }
   fit.sigma = sigma;
-  // Scores are clipped residuals; the slope of their mean is the share of residuals that are not clipped.
-  MatrixXd scores = fit.residuals, slope(rows.samples(), rows.joints());
+  // The estimate is as that of least squares from torques whose noise is the clipped residuals over the slope of their
+  // mean, which is the share of residuals that are not clipped.
+  JointRows clipped = rows;
+  MatrixXd slope(rows.samples(), rows.joints()), scores = fit.residuals;
   for (Index i = 0; i < rows.joints(); ++i) {
     const double limit = options.huber * sigma[i];
-    scores.col(i) = scores.col(i).cwiseMax(-limit).cwiseMin(limit);
-    const double share = (fit.residuals.col(i).array().abs() <= limit).cast<double>().mean();
-    slope.col(i).setConstant(std::max(share, 0.1) / (sigma[i] * sigma[i]));
+    const double share = std::max((fit.residuals.col(i).array().abs() <= limit).cast<double>().mean(), 0.1);
+    scores.col(i) = scores.col(i).cwiseMax(-limit).cwiseMin(limit) / share;
+    slope.col(i).setConstant(1.0 / (sigma[i] * sigma[i]));
   }
-  solve_told(normal_equations(rows, rows.regressors, positions, slope), told, inverse);
-  const MatrixXd M = score_factor(rows.regressors, positions, rows.size(), scores, sigma.cwiseInverse(),
-                                  rows.run_starts, fit.correlation);
-  const MatrixXd G = told_columns(M, told) * inverse.transpose();
-  fit.covariance = with_untold(G.transpose() * G, told, rows.size());
+  clipped.tau += scores - fit.residuals;
+  set_covariance(clipped, rows.regressors, positions, told, scores, slope, fit);
 }
 
 /// Instrumental variables: Z^T W (tau - X beta) = 0, with the weights of the residuals in turns.
@@ -288,50 +356,18 @@ void refine_instruments(const JointRows& rows, const std::vector<JointRegressor>
     fit.converged = ((fit.sigma - before).array().abs() <= 1e-4 * fit.sigma.array()).all();
     before = fit.sigma;
   }
-  const MatrixXd M = score_factor(instruments, positions, rows.size(), fit.residuals, fit.sigma.cwiseInverse(),
-                                  rows.run_starts, fit.correlation);
-  const MatrixXd G = told_columns(M, told) * inverse.transpose();
-  fit.covariance = with_untold(G.transpose() * G, told, rows.size());
+  const VectorXd weights = fit.sigma.cwiseAbs2().cwiseInverse();
+  set_covariance(rows, instruments, positions, told, fit.residuals, weights.transpose().replicate(rows.samples(), 1),
+                 fit);
 }
 
 }  // namespace
-
-double Autoregression::samples_per_independent() const {
-  if (!(variance > 0)) return 1.0;
-  const double gain = 1.0 + a.sum();
-  return std::max(1.0, sigma * sigma / (gain * gain) / variance);
-}
-
-Autoregression fit_autoregression(const VectorXd& series, const std::vector<int>& run_starts, int max_order) {
-  VectorXd covariance = VectorXd::Zero(max_order + 1);
-  for (const auto& [first, last] : runs_of(run_starts, series.size()))
-    for (Index lag = 0; lag <= std::min<Index>(max_order, last - first - 1); ++lag)
-      covariance[lag] += series.segment(first, last - first - lag).dot(series.segment(first + lag, last - first - lag));
-  const auto count = static_cast<double>(series.size());
-  covariance /= std::max(1.0, count);
-  Autoregression best{VectorXd(), std::sqrt(covariance[0]), covariance[0]};
-  if (!(covariance[0] > 0)) return best;
-  double least = count * std::log(covariance[0]), error = covariance[0];
-  VectorXd a = VectorXd::Zero(max_order);
-  for (int order = 1; order <= max_order; ++order) {  // Levinson and Durbin
-    double sum = covariance[order];
-    for (int k = 1; k < order; ++k) sum += a[k - 1] * covariance[order - k];
-    const double reflection = -sum / error;
-    const VectorXd before = a.head(order - 1);
-    for (int k = 1; k < order; ++k) a[k - 1] = before[k - 1] + reflection * before[order - k - 1];
-    a[order - 1] = reflection;
-    error *= 1.0 - reflection * reflection;
-    if (!(error > 1e-14 * covariance[0])) break;
-    const double bic = count * std::log(error) + order * std::log(count);
-    if (bic < least) least = bic, best.a = a.head(order), best.sigma = std::sqrt(error);
-  }
-  return best;
-}
 
 JointMotion part_of(const JointMotion& motion, Index first, Index count) {
   JointMotion out{motion.t.segment(first, count),      motion.q.middleRows(first, count),
                   motion.qd.middleRows(first, count),  motion.qdd.middleRows(first, count),
                   motion.tau.middleRows(first, count), {}};
+  if (motion.temperature.size() > 0) out.temperature = motion.temperature.middleRows(first, count);
   if (motion.run_starts.empty()) return out;
   out.run_starts.push_back(0);
   for (const int start : motion.run_starts)
@@ -369,8 +405,10 @@ JointFit fit_joint_rows(const JointRows& rows, const JointFitOptions& options,
     return fit;
   }
   // P M^T M P with P = (R^T R)^-1.
-  const MatrixXd M = score_factor(rows.regressors, positions, rows.size(), fit.residuals, weighted.weights,
-                                  rows.run_starts, fit.correlation);
+  const std::vector<Autoregression> noise = noise_models(rows, rows.regressors, positions, told, fit.residuals);
+  set_correlation(noise, rows.samples(), told.size(), fit);
+  const MatrixXd M = score_factor(rows.regressors, positions, rows.size(), noise, weighted.weights.cwiseAbs2(),
+                                  runs_of(rows.run_starts, rows.samples()));
   const MatrixXd half =
       weighted.solution.R.transpose().triangularView<Eigen::Lower>().solve(MatrixXd(told_columns(M, told).transpose()));
   const MatrixXd G = weighted.solution.R.triangularView<Eigen::Upper>().solve(half);

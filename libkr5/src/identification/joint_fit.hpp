@@ -32,10 +32,11 @@ struct JointFitOptions {
 
 struct JointFit {
   Eigen::VectorXd beta;         ///< Zero where the data tell nothing beside the others.
-  Eigen::MatrixXd covariance;   ///< Infinite on the diagonal there.
+  Eigen::MatrixXd covariance;   ///< Infinite on the diagonal there; not widened for `freedom`.
   Eigen::MatrixXd residuals;    ///< Samples x joints.
   Eigen::VectorXd sigma;        ///< Of the residuals of each joint.
   Eigen::VectorXd correlation;  ///< Samples that count as one.
+  double freedom = 1.0;         ///< Independent samples on which the noise of a joint is known.
   std::vector<int> untold;      ///< Positions in `columns` that the data do not tell.
   int iterations = 0;
   bool converged = false;
@@ -47,17 +48,5 @@ JointFit fit_joint_rows(const JointRows& rows, const JointFitOptions& options,
 
 /// Samples [first, first + count) of a motion.
 JointMotion part_of(const JointMotion& motion, Eigen::Index first, Eigen::Index count);
-
-/// Autoregressive model of a stationary series: e_t + a_1 e_(t-1) + ... = noise of standard deviation `sigma`.
-struct Autoregression {
-  Eigen::VectorXd a;
-  double sigma = 0.0;
-  double variance = 0.0;  ///< Of the series itself.
-
-  /// Variance of a mean of many values over that of as many independent ones.
-  double samples_per_independent() const;
-};
-/// By Yule-Walker's equations, of the order with the least BIC.
-Autoregression fit_autoregression(const Eigen::VectorXd& series, const std::vector<int>& run_starts, int max_order);
 
 }  // namespace kr5::identification

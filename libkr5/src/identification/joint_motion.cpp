@@ -11,8 +11,12 @@ namespace kr5::identification {
 
 void JointMotion::validate() const {
   require(samples() > 0 && q.cols() > 0, "q: no sample of any joint");
-  for (const auto& [name, values] :
-       {std::pair<std::string, const Eigen::MatrixXd*>{"q", &q}, {"qd", &qd}, {"qdd", &qdd}, {"tau", &tau}}) {
+  for (const auto& [name, values] : {std::pair<std::string, const Eigen::MatrixXd*>{"q", &q},
+                                     {"qd", &qd},
+                                     {"qdd", &qdd},
+                                     {"tau", &tau},
+                                     {"temperature", &temperature}}) {
+    if (values == &temperature && temperature.size() == 0) continue;
     require(values->rows() == samples() && values->cols() == q.cols(),
             name + ": expected " + std::to_string(samples()) + " x " + std::to_string(q.cols()) + " numbers, found " +
                 std::to_string(values->rows()) + " x " + std::to_string(values->cols()));

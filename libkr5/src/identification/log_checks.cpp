@@ -36,8 +36,11 @@ struct ChannelGroup {
   std::string (JointLog::*name)(Index) const;
 };
 
-std::array<ChannelGroup, 3> channel_groups(const JointLog& log) {
-  return {{{&log.q, &JointLog::q_name}, {&log.qd, &JointLog::qd_name}, {&log.tau, &JointLog::tau_name}}};
+std::array<ChannelGroup, 4> channel_groups(const JointLog& log) {
+  return {{{&log.q, &JointLog::q_name},
+           {&log.qd, &JointLog::qd_name},
+           {&log.tau, &JointLog::tau_name},
+           {&log.temperature, &JointLog::temperature_name}}};
 }
 
 // Rows
@@ -71,6 +74,7 @@ JointLog rows_of(const JointLog& log, const std::vector<Index>& rows) {
   out.q = log.q(rows, Eigen::all);
   if (log.qd.size() > 0) out.qd = log.qd(rows, Eigen::all);
   out.tau = log.tau(rows, Eigen::all);
+  if (log.temperature.size() > 0) out.temperature = log.temperature(rows, Eigen::all);
   return out;
 }
 
@@ -330,7 +334,7 @@ void check_position_channel(OrderedLog& data, Index j, std::vector<LogFinding>& 
 /// The sound runs of a log at even steps, one after the other.
 struct EvenLog {
   OrderedLog data;
-  std::vector<LogRun> runs;
+  std::vector<RowRange> runs;
 };
 
 EvenLog even_log(const OrderedLog& data, const ConditioningOptions& options) {
@@ -338,10 +342,10 @@ EvenLog even_log(const OrderedLog& data, const ConditioningOptions& options) {
   std::vector<EvenRun> parts;
   Index rows = 0;
   bool even_clock = false;
-  for (const LogRun& run : log_runs(data, longest_step(data, options), least_rows)) {
+  for (const RowRange& run : log_runs(data, longest_step(data, options), least_rows)) {
     parts.push_back(even_run(data, run, options.clock, even_clock));
-    out.runs.push_back({rows, parts.back().t.size()});
-    rows += parts.back().t.size();
+    out.runs.push_back({rows, rows + parts.back().t.size()});
+    rows = out.runs.back().last;
   }
   out.data.step = parts.empty() ? data.step : parts.front().step;
   out.data.faulty.assign(static_cast<std::size_t>(rows), 0);
@@ -352,7 +356,7 @@ EvenLog even_log(const OrderedLog& data, const ConditioningOptions& options) {
   log.tau.resize(rows, data.log.q.cols());
   if (data.log.qd.size() > 0) log.qd.resize(rows, data.log.q.cols());
   for (std::size_t k = 0; k < parts.size(); ++k) {
-    const auto [first, size] = out.runs[k];
+    const Index first = out.runs[k].first, size = out.runs[k].size();
     log.t.segment(first, size) = parts[k].t;
     log.q.middleRows(first, size) = parts[k].q;
     log.tau.middleRows(first, size) = parts[k].tau;
@@ -367,12 +371,12 @@ SmoothedLog smoothed(const EvenLog& even, const ConditioningOptions& options) {
   SmoothedLog out;
   out.q = out.qd = out.qdd = out.tau = MatrixXd::Zero(log.t.size(), log.q.cols());
   out.run.assign(static_cast<std::size_t>(log.t.size()), -1);
-  for (const LogRun& r : even.runs)
-    if (r.size > out.longest.size) out.longest = r;
-  const MatrixXd longest = log.q.middleRows(out.longest.first, out.longest.size);
+  for (const RowRange& r : even.runs)
+    if (r.size() > out.longest.size()) out.longest = r;
+  const MatrixXd longest = log.q.middleRows(out.longest.first, out.longest.size());
   out.cutoff = std::min(options.cutoff > 0 ? options.cutoff : 5 * motion_bandwidth(longest, step), 0.4 / step);
   for (std::size_t k = 0; k < even.runs.size(); ++k) {
-    const auto [first, size] = even.runs[k];
+    const Index first = even.runs[k].first, size = even.runs[k].size();
     const MatrixXd q = zero_phase_low_pass(log.q.middleRows(first, size), step, out.cutoff);
     out.q.middleRows(first, size) = q;
     out.qd.middleRows(first, size) = central_differences(q, step);
@@ -398,14 +402,14 @@ double longest_step(const OrderedLog& data, const ConditioningOptions& options) 
   return std::max(options.max_gap * data.step, bridged_gap);
 }
 
-std::vector<LogRun> log_runs(const OrderedLog& data, double longest_step, Index least) {
-  std::vector<LogRun> out;
+std::vector<RowRange> log_runs(const OrderedLog& data, double longest_step, Index least) {
+  std::vector<RowRange> out;
   const VectorXd& t = data.log.t;
   const auto faulty = [&](Index i) { return data.faulty[static_cast<std::size_t>(i)] != 0; };
   Index first = 0;
   for (Index i = 1; i <= t.size(); ++i) {
     if (i < t.size() && t[i] - t[i - 1] <= longest_step && faulty(i) == faulty(i - 1)) continue;
-    if (i - first >= least && !faulty(first)) out.push_back({first, i - first});
+    if (i - first >= least && !faulty(first)) out.push_back({first, i});
     first = i;
   }
   return out;
@@ -461,10 +465,10 @@ void check_positions(const OrderedLog& data, const ConditioningOptions& options,
 
 void check_speeds(const OrderedLog& data, const SmoothedLog& smooth, const ConditioningOptions& options,
                   std::vector<LogFinding>& out) {
-  if (data.log.qd.size() == 0 || smooth.longest.size < least_rows) return;
-  const MatrixXd logged =
-      zero_phase_low_pass(data.log.qd.middleRows(smooth.longest.first, smooth.longest.size), data.step, smooth.cutoff);
-  const MatrixXd derivative = smooth.qd.middleRows(smooth.longest.first, smooth.longest.size);
+  if (data.log.qd.size() == 0 || smooth.longest.size() < least_rows) return;
+  const MatrixXd logged = zero_phase_low_pass(data.log.qd.middleRows(smooth.longest.first, smooth.longest.size()),
+                                              data.step, smooth.cutoff);
+  const MatrixXd derivative = smooth.qd.middleRows(smooth.longest.first, smooth.longest.size());
   for (Index j = 0; j < data.log.q.cols(); ++j) {
     const auto x = data.log.q.col(j);
     const bool stands = x.maxCoeff() - x.minCoeff() < standing_range;

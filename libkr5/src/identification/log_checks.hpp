@@ -7,12 +7,14 @@
 #include <Eigen/Core>
 
 #include <kr5/identification/log_conditioning.hpp>
+#include <kr5/physics/row_range.hpp>
 
 namespace kr5::identification {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
+using physics::RowRange;
 
 /// Rows of a log in the order of time, without those that lack a number.
 struct OrderedLog {
@@ -37,23 +39,18 @@ LogScan scan_log(const JointLog& log, const ConditioningOptions& options);
 LogFinding finding_at(const OrderedLog& data, LogFault fault, LogSeverity severity, const std::string& column,
                       Index joint, Index first, Index last);
 
-/// Uninterrupted rows.
-struct LogRun {
-  Index first, size;
-};
-
 /// Step of time above which a run ends [s].
 double longest_step(const OrderedLog& data, const ConditioningOptions& options);
 
 /// Runs of at least `least` rows, which end where a step of time exceeds `longest_step` [s] and at faulty rows.
-std::vector<LogRun> log_runs(const OrderedLog& data, double longest_step, Index least);
+std::vector<RowRange> log_runs(const OrderedLog& data, double longest_step, Index least);
 
 /// Smoothed signals, run by run, as the checks of dynamics read them.
 struct SmoothedLog {
   double cutoff = 0.0;       ///< [Hz]
   MatrixXd q, qd, qdd, tau;  ///< A row for each row of the log; zero outside of runs.
   std::vector<int> run;      ///< Of each row, from 0; -1 outside of runs.
-  LogRun longest = {0, 0};
+  RowRange longest;
 
   /// Whether a row and those `margin` before and after it belong to one run.
   bool inside(Index row, Index margin) const;

@@ -31,7 +31,7 @@ std::string trimmed(const std::string& text) {
 /// Rows of the motion so far, one run after the other.
 struct MotionRows {
   std::vector<VectorXd> t;
-  std::vector<MatrixXd> q, qd, qdd, tau, measured;
+  std::vector<MatrixXd> q, qd, qdd, tau, measured, temperature;
 };
 
 MatrixXd stacked(const std::vector<MatrixXd>& parts) {
@@ -69,6 +69,9 @@ void add_run(const EvenRun& run, const ConditioningOptions& options, const Condi
   out.qdd.push_back(qdd(rows, Eigen::all));
   out.tau.push_back(tau(rows, Eigen::all));
   out.measured.push_back(measured(rows, Eigen::all));
+  if (run.temperature.size() == 0) return;
+  const MatrixXd smooth = zero_phase_low_pass(run.temperature, run.step, result.cutoff, options.filter_order);
+  out.temperature.push_back(smooth(rows, Eigen::all));
 }
 
 void collect(const MotionRows& rows, ConditionedMotion& out) {
@@ -88,6 +91,7 @@ void collect(const MotionRows& rows, ConditionedMotion& out) {
   out.motion.qdd = stacked(rows.qdd);
   out.motion.tau = stacked(rows.tau);
   out.tau_measured = stacked(rows.measured);
+  if (!rows.temperature.empty()) out.motion.temperature = stacked(rows.temperature);
 }
 
 bool can_be_left_out(LogFault fault) {
@@ -176,16 +180,16 @@ ConditionedMotion condition_log(const JointLog& log, const ConditioningOptions& 
   if (!options.leave_out_faulty)
     std::fill(data.faulty.begin(), data.faulty.end(), char{0});  // what is faulty is accepted
   out.step = data.step;
-  const std::vector<LogRun> runs = log_runs(data, longest_step(data, options), shortest_run);
+  const std::vector<RowRange> runs = log_runs(data, longest_step(data, options), shortest_run);
   if (runs.empty()) {
     out.message = "no run of " + std::to_string(shortest_run) + " rows without a gap";
     return out;
   }
-  const LogRun& longest =
-      *std::max_element(runs.begin(), runs.end(), [](const LogRun& a, const LogRun& b) { return a.size < b.size; });
+  const RowRange& longest = *std::max_element(runs.begin(), runs.end(),
+                                              [](const RowRange& a, const RowRange& b) { return a.size() < b.size(); });
   out.cutoff = options.cutoff > 0
                    ? options.cutoff
-                   : std::clamp(5 * motion_bandwidth(data.log.q.middleRows(longest.first, longest.size), data.step),
+                   : std::clamp(5 * motion_bandwidth(data.log.q.middleRows(longest.first, longest.size()), data.step),
                                 std::min(least_cutoff, 0.4 / data.step), 0.4 / data.step);
   require(out.cutoff < 0.5 / data.step, "cutoff: found " + short_number(out.cutoff) + " Hz, expected less than " +
                                             short_number(0.5 / data.step) + " Hz, half the rate of the log");
@@ -193,7 +197,7 @@ ConditionedMotion condition_log(const JointLog& log, const ConditioningOptions& 
                        ? options.decimation
                        : std::max(1, static_cast<int>(1 / (samples_per_period * out.cutoff * data.step)));
   MotionRows rows;
-  for (const LogRun& run : runs) add_run(even_run(data, run, options.clock, out.even_clock), options, out, rows);
+  for (const RowRange& run : runs) add_run(even_run(data, run, options.clock, out.even_clock), options, out, rows);
   if (rows.t.empty()) {
     out.message = "no row is left between the edges of the runs; lower edge, or raise cutoff";
     return out;

@@ -7,6 +7,7 @@
 
 #include <kr5/core/error.hpp>
 #include <kr5/core/linear.hpp>
+#include <kr5/uncertainty/confidence.hpp>
 
 #include "column_algebra.hpp"
 #include "joint_fit.hpp"
@@ -122,10 +123,13 @@ PayloadResult to_payload(const JointMotion& loaded, const MatrixXd& bare, const 
   out.body = kinematics::to_body(kinematics::to_moments(moments));
   out.possible = can_exist(out.body);
   if (!out.possible) out.fit.message += "; no such body can exist: the inertia is not told well enough";
-  out.mass_deviation = std::sqrt(std::max(out.covariance(0, 0), 0.0));
+  const double single = uncertainty::covariance_inflation(1, problem.fit.freedom);
+  out.mass_deviation = std::sqrt(std::max(single * out.covariance(0, 0), 0.0));
   Eigen::Matrix<double, 3, 4> D;  // of the centre by mass and first moments
   D << -out.body.com / out.body.mass, Eigen::Matrix3d::Identity() / out.body.mass;
-  out.com_deviation = (D * out.covariance.topLeftCorner<4, 4>() * D.transpose()).diagonal().cwiseMax(0.0).cwiseSqrt();
+  const Eigen::Matrix3d C = single * D * out.covariance.topLeftCorner<4, 4>() * D.transpose();
+  out.com_deviation = C.diagonal().cwiseMax(0.0).cwiseSqrt();
+  out.covariance *= uncertainty::covariance_inflation(moments_count, problem.fit.freedom);
   return out;
 }
 

@@ -8,6 +8,7 @@
 #include <kr5/core/error.hpp>
 #include <kr5/core/linear.hpp>
 
+#include "residual_correlation.hpp"
 #include "slow_samples.hpp"
 
 namespace kr5::identification {
@@ -105,7 +106,7 @@ bool add_joint(PlanarGravity& out, VectorXd& terms_found, const HarmonicEquation
   const MatrixXd P = inverse * e.own.transpose();
   const VectorXd rest = e.tau - e.behind * terms_found, x = P * rest, r = rest - e.own * x;
   const double freedom = std::max<double>(1.0, static_cast<double>(r.size() - x.size()));
-  const double variance = r.squaredNorm() / freedom * correlation_time(r);
+  const double variance = r.squaredNorm() / freedom * fit_autoregression(r).samples_per_independent();
   const Index before = terms_found.size();
   const MatrixXd taken_over = -(P * e.behind).topRows<harmonic_terms>();  // by the terms of those behind
   MatrixXd covariance(before + harmonic_terms, before + harmonic_terms);

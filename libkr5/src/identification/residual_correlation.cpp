@@ -17,59 +17,67 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using physics::RowRange;
 
-namespace {
-
-/// Sum over the runs of r_i r_(i + lag).
-double lagged_sum(const VectorXd& r, const std::vector<RowRange>& runs, Index lag) {
-  double sum = 0.0;
-  for (const RowRange& run : runs) {
-    const Index pairs = run.last - run.first - lag;
-    if (pairs > 0) sum += r.segment(run.first, pairs).dot(r.segment(run.first + lag, pairs));
-  }
-  return sum;
+VectorXd autocovariances(const VectorXd& series, const std::vector<RowRange>& runs) {
+  constexpr Index greatest_order = 30, samples_of_order = 20;
+  VectorXd out = VectorXd::Zero(std::min(greatest_order, series.size() / samples_of_order) + 1);
+  for (const RowRange& run : runs)
+    for (Index lag = 0; lag < std::min(out.size(), run.size()); ++lag)
+      out[lag] += series.segment(run.first, run.size() - lag).dot(series.segment(run.first + lag, run.size() - lag));
+  return out / static_cast<double>(std::max<Index>(1, series.size()));
 }
 
-/// Coefficients of the autoregressive model that BIC prefers, by Levinson's recursion.
-std::vector<double> autoregression(const std::vector<double>& autocovariance, double samples) {
-  std::vector<double> now, best;
-  double error = autocovariance[0], lowest = samples * std::log(error);
-  for (std::size_t order = 1; order < autocovariance.size(); ++order) {
-    double reflection = autocovariance[order];
-    for (std::size_t k = 0; k < now.size(); ++k) reflection -= now[k] * autocovariance[order - 1 - k];
-    reflection /= error;
-    std::vector<double> next = now;
-    for (std::size_t k = 0; k < now.size(); ++k) next[k] -= reflection * now[now.size() - 1 - k];
-    next.push_back(reflection);
-    now = std::move(next);
-    error *= 1 - reflection * reflection;
-    if (!(error > 0)) break;
-    const double criterion = samples * std::log(error) + static_cast<double>(order) * std::log(samples);
-    if (criterion < lowest) lowest = criterion, best = now;
+Autoregression autoregression_of(const VectorXd& covariance, Index rows) {
+  constexpr double exact = 1e-14;  // part of the variance that is rounding
+  Autoregression out{{}, std::sqrt(covariance[0]), covariance[0], {}};
+  if (!(covariance[0] > std::numeric_limits<double>::min())) return out;
+  const auto count = static_cast<double>(rows);
+  double least = count * std::log(covariance[0]), error = covariance[0];
+  VectorXd a = VectorXd::Zero(covariance.size() - 1);
+  for (Index order = 1; order < covariance.size(); ++order) {  // Levinson's recursion
+    const VectorXd before = a.head(order - 1);
+    const double reflection = -(covariance[order] + before.dot(covariance.segment(1, order - 1).reverse())) / error;
+    a.head(order - 1) += reflection * before.reverse();
+    a[order - 1] = reflection;
+    error *= 1.0 - reflection * reflection;
+    if (!(error > exact * covariance[0])) break;
+    const double bic = count * std::log(error) + static_cast<double>(order) * std::log(count);
+    if (bic >= least) continue;
+    least = bic;
+    out.a = a.head(order);
+    out.sigma = std::sqrt(error);
   }
-  return best;
+  out.correlations = covariance.segment(1, out.a.size()) / covariance[0];
+  return out;
 }
 
-/// Autocorrelations of such a model at lags 1, 2, … as far as they matter; those up to its order are the measured ones.
-std::vector<double> autocorrelations(const std::vector<double>& model, const std::vector<double>& autocovariance,
-                                     Index longest) {
+Autoregression fit_autoregression(const VectorXd& series, const std::vector<RowRange>& runs) {
+  return autoregression_of(autocovariances(series, runs), series.size());
+}
+
+Autoregression fit_autoregression(const VectorXd& series) { return fit_autoregression(series, {{0, series.size()}}); }
+
+std::vector<double> Autoregression::autocorrelations(Index longest) const {
   constexpr double negligible = 1e-3;
   std::vector<double> out;
-  std::size_t small = 0;
-  while (!model.empty() && small <= model.size() && static_cast<Index>(out.size()) < longest) {
-    const std::size_t lag = out.size() + 1;
-    double value = 0.0;
-    if (lag <= model.size()) {
-      value = autocovariance[lag] / autocovariance[0];
-    } else {
-      for (std::size_t k = 0; k < model.size(); ++k) value += model[k] * out[lag - 2 - k];
-    }
+  Index small = 0;
+  while (a.size() > 0 && small <= a.size() && static_cast<Index>(out.size()) < longest) {
+    const auto lag = static_cast<Index>(out.size()) + 1;
+    double value = lag <= correlations.size() ? correlations[lag - 1] : 0.0;
+    for (Index k = 1; lag > correlations.size() && k <= a.size(); ++k)
+      value -= a[k - 1] * out[static_cast<std::size_t>(lag - 1 - k)];
     out.push_back(value);
     small = std::abs(value) < negligible ? small + 1 : 0;
   }
   return out;
 }
 
-}  // namespace
+double Autoregression::variance_inflation() const {
+  if (!(variance > 0)) return 1.0;
+  const double gain = 1.0 + a.sum();
+  return sigma * sigma / (gain * gain) / variance;
+}
+
+double Autoregression::samples_per_independent() const { return std::max(1.0, variance_inflation()); }
 
 CorrelatedCovariance correlated_covariance(const MatrixXd& jacobian, const VectorXd& residuals,
                                            const std::vector<RowRange>& runs) {
@@ -84,14 +92,10 @@ CorrelatedCovariance correlated_covariance(const MatrixXd& jacobian, const Vecto
   if (!(std::abs(qr.matrixR()(n - 1, n - 1)) > 1e-7)) return out;  // the first one is 1
 
   Index longest = 0;
-  for (const RowRange& run : runs) longest = std::max(longest, run.last - run.first);
-  constexpr Index greatest_order = 20, samples_of_order = 50;
-  std::vector<double> autocovariance;
-  for (Index lag = 0; lag <= std::min(greatest_order, rows / samples_of_order); ++lag)
-    autocovariance.push_back(lagged_sum(residuals, runs, lag) / freedom);
-  std::vector<double> correlations;
-  if (out.variance > std::numeric_limits<double>::min())
-    correlations = autocorrelations(autoregression(autocovariance, freedom), autocovariance, longest - 1);
+  for (const RowRange& run : runs) longest = std::max(longest, run.size());
+  const Autoregression model = fit_autoregression(residuals, runs);
+  const std::vector<double> correlations = model.autocorrelations(longest - 1);
+  out.inflation = model.variance_inflation();
 
   MatrixXd middle = unit.transpose() * unit;
   const MatrixXd inverse = middle.ldlt().solve(MatrixXd::Identity(n, n));
@@ -99,12 +103,11 @@ CorrelatedCovariance correlated_covariance(const MatrixXd& jacobian, const Vecto
     const auto lag = static_cast<Index>(k) + 1;
     MatrixXd lagged = MatrixXd::Zero(n, n);
     for (const RowRange& run : runs) {
-      const Index pairs = run.last - run.first - lag;
+      const Index pairs = run.size() - lag;
       if (pairs > 0)
         lagged.noalias() += unit.middleRows(run.first, pairs).transpose() * unit.middleRows(run.first + lag, pairs);
     }
     middle += correlations[k] * (lagged + lagged.transpose());
-    out.inflation += 2 * correlations[k];
   }
   // What the estimate takes out of correlated residuals: E[r' r] = variance (rows - tr(A^-1 J' R J)).
   const double left = static_cast<double>(rows) - (inverse * middle).trace();

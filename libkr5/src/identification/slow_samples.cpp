@@ -61,17 +61,4 @@ std::string objection(const JointMotion& motion, const std::vector<SlowSamples>&
   return any ? "" : "no joint moves slowly: every speed is below least_speed or above greatest_speed [rad/s or m/s]";
 }
 
-double correlation_time(const Eigen::VectorXd& residuals) {
-  const Eigen::Index n = residuals.size();
-  const double variance = residuals.squaredNorm();
-  if (n < 2 || !(variance > 0)) return 1.0;
-  double out = 1.0;
-  for (Eigen::Index lag = 1; lag < n / 2; ++lag) {
-    const double rho = residuals.head(n - lag).dot(residuals.tail(n - lag)) / variance;
-    if (rho <= 0) break;
-    out += 2 * rho;
-  }
-  return out;
-}
-
 }  // namespace kr5::identification

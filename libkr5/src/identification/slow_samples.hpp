@@ -24,8 +24,4 @@ Eigen::Index held_out_count(Eigen::Index samples, double part);
 /// Why the samples determine no gravity; empty when they may.
 std::string objection(const JointMotion& motion, const std::vector<SlowSamples>& samples, double held_out);
 
-/// Samples from one independent residual to the next, at least 1: twice the sum of the autocorrelation up to where it
-/// first vanishes.
-double correlation_time(const Eigen::VectorXd& residuals);
-
 }  // namespace kr5::identification

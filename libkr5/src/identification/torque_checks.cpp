@@ -9,6 +9,7 @@
 
 #include <kr5/core/statistics.hpp>
 
+#include "residual_correlation.hpp"
 #include "short_number.hpp"
 
 namespace kr5::identification {
@@ -22,14 +23,6 @@ constexpr double explained = 0.7;              // of the variance of a torque, b
 constexpr double sure_sigmas = 5.0;
 constexpr double shortest_rest = 0.3;  // [s]
 constexpr double resting = 3e-4;       // motion of any joint at rest [rad or m]
-
-/// How many samples one independent one stands for, by the correlation of neighbouring residuals.
-double correlation_length(const VectorXd& residual) {
-  const Index n = residual.size() - 1;
-  const double r = residual.head(n).dot(residual.tail(n)) / std::max(residual.squaredNorm(), 1e-300);
-  const double bounded = std::clamp(r, 0.0, 0.98);
-  return (1 + bounded) / (1 - bounded);
-}
 
 /// Rows in motion, evenly thinned, with room for the lags.
 std::vector<Index> moving_rows(const SmoothedLog& smooth, Index margin) {
@@ -109,7 +102,7 @@ struct SignEvidence {
 SignEvidence sign_evidence(const MotionRegression& regression, const MatrixXd& coefficients, const VectorXd& residual,
                            Index j) {
   const double dof = std::max<double>(1.0, static_cast<double>(regression.rows() - regression.parameters()));
-  const double variance = residual.squaredNorm() / dof * correlation_length(residual);
+  const double variance = residual.squaredNorm() / dof * fit_autoregression(residual).samples_per_independent();
   const Index a = regression.acceleration(j), v = regression.speed(j), c = regression.direction(j);
   SignEvidence out;
   out.inertia = coefficients(a, j) / std::sqrt(std::max(variance * regression.inverse()(a, a), 1e-300));
@@ -163,6 +156,9 @@ std::vector<RestSpan> rest_spans(const OrderedLog& data) {
 
 void check_brakes(OrderedLog& data, const MotionRegression& regression, const MatrixXd& coefficients,
                   const MatrixXd& residuals, std::vector<LogFinding>& out) {
+  VectorXd correlation(residuals.cols());
+  for (Index j = 0; j < correlation.size(); ++j)
+    correlation[j] = fit_autoregression(residuals.col(j)).samples_per_independent();
   for (const RestSpan& s : rest_spans(data)) {
     const Index middle = (s.first + s.last) / 2;
     const VectorXd needed = regression.predict(coefficients, middle);
@@ -173,7 +169,7 @@ void check_brakes(OrderedLog& data, const MotionRegression& regression, const Ma
     for (Index j = 0; j < needed.size(); ++j) {
       const double level = data.log.tau.col(j).segment(s.first, s.last - s.first + 1).mean();
       const double spread_of_one = residuals.col(j).squaredNorm() / static_cast<double>(regression.rows());
-      const double sigma = std::sqrt(spread_of_one * (1 + leverage * correlation_length(residuals.col(j))));
+      const double sigma = std::sqrt(spread_of_one * (1 + leverage * correlation[j]));
       const double friction = std::abs(coefficients(regression.direction(j), j));
       const double spread = data.log.tau.col(j).maxCoeff() - data.log.tau.col(j).minCoeff();
       const double off = std::abs(level - needed[j]);

@@ -257,10 +257,11 @@ struct LevenbergMarquardtResult {
 ///
 /// The problem needs `NormalEquations<N> equations(const State&)`, and may have
 /// - `double cost(const State&)`: when it is cheaper than the equations, which are then asked for at accepted points;
-/// - `State moved(const State&, const Vector& step)`: when it is not x + step, as for poses;
+/// - `State moved(const State&, const Vector& step)`: when it is not x + step, as for poses, or shorter, to stay where
+/// the model exists;
 /// - `bool reweigh(const State&, const NormalEquations<N>&)`: called at accepted points, returns whether weights
 /// changed;
-/// - `Box<N> box`: bounds that are kept at every point. The start is moved into them.
+/// - `Box<N> box`: bounds that are kept at every point, after `moved`. The start is moved into them.
 /// @throws InvalidArgument for invalid options.
 template <int N, class State, class Problem>
 LevenbergMarquardtResult<N, State> levenberg_marquardt(State x, Problem&& problem,
@@ -269,12 +270,16 @@ LevenbergMarquardtResult<N, State> levenberg_marquardt(State x, Problem&& proble
   constexpr bool boxed = requires { problem.box; };
   constexpr bool has_cost = requires { problem.cost(x); };
   const auto moved = [&](const State& from, const Vector& step) -> State {
+    const auto free = [&]() -> State {
+      if constexpr (requires { problem.moved(from, step); })
+        return problem.moved(from, step);
+      else
+        return from + step;
+    };
     if constexpr (boxed)
-      return problem.box.clamp(from + step);
-    else if constexpr (requires { problem.moved(from, step); })
-      return problem.moved(from, step);
+      return problem.box.clamp(free());
     else
-      return from + step;
+      return free();
   };
   const auto free_of = [&](const NormalEquations<N>& at) {
     NormalEquations<N> out = at;

@@ -12,7 +12,7 @@
 
 /// @file
 /// Identification of an arm's dynamics from motions with torques (Hayat et al. 2022, section 4.3; Gautier 1997; Janot,
-/// Vandanjon, Gautier 2014; Rucker and Wensing 2022).
+/// Vandanjon, Gautier 2014; Lee, Wensing, Park 2020).
 
 namespace kr5::identification {
 
@@ -21,7 +21,7 @@ enum class Estimator {
   Weighted,     ///< Each joint by the variance of its residuals, estimated in turns.
   Robust,       ///< The same with Huber's loss.
   Instruments,  ///< Instrumental variables, for regressors with noise.
-  Consistent,   ///< Weighted, over bodies that can exist (log-Cholesky), with a prior.
+  Consistent,   ///< Weighted, over bodies that can exist, with the log-det divergence as prior: a convex problem.
 };
 constexpr auto enum_names(Estimator) {
   return names<Estimator>({{Estimator::Ordinary, "ordinary"},
@@ -33,11 +33,12 @@ constexpr auto enum_names(Estimator) {
 
 struct DynamicsOptions {
   Estimator estimator = Estimator::Weighted;
-  double held_out = 1.0 / 3.0;  ///< Last part of the samples, on which the estimate is judged only [-].
-  bool choose_terms = false;    ///< Offers further friction terms to each joint; those that predict better stay.
-  int blocks = 6;               ///< Of time, for the cross-validation of `choose_terms`.
-  double huber = 1.345;         ///< Limit of the Huber loss [standard deviations].
-  int max_iterations = 20;      ///< Of weights.
+  double held_out = 1.0 / 3.0;    ///< Last part of the samples, on which the estimate is judged only [-].
+  bool choose_terms = false;      ///< Offers further friction terms; those that surely predict better stay.
+  int blocks = 10;                ///< Of time, for the cross-validation of `choose_terms`.
+  double huber = 1.345;           ///< Limit of the Huber loss [standard deviations].
+  int max_iterations = 20;        ///< Of weights.
+  int max_body_iterations = 300;  ///< Steps of Consistent.
   std::vector<kinematics::Body> prior_bodies;  ///< For Consistent, one a link in its frame; empty: balls of 2 kg.
   double prior_spread = 0.5;  ///< Of the logarithm of their masses and radii; 2.0 at least without bodies [-].
 
@@ -50,6 +51,7 @@ struct DynamicsOptions {
     visit("blocks", self.blocks, "Number of blocks of the cross-validation.");
     visit("huber", self.huber, "Limit of the Huber loss [standard deviations].");
     visit("max_iterations", self.max_iterations, "Greatest number of iterations of the weights.");
+    visit("max_body_iterations", self.max_body_iterations, "Greatest number of steps of the consistent estimator.");
     visit("prior_bodies", self.prior_bodies, "Expected bodies of the links, for consistent; empty: balls of 2 kg.");
     visit("prior_spread", self.prior_spread, "Spread of the logarithm of prior masses and radii [-].");
   }

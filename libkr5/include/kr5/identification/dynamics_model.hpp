@@ -19,11 +19,13 @@ struct JointTerms {
   bool coulomb = true;
   bool viscous = true;
   bool rotor_inertia = true;
-  bool offset = false;                 ///< A constant torque: of the sensor or of a spring.
-  bool direction = false;              ///< Friction that differs between the two directions.
-  bool load = false;                   ///< Dry friction that grows with the torque through the gear.
-  double stribeck_velocity = 0.0;      ///< [rad/s or m/s]; 0: none.
-  double thermal_time_constant = 0.0;  ///< [s]; 0: none.
+  bool offset = false;                  ///< A constant torque: of the sensor or of a spring.
+  bool direction = false;               ///< Friction that differs between the two directions.
+  bool load = false;                    ///< Dry friction that grows with the torque through the gear.
+  double stribeck_velocity = 0.0;       ///< [rad/s or m/s]; 0: none.
+  double thermal_time_constant = 0.0;   ///< [s]; 0: none.
+  bool temperature = false;             ///< Friction that is linear in the measured temperature.
+  double temperature_reference = 20.0;  ///< Where that share is zero [deg C].
 
   static void each_field(auto& self, auto&& visit) {
     visit("coulomb", self.coulomb, "Coulomb friction.");
@@ -34,6 +36,9 @@ struct JointTerms {
     visit("load", self.load, "Dry friction that grows with the torque through the gear.");
     visit("stribeck_velocity", self.stribeck_velocity, "Stribeck velocity; 0: no such friction [rad/s or m/s].");
     visit("thermal_time_constant", self.thermal_time_constant, "Time constant of warming up; 0: none [s].");
+    visit("temperature", self.temperature, "Friction that is linear in the measured temperature of the joint.");
+    visit("temperature_reference", self.temperature_reference,
+          "Temperature at which that share of the friction is zero [deg C].");
   }
 };
 
@@ -77,7 +82,8 @@ class DynamicsRegressor {
   int joints() const { return model_.joints(); }
   int parameters() const { return static_cast<int>(names_.size()); }
   /// "I2xx", "m2 c2x", "m2", "fc2", "fv2", "Ia2"; further "fo2" (offset), "fcd2" and "fvd2" (direction), "fs2"
-  /// (Stribeck), "fl2" (load), "fct2" and "fvt2" (thermal). Joints are counted from 1.
+  /// (Stribeck), "fl2" (load), "fct2" and "fvt2" (warming up), "fcT2" and "fvT2" (per degree). Joints are counted
+  /// from 1.
   const std::vector<std::string>& names() const { return names_; }
   /// Position of a parameter; -1 when the model does not have it.
   int index(const std::string& name) const;
@@ -97,10 +103,8 @@ class DynamicsRegressor {
  private:
   struct Term {
     int joint;
-    int kind;
+    std::size_t row;  ///< Of the table of terms.
   };
-  /// Values of a parameter's column in the rows of its joint.
-  Eigen::ArrayXd friction_column(const Term& term, const JointMotion& motion, const Eigen::MatrixXd& load) const;
 
   DynamicsModel model_;
   std::vector<std::string> names_;

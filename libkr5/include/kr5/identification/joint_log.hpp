@@ -19,12 +19,14 @@ struct JointLog {
   std::vector<std::string> q_names;    ///< Empty: q1, q2, ...
   std::vector<std::string> qd_names;   ///< Empty: qd1, qd2, ...
   std::vector<std::string> tau_names;  ///< Empty: tau1, tau2, ...
+  Eigen::MatrixXd temperature = {};    ///< Of the joints; empty when none were logged [deg C].
 
   int joints() const { return static_cast<int>(q.cols()); }
   /// Name of a column, for messages; `joint` from 0.
   std::string q_name(Eigen::Index joint) const;
   std::string qd_name(Eigen::Index joint) const;
   std::string tau_name(Eigen::Index joint) const;
+  std::string temperature_name(Eigen::Index joint) const;
 
   /// Sizes only; faults of the numbers are for check_log to tell.
   /// @throws InvalidArgument naming the field.
@@ -38,6 +40,8 @@ struct JointLog {
     visit("q_names", self.q_names, "Names of the columns of q in the log; empty: q1, q2, ...");
     visit("qd_names", self.qd_names, "Names of the columns of qd in the log; empty: qd1, qd2, ...");
     visit("tau_names", self.tau_names, "Names of the columns of tau in the log; empty: tau1, tau2, ...");
+    visit("temperature", self.temperature,
+          "Logged temperatures of the joints, samples x joints; empty: none were logged [deg C].");
   }
 };
 

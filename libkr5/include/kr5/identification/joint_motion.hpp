@@ -11,12 +11,13 @@ namespace kr5::identification {
 
 /// Measured motion of an arm with the torques of its joints, a row a sample, a column a joint.
 struct JointMotion {
-  Eigen::VectorXd t;            ///< In ascending order [s].
-  Eigen::MatrixXd q;            ///< [rad or m]
-  Eigen::MatrixXd qd;           ///< [rad/s or m/s]
-  Eigen::MatrixXd qdd;          ///< [rad/s^2 or m/s^2]
-  Eigen::MatrixXd tau;          ///< Torques of the drives, on the joint side [N m or N].
-  std::vector<int> run_starts;  ///< First sample of each uninterrupted run, 0 first; empty: one run.
+  Eigen::VectorXd t;                 ///< In ascending order [s].
+  Eigen::MatrixXd q;                 ///< [rad or m]
+  Eigen::MatrixXd qd;                ///< [rad/s or m/s]
+  Eigen::MatrixXd qdd;               ///< [rad/s^2 or m/s^2]
+  Eigen::MatrixXd tau;               ///< Torques of the drives, on the joint side [N m or N].
+  std::vector<int> run_starts;       ///< First sample of each uninterrupted run, 0 first; empty: one run.
+  Eigen::MatrixXd temperature = {};  ///< Of the joints; empty: not measured [deg C].
 
   Eigen::Index samples() const { return t.size(); }
   int joints() const { return static_cast<int>(q.cols()); }
@@ -32,6 +33,8 @@ struct JointMotion {
     visit("qdd", self.qdd, "Joint accelerations, samples x joints [rad/s^2 or m/s^2].");
     visit("tau", self.tau, "Torques of the drives on the joint side, samples x joints [N m or N].");
     visit("run_starts", self.run_starts, "First sample of each uninterrupted run, 0 first; empty: one run.");
+    visit("temperature", self.temperature,
+          "Temperatures of the joints, samples x joints; empty: not measured [deg C].");
   }
 };
 

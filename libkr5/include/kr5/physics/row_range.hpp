@@ -9,6 +9,8 @@ namespace kr5::physics {
 struct RowRange {
   Eigen::Index first = 0;
   Eigen::Index last = 0;
+
+  Eigen::Index size() const { return last - first; }
 };
 
 }  // namespace kr5::physics
