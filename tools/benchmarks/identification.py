@@ -23,7 +23,7 @@ from identification_peer import Figaroh
 from kr5_tools.cli.tables import make_table
 from kr5_tools.identify.drives import read_readings
 from kr5_tools.identify.dynamics import condition_parts, torque_errors
-from kr5_tools.identify.identified_cell import link_bodies
+from kr5_tools.identify.identified_cell import believed_parameters
 from kr5_tools.identify.motion_logs import arm_model, conditioning_of, merged_motion, read_motions
 
 TABLE_4_4 = (11.60, 14.36, 12.20, 21.87, 31.87, 37.80)  # test row [%]
@@ -251,23 +251,6 @@ def effect_rows(cases: Path) -> list[Row]:
 def _effect_row(what: str, value: float, sigma: float, true: float) -> Row:
     off = abs(value - true) / sigma
     return Row(f"hidden: {what}", f"{value:.3f} ± {sigma:.3f}, truth {true:.3f}", "within 2 σ", off < 2)
-
-
-def believed_parameters(cell: Any, model: Any) -> np.ndarray:
-    """Standard parameters of the nominal arm with its tool, in the order of the regressor."""
-    from kr5.kinematics import inertial_parameters
-
-    n = cell.robot.joints
-    out = np.zeros(len(identification.DynamicsRegressor(model).names))
-    S, J = np.asarray(cell.drives.structure), np.asarray(cell.drives.rotor_inertia)
-    for k, body in enumerate(link_bodies(cell, with_tool=True)):
-        m, cx, cy, cz, *second = np.asarray(inertial_parameters(body))
-        friction = cell.drives.friction
-        out[13 * k : 13 * k + 13] = [
-            *second, cx, cy, cz, m, friction.coulomb[k], friction.viscous[k], J[k] * S[k, k] ** 2
-        ]  # fmt: skip
-    assert n == cell.robot.joints
-    return out
 
 
 def structure_rows() -> list[Row]:

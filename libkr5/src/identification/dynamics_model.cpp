@@ -20,7 +20,19 @@ using Eigen::VectorXd;
 constexpr int inertial_count = kinematics::inertial_parameter_count;
 constexpr int coulomb_at = 10, viscous_at = 11, rotor_at = 12;  // of the 13 of a joint
 
-enum TermKind { Coulomb, Viscous, Offset, DirectionDry, DirectionViscous, Stribeck, Load, ThermalDry, ThermalViscous };
+enum TermKind {
+  Coulomb,
+  Viscous,
+  Offset,
+  DirectionDry,
+  DirectionViscous,
+  Stribeck,
+  Load,
+  ThermalDry,
+  ThermalViscous,
+  MotorDry,
+  MotorViscous
+};
 
 /// Where kinematics::InertialRegressor has the inertial parameter k of the order of eq. 4.36.
 constexpr int regressor_column(int k) { return k < 6 ? 4 + k : k < 9 ? k - 5 : 0; }
@@ -38,6 +50,15 @@ std::string parameter_name(int joint, int k) {
 /// The law of friction with one parameter at 1 and the others at 0: its derivative by that parameter.
 ArrayXd unit_friction(const physics::JointFriction& unit, const ArrayXd& speed, const ArrayXd& load, const ArrayXd& t) {
   return physics::joint_friction<ArrayXd>(unit, speed, load, t);
+}
+
+constexpr bool is_motor(int kind) { return kind == MotorDry || kind == MotorViscous; }
+
+/// S without units of its own: a row is the speed of a motor on the side of its own joint.
+MatrixXd motor_speeds(const DynamicsModel& model) {
+  const Index n = model.joints();
+  if (model.structure.size() == 0) return MatrixXd::Identity(n, n);
+  return model.structure.diagonal().cwiseInverse().asDiagonal() * model.structure;
 }
 
 }  // namespace
@@ -66,8 +87,10 @@ DynamicsRegressor::DynamicsRegressor(DynamicsModel model) : model_(std::move(mod
   model_.terms.resize(static_cast<std::size_t>(n));
   for (int i = 0; i < n; ++i)
     for (int k = 0; k < parameters_per_joint; ++k) names_.push_back(parameter_name(i, k));
+  const MatrixXd turned = motor_speeds(model_);
   for (int i = 0; i < n; ++i) {
     const JointTerms& t = model_.terms[static_cast<std::size_t>(i)];
+    const bool shared = (turned.row(i).array() != 0.0).count() > 1;
     const auto add = [&](bool wanted, const char* name, int kind) {
       if (!wanted) return;
       names_.push_back(name + std::to_string(i + 1));
@@ -80,6 +103,8 @@ DynamicsRegressor::DynamicsRegressor(DynamicsModel model) : model_(std::move(mod
     add(t.load, "fl", Load);
     add(t.thermal_time_constant > 0 && t.coulomb, "fct", ThermalDry);
     add(t.thermal_time_constant > 0 && t.viscous, "fvt", ThermalViscous);
+    add(t.motor && shared && t.coulomb, "fcm", MotorDry);
+    add(t.motor && shared && t.viscous, "fvm", MotorViscous);
   }
 }
 
@@ -90,7 +115,9 @@ int DynamicsRegressor::index(const std::string& name) const {
 
 ArrayXd DynamicsRegressor::friction_column(const Term& term, const JointMotion& motion, const MatrixXd& load) const {
   const JointTerms& terms = model_.terms[static_cast<std::size_t>(term.joint)];
-  const ArrayXd v = motion.qd.col(term.joint), t = motion.t;
+  const ArrayXd t = motion.t, v = is_motor(term.kind)
+                                      ? ArrayXd(motion.qd * motor_speeds(model_).row(term.joint).transpose())
+                                      : ArrayXd(motion.qd.col(term.joint));
   const ArrayXd torque = load.size() > 0 ? ArrayXd(load.col(term.joint)) : ArrayXd::Zero(v.size());
   physics::JointFriction unit;
   switch (term.kind) {
@@ -108,6 +135,7 @@ ArrayXd DynamicsRegressor::friction_column(const Term& term, const JointMotion& 
       unit.load_coefficient = 1.0;
       break;
     case Coulomb:
+    case MotorDry:
     case ThermalDry:
       unit.coulomb = 1.0;
       break;
@@ -152,19 +180,23 @@ std::vector<JointRegressor> DynamicsRegressor::joint_regressors(const JointMotio
       }
     }
     for (std::size_t e = 0; e < terms_.size(); ++e) {
-      const int c = parameters_per_joint * n + static_cast<int>(e);
-      if (terms_[e].joint == i && has(c)) rows.columns.push_back(c);
+      const int c = parameters_per_joint * n + static_cast<int>(e), j = terms_[e].joint;
+      const bool there = is_motor(terms_[e].kind) ? S(j, i) != 0.0 : j == i;
+      if (there && has(c)) rows.columns.push_back(c);
     }
     rows.X.resize(motion.samples(), static_cast<Index>(rows.columns.size()));
     for (std::size_t at = 0; at < rows.columns.size(); ++at) {
       const int c = rows.columns[at], j = c / parameters_per_joint, k = c % parameters_per_joint;
       auto column = rows.X.col(static_cast<Index>(at));
-      if (c >= parameters_per_joint * n)
-        column = friction_column(terms_[static_cast<std::size_t>(c - parameters_per_joint * n)], motion, load).matrix();
-      else if (k == rotor_at)
+      if (c >= parameters_per_joint * n) {
+        const Term& term = terms_[static_cast<std::size_t>(c - parameters_per_joint * n)];
+        const double share = is_motor(term.kind) ? S(term.joint, i) / S(term.joint, term.joint) : 1.0;
+        column = share * friction_column(term, motion, load).matrix();
+      } else if (k == rotor_at) {
         column = motion.qdd * S.row(j).transpose() * (S(j, i) / (S(j, j) * S(j, j)));
-      else if (k >= inertial_count)
+      } else if (k >= inertial_count) {
         column = friction_column({i, k == coulomb_at ? Coulomb : Viscous}, motion, load).matrix();
+      }
     }
   }
   if (!links) return out;

@@ -7,6 +7,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "joint_fit.hpp"
+
 namespace kr5::identification {
 namespace {
 
@@ -16,7 +18,7 @@ using Eigen::VectorXd;
 
 /// Columns of friction of one joint for a choice of terms.
 MatrixXd friction_columns(const DynamicsModel& model, int joint, const JointTerms& terms, const JointMotion& motion,
-                          const MatrixXd& load) {
+                          const MatrixXd& load, double least_speed) {
   DynamicsModel one = model;
   one.terms.assign(static_cast<std::size_t>(model.joints()), {false, false, false});
   one.terms[static_cast<std::size_t>(joint)] = terms;
@@ -24,7 +26,9 @@ MatrixXd friction_columns(const DynamicsModel& model, int joint, const JointTerm
   const DynamicsRegressor regressor(one);
   std::vector<int> columns = {parameters_per_joint * joint + 10, parameters_per_joint * joint + 11};
   for (int c = parameters_per_joint * model.joints(); c < regressor.parameters(); ++c) columns.push_back(c);
-  return regressor.joint_regressors(motion, columns, load)[static_cast<std::size_t>(joint)].X;
+  MatrixXd X = regressor.joint_regressors(motion, columns, load)[static_cast<std::size_t>(joint)].X;
+  X.array().colwise() *= moving_samples(motion.qd.col(joint), least_speed);
+  return X;
 }
 
 /// Squared error of each block when it is predicted from the others.
@@ -89,10 +93,10 @@ struct Extension {
 
 /// The one with the least error, or one with fewer columns whose error is within a standard error of it.
 Extension best_extension(const DynamicsModel& model, int joint, const JointTerms& now, const JointMotion& motion,
-                         const MatrixXd& load, const VectorXd& y, int blocks) {
+                         const MatrixXd& load, const VectorXd& y, int blocks, double least_speed) {
   std::vector<Extension> all;
   for (const JointTerms& terms : extensions(now, motion, joint)) {
-    const MatrixXd X = friction_columns(model, joint, terms, motion, load);
+    const MatrixXd X = friction_columns(model, joint, terms, motion, load, least_speed);
     all.push_back({terms, left_out_errors(X, y, blocks), X.cols()});
   }
   if (all.empty()) return {};
@@ -110,15 +114,16 @@ Extension best_extension(const DynamicsModel& model, int joint, const JointTerms
 }  // namespace
 
 std::vector<JointTerms> choose_friction_terms(const DynamicsModel& model, const JointMotion& motion,
-                                              const MatrixXd& residuals, const MatrixXd& load, int blocks) {
+                                              const MatrixXd& residuals, const MatrixXd& load, int blocks,
+                                              double least_speed) {
   std::vector<JointTerms> chosen = model.terms;
   chosen.resize(static_cast<std::size_t>(model.joints()));
   for (int i = 0; i < model.joints(); ++i) {
     JointTerms& now = chosen[static_cast<std::size_t>(i)];
     const VectorXd y = residuals.col(i);
-    VectorXd errors = left_out_errors(friction_columns(model, i, now, motion, load), y, blocks);
+    VectorXd errors = left_out_errors(friction_columns(model, i, now, motion, load, least_speed), y, blocks);
     while (true) {
-      const Extension best = best_extension(model, i, now, motion, load, y, blocks);
+      const Extension best = best_extension(model, i, now, motion, load, y, blocks, least_speed);
       if (best.errors.size() == 0) break;
       const VectorXd gain = errors - best.errors;
       // Beside its own standard error a term must be worth its place: a hundredth of what is left.

@@ -104,19 +104,20 @@ MatrixXd correlated_columns(const MatrixXd& X, const Autoregression& model, cons
 }
 
 /// The meat of the sandwich: stacked factor M with M^T M = sum of w_i^4 X_i^T Gamma_i X_i.
-MatrixXd score_factor(const std::vector<JointRegressor>& regressors, const Positions& positions, Index columns,
-                      const MatrixXd& scores, const VectorXd& weights, const std::vector<int>& run_starts,
-                      VectorXd& correlation) {
+/// @param regressors Those of `rows`, or of its instruments.
+MatrixXd score_factor(const JointRows& rows, const std::vector<JointRegressor>& regressors, const Positions& positions,
+                      const MatrixXd& scores, const VectorXd& weights, VectorXd& correlation) {
   std::vector<MatrixXd> factors;
   correlation.resize(scores.cols());
   for (Index i = 0; i < scores.cols(); ++i) {
     const MatrixXd& X = regressors[static_cast<std::size_t>(i)].X;
     const int order = static_cast<int>(std::min<Index>(longest_autoregression, scores.rows() / 20));
-    const Autoregression model = fit_autoregression(scores.col(i), run_starts, order);
+    const Autoregression model = fit_autoregression(scores.col(i), rows.run_starts, order);
     correlation[i] = model.samples_per_independent();
-    factors.push_back(model.sigma * triangular_factor(correlated_columns(X, model, run_starts)));
+    const double sigma = model.sigma * std::sqrt(static_cast<double>(rows.samples()) / rows.used_rows(i));
+    factors.push_back(sigma * triangular_factor(correlated_columns(X, model, rows.run_starts)));
   }
-  return stacked_factor(factors, positions, columns, weights.array().square());
+  return stacked_factor(factors, positions, rows.size(), weights.array().square());
 }
 
 /// Weighted least squares with the variance of each joint estimated in turns.
@@ -154,7 +155,7 @@ WeightedFit weighted_fit(const JointRows& rows, const Positions& positions, cons
           told.rows() == 0 ? 0.0
                            : std::pow(out.weights[i], 2) *
                                  out.solution.R.transpose().triangularView<Eigen::Lower>().solve(told).squaredNorm();
-      const double freedom = std::max(1.0, static_cast<double>(rows.samples()) - taken);
+      const double freedom = std::max(1.0, rows.used_rows(i) - taken);
       sigma[i] = safe_sigma(left.squaredNorm() / freedom, scale);
     }
     const bool settled = ((sigma - before).array().abs() <= 1e-4 * sigma.array()).all();
@@ -169,10 +170,9 @@ WeightedFit weighted_fit(const JointRows& rows, const Positions& positions, cons
   }
 }
 
-VectorXd joint_sigma(const MatrixXd& residuals, double scale) {
+VectorXd joint_sigma(const JointRows& rows, const MatrixXd& residuals, double scale) {
   VectorXd out(residuals.cols());
-  for (Index i = 0; i < out.size(); ++i)
-    out[i] = safe_sigma(residuals.col(i).squaredNorm() / static_cast<double>(residuals.rows()), scale);
+  for (Index i = 0; i < out.size(); ++i) out[i] = safe_sigma(residuals.col(i).squaredNorm() / rows.used_rows(i), scale);
   return out;
 }
 
@@ -229,8 +229,10 @@ MatrixXd with_untold(const MatrixXd& covariance, const std::vector<int>& told, I
 }
 
 double robust_sigma(const VectorXd& residuals, double scale) {
-  std::vector<double> sizes(static_cast<std::size_t>(residuals.size()));
-  for (std::size_t k = 0; k < sizes.size(); ++k) sizes[k] = std::abs(residuals[static_cast<Index>(k)]);
+  std::vector<double> sizes;
+  for (const double e : residuals)
+    if (e != 0.0) sizes.push_back(std::abs(e));  // a row that is left out is exactly zero
+  if (sizes.empty()) return 1e-12 * scale;
   return std::max(mad_to_sigma * median(std::move(sizes)), 1e-12 * scale);
 }
 
@@ -266,8 +268,7 @@ void refine_robust(const JointRows& rows, const Positions& positions, const Join
     slope.col(i).setConstant(std::max(share, 0.1) / (sigma[i] * sigma[i]));
   }
   solve_told(normal_equations(rows, rows.regressors, positions, slope), told, inverse);
-  const MatrixXd M = score_factor(rows.regressors, positions, rows.size(), scores, sigma.cwiseInverse(),
-                                  rows.run_starts, fit.correlation);
+  const MatrixXd M = score_factor(rows, rows.regressors, positions, scores, sigma.cwiseInverse(), fit.correlation);
   const MatrixXd G = told_columns(M, told) * inverse.transpose();
   fit.covariance = with_untold(G.transpose() * G, told, rows.size());
 }
@@ -280,7 +281,7 @@ void refine_instruments(const JointRows& rows, const std::vector<JointRegressor>
   VectorXd before = VectorXd::Zero(rows.joints());
   fit.converged = false;
   while (!fit.converged && fit.iterations < options.max_iterations) {
-    fit.sigma = joint_sigma(fit.residuals, scale);
+    fit.sigma = joint_sigma(rows, fit.residuals, scale);
     const MatrixXd weights = fit.sigma.array().square().inverse().matrix().transpose().replicate(rows.samples(), 1);
     fit.beta = solve_told(normal_equations(rows, instruments, positions, weights), told, inverse);
     fit.residuals = residuals_of(rows, positions, fit.beta);
@@ -288,8 +289,8 @@ void refine_instruments(const JointRows& rows, const std::vector<JointRegressor>
     fit.converged = ((fit.sigma - before).array().abs() <= 1e-4 * fit.sigma.array()).all();
     before = fit.sigma;
   }
-  const MatrixXd M = score_factor(instruments, positions, rows.size(), fit.residuals, fit.sigma.cwiseInverse(),
-                                  rows.run_starts, fit.correlation);
+  const MatrixXd M =
+      score_factor(rows, instruments, positions, fit.residuals, fit.sigma.cwiseInverse(), fit.correlation);
   const MatrixXd G = told_columns(M, told) * inverse.transpose();
   fit.covariance = with_untold(G.transpose() * G, told, rows.size());
 }
@@ -328,6 +329,23 @@ Autoregression fit_autoregression(const VectorXd& series, const std::vector<int>
   return best;
 }
 
+Eigen::ArrayXd moving_samples(const Eigen::Ref<const VectorXd>& speed, double least_speed) {
+  const double limit = least_speed * std::sqrt(speed.squaredNorm() / static_cast<double>(speed.size()));
+  return (speed.array().abs() >= limit).cast<double>();
+}
+
+void leave_out_rest(const JointMotion& motion, double least_speed, JointRows& rows) {
+  if (least_speed == 0.0) return;
+  rows.used.resize(rows.joints());
+  for (int i = 0; i < rows.joints(); ++i) {
+    const Eigen::ArrayXd keep = moving_samples(motion.qd.col(i), least_speed);
+    rows.used[i] = keep.sum();
+    rows.tau.col(i).array() *= keep;
+    MatrixXd& X = rows.regressors[static_cast<std::size_t>(i)].X;
+    X.array().colwise() *= keep;
+  }
+}
+
 JointMotion part_of(const JointMotion& motion, Index first, Index count) {
   JointMotion out{motion.t.segment(first, count),      motion.q.middleRows(first, count),
                   motion.qd.middleRows(first, count),  motion.qdd.middleRows(first, count),
@@ -350,7 +368,7 @@ JointFit fit_joint_rows(const JointRows& rows, const JointFitOptions& options,
   fit.iterations = weighted.iterations;
   fit.converged = weighted.converged;
   fit.residuals = residuals_of(rows, positions, fit.beta);
-  fit.sigma = options.estimator == Estimator::Ordinary ? joint_sigma(fit.residuals, scale)
+  fit.sigma = options.estimator == Estimator::Ordinary ? joint_sigma(rows, fit.residuals, scale)
                                                        : VectorXd(weighted.weights.cwiseInverse());
   const std::vector<int>& told = weighted.solution.told;
   if (told.empty()) {
@@ -369,8 +387,7 @@ JointFit fit_joint_rows(const JointRows& rows, const JointFitOptions& options,
     return fit;
   }
   // P M^T M P with P = (R^T R)^-1.
-  const MatrixXd M = score_factor(rows.regressors, positions, rows.size(), fit.residuals, weighted.weights,
-                                  rows.run_starts, fit.correlation);
+  const MatrixXd M = score_factor(rows, rows.regressors, positions, fit.residuals, weighted.weights, fit.correlation);
   const MatrixXd half =
       weighted.solution.R.transpose().triangularView<Eigen::Lower>().solve(MatrixXd(told_columns(M, told).transpose()));
   const MatrixXd G = weighted.solution.R.triangularView<Eigen::Upper>().solve(half);

@@ -32,6 +32,27 @@ def tool_body(cell: Any) -> Any:
     return kinematics.transformed_body(T, body)
 
 
+def believed_parameters(cell: Any, model: Any) -> np.ndarray:
+    """Standard parameters of the arm of a cell with its tool, in the order of the regressor; terms that a cell does not
+    hold are zero."""
+    if not cell.robot.links:
+        fail(
+            "the cell has no links, whose masses are needed; identify the arm first: kr5 identify dynamics --write-cell"
+        )
+    out = np.zeros(len(identification.DynamicsRegressor(model).names))
+    n, drives = cell.robot.joints, cell.drives
+    coulomb, viscous = np.zeros(n), np.zeros(n)
+    if drives is not None and drives.friction is not None:
+        coulomb, viscous = np.asarray(drives.friction.coulomb), np.asarray(drives.friction.viscous)
+    rotors = np.zeros(n)
+    if drives is not None:
+        rotors = np.asarray(drives.rotor_inertia) * np.diag(np.asarray(drives.structure)) ** 2
+    for k, body in enumerate(link_bodies(cell, with_tool=True)):
+        m, cx, cy, cz, *second = np.asarray(kinematics.inertial_parameters(body))
+        out[13 * k : 13 * k + 13] = [*second, cx, cy, cz, m, coulomb[k], viscous[k], rotors[k]]
+    return out
+
+
 def write_identified_cell(cell: Any, motion: Any, result: Any, options: Any, file: Path) -> None:
     """The cell with bodies that can exist and explain the torques; the tool stays as it is believed."""
     if not cell.robot.links:

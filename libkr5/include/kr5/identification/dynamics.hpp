@@ -37,6 +37,7 @@ struct DynamicsOptions {
   bool choose_terms = false;    ///< Offers further friction terms to each joint; those that predict better stay.
   int blocks = 6;               ///< Of time, for the cross-validation of `choose_terms`.
   double huber = 1.345;         ///< Limit of the Huber loss [standard deviations].
+  double least_speed = 0.0;     ///< Part of the RMS speed below which a joint's rows are left out [-].
   int max_iterations = 20;      ///< Of weights.
   std::vector<kinematics::Body> prior_bodies;  ///< For Consistent, one a link in its frame; empty: balls of 2 kg.
   double prior_spread = 0.5;  ///< Of the logarithm of their masses and radii; 2.0 at least without bodies [-].
@@ -49,6 +50,9 @@ struct DynamicsOptions {
     visit("choose_terms", self.choose_terms, "Friction terms chosen by cross-validation over blocks of time.");
     visit("blocks", self.blocks, "Number of blocks of the cross-validation.");
     visit("huber", self.huber, "Limit of the Huber loss [standard deviations].");
+    visit("least_speed", self.least_speed,
+          "Part of the RMS speed of a joint below which its torques are left out of the fit, 0: none. About rest "
+          "and reversal the side of dry friction is not known; 0.02 suits an arm that pauses [-].");
     visit("max_iterations", self.max_iterations, "Greatest number of iterations of the weights.");
     visit("prior_bodies", self.prior_bodies, "Expected bodies of the links, for consistent; empty: balls of 2 kg.");
     visit("prior_spread", self.prior_spread, "Spread of the logarithm of prior masses and radii [-].");
