@@ -59,7 +59,7 @@ VectorXd left_out_errors(const MatrixXd& X, const VectorXd& y, int blocks) {
 }
 
 /// Ways to add one term, each with the values of its shape that are tried.
-std::vector<JointTerms> extensions(const JointTerms& now, const JointMotion& motion, int joint) {
+std::vector<JointTerms> extensions(const JointTerms& now, const JointMotion& motion, int joint, double least_speed) {
   std::vector<JointTerms> out;
   const auto with = [&](const std::function<void(JointTerms&)>& change) {
     JointTerms more = now;
@@ -70,8 +70,10 @@ std::vector<JointTerms> extensions(const JointTerms& now, const JointMotion& mot
   if (!now.direction) with([](JointTerms& t) { t.direction = true; });
   if (!now.load) with([](JointTerms& t) { t.load = true; });
   const double fastest = motion.qd.col(joint).cwiseAbs().maxCoeff();
+  // A friction of lower speeds than those that are left out would be extrapolated to them.
+  const double slowest = 2 * least_speed * root_mean_square(motion.qd.col(joint));
   if (now.stribeck_velocity == 0 && fastest > 0)
-    for (double part = 0.6; part > 0.01; part *= 0.6)
+    for (double part = 0.6; part > std::max(0.01, slowest / fastest); part *= 0.6)
       with([&](JointTerms& t) { t.stribeck_velocity = part * fastest; });
   const double span = motion.t.maxCoeff() - motion.t.minCoeff();
   if (now.thermal_time_constant == 0 && span > 0 && (now.coulomb || now.viscous))
@@ -95,7 +97,7 @@ struct Extension {
 Extension best_extension(const DynamicsModel& model, int joint, const JointTerms& now, const JointMotion& motion,
                          const MatrixXd& load, const VectorXd& y, int blocks, double least_speed) {
   std::vector<Extension> all;
-  for (const JointTerms& terms : extensions(now, motion, joint)) {
+  for (const JointTerms& terms : extensions(now, motion, joint, least_speed)) {
     const MatrixXd X = friction_columns(model, joint, terms, motion, load, least_speed);
     all.push_back({terms, left_out_errors(X, y, blocks), X.cols()});
   }

@@ -329,9 +329,12 @@ Autoregression fit_autoregression(const VectorXd& series, const std::vector<int>
   return best;
 }
 
+double root_mean_square(const Eigen::Ref<const VectorXd>& values) {
+  return std::sqrt(values.squaredNorm() / static_cast<double>(values.size()));
+}
+
 Eigen::ArrayXd moving_samples(const Eigen::Ref<const VectorXd>& speed, double least_speed) {
-  const double limit = least_speed * std::sqrt(speed.squaredNorm() / static_cast<double>(speed.size()));
-  return (speed.array().abs() >= limit).cast<double>();
+  return (speed.array().abs() >= least_speed * root_mean_square(speed)).cast<double>();
 }
 
 void leave_out_rest(const JointMotion& motion, double least_speed, JointRows& rows) {

@@ -29,6 +29,7 @@ struct JointRows {
 /// of dry friction is that of the noise, and at rest friction is any force up to its level.
 /// @param least_speed Part of the RMS speed [-]; 0 leaves nothing out.
 void leave_out_rest(const JointMotion& motion, double least_speed, JointRows& rows);
+double root_mean_square(const Eigen::Ref<const Eigen::VectorXd>& values);
 /// 1 for the samples that such a limit keeps for a joint, 0 for the others.
 Eigen::ArrayXd moving_samples(const Eigen::Ref<const Eigen::VectorXd>& speed, double least_speed);
 
