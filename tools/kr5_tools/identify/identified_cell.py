@@ -57,12 +57,12 @@ def write_identified_cell(cell: Any, motion: Any, result: Any, options: Any, fil
     """The cell with bodies that can exist and explain the torques; the tool stays as it is believed."""
     if not cell.robot.links:
         fail("--write-cell: the cell has no links that say where to begin; give them masses in the cell")
-    prior = link_bodies(cell, with_tool=True)
+    prior = link_bodies(cell, with_tool=False)
     if min(b.mass for b in prior) < LEAST_MASS:
         fail("--write-cell: a link of the cell has no mass, from which bodies that can exist are looked for")
     options.estimator, options.prior_bodies = "consistent", prior
     options.choose_terms = False
-    found = identification.identify_dynamics(motion, result.model, options)
+    found = identification.identify_dynamics(without_tool(cell, motion, result.model), result.model, options)
     if not found.fit.usable:
         fail(f"--write-cell: {found.fit.message}")
     with beside(file) as new:
@@ -70,15 +70,32 @@ def write_identified_cell(cell: Any, motion: Any, result: Any, options: Any, fil
     print_note(f"{file}: links, rotors and friction by the consistent estimate, whose bodies can exist")
 
 
-def put_dynamics(cell: Any, found: Any) -> Any:
-    """A copy of the cell with the identified parameters."""
-    out = kr5_cell.parse_cell(cell.to_yaml())
-    bodies = list(found.bodies)
+def without_tool(cell: Any, motion: Any, model: Any) -> Any:
+    """The motion with the torques that the links alone ask for: those of the tool, as it is believed, are taken away,
+    so that the links are not asked to hold a part of it."""
     tool = tool_body(cell)
-    if tool is not None:
-        bodies[-1] = _without(bodies[-1], tool)
+    if tool is None:
+        return motion
+    regressor = identification.DynamicsRegressor(model)
+    chi = np.zeros(len(regressor.names))
+    m, cx, cy, cz, *second = np.asarray(kinematics.inertial_parameters(tool))
+    last = 13 * (cell.robot.joints - 1)
+    chi[last : last + 10] = [*second, cx, cy, cz, m]
+    return identification.JointMotion(
+        t=motion.t,
+        q=motion.q,
+        qd=motion.qd,
+        qdd=motion.qdd,
+        tau=np.asarray(motion.tau) - np.asarray(regressor.torques(motion, chi)),
+        run_starts=motion.run_starts,
+    )
+
+
+def put_dynamics(cell: Any, found: Any) -> Any:
+    """A copy of the cell with the identified links, rotors and friction; the tool stays as it is believed."""
+    out = kr5_cell.parse_cell(cell.to_yaml())
     robot = out.robot
-    robot.links = [kr5_cell.Link(mass=b.mass, com=b.com, inertia=b.inertia) for b in bodies]
+    robot.links = [kr5_cell.Link(mass=b.mass, com=b.com, inertia=b.inertia) for b in found.bodies]
     out.robot = robot
     n = cell.robot.joints
     chi = dict(zip(found.base.parameters, np.asarray(found.parameters), strict=True))
@@ -92,14 +109,3 @@ def put_dynamics(cell: Any, found: Any) -> Any:
     drives.friction = kr5_cell.Friction(coulomb=each("fc"), viscous=each("fv"))
     out.drives = drives
     return out
-
-
-def _without(body: Any, tool: Any) -> Any:
-    """A body less the tool that it carries, which must leave a body that can exist."""
-    taken = kinematics.Body(mass=-tool.mass, com=tool.com, inertia=-np.asarray(tool.inertia))
-    left = kinematics.merged_body(body, taken)
-    values = np.linalg.eigvalsh(left.inertia_matrix())
-    if left.mass <= 0 or values[0] <= 0 or values[0] + values[1] < values[2]:
-        print_note("the tool of the cell is heavier than what the motors feel; the last link keeps the whole of it")
-        return body
-    return left
