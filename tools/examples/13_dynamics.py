@@ -26,7 +26,9 @@ model = identification.DynamicsModel(
     chain=arm.nominal_chain(), gravity=arm.robot.gravity, structure=arm.drives.structure
 )
 found = identification.identify_dynamics(conditioned.motion, model)
-print(f"{found.base.size} base parameters of {len(found.base.parameters)}, usable: {'yes' if found.fit.usable else 'no'}")
+print(
+    f"{found.base.size} base parameters of {len(found.base.parameters)}, usable: {'yes' if found.fit.usable else 'no'}"
+)
 print(f"torques held out predicted within 2 %: {'yes' if found.held_out.total < 0.02 else 'no'}")
 print(f"friction of joint 3: {found.parameter('fc3')[0]:.1f} N m, in the cell {arm.drives.friction.coulomb[2]:.1f} N m")
 

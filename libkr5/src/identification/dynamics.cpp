@@ -125,6 +125,19 @@ void make_consistent(const DynamicsRegressor& regressor, const JointMotion& moti
   }
 }
 
+/// Torques of all samples. Those of a linear fit of every row follow from its residuals.
+MatrixXd predicted_torques(const DynamicsRegressor& regressor, const JointMotion& motion, const JointMotion& fitted,
+                           const JointFit& fit, const DynamicsOptions& options, const VectorXd& parameters) {
+  const bool known =
+      options.estimator != Estimator::Consistent && options.least_speed == 0 && !needs_load(regressor.model());
+  if (!known) return regressor.torques(motion, parameters);
+  const Index first = fitted.samples(), rest = motion.samples() - first;
+  MatrixXd out(motion.samples(), motion.joints());
+  out.topRows(first) = fitted.tau - fit.residuals;
+  if (rest > 0) out.bottomRows(rest) = regressor.torques(part_of(motion, first, rest), parameters);
+  return out;
+}
+
 void check_instruments(const JointMotion& motion, const DynamicsOptions& options, const JointMotion* instruments) {
   require(options.estimator != Estimator::Instruments || instruments != nullptr,
           "instruments: the estimator needs the same motion as commanded, simulated, or recorded again");
@@ -189,7 +202,7 @@ DynamicsResult identify_dynamics(const JointMotion& motion, const DynamicsModel&
     linear = estimate_linear(DynamicsRegressor(out.model), out.base, fitted, options, instrument_part);
   }
   const DynamicsRegressor regressor(out.model);
-  out.observability = observability(out.model, out.base, fitted);
+  out.observability = observability_from_factor(out.base, fitted, linear.fit.factor);
   out.fit.status = linear.fit.converged ? FitStatus::Converged : FitStatus::MaxIterations;
   out.fit.iterations = linear.fit.iterations;
   out.fit.message = linear.fit.converged ? "converged" : "the weights of the joints had not settled";
@@ -201,7 +214,7 @@ DynamicsResult identify_dynamics(const JointMotion& motion, const DynamicsModel&
   if (options.estimator == Estimator::Consistent) make_consistent(regressor, fitted, linear, options, out);
   out.deviations = out.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
 
-  out.predicted = regressor.torques(motion, out.parameters);
+  out.predicted = predicted_torques(regressor, motion, fitted, linear.fit, options, out.parameters);
   out.fitted = torque_error(fitted.tau, out.predicted.topRows(count));
   out.held_out =
       torque_error(motion.tau.bottomRows(motion.samples() - count), out.predicted.bottomRows(motion.samples() - count));

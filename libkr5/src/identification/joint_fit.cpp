@@ -123,6 +123,7 @@ MatrixXd score_factor(const JointRows& rows, const std::vector<JointRegressor>& 
 /// Weighted least squares with the variance of each joint estimated in turns.
 struct WeightedFit {
   Solution solution;
+  MatrixXd factor;  ///< Of all rows without weights.
   VectorXd weights;
   int iterations = 0;
   bool converged = false;
@@ -134,6 +135,7 @@ WeightedFit weighted_fit(const JointRows& rows, const Positions& positions, cons
   const double scale = rows.tau.norm() / std::sqrt(static_cast<double>(rows.tau.size()));
   WeightedFit out;
   out.weights = VectorXd::Ones(n);
+  out.factor = stacked_factor(factors, positions, b + 1, out.weights).topLeftCorner(b, b);
   VectorXd before = VectorXd::Zero(n);
   while (true) {
     const MatrixXd R = stacked_factor(factors, positions, b + 1, out.weights);
@@ -367,6 +369,7 @@ JointFit fit_joint_rows(const JointRows& rows, const JointFitOptions& options,
   WeightedFit weighted = weighted_fit(rows, positions, options);
   JointFit fit;
   fit.beta = weighted.solution.beta;
+  fit.factor = weighted.factor;
   fit.untold = weighted.solution.untold;
   fit.iterations = weighted.iterations;
   fit.converged = weighted.converged;

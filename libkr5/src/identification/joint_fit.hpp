@@ -46,6 +46,7 @@ struct JointFit {
   Eigen::MatrixXd residuals;    ///< Samples x joints.
   Eigen::VectorXd sigma;        ///< Of the residuals of each joint.
   Eigen::VectorXd correlation;  ///< Samples that count as one.
+  Eigen::MatrixXd factor;       ///< R of the rows of all joints as they are used, without weights.
   std::vector<int> untold;      ///< Positions in `columns` that the data do not tell.
   int iterations = 0;
   bool converged = false;

@@ -120,7 +120,7 @@ def slow_log(log: Path, believed: Any, wanted: Columns) -> Any:
 
 
 def slow_motion(file: Path, log: Any, options: Any) -> tuple[Any, list[Any]]:
-    """The motion of a log and what was found in it. Torques are not smoothed, which would blur the friction that the two
+    """The motion of a log and what was found in it. Torques are not smoothed, which would blur the friction that both
     directions tell apart; a joint that never moved has no moment to be told, and is no fault here."""
     options.smooth_torques = False
     options.accept = ",".join(part for part in (options.accept, "never_moved") if part)
