@@ -66,3 +66,14 @@ def test_identification_and_diagnosis_name_the_same(
     labels = json.loads((reference / "cases/labels.json").read_text())[f"case-{number:03d}"]["effects"]
     truth = next(iter(labels[0]["parameters"].values()))
     assert abs(value - truth) < 3 * std and abs(ours["value"] - truth) < 3 * ours["std"]
+
+
+def test_terms_that_a_cell_cannot_hold_are_named_and_not_mixed_into_the_others(reference, tmp_path, run_kr5):
+    case = reference / "cases/case-007"
+    words = ("dynamics", case, *OPTIONS, "--stribeck-velocity", "0.079", "--write-cell", "new.yaml")
+    done = run_kr5("identify", *words)
+    assert done.returncode == 0, done.stderr
+    assert "without fs1, fs2, fs3, fs4, fs5, fs6, which it cannot hold" in " ".join(done.stderr.split())
+    believed, new = (kr5.cell.load_cell(f).drives.friction.coulomb for f in (case / "cell.yaml", tmp_path / "new.yaml"))
+    others = [0, 2, 3, 4, 5]
+    assert np.asarray(new)[others] == pytest.approx(np.asarray(believed)[others], rel=0.02)

@@ -62,12 +62,29 @@ def write_identified_cell(cell: Any, motion: Any, result: Any, options: Any, fil
         fail("--write-cell: a link of the cell has no mass, from which bodies that can exist are looked for")
     options.estimator, options.prior_bodies = "consistent", prior
     options.choose_terms = False
-    found = identification.identify_dynamics(without_tool(cell, motion, result.model), result.model, options)
+    model, left_out = terms_of_a_cell(result.model)
+    found = identification.identify_dynamics(without_tool(cell, motion, model), model, options)
     if not found.fit.usable:
         fail(f"--write-cell: {found.fit.message}")
     with beside(file) as new:
         kr5_cell.save_cell(put_dynamics(cell, found), new)
+    if left_out:
+        print_note(
+            f"{file}: links, rotors and friction were estimated without {', '.join(left_out)}, which it cannot hold"
+        )
     print_note(f"{file}: links, rotors and friction by the consistent estimate, whose bodies can exist")
+
+
+def terms_of_a_cell(model: Any) -> tuple[Any, list[str]]:
+    """The model with the terms that a cell holds, and offsets, which would otherwise end up in them; and the names of
+    the others."""
+    kept = ("coulomb", "viscous", "rotor_inertia", "offset")
+    terms = [identification.JointTerms(**{name: getattr(t, name) for name in kept}) for t in model.terms]
+    plain = identification.DynamicsModel(
+        chain=model.chain, gravity=model.gravity, structure=model.structure, terms=terms
+    )
+    held = set(identification.DynamicsRegressor(plain).names)
+    return plain, [name for name in identification.DynamicsRegressor(model).names if name not in held]
 
 
 def without_tool(cell: Any, motion: Any, model: Any) -> Any:
