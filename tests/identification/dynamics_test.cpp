@@ -554,6 +554,65 @@ TEST_CASE("friction that falls with the measured temperature is found, and needs
   CHECK_THROWS_WITH(identify_dynamics(bare, truth.model), Contains("temperature: expected 2000 x 3 numbers"));
 }
 
+TEST_CASE("friction of a motor that two joints turn is told from that of its joint") {
+  DynamicsModel arm = three_joint_arm();
+  arm.structure = Eigen::Vector3d(100.0, -80.0, 50.0).asDiagonal();
+  arm.structure(2, 1) = -50.0;  // motor 3 turns with joint 2, too
+  arm.terms.resize(3);
+  for (JointTerms& terms : arm.terms) terms.motor = true;
+  const DynamicsRegressor regressor(arm);
+  CHECK(regressor.index("fcm3") >= 39);
+  CHECK(regressor.index("fcm1") == -1);  // no other joint turns it: the same as the friction of the joint
+  Truth truth(2000, 1, arm);
+  Eigen::VectorXd chi = truth.chi;
+  chi[regressor.index("fcm3")] = 5.0;
+  chi[regressor.index("fvm3")] = 2.0;
+  truth.motion.tau = regressor.torques(truth.motion, chi);
+  const Eigen::ArrayXd motor = (truth.motion.qd.col(2) - truth.motion.qd.col(1)).array(),
+                       torque = 5.0 * (motor / 0.002).tanh() + 2.0 * motor;
+  const Eigen::MatrixXd added = truth.motion.tau - DynamicsRegressor(arm).torques(truth.motion, truth.chi);
+  CHECK((added.col(2).array() - torque).matrix().norm() < 1e-9 * torque.matrix().norm());
+  CHECK((added.col(1).array() + torque).matrix().norm() < 1e-9 * torque.matrix().norm());
+  CHECK(added.col(0).norm() == 0.0);
+  const DynamicsResult with_motor = identify_dynamics(truth.motion, arm);
+  REQUIRE(with_motor.parameter("fcm3"));
+  CHECK(with_motor.parameter("fcm3")->first == Approx(5.0).epsilon(1e-6));
+  CHECK(with_motor.parameter("fvm3")->first == Approx(2.0).epsilon(1e-6));
+  arm.terms.clear();
+  CHECK(identify_dynamics(truth.motion, arm).held_out.total > 0.02);
+}
+
+TEST_CASE("samples about rest do not draw dry friction, when they are left out") {
+  Truth truth(6000);
+  const DynamicsRegressor regressor(truth.model);
+  JointMotion& motion = truth.motion;
+  for (Eigen::Index k = 0; k < motion.samples(); ++k)
+    if (k / 500 % 2 == 1) {  // a pause
+      motion.q.row(k) = motion.q.row(k - 1);
+      motion.qd.row(k).setZero();
+      motion.qdd.row(k).setZero();
+    }
+  motion.tau = regressor.torques(motion, truth.chi);
+  Random random(4);
+  add_noise(motion, 0.2 * noise, 0.0, random);
+  for (Eigen::Index k = 0; k < motion.samples(); ++k)
+    for (Eigen::Index i = 0; i < 3; ++i) motion.qd(k, i) += random.normal(0.005);
+  DynamicsOptions options = with(Estimator::Weighted);
+  const DynamicsResult all = identify_dynamics(motion, truth.model, options);
+  options.least_speed = 0.04;
+  const DynamicsResult moving = identify_dynamics(motion, truth.model, options);
+  for (int i = 1; i <= 3; ++i) {
+    const std::string name = "fc" + std::to_string(i);
+    const double level = truth.chi[regressor.index(name)];
+    INFO(name);
+    CHECK(std::abs(moving.parameter(name)->first - level) < 4 * moving.parameter(name)->second);
+    CHECK(moving.parameter(name)->second < 0.02 * level);
+    CHECK(all.parameter(name)->first < level - 5 * all.parameter(name)->second);
+  }
+  options.least_speed = 1.0;
+  CHECK_THROWS_WITH(identify_dynamics(motion, truth.model, options), Contains("least_speed must be"));
+}
+
 TEST_CASE("a joint that never moved is named, and the estimate may not be used") {
   Truth truth(300);
   truth.motion.q.col(1).setConstant(0.7);

@@ -140,6 +140,20 @@ TEST_CASE("decimation, cut-off and logged speeds are taken as asked for") {
   CHECK_THROWS_WITH(condition_log(sound_log(), options), Contains("cutoff"));
 }
 
+TEST_CASE("torques that are not smoothed are those of the log, at its own rate") {
+  ConditioningOptions options;
+  const ConditionedMotion smooth = condition_log(sound_log(), options);
+  options.smooth_torques = false;
+  const ConditionedMotion raw = condition_log(sound_log(), options);
+  CHECK(raw.decimation == 1);
+  CHECK(smooth.decimation > 1);
+  CHECK((raw.motion.tau - raw.tau_measured).norm() == 0.0);
+  const Index first = static_cast<Index>(std::lround(raw.motion.t[0] / step));
+  CHECK((raw.motion.tau - sound_log().tau.middleRows(first, raw.motion.samples())).norm() == 0.0);
+  options.decimation = 3;
+  CHECK(condition_log(sound_log(), options).decimation == 3);
+}
+
 TEST_CASE("gaps end runs; doubles and disorder are repaired and told") {
   JointLog log = sound_log();
   const JointLog whole = log;

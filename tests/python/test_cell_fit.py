@@ -114,3 +114,21 @@ def test_what_cannot_be_is_refused_in_words(nominal):
     with pytest.raises(ValueError, match="4x4"):
         problem.add_pose("other", np.eye(3))
     assert not fit.FitBlock().exists() and base.exists() and not problem.any_free()
+
+
+def test_poses_count_by_their_covariance_and_a_pose_may_begin_elsewhere():
+    poses = fit.CellFit()
+    block = poses.add_pose("pose", np.eye(4))
+    first, second = np.diag([1e-6] * 3 + [1e-4] * 3), np.diag([3e-6] * 3 + [1e-4] * 3)
+    chain = fit.PoseChain().then(block)
+    moved = np.eye(4)
+    moved[0, 3] = 0.4
+    poses.observe_pose(chain, np.eye(4), first)
+    seen = poses.observe_pose(chain, moved, np.eye(6))
+    poses.set_covariance(seen, second)
+    poses.begin_at(block, moved)
+    result = poses.solve()
+    assert poses.pose(block)[0, 3] == pytest.approx(0.1, abs=1e-9)
+    assert result.covariance[0, 0] == pytest.approx(0.75e-6)
+    with pytest.raises(kr5.InvalidArgument, match="positive definite"):
+        poses.set_covariance(seen, np.zeros((6, 6)))

@@ -89,3 +89,13 @@ def test_a_faulty_log_gives_no_motion():
     assert not got.usable and got.motion.t.size == 0
     assert str(got.findings[0].fault) == "not_finite" and got.findings[0].column == "Motor 2"
     assert (got.findings[0].begin, got.findings[0].end) == pytest.approx((2.0, 2.39))
+
+
+def test_a_high_cut_off_does_not_make_two_clocks_of_one(reference):
+    columns = np.genfromtxt(reference / "data/dyn_panda_gaz2019/panda_excitation.csv", delimiter=",", names=True)
+    late = columns["t"] > 13.5
+    q, tau = (np.column_stack([columns[f"{stem}{k + 1}"][late] for k in range(7)]) for stem in ("q", "tau"))
+    log = identification.JointLog(t=columns["t"][late], q=q, tau=tau)
+    for cutoff in (0.0, 20.0, 40.0):
+        found = identification.check_log(log, identification.ConditioningOptions(cutoff=cutoff))
+        assert not [f.text for f in found if str(f.severity) == "error"], cutoff

@@ -23,7 +23,8 @@ def slow_log(believed, file, noise=0.5, current=False, links=None, samples=500):
     chain = believed.nominal_chain()
     n = len(chain.joints)
     phase = np.outer(t, 0.2 + 0.03 * np.arange(n)) + np.arange(n)
-    q, qd = 0.9 * np.sin(phase), 0.9 * (0.2 + 0.03 * np.arange(n)) * np.cos(phase)
+    middle = 0.5 * (np.asarray(believed.robot.limits.lower) + np.asarray(believed.robot.limits.upper))
+    q, qd = middle + 0.9 * np.sin(phase), 0.9 * (0.2 + 0.03 * np.arange(n)) * np.cos(phase)
     arm = kinematics.Dynamics(chain, links or believed.robot.links, believed.robot.gravity)
     tau = np.array([arm.gravity_torques(row) for row in q])
     tau += np.sign(qd) * 5.0 + np.random.default_rng(1).normal(0, noise, tau.shape)
@@ -82,9 +83,9 @@ def test_planar_gravity_and_a_urdf_without_drives(run_kr5, tmp_path, believed):
     home = np.array([0.0, -0.4, -2.4, 0.0, -0.8, 0.0])
     q, qd = np.tile(home, (600, 1)), np.zeros((600, 6))
     for k, j in enumerate((4, 2, 1)):
-        phase = np.linspace(0, 8 * np.pi, 200)
-        q[200 * k : 200 * k + 200, j] += 0.7 * np.sin(phase)
-        qd[200 * k : 200 * k + 200, j] = 0.1 * np.cos(phase)
+        phase = np.linspace(0, 2 * np.pi, 200)
+        q[200 * k : 200 * k + 200, j] += 0.4 * (1 - np.cos(phase))
+        qd[200 * k : 200 * k + 200, j] = 0.4 * 2 * np.pi / 19.9 * np.sin(phase)
     dynamics = kinematics.Dynamics(chain, arm.robot.links, arm.robot.gravity)
     tau = np.array([dynamics.gravity_torques(row) for row in q]) + np.sign(qd) * 3
     header = ",".join(["t", *(f"{k}{j + 1}" for k in ("q", "qd", "tau") for j in range(6))])
@@ -115,6 +116,12 @@ def test_logs_that_tell_no_gravity_are_refused(run_kr5, tmp_path, believed):
     assert "are they in degrees" in refused("degrees.csv", "\n".join(degrees) + "\n")
     swapped = [lines[0], *lines[1:10], lines[20], *lines[10:]]
     assert "t: expected at least three times that rise" in refused("order.csv", "\n".join(swapped) + "\n")
+    stuck = [line.split(",") for line in lines]
+    for row in stuck[200:320]:
+        row[8] = stuck[200][8]
+    assert "tau2: does not change although the arm moves from 39.8" in refused(
+        "stuck.csv", "\n".join(",".join(row) for row in stuck) + "\n"
+    )
     assert refused("short.csv", "\n".join(lines[:2]) + "\n")
     assert refused("empty.csv", "")
     assert refused("nan.csv", text.replace(lines[5].split(",")[9], "nan"))

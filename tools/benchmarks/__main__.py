@@ -90,7 +90,7 @@ BENCHES = {
     "identification": Bench(
         "Identification of dynamics and drives: real arms held out in time, beside FIGAROH",
         f"{PUBLIC}; friction terms and cut-off are chosen on the part that is fitted",
-        quick=("--only", "structure"),
+        quick=("--trials", "50", "--quick"),
     ),
     "sim_speed": Bench("Steps a second of the simulated cell", "the same scene", quick=("--steps", "20000")),
     "simulated_cell": Bench(

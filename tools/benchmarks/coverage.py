@@ -17,18 +17,18 @@ import comparison
 PROGRAMS = ("calibration_tests", "fit_tests", "vision_tests")  # their tests with the tag "coverage"
 
 
-def main() -> int:
-    given = arguments.parser(__doc__, build=True).parse_args()
+def coverage_rows(build: Path, programs: tuple[str, ...], tag: str, quick: bool) -> tuple[int, list[comparison.Row]]:
+    """How many programs failed, and a row for each region."""
     failed, lines = 0, []
     with tempfile.TemporaryDirectory() as folder:
         counts = Path(folder) / "counts.csv"
-        environment = {**os.environ, "KR5_COVERAGE": str(counts)} | ({} if given.quick else {"KR5_FULL": "1"})
-        for name in comparison.progress(PROGRAMS, "Programs"):
-            program = given.build.resolve() / "tests" / name
+        environment = {**os.environ, "KR5_COVERAGE": str(counts)} | ({} if quick else {"KR5_FULL": "1"})
+        for name in comparison.progress(programs, "Programs"):
+            program = build.resolve() / "tests" / name
             if not program.exists():
-                sys.exit(f"{program}: no such file; build it: cmake --build {given.build} --target {name}")
+                sys.exit(f"{program}: no such file; build it: cmake --build {build} --target {name}")
             done = subprocess.run(
-                [program, "--use-colour", "no", "[coverage]"],
+                [program, "--use-colour", "no", tag],
                 env=environment,
                 capture_output=True,
                 text=True,
@@ -51,6 +51,12 @@ def main() -> int:
                     figure="coverage",
                 )
             )
+    return failed, lines
+
+
+def main() -> int:
+    given = arguments.parser(__doc__, build=True).parse_args()
+    failed, lines = coverage_rows(given.build, PROGRAMS, "[coverage]", given.quick)
     comparison.print_comparisons(
         lines,
         "How often the 95 % region holds the truth (below 2000 trials the interval must reach into what is wanted), "

@@ -168,8 +168,14 @@ def all_rows(count: int) -> list[comparison.Row]:
         comparison.Row("its largest difference", f"{worst:.1e}", "1e-10", worst <= 1e-10, "Python loop"),
     ]
 
-    n = min(count, 50_000)
-    q, qd, qdd = q[:n], random.uniform(-2, 2, (n, 6)), random.uniform(-5, 5, (n, 6))
+    return [*out, *rigid_body_rows(cell, min(count, 50_000))]
+
+
+def rigid_body_rows(cell, n: int) -> list[comparison.Row]:
+    """Inverse dynamics and the regressor beside Pinocchio."""
+    random = np.random.default_rng(2)
+    chain = cell.nominal_chain()
+    q, qd, qdd = random.uniform(-3, 3, (n, 6)), random.uniform(-2, 2, (n, 6)), random.uniform(-5, 5, (n, 6))
     arm = Dynamics(chain, [Body(**link.to_dict()) for link in cell.robot.links], cell.robot.gravity)
     model = pinocchio_model(cell)
     data = model.createData()
@@ -181,7 +187,6 @@ def all_rows(count: int) -> list[comparison.Row]:
     largest = np.abs(tau).max()
     apart = abs(theirs.torque_sum - tau[:, 0].sum()) / np.abs(tau[:, 0]).sum()
     return [
-        *out,
         comparison.Row(
             "inverse dynamics, a row",
             f"{ours * 1e6:.2f} us",

@@ -1,8 +1,6 @@
-"""Masses, friction and rotors of an arm from a recording of its torques, by weighted least squares.
-
-Every column of the regressor is a simulation of the arm with one parameter alone, so that what is identified is exactly
-what the simulator uses. Masses stay as given: what they do beside first and second moments of a serial arm on a fixed
-base cannot be seen."""
+"""Masses, friction and rotors of an arm from a recording of its torques, by `kr5.identification`. Masses stay
+as given: what they do beside first and second moments of a serial arm on a fixed base cannot be seen. What the bench
+asks of the simulator stands here, too."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -10,9 +8,14 @@ from typing import Any
 import kr5.cell
 import kr5.predict
 import numpy as np
+from kr5 import identification, kinematics
+from scipy.interpolate import CubicSpline
+
+from kr5_tools.identify.identified_cell import believed_parameters, link_bodies, put_dynamics
+from kr5_tools.identify.motion_logs import arm_model, merged_motion
+from kr5_tools.log_import.values import joint_torques
 
 SIMULATOR = kr5.predict.FastSimulator()
-AXES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # Ixx Iyy Izz Ixy Ixz Iyz
 
 
 @dataclass
@@ -20,25 +23,6 @@ class Identified:
     cell: Any
     offset: np.ndarray  # constant part of each column that no part of the cell makes
     residual: np.ndarray  # of the fit experiments, rows x joints
-
-
-def matrix(inertia: Any) -> np.ndarray:
-    out = np.zeros((3, 3))
-    for value, (i, j) in zip(inertia, AXES):
-        out[i, j] = out[j, i] = value
-    return out
-
-
-def about_origin(link: Any) -> np.ndarray:
-    c = np.asarray(link.com)
-    return matrix(link.inertia) + link.mass * (c @ c * np.eye(3) - np.outer(c, c))
-
-
-def link_of(mass: float, moment: np.ndarray, inertia: np.ndarray) -> Any:
-    """A link from its mass, first moment and inertia about its origin."""
-    c = moment / mass
-    about = inertia - mass * (c @ c * np.eye(3) - np.outer(c, c))
-    return kr5.cell.Link(mass=mass, com=c, inertia=[about[i, j] for i, j in AXES])
 
 
 def columns(cell: Any, experiments: list[Any]) -> np.ndarray:
@@ -54,28 +38,6 @@ def recorded(experiments: list[Any], joints: int) -> np.ndarray:
     return np.vstack([np.column_stack([e[f"i{k + 1}"] for k in range(joints)]) for e in experiments])
 
 
-def without_drives(cell: Any) -> Any:
-    """The arm without mass, friction and rotors."""
-    out = kr5.cell.parse_cell(cell.to_yaml())
-    n = cell.robot.joints
-    robot, drives = out.robot, out.drives
-    robot.links = [kr5.cell.Link(mass=0.0, com=np.zeros(3), inertia=np.zeros(6)) for _ in range(n)]
-    drives.friction = kr5.cell.Friction(coulomb=np.zeros(n), viscous=np.zeros(n))
-    drives.rotor_inertia = np.zeros(n)
-    out.robot, out.drives = robot, drives
-    return out
-
-
-def with_link(cell: Any, index: int, link: Any) -> Any:
-    out = kr5.cell.parse_cell(cell.to_yaml())
-    robot = out.robot
-    links = list(robot.links)
-    links[index] = link
-    robot.links = links
-    out.robot = robot
-    return out
-
-
 def with_drives(cell: Any, **changes: Any) -> Any:
     """Changed `coulomb`, `viscous`, `rotor_inertia`, `structure`, `torque_constant`."""
     out = kr5.cell.parse_cell(cell.to_yaml())
@@ -88,90 +50,84 @@ def with_drives(cell: Any, **changes: Any) -> Any:
     return out
 
 
-def regressor(cell: Any, experiments: list[Any], rotors: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Columns (rows x joints x parameters), and what each parameter may plausibly change by.
-
-    Parameters: of each link three first moments and six second ones; dry and viscous friction of each joint; rotors;
-    offsets."""
-    n, empty = cell.robot.joints, without_drives(cell)
-    parts, scale = [], []
-    masses = [link.mass for link in cell.robot.links]
-    for k in range(n):
-        alone = columns(with_link(empty, k, kr5.cell.Link(mass=1.0, com=np.zeros(3), inertia=np.zeros(6))), experiments)
-        for axis in np.eye(3):
-            there = kr5.cell.Link(
-                mass=1.0, com=axis, inertia=[-(np.eye(3) - np.outer(axis, axis))[i, j] for i, j in AXES]
-            )
-            parts.append(columns(with_link(empty, k, there), experiments) - alone)
-        scale += [0.2 * masses[k] + 0.1] * 3
-        for unit in np.eye(6):
-            parts.append(
-                columns(with_link(empty, k, kr5.cell.Link(mass=0.0, com=np.zeros(3), inertia=unit)), experiments)
-            )
-        scale += [0.02 * masses[k] + 0.01] * 6
-    for name in ("coulomb", "viscous", *(["rotor_inertia"] if rotors else [])):
-        for k in range(n):
-            parts.append(columns(with_drives(empty, **{name: np.eye(n)[k]}), experiments))
-            scale.append(100.0 if name != "rotor_inertia" else 1e-2)
-    rows = len(parts[0])
-    for k in range(n):
-        parts.append(np.tile(np.eye(n)[k], (rows, 1)))
-        scale.append(100.0 / abs(np.asarray(cell.drives.torque_constant)[k]))
-    return np.stack(parts, axis=2), np.array(scale)
+def commanded_motion(cell: Any, experiment: Any) -> Any:
+    """The motion of an experiment whose servos follow at once, with torques on the joint side; the first rows, at which
+    the simulator starts from rest, are left out."""
+    n, t = cell.robot.joints, np.asarray(experiment["t"])
+    course = CubicSpline(t, np.column_stack([experiment[f"qc{k + 1}"] for k in range(n)]))
+    tau = joint_torques(cell.drives, recorded([experiment], n))
+    servo = cell.servo.joint[0]
+    behind = 2 * servo.damping_ratio / servo.natural_frequency + servo.delay
+    q, qd, qdd = (course(t - behind, order)[1:] for order in range(3))
+    return identification.JointMotion(t=t[1:], q=q, qd=qd, qdd=qdd, tau=tau[1:])
 
 
-def starting_values(cell: Any, rotors: bool) -> np.ndarray:
-    out = []
-    for link in cell.robot.links:
-        moment, inertia = link.mass * np.asarray(link.com), about_origin(link)
-        out += [*moment, *(inertia[i, j] for i, j in AXES)]
-    friction = cell.drives.friction
-    out += [*friction.coulomb, *friction.viscous, *(cell.drives.rotor_inertia if rotors else [])]
-    return np.array([*out, *np.zeros(cell.robot.joints)])
-
-
-def identify(cell: Any, experiments: list[Any], rotors: bool = True, rounds: int = 4) -> Identified:
-    """The cell that explains the torques of the fit experiments; friction and rotors do not become negative."""
-    from scipy.optimize import lsq_linear
-
+def identify(cell: Any, experiments: list[Any], rotors: bool = True) -> Identified:
+    """The cell that explains the torques of the fit experiments. Of all cells that do, the one nearest to what is
+    believed, with its masses; where the motion leaves combinations open, the likeliest with bodies that can exist."""
     n = cell.robot.joints
     fit = [e for e in experiments if str(e.split) == "fit"]
-    A, scale = regressor(cell, fit, rotors)
-    mass_only = without_drives(cell)
-    robot = mass_only.robot
-    robot.links = [kr5.cell.Link(mass=link.mass, com=np.zeros(3), inertia=np.zeros(6)) for link in cell.robot.links]
-    mass_only.robot = robot
-    y = recorded(fit, n) - columns(mass_only, fit)
-    x0 = starting_values(cell, rotors)
-    sigma, x = y.std(0), x0
-    lower = np.full(len(x0), -np.inf)
-    first = 9 * n
-    lower[first : len(x0) - n] = 0.0
-    for _ in range(rounds):
-        rows = (A / sigma[None, :, None]).reshape(-1, len(x0)) * scale
-        right = ((y - A @ x0) / sigma).reshape(-1)
-        problem = np.vstack([rows, np.eye(len(x0))])
-        target = np.concatenate([right, np.zeros(len(x0))])
-        G = problem.T @ problem
-        L = np.linalg.cholesky(G)
-        small = lsq_linear(L.T, np.linalg.solve(L, problem.T @ target), bounds=((lower - x0) / scale, np.inf))
-        x = x0 + scale * small.x
-        residual = y - A @ x
-        sigma = residual.std(0)
-    return Identified(_cell_of(cell, x, rotors), x[-n:], residual)
+    motion = merged_motion([commanded_motion(cell, e) for e in fit])
+    found = positive_drives(cell, motion, rotors)
+    if found.observability.unidentifiable:
+        options = identification.DynamicsOptions(
+            held_out=0.0, estimator="consistent", prior_bodies=link_bodies(cell, with_tool=True), prior_spread=1.0
+        )
+        model = arm_model(cell, [identification.JointTerms(offset=True, rotor_inertia=rotors)] * n)
+        out = put_dynamics(cell, identification.identify_dynamics(motion, model, options))
+    else:
+        believed = believed_parameters(cell, found.model)
+        out = with_parameters(cell, nearest_parameters(found.base, np.asarray(found.values), believed, n), rotors)
+    off = recorded(fit, n) - columns(out, fit)
+    return Identified(out, off.mean(0), off - off.mean(0))
 
 
-def _cell_of(cell: Any, x: np.ndarray, rotors: bool) -> Any:
+def positive_drives(cell: Any, motion: Any, rotors: bool) -> Any:
+    """The weighted estimate; friction and rotors that would become negative are left out, the most negative first."""
     n = cell.robot.joints
+    kept = {"coulomb": [True] * n, "viscous": [True] * n, "rotor_inertia": [rotors] * n}
+    stems = {"coulomb": "fc", "viscous": "fv", "rotor_inertia": "Ia"}
+    while True:
+        terms = [identification.JointTerms(offset=True, **{k: v[j] for k, v in kept.items()}) for j in range(n)]
+        found = identification.identify_dynamics(
+            motion, arm_model(cell, terms), identification.DynamicsOptions(held_out=0.0)
+        )
+        assert found.fit.usable, found.fit.message
+        told = [
+            (value[0], name, j)
+            for name, stem in stems.items()
+            for j in range(n)
+            if kept[name][j] and (value := found.parameter(f"{stem}{j + 1}")) is not None
+        ]
+        if not told or min(told)[0] >= 0:
+            return found
+        _, name, joint = min(told)
+        kept[name][joint] = False
+
+
+def nearest_parameters(base: Any, values: np.ndarray, believed: np.ndarray, joints: int) -> np.ndarray:
+    """Standard parameters with these base parameters, changed least from the believed ones; masses are not changed."""
+    change = np.ones(len(believed))
+    for k in range(joints):
+        mass = believed[13 * k + 9]
+        change[13 * k : 13 * k + 10] = [0.02 * mass + 0.01] * 6 + [0.2 * mass + 0.1] * 3 + [0.0]
+        change[13 * k + 10 : 13 * k + 13] = 100.0
+    R = np.asarray(base.regrouping) * change
+    return np.asarray(believed + change * (np.linalg.pinv(R) @ (values - np.asarray(base.regrouping) @ believed)))
+
+
+def with_parameters(cell: Any, chi: np.ndarray, rotors: bool) -> Any:
+    """A copy of the cell with these standard parameters."""
+    n = cell.robot.joints
+    own = chi[: 13 * n].reshape(n, 13)
     out = kr5.cell.parse_cell(cell.to_yaml())
     robot, links = out.robot, []
-    for k, link in enumerate(cell.robot.links):
-        own = x[9 * k : 9 * k + 9]
-        links.append(link_of(link.mass, own[:3], matrix(own[3:])))
+    for *second, cx, cy, cz, mass, _, _, _ in own:
+        body = kinematics.body_from_parameters([mass, cx, cy, cz, *second])
+        links.append(kr5.cell.Link(mass=body.mass, com=body.com, inertia=body.inertia))
     robot.links = links
     out.robot = robot
-    at = 9 * n
-    changes = {"coulomb": x[at : at + n], "viscous": x[at + n : at + 2 * n]}
+    changes = {"coulomb": np.maximum(own[:, 10], 0), "viscous": np.maximum(own[:, 11], 0)}
     if rotors:
-        changes["rotor_inertia"] = x[at + 2 * n : at + 3 * n]
+        changes["rotor_inertia"] = np.maximum(own[:, 12], 0) / np.diag(np.asarray(cell.drives.structure)) ** 2
     return with_drives(out, **changes)

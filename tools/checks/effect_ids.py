@@ -24,6 +24,7 @@ ALLOWED = (
 # Ids that also name a field, a file or a command, and where they do.
 OTHER_MEANING: dict[str, tuple[str, ...]] = {
     "hand_eye": ("tools/kr5_tools/",),
+    "payload": ("tools/kr5_tools/app.py",),
     "rotor_inertia": ("libkr5/include/kr5/cell/drives.hpp", "libkr5/include/kr5/identification/dynamics_model.hpp"),
     "torque_constant": (
         "libkr5/include/kr5/cell/drives.hpp",

@@ -39,6 +39,7 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
         "excitation": ("identify.excitation", "Exciting motion for the identification of an arm's dynamics."),
         "drives": ("identify.drives", "Structure matrix, gear ratios and couplings, from encoders and joint angles."),
         "dynamics": ("identify.dynamics", "Dynamic parameters and friction, from a motion with currents or torques."),
+        "payload": ("identify.payload", "Load at the flange, from motions with it and without."),
         "study": ("identify.study", "Error of such an identification by device, noise and arc."),
         "servo": ("identify.servo", "Servo of the path correction or of joints, from a response."),
         "contact": ("identify.contact", "Stiffness of a contact, and the force loop on it."),

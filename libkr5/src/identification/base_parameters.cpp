@@ -118,7 +118,11 @@ MatrixXd observation_factor(const DynamicsModel& model, const BaseParameters& ba
 Observability observability(const DynamicsModel& model, const BaseParameters& base, const JointMotion& motion,
                             double tolerance) {
   motion.validate();
-  const MatrixXd R = observation_factor(model, base, motion);
+  return observability_from_factor(base, motion, observation_factor(model, base, motion), tolerance);
+}
+
+Observability observability_from_factor(const BaseParameters& base, const JointMotion& motion, const MatrixXd& R,
+                                        double tolerance) {
   const auto condition = [](const VectorXd& s) {
     return s.size() == 0 || s[s.size() - 1] <= 0 ? std::numeric_limits<double>::infinity() : s[0] / s[s.size() - 1];
   };

@@ -22,8 +22,11 @@ using Eigen::VectorXd;
 
 /// Rows of the base parameters for one part of a motion.
 JointRows base_rows(const DynamicsRegressor& regressor, const BaseParameters& base, const JointMotion& motion,
-                    const MatrixXd& load) {
-  return {regressor.joint_regressors(motion, base.independent, load), base.independent, motion.tau, motion.run_starts};
+                    const MatrixXd& load, double least_speed) {
+  JointRows out{
+      regressor.joint_regressors(motion, base.independent, load), base.independent, motion.tau, motion.run_starts, {}};
+  leave_out_rest(motion, least_speed, out);
+  return out;
 }
 
 bool needs_load(const DynamicsModel& model) {
@@ -72,7 +75,7 @@ LinearEstimate estimate_linear(const DynamicsRegressor& regressor, const BasePar
   const bool loaded = needs_load(regressor.model());
   if (loaded) out.load = MatrixXd::Zero(motion.samples(), motion.joints());  // at first without that friction
   for (int turn = 0; turn < (loaded ? 3 : 1); ++turn) {
-    const JointRows rows = base_rows(regressor, base, motion, out.load);
+    const JointRows rows = base_rows(regressor, base, motion, out.load, options.least_speed);
     std::vector<JointRegressor> others;
     if (instruments) others = regressor.joint_regressors(*instruments, base.independent, out.load);
     out.fit = fit_joint_rows(rows, fit_options, instruments ? &others : nullptr);
@@ -86,11 +89,13 @@ void make_consistent(const DynamicsRegressor& regressor, const JointMotion& moti
                      const DynamicsOptions& options, DynamicsResult& result) {
   std::vector<int> all(static_cast<std::size_t>(regressor.parameters()));
   for (std::size_t c = 0; c < all.size(); ++c) all[c] = static_cast<int>(c);
-  std::vector<JointRegressor> rows = regressor.joint_regressors(motion, {}, linear.load);
+  JointRows rows{regressor.joint_regressors(motion, {}, linear.load), all, motion.tau, motion.run_starts, {}};
+  leave_out_rest(motion, options.least_speed, rows);
   std::vector<MatrixXd> factors;
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    MatrixXd both(rows[i].X.rows(), rows[i].X.cols() + 1);
-    both << rows[i].X, motion.tau.col(static_cast<Index>(i));
+  for (std::size_t i = 0; i < rows.regressors.size(); ++i) {
+    const MatrixXd& X = rows.regressors[i].X;
+    MatrixXd both(X.rows(), X.cols() + 1);
+    both << X, rows.tau.col(static_cast<Index>(i));
     factors.push_back(triangular_factor(both));
   }
   // Samples that are correlated count as fewer, or the prior would have no weight beside them.
@@ -99,7 +104,7 @@ void make_consistent(const DynamicsRegressor& regressor, const JointMotion& moti
   const VectorXd weights =
       linear.fit.sigma.cwiseMax(least).cwiseInverse().cwiseQuotient(linear.fit.correlation.cwiseSqrt());
   const Index p = regressor.parameters();
-  const MatrixXd R = stacked_factor(factors, column_positions(rows, all), p + 1, weights);
+  const MatrixXd R = stacked_factor(factors, column_positions(rows.regressors, all), p + 1, weights);
   const bool known = !options.prior_bodies.empty();
   const ConsistentFit fit =
       fit_consistent(R.topLeftCorner(p, p), R.col(p).head(p), regressor.joints(),
@@ -123,6 +128,19 @@ void make_consistent(const DynamicsRegressor& regressor, const JointMotion& moti
   }
 }
 
+/// Torques of all samples. Those of a linear fit of every row follow from its residuals.
+MatrixXd predicted_torques(const DynamicsRegressor& regressor, const JointMotion& motion, const JointMotion& fitted,
+                           const JointFit& fit, const DynamicsOptions& options, const VectorXd& parameters) {
+  const bool known =
+      options.estimator != Estimator::Consistent && options.least_speed == 0 && !needs_load(regressor.model());
+  if (!known) return regressor.torques(motion, parameters);
+  const Index first = fitted.samples(), rest = motion.samples() - first;
+  MatrixXd out(motion.samples(), motion.joints());
+  out.topRows(first) = fitted.tau - fit.residuals;
+  if (rest > 0) out.bottomRows(rest) = regressor.torques(part_of(motion, first, rest), parameters);
+  return out;
+}
+
 void check_instruments(const JointMotion& motion, const DynamicsOptions& options, const JointMotion* instruments) {
   require(options.estimator != Estimator::Instruments || instruments != nullptr,
           "instruments: the estimator needs the same motion as commanded, simulated, or recorded again");
@@ -141,6 +159,7 @@ void DynamicsOptions::validate() const {
   require(held_out >= 0 && held_out < 1, "held_out must be at least 0 and below 1 [-]");
   require(blocks >= 3, "blocks must be at least 3");
   require(huber > 0 && std::isfinite(huber), "huber must be positive [standard deviations]");
+  require(least_speed >= 0 && least_speed < 1, "least_speed must be at least 0 and below 1 [-]");
   require(max_iterations > 0, "max_iterations must be positive");
   require(max_body_iterations > 0, "max_body_iterations must be positive");
   require(prior_spread > 0 && std::isfinite(prior_spread), "prior_spread must be positive [-]");
@@ -181,14 +200,14 @@ DynamicsResult identify_dynamics(const JointMotion& motion, const DynamicsModel&
   LinearEstimate linear = estimate_linear(DynamicsRegressor(out.model), out.base, fitted, options, instrument_part);
   if (options.choose_terms) {
     const MatrixXd load = DynamicsRegressor(out.model).link_torques(fitted, out.base.standard(linear.fit.beta));
-    out.model.terms =
-        choose_friction_terms(out.model, fitted, base_rows(DynamicsRegressor(out.model), out.base, fitted, load),
-                              linear.fit.sigma, load, options.blocks);
+    out.model.terms = choose_friction_terms(
+        out.model, fitted, base_rows(DynamicsRegressor(out.model), out.base, fitted, load, options.least_speed),
+        linear.fit.sigma, load, options.blocks, options.least_speed);
     out.base = base_parameters(out.model);
     linear = estimate_linear(DynamicsRegressor(out.model), out.base, fitted, options, instrument_part);
   }
   const DynamicsRegressor regressor(out.model);
-  out.observability = observability(out.model, out.base, fitted);
+  out.observability = observability_from_factor(out.base, fitted, linear.fit.factor);
   out.fit.status = linear.fit.converged ? FitStatus::Converged : FitStatus::MaxIterations;
   out.fit.iterations = linear.fit.iterations;
   out.fit.message = linear.fit.converged ? "converged" : "the weights of the joints had not settled";
@@ -203,7 +222,7 @@ DynamicsResult identify_dynamics(const JointMotion& motion, const DynamicsModel&
       (uncertainty::covariance_inflation(1, freedom) * out.covariance.diagonal().cwiseMax(0.0)).cwiseSqrt();
   out.covariance *= uncertainty::covariance_inflation(numbers, freedom);
 
-  out.predicted = regressor.torques(motion, out.parameters);
+  out.predicted = predicted_torques(regressor, motion, fitted, linear.fit, options, out.parameters);
   out.fitted = torque_error(fitted.tau, out.predicted.topRows(count));
   out.held_out =
       torque_error(motion.tau.bottomRows(motion.samples() - count), out.predicted.bottomRows(motion.samples() - count));

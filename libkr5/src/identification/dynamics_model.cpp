@@ -34,6 +34,11 @@ std::string parameter_name(int joint, int k) {
   return (k == coulomb_at ? "fc" : k == viscous_at ? "fv" : "Ia") + i;
 }
 
+/// Whether several joints turn the motor of joint i.
+bool is_shared(const MatrixXd& structure, Index i) {
+  return structure.size() > 0 && (structure.row(i).array() != 0.0).count() > 1;
+}
+
 }  // namespace
 
 void DynamicsModel::validate() const {
@@ -65,6 +70,7 @@ DynamicsRegressor::DynamicsRegressor(DynamicsModel model) : model_(std::move(mod
     const std::vector<FrictionTerm>& table = friction_term_table();
     for (std::size_t row = 0; row < table.size(); ++row) {
       if (!table[row].present(model_.terms[static_cast<std::size_t>(i)])) continue;
+      if (table[row].motor && !is_shared(model_.structure, i)) continue;
       names_.push_back(table[row].name + std::to_string(i + 1));
       terms_.push_back({i, row});
     }
@@ -111,22 +117,27 @@ std::vector<JointRegressor> DynamicsRegressor::joint_regressors(const JointMotio
       }
     }
     for (std::size_t e = 0; e < terms_.size(); ++e) {
-      const int c = parameters_per_joint * n + static_cast<int>(e);
-      if (terms_[e].joint == i && has(c)) rows.columns.push_back(c);
+      const int c = parameters_per_joint * n + static_cast<int>(e), j = terms_[e].joint;
+      const bool there = friction_term_table()[terms_[e].row].motor ? S(j, i) != 0.0 : j == i;
+      if (there && has(c)) rows.columns.push_back(c);
     }
     rows.X.resize(motion.samples(), static_cast<Index>(rows.columns.size()));
-    const JointSignals signals = joint_signals(motion, load, i);
+    const JointSignals signals = joint_signals(model_, motion, load, i);
     for (std::size_t at = 0; at < rows.columns.size(); ++at) {
       const int c = rows.columns[at], j = c / parameters_per_joint, k = c % parameters_per_joint;
       auto column = rows.X.col(static_cast<Index>(at));
-      if (c >= parameters_per_joint * n)
-        column = friction_term_table()[terms_[static_cast<std::size_t>(c - parameters_per_joint * n)].row]
-                     .column(model_.terms[static_cast<std::size_t>(i)], signals)
-                     .matrix();
-      else if (k == rotor_at)
+      if (c >= parameters_per_joint * n) {
+        const Term& term = terms_[static_cast<std::size_t>(c - parameters_per_joint * n)];
+        const double share = term.joint == i ? 1.0 : S(term.joint, i) / S(term.joint, term.joint);
+        column = share * friction_term_table()[term.row]
+                             .column(model_.terms[static_cast<std::size_t>(term.joint)],
+                                     term.joint == i ? signals : joint_signals(model_, motion, load, term.joint))
+                             .matrix();
+      } else if (k == rotor_at) {
         column = motion.qdd * S.row(j).transpose() * (S(j, i) / (S(j, j) * S(j, j)));
-      else if (k >= inertial_count)
+      } else if (k >= inertial_count) {
         column = (k == coulomb_at ? coulomb_column(signals) : viscous_column(signals)).matrix();
+      }
     }
   }
   if (!links) return out;

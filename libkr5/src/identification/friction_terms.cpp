@@ -39,7 +39,8 @@ Shapes stribeck_offers(const JointTerms& now, const JointSignals& at) {
   const double fastest = at.speed.abs().maxCoeff();
   Shapes out;
   if (now.stribeck_velocity > 0 || !(fastest > 0)) return out;
-  for (double part = 0.6; part > 0.01; part *= 0.6) {
+  // A friction of lower speeds than those that are left out would be extrapolated to them.
+  for (double part = 0.6; part > std::max(0.01, 2 * at.least_speed / fastest); part *= 0.6) {
     out.push_back(now);
     out.back().stribeck_velocity = part * fastest;
   }
@@ -62,13 +63,23 @@ Shapes temperature_offers(const JointTerms& now, const JointSignals& at) {
   return varies && (now.coulomb || now.viscous) ? with(now, &JointTerms::temperature) : Shapes{};
 }
 
-/// A second parameter of a term, which is offered with its first.
-Shapes with_another_row(const JointTerms&, const JointSignals&) { return {}; }
+/// A second parameter of a term, which is offered with its first, or one that is there only when it is asked for.
+Shapes not_offered(const JointTerms&, const JointSignals&) { return {}; }
+
+JointSignals at_motor(const JointSignals& at) {
+  JointSignals out = at;
+  out.speed = at.motor_speed;
+  return out;
+}
 
 }  // namespace
 
-JointSignals joint_signals(const JointMotion& motion, const Eigen::MatrixXd& load, int joint) {
-  JointSignals out{motion.qd.col(joint), ArrayXd::Zero(motion.samples()), motion.t, {}};
+JointSignals joint_signals(const DynamicsModel& model, const JointMotion& motion, const Eigen::MatrixXd& load,
+                           int joint) {
+  const ArrayXd speed = motion.qd.col(joint);
+  JointSignals out{speed, speed, ArrayXd::Zero(motion.samples()), motion.t, {}};
+  if (const Eigen::MatrixXd& S = model.structure; S.size() > 0)
+    out.motor_speed = motion.qd * S.row(joint).transpose() / S(joint, joint);
   if (load.size() > 0) out.load = load.col(joint);
   if (motion.temperature.size() > 0) out.temperature = motion.temperature.col(joint);
   return out;
@@ -87,7 +98,7 @@ const std::vector<FrictionTerm>& friction_term_table() {
        [](Terms, Signals at) -> ArrayXd { return physics::smoothed_sign(at.speed).square(); },
        [](Terms now, Signals) { return with(now, &JointTerms::direction); }},
       {"fvd", [](Terms t) { return t.direction; },
-       [](Terms, Signals at) -> ArrayXd { return physics::smoothed_sign(at.speed) * at.speed; }, with_another_row},
+       [](Terms, Signals at) -> ArrayXd { return physics::smoothed_sign(at.speed) * at.speed; }, not_offered},
       {"fs", [](Terms t) { return t.stribeck_velocity > 0; },
        [](Terms t, Signals at) {
          physics::JointFriction unit = unit_law(&physics::JointFriction::stribeck);
@@ -110,6 +121,10 @@ const std::vector<FrictionTerm>& friction_term_table() {
       {"fvT", [](Terms t) { return t.temperature && t.viscous; },
        [](Terms t, Signals at) -> ArrayXd { return viscous_column(at) * (at.temperature - t.temperature_reference); },
        [](Terms now, Signals at) { return now.coulomb ? Shapes{} : temperature_offers(now, at); }},
+      {"fcm", [](Terms t) { return t.motor && t.coulomb; },
+       [](Terms, Signals at) { return coulomb_column(at_motor(at)); }, not_offered, true},
+      {"fvm", [](Terms t) { return t.motor && t.viscous; },
+       [](Terms, Signals at) { return viscous_column(at_motor(at)); }, not_offered, true},
   };
   return table;
 }

@@ -115,6 +115,7 @@ MatrixXd score_factor(const std::vector<JointRegressor>& regressors, const Posit
 /// Weighted least squares with the variance of each joint estimated in turns.
 struct WeightedFit {
   Solution solution;
+  MatrixXd factor;  ///< Of all rows without weights.
   VectorXd weights;
   int iterations = 0;
   bool converged = false;
@@ -126,6 +127,7 @@ WeightedFit weighted_fit(const JointRows& rows, const Positions& positions, cons
   const double scale = rows.tau.norm() / std::sqrt(static_cast<double>(rows.tau.size()));
   WeightedFit out;
   out.weights = VectorXd::Ones(n);
+  out.factor = stacked_factor(factors, positions, b + 1, out.weights).topLeftCorner(b, b);
   VectorXd before = VectorXd::Zero(n);
   while (true) {
     const MatrixXd R = stacked_factor(factors, positions, b + 1, out.weights);
@@ -147,7 +149,7 @@ WeightedFit weighted_fit(const JointRows& rows, const Positions& positions, cons
           told.rows() == 0 ? 0.0
                            : std::pow(out.weights[i], 2) *
                                  out.solution.R.transpose().triangularView<Eigen::Lower>().solve(told).squaredNorm();
-      const double freedom = std::max(1.0, static_cast<double>(rows.samples()) - taken);
+      const double freedom = std::max(1.0, rows.used_rows(i) - taken);
       sigma[i] = safe_sigma(left.squaredNorm() / freedom, scale);
     }
     const bool settled = ((sigma - before).array().abs() <= 1e-4 * sigma.array()).all();
@@ -162,10 +164,9 @@ WeightedFit weighted_fit(const JointRows& rows, const Positions& positions, cons
   }
 }
 
-VectorXd joint_sigma(const MatrixXd& residuals, double scale) {
+VectorXd joint_sigma(const JointRows& rows, const MatrixXd& residuals, double scale) {
   VectorXd out(residuals.cols());
-  for (Index i = 0; i < out.size(); ++i)
-    out[i] = safe_sigma(residuals.col(i).squaredNorm() / static_cast<double>(residuals.rows()), scale);
+  for (Index i = 0; i < out.size(); ++i) out[i] = safe_sigma(residuals.col(i).squaredNorm() / rows.used_rows(i), scale);
   return out;
 }
 
@@ -232,6 +233,13 @@ MatrixXd uncorrelated_rows(const MatrixXd& X, const Autoregression& model, const
   return out;
 }
 
+/// The model of the residuals of a joint, of which those of rows that are left out are zero.
+Autoregression of_used_rows(Autoregression model, const JointRows& rows, std::size_t joint) {
+  const double share = rows.used_rows(static_cast<Index>(joint)) / static_cast<double>(rows.samples());
+  model.sigma /= std::sqrt(share), model.variance /= share;
+  return model;
+}
+
 /// Noise of each joint. An estimate that takes all samples alike fits part of correlated noise, at the frequencies of
 /// the motion, and its residuals lack that part. So the noise is that of the residuals of an estimate from rows without
 /// the correlation (generalized least squares; Cochrane and Orcutt 1949). These lack least, and it is known what: their
@@ -242,7 +250,8 @@ std::vector<Autoregression> noise_models(const JointRows& rows, const std::vecto
                                          const MatrixXd& residuals) {
   const std::vector<RowRange> runs = runs_of(rows.run_starts, rows.samples());
   std::vector<Autoregression> out;
-  for (Index i = 0; i < residuals.cols(); ++i) out.push_back(fit_autoregression(residuals.col(i), runs));
+  for (std::size_t i = 0; i < positions.size(); ++i)
+    out.push_back(of_used_rows(fit_autoregression(residuals.col(static_cast<Index>(i)), runs), rows, i));
   if (std::any_of(out.begin(), out.end(), [](const Autoregression& m) { return !(m.sigma > 0); })) return out;
   Equations sum{MatrixXd::Zero(rows.size(), rows.size()), VectorXd::Zero(rows.size())};
   for (std::size_t i = 0; i < positions.size(); ++i)
@@ -259,19 +268,22 @@ std::vector<Autoregression> noise_models(const JointRows& rows, const std::vecto
     VectorXd covariance = autocovariances(others.col(static_cast<Index>(i)), runs);
     const MatrixXd predicted = rows.regressors[i].X * half(positions[i], Eigen::all);
     for (Index c = 0; c < predicted.cols(); ++c) covariance += autocovariances(predicted.col(c), runs);
-    out[i] = autoregression_of(covariance, rows.samples());
+    out[i] = of_used_rows(autoregression_of(covariance, rows.samples()), rows, i);
   }
   return out;
 }
 
 /// Samples that count as one, and the independent ones on which the noise of a joint is known, of the joint with the
 /// fewest: less its share of the parameters.
-void set_correlation(const std::vector<Autoregression>& noise, Index samples, std::size_t told, JointFit& fit) {
+void set_correlation(const std::vector<Autoregression>& noise, const JointRows& rows, std::size_t told, JointFit& fit) {
   fit.correlation.resize(static_cast<Index>(noise.size()));
-  for (std::size_t i = 0; i < noise.size(); ++i)
-    fit.correlation[static_cast<Index>(i)] = noise[i].samples_per_independent();
-  const auto share = static_cast<double>(told) / static_cast<double>(noise.size());
-  fit.freedom = std::max(1.0, static_cast<double>(samples) / fit.correlation.maxCoeff() - share);
+  double fewest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < noise.size(); ++i) {
+    const auto joint = static_cast<Index>(i);
+    fit.correlation[joint] = noise[i].samples_per_independent();
+    fewest = std::min(fewest, rows.used_rows(joint) / fit.correlation[joint]);
+  }
+  fit.freedom = std::max(1.0, fewest - static_cast<double>(told) / static_cast<double>(noise.size()));
 }
 
 /// Covariance of all columns from that of the told ones.
@@ -285,8 +297,10 @@ MatrixXd with_untold(const MatrixXd& covariance, const std::vector<int>& told, I
 }
 
 double robust_sigma(const VectorXd& residuals, double scale) {
-  std::vector<double> sizes(static_cast<std::size_t>(residuals.size()));
-  for (std::size_t k = 0; k < sizes.size(); ++k) sizes[k] = std::abs(residuals[static_cast<Index>(k)]);
+  std::vector<double> sizes;
+  for (const double e : residuals)
+    if (e != 0.0) sizes.push_back(std::abs(e));  // a row that is left out is exactly zero
+  if (sizes.empty()) return 1e-12 * scale;
   return std::max(mad_to_sigma * median(std::move(sizes)), 1e-12 * scale);
 }
 
@@ -294,7 +308,7 @@ double robust_sigma(const VectorXd& residuals, double scale) {
 void set_covariance(const JointRows& rows, const std::vector<JointRegressor>& left, const Positions& positions,
                     const std::vector<int>& told, const MatrixXd& residuals, const MatrixXd& weights, JointFit& fit) {
   const std::vector<Autoregression> noise = noise_models(rows, left, positions, told, residuals);
-  set_correlation(noise, rows.samples(), told.size(), fit);
+  set_correlation(noise, rows, told.size(), fit);
   MatrixXd inverse;
   solve_told(normal_equations(rows, left, positions, weights), told, inverse);
   const MatrixXd M = score_factor(left, positions, rows.size(), noise, weights.row(0).transpose(),
@@ -332,7 +346,8 @@ void refine_robust(const JointRows& rows, const Positions& positions, const Join
   MatrixXd slope(rows.samples(), rows.joints()), scores = fit.residuals;
   for (Index i = 0; i < rows.joints(); ++i) {
     const double limit = options.huber * sigma[i];
-    const double share = std::max((fit.residuals.col(i).array().abs() <= limit).cast<double>().mean(), 0.1);
+    const auto clipped_rows = static_cast<double>((fit.residuals.col(i).array().abs() > limit).count());
+    const double share = std::max(1 - clipped_rows / rows.used_rows(i), 0.1);
     scores.col(i) = scores.col(i).cwiseMax(-limit).cwiseMin(limit) / share;
     slope.col(i).setConstant(1.0 / (sigma[i] * sigma[i]));
   }
@@ -348,7 +363,7 @@ void refine_instruments(const JointRows& rows, const std::vector<JointRegressor>
   VectorXd before = VectorXd::Zero(rows.joints());
   fit.converged = false;
   while (!fit.converged && fit.iterations < options.max_iterations) {
-    fit.sigma = joint_sigma(fit.residuals, scale);
+    fit.sigma = joint_sigma(rows, fit.residuals, scale);
     const MatrixXd weights = fit.sigma.array().square().inverse().matrix().transpose().replicate(rows.samples(), 1);
     fit.beta = solve_told(normal_equations(rows, instruments, positions, weights), told, inverse);
     fit.residuals = residuals_of(rows, positions, fit.beta);
@@ -362,6 +377,26 @@ void refine_instruments(const JointRows& rows, const std::vector<JointRegressor>
 }
 
 }  // namespace
+
+double root_mean_square(const Eigen::Ref<const VectorXd>& values) {
+  return std::sqrt(values.squaredNorm() / static_cast<double>(values.size()));
+}
+
+Eigen::ArrayXd moving_samples(const Eigen::Ref<const VectorXd>& speed, double least_speed) {
+  return (speed.array().abs() >= least_speed * root_mean_square(speed)).cast<double>();
+}
+
+void leave_out_rest(const JointMotion& motion, double least_speed, JointRows& rows) {
+  if (least_speed == 0.0) return;
+  rows.used.resize(rows.joints());
+  for (int i = 0; i < rows.joints(); ++i) {
+    const Eigen::ArrayXd keep = moving_samples(motion.qd.col(i), least_speed);
+    rows.used[i] = keep.sum();
+    rows.tau.col(i).array() *= keep;
+    MatrixXd& X = rows.regressors[static_cast<std::size_t>(i)].X;
+    X.array().colwise() *= keep;
+  }
+}
 
 JointMotion part_of(const JointMotion& motion, Index first, Index count) {
   JointMotion out{motion.t.segment(first, count),      motion.q.middleRows(first, count),
@@ -382,11 +417,12 @@ JointFit fit_joint_rows(const JointRows& rows, const JointFitOptions& options,
   WeightedFit weighted = weighted_fit(rows, positions, options);
   JointFit fit;
   fit.beta = weighted.solution.beta;
+  fit.factor = weighted.factor;
   fit.untold = weighted.solution.untold;
   fit.iterations = weighted.iterations;
   fit.converged = weighted.converged;
   fit.residuals = residuals_of(rows, positions, fit.beta);
-  fit.sigma = options.estimator == Estimator::Ordinary ? joint_sigma(fit.residuals, scale)
+  fit.sigma = options.estimator == Estimator::Ordinary ? joint_sigma(rows, fit.residuals, scale)
                                                        : VectorXd(weighted.weights.cwiseInverse());
   const std::vector<int>& told = weighted.solution.told;
   if (told.empty()) {
@@ -406,7 +442,7 @@ JointFit fit_joint_rows(const JointRows& rows, const JointFitOptions& options,
   }
   // P M^T M P with P = (R^T R)^-1.
   const std::vector<Autoregression> noise = noise_models(rows, rows.regressors, positions, told, fit.residuals);
-  set_correlation(noise, rows.samples(), told.size(), fit);
+  set_correlation(noise, rows, told.size(), fit);
   const MatrixXd M = score_factor(rows.regressors, positions, rows.size(), noise, weighted.weights.cwiseAbs2(),
                                   runs_of(rows.run_starts, rows.samples()));
   const MatrixXd half =

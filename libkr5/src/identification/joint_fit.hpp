@@ -17,11 +17,21 @@ struct JointRows {
   std::vector<int> columns;     ///< Parameters that are estimated, in ascending order.
   Eigen::MatrixXd tau;          ///< Samples x joints.
   std::vector<int> run_starts;  ///< As in JointMotion.
+  Eigen::VectorXd used;         ///< Number of rows of each joint that count; the others are zero. Empty: all count.
 
+  double used_rows(Eigen::Index joint) const { return used.size() > 0 ? used[joint] : static_cast<double>(tau.rows()); }
   Eigen::Index samples() const { return tau.rows(); }
   int joints() const { return static_cast<int>(tau.cols()); }
   Eigen::Index size() const { return static_cast<Eigen::Index>(columns.size()); }
 };
+
+/// Leaves out the rows of a joint in which it is slower than a part of its RMS speed: about rest and reversal the side
+/// of dry friction is that of the noise, and at rest friction is any force up to its level.
+/// @param least_speed Part of the RMS speed [-]; 0 leaves nothing out.
+void leave_out_rest(const JointMotion& motion, double least_speed, JointRows& rows);
+double root_mean_square(const Eigen::Ref<const Eigen::VectorXd>& values);
+/// 1 for the samples that such a limit keeps for a joint, 0 for the others.
+Eigen::ArrayXd moving_samples(const Eigen::Ref<const Eigen::VectorXd>& speed, double least_speed);
 
 struct JointFitOptions {
   Estimator estimator = Estimator::Weighted;
@@ -37,6 +47,7 @@ struct JointFit {
   Eigen::VectorXd sigma;        ///< Of the residuals of each joint.
   Eigen::VectorXd correlation;  ///< Samples that count as one.
   double freedom = 1.0;         ///< Independent samples on which the noise of a joint is known.
+  Eigen::MatrixXd factor;       ///< R of the rows of all joints as they are used, without weights.
   std::vector<int> untold;      ///< Positions in `columns` that the data do not tell.
   int iterations = 0;
   bool converged = false;

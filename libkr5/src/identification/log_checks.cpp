@@ -374,7 +374,9 @@ SmoothedLog smoothed(const EvenLog& even, const ConditioningOptions& options) {
   for (const RowRange& r : even.runs)
     if (r.size() > out.longest.size()) out.longest = r;
   const MatrixXd longest = log.q.middleRows(out.longest.first, out.longest.size());
-  out.cutoff = std::min(options.cutoff > 0 ? options.cutoff : 5 * motion_bandwidth(longest, step), 0.4 / step);
+  // Never above what the motion needs: in accelerations that are noise any delay seems to fit.
+  const double bandwidth = 5 * motion_bandwidth(longest, step);
+  out.cutoff = std::min({options.cutoff > 0 ? options.cutoff : bandwidth, bandwidth, 0.4 / step});
   for (std::size_t k = 0; k < even.runs.size(); ++k) {
     const Index first = even.runs[k].first, size = even.runs[k].size();
     const MatrixXd q = zero_phase_low_pass(log.q.middleRows(first, size), step, out.cutoff);

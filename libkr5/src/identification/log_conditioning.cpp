@@ -56,7 +56,8 @@ void add_run(const EvenRun& run, const ConditioningOptions& options, const Condi
   // Torques were logged late: those of time t stand in the row of t + delay.
   const VectorXd shifted = run.t.array() - options.torque_delay;
   const MatrixXd measured = options.torque_delay == 0.0 ? run.tau : resampled_log(shifted, run.tau, run.t);
-  const MatrixXd tau = zero_phase_low_pass(measured, run.step, result.cutoff, options.filter_order);
+  const MatrixXd tau =
+      options.smooth_torques ? zero_phase_low_pass(measured, run.step, result.cutoff, options.filter_order) : measured;
   const auto edge = static_cast<Index>(std::ceil(options.edge / (result.cutoff * run.step)));
   const auto lead = static_cast<Index>(std::ceil(std::max(0.0, -options.torque_delay) / run.step));
   const auto tail = static_cast<Index>(std::ceil(std::max(0.0, options.torque_delay) / run.step));
@@ -193,8 +194,9 @@ ConditionedMotion condition_log(const JointLog& log, const ConditioningOptions& 
                                 std::min(least_cutoff, 0.4 / data.step), 0.4 / data.step);
   require(out.cutoff < 0.5 / data.step, "cutoff: found " + short_number(out.cutoff) + " Hz, expected less than " +
                                             short_number(0.5 / data.step) + " Hz, half the rate of the log");
-  out.decimation = options.decimation > 0
-                       ? options.decimation
+  out.decimation = options.decimation > 0 ? options.decimation
+                   : !options.smooth_torques
+                       ? 1  // nothing else averages the noise of the torques
                        : std::max(1, static_cast<int>(1 / (samples_per_period * out.cutoff * data.step)));
   MotionRows rows;
   for (const RowRange& run : runs) add_run(even_run(data, run, options.clock, out.even_clock), options, out, rows);

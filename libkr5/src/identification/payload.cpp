@@ -60,7 +60,8 @@ PayloadProblem solve_payload(const JointMotion& loaded, const DynamicsRegressor&
       if (friction || (i == n - 1 && k < moments_count)) columns.push_back(parameters_per_joint * i + k);
     }
   PayloadProblem out;
-  out.rows = {regressor.joint_regressors(loaded, columns), columns, loaded.tau - bare, loaded.run_starts};
+  out.rows = {regressor.joint_regressors(loaded, columns), columns, loaded.tau - bare, loaded.run_starts, {}};
+  leave_out_rest(loaded, options.least_speed, out.rows);
   out.fit = fit_joint_rows(out.rows, {options.estimator, options.huber, 50, 1e-6});
   return out;
 }
@@ -103,13 +104,15 @@ PayloadResult to_payload(const JointMotion& loaded, const MatrixXd& bare, const 
   std::vector<std::string> untold;
   for (const int k : problem.fit.untold)
     untold.push_back(regressor.names()[static_cast<std::size_t>(problem.rows.columns[static_cast<std::size_t>(k)])]);
-  out.fitted = error_of(loaded.tau, problem.fit.residuals);
+  VectorXd found = VectorXd::Zero(regressor.parameters());
+  found(problem.rows.columns) = problem.fit.beta;
+  out.fitted = error_of(loaded.tau, loaded.tau - bare - regressor.torques(loaded, found));
   out.without = error_of(loaded.tau, loaded.tau - bare);
   out.fit.iterations = problem.fit.iterations;
   const auto whitened = [&](const MatrixXd& off) {
     return (off * problem.fit.sigma.cwiseInverse().asDiagonal()).norm() / std::sqrt(static_cast<double>(off.size()));
   };
-  out.fit.initial_rms = whitened(loaded.tau - bare);
+  out.fit.initial_rms = whitened(problem.rows.tau);
   out.fit.final_rms = whitened(problem.fit.residuals);
   if (!untold.empty()) {
     out.fit.message = "the motion cannot tell ";
@@ -138,6 +141,7 @@ PayloadResult to_payload(const JointMotion& loaded, const MatrixXd& bare, const 
 void PayloadOptions::validate() const {
   require(estimator == Estimator::Ordinary || estimator == Estimator::Weighted || estimator == Estimator::Robust,
           "estimator: a payload is estimated with ordinary, weighted or robust");
+  require(least_speed >= 0 && least_speed < 1, "least_speed must be at least 0 and below 1 [-]");
   require(huber > 0 && std::isfinite(huber), "huber must be positive [standard deviations]");
 }
 

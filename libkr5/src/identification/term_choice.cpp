@@ -200,7 +200,7 @@ const Offer& best_offer(const std::vector<Offer>& all) {
 
 std::vector<JointTerms> choose_friction_terms(const DynamicsModel& model, const JointMotion& motion,
                                               const JointRows& rows, const VectorXd& sigma, const MatrixXd& load,
-                                              int blocks) {
+                                              int blocks, double least_speed) {
   constexpr double false_choice = 0.05;  // probability that a joint without further terms gets one, at most
   constexpr double worth = 0.01;  // of what is left of the joint, which a term must gain beside its standard error
   std::vector<JointTerms> chosen = model.terms;
@@ -208,9 +208,12 @@ std::vector<JointTerms> choose_friction_terms(const DynamicsModel& model, const 
   TermSearch search(rows, sigma, blocks);
   for (int i = 0; i < model.joints(); ++i) {
     JointTerms& now = chosen[static_cast<std::size_t>(i)];
-    const JointSignals signals = joint_signals(motion, load, i);
+    JointSignals signals = joint_signals(model, motion, load, i);
+    signals.least_speed = least_speed * root_mean_square(motion.qd.col(i));
+    const Eigen::ArrayXd used = moving_samples(motion.qd.col(i), least_speed);
     while (true) {
       Offers offers = offers_of(now, signals);
+      offers.columns.array().colwise() *= used;
       const VectorXd errors = search.judge(i, offers.columns, offers.all);
       if (offers.all.empty()) break;
       const Offer best = best_offer(offers.all);

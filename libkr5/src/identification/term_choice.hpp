@@ -14,9 +14,9 @@ namespace kr5::identification {
 /// kinds on offer (Bonferroni), and above a hundredth of what is left of its joint. Of terms within a standard error of
 /// the best one that with the fewest parameters is taken.
 /// @param rows Of the model without further terms; @param sigma Of the residuals of each joint.
-/// @param load Torques through the gears, samples x joints.
+/// @param load Torques through the gears, samples x joints; @param least_speed As in DynamicsOptions, and in `rows`.
 std::vector<JointTerms> choose_friction_terms(const DynamicsModel& model, const JointMotion& motion,
                                               const JointRows& rows, const Eigen::VectorXd& sigma,
-                                              const Eigen::MatrixXd& load, int blocks);
+                                              const Eigen::MatrixXd& load, int blocks, double least_speed);
 
 }  // namespace kr5::identification

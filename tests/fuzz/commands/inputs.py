@@ -363,6 +363,14 @@ JOBS = [
         2,
     ),
     Job(
+        "identification",
+        "identify payload recording -o out.json --write-cell new.yaml",
+        "recording",
+        ("recording/*",),
+        ("out.json", "new.yaml"),
+        2,
+    ),
+    Job(
         "kinematics",
         "identify study --cell cell.yaml --device laser_tracker --arc 20 --noise 1 --samples 8 --trials 2 -o out.json",
         "poses",

@@ -21,6 +21,7 @@ FORMATS = {
     "kr5-axes/1": "Joint axes",
     "kr5-drives/1": "Drives of an arm",
     "kr5-dynamics/1": "Dynamics of an arm",
+    "kr5-payload/1": "Payload of an arm",
     "kr5-repeatability/1": "Pose repeatability",
     "kr5-workspace/1": "Workspace",
     "kr5-gravity/1": "Gravity model",

@@ -52,18 +52,19 @@ def write_page(data: dict[str, Any], source: str, output: Path, png: Path | None
             for k in range(len(result["errors"]["fitted"]["rms"]))
         ]
     parts = [
-        _part("Torque errors", [_error_table(result["errors"])], [_error_text(result)]),
-        {**_part("Torques by joint", [], []), "plots": plots},
-        _part("Base parameters", [_base_table(data)], _condition_texts(result)),
+        page_part("Torque errors", [_error_table(result["errors"])], [_error_text(result)]),
+        {**page_part("Torques by joint", [], []), "plots": plots},
+        page_part("Base parameters", [figure_table(data)], _condition_texts(result)),
     ]
     if result["findings"]:
         rows = [[f["severity"], f["column"], f["text"]] for f in result["findings"]]
         table = {"title": "", "columns": ["severity", "column", "finding"], "rows": rows, "texts": []}
-        parts.append(_part("Findings about the log", [table], []))
+        parts.append(page_part("Findings about the log", [table], []))
     return write_tables_page(data, "Dynamics of the arm", "kr5 identify dynamics", source, parts, output, png)
 
 
-def _part(title: str, tables: list[dict[str, Any]], texts: list[str]) -> dict[str, Any]:
+def page_part(title: str, tables: list[dict[str, Any]], texts: list[str]) -> dict[str, Any]:
+    """A part of a page without plots."""
     return {"title": title, "texts": texts, "plots": [], "tables": tables}
 
 
@@ -81,12 +82,13 @@ def _error_text(result: dict[str, Any]) -> str:
     return text + "; torques as logged, before smoothing."
 
 
-def _base_table(data: dict[str, Any]) -> dict[str, Any]:
+def figure_table(data: dict[str, Any]) -> dict[str, Any]:
+    """The figures with their standard deviations."""
     rows = [
         [f["name"], format_number(f["value"], f["std"]), format_number(f["std"], f["std"]), f["unit"]]
         for f in data["figures"]
     ]
-    return {"title": "", "columns": ["expression", "value", "± std", "unit"], "rows": rows, "texts": []}
+    return {"title": "", "columns": ["", "value", "± std", "unit"], "rows": rows, "texts": []}
 
 
 def _condition_texts(result: dict[str, Any]) -> list[str]:

@@ -15,17 +15,22 @@ from kr5_tools.cli.terminal import console, fail, print_note, spinner
 from kr5_tools.files.cell_output import WriteCellOption, write_cell_file
 from kr5_tools.files.results import write_result
 from kr5_tools.files.writing import check_writable, write_json
+from kr5_tools.identify.motion_logs import conditioning_of
 from kr5_tools.log_import.values import joint_torques
 
 app = typer.Typer()
 LARGE_ERROR = 0.2  # held-out error over the torque of a joint, above which a model is doubtful [-]
-SPEED_WINDOW = 0.2  # over which a speed that was not logged is taken [s]
 MOST_POSTURES = 400  # of the log, for current limits
 MOST_SHOWN = 600  # samples of a result file, for its plots
 
 
 @app.command(epilog="Example:  kr5 identify gravity cell.yaml slow.csv --write-cell new.yaml -o gravity.json")
 @options_from(identification.GravityOptions, skip=("gravity",))
+@options_from(
+    identification.ConditioningOptions,
+    skip=("lower", "upper", "expected_torque", "slides", "smooth_torques"),
+    argument="conditioning",
+)
 @options_from(identification.PassiveLimitOptions, skip=("T_flange_tool", "directions"), argument="limit_options")
 def gravity(
     arm: Annotated[
@@ -42,6 +47,7 @@ def gravity(
         ),
     ],
     options: identification.GravityOptions,
+    conditioning: identification.ConditioningOptions,
     limit_options: identification.PassiveLimitOptions,
     planar: Annotated[
         bool,
@@ -70,12 +76,13 @@ def gravity(
         fail(f"{arm}: robot.links: found none, expected the masses of the links, which --write-cell keeps")
     chain = believed.nominal_chain()
     options.gravity = believed.robot.gravity
-    motion = slow_motion(log, believed, Columns(joints=joints, length=length, angle=angle))
+    logged = slow_log(log, believed, Columns(joints=joints, length=length, angle=angle))
+    motion, findings = slow_motion(log, logged, conditioning_of(conditioning, believed))
     with spinner("Identifying gravity"):
         found = identification.identify_gravity(chain, motion, options)
     if not found.fit.usable:
         fail(f"{log}: {found.fit.message}")
-    keys = _keys(found, motion)
+    keys = _keys(found, motion, findings)
     keys["input"] = {"arm": str(arm), "log": str(log), "samples": len(motion.t), "options": options.to_dict()}
     out = console(json_file)
     _show(found, out)
@@ -91,18 +98,16 @@ def gravity(
     write_json(data, json_file)
 
 
-def slow_motion(log: Path, believed: Any, wanted: Columns) -> Any:
-    """Motion of a log: joint values, speeds, torques. Currents become torques by the motors of the cell."""
+def slow_log(log: Path, believed: Any, wanted: Columns) -> Any:
+    """A log as it came, in SI: joint values, speeds, torques. Currents become torques by the motors of the cell."""
     chain, table = believed.nominal_chain(), io.load_csv(log)
     n, columns = len(chain.joints), list(table.columns)
     t = values_of(log, table, ["t"])[:, 0]
     if len(t) < 3 or not (np.diff(t) > 0).all():
         fail(f"{log}: t: expected at least three times that rise [s]")
-    q = joint_values(log, table, chain.joints, wanted)
+    speeds: dict[str, Any] = {}
     if "qd1" in columns:
-        qd = joint_values(log, table, chain.joints, Columns("qd{}", length=wanted.length, angle=wanted.angle))
-    else:
-        qd = _speeds(t, q)
+        speeds["qd"] = joint_values(log, table, chain.joints, Columns("qd{}", length=wanted.length, angle=wanted.angle))
     if "tau1" in columns:
         tau = values_of(log, table, [f"tau{k + 1}" for k in range(n)])
     elif "i1" in columns:
@@ -111,15 +116,19 @@ def slow_motion(log: Path, believed: Any, wanted: Columns) -> Any:
         tau = joint_torques(believed.drives, values_of(log, table, [f"i{k + 1}" for k in range(n)]))
     else:
         fail(f"{log}: found the columns {', '.join(columns)}, expected torques tau1 … or currents i1 …")
-    return identification.JointMotion(t=t, q=q, qd=qd, qdd=np.zeros_like(q), tau=tau)
+    return identification.JointLog(t=t, q=joint_values(log, table, chain.joints, wanted), tau=tau, **speeds)
 
 
-def _speeds(t: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """Differences over a window, which noise of the positions leaves the sign of a slow speed."""
-    half = max(1, round(0.5 * SPEED_WINDOW / float(np.median(np.diff(t)))))
-    at = np.arange(len(t))
-    before, after = np.maximum(at - half, 0), np.minimum(at + half, len(t) - 1)
-    return np.asarray((q[after] - q[before]) / (t[after] - t[before])[:, None])
+def slow_motion(file: Path, log: Any, options: Any) -> tuple[Any, list[Any]]:
+    """The motion of a log and what was found in it. Torques are not smoothed, which would blur the friction that both
+    directions tell apart; a joint that never moved has no moment to be told, and is no fault here."""
+    options.smooth_torques = False
+    options.accept = ",".join(part for part in (options.accept, "never_moved") if part)
+    got = identification.condition_log(log, options)
+    if not got.usable:
+        errors = [f.text for f in got.findings if str(f.severity) == "error"]
+        fail(f"{file}: the log must not be used: " + "; ".join(errors or [got.message]))
+    return got.motion, [f for f in got.findings if str(f.severity) == "warning" and str(f.fault) != "never_moved"]
 
 
 def put_gravity(believed: Any, found: Any) -> None:
@@ -157,7 +166,7 @@ def _tool_centre(tool: Any) -> np.ndarray:
     return np.asarray(T[:3, :3] @ np.asarray(tool.com) + T[:3, 3])
 
 
-def _keys(found: Any, motion: Any) -> dict[str, Any]:
+def _keys(found: Any, motion: Any, findings: list[Any]) -> dict[str, Any]:
     model = found.model
     sigma = np.sqrt(np.diag(model.covariance))
     told = np.abs(model.untold).max(axis=1, initial=0.0) < 1e-9 if model.untold.size else np.full(len(sigma), True)
@@ -169,7 +178,7 @@ def _keys(found: Any, motion: Any) -> dict[str, Any]:
     moved = [j for j, size in enumerate(found.torque_rms) if size > 0]
     shares = {j: found.held_out_rms[j] / found.torque_rms[j] for j in moved}
     worst = max(moved, key=lambda j: shares[j], default=None)
-    notes = list(found.notes)
+    notes = [*found.notes, *(f.text for f in findings)]
     text = "no data were held out"
     if worst is not None:
         text = f"largest error on data held out: {100 * shares[worst]:.1f} % of the torque of joint {worst + 1}"

@@ -32,32 +32,87 @@ def tool_body(cell: Any) -> Any:
     return kinematics.transformed_body(T, body)
 
 
+def believed_parameters(cell: Any, model: Any) -> np.ndarray:
+    """Standard parameters of the arm of a cell with its tool, in the order of the regressor; terms that a cell does not
+    hold are zero."""
+    if not cell.robot.links:
+        fail(
+            "the cell has no links, whose masses are needed; identify the arm first: kr5 identify dynamics --write-cell"
+        )
+    out = np.zeros(len(identification.DynamicsRegressor(model).names))
+    n, drives = cell.robot.joints, cell.drives
+    coulomb, viscous = np.zeros(n), np.zeros(n)
+    if drives is not None and drives.friction is not None:
+        coulomb, viscous = np.asarray(drives.friction.coulomb), np.asarray(drives.friction.viscous)
+    rotors = np.zeros(n)
+    if drives is not None:
+        rotors = np.asarray(drives.rotor_inertia) * np.diag(np.asarray(drives.structure)) ** 2
+    for k, body in enumerate(link_bodies(cell, with_tool=True)):
+        m, cx, cy, cz, *second = np.asarray(kinematics.inertial_parameters(body))
+        out[13 * k : 13 * k + 13] = [*second, cx, cy, cz, m, coulomb[k], viscous[k], rotors[k]]
+    return out
+
+
 def write_identified_cell(cell: Any, motion: Any, result: Any, options: Any, file: Path) -> None:
     """The cell with bodies that can exist and explain the torques; the tool stays as it is believed."""
     if not cell.robot.links:
         fail("--write-cell: the cell has no links that say where to begin; give them masses in the cell")
-    prior = link_bodies(cell, with_tool=True)
+    prior = link_bodies(cell, with_tool=False)
     if min(b.mass for b in prior) < LEAST_MASS:
         fail("--write-cell: a link of the cell has no mass, from which bodies that can exist are looked for")
     options.estimator, options.prior_bodies = "consistent", prior
     options.choose_terms = False
-    found = identification.identify_dynamics(motion, result.model, options)
+    model, left_out = terms_of_a_cell(result.model)
+    found = identification.identify_dynamics(without_tool(cell, motion, model), model, options)
     if not found.fit.usable:
         fail(f"--write-cell: {found.fit.message}")
     with beside(file) as new:
         kr5_cell.save_cell(put_dynamics(cell, found), new)
+    if left_out:
+        print_note(
+            f"{file}: links, rotors and friction were estimated without {', '.join(left_out)}, which it cannot hold"
+        )
     print_note(f"{file}: links, rotors and friction by the consistent estimate, whose bodies can exist")
 
 
-def put_dynamics(cell: Any, found: Any) -> Any:
-    """A copy of the cell with the identified parameters."""
-    out = kr5_cell.parse_cell(cell.to_yaml())
-    bodies = list(found.bodies)
+def terms_of_a_cell(model: Any) -> tuple[Any, list[str]]:
+    """The model with the terms that a cell holds, and offsets, which would otherwise end up in them; and the names of
+    the others."""
+    kept = ("coulomb", "viscous", "rotor_inertia", "offset")
+    terms = [identification.JointTerms(**{name: getattr(t, name) for name in kept}) for t in model.terms]
+    plain = identification.DynamicsModel(
+        chain=model.chain, gravity=model.gravity, structure=model.structure, terms=terms
+    )
+    held = set(identification.DynamicsRegressor(plain).names)
+    return plain, [name for name in identification.DynamicsRegressor(model).names if name not in held]
+
+
+def without_tool(cell: Any, motion: Any, model: Any) -> Any:
+    """The motion with the torques that the links alone ask for: those of the tool, as it is believed, are taken away,
+    so that the links are not asked to hold a part of it."""
     tool = tool_body(cell)
-    if tool is not None:
-        bodies[-1] = _without(bodies[-1], tool)
+    if tool is None:
+        return motion
+    regressor = identification.DynamicsRegressor(model)
+    chi = np.zeros(len(regressor.names))
+    m, cx, cy, cz, *second = np.asarray(kinematics.inertial_parameters(tool))
+    last = 13 * (cell.robot.joints - 1)
+    chi[last : last + 10] = [*second, cx, cy, cz, m]
+    return identification.JointMotion(
+        t=motion.t,
+        q=motion.q,
+        qd=motion.qd,
+        qdd=motion.qdd,
+        tau=np.asarray(motion.tau) - np.asarray(regressor.torques(motion, chi)),
+        run_starts=motion.run_starts,
+    )
+
+
+def put_dynamics(cell: Any, found: Any) -> Any:
+    """A copy of the cell with the identified links, rotors and friction; the tool stays as it is believed."""
+    out = kr5_cell.parse_cell(cell.to_yaml())
     robot = out.robot
-    robot.links = [kr5_cell.Link(mass=b.mass, com=b.com, inertia=b.inertia) for b in bodies]
+    robot.links = [kr5_cell.Link(mass=b.mass, com=b.com, inertia=b.inertia) for b in found.bodies]
     out.robot = robot
     n = cell.robot.joints
     chi = dict(zip(found.base.parameters, np.asarray(found.parameters), strict=True))
@@ -71,14 +126,3 @@ def put_dynamics(cell: Any, found: Any) -> Any:
     drives.friction = kr5_cell.Friction(coulomb=each("fc"), viscous=each("fv"))
     out.drives = drives
     return out
-
-
-def _without(body: Any, tool: Any) -> Any:
-    """A body less the tool that it carries, which must leave a body that can exist."""
-    taken = kinematics.Body(mass=-tool.mass, com=tool.com, inertia=-np.asarray(tool.inertia))
-    left = kinematics.merged_body(body, taken)
-    values = np.linalg.eigvalsh(left.inertia_matrix())
-    if left.mass <= 0 or values[0] <= 0 or values[0] + values[1] < values[2]:
-        print_note("the tool of the cell is heavier than what the motors feel; the last link keeps the whole of it")
-        return body
-    return left

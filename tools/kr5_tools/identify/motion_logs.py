@@ -236,8 +236,9 @@ def merged_motion(motions: list[Any]) -> Any:
     for m in motions:
         starts += [at + s for s in (m.run_starts or [0])]
         at += len(m.t)
-    stacked = {
-        name: np.concatenate([np.asarray(getattr(m, name)) for m in motions]) for name in ("q", "qd", "qdd", "tau")
-    }
+    names = ["q", "qd", "qdd", "tau"]
+    if all(np.asarray(m.temperature).size for m in motions):
+        names.append("temperature")
+    stacked = {name: np.concatenate([np.asarray(getattr(m, name)) for m in motions]) for name in names}
     t = np.concatenate([np.asarray(m.t) for m in motions])
     return identification.JointMotion(t=t, run_starts=starts, **stacked)

@@ -78,6 +78,9 @@ struct Observability {
 /// @param tolerance Least singular value, over the greatest, of a combination that counts as told [-].
 Observability observability(const DynamicsModel& model, const BaseParameters& base, const JointMotion& motion,
                             double tolerance = 1e-6);
+/// The same from a factor R with R^T R = Y_b^T Y_b, of the rows that were used; the motion tells which joints moved.
+Observability observability_from_factor(const BaseParameters& base, const JointMotion& motion, const Eigen::MatrixXd& R,
+                                        double tolerance = 1e-6);
 
 /// Upper triangular factor (b x b) of the observation matrix of a motion: R^T R = Y_b^T Y_b.
 Eigen::MatrixXd observation_factor(const DynamicsModel& model, const BaseParameters& base, const JointMotion& motion);

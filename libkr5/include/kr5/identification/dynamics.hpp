@@ -37,6 +37,7 @@ struct DynamicsOptions {
   bool choose_terms = false;      ///< Offers further friction terms; those that surely predict better stay.
   int blocks = 10;                ///< Of time, for the cross-validation of `choose_terms`.
   double huber = 1.345;           ///< Limit of the Huber loss [standard deviations].
+  double least_speed = 0.0;       ///< Part of the RMS speed below which a joint's rows are left out [-].
   int max_iterations = 20;        ///< Of weights.
   int max_body_iterations = 300;  ///< Steps of Consistent.
   std::vector<kinematics::Body> prior_bodies;  ///< For Consistent, one a link in its frame; empty: balls of 2 kg.
@@ -50,6 +51,9 @@ struct DynamicsOptions {
     visit("choose_terms", self.choose_terms, "Friction terms chosen by cross-validation over blocks of time.");
     visit("blocks", self.blocks, "Number of blocks of the cross-validation.");
     visit("huber", self.huber, "Limit of the Huber loss [standard deviations].");
+    visit("least_speed", self.least_speed,
+          "Part of the RMS speed of a joint below which its torques are left out of the fit, 0: none. About rest "
+          "and reversal the side of dry friction is not known; 0.02 suits an arm that pauses [-].");
     visit("max_iterations", self.max_iterations, "Greatest number of iterations of the weights.");
     visit("max_body_iterations", self.max_body_iterations, "Greatest number of steps of the consistent estimator.");
     visit("prior_bodies", self.prior_bodies, "Expected bodies of the links, for consistent; empty: balls of 2 kg.");

@@ -22,6 +22,7 @@ struct JointTerms {
   bool offset = false;                  ///< A constant torque: of the sensor or of a spring.
   bool direction = false;               ///< Friction that differs between the two directions.
   bool load = false;                    ///< Dry friction that grows with the torque through the gear.
+  bool motor = false;                   ///< Friction of the motor, too, where several joints turn it.
   double stribeck_velocity = 0.0;       ///< [rad/s or m/s]; 0: none.
   double thermal_time_constant = 0.0;   ///< [s]; 0: none.
   bool temperature = false;             ///< Friction that is linear in the measured temperature.
@@ -34,6 +35,8 @@ struct JointTerms {
     visit("offset", self.offset, "A constant torque.");
     visit("direction", self.direction, "Friction that differs between the two directions of motion.");
     visit("load", self.load, "Dry friction that grows with the torque through the gear.");
+    visit("motor", self.motor,
+          "Friction of the motor by its own speed, beside that of the joint, where several joints turn the motor.");
     visit("stribeck_velocity", self.stribeck_velocity, "Stribeck velocity; 0: no such friction [rad/s or m/s].");
     visit("thermal_time_constant", self.thermal_time_constant, "Time constant of warming up; 0: none [s].");
     visit("temperature", self.temperature, "Friction that is linear in the measured temperature of the joint.");
@@ -82,8 +85,8 @@ class DynamicsRegressor {
   int joints() const { return model_.joints(); }
   int parameters() const { return static_cast<int>(names_.size()); }
   /// "I2xx", "m2 c2x", "m2", "fc2", "fv2", "Ia2"; further "fo2" (offset), "fcd2" and "fvd2" (direction), "fs2"
-  /// (Stribeck), "fl2" (load), "fct2" and "fvt2" (warming up), "fcT2" and "fvT2" (per degree). Joints are counted
-  /// from 1.
+  /// (Stribeck), "fl2" (load), "fct2" and "fvt2" (warming up), "fcT2" and "fvT2" (per degree), "fcm2" and "fvm2"
+  /// (motor, on the side of its own joint). Joints are counted from 1.
   const std::vector<std::string>& names() const { return names_; }
   /// Position of a parameter; -1 when the model does not have it.
   int index(const std::string& name) const;

@@ -43,6 +43,7 @@ struct ConditioningOptions {
   ClockModel clock = ClockModel::Automatic;
   double max_gap = 5.0;       ///< [-]
   double torque_delay = 0.0;  ///< [s]
+  bool smooth_torques = true;
   bool leave_out_faulty = false;
   std::string accept;
   Eigen::VectorXd lower;            ///< [rad or m]
@@ -71,6 +72,9 @@ struct ConditioningOptions {
     visit("max_gap", self.max_gap,
           "Step of time, in median steps, above which a run ends when it is also above 10 ms [-].");
     visit("torque_delay", self.torque_delay, "Time by which torques were logged later than positions [s].");
+    visit("smooth_torques", self.smooth_torques,
+          "Torques low-passed as the positions are; without, dry friction is not blurred about its reversals, and the "
+          "rows are not decimated unless asked for.");
     visit("leave_out_faulty", self.leave_out_faulty,
           "Spans of missing, saturated or frozen values, and of brakes, are left out instead of refused.");
     visit("accept", self.accept, "Kinds of findings, with commas, that are no reason to refuse the log.");
