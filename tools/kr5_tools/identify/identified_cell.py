@@ -78,8 +78,10 @@ def write_identified_cell(cell: Any, motion: Any, result: Any, options: Any, fil
 def terms_of_a_cell(model: Any) -> tuple[Any, list[str]]:
     """The model with the terms that a cell holds, and offsets, which would otherwise end up in them; and the names of
     the others."""
-    kept = ("coulomb", "viscous", "rotor_inertia", "offset")
-    terms = [identification.JointTerms(**{name: getattr(t, name) for name in kept}) for t in model.terms]
+    terms = [
+        identification.JointTerms(coulomb=t.coulomb, viscous=t.viscous, rotor_inertia=t.rotor_inertia, offset=t.offset)
+        for t in model.terms
+    ]
     plain = identification.DynamicsModel(
         chain=model.chain, gravity=model.gravity, structure=model.structure, terms=terms
     )
