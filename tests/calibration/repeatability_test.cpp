@@ -55,13 +55,16 @@ double true_figure(const Eigen::Vector3d& sigma) {
   return mean + 3 * std::sqrt(sigma.squaredNorm() - mean * mean);
 }
 
-void check_covers(const char* what, int inside, int trials) {
+/// `at_least`: the true figure is zero, where no length can be too large and bounds hold more often than they say.
+void check_covers(const char* what, int inside, int trials, bool at_least = false) {
   INFO(what << ": " << inside << " of " << trials);
   if (trials >= 1000) {
     CHECK(inside >= 0.93 * trials);
-    CHECK(inside <= 0.97 * trials);
+    CHECK((at_least || inside <= 0.97 * trials));
   } else {
-    CHECK(uncertainty::binomial_interval(inside, trials, 0.998).contains(0.95));
+    const auto rate = uncertainty::binomial_interval(inside, trials, 0.998);
+    CHECK(rate.high > 0.95);
+    CHECK((at_least || rate.low < 0.95));
   }
 }
 
@@ -134,7 +137,8 @@ TEST_CASE("the bounds of repeatability and accuracy hold the true figures in 95 
   }
   CAPTURE(kind);
   check_covers("RP", rp, n), check_covers("RR", rr, n), check_covers("RR_A", a, n);
-  check_covers("AP", ap, n), check_covers("AR", ar, n), check_covers("RP of all points", pooled, n);
+  check_covers("AP", ap, n, w.offset.head<3>().isZero()), check_covers("AR", ar, n, w.offset.tail<3>().isZero());
+  check_covers("RP of all points", pooled, n);
 }
 
 TEST_CASE("a return that is off is named, and one of another point with that point") {
