@@ -113,6 +113,10 @@ struct DynamicsResult {
 };
 
 /// The dynamics of an arm from its motion and torques.
+///
+/// The noise of each joint's torques may last from sample to sample, but joints are taken as independent of each other:
+/// noise of the accelerations, which reaches the torques of several joints at once, makes the covariance too small (of
+/// 95 % regions with 2 rad/s^2 and instruments 89 % held the truth).
 /// @param instruments For Estimator::Instruments: the same motion, sample by sample, with other noise or none (q, qd,
 ///        qdd): commanded, simulated, or recorded again; its torques are not read.
 /// @throws InvalidArgument naming field and remedy; data that do not tell the parameters are a status.
