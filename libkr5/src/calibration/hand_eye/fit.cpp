@@ -74,7 +74,7 @@ std::optional<LinearView> HandEyeFit::linear(std::size_t i) const {
   const RobotDerivatives by = robot_derivatives(mount_, poses(), fit_.pose(seen_[i]), e);
   LinearView out;
   out.y = e - by.by_target_seen * inverse * g;
-  out.F << -by.by_X, -by.by_Z;
+  out.F << -by.by_x, -by.by_z;
   out.U = by.by_target_seen * inverse * by.by_target_seen.transpose();
   out.pixel_squares = views_[i].input->correlation * std::max(at->residuals.squaredNorm() - g.dot(inverse * g), 0.0);
   out.pixel_dof = 2.0 * views_[i].pose().weights.sum() - 6.0;

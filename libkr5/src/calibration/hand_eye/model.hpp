@@ -29,7 +29,7 @@ Pose robot_pose(Mount mount, const Poses& poses, const Pose& M);
 Vector6 robot_residual(Mount mount, const Poses& poses, const Pose& T_base_flange, const Pose& M);
 /// How it changes with right perturbations of M, X and Z, first order.
 struct RobotDerivatives {
-  Matrix6 by_target_seen, by_X, by_Z;
+  Matrix6 by_target_seen, by_x, by_z;
 };
 RobotDerivatives robot_derivatives(Mount mount, const Poses& poses, const Pose& M, const Vector6& residual);
 

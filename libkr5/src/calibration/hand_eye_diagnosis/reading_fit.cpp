@@ -138,9 +138,9 @@ class Fitter {
     pair.S *= inflation(i);
     pair.S_inverse = pair.S.llt().solve(Matrix6::Identity());
     pair.J.setZero(6, 12 + reading_.extra());
-    pair.J.leftCols<6>() = by.by_X;
+    pair.J.leftCols<6>() = by.by_x;
     const int at = reading_.split > 0 && i >= reading_.split ? 12 : 6;
-    pair.J.middleCols<6>(at) = by.by_Z;
+    pair.J.middleCols<6>(at) = by.by_z;
     int next = reading_.split > 0 ? 18 : 12;
     if (reading_.free_scale)  // log of the scale
       pair.J.col(next++) = B.leftCols<3>() * (C.linear().transpose() * C.translation());

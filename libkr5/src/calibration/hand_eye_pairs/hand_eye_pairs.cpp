@@ -34,7 +34,7 @@ LinearView linear_pair(const PosePair& pair, Mount mount, const Poses& at) {
   LinearView out;
   out.y = robot_residual(mount, at, T, C);
   const RobotDerivatives by = robot_derivatives(mount, at, C, out.y);
-  out.F << -by.by_X, -by.by_Z;
+  out.F << -by.by_x, -by.by_z;
   out.U = by.by_target_seen.rightCols<3>() * by.by_target_seen.rightCols<3>().transpose();
   return out;
 }
