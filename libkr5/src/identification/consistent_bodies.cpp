@@ -107,7 +107,8 @@ struct ConsistentProblem {
     }
     const double q = (A * step).squaredNorm();
     const double length = 2 / (1 + m + std::sqrt(std::max((1 + m) * (1 + m) - 4 * m * q / (q + r2), 0.0)));
-    return x + (m > 0 ? length : 1.0) * step;
+    constexpr double part = 0.95;  // of the way to where a body ceases to exist, which rounding must not reach
+    return x + (m > 0 ? std::min(length, part / m) : 1.0) * step;
   }
   /// With the exact second derivatives, so that steps are Newton's.
   BodyEquations equations(const VectorXd& x) const {
