@@ -11,7 +11,7 @@ from kr5 import identification, kinematics
 
 from comparison import Row, exact_interval, format_rate, progress
 from kr5_tools.identify.drives import read_readings
-from kr5_tools.identify.identified_cell import believed_parameters
+from kr5_tools.identify.identified_cell import believed_parameters, standard_parameters
 from kr5_tools.identify.motion_logs import arm_model
 
 SHARE = Path(__file__).resolve().parents[2] / "share"
@@ -185,9 +185,8 @@ class PayloadDraw:
     def __call__(self, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         mass, com = random.uniform(0.5, 5), random.uniform((-0.1, -0.1, 0.0), (0.1, 0.1, 0.2))
         body = kinematics.Body(mass=mass, com=com, inertia=[0.01 * mass] * 3 + [0.0] * 3)
-        m, cx, cy, cz, *second = np.asarray(kinematics.inertial_parameters(body))
         chi = self.chi.copy()
-        chi[13 * 5 : 13 * 5 + 10] += [*second, cx, cy, cz, m]
+        chi[13 * 5 : 13 * 5 + 10] += standard_parameters(body)
         loaded = self.torques(np.asarray(self.regressor.torques(self.motion, chi)), random)
         arm = identification.identify_dynamics(
             self.torques(self.bare, random), self.model, identification.DynamicsOptions(held_out=0.0)

@@ -155,8 +155,8 @@ Eigen::Matrix<double, Size, Size> whitening_of(const Eigen::MatrixXd& covariance
 struct GroupDerivatives {
   std::vector<int> index;  ///< Places of the columns of `J` in the result.
   Eigen::MatrixXd J;       ///< By the free coordinates.
-  Eigen::MatrixXd N;       ///< By the change of the nuisance; without columns where there is none.
-  Eigen::VectorXd prior;   ///< Information of the prior on the nuisance, by coordinate.
+  Eigen::MatrixXd N;       ///< By the nuisance; without columns where there is none.
+  Eigen::MatrixXd prior;   ///< The same of its prior: that of its change from the start over the standard deviations.
   Eigen::VectorXd r;
 };
 
@@ -177,15 +177,14 @@ Eigen::MatrixXd sparse_basis(Eigen::MatrixXd V) {
 
 /// What remains of residuals whose nuisance is eliminated: they are M r, with covariance P where the model holds.
 struct WithoutNuisance {
-  Eigen::MatrixXd M;  ///< Symmetric, M M = I - N (N' N + information of the prior)^-1 N'.
+  Eigen::MatrixXd M;  ///< Symmetric, M M = I - N (N' N + R' R)^-1 N', R of the prior.
   Eigen::MatrixXd P;  ///< The projector on the range of M: less than the identity where no prior holds the nuisance.
   int rank = 0;
 };
 
-WithoutNuisance eliminate(const Eigen::MatrixXd& N, const Eigen::VectorXd& prior_information) {
+WithoutNuisance eliminate(const Eigen::MatrixXd& N, const Eigen::MatrixXd& prior) {
   constexpr double taken_up = 1e-9;  // share of a direction that is left where the nuisance takes it up
-  Eigen::MatrixXd inner = N.transpose() * N;
-  inner.diagonal() += prior_information;
+  const Eigen::MatrixXd inner = N.transpose() * N + prior.transpose() * prior;
   const Eigen::MatrixXd rest =
       Eigen::MatrixXd::Identity(N.rows(), N.rows()) - N * inner.ldlt().solve(Eigen::MatrixXd(N.transpose()));
   const SymmetricEigen eigen = symmetric_eigen(rest);
@@ -205,7 +204,7 @@ Eigen::MatrixXd without_nuisance(const GroupDerivatives& at) {
   if (k == 0) return at.J;
   Eigen::MatrixXd N = Eigen::MatrixXd::Zero(rows + k, k), J = Eigen::MatrixXd::Zero(rows + k, at.J.cols());
   N.topRows(rows) = at.N, J.topRows(rows) = at.J;
-  N.bottomRows(k).diagonal() = at.prior.cwiseSqrt();
+  N.bottomRows(k) = at.prior;
   const Eigen::HouseholderQR<Eigen::MatrixXd> turn(N);
   J.applyOnTheLeft(turn.householderQ().adjoint());
   return J.bottomRows(rows);
@@ -510,8 +509,9 @@ std::optional<GroupDerivatives> CellFit::Impl::linearise(const std::vector<const
   if (nuisance >= 0) {
     const Block& block = blocks[static_cast<std::size_t>(nuisance)];
     out.N = Eigen::MatrixXd::Zero(rows, block.size());
-    out.prior = block.prior.size() ? Eigen::VectorXd(block.prior.cwiseAbs2().cwiseInverse())
-                                   : Eigen::VectorXd(Eigen::VectorXd::Zero(block.size()));
+    out.prior = Eigen::MatrixXd::Zero(block.size(), block.size());
+    if (block.prior.size())
+      out.prior = block.prior.cwiseInverse().asDiagonal() * block.change_by_coordinates(block.values.data());
   }
   Eigen::Index first = 0;
   for (const Observation* o : group) {
@@ -527,9 +527,7 @@ std::optional<GroupDerivatives> CellFit::Impl::linearise(const std::vector<const
       return std::nullopt;
     for (std::size_t k = 0; k < o->blocks.size(); ++k) {
       const auto b = static_cast<std::size_t>(o->blocks[k]);
-      if (blocks[b].nuisance)
-        out.N.middleRows(first, own_rows) =
-            jacobians[k].leftCols(out.N.cols()) * blocks[b].change_by_coordinates(blocks[b].values.data()).inverse();
+      if (blocks[b].nuisance) out.N.middleRows(first, own_rows) = jacobians[k].leftCols(out.N.cols());
       Eigen::Index column = first_column[static_cast<std::size_t>(
           std::find(blocks_of.begin(), blocks_of.end(), o->blocks[k]) - blocks_of.begin())];
       for (int i = 0; i < blocks[b].size(); ++i)
@@ -911,10 +909,6 @@ std::optional<CellFit::Derivatives> CellFit::derivatives(FitObservation observat
   Derivatives out{std::move(at->r), Eigen::MatrixXd::Zero(at->J.rows(), impl_->coordinate_count()), std::move(at->N)};
   for (std::size_t k = 0; k < at->index.size(); ++k)  // tied coordinates share a place
     out.by_coordinate.col(at->index[k]) += at->J.col(static_cast<Eigen::Index>(k));
-  if (const int nuisance = impl_->nuisance_of(o); nuisance >= 0) {
-    const Block& block = impl_->blocks[static_cast<std::size_t>(nuisance)];
-    out.by_nuisance = out.by_nuisance * block.change_by_coordinates(block.values.data());
-  }
   return out;
 }
 
@@ -995,12 +989,11 @@ Eigen::VectorXd CellFit::Impl::nuisance_redundancy(int nuisance) const {
   const auto& of_block = observations_of[static_cast<std::size_t>(nuisance)];
   const auto at = of_block.empty() ? std::nullopt : linearise(of_block, true);
   if (!at) return Eigen::VectorXd::Zero(block.size());
-  Eigen::MatrixXd inner = at->N.transpose() * at->N;
-  inner.diagonal() += at->prior;
+  const Eigen::MatrixXd inner = at->N.transpose() * at->N + at->prior.transpose() * at->prior;
   const Eigen::MatrixXd alone = inner.ldlt().solve(Eigen::MatrixXd::Identity(block.size(), block.size()));
   const Eigen::MatrixXd by_others = alone * at->N.transpose() * at->J;
   const Eigen::MatrixXd after = alone + by_others * covariance_of(at->index) * by_others.transpose();
-  return Eigen::VectorXd::Ones(block.size()) - after.diagonal().cwiseProduct(at->prior);
+  return Eigen::VectorXd::Ones(block.size()) - (at->prior * after * at->prior.transpose()).diagonal();
 }
 
 Eigen::VectorXd CellFit::prior_redundancy(FitBlock block) const {

@@ -34,6 +34,13 @@ std::string parameter_name(int joint, int k) {
   return (k == coulomb_at ? "fc" : k == viscous_at ? "fv" : "Ia") + i;
 }
 
+/// What the friction of the motor of a joint is computed from: its speed on the side of that joint.
+JointSignals motor_signals(const MatrixXd& S, const JointMotion& motion, const MatrixXd& load, int joint) {
+  JointSignals out = joint_signals(motion, load, joint);
+  out.speed = motion.qd * S.row(joint).transpose() / S(joint, joint);
+  return out;
+}
+
 /// Whether several joints turn the motor of joint i.
 bool is_shared(const MatrixXd& structure, Index i) {
   return structure.size() > 0 && (structure.row(i).array() != 0.0).count() > 1;
@@ -122,17 +129,18 @@ std::vector<JointRegressor> DynamicsRegressor::joint_regressors(const JointMotio
       if (there && has(c)) rows.columns.push_back(c);
     }
     rows.X.resize(motion.samples(), static_cast<Index>(rows.columns.size()));
-    const JointSignals signals = joint_signals(model_, motion, load, i);
+    const JointSignals signals = joint_signals(motion, load, i);
     for (std::size_t at = 0; at < rows.columns.size(); ++at) {
       const int c = rows.columns[at], j = c / parameters_per_joint, k = c % parameters_per_joint;
       auto column = rows.X.col(static_cast<Index>(at));
       if (c >= parameters_per_joint * n) {
-        const Term& term = terms_[static_cast<std::size_t>(c - parameters_per_joint * n)];
-        const double share = term.joint == i ? 1.0 : S(term.joint, i) / S(term.joint, term.joint);
-        column = share * friction_term_table()[term.row]
-                             .column(model_.terms[static_cast<std::size_t>(term.joint)],
-                                     term.joint == i ? signals : joint_signals(model_, motion, load, term.joint))
-                             .matrix();
+        const auto [joint, row] = terms_[static_cast<std::size_t>(c - parameters_per_joint * n)];
+        const FrictionTerm& term = friction_term_table()[row];
+        const JointTerms& shape = model_.terms[static_cast<std::size_t>(joint)];
+        if (term.motor)
+          column = S(joint, i) / S(joint, joint) * term.column(shape, motor_signals(S, motion, load, joint)).matrix();
+        else
+          column = term.column(shape, signals).matrix();
       } else if (k == rotor_at) {
         column = motion.qdd * S.row(j).transpose() * (S(j, i) / (S(j, j) * S(j, j)));
       } else if (k >= inertial_count) {

@@ -66,20 +66,10 @@ Shapes temperature_offers(const JointTerms& now, const JointSignals& at) {
 /// A second parameter of a term, which is offered with its first, or one that is there only when it is asked for.
 Shapes not_offered(const JointTerms&, const JointSignals&) { return {}; }
 
-JointSignals at_motor(const JointSignals& at) {
-  JointSignals out = at;
-  out.speed = at.motor_speed;
-  return out;
-}
-
 }  // namespace
 
-JointSignals joint_signals(const DynamicsModel& model, const JointMotion& motion, const Eigen::MatrixXd& load,
-                           int joint) {
-  const ArrayXd speed = motion.qd.col(joint);
-  JointSignals out{speed, speed, ArrayXd::Zero(motion.samples()), motion.t, {}};
-  if (const Eigen::MatrixXd& S = model.structure; S.size() > 0)
-    out.motor_speed = motion.qd * S.row(joint).transpose() / S(joint, joint);
+JointSignals joint_signals(const JointMotion& motion, const Eigen::MatrixXd& load, int joint) {
+  JointSignals out{motion.qd.col(joint), ArrayXd::Zero(motion.samples()), motion.t, {}};
   if (load.size() > 0) out.load = load.col(joint);
   if (motion.temperature.size() > 0) out.temperature = motion.temperature.col(joint);
   return out;
@@ -121,10 +111,10 @@ const std::vector<FrictionTerm>& friction_term_table() {
       {"fvT", [](Terms t) { return t.temperature && t.viscous; },
        [](Terms t, Signals at) -> ArrayXd { return viscous_column(at) * (at.temperature - t.temperature_reference); },
        [](Terms now, Signals at) { return now.coulomb ? Shapes{} : temperature_offers(now, at); }},
-      {"fcm", [](Terms t) { return t.motor && t.coulomb; },
-       [](Terms, Signals at) { return coulomb_column(at_motor(at)); }, not_offered, true},
-      {"fvm", [](Terms t) { return t.motor && t.viscous; },
-       [](Terms, Signals at) { return viscous_column(at_motor(at)); }, not_offered, true},
+      {"fcm", [](Terms t) { return t.motor && t.coulomb; }, [](Terms, Signals at) { return coulomb_column(at); },
+       not_offered, true},
+      {"fvm", [](Terms t) { return t.motor && t.viscous; }, [](Terms, Signals at) { return viscous_column(at); },
+       not_offered, true},
   };
   return table;
 }

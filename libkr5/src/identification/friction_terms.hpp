@@ -14,15 +14,13 @@ namespace kr5::identification {
 /// What a column of friction is computed from, a number a sample.
 struct JointSignals {
   Eigen::ArrayXd speed;        ///< [rad/s or m/s]
-  Eigen::ArrayXd motor_speed;  ///< On the side of the joint [rad/s or m/s].
   Eigen::ArrayXd load;         ///< Torque through the gear [N m or N].
   Eigen::ArrayXd t;            ///< [s]
   Eigen::ArrayXd temperature;  ///< Empty: not measured [deg C].
   double least_speed = 0.0;    ///< Below which samples are left out [rad/s or m/s].
 };
 /// @param load Torques through the gears, samples x joints; empty: zero.
-JointSignals joint_signals(const DynamicsModel& model, const JointMotion& motion, const Eigen::MatrixXd& load,
-                           int joint);
+JointSignals joint_signals(const JointMotion& motion, const Eigen::MatrixXd& load, int joint);
 
 /// One further parameter of a joint.
 struct FrictionTerm {
@@ -31,7 +29,8 @@ struct FrictionTerm {
   Eigen::ArrayXd (*column)(const JointTerms&, const JointSignals&);
   /// Terms of a joint with this one more, for each shape that is worth trying; none where it cannot be told.
   std::vector<JointTerms> (*offers)(const JointTerms& now, const JointSignals&);
-  bool motor = false;  ///< Of the motor, where several joints turn it: each of them has its share of the column.
+  bool motor =
+      false;  ///< Of the motor, where several joints turn it: a column of its speed, of which each has its share.
 };
 const std::vector<FrictionTerm>& friction_term_table();
 

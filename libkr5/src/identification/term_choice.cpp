@@ -208,7 +208,7 @@ std::vector<JointTerms> choose_friction_terms(const DynamicsModel& model, const 
   TermSearch search(rows, sigma, blocks);
   for (int i = 0; i < model.joints(); ++i) {
     JointTerms& now = chosen[static_cast<std::size_t>(i)];
-    JointSignals signals = joint_signals(model, motion, load, i);
+    JointSignals signals = joint_signals(motion, load, i);
     signals.least_speed = least_speed * root_mean_square(motion.qd.col(i));
     const Eigen::ArrayXd used = moving_samples(motion.qd.col(i), least_speed);
     while (true) {

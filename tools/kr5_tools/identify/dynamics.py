@@ -16,7 +16,14 @@ from kr5_tools.files.results import write_result
 from kr5_tools.files.writing import check_writable, write_json
 from kr5_tools.identify.dynamics_errors import error_rows
 from kr5_tools.identify.identified_cell import write_identified_cell
-from kr5_tools.identify.motion_logs import arm_model, conditioning_of, merged_motion, read_motions
+from kr5_tools.identify.motion_logs import (
+    FROM_THE_CELL,
+    arm_model,
+    conditioning_of,
+    merged_motion,
+    read_motions,
+    require_usable,
+)
 
 app = typer.Typer()
 SHOWN_SAMPLES = 1500  # of each part, in the result file
@@ -26,7 +33,7 @@ OVERFIT = 1.5  # held-out error over fitted error that is a reason for doubt
 
 @app.command(epilog="Example: kr5 identify dynamics recordings/monday --choose-terms -o dynamics.json")
 @options_from(identification.DynamicsOptions, skip=("held_out", "prior_bodies"))
-@options_from(identification.ConditioningOptions, skip=("lower", "upper", "expected_torque", "slides"), argument="log")
+@options_from(identification.ConditioningOptions, skip=FROM_THE_CELL, argument="log")
 @options_from(identification.JointTerms, argument="terms")
 def dynamics(
     source: Annotated[
@@ -116,10 +123,7 @@ def condition_parts(motions: Any, options: Any) -> tuple[Part, Part]:
         options.cutoff = float(np.median([p.cutoff for p in fit]))  # the check is filtered alike
         options.decimation = options.decimation or round(float(np.median([p.decimation for p in fit])))
     check = [identification.condition_log(log, options) for log in motions.check]
-    bad = [p for p in (*fit, *check) if not p.usable]
-    if bad:
-        errors = [f.text for p in bad for f in p.findings if str(f.severity) == "error"]
-        fail("the log must not be used: " + "; ".join(errors or [p.message for p in bad]))
+    require_usable([*fit, *check])
     return Part(fit), Part(check)
 
 

@@ -15,7 +15,7 @@ from kr5_tools.cli.terminal import console, fail, print_note, spinner
 from kr5_tools.files.cell_output import WriteCellOption, write_cell_file
 from kr5_tools.files.results import write_result
 from kr5_tools.files.writing import check_writable, write_json
-from kr5_tools.identify.motion_logs import conditioning_of
+from kr5_tools.identify.motion_logs import FROM_THE_CELL, conditioning_of, require_usable
 from kr5_tools.log_import.values import joint_torques
 
 app = typer.Typer()
@@ -28,7 +28,7 @@ MOST_SHOWN = 600  # samples of a result file, for its plots
 @options_from(identification.GravityOptions, skip=("gravity",))
 @options_from(
     identification.ConditioningOptions,
-    skip=("lower", "upper", "expected_torque", "slides", "smooth_torques"),
+    skip=(*FROM_THE_CELL, "smooth_torques"),
     argument="conditioning",
 )
 @options_from(identification.PassiveLimitOptions, skip=("T_flange_tool", "directions"), argument="limit_options")
@@ -125,9 +125,7 @@ def slow_motion(file: Path, log: Any, options: Any) -> tuple[Any, list[Any]]:
     options.smooth_torques = False
     options.accept = ",".join(part for part in (options.accept, "never_moved") if part)
     got = identification.condition_log(log, options)
-    if not got.usable:
-        errors = [f.text for f in got.findings if str(f.severity) == "error"]
-        fail(f"{file}: the log must not be used: " + "; ".join(errors or [got.message]))
+    require_usable([got], f"{file}: ")
     return got.motion, [f for f in got.findings if str(f.severity) == "warning" and str(f.fault) != "never_moved"]
 
 

@@ -32,6 +32,12 @@ def tool_body(cell: Any) -> Any:
     return kinematics.transformed_body(T, body)
 
 
+def standard_parameters(body: Any) -> list[float]:
+    """The ten of a body in the order of the regressor: inertia, moments, mass."""
+    m, cx, cy, cz, *second = np.asarray(kinematics.inertial_parameters(body))
+    return [*second, cx, cy, cz, m]
+
+
 def believed_parameters(cell: Any, model: Any) -> np.ndarray:
     """Standard parameters of the arm of a cell with its tool, in the order of the regressor; terms that a cell does not
     hold are zero."""
@@ -48,8 +54,7 @@ def believed_parameters(cell: Any, model: Any) -> np.ndarray:
     if drives is not None:
         rotors = np.asarray(drives.rotor_inertia) * np.diag(np.asarray(drives.structure)) ** 2
     for k, body in enumerate(link_bodies(cell, with_tool=True)):
-        m, cx, cy, cz, *second = np.asarray(kinematics.inertial_parameters(body))
-        out[13 * k : 13 * k + 13] = [*second, cx, cy, cz, m, coulomb[k], viscous[k], rotors[k]]
+        out[13 * k : 13 * k + 13] = [*standard_parameters(body), coulomb[k], viscous[k], rotors[k]]
     return out
 
 
@@ -97,9 +102,8 @@ def without_tool(cell: Any, motion: Any, model: Any) -> Any:
         return motion
     regressor = identification.DynamicsRegressor(model)
     chi = np.zeros(len(regressor.names))
-    m, cx, cy, cz, *second = np.asarray(kinematics.inertial_parameters(tool))
     last = 13 * (cell.robot.joints - 1)
-    chi[last : last + 10] = [*second, cx, cy, cz, m]
+    chi[last : last + 10] = standard_parameters(tool)
     return identification.JointMotion(
         t=motion.t,
         q=motion.q,

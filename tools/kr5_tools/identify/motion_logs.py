@@ -213,6 +213,17 @@ def _speeds(log: Log, q: Source, cell: Any, note: Any) -> dict[str, Any]:
     return {}
 
 
+FROM_THE_CELL = ("lower", "upper", "expected_torque", "slides")  # options of conditioning that no command asks for
+
+
+def require_usable(parts: list[Any], where: str = "") -> None:
+    """Ends with every error that conditioning found in logs."""
+    bad = [p for p in parts if not p.usable]
+    if bad:
+        errors = [f.text for p in bad for f in p.findings if str(f.severity) == "error"]
+        fail(f"{where}the log must not be used: " + "; ".join(errors or [p.message for p in bad]))
+
+
 def conditioning_of(options: Any, cell: Any) -> Any:
     """Options with the limits and slides of the cell."""
     robot = cell.robot

@@ -16,7 +16,13 @@ from kr5_tools.files.results import write_result
 from kr5_tools.files.writing import beside, check_writable, write_json
 from kr5_tools.identify.dynamics import SHOWN_SAMPLES, condition_parts
 from kr5_tools.identify.identified_cell import believed_parameters, tool_body
-from kr5_tools.identify.motion_logs import arm_model, conditioning_of, merged_motion, read_motions
+from kr5_tools.identify.motion_logs import (
+    FROM_THE_CELL,
+    arm_model,
+    conditioning_of,
+    merged_motion,
+    read_motions,
+)
 
 app = typer.Typer()
 MOMENTS = ("mass", "m cx", "m cy", "m cz", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
@@ -25,7 +31,7 @@ SEEN = 3.0  # standard deviations above which a load is told from none
 
 @app.command(epilog="Example: kr5 identify payload loaded --without bare -o payload.json --page payload.html")
 @options_from(identification.PayloadOptions)
-@options_from(identification.ConditioningOptions, skip=("lower", "upper", "expected_torque", "slides"), argument="log")
+@options_from(identification.ConditioningOptions, skip=FROM_THE_CELL, argument="log")
 @options_from(identification.JointTerms, argument="terms")
 def payload(
     source: Annotated[

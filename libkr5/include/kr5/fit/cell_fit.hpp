@@ -246,8 +246,8 @@ class CellFit {
     Eigen::MatrixXd by_nuisance;  ///< Without columns where there is none.
   };
   /// Before a solve the coordinates are those that it would have. Empty where the model does not exist there, as behind
-  /// a camera. `condensed`: pixels of a known camera as seven
-  /// rows with the sum of squares, gradient and information of all.
+  /// a camera. `condensed`: pixels of a known camera as seven rows with the sum of squares, gradient and information of
+  /// all.
   std::optional<Derivatives> derivatives(FitObservation observation, bool condensed = false) const;
   /// How a measurement agrees with the others, at the result of the last solve.
   struct Agreement {
