@@ -5,11 +5,12 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <sstream>
 #include <unordered_map>
 
 #include <kr5/core/error.hpp>
 #include <kr5/core/statistics.hpp>
+
+#include "length_text.hpp"
 
 namespace kr5::picking {
 
@@ -67,14 +68,6 @@ double median_spacing(const Matrix3Xd& points) {
     if (std::isfinite(best)) nearest.push_back(best);
   }
   return median(std::move(nearest));
-}
-
-/// Number as people read it, with the unit: 12.3 mm.
-std::string millimetres(double length) {
-  std::ostringstream out;
-  out.precision(3);
-  out << 1000 * length << " mm";
-  return out.str();
 }
 
 CloudCheck found(CloudCheck check, CloudFinding finding, std::string message) {
