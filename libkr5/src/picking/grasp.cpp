@@ -278,7 +278,9 @@ std::vector<Grasp> plan_picks(const std::vector<Pellet>& pellets, const Cloud& c
   cloud.validate();
   bin.validate();
   options.validate();
-  const Planner planner(pellets, crop(cloud, bin, -0.01, -0.01), bin, options);
+  Bin heaped = bin;  // what stands above the rim is in the way, too
+  heaped.size.z() *= 2;
+  const Planner planner(pellets, crop(cloud, heaped, -0.01, -0.01), bin, options);
   std::vector<Grasp> out;
   for (std::size_t i = 0; i < pellets.size(); ++i) out.push_back(planner.judge(static_cast<int>(i)));
   const Vector3d up = bin.T_base_bin.linear().col(2);

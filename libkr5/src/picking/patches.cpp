@@ -30,12 +30,13 @@ void PatchOptions::validate() const {
   require(min_points >= 3, "min_points must be 3 or more");
 }
 
-PatchOptions PatchOptions::for_radius(double radius) {
+PatchOptions PatchOptions::for_radius(double radius, double pitch) {
   require(radius > 0 && std::isfinite(radius), "radius must be positive [m]");
+  require(pitch >= 0 && std::isfinite(pitch), "pitch must not be negative [m]");
   PatchOptions out;
   const double scale = radius / 0.008;
-  out.spacing *= scale;
-  out.normal_radius *= scale;
+  out.spacing = std::max(out.spacing * scale, 0.8 * pitch);
+  out.normal_radius = std::max(out.normal_radius * scale, 1.8 * pitch);  // a dozen neighbours
   return out;
 }
 

@@ -233,7 +233,9 @@ PelletResult find_pellets(const Cloud& cloud, const Bin& bin, const PelletOption
   if (out.check.finding != CloudFinding::Good) return out;
   const Vector3d up = bin.T_base_bin.linear().col(2);
   const double margin = std::max(3 * options.noise, 0.1 * options.radius);
-  const Cloud within = crop(cloud, bin, -options.radius, -0.5 * options.radius);
+  Bin heaped = bin;  // a pile may stand above the rim
+  heaped.size.z() += 4 * std::hypot(options.radius, options.max_height / 2);
+  const Cloud within = crop(cloud, heaped, -options.radius, -0.5 * options.radius);
   const RayGrid rays(within, up, options.radius / 8);
   Cloud above = within;  // the same columns, floor and walls left out
   const Pose T_bin_base = bin.T_base_bin.inverse();
@@ -243,7 +245,7 @@ PelletResult find_pellets(const Cloud& cloud, const Bin& bin, const PelletOption
                         std::abs(p.y()) < bin.size.y() / 2 - margin / 2;
     if (!inside) above.points.col(i).setConstant(std::numeric_limits<double>::quiet_NaN());
   }
-  const std::vector<Patch> patches = find_patches(above, up, PatchOptions::for_radius(options.radius));
+  const std::vector<Patch> patches = find_patches(above, up, PatchOptions::for_radius(options.radius, rays.pitch()));
   PelletResult result = PelletSearch(within, bin, options, rays).run(patches);
   result.check = out.check;
   return result;

@@ -50,8 +50,8 @@ struct PatchOptions {
 
   /// @throws InvalidArgument naming the offending field.
   void validate() const;
-  /// What suits cylinders of a radius [m].
-  static PatchOptions for_radius(double radius);
+  /// What suits cylinders of a radius in a cloud of this spacing [m].
+  static PatchOptions for_radius(double radius, double pitch = 0.0);
 
   static void each_field(auto& self, auto&& visit) {
     visit("spacing", self.spacing, "Distance of the points of the uniform sample [m].");
