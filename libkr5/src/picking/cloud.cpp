@@ -183,15 +183,16 @@ CloudCheck check_cloud(const Cloud& cloud, const Bin& bin, double radius) {
   const Pose T_bin_base = bin.T_base_bin.inverse();
   const Matrix3Xd local = T_bin_base * points;
   const Vector3d half = bin.size / 2;
-  int below = 0, aside = 0;
+  int below = 0, above = 0, aside = 0;
   for (Index i = 0; i < local.cols(); ++i) {
     const bool over_floor = std::abs(local(0, i)) < half.x() && std::abs(local(1, i)) < half.y();
     below += over_floor && local(2, i) < -0.5 * radius && local(2, i) > -bin.size.z() - 2 * radius;
+    above += over_floor && local(2, i) > 0.5 * radius && local(2, i) < bin.size.z() + 2 * radius;
     aside += !over_floor;
   }
-  if (below > 2 * out.inside && below > out.finite / 5)
+  if (below > 2 * above && below > out.finite / 50)
     return found(out, CloudFinding::UpsideDown,
-                 std::to_string(below) + " points lie below the floor of the bin and " + std::to_string(out.inside) +
+                 std::to_string(below) + " points lie below the floor of the bin and " + std::to_string(above) +
                      " above it: the pose of the bin, or that of the scanner, is upside down or too high.");
   if (out.inside < 20 || (out.inside < 0.02 * out.finite && aside > 0.9 * out.finite))
     return found(out, CloudFinding::OutsideBin,

@@ -14,9 +14,17 @@ using Eigen::Vector3d;
 RayVerdict judge(const PelletScene& scene, const SolidCylinder& cylinder) {
   RayVerdict out;
   const Matrix3d R = cylinder.frame.transpose();
-  const double tolerance = scene.tolerance(), depth = scene.depth();
-  scene.rays.near(cylinder.centre, cylinder.bounding_radius(), [&](const RayGrid::Ray& ray) {
+  const double tolerance = scene.tolerance(), inner = cylinder.radius + 1.5 * scene.rays.pitch();
+  scene.rays.near(cylinder.centre, 1.3 * cylinder.bounding_radius(), [&](const RayGrid::Ray& ray) {
     const Vector3d q = R * (ray.point - cylinder.centre), e = R * ray.direction;
+    if (std::abs(e.z()) > 0.3) {
+      const double above = (e.z() < 0 ? q.z() : -q.z()) - cylinder.height / 2;
+      const double where = (q + e * (above / std::abs(e.z()))).head<2>().norm();
+      if (where > inner && where < inner + 0.3 * cylinder.radius) {
+        ++out.about;
+        out.level += std::abs(above) < tolerance && !scene.explained[static_cast<std::size_t>(ray.column)];
+      }
+    }
     if (std::abs(cylinder.distance(q)) < tolerance) {
       const bool on_side = q.head<2>().norm() - cylinder.radius > std::abs(q.z()) - cylinder.height / 2;
       const double towards = on_side ? -e.head<2>().dot(q.head<2>()) : -e.z() * q.z();
@@ -31,7 +39,7 @@ RayVerdict judge(const PelletScene& scene, const SolidCylinder& cylinder) {
     if (chord.in > 0) {
       ++out.before;
       out.close += chord.in < 3 * tolerance;
-    } else if (std::min(-chord.in, chord.out - chord.in) > depth) {
+    } else if (passes_through(scene, cylinder, chord, q, e)) {
       ++out.through;
     }
   });

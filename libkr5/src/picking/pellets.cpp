@@ -14,6 +14,7 @@
 
 #include "pellet_fit.hpp"
 #include "pellet_hypotheses.hpp"
+#include "view_estimate.hpp"
 
 namespace kr5::picking {
 
@@ -68,16 +69,20 @@ double reach_out(const SolidCylinder& c, const Bin& bin) {
                    std::abs(centre.y()) + half.y() - bin.size.y() / 2});
 }
 
+/// Tangents of the angles by which rays may run otherwise than is thought: those that all are said to start at one
+/// place, and those whose origin was estimated.
+constexpr double one_origin_slack = 0.03, estimated_slack = 0.06;
+
 class PelletSearch {
  public:
-  PelletSearch(const Cloud& cloud, const Bin& bin, const PelletOptions& options, const RayGrid& rays)
+  PelletSearch(const Cloud& cloud, const Bin& bin, const PelletOptions& options, const RayGrid& rays, double slack)
       : cloud_(cloud),
         bin_(bin),
         options_(options),
         all_(rays),
         thinned_(rays.thinned(options.radius / 8)),
         scene_{options, thinned_, std::vector<bool>(static_cast<std::size_t>(cloud.points.cols()), false),
-               options.noise > 0 ? options.noise : options.radius / 100} {}
+               options.noise > 0 ? options.noise : options.radius / 100, slack} {}
 
   PelletResult run(const std::vector<Patch>& patches) {
     result_.patches = static_cast<int>(patches.size());
@@ -102,7 +107,7 @@ class PelletSearch {
   bool acceptable(const PelletFit& fit) const {
     const RayVerdict& v = fit.verdict;
     return v.exposed() >= options_.min_exposed && v.crossed() <= options_.max_crossed && v.new_on >= 12 &&
-           v.new_on > 0.6 * v.on && v.close < 0.5 * v.on &&
+           v.new_on > 0.6 * v.on && v.close < 0.5 * v.on && (fit.side > fit.face || v.beyond_rim() < 0.35) &&
            fit.rms < 2.5 * std::max(scene_.noise, 0.01 * options_.radius) &&
            reach_out(fit.cylinder, bin_) < 0.25 * options_.radius;
   }
@@ -153,7 +158,7 @@ class PelletSearch {
   /// Each fitted again with the noise as learnt, and judged with all others in place.
   PelletResult finish(const std::vector<Patch>& patches) {
     for (const PelletFit& fit : accepted_) {
-      const PelletScene alone{options_, all_, without(fit.cylinder), scene_.noise};
+      const PelletScene alone{options_, all_, without(fit.cylinder), scene_.noise, scene_.slack};
       const PelletFit final = fit_pellet(alone, fit.cylinder);
       const Eigen::Matrix3d centre = final.covariance.topLeftCorner<3, 3>();
       const Eigen::Matrix2d tilt = final.covariance.block<2, 2>(3, 3);
@@ -235,7 +240,11 @@ PelletResult find_pellets(const Cloud& cloud, const Bin& bin, const PelletOption
   const double margin = std::max(3 * options.noise, 0.1 * options.radius);
   Bin heaped = bin;  // a pile may stand above the rim
   heaped.size.z() += 4 * std::hypot(options.radius, options.max_height / 2);
-  const Cloud within = crop(cloud, heaped, -options.radius, -0.5 * options.radius);
+  Cloud within = crop(cloud, heaped, -options.radius, -0.5 * options.radius);
+  const double slack = cloud.origins.cols() > 1 ? 0.0 : cloud.origins.cols() == 1 ? one_origin_slack : estimated_slack;
+  if (cloud.origins.cols() == 0)
+    within.origins =
+        estimated_origins(within, bin, std::max(options.radius / 8, out.check.spacing), options.radius / 4);
   const RayGrid rays(within, up, options.radius / 8);
   Cloud above = within;  // the same columns, floor and walls left out
   const Pose T_bin_base = bin.T_base_bin.inverse();
@@ -246,7 +255,7 @@ PelletResult find_pellets(const Cloud& cloud, const Bin& bin, const PelletOption
     if (!inside) above.points.col(i).setConstant(std::numeric_limits<double>::quiet_NaN());
   }
   const std::vector<Patch> patches = find_patches(above, up, PatchOptions::for_radius(options.radius, rays.pitch()));
-  PelletResult result = PelletSearch(within, bin, options, rays).run(patches);
+  PelletResult result = PelletSearch(within, bin, options, rays, slack).run(patches);
   result.check = out.check;
   return result;
 }
