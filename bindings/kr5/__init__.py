@@ -1,7 +1,7 @@
 """Calibrate, simulate and diagnose a robot cell.
 
 Poses are 4x4 arrays, `T_a_b` is the pose of b in a, everything is in SI units; see CONVENTIONS.md.
-`kr5.vision` (ViSP, OpenCV) and `kr5.sim` (DART) are imported when they are first used.
+`kr5.vision` (ViSP, OpenCV), `kr5.picking` (PCL) and `kr5.sim` (DART) are imported when they are first used.
 """
 
 import importlib

@@ -44,6 +44,7 @@ function(_kr5_build name)
   foreach(dep IN LISTS KR5_${name}_DEPENDS)
     _kr5_build(${dep})
   endforeach()
+  set(CMAKE_DISABLE_FIND_PACKAGE_VTK TRUE)  # PCL looks for it, nothing here uses it, and it asks for the language C
   foreach(package IN LISTS KR5_${name}_PACKAGES)
     string(REPLACE " " ";" package "${package}")  # "PCL COMPONENTS common" is one entry
     get_directory_property(definitions COMPILE_DEFINITIONS)

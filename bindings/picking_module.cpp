@@ -1,0 +1,10 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <pybind11/pybind11.h>
+
+#include "_kr5_picking_modules.hpp"
+
+PYBIND11_MODULE(_kr5_picking, m) {
+  pybind11::module_::import("kr5._kr5");  // poses and exceptions are bound there
+  m.doc() = "The picking module of the C++ library. Import it as kr5.picking.";
+  bind_modules(m);
+}

@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/picking/cylinder_fit.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include <Eigen/Eigenvalues>
+
+#include <kr5/core/error.hpp>
+#include <kr5/core/levenberg_marquardt.hpp>
+#include <kr5/core/statistics.hpp>
+
+#include "axes.hpp"
+
+namespace kr5::picking {
+
+using Eigen::Index;
+using Eigen::Matrix3d;
+using Eigen::Matrix3Xd;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+void CylinderFitOptions::validate() const {
+  require(radius >= 0 && std::isfinite(radius), "radius must not be negative [m]");
+  require(sigma_radius >= 0 && std::isfinite(sigma_radius), "sigma_radius must not be negative [m]");
+  require(noise >= 0 && std::isfinite(noise), "noise must not be negative [m]");
+  require(outlier_limit >= 2 && std::isfinite(outlier_limit), "outlier_limit must be 2 or more [-]");
+  require(accepted_std > 0 && std::isfinite(accepted_std), "accepted_std must be positive [-]");
+}
+
+namespace {
+
+struct Side {
+  Matrix3d frame = Matrix3d::Identity();  ///< Third column: the axis.
+  Vector3d point = Vector3d::Zero();
+  double radius = 0.0;
+};
+
+/// Points of a side against a cylinder: moves across the axis, tilts of it, the radius.
+struct SideProblem {
+  const Matrix3Xd& points;
+  const std::vector<Index>& used;
+  const CylinderFitOptions& options;
+  double noise = 0.0;  ///< Of the bias that the curvature makes, and of the weight of the radius known beforehand.
+
+  NormalEquations<5> equations(const Side& at) const {
+    NormalEquations<5> out;
+    const Matrix3d R = at.frame.transpose();
+    for (const Index i : used) {
+      const Vector3d q = R * (points.col(i) - at.point);
+      const double rho = q.head<2>().norm();
+      if (rho == 0) continue;
+      const Vector2d n = q.head<2>() / rho;
+      const double residual = rho - at.radius - noise * noise / (2 * at.radius);
+      out.add({-n.x(), -n.y(), q.z() * n.y(), -q.z() * n.x(), -1.0}, residual);
+    }
+    if (options.radius > 0) {
+      if (options.sigma_radius > 0 && noise > 0)
+        out.add({0, 0, 0, 0, 1}, at.radius - options.radius, std::pow(noise / options.sigma_radius, 2));
+      else
+        out.hold(4);
+    }
+    return out;
+  }
+  Side moved(const Side& from, const Eigen::Matrix<double, 5, 1>& step) const {
+    Side out = from;
+    out.point += from.frame.leftCols<2>() * step.head<2>();
+    out.frame = from.frame * exp_rotation({step[2], step[3], 0});
+    out.radius = std::max(from.radius + step[4], 0.05 * from.radius);
+    return out;
+  }
+};
+
+/// Circle through points of the plane, by its algebraic distances.
+struct Circle {
+  Vector2d centre = Vector2d::Zero();
+  double radius = 0.0;
+};
+Circle algebraic_circle(const Eigen::Matrix2Xd& points) {
+  const Vector2d mean = points.rowwise().mean();
+  Matrix3d A = Matrix3d::Zero();
+  Vector3d b = Vector3d::Zero();
+  for (Index i = 0; i < points.cols(); ++i) {
+    const Vector2d p = points.col(i) - mean;
+    const Vector3d row(p.x(), p.y(), 1);
+    A += row * row.transpose();
+    b += row * p.squaredNorm();
+  }
+  const Vector3d x = A.ldlt().solve(b);
+  const Vector2d centre = x.head<2>() / 2;
+  return {mean + centre, std::sqrt(std::max(x[2] + centre.squaredNorm(), 0.0))};
+}
+
+/// Cylinder about a direction: the circle of the points seen along it, of the given radius if that is known.
+Side start_about(const Matrix3Xd& points, const Vector3d& axis, double radius) {
+  Side out;
+  out.frame = axes_about(axis);
+  const Eigen::Matrix2Xd flat = out.frame.leftCols<2>().transpose() * points;
+  const Circle circle = algebraic_circle(flat);
+  const Vector2d mean = flat.rowwise().mean();
+  out.radius = radius > 0 ? radius : circle.radius;
+  Vector2d centre = circle.centre;
+  if (radius > 0) {  // an arc tells the direction of the centre better than its distance
+    const Vector2d inwards = (circle.centre - mean).normalized();
+    centre = mean + inwards * std::max((circle.centre - mean).norm() + radius - circle.radius, 0.3 * radius);
+  }
+  out.point = out.frame.leftCols<2>() * centre + axis * axis.dot(points.rowwise().mean());
+  return out;
+}
+
+/// RMS distance of points from the surface.
+double rms_distance(const Matrix3Xd& points, const Side& side) {
+  const Eigen::Matrix2Xd flat = side.frame.leftCols<2>().transpose() * (points.colwise() - side.point);
+  return std::sqrt((flat.colwise().norm().array() - side.radius).square().mean());
+}
+
+/// The start that fits best of the principal directions of the points and what lies between, and the axis given.
+Side best_start(const Matrix3Xd& points, const std::optional<Vector3d>& axis, double radius) {
+  if (axis) return start_about(points, axis->normalized(), radius);
+  Side best;
+  double least = std::numeric_limits<double>::infinity();
+  const int rings = 8;  // directions over a half sphere, about 12 degrees apart
+  for (int ring = 0; ring < rings; ++ring) {
+    const double polar = std::numbers::pi / 2 * (ring + 0.5) / rings;
+    const int count = std::max(1, static_cast<int>(std::lround(2 * std::numbers::pi * std::sin(polar) / 0.2)));
+    for (int k = 0; k < count; ++k) {
+      const double azimuth = 2 * std::numbers::pi * k / count;
+      const Side start = start_about(
+          points, {std::sin(polar) * std::cos(azimuth), std::sin(polar) * std::sin(azimuth), std::cos(polar)}, radius);
+      const double rms = rms_distance(points, start);
+      if (std::isfinite(rms) && rms < least) {
+        least = rms;
+        best = start;
+      }
+    }
+  }
+  return best;
+}
+
+/// Residuals, the bias of the noise taken out.
+std::vector<double> residuals_of(const Matrix3Xd& points, const Side& side, double noise) {
+  std::vector<double> out(static_cast<std::size_t>(points.cols()));
+  for (Index i = 0; i < points.cols(); ++i)
+    out[static_cast<std::size_t>(i)] = (side.frame.leftCols<2>().transpose() * (points.col(i) - side.point)).norm() -
+                                       side.radius - noise * noise / (2 * side.radius);
+  return out;
+}
+
+double robust_sigma(const std::vector<double>& residuals) {
+  std::vector<double> sizes(residuals.size());
+  std::transform(residuals.begin(), residuals.end(), sizes.begin(), [](double r) { return std::abs(r); });
+  return mad_to_sigma * median(std::move(sizes));
+}
+
+/// Angle about the axis that the points cover: a turn less the widest gap.
+double covered_arc(const Matrix3Xd& points, const std::vector<Index>& used, const Side& side) {
+  std::vector<double> angles;
+  for (const Index i : used) {
+    const Vector2d q = side.frame.leftCols<2>().transpose() * (points.col(i) - side.point);
+    angles.push_back(std::atan2(q.y(), q.x()));
+  }
+  std::sort(angles.begin(), angles.end());
+  double gap = angles.front() + 2 * std::numbers::pi - angles.back();
+  for (std::size_t i = 1; i < angles.size(); ++i) gap = std::max(gap, angles[i] - angles[i - 1]);
+  return 2 * std::numbers::pi - gap;
+}
+
+CylinderFit refused(CylinderFit out, std::string message) {
+  out.fit.status = FitStatus::Degenerate;
+  out.fit.message = std::move(message);
+  return out;
+}
+
+}  // namespace
+
+CylinderFit fit_cylinder(const Matrix3Xd& points, const CylinderFitOptions& options,
+                         const std::optional<Vector3d>& axis) {
+  options.validate();
+  require(points.allFinite(), "points: a coordinate is not finite; leave out what was not measured");
+  require(!axis || (axis->allFinite() && axis->norm() > 0), "axis must be a direction");
+  CylinderFit out;
+  if (points.cols() < 8) return refused(out, "too few points: 8 are needed, found " + std::to_string(points.cols()));
+  Side side = best_start(points, axis, options.radius);
+  if (!(side.radius > 0) || !side.point.allFinite()) return refused(out, "the points lie in a plane or on a line");
+
+  std::vector<Index> used(static_cast<std::size_t>(points.cols()));
+  for (std::size_t i = 0; i < used.size(); ++i) used[i] = static_cast<Index>(i);
+  double noise = options.noise;
+  LevenbergMarquardtResult<5, Side> fit;
+  for (int round = 0; round < 6; ++round) {
+    fit = levenberg_marquardt<5>(side, SideProblem{points, used, options, noise});
+    side = fit.x;
+    if (!fit.usable() || !side.point.allFinite())
+      return refused(out, "the fit did not converge; are these points of a cylinder?");
+    out.fit.iterations += fit.iterations;
+    const std::vector<double> residuals = residuals_of(points, side, noise);
+    const double sigma = options.noise > 0 ? options.noise : robust_sigma(residuals);
+    std::vector<Index> next;
+    for (std::size_t i = 0; i < residuals.size(); ++i)
+      if (std::abs(residuals[i]) <= options.outlier_limit * sigma + 1e-12) next.push_back(static_cast<Index>(i));
+    if (next.size() < 8) return refused(out, "fewer than 8 points agree with one cylinder");
+    double rms = 0;
+    for (const Index i : next) rms += std::pow(residuals[static_cast<std::size_t>(i)], 2);
+    const double estimated =
+        std::sqrt(rms / std::max<double>(1.0, static_cast<double>(next.size()) - (options.radius > 0 ? 4.0 : 5.0)));
+    const bool settled = next == used && (options.noise > 0 || std::abs(estimated - noise) < 0.01 * estimated);
+    used = std::move(next);
+    out.noise = estimated;
+    if (options.noise == 0) noise = estimated;
+    if (settled) break;
+  }
+  const double sigma = options.noise > 0 ? options.noise : out.noise;
+  const NormalEquations<5> end = SideProblem{points, used, options, sigma}.equations(side);
+  NormalEquations<5> scaled = end;
+  const bool held = options.radius > 0 && options.sigma_radius == 0;
+  if (held) scaled.information(4, 4) = 1;
+  const auto covariance = scaled.covariance(std::max(sigma * sigma, 1e-24));
+  if (!covariance) return refused(out, "the points lie in a plane or cover too little of the surface");
+  out.point = side.point;
+  out.axis = side.frame.col(2);
+  out.across = side.frame.leftCols<2>();
+  out.radius = side.radius;
+  out.covariance = *covariance;
+  if (held) {
+    out.covariance.row(4).setZero();
+    out.covariance.col(4).setZero();
+  }
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const Index i : used) {
+    const double t = out.axis.dot(points.col(i) - side.point);
+    low = std::min(low, t), high = std::max(high, t);
+  }
+  out.length = high - low;
+  out.arc = covered_arc(points, used, side);
+  out.points = static_cast<int>(used.size());
+  out.outliers = static_cast<int>(points.cols()) - out.points;
+  out.fit.final_rms = out.noise / std::max(sigma, 1e-12);
+  const double std_radius = std::sqrt(out.covariance(4, 4));
+  if (options.radius == 0 && std_radius > options.accepted_std * side.radius)
+    return refused(out, "the arc is too short for the radius: its standard deviation is " +
+                            std::to_string(static_cast<int>(std::lround(100 * std_radius / side.radius))) +
+                            " % of it; give the radius, or scan more of the side");
+  if (out.outliers > out.points) return refused(out, "more points contradict the cylinder than agree with it");
+  out.fit.status = FitStatus::Converged;
+  out.fit.message = "converged";
+  return out;
+}
+
+}  // namespace kr5::picking

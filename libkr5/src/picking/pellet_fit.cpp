@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "pellet_fit.hpp"
+
+#include <array>
+#include <numbers>
+
+#include <kr5/core/levenberg_marquardt.hpp>
+
+namespace kr5::picking {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+RayVerdict judge(const PelletScene& scene, const SolidCylinder& cylinder) {
+  RayVerdict out;
+  const Matrix3d R = cylinder.frame.transpose();
+  const double tolerance = scene.tolerance(), depth = scene.depth();
+  scene.rays.near(cylinder.centre, cylinder.bounding_radius(), [&](const RayGrid::Ray& ray) {
+    const Vector3d q = R * (ray.point - cylinder.centre), e = R * ray.direction;
+    if (std::abs(cylinder.distance(q)) < tolerance) {
+      const bool on_side = q.head<2>().norm() - cylinder.radius > std::abs(q.z()) - cylinder.height / 2;
+      const double towards = on_side ? -e.head<2>().dot(q.head<2>()) : -e.z() * q.z();
+      if (towards > 0) {  // not the back of it, which another one touches
+        ++out.on;
+        out.new_on += !scene.explained[static_cast<std::size_t>(ray.column)];
+        return;
+      }
+    }
+    const SolidCylinder::Chord chord = cylinder.chord(q, e);
+    if (!chord.hits()) return;
+    if (chord.in > 0) {
+      ++out.before;
+      out.close += chord.in < 3 * tolerance;
+    } else if (std::min(-chord.in, chord.out - chord.in) > depth) {
+      ++out.through;
+    }
+  });
+  return out;
+}
+
+namespace {
+
+enum class PelletSurface { Side, Top, Bottom };  // Top: the end the axis points to
+
+/// A place on one of the surfaces; an edge is one on the surface that does not show there.
+struct Sighting {
+  Vector3d point;
+  PelletSurface surface;
+  double sigma;
+};
+
+/// Sectors of the rim of a face, or strips of the side: the last ray on it and the first that passes by.
+struct EdgeSearch {
+  struct Gap {
+    double on = -1e9, by = 1e9;
+    Vector3d on_point = Vector3d::Zero(), by_point = Vector3d::Zero();
+  };
+  static constexpr int sectors = 36;
+  std::array<Gap, sectors> gaps;
+
+  static std::size_t sector(double x, double y) {
+    const int k = static_cast<int>((std::atan2(y, x) / (2 * std::numbers::pi) + 0.5) * sectors);
+    return static_cast<std::size_t>(std::clamp(k, 0, sectors - 1));
+  }
+  void on(std::size_t k, double where, const Vector3d& point) {
+    if (where > gaps[k].on) gaps[k].on = where, gaps[k].on_point = point;
+  }
+  void by(std::size_t k, double where, const Vector3d& point) {
+    if (where < gaps[k].by) gaps[k].by = where, gaps[k].by_point = point;
+  }
+  void add_to(std::vector<Sighting>& out, PelletSurface surface, double expected, double pitch,
+              double tolerance) const {
+    for (const Gap& gap : gaps) {
+      const double width = gap.by - gap.on, middle = (gap.by + gap.on) / 2;
+      if (gap.on < 0 || width > 3 * pitch + tolerance || width < -2 * tolerance) continue;
+      if (std::abs(middle - expected) > 2 * pitch + 3 * tolerance) continue;
+      out.push_back({(gap.on_point + gap.by_point) / 2, surface, std::max(std::abs(width), pitch) / std::sqrt(12.0)});
+    }
+  }
+};
+
+/// Points on the surfaces of a cylinder and its edges; all in the coordinates of the base.
+std::vector<Sighting> sightings(const PelletScene& scene, const SolidCylinder& at, double gate) {
+  std::vector<Sighting> out;
+  const Matrix3d R = at.frame.transpose();
+  const double half = at.height / 2, depth = scene.depth(), sigma = std::max(scene.noise, 1e-5);
+  const double margin = std::min(gate, 0.05 * at.radius);
+  EdgeSearch rim[2], ends[2];  // of top and bottom
+  scene.rays.near(at.centre, at.bounding_radius() + 3 * scene.rays.pitch(), [&](const RayGrid::Ray& ray) {
+    const Vector3d q = R * (ray.point - at.centre), e = R * ray.direction;
+    const double rho = q.head<2>().norm(), across = rho - at.radius, along = std::abs(q.z()) - half;
+    const bool known = scene.explained[static_cast<std::size_t>(ray.column)];
+    const bool side_seen = e.head<2>().dot(q.head<2>())<-0.1 * rho, face_seen = -e.z() * q.z()> 0.1 * std::abs(q.z());
+    if (!known && side_seen && std::abs(across) < gate && along < -margin)
+      out.push_back({ray.point, PelletSurface::Side, sigma});
+    if (!known && face_seen && std::abs(along) < gate && across < -margin)
+      out.push_back({ray.point, q.z() > 0 ? PelletSurface::Top : PelletSurface::Bottom, sigma});
+
+    if (std::abs(e.z()) > 0.15) {  // the rim of the end towards the sensor
+      const int end = e.z() < 0 ? 0 : 1;
+      const double sign = end == 0 ? 1 : -1, above = sign * q.z() - half;
+      const Vector3d crossing = q + e * ((sign * half - q.z()) / e.z());
+      const double where = crossing.head<2>().norm();
+      const std::size_t k = EdgeSearch::sector(crossing.x(), crossing.y());
+      const Vector3d place = at.centre + at.frame * crossing;
+      if (std::abs(above) < gate && !known)
+        rim[end].on(k, where, place);
+      else if (above < -depth)
+        rim[end].by(k, where, place);
+    }
+    const double a = e.head<2>().squaredNorm();
+    if (a > 0.02) {  // the ends of the side
+      const double b = q.head<2>().dot(e.head<2>()), c = rho * rho - at.radius * at.radius, d = b * b - a * c;
+      if (std::abs(across) < gate && side_seen && !known) {
+        const std::size_t k = EdgeSearch::sector(q.x(), q.y());
+        ends[q.z() > 0 ? 0 : 1].on(k, std::abs(q.z()), ray.point);
+      } else if (d > 0) {
+        const double in = (-b - std::sqrt(d)) / a, through = 2 * std::sqrt(d) / a;
+        const Vector3d entry = q + in * e;
+        if (std::min(-in, through) > depth)
+          ends[entry.z() > 0 ? 0 : 1].by(EdgeSearch::sector(entry.x(), entry.y()), std::abs(entry.z()),
+                                         at.centre + at.frame * entry);
+      }
+    }
+  });
+  const double pitch = scene.rays.pitch();
+  for (int end = 0; end < 2; ++end) {
+    rim[end].add_to(out, PelletSurface::Side, at.radius, pitch, gate);
+    ends[end].add_to(out, end == 0 ? PelletSurface::Top : PelletSurface::Bottom, half, pitch, gate);
+  }
+  return out;
+}
+
+using Vector7 = Eigen::Matrix<double, 7, 1>;
+
+/// Steps: centre in the frame of the cylinder, tilts about its first two axes, radius, height.
+struct PelletProblem {
+  const PelletScene& scene;
+  const std::vector<Sighting>& seen;
+  const SolidCylinder& start;
+
+  NormalEquations<7> equations(const SolidCylinder& at) const {
+    NormalEquations<7> out;
+    const Matrix3d R = at.frame.transpose();
+    for (const Sighting& s : seen) {
+      const Vector3d q = R * (s.point - at.centre);
+      Vector7 row = Vector7::Zero();
+      double residual = 0;
+      if (s.surface == PelletSurface::Side) {
+        const double rho = std::max(q.head<2>().norm(), 1e-9);
+        const Eigen::Vector2d n = q.head<2>() / rho;
+        residual = rho - at.radius;
+        row << -n.x(), -n.y(), 0, q.z() * n.y(), -q.z() * n.x(), -1, 0;
+      } else {
+        const double sign = s.surface == PelletSurface::Top ? 1 : -1;
+        residual = sign * q.z() - at.height / 2;
+        row << 0, 0, -sign, -sign * q.y(), sign * q.x(), 0, -0.5;
+      }
+      out.add_huber(row / s.sigma, residual / s.sigma, 2.5);
+    }
+    add_priors(at, out);
+    return out;
+  }
+
+  SolidCylinder moved(const SolidCylinder& from, const Vector7& step) const {
+    const PelletOptions& o = scene.options;
+    SolidCylinder out = from;
+    out.centre += from.frame * step.head<3>();
+    out.frame = from.frame * exp_rotation({step[3], step[4], 0});
+    out.radius = std::clamp(from.radius + step[5], o.radius - o.radius_tolerance, o.radius + o.radius_tolerance);
+    out.height = std::clamp(from.height + step[6], o.min_height, o.max_height);
+    return out;
+  }
+
+ private:
+  /// What is known beforehand: the sizes lie evenly in their ranges; the rest keeps near the start what is not seen.
+  void add_priors(const SolidCylinder& at, NormalEquations<7>& out) const {
+    const PelletOptions& o = scene.options;
+    const double sigma_radius = std::max(o.radius_tolerance / std::sqrt(3.0), 1e-6);
+    const double sigma_height = std::max((o.max_height - o.min_height) / std::sqrt(12.0), 1e-6);
+    out.add(Vector7::Unit(5) / sigma_radius, (at.radius - o.radius) / sigma_radius);
+    out.add(Vector7::Unit(6) / sigma_height, (at.height - scene.middle_height()) / sigma_height);
+    const Vector3d shift = at.frame.transpose() * (at.centre - start.centre);
+    for (int k = 0; k < 3; ++k) out.add(Vector7::Unit(k) / o.radius, shift[k] / o.radius);
+    const Vector3d turn = log_rotation(start.frame.transpose() * at.frame);
+    for (int k = 0; k < 2; ++k) out.add(Vector7::Unit(3 + k) / 0.5, turn[k] / 0.5);
+  }
+};
+
+}  // namespace
+
+PelletFit fit_pellet(const PelletScene& scene, const SolidCylinder& start) {
+  PelletFit out;
+  out.cylinder = start;
+  const double narrow = scene.tolerance();
+  std::vector<Sighting> seen;
+  NormalEquations<7> end;
+  for (const double gate :
+       {std::max(narrow, 0.12 * start.radius), std::max(narrow, 0.07 * start.radius), narrow, narrow}) {
+    seen = sightings(scene, out.cylinder, gate);
+    const SolidCylinder from = out.cylinder;
+    const auto fit =
+        levenberg_marquardt<7>(from, PelletProblem{scene, seen, from}, {.max_iterations = 12, .sigma = 1.0});
+    if (fit.usable() || fit.status == LevenbergMarquardtStatus::MaxIterations) out.cylinder = fit.x;
+    end = PelletProblem{scene, seen, out.cylinder}.equations(out.cylinder);
+  }
+  const Matrix3d R = out.cylinder.frame.transpose();
+  double sum = 0;
+  for (const Sighting& s : seen) {
+    const bool surface = s.sigma <= std::max(scene.noise, 1e-5);
+    if (!surface) {
+      ++out.edges;
+      continue;
+    }
+    const double d = out.cylinder.distance(R * (s.point - out.cylinder.centre));
+    sum += d * d;
+    ++(s.surface == PelletSurface::Side ? out.side : out.face);
+  }
+  out.rms = std::sqrt(sum / std::max(1, out.side + out.face));
+  const double inflation = std::max(1.0, out.rms / std::max(scene.noise, 1e-5));
+  if (const auto covariance = end.covariance(inflation * inflation)) out.covariance = *covariance;
+  out.verdict = judge(scene, out.cylinder);
+  return out;
+}
+
+}  // namespace kr5::picking
