@@ -125,8 +125,20 @@ int BinRays::build(int first, int count, const std::vector<AlignedBox3d>& boxes)
   return place;
 }
 
-/// With `any`, the first pellet found nearer than `best` will do.
-void BinRays::meet_pellets(const Vector3d& origin, const Vector3d& direction, BinHit& best, bool any) const {
+BinHit BinRays::meet(const Vector3d& origin, const Vector3d& direction, int pellet) const {
+  const Round& round = pellets_[static_cast<std::size_t>(pellet)];
+  BinHit hit;
+  Vector3d normal;
+  hit.distance = meet_cylinder(round.to_pellet * (origin - round.centre), round.to_pellet * direction, round.radius,
+                               round.half, normal);
+  if (!std::isfinite(hit.distance)) return hit;
+  hit.surface = pellet, hit.normal = round.to_pellet.transpose() * normal;
+  return hit;
+}
+
+/// Visits the pellets whose boxes a ray enters nearer than `within`, which may shrink meanwhile, until told to stop.
+void BinRays::each_pellet_near(const Vector3d& origin, const Vector3d& direction, const double& within,
+                               auto&& visit) const {
   if (nodes_.empty()) return;
   const Vector3d inverse = inverse_of(direction);
   std::array<int, 64> stack;
@@ -136,21 +148,13 @@ void BinRays::meet_pellets(const Vector3d& origin, const Vector3d& direction, Bi
     const int place = stack[static_cast<std::size_t>(depth--)];
     const Node& node = nodes_[static_cast<std::size_t>(place)];
     const auto [first, last] = span_in_box(node.box, origin, inverse);
-    if (!(first <= last) || last < 0.0 || first >= best.distance) continue;
+    if (!(first <= last) || last < 0.0 || first >= within) continue;
     if (node.count == 0) {
       stack[static_cast<std::size_t>(++depth)] = node.right, stack[static_cast<std::size_t>(++depth)] = place + 1;
       continue;
     }
-    for (int k = node.first; k < node.first + node.count; ++k) {
-      const int number = order_[static_cast<std::size_t>(k)];
-      const Round& pellet = pellets_[static_cast<std::size_t>(number)];
-      Vector3d normal;
-      const double distance = meet_cylinder(pellet.to_pellet * (origin - pellet.centre), pellet.to_pellet * direction,
-                                            pellet.radius, pellet.half, normal);
-      if (distance >= best.distance) continue;
-      best.distance = distance, best.surface = number, best.normal = pellet.to_pellet.transpose() * normal;
-      if (any) return;
-    }
+    for (int k = node.first; k < node.first + node.count; ++k)
+      if (!visit(order_[static_cast<std::size_t>(k)])) return;
   }
 }
 
@@ -158,8 +162,21 @@ BinHit BinRays::first_hit(const Vector3d& origin, const Vector3d& direction) con
   BinHit best;
   const Vector3d inverse = inverse_of(direction);
   for (const Block& block : blocks_) meet_box(block.box, block.surface, origin, inverse, best);
-  meet_pellets(origin, direction, best, false);
+  each_pellet_near(origin, direction, best.distance, [&](int pellet) {
+    const BinHit hit = meet(origin, direction, pellet);
+    if (hit.distance < best.distance) best = hit;
+    return true;
+  });
   return best;
+}
+
+void BinRays::all_pellets(const Vector3d& origin, const Vector3d& direction, std::vector<BinHit>& hits) const {
+  hits.clear();
+  each_pellet_near(origin, direction, std::numeric_limits<double>::infinity(), [&](int pellet) {
+    const BinHit hit = meet(origin, direction, pellet);
+    if (hit.surface != bin_nothing) hits.push_back(hit);
+    return true;
+  });
 }
 
 bool BinRays::blocked(const Vector3d& origin, const Vector3d& direction, double distance) const {
@@ -167,8 +184,13 @@ bool BinRays::blocked(const Vector3d& origin, const Vector3d& direction, double 
   hit.distance = distance;
   const Vector3d inverse = inverse_of(direction);
   for (const Block& block : blocks_) meet_box(block.box, block.surface, origin, inverse, hit);
-  if (hit.surface == bin_nothing) meet_pellets(origin, direction, hit, true);
-  return hit.surface != bin_nothing;
+  bool stopped = hit.surface != bin_nothing;
+  if (!stopped)
+    each_pellet_near(origin, direction, distance, [&](int pellet) {
+      stopped = meet(origin, direction, pellet).distance < distance;
+      return !stopped;
+    });
+  return stopped;
 }
 
 Eigen::VectorXd exposed_shares(const PelletScene& scene, double spacing) {

@@ -32,39 +32,59 @@ Pose pose_at(const ScanPath& path, double time) {
 /// One scanner at one place in the bin.
 class BinLaser {
  public:
-  BinLaser(const BinRays& rays, const BinScannerOptions& options, const Pose& T_bin_scanner, Random& random)
-      : rays_(rays), options_(options), T_bin_scanner_(T_bin_scanner), random_(random) {
-    receiver_ = T_bin_scanner * Vector3d(0.0, options.baseline, 0.0);
+  BinLaser(const BinRays& rays, const BinScannerOptions& options, const Pose& T_bin_scanner)
+      : rays_(rays),
+        options_(options),
+        laser_(T_bin_scanner.translation()),
+        receiver_(T_bin_scanner * Vector3d(0.0, options.baseline, 0.0)),
+        flat_(std::cos(options.grazing)) {}
+
+  /// First hit of a ray, if laser and receiver see it.
+  BinHit seen_hit(const Vector3d& direction) const {
+    const BinHit hit = rays_.first_hit(laser_, direction);
+    if (hit.surface == bin_nothing || !faces_both(hit, direction)) return {};
+    const Vector3d point = laser_ + hit.distance * direction, back = receiver_ - point;
+    const double distance = back.norm();
+    return rays_.blocked(point + 1e-7 * hit.normal, back / distance, distance) ? BinHit{} : hit;
   }
 
-  /// Range along a ray of the fan, NaN without a reading [m].
-  double range(const Vector3d& ray, int& surface) const {
-    const Vector3d laser = T_bin_scanner_.translation(), direction = T_bin_scanner_.linear() * ray;
-    const BinHit hit = rays_.first_hit(laser, direction);
-    surface = bin_nothing;
-    if (hit.surface == bin_nothing) return reading_missing;
-    const Vector3d point = laser + hit.distance * direction;
-    const Vector3d back = receiver_ - point;
-    const double distance = back.norm();
-    const double flat = std::cos(options_.grazing), towards = hit.normal.dot(back) / distance;
-    if (-hit.normal.dot(direction) < flat || towards < flat) return reading_missing;
-    if (rays_.blocked(point + 1e-7 * hit.normal, back / distance, distance)) return reading_missing;
+  /// What laser and receiver would see of each pellet, were it alone.
+  void hits_alone(const Vector3d& direction, std::vector<BinHit>& hits) const {
+    rays_.all_pellets(laser_, direction, hits);
+    std::erase_if(hits, [&](const BinHit& hit) { return !faces_both(hit, direction); });
+  }
+
+  /// Whether the laser is mirrored into the receiver.
+  bool blinds(const BinHit& hit, const Vector3d& direction) const {
+    const Vector3d back = receiver_ - (laser_ + hit.distance * direction);
     const Vector3d mirrored = direction - 2.0 * hit.normal.dot(direction) * hit.normal;
-    if (mirrored.dot(back) > distance * std::cos(options_.specular)) {
-      if (!(random_.uniform() < options_.streaks)) return reading_missing;
-      return hit.distance + options_.streak_length * random_.uniform(-1.0, 1.0);
-    }
-    surface = hit.surface;
-    return hit.distance + random_.normal(options_.noise);
+    return mirrored.dot(back) > back.norm() * std::cos(options_.specular);
   }
 
  private:
+  bool faces_both(const BinHit& hit, const Vector3d& direction) const {
+    const Vector3d back = receiver_ - (laser_ + hit.distance * direction);
+    return -hit.normal.dot(direction) >= flat_ && hit.normal.dot(back) >= flat_ * back.norm();
+  }
+
   const BinRays& rays_;
   const BinScannerOptions& options_;
-  const Pose& T_bin_scanner_;
-  Random& random_;
-  Vector3d receiver_;
+  Vector3d laser_, receiver_;
+  double flat_;
 };
+
+/// Range that a hit reads, NaN for none; `surface` becomes that of a true reading [m].
+double reading_of(const BinLaser& laser, const BinHit& hit, const Vector3d& direction, const BinScannerOptions& options,
+                  Random& random, int& surface) {
+  surface = bin_nothing;
+  if (hit.surface == bin_nothing) return reading_missing;
+  if (laser.blinds(hit, direction)) {
+    if (!(random.uniform() < options.streaks)) return reading_missing;
+    return hit.distance + options.streak_length * random.uniform(-1.0, 1.0);
+  }
+  surface = hit.surface;
+  return hit.distance + random.normal(options.noise);
+}
 
 }  // namespace
 
@@ -123,17 +143,25 @@ BinScan scan_bin(const PelletScene& scene, const ScanPath& path, const BinScanne
   const Pose T_bin_base = scene.bin.T_base_bin.inverse();
   const double half = 0.5 * scanner.width / scanner.stand_off;
   const Eigen::VectorXd slopes = Eigen::VectorXd::LinSpaced(scanner.points, -half, half);
+  Eigen::VectorXd alone = Eigen::VectorXd::Zero(static_cast<Index>(scene.pellets.size()));
+  out.seen = alone;
+  std::vector<BinHit> hits;
   for (Index k = 0; k < profiles; ++k) {
     const Pose T_bin_scanner = T_bin_base * pose_at(path, path.times[k] - scanner.lag) * scanner.T_flange_scanner;
-    const BinLaser laser(rays, scanner, T_bin_scanner, random);
+    const BinLaser laser(rays, scanner, T_bin_scanner);
     for (Index i = 0; i < slopes.size(); ++i) {
-      const Vector3d ray = Vector3d(slopes[i], 0.0, 1.0).normalized();
+      const Vector3d ray = Vector3d(slopes[i], 0.0, 1.0).normalized(), direction = T_bin_scanner.linear() * ray;
+      laser.hits_alone(direction, hits);
+      for (const BinHit& hit : hits) alone[hit.surface] += 1.0;
+      const BinHit hit = laser.seen_hit(direction);
+      if (hit.surface >= 0) out.seen[hit.surface] += 1.0;
       int surface;
-      const Vector3d point = laser.range(ray, surface) * ray;
+      const Vector3d point = reading_of(laser, hit, direction, scanner, random, surface) * ray;
       if (!(point.z() >= scanner.near && point.z() <= scanner.far)) continue;
       out.x(k, i) = point.x(), out.z(k, i) = point.z(), out.surface(k, i) = surface;
     }
   }
+  out.seen = out.seen.cwiseQuotient(alone.cwiseMax(1.0));
   return out;
 }
 

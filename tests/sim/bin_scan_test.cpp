@@ -123,7 +123,7 @@ TEST_CASE("what the receiver does not see has no reading, though the laser meets
   options.pitch = 0.0005;
   const sim::BinScan scan = sim::scan_bin(scene, sim::scan_path(scene.bin, options), options);
   const Index middle = scan.x.cols() / 2;
-  // Y of the scanner is -Y of the bin: the receiver goes 0.1 behind the laser. Behind the pellet, seen from there, the
+  // Y of the scanner is -Y of the bin: the receiver goes behind the laser. Behind the pellet, seen from there, the
   // shadow on the floor is as long as the triangle of baseline and height says.
   double lit = 0.0;
   for (Index k = 0; k < scan.times.size(); ++k) {
@@ -132,8 +132,20 @@ TEST_CASE("what the receiver does not see has no reading, though the laser meets
     if (y > 0.009 && y < 0.1 && dark) lit = std::max(lit, y);
     if (y < -0.009 && y > -0.08) CHECK_FALSE(dark);
   }
-  const double slope = 0.1 / 0.35;  // of the ray from a point of the floor to the receiver
+  const double slope = options.baseline / options.stand_off;  // of the ray from a point of the floor to the receiver
   CHECK(lit == Approx(0.008 + slope * 0.05).margin(8e-4));
+  CHECK(scan.seen[0] == 1.0);
+
+  // A second pellet in that shadow is hidden from the receiver alone: the share of it that is seen drops, though from
+  // above all of it is exposed.
+  sim::Pellet low;
+  low.T_bin_pellet.translation() = Vector3d(0.0, 0.0165, 0.0075);
+  scene.pellets.push_back(low);
+  const sim::BinScan shaded = sim::scan_bin(scene, sim::scan_path(scene.bin, options), options);
+  CHECK(sim::exposed_shares(scene)[1] == 1.0);
+  CHECK(shaded.seen[0] == 1.0);
+  CHECK(shaded.seen[1] < 0.9);
+  CHECK(shaded.seen[1] > 0.1);
 }
 
 TEST_CASE("noise has the deviation asked for along the ray, grazing and shiny spots give no reading") {
@@ -157,7 +169,7 @@ TEST_CASE("noise has the deviation asked for along the ray, grazing and shiny sp
 
   // A mirror for the receiver: where the floor leans half the angle between laser and receiver.
   scene.bin.size = {0.22, 0.22, 0.001};
-  scene.bin.T_base_bin = from_xyzrpy((Vector6() << 0, 0, 0, 0.5 * std::atan(0.1 / 0.35), 0, 0).finished());
+  scene.bin.T_base_bin = from_xyzrpy((Vector6() << 0, 0, 0, 0.5 * std::atan(options.baseline / 0.35), 0, 0).finished());
   for (const double streaks : {0.0, 1.0}) {
     options.streaks = streaks;
     const sim::BinScan shiny = sim::scan_bin(scene, path, options);

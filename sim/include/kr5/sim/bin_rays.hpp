@@ -28,6 +28,8 @@ class BinRays {
 
   /// First hit. @param direction Of length 1.
   BinHit first_hit(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
+  /// Entries into all pellets that a ray passes through, in any order.
+  void all_pellets(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, std::vector<BinHit>& hits) const;
   /// Whether anything lies nearer than `distance` [m] on a ray.
   bool blocked(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double distance) const;
 
@@ -47,7 +49,9 @@ class BinRays {
     int surface;
   };
   int build(int first, int count, const std::vector<Eigen::AlignedBox3d>& boxes);
-  void meet_pellets(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, BinHit& best, bool any) const;
+  void each_pellet_near(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, const double& within,
+                        auto&& visit) const;
+  BinHit meet(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, int pellet) const;
 
   std::vector<Round> pellets_;
   std::vector<int> order_;

@@ -22,7 +22,7 @@ struct BinScannerOptions {
   double stand_off = 0.35;      ///< [m]
   double near = 0.2;            ///< [m]
   double far = 0.45;            ///< [m]
-  double baseline = 0.1;        ///< [m]
+  double baseline = 0.06;       ///< [m]
   double pitch = 0.0005;        ///< [m]
   double speed = 0.05;          ///< [m/s]
   double lag = 0.0;             ///< [s]
@@ -78,6 +78,8 @@ struct BinScan {
   Eigen::VectorXd times;  ///< Stamps of the profiles [s].
   std::vector<Pose> T_base_flange;  ///< What the arm reports at these times.
   Pose T_flange_scanner = Pose::Identity();
+  Eigen::VectorXd seen;  ///< Of each pellet: rays that laser and receiver see on it, over those they would see on it
+                         ///< alone without bin and other pellets [-]; shiny spots count as seen.
 
   /// Readings in the base, and their surfaces, profile by profile [m].
   Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor> cloud(std::vector<int>* surfaces = nullptr) const;
