@@ -143,14 +143,46 @@ class PelletSearch {
       scene_.noise = std::clamp(median(std::move(rms)), options_.radius / 1000, options_.radius / 20);
   }
 
+  /// What no cylinder explains yet, in connected parts, for it may be of several surfaces.
   std::vector<Patch> left_of(const std::vector<Patch>& patches) const {
+    std::vector<bool> taken(scene_.explained.size(), false);  // a point may stand in several patches
+    std::vector<int> left;
     std::vector<Patch> out;
     for (const Patch& patch : patches) {
-      Patch left = patch;
-      std::erase_if(left.points, [&](int column) { return scene_.explained[static_cast<std::size_t>(column)]; });
-      if (left.points.size() < 10) continue;
-      left.centroid = cloud_.points(Eigen::all, left.points).rowwise().mean();
-      out.push_back(std::move(left));
+      left.clear();
+      for (const int column : patch.points)
+        if (!scene_.explained[static_cast<std::size_t>(column)] && !taken[static_cast<std::size_t>(column)]) {
+          left.push_back(column);
+          taken[static_cast<std::size_t>(column)] = true;
+        }
+      const bool whole = static_cast<double>(left.size()) > 0.8 * static_cast<double>(patch.points.size());
+      for (std::vector<int>& part : connected(std::move(left), 0.4 * options_.radius)) {
+        if (part.size() < 10) continue;
+        Patch rest = patch;
+        if (!whole) rest.kind = PatchKind::Mixed;
+        rest.points = std::move(part);
+        rest.centroid = cloud_.points(Eigen::all, rest.points).rowwise().mean();
+        out.push_back(std::move(rest));
+      }
+      left = {};
+    }
+    return out;
+  }
+
+  std::vector<std::vector<int>> connected(std::vector<int> columns, double reach) const {
+    std::vector<std::vector<int>> out;
+    while (!columns.empty()) {
+      std::vector<int> part{columns.back()};
+      columns.pop_back();
+      for (std::size_t k = 0; k < part.size(); ++k) {
+        const Vector3d at = cloud_.points.col(part[k]);
+        std::erase_if(columns, [&](int column) {
+          const bool near = (cloud_.points.col(column) - at).squaredNorm() < reach * reach;
+          if (near) part.push_back(column);
+          return near;
+        });
+      }
+      out.push_back(std::move(part));
     }
     return out;
   }
@@ -241,7 +273,7 @@ PelletResult find_pellets(const Cloud& cloud, const Bin& bin, const PelletOption
   Bin heaped = bin;  // a pile may stand above the rim
   heaped.size.z() += 4 * std::hypot(options.radius, options.max_height / 2);
   Cloud within = crop(cloud, heaped, -options.radius, -0.5 * options.radius);
-  const double slack = cloud.origins.cols() > 1 ? 0.0 : cloud.origins.cols() == 1 ? one_origin_slack : estimated_slack;
+  const double slack = cloud.origins.cols() > 1 ? 0.03 : cloud.origins.cols() == 1 ? one_origin_slack : estimated_slack;
   if (cloud.origins.cols() == 0)
     within.origins =
         estimated_origins(within, bin, std::max(options.radius / 8, out.check.spacing), options.radius / 4);
