@@ -72,6 +72,8 @@ def test_a_scan_is_arrays_that_fit_each_other():
     own = np.stack([scan.x, np.zeros_like(scan.x), scan.z, np.ones_like(scan.x)], axis=-1)
     mapped = np.einsum("kij,kpj->kpi", T_base_scanner, own)[..., :3][np.isfinite(scan.z)]
     np.testing.assert_allclose(points, mapped, atol=1e-12)
+    lasers = np.repeat(T_base_scanner[:, :3, 3], np.isfinite(scan.z).sum(axis=1), axis=0)
+    np.testing.assert_allclose(scan.origins(), lasers, atol=1e-12)
     assert {sim.BIN_WALL, sim.BIN_FLOOR} <= set(surface) and sim.BIN_NOTHING not in surface
 
 

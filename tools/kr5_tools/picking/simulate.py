@@ -18,7 +18,15 @@ from kr5_tools.files.writing import check_new_folder, check_writable, folder_bes
 app = typer.Typer()
 VISIBLE = 0.4  # share of a pellet that is exposed, from which on it counts as visible (Hayat et al. 2022, 2.5.3)
 # The book's camera (Hayat et al. 2022, appendix C.2) with pixels twice as wide.
-CAMERA = {"width": 1224, "height": 1025, "fx": 1164.3, "fy": 1167.2, "cx": 626.8, "cy": 505.8, "k1": -0.2018}
+CAMERA: dict[str, Any] = {
+    "width": 1224,
+    "height": 1025,
+    "fx": 1164.3,
+    "fy": 1167.2,
+    "cx": 626.8,
+    "cy": 505.8,
+    "k1": -0.2018,
+}
 
 
 @app.command(
@@ -136,13 +144,11 @@ def true_pellets(scene: Any, exposed: np.ndarray, seen: np.ndarray) -> list[dict
 
 def write_scan(file: Path, scan: Any, points: np.ndarray, surface: np.ndarray) -> None:
     """Cloud in the base, with the place of the laser and the truth of each point, and the profiles behind it."""
-    T_base_scanner = np.asarray(scan.T_base_flange) @ np.asarray(scan.T_flange_scanner)
-    readings = np.isfinite(scan.z).sum(axis=1)
     with file.open("wb") as stream:
         np.savez(
             stream,
             points=points,
-            origins=np.repeat(T_base_scanner[:, :3, 3], readings, axis=0),
+            origins=scan.origins(),
             surface=surface,
             profile_x=scan.x,
             profile_z=scan.z,

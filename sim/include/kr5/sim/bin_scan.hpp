@@ -81,8 +81,11 @@ struct BinScan {
   Eigen::VectorXd seen;  ///< Of each pellet: rays that laser and receiver see on it, over those they would see on it
                          ///< alone without bin and other pellets [-]; shiny spots count as seen.
 
+  using Points = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
   /// Readings in the base, and their surfaces, profile by profile [m].
-  Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor> cloud(std::vector<int>* surfaces = nullptr) const;
+  Points cloud(std::vector<int>* surfaces = nullptr) const;
+  /// Place of the laser in the base for each of these readings [m].
+  Points origins() const;
 };
 
 /// A straight pass over a bin along its Y, the scanner level and looking down, its X along that of the bin.
