@@ -45,6 +45,9 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
         "contact": ("identify.contact", "Stiffness of a contact, and the force loop on it."),
         "force-torque": ("identify.force_torque", "Force sensor and the tool below it."),
     },
+    "bin": {
+        "simulate": ("picking.simulate", "Simulated bin of cylinders with scan, picture and truth."),
+    },
     "repeatability": ("repeatability.command", "Pose repeatability and accuracy after ISO 9283."),
     "workspace": ("workspace.command", "Workspace of an arm: reach and manipulability."),
     "record": ("simulation.record", "Recording of a simulated cell."),
@@ -62,6 +65,7 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
     "report": ("report.command", "Self-contained page of a result file."),
 }
 GROUP_HELP = {
+    "bin": "Simulated bins of cylinders.",
     "calibrate": "Calibrations with uncertainty and verdict.",
     "identify": "Identification of an arm: axes, dynamics, drives, servos, sensors and contacts.",
     "sweep": "Many simulated runs over a grid of conditions.",

@@ -135,6 +135,13 @@ JOBS = [
         "protocols", "record --cell cell.yaml --protocol given.yaml -o new", "cell", ("given.yaml", "given.csv"), (), 2
     ),
     Job(
+        "bins",
+        "bin simulate new --bin bin.yaml --pellets 2 --points 20 --pitch 0.01 --json out.json",
+        "cell",
+        ("bin.yaml",),
+        ("out.json",),
+    ),
+    Job(
         "render scenes",
         "render render.yaml -o view.png --truth view.json --json out.json",
         "cell",
@@ -561,6 +568,7 @@ def _prepare_cells(folder: Path, run: Callable[..., None]) -> None:
     ]
     (folder / "brief.yaml").write_text(yaml.safe_dump(brief, sort_keys=False))
     (folder / "render.yaml").write_text(RENDER)
+    (folder / "bin.yaml").write_text("T_base_bin: [0.6, 0.0, 0.1, 0.0, 0.0, 0.3]\nsize: [0.1, 0.1, 0.08]\n")
     for source, name in (("servo_step", "scene"), ("peg_against_wall", "push")):
         scene = yaml.safe_load((SHARE / "scenes" / f"{source}.yaml").read_text(encoding="utf-8"))
         scene.update(cell="cell.yaml", duration=0.1)
