@@ -12,45 +12,6 @@ namespace kr5::picking {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-RayVerdict judge(const PelletScene& scene, const SolidCylinder& cylinder) {
-  RayVerdict out;
-  const Matrix3d R = cylinder.frame.transpose();
-  const double sigma = std::max(scene.noise, 0.005 * scene.options.radius), unlikely = 1 / (16 * sigma * sigma);
-  const double tolerance = scene.tolerance(), depth = scene.depth(), inner = cylinder.radius + 1.5 * scene.rays.pitch();
-  scene.rays.near(cylinder.centre, 1.3 * cylinder.bounding_radius(), [&](const RayGrid::Ray& ray) {
-    const Vector3d q = R * (ray.point - cylinder.centre), e = R * ray.direction;
-    if (std::abs(e.z()) > 0.3) {
-      const double above = (e.z() < 0 ? q.z() : -q.z()) - cylinder.height / 2;
-      const double where = (q + e * (above / std::abs(e.z()))).head<2>().norm();
-      if (where > inner && where < inner + 0.3 * cylinder.radius) {
-        ++out.about;
-        out.level += std::abs(above) < tolerance && !scene.explained[static_cast<std::size_t>(ray.column)];
-      }
-    }
-    if (const double distance = cylinder.distance(q); std::abs(distance) < tolerance) {
-      const bool on_side = q.head<2>().norm() - cylinder.radius > std::abs(q.z()) - cylinder.height / 2;
-      const double towards = on_side ? -e.head<2>().dot(q.head<2>()) : -e.z() * q.z();
-      if (towards > 0) {  // not the back of it, which another one touches
-        ++out.on;
-        out.misfit += std::min(distance * distance * unlikely, 1.0);
-        out.new_on += !scene.explained[static_cast<std::size_t>(ray.column)];
-        return;
-      }
-    }
-    const SolidCylinder::Chord chord = cylinder.chord(q, e);
-    if (!chord.hits()) return;
-    if (chord.in > 0) {
-      ++out.before;
-      out.close += chord.in < 3 * tolerance;
-    } else if (passes_through(scene, cylinder, chord, q, e)) {
-      ++out.through;
-    } else if (const double below = std::min(-chord.in, chord.out - chord.in); below > tolerance && below <= depth) {
-      ++out.under;
-    }
-  });
-  return out;
-}
-
 namespace {
 
 enum class PelletSurface { Side, Top, Bottom };  // Top: the end the axis points to
@@ -227,6 +188,49 @@ struct PelletProblem {
 };
 
 }  // namespace
+
+RayVerdict judge(const PelletScene& scene, const SolidCylinder& cylinder) {
+  RayVerdict out;
+  const Matrix3d R = cylinder.frame.transpose();
+  const double sigma = std::max(scene.noise, 0.005 * scene.options.radius), unlikely = 1 / (16 * sigma * sigma);
+  const double tolerance = scene.tolerance(), depth = scene.depth(), inner = cylinder.radius + 1.5 * scene.rays.pitch();
+  scene.rays.near(cylinder.centre, 1.3 * cylinder.bounding_radius(), [&](const RayGrid::Ray& ray) {
+    const Vector3d q = R * (ray.point - cylinder.centre), e = R * ray.direction;
+    if (std::abs(e.z()) > 0.3) {
+      const double above = (e.z() < 0 ? q.z() : -q.z()) - cylinder.height / 2;
+      const double where = (q + e * (above / std::abs(e.z()))).head<2>().norm();
+      if (where > inner && where < inner + 0.3 * cylinder.radius) {
+        ++out.about;
+        out.level += std::abs(above) < tolerance && !scene.explained[static_cast<std::size_t>(ray.column)];
+      } else if (where > 0.75 * cylinder.radius && where < cylinder.radius - 0.5 * scene.rays.pitch() &&
+                 above < tolerance) {
+        ++out.inside_rim;
+        out.past_rim += above < -depth;
+      }
+    }
+    if (const double distance = cylinder.distance(q); std::abs(distance) < tolerance) {
+      const bool on_side = q.head<2>().norm() - cylinder.radius > std::abs(q.z()) - cylinder.height / 2;
+      const double towards = on_side ? -e.head<2>().dot(q.head<2>()) : -e.z() * q.z();
+      if (towards > 0) {  // not the back of it, which another one touches
+        ++out.on;
+        out.misfit += std::min(distance * distance * unlikely, 1.0);
+        out.new_on += !scene.explained[static_cast<std::size_t>(ray.column)];
+        return;
+      }
+    }
+    const SolidCylinder::Chord chord = cylinder.chord(q, e);
+    if (!chord.hits()) return;
+    if (chord.in > 0) {
+      ++out.before;
+      out.close += chord.in < 3 * tolerance;
+    } else if (passes_through(scene, cylinder, chord, q, e)) {
+      ++out.through;
+    } else if (const double below = std::min(-chord.in, chord.out - chord.in); below > tolerance && below <= depth) {
+      ++out.under;
+    }
+  });
+  return out;
+}
 
 PelletFit fit_pellet(const PelletScene& scene, const SolidCylinder& start) {
   PelletFit out;

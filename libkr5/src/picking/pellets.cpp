@@ -111,7 +111,8 @@ class PelletSearch {
   bool acceptable(const PelletFit& fit) const {
     const RayVerdict& v = fit.verdict;
     return v.exposed() >= options_.min_exposed && v.crossed() <= options_.max_crossed && v.new_on >= 12 &&
-           v.new_on > 0.6 * v.on && v.close < 0.5 * v.on && (fit.side > fit.face || v.beyond_rim() < 0.35) &&
+           v.new_on > 0.6 * v.on && v.close < 0.5 * v.on &&
+           (fit.side > fit.face || (v.beyond_rim() < 0.35 && v.broken_rim() < 0.1)) &&
            fit.rms < 2.5 * std::max(scene_.noise, 0.01 * options_.radius) &&
            reach_out(fit.cylinder, bin_) < 0.25 * options_.radius;
   }
