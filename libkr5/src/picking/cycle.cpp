@@ -2,9 +2,10 @@
 #include <kr5/picking/cycle.hpp>
 
 #include <algorithm>
-#include <cmath>
 
 #include <kr5/core/error.hpp>
+
+#include "share_text.hpp"
 
 namespace kr5::picking {
 
@@ -24,8 +25,6 @@ void CycleOptions::validate() const {
 }
 
 namespace {
-
-std::string percent(double share) { return std::to_string(std::lround(100 * share)) + " %"; }
 
 std::string count_of(int number, const char* noun) {
   return std::to_string(number) + " " + noun + (number == 1 ? "" : "s");
@@ -67,10 +66,10 @@ CycleDecision decide_cycle(const CycleState& state, const CycleOptions& options)
     return decide(CycleAction::Continue, count_of(out.remaining, "graspable cylinder") + " left undisturbed");
   if (stuck) return decide(CycleAction::Ask, why + "; " + often);
   if (state.picked_share() < options.shake_below)
-    return decide(CycleAction::Shake, why + "; only " + percent(out.picked_share) + " of the " +
+    return decide(CycleAction::Shake, why + "; only " + share_text(out.picked_share) + " of the " +
                                           count_of(state.segmented, "cylinder") + " found was picked, less than " +
-                                          percent(options.shake_below));
-  return decide(CycleAction::Rescan, why + "; " + percent(out.picked_share) + " of the " +
+                                          share_text(options.shake_below));
+  return decide(CycleAction::Rescan, why + "; " + share_text(out.picked_share) + " of the " +
                                          count_of(state.segmented, "cylinder") + " found was picked");
 }
 

@@ -12,6 +12,7 @@
 #include <kr5/uncertainty/confidence.hpp>
 
 #include "changed_pixels.hpp"
+#include "share_text.hpp"
 
 namespace kr5::picking {
 
@@ -199,8 +200,6 @@ double share_of_moved_tiles(const MatrixXd& before, const PixelMask& changed, co
   return structured < 6 ? 0.0 : static_cast<double>(moved) / structured;
 }
 
-std::string percents(double share) { return std::to_string(std::lround(100 * share)) + " %"; }
-
 }  // namespace
 
 ImageNoise learn_image_noise(std::span<const ImageView> images, const ImageNoiseOptions& options) {
@@ -259,9 +258,9 @@ ImageChange find_changes(ImageView before, ImageView after, const ImageNoise& no
   };
   const double ends = std::max(share_of_ends(before), share_of_ends(after));
   if (ends > options.max_saturated)
-    return say(ChangeFinding::Saturated, percents(ends) + " of an image is black or white, where no change shows; set "
+    return say(ChangeFinding::Saturated, share_text(ends) + " of an image is black or white, where no change shows; set "
                                                          "the exposure so that less than " +
-                                             percents(options.max_saturated) + " is");
+                                             share_text(options.max_saturated) + " is");
 
   const MatrixXd first = averaged(before, noise.average), second = averaged(after, noise.average);
   const Light light = fit_light(first, second, noise.spread.mean());
@@ -269,7 +268,7 @@ ImageChange find_changes(ImageView before, ImageView after, const ImageNoise& no
   out.offset = light.offset();
   const double change = std::max(std::abs(light.gain - 1), std::abs(light.level / std::max(light.middle, 1.0) - 1));
   if (change > options.max_light_change)
-    return say(ChangeFinding::LightChanged, "the light changed by " + percents(change) + "; switch the exposure to "
+    return say(ChangeFinding::LightChanged, "the light changed by " + share_text(change) + "; switch the exposure to "
                                                                                           "manual, shield the cell, or "
                                                                                           "learn the noise again");
   const double per_pixel = std::min(0.5, options.false_alarms / static_cast<double>(first.size()));
@@ -281,7 +280,7 @@ ImageChange find_changes(ImageView before, ImageView after, const ImageNoise& no
   const double moved = share_of_moved_tiles(first, out.changed, noise);
   if (moved > options.max_moved_tiles)
     return say(ChangeFinding::CameraMoved,
-               percents(moved) + " of the parts of the image with structure changed: the camera or the bin moved, or "
+               share_text(moved) + " of the parts of the image with structure changed: the camera or the bin moved, or "
                                  "something stands before the lens; scan again");
   if (out.regions.empty()) return say(ChangeFinding::Unchanged, "nothing moved");
   return say(ChangeFinding::Changed, std::to_string(out.regions.size()) +
