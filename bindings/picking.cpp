@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <kr5/picking/bin.hpp>
+#include <kr5/picking/clearance.hpp>
 #include <kr5/picking/cloud.hpp>
 #include <kr5/picking/cylinder_fit.hpp>
+#include <kr5/picking/grasp.hpp>
 #include <kr5/picking/patches.hpp>
 #include <kr5/picking/pellets.hpp>
 
@@ -29,6 +31,37 @@ void bind_cloud(py::module_& m) {
         "The points within the walls, between floor and rim, less margins [m].");
 }
 
+void bind_grasp(py::module_& m) {
+  bind_struct<GripperPart>(m, "GripperPart", "A length of the gripper: a cylinder about its axis.");
+  bind_struct<BookClearance>(m, "BookClearance", "What the formula of the book says of a rod (eqs 6.1 to 6.3).");
+  m.def("cylinder_box_distance", &cylinder_box_distance, py::arg("T_base_cylinder"), py::arg("radius"),
+        py::arg("height"), py::arg("T_base_box"), py::arg("half"),
+        "Distance between a solid cylinder (centre, Z its axis) and a solid box of half sides `half` [m]; never more "
+        "than "
+        "the true one.");
+  m.def(
+      "gripper_clearance",
+      [](const Eigen::Vector3d& tip, const Eigen::Vector3d& outwards, const std::vector<GripperPart>& parts,
+         const Bin& bin, bool with_floor) {
+        return gripper_clearance({tip, outwards}, parts, bin, with_floor);
+      },
+      py::arg("tip"), py::arg("outwards"), py::arg("parts"), py::arg("bin"), py::arg("with_floor") = true,
+      "Least distance between the gripper and the walls and the floor [m]; 0 when it touches.");
+  m.def(
+      "book_clearance",
+      [](const Eigen::Vector3d& tip, const Eigen::Vector3d& outwards, double radius, const Bin& bin) {
+        return book_clearance({tip, outwards}, radius, bin);
+      },
+      py::arg("tip"), py::arg("outwards"), py::arg("radius"), py::arg("bin"),
+      "The formula as printed (Hayat et al. 2022, eq. 6.3); unsafe where the rod leans aslant to a wall.");
+  bind_struct<GraspOptions>(m, "GraspOptions", "Options of plan_picks.");
+  bind_enum<GraspFinding>(m, "GraspFinding", "Whether a cylinder can be picked, or what keeps it from that.");
+  bind_struct<Grasp>(m, "Grasp", "One cylinder of a plan.");
+  m.def("plan_picks", &plan_picks, py::arg("pellets"), py::arg("cloud"), py::arg("bin"),
+        py::arg("options") = GraspOptions{}, py::call_guard<py::gil_scoped_release>(),
+        "Judges every cylinder and orders them, what disturbs the others least first.");
+}
+
 }  // namespace
 
 void bind_picking(py::module_& m) {
@@ -52,4 +85,5 @@ void bind_picking(py::module_& m) {
         "Finds the cylinders in a bin (Hayat et al. 2022, section 2.3); with a cloud that cannot be used, `check` says "
         "why "
         "and none is listed.");
+  bind_grasp(m);
 }

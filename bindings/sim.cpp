@@ -1,8 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <pybind11/functional.h>
+
+#include <kr5/sim/bin_image.hpp>
+#include <kr5/sim/bin_rays.hpp>
+#include <kr5/sim/bin_scan.hpp>
 #include <kr5/sim/dart_simulator.hpp>
 #include <kr5/sim/driven_arm.hpp>
 #include <kr5/sim/insertion.hpp>
 #include <kr5/sim/insertion_options.hpp>
+#include <kr5/sim/pellet_bin.hpp>
 #include <kr5/sim/scene.hpp>
 
 #include "struct_binder.hpp"
@@ -154,6 +160,128 @@ static void bind_insertion(py::module_& m) {
       "name the field of an invalid setup or option, or the missing part of the cell.");
 }
 
+/// Progress for Python, which hears Ctrl-C meanwhile also without a callback.
+static PileProgress heard(std::function<void(double)> callback) {
+  return [callback = std::move(callback)](double share) {
+    const py::gil_scoped_acquire held;
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+    if (callback) callback(share);
+  };
+}
+
+static py::array_t<double> poses_array(const std::vector<kr5::Pose>& poses) {
+  py::array_t<double> out({static_cast<py::ssize_t>(poses.size()), py::ssize_t{4}, py::ssize_t{4}});
+  auto view = out.mutable_unchecked<3>();
+  for (std::size_t k = 0; k < poses.size(); ++k)
+    for (int r = 0; r < 4; ++r)
+      for (int c = 0; c < 4; ++c) view(static_cast<py::ssize_t>(k), r, c) = poses[k].matrix()(r, c);
+  return out;
+}
+
+static void bind_pile(py::module_& m) {
+  bind_struct<BinShape>(m, "BinShape", "An open box with four walls: origin at the centre of the inner floor, Z up.");
+  bind_struct<Pellet>(m, "Pellet", "A solid cylinder: origin in its middle, Z along its axis.");
+  bind_struct<PelletScene>(m, "PelletScene", "A bin with pellets.");
+  bind_struct<PileOptions>(m, "PileOptions", "Bodies and steps of a simulated pile.");
+  bind_struct<PourOptions>(m, "PourOptions", "What is poured into a bin.");
+  bind_struct<PileState>(m, "PileState", "How a pile came to rest.");
+  bind_struct<SettledPile>(m, "SettledPile", "A pile with the pellets where they came to rest.");
+  bind_struct<RemovalOptions>(m, "RemovalOptions", "How a suction gripper pulls a pellet out of the pile.");
+  bind_struct<Removal>(m, "Removal", "What picking a pellet did.");
+  m.def(
+      "pour_pellets",
+      [](const BinShape& bin, const PourOptions& pour, const PileOptions& options,
+         std::function<void(double)> progress) { return pour_pellets(bin, pour, options, heard(std::move(progress))); },
+      py::arg("bin"), py::arg("pour") = PourOptions{}, py::arg("options") = PileOptions{},
+      py::arg("progress") = py::none(), py::call_guard<py::gil_scoped_release>(),
+      "Pours pellets of random height and orientation into a bin and lets them settle. The same seed gives the same "
+      "pile. `progress` is called with the share of the work done, 0 to 1. InvalidArgument names the field, also when "
+      "the pellets do not fit below the rim.");
+  m.def(
+      "settle",
+      [](const PelletScene& scene, const PileOptions& options, std::function<void(double)> progress) {
+        return settle(scene, options, heard(std::move(progress)));
+      },
+      py::arg("scene"), py::arg("options") = PileOptions{}, py::arg("progress") = py::none(),
+      py::call_guard<py::gil_scoped_release>(),
+      "Lets the pellets of a scene fall from where they are until they lie still.");
+  m.def("remove_pellet", &remove_pellet, py::arg("scene"), py::arg("pellet"), py::arg("approach"),
+        py::arg("removal") = RemovalOptions{}, py::arg("options") = PileOptions{},
+        py::call_guard<py::gil_scoped_release>(),
+        "Pulls pellet number `pellet` out of the pile with a suction cup of limited force: along `approach` (shape "
+        "(3,), in the bin, out of the surface), then up. What it touches moves, what loses its support settles again.");
+  m.def("deepest_overlap", &deepest_overlap, py::arg("scene"),
+        "Deepest overlap of two pellets, or of a pellet and the bin, by points on all surfaces; 0: none [m].");
+  m.def("exposed_shares", &exposed_shares, py::arg("scene"), py::arg("spacing") = 2.5e-4,
+        "Share of each pellet that is seen from above, shape (n,) [-]: the area of its projection along Z of the bin "
+        "that no other pellet hides, over the whole; by vertical rays `spacing` apart [m].");
+}
+
+static void bind_bin_sensors(py::module_& m) {
+  m.attr("BIN_WALL") = py::int_(static_cast<int>(bin_wall));
+  m.attr("BIN_FLOOR") = py::int_(static_cast<int>(bin_floor));
+  m.attr("BIN_NOTHING") = py::int_(static_cast<int>(bin_nothing));
+  bind_struct<BinScannerOptions>(m, "BinScannerOptions",
+                                 "A triangulating line scanner: laser in the origin of its frame, its fan in the X-Z "
+                                 "plane about Z, the receiver on Y.");
+  bind_struct<ScanPath>(m, "ScanPath", "Poses of the flange over time.");
+  py::class_<BinScan>(m, "BinScan",
+                      "Profiles with the poses of the arm at their time stamps, and what each point is of.")
+      .def_property_readonly(
+          "x", [](const BinScan& s) { return s.x; },
+          "X in the frame of the scanner, shape (profiles, points), NaN without a reading [m].")
+      .def_property_readonly(
+          "z", [](const BinScan& s) { return s.z; },
+          "Z in the frame of the scanner, shape (profiles, points), NaN without a reading [m].")
+      .def_property_readonly(
+          "surface", [](const BinScan& s) { return s.surface; },
+          "What each point is of, shape (profiles, points): number of the pellet, BIN_WALL, BIN_FLOOR, or BIN_NOTHING "
+          "for no reading and for a false one.")
+      .def_property_readonly(
+          "times", [](const BinScan& s) { return s.times; }, "Stamps of the profiles, shape (profiles,) [s].")
+      .def_property_readonly(
+          "T_base_flange", [](const BinScan& s) { return poses_array(s.T_base_flange); },
+          "Poses that the arm reports at these times, shape (profiles, 4, 4) [m].")
+      .def_property_readonly(
+          "T_flange_scanner", [](const BinScan& s) { return s.T_flange_scanner; }, "Scanner in the flange [m].")
+      .def_property_readonly(
+          "seen", [](const BinScan& s) { return s.seen; },
+          "Share of each pellet that the scan sees, shape (pellets,) [-]: rays that laser and receiver see on it, over "
+          "those they would see on it alone; shiny spots count as seen.")
+      .def(
+          "cloud",
+          [](const BinScan& s) {
+            std::vector<int> surfaces;
+            auto points = s.cloud(&surfaces);
+            return py::make_tuple(points, py::array_t<int>(static_cast<py::ssize_t>(surfaces.size()), surfaces.data()));
+          },
+          "Readings in the base, shape (n, 3) [m], and what each is of, shape (n,).");
+  m.def("scan_path", &scan_path, py::arg("bin"), py::arg("scanner") = BinScannerOptions{},
+        "A straight pass over a bin along its Y, the scanner level and looking down, its X along that of the bin.");
+  m.def("scan_bin", &scan_bin, py::arg("scene"), py::arg("path"), py::arg("scanner") = BinScannerOptions{},
+        py::call_guard<py::gil_scoped_release>(),
+        "Scans a bin: a profile at each time of a path. A profile with a lag was taken that much earlier, at a pose "
+        "interpolated on the path.");
+  bind_struct<BinImageOptions>(m, "BinImageOptions", "Light and surfaces of a picture of pellets in a bin.");
+  m.def("camera_above", &camera_above, py::arg("bin"), py::arg("height"),
+        "Pose in the base of a camera above the middle of a bin, looking straight down, its X along that of the bin; "
+        "`height` above the floor [m].");
+  m.def(
+      "render_bin",
+      [](const PelletScene& scene, const kr5::Pinhole& camera, const kr5::Pose& T_base_camera,
+         const BinImageOptions& options) {
+        BinImage image;
+        {
+          const py::gil_scoped_release free;
+          image = render_bin(scene, camera, T_base_camera, options);
+        }
+        return py::make_tuple(image.grey, image.surface);
+      },
+      py::arg("scene"), py::arg("camera"), py::arg("T_base_camera"), py::arg("options") = BinImageOptions{},
+      "Renders a bin by one lamp with shadows: grey levels, uint8 of shape (height, width), and what each pixel shows, "
+      "int of the same shape: number of the pellet, BIN_WALL, BIN_FLOOR or BIN_NOTHING.");
+}
+
 void bind_sim(py::module_& m) {
   bind_enum<ContactBy>(m, "ContactBy", "Method that finds the contacts of peg, tube and bench.");
   bind_struct<DartSimulatorOptions>(m, "DartSimulatorOptions", "Step of the integration.");
@@ -164,4 +292,6 @@ void bind_sim(py::module_& m) {
   bind_arm(m);
   bind_scene(m);
   bind_insertion(m);
+  bind_pile(m);
+  bind_bin_sensors(m);
 }

@@ -55,6 +55,7 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
     },
     "sensitivity": ("sensitivity.command", "Sensitivity of a model or an arm: Sobol's indices with intervals."),
     "uncertainty": ("uncertainty.command", "Uncertainty through chains of poses, of camera, scanner and both fused."),
+    "pick": ("picking.pick", "Poses of the cylinders in a scanned bin, and the order to pick them."),
     "scene": ("simulation.scene", "Scenes in DART with expected results."),
     "gap": ("gap.command", "Gap between simulation and recording: measurement, causes, next experiment."),
     "replay": ("replay.command", "Page with a 3D replay of a recording."),

@@ -5,11 +5,12 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <sstream>
 #include <unordered_map>
 
 #include <kr5/core/error.hpp>
 #include <kr5/core/statistics.hpp>
+
+#include "length_text.hpp"
 
 namespace kr5::picking {
 
@@ -67,14 +68,6 @@ double median_spacing(const Matrix3Xd& points) {
     if (std::isfinite(best)) nearest.push_back(best);
   }
   return median(std::move(nearest));
-}
-
-/// Number as people read it, with the unit: 12.3 mm.
-std::string millimetres(double length) {
-  std::ostringstream out;
-  out.precision(3);
-  out << 1000 * length << " mm";
-  return out.str();
 }
 
 CloudCheck found(CloudCheck check, CloudFinding finding, std::string message) {
@@ -190,15 +183,16 @@ CloudCheck check_cloud(const Cloud& cloud, const Bin& bin, double radius) {
   const Pose T_bin_base = bin.T_base_bin.inverse();
   const Matrix3Xd local = T_bin_base * points;
   const Vector3d half = bin.size / 2;
-  int below = 0, aside = 0;
+  int below = 0, above = 0, aside = 0;
   for (Index i = 0; i < local.cols(); ++i) {
     const bool over_floor = std::abs(local(0, i)) < half.x() && std::abs(local(1, i)) < half.y();
     below += over_floor && local(2, i) < -0.5 * radius && local(2, i) > -bin.size.z() - 2 * radius;
+    above += over_floor && local(2, i) > 0.5 * radius && local(2, i) < bin.size.z() + 2 * radius;
     aside += !over_floor;
   }
-  if (below > 2 * out.inside && below > out.finite / 5)
+  if (below > 2 * above && below > out.finite / 50)
     return found(out, CloudFinding::UpsideDown,
-                 std::to_string(below) + " points lie below the floor of the bin and " + std::to_string(out.inside) +
+                 std::to_string(below) + " points lie below the floor of the bin and " + std::to_string(above) +
                      " above it: the pose of the bin, or that of the scanner, is upside down or too high.");
   if (out.inside < 20 || (out.inside < 0.02 * out.finite && aside > 0.9 * out.finite))
     return found(out, CloudFinding::OutsideBin,

@@ -27,15 +27,18 @@ void PatchOptions::validate() const {
   require(smoothness > 0 && smoothness < 1.5, "smoothness must lie between 0 and 1.5 [rad]");
   require(max_curvature > 0 && max_curvature <= 1.0 / 3, "max_curvature must lie between 0 and 1/3 [-]");
   require(flat_limit > 0 && flat_limit < 1, "flat_limit must lie between 0 and 1 [-]");
+  require(max_area > 0, "max_area must be positive [m^2]");
   require(min_points >= 3, "min_points must be 3 or more");
 }
 
-PatchOptions PatchOptions::for_radius(double radius) {
+PatchOptions PatchOptions::for_radius(double radius, double pitch) {
   require(radius > 0 && std::isfinite(radius), "radius must be positive [m]");
+  require(pitch >= 0 && std::isfinite(pitch), "pitch must not be negative [m]");
   PatchOptions out;
   const double scale = radius / 0.008;
-  out.spacing *= scale;
-  out.normal_radius *= scale;
+  out.max_area *= scale * scale;
+  out.spacing = std::max(out.spacing * scale, 0.8 * pitch);
+  out.normal_radius = std::max(out.normal_radius * scale, 1.8 * pitch);  // a dozen neighbours
   return out;
 }
 
@@ -140,6 +143,57 @@ Patch patch_of(const pcl::PointIndices& cluster, const Surface& surface, const C
   return out;
 }
 
+/// Region growing over all points, or over some.
+std::vector<pcl::PointIndices> grown(const Surface& surface, const pcl::PointIndices::Ptr& of, double smoothness,
+                                     double curvature, const PatchOptions& options) {
+  pcl::RegionGrowing<pcl::PointXYZ, pcl::Normal> growing;
+  growing.setMinClusterSize(options.min_points);
+  growing.setSearchMethod(std::make_shared<pcl::search::KdTree<pcl::PointXYZ>>(false));
+  growing.setNumberOfNeighbours(8);
+  growing.setInputCloud(surface.points);
+  growing.setInputNormals(surface.normals);
+  if (of) growing.setIndices(of);
+  growing.setSmoothnessThreshold(static_cast<float>(smoothness));
+  growing.setCurvatureThreshold(static_cast<float>(curvature));
+  std::vector<pcl::PointIndices> out;
+  growing.extract(out);
+  return out;
+}
+
+/// Level parts of a patch that is more than one surface: an end face beside the side of a neighbour of nearly its
+/// height joins it without an edge.
+std::vector<pcl::PointIndices> flat_parts(pcl::PointIndices cluster, const Surface& surface,
+                                          const PatchOptions& options) {
+  constexpr float cosine = 0.9945F;  // 6 degrees
+  const auto thickness = static_cast<float>(0.25 * options.spacing);
+  const auto reach = static_cast<float>(2 * options.normal_radius);
+  std::vector<pcl::PointIndices> out;
+  pcl::Indices& left = cluster.indices;
+  for (int part = 0; part < 6 && static_cast<int>(left.size()) > 4 * options.min_points; ++part) {
+    pcl::PointIndices best;
+    for (std::size_t seed = 0; seed < left.size(); seed += 3) {
+      const auto at = static_cast<std::size_t>(left[seed]);
+      if ((*surface.normals)[at].curvature > 0.5F * static_cast<float>(options.flat_limit)) continue;
+      const Eigen::Vector3f p = (*surface.points)[at].getVector3fMap(),
+                            n = (*surface.normals)[at].getNormalVector3fMap();
+      pcl::PointIndices like;
+      for (const auto index : left) {
+        const auto i = static_cast<std::size_t>(index);
+        const Eigen::Vector3f from = (*surface.points)[i].getVector3fMap() - p;
+        if (n.dot((*surface.normals)[i].getNormalVector3fMap()) > cosine && std::abs(n.dot(from)) < thickness &&
+            from.squaredNorm() < reach * reach)
+          like.indices.push_back(index);
+      }
+      if (like.indices.size() > best.indices.size()) best = std::move(like);
+    }
+    if (static_cast<int>(best.indices.size()) < 3 * options.min_points) break;
+    std::erase_if(
+        left, [&](const auto index) { return std::binary_search(best.indices.begin(), best.indices.end(), index); });
+    out.push_back(std::move(best));
+  }
+  return out;
+}
+
 }  // namespace
 
 std::vector<Patch> find_patches(const Cloud& cloud, const Vector3d& up, const PatchOptions& options) {
@@ -153,17 +207,18 @@ std::vector<Patch> find_patches(const Cloud& cloud, const Vector3d& up, const Pa
   if (finite.empty()) return out;
   const Surface surface = surface_of(cloud, finite, cloud.points.col(finite.front()), up, options);
   if (surface.points->size() < static_cast<std::size_t>(options.min_points)) return out;
-  pcl::RegionGrowing<pcl::PointXYZ, pcl::Normal> growing;
-  growing.setMinClusterSize(options.min_points);
-  growing.setSearchMethod(std::make_shared<pcl::search::KdTree<pcl::PointXYZ>>(false));
-  growing.setNumberOfNeighbours(8);
-  growing.setInputCloud(surface.points);
-  growing.setInputNormals(surface.normals);
-  growing.setSmoothnessThreshold(static_cast<float>(options.smoothness));
-  growing.setCurvatureThreshold(static_cast<float>(options.max_curvature));
-  std::vector<pcl::PointIndices> clusters;
-  growing.extract(clusters);
-  for (const pcl::PointIndices& cluster : clusters) out.push_back(patch_of(cluster, surface, cloud, options));
+  for (const pcl::PointIndices& cluster : grown(surface, nullptr, options.smoothness, options.max_curvature, options)) {
+    out.push_back(patch_of(cluster, surface, cloud, options));
+    const double area = static_cast<double>(cluster.indices.size()) * options.spacing * options.spacing;
+    if (area < options.max_area) continue;
+    const auto part = std::make_shared<pcl::PointIndices>(cluster);
+    std::sort(part->indices.begin(), part->indices.end());
+    for (const pcl::PointIndices& piece :
+         grown(surface, part, options.smoothness / 2, options.max_curvature / 2, options))
+      if (piece.indices.size() < cluster.indices.size()) out.push_back(patch_of(piece, surface, cloud, options));
+    for (const pcl::PointIndices& piece : flat_parts(*part, surface, options))
+      out.push_back(patch_of(piece, surface, cloud, options));
+  }
   std::stable_sort(out.begin(), out.end(),
                    [](const Patch& a, const Patch& b) { return a.points.size() > b.points.size(); });
   return out;

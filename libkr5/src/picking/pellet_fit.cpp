@@ -2,6 +2,7 @@
 #include "pellet_fit.hpp"
 
 #include <array>
+#include <limits>
 #include <numbers>
 
 #include <kr5/core/levenberg_marquardt.hpp>
@@ -14,9 +15,17 @@ using Eigen::Vector3d;
 RayVerdict judge(const PelletScene& scene, const SolidCylinder& cylinder) {
   RayVerdict out;
   const Matrix3d R = cylinder.frame.transpose();
-  const double tolerance = scene.tolerance(), depth = scene.depth();
-  scene.rays.near(cylinder.centre, cylinder.bounding_radius(), [&](const RayGrid::Ray& ray) {
+  const double tolerance = scene.tolerance(), inner = cylinder.radius + 1.5 * scene.rays.pitch();
+  scene.rays.near(cylinder.centre, 1.3 * cylinder.bounding_radius(), [&](const RayGrid::Ray& ray) {
     const Vector3d q = R * (ray.point - cylinder.centre), e = R * ray.direction;
+    if (std::abs(e.z()) > 0.3) {
+      const double above = (e.z() < 0 ? q.z() : -q.z()) - cylinder.height / 2;
+      const double where = (q + e * (above / std::abs(e.z()))).head<2>().norm();
+      if (where > inner && where < inner + 0.3 * cylinder.radius) {
+        ++out.about;
+        out.level += std::abs(above) < tolerance && !scene.explained[static_cast<std::size_t>(ray.column)];
+      }
+    }
     if (std::abs(cylinder.distance(q)) < tolerance) {
       const bool on_side = q.head<2>().norm() - cylinder.radius > std::abs(q.z()) - cylinder.height / 2;
       const double towards = on_side ? -e.head<2>().dot(q.head<2>()) : -e.z() * q.z();
@@ -31,7 +40,7 @@ RayVerdict judge(const PelletScene& scene, const SolidCylinder& cylinder) {
     if (chord.in > 0) {
       ++out.before;
       out.close += chord.in < 3 * tolerance;
-    } else if (std::min(-chord.in, chord.out - chord.in) > depth) {
+    } else if (passes_through(scene, cylinder, chord, q, e)) {
       ++out.through;
     }
   });
@@ -79,6 +88,22 @@ struct EdgeSearch {
   }
 };
 
+/// Where only the side is seen, the ends lie beyond its points, and no further from each other than the height allows.
+void add_extent(const PelletScene& scene, const SolidCylinder& at, std::vector<Sighting>& out) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const Sighting& s : out) {
+    if (s.surface != PelletSurface::Side) return;
+    const double t = at.local(s.point).z();
+    low = std::min(low, t), high = std::max(high, t);
+  }
+  if (!(low < high)) return;
+  const double play = std::max(scene.options.max_height - (high - low), 2 * scene.rays.pitch());
+  const double sigma = play / std::sqrt(12.0) * std::sqrt(2.0);  // of each end, so that the centre has play / sqrt(12)
+  const double middle = (low + high) / 2, half = scene.middle_height() / 2;
+  out.push_back({at.centre + at.axis() * (middle + half), PelletSurface::Top, sigma});
+  out.push_back({at.centre + at.axis() * (middle - half), PelletSurface::Bottom, sigma});
+}
+
 /// Points on the surfaces of a cylinder and its edges; all in the coordinates of the base.
 std::vector<Sighting> sightings(const PelletScene& scene, const SolidCylinder& at, double gate) {
   std::vector<Sighting> out;
@@ -124,6 +149,7 @@ std::vector<Sighting> sightings(const PelletScene& scene, const SolidCylinder& a
     }
   });
   const double pitch = scene.rays.pitch();
+  add_extent(scene, at, out);
   for (int end = 0; end < 2; ++end) {
     rim[end].add_to(out, PelletSurface::Side, at.radius, pitch, gate);
     ends[end].add_to(out, end == 0 ? PelletSurface::Top : PelletSurface::Bottom, half, pitch, gate);

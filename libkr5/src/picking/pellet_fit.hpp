@@ -17,9 +17,12 @@ struct RayVerdict {
   int close = 0;    ///< Of those, the ones that end just before: its surface should have been there.
   int through = 0;  ///< Pass through it.
   int new_on = 0;   ///< End on it and on no cylinder that was found before.
+  int about = 0;    ///< Cross the plane of its face just outside the rim.
+  int level = 0;    ///< Of those, the ones that end there, on no other cylinder: its surface goes on beyond the rim.
 
   double exposed() const { return on == 0 ? 0.0 : on / static_cast<double>(on + before + through); }
   double crossed() const { return on + through == 0 ? 1.0 : through / static_cast<double>(on + through); }
+  double beyond_rim() const { return about < 10 ? 0.0 : level / static_cast<double>(about); }
   double score() const { return on - 3.0 * through - close; }
 };
 
@@ -29,6 +32,7 @@ struct PelletScene {
   const RayGrid& rays;          ///< Those that are used: fewer while hypotheses are compared, all for the last fit.
   std::vector<bool> explained;  ///< By column of the cloud.
   double noise = 0.0;           ///< [m]
+  double slack = 0.0;           ///< Tangent of the angle by which rays may run otherwise than is thought.
 
   /// Distance from a surface up to which a point may belong to it [m].
   double tolerance() const { return std::max(4 * noise, 0.04 * options.radius); }
@@ -36,6 +40,19 @@ struct PelletScene {
   double depth() const { return std::max(6 * noise, 0.1 * options.radius); }
   double middle_height() const { return (options.min_height + options.max_height) / 2; }
 };
+
+/// Whether a ray ends beyond the cylinder, having passed through it. q, e: its end and direction in local coordinates.
+/// The deeper below the surface it ends, the further it may have passed by if it runs otherwise than is thought.
+inline bool passes_through(const PelletScene& scene, const SolidCylinder& cylinder, const SolidCylinder::Chord& chord,
+                           const Eigen::Vector3d& q, const Eigen::Vector3d& e) {
+  if (std::min(-chord.in, chord.out - chord.in) <= scene.depth()) return false;
+  if (scene.slack == 0.0) return true;
+  const double off = scene.slack * -chord.in;
+  SolidCylinder core = cylinder;
+  core.radius -= off;
+  core.height -= 2 * off;
+  return core.radius > 0 && core.height > 0 && core.chord(q, e).hits();
+}
 
 RayVerdict judge(const PelletScene& scene, const SolidCylinder& cylinder);
 

@@ -14,6 +14,7 @@
 
 #include "pellet_fit.hpp"
 #include "pellet_hypotheses.hpp"
+#include "view_estimate.hpp"
 
 namespace kr5::picking {
 
@@ -68,16 +69,20 @@ double reach_out(const SolidCylinder& c, const Bin& bin) {
                    std::abs(centre.y()) + half.y() - bin.size.y() / 2});
 }
 
+/// Tangents of the angles by which rays may run otherwise than is thought: those that all are said to start at one
+/// place, and those whose origin was estimated.
+constexpr double one_origin_slack = 0.03, estimated_slack = 0.06;
+
 class PelletSearch {
  public:
-  PelletSearch(const Cloud& cloud, const Bin& bin, const PelletOptions& options, const RayGrid& rays)
+  PelletSearch(const Cloud& cloud, const Bin& bin, const PelletOptions& options, const RayGrid& rays, double slack)
       : cloud_(cloud),
         bin_(bin),
         options_(options),
         all_(rays),
         thinned_(rays.thinned(options.radius / 8)),
         scene_{options, thinned_, std::vector<bool>(static_cast<std::size_t>(cloud.points.cols()), false),
-               options.noise > 0 ? options.noise : options.radius / 100} {}
+               options.noise > 0 ? options.noise : options.radius / 100, slack} {}
 
   PelletResult run(const std::vector<Patch>& patches) {
     result_.patches = static_cast<int>(patches.size());
@@ -102,7 +107,7 @@ class PelletSearch {
   bool acceptable(const PelletFit& fit) const {
     const RayVerdict& v = fit.verdict;
     return v.exposed() >= options_.min_exposed && v.crossed() <= options_.max_crossed && v.new_on >= 12 &&
-           v.new_on > 0.6 * v.on && v.close < 0.5 * v.on &&
+           v.new_on > 0.6 * v.on && v.close < 0.5 * v.on && (fit.side > fit.face || v.beyond_rim() < 0.35) &&
            fit.rms < 2.5 * std::max(scene_.noise, 0.01 * options_.radius) &&
            reach_out(fit.cylinder, bin_) < 0.25 * options_.radius;
   }
@@ -138,14 +143,46 @@ class PelletSearch {
       scene_.noise = std::clamp(median(std::move(rms)), options_.radius / 1000, options_.radius / 20);
   }
 
+  /// What no cylinder explains yet, in connected parts, for it may be of several surfaces.
   std::vector<Patch> left_of(const std::vector<Patch>& patches) const {
+    std::vector<bool> taken(scene_.explained.size(), false);  // a point may stand in several patches
+    std::vector<int> left;
     std::vector<Patch> out;
     for (const Patch& patch : patches) {
-      Patch left = patch;
-      std::erase_if(left.points, [&](int column) { return scene_.explained[static_cast<std::size_t>(column)]; });
-      if (left.points.size() < 10) continue;
-      left.centroid = cloud_.points(Eigen::all, left.points).rowwise().mean();
-      out.push_back(std::move(left));
+      left.clear();
+      for (const int column : patch.points)
+        if (!scene_.explained[static_cast<std::size_t>(column)] && !taken[static_cast<std::size_t>(column)]) {
+          left.push_back(column);
+          taken[static_cast<std::size_t>(column)] = true;
+        }
+      const bool whole = static_cast<double>(left.size()) > 0.8 * static_cast<double>(patch.points.size());
+      for (std::vector<int>& part : connected(std::move(left), 0.4 * options_.radius)) {
+        if (part.size() < 10) continue;
+        Patch rest = patch;
+        if (!whole) rest.kind = PatchKind::Mixed;
+        rest.points = std::move(part);
+        rest.centroid = cloud_.points(Eigen::all, rest.points).rowwise().mean();
+        out.push_back(std::move(rest));
+      }
+      left = {};
+    }
+    return out;
+  }
+
+  std::vector<std::vector<int>> connected(std::vector<int> columns, double reach) const {
+    std::vector<std::vector<int>> out;
+    while (!columns.empty()) {
+      std::vector<int> part{columns.back()};
+      columns.pop_back();
+      for (std::size_t k = 0; k < part.size(); ++k) {
+        const Vector3d at = cloud_.points.col(part[k]);
+        std::erase_if(columns, [&](int column) {
+          const bool near = (cloud_.points.col(column) - at).squaredNorm() < reach * reach;
+          if (near) part.push_back(column);
+          return near;
+        });
+      }
+      out.push_back(std::move(part));
     }
     return out;
   }
@@ -153,7 +190,7 @@ class PelletSearch {
   /// Each fitted again with the noise as learnt, and judged with all others in place.
   PelletResult finish(const std::vector<Patch>& patches) {
     for (const PelletFit& fit : accepted_) {
-      const PelletScene alone{options_, all_, without(fit.cylinder), scene_.noise};
+      const PelletScene alone{options_, all_, without(fit.cylinder), scene_.noise, scene_.slack};
       const PelletFit final = fit_pellet(alone, fit.cylinder);
       const Eigen::Matrix3d centre = final.covariance.topLeftCorner<3, 3>();
       const Eigen::Matrix2d tilt = final.covariance.block<2, 2>(3, 3);
@@ -233,7 +270,13 @@ PelletResult find_pellets(const Cloud& cloud, const Bin& bin, const PelletOption
   if (out.check.finding != CloudFinding::Good) return out;
   const Vector3d up = bin.T_base_bin.linear().col(2);
   const double margin = std::max(3 * options.noise, 0.1 * options.radius);
-  const Cloud within = crop(cloud, bin, -options.radius, -0.5 * options.radius);
+  Bin heaped = bin;  // a pile may stand above the rim
+  heaped.size.z() += 4 * std::hypot(options.radius, options.max_height / 2);
+  Cloud within = crop(cloud, heaped, -options.radius, -0.5 * options.radius);
+  const double slack = cloud.origins.cols() > 1 ? 0.03 : cloud.origins.cols() == 1 ? one_origin_slack : estimated_slack;
+  if (cloud.origins.cols() == 0)
+    within.origins =
+        estimated_origins(within, bin, std::max(options.radius / 8, out.check.spacing), options.radius / 4);
   const RayGrid rays(within, up, options.radius / 8);
   Cloud above = within;  // the same columns, floor and walls left out
   const Pose T_bin_base = bin.T_base_bin.inverse();
@@ -243,8 +286,8 @@ PelletResult find_pellets(const Cloud& cloud, const Bin& bin, const PelletOption
                         std::abs(p.y()) < bin.size.y() / 2 - margin / 2;
     if (!inside) above.points.col(i).setConstant(std::numeric_limits<double>::quiet_NaN());
   }
-  const std::vector<Patch> patches = find_patches(above, up, PatchOptions::for_radius(options.radius));
-  PelletResult result = PelletSearch(within, bin, options, rays).run(patches);
+  const std::vector<Patch> patches = find_patches(above, up, PatchOptions::for_radius(options.radius, rays.pitch()));
+  PelletResult result = PelletSearch(within, bin, options, rays, slack).run(patches);
   result.check = out.check;
   return result;
 }

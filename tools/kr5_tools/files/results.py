@@ -34,6 +34,7 @@ FORMATS = {
     "kr5-marker-map/1": "Marker map",
     "kr5-detection/1": "Detection",
     "kr5-gap/1": "Diagnosis",
+    "kr5-pick/1": "Picks from a bin",
     "kr5-sensitivity/1": "Sensitivity",
     "kr5-uncertainty/1": "Uncertainty",
 }

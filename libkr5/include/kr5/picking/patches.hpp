@@ -46,12 +46,13 @@ struct PatchOptions {
   double smoothness = 0.33;
   double max_curvature = 0.04;
   double flat_limit = 0.05;
+  double max_area = 3e-4;
   int min_points = 8;
 
   /// @throws InvalidArgument naming the offending field.
   void validate() const;
-  /// What suits cylinders of a radius [m].
-  static PatchOptions for_radius(double radius);
+  /// What suits cylinders of a radius in a cloud of this spacing [m].
+  static PatchOptions for_radius(double radius, double pitch = 0.0);
 
   static void each_field(auto& self, auto&& visit) {
     visit("spacing", self.spacing, "Distance of the points of the uniform sample [m].");
@@ -61,11 +62,15 @@ struct PatchOptions {
           "Greatest ratio of the smallest eigenvalue of a neighbourhood to their sum from which a patch grows on [-].");
     visit("flat_limit", self.flat_limit,
           "Second over first eigenvalue of the scatter of the normals below which a patch is flat [-].");
+    visit("max_area", self.max_area,
+          "Area above which a patch may be more than one surface, and is also grown with half the angle and half the "
+          "curvature [m^2].");
     visit("min_points", self.min_points, "Least number of points of a patch.");
   }
 };
 
-/// The patches of a cloud, greatest first. Points that are not finite are left out.
+/// The patches of a cloud, greatest first; the parts of one that is too large stand beside it. Points that are not
+/// finite are left out.
 /// @param up Direction to the sensor, for rays whose origin is not known.
 /// @throws InvalidArgument for an invalid cloud or options.
 std::vector<Patch> find_patches(const Cloud& cloud, const Eigen::Vector3d& up, const PatchOptions& options = {});

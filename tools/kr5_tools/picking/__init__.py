@@ -1,0 +1,1 @@
+"""Bin picking of cylinders: clouds, poses, picks, pictures of them."""

@@ -1,0 +1,117 @@
+"""Clouds of points in the formats that scanners and other programs write: NPZ, NPY, PCD, PLY, text."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from kr5_tools.cli.terminal import fail
+
+ENDINGS = ".npz, .npy, .pcd, .ply, .csv, .txt or .xyz"
+POINT_KEYS = ("points", "xyz", "cloud", "pts")
+ORIGIN_KEYS = ("origins", "origin", "viewpoint", "sensor")
+MAX_POINTS = 50_000_000
+
+
+@dataclass
+class CloudFile:
+    """Points of a file, n x 3 [m], NaN where nothing was measured, and the origins of their rays where it has them."""
+
+    points: np.ndarray
+    origins: np.ndarray | None = None
+
+
+def read_cloud(file: Path) -> CloudFile:
+    """Reads a cloud. Arrays may be organised (rows x columns x 3); normals and colours are not used."""
+    readers = {".npz": _npz, ".npy": _npy, ".pcd": _pcd, ".ply": _ply, ".csv": _text, ".txt": _text, ".xyz": _text}
+    reader = readers.get(file.suffix.lower())
+    if reader is None:
+        fail(f"{file}: no cloud that can be read; expected a file that ends in {ENDINGS}")
+    if not file.is_file():
+        fail(f"{file}: No such file")
+    try:
+        cloud = reader(file)
+    except (MemoryError, OSError):
+        raise
+    except Exception as error:  # the readers raise what they like on damaged files
+        fail(f"{file}: is damaged or no {file.suffix[1:].upper()} file: {' '.join(str(error).split())[:200]}")
+    cloud.points = _as_points(file, "points", cloud.points)
+    if cloud.origins is not None:
+        cloud.origins = _as_points(file, "origins", cloud.origins)
+        if len(cloud.origins) not in (1, len(cloud.points)):
+            fail(f"{file}: origins: found {len(cloud.origins)} rows, expected 1 or {len(cloud.points)}, one a point")
+    return cloud
+
+
+def _as_points(file: Path, name: str, array: Any) -> np.ndarray:
+    values = np.asarray(array)
+    if values.dtype.kind not in "fiu":
+        fail(f"{file}: {name}: found values of type {values.dtype}, expected numbers")
+    if values.ndim == 1 and values.size == 3:
+        values = values.reshape(1, 3)
+    if values.ndim not in (2, 3) or values.shape[-1] != 3:
+        shape = " x ".join(str(n) for n in values.shape)
+        fail(f"{file}: {name}: found an array of {shape}, expected n x 3, or rows x columns x 3")
+    values = values.reshape(-1, 3).astype(float)
+    if len(values) > MAX_POINTS:
+        fail(f"{file}: {name}: found {len(values)} points, expected at most {MAX_POINTS}")
+    values[~np.isfinite(values).all(axis=1)] = np.nan
+    return values
+
+
+def _npz(file: Path) -> CloudFile:
+    with np.load(file, allow_pickle=False) as data:
+        points = next((key for key in POINT_KEYS if key in data), None)
+        if points is None:
+            fail(f"{file}: found the arrays {', '.join(data) or 'none'}, expected one named {' or '.join(POINT_KEYS)}")
+        origins = next((key for key in ORIGIN_KEYS if key in data), None)
+        return CloudFile(data[points], data[origins] if origins else None)
+
+
+def _npy(file: Path) -> CloudFile:
+    return CloudFile(np.load(file, allow_pickle=False))
+
+
+def _pcd(file: Path) -> CloudFile:
+    from pypcd4 import PointCloud
+
+    cloud = PointCloud.from_path(file)
+    missing = [name for name in "xyz" if name not in cloud.fields]
+    if missing:
+        fail(f"{file}: has no field {missing[0]}; found {', '.join(cloud.fields)}")
+    view = np.asarray(cloud.metadata.viewpoint, float)[:3]
+    # The default (0, 0, 0) says nothing: most programs write it whatever the frame.
+    return CloudFile(cloud.numpy(("x", "y", "z")), view if view.any() else None)
+
+
+def _ply(file: Path) -> CloudFile:
+    from plyfile import PlyData
+
+    data = PlyData.read(file)
+    vertex = next((e for e in data.elements if e.name == "vertex"), None)
+    if vertex is None:
+        fail(f"{file}: has no element vertex")
+    names = [p.name for p in vertex.properties]
+    missing = [name for name in "xyz" if name not in names]
+    if missing:
+        fail(f"{file}: vertex has no property {missing[0]}; found {', '.join(names)}")
+    return CloudFile(np.column_stack([vertex["x"], vertex["y"], vertex["z"]]))
+
+
+def _text(file: Path) -> CloudFile:
+    with file.open(encoding="utf-8-sig") as stream:
+        first = stream.readline()
+    comma = "," if "," in first else None
+    words = [w.strip().lower().lstrip("#").strip() for w in (first.split(comma) if comma else first.split())]
+    header = 0 if _is_number(words[0]) else 1
+    columns = tuple(words.index(n) for n in "xyz") if header and set("xyz") <= set(words) else (0, 1, 2)
+    return CloudFile(np.loadtxt(file, delimiter=comma, skiprows=header, usecols=columns, ndmin=2, encoding="utf-8-sig"))
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,80 @@
+"""Picture of a bin from above: heights, cylinders, and what was decided about each."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from kr5_tools.pages.plot_style import BLUE, GREEN, GREY, RED, STYLE, plt
+
+COLOURS = {"graspable": GREEN, "covered": BLUE, "touches_bin": RED, "touches_pile": RED}
+LABELS = {
+    "graspable": "can be picked; number: the order",
+    "covered": "another lies on it",
+    "touches_bin": "gripper would touch the bin",
+    "touches_pile": "gripper would touch neighbours",
+    "other": "hidden, no place for the cup, or uncertain",
+}
+CELL = 0.5e-3  # [m] of the height map
+
+
+def write_picture(file: Path, points: np.ndarray, bin_: Any, pellets: list[dict[str, Any]]) -> None:
+    """Writes the picture. `points`: 3 x n in the base [m]; `pellets` as in a kr5-pick/1 result."""
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(figsize=(7.4, 6.4))
+        draw_bin(axes, points, bin_, pellets)
+        figure.savefig(file, dpi=130)
+        plt.close(figure)
+
+
+def draw_bin(axes: Any, points: np.ndarray, bin_: Any, pellets: list[dict[str, Any]]) -> None:
+    """Height map and outlines in the frame of the bin."""
+    T_bin_base = np.linalg.inv(bin_.T_base_bin)
+    size = np.asarray(bin_.size)
+    local = T_bin_base[:3, :3] @ points + T_bin_base[:3, 3:]
+    local = local[:, np.isfinite(local).all(axis=0)]
+    inside = (np.abs(local[0]) < size[0] / 2) & (np.abs(local[1]) < size[1] / 2)
+    _draw_heights(axes, local[:, inside], size)
+    for number, pellet in enumerate(pellets, 1):
+        _draw_pellet(axes, T_bin_base, pellet, number)
+    finding = [p["finding"] for p in pellets]
+    for key, label in LABELS.items():
+        count = sum(f == key or (key == "other" and f not in COLOURS) for f in finding)
+        axes.plot([], [], color=COLOURS.get(key, GREY), linewidth=2, label=f"{label}: {count}")
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.09), ncols=2, fontsize=8.5)
+    axes.set(xlabel="x of the bin [mm]", ylabel="y of the bin [mm]", aspect="equal")
+
+
+def _draw_heights(axes: Any, local: np.ndarray, size: np.ndarray) -> None:
+    cell = max(CELL, float(size[:2].max()) / 600)
+    shape = np.ceil(size[:2] / cell).astype(int)
+    heights = np.full(shape, np.nan)
+    at = np.minimum(((local[:2].T + size[:2] / 2) / cell).astype(int), shape - 1)
+    order = np.argsort(local[2])  # the highest of a cell is written last
+    heights[at[order, 0], at[order, 1]] = 1e3 * local[2, order]
+    extent = 1e3 * np.array([-size[0], size[0], -size[1], size[1]]) / 2
+    image = axes.imshow(heights.T, origin="lower", extent=extent, cmap="Greys_r", interpolation="nearest")
+    axes.grid(False)
+    axes.figure.colorbar(image, ax=axes, label="height above the floor [mm]", shrink=0.8)
+
+
+def _draw_pellet(axes: Any, T_bin_base: np.ndarray, pellet: dict[str, Any], number: int) -> None:
+    centre = T_bin_base[:3, :3] @ np.asarray(pellet["centre"]) + T_bin_base[:3, 3]
+    axis = T_bin_base[:3, :3] @ np.asarray(pellet["axis"])
+    colour = COLOURS.get(pellet["finding"], GREY)
+    angle = np.linspace(0, 2 * np.pi, 61)
+    u = np.cross(axis, [1.0, 0, 0] if abs(axis[0]) < 0.7 else [0, 1.0, 0])
+    u /= np.linalg.norm(u)
+    ring = pellet["radius"] * (np.outer(np.cos(angle), u) + np.outer(np.sin(angle), np.cross(axis, u)))
+    ends = [1e3 * (centre + side * axis * pellet["height"] / 2 + ring) for side in (1, -1)]
+    for end, alpha in zip(ends, (1.0, 0.35), strict=True):
+        axes.plot(end[:, 0], end[:, 1], color=colour, linewidth=1.1, alpha=alpha)
+    across = np.cross(axis, [0, 0, 1.0])
+    if np.linalg.norm(across) > 0.2:  # the two lines of the outline
+        offset = pellet["radius"] * across / np.linalg.norm(across)
+        for sign in (1, -1):
+            line = 1e3 * np.array([centre + s * axis * pellet["height"] / 2 + sign * offset for s in (-1, 1)])
+            axes.plot(line[:, 0], line[:, 1], color=colour, linewidth=1.1)
+    if pellet["graspable"]:
+        place = dict(ha="center", va="center", fontsize=7.5, weight="bold")
+        axes.text(1e3 * centre[0], 1e3 * centre[1], str(number), color=colour, **place)
