@@ -10,6 +10,7 @@
 #include <kr5/vision/target_pose.hpp>
 #include <kr5/vision/visual_servo.hpp>
 
+#include "grey_array.hpp"
 #include "struct_binder.hpp"
 
 namespace py = pybind11;
@@ -50,14 +51,8 @@ static void bind_camera_peers(py::module_& m) {
          "ViSP's vpCalibration on the same views; lens none or k1.");
 }
 
-/// Grey images are arrays of bytes, rows by columns.
-using GreyArray = py::array_t<std::uint8_t, py::array::c_style>;
-
-static ImageView view_of(const GreyArray& image) {
-  if (image.ndim() != 2 || image.size() == 0)
-    throw py::value_error("image: expected a grey image, an array of uint8 of shape (height, width)");
-  return {image.data(), static_cast<int>(image.shape(1)), static_cast<int>(image.shape(0)), image.shape(1)};
-}
+using python::GreyArray;
+using python::view_of;
 
 static GreyArray to_array(const Image& image) {
   GreyArray out({image.height, image.width});
