@@ -10,6 +10,7 @@
 #include <kr5/identification/force_torque.hpp>
 #include <kr5/identification/gravity_model.hpp>
 #include <kr5/identification/joint_motion.hpp>
+#include <kr5/identification/keep_out.hpp>
 #include <kr5/identification/log_conditioning.hpp>
 #include <kr5/identification/payload.hpp>
 #include <kr5/identification/planar_gravity.hpp>
@@ -153,6 +154,18 @@ static void bind_excitation(py::module_& m) {
       .def("states", &ExcitationMotion::states, py::arg("times"), "JointMotion at these times [s], without torques.")
       .def("sampled", &ExcitationMotion::sampled, py::arg("interval"),
            "JointMotion from 0 to the end at this interval [s], without torques.");
+  bind_enum<KeepOutKind>(m, "KeepOutKind", "Shape of a keep-out zone.");
+  bind_struct<KeepOut>(m, "KeepOut", "Zone of a cell that an arm must stay clear of.")
+      .def(
+          "distance",
+          [](const KeepOut& self, const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+            return self.distance({from, to});
+          },
+          py::arg("start"), py::arg("end"),
+          "Distance of the straight line between two points of the base from the zone [m].");
+  m.def("keep_out_of", &keep_out_of, py::arg("object"),
+        "The zone of a PlacedObject: a ball as it is, of a tube and a plate the box about it.");
+  m.def("load_keep_out", &load_keep_out, py::arg("file"), "Zones of a YAML file whose key `keep_out` lists them.");
   bind_struct<MotionLimits>(m, "MotionLimits", "What joints may do.");
   bind_struct<ExcitationOptions>(m, "ExcitationOptions", "Options of design_excitation.");
   bind_struct<Excitation>(m, "Excitation", "Designed motion with its figures.");
