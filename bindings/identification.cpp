@@ -9,6 +9,7 @@
 #include <kr5/identification/force_loop_design.hpp>
 #include <kr5/identification/force_torque.hpp>
 #include <kr5/identification/gravity_model.hpp>
+#include <kr5/identification/joint_elasticity.hpp>
 #include <kr5/identification/joint_motion.hpp>
 #include <kr5/identification/keep_out.hpp>
 #include <kr5/identification/log_conditioning.hpp>
@@ -193,6 +194,21 @@ static void bind_excitation(py::module_& m) {
       "sections 4.3 and 4.4.3; Swevers et al. 1997). `progress(fraction)` is called meanwhile.");
 }
 
+static void bind_elasticity(py::module_& m) {
+  using kr5::python::bind_struct;
+  bind_struct<ElasticityReadings>(m, "ElasticityReadings", "Angles on both sides of the gears, a row a reading.");
+  bind_struct<ElasticityOptions>(m, "ElasticityOptions", "Options of identify_elasticity.");
+  bind_struct<JointSpring>(m, "JointSpring", "Stiffness and play of one joint.");
+  bind_struct<ElasticityResult>(m, "ElasticityResult", "Springs of the joints of an arm.");
+  m.def("identify_elasticity", &identify_elasticity, py::arg("readings"), py::arg("options") = ElasticityOptions(),
+        py::call_guard<py::gil_scoped_release>(),
+        "Stiffness and play of each joint by least squares with noise in angles and torques (Fuller 1987, section\n"
+        "1.2).\n\nParameters\n----------\nreadings : ElasticityReadings\noptions : ElasticityOptions\n\n"
+        "Returns\n-------\nElasticityResult\n    Check `fit.usable`, and `told` of each joint.\n\n"
+        "Raises\n------\nkr5.InvalidArgument\n    Sizes that differ, angles that are not over the gear ratio, torques "
+        "of the\n    opposite sign, invalid options.");
+}
+
 static void bind_servo(py::module_& m) {
   kr5::python::bind_enum<CommandShape>(m, "CommandShape", "The command between two samples.");
   kr5::python::bind_struct<ServoLog>(m, "ServoLog", "Commands to one axis and where it was.");
@@ -272,6 +288,9 @@ static void bind_identified_cell(py::module_& m) {
         "Puts the servo of the path correction into a cell; `cycle` [s] is for a cell that states none.");
   m.def("set_joint_servo", &kr5::physics::set_joint_servo, py::arg("cell"), py::arg("joint"), py::arg("servo"),
         py::arg("cycle"), "Puts the servo of a joint (from 0) into a cell; the others keep theirs.");
+  m.def("set_joint_spring", &kr5::physics::set_joint_spring, py::arg("cell"), py::arg("joint"), py::arg("stiffness"),
+        py::arg("gap"),
+        "Puts stiffness [N m/rad or N/m] and play [rad or m] of the gear of a joint (from 0) into a cell.");
   m.def("set_contact_stiffness", &kr5::physics::set_contact_stiffness, py::arg("cell"), py::arg("stiffness"),
         "Puts the stiffness of the contact [N/m] into a cell.");
   m.def("set_tool_mass", &kr5::physics::set_tool_mass, py::arg("cell"), py::arg("mass"), py::arg("com"),
@@ -358,6 +377,7 @@ void bind_identification(py::module_& m) {
       .def("validate", &JointMotion::validate, "Raises InvalidArgument naming field and row.");
   bind_gravity(m);
   bind_excitation(m);
+  bind_elasticity(m);
   bind_servo(m);
   bind_contact(m);
   bind_force_loop_design(m);

@@ -356,6 +356,13 @@ JOBS = [
     ),
     Job(
         "identification",
+        "identify elasticity springs.csv --torque-noise 1 --cell cell.yaml --write-cell new.yaml -o out.json",
+        "poses",
+        ("springs.csv", "cell.yaml"),
+        ("out.json", "new.yaml"),
+    ),
+    Job(
+        "identification",
         "identify dynamics recording -o out.json",
         "recording",
         ("recording/*",),
@@ -673,6 +680,10 @@ def _prepare_poses(folder: Path) -> None:
     _write_csv(folder / "postures.csv", [*joints, "x", "y", "z"], np.hstack([q, places]))
     _write_scan(folder / "scan")
     _write_slow_motion(folder / "slow.csv", len(chain.joints))
+    tau = random.uniform(-50, 50, (60, 2))
+    angles = random.uniform(-1, 1, (60, 2))
+    springs = np.hstack([angles, angles + tau / 2e4, tau])
+    _write_csv(folder / "springs.csv", ["q1", "q2", "m1", "m2", "tau1", "tau2"], springs)
     (folder / "zones.yaml").write_text(
         "keep_out:\n- {name: table, kind: box, T_B_O: [0.9, 0, 0.1, 0, 0, 0], size: [0.6, 1.2, 0.2]}\n"
         "- {name: lamp, kind: ball, T_B_O: [0, 0.8, 1.5, 0, 0, 0], radius: 0.2}\n- {name: ground, kind: floor}\n"
