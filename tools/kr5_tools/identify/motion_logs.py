@@ -2,6 +2,7 @@
 
 import re
 import tempfile
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ import kr5.cell
 import numpy as np
 from kr5 import identification
 
+from kr5_tools.cli.options import options_from
 from kr5_tools.cli.terminal import fail
 from kr5_tools.log_import.importer import Importer
 from kr5_tools.log_import.log import Log
@@ -266,6 +268,12 @@ def _interpolated(t: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 FROM_THE_CELL = ("lower", "upper", "expected_torque", "slides")  # options of conditioning that no command asks for
+
+
+def log_and_terms_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Gives a command a --flag for every field of what its log is conditioned by, `log`, and of the model, `terms`."""
+    with_terms = options_from(identification.JointTerms, argument="terms")(command)
+    return options_from(identification.ConditioningOptions, skip=FROM_THE_CELL, argument="log")(with_terms)
 
 
 def require_usable(parts: list[Any], where: str = "") -> None:
