@@ -44,7 +44,8 @@ def test_stiffness_and_play_are_found_and_go_into_the_cell(tmp_path, run_kr5, re
     effects = cell.load_cell(tmp_path / "soft.yaml").effects
     assert effects.get("joint_elasticity", "joint1", "stiffness") == pytest.approx(first["stiffness"])
     assert effects.get("backlash", "joint1", "gap") == pytest.approx(first["gap"])
-    assert run_kr5("report", "e.json", "-o", "page.html").returncode == 0
+    assert run_kr5("report", "e.json", "-o", "page.html", "--png", "plots").returncode == 0
+    assert {f.stem for f in (tmp_path / "plots").iterdir()} == {"joint_springs"}
 
 
 def test_gravity_of_a_cell_is_the_torque_of_readings_at_rest(tmp_path, run_kr5):

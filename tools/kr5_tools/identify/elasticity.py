@@ -18,6 +18,7 @@ from kr5_tools.files.results import write_if_usable, write_result
 from kr5_tools.files.writing import check_writable
 
 app = typer.Typer()
+MOST_SHOWN = 600  # readings of a result file, for its plot
 ANGLES = {"rad": 1.0, "deg": np.pi / 180}
 
 
@@ -72,7 +73,7 @@ def elasticity(
     if torque_noise is not None:
         options.torque_noise = read_noise(torque_noise)
     result = identification.identify_elasticity(readings, options)
-    keys = result_keys(file, result, options)
+    keys = result_keys(file, readings, result, options)
     data = write_result(None, "kr5-elasticity/1", **keys)
     write_if_usable(data, result.fit, output, json_file)
     print_result(keys, console(json_file))
@@ -141,7 +142,7 @@ def gravity_torques(file: Path, believed: Any, q: np.ndarray) -> np.ndarray:
     return out
 
 
-def result_keys(file: Path, result: Any, options: Any) -> dict[str, Any]:
+def result_keys(file: Path, readings: Any, result: Any, options: Any) -> dict[str, Any]:
     """What the result file holds beside its head."""
     figures, doubts = [], []
     for s in result.joints:
@@ -157,6 +158,8 @@ def result_keys(file: Path, result: Any, options: Any) -> dict[str, Any]:
             figures.append(figure_row(name, s.attenuation, None, "-"))
         if s.message != "stiffness told":
             doubts.append(f"joint {s.joint}: {s.message}")
+    every = max(1, len(readings.link) // MOST_SHOWN)
+    lead = np.asarray(readings.motor) - np.asarray(readings.link)
     told = sum(s.told for s in result.joints)
     text = f"stiffness of {told} of {len(result.joints)} joints told"
     if not len(options.torque_noise):
@@ -165,5 +168,5 @@ def result_keys(file: Path, result: Any, options: Any) -> dict[str, Any]:
         "input": {"file": str(file), "options": options.to_dict()},
         "verdict": {"word": "doubtful" if doubts else "good", "text": "; ".join([text, *doubts])},
         "figures": figures,
-        "result": result.to_dict(),
+        "result": {**result.to_dict(), "lead": lead[::every], "torque": np.asarray(readings.torque)[::every]},
     }

@@ -124,7 +124,7 @@ def excitation(
         found = identification.design_excitation(believed, limits, options, progress)
     if not found.fit.usable:
         fail(found.fit.message)
-    keys = _keys(found, believed, every)
+    keys = _keys(found, believed, every, str(options.criterion) == "condition_unscaled")
     keys["input"] = {"arm": str(arm), "joints": joints, "seed": options.seed, "options": options.to_dict()}
     _show(found, keys, console(json_file))
     if csv:
@@ -198,13 +198,15 @@ def _interval(believed: Any, given: float | None) -> float:
     return given or (believed.servo.cycle if believed.servo else DEFAULT_INTERVAL)
 
 
-def _keys(found: Any, believed: Any, every: float) -> dict[str, Any]:
+def _keys(found: Any, believed: Any, every: float, unscaled: bool) -> dict[str, Any]:
     duration = found.motion.duration()
+    columns = "in SI units" if unscaled else "of unit length"
+    condition = found.condition_unscaled if unscaled else found.condition
     figures = [
         figure_row("base parameters", found.base_parameters, None, "-"),
         figure_row("condition number, columns of unit length", found.condition, None, "-"),
         figure_row("condition number, columns in SI units", found.condition_unscaled, None, "-"),
-        figure_row("before the exchanges, columns of unit length", found.condition_after[0], None, "-"),
+        figure_row(f"before the exchanges, columns {columns}", found.condition_after[0], None, "-"),
         figure_row("duration", duration, None, "s"),
         figure_row("least height of flange and tool", 1e3 * found.lowest, None, "mm"),
     ]
@@ -213,9 +215,9 @@ def _keys(found: Any, believed: Any, every: float) -> dict[str, Any]:
     if found.slowed_strokes:
         figures.append(figure_row("strokes slowed because of torques", found.slowed_strokes, None, "-"))
     shown = found.motion.sampled(max(every, duration / MOST_SHOWN))
-    word = "good" if found.condition <= BOOK_CONDITION else "doubtful"
+    word = "good" if condition <= BOOK_CONDITION else "doubtful"
     text = (
-        f"condition number {found.condition:.1f} of {found.base_parameters} base parameters;"
+        f"condition number {condition:.1f} of {found.base_parameters} base parameters, columns {columns};"
         f" the PTP motion of Hayat et al. 2022 has {BOOK_CONDITION:.0f} for the 52 of a KR5"
     )
     return {

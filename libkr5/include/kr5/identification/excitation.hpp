@@ -123,7 +123,9 @@ struct Excitation {
     visit("condition_unscaled", self.condition_unscaled, "The same with columns as they are, in SI units [-].");
     visit("log_determinant", self.log_determinant,
           "Logarithm of the determinant of the information of one sample, per base parameter [-].");
-    visit("condition_after", self.condition_after, "Condition number after the starts and each improvement [-].");
+    visit("condition_after", self.condition_after,
+          "Condition number after the starts and each improvement: the one that the criterion asks for, else that of "
+          "columns of unit length [-].");
     visit("position_use", self.position_use, "Part of the range of each joint that the motion covers [-].");
     visit("speed_use", self.speed_use, "Greatest speed of each joint over its limit [-].");
     visit("acceleration_use", self.acceleration_use, "Greatest acceleration of each joint over its limit [-].");
