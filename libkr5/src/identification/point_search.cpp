@@ -75,6 +75,7 @@ class TourSource {
   double slowed_time(const VectorXd& from, const VectorXd& to, double override) const {
     constexpr double factor = 1.15, greatest_factor = 10.0;
     const double first = time(from, to, override);
+    if (problem_.limits().torque.size() == 0) return first;
     for (double t = first; t <= greatest_factor * first; t *= factor)
       if (problem_.torque_objection(motion(from, to, t).sampled(considered_interval)).empty()) return t;
     return first;
