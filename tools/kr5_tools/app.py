@@ -38,6 +38,7 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
         "gravity": ("identify.gravity", "Gravity model from slow motions; current limits of passive compliance."),
         "excitation": ("identify.excitation", "Exciting motion for the identification of an arm's dynamics."),
         "drives": ("identify.drives", "Structure matrix, gear ratios and couplings, from encoders and joint angles."),
+        "elasticity": ("identify.elasticity", "Stiffness and play of the gears, from angles on both sides of them."),
         "dynamics": ("identify.dynamics", "Dynamic parameters and friction, from a motion with currents or torques."),
         "payload": ("identify.payload", "Load at the flange, from motions with it and without."),
         "study": ("identify.study", "Error of such an identification by device, noise and arc."),
