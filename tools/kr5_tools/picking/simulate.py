@@ -73,49 +73,62 @@ def simulate(
     low, high = _heights(height)
     pour = sim.PourOptions(pellets=pellets, radius=radius, height_min=low, height_max=high, width=pour_width, seed=seed)
     scanner.seed = seed
-    path = sim.scan_path(shape, scanner)
+    path, T_base_camera = sim.scan_path(shape, scanner), sim.camera_above(shape, camera_height)
     _check_fan(scanner, shape)
     with share_bar("Pouring") as progress:
         pile = sim.pour_pellets(shape, pour, sim.PileOptions(friction=friction), progress)
     with spinner("Scanning"):
-        scan = sim.scan_bin(pile.scene, path, scanner)
-        exposed = np.asarray(sim.exposed_shares(pile.scene))
+        shown = Shown(pile.scene, sim.scan_bin(pile.scene, path, scanner), np.asarray(sim.exposed_shares(pile.scene)))
     with spinner("Rendering"):
-        camera, T_base_camera = kr5.Pinhole(**CAMERA), sim.camera_above(shape, camera_height)
+        camera = kr5.Pinhole(**CAMERA)
         image, _ = sim.render_bin(pile.scene, camera, T_base_camera, sim.BinImageOptions(seed=seed))
-    points, surface = scan.cloud()
-    truth = {
-        "T_base_bin": shape.T_base_bin,
-        "size": shape.size,
-        "seed": seed,
-        "pellets": true_pellets(pile.scene, exposed, np.asarray(scan.seen)),
-    }
     with spinner("Writing"), folder_beside(folder) as new:
-        write_scan(new / "cloud.npz", scan, points, surface)
-        _write_yaml(new / "bin.yaml", bin_keys(shape))
-        write_json(truth, new / "truth.json")
+        write_bin(new, shown, seed)
         save_image(new / "image.png", image)
         _write_yaml(new / "camera.yaml", {**camera.to_dict(), "T_base_camera": _six(T_base_camera)})
-        draw_overview(new / "bin.png", points, surface, image, shape)
-    summary = {
-        "folder": str(folder),
-        "pellets": len(exposed),
-        "visible": int((exposed >= VISIBLE).sum()),
-        "points": len(points),
-        "profiles": len(scan.times),
-        "height": max(float(p["top"]) for p in truth["pellets"]),
+        draw_overview(new / "bin.png", shown, image)
+    figures = _figures(pile, shown)
+    write_json({"folder": str(folder), **figures}, json_file)
+    if not pile.state.at_rest:
+        print_note(f"the pile still moved after {pile.state.time:.1f} s")
+    console(json_file).print(
+        f"{folder}: {figures['pellets']} cylinders, {figures['visible']} of them visible (at least {VISIBLE:.0%}"
+        f" exposed), pile {1e3 * figures['height']:.0f} mm high, deepest overlap"
+        f" {1e3 * figures['deepest_overlap']:.2f} mm; {figures['points']} points in {figures['profiles']} profiles",
+        soft_wrap=True,
+    )
+
+
+class Shown:
+    """A bin as the scanner shows it, with the truth."""
+
+    def __init__(self, scene: Any, scan: Any, exposed: np.ndarray) -> None:
+        self.scene, self.scan, self.exposed = scene, scan, exposed
+        self.points, self.surface = scan.cloud()
+        self.pellets = true_pellets(scene, exposed, np.asarray(scan.seen))
+
+
+def _figures(pile: Any, shown: Shown) -> dict[str, Any]:
+    return {
+        "pellets": len(shown.pellets),
+        "visible": int((shown.exposed >= VISIBLE).sum()),
+        "points": len(shown.points),
+        "profiles": len(shown.scan.times),
+        "height": max(float(p["top"]) for p in shown.pellets),
         "at_rest": pile.state.at_rest,
         "settled_after": pile.state.time,
         "deepest_overlap": pile.state.penetration,
     }
-    write_json(summary, json_file)
-    if not pile.state.at_rest:
-        print_note(f"the pile still moved after {pile.state.time:.1f} s")
-    console(json_file).print(
-        f"{folder}: {summary['pellets']} cylinders, {summary['visible']} of them visible (at least {VISIBLE:.0%}"
-        f" exposed), pile {1e3 * summary['height']:.0f} mm high, deepest overlap {1e3 * pile.state.penetration:.2f} mm;"
-        f" {len(points)} points in {len(scan.times)} profiles",
-        soft_wrap=True,
+
+
+def write_bin(folder: Path, shown: Shown, seed: int) -> None:
+    """cloud.npz, bin.yaml and truth.json."""
+    shape = shown.scene.bin
+    write_scan(folder / "cloud.npz", shown)
+    _write_yaml(folder / "bin.yaml", bin_keys(shape))
+    write_json(
+        {"T_base_bin": shape.T_base_bin, "size": shape.size, "seed": seed, "pellets": shown.pellets},
+        folder / "truth.json",
     )
 
 
@@ -142,14 +155,15 @@ def true_pellets(scene: Any, exposed: np.ndarray, seen: np.ndarray) -> list[dict
     return rows
 
 
-def write_scan(file: Path, scan: Any, points: np.ndarray, surface: np.ndarray) -> None:
+def write_scan(file: Path, shown: Shown) -> None:
     """Cloud in the base, with the place of the laser and the truth of each point, and the profiles behind it."""
+    scan = shown.scan
     with file.open("wb") as stream:
         np.savez(
             stream,
-            points=points,
+            points=shown.points,
             origins=scan.origins(),
-            surface=surface,
+            surface=shown.surface,
             profile_x=scan.x,
             profile_z=scan.z,
             profile_surface=scan.surface,
@@ -164,12 +178,12 @@ def bin_keys(shape: Any) -> dict[str, Any]:
     return {"T_base_bin": _six(shape.T_base_bin), "size": to_plain(shape.size), "wall_thickness": shape.wall}
 
 
-def draw_overview(file: Path, points: np.ndarray, surface: np.ndarray, image: np.ndarray, shape: Any) -> None:
+def draw_overview(file: Path, shown: Shown, image: np.ndarray) -> None:
     """The cloud from above, each cylinder in a colour of its own, beside the picture of the camera."""
     from kr5_tools.pages.plot_style import STYLE, plt
 
-    T_bin_base = np.linalg.inv(np.asarray(shape.T_base_bin))
-    local = 1e3 * (points @ T_bin_base[:3, :3].T + T_bin_base[:3, 3])
+    surface, T_bin_base = shown.surface, np.linalg.inv(np.asarray(shown.scene.bin.T_base_bin))
+    local = 1e3 * (shown.points @ T_bin_base[:3, :3].T + T_bin_base[:3, 3])
     of_pellet = surface >= 0
     colours = np.random.default_rng(0).permutation(int(surface.max(initial=0)) + 1)
     with plt.rc_context(STYLE):
@@ -185,6 +199,7 @@ def draw_overview(file: Path, points: np.ndarray, surface: np.ndarray, image: np
 
 
 def save_image(file: Path, image: np.ndarray) -> None:
+    """An image of grey levels, uint8 of shape (height, width)."""
     from PIL import Image
 
     Image.fromarray(image).save(file)
