@@ -47,6 +47,7 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
         "force-torque": ("identify.force_torque", "Force sensor and the tool below it."),
     },
     "bin": {
+        "empty": ("picking.empty", "Simulated bin emptied pick by pick, with a picture of every decision."),
         "simulate": ("picking.simulate", "Simulated bin of cylinders with scan, picture and truth."),
     },
     "repeatability": ("repeatability.command", "Pose repeatability and accuracy after ISO 9283."),

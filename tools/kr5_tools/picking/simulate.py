@@ -14,6 +14,7 @@ from kr5_tools.cli.arguments import JsonOption
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.terminal import console, fail, print_note, share_bar, spinner
 from kr5_tools.files.writing import check_new_folder, check_writable, folder_beside, save_figure, to_plain, write_json
+from kr5_tools.picking.pick import height_range
 
 app = typer.Typer()
 VISIBLE = 0.4  # share of a pellet that is exposed, from which on it counts as visible (Hayat et al. 2022, 2.5.3)
@@ -69,8 +70,8 @@ def simulate(
     """
     check_new_folder(folder)
     check_writable(json_file, inputs=[bin_file])
-    shape = _bin_shape(bin_file)
-    low, high = _heights(height)
+    shape = bin_shape(bin_file)
+    low, high = height_range(height)
     pour = sim.PourOptions(pellets=pellets, radius=radius, height_min=low, height_max=high, width=pour_width, seed=seed)
     scanner.seed = seed
     path, T_base_camera = sim.scan_path(shape, scanner), sim.camera_above(shape, camera_height)
@@ -205,23 +206,14 @@ def save_image(file: Path, image: np.ndarray) -> None:
     Image.fromarray(image).save(file)
 
 
-def _bin_shape(file: Path | None) -> Any:
+def bin_shape(file: Path | None) -> Any:
+    """The bin of a file, or the one that is taken without."""
     if file is None:
         return sim.BinShape(T_base_bin=kr5.from_xyzrpy([0.6, 0.0, 0.1, 0.0, 0.0, 0.0]))
     from kr5_tools.picking.bin_file import read_bin
 
     given = read_bin(file)
     return sim.BinShape(T_base_bin=given.T_base_bin, size=given.size, wall=given.wall_thickness)
-
-
-def _heights(text: str) -> tuple[float, float]:
-    try:
-        values = [float(part) for part in text.split(":")]
-    except ValueError:
-        values = []
-    if len(values) not in (1, 2) or not all(0 < v < math.inf for v in values) or values[0] > values[-1]:
-        fail(f"--height: found {text!r:.60}, expected LOW:HIGH or one number in metres, such as 0.014:0.017")
-    return values[0], values[-1]
 
 
 def _check_fan(scanner: Any, shape: Any) -> None:
