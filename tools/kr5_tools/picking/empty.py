@@ -52,9 +52,9 @@ def empty(
 ) -> None:
     """Empties simulated bins: scan, find, plan, pick, look for what moved, scan again or shake when that pays.
 
-    A pick succeeds when the cup meets a surface squarely and holds it; pulling a cylinder out moves what it touches. The
-    controller sees clouds and images only, and its cell has errors. Exit code: 0 when every bin was emptied, 1 when not, 2
-    for bad input.
+    A pick succeeds when the cup meets a surface squarely and holds it; pulling a cylinder out moves what it touches.
+    The controller sees clouds and images only, and its cell has errors. Exit code: 0 when every bin was emptied, 1
+    when not, 2 for bad input.
     """
     output = output or (PAGE if view else None)
     check_writable(output, json_file, inputs=[bin_file])

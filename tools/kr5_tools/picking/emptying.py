@@ -1,7 +1,7 @@
 """Emptying of a simulated bin: scan, find, plan, pick, look whether the scene moved, and decide what to do next.
 
-The controller knows what a real one would: clouds, images, and poses with the errors of the cell. The truth is used only
-to say what its motions did."""
+The controller knows what a real one would: clouds, images, and poses with the errors of the cell. The truth is used
+only to say what its motions did."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -75,17 +75,8 @@ class BinRun:
         self.out = Emptying(seed, len(pile.pellets))
         shape = pile.bin
         self.bin = picking.Bin(T_base_bin=shape.T_base_bin, size=shape.size, wall_thickness=shape.wall)
-        scale = options.image_scale
-        self.camera = kr5.Pinhole(
-            width=round(1224 * scale),
-            height=round(1025 * scale),
-            fx=1164.3 * scale,
-            fy=1167.2 * scale,
-            cx=626.8 * scale,
-            cy=505.8 * scale,
-            k1=-0.2018,
-        )
         self.T_base_camera = sim.camera_above(shape, options.camera_height)
+        self.camera = _camera_on(shape, options)
         self.bias = self.random.normal(0, options.pose_error, 3)
         self.images = 0
 
@@ -259,6 +250,18 @@ class BinRun:
             P = T @ np.asarray(p.T_bin_pellet)
             truth.append([round(float(v), 5) for v in (*P[:3, 3], *P[:3, 2], p.radius, p.height)])
         self.out.steps.append(Step(action, text, cycle, left=len(truth), truth=truth, **more))
+
+
+def _camera_on(shape: Any, options: EmptyingOptions) -> Any:
+    """The book's camera above the middle of the bin; of its image the part that shows the bin, within the rim."""
+    scale, size = options.image_scale, np.asarray(shape.size)
+    fx, fy, cx, cy = (scale * v for v in (1164.3, 1167.2, 626.8, 505.8))
+    half = size[:2] / 2 / (options.camera_height - size[2]) * (fx, fy)
+    left, top = max(0, int(cx - half[0])), max(0, int(cy - half[1]))
+    right, bottom = min(1224 * scale, cx + half[0]), min(1025 * scale, cy + half[1])
+    return kr5.Pinhole(
+        width=int(right) - left, height=int(bottom) - top, fx=fx, fy=fy, cx=cx - left, cy=cy - top, k1=-0.2018
+    )
 
 
 def _ready(g: Any) -> bool:

@@ -56,8 +56,8 @@ def pick(
 ) -> None:
     """Poses of the cylinders of a pile with uncertainty, which of them the gripper can pick, and in which order.
 
-    Listed are cylinders of which enough is seen to be sure of their pose; each that is not picked says why. Exit code: 0
-    when something can be picked, 1 when nothing can, 2 when the input is invalid or the cloud does not fit the bin.
+    Listed are cylinders of which enough is seen to be sure of their pose; each that is not picked says why. Exit code:
+    0 when something can be picked, 1 when nothing can, 2 when the input is invalid or the cloud does not fit the bin.
     """
     check_writable(output, png, json_file, inputs=[f for f in (cloud_file, bin_file) if f])
     options.radius = radius
