@@ -118,8 +118,8 @@ TEST_CASE("shading moves edges by less than the covariance allows for", "[statis
       const Eigen::MatrixXd grey = scene.render();
       for (int k = 0; k < 6; ++k, ++trials) {
         const test::NoisyImage image(grey, random, 2.0);
-        const auto result = refine_pellet(image.view(), scene.camera, exact(scene.T_camera_base),
-                                          drawn_estimate(truth, random));
+        const auto result =
+            refine_pellet(image.view(), scene.camera, exact(scene.T_camera_base), drawn_estimate(truth, random));
         const PelletErrors errors = test::errors_of(result.pellet, truth);
         inside += errors.dot(result.pellet.covariance.ldlt().solve(errors)) < 14.07;  // 95 % of a chi-square of 7
       }

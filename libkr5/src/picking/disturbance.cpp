@@ -258,8 +258,9 @@ ImageChange find_changes(ImageView before, ImageView after, const ImageNoise& no
   };
   const double ends = std::max(share_of_ends(before), share_of_ends(after));
   if (ends > options.max_saturated)
-    return say(ChangeFinding::Saturated, share_text(ends) + " of an image is black or white, where no change shows; set "
-                                                         "the exposure so that less than " +
+    return say(ChangeFinding::Saturated, share_text(ends) +
+                                             " of an image is black or white, where no change shows; set "
+                                             "the exposure so that less than " +
                                              share_text(options.max_saturated) + " is");
 
   const MatrixXd first = averaged(before, noise.average), second = averaged(after, noise.average);
@@ -268,9 +269,10 @@ ImageChange find_changes(ImageView before, ImageView after, const ImageNoise& no
   out.offset = light.offset();
   const double change = std::max(std::abs(light.gain - 1), std::abs(light.level / std::max(light.middle, 1.0) - 1));
   if (change > options.max_light_change)
-    return say(ChangeFinding::LightChanged, "the light changed by " + share_text(change) + "; switch the exposure to "
-                                                                                          "manual, shield the cell, or "
-                                                                                          "learn the noise again");
+    return say(ChangeFinding::LightChanged, "the light changed by " + share_text(change) +
+                                                "; switch the exposure to "
+                                                "manual, shield the cell, or "
+                                                "learn the noise again");
   const double per_pixel = std::min(0.5, options.false_alarms / static_cast<double>(first.size()));
   out.threshold = uncertainty::student_factor(noise.dof, 1 - per_pixel);
   const MatrixXd size = (second - light.applied(first)).cwiseAbs();
@@ -280,11 +282,12 @@ ImageChange find_changes(ImageView before, ImageView after, const ImageNoise& no
   const double moved = share_of_moved_tiles(first, out.changed, noise);
   if (moved > options.max_moved_tiles)
     return say(ChangeFinding::CameraMoved,
-               share_text(moved) + " of the parts of the image with structure changed: the camera or the bin moved, or "
-                                 "something stands before the lens; scan again");
+               share_text(moved) +
+                   " of the parts of the image with structure changed: the camera or the bin moved, or "
+                   "something stands before the lens; scan again");
   if (out.regions.empty()) return say(ChangeFinding::Unchanged, "nothing moved");
-  return say(ChangeFinding::Changed, std::to_string(out.regions.size()) +
-                                         (out.regions.size() == 1 ? " region changed" : " regions changed"));
+  return say(ChangeFinding::Changed,
+             std::to_string(out.regions.size()) + (out.regions.size() == 1 ? " region changed" : " regions changed"));
 }
 
 }  // namespace kr5::picking

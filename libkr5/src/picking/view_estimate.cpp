@@ -56,11 +56,22 @@ class HiddenPoints {
       top = std::max(top, static_cast<float>(p.z()));
     }
     int out = 0;
-    for (const Vector3d& p : points_) out += p.z() < top_[place(view, p)] - step_;
+    for (const Vector3d& p : points_) out += covered(place(view, p), static_cast<float>(p.z() + step_));
     return out;
   }
 
  private:
+  /// Whether all points about a cell lie higher: beside a steep surface, which is seen, some do not.
+  bool covered(std::size_t cell, float height) const {
+    if (top_[cell] <= height) return false;
+    const auto side = static_cast<std::size_t>(side_);
+    const std::size_t u = cell / side, v = cell % side;
+    if (u == 0 || v == 0 || u + 1 == side || v + 1 == side) return false;
+    for (const std::size_t row : {cell - side, cell, cell + side})
+      if (top_[row - 1] <= height || top_[row] <= height || top_[row + 1] <= height) return false;
+    return true;
+  }
+
   static constexpr double margin = 0.1;  // how far a slope may move a point [m]
 
   std::size_t place(const View& view, const Vector3d& p) const {

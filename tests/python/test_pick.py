@@ -1,0 +1,189 @@
+"""`kr5 pick` and `kr5 bin empty`, on simulated bins and on clouds in other files."""
+
+import json
+import subprocess
+import sys
+
+import kr5
+import numpy as np
+import pytest
+from kr5 import picking, sim
+
+from kr5_tools.picking.simulate import true_pellets
+
+
+def run(words, cwd):
+    return subprocess.run([sys.executable, "-m", "kr5_tools", *words], cwd=cwd, capture_output=True, text=True)
+
+
+@pytest.fixture(scope="module")
+def scanned(tmp_path_factory):
+    """A small bin, scanned: its folder and the truth."""
+    folder = tmp_path_factory.mktemp("scanned")
+    (folder / "own.yaml").write_text("T_base_bin: [0.5, 0.2, 0.1, 0.02, -0.03, 0.4]\nsize: [0.12, 0.12, 0.08]\n")
+    words = ["bin", "simulate", "out", "--bin", "own.yaml", "--pellets", "24", "--pitch", "0.0007", "--seed", "4"]
+    done = run(words, folder)
+    assert done.returncode == 0, done.stderr
+    return folder / "out", json.loads((folder / "out/truth.json").read_text())
+
+
+def right(pellet, truth):
+    """Number of the true cylinder within 2 mm and 5 degrees, or None."""
+    for i, t in enumerate(truth):
+        near = np.linalg.norm(np.subtract(pellet["centre"], t["centre"])) < 0.002
+        if near and abs(np.dot(pellet["axis"], t["axis"])) > np.cos(np.radians(5)):
+            return i
+    return None
+
+
+def test_pick_finds_the_visible_cylinders_and_says_what_to_do_with_each(scanned):
+    folder, truth = scanned
+    words = ["pick", "cloud.npz", "--bin", "bin.yaml", "--radius", "0.008", "--height", "0.014:0.017"]
+    done = run([*words, "--json", "picks.json", "--png", "picks.png", "-o", "result.json"], folder)
+    assert done.returncode == 0, done.stderr
+    assert "can be picked now" in done.stdout and "mm" in done.stdout
+    data = json.loads((folder / "picks.json").read_text())
+    assert data["format"] == "kr5-pick/1"
+    found = [right(p, truth["pellets"]) for p in data["pellets"]]
+    visible = [i for i, t in enumerate(truth["pellets"]) if min(t["exposed"], t["seen"]) >= 0.4]
+    assert found.count(None) <= 1
+    assert len(set(visible) - set(found)) <= 1, "at most one visible cylinder is missed"
+    graspable = [p["graspable"] for p in data["pellets"]]
+    assert graspable == sorted(graspable, reverse=True) and any(graspable), "in the order to pick"
+    for p in data["pellets"]:
+        assert p["reason"] and np.linalg.norm(p["axis"]) == pytest.approx(1)
+        C = np.array(p["covariance"])
+        assert C.shape == (6, 6) and np.allclose(C, C.T) and np.linalg.eigvalsh(C).min() > -1e-12
+    assert (folder / "picks.png").read_bytes()[:4] == b"\x89PNG"
+    page = run(["report", "result.json", "-o", "page.html"], folder)
+    assert page.returncode == 0, page.stderr
+    assert "Picks from a bin" in (folder / "page.html").read_text()
+
+
+def as_pcd(points):
+    head = (
+        "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\n"
+        f"WIDTH {len(points)}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {len(points)}\nDATA binary\n"
+    )
+    return head.encode() + points.astype("<f4").tobytes()
+
+
+def as_ply(points):
+    head = f"ply\nformat ascii 1.0\nelement vertex {len(points)}\n"
+    head += "".join(f"property float {axis}\n" for axis in "xyz") + "end_header\n"
+    return (head + "\n".join(f"{x:.6f} {y:.6f} {z:.6f}" for x, y, z in points) + "\n").encode()
+
+
+def as_csv(points):
+    return ("x,y,z\n" + "\n".join(f"{x:.6f},{y:.6f},{z:.6f}" for x, y, z in points) + "\n").encode()
+
+
+@pytest.mark.parametrize(("ending", "writer"), [("pcd", as_pcd), ("ply", as_ply), ("csv", as_csv)])
+def test_clouds_of_other_programs_give_the_same_cylinders(scanned, tmp_path, ending, writer):
+    folder, truth = scanned
+    points = np.load(folder / "cloud.npz")["points"]
+    (tmp_path / f"cloud.{ending}").write_bytes(writer(points))  # without the places they were seen from
+    words = ["pick", f"cloud.{ending}", "--bin", str(folder / "bin.yaml"), "--json", "picks.json"]
+    done = run(words, tmp_path)
+    assert done.returncode == 0, done.stderr
+    found = [right(p, truth["pellets"]) for p in json.loads((tmp_path / "picks.json").read_text())["pellets"]]
+    visible = [i for i, t in enumerate(truth["pellets"]) if min(t["exposed"], t["seen"]) >= 0.4]
+    assert len(set(visible) - set(found)) <= 2 and found.count(None) <= 1
+
+
+def test_an_organised_cloud_in_the_frame_of_the_sensor_is_taken_with_its_pose(scanned, tmp_path):
+    folder, truth = scanned
+    points = np.load(folder / "cloud.npz")["points"]
+    T = kr5.from_xyzrpy([0.5, 0.2, 0.6, np.pi, 0, 0])  # looking down
+    local = (points - T[:3, 3]) @ T[:3, :3]
+    rows = np.full((-(-len(local) // 500) * 500, 3), np.nan)
+    rows[: len(local)] = local
+    np.save(tmp_path / "cloud.npy", rows.reshape(-1, 500, 3))
+    frame = "0.5,0.2,0.6,3.141592653589793,0,0"
+    words = ["pick", "cloud.npy", "--bin", str(folder / "bin.yaml"), "--frame", frame, "--json", "-"]
+    done = run(words, tmp_path)
+    assert done.returncode == 0, done.stderr
+    found = {right(p, truth["pellets"]) for p in json.loads(done.stdout)["pellets"]} - {None}
+    assert len(found) >= 12
+
+
+@pytest.mark.parametrize(
+    ("change", "words", "text"),
+    [
+        (lambda p: 1000 * p, [], "millimetres"),
+        (lambda p: p + [0.5, 0, 0], [], "lie within the bin"),
+        (lambda p: p * [1, 1, -1] + [0, 0, 0.17], [], "upside down"),
+        (lambda p: p * np.nan, [], "measured points"),
+        (lambda p: p[:5], [], "measured points"),
+        (lambda p: p, ["--radius", "-1"], "radius"),
+        (lambda p: p, ["--height", "tall"], "LOW:HIGH"),
+        (lambda p: p, ["--height", "0.02:0.01"], "LOW:HIGH"),
+        (lambda p: p, ["--frame", "1,2"], "six numbers"),
+        (lambda p: p[:, :2], [], "n x 3"),
+    ],
+)
+def test_clouds_and_options_that_cannot_be_used_are_refused_in_words(scanned, tmp_path, change, words, text):
+    folder, _ = scanned
+    np.savez(tmp_path / "cloud.npz", points=change(np.load(folder / "cloud.npz")["points"]))
+    done = run(["pick", "cloud.npz", "--bin", str(folder / "bin.yaml"), *words, "--json", "out.json"], tmp_path)
+    assert done.returncode == 2
+    assert text in done.stderr
+    assert not (tmp_path / "out.json").exists()
+
+
+def test_files_that_are_no_cloud_or_no_bin_are_named(scanned, tmp_path):
+    folder, _ = scanned
+    (tmp_path / "bin.yaml").write_text("T_base_bin: [0, 0, 0]\nsize: [0.1, 0.1, 0.1]\n")
+    assert "T_base_bin" in run(["pick", str(folder / "cloud.npz"), "--bin", "bin.yaml"], tmp_path).stderr
+    assert "--bin" in run(["pick", str(folder / "cloud.npz")], tmp_path).stderr
+    (tmp_path / "cut.pcd").write_bytes(as_pcd(np.zeros((50, 3)))[:-40])
+    assert "cut.pcd" in run(["pick", "cut.pcd", "--bin", str(folder / "bin.yaml")], tmp_path).stderr
+    (tmp_path / "cloud.stl").write_text("solid")
+    assert ".pcd" in run(["pick", "cloud.stl", "--bin", str(folder / "bin.yaml")], tmp_path).stderr
+    np.savez(tmp_path / "other.npz", depth=np.zeros(3))
+    assert "depth" in run(["pick", "other.npz", "--bin", str(folder / "bin.yaml")], tmp_path).stderr
+
+
+def test_an_empty_bin_offers_no_pick(tmp_path):
+    g = np.arange(-0.1, 0.1, 0.001)
+    x, y = np.meshgrid(g, g)
+    np.savez(tmp_path / "cloud.npz", points=np.stack([x, y, 0 * x + 1e-4 * np.sin(900 * x)], -1).reshape(-1, 3))
+    (tmp_path / "bin.yaml").write_text("T_base_bin: [0, 0, 0, 0, 0, 0]\nsize: [0.2, 0.2, 0.1]\n")
+    done = run(["pick", "cloud.npz", "--bin", "bin.yaml", "--json", "out.json"], tmp_path)
+    assert done.returncode == 1 and "the bin is empty" in done.stdout
+    assert json.loads((tmp_path / "out.json").read_text())["pellets"] == []
+
+
+def test_the_clock_of_the_scanner_is_taken_into_account():
+    shape = sim.BinShape(size=[0.12, 0.12, 0.08])
+    pile = sim.pour_pellets(shape, sim.PourOptions(pellets=14, width=0.08, seed=5)).scene
+    scanner = sim.BinScannerOptions(lag=0.05, speed=0.1)
+    scan = sim.scan_bin(pile, sim.scan_path(shape, scanner), scanner)
+    profiles = picking.ProfileScan(
+        times=scan.times, T_base_flange=list(scan.T_base_flange), pose_times=scan.times, lag=0.05
+    )
+    profiles.x, profiles.z, profiles.T_flange_scanner = scan.x, scan.z, scan.T_flange_scanner
+    box = picking.Bin(size=shape.size)
+    truth = true_pellets(pile, np.asarray(sim.exposed_shares(pile)), np.asarray(scan.seen))
+    corrected = picking.find_pellets(picking.cloud_from_profiles(profiles), box).pellets
+    profiles.lag = 0.0
+    ignored = picking.find_pellets(picking.cloud_from_profiles(profiles), box).pellets
+
+    def count(pellets):
+        return sum(right({"centre": p.centre, "axis": p.axis}, truth) is not None for p in pellets)
+
+    assert count(corrected) >= 10
+    assert count(ignored) < count(corrected) / 2, "5 mm of lag move everything out of its place"
+
+
+def test_a_small_bin_is_emptied_with_a_page_of_every_decision(tmp_path):
+    (tmp_path / "own.yaml").write_text("T_base_bin: [0.5, 0.2, 0.1, 0, 0, 0.4]\nsize: [0.12, 0.12, 0.08]\n")
+    words = ["bin", "empty", "--pellets", "8", "--bin", "own.yaml", "--pitch", "0.001", "--seed", "2"]
+    done = run([*words, "-o", "page.html", "--json", "run.json"], tmp_path)
+    assert done.returncode == 0, done.stderr + done.stdout
+    data = json.loads((tmp_path / "run.json").read_text())
+    one = data["bins"][0]
+    assert one["left"] == 0 and one["picked"] == 8 and one["wall_touches"] == 0
+    assert one["scans"] < 1 + one["attempts"], "several are picked from one scan"
+    page = (tmp_path / "page.html").read_text()
+    assert "Every decision" in page and "picked by its" in page
