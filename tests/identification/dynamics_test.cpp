@@ -340,14 +340,14 @@ double excess_bound(const DynamicsResult& result, const JointMotion& motion,
                     const std::vector<kinematics::Body>& priors, double spread) {
   const DynamicsRegressor regressor(result.model);
   const Eigen::VectorXd prior = standard_parameters(regressor, priors), &chi = result.parameters;
-  const double weight = 0.5 / (spread * spread);
+  const double weight = 0.5 / (spread * spread), common = 1 / result.correlation.cwiseInverse().mean();
   Eigen::VectorXd gradient = Eigen::VectorXd::Zero(chi.size());
   Eigen::MatrixXd H = Eigen::MatrixXd::Zero(chi.size(), chi.size());
   const std::vector<JointRegressor> rows = regressor.joint_regressors(motion);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
     const Eigen::VectorXd off = rows[i].X * chi(rows[i].columns) - motion.tau.col(k);
-    const double w = 2 / (std::pow(result.sigma[k], 2) * result.correlation[k]);
+    const double w = 2 / (std::pow(result.sigma[k], 2) * common);
     gradient(rows[i].columns) += w * rows[i].X.transpose() * off;
     H(rows[i].columns, rows[i].columns) += w * rows[i].X.transpose() * rows[i].X;
   }

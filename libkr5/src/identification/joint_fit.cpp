@@ -12,7 +12,7 @@
 #include <kr5/core/statistics.hpp>
 
 #include "column_algebra.hpp"
-#include "residual_correlation.hpp"
+#include "friction_terms.hpp"
 #include "runs.hpp"
 
 namespace kr5::identification {
@@ -102,14 +102,14 @@ MatrixXd correlated_columns(const MatrixXd& X, const Autoregression& model, cons
   return out;
 }
 
-/// The meat of the sandwich: stacked factor M with M^T M = sum of w_i^2 X_i^T Gamma_i X_i.
-MatrixXd score_factor(const std::vector<JointRegressor>& regressors, const Positions& positions, Index columns,
-                      const std::vector<Autoregression>& noise, const VectorXd& weights,
-                      const std::vector<RowRange>& runs) {
+/// The meat of the sandwich: stacked factor M with M^T M = sum of w_i^4 X_i^T Gamma_i X_i.
+MatrixXd stacked_scores(const std::vector<JointRegressor>& regressors, const Positions& positions, Index columns,
+                        const std::vector<Autoregression>& noise, const VectorXd& squared_weights,
+                        const std::vector<RowRange>& runs) {
   std::vector<MatrixXd> factors;
   for (std::size_t i = 0; i < regressors.size(); ++i)
     factors.push_back(noise[i].sigma * triangular_factor(correlated_columns(regressors[i].X, noise[i], runs)));
-  return stacked_factor(factors, positions, columns, weights);
+  return stacked_factor(factors, positions, columns, squared_weights);
 }
 
 /// Weighted least squares with the variance of each joint estimated in turns.
@@ -275,7 +275,8 @@ std::vector<Autoregression> noise_models(const JointRows& rows, const std::vecto
 
 /// Samples that count as one, and the independent ones on which the noise of a joint is known, of the joint with the
 /// fewest: less its share of the parameters.
-void set_correlation(const std::vector<Autoregression>& noise, const JointRows& rows, std::size_t told, JointFit& fit) {
+void set_correlation(const JointRows& rows, std::size_t told, JointFit& fit) {
+  const std::vector<Autoregression>& noise = fit.noise;
   fit.correlation.resize(static_cast<Index>(noise.size()));
   double fewest = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < noise.size(); ++i) {
@@ -307,12 +308,12 @@ double robust_sigma(const VectorXd& residuals, double scale) {
 /// Covariance of the estimate Z^T W (tau - X beta) = 0 with constant weights of the joints, for noise as it was found.
 void set_covariance(const JointRows& rows, const std::vector<JointRegressor>& left, const Positions& positions,
                     const std::vector<int>& told, const MatrixXd& residuals, const MatrixXd& weights, JointFit& fit) {
-  const std::vector<Autoregression> noise = noise_models(rows, left, positions, told, residuals);
-  set_correlation(noise, rows, told.size(), fit);
+  fit.noise = noise_models(rows, left, positions, told, residuals);
+  set_correlation(rows, told.size(), fit);
   MatrixXd inverse;
   solve_told(normal_equations(rows, left, positions, weights), told, inverse);
-  const MatrixXd M = score_factor(left, positions, rows.size(), noise, weights.row(0).transpose(),
-                                  runs_of(rows.run_starts, rows.samples()));
+  const MatrixXd M = stacked_scores(left, positions, rows.size(), fit.noise, weights.row(0).transpose(),
+                                    runs_of(rows.run_starts, rows.samples()));
   const MatrixXd G = told_columns(M, told) * inverse.transpose();
   fit.covariance = with_untold(G.transpose() * G, told, rows.size());
 }
@@ -382,20 +383,32 @@ double root_mean_square(const Eigen::Ref<const VectorXd>& values) {
   return std::sqrt(values.squaredNorm() / static_cast<double>(values.size()));
 }
 
-Eigen::ArrayXd moving_samples(const Eigen::Ref<const VectorXd>& speed, double least_speed) {
-  return (speed.array().abs() >= least_speed * root_mean_square(speed)).cast<double>();
+Eigen::ArrayXd moving_samples(const JointMotion& motion, const MatrixXd& structure, double least_speed, int joint) {
+  const auto moving = [&](const VectorXd& speed) -> Eigen::ArrayXd {
+    return (speed.array().abs() >= least_speed * root_mean_square(speed)).cast<double>();
+  };
+  Eigen::ArrayXd out = moving(motion.qd.col(joint));
+  for (Index motor = 0; motor < structure.rows(); ++motor)
+    if (is_shared(structure, motor) && structure(motor, joint) != 0.0)
+      out *= moving(motion.qd * structure.row(motor).transpose());
+  return out;
 }
 
-void leave_out_rest(const JointMotion& motion, double least_speed, JointRows& rows) {
+void leave_out_rest(const JointMotion& motion, const MatrixXd& structure, double least_speed, JointRows& rows) {
   if (least_speed == 0.0) return;
   rows.used.resize(rows.joints());
   for (int i = 0; i < rows.joints(); ++i) {
-    const Eigen::ArrayXd keep = moving_samples(motion.qd.col(i), least_speed);
+    const Eigen::ArrayXd keep = moving_samples(motion, structure, least_speed, i);
     rows.used[i] = keep.sum();
     rows.tau.col(i).array() *= keep;
     MatrixXd& X = rows.regressors[static_cast<std::size_t>(i)].X;
     X.array().colwise() *= keep;
   }
+}
+
+MatrixXd score_factor(const JointRows& rows, const std::vector<Autoregression>& noise, const VectorXd& weights) {
+  return stacked_scores(rows.regressors, column_positions(rows.regressors, rows.columns), rows.size(), noise,
+                        weights.cwiseAbs2(), runs_of(rows.run_starts, rows.samples()));
 }
 
 JointMotion part_of(const JointMotion& motion, Index first, Index count) {
@@ -441,10 +454,9 @@ JointFit fit_joint_rows(const JointRows& rows, const JointFitOptions& options,
     return fit;
   }
   // P M^T M P with P = (R^T R)^-1.
-  const std::vector<Autoregression> noise = noise_models(rows, rows.regressors, positions, told, fit.residuals);
-  set_correlation(noise, rows, told.size(), fit);
-  const MatrixXd M = score_factor(rows.regressors, positions, rows.size(), noise, weighted.weights.cwiseAbs2(),
-                                  runs_of(rows.run_starts, rows.samples()));
+  fit.noise = noise_models(rows, rows.regressors, positions, told, fit.residuals);
+  set_correlation(rows, told.size(), fit);
+  const MatrixXd M = score_factor(rows, fit.noise, weighted.weights);
   const MatrixXd half =
       weighted.solution.R.transpose().triangularView<Eigen::Lower>().solve(MatrixXd(told_columns(M, told).transpose()));
   const MatrixXd G = weighted.solution.R.triangularView<Eigen::Upper>().solve(half);
