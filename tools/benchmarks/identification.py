@@ -6,7 +6,6 @@ and split; the simulated KR5; hidden effects; the structure matrix; time.
 Errors are of the torques as they were logged, not smoothed. Cut-off, decimation and friction terms are chosen by the
 library on the part that is fitted; the held-out part is read once, in the end."""
 
-import itertools
 import json
 import sys
 import time
@@ -54,21 +53,27 @@ class Judged:
     settings: str
 
 
-@dataclass
-class Settings:
-    """What is chosen for an arm on the first two thirds of the part that is fitted, by its last third."""
-
-    consistent: bool
-    choose_terms: bool
-    least_speed: float
-    motor: bool
-    error: float = np.inf
-
-    def text(self) -> str:
-        words = ["friction terms chosen" if self.choose_terms else "Coulomb, viscous, offset"]
-        words += [f"rows below {self.least_speed:g} of the RMS speed left out"] if self.least_speed else []
-        words += ["bodies that can exist, near those of its description"] if self.consistent else []
-        return "; ".join(words + (["motor friction"] if self.motor else []))
+def settings_text(result: Any) -> str:
+    """What the library chose on the part that is fitted."""
+    letters = {
+        "direction": "direction",
+        "load": "load",
+        "stribeck_velocity": "Stribeck",
+        "thermal_time_constant": "warming",
+        "motor": "motor",
+        "motor_stribeck_velocity": "motor Stribeck",
+    }
+    found: dict[str, list[str]] = {}
+    for k, terms in enumerate(result.model.terms):
+        for name, word in letters.items():
+            if getattr(terms, name):
+                found.setdefault(word, []).append(str(k + 1))
+    words = [f"{word} of {' '.join(joints)}" for word, joints in found.items()] or ["Coulomb, viscous, offset"]
+    if result.least_speed:
+        words.append(f"rows below {result.least_speed:g} of the RMS speed left out")
+    if str(result.estimator) == "consistent":
+        words.append(f"bodies that can exist, spread {result.prior_spread:g} about those of the description")
+    return "; ".join(words)
 
 
 def fine_motions(motions: Any, options: Any) -> tuple[Any, Any, Any]:
@@ -94,56 +99,29 @@ def options_for(name: str, motions: Any, cutoff: float = 0.0) -> Any:
     return options
 
 
-def couples(cell: Any) -> np.ndarray:
-    """Motors that more than one joint turns."""
-    structure = np.asarray(cell.drives.structure)
-    return np.asarray((structure != 0).sum(axis=1) > 1)
-
-
-def model_for(cell: Any, settings: Settings) -> Any:
-    shared = couples(cell)
-    return arm_model(cell, [identification.JointTerms(offset=True, motor=bool(settings.motor and m)) for m in shared])
-
-
-def identified(cell: Any, motion: Any, settings: Settings, held_out: float = 0.0) -> Any:
-    options = identification.DynamicsOptions(
-        held_out=held_out, choose_terms=settings.choose_terms, least_speed=settings.least_speed
-    )
-    if settings.consistent:
-        options.estimator, options.prior_spread = "consistent", 1.0
+def identified(cell: Any, motion: Any) -> Any:
+    """One rule for all arms: terms, estimator, prior and rows about rest are chosen by the library."""
+    options = identification.DynamicsOptions(held_out=0.0, choose_terms=True, choose_estimate=True)
+    if bodies_can_exist(cell):
         options.prior_bodies = link_bodies(cell, with_tool=True)
-    return identification.identify_dynamics(motion, model_for(cell, settings), options)
+    return identification.identify_dynamics(
+        motion, arm_model(cell, [identification.JointTerms(offset=True)] * cell.robot.joints), options
+    )
 
 
-def chosen_settings(cell: Any, motion: Any) -> Settings:
-    """Those under which the last third of the fitted part is predicted best from its first two thirds."""
-    tried = []
-    motor = (False, True) if couples(cell).any() else (False,)
-    for values in itertools.product(estimators(cell), (False, True), (0.0, 0.02), motor):
-        one = Settings(*values)
-        result = identified(cell, motion, one, 1 / 3)
-        if result.fit.usable:
-            size = np.sqrt((np.asarray(motion.tau) ** 2).mean(0))
-            one.error = float(np.mean(np.asarray(result.held_out.rms) / size))
-        tried.append(one)
-    return min(tried, key=lambda one: one.error)
-
-
-def estimators(cell: Any) -> tuple[bool, ...]:
-    """Whether the bodies of the description may serve as a prior beside the estimate without one: all of them must be
-    able to exist."""
+def bodies_can_exist(cell: Any) -> bool:
+    """Whether the bodies of the description may serve as a prior."""
     for body in link_bodies(cell, with_tool=True):
         second = np.linalg.eigvalsh(0.5 * np.trace(body.inertia_matrix()) * np.eye(3) - body.inertia_matrix())
         if body.mass <= 0 or second[0] <= 0:
-            return (False,)
-    return (False, True)
+            return False
+    return True
 
 
 def judge_arm(name: str, motions: Any, options: Any, coupled: bool = False, peer: bool = True) -> Judged:
     fit, fit_rows, check_rows = fine_motions(motions, options)
     motion = merged_motion([p.motion for p in fit.parts])
-    settings = chosen_settings(motions.cell, motion)
-    result = identified(motions.cell, motion, settings)
+    result = identified(motions.cell, motion)
     assert result.fit.usable, f"{name}: {result.fit.message}"
 
     def errors(predict: Any, part: Any) -> tuple[dict[str, Any], np.ndarray]:
@@ -157,7 +135,7 @@ def judge_arm(name: str, motions: Any, options: Any, coupled: bool = False, peer
     other = Figaroh(motions.cell, coupled).fit(motion) if peer else None
     theirs, peer_off = errors(other.predict, check_rows) if other else ({}, np.empty(0))
     fitted = errors(ours, fit_rows)[0]
-    return Judged(name, fitted, held_out, off, theirs, peer_off, result.base.size, fit.parts[0].cutoff, settings.text())
+    return Judged(name, fitted, held_out, off, theirs, peer_off, result.base.size, fit.parts[0].cutoff, settings_text(result))
 
 
 def print_joints(judged: Judged) -> None:

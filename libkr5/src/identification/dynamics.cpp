@@ -10,6 +10,7 @@
 
 #include "column_algebra.hpp"
 #include "consistent_bodies.hpp"
+#include "estimate_choice.hpp"
 #include "joint_fit.hpp"
 #include "term_choice.hpp"
 
@@ -131,9 +132,9 @@ void make_consistent(const DynamicsRegressor& regressor, const JointMotion& moti
   result.values = result.base.values(fit.parameters);
   if (fit.covariance.size() > 0) {
     // Noise as correlated as found in place of rows without correlation; the rest is the prior's.
-    const MatrixXd scores = score_factor(rows, linear.fit.noise, weights) * fit.covariance,
-                   alone = R.leftCols(p) * fit.covariance;
-    const MatrixXd C = fit.covariance + scores.transpose() * scores - alone.transpose() * alone;
+    const MatrixXd alone = R.leftCols(p),
+                   excess = score_covariance(rows, linear.fit, weights) - alone.transpose() * alone,
+                   C = fit.covariance + fit.covariance * excess * fit.covariance;
     result.covariance = result.base.regrouping * C * result.base.regrouping.transpose();
   }
   for (int i = 0; i < regressor.joints(); ++i) {
@@ -178,6 +179,8 @@ void DynamicsOptions::validate() const {
   require(least_speed >= 0 && least_speed < 1, "least_speed must be at least 0 and below 1 [-]");
   require(max_iterations > 0, "max_iterations must be positive");
   require(max_body_iterations > 0, "max_body_iterations must be positive");
+  require(!choose_estimate || estimator == Estimator::Weighted || estimator == Estimator::Consistent,
+          "choose_estimate: compares weighted and consistent only; leave estimator at one of these");
   require(prior_spread > 0 && std::isfinite(prior_spread), "prior_spread must be positive [-]");
 }
 
@@ -188,8 +191,9 @@ std::optional<std::pair<double, double>> DynamicsResult::parameter(const std::st
   return std::nullopt;
 }
 
-DynamicsResult identify_dynamics(const JointMotion& motion, const DynamicsModel& model, const DynamicsOptions& options,
+DynamicsResult identify_dynamics(const JointMotion& motion, const DynamicsModel& model, const DynamicsOptions& given,
                                  const JointMotion* instruments) {
+  DynamicsOptions options = given;
   options.validate();
   motion.validate();
   require(motion.joints() == model.joints(), "motion: expected " + std::to_string(model.joints()) +
@@ -209,6 +213,10 @@ DynamicsResult identify_dynamics(const JointMotion& motion, const DynamicsModel&
     return out;
   }
   const JointMotion fitted = part_of(motion, 0, count);
+  if (options.choose_estimate) options = choose_estimate(fitted, out.model, options);
+  out.estimator = options.estimator;
+  out.prior_spread = options.prior_spread;
+  out.least_speed = options.least_speed;
   std::optional<JointMotion> others;
   if (instruments) others = part_of(*instruments, 0, count);
   const JointMotion* instrument_part = others ? &*others : nullptr;

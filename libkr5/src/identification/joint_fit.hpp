@@ -51,7 +51,8 @@ struct JointFit {
   Eigen::MatrixXd residuals;          ///< Samples x joints.
   Eigen::VectorXd sigma;              ///< Of the residuals of each joint.
   Eigen::VectorXd correlation;        ///< Samples that count as one.
-  std::vector<Autoregression> noise;  ///< Of each joint; empty when nothing is told.
+  Eigen::Index merged = 1;            ///< Neighbouring rows that `noise` takes as one.
+  std::vector<Autoregression> noise;  ///< Of the rows of each joint, merged; empty when nothing is told.
   double freedom = 1.0;               ///< Independent samples on which the noise of a joint is known.
   Eigen::MatrixXd factor;             ///< R of the rows of all joints as they are used, without weights.
   std::vector<int> untold;            ///< Positions in `columns` that the data do not tell.
@@ -63,9 +64,8 @@ struct JointFit {
 JointFit fit_joint_rows(const JointRows& rows, const JointFitOptions& options,
                         const std::vector<JointRegressor>* instruments = nullptr);
 
-/// Covariance of the scores sum of w_i^2 X_i^T e_i, a factor M with M^T M: for noise of each joint and weights w.
-Eigen::MatrixXd score_factor(const JointRows& rows, const std::vector<Autoregression>& noise,
-                             const Eigen::VectorXd& weights);
+/// Covariance of the scores sum of w_i^2 X_i^T e_i under the noise of a fit.
+Eigen::MatrixXd score_covariance(const JointRows& rows, const JointFit& fit, const Eigen::VectorXd& weights);
 
 /// Samples [first, first + count) of a motion.
 JointMotion part_of(const JointMotion& motion, Eigen::Index first, Eigen::Index count);

@@ -125,6 +125,18 @@ double chance_of(const VectorXd& value, const MatrixXd& without) {
   return 1 - uncertainty::fisher_cdf(squared * (blocks - m) / (m * (blocks - 1)), m, blocks - m);
 }
 
+/// Whether friction would drive: one of its levels is below zero by more than two standard deviations.
+/// @param without Levels without each block, a column each.
+bool surely_negative(const MatrixXd& without) {
+  const auto blocks = static_cast<double>(without.cols());
+  for (Index level = 0; level < without.rows(); ++level) {
+    const double mean = without.row(level).mean();
+    const double squares = (without.row(level).array() - mean).square().sum();
+    if (mean < -2 * std::sqrt((blocks - 1) / blocks * squares)) return true;
+  }
+  return false;
+}
+
 /// All columns that the model has or may get, with the sums of every block of time.
 class TermSearch {
  public:
@@ -204,15 +216,12 @@ class TermSearch {
       more.push_back(c);
     const Estimate whole(all_.front(), now, more);
     std::vector<VectorXd> values;
-    std::erase_if(offers, [&](const Offer& o) {
-      const VectorXd gamma = o.columns.empty() ? VectorXd() : whole.added(o.columns);
-      return gamma.size() == 0 ||
-             drives(o, joined_columns(now, o.columns), joined_values(whole.beside(o.columns, gamma), gamma));
-    });
-    std::vector<MatrixXd> without;
+    std::erase_if(offers, [&](const Offer& o) { return o.columns.empty() || whole.added(o.columns).size() == 0; });
+    std::vector<MatrixXd> without, levels;
     for (Offer& offer : offers) {
       values.push_back(whole.added(offer.columns));
       without.emplace_back(values.back().size(), blocks());
+      levels.emplace_back(2, blocks());
       offer.errors.resize(blocks());
     }
     VectorXd out(blocks());
@@ -228,13 +237,14 @@ class TermSearch {
         imitated[o] = imitated[o] || gamma.size() == 0;
         if (imitated[o]) continue;
         without[o].col(k) = gamma;
-        offers[o].errors[k] =
-            left_out.squared_error(joined_columns(now, added), joined_values(estimate.beside(added, gamma), gamma));
+        const VectorXd beside = estimate.beside(added, gamma);
+        offers[o].errors[k] = left_out.squared_error(joined_columns(now, added), joined_values(beside, gamma));
+        levels[o].col(k) = dry_levels(offers[o], now, beside, gamma);
       }
     }
     std::vector<Offer> told;
     for (std::size_t o = 0; o < offers.size(); ++o) {
-      if (imitated[o]) continue;
+      if (imitated[o] || surely_negative(levels[o])) continue;
       offers[o].chance = chance_of(values[o], without[o]);
       told.push_back(offers[o]);
     }
@@ -250,15 +260,15 @@ class TermSearch {
     return {joint, row, shape ? terms.*shape : 0.0};
   }
 
-  /// Whether a Stribeck term makes dry friction drive, at rest or at speed.
-  bool drives(const Offer& offer, const Columns& columns, const VectorXd& beta) const {
+  /// Levels of the dry friction at speed and at rest beside a Stribeck term on offer; 0 for other terms.
+  Eigen::Vector2d dry_levels(const Offer& offer, const Columns& now, const VectorXd& beta,
+                             const VectorXd& gamma) const {
     const FrictionTerm& term = friction_term_table()[offer.row];
     const bool of_motor = term.shape == &JointTerms::motor_stribeck_velocity;
-    if (!of_motor && term.shape != &JointTerms::stribeck_velocity) return false;
-    const Index level = column_of(of_motor ? "fcm" : "fc", offer.joint);
-    const auto at = std::find(columns.begin(), columns.end(), level);
-    const double coulomb = at == columns.end() ? 0.0 : beta[at - columns.begin()];
-    return coulomb < 0 || coulomb + beta[beta.size() - 1] < 0;
+    if (!of_motor && term.shape != &JointTerms::stribeck_velocity) return Eigen::Vector2d::Zero();
+    const auto at = std::find(now.begin(), now.end(), column_of(of_motor ? "fcm" : "fc", offer.joint));
+    const double coulomb = at == now.end() ? 0.0 : beta[at - now.begin()];
+    return {coulomb, coulomb + gamma[0]};
   }
 
   /// Of a parameter of the model, or of a term on offer that has no shapes; -1 without.
