@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "friction_terms.hpp"
 
+#include <algorithm>
+
 #include <kr5/physics/friction.hpp>
 
 namespace kr5::identification {
@@ -53,12 +55,14 @@ Shapes stribeck_offers(const JointTerms& now, const JointSignals& at, double Joi
   return out;
 }
 
-/// A gear warms up over minutes: what changes faster is something else, which would be taken for it.
+/// A gear warms up over minutes: what changes faster is something else, which would be taken for it. Runs whose clocks
+/// begin again do not say how warm it was.
 Shapes warming_offers(const JointTerms& now, const JointSignals& at) {
   constexpr double shortest = 30.0;  // time constant [s]
   const double span = at.t.maxCoeff() - at.t.minCoeff();
   Shapes out;
   if (now.thermal_time_constant > 0 || !(now.coulomb || now.viscous)) return out;
+  if (!std::is_sorted(at.t.begin(), at.t.end())) return out;
   for (const double part : {0.2, 0.5, 1.2}) {
     if (part * span < shortest) continue;
     out.push_back(now);

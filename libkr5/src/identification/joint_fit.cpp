@@ -9,6 +9,7 @@
 #include <Eigen/QR>
 
 #include <kr5/core/linear.hpp>
+#include <kr5/core/statistics.hpp>
 
 #include "column_algebra.hpp"
 #include "friction_terms.hpp"
@@ -384,21 +385,14 @@ MatrixXd with_untold(const MatrixXd& covariance, const std::vector<int>& told, I
   return out;
 }
 
-/// Standard deviation of the residuals of normal noise without outliers, by Huber's second proposal. Unlike a median it
-/// stays above zero where more than half of the residuals vanish, as with currents below the resolution of a drive.
-double robust_sigma(const VectorXd& residuals, double huber, double used, double scale) {
-  const double inside = std::erf(huber / std::sqrt(2.0));
-  const double density = std::exp(-0.5 * huber * huber) / std::sqrt(2 * M_PI);
-  const double expected = inside - 2 * huber * density + huber * huber * (1 - inside);  // of min(z^2, huber^2)
-  double sigma = std::sqrt(residuals.squaredNorm() / used);
-  for (int turn = 0; turn < 100; ++turn) {
-    const double squares = residuals.array().square().min(huber * huber * sigma * sigma).sum();
-    const double next = std::sqrt(squares / (used * expected));
-    const bool settled = std::abs(next - sigma) <= 1e-6 * sigma;
-    sigma = next;
-    if (settled) break;
-  }
-  return std::max(sigma, 1e-12 * scale);
+/// Standard deviation of the residuals by their median. A torque of exactly zero is one that was left out, or one below
+/// the resolution of the drive, as at rest: it says nothing of the noise, though it may be most of a log.
+double robust_sigma(const VectorXd& residuals, const VectorXd& torques, double scale) {
+  std::vector<double> sizes;
+  for (Index k = 0; k < residuals.size(); ++k)
+    if (torques[k] != 0.0) sizes.push_back(std::abs(residuals[k]));
+  if (sizes.empty()) return 1e-12 * scale;
+  return std::max(mad_to_sigma * median(std::move(sizes)), 1e-12 * scale);
 }
 
 /// Covariance of the estimate Z^T W (tau - X beta) = 0 with constant weights of the joints, for noise as it was found.
@@ -419,7 +413,7 @@ void refine_robust(const JointRows& rows, const Positions& positions, const Join
   fit.converged = false;
   while (!fit.converged && fit.iterations < options.max_iterations) {
     for (Index i = 0; i < rows.joints(); ++i) {
-      sigma[i] = robust_sigma(fit.residuals.col(i), options.huber, rows.used_rows(i), scale);
+      sigma[i] = robust_sigma(fit.residuals.col(i), rows.tau.col(i), scale);
       const double limit = options.huber * sigma[i];
       weights.col(i) = fit.residuals.col(i).unaryExpr(
           [&](double e) { return (std::abs(e) > limit ? limit / std::abs(e) : 1.0) / (sigma[i] * sigma[i]); });
