@@ -125,7 +125,7 @@ double chance_of(const VectorXd& value, const MatrixXd& without) {
   return 1 - uncertainty::fisher_cdf(squared * (blocks - m) / (m * (blocks - 1)), m, blocks - m);
 }
 
-/// Whether friction would drive: one of its levels is below zero by more than two standard deviations.
+/// Whether one of the levels is below zero by more than two standard deviations.
 /// @param without Levels without each block, a column each.
 bool surely_negative(const MatrixXd& without) {
   const auto blocks = static_cast<double>(without.cols());
@@ -239,7 +239,7 @@ class TermSearch {
         without[o].col(k) = gamma;
         const VectorXd beside = estimate.beside(added, gamma);
         offers[o].errors[k] = left_out.squared_error(joined_columns(now, added), joined_values(beside, gamma));
-        levels[o].col(k) = dry_levels(offers[o], now, beside, gamma);
+        levels[o].col(k) = positive_levels(offers[o], now, beside, gamma);
       }
     }
     std::vector<Offer> told;
@@ -260,10 +260,12 @@ class TermSearch {
     return {joint, row, shape ? terms.*shape : 0.0};
   }
 
-  /// Levels of the dry friction at speed and at rest beside a Stribeck term on offer; 0 for other terms.
-  Eigen::Vector2d dry_levels(const Offer& offer, const Columns& now, const VectorXd& beta,
-                             const VectorXd& gamma) const {
+  /// What of a term on offer physics has above zero: the dry friction at speed and at rest beside a Stribeck term, the
+  /// losses of friction by warming up; 0 for other terms.
+  Eigen::Vector2d positive_levels(const Offer& offer, const Columns& now, const VectorXd& beta,
+                                  const VectorXd& gamma) const {
     const FrictionTerm& term = friction_term_table()[offer.row];
+    if (term.shape == &JointTerms::thermal_time_constant) return {gamma[0], gamma[gamma.size() - 1]};
     const bool of_motor = term.shape == &JointTerms::motor_stribeck_velocity;
     if (!of_motor && term.shape != &JointTerms::stribeck_velocity) return Eigen::Vector2d::Zero();
     const auto at = std::find(now.begin(), now.end(), column_of(of_motor ? "fcm" : "fc", offer.joint));

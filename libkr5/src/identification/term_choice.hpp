@@ -12,9 +12,9 @@ namespace kr5::identification {
 /// that a term counts by what links cannot imitate, and one that they imitate wholly is not offered. A term is added
 /// when its parameters differ from zero by the jackknife over the blocks, at 5 % over the number of offers to its joint
 /// (Bonferroni), when it lowers the squared errors of the blocks by a hundredth of those of a joint, and when dry
-/// friction does not surely drive. The one that gains most comes first, over all joints; of offers to a joint within a
-/// standard error of the best one that with the fewest parameters is taken. What differs from zero no longer beside a
-/// later term is taken away.
+/// friction does not surely drive, nor grow as a gear warms up. The one that gains most comes first, over all joints;
+/// of offers to a joint within a standard error of the best one that with the fewest parameters is taken. What differs
+/// from zero no longer beside a later term is taken away.
 /// @param rows Of the model without further terms; @param sigma Of the residuals of each joint.
 /// @param load Torques through the gears, samples x joints; @param least_speed As in DynamicsOptions, and in `rows`.
 std::vector<JointTerms> choose_friction_terms(const DynamicsModel& model, const JointMotion& motion,
