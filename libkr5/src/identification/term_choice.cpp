@@ -10,10 +10,12 @@
 
 #include <Eigen/Cholesky>
 
+#include <kr5/core/statistics.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 
 #include "column_algebra.hpp"
 #include "friction_terms.hpp"
+#include "runs.hpp"
 
 namespace kr5::identification {
 namespace {
@@ -123,6 +125,16 @@ double chance_of(const VectorXd& value, const MatrixXd& without) {
   const MatrixXd covariance = (blocks - 1) / blocks * off * off.transpose();
   const double squared = value.dot(covariance.ldlt().solve(value));
   return 1 - uncertainty::fisher_cdf(squared * (blocks - m) / (m * (blocks - 1)), m, blocks - m);
+}
+
+/// By how much a speed changes from sample to sample at a reversal (median); 0 without reversals. A friction of lower
+/// speeds is not told: it would be taken for what smoothing and sampling make of the step of dry friction.
+double reversal_step(const Eigen::ArrayXd& speed, const std::vector<physics::RowRange>& runs) {
+  std::vector<double> steps;
+  for (const physics::RowRange& run : runs)
+    for (Index k = run.first + 1; k < run.last; ++k)
+      if (speed[k - 1] * speed[k] < 0) steps.push_back(std::abs(speed[k] - speed[k - 1]));
+  return steps.empty() ? 0.0 : median(std::move(steps));
 }
 
 /// Whether one of the levels is below zero by more than two standard deviations.
@@ -298,7 +310,8 @@ class TermSearch {
     s.joint = joint_signals(motion, load, joint);
     s.motor = motor_signals(model_.structure, motion, load, joint);
     for (JointSignals* one : {&s.joint, &s.motor})
-      one->least_speed = least_speed * root_mean_square(one->speed.matrix());
+      one->least_speed = std::max(least_speed * root_mean_square(one->speed.matrix()),
+                                  0.5 * reversal_step(one->speed, runs_of(motion.run_starts, motion.samples())));
     const JointTerms now = model_.terms.empty() ? JointTerms{} : model_.terms[static_cast<std::size_t>(joint)];
     first_offered_.push_back(columns_);
     const std::vector<FrictionTerm>& table = friction_term_table();
