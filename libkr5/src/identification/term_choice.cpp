@@ -127,8 +127,9 @@ double chance_of(const VectorXd& value, const MatrixXd& without) {
   return 1 - uncertainty::fisher_cdf(squared * (blocks - m) / (m * (blocks - 1)), m, blocks - m);
 }
 
-/// By how much a speed changes from sample to sample at a reversal (median); 0 without reversals. A friction of lower
-/// speeds is not told: it would be taken for what smoothing and sampling make of the step of dry friction.
+/// By how much a speed changes from sample to sample at a reversal (median); 0 without reversals. Smoothing spreads the
+/// step of dry friction over some three samples there: a friction of speeds that are crossed within them is not told,
+/// and would be taken for that.
 double reversal_step(const Eigen::ArrayXd& speed, const std::vector<physics::RowRange>& runs) {
   std::vector<double> steps;
   for (const physics::RowRange& run : runs)
@@ -311,7 +312,7 @@ class TermSearch {
     s.motor = motor_signals(model_.structure, motion, load, joint);
     for (JointSignals* one : {&s.joint, &s.motor})
       one->least_speed = std::max(least_speed * root_mean_square(one->speed.matrix()),
-                                  0.5 * reversal_step(one->speed, runs_of(motion.run_starts, motion.samples())));
+                                  1.5 * reversal_step(one->speed, runs_of(motion.run_starts, motion.samples())));
     const JointTerms now = model_.terms.empty() ? JointTerms{} : model_.terms[static_cast<std::size_t>(joint)];
     first_offered_.push_back(columns_);
     const std::vector<FrictionTerm>& table = friction_term_table();
