@@ -65,6 +65,21 @@ def test_a_raw_log_and_a_urdf_are_enough(tmp_path, case, run_kr5):
     assert any(note.startswith("tau: tau1 to tau6") for note in data["input"]["notes"])
 
 
+def test_terms_and_estimate_are_chosen_and_told(tmp_path, case, run_kr5):
+    cell = raw_log(tmp_path, case)
+    command = ("identify", "dynamics", "log.csv", "--cell", cell, "--json")
+    assert run_kr5(*command, "plain.json").returncode == 0
+    done = run_kr5(*command, "chosen.json", "--choose-terms", "--choose-estimate")
+    assert done.returncode == 0, done.stderr
+    plain, chosen = (json.loads((tmp_path / f"{name}.json").read_text()) for name in ("plain", "chosen"))
+    assert plain["result"]["estimate"]["estimator"] == "weighted" and plain["result"]["estimate"]["least_speed"] == 0
+    # The bodies of the cell are those of the simulated arm, so they help.
+    assert chosen["result"]["estimate"]["estimator"] == "consistent"
+    assert chosen["held_out"]["total"] < plain["held_out"]["total"]
+    refused = run_kr5(*command, "out.json", "--choose-estimate", "--estimator", "robust")
+    assert refused.returncode == 2 and "choose_estimate" in refused.stderr
+
+
 def fast_speed(columns):
     for k in range(6):
         columns[f"qd{k + 1}"] = (3 if k == 0 else 1) * np.gradient(columns[f"q{k + 1}"], columns["t"])

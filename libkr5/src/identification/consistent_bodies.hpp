@@ -18,7 +18,8 @@ namespace kr5::identification {
 /// Parameters of a model (order of DynamicsRegressor) that fit R chi = z (both whitened) and the priors of the bodies.
 struct ConsistentFit {
   Eigen::VectorXd parameters;
-  Eigen::MatrixXd covariance;  ///< Of the parameters; empty when they are not determined.
+  /// Of the parameters, for rows of R without correlation; empty when they are not determined.
+  Eigen::MatrixXd covariance;
   int iterations = 0;
   bool converged = false;  ///< The Newton decrement is a hundredth of a standard deviation of the data, or less.
 };

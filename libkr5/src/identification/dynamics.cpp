@@ -10,6 +10,7 @@
 
 #include "column_algebra.hpp"
 #include "consistent_bodies.hpp"
+#include "estimate_choice.hpp"
 #include "joint_fit.hpp"
 #include "term_choice.hpp"
 
@@ -25,7 +26,7 @@ JointRows base_rows(const DynamicsRegressor& regressor, const BaseParameters& ba
                     const MatrixXd& load, double least_speed) {
   JointRows out{
       regressor.joint_regressors(motion, base.independent, load), base.independent, motion.tau, motion.run_starts, {}};
-  leave_out_rest(motion, least_speed, out);
+  leave_out_rest(motion, regressor.model().structure, least_speed, out);
   return out;
 }
 
@@ -84,13 +85,23 @@ LinearEstimate estimate_linear(const DynamicsRegressor& regressor, const BasePar
   return out;
 }
 
+/// Samples that count as one, over all joints: with it they hold as many independent ones as with their own.
+double common_correlation(const JointRows& rows, const VectorXd& correlation) {
+  double used = 0.0, independent = 0.0;
+  for (Index i = 0; i < correlation.size(); ++i) {
+    used += rows.used_rows(i);
+    independent += rows.used_rows(i) / correlation[i];
+  }
+  return used / std::max(independent, 1.0);
+}
+
 /// Replaces the linear estimate by one whose bodies can exist.
 void make_consistent(const DynamicsRegressor& regressor, const JointMotion& motion, const LinearEstimate& linear,
                      const DynamicsOptions& options, DynamicsResult& result) {
   std::vector<int> all(static_cast<std::size_t>(regressor.parameters()));
   for (std::size_t c = 0; c < all.size(); ++c) all[c] = static_cast<int>(c);
   JointRows rows{regressor.joint_regressors(motion, {}, linear.load), all, motion.tau, motion.run_starts, {}};
-  leave_out_rest(motion, options.least_speed, rows);
+  leave_out_rest(motion, regressor.model().structure, options.least_speed, rows);
   std::vector<MatrixXd> factors;
   for (std::size_t i = 0; i < rows.regressors.size(); ++i) {
     const MatrixXd& X = rows.regressors[i].X;
@@ -98,11 +109,12 @@ void make_consistent(const DynamicsRegressor& regressor, const JointMotion& moti
     both << X, rows.tau.col(static_cast<Index>(i));
     factors.push_back(triangular_factor(both));
   }
-  // Samples that are correlated count as fewer, or the prior would have no weight beside them.
-  // Exact torques, which simulations give, must not drown the prior in rounding either.
+  // Exact torques, which simulations give, must not drown the prior in rounding.
   const double least = 1e-6 * motion.tau.norm() / std::sqrt(static_cast<double>(motion.tau.size()));
+  // Samples that are correlated count as fewer beside the prior. All joints alike: a joint whose correlation is that of
+  // errors of the model would otherwise lose its say over what it tells better than the others.
   const VectorXd weights =
-      linear.fit.sigma.cwiseMax(least).cwiseInverse().cwiseQuotient(linear.fit.correlation.cwiseSqrt());
+      linear.fit.sigma.cwiseMax(least).cwiseInverse() / std::sqrt(common_correlation(rows, linear.fit.correlation));
   const Index p = regressor.parameters();
   const MatrixXd R = stacked_factor(factors, column_positions(rows.regressors, all), p + 1, weights);
   const bool known = !options.prior_bodies.empty();
@@ -118,8 +130,13 @@ void make_consistent(const DynamicsRegressor& regressor, const JointMotion& moti
   }
   result.parameters = fit.parameters;
   result.values = result.base.values(fit.parameters);
-  if (fit.covariance.size() > 0)
-    result.covariance = result.base.regrouping * fit.covariance * result.base.regrouping.transpose();
+  if (fit.covariance.size() > 0) {
+    // Noise as correlated as found in place of rows without correlation; the rest is the prior's.
+    const MatrixXd alone = R.leftCols(p),
+                   excess = score_covariance(rows, linear.fit, weights) - alone.transpose() * alone,
+                   C = fit.covariance + fit.covariance * excess * fit.covariance;
+    result.covariance = result.base.regrouping * C * result.base.regrouping.transpose();
+  }
   for (int i = 0; i < regressor.joints(); ++i) {
     const VectorXd chi = fit.parameters.segment<10>(parameters_per_joint * i);
     kinematics::InertialParameters ours;
@@ -162,6 +179,8 @@ void DynamicsOptions::validate() const {
   require(least_speed >= 0 && least_speed < 1, "least_speed must be at least 0 and below 1 [-]");
   require(max_iterations > 0, "max_iterations must be positive");
   require(max_body_iterations > 0, "max_body_iterations must be positive");
+  require(!choose_estimate || estimator == Estimator::Weighted || estimator == Estimator::Consistent,
+          "choose_estimate: compares weighted and consistent only; leave estimator at one of these");
   require(prior_spread > 0 && std::isfinite(prior_spread), "prior_spread must be positive [-]");
 }
 
@@ -172,8 +191,9 @@ std::optional<std::pair<double, double>> DynamicsResult::parameter(const std::st
   return std::nullopt;
 }
 
-DynamicsResult identify_dynamics(const JointMotion& motion, const DynamicsModel& model, const DynamicsOptions& options,
+DynamicsResult identify_dynamics(const JointMotion& motion, const DynamicsModel& model, const DynamicsOptions& given,
                                  const JointMotion* instruments) {
+  DynamicsOptions options = given;
   options.validate();
   motion.validate();
   require(motion.joints() == model.joints(), "motion: expected " + std::to_string(model.joints()) +
@@ -193,6 +213,10 @@ DynamicsResult identify_dynamics(const JointMotion& motion, const DynamicsModel&
     return out;
   }
   const JointMotion fitted = part_of(motion, 0, count);
+  if (options.choose_estimate) options = choose_estimate(fitted, out.model, options);
+  out.estimator = options.estimator;
+  out.prior_spread = options.prior_spread;
+  out.least_speed = options.least_speed;
   std::optional<JointMotion> others;
   if (instruments) others = part_of(*instruments, 0, count);
   const JointMotion* instrument_part = others ? &*others : nullptr;
@@ -205,6 +229,10 @@ DynamicsResult identify_dynamics(const JointMotion& motion, const DynamicsModel&
         linear.fit.sigma, load, options.blocks, options.least_speed);
     out.base = base_parameters(out.model);
     linear = estimate_linear(DynamicsRegressor(out.model), out.base, fitted, options, instrument_part);
+    while (take_doubtful_term(model, out.base, linear.fit, out.model.terms)) {
+      out.base = base_parameters(out.model);
+      linear = estimate_linear(DynamicsRegressor(out.model), out.base, fitted, options, instrument_part);
+    }
   }
   const DynamicsRegressor regressor(out.model);
   out.observability = observability_from_factor(out.base, fitted, linear.fit.factor);

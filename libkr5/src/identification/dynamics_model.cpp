@@ -34,18 +34,6 @@ std::string parameter_name(int joint, int k) {
   return (k == coulomb_at ? "fc" : k == viscous_at ? "fv" : "Ia") + i;
 }
 
-/// What the friction of the motor of a joint is computed from: its speed on the side of that joint.
-JointSignals motor_signals(const MatrixXd& S, const JointMotion& motion, const MatrixXd& load, int joint) {
-  JointSignals out = joint_signals(motion, load, joint);
-  out.speed = motion.qd * S.row(joint).transpose() / S(joint, joint);
-  return out;
-}
-
-/// Whether several joints turn the motor of joint i.
-bool is_shared(const MatrixXd& structure, Index i) {
-  return structure.size() > 0 && (structure.row(i).array() != 0.0).count() > 1;
-}
-
 }  // namespace
 
 void DynamicsModel::validate() const {
@@ -62,9 +50,10 @@ void DynamicsModel::validate() const {
           "terms: expected one entry a joint, " + std::to_string(n) + ", or none");
   for (const JointTerms& t : terms)
     require(t.stribeck_velocity >= 0 && std::isfinite(t.stribeck_velocity) && t.thermal_time_constant >= 0 &&
-                std::isfinite(t.thermal_time_constant) && std::isfinite(t.temperature_reference),
-            "terms: stribeck_velocity [rad/s] and thermal_time_constant [s] must not be negative, "
-            "temperature_reference must be finite [deg C]");
+                std::isfinite(t.thermal_time_constant) && std::isfinite(t.temperature_reference) &&
+                t.motor_stribeck_velocity >= 0 && std::isfinite(t.motor_stribeck_velocity),
+            "terms: stribeck_velocity, motor_stribeck_velocity [rad/s] and thermal_time_constant [s] must not be "
+            "negative, temperature_reference must be finite [deg C]");
 }
 
 DynamicsRegressor::DynamicsRegressor(DynamicsModel model) : model_(std::move(model)) {
@@ -125,8 +114,7 @@ std::vector<JointRegressor> DynamicsRegressor::joint_regressors(const JointMotio
     }
     for (std::size_t e = 0; e < terms_.size(); ++e) {
       const int c = parameters_per_joint * n + static_cast<int>(e), j = terms_[e].joint;
-      const bool there = friction_term_table()[terms_[e].row].motor ? S(j, i) != 0.0 : j == i;
-      if (there && has(c)) rows.columns.push_back(c);
+      if (friction_term_table()[terms_[e].row].share(S, j, i) != 0.0 && has(c)) rows.columns.push_back(c);
     }
     rows.X.resize(motion.samples(), static_cast<Index>(rows.columns.size()));
     const JointSignals signals = joint_signals(motion, load, i);
@@ -137,10 +125,7 @@ std::vector<JointRegressor> DynamicsRegressor::joint_regressors(const JointMotio
         const auto [joint, row] = terms_[static_cast<std::size_t>(c - parameters_per_joint * n)];
         const FrictionTerm& term = friction_term_table()[row];
         const JointTerms& shape = model_.terms[static_cast<std::size_t>(joint)];
-        if (term.motor)
-          column = S(joint, i) / S(joint, joint) * term.column(shape, motor_signals(S, motion, load, joint)).matrix();
-        else
-          column = term.column(shape, signals).matrix();
+        column = term.share(S, joint, i) * term.column(shape, term.signals(S, motion, load, joint)).matrix();
       } else if (k == rotor_at) {
         column = motion.qdd * S.row(j).transpose() * (S(j, i) / (S(j, j) * S(j, j)));
       } else if (k >= inertial_count) {

@@ -21,6 +21,11 @@ struct JointSignals {
 };
 /// @param load Torques through the gears, samples x joints; empty: zero.
 JointSignals joint_signals(const JointMotion& motion, const Eigen::MatrixXd& load, int joint);
+/// Of the motor of a joint, at its speed on the side of that joint. @param structure Empty: each joint has its own.
+JointSignals motor_signals(const Eigen::MatrixXd& structure, const JointMotion& motion, const Eigen::MatrixXd& load,
+                           int joint);
+/// Whether several joints turn the motor of this one.
+bool is_shared(const Eigen::MatrixXd& structure, Eigen::Index joint);
 
 /// One further parameter of a joint.
 struct FrictionTerm {
@@ -29,8 +34,17 @@ struct FrictionTerm {
   Eigen::ArrayXd (*column)(const JointTerms&, const JointSignals&);
   /// Terms of a joint with this one more, for each shape that is worth trying; none where it cannot be told.
   std::vector<JointTerms> (*offers)(const JointTerms& now, const JointSignals&);
-  bool motor =
-      false;  ///< Of the motor, where several joints turn it: a column of its speed, of which each has its share.
+  /// What says that a joint has it: a choice, or a number other than 0 that shapes its column.
+  bool JointTerms::*choice;
+  double JointTerms::*shape;
+  bool motor = false;  ///< Of a motor that several joints turn: a column of its speed, of which each has its share.
+
+  void take_away(JointTerms& terms) const;
+  /// Signals of the joint, or of its motor.
+  JointSignals signals(const Eigen::MatrixXd& structure, const JointMotion& motion, const Eigen::MatrixXd& load,
+                       int joint) const;
+  /// Part of the column of a joint's term that another joint feels, itself included [-].
+  double share(const Eigen::MatrixXd& structure, int joint, int other) const;
 };
 const std::vector<FrictionTerm>& friction_term_table();
 

@@ -12,7 +12,7 @@
 #include <kr5/core/statistics.hpp>
 
 #include "column_algebra.hpp"
-#include "residual_correlation.hpp"
+#include "friction_terms.hpp"
 #include "runs.hpp"
 
 namespace kr5::identification {
@@ -86,8 +86,71 @@ std::vector<MatrixXd> joint_factors(const JointRows& rows) {
   return out;
 }
 
-/// Filters columns backwards in time by 1 / A: with it, X^T Gamma X = sigma^2 |result|^2 for the covariance Gamma of
-/// the autoregressive series.
+/// Rows in which several neighbours of a run stand as one: their sum over the root of their number.
+MatrixXd merged_rows(const MatrixXd& X, const std::vector<RowRange>& runs, Index each) {
+  if (each == 1) return X;
+  Index rows = 0;
+  for (const RowRange& run : runs) rows += (run.size() + each - 1) / each;
+  MatrixXd out(rows, X.cols());
+  for (Index c = 0; c < X.cols(); ++c) {
+    const double* from = X.col(c).data();
+    double* to = out.col(c).data();
+    for (const RowRange& run : runs)
+      for (Index first = run.first; first < run.last; first += each) {
+        const Index last = std::min(first + each, run.last);
+        double sum = 0.0;
+        for (Index t = first; t < last; ++t) sum += from[t];
+        *to++ = sum / std::sqrt(static_cast<double>(last - first));
+      }
+  }
+  return out;
+}
+
+/// How many neighbouring rows may stand as one in sums of columns times noise: as many as the columns hardly differ in,
+/// so that what such sums hold of the noise is its mean over them. Logs of arms are sampled much faster than arms move.
+Index mergeable_rows(const std::vector<JointRegressor>& regressors, const std::vector<RowRange>& runs) {
+  constexpr double lost = 0.01;       // part of a squared column that may be lost [-]
+  constexpr Index least_rows = 1000;  // that remain
+  Index out = 64;
+  for (const JointRegressor& joint : regressors) {
+    while (out > 1 && joint.X.rows() < out * least_rows) out /= 2;
+    const double rounding = 1e-20 * joint.X.colwise().squaredNorm().maxCoeff();
+    for (Index c = 0; c < joint.X.cols() && out > 1; ++c) {
+      const double whole = joint.X.col(c).squaredNorm();
+      if (whole <= rounding) continue;
+      while (out > 1 && merged_rows(joint.X.col(c), runs, out).squaredNorm() < (1 - lost) * whole) out /= 2;
+    }
+  }
+  return out;
+}
+
+/// Rows of the noise: merged.
+struct NoiseRows {
+  std::vector<MatrixXd> X, Z;  ///< Z where instruments multiply from the left, otherwise empty.
+  MatrixXd tau;
+  std::vector<RowRange> runs;
+
+  const MatrixXd& left(std::size_t joint) const { return Z.empty() ? X[joint] : Z[joint]; }
+};
+
+NoiseRows noise_rows(const JointRows& rows, const std::vector<JointRegressor>& left, Index each) {
+  const std::vector<RowRange> runs = runs_of(rows.run_starts, rows.samples());
+  NoiseRows out;
+  for (const JointRegressor& joint : rows.regressors) out.X.push_back(merged_rows(joint.X, runs, each));
+  if (&left != &rows.regressors)
+    for (const JointRegressor& joint : left) out.Z.push_back(merged_rows(joint.X, runs, each));
+  out.tau = merged_rows(rows.tau, runs, each);
+  Index first = 0;
+  for (const RowRange& run : runs) {
+    const Index last = first + (run.size() + each - 1) / each;
+    out.runs.push_back({first, last});
+    first = last;
+  }
+  return out;
+}
+
+/// Filters columns backwards in time by 1 / A: with it, X^T Gamma X = sigma^2 result^T result for the covariance Gamma
+/// of the autoregressive series.
 MatrixXd correlated_columns(const MatrixXd& X, const Autoregression& model, const std::vector<RowRange>& runs) {
   MatrixXd out = X;
   const Index p = model.a.size();
@@ -102,14 +165,24 @@ MatrixXd correlated_columns(const MatrixXd& X, const Autoregression& model, cons
   return out;
 }
 
-/// The meat of the sandwich: stacked factor M with M^T M = sum of w_i^2 X_i^T Gamma_i X_i.
-MatrixXd score_factor(const std::vector<JointRegressor>& regressors, const Positions& positions, Index columns,
-                      const std::vector<Autoregression>& noise, const VectorXd& weights,
-                      const std::vector<RowRange>& runs) {
-  std::vector<MatrixXd> factors;
-  for (std::size_t i = 0; i < regressors.size(); ++i)
-    factors.push_back(noise[i].sigma * triangular_factor(correlated_columns(regressors[i].X, noise[i], runs)));
-  return stacked_factor(factors, positions, columns, weights);
+/// The meat of the sandwich: sum of w_i^4 X_i^T Gamma_i X_i.
+MatrixXd scores(const NoiseRows& rows, const Positions& positions, Index columns,
+                const std::vector<Autoregression>& noise, const VectorXd& squared_weights) {
+  MatrixXd out = MatrixXd::Zero(columns, columns);
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    const MatrixXd U = correlated_columns(rows.left(i), noise[i], rows.runs).transpose();
+    MatrixXd G = MatrixXd::Zero(U.rows(), U.rows());
+    G.selfadjointView<Eigen::Lower>().rankUpdate(U,
+                                                 std::pow(noise[i].sigma * squared_weights[static_cast<Index>(i)], 2));
+    out(positions[i], positions[i]) += MatrixXd(G.selfadjointView<Eigen::Lower>());
+  }
+  return out;
+}
+
+/// P S P^T over the told columns, which are those of P.
+MatrixXd sandwich(const MatrixXd& P, const MatrixXd& S, const std::vector<int>& told) {
+  const MatrixXd out = P * S(told, told) * P.transpose();
+  return 0.5 * (out + out.transpose());
 }
 
 /// Weighted least squares with the variance of each joint estimated in turns.
@@ -240,50 +313,66 @@ Autoregression of_used_rows(Autoregression model, const JointRows& rows, std::si
   return model;
 }
 
-/// Noise of each joint. An estimate that takes all samples alike fits part of correlated noise, at the frequencies of
-/// the motion, and its residuals lack that part. So the noise is that of the residuals of an estimate from rows without
-/// the correlation (generalized least squares; Cochrane and Orcutt 1949). These lack least, and it is known what: their
-/// covariance is that of the noise less that of the torques which the estimate predicts.
-/// @param residuals From which the correlation is known at first.
-std::vector<Autoregression> noise_models(const JointRows& rows, const std::vector<JointRegressor>& left,
-                                         const Positions& positions, const std::vector<int>& told,
-                                         const MatrixXd& residuals) {
-  const std::vector<RowRange> runs = runs_of(rows.run_starts, rows.samples());
+/// Noise of the merged rows of each joint. An estimate that takes all samples alike fits part of correlated noise, at
+/// the frequencies of the motion, and its residuals lack that part. So the noise is that of the residuals of an
+/// estimate from rows without the correlation (generalized least squares; Cochrane and Orcutt 1949). These lack least,
+/// and it is known what: their covariance is that of the noise less that of the torques which the estimate predicts.
+/// @param residuals From which the correlation is known at first, merged.
+std::vector<Autoregression> noise_models(const JointRows& rows, const NoiseRows& merged, const Positions& positions,
+                                         const std::vector<int>& told, const MatrixXd& residuals) {
   std::vector<Autoregression> out;
   for (std::size_t i = 0; i < positions.size(); ++i)
-    out.push_back(of_used_rows(fit_autoregression(residuals.col(static_cast<Index>(i)), runs), rows, i));
+    out.push_back(of_used_rows(fit_autoregression(residuals.col(static_cast<Index>(i)), merged.runs), rows, i));
   if (std::any_of(out.begin(), out.end(), [](const Autoregression& m) { return !(m.sigma > 0); })) return out;
   Equations sum{MatrixXd::Zero(rows.size(), rows.size()), VectorXd::Zero(rows.size())};
   for (std::size_t i = 0; i < positions.size(); ++i)
-    add_equations(sum, positions[i], uncorrelated_rows(left[i].X, out[i], runs) / (out[i].sigma * out[i].sigma),
-                  uncorrelated_rows(rows.regressors[i].X, out[i], runs),
-                  uncorrelated_rows(rows.tau.col(static_cast<Index>(i)), out[i], runs));
+    add_equations(sum, positions[i],
+                  uncorrelated_rows(merged.left(i), out[i], merged.runs) / (out[i].sigma * out[i].sigma),
+                  uncorrelated_rows(merged.X[i], out[i], merged.runs),
+                  uncorrelated_rows(merged.tau.col(static_cast<Index>(i)), out[i], merged.runs));
   MatrixXd inverse;
-  const MatrixXd others = residuals_of(rows, positions, solve_told(sum, told, inverse));
+  const VectorXd beta = solve_told(sum, told, inverse);
   const SymmetricEigen axes = symmetric_eigen(MatrixXd(0.5 * (inverse + inverse.transpose())));
-  if (!others.allFinite() || !axes.vectors.allFinite()) return out;
+  if (!beta.allFinite() || !axes.vectors.allFinite()) return out;
   MatrixXd half = MatrixXd::Zero(rows.size(), axes.values.size());
   half(told, Eigen::all) = axes.vectors * axes.values.cwiseMax(0.0).cwiseSqrt().asDiagonal();
   for (std::size_t i = 0; i < positions.size(); ++i) {
-    VectorXd covariance = autocovariances(others.col(static_cast<Index>(i)), runs);
-    const MatrixXd predicted = rows.regressors[i].X * half(positions[i], Eigen::all);
-    for (Index c = 0; c < predicted.cols(); ++c) covariance += autocovariances(predicted.col(c), runs);
-    out[i] = of_used_rows(autoregression_of(covariance, rows.samples()), rows, i);
+    const VectorXd others = merged.tau.col(static_cast<Index>(i)) - merged.X[i] * chosen(beta, positions[i]);
+    VectorXd covariance = autocovariances(others, merged.runs);
+    const MatrixXd own = triangular_factor(MatrixXd(half(positions[i], Eigen::all)).transpose()).transpose();
+    const MatrixXd predicted = merged.X[i] * own;
+    for (Index c = 0; c < predicted.cols(); ++c) covariance += autocovariances(predicted.col(c), merged.runs);
+    out[i] = of_used_rows(autoregression_of(covariance, merged.tau.rows()), rows, i);
   }
   return out;
 }
 
 /// Samples that count as one, and the independent ones on which the noise of a joint is known, of the joint with the
 /// fewest: less its share of the parameters.
-void set_correlation(const std::vector<Autoregression>& noise, const JointRows& rows, std::size_t told, JointFit& fit) {
-  fit.correlation.resize(static_cast<Index>(noise.size()));
+/// @param residuals Of single rows.
+void set_correlation(const JointRows& rows, const MatrixXd& residuals, std::size_t told, JointFit& fit) {
+  fit.correlation.resize(static_cast<Index>(fit.noise.size()));
   double fewest = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < noise.size(); ++i) {
+  for (std::size_t i = 0; i < fit.noise.size(); ++i) {
     const auto joint = static_cast<Index>(i);
-    fit.correlation[joint] = noise[i].samples_per_independent();
+    const double variance =
+        fit.merged == 1 ? fit.noise[i].variance : residuals.col(joint).squaredNorm() / rows.used_rows(joint);
+    fit.correlation[joint] = variance > 0 ? std::max(1.0, fit.noise[i].long_run_variance() / variance) : 1.0;
     fewest = std::min(fewest, rows.used_rows(joint) / fit.correlation[joint]);
   }
-  fit.freedom = std::max(1.0, fewest - static_cast<double>(told) / static_cast<double>(noise.size()));
+  fit.freedom = std::max(1.0, fewest - static_cast<double>(told) / static_cast<double>(fit.noise.size()));
+}
+
+/// Finds the noise of an estimate; the rows as it is the noise of.
+NoiseRows find_noise(const JointRows& rows, const std::vector<JointRegressor>& left, const Positions& positions,
+                     const std::vector<int>& told, const MatrixXd& residuals, JointFit& fit) {
+  const std::vector<RowRange> runs = runs_of(rows.run_starts, rows.samples());
+  fit.merged = std::min(mergeable_rows(rows.regressors, runs),
+                        &left == &rows.regressors ? rows.samples() : mergeable_rows(left, runs));
+  NoiseRows merged = noise_rows(rows, left, fit.merged);
+  fit.noise = noise_models(rows, merged, positions, told, merged_rows(residuals, runs, fit.merged));
+  set_correlation(rows, residuals, told.size(), fit);
+  return merged;
 }
 
 /// Covariance of all columns from that of the told ones.
@@ -296,10 +385,12 @@ MatrixXd with_untold(const MatrixXd& covariance, const std::vector<int>& told, I
   return out;
 }
 
-double robust_sigma(const VectorXd& residuals, double scale) {
+/// Standard deviation of the residuals by their median. A torque of exactly zero is one that was left out, or one below
+/// the resolution of the drive, as at rest: it says nothing of the noise, though it may be most of a log.
+double robust_sigma(const VectorXd& residuals, const VectorXd& torques, double scale) {
   std::vector<double> sizes;
-  for (const double e : residuals)
-    if (e != 0.0) sizes.push_back(std::abs(e));  // a row that is left out is exactly zero
+  for (Index k = 0; k < residuals.size(); ++k)
+    if (torques[k] != 0.0) sizes.push_back(std::abs(residuals[k]));
   if (sizes.empty()) return 1e-12 * scale;
   return std::max(mad_to_sigma * median(std::move(sizes)), 1e-12 * scale);
 }
@@ -307,14 +398,11 @@ double robust_sigma(const VectorXd& residuals, double scale) {
 /// Covariance of the estimate Z^T W (tau - X beta) = 0 with constant weights of the joints, for noise as it was found.
 void set_covariance(const JointRows& rows, const std::vector<JointRegressor>& left, const Positions& positions,
                     const std::vector<int>& told, const MatrixXd& residuals, const MatrixXd& weights, JointFit& fit) {
-  const std::vector<Autoregression> noise = noise_models(rows, left, positions, told, residuals);
-  set_correlation(noise, rows, told.size(), fit);
+  const NoiseRows merged = find_noise(rows, left, positions, told, residuals, fit);
   MatrixXd inverse;
   solve_told(normal_equations(rows, left, positions, weights), told, inverse);
-  const MatrixXd M = score_factor(left, positions, rows.size(), noise, weights.row(0).transpose(),
-                                  runs_of(rows.run_starts, rows.samples()));
-  const MatrixXd G = told_columns(M, told) * inverse.transpose();
-  fit.covariance = with_untold(G.transpose() * G, told, rows.size());
+  const MatrixXd S = scores(merged, positions, rows.size(), fit.noise, weights.row(0).transpose());
+  fit.covariance = with_untold(sandwich(inverse, S, told), told, rows.size());
 }
 
 /// Huber's estimate by reweighting, from the weighted one.
@@ -325,7 +413,7 @@ void refine_robust(const JointRows& rows, const Positions& positions, const Join
   fit.converged = false;
   while (!fit.converged && fit.iterations < options.max_iterations) {
     for (Index i = 0; i < rows.joints(); ++i) {
-      sigma[i] = robust_sigma(fit.residuals.col(i), scale);
+      sigma[i] = robust_sigma(fit.residuals.col(i), rows.tau.col(i), scale);
       const double limit = options.huber * sigma[i];
       weights.col(i) = fit.residuals.col(i).unaryExpr(
           [&](double e) { return (std::abs(e) > limit ? limit / std::abs(e) : 1.0) / (sigma[i] * sigma[i]); });
@@ -382,20 +470,32 @@ double root_mean_square(const Eigen::Ref<const VectorXd>& values) {
   return std::sqrt(values.squaredNorm() / static_cast<double>(values.size()));
 }
 
-Eigen::ArrayXd moving_samples(const Eigen::Ref<const VectorXd>& speed, double least_speed) {
-  return (speed.array().abs() >= least_speed * root_mean_square(speed)).cast<double>();
+Eigen::ArrayXd moving_samples(const JointMotion& motion, const MatrixXd& structure, double least_speed, int joint) {
+  const auto moving = [&](const VectorXd& speed) -> Eigen::ArrayXd {
+    return (speed.array().abs() >= least_speed * root_mean_square(speed)).cast<double>();
+  };
+  Eigen::ArrayXd out = moving(motion.qd.col(joint));
+  for (Index motor = 0; motor < structure.rows(); ++motor)
+    if (is_shared(structure, motor) && structure(motor, joint) != 0.0)
+      out *= moving(motion.qd * structure.row(motor).transpose());
+  return out;
 }
 
-void leave_out_rest(const JointMotion& motion, double least_speed, JointRows& rows) {
+void leave_out_rest(const JointMotion& motion, const MatrixXd& structure, double least_speed, JointRows& rows) {
   if (least_speed == 0.0) return;
   rows.used.resize(rows.joints());
   for (int i = 0; i < rows.joints(); ++i) {
-    const Eigen::ArrayXd keep = moving_samples(motion.qd.col(i), least_speed);
+    const Eigen::ArrayXd keep = moving_samples(motion, structure, least_speed, i);
     rows.used[i] = keep.sum();
     rows.tau.col(i).array() *= keep;
     MatrixXd& X = rows.regressors[static_cast<std::size_t>(i)].X;
     X.array().colwise() *= keep;
   }
+}
+
+MatrixXd score_covariance(const JointRows& rows, const JointFit& fit, const VectorXd& weights) {
+  return scores(noise_rows(rows, rows.regressors, fit.merged), column_positions(rows.regressors, rows.columns),
+                rows.size(), fit.noise, weights.cwiseAbs2());
 }
 
 JointMotion part_of(const JointMotion& motion, Index first, Index count) {
@@ -440,15 +540,11 @@ JointFit fit_joint_rows(const JointRows& rows, const JointFitOptions& options,
     refine_instruments(rows, *instruments, positions, options, told, scale, fit);
     return fit;
   }
-  // P M^T M P with P = (R^T R)^-1.
-  const std::vector<Autoregression> noise = noise_models(rows, rows.regressors, positions, told, fit.residuals);
-  set_correlation(noise, rows, told.size(), fit);
-  const MatrixXd M = score_factor(rows.regressors, positions, rows.size(), noise, weighted.weights.cwiseAbs2(),
-                                  runs_of(rows.run_starts, rows.samples()));
-  const MatrixXd half =
-      weighted.solution.R.transpose().triangularView<Eigen::Lower>().solve(MatrixXd(told_columns(M, told).transpose()));
-  const MatrixXd G = weighted.solution.R.triangularView<Eigen::Upper>().solve(half);
-  fit.covariance = with_untold(G * G.transpose(), told, rows.size());
+  const NoiseRows merged = find_noise(rows, rows.regressors, positions, told, fit.residuals, fit);
+  const MatrixXd S = scores(merged, positions, rows.size(), fit.noise, weighted.weights.cwiseAbs2());
+  const MatrixXd back = weighted.solution.R.triangularView<Eigen::Upper>().solve(
+      MatrixXd::Identity(static_cast<Index>(told.size()), static_cast<Index>(told.size())));
+  fit.covariance = with_untold(sandwich(back * back.transpose(), S, told), told, rows.size());
   return fit;
 }
 

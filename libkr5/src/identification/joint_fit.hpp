@@ -6,6 +6,8 @@
 
 #include <kr5/identification/dynamics.hpp>
 
+#include "residual_correlation.hpp"
+
 /// @file
 /// Linear estimates from the rows of all joints, each joint with noise of its own that is correlated in time.
 
@@ -25,13 +27,16 @@ struct JointRows {
   Eigen::Index size() const { return static_cast<Eigen::Index>(columns.size()); }
 };
 
-/// Leaves out the rows of a joint in which it is slower than a part of its RMS speed: about rest and reversal the side
-/// of dry friction is that of the noise, and at rest friction is any force up to its level.
+/// Leaves out the rows of a joint in which it, or a motor that it turns together with others, is slower than a part of
+/// its RMS speed: about rest and reversal the side of dry friction is that of the noise, and at rest friction is any
+/// force up to its level.
+/// @param structure Of the drives; empty: each joint has its own.
 /// @param least_speed Part of the RMS speed [-]; 0 leaves nothing out.
-void leave_out_rest(const JointMotion& motion, double least_speed, JointRows& rows);
-double root_mean_square(const Eigen::Ref<const Eigen::VectorXd>& values);
+void leave_out_rest(const JointMotion& motion, const Eigen::MatrixXd& structure, double least_speed, JointRows& rows);
 /// 1 for the samples that such a limit keeps for a joint, 0 for the others.
-Eigen::ArrayXd moving_samples(const Eigen::Ref<const Eigen::VectorXd>& speed, double least_speed);
+Eigen::ArrayXd moving_samples(const JointMotion& motion, const Eigen::MatrixXd& structure, double least_speed,
+                              int joint);
+double root_mean_square(const Eigen::Ref<const Eigen::VectorXd>& values);
 
 struct JointFitOptions {
   Estimator estimator = Estimator::Weighted;
@@ -41,14 +46,16 @@ struct JointFitOptions {
 };
 
 struct JointFit {
-  Eigen::VectorXd beta;         ///< Zero where the data tell nothing beside the others.
-  Eigen::MatrixXd covariance;   ///< Infinite on the diagonal there; not widened for `freedom`.
-  Eigen::MatrixXd residuals;    ///< Samples x joints.
-  Eigen::VectorXd sigma;        ///< Of the residuals of each joint.
-  Eigen::VectorXd correlation;  ///< Samples that count as one.
-  double freedom = 1.0;         ///< Independent samples on which the noise of a joint is known.
-  Eigen::MatrixXd factor;       ///< R of the rows of all joints as they are used, without weights.
-  std::vector<int> untold;      ///< Positions in `columns` that the data do not tell.
+  Eigen::VectorXd beta;               ///< Zero where the data tell nothing beside the others.
+  Eigen::MatrixXd covariance;         ///< Infinite on the diagonal there; not widened for `freedom`.
+  Eigen::MatrixXd residuals;          ///< Samples x joints.
+  Eigen::VectorXd sigma;              ///< Of the residuals of each joint.
+  Eigen::VectorXd correlation;        ///< Samples that count as one.
+  Eigen::Index merged = 1;            ///< Neighbouring rows that `noise` takes as one.
+  std::vector<Autoregression> noise;  ///< Of the rows of each joint, merged; empty when nothing is told.
+  double freedom = 1.0;               ///< Independent samples on which the noise of a joint is known.
+  Eigen::MatrixXd factor;             ///< R of the rows of all joints as they are used, without weights.
+  std::vector<int> untold;            ///< Positions in `columns` that the data do not tell.
   int iterations = 0;
   bool converged = false;
 };
@@ -56,6 +63,9 @@ struct JointFit {
 /// @param instruments Rows of the same columns, for Estimator::Instruments.
 JointFit fit_joint_rows(const JointRows& rows, const JointFitOptions& options,
                         const std::vector<JointRegressor>* instruments = nullptr);
+
+/// Covariance of the scores sum of w_i^2 X_i^T e_i under the noise of a fit.
+Eigen::MatrixXd score_covariance(const JointRows& rows, const JointFit& fit, const Eigen::VectorXd& weights);
 
 /// Samples [first, first + count) of a motion.
 JointMotion part_of(const JointMotion& motion, Eigen::Index first, Eigen::Index count);

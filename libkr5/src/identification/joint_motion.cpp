@@ -20,6 +20,7 @@ void JointMotion::validate() const {
     require(values->rows() == samples() && values->cols() == q.cols(),
             name + ": expected " + std::to_string(samples()) + " x " + std::to_string(q.cols()) + " numbers, found " +
                 std::to_string(values->rows()) + " x " + std::to_string(values->cols()));
+    if (values->allFinite()) continue;
     for (Eigen::Index i = 0; i < values->rows(); ++i)
       for (Eigen::Index j = 0; j < values->cols(); ++j)
         require(std::isfinite((*values)(i, j)),
@@ -30,7 +31,8 @@ void JointMotion::validate() const {
   for (Eigen::Index i = 0; i < samples(); ++i) {
     const bool starts = i == 0 || (next < run_starts.size() && run_starts[next] == i);
     while (next < run_starts.size() && run_starts[next] <= i) ++next;
-    require(starts || t[i] > t[i - 1], "t: row " + std::to_string(i) + " is not later than the one before [s]");
+    if (!starts && !(t[i] > t[i - 1]))
+      throw InvalidArgument("t: row " + std::to_string(i) + " is not later than the one before [s]");
   }
   require(next == run_starts.size() && (run_starts.empty() || run_starts.front() == 0),
           "run_starts: rows in ascending order, 0 first");

@@ -61,7 +61,7 @@ PayloadProblem solve_payload(const JointMotion& loaded, const DynamicsRegressor&
     }
   PayloadProblem out;
   out.rows = {regressor.joint_regressors(loaded, columns), columns, loaded.tau - bare, loaded.run_starts, {}};
-  leave_out_rest(loaded, options.least_speed, out.rows);
+  leave_out_rest(loaded, regressor.model().structure, options.least_speed, out.rows);
   out.fit = fit_joint_rows(out.rows, {options.estimator, options.huber, 50, 1e-6});
   return out;
 }

@@ -71,11 +71,12 @@ std::vector<double> Autoregression::autocorrelations(Index longest) const {
   return out;
 }
 
-double Autoregression::variance_inflation() const {
-  if (!(variance > 0)) return 1.0;
+double Autoregression::long_run_variance() const {
   const double gain = 1.0 + a.sum();
-  return sigma * sigma / (gain * gain) / variance;
+  return sigma * sigma / (gain * gain);
 }
+
+double Autoregression::variance_inflation() const { return variance > 0 ? long_run_variance() / variance : 1.0; }
 
 double Autoregression::samples_per_independent() const { return std::max(1.0, variance_inflation()); }
 

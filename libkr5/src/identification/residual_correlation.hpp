@@ -22,7 +22,9 @@ struct Autoregression {
 
   /// Autocorrelations at lags 1, 2, ... as far as they matter, `longest` at most.
   std::vector<double> autocorrelations(Eigen::Index longest) const;
-  /// Variance of a mean of many values over that of as many independent ones [-].
+  /// Variance of a mean of many values, times their number.
+  double long_run_variance() const;
+  /// The same over the variance of a value [-].
   double variance_inflation() const;
   /// The same, 1 at least [-].
   double samples_per_independent() const;

@@ -15,7 +15,7 @@ from kr5_tools.cli.terminal import console, fail, spinner
 from kr5_tools.files.results import write_result
 from kr5_tools.files.writing import check_writable, write_json
 from kr5_tools.identify.dynamics_errors import error_rows
-from kr5_tools.identify.identified_cell import write_identified_cell
+from kr5_tools.identify.identified_cell import expected_bodies, write_identified_cell
 from kr5_tools.identify.motion_logs import (
     arm_model,
     conditioning_of,
@@ -84,6 +84,7 @@ def dynamics(
     fit, check = condition_parts(motions, conditioning_of(log, motions.cell))
     model = arm_model(motions.cell, [terms] * motions.cell.robot.joints)
     options.held_out = 0.0
+    options.prior_bodies = expected_bodies(motions.cell)
     with spinner("Identifying the dynamics"):
         result = identification.identify_dynamics(merged_motion([p.motion for p in fit.parts]), model, options)
     if not result.fit.usable:
@@ -189,6 +190,11 @@ def result_keys(source: Path, motions: Any, result: Any, fit: Part, check: Part)
             "unidentifiable": seen.unidentifiable,
             "unmoved": seen.unmoved,
             "terms": [t.to_dict() for t in result.model.terms],
+            "estimate": {
+                "estimator": str(result.estimator),
+                "prior_spread": result.prior_spread,
+                "least_speed": result.least_speed,
+            },
             "conditioning": {
                 "cutoff": fit.parts[0].cutoff,
                 "decimation": fit.parts[0].decimation,

@@ -22,6 +22,20 @@ def link_bodies(cell: Any, with_tool: bool) -> list[Any]:
     return bodies
 
 
+def expected_bodies(cell: Any) -> list[Any]:
+    """Bodies for a prior: those of the links with the tool, or none when one of them cannot exist, as a link that was
+    left without a mass."""
+    if not cell.robot.links:
+        return []
+    bodies = link_bodies(cell, with_tool=True)
+    for body in bodies:
+        inertia = np.asarray(body.inertia_matrix())
+        second = np.linalg.eigvalsh(0.5 * np.trace(inertia) * np.eye(3) - inertia)
+        if body.mass <= 0 or second[0] <= 0:
+            return []
+    return bodies
+
+
 def tool_body(cell: Any) -> Any:
     """What hangs below the force sensor, in the frame of the last link; None without."""
     tool = cell.tool
@@ -66,7 +80,8 @@ def write_identified_cell(cell: Any, motion: Any, result: Any, options: Any, fil
     if min(b.mass for b in prior) < LEAST_MASS:
         fail("--write-cell: a link of the cell has no mass, from which bodies that can exist are looked for")
     options.estimator, options.prior_bodies = "consistent", prior
-    options.choose_terms = False
+    options.choose_terms = options.choose_estimate = False
+    options.prior_spread, options.least_speed = result.prior_spread, result.least_speed
     model, left_out = terms_of_a_cell(result.model)
     found = identification.identify_dynamics(without_tool(cell, motion, model), model, options)
     if not found.fit.usable:

@@ -35,6 +35,7 @@ struct DynamicsOptions {
   Estimator estimator = Estimator::Weighted;
   double held_out = 1.0 / 3.0;    ///< Last part of the samples, on which the estimate is judged only [-].
   bool choose_terms = false;      ///< Offers further friction terms; those that surely predict better stay.
+  bool choose_estimate = false;   ///< Estimator, prior_spread and least_speed as thirds left out are predicted best.
   int blocks = 10;                ///< Of time, for the cross-validation of `choose_terms`.
   double huber = 1.345;           ///< Limit of the Huber loss [standard deviations].
   double least_speed = 0.0;       ///< Part of the RMS speed below which a joint's rows are left out [-].
@@ -49,6 +50,9 @@ struct DynamicsOptions {
     visit("estimator", self.estimator, "Estimator: ordinary | weighted | robust | instruments | consistent.");
     visit("held_out", self.held_out, "Last part of the samples, kept for judging the estimate [-].");
     visit("choose_terms", self.choose_terms, "Friction terms chosen by cross-validation over blocks of time.");
+    visit("choose_estimate", self.choose_estimate,
+          "Estimator (weighted, and consistent where prior_bodies are given), prior_spread and least_speed chosen by "
+          "predicting each third of the samples from the other two.");
     visit("blocks", self.blocks, "Number of blocks of the cross-validation.");
     visit("huber", self.huber, "Limit of the Huber loss [standard deviations].");
     visit("least_speed", self.least_speed,
@@ -76,7 +80,10 @@ struct TorqueError {
 
 struct DynamicsResult {
   FitReport fit;
-  DynamicsModel model;  ///< With the terms that were chosen.
+  Estimator estimator = Estimator::Weighted;  ///< As chosen, or given.
+  double prior_spread = 0.0;                  ///< As chosen, or given; counts for Consistent [-].
+  double least_speed = 0.0;                   ///< As chosen, or given [-].
+  DynamicsModel model;                        ///< With the terms that were chosen.
   BaseParameters base;
   Observability observability;  ///< Of the samples that were fitted.
   Eigen::VectorXd values;       ///< Base parameters [SI].
@@ -95,6 +102,10 @@ struct DynamicsResult {
 
   static void each_field(auto& self, auto&& visit) {
     visit("fit", self.fit, "How the estimation ended.");
+    visit("estimator", self.estimator, "Estimator, as chosen or given.");
+    visit("prior_spread", self.prior_spread, "Spread of the priors, as chosen or given; counts for consistent [-].");
+    visit("least_speed", self.least_speed,
+          "Part of the RMS speed below which rows are left out, as chosen or given [-].");
     visit("model", self.model, "Model with the terms that were chosen.");
     visit("base", self.base, "Base parameters.");
     visit("observability", self.observability, "What the fitted samples tell.");

@@ -19,14 +19,15 @@ struct JointTerms {
   bool coulomb = true;
   bool viscous = true;
   bool rotor_inertia = true;
-  bool offset = false;                  ///< A constant torque: of the sensor or of a spring.
-  bool direction = false;               ///< Friction that differs between the two directions.
-  bool load = false;                    ///< Dry friction that grows with the torque through the gear.
-  bool motor = false;                   ///< Friction of the motor, too, where several joints turn it.
-  double stribeck_velocity = 0.0;       ///< [rad/s or m/s]; 0: none.
-  double thermal_time_constant = 0.0;   ///< [s]; 0: none.
-  bool temperature = false;             ///< Friction that is linear in the measured temperature.
-  double temperature_reference = 20.0;  ///< Where that share is zero [deg C].
+  bool offset = false;                   ///< A constant torque: of the sensor or of a spring.
+  bool direction = false;                ///< Friction that differs between the two directions.
+  bool load = false;                     ///< Dry friction that grows with the torque through the gear.
+  bool motor = false;                    ///< Friction of the motor, too, where several joints turn it.
+  double stribeck_velocity = 0.0;        ///< [rad/s or m/s]; 0: none.
+  double thermal_time_constant = 0.0;    ///< [s]; 0: none.
+  bool temperature = false;              ///< Friction that is linear in the measured temperature.
+  double temperature_reference = 20.0;   ///< Where that share is zero [deg C].
+  double motor_stribeck_velocity = 0.0;  ///< Of the motor, at its speed on the side of its joint; 0: none.
 
   static void each_field(auto& self, auto&& visit) {
     visit("coulomb", self.coulomb, "Coulomb friction.");
@@ -42,6 +43,9 @@ struct JointTerms {
     visit("temperature", self.temperature, "Friction that is linear in the measured temperature of the joint.");
     visit("temperature_reference", self.temperature_reference,
           "Temperature at which that share of the friction is zero [deg C].");
+    visit("motor_stribeck_velocity", self.motor_stribeck_velocity,
+          "Stribeck velocity of a motor that several joints turn, on the side of its own joint; 0: no such friction "
+          "[rad/s or m/s].");
   }
 };
 
@@ -85,8 +89,8 @@ class DynamicsRegressor {
   int joints() const { return model_.joints(); }
   int parameters() const { return static_cast<int>(names_.size()); }
   /// "I2xx", "m2 c2x", "m2", "fc2", "fv2", "Ia2"; further "fo2" (offset), "fcd2" and "fvd2" (direction), "fs2"
-  /// (Stribeck), "fl2" (load), "fct2" and "fvt2" (warming up), "fcT2" and "fvT2" (per degree), "fcm2" and "fvm2"
-  /// (motor, on the side of its own joint). Joints are counted from 1.
+  /// (Stribeck), "fl2" (load), "fct2" and "fvt2" (warming up), "fcT2" and "fvT2" (per degree), "fcm2", "fvm2"
+  /// and "fsm2" (motor, on the side of its own joint). Joints are counted from 1.
   const std::vector<std::string>& names() const { return names_; }
   /// Position of a parameter; -1 when the model does not have it.
   int index(const std::string& name) const;
