@@ -8,7 +8,8 @@ using namespace kr5::picking;
 using Catch::Matchers::Contains;
 
 TEST_CASE("picking goes on from one scan while graspable cylinders are left undisturbed") {
-  const CycleState state{.segmented = 40, .graspable = 30, .picked = 3, .failed = 2, .disturbed = 4, .failed_in_row = 1};
+  const CycleState state{
+      .segmented = 40, .graspable = 30, .picked = 3, .failed = 2, .disturbed = 4, .failed_in_row = 1};
   const auto decision = decide_cycle(state);
   CHECK(decision.action == CycleAction::Continue);
   CHECK(decision.remaining == 21);

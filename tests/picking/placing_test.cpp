@@ -105,9 +105,9 @@ TEST_CASE("the tilt of a placement is the least of all turns about the axis, and
       for (int k = 0; k < 3600; ++k)
         for (const bool over : {false, true}) {
           const Vector3d across = axis.unitOrthogonal();
-          const Eigen::Matrix3d turned =
-              AngleAxisd(k * right_angle / 900, axis) * AngleAxisd(over ? std::numbers::pi : 0.0, across) *
-              placed.T_base_tool.linear();
+          const Eigen::Matrix3d turned = AngleAxisd(k * right_angle / 900, axis) *
+                                         AngleAxisd(over ? std::numbers::pi : 0.0, across) *
+                                         placed.T_base_tool.linear();
           least = std::min(least, std::acos(std::clamp(-turned(2, 2), -1.0, 1.0)));
         }
       CHECK(placed.tilt == Approx(least).margin(1e-3));
@@ -158,8 +158,7 @@ TEST_CASE("seats of a stack keep the clearance, in every direction, and stand in
     for (const auto& a : seats)
       for (const auto& b : seats) {
         if (&a == &b) continue;
-        const Vector3d d = a_seat().linear().transpose() *
-                           (a.T_base_seat.translation() - b.T_base_seat.translation());
+        const Vector3d d = a_seat().linear().transpose() * (a.T_base_seat.translation() - b.T_base_seat.translation());
         if (posture == PelletPosture::Standing) {
           const double across = d.head<2>().norm() - 2 * options.radius, along = std::abs(d.z()) - options.height;
           least = std::min(least, std::max(across, along));
@@ -188,8 +187,7 @@ TEST_CASE("a regrip puts a cylinder down where the fingers take it") {
   const HeldPellet held = hold(pellet, side_grasp(pellet, 0.001, 0.0));
   Matrix6 slip = Matrix6::Zero();
   slip(0, 0) = 1e-8;
-  const HandlingPlan plan =
-      regrip_steps(held, a_seat(), PelletPosture::Lying, {.lift = 0.04, .grip_covariance = slip});
+  const HandlingPlan plan = regrip_steps(held, a_seat(), PelletPosture::Lying, {.lift = 0.04, .grip_covariance = slip});
   REQUIRE(plan.possible);
   REQUIRE(plan.steps.size() == 6);
   const auto& release = plan.steps[1];
@@ -202,8 +200,9 @@ TEST_CASE("a regrip puts a cylinder down where the fingers take it") {
   CHECK((grip.T_base_tool.translation() - release.T_base_pellet.T.translation()).norm() < 1e-12);
   CHECK(grip.T_base_tool.linear()(2, 2) == Approx(-1.0));
   CHECK(std::abs(grip.T_base_tool.linear().col(0).dot(grip.T_base_pellet.T.linear().col(2))) == Approx(1.0));
-  CHECK((plan.steps[5].T_base_pellet.T.translation() - grip.T_base_pellet.T.translation() - Vector3d(0, 0, 0.04))
-            .norm() < 1e-12);
+  CHECK(
+      (plan.steps[5].T_base_pellet.T.translation() - grip.T_base_pellet.T.translation() - Vector3d(0, 0, 0.04)).norm() <
+      1e-12);
   CHECK(grip.T_base_pellet.covariance.isApprox(release.T_base_pellet.covariance + slip, 1e-12));
 }
 
@@ -258,9 +257,8 @@ TEST_CASE("placing refuses what is no pose, no covariance, or in millimetres") {
   CHECK_THROWS_WITH(plan_stack(a_seat(), {.rows = 0}), Contains("rows, columns and layers"));
   CHECK_THROWS_WITH(plan_stack(a_seat(), {.posture = PelletPosture::Lying, .rows = 2, .layers = 3}),
                     Contains("layers must not be greater than rows"));
-  CHECK_THROWS_WITH(
-      plan_stack(a_seat(), {.posture = PelletPosture::Lying, .rows = 2, .layers = 2, .clearance = 0.02}),
-      Contains("fall between"));
+  CHECK_THROWS_WITH(plan_stack(a_seat(), {.posture = PelletPosture::Lying, .rows = 2, .layers = 2, .clearance = 0.02}),
+                    Contains("fall between"));
   CHECK_THROWS_WITH(stand_up_steps(held, a_seat(), a_seat(), {.lean = 45}), Contains("is it in degrees?"));
   pellet.height = 15;
   CHECK_THROWS_WITH(hold(pellet, Pose::Identity()), Contains("height must be positive"));

@@ -46,8 +46,8 @@ void transform_line(Eigen::VectorXd& f) {
 
 Eigen::MatrixXd distance_to(const PixelMask& mask) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
-  Eigen::MatrixXd out = Eigen::MatrixXd::NullaryExpr(
-      mask.rows(), mask.cols(), [&](Index r, Index c) { return mask(r, c) ? 0.0 : infinity; });
+  Eigen::MatrixXd out = Eigen::MatrixXd::NullaryExpr(mask.rows(), mask.cols(),
+                                                     [&](Index r, Index c) { return mask(r, c) ? 0.0 : infinity; });
   Eigen::VectorXd line;
   for (Index c = 0; c < out.cols(); ++c) {
     line = out.col(c);
@@ -77,8 +77,10 @@ std::vector<ChangeRegion> keep_regions(PixelMask& mask, const Eigen::MatrixXd& s
                           .bottom = static_cast<int>(row)};
       for (std::size_t i = 0; i < pixels.size(); ++i) {
         const auto [r, c] = pixels[i];
-        region.left = std::min(region.left, static_cast<int>(c)), region.right = std::max(region.right, static_cast<int>(c));
-        region.top = std::min(region.top, static_cast<int>(r)), region.bottom = std::max(region.bottom, static_cast<int>(r));
+        region.left = std::min(region.left, static_cast<int>(c)),
+        region.right = std::max(region.right, static_cast<int>(c));
+        region.top = std::min(region.top, static_cast<int>(r)),
+        region.bottom = std::max(region.bottom, static_cast<int>(r));
         region.mean_change += size_of_change(r, c);
         for (Index y = std::max<Index>(r - 1, 0); y <= std::min<Index>(r + 1, mask.rows() - 1); ++y)
           for (Index x = std::max<Index>(c - 1, 0); x <= std::min<Index>(c + 1, mask.cols() - 1); ++x)

@@ -53,6 +53,15 @@ MatrixXd averaged(ImageView image, int half) {
   return out;
 }
 
+/// How much of the square about each pixel lies in the image: at the border fewer pixels are averaged, which scatter
+/// more.
+MatrixXd averaged_share(Index rows, Index columns, int half) {
+  const auto within = [half](Index i, Index size) {
+    return static_cast<double>(std::min(i + half, size - 1) - std::max<Index>(i - half, 0) + 1) / (2 * half + 1);
+  };
+  return MatrixXd::NullaryExpr(rows, columns, [&](Index r, Index c) { return within(r, rows) * within(c, columns); });
+}
+
 void require_image(ImageView image, const char* name) {
   require(image.data != nullptr && image.width > 0 && image.height > 0, std::string(name) + ": the image is empty");
 }
@@ -229,10 +238,11 @@ ImageNoise learn_image_noise(std::span<const ImageView> images, const ImageNoise
   sum /= out.images;
   for (const MatrixXd& image : used) squares += (image - sum).cwiseAbs2();
   const double dof = out.images - 1, least = options.least_spread * options.least_spread;
-  const ArrayXd variances = (squares.reshaped().array() / dof).max(least);
+  const ArrayXd share = averaged_share(out.mean.rows(), out.mean.cols(), options.average).reshaped().array();
+  const ArrayXd variances = (share * squares.reshaped().array() / dof).max(least);
   const SharedVariance shared = shared_variance(variances, dof);
   const ArrayXd moderated = (shared.dof * shared.value + dof * variances) / (shared.dof + dof);
-  out.spread = moderated.max(least).sqrt().matrix().reshaped(out.mean.rows(), out.mean.cols());
+  out.spread = (moderated.max(least) / share).sqrt().matrix().reshaped(out.mean.rows(), out.mean.cols());
   out.dof = shared.dof + dof;
   out.fit.status = FitStatus::Converged;
   out.fit.message = std::to_string(out.images) + " images at rest" +
@@ -258,8 +268,9 @@ ImageChange find_changes(ImageView before, ImageView after, const ImageNoise& no
   };
   const double ends = std::max(share_of_ends(before), share_of_ends(after));
   if (ends > options.max_saturated)
-    return say(ChangeFinding::Saturated, share_text(ends) + " of an image is black or white, where no change shows; set "
-                                                         "the exposure so that less than " +
+    return say(ChangeFinding::Saturated, share_text(ends) +
+                                             " of an image is black or white, where no change shows; set "
+                                             "the exposure so that less than " +
                                              share_text(options.max_saturated) + " is");
 
   const MatrixXd first = averaged(before, noise.average), second = averaged(after, noise.average);
@@ -268,9 +279,10 @@ ImageChange find_changes(ImageView before, ImageView after, const ImageNoise& no
   out.offset = light.offset();
   const double change = std::max(std::abs(light.gain - 1), std::abs(light.level / std::max(light.middle, 1.0) - 1));
   if (change > options.max_light_change)
-    return say(ChangeFinding::LightChanged, "the light changed by " + share_text(change) + "; switch the exposure to "
-                                                                                          "manual, shield the cell, or "
-                                                                                          "learn the noise again");
+    return say(ChangeFinding::LightChanged, "the light changed by " + share_text(change) +
+                                                "; switch the exposure to "
+                                                "manual, shield the cell, or "
+                                                "learn the noise again");
   const double per_pixel = std::min(0.5, options.false_alarms / static_cast<double>(first.size()));
   out.threshold = uncertainty::student_factor(noise.dof, 1 - per_pixel);
   const MatrixXd size = (second - light.applied(first)).cwiseAbs();
@@ -280,11 +292,12 @@ ImageChange find_changes(ImageView before, ImageView after, const ImageNoise& no
   const double moved = share_of_moved_tiles(first, out.changed, noise);
   if (moved > options.max_moved_tiles)
     return say(ChangeFinding::CameraMoved,
-               share_text(moved) + " of the parts of the image with structure changed: the camera or the bin moved, or "
-                                 "something stands before the lens; scan again");
+               share_text(moved) +
+                   " of the parts of the image with structure changed: the camera or the bin moved, or "
+                   "something stands before the lens; scan again");
   if (out.regions.empty()) return say(ChangeFinding::Unchanged, "nothing moved");
-  return say(ChangeFinding::Changed, std::to_string(out.regions.size()) +
-                                         (out.regions.size() == 1 ? " region changed" : " regions changed"));
+  return say(ChangeFinding::Changed,
+             std::to_string(out.regions.size()) + (out.regions.size() == 1 ? " region changed" : " regions changed"));
 }
 
 }  // namespace kr5::picking

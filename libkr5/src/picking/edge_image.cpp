@@ -58,7 +58,8 @@ double pixel_noise(const MatrixXd& grey) {
       const auto row = [&](Index k) { return grey(k, c - 1) - 2 * grey(k, c) + grey(k, c + 1); };
       values.push_back(std::abs(row(r - 1) - 2 * row(r) + row(r + 1)));
     }
-  constexpr double rounding = 0.29;  // of a grey level, without which an image without noise would have no edge too weak
+  constexpr double rounding =
+      0.29;  // of a grey level, without which an image without noise would have no edge too weak
   return std::max(mad_to_sigma * median(values) / 6, rounding);
 }
 
@@ -144,8 +145,7 @@ std::vector<EdgeOnLine> edges_on_line(const EdgeImage& image, const Vector2d& pi
         if (curvature < 0) edge.offset += std::clamp(0.5 * (left - right) / curvature, -0.5, 0.5);
       }
       // The two outer slopes are two pixels apart: their noise has the correlation -exp(-1).
-      if (curvature < 0)
-        edge.sigma = 0.5 * std::sqrt(2 * (1 + std::exp(-1.0))) * image.slope_noise() / -curvature;
+      if (curvature < 0) edge.sigma = 0.5 * std::sqrt(2 * (1 + std::exp(-1.0))) * image.slope_noise() / -curvature;
       if (curvature < 0 && std::abs(edge.offset) <= half) out.push_back(edge);
     }
     before = here;

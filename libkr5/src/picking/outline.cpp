@@ -21,9 +21,7 @@ SideView side_view(const SolidCylinder& cylinder, const Vector3d& eye) {
   return {std::atan2(eye.y(), eye.x()), across > cylinder.radius ? std::acos(cylinder.radius / across) : 0.0};
 }
 
-Vector3d local_eye(const OutlineView& view) {
-  return view.cylinder.local(view.T_camera_base.inverse().translation());
-}
+Vector3d local_eye(const OutlineView& view) { return view.cylinder.local(view.T_camera_base.inverse().translation()); }
 
 bool is_line(OutlinePart part) { return part == OutlinePart::Left || part == OutlinePart::Right; }
 
@@ -117,8 +115,7 @@ std::vector<OutlinePoint> outline(const OutlineView& view, const Pinhole& camera
 }
 
 Vector3d outline_place(const OutlineView& view, const OutlinePoint& point) {
-  return view.cylinder.centre +
-         view.cylinder.frame * local_place(view.cylinder, angle_of(view, point), point.end);
+  return view.cylinder.centre + view.cylinder.frame * local_place(view.cylinder, angle_of(view, point), point.end);
 }
 
 double outline_offset(const OutlineView& view, const Pinhole& camera, const OutlinePoint& point, OutlineRow* by_steps) {

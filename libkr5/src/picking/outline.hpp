@@ -53,8 +53,8 @@ std::vector<OutlinePoint> outline(const OutlineView& view, const Pinhole& camera
 /// The place on the surface in the base [m]; on a line, where the line of sight touches now.
 Eigen::Vector3d outline_place(const OutlineView& view, const OutlinePoint& point);
 
-/// Where it shows, along its normal [px], from `pixel`; and the derivative by the steps. How the place wanders along the
-/// surface does not matter: along the line of sight, to first order.
+/// Where it shows, along its normal [px], from `pixel`; and the derivative by the steps. How the place wanders along
+/// the surface does not matter: along the line of sight, to first order.
 double outline_offset(const OutlineView& view, const Pinhole& camera, const OutlinePoint& point, OutlineRow* by_steps);
 
 }  // namespace kr5::picking

@@ -130,13 +130,15 @@ void HeldPellet::validate() const {
 
 void StackOptions::validate() const {
   require(rows >= 1 && columns >= 1 && layers >= 1, "rows, columns and layers must be 1 or more");
-  require(static_cast<double>(rows) * columns * layers <= 1e6, "rows, columns and layers give more than a million seats");
+  require(static_cast<double>(rows) * columns * layers <= 1e6,
+          "rows, columns and layers give more than a million seats");
   require_size(radius, height);
   require(clearance >= 0 && std::isfinite(clearance), "clearance must not be negative [m]");
   if (posture == PelletPosture::Lying && layers > 1) {
     require(layers <= rows, "layers must not be greater than rows: each layer of lying cylinders has a row less");
-    require(clearance < 0.8 * radius,
-            "clearance must be below 0.8 of the radius: cylinders of an upper layer would fall between those below [m]");
+    require(
+        clearance < 0.8 * radius,
+        "clearance must be below 0.8 of the radius: cylinders of an upper layer would fall between those below [m]");
   }
 }
 
@@ -229,7 +231,8 @@ HandlingPlan regrip_steps(const HeldPellet& held, const Pose& T_base_seat, Pelle
   PutDown down = put_down(held, T_base_seat, posture, options.placing);
   if (!down.plan.possible) return down.plan;
   const double middle = posture == PelletPosture::Standing ? held.height / 2 : held.radius;
-  const Pose T_base_grip = fingers_at(T_base_seat, middle, 0), T_base_lifted = above(T_base_grip, T_base_seat, options.lift);
+  const Pose T_base_grip = fingers_at(T_base_seat, middle, 0),
+             T_base_lifted = above(T_base_grip, T_base_seat, options.lift);
   const UncertainPose held_now = in_tool(T_base_grip, down.T_base_pellet, options.grip_covariance);
   StepWriter(down.plan).visit("take with the fingers", Gripper::Fingers, T_base_grip, T_base_lifted,
                               GripperAction::Grip, down.T_base_pellet, moved_by(T_base_grip, held_now),

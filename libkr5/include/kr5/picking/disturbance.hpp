@@ -12,8 +12,9 @@
 #include <kr5/geometry/image_view.hpp>
 
 /// @file
-/// What changed between two images from one pose of the camera (Hayat et al. 2022, section 2.4.1). Images are averaged over small squares first: that lowers the noise, so that a change of low contrast shows,
-/// and noise that neighbouring pixels share is learnt with it.
+/// What changed between two images from one pose of the camera (Hayat et al. 2022, section 2.4.1). Images are averaged
+/// over small squares first: that lowers the noise, so that a change of low contrast shows, and noise that neighbouring
+/// pixels share is learnt with it.
 
 namespace kr5::picking {
 
