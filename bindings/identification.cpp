@@ -9,7 +9,9 @@
 #include <kr5/identification/force_loop_design.hpp>
 #include <kr5/identification/force_torque.hpp>
 #include <kr5/identification/gravity_model.hpp>
+#include <kr5/identification/joint_elasticity.hpp>
 #include <kr5/identification/joint_motion.hpp>
+#include <kr5/identification/keep_out.hpp>
 #include <kr5/identification/log_conditioning.hpp>
 #include <kr5/identification/payload.hpp>
 #include <kr5/identification/planar_gravity.hpp>
@@ -153,6 +155,18 @@ static void bind_excitation(py::module_& m) {
       .def("states", &ExcitationMotion::states, py::arg("times"), "JointMotion at these times [s], without torques.")
       .def("sampled", &ExcitationMotion::sampled, py::arg("interval"),
            "JointMotion from 0 to the end at this interval [s], without torques.");
+  bind_enum<KeepOutKind>(m, "KeepOutKind", "Shape of a keep-out zone.");
+  bind_struct<KeepOut>(m, "KeepOut", "Zone of a cell that an arm must stay clear of.")
+      .def(
+          "distance",
+          [](const KeepOut& self, const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+            return self.distance({from, to});
+          },
+          py::arg("start"), py::arg("end"),
+          "Distance of the straight line between two points of the base from the zone [m].");
+  m.def("keep_out_of", &keep_out_of, py::arg("object"),
+        "The zone of a PlacedObject: a ball as it is, of a tube and a plate the box about it.");
+  m.def("load_keep_out", &load_keep_out, py::arg("file"), "Zones of a YAML file whose key `keep_out` lists them.");
   bind_struct<MotionLimits>(m, "MotionLimits", "What joints may do.");
   bind_struct<ExcitationOptions>(m, "ExcitationOptions", "Options of design_excitation.");
   bind_struct<Excitation>(m, "Excitation", "Designed motion with its figures.");
@@ -178,6 +192,21 @@ static void bind_excitation(py::module_& m) {
       py::arg("cell"), py::arg("limits"), py::arg("options") = ExcitationOptions{}, py::arg("progress") = py::none(),
       "Designs a motion whose torques tell the base parameters of the arm best, within its limits (Hayat et al. 2022,\n"
       "sections 4.3 and 4.4.3; Swevers et al. 1997). `progress(fraction)` is called meanwhile.");
+}
+
+static void bind_elasticity(py::module_& m) {
+  using kr5::python::bind_struct;
+  bind_struct<ElasticityReadings>(m, "ElasticityReadings", "Angles on both sides of the gears, a row a reading.");
+  bind_struct<ElasticityOptions>(m, "ElasticityOptions", "Options of identify_elasticity.");
+  bind_struct<JointSpring>(m, "JointSpring", "Stiffness and play of one joint.");
+  bind_struct<ElasticityResult>(m, "ElasticityResult", "Springs of the joints of an arm.");
+  m.def("identify_elasticity", &identify_elasticity, py::arg("readings"), py::arg("options") = ElasticityOptions(),
+        py::call_guard<py::gil_scoped_release>(),
+        "Stiffness and play of each joint by least squares with noise in angles and torques (Fuller 1987, section\n"
+        "1.2).\n\nParameters\n----------\nreadings : ElasticityReadings\noptions : ElasticityOptions\n\n"
+        "Returns\n-------\nElasticityResult\n    Check `fit.usable`, and `told` of each joint.\n\n"
+        "Raises\n------\nkr5.InvalidArgument\n    Sizes that differ, angles that are not over the gear ratio, torques "
+        "of the\n    opposite sign, invalid options.");
 }
 
 static void bind_servo(py::module_& m) {
@@ -259,6 +288,9 @@ static void bind_identified_cell(py::module_& m) {
         "Puts the servo of the path correction into a cell; `cycle` [s] is for a cell that states none.");
   m.def("set_joint_servo", &kr5::physics::set_joint_servo, py::arg("cell"), py::arg("joint"), py::arg("servo"),
         py::arg("cycle"), "Puts the servo of a joint (from 0) into a cell; the others keep theirs.");
+  m.def("set_joint_spring", &kr5::physics::set_joint_spring, py::arg("cell"), py::arg("joint"), py::arg("stiffness"),
+        py::arg("gap"),
+        "Puts stiffness [N m/rad or N/m] and play [rad or m] of the gear of a joint (from 0) into a cell.");
   m.def("set_contact_stiffness", &kr5::physics::set_contact_stiffness, py::arg("cell"), py::arg("stiffness"),
         "Puts the stiffness of the contact [N/m] into a cell.");
   m.def("set_tool_mass", &kr5::physics::set_tool_mass, py::arg("cell"), py::arg("mass"), py::arg("com"),
@@ -345,6 +377,7 @@ void bind_identification(py::module_& m) {
       .def("validate", &JointMotion::validate, "Raises InvalidArgument naming field and row.");
   bind_gravity(m);
   bind_excitation(m);
+  bind_elasticity(m);
   bind_servo(m);
   bind_contact(m);
   bind_force_loop_design(m);

@@ -255,7 +255,9 @@ static void bind_bin_sensors(py::module_& m) {
             auto points = s.cloud(&surfaces);
             return py::make_tuple(points, py::array_t<int>(static_cast<py::ssize_t>(surfaces.size()), surfaces.data()));
           },
-          "Readings in the base, shape (n, 3) [m], and what each is of, shape (n,).");
+          "Readings in the base, shape (n, 3) [m], and what each is of, shape (n,).")
+      .def("origins", &BinScan::origins,
+           "Place of the laser in the base for each reading of `cloud`, shape (n, 3) [m].");
   m.def("scan_path", &scan_path, py::arg("bin"), py::arg("scanner") = BinScannerOptions{},
         "A straight pass over a bin along its Y, the scanner level and looking down, its X along that of the bin.");
   m.def("scan_bin", &scan_bin, py::arg("scene"), py::arg("path"), py::arg("scanner") = BinScannerOptions{},

@@ -165,8 +165,8 @@ BinScan scan_bin(const PelletScene& scene, const ScanPath& path, const BinScanne
   return out;
 }
 
-Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor> BinScan::cloud(std::vector<int>* surfaces) const {
-  Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor> out((z.array() == z.array()).count(), 3);
+BinScan::Points BinScan::cloud(std::vector<int>* surfaces) const {
+  Points out((z.array() == z.array()).count(), 3);
   if (surfaces) surfaces->clear();
   Index row = 0;
   for (Index k = 0; k < z.rows(); ++k) {
@@ -176,6 +176,18 @@ Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor> BinScan::cloud(std::ve
       out.row(row++) = T_base_scanner * Vector3d(x(k, i), 0.0, z(k, i));
       if (surfaces) surfaces->push_back(surface(k, i));
     }
+  }
+  return out;
+}
+
+BinScan::Points BinScan::origins() const {
+  Points out((z.array() == z.array()).count(), 3);
+  Index row = 0;
+  for (Index k = 0; k < z.rows(); ++k) {
+    const Vector3d laser = (T_base_flange[static_cast<std::size_t>(k)] * T_flange_scanner).translation();
+    const Index readings = (z.row(k).array() == z.row(k).array()).count();
+    out.middleRows(row, readings).rowwise() = laser.transpose();
+    row += readings;
   }
   return out;
 }

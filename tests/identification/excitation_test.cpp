@@ -179,6 +179,22 @@ TEST_CASE("a designed motion of a KR5 conditions its 52 base parameters to bette
   CHECK(designed.lowest >= 0.1 - 1e-3);
 }
 
+TEST_CASE("asked for it, the condition of a KR5 in plain SI columns is better than the book's 51, too") {
+  const cell::Cell cell = kuka();
+  const MotionLimits limits = motion_limits(cell);
+  ExcitationOptions options{.kind = ExcitationKind::PointToPoint, .lowest = 0.1, .starts = 10, .exchanges = 1000};
+  const Excitation scaled = design_excitation(cell, limits, options);
+  options.criterion = ExcitationCriterion::ConditionUnscaled;
+  const Excitation plain = design_excitation(cell, limits, options);
+  REQUIRE(plain.fit.usable());
+  CHECK(plain.base_parameters == 52);
+  CHECK(plain.condition_unscaled <= 51.0);
+  CHECK(plain.condition_unscaled < 0.7 * scaled.condition_unscaled);
+  CHECK(plain.condition > scaled.condition);
+  CHECK(plain.condition_after.back() == Approx(plain.condition_unscaled).epsilon(0.05));
+  for (const double use : plain.speed_use) CHECK(use <= options.limit_share + 1e-9);
+}
+
 TEST_CASE("the same seed gives the same motion, another seed another") {
   const cell::Cell cell = limited_arm("rrr");
   for (const ExcitationKind kind : {ExcitationKind::Fourier, ExcitationKind::PointToPoint}) {

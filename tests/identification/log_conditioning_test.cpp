@@ -396,3 +396,60 @@ TEST_CASE("says what cannot be conditioned") {
   options.lower = options.upper = VectorXd::Zero(2);
   CHECK_THROWS_WITH(check_log(sound_log(), options), Contains("lower, upper"));
 }
+
+TEST_CASE("temperatures are ordered, resampled and decimated with the rest") {
+  JointLog log = sound_log(3);
+  const auto warm = [](double t, Index j) { return 25.0 + 0.8 * t + 3.0 * std::sin(0.3 * t + double(j)); };
+  Random random(4);
+  for (Index i = 0; i < log.t.size(); ++i) log.t[i] += i ? random.uniform(-0.4, 0.4) * step : 0.0;
+  log.temperature.resize(log.t.size(), 3);
+  for (Index i = 0; i < log.t.size(); ++i)
+    for (Index j = 0; j < 3; ++j) {
+      log.q(i, j) = course(j, log.t[i], 0);
+      log.temperature(i, j) = warm(log.t[i], j) + random.normal(0.2);
+    }
+  log.t.segment(1000, 2).reverseInPlace();  // two rows out of order, with all of theirs
+  for (MatrixXd* m : {&log.q, &log.qd, &log.tau, &log.temperature}) m->row(1000).swap(m->row(1001));
+  ConditioningOptions options;
+  options.decimation = 7;
+  options.clock = ClockModel::Stamps;
+  const ConditionedMotion out = condition_log(log, options);
+  INFO(out.message);
+  REQUIRE(out.usable());
+  REQUIRE(out.motion.temperature.rows() == out.motion.samples());
+  REQUIRE(out.motion.temperature.cols() == 3);
+  CHECK(out.motion.t[1] - out.motion.t[0] == Approx(7 * step).epsilon(0.01));
+  double squared = 0.0;
+  for (Index i = 0; i < out.motion.samples(); ++i)
+    for (Index j = 0; j < 3; ++j) squared += std::pow(out.motion.temperature(i, j) - warm(out.motion.t[i], j), 2);
+  // Smoothed as the torques are, so better than what was logged; a row off would be 0.007 to 0.02 beside.
+  CHECK(std::sqrt(squared / double(3 * out.motion.samples())) < 0.15);
+  out.motion.validate();
+}
+
+TEST_CASE("temperatures in another unit, missing ones and those of no drive are named") {
+  JointLog log = sound_log();
+  log.temperature = MatrixXd::Constant(log.t.size(), 3, 40.0);
+  CHECK(condition_log(log).usable());
+  log.temperature.col(1).array() += 273.15;
+  const LogFinding kelvin = only_error(log, LogFault::TemperatureRange);
+  CHECK(kelvin.joint == 2);
+  CHECK(kelvin.text ==
+        "temperature2: 313.1 to 313.1, expected -40 to 200 deg C; kelvins for degrees Celsius? state the unit");
+  log.temperature_names = {"T_a", "T_b", "T_c"};
+  CHECK(only_error(log, LogFault::TemperatureRange).column == "T_b");
+  ConditioningOptions accepting;
+  accepting.accept = "temperature_range";
+  CHECK(condition_log(log, accepting).usable());
+  log.temperature.col(1).setConstant(40.0);
+  log.temperature(2500, 2) = -80.0;
+  const LogFinding cold = only_error(log, LogFault::TemperatureRange);
+  CHECK(cold.begin == Approx(10.0));
+  CHECK_THAT(cold.text, Contains("T_c: -80 to 40") && Contains("check unit and column"));
+  log.temperature(2500, 2) = std::numeric_limits<double>::quiet_NaN();
+  CHECK(only_error(log, LogFault::NotFinite).column == "T_c");
+  log.temperature_names.pop_back();
+  CHECK_THROWS_WITH(check_log(log), Contains("temperature_names: one name a joint"));
+  log.temperature = MatrixXd::Zero(5, 3);
+  CHECK_THROWS_WITH(check_log(log), Contains("temperature: expected 5000 x 3 numbers, found 5 x 3"));
+}

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <kr5/physics/gear_spring.hpp>
+#include <kr5/physics/identified_cell.hpp>
 
 #include <cmath>
 
@@ -100,4 +101,15 @@ TEST_CASE("a gear that stays on its side is a linear spring there") {
   }
   CHECK(gear.strain(0.05) == Approx(0.04).epsilon(1e-14));
   CHECK(gear.strain(-0.05) == Approx(-0.04).epsilon(1e-14));
+}
+
+TEST_CASE("an identified spring in a cell is the gear of its joint") {
+  cell::Cell cell = arc();
+  physics::set_joint_spring(cell, 2, 3e4, 5e-4);
+  physics::set_joint_spring(cell, 4, 6e4, 0.0);
+  const cell::Cell again = cell::parse_cell(cell::to_yaml(cell), "written");
+  CHECK(physics::gear_spring(again, 2).lead_in_balance(-60.0) == Approx(-60.0 / 3e4 - 2.5e-4).epsilon(1e-12));
+  CHECK(physics::gear_spring(again, 4).lead_in_balance(60.0) == Approx(1e-3).epsilon(1e-12));
+  CHECK(physics::gear_spring(again, 3).rigid());
+  CHECK_THROWS_WITH(physics::set_joint_spring(cell, 6, 1e4, 0.0), Catch::Contains("joint: found 6, expected 0 to 5"));
 }

@@ -106,3 +106,56 @@ def test_a_log_needs_its_arm(tmp_path, case, run_kr5):
     assert done.returncode == 2 and "a log needs its arm: --cell" in " ".join(done.stderr.split())
     done = run_kr5("identify", "dynamics", tmp_path)
     assert done.returncode == 2
+
+
+UNBLURRED = ("--no-smooth-torques", "--least-speed", "0.02")  # friction at its reversals, as the guide has it
+
+
+def warming(columns):
+    """Dry friction of joint 3 that falls by 0.3 N m a degree, with the temperatures of all motors in K."""
+    t = columns["t"]
+    for k in range(6):
+        columns[f"motor_temp_{k + 1}_K"] = 293 + k + 1.5 * t + 8 * np.sin(0.9 * t + k)
+    v = np.gradient(columns["q3"], t)
+    columns["tau3"] = columns["tau3"] - 0.3 * (columns["motor_temp_3_K"] - 293.15) * np.tanh(v / 0.01)
+
+
+def cabinet(columns):
+    """The same law with one temperature for all, in deg C, of a slow sensor."""
+    warming(columns)
+    third = columns["motor_temp_3_K"] - 273.15
+    for k in range(6):
+        del columns[f"motor_temp_{k + 1}_K"]
+    third[np.arange(len(third)) % 5 != 0] = np.nan
+    columns["temperature"] = third
+
+
+@pytest.mark.parametrize(
+    ("change", "note"),
+    [
+        (warming, "temperatures: motor_temp_1_K to motor_temp_6_K [K, from the name]"),
+        (cabinet, "temperatures: temperature to temperature [deg C, from the size]"),
+    ],
+)
+def test_friction_that_follows_a_logged_temperature_is_chosen(tmp_path, case, run_kr5, change, note):
+    cell = raw_log(tmp_path, case, change)
+    done = run_kr5("identify", "dynamics", "log.csv", "--cell", cell, "--choose-terms", *UNBLURRED, "-o", "out.json")
+    assert done.returncode == 0, done.stderr
+    data = json.loads((tmp_path / "out.json").read_text())
+    assert any(n.startswith(note) for n in data["input"]["notes"])
+    assert [t["temperature"] for t in data["result"]["terms"]] == [False, False, True, False, False, False]
+    row = next(f for f in data["figures"] if f["name"].startswith("fcT3"))
+    assert abs(row["value"] + 0.3) < 4 * row["std"] and row["std"] < 0.03
+
+
+def absurd(columns):
+    columns["motor_temp_c"] = np.full(len(columns["t"]), 999.0)
+
+
+def test_temperatures_of_no_drive_are_refused_unless_accepted(tmp_path, case, run_kr5):
+    cell = raw_log(tmp_path, case, absurd)
+    words = ("identify", "dynamics", "log.csv", "--cell", cell, "-o", "out.json")
+    done = run_kr5(*words)
+    assert done.returncode == 2
+    assert "motor_temp_c: 999 to 999, expected -40 to 200 deg C" in " ".join(done.stderr.split())
+    assert run_kr5(*words, "--accept", "temperature_range").returncode == 0

@@ -174,6 +174,30 @@ def test_strokes_of_an_arm_with_a_slide_become_krl(run_kr5, tmp_path, share):
     assert len(overrides) == len(result["motion"]["points"]) and all(1 <= v <= 90 for v in overrides)
 
 
+def test_an_excitation_keeps_clear_of_a_table_and_of_the_objects_of_the_cell(run_kr5, tmp_path, believed):
+    (tmp_path / "zones.yaml").write_text(
+        "keep_out:\n- {name: table, kind: box, T_B_O: [0.9, 0, 0.1, 0, 0, 0], size: [0.6, 1.2, 0.2]}\n"
+        "- {name: ground, kind: floor}\n"
+    )
+    done = run_kr5(
+        "identify", "excitation", find_shipped_cell(), *FEW, "--keep-out", "zones.yaml", "--link-radii", "0.12,0.08",
+        "--margin", "0.03", "-o", "clear.json",
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    data = load(tmp_path, "clear.json")
+    zones = data["input"]["options"]["keep_out"]
+    assert {zone["name"] for zone in zones} == {"tube", "board", "sphere", "table", "ground"}
+    assert data["result"]["clearance"] >= 0.03 and " to " in data["result"]["nearest"]
+    assert any(row["name"].startswith("least clearance") for row in data["figures"])
+    # The flange and the tool tip, a capsule of 0.08 m, at every sample shown.
+    chain, tip = believed.nominal_chain(), np.asarray(believed.tool.T_flange_tool)
+    table = next(identification.KeepOut(**zone) for zone in zones if zone["name"] == "table")
+    for q in data["result"]["q"]:
+        flange = np.asarray(chain.flange(np.array(q)))
+        assert table.distance(flange[:3, 3], (flange @ tip)[:3, 3]) >= 0.08 + 0.03
+        assert min(flange[2, 3], (flange @ tip)[2, 3]) >= 0.08 + 0.03
+
+
 def test_an_excitation_that_cannot_be_is_refused(run_kr5, tmp_path):
     def refused(*args, arm=None):
         done = run_kr5("identify", "excitation", arm or find_shipped_cell(), *FEW, *args, "-o", "no.json")
@@ -188,5 +212,13 @@ def test_an_excitation_that_cannot_be_is_refused(run_kr5, tmp_path):
     assert "guarded point below" in refused("--lowest", "9")
     assert "expected a name of KRL" in refused("--krl", "1-motion")
     assert "--interval" in refused("--interval", "0")
+    assert "--link-radii: found 8 numbers, expected at most 7" in refused("--link-radii", "1,1,1,1,1,1,1,1")
+    assert "link_radii must have" in refused("--link-radii", "-0.1")
+    assert "absent.yaml" in refused("--keep-out", "absent.yaml")
+    lamp = "{name: lamp, kind: ball, T_B_O: [0.18, 0, 1.05, 0, 0, 0], radius: 0.1}"  # at the elbow
+    (tmp_path / "zones.yaml").write_text(f"keep_out: [{lamp}]")
+    assert "to lamp is -0." in refused("--keep-out", "zones.yaml", "--start", "0,0,-1.8,0,0,0")
+    (tmp_path / "zones.yaml").write_text("keep_out: [{name: table, kind: box, size: [1, 1]}]")
+    assert "zones.yaml:1: keep_out[0].size" in refused("--keep-out", "zones.yaml")
     (tmp_path / "bare.yaml").write_text("format: kr5-cell/1\nrobot:\n  dh:\n  - {a: 0.7}\n")
     assert "robot.limits: the cell states none" in refused(arm="bare.yaml")

@@ -115,28 +115,62 @@ TEST_CASE("a pellet that falls lands in the time of the law of free fall, and li
   CHECK(out.state.time == Approx(std::sqrt(2.0 * 0.05 / 9.81) + 0.1).margin(0.02));
 }
 
-TEST_CASE("friction holds a pellet on one that leans, without it the pellet slides off") {
-  // A lying pellet, pushed along its axis by nothing: stands still. One on a round back rolls down.
-  sim::PelletScene scene{small_bin(), {pellet_at(0.0, 0.0, 0.008, Vector3d::UnitX())}};
-  scene.pellets.push_back(pellet_at(0.0, 0.0, 0.024, Vector3d::UnitX()));
-  scene.pellets[1].T_bin_pellet.translation().y() = 0.004;
-  const sim::SettledPile out = sim::settle(scene);
-  CHECK(out.scene.pellets[1].T_bin_pellet.translation().z() == Approx(0.008).margin(1e-4));
-  const Vector3d apart =
-      out.scene.pellets[1].T_bin_pellet.translation() - out.scene.pellets[0].T_bin_pellet.translation();
-  CHECK(apart.norm() > 0.0159);
+TEST_CASE("a rod that leans on a wall slides down below the friction at which a ladder does") {
+  // Slides when tan(lean) > 2 mu / (1 - mu^2): at 20 degrees below mu = 0.176.
+  const double lean = 20.0 * M_PI / 180.0, half = 0.03, radius = 0.002;
+  sim::Pellet rod = pellet_at(0.0, 0.0, half * std::cos(lean) + radius * std::sin(lean) + 1e-5,
+                              {std::sin(lean), 0.0, std::cos(lean)});
+  rod.radius = radius, rod.height = 2.0 * half;
+  rod.T_bin_pellet.translation().x() = 0.05 - half * std::sin(lean) - radius * std::cos(lean) - 1e-5;
+  const sim::PelletScene scene{small_bin(), {rod}};
+  sim::PileOptions options;
+  const auto tilt = [&](double friction) {
+    options.friction = friction;
+    return std::acos(std::abs(sim::settle(scene, options).scene.pellets[0].T_bin_pellet.linear()(2, 2)));
+  };
+  CHECK(tilt(0.25) == Approx(lean).margin(0.01));
+  CHECK(tilt(0.1) > 1.5);
+}
 
-  // Three upright ones on top of each other carry the fourth.
+TEST_CASE("a tower of upright pellets stands, and a pellet on a round back rolls off") {
   sim::PelletScene tower{small_bin(), {}};
   for (int k = 0; k < 4; ++k) tower.pellets.push_back(pellet_at(0.001 * k, 0.0, 0.0075 + 0.015 * k));
   const sim::SettledPile standing = sim::settle(tower);
   CHECK(standing.state.at_rest);
-  for (int k = 0; k < 4; ++k) {
+  for (std::size_t k = 0; k < 4; ++k) {
     CAPTURE(k);
-    CHECK((standing.scene.pellets[static_cast<std::size_t>(k)].T_bin_pellet.translation() -
-           tower.pellets[static_cast<std::size_t>(k)].T_bin_pellet.translation())
-              .norm() < 2e-4);
+    const Vector3d before = tower.pellets[k].T_bin_pellet.translation();
+    CHECK((standing.scene.pellets[k].T_bin_pellet.translation() - before).norm() < 2e-4);
   }
+
+  sim::PelletScene pair{small_bin(), {pellet_at(0.0, 0.0, 0.008, Vector3d::UnitX())}};
+  pair.pellets.push_back(pellet_at(0.0, 0.004, 0.0235, Vector3d::UnitX()));
+  const sim::SettledPile rolled = sim::settle(pair);
+  CHECK(rolled.scene.pellets[1].T_bin_pellet.translation().z() == Approx(0.008).margin(1e-4));
+  const Vector3d apart =
+      rolled.scene.pellets[1].T_bin_pellet.translation() - rolled.scene.pellets[0].T_bin_pellet.translation();
+  CHECK(apart.norm() > 0.0159);
+}
+
+TEST_CASE("pellets that overlap are told so, and part as they fall") {
+  Random random(5);
+  int overlapping = 0;
+  for (int trial = 0; trial < 60; ++trial) {
+    sim::PelletScene scene{
+        small_bin(), {pellet_at(0.0, 0.0, 0.04, random.direction()), pellet_at(0.0, 0.0, 0.04, random.direction())}};
+    scene.pellets[1].T_bin_pellet.translation() += random.uniform(0.0145, 0.016) * random.direction();
+    double deepest = 0.0;
+    for (int k = 0; k < 20000; ++k)
+      deepest = std::max({deepest, depth_in(scene.pellets[1], random_point(scene.pellets[0], random)),
+                          depth_in(scene.pellets[0], random_point(scene.pellets[1], random))});
+    const double told = sim::deepest_overlap(scene);
+    CAPTURE(trial, told, deepest);
+    CHECK(told >= deepest - 2e-4);
+    overlapping += deepest > 1e-4;
+    const sim::SettledPile parted = sim::settle(scene);
+    CHECK(parted.state.penetration < 3e-4);
+  }
+  CHECK(overlapping > 10);
 }
 
 TEST_CASE("a pellet pulled out leaves the others, what stood on it falls, and far ones stay") {

@@ -38,12 +38,17 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
         "gravity": ("identify.gravity", "Gravity model from slow motions; current limits of passive compliance."),
         "excitation": ("identify.excitation", "Exciting motion for the identification of an arm's dynamics."),
         "drives": ("identify.drives", "Structure matrix, gear ratios and couplings, from encoders and joint angles."),
+        "elasticity": ("identify.elasticity", "Stiffness and play of the gears, from angles on both sides of them."),
         "dynamics": ("identify.dynamics", "Dynamic parameters and friction, from a motion with currents or torques."),
         "payload": ("identify.payload", "Load at the flange, from motions with it and without."),
         "study": ("identify.study", "Error of such an identification by device, noise and arc."),
         "servo": ("identify.servo", "Servo of the path correction or of joints, from a response."),
         "contact": ("identify.contact", "Stiffness of a contact, and the force loop on it."),
         "force-torque": ("identify.force_torque", "Force sensor and the tool below it."),
+    },
+    "bin": {
+        "empty": ("picking.empty", "Simulated bin emptied pick by pick, with a picture of every decision."),
+        "simulate": ("picking.simulate", "Simulated bin of cylinders with scan, picture and truth."),
     },
     "repeatability": ("repeatability.command", "Pose repeatability and accuracy after ISO 9283."),
     "workspace": ("workspace.command", "Workspace of an arm: reach and manipulability."),
@@ -62,6 +67,7 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
     "report": ("report.command", "Self-contained page of a result file."),
 }
 GROUP_HELP = {
+    "bin": "Simulated bins of cylinders.",
     "calibrate": "Calibrations with uncertainty and verdict.",
     "identify": "Identification of an arm: axes, dynamics, drives, servos, sensors and contacts.",
     "sweep": "Many simulated runs over a grid of conditions.",

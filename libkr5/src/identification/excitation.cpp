@@ -37,6 +37,9 @@ void measure(Excitation& out, ExcitationProblem& problem, const MotionLimits& fu
   if (const Eigen::MatrixXd torques = problem.torques(fine); torques.size() > 0) out.torque_peak = peak(torques);
   if (full.torque.size() > 0) out.torque_use = out.torque_peak.cwiseQuotient(full.torque);
   out.lowest = problem.lowest(fine);
+  const NearestApproach approach = problem.nearest_approach(fine);
+  out.clearance = approach.clearance;
+  out.nearest = approach.where;
 }
 
 /// The limits that a motion keeps wholly, without the share that a design leaves free.
@@ -66,6 +69,10 @@ void ExcitationOptions::validate() const {
   require(start.allFinite(), "start must be finite [rad or m]");
   require(std::isfinite(lowest), "lowest must be finite [m]");
   require(points.allFinite(), "points must be finite [m]");
+  for (const KeepOut& zone : keep_out) zone.validate();
+  require(margin >= 0 && std::isfinite(margin), "margin must not be negative [m]");
+  require(link_radii.size() > 0 && link_radii.allFinite() && link_radii.minCoeff() >= 0,
+          "link_radii must have at least one value, none of them negative [m]");
   require(starts >= 1, "starts must be at least 1");
   require(exchanges >= 0, "exchanges must not be negative");
 }
@@ -115,6 +122,7 @@ Excitation design_excitation(const cell::Cell& cell, const MotionLimits& limits,
       options.kind == ExcitationKind::Fourier ? search_fourier(problem, options) : search_points(problem, options);
   out.motion = found.motion;
   out.condition_after = found.condition_after;
+  out.slowed_strokes = found.slowed_strokes;
   out.fit.iterations = found.exchanges;
   if (found.objection.empty()) {
     measure(out, problem, out.limits);

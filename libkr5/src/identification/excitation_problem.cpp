@@ -41,11 +41,23 @@ std::vector<Index> regressor_order(Index n, const ExcitationOptions& options) {
   return out;
 }
 
+JointMotion at_rest(const VectorXd& q) {
+  JointMotion out;
+  out.t = VectorXd::Zero(1);
+  out.q = q.transpose();
+  out.qd = out.qdd = MatrixXd::Zero(1, q.size());
+  return out;
+}
+
 }  // namespace
 
 ExcitationProblem::ExcitationProblem(const cell::Cell& cell, const MotionLimits& limits,
                                      const ExcitationOptions& options)
-    : cell_(cell), options_(options), chain_(cell::nominal_chain(cell)), regressor_(chain_, cell.robot.gravity) {
+    : cell_(cell),
+      options_(options),
+      chain_(cell::nominal_chain(cell)),
+      regressor_(chain_, cell.robot.gravity),
+      clearance_(chain_, limits_, options) {
   const int n = cell.robot.joints();
   require(n > 0, "cell.robot: the arm has no joint");
   require(options.torque_noise.size() == 0 || options.torque_noise.size() == n,
@@ -99,6 +111,10 @@ void ExcitationProblem::check_start() const {
             "start: joint " + std::to_string(j + 1) + " at " + std::to_string(options_.start[j]) +
                 " is outside of the range " + std::to_string(limits_.lower[j]) + " to " +
                 std::to_string(limits_.upper[j]) + " that limit_share leaves [rad or m]");
+  const NearestApproach approach = clearance_.along(at_rest(options_.start));
+  require(approach.clearance >= options_.margin,
+          "start: clearance of " + approach.where + " is " + std::to_string(approach.clearance) +
+              ", expected at least the margin, " + std::to_string(options_.margin) + " [m]");
 }
 
 void ExcitationProblem::find_base() {
@@ -156,9 +172,13 @@ double ExcitationProblem::condition(const MatrixXd& information, bool scaled) co
   return least > 1e-15 * greatest ? std::sqrt(greatest / least) : std::numeric_limits<double>::infinity();
 }
 
+double ExcitationProblem::shown_condition(const MatrixXd& information) const {
+  return condition(information, options_.criterion != ExcitationCriterion::ConditionUnscaled);
+}
+
 double ExcitationProblem::value(const MatrixXd& mean_information) const {
-  if (options_.criterion == ExcitationCriterion::Condition) {
-    const double out = condition(mean_information, true);
+  if (options_.criterion != ExcitationCriterion::Determinant) {
+    const double out = shown_condition(mean_information);
     return std::isfinite(out) ? out : no_motion;
   }
   const Eigen::LLT<MatrixXd> factor(mean_information);
@@ -183,6 +203,12 @@ double ExcitationProblem::lowest(const JointMotion& states) const {
 
 std::string ExcitationProblem::objection(const JointMotion& states) const {
   if (lowest(states) < options_.lowest) return "a guarded point below `lowest`";
+  const NearestApproach approach = clearance_.along(states, options_.margin);
+  if (approach.clearance < options_.margin) return "the clearance of " + approach.where;
+  return torque_objection(states);
+}
+
+std::string ExcitationProblem::torque_objection(const JointMotion& states) const {
   if (limits_.torque.size() == 0) return "";
   const VectorXd peak = torques(states).cwiseAbs().colwise().maxCoeff();
   for (Index j = 0; j < joints(); ++j)
@@ -192,14 +218,10 @@ std::string ExcitationProblem::objection(const JointMotion& states) const {
 
 VectorXd ExcitationProblem::clear_posture(Random& random) const {
   constexpr int tries = 100;
-  JointMotion rest;
-  rest.t = VectorXd::Zero(1);
-  rest.qd = rest.qdd = MatrixXd::Zero(1, joints());
   VectorXd q;
   for (int k = 0; k < tries; ++k) {
     q = VectorXd::NullaryExpr(joints(), [&](Index j) { return random.uniform(limits_.lower[j], limits_.upper[j]); });
-    rest.q = q.transpose();
-    if (objection(rest).empty()) break;
+    if (objection(at_rest(q)).empty()) break;
   }
   return q;
 }

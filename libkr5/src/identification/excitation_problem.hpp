@@ -8,6 +8,8 @@
 #include <kr5/identification/excitation.hpp>
 #include <kr5/kinematics/inertial_regressor.hpp>
 
+#include "arm_clearance.hpp"
+
 namespace kr5::identification {
 
 /// What a design looks at: what a motion tells of the base parameters, and whether the arm may make it. Keeps
@@ -27,11 +29,17 @@ class ExcitationProblem {
   /// What is made small, of the mean information of a sample.
   double value(const Eigen::MatrixXd& mean_information) const;
   double condition(const Eigen::MatrixXd& information, bool scaled) const;
+  /// The one that the criterion is about; for D-optimality that of columns of unit length.
+  double shown_condition(const Eigen::MatrixXd& information) const;
 
   /// Nominal torques of the drives, samples x joints; none when the cell has no masses.
   Eigen::MatrixXd torques(const JointMotion& states) const;
   /// Least height of the guarded points above B [m].
   double lowest(const JointMotion& states) const;
+  /// How near the arm comes to its keep-out zones.
+  NearestApproach nearest_approach(const JointMotion& states) const { return clearance_.along(states); }
+  /// The torque that is too great in these states; empty: none.
+  std::string torque_objection(const JointMotion& states) const;
   /// What the arm may not do in these states, beside positions, speeds and accelerations; empty: nothing.
   std::string objection(const JointMotion& states) const;
   /// A random posture within the limits in which there is no objection at rest, when a hundred tries find one.
@@ -49,6 +57,7 @@ class ExcitationProblem {
   MotionLimits limits_;
   kinematics::DhChain chain_;
   kinematics::InertialRegressor regressor_;
+  ArmClearance clearance_;
   Eigen::VectorXd weight_;  ///< Of the rows of each joint: 1 / noise.
   std::vector<Eigen::Index> base_;
 };

@@ -348,7 +348,8 @@ ForceTorqueResult identify_force_torque(std::span<const ForceTorqueReading> read
     converged = found.usable();
     out.fit.iterations += found.iterations;
     if (round == 0)
-      out.fit.initial_rms = std::sqrt(problem.residuals(problem.start).squaredNorm() / (6.0 * problem.weight.size()));
+      out.fit.initial_rms = std::sqrt(problem.residuals(problem.start).squaredNorm() /
+                                      (6.0 * static_cast<double>(problem.weight.size())));
     if (round + 1 == rounds) break;
     estimate_noise(problem, x);
     leave_out(problem, x);

@@ -144,7 +144,7 @@ ExcitationSearch search_fourier(ExcitationProblem& problem, const ExcitationOpti
     best = value;
     out.motion = motion;
     out.objection.clear();
-    out.condition_after.push_back(problem.condition(mean, true));
+    out.condition_after.push_back(problem.shown_condition(mean));
     return true;
   };
   const int attempts = 20 * options.starts;  // an arm close to what it must avoid needs more

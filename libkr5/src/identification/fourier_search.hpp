@@ -9,8 +9,9 @@ namespace kr5::identification {
 struct ExcitationSearch {
   ExcitationMotion motion;
   std::vector<double> condition_after;
-  int exchanges = 0;      ///< That gained.
-  std::string objection;  ///< What stood in the way of the last motion that was tried.
+  int exchanges = 0;       ///< That gained.
+  int slowed_strokes = 0;  ///< Of the motion found, because of torques.
+  std::string objection;   ///< What stood in the way of the last motion that was tried.
 };
 
 /// Step at which torques and heights of a motion that is considered are looked at [s].

@@ -17,7 +17,9 @@ std::string JointLog::q_name(Eigen::Index joint) const { return log_column_name(
 std::string JointLog::qd_name(Eigen::Index joint) const { return log_column_name(qd_names, "qd", joint); }
 std::string JointLog::tau_name(Eigen::Index joint) const { return log_column_name(tau_names, "tau", joint); }
 
-std::string JointLog::temperature_name(Eigen::Index joint) const { return log_column_name({}, "temperature", joint); }
+std::string JointLog::temperature_name(Eigen::Index joint) const {
+  return log_column_name(temperature_names, "temperature", joint);
+}
 
 void JointLog::validate() const {
   require(t.size() > 0 && q.cols() > 0, "t, q: no sample of any joint");
@@ -30,9 +32,9 @@ void JointLog::validate() const {
   check_size(tau, "tau");
   if (qd.size() > 0) check_size(qd, "qd");
   if (temperature.size() > 0) check_size(temperature, "temperature");
-  for (const auto* names : {&q_names, &qd_names, &tau_names})
+  for (const auto* names : {&q_names, &qd_names, &tau_names, &temperature_names})
     require(names->empty() || static_cast<Eigen::Index>(names->size()) == q.cols(),
-            "q_names, qd_names, tau_names: one name a joint, or none");
+            "q_names, qd_names, tau_names, temperature_names: one name a joint, or none");
 }
 
 }  // namespace kr5::identification

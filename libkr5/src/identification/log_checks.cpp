@@ -26,7 +26,9 @@ constexpr double standing_range = 2e-3;  // motion of a joint that counts as non
 constexpr double degrees_per_radian = 180.0 / std::numbers::pi;
 constexpr double derivative_correlation = 0.9;
 constexpr double speed_scale_tolerance = 0.05;
-constexpr double greatest_delay = 0.2;  // that is searched [s]
+constexpr double greatest_delay = 0.2;              // that is searched [s]
+constexpr double coldest = -40.0, hottest = 200.0;  // that a drive may be [deg C]
+constexpr double zero_celsius = 273.15;             // [K]
 
 double standard_deviation(const VectorXd& x) { return std::sqrt((x.array() - x.mean()).square().mean()); }
 
@@ -389,6 +391,24 @@ SmoothedLog smoothed(const EvenLog& even, const ConditioningOptions& options) {
   return out;
 }
 
+void check_temperatures(const OrderedLog& data, std::vector<LogFinding>& out) {
+  const MatrixXd& all = data.log.temperature;
+  for (Index j = 0; j < all.cols(); ++j) {
+    Index coldest_row = 0, hottest_row = 0;
+    const double low = all.col(j).minCoeff(&coldest_row), high = all.col(j).maxCoeff(&hottest_row);
+    if (low >= coldest && high <= hottest) continue;
+    const Index at = high > hottest ? hottest_row : coldest_row;
+    const bool kelvin = low - zero_celsius >= coldest && high - zero_celsius <= hottest;
+    LogFinding f =
+        finding_at(data, LogFault::TemperatureRange, LogSeverity::Error, data.log.temperature_name(j), j, at, at);
+    f.value = all(at, j);
+    f.text = f.column + ": " + short_number(low) + " to " + short_number(high) + ", expected " + short_number(coldest) +
+             " to " + short_number(hottest) + " deg C" +
+             (kelvin ? "; kelvins for degrees Celsius? state the unit" : "; check unit and column");
+    out.push_back(f);
+  }
+}
+
 /// Spans that the checks of torques found faulty, in the rows of the log.
 void mark_faulty(const EvenLog& even, OrderedLog& data) {
   Index k = 0;
@@ -507,6 +527,7 @@ LogScan scan_log(const JointLog& log, const ConditioningOptions& options) {
   data.step = median(steps);
   check_steps(data, options, out.findings);
   check_positions(data, options, out.findings);
+  check_temperatures(data, out.findings);
   check_flat_channels(data, out.findings);
 
   EvenLog even = even_log(data, options);

@@ -22,6 +22,7 @@ constexpr double looked_at_interval = 0.04;  // of what a stroke tells [s]
 struct Stroke {
   double time = 0.0;
   double speed_override = 1.0;
+  bool slowed = false;  ///< Because of torques.
   Index samples = 0;
   MatrixXd information = {};
 };
@@ -69,8 +70,20 @@ class TourSource {
     return std::max({by_speed / override, by_acceleration / override, 0.02});
   }
 
+  /// The time of least length of which the torques are not too great: those of inertia fall with its square. When
+  /// weight and friction alone are too great, the time is as it was.
+  double slowed_time(const VectorXd& from, const VectorXd& to, double override) const {
+    constexpr double factor = 1.15, greatest_factor = 10.0;
+    const double first = time(from, to, override);
+    if (problem_.limits().torque.size() == 0) return first;
+    for (double t = first; t <= greatest_factor * first; t *= factor)
+      if (problem_.torque_objection(motion(from, to, t).sampled(considered_interval)).empty()) return t;
+    return first;
+  }
+
   Stroke stroke(const VectorXd& from, const VectorXd& to, double override) {
-    Stroke out{.time = time(from, to, override), .speed_override = override};
+    Stroke out{.time = slowed_time(from, to, override), .speed_override = override};
+    out.slowed = out.time > time(from, to, override);
     const JointMotion states = motion(from, to, out.time).sampled(looked_at_interval);
     out.samples = states.samples();
     out.information = problem_.information(states);
@@ -84,7 +97,8 @@ class TourSource {
     double part = 1.0;
     for (int k = 0; k < tries; ++k, part *= 0.9) {
       to = from + part * (problem_.clear_posture(random_) - from);
-      if (problem_.objection(motion(from, to, time(from, to, override)).sampled(considered_interval)).empty()) break;
+      const double slowed = slowed_time(from, to, override);
+      if (problem_.objection(motion(from, to, slowed).sampled(considered_interval)).empty()) break;
     }
     return to;
   }
@@ -97,11 +111,11 @@ class TourSource {
     while (true) {
       const double override = speed_override();
       const VectorXd next = reachable_point(out.points.back(), override);
-      const double there = time(out.points.back(), next, override), back = time(next, out.points.front(), 1.0);
-      if (total + there + back > options_.duration) break;
-      out.strokes.push_back(stroke(out.points.back(), next, override));
+      const Stroke there = stroke(out.points.back(), next, override);
+      if (total + there.time + slowed_time(next, out.points.front(), 1.0) > options_.duration) break;
+      out.strokes.push_back(there);
       out.points.push_back(next);
-      total += there;
+      total += there.time;
     }
     if (out.points.size() > 1) {
       out.strokes.push_back(stroke(out.points.back(), out.points.front(), 1.0));
@@ -166,7 +180,7 @@ ExcitationSearch search_points(ExcitationProblem& problem, const ExcitationOptio
     best = value;
     best_tour = std::move(tour);
     out.objection.clear();
-    out.condition_after.push_back(problem.condition(mean, true));
+    out.condition_after.push_back(problem.shown_condition(mean));
     return true;
   };
   const int attempts = 10 * options.starts, steps = attempts + options.exchanges;
@@ -183,6 +197,7 @@ ExcitationSearch search_points(ExcitationProblem& problem, const ExcitationOptio
     if (options.progress) options.progress(static_cast<double>(attempts + k + 1) / steps);
   }
   out.motion = source.motion(best_tour);
+  for (const Stroke& stroke : best_tour.strokes) out.slowed_strokes += stroke.slowed;
   return out;
 }
 

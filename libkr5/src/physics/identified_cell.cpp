@@ -10,6 +10,16 @@
 
 namespace kr5::physics {
 
+namespace {
+
+void require_joint(const cell::Cell& cell, int joint) {
+  const int n = cell.robot.joints();
+  require(joint >= 0 && joint < n,
+          "joint: found " + std::to_string(joint) + ", expected 0 to " + std::to_string(n - 1));
+}
+
+}  // namespace
+
 void set_path_servo(cell::Cell& cell, const cell::SecondOrder& servo, double cycle) {
   if (!cell.servo) cell.servo = cell::Servo{.cycle = cycle, .joint = {}, .tool = {}, .correction = {}};
   cell.servo->tool = servo;
@@ -17,15 +27,21 @@ void set_path_servo(cell::Cell& cell, const cell::SecondOrder& servo, double cyc
 }
 
 void set_joint_servo(cell::Cell& cell, int joint, const cell::SecondOrder& servo, double cycle) {
+  require_joint(cell, joint);
   const int n = cell.robot.joints();
-  require(joint >= 0 && joint < n,
-          "joint: found " + std::to_string(joint) + ", expected 0 to " + std::to_string(n - 1));
   std::vector<cell::SecondOrder> all = joint_servos(cell);
   if (all.empty()) all.assign(static_cast<std::size_t>(n), servo);
   all[static_cast<std::size_t>(joint)] = servo;
   if (!cell.servo) cell.servo = cell::Servo{.cycle = cycle, .joint = {}, .tool = {}, .correction = {}};
   cell.servo->joint = all;
   for (const char* effect : {"joint_servo", "joint_delay"}) cell.effects.remove(effect);
+}
+
+void set_joint_spring(cell::Cell& cell, int joint, double stiffness, double gap) {
+  require_joint(cell, joint);
+  const std::string name = "joint" + std::to_string(joint + 1);
+  cell.effects.set("joint_elasticity", name, "stiffness", stiffness);
+  cell.effects.set("backlash", name, "gap", gap);
 }
 
 void set_contact_stiffness(cell::Cell& cell, double stiffness) {

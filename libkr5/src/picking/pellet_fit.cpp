@@ -12,41 +12,6 @@ namespace kr5::picking {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-RayVerdict judge(const PelletScene& scene, const SolidCylinder& cylinder) {
-  RayVerdict out;
-  const Matrix3d R = cylinder.frame.transpose();
-  const double tolerance = scene.tolerance(), inner = cylinder.radius + 1.5 * scene.rays.pitch();
-  scene.rays.near(cylinder.centre, 1.3 * cylinder.bounding_radius(), [&](const RayGrid::Ray& ray) {
-    const Vector3d q = R * (ray.point - cylinder.centre), e = R * ray.direction;
-    if (std::abs(e.z()) > 0.3) {
-      const double above = (e.z() < 0 ? q.z() : -q.z()) - cylinder.height / 2;
-      const double where = (q + e * (above / std::abs(e.z()))).head<2>().norm();
-      if (where > inner && where < inner + 0.3 * cylinder.radius) {
-        ++out.about;
-        out.level += std::abs(above) < tolerance && !scene.explained[static_cast<std::size_t>(ray.column)];
-      }
-    }
-    if (std::abs(cylinder.distance(q)) < tolerance) {
-      const bool on_side = q.head<2>().norm() - cylinder.radius > std::abs(q.z()) - cylinder.height / 2;
-      const double towards = on_side ? -e.head<2>().dot(q.head<2>()) : -e.z() * q.z();
-      if (towards > 0) {  // not the back of it, which another one touches
-        ++out.on;
-        out.new_on += !scene.explained[static_cast<std::size_t>(ray.column)];
-        return;
-      }
-    }
-    const SolidCylinder::Chord chord = cylinder.chord(q, e);
-    if (!chord.hits()) return;
-    if (chord.in > 0) {
-      ++out.before;
-      out.close += chord.in < 3 * tolerance;
-    } else if (passes_through(scene, cylinder, chord, q, e)) {
-      ++out.through;
-    }
-  });
-  return out;
-}
-
 namespace {
 
 enum class PelletSurface { Side, Top, Bottom };  // Top: the end the axis points to
@@ -63,6 +28,7 @@ struct EdgeSearch {
   struct Gap {
     double on = -1e9, by = 1e9;
     Vector3d on_point = Vector3d::Zero(), by_point = Vector3d::Zero();
+    std::vector<double> hidden;
   };
   static constexpr int sectors = 36;
   std::array<Gap, sectors> gaps;
@@ -77,11 +43,15 @@ struct EdgeSearch {
   void by(std::size_t k, double where, const Vector3d& point) {
     if (where < gaps[k].by) gaps[k].by = where, gaps[k].by_point = point;
   }
+  /// What lies there is hidden, so that a gap about it is no edge.
+  void hide(std::size_t k, double where) { gaps[k].hidden.push_back(where); }
   void add_to(std::vector<Sighting>& out, PelletSurface surface, double expected, double pitch,
               double tolerance) const {
     for (const Gap& gap : gaps) {
       const double width = gap.by - gap.on, middle = (gap.by + gap.on) / 2;
-      if (gap.on < 0 || width > 3 * pitch + tolerance || width < -2 * tolerance) continue;
+      if (gap.on < 0 || width > 2.5 * pitch + 0.5 * tolerance || width < -2 * tolerance) continue;
+      const auto between = [&](double where) { return where > gap.on - pitch && where < gap.by + pitch; };
+      if (std::any_of(gap.hidden.begin(), gap.hidden.end(), between)) continue;
       if (std::abs(middle - expected) > 2 * pitch + 3 * tolerance) continue;
       out.push_back({(gap.on_point + gap.by_point) / 2, surface, std::max(std::abs(width), pitch) / std::sqrt(12.0)});
     }
@@ -132,6 +102,8 @@ std::vector<Sighting> sightings(const PelletScene& scene, const SolidCylinder& a
         rim[end].on(k, where, place);
       else if (above < -depth)
         rim[end].by(k, where, place);
+      else if (above > 0)
+        rim[end].hide(k, where);
     }
     const double a = e.head<2>().squaredNorm();
     if (a > 0.02) {  // the ends of the side
@@ -145,6 +117,8 @@ std::vector<Sighting> sightings(const PelletScene& scene, const SolidCylinder& a
         if (std::min(-in, through) > depth)
           ends[entry.z() > 0 ? 0 : 1].by(EdgeSearch::sector(entry.x(), entry.y()), std::abs(entry.z()),
                                          at.centre + at.frame * entry);
+        else if (in > 0)
+          ends[entry.z() > 0 ? 0 : 1].hide(EdgeSearch::sector(entry.x(), entry.y()), std::abs(entry.z()));
       }
     }
   });
@@ -214,6 +188,49 @@ struct PelletProblem {
 };
 
 }  // namespace
+
+RayVerdict judge(const PelletScene& scene, const SolidCylinder& cylinder) {
+  RayVerdict out;
+  const Matrix3d R = cylinder.frame.transpose();
+  const double sigma = std::max(scene.noise, 0.005 * scene.options.radius), unlikely = 1 / (16 * sigma * sigma);
+  const double tolerance = scene.tolerance(), depth = scene.depth(), inner = cylinder.radius + 1.5 * scene.rays.pitch();
+  scene.rays.near(cylinder.centre, 1.3 * cylinder.bounding_radius(), [&](const RayGrid::Ray& ray) {
+    const Vector3d q = R * (ray.point - cylinder.centre), e = R * ray.direction;
+    if (std::abs(e.z()) > 0.3) {
+      const double above = (e.z() < 0 ? q.z() : -q.z()) - cylinder.height / 2;
+      const double where = (q + e * (above / std::abs(e.z()))).head<2>().norm();
+      if (where > inner && where < inner + 0.3 * cylinder.radius) {
+        ++out.about;
+        out.level += std::abs(above) < tolerance && !scene.explained[static_cast<std::size_t>(ray.column)];
+      } else if (where > 0.75 * cylinder.radius && where < cylinder.radius - 0.5 * scene.rays.pitch() &&
+                 above < tolerance) {
+        ++out.inside_rim;
+        out.past_rim += above < -depth;
+      }
+    }
+    if (const double distance = cylinder.distance(q); std::abs(distance) < tolerance) {
+      const bool on_side = q.head<2>().norm() - cylinder.radius > std::abs(q.z()) - cylinder.height / 2;
+      const double towards = on_side ? -e.head<2>().dot(q.head<2>()) : -e.z() * q.z();
+      if (towards > 0) {  // not the back of it, which another one touches
+        ++out.on;
+        out.misfit += std::min(distance * distance * unlikely, 1.0);
+        out.new_on += !scene.explained[static_cast<std::size_t>(ray.column)];
+        return;
+      }
+    }
+    const SolidCylinder::Chord chord = cylinder.chord(q, e);
+    if (!chord.hits()) return;
+    if (chord.in > 0) {
+      ++out.before;
+      out.close += chord.in < 3 * tolerance;
+    } else if (passes_through(scene, cylinder, chord, q, e)) {
+      ++out.through;
+    } else if (const double below = std::min(-chord.in, chord.out - chord.in); below > tolerance && below <= depth) {
+      ++out.under;
+    }
+  });
+  return out;
+}
 
 PelletFit fit_pellet(const PelletScene& scene, const SolidCylinder& start) {
   PelletFit out;

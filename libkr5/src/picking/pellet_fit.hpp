@@ -12,18 +12,23 @@ namespace kr5::picking {
 
 /// What the rays say of a cylinder.
 struct RayVerdict {
-  int on = 0;       ///< End on it.
-  int before = 0;   ///< Would meet it, but end before: something hides it.
-  int close = 0;    ///< Of those, the ones that end just before: its surface should have been there.
-  int through = 0;  ///< Pass through it.
-  int new_on = 0;   ///< End on it and on no cylinder that was found before.
-  int about = 0;    ///< Cross the plane of its face just outside the rim.
-  int level = 0;    ///< Of those, the ones that end there, on no other cylinder: its surface goes on beyond the rim.
+  int on = 0;          ///< End on it.
+  int before = 0;      ///< Would meet it, but end before: something hides it.
+  int close = 0;       ///< Of those, the ones that end just before: its surface should have been there.
+  int through = 0;     ///< Pass through it.
+  int under = 0;       ///< End below its surface, though not far: the surface is another one.
+  int new_on = 0;      ///< End on it and on no cylinder that was found before.
+  int about = 0;       ///< Cross the plane of its face just outside the rim.
+  int level = 0;       ///< Of those, the ones that end there, on no other cylinder: its surface goes on beyond the rim.
+  int inside_rim = 0;  ///< Cross the plane of its face just inside the rim, and are not stopped before.
+  int past_rim = 0;    ///< Of those, the ones that pass through.
+  double misfit = 0.0;  ///< Sum of squared distances of those that end on it; one at the limit of likelihood counts 1.
 
   double exposed() const { return on == 0 ? 0.0 : on / static_cast<double>(on + before + through); }
-  double crossed() const { return on + through == 0 ? 1.0 : through / static_cast<double>(on + through); }
+  double crossed() const { return on == 0 ? 1.0 : (through + under) / static_cast<double>(on + through + under); }
   double beyond_rim() const { return about < 10 ? 0.0 : level / static_cast<double>(about); }
-  double score() const { return on - 3.0 * through - close; }
+  double broken_rim() const { return inside_rim < 10 ? 0.0 : past_rim / static_cast<double>(inside_rim); }
+  double score() const { return on - misfit - 3.0 * through - close; }
 };
 
 /// Rays, what is known of the cylinders, and which points have been explained.

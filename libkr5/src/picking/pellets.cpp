@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <numbers>
 
@@ -94,9 +95,12 @@ class PelletSearch {
           ++result_.hypotheses;
           fits.push_back(fit_pellet(scene_, start));
         }
+      if (round == 0 && options_.noise == 0) {
+        learn_noise(fits);
+        for (PelletFit& fit : fits) fit.verdict = judge(scene_, fit.cylinder);
+      }
       const std::size_t before = accepted_.size();
       accept_best(std::move(fits));
-      if (round == 0 && options_.noise == 0) learn_noise();
       if (accepted_.size() == before) break;
       open = left_of(patches);
     }
@@ -107,7 +111,8 @@ class PelletSearch {
   bool acceptable(const PelletFit& fit) const {
     const RayVerdict& v = fit.verdict;
     return v.exposed() >= options_.min_exposed && v.crossed() <= options_.max_crossed && v.new_on >= 12 &&
-           v.new_on > 0.6 * v.on && v.close < 0.5 * v.on && (fit.side > fit.face || v.beyond_rim() < 0.35) &&
+           v.new_on > 0.6 * v.on && v.close < 0.5 * v.on &&
+           (fit.side > fit.face || (v.beyond_rim() < 0.35 && v.broken_rim() < 0.1)) &&
            fit.rms < 2.5 * std::max(scene_.noise, 0.01 * options_.radius) &&
            reach_out(fit.cylinder, bin_) < 0.25 * options_.radius;
   }
@@ -136,11 +141,15 @@ class PelletSearch {
     });
   }
 
-  void learn_noise() {
+  /// From the better half of the fits that explain much.
+  void learn_noise(const std::vector<PelletFit>& fits) {
     std::vector<double> rms;
-    for (const PelletFit& fit : accepted_) rms.push_back(fit.rms);
-    if (rms.size() >= 3)
-      scene_.noise = std::clamp(median(std::move(rms)), options_.radius / 1000, options_.radius / 20);
+    for (const PelletFit& fit : fits)
+      if (fit.verdict.on >= 40 && fit.verdict.crossed() <= options_.max_crossed) rms.push_back(fit.rms);
+    if (rms.size() < 3) return;
+    const auto middle = rms.begin() + static_cast<std::ptrdiff_t>(rms.size() / 2);
+    std::nth_element(rms.begin(), middle, rms.end());
+    scene_.noise = std::clamp(median({rms.begin(), middle + 1}), options_.radius / 1000, options_.radius / 20);
   }
 
   /// What no cylinder explains yet, in connected parts, for it may be of several surfaces.

@@ -135,6 +135,13 @@ JOBS = [
         "protocols", "record --cell cell.yaml --protocol given.yaml -o new", "cell", ("given.yaml", "given.csv"), (), 2
     ),
     Job(
+        "bins",
+        "bin simulate new --bin bin.yaml --pellets 2 --points 20 --pitch 0.01 --json out.json",
+        "cell",
+        ("bin.yaml",),
+        ("out.json",),
+    ),
+    Job(
         "render scenes",
         "render render.yaml -o view.png --truth view.json --json out.json",
         "cell",
@@ -356,6 +363,13 @@ JOBS = [
     ),
     Job(
         "identification",
+        "identify elasticity springs.csv --torque-noise 1 --cell cell.yaml --write-cell new.yaml -o out.json",
+        "poses",
+        ("springs.csv", "cell.yaml"),
+        ("out.json", "new.yaml"),
+    ),
+    Job(
+        "identification",
         "identify dynamics recording -o out.json",
         "recording",
         ("recording/*",),
@@ -419,9 +433,10 @@ JOBS = [
     ),
     Job(
         "excitation",
-        "identify excitation cell.yaml --duration 6 --starts 1 --exchanges 2 --csv out.csv -o out.json",
+        "identify excitation cell.yaml --duration 6 --starts 1 --exchanges 2 --keep-out zones.yaml --csv out.csv"
+        " -o out.json",
         "poses",
-        ("cell.yaml",),
+        ("cell.yaml", "zones.yaml"),
         ("out.csv", "out.json"),
     ),
     Job("workspace", "workspace cell.yaml --samples 500 -o out.json", "poses", ("cell.yaml",), ("out.json",)),
@@ -561,6 +576,7 @@ def _prepare_cells(folder: Path, run: Callable[..., None]) -> None:
     ]
     (folder / "brief.yaml").write_text(yaml.safe_dump(brief, sort_keys=False))
     (folder / "render.yaml").write_text(RENDER)
+    (folder / "bin.yaml").write_text("T_base_bin: [0.6, 0.0, 0.1, 0.0, 0.0, 0.3]\nsize: [0.1, 0.1, 0.08]\n")
     for source, name in (("servo_step", "scene"), ("peg_against_wall", "push")):
         scene = yaml.safe_load((SHARE / "scenes" / f"{source}.yaml").read_text(encoding="utf-8"))
         scene.update(cell="cell.yaml", duration=0.1)
@@ -672,6 +688,14 @@ def _prepare_poses(folder: Path) -> None:
     _write_csv(folder / "postures.csv", [*joints, "x", "y", "z"], np.hstack([q, places]))
     _write_scan(folder / "scan")
     _write_slow_motion(folder / "slow.csv", len(chain.joints))
+    tau = random.uniform(-50, 50, (60, 2))
+    angles = random.uniform(-1, 1, (60, 2))
+    springs = np.hstack([angles, angles + tau / 2e4, tau])
+    _write_csv(folder / "springs.csv", ["q1", "q2", "m1", "m2", "tau1", "tau2"], springs)
+    (folder / "zones.yaml").write_text(
+        "keep_out:\n- {name: table, kind: box, T_B_O: [0.9, 0, 0.1, 0, 0, 0], size: [0.6, 1.2, 0.2]}\n"
+        "- {name: lamp, kind: ball, T_B_O: [0, 0.8, 1.5, 0, 0, 0], radius: 0.2}\n- {name: ground, kind: floor}\n"
+    )
     _write_sensor_logs(folder, chain, joints)
     _write_csv(folder / "hand.csv", names, np.array(hand))
     _write_csv(folder / "eye.csv", names, np.array(eye))

@@ -81,3 +81,24 @@ def gravity_overlay(data: dict[str, Any]) -> Figure | None:
     panels[-1, 0].set_xlabel("time [s]")
     figure.supylabel("torque of joint [N m or N]", fontsize=10.5)
     return figure
+
+
+def joint_springs(data: dict[str, Any]) -> Figure | None:
+    """Motor minus link angle over the torque, with the law that was found; a panel for each joint that gives way."""
+    result = data.get("result", {})
+    if data.get("format") != "kr5-elasticity/1":
+        return None
+    lead, torque = (np.array(result.get(key, []), float) for key in ("lead", "torque"))
+    told = [s for s in result.get("joints", ()) if s.get("told") and s.get("joint", 0) <= lead.shape[-1]]
+    if lead.ndim != 2 or lead.shape != torque.shape or not told:
+        return None
+    figure, panels = plt.subplots(1, len(told), figsize=(WIDE, 3.2), squeeze=False)
+    for spring, axes in zip(told, panels[0], strict=True):
+        k = spring["joint"] - 1
+        x = np.linspace(np.nanmin(torque[:, k]), np.nanmax(torque[:, k]), 201)
+        law = spring["offset"] + spring["compliance"] * x + 0.5 * spring["gap"] * np.sign(x)
+        axes.plot(torque[:, k], 1e3 * lead[:, k], ".", color=GREY, markersize=3)
+        axes.plot(x, 1e3 * law, color=BLUE, linewidth=1.2)
+        axes.set(title=f"joint {spring['joint']}", xlabel="torque [N m or N]")
+    panels[0, 0].set_ylabel("motor minus link [mrad or mm]")
+    return figure

@@ -10,7 +10,13 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
 from kr5_tools.calibrate.axis_study_plots import study_noise, study_parameters
-from kr5_tools.calibrate.dynamics_plots import condition_history, excitation_motion, gravity_overlay, limit_use
+from kr5_tools.calibrate.dynamics_plots import (
+    condition_history,
+    excitation_motion,
+    gravity_overlay,
+    joint_springs,
+    limit_use,
+)
 from kr5_tools.calibrate.kinematics_plots import parameter_changes, posture_errors, posture_spread, posture_value
 from kr5_tools.calibrate.laser_plots import cloud_plot, profile_errors, study_plot
 from kr5_tools.calibrate.repeatability_plots import distance_histogram, return_order, return_scatter
@@ -393,7 +399,14 @@ CATALOGUE: list[tuple[str, str, Callable[[dict[str, Any]], Figure | None], bool,
         "Condition number",
         condition_history,
         False,
-        "Of the base regressor with columns of unit length, after the random starts and each exchange that gained.",
+        "Of the base regressor, after the random starts and each exchange that gained.",
+    ),
+    (
+        "joint_springs",
+        "Springs of the joints",
+        joint_springs,
+        True,
+        "Motor minus link angle over the torque on the link; the line is the law that was found, with its play.",
     ),
     (
         "slow_torques",

@@ -2,13 +2,14 @@
 
 import contextlib
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any, NoReturn
 
 import typer
 from rich.console import Console
 from rich.markup import escape
+from rich.progress import Progress
 from rich.progress import track as rich_track
 
 # Text is printed as it is, since names of files may hold brackets; what is to be coloured says markup=True.
@@ -71,6 +72,14 @@ def is_user_error(error: Exception) -> bool:
 def track(items: Iterable[Any], what: str) -> Iterable[Any]:
     """The items, with a progress bar for people at a terminal."""
     return rich_track(items, description=what, console=errors, transient=True, disable=not errors.is_terminal)
+
+
+@contextlib.contextmanager
+def share_bar(what: str) -> Iterator[Callable[[float], None]]:
+    """A progress bar for one call that tells which share of its work is done, 0 to 1."""
+    with Progress(console=errors, transient=True, disable=not errors.is_terminal) as bar:
+        task = bar.add_task(escape(what), total=1.0)
+        yield lambda share: bar.update(task, completed=share)
 
 
 @contextlib.contextmanager

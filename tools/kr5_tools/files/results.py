@@ -20,6 +20,7 @@ FORMATS = {
     "kr5-laser-study/1": "Scanning: stand-off and speed",
     "kr5-axes/1": "Joint axes",
     "kr5-drives/1": "Drives of an arm",
+    "kr5-elasticity/1": "Elasticity of the joints",
     "kr5-dynamics/1": "Dynamics of an arm",
     "kr5-payload/1": "Payload of an arm",
     "kr5-repeatability/1": "Pose repeatability",

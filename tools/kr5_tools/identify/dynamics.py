@@ -17,9 +17,9 @@ from kr5_tools.files.writing import check_writable, write_json
 from kr5_tools.identify.dynamics_errors import error_rows
 from kr5_tools.identify.identified_cell import write_identified_cell
 from kr5_tools.identify.motion_logs import (
-    FROM_THE_CELL,
     arm_model,
     conditioning_of,
+    log_and_terms_options,
     merged_motion,
     read_motions,
     require_usable,
@@ -33,8 +33,7 @@ OVERFIT = 1.5  # held-out error over fitted error that is a reason for doubt
 
 @app.command(epilog="Example: kr5 identify dynamics recordings/monday --choose-terms -o dynamics.json")
 @options_from(identification.DynamicsOptions, skip=("held_out", "prior_bodies"))
-@options_from(identification.ConditioningOptions, skip=FROM_THE_CELL, argument="log")
-@options_from(identification.JointTerms, argument="terms")
+@log_and_terms_options
 def dynamics(
     source: Annotated[
         Path,

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
-from kr5 import cell, identification
+from kr5 import cell, identification, predict
 
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.options import options_from
@@ -25,7 +25,10 @@ BOOK_CONDITION = 51.0  # Hayat et al. 2022, section 4.4.3.2 [-]
 
 
 @app.command(epilog="Example:  kr5 identify excitation cell.yaml --csv motion.csv --krl excite -o excitation.json")
-@options_from(identification.ExcitationOptions, skip=("torque_noise", "start", "lowest", "points"))
+@options_from(
+    identification.ExcitationOptions,
+    skip=("torque_noise", "start", "lowest", "points", "keep_out", "link_radii"),
+)
 def excitation(
     arm: Annotated[
         Path, typer.Argument(metavar="CELL|ROBOT.urdf", help="Cell file, or URDF of a robot with one serial arm.")
@@ -37,6 +40,28 @@ def excitation(
     lowest: Annotated[
         float | None,
         typer.Option(help="Least height of flange and tool tip above the base \\[m]; without it they are not guarded."),
+    ] = None,
+    keep_out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="ZONES.yaml",
+            help="Boxes, balls and floors that links and tool stay clear of; an example stands above.",
+        ),
+    ] = None,
+    cell_objects: Annotated[
+        bool,
+        typer.Option(
+            "--cell-objects/--no-cell-objects",
+            help="Whether they stay clear of tube, board, targets and sphere of the cell, too.",
+        ),
+    ] = True,
+    link_radii: Annotated[
+        str | None,
+        typer.Option(
+            metavar="R1,R2,…",
+            help="Radius of the capsules about the DH lengths of each link, then of the tool; the last value holds for"
+            " all further ones \\[m].  [dim](default: 0.1)[/dim]",
+        ),
     ] = None,
     speed: Annotated[
         str | None,
@@ -67,13 +92,18 @@ def excitation(
     json_file: JsonOption = None,
 ) -> None:
     """Exciting motion for the identification of an arm's dynamics: harmonics, or strokes from point to point, improved
-    until their torques tell the base parameters best, within positions, speeds, accelerations, nominal torques and
-    above a height.
+    until their torques tell the base parameters best, within positions, speeds, accelerations, nominal torques, above
+    a height and clear of the cell. Strokes whose torques would be too great are slowed.
+
+    Keep out: a file such as `keep_out: [{name: table, kind: box, T_B_O: [0.9, 0, 0.1, 0, 0, 0], size: [0.6, 1.2, 0.2]},
+    {name: lamp, kind: ball, T_B_O: [0, 0.8, 1.5, 0, 0, 0], radius: 0.2}, {name: ground, kind: floor}]` [m, rad]. The
+    arm is seen as capsules about its DH lengths and from flange to tool tip; whether links touch one another is not
+    seen. Run the motion slowly first.
 
     Exit code: 0 when there is a motion, 2 when none was found within the limits or the input is invalid.
     """
     modules = krl_files(krl) if krl else (None, None)
-    check_writable(output, json_file, csv, *modules, inputs=[arm])
+    check_writable(output, json_file, csv, *modules, inputs=[arm, *([keep_out] if keep_out else [])])
     believed = cell.import_urdf(arm).cell if arm.suffix.lower() == ".urdf" else cell.load_cell(arm)
     joints = len(believed.nominal_chain().joints)
     limits = _limits(believed, joints, speed, acceleration, torque)
@@ -85,13 +115,16 @@ def excitation(
         options.lowest = lowest
     if believed.tool is not None:
         options.points = np.asarray(believed.tool.T_flange_tool)[:3, 3:]
+    options.keep_out = _zones(believed, keep_out, cell_objects)
+    if link_radii is not None:
+        options.link_radii = _radii(link_radii, joints)
     options.validate()
     every = _interval(believed, interval)
     with progress_bar("Designing the motion") as progress:
         found = identification.design_excitation(believed, limits, options, progress)
     if not found.fit.usable:
         fail(found.fit.message)
-    keys = _keys(found, believed, every)
+    keys = _keys(found, believed, every, str(options.criterion) == "condition_unscaled")
     keys["input"] = {"arm": str(arm), "joints": joints, "seed": options.seed, "options": options.to_dict()}
     _show(found, keys, console(json_file))
     if csv:
@@ -127,6 +160,20 @@ def _values(option: str, text: str, joints: int) -> np.ndarray:
     return np.array(values)
 
 
+def _zones(believed: Any, file: Path | None, cell_objects: bool) -> list[Any]:
+    """Zones of the file, and the objects of the cell; of its plane the extent is not known."""
+    objects = predict.scanner_objects(believed) if cell_objects else []
+    own = [identification.keep_out_of(o) for o in objects if o.name != "plane"]
+    return own + (identification.load_keep_out(file) if file else [])
+
+
+def _radii(text: str, joints: int) -> np.ndarray:
+    count = text.count(",") + 1
+    if count > joints + 1:
+        fail(f"--link-radii: found {count} numbers, expected at most {joints + 1}: one a link and one of the tool")
+    return _values("--link-radii", text, count)
+
+
 def _limits(believed: Any, joints: int, speed: str | None, acceleration: str | None, torque: str | None) -> Any:
     stated = believed.robot.limits
     if stated is not None and not len(stated.velocity) and speed is not None:
@@ -151,20 +198,26 @@ def _interval(believed: Any, given: float | None) -> float:
     return given or (believed.servo.cycle if believed.servo else DEFAULT_INTERVAL)
 
 
-def _keys(found: Any, believed: Any, every: float) -> dict[str, Any]:
+def _keys(found: Any, believed: Any, every: float, unscaled: bool) -> dict[str, Any]:
     duration = found.motion.duration()
+    columns = "in SI units" if unscaled else "of unit length"
+    condition = found.condition_unscaled if unscaled else found.condition
     figures = [
         figure_row("base parameters", found.base_parameters, None, "-"),
         figure_row("condition number, columns of unit length", found.condition, None, "-"),
         figure_row("condition number, columns in SI units", found.condition_unscaled, None, "-"),
-        figure_row("before the exchanges, columns of unit length", found.condition_after[0], None, "-"),
+        figure_row(f"before the exchanges, columns {columns}", found.condition_after[0], None, "-"),
         figure_row("duration", duration, None, "s"),
         figure_row("least height of flange and tool", 1e3 * found.lowest, None, "mm"),
     ]
+    if found.nearest:
+        figures.append(figure_row(f"least clearance: {found.nearest}", 1e3 * found.clearance, None, "mm"))
+    if found.slowed_strokes:
+        figures.append(figure_row("strokes slowed because of torques", found.slowed_strokes, None, "-"))
     shown = found.motion.sampled(max(every, duration / MOST_SHOWN))
-    word = "good" if found.condition <= BOOK_CONDITION else "doubtful"
+    word = "good" if condition <= BOOK_CONDITION else "doubtful"
     text = (
-        f"condition number {found.condition:.1f} of {found.base_parameters} base parameters;"
+        f"condition number {condition:.1f} of {found.base_parameters} base parameters, columns {columns};"
         f" the PTP motion of Hayat et al. 2022 has {BOOK_CONDITION:.0f} for the 52 of a KR5"
     )
     return {

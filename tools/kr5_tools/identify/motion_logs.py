@@ -2,6 +2,7 @@
 
 import re
 import tempfile
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ import kr5.cell
 import numpy as np
 from kr5 import identification
 
+from kr5_tools.cli.options import options_from
 from kr5_tools.cli.terminal import fail
 from kr5_tools.log_import.importer import Importer
 from kr5_tools.log_import.log import Log
@@ -19,6 +21,12 @@ from kr5_tools.log_import.map_guess import guess_map
 from kr5_tools.log_import.values import joint_torques, to_si
 
 SPEED = re.compile(r"(q|joint|axis|j)?_?(d|qd|dq|v|vel|velocity|speed)_?(q|joint|axis|j)?_?(act|actual|meas|ist)?_?")
+TEMPERATURE = re.compile(
+    r"(motor|joint|axis|drive|gear|gearbox|j|q)?_?(temp|temperature|temperatur)_?(motor|joint|axis|drive|gear|gearbox|j|q)?"
+    r"_?\[?(?P<unit>deg_?c|c|celsius|k|kelvin)?\]?"
+)
+ZERO_CELSIUS = 273.15  # [K]
+LEAST_KELVIN = 200.0  # above which a temperature without a unit is in K; a drive in deg C is cooler
 GRAVITY = (0.0, 0.0, -9.81)
 
 
@@ -72,12 +80,13 @@ def split_log(log: Any, held_out: float) -> tuple[Any, Any]:
 
 
 def _rows(log: Any, keep: np.ndarray) -> Any:
-    values = {name: np.asarray(getattr(log, name)) for name in ("t", "q", "qd", "tau")}
+    values = {name: np.asarray(getattr(log, name)) for name in ("t", "q", "qd", "tau", "temperature")}
     return identification.JointLog(
         **{name: v[keep] if v.size else v for name, v in values.items()},
         q_names=log.q_names,
         qd_names=log.qd_names,
         tau_names=log.tau_names,
+        temperature_names=log.temperature_names,
     )
 
 
@@ -136,7 +145,8 @@ def _guessed_motions(source: Path, arm: Path) -> MotionLogs:
         map_file.write_text(yaml.safe_dump(found))
         out = _log_motions(source, load_map(map_file))
     out.cell = cell
-    out.notes = [f"{item}: {proposal} ({reason})" for item, proposal, reason in reasons if item != "experiments"]
+    guesses = [f"{item}: {proposal} ({reason})" for item, proposal, reason in reasons if item != "experiments"]
+    out.notes = guesses + out.notes
     return out
 
 
@@ -168,13 +178,15 @@ def _mapped_log(cell: Any, log: Log, map: Map, sources: dict[str, Any], note: An
     values = to_si(q, "q", _raw(log, q), cell, note)
     torque = to_si(load, "tau", _raw(log, load), cell, note)
     speeds = _speeds(log, q, cell, note)
+    t = _times(log, map, len(values))
     return identification.JointLog(
-        t=_times(log, map, len(values)),
+        t=t,
         q=values,
         tau=torque,
         q_names=q.names,
         tau_names=load.names,
         **speeds,
+        **_temperatures(log, t, len(q.names), note),
     )
 
 
@@ -198,22 +210,70 @@ def _times(log: Log, map: Map, rows: int) -> np.ndarray:
 
 def _speeds(log: Log, q: Source, cell: Any, note: Any) -> dict[str, Any]:
     """Logged speeds, when a family of columns is named like them; taken in the unit of the positions."""
-    groups: dict[str, list[str]] = {}
-    for name in log.columns:
-        if match := list(re.finditer(r"\d+", name)):
-            groups.setdefault(name[: match[-1].start()] + "#" + name[match[-1].end() :], []).append(name)
-    for stem, names in groups.items():
-        word = stem.lower().split(":")[-1].replace("[#]", "").replace("#", "").strip(" _.[]")
+    for word, names in _numbered(log).items():
         if len(names) != len(q.names) or not SPEED.fullmatch(word):
             continue
-        names = sorted(names, key=lambda n: int(re.findall(r"\d+", n)[-1]))
         own = Source(q.where, q.members, names, None, False, q.unit, q.scale, [0.0] * len(names), q.side)
         note(f"speeds for comparison: {names[0]} to {names[-1]}")
         return {"qd": to_si(own, "q", _raw(log, own), cell, note), "qd_names": names}
     return {}
 
 
+def _numbered(log: Log) -> dict[str, list[str]]:
+    """Columns that differ in a number alone, in its order, by their name without it in small letters."""
+    groups: dict[str, list[str]] = {}
+    for name in log.columns:
+        if match := list(re.finditer(r"\d+", name)):
+            groups.setdefault(name[: match[-1].start()] + "#" + name[match[-1].end() :], []).append(name)
+    return {
+        stem.lower().split(":")[-1].replace("[#]", "").replace("#", "").strip(" _.[]"): sorted(
+            names, key=lambda n: int(re.findall(r"\d+", n)[-1])
+        )
+        for stem, names in groups.items()
+    }
+
+
+def _temperatures(log: Log, t: np.ndarray, joints: int, note: Any) -> dict[str, Any]:
+    """Logged temperatures in deg C, when a column a joint, or one for all, is named like them. The unit stands in the
+    name or follows from the size; a slow sensor's missing numbers are interpolated."""
+    families = {word: names for word, names in _numbered(log).items() if len(names) == joints}
+    families |= {name.lower().split(":")[-1].strip(" _.[]"): [name] * joints for name in log.columns}
+    for word, names in families.items():
+        match = TEMPERATURE.fullmatch(word)
+        if match is None:
+            continue
+        values = np.column_stack([log.column(name, "temperature") for name in names])
+        if len(values) != len(t) or not np.isfinite(values).any(axis=0).all():
+            note(f"temperatures: {names[0]} is not used: it has no number, or a clock of its own")
+            continue
+        unit = match["unit"]
+        kelvin = unit.startswith("k") if unit else bool(np.nanmin(values) > LEAST_KELVIN)
+        values = values - ZERO_CELSIUS if kelvin else values
+        missing = int((~np.isfinite(values)).sum())
+        if missing:
+            values = np.column_stack([_interpolated(t, column) for column in values.T])
+        note(
+            f"temperatures: {names[0]} to {names[-1]} [{'K' if kelvin else 'deg C'}"
+            f"{', from the name' if unit else ', from the size'}]"
+            f"{f', {missing} missing ones interpolated' if missing else ''}"
+        )
+        return {"temperature": values, "temperature_names": names}
+    return {}
+
+
+def _interpolated(t: np.ndarray, values: np.ndarray) -> np.ndarray:
+    known = np.isfinite(values) & np.isfinite(t)
+    order = np.argsort(t[known], kind="stable")
+    return np.where(known, values, np.interp(t, t[known][order], values[known][order]))
+
+
 FROM_THE_CELL = ("lower", "upper", "expected_torque", "slides")  # options of conditioning that no command asks for
+
+
+def log_and_terms_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Gives a command a --flag for every field of what its log is conditioned by, `log`, and of the model, `terms`."""
+    with_terms = options_from(identification.JointTerms, argument="terms")(command)
+    return options_from(identification.ConditioningOptions, skip=FROM_THE_CELL, argument="log")(with_terms)
 
 
 def require_usable(parts: list[Any], where: str = "") -> None:

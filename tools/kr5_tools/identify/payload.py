@@ -17,9 +17,9 @@ from kr5_tools.files.writing import beside, check_writable, write_json
 from kr5_tools.identify.dynamics import SHOWN_SAMPLES, condition_parts
 from kr5_tools.identify.identified_cell import believed_parameters, tool_body
 from kr5_tools.identify.motion_logs import (
-    FROM_THE_CELL,
     arm_model,
     conditioning_of,
+    log_and_terms_options,
     merged_motion,
     read_motions,
 )
@@ -31,8 +31,7 @@ SEEN = 3.0  # standard deviations above which a load is told from none
 
 @app.command(epilog="Example: kr5 identify payload loaded --without bare -o payload.json --page payload.html")
 @options_from(identification.PayloadOptions)
-@options_from(identification.ConditioningOptions, skip=FROM_THE_CELL, argument="log")
-@options_from(identification.JointTerms, argument="terms")
+@log_and_terms_options
 def payload(
     source: Annotated[
         Path,

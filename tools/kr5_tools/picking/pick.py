@@ -21,9 +21,7 @@ app = typer.Typer()
 SHOWN = 12
 
 
-@app.command(
-    epilog="Example:  kr5 pick cloud.npz --bin bin.yaml --radius 0.008 --height 0.014:0.017 --json picks.json"
-)
+@app.command(epilog="Example:  kr5 pick cloud.npz --bin bin.yaml --radius 0.008 --height 0.014:0.017 --json picks.json")
 @options_from(picking.GraspOptions, skip=("gripper", "min_exposed"), argument="grasp")
 @options_from(picking.PelletOptions, skip=("radius", "min_height", "max_height", "min_exposed"))
 def pick(
@@ -48,23 +46,22 @@ def pick(
     ] = None,
     gripper_radius: Annotated[float, typer.Option(help=r"Radius of the gripper above the cup \[m].")] = 0.005,
     gripper_length: Annotated[float, typer.Option(help=r"Length of that part \[m].")] = 0.15,
-    min_exposed: Annotated[
-        float, typer.Option(help=r"Least visible share of a cylinder that is picked \[-].")
-    ] = 0.4,
+    min_exposed: Annotated[float, typer.Option(help=r"Least visible share of a cylinder that is picked \[-].")] = 0.4,
     output: ResultOption = None,
     png: Annotated[
-        Path | None, typer.Option("--png", metavar="PICKS.png", help="Picture of the bin from above with every decision.")
+        Path | None,
+        typer.Option("--png", metavar="PICKS.png", help="Picture of the bin from above with every decision."),
     ] = None,
     json_file: JsonOption = None,
 ) -> None:
     """Poses of the cylinders of a pile with uncertainty, which of them the gripper can pick, and in which order.
 
-    Listed are cylinders of which enough is seen to be sure of their pose; each that is not picked says why. Exit code: 0
-    when something can be picked, 1 when nothing can, 2 when the input is invalid or the cloud does not fit the bin.
+    Listed are cylinders of which enough is seen to be sure of their pose; each that is not picked says why. Exit code:
+    0 when something can be picked, 1 when nothing can, 2 when the input is invalid or the cloud does not fit the bin.
     """
     check_writable(output, png, json_file, inputs=[f for f in (cloud_file, bin_file) if f])
     options.radius = radius
-    options.min_height, options.max_height = _height_range(height)
+    options.min_height, options.max_height = height_range(height)
     grasp.min_exposed = min_exposed
     grasp.gripper = [picking.GripperPart(radius=gripper_radius, start=0.001, end=gripper_length)]
     options.validate()
@@ -160,13 +157,14 @@ def pellet_keys(pellet: Any, g: Any) -> dict[str, Any]:
     }
 
 
-def _height_range(text: str) -> tuple[float, float]:
+def height_range(text: str) -> tuple[float, float]:
+    """The range that an option states: LOW:HIGH, or one number [m]."""
     parts = text.split(":")
     try:
         values = [float(p) for p in parts]
     except ValueError:
         values = []
-    if len(values) not in (1, 2) or not all(np.isfinite(values)):
+    if len(values) not in (1, 2) or not all(0 < v < np.inf for v in values) or values[0] > values[-1]:
         fail(f"--height: found {text!r:.60}, expected LOW:HIGH or one number in metres, such as 0.014:0.017")
     return values[0], values[-1]
 

@@ -76,5 +76,5 @@ def _draw_pellet(axes: Any, T_bin_base: np.ndarray, pellet: dict[str, Any], numb
             line = 1e3 * np.array([centre + s * axis * pellet["height"] / 2 + sign * offset for s in (-1, 1)])
             axes.plot(line[:, 0], line[:, 1], color=colour, linewidth=1.1)
     if pellet["graspable"]:
-        place = dict(ha="center", va="center", fontsize=7.5, weight="bold")
+        place = {"ha": "center", "va": "center", "fontsize": 7.5, "weight": "bold"}
         axes.text(1e3 * centre[0], 1e3 * centre[1], str(number), color=colour, **place)

@@ -9,6 +9,7 @@
 #include <kr5/cell/cell.hpp>
 #include <kr5/core/fit_report.hpp>
 #include <kr5/identification/excitation_motion.hpp>
+#include <kr5/identification/keep_out.hpp>
 
 /// @file
 /// Motions that excite the dynamics of an arm so that its base parameters can be told (Hayat et al. 2022, sections 4.3
@@ -18,12 +19,14 @@ namespace kr5::identification {
 
 /// What a design makes good.
 enum class ExcitationCriterion {
-  Condition,    ///< Condition number of the base regressor with columns of unit length.
-  Determinant,  ///< Volume of the region of the base parameters (D-optimal).
+  Condition,          ///< Condition number of the base regressor with columns of unit length.
+  ConditionUnscaled,  ///< The same with columns as they are, in SI units.
+  Determinant,        ///< Volume of the region of the base parameters (D-optimal).
 };
 constexpr auto enum_names(ExcitationCriterion) {
-  return names<ExcitationCriterion>(
-      {{ExcitationCriterion::Condition, "condition"}, {ExcitationCriterion::Determinant, "determinant"}});
+  return names<ExcitationCriterion>({{ExcitationCriterion::Condition, "condition"},
+                                     {ExcitationCriterion::ConditionUnscaled, "condition_unscaled"},
+                                     {ExcitationCriterion::Determinant, "determinant"}});
 }
 
 /// What the joints may do. Empty vectors: not limited.
@@ -57,6 +60,9 @@ struct ExcitationOptions {
   Eigen::VectorXd start = {};         ///< [rad or m]
   double lowest = -1e3;               ///< [m]
   Eigen::Matrix3Xd points = {};       ///< [m]
+  std::vector<KeepOut> keep_out = {};
+  double margin = 0.05;                                            ///< [m]
+  Eigen::VectorXd link_radii = Eigen::VectorXd::Constant(1, 0.1);  ///< [m]
   int starts = 20;
   int exchanges = 1500;
   std::uint64_t seed = 1;
@@ -68,7 +74,7 @@ struct ExcitationOptions {
 
   static void each_field(auto& self, auto&& visit) {
     visit("kind", self.kind, "Kind of the motion: fourier | point_to_point.");
-    visit("criterion", self.criterion, "What is made good: condition | determinant.");
+    visit("criterion", self.criterion, "What is made good: condition | condition_unscaled | determinant.");
     visit("duration", self.duration, "Base period of the harmonics; greatest duration from point to point [s].");
     visit("harmonics", self.harmonics, "Number of harmonics of each joint.");
     visit("profile", self.profile, "Profile between points: trapezoidal | quintic.");
@@ -82,6 +88,11 @@ struct ExcitationOptions {
     visit("start", self.start, "Joint values at the start and the end; empty: free [rad or m].");
     visit("lowest", self.lowest, "Least height of the guarded points above B [m].");
     visit("points", self.points, "Guarded points in the flange frame, beside its origin, columns [m].");
+    visit("keep_out", self.keep_out, "Zones that links and tool stay clear of.");
+    visit("margin", self.margin, "Least clearance from these zones [m].");
+    visit("link_radii", self.link_radii,
+          "Radius of the capsules about the DH lengths of each link, then of those from the flange to the guarded "
+          "points; the last value holds for all further ones [m].");
     visit("starts", self.starts, "Number of random motions of which the best is improved.");
     visit("exchanges", self.exchanges, "Number of exchanges that are tried.");
     visit("seed", self.seed, "Random seed.");
@@ -99,7 +110,10 @@ struct Excitation {
   Eigen::VectorXd position_use, speed_use, acceleration_use, torque_use;  ///< [-]
   Eigen::VectorXd torque_peak;                                            ///< [N m or N]
   double lowest = 0.0;                                                    ///< [m]
-  FitReport fit;                                                          ///< Look at fit.usable() first.
+  double clearance = 0.0;                                                 ///< [m]
+  std::string nearest;
+  int slowed_strokes = 0;
+  FitReport fit;  ///< Look at fit.usable() first.
 
   static void each_field(auto& self, auto&& visit) {
     visit("motion", self.motion, "The motion.");
@@ -109,7 +123,9 @@ struct Excitation {
     visit("condition_unscaled", self.condition_unscaled, "The same with columns as they are, in SI units [-].");
     visit("log_determinant", self.log_determinant,
           "Logarithm of the determinant of the information of one sample, per base parameter [-].");
-    visit("condition_after", self.condition_after, "Condition number after the starts and each improvement [-].");
+    visit("condition_after", self.condition_after,
+          "Condition number after the starts and each improvement: the one that the criterion asks for, else that of "
+          "columns of unit length [-].");
     visit("position_use", self.position_use, "Part of the range of each joint that the motion covers [-].");
     visit("speed_use", self.speed_use, "Greatest speed of each joint over its limit [-].");
     visit("acceleration_use", self.acceleration_use, "Greatest acceleration of each joint over its limit [-].");
@@ -117,6 +133,11 @@ struct Excitation {
     visit("torque_peak", self.torque_peak,
           "Greatest torque of each joint by the nominal dynamics; empty where the cell has no masses [N m or N].");
     visit("lowest", self.lowest, "Least height of the guarded points above B [m].");
+    visit("clearance", self.clearance,
+          "Least clearance from the keep-out zones, between the samples too; infinite without zones [m].");
+    visit("nearest", self.nearest, "What comes nearest to which zone.");
+    visit("slowed_strokes", self.slowed_strokes,
+          "Number of strokes that take longer than speeds and accelerations ask for, because of torques.");
     visit("fit", self.fit, "Status of the design; look at fit.usable first.");
   }
 };
@@ -132,14 +153,16 @@ Eigen::MatrixXd nominal_torques(const cell::Cell& cell, const JointMotion& state
 /// Designs a motion of the arm of a cell whose torques tell its base parameters best: of random motions the best, then
 /// by exchange (Fedorov's algorithm): the harmonics of one joint, or one point, are exchanged for others as long as the
 /// criterion gains. Every motion that is considered keeps positions, speeds, accelerations, the nominal torques
-/// (gravity, inertia, friction and rotors) and the height of the guarded points. The same seed gives the same motion.
+/// (gravity, inertia, friction and rotors), the height of the guarded points and the clearance from keep-out zones, of
+/// an arm of capsules about its DH lengths; not seen is whether its links touch one another. A stroke from point to
+/// point whose torques are too great is slowed. The same seed gives the same motion.
 ///
 /// A condition number is that of the columns which links, friction and rotors add to those before them, in the order of
 /// eq. 4.36: for a KR5 52 of 78.
 ///
 /// Degenerate when no motion within the limits was found; the message says which limit stood in the way.
-/// @throws InvalidArgument for limits that are missing, empty or not of the arm, a start outside of them, and for
-///         options that are not valid.
+/// @throws InvalidArgument for limits that are missing, empty or not of the arm, a start outside of them or too near to
+///         a keep-out zone, and for options that are not valid.
 Excitation design_excitation(const cell::Cell& cell, const MotionLimits& limits, const ExcitationOptions& options = {});
 
 }  // namespace kr5::identification

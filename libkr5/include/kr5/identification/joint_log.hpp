@@ -12,14 +12,15 @@ namespace kr5::identification {
 
 /// What a controller logged of a motion, as it came: a row a sample, a column a joint.
 struct JointLog {
-  Eigen::VectorXd t;                   ///< [s]
-  Eigen::MatrixXd q;                   ///< [rad or m]
-  Eigen::MatrixXd qd;                  ///< Empty when no speeds were logged [rad/s or m/s].
-  Eigen::MatrixXd tau;                 ///< On the joint side [N m or N].
-  std::vector<std::string> q_names;    ///< Empty: q1, q2, ...
-  std::vector<std::string> qd_names;   ///< Empty: qd1, qd2, ...
-  std::vector<std::string> tau_names;  ///< Empty: tau1, tau2, ...
-  Eigen::MatrixXd temperature = {};    ///< Of the joints; empty when none were logged [deg C].
+  Eigen::VectorXd t;                                ///< [s]
+  Eigen::MatrixXd q;                                ///< [rad or m]
+  Eigen::MatrixXd qd;                               ///< Empty when no speeds were logged [rad/s or m/s].
+  Eigen::MatrixXd tau;                              ///< On the joint side [N m or N].
+  std::vector<std::string> q_names;                 ///< Empty: q1, q2, ...
+  std::vector<std::string> qd_names;                ///< Empty: qd1, qd2, ...
+  std::vector<std::string> tau_names;               ///< Empty: tau1, tau2, ...
+  Eigen::MatrixXd temperature = {};                 ///< Of the joints; empty when none were logged [deg C].
+  std::vector<std::string> temperature_names = {};  ///< Empty: temperature1, temperature2, ...
 
   int joints() const { return static_cast<int>(q.cols()); }
   /// Name of a column, for messages; `joint` from 0.
@@ -42,6 +43,8 @@ struct JointLog {
     visit("tau_names", self.tau_names, "Names of the columns of tau in the log; empty: tau1, tau2, ...");
     visit("temperature", self.temperature,
           "Logged temperatures of the joints, samples x joints; empty: none were logged [deg C].");
+    visit("temperature_names", self.temperature_names,
+          "Names of the columns of temperature in the log; empty: temperature1, temperature2, ...");
   }
 };
 
@@ -65,6 +68,7 @@ enum class LogFault {
   ReversedTorque,    ///< Torque whose friction and inertia push the wrong way.
   TorqueDelay,       ///< Positions and torques by two clocks.
   CurrentForTorque,  ///< Numbers of a size that suggests currents or motor-side torques.
+  TemperatureRange,  ///< Temperatures that no drive has: another unit, or a channel without a sensor.
 };
 
 constexpr auto enum_names(LogFault) {
@@ -85,7 +89,8 @@ constexpr auto enum_names(LogFault) {
                           {LogFault::Brake, "brake"},
                           {LogFault::ReversedTorque, "reversed_torque"},
                           {LogFault::TorqueDelay, "torque_delay"},
-                          {LogFault::CurrentForTorque, "current_for_torque"}});
+                          {LogFault::CurrentForTorque, "current_for_torque"},
+                          {LogFault::TemperatureRange, "temperature_range"}});
 }
 
 /// What a finding means for an estimate.

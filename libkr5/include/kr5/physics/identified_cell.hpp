@@ -16,6 +16,10 @@ void set_path_servo(cell::Cell& cell, const cell::SecondOrder& servo, double cyc
 /// @throws InvalidArgument when there is no such joint.
 void set_joint_servo(cell::Cell& cell, int joint, const cell::SecondOrder& servo, double cycle);
 
+/// Spring of the gear of a joint, from 0: stiffness [N m/rad or N/m] and play [rad or m]; the others keep theirs.
+/// @throws InvalidArgument when there is no such joint.
+void set_joint_spring(cell::Cell& cell, int joint, double stiffness, double gap);
+
 /// Stiffness [N/m] of the contact and of all in series with it.
 void set_contact_stiffness(cell::Cell& cell, double stiffness);
 

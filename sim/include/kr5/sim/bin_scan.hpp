@@ -39,12 +39,12 @@ struct BinScannerOptions {
   static void each_field(auto& self, auto&& visit) {
     visit("points", self.points, "Number of points of a profile.");
     visit("width", self.width, "Width of the fan of the laser at the stand-off [m].");
-    visit("stand_off", self.stand_off, "Height of the scanner above the floor of the bin, for scan_path [m].");
+    visit("stand_off", self.stand_off, "Height of the laser above the floor of the bin in a straight pass [m].");
     visit("near", self.near, "Least measurable z [m].");
     visit("far", self.far, "Greatest measurable z [m].");
     visit("baseline", self.baseline, "Distance of the receiver from the laser, along Y of the scanner [m].");
-    visit("pitch", self.pitch, "Distance of two profiles along the motion, for scan_path [m].");
-    visit("speed", self.speed, "Speed of the scanner, for scan_path [m/s].");
+    visit("pitch", self.pitch, "Distance of two profiles along a straight pass [m].");
+    visit("speed", self.speed, "Speed of a straight pass [m/s].");
     visit("lag", self.lag, "How much later than it was taken a profile gets its time stamp [s].");
     visit("noise", self.noise, "Standard deviation of the range along a ray of the laser [m].");
     visit("grazing", self.grazing,
@@ -81,8 +81,11 @@ struct BinScan {
   Eigen::VectorXd seen;  ///< Of each pellet: rays that laser and receiver see on it, over those they would see on it
                          ///< alone without bin and other pellets [-]; shiny spots count as seen.
 
+  using Points = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
   /// Readings in the base, and their surfaces, profile by profile [m].
-  Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor> cloud(std::vector<int>* surfaces = nullptr) const;
+  Points cloud(std::vector<int>* surfaces = nullptr) const;
+  /// Place of the laser in the base for each of these readings [m].
+  Points origins() const;
 };
 
 /// A straight pass over a bin along its Y, the scanner level and looking down, its X along that of the bin.

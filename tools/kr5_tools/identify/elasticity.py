@@ -1,0 +1,172 @@
+"""`kr5 identify elasticity`: stiffness and play of the gears, from angles on both sides of them."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from kr5 import cell as kr5_cell
+from kr5 import identification
+
+from kr5_tools.calibrate.laser_data import TextTable
+from kr5_tools.cli.arguments import JsonOption, ResultOption
+from kr5_tools.cli.options import options_from
+from kr5_tools.cli.tables import figure_row, print_result
+from kr5_tools.cli.terminal import console, fail
+from kr5_tools.files.cell_output import WriteCellOption, write_cell_file
+from kr5_tools.files.results import write_if_usable, write_result
+from kr5_tools.files.writing import check_writable
+
+app = typer.Typer()
+MOST_SHOWN = 600  # readings of a result file, for its plot
+ANGLES = {"rad": 1.0, "deg": np.pi / 180}
+
+
+@app.command(epilog="Example: kr5 identify elasticity readings.csv --torque-noise 2 --angle deg -o elasticity.json")
+@options_from(identification.ElasticityOptions, skip=("torque_noise",))
+def elasticity(
+    file: Annotated[
+        Path,
+        typer.Argument(
+            metavar="READINGS.csv",
+            help=(
+                "CSV, a row a reading, in order of time: link angles q1, q2, …; angles of the motor side over the gear"
+                " ratio m1, m2, …; torques through the gears tau1, tau2, … [N m]; empty where nothing was read."
+            ),
+        ),
+    ],
+    options: identification.ElasticityOptions,
+    torque_noise: Annotated[
+        str | None,
+        typer.Option(
+            metavar="S,S,…",
+            help="Standard deviation of the torques, one number for all or one a joint \\[N m or N]; without it they"
+            " are taken as exact, and noise makes the joints look too stiff.",
+        ),
+    ] = None,
+    angle: Annotated[str, typer.Option(metavar="rad|deg", help="Unit of the angles of the file.")] = "rad",
+    cell: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="CELL.yaml",
+            help="Cell with masses, whose gravity is the torque of readings at rest, where the file has no torques; and"
+            " into which --write-cell puts the result.",
+        ),
+    ] = None,
+    write_cell: WriteCellOption = None,
+    output: ResultOption = None,
+    json_file: JsonOption = None,
+) -> None:
+    """Stiffness of each joint, and its play, from angles on both sides of the gears (a second encoder on the link) and
+    the torques between.
+
+    Torques are those on the link: of a joint torque sensor, or of a model; friction and inertia of the motors do not
+    belong to them. Without a second encoder, measure poses of the sagging arm: kr5 calibrate kinematics --elasticity.
+    """
+    check_writable(output, write_cell, json_file, inputs=[file, *([cell] if cell else [])])
+    if write_cell and not cell:
+        fail("--write-cell: --cell is missing; name the cell into which the result is put")
+    if angle not in ANGLES:
+        fail(f"--angle: found {angle!r}, expected rad or deg")
+    believed = kr5_cell.load_cell(cell) if cell else None
+    readings = read_readings(file, ANGLES[angle], believed)
+    if torque_noise is not None:
+        options.torque_noise = read_noise(torque_noise)
+    result = identification.identify_elasticity(readings, options)
+    keys = result_keys(file, readings, result, options)
+    data = write_result(None, "kr5-elasticity/1", **keys)
+    write_if_usable(data, result.fit, output, json_file)
+    print_result(keys, console(json_file))
+    if believed is not None and write_cell:
+        for spring in result.joints:
+            if spring.told:
+                identification.set_joint_spring(believed, spring.joint - 1, spring.stiffness, spring.gap)
+        write_cell_file(believed, write_cell)
+
+
+def read_noise(text: str) -> np.ndarray:
+    """Numbers with commas."""
+    try:
+        return np.array([float(part) for part in text.split(",")])
+    except ValueError:
+        fail(f"--torque-noise: found {text!r}, expected numbers with commas, as 2,2,1")
+
+
+def read_readings(file: Path, unit: float, believed: Any) -> Any:
+    """Readings of a CSV. A joint of which a column is missing was not read."""
+    if not file.exists():
+        fail(f"{file}: no such file; expected a CSV with link angles, motor angles and torques")
+    table = TextTable(file)
+    columns = table.columns
+
+    def family(stem: str, scale: float) -> np.ndarray:
+        values = [
+            scale * table.numbers(f"{stem}{k + 1}", missing=True)
+            if f"{stem}{k + 1}" in columns
+            else np.full(len(table.lines), np.nan)
+            for k in range(n)
+        ]
+        return np.column_stack(values)
+
+    n = max((k for k in range(1, len(columns) + 1) if f"q{k}" in columns and f"m{k}" in columns), default=0)
+    if n == 0:
+        fail(f"{file}: found the columns {', '.join(columns)}, expected link angles q1, … and motor angles m1, …")
+    if believed is not None:
+        slides = [str(joint.type) == "prismatic" for joint in believed.nominal_chain().joints]
+        if n > len(slides) or (any(slides) and unit != 1.0):
+            fail(
+                f"{file}: the cell has {len(slides)} joints, found {n}; the values of slides are in m, without --angle"
+            )
+    q = family("q", unit)
+    if any(name.startswith("tau") for name in columns):
+        torque = family("tau", 1.0)
+    elif believed is not None:
+        torque = gravity_torques(file, believed, q)
+    else:
+        fail(f"{file}: found no torques tau1, …; give them, or a --cell with masses for readings at rest")
+    return identification.ElasticityReadings(motor=family("m", unit), link=q, torque=torque)
+
+
+def gravity_torques(file: Path, believed: Any, q: np.ndarray) -> np.ndarray:
+    """Torques that hold the links of a cell in these postures; NaN where an angle is missing."""
+    if not believed.robot.links:
+        fail("--cell: the cell has no masses (robot.links), from which the torques of gravity follow")
+    if q.shape[1] != believed.robot.joints:
+        fail(f"{file}: found angles of {q.shape[1]} joints, expected all {believed.robot.joints} for gravity")
+    whole = np.isfinite(q).all(axis=1)
+    still = np.zeros((int(whole.sum()), q.shape[1]))
+    out = np.full(q.shape, np.nan)
+    if whole.any():
+        states = identification.JointMotion(t=np.arange(len(still)), q=q[whole], qd=still, qdd=still, tau=still)
+        out[whole] = identification.nominal_torques(believed, states)
+    return out
+
+
+def result_keys(file: Path, readings: Any, result: Any, options: Any) -> dict[str, Any]:
+    """What the result file holds beside its head."""
+    figures, doubts = [], []
+    for s in result.joints:
+        if s.told:
+            std = s.stiffness**2 * s.compliance_std
+            figures.append(figure_row(f"stiffness of joint {s.joint}", s.stiffness, std, "N m/rad"))
+        elif np.isfinite(s.stiffness_low) and s.stiffness_low > 0:
+            figures.append(figure_row(f"least stiffness of joint {s.joint} (95 %)", s.stiffness_low, None, "N m/rad"))
+        if s.gap > 0:
+            figures.append(figure_row(f"play of joint {s.joint}", 1e3 * s.gap, 1e3 * s.gap_std, "mrad"))
+        if s.told and s.attenuation < 1:
+            name = f"compliance of joint {s.joint} by least squares, of the true one"
+            figures.append(figure_row(name, s.attenuation, None, "-"))
+        if s.message != "stiffness told":
+            doubts.append(f"joint {s.joint}: {s.message}")
+    every = max(1, len(readings.link) // MOST_SHOWN)
+    lead = np.asarray(readings.motor) - np.asarray(readings.link)
+    told = sum(s.told for s in result.joints)
+    text = f"stiffness of {told} of {len(result.joints)} joints told"
+    if not len(options.torque_noise):
+        text += ", from torques that are taken as exact (--torque-noise)"
+    return {
+        "input": {"file": str(file), "options": options.to_dict()},
+        "verdict": {"word": "doubtful" if doubts else "good", "text": "; ".join([text, *doubts])},
+        "figures": figures,
+        "result": {**result.to_dict(), "lead": lead[::every], "torque": np.asarray(readings.torque)[::every]},
+    }
