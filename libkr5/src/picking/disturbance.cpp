@@ -53,6 +53,15 @@ MatrixXd averaged(ImageView image, int half) {
   return out;
 }
 
+/// How much of the square about each pixel lies in the image: at the border fewer pixels are averaged, which scatter
+/// more.
+MatrixXd averaged_share(Index rows, Index columns, int half) {
+  const auto within = [half](Index i, Index size) {
+    return static_cast<double>(std::min(i + half, size - 1) - std::max<Index>(i - half, 0) + 1) / (2 * half + 1);
+  };
+  return MatrixXd::NullaryExpr(rows, columns, [&](Index r, Index c) { return within(r, rows) * within(c, columns); });
+}
+
 void require_image(ImageView image, const char* name) {
   require(image.data != nullptr && image.width > 0 && image.height > 0, std::string(name) + ": the image is empty");
 }
@@ -229,10 +238,11 @@ ImageNoise learn_image_noise(std::span<const ImageView> images, const ImageNoise
   sum /= out.images;
   for (const MatrixXd& image : used) squares += (image - sum).cwiseAbs2();
   const double dof = out.images - 1, least = options.least_spread * options.least_spread;
-  const ArrayXd variances = (squares.reshaped().array() / dof).max(least);
+  const ArrayXd share = averaged_share(out.mean.rows(), out.mean.cols(), options.average).reshaped().array();
+  const ArrayXd variances = (share * squares.reshaped().array() / dof).max(least);
   const SharedVariance shared = shared_variance(variances, dof);
   const ArrayXd moderated = (shared.dof * shared.value + dof * variances) / (shared.dof + dof);
-  out.spread = moderated.max(least).sqrt().matrix().reshaped(out.mean.rows(), out.mean.cols());
+  out.spread = (moderated.max(least) / share).sqrt().matrix().reshaped(out.mean.rows(), out.mean.cols());
   out.dof = shared.dof + dof;
   out.fit.status = FitStatus::Converged;
   out.fit.message = std::to_string(out.images) + " images at rest" +

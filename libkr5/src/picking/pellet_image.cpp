@@ -127,13 +127,15 @@ void require_pellet(const Pellet& pellet) {
 
 SolidCylinder solid_of(const Pellet& pellet) { return {pellet.frame, pellet.centre, pellet.radius, pellet.height}; }
 
-/// Whether another cylinder stands between the camera and a place.
-bool hidden(const OutlineView& view, const OutlinePoint& point, const std::vector<Pellet>& others) {
+/// Whether another cylinder stands between the camera and a place, or shows its own outline within `margin` [m] of it.
+bool hidden(const OutlineView& view, const OutlinePoint& point, const std::vector<Pellet>& others, double margin) {
   const Vector3d eye = view.T_camera_base.inverse().translation(), place = outline_place(view, point);
   const double distance = (place - eye).norm(), nearer = 0.1 * view.cylinder.radius;
   return std::any_of(others.begin(), others.end(), [&](const Pellet& other) {
     if ((other.centre - view.cylinder.centre).norm() < 0.5 * view.cylinder.radius) return false;  // itself
-    const SolidCylinder solid = solid_of(other);
+    SolidCylinder solid = solid_of(other);
+    solid.radius += margin;
+    solid.height += 2 * margin;
     const auto chord = solid.chord(solid.local(eye), solid.frame.transpose() * ((place - eye) / distance));
     return chord.hits() && chord.in < distance - nearer;
   });
@@ -246,7 +248,9 @@ class Refinement {
 
   std::vector<OutlinePoint> visible(const OutlineView& view) const {
     std::vector<OutlinePoint> out = outline(view, camera_, options_.edge_spacing);
-    std::erase_if(out, [&](const OutlinePoint& p) { return hidden(view, p, others_); });
+    const double depth = (view.T_camera_base * view.cylinder.centre).z();
+    const double margin = options_.edge_spacing * depth / std::max(camera_.fx, camera_.fy);
+    std::erase_if(out, [&](const OutlinePoint& p) { return hidden(view, p, others_, margin); });
     return out;
   }
 
@@ -329,6 +333,8 @@ class Refinement {
 
   void associate(const ImageState& at, double gate) {
     edges_.clear();
+    ends_predicted_ = 0;
+    ends_supported_ = 0;
     const std::vector<OutlinePoint> points = visible(at.view);
     out_.predicted = 0;
     for (const OutlinePoint& point : points) {
@@ -337,9 +343,12 @@ class Refinement {
           !image_.covers(point.pixel - (gate + 3) * point.normal))
         continue;
       ++out_.predicted;
+      const bool on_end = point.part != OutlinePart::Left && point.part != OutlinePart::Right;
+      ends_predicted_ += on_end;
       const auto found =
           edges_on_line(image_, point.pixel + bias * point.normal, point.normal, gate, options_.min_edge);
       if (found.empty()) continue;
+      ends_supported_ += on_end;
       const auto nearest = std::min_element(found.begin(), found.end(), [](const auto& a, const auto& b) {
         return std::abs(a.offset) < std::abs(b.offset);
       });
@@ -353,6 +362,11 @@ class Refinement {
     if (out_.supported < 8 || out_.supported < options_.min_supported * out_.predicted || !covariance_)
       return say(PelletImageStatus::TooFewEdges,
                  "only " + counts + " expected edges were found; check the light, the focus and T_camera_base");
+    if (ends_supported_ < 3 || ends_supported_ < options_.min_supported * ends_predicted_)
+      return say(PelletImageStatus::TooFewEdges, "only " + std::to_string(ends_supported_) + " of " +
+                                                     std::to_string(ends_predicted_) +
+                                                     " edges of its ends were found; the cloud is too far off, or "
+                                                     "others hide them");
     const EdgeProblem problem{camera_, edges_, start_, whitening_, options_.edge_bias, 1.0};
     const double squared = (whitening_ * problem.departure(at.view)).squaredNorm();
     // The refined estimate lies nearer to the first one than the truth does: its departure is a chi-square at most.
@@ -384,6 +398,7 @@ class Refinement {
   Search search_;
   std::vector<OutlineRow> rows_;
   std::vector<FoundEdge> edges_;
+  int ends_predicted_ = 0, ends_supported_ = 0;
   std::optional<NormalEquations<image_steps>::Matrix> covariance_;
   PelletRefinement out_;
 };

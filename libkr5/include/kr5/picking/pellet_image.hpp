@@ -26,10 +26,10 @@ struct PelletImageOptions {
   double search_sigmas = 3.0;
   double max_search = 30.0;
   double min_edge = 4.0;
-  double edge_sigma = 0.05;
-  double edge_bias = 0.2;
+  double edge_sigma = 0.15;
+  double edge_bias = 0.5;
   double min_supported = 0.5;
-  double clearly_better = 0.8;
+  double clearly_better = 0.75;
   double confidence = 0.999;
 
   /// @throws InvalidArgument naming the offending field.
@@ -42,11 +42,12 @@ struct PelletImageOptions {
     visit("max_search", self.max_search, "Greatest half width of the search [px].");
     visit("min_edge", self.min_edge, "Least slope of an edge, in standard deviations of the noise of a slope [-].");
     visit("edge_sigma", self.edge_sigma,
-          "Standard deviation of a single edge beside what the noise of the image makes [px].");
+          "Standard deviation of a single edge beside what the noise of the image makes: unevenness, shading [px].");
     visit("edge_bias", self.edge_bias,
           "Standard deviation of the displacement that all edges of one line or arc share: shading, chamfers, focus "
           "[px].");
-    visit("min_supported", self.min_supported, "Least share of the predicted edges that must be found [-].");
+    visit("min_supported", self.min_supported,
+          "Least share of the predicted edges that must be found, of all and of those of the ends [-].");
     visit("clearly_better", self.clearly_better,
           "Support of the second best place, relative to the best, from which on the two cannot be told apart [-].");
     visit("confidence", self.confidence,
@@ -101,7 +102,8 @@ struct PelletRefinement {
 /// nothing). The place that most edges support, within the uncertainty of the prediction, starts a robust fit of pose,
 /// sizes, pose of the camera and a displacement of each line and arc.
 /// @param T_camera_base Pose of the base in the camera of this image, with covariance.
-/// @param others Cylinders that may hide part of this one; itself among them does not matter.
+/// @param others Cylinders that may hide part of this one, as from find_pellets; itself among them does not matter.
+/// Where the outline of one runs along its own, no edge is expected.
 /// @throws InvalidArgument for an image that is not of the size of the camera's, an invalid camera, pose, cylinder or
 /// covariance, or invalid options.
 PelletRefinement refine_pellet(ImageView image, const Pinhole& camera, const UncertainPose& T_camera_base,
