@@ -111,8 +111,8 @@ def test_an_organised_cloud_in_the_frame_of_the_sensor_is_taken_with_its_pose(sc
     ("change", "words", "text"),
     [
         (lambda p: 1000 * p, [], "millimetres"),
-        (lambda p: p + [0.5, 0, 0], [], "lie within the bin"),
-        (lambda p: p * [1, 1, -1] + [0, 0, 0.17], [], "upside down"),
+        (lambda p: p + np.array([0.5, 0, 0]), [], "lie within the bin"),
+        (lambda p: p * np.array([1, 1, -1]) + np.array([0, 0, 0.17]), [], "upside down"),
         (lambda p: p * np.nan, [], "measured points"),
         (lambda p: p[:5], [], "measured points"),
         (lambda p: p, ["--radius", "-1"], "radius"),

@@ -142,6 +142,30 @@ JOBS = [
         ("out.json",),
     ),
     Job(
+        "clouds",
+        "pick cloud.csv --bin pick.yaml --json out.json -o picks.json",
+        "cell",
+        ("cloud.csv", "pick.yaml"),
+        ("out.json", "picks.json"),
+        2,
+    ),
+    Job(
+        "clouds",
+        "pick cloud.ply --bin pick.yaml --frame 0,0,0,0,0,0 --json out.json",
+        "cell",
+        ("cloud.ply",),
+        ("out.json",),
+    ),
+    Job("clouds", "pick cloud.npz --bin pick.yaml --json out.json", "cell", ("cloud.npz",), ("out.json",)),
+    Job("clouds", "pick cloud.pcd --bin pick.yaml --json out.json", "cell", ("cloud.pcd",), ("out.json",)),
+    Job(
+        "bins",
+        "bin empty --bin pick.yaml --pellets 1 --pitch 0.004 --json out.json",
+        "cell",
+        ("pick.yaml",),
+        ("out.json",),
+    ),
+    Job(
         "render scenes",
         "render render.yaml -o view.png --truth view.json --json out.json",
         "cell",
@@ -568,6 +592,7 @@ def prepare(folder: Path, run: Callable[..., None]) -> None:
 
 def _prepare_cells(folder: Path, run: Callable[..., None]) -> None:
     (folder / "protocol.yaml").write_text(PROTOCOL)
+    _prepare_cloud(folder)
     brief = yaml.safe_load(PROTOCOL)
     brief["experiments"] = [
         {**brief["experiments"][0], "duration": 1.0},
@@ -588,6 +613,26 @@ def _prepare_cells(folder: Path, run: Callable[..., None]) -> None:
         "format: kr5-protocol/1\nexperiments:\n- {name: motion-1, kind: motion, split: fit, given: given.csv}\n"
     )
     run(folder, "cell export cell.yaml -o robot.urdf")
+
+
+def _prepare_cloud(folder: Path) -> None:
+    """One lying cylinder in a small bin, in each of the formats."""
+    x, y = (a.ravel() for a in np.meshgrid(np.arange(-0.03, 0.03, 0.0015), np.arange(-0.03, 0.03, 0.0015)))
+    lying = (np.abs(x) < 0.008) & (np.abs(y) < 0.0075)
+    z = np.where(lying, 0.008 + np.sqrt(np.maximum(0.008**2 - x**2, 0)), 0.0)
+    points = np.column_stack([x, y, z])
+    np.savez(folder / "cloud.npz", points=points)
+    np.savetxt(folder / "cloud.csv", points, delimiter=",", header="x,y,z", comments="", fmt="%.5f")
+    rows = "\n".join(f"{a:.5f} {b:.5f} {c:.5f}" for a, b, c in points)
+    axes = "".join(f"property float {axis}\n" for axis in "xyz")
+    (folder / "cloud.ply").write_text(
+        f"ply\nformat ascii 1.0\nelement vertex {len(points)}\n{axes}end_header\n{rows}\n"
+    )
+    (folder / "cloud.pcd").write_text(
+        "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\n"
+        f"WIDTH {len(points)}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {len(points)}\nDATA ascii\n{rows}\n"
+    )
+    (folder / "pick.yaml").write_text("T_base_bin: [0, 0, 0, 0, 0, 0]\nsize: [0.06, 0.06, 0.05]\n")
 
 
 def _prepare_recordings(folder: Path, run: Callable[..., None]) -> None:

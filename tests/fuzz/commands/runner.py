@@ -47,6 +47,7 @@ def import_commands() -> None:
         "kr5.sim",
         "kr5.predict",
         "kr5.gap",
+        "kr5.picking",
         "kr5.vision",
         "kr5.calibration",
         "matplotlib.pyplot",
@@ -57,7 +58,7 @@ def import_commands() -> None:
         "jinja2",
     ):
         importlib.import_module(name)
-    for name in ("mcap.reader", "mcap_ros2.decoder"):
+    for name in ("plyfile", "pypcd4", "mcap.reader", "mcap_ros2.decoder"):
         with contextlib.suppress(ImportError):
             importlib.import_module(name)
 
