@@ -218,9 +218,9 @@ static void bind_pile(py::module_& m) {
 }
 
 static void bind_bin_sensors(py::module_& m) {
-  m.attr("BIN_WALL") = py::int_(static_cast<int>(bin_wall));
-  m.attr("BIN_FLOOR") = py::int_(static_cast<int>(bin_floor));
-  m.attr("BIN_NOTHING") = py::int_(static_cast<int>(bin_nothing));
+  m.attr("BIN_WALL") = py::int_(static_cast<int>(BinWall));
+  m.attr("BIN_FLOOR") = py::int_(static_cast<int>(BinFloor));
+  m.attr("BIN_NOTHING") = py::int_(static_cast<int>(BinNothing));
   bind_struct<BinScannerOptions>(m, "BinScannerOptions",
                                  "A triangulating line scanner: laser in the origin of its frame, its fan in the X-Z "
                                  "plane about Z, the receiver on Y.");

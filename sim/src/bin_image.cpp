@@ -78,14 +78,14 @@ BinImage render_bin(const PelletScene& scene, const Pinhole& camera, const Pose&
   const Vector3d eye = T_bin_camera.translation(), lamp = T_bin_camera * options.light;
   Brightness light = Brightness::Zero(camera.height, camera.width);
   BinImage out;
-  out.surface = decltype(out.surface)::Constant(camera.height, camera.width, bin_nothing);
+  out.surface = decltype(out.surface)::Constant(camera.height, camera.width, BinNothing);
   for (int v = 0; v < camera.height; ++v)
     for (int u = 0; u < camera.width; ++u) {
       const auto ray = camera.ray({u, v});
       if (!ray) continue;
       const Vector3d direction = (T_bin_camera.linear() * *ray).normalized();
       const BinHit hit = rays.first_hit(eye, direction);
-      if (hit.surface == bin_nothing) continue;
+      if (hit.surface == BinNothing) continue;
       out.surface(v, u) = hit.surface;
       light(v, u) = shade(rays, options, eye + hit.distance * direction, hit, -direction, lamp);
     }

@@ -92,11 +92,11 @@ BinRays::BinRays(const PelletScene& scene) {
   if (!boxes.empty()) build(0, static_cast<int>(boxes.size()), boxes);
 
   const double x = 0.5 * scene.bin.size.x(), y = 0.5 * scene.bin.size.y(), z = scene.bin.size.z(), t = scene.bin.wall;
-  blocks_ = {{{Vector3d(-x - t, -y - t, -t), Vector3d(x + t, y + t, 0.0)}, bin_floor},
-             {{Vector3d(x, -y - t, 0.0), Vector3d(x + t, y + t, z)}, bin_wall},
-             {{Vector3d(-x - t, -y - t, 0.0), Vector3d(-x, y + t, z)}, bin_wall},
-             {{Vector3d(-x, y, 0.0), Vector3d(x, y + t, z)}, bin_wall},
-             {{Vector3d(-x, -y - t, 0.0), Vector3d(x, -y, z)}, bin_wall}};
+  blocks_ = {{{Vector3d(-x - t, -y - t, -t), Vector3d(x + t, y + t, 0.0)}, BinFloor},
+             {{Vector3d(x, -y - t, 0.0), Vector3d(x + t, y + t, z)}, BinWall},
+             {{Vector3d(-x - t, -y - t, 0.0), Vector3d(-x, y + t, z)}, BinWall},
+             {{Vector3d(-x, y, 0.0), Vector3d(x, y + t, z)}, BinWall},
+             {{Vector3d(-x, -y - t, 0.0), Vector3d(x, -y, z)}, BinWall}};
 }
 
 int BinRays::build(int first, int count, const std::vector<AlignedBox3d>& boxes) {
@@ -174,7 +174,7 @@ void BinRays::all_pellets(const Vector3d& origin, const Vector3d& direction, std
   hits.clear();
   each_pellet_near(origin, direction, std::numeric_limits<double>::infinity(), [&](int pellet) {
     const BinHit hit = meet(origin, direction, pellet);
-    if (hit.surface != bin_nothing) hits.push_back(hit);
+    if (hit.surface != BinNothing) hits.push_back(hit);
     return true;
   });
 }
@@ -184,7 +184,7 @@ bool BinRays::blocked(const Vector3d& origin, const Vector3d& direction, double 
   hit.distance = distance;
   const Vector3d inverse = inverse_of(direction);
   for (const Block& block : blocks_) meet_box(block.box, block.surface, origin, inverse, hit);
-  bool stopped = hit.surface != bin_nothing;
+  bool stopped = hit.surface != BinNothing;
   if (!stopped)
     each_pellet_near(origin, direction, distance, [&](int pellet) {
       stopped = meet(origin, direction, pellet).distance < distance;

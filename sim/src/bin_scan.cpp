@@ -42,7 +42,7 @@ class BinLaser {
   /// First hit of a ray, if laser and receiver see it.
   BinHit seen_hit(const Vector3d& direction) const {
     const BinHit hit = rays_.first_hit(laser_, direction);
-    if (hit.surface == bin_nothing || !faces_both(hit, direction)) return {};
+    if (hit.surface == BinNothing || !faces_both(hit, direction)) return {};
     const Vector3d point = laser_ + hit.distance * direction, back = receiver_ - point;
     const double distance = back.norm();
     return rays_.blocked(point + 1e-7 * hit.normal, back / distance, distance) ? BinHit{} : hit;
@@ -76,8 +76,8 @@ class BinLaser {
 /// Range that a hit reads, NaN for none; `surface` becomes that of a true reading [m].
 double reading_of(const BinLaser& laser, const BinHit& hit, const Vector3d& direction, const BinScannerOptions& options,
                   Random& random, int& surface) {
-  surface = bin_nothing;
-  if (hit.surface == bin_nothing) return reading_missing;
+  surface = BinNothing;
+  if (hit.surface == BinNothing) return reading_missing;
   if (laser.blinds(hit, direction)) {
     if (!(random.uniform() < options.streaks)) return reading_missing;
     return hit.distance + options.streak_length * random.uniform(-1.0, 1.0);
@@ -139,7 +139,7 @@ BinScan scan_bin(const PelletScene& scene, const ScanPath& path, const BinScanne
   BinScan out;
   out.times = path.times, out.T_base_flange = path.T_base_flange, out.T_flange_scanner = scanner.T_flange_scanner;
   out.x = out.z = BinScan::Rows::Constant(profiles, scanner.points, reading_missing);
-  out.surface = BinScan::Numbers::Constant(profiles, scanner.points, bin_nothing);
+  out.surface = BinScan::Numbers::Constant(profiles, scanner.points, BinNothing);
   const Pose T_bin_base = scene.bin.T_base_bin.inverse();
   const double half = 0.5 * scanner.width / scanner.stand_off;
   const Eigen::VectorXd slopes = Eigen::VectorXd::LinSpaced(scanner.points, -half, half);

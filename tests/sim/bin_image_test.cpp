@@ -49,9 +49,9 @@ TEST_CASE("pellets are in the picture where the camera projects their points") {
     };
     CHECK(at({middle.x(), middle.y(), top}) == i);
     CHECK(at({middle.x() + 0.8 * x, middle.y(), top}) == i);
-    CHECK(at({middle.x() + 0.02, middle.y() + 0.02, 0.0}) == sim::bin_floor);
+    CHECK(at({middle.x() + 0.02, middle.y() + 0.02, 0.0}) == sim::BinFloor);
   }
-  CHECK((image.surface.array() == sim::bin_wall).count() > 100);
+  CHECK((image.surface.array() == sim::BinWall).count() > 100);
 }
 
 TEST_CASE("grey levels follow Lambert's law without gloss, and lie in shadow at the ambient light") {

@@ -42,9 +42,9 @@ int body_at(const sim::PelletScene& scene, const Vector3d& p) {
     if (inside(scene.pellets[i], p)) return static_cast<int>(i);
   const Vector3d half = 0.5 * scene.bin.size;
   const double t = scene.bin.wall, out = std::max(std::abs(p.x()) - half.x(), std::abs(p.y()) - half.y());
-  if (out > t) return sim::bin_nothing;
-  if (p.z() < 0.0) return p.z() > -t ? sim::bin_floor : sim::bin_nothing;
-  return out > 0.0 && p.z() < scene.bin.size.z() ? sim::bin_wall : sim::bin_nothing;
+  if (out > t) return sim::BinNothing;
+  if (p.z() < 0.0) return p.z() > -t ? sim::BinFloor : sim::BinNothing;
+  return out > 0.0 && p.z() < scene.bin.size.z() ? sim::BinWall : sim::BinNothing;
 }
 
 sim::BinScannerOptions exact_scanner() {
@@ -68,8 +68,8 @@ TEST_CASE("a ray meets what stands first on it, where small steps along it find 
     CAPTURE(k, hit.surface, hit.distance);
     constexpr double step = 5e-5;
     double walked = step;
-    while (walked < 0.6 && body_at(scene, origin + walked * direction) == sim::bin_nothing) walked += step;
-    if (hit.surface == sim::bin_nothing) {
+    while (walked < 0.6 && body_at(scene, origin + walked * direction) == sim::BinNothing) walked += step;
+    if (hit.surface == sim::BinNothing) {
       CHECK(walked >= 0.6);
       continue;
     }
@@ -79,13 +79,13 @@ TEST_CASE("a ray meets what stands first on it, where small steps along it find 
       continue;
     }
     CHECK(walked >= hit.distance - 1e-9);
-    CHECK(body_at(scene, origin + (hit.distance - 1e-7) * direction) == sim::bin_nothing);
+    CHECK(body_at(scene, origin + (hit.distance - 1e-7) * direction) == sim::BinNothing);
     CHECK(hit.normal.norm() == Approx(1.0));
     CHECK(hit.normal.dot(direction) < 0.0);
     CHECK(body_at(scene, origin + hit.distance * direction - 1e-6 * hit.normal) == hit.surface);
     CHECK(rays.blocked(origin, direction, hit.distance + 1e-6));
     CHECK_FALSE(rays.blocked(origin, direction, hit.distance - 1e-6));
-    pellets += hit.surface >= 0, walls += hit.surface == sim::bin_wall;
+    pellets += hit.surface >= 0, walls += hit.surface == sim::BinWall;
   }
   CHECK(pellets > 50);
   CHECK(walls > 10);
@@ -158,7 +158,7 @@ TEST_CASE("noise has the deviation asked for along the ray, grazing and shiny sp
   int count = 0, missing = 0, on_floor = 0;
   for (Index k = 0; k < scan.z.rows(); ++k)
     for (Index i = 0; i < scan.z.cols(); ++i) {
-      if (scan.surface(k, i) != sim::bin_floor) continue;
+      if (scan.surface(k, i) != sim::BinFloor) continue;
       const double cosine = scan.z(k, i) / std::hypot(scan.x(k, i), scan.z(k, i));
       const double error = (scan.z(k, i) - 0.35) / cosine;
       sum += error, squares += error * error, ++count;
@@ -176,7 +176,7 @@ TEST_CASE("noise has the deviation asked for along the ray, grazing and shiny sp
     const Index k = shiny.z.rows() / 2, i = shiny.z.cols() / 2;
     CAPTURE(streaks);
     CHECK(std::isnan(shiny.z(k, i)) == (streaks == 0.0));
-    CHECK(shiny.surface(k, i) == sim::bin_nothing);
+    CHECK(shiny.surface(k, i) == sim::BinNothing);
     for (Index c = 0; c < shiny.z.cols(); ++c) missing += std::isnan(shiny.z(k, c)), ++on_floor;
   }
   CHECK(missing < on_floor / 2);

@@ -11,12 +11,12 @@
 namespace kr5::sim {
 
 /// What a ray in a bin meets: the number of a pellet, or one of these.
-enum BinSurface : int { bin_wall = -1, bin_floor = -2, bin_nothing = -3 };
+enum BinSurface : int { BinWall = -1, BinFloor = -2, BinNothing = -3 };
 
 struct BinHit {
   double distance = std::numeric_limits<double>::infinity();  ///< [m]
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();           ///< Out of the material, of length 1, in the bin.
-  int surface = bin_nothing;                                  ///< Number of a pellet, or a BinSurface.
+  int surface = BinNothing;                                   ///< Number of a pellet, or a BinSurface.
 };
 
 /// Rays among the pellets and walls of a bin: exact on sides and end faces of the pellets and on walls and floor, found

@@ -74,7 +74,7 @@ struct BinScan {
   using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   using Numbers = Eigen::Matrix<int, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   Rows x, z;              ///< A row a profile, in the frame of the scanner; NaN: no reading [m].
-  Numbers surface;        ///< Number of the pellet, or a BinSurface; `bin_nothing` for no reading and for a false one.
+  Numbers surface;        ///< Number of the pellet, or a BinSurface; `BinNothing` for no reading and for a false one.
   Eigen::VectorXd times;  ///< Stamps of the profiles [s].
   std::vector<Pose> T_base_flange;  ///< What the arm reports at these times.
   Pose T_flange_scanner = Pose::Identity();
