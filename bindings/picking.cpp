@@ -11,6 +11,7 @@
 #include <kr5/picking/grasp.hpp>
 #include <kr5/picking/moved_region.hpp>
 #include <kr5/picking/patches.hpp>
+#include <kr5/picking/pcl_peers.hpp>
 #include <kr5/picking/pellet_image.hpp>
 #include <kr5/picking/pellets.hpp>
 #include <kr5/picking/placing.hpp>
@@ -174,6 +175,17 @@ void bind_pellet_image(py::module_& m) {
       "that may hide part of it (Hayat et al. 2022, sections 2.3.3 and 3.4.4).");
 }
 
+/// For the benches.
+void bind_peers(py::module_& m) {
+  bind_struct<PclCylinderOptions>(m, "PclCylinderOptions", "Options of pcl_cylinder and pcl_find_cylinders.");
+  bind_struct<PclCylinder>(m, "PclCylinder", "A cylinder as PCL finds it.");
+  m.def("pcl_cylinder", &pcl_cylinder, py::arg("points"), py::arg("options") = PclCylinderOptions{},
+        "PCL's own fit of a cylinder, with refinement, to points, 3 x n [m].");
+  m.def("pcl_find_cylinders", &pcl_find_cylinders, py::arg("cloud"), py::arg("bin"),
+        py::arg("options") = PclCylinderOptions{}, py::call_guard<py::gil_scoped_release>(),
+        "PCL's tutorial on cylinders, repeated over the points of a bin.");
+}
+
 }  // namespace
 
 void bind_picking(py::module_& m) {
@@ -201,4 +213,5 @@ void bind_picking(py::module_& m) {
   bind_changes(m);
   bind_placing(m);
   bind_pellet_image(m);
+  bind_peers(m);
 }

@@ -116,6 +116,11 @@ BENCHES = {
         f"{SIMULATED}; every other start lies 100 mm and 20 degrees away, the rest nearer",
         quick=("--starts", "2"),
     ),
+    "picking": Bench(
+        "Bin picking of cylinders: poses, time, bins emptied, fits, clearance",
+        f"{SIMULATED} (1 and 2); the Kinect scenes: {PUBLIC}",
+        quick=("--quick",),
+    ),
     "coverage": Bench("How often 95 % regions hold the truth", SIMULATED, (BUILD,), (BUILD, "--quick")),
     "diagnosis_time": Bench("Time and memory of a diagnosis", "the recordings the diagnosis was developed on"),
     "effect_count": Bench(
