@@ -76,7 +76,7 @@ CloudCheck found(CloudCheck check, CloudFinding finding, std::string message) {
   return check;
 }
 
-/// Middle half of the extent in each coordinate.
+/// Extent of the middle nine tenths in each coordinate.
 Vector3d spread_of(const Matrix3Xd& points) {
   Vector3d out;
   for (int k = 0; k < 3; ++k) {
@@ -173,7 +173,8 @@ CloudCheck check_cloud(const Cloud& cloud, const Bin& bin, double radius) {
                      std::to_string(cloud.points.cols()) + "; was the laser on, and the bin within its range?");
   const Matrix3Xd points = cloud.points(Eigen::all, finite);
   const Vector3d spread = spread_of(points);
-  if (spread.maxCoeff() > 50 * bin.size.maxCoeff())
+  Cloud in_metres{points / 1000, {}};
+  if (spread.maxCoeff() > 50 * bin.size.maxCoeff() && crop(in_metres, bin).points.cols() > out.finite / 5)
     return found(out, CloudFinding::WrongUnit,
                  "The points spread over " + millimetres(spread.maxCoeff()) + ", the bin over " +
                      millimetres(bin.size.maxCoeff()) + ": the cloud seems to be in millimetres; divide it by 1000.");
@@ -194,10 +195,11 @@ CloudCheck check_cloud(const Cloud& cloud, const Bin& bin, double radius) {
     return found(out, CloudFinding::UpsideDown,
                  std::to_string(below) + " points lie below the floor of the bin and " + std::to_string(above) +
                      " above it: the pose of the bin, or that of the scanner, is upside down or too high.");
-  if (out.inside < 20 || (out.inside < 0.02 * out.finite && aside > 0.9 * out.finite))
+  const double covered = out.inside * out.spacing * out.spacing / (bin.size.x() * bin.size.y());
+  if (out.inside < 20 || (out.inside < 0.02 * out.finite && aside > 0.9 * out.finite && covered < 0.2))
     return found(out, CloudFinding::OutsideBin,
                  std::to_string(out.inside) + " of " + std::to_string(out.finite) +
-                     " points lie within the bin; check T_base_bin and the frame of the cloud.");
+                     " points lie within the bin; check T_base_bin, and the frame and the unit of the cloud.");
   int from_below = 0;
   for (Index i = 0; i < cloud.origins.cols(); ++i)
     from_below += cloud.origins.col(i).allFinite() && (T_bin_base * cloud.origins.col(i)).z() < bin.size.z() / 2;

@@ -27,6 +27,7 @@ using Eigen::Vector3d;
 void CylinderFitOptions::validate() const {
   require(radius >= 0 && std::isfinite(radius), "radius must not be negative [m]");
   require(sigma_radius >= 0 && std::isfinite(sigma_radius), "sigma_radius must not be negative [m]");
+  require(radius > 0 || sigma_radius == 0, "sigma_radius belongs to a radius, which is missing");
   require(noise >= 0 && std::isfinite(noise), "noise must not be negative [m]");
   require(outlier_limit >= 2 && std::isfinite(outlier_limit), "outlier_limit must be 2 or more [-]");
   require(accepted_std > 0 && std::isfinite(accepted_std), "accepted_std must be positive [-]");
@@ -118,7 +119,7 @@ double rms_distance(const Matrix3Xd& points, const Side& side) {
   return std::sqrt((flat.colwise().norm().array() - side.radius).square().mean());
 }
 
-/// The start that fits best of the principal directions of the points and what lies between, and the axis given.
+/// The start about the axis given, or the one that fits best of directions all over the sphere.
 Side best_start(const Matrix3Xd& points, const std::optional<Vector3d>& axis, double radius) {
   if (axis) return start_about(points, axis->normalized(), radius);
   Side best;

@@ -128,7 +128,8 @@ MatrixXd median_image(const std::vector<MatrixXd>& images) {
 
 /// A robust standard deviation of all entries.
 double scatter(const MatrixXd& m) {
-  return mad_to_sigma * median(std::vector<double>(m.cwiseAbs().reshaped().begin(), m.cwiseAbs().reshaped().end()));
+  const MatrixXd sizes = m.cwiseAbs();
+  return mad_to_sigma * median(std::vector<double>(sizes.data(), sizes.data() + sizes.size()));
 }
 
 /// The light of each image made that of their median, and images in which something moved taken out.

@@ -46,12 +46,19 @@ struct Approach {
 };
 
 std::string percent(double share) { return std::to_string(static_cast<int>(std::lround(100 * share))) + " %"; }
+/// What moves along the axis of the gripper sweeps a longer cylinder: the last part, as far as above the rim.
+GraspOptions reaching_out(GraspOptions options, const Bin& bin) {
+  GripperPart& last = options.gripper.back();
+  last.end = std::max(last.end, 1.2 * bin.size.z() / std::cos(std::min(options.max_lean, 1.4)));
+  return options;
+}
+
 class Planner {
  public:
   Planner(const std::vector<Pellet>& pellets, const Cloud& cloud, const Bin& bin, const GraspOptions& options)
       : pellets_(pellets),
         bin_(bin),
-        options_(options),
+        options_(reaching_out(options, bin)),
         up_(bin.T_base_bin.linear().col(2)),
         rays_(cloud, up_, std::max(options.cup_radius / 4, 1e-4)) {
     for (const Pellet& p : pellets) solids_.push_back(solid(p));
@@ -265,7 +272,7 @@ class Planner {
 
   const std::vector<Pellet>& pellets_;
   const Bin& bin_;
-  const GraspOptions& options_;
+  GraspOptions options_;
   Vector3d up_;
   RayGrid rays_;
   std::vector<SolidCylinder> solids_;
@@ -279,7 +286,8 @@ std::vector<Grasp> plan_picks(const std::vector<Pellet>& pellets, const Cloud& c
   bin.validate();
   options.validate();
   Bin heaped = bin;  // what stands above the rim is in the way, too
-  heaped.size.z() *= 2;
+  for (const Pellet& p : pellets)
+    heaped.size.z() = std::max(heaped.size.z(), bin.size.z() + 5 * std::hypot(p.radius, p.height / 2));
   const Planner planner(pellets, crop(cloud, heaped, -0.01, -0.01), bin, options);
   std::vector<Grasp> out;
   for (std::size_t i = 0; i < pellets.size(); ++i) out.push_back(planner.judge(static_cast<int>(i)));

@@ -216,6 +216,7 @@ std::vector<Patch> find_patches(const Cloud& cloud, const Vector3d& up, const Pa
     for (const pcl::PointIndices& piece :
          grown(surface, part, options.smoothness / 2, options.max_curvature / 2, options))
       if (piece.indices.size() < cluster.indices.size()) out.push_back(patch_of(piece, surface, cloud, options));
+    if (area > 60 * options.max_area) continue;  // a sheet or a floor, of which parts tell nothing
     for (const pcl::PointIndices& piece : flat_parts(*part, surface, options))
       out.push_back(patch_of(piece, surface, cloud, options));
   }

@@ -21,6 +21,7 @@ struct Sighting {
   Vector3d point;
   PelletSurface surface;
   double sigma;
+  bool edge = false;
 };
 
 /// Sectors of the rim of a face, or strips of the side: the last ray on it and the first that passes by.
@@ -45,15 +46,16 @@ struct EdgeSearch {
   }
   /// What lies there is hidden, so that a gap about it is no edge.
   void hide(std::size_t k, double where) { gaps[k].hidden.push_back(where); }
-  void add_to(std::vector<Sighting>& out, PelletSurface surface, double expected, double pitch,
-              double tolerance) const {
+  void add_to(std::vector<Sighting>& out, PelletSurface surface, double expected, double pitch, double tolerance,
+              double noise) const {
     for (const Gap& gap : gaps) {
       const double width = gap.by - gap.on, middle = (gap.by + gap.on) / 2;
       if (gap.on < 0 || width > 2.5 * pitch + 0.5 * tolerance || width < -2 * tolerance) continue;
       const auto between = [&](double where) { return where > gap.on - pitch && where < gap.by + pitch; };
       if (std::any_of(gap.hidden.begin(), gap.hidden.end(), between)) continue;
       if (std::abs(middle - expected) > 2 * pitch + 3 * tolerance) continue;
-      out.push_back({(gap.on_point + gap.by_point) / 2, surface, std::max(std::abs(width), pitch) / std::sqrt(12.0)});
+      out.push_back({(gap.on_point + gap.by_point) / 2, surface,
+                     std::hypot(std::max(std::abs(width), pitch) / std::sqrt(12.0), noise), true});
     }
   }
 };
@@ -70,8 +72,8 @@ void add_extent(const PelletScene& scene, const SolidCylinder& at, std::vector<S
   const double play = std::max(scene.options.max_height - (high - low), 2 * scene.rays.pitch());
   const double sigma = play / std::sqrt(12.0) * std::sqrt(2.0);  // of each end, so that the centre has play / sqrt(12)
   const double middle = (low + high) / 2, half = scene.middle_height() / 2;
-  out.push_back({at.centre + at.axis() * (middle + half), PelletSurface::Top, sigma});
-  out.push_back({at.centre + at.axis() * (middle - half), PelletSurface::Bottom, sigma});
+  out.push_back({at.centre + at.axis() * (middle + half), PelletSurface::Top, sigma, true});
+  out.push_back({at.centre + at.axis() * (middle - half), PelletSurface::Bottom, sigma, true});
 }
 
 /// Points on the surfaces of a cylinder and its edges; all in the coordinates of the base.
@@ -125,8 +127,8 @@ std::vector<Sighting> sightings(const PelletScene& scene, const SolidCylinder& a
   const double pitch = scene.rays.pitch();
   add_extent(scene, at, out);
   for (int end = 0; end < 2; ++end) {
-    rim[end].add_to(out, PelletSurface::Side, at.radius, pitch, gate);
-    ends[end].add_to(out, end == 0 ? PelletSurface::Top : PelletSurface::Bottom, half, pitch, gate);
+    rim[end].add_to(out, PelletSurface::Side, at.radius, pitch, gate, sigma);
+    ends[end].add_to(out, end == 0 ? PelletSurface::Top : PelletSurface::Bottom, half, pitch, gate, sigma);
   }
   return out;
 }
@@ -250,8 +252,7 @@ PelletFit fit_pellet(const PelletScene& scene, const SolidCylinder& start) {
   const Matrix3d R = out.cylinder.frame.transpose();
   double sum = 0;
   for (const Sighting& s : seen) {
-    const bool surface = s.sigma <= std::max(scene.noise, 1e-5);
-    if (!surface) {
+    if (s.edge) {
       ++out.edges;
       continue;
     }

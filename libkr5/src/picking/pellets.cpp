@@ -180,6 +180,7 @@ class PelletSearch {
 
   std::vector<std::vector<int>> connected(std::vector<int> columns, double reach) const {
     std::vector<std::vector<int>> out;
+    if (columns.size() > 5000) return {std::move(columns)};  // a sheet or a floor
     while (!columns.empty()) {
       std::vector<int> part{columns.back()};
       columns.pop_back();

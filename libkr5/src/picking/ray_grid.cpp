@@ -89,6 +89,7 @@ Vector2d RayGrid::crossing_of(const Vector3d& point, const Vector3d& direction) 
 
 Vector3d RayGrid::direction_at(const Vector3d& point) const {
   Vector3d direction = mean_;
+  if (rays_.empty()) return direction;
   for (int round = 0; round < 2; ++round) {
     const Vector2d at = crossing_of(point, direction) - low_;
     const int x = clamped(at.x() / cell_, columns_), y = clamped(at.y() / cell_, rows_);

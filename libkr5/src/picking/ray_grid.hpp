@@ -37,6 +37,7 @@ class RayGrid {
   /// Calls `visit(ray)` for the rays that pass by `centre` within `radius`, and some more.
   template <class Visitor>
   void near(const Eigen::Vector3d& centre, double radius, Visitor&& visit) const {
+    if (rays_.empty()) return;
     const Eigen::Vector2d at = crossing_of(centre, direction_at(centre)) - low_;
     const double reach = radius * 1.1;
     const int x0 = clamped((at.x() - reach) / cell_, columns_), x1 = clamped((at.x() + reach) / cell_, columns_);
@@ -60,7 +61,7 @@ class RayGrid {
   std::vector<Ray> rays_;
   std::vector<int> starts_;  ///< Of the rays of each cell, and their number.
   Eigen::Vector3d mean_ = -Eigen::Vector3d::UnitZ();
-  Eigen::Matrix<double, 3, 2> plane_;
+  Eigen::Matrix<double, 3, 2> plane_ = Eigen::Matrix<double, 3, 2>::Identity();
   Eigen::Vector2d low_ = Eigen::Vector2d::Zero();
   double depth_ = 0.0, cell_ = 0.0, pitch_ = 0.0;
   int columns_ = 1, rows_ = 1;

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import typer
 
 from kr5_tools.cli.terminal import fail
 
@@ -32,7 +33,7 @@ def read_cloud(file: Path) -> CloudFile:
         fail(f"{file}: No such file")
     try:
         cloud = reader(file)
-    except (MemoryError, OSError):
+    except (MemoryError, OSError, typer.Exit):
         raise
     except Exception as error:  # the readers raise what they like on damaged files
         fail(f"{file}: is damaged or no {file.suffix[1:].upper()} file: {' '.join(str(error).split())[:200]}")
@@ -103,6 +104,8 @@ def _text(file: Path) -> CloudFile:
     with file.open(encoding="utf-8-sig") as stream:
         first = stream.readline()
     comma = "," if "," in first else None
+    if not first.strip():
+        fail(f"{file}: the first line is empty; expected x y z, or a header")
     words = [w.strip().lower().lstrip("#").strip() for w in (first.split(comma) if comma else first.split())]
     header = 0 if _is_number(words[0]) else 1
     columns = tuple(words.index(n) for n in "xyz") if header and set("xyz") <= set(words) else (0, 1, 2)

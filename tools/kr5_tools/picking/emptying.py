@@ -196,7 +196,8 @@ class BinRun:
                 "pick", f"{cause}: nearest surface {1e3 * gap:.1f} mm from the cup", cycle, success=False, **common
             )
             return False
-        removal = sim.remove_pellet(self.scene, met, T_bin_base[:3, :3] @ outwards)
+        pile = sim.PileOptions(friction=self.options.friction)
+        removal = sim.remove_pellet(self.scene, met, T_bin_base[:3, :3] @ outwards, options=pile)
         self.scene = removal.scene
         moved = len(removal.moved)
         if not removal.removed:

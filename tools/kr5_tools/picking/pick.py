@@ -114,6 +114,8 @@ def result_keys(found: Any, plan: list[Any]) -> dict[str, Any]:
     text = f"{len(pellets)} cylinders found, {ready} can be picked now"
     if not pellets:
         text = found.check.message if str(found.check.finding) != "good" else "no cylinder was found"
+    if found.unexplained:
+        text += f"; {found.unexplained} points of the sample belong to none"
     counts: dict[str, int] = {}
     for g in plan:
         counts[str(g.finding)] = counts.get(str(g.finding), 0) + 1
@@ -121,6 +123,7 @@ def result_keys(found: Any, plan: list[Any]) -> dict[str, Any]:
         figure_row("cylinders found", len(pellets), None, "-"),
         figure_row("of these: can be picked", ready, None, "-"),
         figure_row("too uncertain to be listed", found.doubtful, None, "-"),
+        figure_row("points of the sample that belong to none", found.unexplained, None, "-"),
         figure_row("noise of the points, along the normals", 1e3 * found.noise, None, "mm"),
         figure_row("spacing of the points", 1e3 * found.check.spacing, None, "mm"),
     ]
@@ -151,8 +154,8 @@ def pellet_keys(pellet: Any, g: Any) -> dict[str, Any]:
         "finding": str(g.finding),
         "reason": g.reason,
         "T_base_gripper": g.T_base_gripper if g.finding == picking.GraspFinding.Graspable else None,
-        "clearance": g.clearance,
-        "covered_by": len(g.covered_by),
+        "clearance": g.clearance if g.finding == picking.GraspFinding.Graspable else None,
+        "covered_by": list(g.covered_by),
         "rms": pellet.rms,
     }
 

@@ -13,7 +13,7 @@ def run_page(data: dict[str, Any], run: Any, shape: Any) -> str:
     T_bin_base = np.linalg.inv(np.asarray(shape.T_base_bin))
     return render_page(
         "bin_run.html",
-        title=f"A bin of {run.pellets} cylinders, emptied",
+        title=f"A bin of {run.pellets} cylinders",
         brand="kr5 bin empty",
         source=f"seed {run.seed}",
         created=data.get("created"),

@@ -79,7 +79,8 @@ def simulate(
     with share_bar("Pouring") as progress:
         pile = sim.pour_pellets(shape, pour, sim.PileOptions(friction=friction), progress)
     with spinner("Scanning"):
-        shown = Shown(pile.scene, sim.scan_bin(pile.scene, path, scanner), np.asarray(sim.exposed_shares(pile.scene)))
+        scan = sim.scan_bin(pile.scene, path, scanner)
+        shown = Shown(pile.scene, scan, np.asarray(sim.exposed_shares(pile.scene)), scanner.lag)
     with spinner("Rendering"):
         camera = kr5.Pinhole(**CAMERA)
         image, _ = sim.render_bin(pile.scene, camera, T_base_camera, sim.BinImageOptions(seed=seed))
@@ -103,8 +104,8 @@ def simulate(
 class Shown:
     """A bin as the scanner shows it, with the truth."""
 
-    def __init__(self, scene: Any, scan: Any, exposed: np.ndarray) -> None:
-        self.scene, self.scan, self.exposed = scene, scan, exposed
+    def __init__(self, scene: Any, scan: Any, exposed: np.ndarray, lag: float) -> None:
+        self.scene, self.scan, self.exposed, self.lag = scene, scan, exposed, lag
         self.points, self.surface = scan.cloud()
         self.pellets = true_pellets(scene, exposed, np.asarray(scan.seen))
 
@@ -157,7 +158,8 @@ def true_pellets(scene: Any, exposed: np.ndarray, seen: np.ndarray) -> list[dict
 
 
 def write_scan(file: Path, shown: Shown) -> None:
-    """Cloud in the base, with the place of the laser and the truth of each point, and the profiles behind it."""
+    """Cloud in the base, with the place of the laser and the truth of each point, and the profiles behind it. The
+    points stand where the arm was at the stamps: the lag of the stamps is not taken out."""
     scan = shown.scan
     with file.open("wb") as stream:
         np.savez(
@@ -171,6 +173,7 @@ def write_scan(file: Path, shown: Shown) -> None:
             times=scan.times,
             T_base_flange=scan.T_base_flange,
             T_flange_scanner=scan.T_flange_scanner,
+            lag=shown.lag,
         )
 
 

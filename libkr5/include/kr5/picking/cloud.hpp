@@ -68,10 +68,10 @@ Cloud cloud_from_profiles(const ProfileScan& scan);
 enum class CloudFinding {
   Good,
   Empty,        ///< No finite point.
-  WrongUnit,    ///< The points spread over a thousand times what the bin or the pellets are like: millimetres.
+  WrongUnit,    ///< Divided by 1000 the points fit the bin: millimetres.
   OutsideBin,   ///< Hardly any point lies within the bin: a wrong pose of the bin, or a cloud in another frame.
   UpsideDown,   ///< The points fill the space below the floor of the bin.
-  SensorBelow,  ///< The rays come from below the floor.
+  SensorBelow,  ///< The rays begin below the middle of the walls.
   NoPellets,    ///< Nothing but floor and walls.
   Sparse,       ///< Points too far apart for the radius.
 };

@@ -53,7 +53,7 @@ struct CylinderFit {
     visit("axis", self.axis, "Direction of the axis, of length 1; its sign means nothing.");
     visit("radius", self.radius, "Radius [m].");
     visit("covariance", self.covariance,
-          "Covariance of the point along both columns of `across` [m], of the tilt of the axis towards both [rad], and "
+          "Covariance of the point along both columns of `across` [m], of the rotation about both [rad], and "
           "of "
           "the radius [m].");
     visit("across", self.across, "Two directions square to the axis and to each other, as columns.");
@@ -66,12 +66,12 @@ struct CylinderFit {
   }
 };
 
-/// Fits a cylinder without ends to points, 3 x n [m]. The axis is found from the normals of the surface if none is
-/// given, then the squared distances to the surface are made least. Noise across a curved surface makes points lie
-/// outside it on average, by sigma^2 / 2 r; that bias is taken out. Points that contradict the others are left out.
-/// `fit.usable()` is false for too few points, for points that lie in a plane or cover too short an arc for a radius
-/// that is not known, and when the points are no cylinder. @throws InvalidArgument for invalid options, or points that
-/// are not finite.
+/// Fits a cylinder without ends to points, 3 x n [m]. Without an axis the best of directions all over the sphere is
+/// where it starts, then the squared distances to the surface are made least. Noise across a curved surface makes
+/// points lie outside it on average, by sigma^2 / 2 r; that bias is taken out. Points that contradict the others are
+/// left out. `fit.usable()` is false for too few points, for points that lie in a plane or cover too short an arc for a
+/// radius that is not known, and when the points are no cylinder. @throws InvalidArgument for invalid options, or
+/// points that are not finite.
 CylinderFit fit_cylinder(const Eigen::Matrix3Xd& points, const CylinderFitOptions& options = {},
                          const std::optional<Eigen::Vector3d>& axis = std::nullopt);
 

@@ -35,7 +35,8 @@ struct GraspOptions {
 
   static void each_field(auto& self, auto&& visit) {
     visit("cup_radius", self.cup_radius, "Radius of the suction cup [m].");
-    visit("gripper", self.gripper, "Lengths of the gripper above the cup; the last should reach above the rim.");
+    visit("gripper", self.gripper,
+          "Lengths of the gripper above the cup; the last is followed as far as above the rim.");
     visit("clearance", self.clearance, "Least distance of the gripper from the walls and the floor [m].");
     visit("neighbour_clearance", self.neighbour_clearance, "Least distance of the gripper from other points [m].");
     visit("min_exposed", self.min_exposed, "Least visible share of a cylinder to be picked [-].");

@@ -9,8 +9,8 @@
 #include <kr5/picking/cloud.hpp>
 
 /// @file
-/// Smooth pieces of surface in a cloud (Hayat et al. 2022, section 2.3.1): uniform sampling, outliers, normals, region
-/// growing, all by PCL.
+/// Smooth pieces of surface in a cloud (Hayat et al. 2022, section 2.3.1): uniform sampling, lone points out;
+/// neighbours, normals and region growing by PCL.
 
 namespace kr5::picking {
 
