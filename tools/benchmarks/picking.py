@@ -150,8 +150,8 @@ def recall_row(scans: list[Scan], method: str) -> Row:
 def shadow_row(scans: list[Scan], method: str) -> Row:
     hits, exposed = sum(s.exposed_hits for s in scans), sum(s.exposed for s in scans)
     return Row(
-        f"{len(scans)} scans, one pass each, {method}: right poses of {exposed} exposed from above, those in the shadow of"
-        " a wall, which have few points or none, included",
+        f"{len(scans)} scans, one pass each, {method}: right poses of {exposed} exposed from above, those in the"
+        " shadow of a wall, which have few points or none, included",
         f"{100 * hits / exposed:.1f} %",
         "at least 95 %",
         hits >= 0.95 * exposed,
