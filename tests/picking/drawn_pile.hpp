@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <vector>
 
 #include <kr5/core/random.hpp>
@@ -31,6 +32,8 @@ struct PileOptions {
   int count = 30;
   double side = 0.1, pitch = 0.0008, noise = 5e-5, radius = 0.008, radius_spread = 0.0, low = 0.014, high = 0.017;
   Pose T_base_bin = Pose::Identity();
+  std::optional<double> tilt = std::nullopt;            ///< Of all; by default drawn [rad].
+  std::optional<Eigen::Vector2d> place = std::nullopt;  ///< Of all; by default drawn [m].
 };
 
 /// Cylinders let down one after the other, upright, lying or leaning, until they touch what is there: no physics, but
@@ -48,14 +51,17 @@ inline DrawnPile drawn_pile(int seed, const PileOptions& options = {}) {
     c.height = random.uniform(options.low, options.high);
     const double kind = random.uniform();
     const Eigen::Vector3d d = random.direction();
-    const double tilt = kind < 0.4    ? std::numbers::pi / 2
+    const double tilt = options.tilt  ? *options.tilt
+                        : kind < 0.4  ? std::numbers::pi / 2
                         : kind < 0.65 ? 0.0
                                       : std::acos(std::clamp(std::abs(d.z()), 0.0, 1.0));
     const double turn = random.uniform(0, 2 * std::numbers::pi);
     c.T_bin_cylinder.linear() = exp_rotation({0, 0, turn}) * exp_rotation({0, tilt + random.normal(1e-4), 0});
     const Eigen::Vector3d a = c.T_bin_cylinder.linear().col(2);
     const double reach = std::hypot(c.radius, c.height / 2), free = options.side / 2 - reach;
-    const double x = random.uniform(-free, free), y = random.uniform(-free, free);
+    const double drawn_x = random.uniform(-free, free), drawn_y = random.uniform(-free, free);
+    const Eigen::Vector2d place = options.place.value_or(Eigen::Vector2d(drawn_x, drawn_y));
+    const double x = place.x(), y = place.y();
     struct Column {
       std::size_t cell;
       double low, high;
