@@ -22,8 +22,8 @@ SHOWN = 12
 
 
 @app.command(epilog="Example:  kr5 pick cloud.npz --bin bin.yaml --radius 0.008 --height 0.014:0.017 --json picks.json")
-@options_from(picking.GraspOptions, skip=("gripper", "min_exposed"), argument="grasp")
-@options_from(picking.PelletOptions, skip=("radius", "min_height", "max_height", "min_exposed"))
+@options_from(picking.GraspOptions, skip=("gripper", "min_exposed", "cup_radius"), argument="grasp")
+@options_from(picking.PelletOptions, skip=("radius", "radius_tolerance", "min_height", "max_height", "min_exposed"))
 def pick(
     cloud_file: Annotated[Path, typer.Argument(metavar="CLOUD", help=f"Cloud [m], a file that ends in {ENDINGS}.")],
     options: picking.PelletOptions,
@@ -44,7 +44,16 @@ def pick(
             " none. By default the cloud is in the base, seen from above the bin.",
         ),
     ] = None,
-    gripper_radius: Annotated[float, typer.Option(help=r"Radius of the gripper above the cup \[m].")] = 0.005,
+    radius_tolerance: Annotated[
+        float | None, typer.Option(help=r"Greatest deviation of a radius; by default a sixteenth of it \[m].")
+    ] = None,
+    cup_radius: Annotated[
+        float | None, typer.Option(help=r"Radius of the suction cup; by default half that of the cylinders \[m].")
+    ] = None,
+    gripper_radius: Annotated[
+        float | None,
+        typer.Option(help=r"Radius of the gripper above the cup; by default five eighths of the cylinders' \[m]."),
+    ] = None,
     gripper_length: Annotated[float, typer.Option(help=r"Length of that part \[m].")] = 0.15,
     min_exposed: Annotated[float, typer.Option(help=r"Least visible share of a cylinder that is picked \[-].")] = 0.4,
     output: ResultOption = None,
@@ -61,9 +70,12 @@ def pick(
     """
     check_writable(output, png, json_file, inputs=[f for f in (cloud_file, bin_file) if f])
     options.radius = radius
+    options.radius_tolerance = radius / 16 if radius_tolerance is None else radius_tolerance
     options.min_height, options.max_height = height_range(height)
     grasp.min_exposed = min_exposed
-    grasp.gripper = [picking.GripperPart(radius=gripper_radius, start=0.001, end=gripper_length)]
+    grasp.cup_radius = radius / 2 if cup_radius is None else cup_radius
+    rod = 0.625 * radius if gripper_radius is None else gripper_radius
+    grasp.gripper = [picking.GripperPart(radius=rod, start=0.001, end=gripper_length)]
     options.validate()
     grasp.validate()
     if bin_file is None:
