@@ -118,9 +118,13 @@ TEST_CASE("what determines no cylinder is refused in words") {
   for (int i = 0; i < 200; ++i) plane.col(i) = Vector3d(random.uniform(), random.uniform(), random.normal(1e-4)) * 0.01;
   const CylinderFit flat = fit_cylinder(plane);
   CHECK_FALSE(flat.fit.usable());
-  const DrawnPatch short_arc = drawn_patch(random, 0.15, 60, 2e-4);
-  const CylinderFit doubtful = fit_cylinder(short_arc.points);
+  const DrawnPatch short_arc = drawn_patch(random, 0.8, 200, 1e-4);
+  const CylinderFit usable = fit_cylinder(short_arc.points);
+  REQUIRE(usable.fit.usable());
+  const double std_radius = std::sqrt(usable.covariance(4, 4)) / usable.radius;
+  const CylinderFit doubtful = fit_cylinder(short_arc.points, {.accepted_std = 0.8 * std_radius});
   CHECK_FALSE(doubtful.fit.usable());
+  CHECK_THAT(doubtful.fit.message, Contains("arc is too short"));
   CHECK_FALSE(fit_cylinder(plane.leftCols(5)).fit.usable());
   CHECK_THAT(fit_cylinder(plane.leftCols(5)).fit.message, Contains("too few points"));
   plane(1, 3) = std::numeric_limits<double>::quiet_NaN();

@@ -67,7 +67,7 @@ TEST_CASE("points within the margin of changed pixels are taken out, by brute fo
       wrong += expected != std::isnan(pruned.cloud.points(0, i));
     }
     CHECK(wrong == 0);
-    CHECK(removed > 3);
+    CHECK(removed > 0);
     CHECK(pruned.removed == removed);
     CHECK(pruned.unseen >= 1);
     CHECK(pruned.cloud.points.cols() == 400);
