@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 #include <string>
+#include <utility>
 
 #include <kr5/core/fields.hpp>
 #include <kr5/picking/grasp.hpp>
@@ -11,16 +12,17 @@
 using namespace kr5::picking;
 
 int main() {
-  // A bin of 120 x 120 mm as seen from above: two cylinders lie beside each other, one stands against the wall.
+  // A bin of 120 x 120 mm as seen from above: two cylinders lie beside each other, one of
+  // them on a shim of 2 mm, and one stands by the wall.
   Cloud cloud;
   cloud.points.resize(3, 200 * 200);
   for (int i = 0; i < 200; ++i)
     for (int k = 0; k < 200; ++k) {
       const double x = 0.0006 * i - 0.0597, y = 0.0006 * k - 0.0597;
       double z = 0;
-      for (const double centre : {-0.02, -0.003})
+      for (const auto& [centre, height] : {std::pair(-0.02, 0.008), std::pair(-0.003, 0.010)})
         if (std::abs(x - centre) < 0.008 && std::abs(y) < 0.0075)
-          z = 0.008 + std::sqrt(0.008 * 0.008 - (x - centre) * (x - centre));
+          z = height + std::sqrt(0.008 * 0.008 - (x - centre) * (x - centre));
       if (std::hypot(x - 0.0515, y - 0.02) < 0.008) z = 0.016;
       cloud.points.col(200 * i + k) = Eigen::Vector3d(x, y, z);
     }

@@ -3,12 +3,13 @@
 import numpy as np
 from kr5 import picking
 
-# A bin of 120 x 120 mm as seen from above: two cylinders lie beside each other, one stands against the wall.
+# A bin of 120 x 120 mm as seen from above: two cylinders lie beside each other, one of
+# them on a shim of 2 mm, and one stands by the wall.
 x, y = np.meshgrid(0.0006 * np.arange(200) - 0.0597, 0.0006 * np.arange(200) - 0.0597, indexing="ij")
 z = np.zeros_like(x)
-for centre in (-0.02, -0.003):
+for centre, height in ((-0.02, 0.008), (-0.003, 0.010)):
     lying = (np.abs(x - centre) < 0.008) & (np.abs(y) < 0.0075)
-    z[lying] = 0.008 + np.sqrt(0.008**2 - (x[lying] - centre) ** 2)
+    z[lying] = height + np.sqrt(0.008**2 - (x[lying] - centre) ** 2)
 z[np.hypot(x - 0.0515, y - 0.02) < 0.008] = 0.016
 cloud = picking.Cloud(points=np.stack([x, y, z]).reshape(3, -1))
 bin_ = picking.Bin(size=[0.12, 0.12, 0.08])
