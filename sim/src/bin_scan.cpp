@@ -8,6 +8,7 @@
 
 #include <kr5/core/error.hpp>
 #include <kr5/core/random.hpp>
+#include <kr5/geometry/pose_interpolation.hpp>
 #include <kr5/sim/bin_rays.hpp>
 
 namespace kr5::sim {
@@ -25,8 +26,7 @@ Pose pose_at(const ScanPath& path, double time) {
   const Index k = std::clamp<Index>(std::upper_bound(begin, begin + count, time) - begin, 1, count - 1);
   const auto i = static_cast<std::size_t>(k);
   const double share = (time - path.times[k - 1]) / (path.times[k] - path.times[k - 1]);
-  const Pose& before = path.T_base_flange[i - 1];
-  return before * to_pose(share * pose_difference(before, path.T_base_flange[i]));
+  return interpolate_pose(path.T_base_flange[i - 1], path.T_base_flange[i], share);
 }
 
 /// One scanner at one place in the bin.

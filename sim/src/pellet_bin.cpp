@@ -61,7 +61,8 @@ class Pour {
   double spacing() const { return spacing_; }
 
   void add_layer(PileDynamics& pile, double floor) {
-    const double turn_x = random_.uniform(-0.5, 0.5), turn_y = random_.uniform(-0.5, 0.5);  // layers do not line up
+    const double turn_x = random_.uniform(-0.5, 0.5),
+                 turn_y = random_.uniform(-0.5, 0.5);  // of a stack of single pellets
     for (int k = 0; k < across_ * along_ && left() > 0; ++k, ++poured_) {
       Pellet pellet;
       pellet.radius = options_.radius;

@@ -101,17 +101,11 @@ void PileDynamics::add_contact(int a, int b, const CylinderContact& found) {
 /// Bodies that move wake those that they touch.
 void PileDynamics::wake_touched() {
   const auto fast = [&](const PileBody& body) { return !body.asleep && body.rim_speed() > wake_speed; };
-  bool again = true;
-  while (again) {
-    again = false;
-    for (std::size_t i = 0; i < bodies_.size(); ++i) {
-      if (!fast(bodies_[i])) continue;
-      for (std::size_t j = 0; j < bodies_.size(); ++j) {
-        PileBody& other = bodies_[j];
-        if (!other.asleep) continue;
-        if (cylinder_contacts(other.shape, bodies_[i].shape, 1e-4).count > 0) other.asleep = false, other.quiet = 0.0;
-      }
-    }
+  for (const PileBody& body : bodies_) {
+    if (!fast(body)) continue;
+    for (PileBody& other : bodies_)
+      if (other.asleep && cylinder_contacts(other.shape, body.shape, 1e-4).count > 0)
+        other.asleep = false, other.quiet = 0.0;
   }
 }
 

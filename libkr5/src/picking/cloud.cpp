@@ -9,6 +9,7 @@
 
 #include <kr5/core/error.hpp>
 #include <kr5/core/statistics.hpp>
+#include <kr5/geometry/pose_interpolation.hpp>
 
 #include "length_text.hpp"
 
@@ -37,10 +38,7 @@ Pose interpolated(const ProfileScan& scan, double time) {
   const Pose& a = scan.T_base_flange[static_cast<std::size_t>(after - 1)];
   const Pose& b = scan.T_base_flange[static_cast<std::size_t>(after)];
   const double share = (time - first[after - 1]) / (first[after] - first[after - 1]);
-  Pose out = Pose::Identity();
-  out.translation() = (1 - share) * a.translation() + share * b.translation();
-  out.linear() = a.linear() * exp_rotation(share * log_rotation(a.linear().transpose() * b.linear()));
-  return out;
+  return interpolate_pose(a, b, share);
 }
 
 /// Median distance between neighbours, of up to 500 of the points.

@@ -12,6 +12,7 @@
 
 #include "length_text.hpp"
 #include "ray_grid.hpp"
+#include "share_text.hpp"
 #include "solid_cylinder.hpp"
 
 namespace kr5::picking {
@@ -36,8 +37,6 @@ void GraspOptions::validate() const {
 
 namespace {
 
-SolidCylinder solid(const Pellet& p) { return {p.frame, p.centre, p.radius, p.height}; }
-
 /// Where a cup may sit, and how the gripper stands there.
 struct Approach {
   Vector3d tip, outwards, normal;
@@ -45,7 +44,6 @@ struct Approach {
   double lean = 0.0;  ///< From the vertical [rad].
 };
 
-std::string percent(double share) { return std::to_string(static_cast<int>(std::lround(100 * share))) + " %"; }
 /// What moves along the axis of the gripper sweeps a longer cylinder: the last part, as far as above the rim.
 GraspOptions reaching_out(GraspOptions options, const Bin& bin) {
   GripperPart& last = options.gripper.back();
@@ -61,7 +59,7 @@ class Planner {
         options_(reaching_out(options, bin)),
         up_(bin.T_base_bin.linear().col(2)),
         rays_(cloud, up_, std::max(options.cup_radius / 4, 1e-4)) {
-    for (const Pellet& p : pellets) solids_.push_back(solid(p));
+    for (const Pellet& p : pellets) solids_.push_back(solid_of(p));
   }
 
   Grasp judge(int number) const {
@@ -76,7 +74,7 @@ class Planner {
     best_approach(number, out);
     if (pellet.exposed < options_.min_exposed) {
       out.finding = GraspFinding::Hidden;
-      out.reason = percent(pellet.exposed) + " of it show, " + percent(options_.min_exposed) + " are needed";
+      out.reason = share_text(pellet.exposed) + " of it show, " + share_text(options_.min_exposed) + " are needed";
     } else if (out.graspable() && !out.covered_by.empty()) {
       out.finding = GraspFinding::Covered;
       out.reason = out.covered_by.size() == 1 ? "another cylinder lies on it"
@@ -100,14 +98,7 @@ class Planner {
   static bool touch(const SolidCylinder& a, const SolidCylinder& b) {
     const double reach = a.bounding_radius() + b.bounding_radius();
     if ((a.centre - b.centre).norm() > reach) return false;
-    double least = std::numeric_limits<double>::infinity();
-    for (int k = 0; k < 24; ++k)
-      for (const double z : {-0.5, -0.25, 0.0, 0.25, 0.5}) {
-        const double angle = 2 * std::numbers::pi * k / 24;
-        const Vector3d rim(std::cos(angle) * a.radius, std::sin(angle) * a.radius, z * a.height);
-        least = std::min(least, b.distance(b.local(a.centre + a.frame * rim)));
-      }
-    return least < 0.1 * b.radius;
+    return b.distance_to_side_of(a) < 0.1 * b.radius;
   }
 
   /// Whether a vertical line leaves `below` and meets `above` higher up, over more than a sliver.
@@ -134,7 +125,7 @@ class Planner {
 
   void best_approach(int number, Grasp& out) const {
     const SolidCylinder& own = solids_[static_cast<std::size_t>(number)];
-    GraspFinding nearest_to_good = GraspFinding::SmallPatch;
+    GraspFinding nearest_to_good = GraspFinding::Leaning;
     double least_lean = std::numeric_limits<double>::infinity();
     double best_seal = 0;
     const auto rank = [](GraspFinding f) {  // how far a candidate came
@@ -143,7 +134,6 @@ class Planner {
              : f == GraspFinding::TouchesPile ? 2
                                               : 3;
     };
-    nearest_to_good = GraspFinding::Leaning;
     for (const Approach& a : approaches(own)) {
       GraspFinding finding = GraspFinding::Graspable;
       double clearance = 0, seal = 0;
@@ -186,7 +176,7 @@ class Planner {
              std::to_string(static_cast<int>(std::lround(options_.max_lean * 180 / std::numbers::pi))) +
              " degrees from the vertical";
     if (finding == GraspFinding::SmallPatch)
-      return "no free place for a cup of radius " + millimetres(options_.cup_radius) + ": at most " + percent(seal) +
+      return "no free place for a cup of radius " + millimetres(options_.cup_radius) + ": at most " + share_text(seal) +
              " of the surface under it were measured";
     if (finding == GraspFinding::TouchesBin)
       return "the gripper would come nearer to the bin than " + millimetres(options_.clearance);

@@ -107,19 +107,16 @@ std::vector<Sighting> sightings(const PelletScene& scene, const SolidCylinder& a
       else if (above > 0)
         rim[end].hide(k, where);
     }
-    const double a = e.head<2>().squaredNorm();
-    if (a > 0.02) {  // the ends of the side
-      const double b = q.head<2>().dot(e.head<2>()), c = rho * rho - at.radius * at.radius, d = b * b - a * c;
+    if (e.head<2>().squaredNorm() > 0.02) {  // the ends of the side
       if (std::abs(across) < gate && side_seen && !known) {
         const std::size_t k = EdgeSearch::sector(q.x(), q.y());
         ends[q.z() > 0 ? 0 : 1].on(k, std::abs(q.z()), ray.point);
-      } else if (d > 0) {
-        const double in = (-b - std::sqrt(d)) / a, through = 2 * std::sqrt(d) / a;
-        const Vector3d entry = q + in * e;
-        if (std::min(-in, through) > depth)
+      } else if (const SolidCylinder::Chord side = at.side_chord(q, e); side.hits()) {
+        const Vector3d entry = q + side.in * e;
+        if (std::min(-side.in, side.out - side.in) > depth)
           ends[entry.z() > 0 ? 0 : 1].by(EdgeSearch::sector(entry.x(), entry.y()), std::abs(entry.z()),
                                          at.centre + at.frame * entry);
-        else if (in > 0)
+        else if (side.in > 0)
           ends[entry.z() > 0 ? 0 : 1].hide(EdgeSearch::sector(entry.x(), entry.y()), std::abs(entry.z()));
       }
     }

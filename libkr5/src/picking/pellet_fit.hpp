@@ -51,7 +51,6 @@ struct PelletScene {
 inline bool passes_through(const PelletScene& scene, const SolidCylinder& cylinder, const SolidCylinder::Chord& chord,
                            const Eigen::Vector3d& q, const Eigen::Vector3d& e) {
   if (std::min(-chord.in, chord.out - chord.in) <= scene.depth()) return false;
-  if (scene.slack == 0.0) return true;
   const double off = scene.slack * -chord.in;
   SolidCylinder core = cylinder;
   core.radius -= off;

@@ -100,11 +100,9 @@ void from_side(const PelletScene& scene, const Matrix3Xd& points, const std::opt
       if (!scene.explained[static_cast<std::size_t>(ray.column)]) profile.add_on(q.z());
       return;
     }
-    const double a = e.head<2>().squaredNorm(), b = q.head<2>().dot(e.head<2>());
-    const double d = b * b - a * (rho * rho - at.radius * at.radius);
-    if (a < 0.02 || d <= 0) return;
-    const double in = (-b - std::sqrt(d)) / a;
-    if (std::min(-in, 2 * std::sqrt(d) / a) > depth) profile.add_through(q.z() + in * e.z());
+    if (e.head<2>().squaredNorm() < 0.02) return;
+    const SolidCylinder::Chord side = at.side_chord(q, e);
+    if (side.hits() && std::min(-side.in, side.out - side.in) > depth) profile.add_through(q.z() + side.in * e.z());
   });
   profile.close();
   std::vector<Candidate> candidates;

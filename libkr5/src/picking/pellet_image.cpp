@@ -125,8 +125,6 @@ void require_pellet(const Pellet& pellet) {
   require(defect.empty(), "pellet: no covariance: " + defect);
 }
 
-SolidCylinder solid_of(const Pellet& pellet) { return {pellet.frame, pellet.centre, pellet.radius, pellet.height}; }
-
 /// Whether another cylinder stands between the camera and a place, or shows its own outline within `margin` [m] of it.
 bool hidden(const OutlineView& view, const OutlinePoint& point, const std::vector<Pellet>& others, double margin) {
   const Vector3d eye = view.T_camera_base.inverse().translation(), place = outline_place(view, point);

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
-#include <numbers>
 
 #include <Eigen/Eigenvalues>
 
@@ -44,19 +43,7 @@ bool overlap(const SolidCylinder& a, const SolidCylinder& b, double allowed) {
   const double apart = (a.centre - b.centre).norm();
   if (apart < 0.85 * least) return true;
   if (apart > a.bounding_radius() + b.bounding_radius()) return false;
-  int inside = 0;
-  const auto count = [&](const SolidCylinder& of, const SolidCylinder& in) {
-    for (int k = 0; k < 24; ++k)
-      for (const double z : {-0.5, -0.25, 0.0, 0.25, 0.5}) {
-        const double angle = 2 * std::numbers::pi * k / 24;
-        const Vector3d p =
-            of.centre + of.frame * Vector3d(of.radius * std::cos(angle), of.radius * std::sin(angle), z * of.height);
-        inside += in.distance(in.local(p)) < -allowed;
-      }
-  };
-  count(a, b);
-  count(b, a);
-  return inside > 0;
+  return std::min(b.distance_to_side_of(a), a.distance_to_side_of(b)) < -allowed;
 }
 
 /// How far a cylinder reaches out of the bin, through the floor or a wall.
@@ -70,9 +57,9 @@ double reach_out(const SolidCylinder& c, const Bin& bin) {
                    std::abs(centre.y()) + half.y() - bin.size.y() / 2});
 }
 
-/// Tangents of the angles by which rays may run otherwise than is thought: those that all are said to start at one
-/// place, and those whose origin was estimated.
-constexpr double one_origin_slack = 0.03, estimated_slack = 0.06;
+/// Tangents of the angles by which rays may run otherwise than is thought: those whose origin was told, and those whose
+/// origin was estimated.
+constexpr double told_slack = 0.03, estimated_slack = 0.06;
 
 class PelletSearch {
  public:
@@ -155,10 +142,9 @@ class PelletSearch {
   /// What no cylinder explains yet, in connected parts, for it may be of several surfaces.
   std::vector<Patch> left_of(const std::vector<Patch>& patches) const {
     std::vector<bool> taken(scene_.explained.size(), false);  // a point may stand in several patches
-    std::vector<int> left;
     std::vector<Patch> out;
     for (const Patch& patch : patches) {
-      left.clear();
+      std::vector<int> left;
       for (const int column : patch.points)
         if (!scene_.explained[static_cast<std::size_t>(column)] && !taken[static_cast<std::size_t>(column)]) {
           left.push_back(column);
@@ -170,10 +156,8 @@ class PelletSearch {
         Patch rest = patch;
         if (!whole) rest.kind = PatchKind::Mixed;
         rest.points = std::move(part);
-        rest.centroid = cloud_.points(Eigen::all, rest.points).rowwise().mean();
         out.push_back(std::move(rest));
       }
-      left = {};
     }
     return out;
   }
@@ -283,8 +267,8 @@ PelletResult find_pellets(const Cloud& cloud, const Bin& bin, const PelletOption
   Bin heaped = bin;  // a pile may stand above the rim
   heaped.size.z() += 4 * std::hypot(options.radius, options.max_height / 2);
   Cloud within = crop(cloud, heaped, -options.radius, -0.5 * options.radius);
-  const double slack = cloud.origins.cols() > 1 ? 0.03 : cloud.origins.cols() == 1 ? one_origin_slack : estimated_slack;
-  if (cloud.origins.cols() == 0)
+  const bool told = cloud.origins.cols() > 0;
+  if (!told)
     within.origins =
         estimated_origins(within, bin, std::max(options.radius / 8, out.check.spacing), options.radius / 4);
   const RayGrid rays(within, up, options.radius / 8);
@@ -297,7 +281,7 @@ PelletResult find_pellets(const Cloud& cloud, const Bin& bin, const PelletOption
     if (!inside) above.points.col(i).setConstant(std::numeric_limits<double>::quiet_NaN());
   }
   const std::vector<Patch> patches = find_patches(above, up, PatchOptions::for_radius(options.radius, rays.pitch()));
-  PelletResult result = PelletSearch(within, bin, options, rays, slack).run(patches);
+  PelletResult result = PelletSearch(within, bin, options, rays, told ? told_slack : estimated_slack).run(patches);
   result.check = out.check;
   return result;
 }

@@ -6,19 +6,13 @@
 #include <string>
 
 #include <kr5/core/error.hpp>
+#include <kr5/geometry/pose_interpolation.hpp>
 
 namespace kr5::calibration {
 namespace {
 
 bool is_measured(const LineProfile& profile, Eigen::Index k) {
   return std::isfinite(profile.x[k]) && std::isfinite(profile.z[k]);
-}
-
-Pose interpolate_pose(const Pose& a, const Pose& b, double share) {
-  Pose out = Pose::Identity();
-  out.translation() = (1 - share) * a.translation() + share * b.translation();
-  out.linear() = a.linear() * exp_rotation(share * log_rotation(a.linear().transpose() * b.linear()));
-  return out;
 }
 
 }  // namespace
