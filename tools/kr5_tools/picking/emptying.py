@@ -11,6 +11,8 @@ import kr5
 import numpy as np
 from kr5 import picking, sim
 
+from kr5_tools.picking.simulate import CAMERA
+
 REACH = 0.0015  # [m] between cup and surface within which it seals
 ANGLE = np.cos(np.radians(25.0))  # between cup and surface normal
 REPEATS = 6  # images from which the noise is learnt
@@ -256,12 +258,12 @@ class BinRun:
 def _camera_on(shape: Any, options: EmptyingOptions) -> Any:
     """The book's camera above the middle of the bin; of its image the part that shows the bin, within the rim."""
     scale, size = options.image_scale, np.asarray(shape.size)
-    fx, fy, cx, cy = (scale * v for v in (1164.3, 1167.2, 626.8, 505.8))
+    fx, fy, cx, cy = (scale * CAMERA[key] for key in ("fx", "fy", "cx", "cy"))
     half = size[:2] / 2 / (options.camera_height - size[2]) * (fx, fy)
     left, top = max(0, int(cx - half[0])), max(0, int(cy - half[1]))
-    right, bottom = min(1224 * scale, cx + half[0]), min(1025 * scale, cy + half[1])
+    right, bottom = min(CAMERA["width"] * scale, cx + half[0]), min(CAMERA["height"] * scale, cy + half[1])
     return kr5.Pinhole(
-        width=int(right) - left, height=int(bottom) - top, fx=fx, fy=fy, cx=cx - left, cy=cy - top, k1=-0.2018
+        width=int(right) - left, height=int(bottom) - top, fx=fx, fy=fy, cx=cx - left, cy=cy - top, k1=CAMERA["k1"]
     )
 
 
