@@ -7,6 +7,7 @@ import sys
 import kr5
 import numpy as np
 import pytest
+import yaml
 from kr5 import picking, sim
 
 from kr5_tools.picking.simulate import true_pellets
@@ -34,6 +35,111 @@ def right(pellet, truth):
         if near and abs(np.dot(pellet["axis"], t["axis"])) > np.cos(np.radians(5)):
             return i
     return None
+
+
+def rms_error(pellets, truth):
+    near = [(p, right(p, truth)) for p in pellets]
+    off = [np.subtract(p["centre"], truth[i]["centre"]) for p, i in near if i is not None]
+    return float(np.sqrt(np.mean(np.sum(np.square(off), axis=1))))
+
+
+def test_an_image_refines_what_the_cloud_does_not_tell(tmp_path):
+    words = ["bin", "simulate", "out", "--pellets", "60", "--pitch", "0.001", "--noise", "0.0002", "--seed", "6"]
+    assert run(words, tmp_path).returncode == 0
+    folder = tmp_path / "out"
+    truth = json.loads((folder / "truth.json").read_text())["pellets"]
+    words = ["pick", "cloud.npz", "--bin", "bin.yaml", "--json", "-"]
+    plain = json.loads(run(words, folder).stdout)["pellets"]
+    done = run([*words, "--image", "image.png", "--camera", "camera.yaml"], folder)
+    assert done.returncode == 0, done.stderr
+    assert "refined by it" in done.stderr
+    seen = json.loads(done.stdout)["pellets"]
+    refined = [p for p in seen if p["image"]["status"] == "refined"]
+    assert len(refined) > 10
+    assert {p["image"]["moved"] for p in seen if p["image"]["status"] == "not_needed"} == {0.0}
+    where = [np.asarray(p["centre"]) for p in refined]
+    same = [p for p in plain if min(np.linalg.norm(np.subtract(w, p["centre"])) for w in where) < 0.002]
+    assert rms_error(refined, truth) < rms_error(same, truth)
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (["--image", "image.png"], "--image and --camera belong together"),
+        (["--image", "nosuch.png", "--camera", "camera.yaml"], "nosuch.png: No such file"),
+        (["--image", "bin.yaml", "--camera", "camera.yaml"], "cannot be read as an image"),
+        (["--image", "image.png", "--camera", "small.yaml"], "is a camera of 640 x 480 px, but"),
+        (["--image", "image.png", "--camera", "bare.yaml"], "T_base_camera is missing"),
+        (["--image", "image.png", "--camera", "bad.yaml"], "expected six numbers x y z roll pitch yaw"),
+        (["--image", "image.png", "--camera", "away.yaml", "--refine-above", "0"], "shows none of the cylinders"),
+        (["--image", "image.png", "--camera", "camera.yaml", "--camera-position-std", "0"], "a positive number"),
+    ],
+)
+def test_images_that_cannot_refine_are_refused_in_words(scanned, words, text):
+    folder, _ = scanned
+    camera = yaml.safe_load((folder / "camera.yaml").read_text())
+    pose = camera.pop("T_base_camera")
+    (folder / "bare.yaml").write_text(yaml.safe_dump(camera))
+    (folder / "bad.yaml").write_text(yaml.safe_dump(camera | {"T_base_camera": [1, 2, "x"]}))
+    (folder / "away.yaml").write_text(yaml.safe_dump(camera | {"T_base_camera": [*pose[:3], 0.0, 0.0, 0.0]}))
+    (folder / "small.yaml").write_text(yaml.safe_dump(camera | {"width": 640, "height": 480, "T_base_camera": pose}))
+    done = run(["pick", "cloud.npz", "--bin", "bin.yaml", *words], folder)
+    assert done.returncode == 2
+    assert text in done.stderr and "Traceback" not in done.stderr
+
+
+def saved(folder, name, arrays):
+    np.savez(folder / name, **arrays)
+    return name
+
+
+def test_profiles_become_a_cloud_with_the_lag_taken_out(tmp_path):
+    words = ["bin", "simulate", "out", "--pellets", "20", "--lag", "0.02", "--seed", "5", "--noise", "0.00002"]
+    assert run(words, tmp_path).returncode == 0
+    folder = tmp_path / "out"
+    truth = json.loads((folder / "truth.json").read_text())["pellets"]
+    with np.load(folder / "cloud.npz") as data:
+        arrays = {k: data[k] for k in ("profile_x", "profile_z", "times", "T_base_flange", "T_flange_scanner", "lag")}
+    profiles = saved(folder, "profiles.npz", arrays)
+    words = ["--bin", "bin.yaml", "--json", "-"]
+    corrected = json.loads(run(["pick", profiles, *words], folder).stdout)["pellets"]
+    ignored = json.loads(run(["pick", profiles, "--lag", "0", *words], folder).stdout)["pellets"]
+    stamped = json.loads(run(["pick", "cloud.npz", *words], folder).stdout)["pellets"]
+    assert rms_error(corrected, truth) < 0.2e-3
+    assert rms_error(ignored, truth) == pytest.approx(0.02 * 0.05, rel=0.25), "the speed of the scan times the lag"
+    assert rms_error(stamped, truth) == pytest.approx(rms_error(ignored, truth), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        ({"times": None}, "times is missing: time of each profile"),
+        ({"profile_z": np.zeros((3, 4))}, "expected arrays of the same profiles x samples"),
+        ({"T_base_flange": np.zeros((5, 3))}, "expected pose of the flange"),
+        ({"T_base_flange": np.tile(np.eye(4), (2, 1, 1))}, "found 2 poses, expected one a time"),
+        ({"times": "falling"}, "times"),
+        ({"T_flange_scanner": np.full((4, 4), np.nan)}, "T_flange_scanner"),
+    ],
+)
+def test_damaged_profiles_are_refused_in_words(scanned, change, text):
+    folder, _ = scanned
+    with np.load(folder / "cloud.npz") as data:
+        arrays = {k: data[k] for k in ("profile_x", "profile_z", "times", "T_base_flange", "T_flange_scanner", "lag")}
+    for name, value in change.items():
+        if value is None:
+            del arrays[name]
+        else:
+            arrays[name] = arrays[name][::-1] if isinstance(value, str) else value
+    done = run(["pick", saved(folder, "damaged.npz", arrays), "--bin", "bin.yaml"], folder)
+    assert done.returncode == 2
+    assert text in done.stderr and "Traceback" not in done.stderr
+
+
+def test_a_lag_belongs_to_profiles(scanned):
+    folder, _ = scanned
+    np.save(folder / "plain.npy", np.zeros((10, 3)))
+    done = run(["pick", "plain.npy", "--bin", "bin.yaml", "--lag", "0.01"], folder)
+    assert done.returncode == 2 and "holds no profiles" in done.stderr
 
 
 def test_pick_finds_the_visible_cylinders_and_says_what_to_do_with_each(scanned):

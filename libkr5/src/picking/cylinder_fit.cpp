@@ -29,6 +29,7 @@ void CylinderFitOptions::validate() const {
   require(sigma_radius >= 0 && std::isfinite(sigma_radius), "sigma_radius must not be negative [m]");
   require(radius > 0 || sigma_radius == 0, "sigma_radius belongs to a radius, which is missing");
   require(noise >= 0 && std::isfinite(noise), "noise must not be negative [m]");
+  require(max_rounds >= 1, "max_rounds must be at least 1");
   require(outlier_limit >= 2 && std::isfinite(outlier_limit), "outlier_limit must be 2 or more [-]");
   require(accepted_std > 0 && std::isfinite(accepted_std), "accepted_std must be positive [-]");
 }
@@ -192,7 +193,7 @@ CylinderFit fit_cylinder(const Matrix3Xd& points, const CylinderFitOptions& opti
   for (std::size_t i = 0; i < used.size(); ++i) used[i] = static_cast<Index>(i);
   double noise = options.noise;
   LevenbergMarquardtResult<5, Side> fit;
-  for (int round = 0; round < 6; ++round) {
+  for (int round = 0; round < options.max_rounds; ++round) {
     fit = levenberg_marquardt<5>(side, SideProblem{points, used, options, noise});
     side = fit.x;
     if (!fit.usable() || !side.point.allFinite())

@@ -79,6 +79,7 @@ void from_side(const PelletScene& scene, const Matrix3Xd& points, const std::opt
   const PelletOptions& o = scene.options;
   CylinderFitOptions options{.radius = o.radius};
   options.sigma_radius = o.radius_tolerance / std::sqrt(3.0);
+  options.max_rounds = 4;  // what is suggested here is fitted anew as a solid
   const CylinderFit side = fit_cylinder(points, options, axis);
   if (!side.fit.usable() || std::abs(side.radius - o.radius) > 3 * o.radius_tolerance + 0.1 * o.radius) return;
   SolidCylinder at;
@@ -117,22 +118,37 @@ void from_side(const PelletScene& scene, const Matrix3Xd& points, const std::opt
   add_best(std::move(candidates), 3, 0.35 * o.radius, out);
 }
 
+/// Places in a plane; as single numbers, so that a compiler counts several at once.
+struct PlanePoints {
+  std::vector<float> x, y;
+
+  void add(const Vector2d& p) {
+    x.push_back(static_cast<float>(p.x()));
+    y.push_back(static_cast<float>(p.y()));
+  }
+  /// Numbers of them nearer to a centre than each of three radii.
+  std::array<int, 3> within(const Vector2d& centre, const std::array<double, 3>& radii) const {
+    const auto u = static_cast<float>(centre.x()), v = static_cast<float>(centre.y());
+    const auto a = static_cast<float>(radii[0] * radii[0]), b = static_cast<float>(radii[1] * radii[1]),
+               c = static_cast<float>(radii[2] * radii[2]);
+    int na = 0, nb = 0, nc = 0;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      const float dx = x[i] - u, dy = y[i] - v, d = dx * dx + dy * dy;
+      na += d < a, nb += d < b, nc += d < c;
+    }
+    return {na, nb, nc};
+  }
+};
+
 /// Rays in the plane of a face: where they end on it, and where they pass through.
 struct FaceRays {
-  std::vector<Vector2d> on, through;
+  PlanePoints on, through;
 
   /// How well a disc agrees: rays on it within, passing rays about it.
   double score(const Vector2d& centre, double radius, double step) const {
-    double sum = 0;
-    for (const Vector2d& p : on) {
-      const double r = (p - centre).norm();
-      sum += r < radius ? 1 : r < radius + 2 * step ? -1 : 0;
-    }
-    for (const Vector2d& p : through) {
-      const double r = (p - centre).norm();
-      sum += r < radius - step ? -3 : r > radius && r < radius + 2 * step ? 1 : 0;
-    }
-    return sum;
+    const std::array<double, 3> radii = {radius - step, radius, radius + 2 * step};
+    const auto ends = on.within(centre, radii), passes = through.within(centre, radii);
+    return ends[1] - (ends[2] - ends[1]) - 3.0 * passes[0] + (passes[2] - passes[1]);
   }
 };
 
@@ -153,9 +169,9 @@ void from_face(const PelletScene& scene, const Matrix3Xd& points, const Vector3d
     if (e.z() > -0.15) return;
     const Vector2d crossing = (q - e * (q.z() / e.z())).head<2>();
     if (std::abs(q.z()) < gate) {
-      if (!scene.explained[static_cast<std::size_t>(ray.column)]) rays.on.push_back(crossing);
+      if (!scene.explained[static_cast<std::size_t>(ray.column)]) rays.on.add(crossing);
     } else if (q.z() < -depth) {
-      rays.through.push_back(crossing);
+      rays.through.add(crossing);
     }
   });
   std::vector<Candidate> candidates;

@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import webbrowser
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any, NoReturn
@@ -87,3 +88,9 @@ def spinner(what: str) -> Iterator[None]:
     """A sign of life during one long call."""
     with errors.status(escape(what)) if errors.is_terminal else contextlib.nullcontext():
         yield
+
+
+def open_page(page: Path | None) -> None:
+    """In a browser, where there is a screen for one; where the page is was said already."""
+    if page and page.is_file() and (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        webbrowser.open(page.resolve().as_uri())

@@ -36,6 +36,7 @@ FORMATS = {
     "kr5-detection/1": "Detection",
     "kr5-gap/1": "Diagnosis",
     "kr5-pick/1": "Picks from a bin",
+    "kr5-bin-run/1": "Bins emptied",
     "kr5-sensitivity/1": "Sensitivity",
     "kr5-uncertainty/1": "Uncertainty",
 }

@@ -1,7 +1,5 @@
 """`kr5 insert`: one insertion of a peg into a tube in the simulated cell."""
 
-import os
-import webbrowser
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -90,7 +88,7 @@ def insert(
     writing.write_json(ending_tables.as_dict(result, setup), json_file)
     if view:
         writing.publish()
-        open_page(output)
+        terminal.open_page(output)
     if not result.inserted:
         raise typer.Exit(1)
 
@@ -140,9 +138,3 @@ def write_outputs(
             to.print(f"{output}: open it in a browser.", soft_wrap=True, markup=False)
     for plot in drawn:
         plt.close(plot.figure)
-
-
-def open_page(page: Path | None) -> None:
-    """In a browser, where there is a screen for one; where the page is was said already."""
-    if page and page.is_file() and (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-        webbrowser.open(page.resolve().as_uri())

@@ -13,6 +13,7 @@ ENDINGS = ".npz, .npy, .pcd, .ply, .csv, .txt or .xyz"
 POINT_KEYS = ("points", "xyz", "cloud", "pts")
 ORIGIN_KEYS = ("origins", "origin", "viewpoint", "sensor")
 MAX_POINTS = 50_000_000
+PROFILE_KEYS = "profile_x, profile_z, times, T_base_flange and T_flange_scanner"
 
 
 @dataclass
@@ -23,8 +24,19 @@ class CloudFile:
     origins: np.ndarray | None = None
 
 
-def read_cloud(file: Path) -> CloudFile:
-    """Reads a cloud. Arrays may be organised (rows x columns x 3); normals and colours are not used."""
+def read_cloud(file: Path, lag: float | None = None) -> CloudFile:
+    """Reads a cloud. Arrays may be organised (rows x columns x 3); normals and colours are not used.
+
+    An NPZ of profiles becomes a cloud by the poses of the arm; `lag` [s] stands in place of its own.
+    """
+    if file.suffix.lower() == ".npz" and file.is_file():
+        from kr5_tools.picking.profiles import read_profiles
+
+        scanned = read_profiles(file, lag)
+        if scanned is not None:
+            return CloudFile(*scanned)
+    if lag is not None:
+        fail(f"--lag: {file} holds no profiles, whose stamps could be late; expected {PROFILE_KEYS} in an NPZ")
     readers = {".npz": _npz, ".npy": _npy, ".pcd": _pcd, ".ply": _ply, ".csv": _text, ".txt": _text, ".xyz": _text}
     reader = readers.get(file.suffix.lower())
     if reader is None:

@@ -9,7 +9,7 @@ from kr5 import picking, sim
 
 from kr5_tools.cli.arguments import JsonOption
 from kr5_tools.cli.tables import figure_row, print_result
-from kr5_tools.cli.terminal import console, share_bar
+from kr5_tools.cli.terminal import console, open_page, share_bar, spinner
 from kr5_tools.files.results import write_result
 from kr5_tools.files.writing import check_writable, publish, write_json, write_text
 from kr5_tools.picking.emptying import BinRun, Emptying, EmptyingOptions
@@ -38,6 +38,10 @@ def empty(
     bin_file: Annotated[
         Path | None, typer.Option("--bin", metavar="BIN.yaml", help="Pose and inner size of the bin.")
     ] = None,
+    refine: Annotated[
+        bool,
+        typer.Option("--image/--no-image", help="Refine by the image cylinders of which the cloud tells too little."),
+    ] = True,
     view: Annotated[
         bool,
         typer.Option(
@@ -65,7 +69,9 @@ def empty(
     for number in range(bins):
         with share_bar(f"Bin {number + 1} of {bins}") as progress:
             runs.append(
-                empty_one(seed + number, pellets, options, bin_shape(bin_file), pitch, noise, pose_error, progress)
+                empty_one(
+                    seed + number, pellets, options, bin_shape(bin_file), pitch, noise, pose_error, progress, refine
+                )
             )
     keys = result_keys(runs)
     print_result(keys, console(json_file))
@@ -73,11 +79,10 @@ def empty(
     if output:
         from kr5_tools.picking.run_page import run_page
 
-        write_text(run_page(data, runs[0], bin_shape(bin_file)), output)
+        with spinner("Drawing"):
+            write_text(run_page(data, runs[0], bin_shape(bin_file)), output)
     write_json(data, json_file)
     if view:
-        from kr5_tools.insertion.command import open_page
-
         publish()
         open_page(output)
     if keys["verdict"]["word"] != "good":
@@ -93,6 +98,7 @@ def empty_one(
     noise: float,
     pose_error: float,
     progress: Any = None,
+    refine: bool = True,
 ) -> Emptying:
     """One bin, poured and emptied."""
     pour = sim.PourOptions(
@@ -104,7 +110,7 @@ def empty_one(
     scanner.width = max(scanner.width, 1.2 * float(shape.size[0]))
     scanner.stand_off = max(scanner.stand_off, rim + 0.2)
     scanner.far = max(scanner.far, scanner.stand_off + 0.1)
-    cell = EmptyingOptions(pose_error=pose_error)
+    cell = EmptyingOptions(pose_error=pose_error, refine=refine)
     cell.camera_height = max(cell.camera_height, rim + 1.2 * float(max(shape.size[:2])))
     return BinRun(seed, pile, options, grasp_options(options.radius), scanner, cell).run(progress)
 
@@ -131,6 +137,7 @@ def result_keys(runs: list[Emptying]) -> dict[str, Any]:
         figure_row("the least that proves, at 95 %", 100 * rate.low, None, "%"),
         *(figure_row(f"picks that failed: {c}", sum(r.failures.get(c, 0) for r in runs), None, "-") for c in causes),
         figure_row("scans a bin", scans / len(runs), None, "-"),
+        figure_row("cylinders refined by the image, a bin", sum(r.refined for r in runs) / len(runs), None, "-"),
         figure_row("shakes a bin", sum(r.shakes for r in runs) / len(runs), None, "-"),
         figure_row("cylinders left", left, None, "-"),
         figure_row("wall touches", touches, None, "-"),
@@ -151,6 +158,15 @@ def result_keys(runs: list[Emptying]) -> dict[str, Any]:
                 "attempts": r.attempts,
                 "failures": r.failures,
                 "scans": r.scans,
+                "found": r.found,
+                "refined": r.refined,
+                "scan_seconds": r.scan_seconds,
+                "vision_seconds": r.vision_seconds,
+                "trials": [
+                    {"cycle": s.cycle, "success": bool(s.success), "text": s.text}
+                    for s in r.steps
+                    if s.action == "pick"
+                ],
                 "shakes": r.shakes,
                 "left": r.left,
                 "wall_touches": r.wall_touches,

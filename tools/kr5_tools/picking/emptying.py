@@ -11,6 +11,7 @@ import kr5
 import numpy as np
 from kr5 import picking, sim
 
+from kr5_tools.picking.image_refinement import REFINED_ABOVE, CameraView, refine
 from kr5_tools.picking.simulate import CAMERA
 
 REACH = 0.0015  # [m] between cup and surface within which it seals
@@ -27,6 +28,8 @@ class EmptyingOptions:
     pick_error: float = 1e-4  # [m] of each pick
     camera_height: float = 0.36  # [m]
     image_scale: float = 0.5  # of the book's camera
+    camera_rotation_error: float = 5e-4  # [rad] standard deviation about each axis, one draw a bin
+    refine: bool = True  # by the image what the cloud does not tell
     friction: float = 0.4
 
 
@@ -64,6 +67,9 @@ class Emptying:
     least_clearance: float = np.inf
     vision_time: float = 0.0
     found: int = 0
+    refined: int = 0  # cylinders that the image refined
+    scan_seconds: list[float] = field(default_factory=list)  # of the moving arm, both passes, a cycle
+    vision_seconds: list[float] = field(default_factory=list)  # to find, refine and plan, a cycle
     left: int = 0
     ended: str = ""
 
@@ -77,10 +83,17 @@ class BinRun:
         self.out = Emptying(seed, len(pile.pellets))
         shape = pile.bin
         self.bin = picking.Bin(T_base_bin=shape.T_base_bin, size=shape.size, wall_thickness=shape.wall)
-        self.T_base_camera = sim.camera_above(shape, options.camera_height)
+        self.T_base_camera = np.asarray(sim.camera_above(shape, options.camera_height))
         self.camera = _camera_on(shape, options)
         self.bias = self.random.normal(0, options.pose_error, 3)
+        self.T_camera_base = self._believed_camera()
         self.images = 0
+
+    def _believed_camera(self) -> Any:
+        """What the calibration says of the camera, with its uncertainty."""
+        sigma = np.array([self.options.pose_error] * 3 + [self.options.camera_rotation_error] * 3)
+        believed = self.T_base_camera @ np.asarray(kr5.to_pose(self.random.normal(0, 1, 6) * sigma))
+        return kr5.UncertainPose(T=believed, covariance=np.diag(np.maximum(sigma, 1e-9) ** 2)).inverse()
 
     def run(self, progress: Callable[[float], None] | None = None) -> Emptying:
         """Until the bin is empty or a person is needed."""
@@ -107,9 +120,10 @@ class BinRun:
         cloud = self._scan()
         began = time.perf_counter()
         result = picking.find_pellets(cloud, self.bin, self.pellets)
-        found = list(result.pellets)
+        found = self._refined(list(result.pellets))
         plan = picking.plan_picks(found, cloud, self.bin, self.grasp)
-        self.out.vision_time += time.perf_counter() - began
+        self.out.vision_seconds.append(time.perf_counter() - began)
+        self.out.vision_time += self.out.vision_seconds[-1]
         self.out.scans += 1
         self.out.found += len(found)
         state = picking.CycleState(
@@ -144,7 +158,7 @@ class BinRun:
             state.trusted = change.usable
             gone = {best.pellet}
             if change.usable:
-                T_camera_base = np.linalg.inv(self.T_base_camera)
+                T_camera_base = np.asarray(self.T_camera_base.T)
                 gone |= set(picking.disturbed_pellets(found, change.changed, self.camera, T_camera_base))
                 cloud = picking.remove_changed(cloud, change.changed, self.camera, T_camera_base).cloud
             before = after
@@ -158,15 +172,25 @@ class BinRun:
             if progress:
                 progress(1 - len(self.scene.pellets) / self.out.pellets)
 
+    def _refined(self, found: list[Any]) -> list[Any]:
+        if not self.options.refine or not found:
+            return found
+        view = CameraView(self._image(), self.camera, self.T_camera_base)
+        out, said = refine(found, view, REFINED_ABOVE)
+        self.out.refined += sum(s.status == "refined" for s in said)
+        return out
+
     def _scan(self) -> Any:
         """Both passes, there and back with the receiver on the other side, so that no wall hides a strip."""
-        points, origins = [], []
+        points, origins, seconds = [], [], 0.0
         for baseline in (self.scanner.baseline, -self.scanner.baseline):
             scanner = sim.BinScannerOptions(**{**self.scanner.to_dict(), "baseline": baseline})
             scanner.seed = int(self.random.integers(1, 1 << 30))
             scan = sim.scan_bin(self.scene, sim.scan_path(self.scene.bin, scanner), scanner)
             points.append(scan.cloud()[0])
             origins.append(scan.origins())
+            seconds += float(np.ptp(scan.times))
+        self.out.scan_seconds.append(seconds)
         out = picking.Cloud()
         out.points, out.origins = np.vstack(points).T, np.vstack(origins).T
         return out

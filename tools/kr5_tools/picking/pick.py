@@ -16,6 +16,7 @@ from kr5_tools.files.results import write_result
 from kr5_tools.files.writing import beside, check_writable, write_json
 from kr5_tools.picking.bin_file import EXAMPLE, read_bin
 from kr5_tools.picking.clouds import ENDINGS, CloudFile, read_cloud
+from kr5_tools.picking.image_refinement import REFINED_ABOVE, Refined, read_view, refine, require_seen
 
 app = typer.Typer()
 SHOWN = 12
@@ -25,7 +26,13 @@ SHOWN = 12
 @options_from(picking.GraspOptions, skip=("gripper", "min_exposed", "cup_radius"), argument="grasp")
 @options_from(picking.PelletOptions, skip=("radius", "radius_tolerance", "min_height", "max_height", "min_exposed"))
 def pick(
-    cloud_file: Annotated[Path, typer.Argument(metavar="CLOUD", help=f"Cloud [m], a file that ends in {ENDINGS}.")],
+    cloud_file: Annotated[
+        Path,
+        typer.Argument(
+            metavar="CLOUD",
+            help=rf"Cloud \[m], a file that ends in {ENDINGS}; or profiles of a scanner on a moving arm (NPZ).",
+        ),
+    ],
     options: picking.PelletOptions,
     grasp: picking.GraspOptions,
     radius: Annotated[float, typer.Option(help=r"Radius of the cylinders \[m].")] = 0.008,
@@ -44,6 +51,39 @@ def pick(
             " none. By default the cloud is in the base, seen from above the bin.",
         ),
     ] = None,
+    lag: Annotated[
+        float | None,
+        typer.Option(
+            help=r"Time by which a profile is stamped later than it was exposed; for a file of profiles, whose own is"
+            r" used by default \[s]."
+        ),
+    ] = None,
+    image: Annotated[
+        Path | None,
+        typer.Option(
+            "--image", metavar="IMAGE.png", help="Image that refines cylinders of which the cloud tells too little."
+        ),
+    ] = None,
+    camera: Annotated[
+        Path | None,
+        typer.Option("--camera", metavar="CAMERA", help="Camera of the image; its file may hold T_base_camera."),
+    ] = None,
+    camera_pose: Annotated[
+        str | None,
+        typer.Option(
+            "--camera-pose", metavar="X,Y,Z,R,P,Y", help=r"Pose of the camera in the base \[m, rad]; Z looks ahead."
+        ),
+    ] = None,
+    camera_position_std: Annotated[
+        float, typer.Option(help=r"Standard deviation of the camera's position in each direction \[m].")
+    ] = 0.0003,
+    camera_rotation_std: Annotated[
+        float, typer.Option(help=r"Standard deviation of its orientation about each axis \[rad].")
+    ] = 0.0005,
+    refine_above: Annotated[
+        float,
+        typer.Option(help=r"Standard deviation of a centre above which the image is asked \[m]."),
+    ] = REFINED_ABOVE,
     radius_tolerance: Annotated[
         float | None, typer.Option(help=r"Greatest deviation of a radius; by default a sixteenth of it \[m].")
     ] = None,
@@ -68,7 +108,7 @@ def pick(
     Listed are cylinders of which enough is seen to be sure of their pose; each that is not picked says why. Exit code:
     0 when something can be picked, 1 when nothing can, 2 when the input is invalid or the cloud does not fit the bin.
     """
-    check_writable(output, png, json_file, inputs=[f for f in (cloud_file, bin_file) if f])
+    check_writable(output, png, json_file, inputs=[f for f in (cloud_file, bin_file, image, camera) if f])
     options.radius = radius
     options.radius_tolerance = radius / 16 if radius_tolerance is None else radius_tolerance
     options.min_height, options.max_height = height_range(height)
@@ -81,17 +121,29 @@ def pick(
     if bin_file is None:
         fail(f"--bin is missing: a file such as\n{EXAMPLE}tells where the bin stands and how large it is")
     bin_ = read_bin(bin_file)
-    cloud = cloud_in_base(read_cloud(cloud_file), _pose(frame))
+    if (image is None) != (camera is None):
+        fail("--image and --camera belong together: the image, and the camera that took it")
+    view = None
+    if image is not None and camera is not None:
+        pose = _pose("--camera-pose", camera_pose)
+        view = read_view(image, camera, pose, camera_position_std, camera_rotation_std)
+    cloud = cloud_in_base(read_cloud(cloud_file, lag), _pose("--frame", frame))
     with spinner("Looking for cylinders"):
         found = picking.find_pellets(cloud, bin_, options)
+        said: list[Refined] = []
+        if view is not None:
+            found.pellets, said = refine(found.pellets, view, refine_above)
+            require_seen(said)
         if str(found.check.finding) == "good":
             plan = picking.plan_picks(found.pellets, cloud, bin_, grasp)
     if str(found.check.finding) != "good" and str(found.check.finding) != "no_pellets":
         fail(f"{cloud_file}: {found.check.message}")
     if str(found.check.finding) == "no_pellets":
         plan = []
-    keys = result_keys(found, plan)
+    keys = result_keys(found, plan, said)
     keys["input"] = {"cloud": str(cloud_file), "bin": str(bin_file), "points": found.check.finite}
+    if image is not None:
+        keys["input"] |= {"image": str(image), "camera": str(camera)}
     _show(keys, console(json_file))
     data = write_result(output, "kr5-pick/1", **keys)
     if png:
@@ -119,9 +171,13 @@ def cloud_in_base(file: CloudFile, T_base_cloud: np.ndarray | None) -> Any:
     return out
 
 
-def result_keys(found: Any, plan: list[Any]) -> dict[str, Any]:
-    """Keys of a result: the cylinders in the order to pick them, and what was made of the cloud."""
+def result_keys(found: Any, plan: list[Any], said: list[Refined] | None = None) -> dict[str, Any]:
+    """Keys of a result: the cylinders in the order to pick them, what was made of the cloud, and what an image said of
+    each cylinder."""
     pellets = [pellet_keys(found.pellets[g.pellet], g) for g in plan]
+    if said:
+        for keys, g in zip(pellets, plan, strict=True):
+            keys["image"] = {"status": said[g.pellet].status, "moved": said[g.pellet].moved}
     ready = sum(p["graspable"] for p in pellets)
     text = f"{len(pellets)} cylinders found, {ready} can be picked now"
     if not pellets:
@@ -139,6 +195,14 @@ def result_keys(found: Any, plan: list[Any]) -> dict[str, Any]:
         figure_row("noise of the points, along the normals", 1e3 * found.noise, None, "mm"),
         figure_row("spacing of the points", 1e3 * found.check.spacing, None, "mm"),
     ]
+    if said:
+        asked = [s for s in said if s.status != "not_needed"]
+        refined = [s for s in asked if s.status == "refined"]
+        figures.append(figure_row("cylinders looked at in the image", len(asked), None, "-"))
+        figures.append(figure_row("of these: refined by it", len(refined), None, "-"))
+        if refined:
+            moved = float(np.median([s.moved for s in refined]))
+            figures.append(figure_row("median distance it moved them", 1e3 * moved, None, "mm"))
     return {
         "verdict": {"word": "good" if ready else "doubtful", "text": text + "."},
         "figures": figures,
@@ -184,7 +248,7 @@ def height_range(text: str) -> tuple[float, float]:
     return values[0], values[-1]
 
 
-def _pose(text: str | None) -> np.ndarray | None:
+def _pose(option: str, text: str | None) -> np.ndarray | None:
     if text is None:
         return None
     try:
@@ -192,7 +256,7 @@ def _pose(text: str | None) -> np.ndarray | None:
     except ValueError:
         values = []
     if len(values) != 6 or not all(np.isfinite(values)):
-        fail(f"--frame: found {text!r:.80}, expected six numbers x,y,z,roll,pitch,yaw in metres and radians")
+        fail(f"{option}: found {text!r:.80}, expected six numbers x,y,z,roll,pitch,yaw in metres and radians")
     return np.asarray(kr5.from_xyzrpy(np.array(values)))
 
 

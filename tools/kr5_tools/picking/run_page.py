@@ -5,14 +5,23 @@ from typing import Any
 
 import numpy as np
 
-from kr5_tools.pages.rendering import render_page, script_json
+from kr5_tools.pages.rendering import embed_plot, render_page, script_json
+from kr5_tools.picking.run_statistics import bins_table, comparison_table, run_plots
 
 
 def run_page(data: dict[str, Any], run: Any, shape: Any) -> str:
     """The HTML. Coordinates are those of the bin, in mm."""
+    from kr5_tools.pages.plot_style import plt
+
     T_bin_base = np.linalg.inv(np.asarray(shape.T_base_bin))
+    drawn = run_plots(data)
+    plots = [embed_plot(plot) for plot in drawn]
+    for plot in drawn:
+        plt.close(plot.figure)
     return render_page(
         "bin_run.html",
+        plots=plots,
+        tables=[bins_table(data), comparison_table(data)],
         title=f"A bin of {run.pellets} cylinders",
         brand="kr5 bin empty",
         source=f"seed {run.seed}",

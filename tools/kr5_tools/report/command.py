@@ -71,6 +71,10 @@ def report(
         from kr5_tools.identify.payload_page import write_page as write_payload_page
 
         written = write_payload_page(data, result.name, output, png)
+    elif data["format"] == "kr5-bin-run/1":
+        from kr5_tools.picking.run_statistics import write_statistics_page
+
+        written = write_statistics_page(data, result.name, output, png)
     else:
         written = write_report(data, result, output, png)
     writing.write_json({"report": str(output), "png": [str(f) for f in written]}, json_file)

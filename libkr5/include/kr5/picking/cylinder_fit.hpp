@@ -18,6 +18,7 @@ struct CylinderFitOptions {
   double sigma_radius = 0.0;
   double noise = 0.0;
   double outlier_limit = 4.5;
+  int max_rounds = 40;
   double accepted_std = 0.2;
 
   /// @throws InvalidArgument naming the offending field.
@@ -30,6 +31,7 @@ struct CylinderFitOptions {
     visit("noise", self.noise, "Standard deviation of a point; 0: from the residuals [m].");
     visit("outlier_limit", self.outlier_limit,
           "Residual beyond which a point is left out, in standard deviations [-].");
+    visit("max_rounds", self.max_rounds, "Greatest number of fits, each without the outliers of the one before.");
     visit("accepted_std", self.accepted_std,
           "Standard deviation of a radius that is not known, relative to it, above which points are refused [-].");
   }
