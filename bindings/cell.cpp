@@ -44,7 +44,9 @@ static void bind_parts(py::module_& m) {
   bind_struct<Board>(m, "Board", "Marker board.").def("target", &Board::target, "Board as a general target.");
   bind_struct<LaserTarget>(m, "LaserTarget", "Object measured by the line scanner.");
   bind_struct<Laser>(m, "Laser", "Line scanner.");
-  bind_struct<Noise>(m, "Noise", "Standard deviation of one reading of each sensor.");
+  bind_struct<Noise>(m, "Noise", "Standard deviation of one reading of each sensor.")
+      .def("of", &Noise::of, py::arg("key"), py::arg("joint") = -1,
+           "Standard deviation of a column by its key; of a joint, from 0, where it has one of its own.");
 }
 
 static py::dict values_of(const ActiveEffect& effect) {
@@ -175,6 +177,7 @@ static void bind_recording(py::module_& m) {
   bind_enum<Kind>(m, "Kind", "Kind of an experiment.");
   bind_enum<Role>(m, "Role", "Role of a column: given | predicted.");
   bind_enum<Split>(m, "Split", "Use of the data: fit | check.");
+  bind_enum<JointReference>(m, "JointReference", "Values in qc of a motion: commanded | measured.");
   bind_struct<Column>(m, "Column", "Column of a kind of experiment.");
   m.def("columns", &columns, py::arg("kind"), py::arg("joints"), "Columns of a kind for this number of joints.");
   m.def("compared_columns", &compared_columns, py::arg("kind"), py::arg("joints"),
@@ -187,9 +190,17 @@ static void bind_recording(py::module_& m) {
       .def_property(
           "data", [](const Experiment& e) { return e.data; },
           [](Experiment& e, const kr5::io::Table& t) { e.data = t; }, "Table of the experiment (a copy).")
+      .def_property(
+          "lead_in", [](const Experiment& e) { return e.lead_in; },
+          [](Experiment& e, const kr5::io::Table& t) { e.lead_in = t; },
+          "Rows before data that are simulated and not compared, because the motion does not begin at rest (a copy).")
       .def(
           "__getitem__", [](const Experiment& e, const std::string& name) { return e.data.column(name); },
           py::arg("column"), "One column as an array.");
+  m.def("split_lead_in", &split_lead_in, py::arg("experiment"), py::arg("duration"),
+        "Experiment with the rows of its first `duration` seconds as lead-in. Raises InvalidArgument when no row is "
+        "left.");
+  m.def("with_lead_in", &with_lead_in, py::arg("experiment"), "Experiment with its lead-in as part of the data.");
   py::class_<Recording>(m, "Recording", "Commands and sensor readings of a cell (kr5-recording/1).")
       .def(py::init([](Cell cell, std::vector<Experiment> experiments) {
              Recording r;

@@ -79,8 +79,8 @@ void bind_hypotheses(py::module_& m) {
 
 /// Options with `own_hypotheses`, which no list of fields can hold.
 template <class Options>
-void bind_options(py::module_& m, const char* name, const char* doc) {
-  bind_struct<Options>(m, name, doc)
+auto bind_options(py::module_& m, const char* name, const char* doc) {
+  return bind_struct<Options>(m, name, doc)
       .def_property(
           "own_hypotheses", [](const Options& o) { return o.own_hypotheses; },
           [](Options& o, const std::vector<Hypothesis>& own) { o.own_hypotheses = own; },
@@ -96,12 +96,20 @@ void bind_diagnosis(py::module_& m) {
   bind_struct<Cause>(m, "Cause", "Cause: an effect that the diagnosis blames.");
   bind_struct<ColumnReduction>(m, "ColumnReduction", "Gap of a column before and after.");
   bind_struct<GapReduction>(m, "GapReduction", "Gap before and after.");
+  bind_struct<NearestEffect>(m, "NearestEffect", "Effect that is not blamed, although it comes near.");
+  bind_struct<UntriedEffect>(m, "UntriedEffect", "Effect that this cell or recording cannot show.");
   bind_struct<NextExperiment>(m, "NextExperiment", "Experiment that would distinguish tied effects.");
   bind_struct<Diagnosis>(m, "Diagnosis", "Diagnosis of the disagreement of a simulation and a cell (kr5-gap/1).")
       .def("to_json", &to_json, "JSON text of format kr5-gap/1.")
       .def_property_readonly(
           "cell", [](const Diagnosis& d) { return d.cell; }, "Nominal cell with the causes added (a copy).");
-  bind_options<DiagnoseOptions>(m, "DiagnoseOptions", "Options of diagnose.");
+  bind_struct<ColumnError>(m, "ColumnError", "Known error of a simulator in one column.");
+  bind_options<DiagnoseOptions>(m, "DiagnoseOptions", "Options of diagnose.")
+      .def_property(
+          "simulator_errors", [](const DiagnoseOptions& o) { return o.simulator_errors; },
+          [](DiagnoseOptions& o, const std::vector<ColumnError>& errors) { o.simulator_errors = errors; },
+          "Known errors of the simulator in single columns, beside simulator_floor for all; the greater counts: list of "
+          "ColumnError (a copy; assign the whole list).");
   m.def(
       "diagnose",
       [](const kr5::cell::Recording& recording, const py::object& simulator, DiagnoseOptions options,

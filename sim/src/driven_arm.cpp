@@ -47,6 +47,19 @@ void DrivenArm::follow(const VectorXd& command) {
   state_->follow(command);
 }
 
+void DrivenArm::begin_motion(const Eigen::MatrixX3d& motor) {
+  require(motor.rows() == state_->x.size(), "motor: expected one row per joint");
+  state_->fresh = false;
+  state_->begin_motion(motor);
+}
+
+void DrivenArm::follow_motion(const Eigen::MatrixX3d& motor) {
+  require(motor.rows() == state_->x.size(), "motor: expected one row per joint");
+  state_->fresh = false;
+  state_->ideal = true;
+  state_->move_to(motor);
+}
+
 void DrivenArm::follow_limited(const VectorXd& command) {
   require(!state_->servo.empty(), "servo.joint: this cell has no joint servo");
   require(command.size() == state_->x.size(), "command: expected one value per joint");

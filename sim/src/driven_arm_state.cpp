@@ -161,9 +161,21 @@ void DrivenArm::State::settle() {
 }
 
 void DrivenArm::State::follow(const VectorXd& command) {
-  const double h = step;
   servo.advance(command);
-  x = servo.x(), v = servo.v(), a = servo.acceleration();
+  Eigen::MatrixX3d motor(x.size(), 3);
+  motor << servo.x(), servo.v(), servo.acceleration();
+  move_to(motor);
+}
+
+void DrivenArm::State::begin_motion(const Eigen::MatrixX3d& motor) {
+  x = motor.col(0), v = motor.col(1), a = motor.col(2);
+  for (const Index i : elastic) qd[i] = v[i], qdd[i] = a[i];
+  place_rigid();
+}
+
+void DrivenArm::State::move_to(const Eigen::MatrixX3d& motor) {
+  const double h = step;
+  x = motor.col(0), v = motor.col(1), a = motor.col(2);
   const VectorXd old_speed = qd, old_acceleration = qdd;
   place_rigid();
   t += h;

@@ -60,6 +60,8 @@ struct DrivenArm::State {
   void settle();
   /// Velocity Verlet with the speed in the forces predicted: second order, one evaluation a step.
   void follow(const VectorXd& command);
+  void begin_motion(const Eigen::MatrixX3d& motor);
+  void move_to(const Eigen::MatrixX3d& motor);
 
   /// Motion under currents, in coordinates z = (motor side of every joint, links of elastic joints).
   struct Equations {

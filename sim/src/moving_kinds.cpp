@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include <kr5/core/delayed_log.hpp>
 #include <kr5/force/peg_on_tube.hpp>
@@ -61,6 +62,28 @@ class CommandSplines {
   std::vector<Index> at_;
 };
 
+/// Steps the motors through measured positions: by splines, as in the closed form.
+class MeasuredMotion {
+ public:
+  MeasuredMotion(const VectorXd& t, const MatrixXd& rows) : t_(t) {
+    for (Index i = 0; i < rows.cols(); ++i) pieces_.push_back(physics::cubic_spline(t, rows.col(i)));
+  }
+
+  /// Position, speed and acceleration, a row a joint. Times asked for must not decrease.
+  Eigen::MatrixX3d at(double time) {
+    while (at_ + 2 < t_.size() && t_[at_ + 1] <= time) ++at_;
+    Eigen::MatrixX3d out(static_cast<Index>(pieces_.size()), 3);
+    for (std::size_t i = 0; i < pieces_.size(); ++i)
+      out.row(static_cast<Index>(i)) = physics::spline_state(pieces_[i].row(at_), time - t_[at_]).transpose();
+    return out;
+  }
+
+ private:
+  VectorXd t_;
+  std::vector<physics::SplinePieces> pieces_;
+  Index at_ = 0;
+};
+
 void check_limits(const cell::Cell& cell, const ExperimentInput& input, const MatrixXd& command) {
   if (!cell.robot.limits) return;
   constexpr double rounding = 1e-5;  // of the columns of a file [rad or m]
@@ -77,19 +100,21 @@ void check_limits(const cell::Cell& cell, const ExperimentInput& input, const Ma
     }
 }
 
-/// Steps the arm to time t in whole steps.
-void advance_to(DrivenArm& arm, CommandSplines& commands, double from, double to, double longest) {
+/// Steps the arm to time t in whole steps; `advance(time)` makes the one that ends at a time.
+template <class Advance>
+void advance_to(DrivenArm& arm, double from, double to, double longest, Advance&& advance) {
   const auto steps = static_cast<int>(std::ceil((to - from) / longest - 1e-6));
   const double step = (to - from) / std::max(steps, 1);
   arm.set_step(step);
-  for (int i = 1; i <= steps; ++i) arm.follow(commands.at(from + i * step));
+  for (int i = 1; i <= steps; ++i) advance(from + i * step);
 }
 
 }  // namespace
 
 PredictionTable simulate_motion(const cell::Cell& cell, const ExperimentInput& input,
                                 const DartSimulatorOptions& options) {
-  input.need(cell.servo && !cell.servo->joint.empty(), "servo.joint");
+  const bool measured = input.joint_reference() == cell::JointReference::Measured;
+  input.need(measured || (cell.servo && !cell.servo->joint.empty()), "servo.joint");
   input.need(!cell.robot.links.empty(), "robot.links");
   const VectorXd t = input["t"];
   for (Index k = 1; k < t.size(); ++k)
@@ -97,13 +122,26 @@ PredictionTable simulate_motion(const cell::Cell& cell, const ExperimentInput& i
   const MatrixXd command = input.joints("qc");
   check_limits(cell, input, command);
   DrivenArm arm(cell, {options.step, {}});
-  CommandSplines commands(t, command, arm.drives());
+  std::optional<CommandSplines> commands;
+  std::optional<MeasuredMotion> motion;
   arm.reset(command.row(0).transpose(), t[0]);
+  if (measured) {
+    motion.emplace(t, command);
+    arm.begin_motion(motion->at(t[0]));
+  } else {
+    commands.emplace(t, command, arm.drives());
+  }
+  const auto advance = [&](double time) {
+    if (measured)
+      arm.follow_motion(motion->at(time));
+    else
+      arm.follow(commands->at(time));
+  };
   const double longest = arm.step();
   const Index n = command.cols();
   MatrixXd q(t.size(), n), loads(t.size(), n), wrench(t.size(), 6);
   for (Index k = 0; k < t.size(); ++k) {
-    if (k > 0) advance_to(arm, commands, t[k - 1], t[k], longest);
+    if (k > 0) advance_to(arm, t[k - 1], t[k], longest, advance);
     const ArmReading& now = arm.read();
     q.row(k) = now.position;
     loads.row(k) =
@@ -111,7 +149,7 @@ PredictionTable simulate_motion(const cell::Cell& cell, const ExperimentInput& i
     wrench.row(k) = now.wrench;
   }
   PredictionTable out(t.size());
-  out.add_each("q", q);
+  if (!measured) out.add_each("q", q);
   if (arm.drives().motors)
     out.add_each("i", delayed_log(t, loads, physics::current_delay(cell)));
   else

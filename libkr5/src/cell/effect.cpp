@@ -115,7 +115,16 @@ std::vector<std::string> effect_targets(const Effect& effect, const Cell& cell) 
 bool effect_possible(const Effect& effect, const Cell& cell, const std::string& target) {
   const std::vector<std::string> there = effect_targets(effect, cell);
   if (std::find(there.begin(), there.end(), target) == there.end()) return false;
-  return !effect.possible || effect.possible(cell);
+  return !effect.needs.there || effect.needs.there(cell);
+}
+
+std::string lacking_part(const Effect& effect, const Cell& cell) {
+  if (effect_targets(effect, cell).empty()) {
+    std::string kind(name_of(effect.target));
+    std::replace(kind.begin(), kind.end(), '_', ' ');
+    return kind;
+  }
+  return effect.needs.there && !effect.needs.there(cell) ? effect.needs.part : "";
 }
 
 std::optional<EffectValue> get_effect(const Effects& effects, const std::string& id, const std::string& target,

@@ -22,11 +22,24 @@ using io::Node;
 
 constexpr const char* recording_format = "kr5-recording/1";
 
+/// An experiment as recording.yaml lists it.
+struct IndexEntry {
+  Experiment experiment;
+  double lead_in = 0.0;  ///< [s]
+
+  static constexpr auto required = Experiment::required;
+  static void each_field(auto& self, auto&& visit) {
+    Experiment::each_field(self.experiment, visit);
+    visit("lead_in", self.lead_in,
+          "Time at the beginning that is simulated and not compared, because the motion does not begin at rest [s].");
+  }
+};
+
 /// recording.yaml itself.
 struct Index {
   std::string format;
   std::string cell;
-  std::vector<Experiment> experiments;
+  std::vector<IndexEntry> experiments;
   static constexpr std::array<std::string_view, 3> required = {"format", "cell", "experiments"};
   static void each_field(auto& self, auto&& visit) {
     visit("format", self.format, "Format of the file.");
@@ -34,6 +47,11 @@ struct Index {
     visit("experiments", self.experiments, "What was recorded.");
   }
 };
+
+/// Of the rows that are simulated and not compared [s].
+double lead_in_duration(const Experiment& e) {
+  return e.lead_in.values.rows() == 0 ? 0.0 : e.data.column("t")[0] - e.lead_in.column("t")[0];
+}
 
 bool stays_inside(const std::string& file) {
   const std::filesystem::path path(file);
@@ -46,12 +64,13 @@ void check_index(const Index& index, const Node& root, const std::string& file, 
   c.expect(!index.experiments.empty(), "experiments", "at least one experiment");
   std::set<std::string> names, files;
   for (std::size_t i = 0; i < index.experiments.size(); ++i) {
-    const Experiment& e = index.experiments[i];
+    const Experiment& e = index.experiments[i].experiment;
     const std::string field = item("experiments", static_cast<Eigen::Index>(i));
     c.expect(names.insert(e.name).second, field + ".name", "every name once", "'" + e.name + "' a second time");
     c.expect(files.insert(std::filesystem::path(e.file).lexically_normal().string()).second, field + ".file",
              "every file once; rows used to fit must not be used to check", "'" + e.file + "' a second time");
     c.expect(stays_inside(e.file), field + ".file", "a file in the folder of the recording");
+    c.expect(index.experiments[i].lead_in >= 0, field + ".lead_in", "a time, not negative [s]");
   }
   for (Diagnostic& p : c.take()) diagnostics.push_back(std::move(p));
 }
@@ -78,8 +97,24 @@ void read_cell_of(ReadRecording& out, std::vector<Diagnostic>& diagnostics) {
   out.cell_usable = diagnostics.size() == before;
 }
 
-void read_experiments(ReadRecording& out, std::vector<Diagnostic>& diagnostics) {
-  for (Experiment& e : out.recording.experiments) {
+/// Puts the first rows aside, with their line numbers.
+void take_lead_in(Experiment& e, double duration, std::vector<int>& lines, const std::string& file,
+                  std::vector<Diagnostic>& diagnostics) {
+  if (duration <= 0) return;
+  const int t = e.data.find("t");
+  const double length = t < 0 ? 0.0 : e.data.values(e.data.values.rows() - 1, t) - e.data.values(0, t);
+  if (!(duration <= length)) {
+    diagnostics.push_back({file, 0, "lead_in", io::Node::make_scalar(duration).scalar + " s for '" + e.name + "'",
+                           "a time within the " + io::Node::make_scalar(length).scalar + " s of its file"});
+    return;
+  }
+  e = split_lead_in(e, duration);
+  lines.erase(lines.begin(), lines.begin() + e.lead_in.values.rows());
+}
+
+void read_experiments(ReadRecording& out, const std::vector<double>& lead_in, std::vector<Diagnostic>& diagnostics) {
+  for (std::size_t i = 0; i < out.recording.experiments.size(); ++i) {
+    Experiment& e = out.recording.experiments[i];
     const auto file = out.recording.folder / e.file;
     out.lines.emplace_back();
     out.usable.push_back(false);
@@ -91,10 +126,35 @@ void read_experiments(ReadRecording& out, std::vector<Diagnostic>& diagnostics) 
     out.lines.back() = std::move(parsed.lines);
     if (out.cell_usable && e.data.values.rows() > 0)
       out.usable.back() = check_columns(e, out.recording.cell.robot.joints(), file.string(), diagnostics);
+    if (out.usable.back()) take_lead_in(e, lead_in[i], out.lines.back(), file.string(), diagnostics);
   }
 }
 
 }  // namespace
+
+Experiment with_lead_in(const Experiment& experiment) {
+  Experiment out = experiment;
+  if (experiment.lead_in.values.rows() == 0) return out;
+  out.lead_in = {};
+  const Eigen::Index rows = experiment.lead_in.values.rows();
+  out.data.values.resize(rows + experiment.data.values.rows(), experiment.data.values.cols());
+  for (std::size_t k = 0; k < experiment.data.columns.size(); ++k)
+    out.data.values.col(static_cast<Eigen::Index>(k)).head(rows) = experiment.lead_in.column(experiment.data.columns[k]);
+  out.data.values.bottomRows(experiment.data.values.rows()) = experiment.data.values;
+  return out;
+}
+
+Experiment split_lead_in(const Experiment& experiment, double duration) {
+  Experiment out = with_lead_in(experiment);
+  if (duration == 0) return out;
+  const Eigen::VectorXd t = out.data.column("t");
+  Eigen::Index first = 0;
+  while (first < t.size() && t[first] - t[0] < duration) ++first;
+  require(first < t.size(), "experiment '" + experiment.name + "': no row is left after its lead-in");
+  out.lead_in = {out.data.columns, out.data.values.topRows(first)};
+  out.data.values = Eigen::MatrixXd(out.data.values.bottomRows(t.size() - first));
+  return out;
+}
 
 const Experiment& Recording::experiment(const std::string& name) const {
   std::string all;
@@ -133,9 +193,13 @@ ReadRecording read_recording(const std::filesystem::path& folder, std::vector<Di
   check_index(index, *root, file.string(), diagnostics);
   if (diagnostics.size() > before) return out;
   out.recording.cell_file = index.cell;
-  out.recording.experiments = std::move(index.experiments);
+  std::vector<double> lead_in;
+  for (IndexEntry& entry : index.experiments) {
+    out.recording.experiments.push_back(std::move(entry.experiment));
+    lead_in.push_back(entry.lead_in);
+  }
   read_cell_of(out, diagnostics);
-  read_experiments(out, diagnostics);
+  read_experiments(out, lead_in, diagnostics);
   return out;
 }
 
@@ -161,9 +225,12 @@ void save_recording(const Recording& recording, const std::filesystem::path& fol
     std::filesystem::create_directories((folder / file).parent_path(), error);
     if (error) throw IoError((folder / file).string() + ": cannot be written: " + error.message());
   }
-  const Index index{recording_format, recording.cell_file, recording.experiments};
+  Index index{recording_format, recording.cell_file, {}};
   save_cell(recording.cell, folder / recording.cell_file);
-  for (const Experiment& e : recording.experiments) io::save_csv(e.data, folder / e.file);
+  for (const Experiment& e : recording.experiments) {
+    index.experiments.push_back({e, lead_in_duration(e)});
+    io::save_csv(with_lead_in(e).data, folder / e.file);
+  }
   io::write_text(folder / "recording.yaml", io::to_yaml(io::to_node(index)));
 }
 

@@ -18,14 +18,6 @@ namespace {
 constexpr const char* quaternion_columns[] = {"qw", "qx", "qy", "qz"};
 constexpr double long_ago = 1e6;  // of the begin of a clock [s]
 
-double declared_noise(const cell::Noise& noise, const std::string& key) {
-  double value = 0.0;
-  cell::Noise::each_field(noise, [&](const char* name, const double& sigma, const char*) {
-    if (key == name) value = sigma;
-  });
-  return value;
-}
-
 /// Columns that are not compared, named together where kind and reason are the same: an arm has many joints.
 class LeftOutColumns {
  public:
@@ -60,7 +52,7 @@ class LeftOutColumns {
 
 void add_block(ComparisonData& data, int experiment, const cell::Column& column, LeftOutColumns& left_out) {
   const cell::Experiment& e = data.recording->experiments[experiment];
-  const double sigma = declared_noise(data.recording->cell.noise, column.noise);
+  const double sigma = data.recording->cell.noise.of(column.noise, column.joint);
   if (sigma <= 0.0) return left_out.add(e.kind, column.name, "the cell does not state noise." + column.noise);
   data.blocks_of[experiment].push_back(static_cast<int>(data.blocks.size()));
   data.blocks.push_back({experiment, e.kind, e.split, column.name, column.noise, sigma, data.size, e.data.values.rows(),
@@ -114,15 +106,18 @@ Eigen::VectorXd runs(const cell::Experiment& experiment) {
 std::optional<cell::Recording> from_zero(const cell::Recording& recording) {
   std::map<cell::Kind, double> first;
   for (const cell::Experiment& e : recording.experiments)
-    if (const int t = e.data.find("t"); t >= 0 && e.data.values.rows() > 0) {
-      const double least = e.data.values.col(t).minCoeff();
-      first[e.kind] = first.contains(e.kind) ? std::min(first[e.kind], least) : least;
-    }
+    for (const io::Table* part : {&e.data, &e.lead_in})
+      if (const int t = part->find("t"); t >= 0 && part->values.rows() > 0) {
+        const double least = part->values.col(t).minCoeff();
+        first[e.kind] = first.contains(e.kind) ? std::min(first[e.kind], least) : least;
+      }
   std::erase_if(first, [](const auto& of_kind) { return std::abs(of_kind.second) < long_ago; });
   if (first.empty()) return std::nullopt;
   cell::Recording out = recording;
   for (cell::Experiment& e : out.experiments)
-    if (first.contains(e.kind) && e.data.find("t") >= 0) e.data.values.col(e.data.find("t")).array() -= first[e.kind];
+    if (first.contains(e.kind))
+      for (io::Table* part : {&e.data, &e.lead_in})
+        if (const int t = part->find("t"); t >= 0) part->values.col(t).array() -= first[e.kind];
   return out;
 }
 

@@ -15,6 +15,7 @@
 #include "gap/planning/next_experiment.hpp"
 #include "gap/recording_scope.hpp"
 #include "gap/reporting/gap_figures.hpp"
+#include "gap/reporting/untried_effects.hpp"
 #include "gap/screening/noise.hpp"
 #include "gap/screening/pose_noise.hpp"
 #include "gap/screening/recording_faults.hpp"
@@ -33,6 +34,8 @@ constexpr double free_shape_odds = 0.1;
 constexpr std::size_t models_with_scatter = 3;
 /// Iterations that refit a model beside scatter.
 constexpr int scatter_iterations = 3;
+/// Effects that are named as nearest to what remains.
+constexpr std::size_t most_nearest = 3;
 /// An effect that is trusted less than evenly is not blamed.
 constexpr double least_trust = 0.5;
 
@@ -57,6 +60,7 @@ class Diagnoser {
     judge_pose_noise(screen);
     groups_ = make_groups(data_);
     scatter_ = make_nuisance_model(data_, base_, options_.threads);
+    out_.not_tried = untried_effects(data_.recording->cell, screen.unseen());
     out_.seconds_screening = seconds();
     find_models(screen);
     drop_needless_effects();
@@ -206,6 +210,7 @@ class Diagnoser {
     }
     set_verdict(rest);
     fill(best, before, rest);
+    if (rest.any()) add_nearest(best, before);
     progress(judging, 1.0);
   }
 
@@ -285,6 +290,44 @@ class Diagnoser {
       out_.verdict = rest.any() ? Verdict::Unknown : Verdict::NoGap;
   }
 
+  /// Effects that come nearest to explaining what a model leaves, of those that were fitted beside it.
+  void add_nearest(const Model& best, const ResidualAnalysis& before) {
+    for (const Model& model : std::vector<Model>(models_.all())) {
+      const int added = added_part(best, model);
+      if (added < 0) continue;
+      const EffectName name = name_of(model.parts[static_cast<std::size_t>(added)]);
+      const auto same = [&](const NearestEffect& e) { return e.effect == name.effect && e.target == name.target; };
+      if (std::any_of(out_.nearest.begin(), out_.nearest.end(), same)) continue;
+      const ResidualAnalysis rest = analyze_residual(problem_, groups_, model, base_, options_);
+      out_.nearest.push_back({name.effect, name.target, gap_reduction(data_, groups_, before.shown, rest.shown).after,
+                              why_not(best, model, rest)});
+    }
+    std::stable_sort(out_.nearest.begin(), out_.nearest.end(),
+                     [](const NearestEffect& a, const NearestEffect& b) { return a.gap < b.gap; });
+    if (out_.nearest.size() > most_nearest) out_.nearest.resize(most_nearest);
+  }
+
+  /// The one effect that a model has beside those of another; -1: it is not such a model.
+  static int added_part(const Model& smaller, const Model& model) {
+    if (model.parts.size() != smaller.parts.size() + 1) return -1;
+    for (std::size_t k = 0; k < model.parts.size(); ++k)
+      if (!model.parts[k].candidate->hypothesis.of_recording && same_effects(without(model.parts, k), smaller.parts))
+        return static_cast<int>(k);
+    return -1;
+  }
+
+  std::string why_not(const Model& best, const Model& model, const ResidualAnalysis& rest) const {
+    if (worsens_check(data_, groups_, model, best)) return "it fits the check experiments worse";
+    if (within_discrepancy(problem_, groups_, model, best, base_, options_))
+      return "it explains no more than the simulator may be off";
+    const auto worst = std::max_element(rest.strength.begin(), rest.strength.end());
+    if (!rest.any() || worst == rest.strength.end()) return "other sets of effects are more likely";
+    const auto at = static_cast<std::size_t>(worst - rest.strength.begin());
+    const std::vector<Dependence>& depends = rest.structure[at].dependences;
+    return "structure remains in " + groups_[at].name() +
+           (depends.empty() ? "" : ", which depends on " + depends.front().variable);
+  }
+
   void fill(const Model& judged, const ResidualAnalysis& before, const ResidualAnalysis& rest) {
     std::stable_sort(out_.causes.begin(), out_.causes.end(),
                      [](const Cause& a, const Cause& b) { return a.probability > b.probability; });
@@ -320,6 +363,8 @@ void DiagnoseOptions::validate() const {
   require(simulator_accuracy >= 0 && simulator_accuracy < 1, "simulator_accuracy must lie between 0 and 1");
   require(simulator_floor >= 0, "simulator_floor must not be negative");
   require(threads >= 0, "threads must not be negative");
+  for (const ColumnError& own : simulator_errors)
+    require(own.error >= 0 && std::isfinite(own.error), "simulator_errors: " + own.column + " must not be negative");
 }
 
 Diagnosis diagnose(const cell::Recording& recording, const cell::Simulator& simulator, const DiagnoseOptions& options) {

@@ -108,6 +108,21 @@ std::string to_json(const Diagnosis& d) {
   Node& next = out["next_experiment"] = map();
   next["separates"] = list(d.next_experiment.separates, [](const std::string& s) { return text(s); });
   next["do"] = text(d.next_experiment.what);
+  out["nearest"] = list(d.nearest, [](const NearestEffect& e) {
+    Node entry = map();
+    entry["effect"] = text(e.effect);
+    entry["target"] = text(e.target);
+    entry["gap"] = Node::make_scalar(e.gap);
+    entry["reason"] = text(e.reason);
+    return entry;
+  });
+  out["not_tried"] = list(d.not_tried, [](const UntriedEffect& e) {
+    Node entry = map();
+    entry["effect"] = text(e.effect);
+    entry["targets"] = list(e.targets, [](const std::string& target) { return text(target); });
+    entry["reason"] = text(e.reason);
+    return entry;
+  });
   out["scatter"] = Node::make_scalar(d.scatter);
   if (!d.scope.empty()) out["scope"] = list(d.scope, [](const std::string& s) { return text(s); });
   out["warnings"] = list(d.warnings, [](const std::string& s) { return text(s); });

@@ -166,7 +166,7 @@ void NoiseOverride::validate() const {
   require(ratio > 0 && std::isfinite(ratio), "noise: ratio of " + key + " must be positive");
   bool known = false;
   const cell::Noise any;
-  cell::Noise::each_field(any, [&](const char* name, const double&, const char*) { known |= key == name; });
+  cell::Noise::each_field(any, [&](const char* name, const auto&, const char*) { known |= key == name; });
   require(known, "noise: unknown key noise." + key);
 }
 

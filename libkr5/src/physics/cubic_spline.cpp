@@ -57,4 +57,21 @@ SplinePieces cubic_spline(const Eigen::Ref<const VectorXd>& t, const Eigen::Ref<
   return out;
 }
 
+Eigen::Matrix<double, Eigen::Dynamic, 3> spline_motion(const Eigen::Ref<const VectorXd>& t,
+                                                       const Eigen::Ref<const VectorXd>& y) {
+  const SplinePieces pieces = cubic_spline(t, y);
+  const Index n = t.size(), last = pieces.rows() - 1;
+  Eigen::Matrix<double, Eigen::Dynamic, 3> out(n, 3);
+  if (last < 0) {
+    out.setZero();
+    out.col(0) = y;
+    return out;
+  }
+  for (Index k = 0; k < n; ++k) {
+    const Index piece = std::min(k, last);
+    out.row(k) = spline_state(pieces.row(piece), t[k] - t[piece]).transpose();
+  }
+  return out;
+}
+
 }  // namespace kr5::physics

@@ -4,6 +4,7 @@
 #include <kr5/core/delayed_log.hpp>
 #include <kr5/force/peg_on_tube.hpp>
 #include <kr5/physics/contact.hpp>
+#include <kr5/physics/cubic_spline.hpp>
 #include <kr5/physics/effective_arm.hpp>
 #include <kr5/physics/effective_drives.hpp>
 #include <kr5/physics/path_correction.hpp>
@@ -40,6 +41,22 @@ MotorMotion follow_commands(const physics::EffectiveDrives& drives, const Matrix
     key.add(servo.natural_frequency).add(servo.damping_ratio).add(servo.delay).add(t).add(command.col(i));
     const auto axis =
         cache.axes.find_or_make(std::move(key), [&] { return physics::follow_smooth(servo, t, command.col(i)); });
+    out.x.col(i) = axis->col(0);
+    out.v.col(i) = axis->col(1);
+    out.a.col(i) = axis->col(2);
+  }
+  return out;
+}
+
+/// Motors that pass through measured positions.
+MotorMotion measured_motion(const MatrixXd& position, const VectorXd& t, MotionCache& cache) {
+  const MatrixXd none(position.rows(), position.cols());
+  MotorMotion out{none, none, none};
+  for (Index i = 0; i < position.cols(); ++i) {
+    CacheKey key;
+    key.add(t).add(position.col(i));
+    const auto axis =
+        cache.axes.find_or_make(std::move(key), [&] { return physics::spline_motion(t, position.col(i)); });
     out.x.col(i) = axis->col(0);
     out.v.col(i) = axis->col(1);
     out.a.col(i) = axis->col(2);
@@ -138,14 +155,17 @@ VectorXd increasing_times(const ExperimentInput& input) {
 }  // namespace
 
 PredictionTable predict_motion(const cell::Cell& cell, const ExperimentInput& input, MotionCache& cache) {
-  input.need(cell.servo && !cell.servo->joint.empty(), "servo.joint");
+  const bool measured = input.joint_reference() == cell::JointReference::Measured;
+  input.need(measured || (cell.servo && !cell.servo->joint.empty()), "servo.joint");
   const bool massive = !cell.robot.links.empty();
   const VectorXd t = increasing_times(input);
   const physics::EffectiveArm arm(cell);
   const physics::EffectiveDrives drives(cell);
-  const MotorMotion motor = follow_commands(drives, input.joints("qc"), t, cache);
+  const MatrixXd reference = input.joints("qc");
+  const MotorMotion motor =
+      measured ? measured_motion(reference, t, cache) : follow_commands(drives, reference, t, cache);
   PredictionTable out(t.size());
-  out.add_each("q", motor.x);
+  if (!measured) out.add_each("q", motor.x);
   if (!massive && !cell.tool) return out;
   LinkMotion links = rigid_links(drives, motor);
   const double middle = (t[0] + t[t.size() - 1]) / 2;  // warms little in one motion

@@ -109,7 +109,7 @@ def simulate_experiment(cell: Any, simulator: Any, experiment: Any, seed: list[i
     }
     for column in kr5.cell.columns(experiment.kind, cell.robot.joints):
         if column.noise and column.name in predicted and column.group != "orientation":
-            values[column.name] += random.normal(0.0, getattr(cell.noise, column.noise), len(predicted))
+            values[column.name] += random.normal(0.0, cell.noise.of(column.noise, column.joint), len(predicted))
     if "qw" in predicted:
         turn_a_little(values, cell.noise.pose_rotation, random)
     table = np.column_stack(list(values.values()))

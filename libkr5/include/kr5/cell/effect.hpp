@@ -187,6 +187,12 @@ struct ActiveEffect {
   double number(const std::string& parameter) const;
 };
 
+/// Part of a cell that an effect acts on beside its target.
+struct EffectNeed {
+  std::string part = {};                        ///< In words: "drives".
+  std::function<bool(const Cell&)> there = {};  ///< Empty: nothing is needed.
+};
+
 /// Row of the catalogue: everything about an effect except its law.
 struct Effect {
   std::string id = {};
@@ -202,8 +208,7 @@ struct Effect {
   /// (a row for each row of the experiment). Called from any thread. Those of the library stand in kr5/physics.
   std::function<void(Cell&, const ActiveEffect&)> change_cell = {};
   std::function<void(io::Table&, const Experiment&, const ActiveEffect&)> change_columns = {};
-  /// Whether a cell that has the target has all else that the effect acts on; empty: it has.
-  std::function<bool(const Cell&)> possible = {};
+  EffectNeed needs = {};
 
   /// Whether it is periodic in the angle of its joint, with a number of cycles that is estimated from the data.
   bool periodic() const;
@@ -240,6 +245,9 @@ std::vector<std::string> effect_targets(const Effect& effect, const Cell& cell);
 
 /// Whether a cell has the target, and all else that the effect acts on.
 bool effect_possible(const Effect& effect, const Cell& cell, const std::string& target);
+
+/// Part that a cell lacks so that it cannot carry an effect on any target, in words; empty when it lacks nothing.
+std::string lacking_part(const Effect& effect, const Cell& cell);
 
 /// Value of a parameter; nothing when it is off as in the cell.
 /// @throws InvalidArgument for an unknown effect, target or parameter, naming what there is.

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <string_view>
+#include <vector>
+
 #include <kr5/core/fields.hpp>
 
 namespace kr5::cell {
@@ -16,17 +19,26 @@ struct Noise {
   double pixel = 0.0;          ///< [px]
   double laser = 0.0;          ///< [m]
   double depth = 0.0;          ///< [m]
+  std::vector<double> joint_current;  ///< One a joint, in place of `current`; empty: the same for all [A].
+  std::vector<double> joint_torque;   ///< One a joint, in place of `torque` [N m or N].
+
+  /// That of a column by its key: of a joint, from 0, where it has one of its own (`current`, `torque`; joint -1: none).
+  double of(std::string_view key, int joint = -1) const;
 
   static void each_field(auto& self, auto&& visit) {
     visit("position", self.position, "Joint reading [rad or m], and z of step and press experiments [m].");
     visit("current", self.current, "Motor current [A].");
     visit("force", self.force, "Force component [N].");
-    visit("torque", self.torque, "Torque component [N m].");
+    visit("torque", self.torque, "Torque component, and joint torque [N m or N].");
     visit("pose_position", self.pose_position, "Position of the measured tool, per axis [m].");
     visit("pose_rotation", self.pose_rotation, "Orientation of the measured tool, per axis [rad].");
     visit("pixel", self.pixel, "Image coordinate [px].");
     visit("laser", self.laser, "Range of the line scanner [m].");
     visit("depth", self.depth, "Depth z of a profile [m].");
+    visit("joint_current", self.joint_current,
+          "Motor current of each joint, in place of current; empty: the same for all [A].");
+    visit("joint_torque", self.joint_torque,
+          "Joint torque of each joint, in place of torque; empty: the same for all [N m or N].");
   }
 };
 

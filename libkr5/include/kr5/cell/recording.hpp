@@ -23,12 +23,25 @@ enum class Split {
 };
 constexpr auto enum_names(Split) { return names<Split>({{Split::Fit, "fit"}, {Split::Check, "check"}}); }
 
+/// What the columns qc of a motion hold.
+enum class JointReference {
+  Commanded,  ///< Setpoints, which pass through the servos.
+  Measured,   ///< Measured positions, smoothed: what the motors did, so that no servo stands between.
+};
+constexpr auto enum_names(JointReference) {
+  return names<JointReference>({{JointReference::Commanded, "commanded"}, {JointReference::Measured, "measured"}});
+}
+
 struct Experiment {
   std::string name;
   Kind kind = Kind::Motion;
   std::string file;  ///< In the folder of the recording.
   Split split = Split::Fit;
+  JointReference joint_reference = JointReference::Commanded;
   io::Table data;  ///< Columns as `columns(kind, joints)` describes them.
+  /// Rows before `data`, of the same columns: simulated, so that the simulation enters `data` in motion, and not
+  /// compared. May be empty. In a file they stand before the others, and `lead_in` tells how long they last [s].
+  io::Table lead_in;
 
   static constexpr std::array<std::string_view, 4> required = {"name", "kind", "file", "split"};
   static void each_field(auto& self, auto&& visit) {
@@ -36,8 +49,16 @@ struct Experiment {
     visit("kind", self.kind, "Kind: motion | poses | views | scan | step | press | profile.");
     visit("file", self.file, "CSV file in the folder of the recording.");
     visit("split", self.split, "Use of the data: fit (estimation) | check (validation only).");
+    visit("joint_reference", self.joint_reference,
+          "Values in qc: commanded (setpoints of the servos) | measured (smoothed readings, which the motors follow).");
   }
 };
+
+/// The experiment with its lead-in as part of the data.
+Experiment with_lead_in(const Experiment& experiment);
+/// The experiment with the rows of its first `duration` seconds as lead-in; none for 0.
+/// @throws InvalidArgument when no row is left, or t is missing.
+Experiment split_lead_in(const Experiment& experiment, double duration);
 
 struct Recording {
   std::string cell_file = "cell.yaml";  ///< In the folder of the recording.

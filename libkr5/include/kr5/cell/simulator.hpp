@@ -16,7 +16,7 @@ class Simulator {
   /// that were registered (kr5/cell/effect_registry.hpp) by their own laws.
   /// @param experiment Its kind, and in `data` the given columns; columns to be predicted may be there and are not
   /// read.
-  /// @returns one row for each row of the experiment, and the columns to be predicted, in the order of `columns()`;
+  /// @returns one row for each row of `data` (the lead-in is simulated before, and left out), and the columns to be predicted, in the order of `columns()`;
   ///          those the cell has no part for (currents without drives ...) are left out. Units of `columns()`.
   /// @throws InvalidArgument with every error of the cell (Cell::validate), or naming the part of it, or the given
   ///         column, that is not there.
@@ -31,6 +31,10 @@ class Simulator {
 
   /// The same of a cell without registered effects; it is valid but for effects that a fit tries beyond their bounds.
   virtual io::Table simulate(const Cell& cell, const Experiment& experiment) const = 0;
+
+ private:
+  /// With registered effects; the experiment has no lead-in.
+  io::Table predict_rows(const Cell& cell, const Experiment& experiment) const;
 };
 
 }  // namespace kr5::cell

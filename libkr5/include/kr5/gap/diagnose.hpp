@@ -12,6 +12,17 @@
 
 namespace kr5::gap {
 
+/// What a simulator may be off in one column without any effect, where that is known of the column.
+struct ColumnError {
+  std::string column;  ///< Kind of experiment and column: `motion.tau3`.
+  double error = 0.0;  ///< RMS, in the unit of the column.
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("column", self.column, "Kind of experiment and column, e.g. motion.tau3.");
+    visit("error", self.error, "RMS error, in the unit of the column.");
+  }
+};
+
 struct DiagnoseOptions {
   int max_effects = 6;
   int refits = 12;
@@ -21,6 +32,9 @@ struct DiagnoseOptions {
   double simulator_floor = 0.05;
   int threads = 0;
 
+  /// Of single columns, beside `simulator_floor` for all; the greater counts. For a real arm: what the best model of it
+  /// leaves that no effect of the catalogue need explain.
+  std::vector<ColumnError> simulator_errors;
   /// Hypotheses for this diagnosis only; an effect for every place is registered (kr5/cell/effect_registry.hpp).
   std::vector<Hypothesis> own_hypotheses;
   /// Called from any thread, one call at a time, with what is being done and which part of the whole is.

@@ -136,6 +136,34 @@ struct GapReduction {
   }
 };
 
+/// An effect that is not blamed, although it comes near.
+struct NearestEffect {
+  std::string effect;
+  std::string target;
+  double gap = 0.0;
+  std::string reason;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("effect", self.effect, "Id in the catalogue.");
+    visit("target", self.target, "Target of the effect.");
+    visit("gap", self.gap, "Gap that it leaves beside the causes, over the columns above the floor [-].");
+    visit("reason", self.reason, "Why it is not blamed.");
+  }
+};
+
+/// An effect of the catalogue that this cell or recording cannot show.
+struct UntriedEffect {
+  std::string effect;
+  std::vector<std::string> targets;
+  std::string reason;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("effect", self.effect, "Id in the catalogue.");
+    visit("targets", self.targets, "Targets on which it was not tried; empty: on none.");
+    visit("reason", self.reason, "What is missing.");
+  }
+};
+
 /// Experiment that would distinguish tied effects.
 struct NextExperiment {
   std::vector<std::string> separates;
@@ -154,6 +182,8 @@ struct Diagnosis {
   std::vector<ColumnExcess> unexplained;
   GapReduction reduction;
   NextExperiment next_experiment;
+  std::vector<NearestEffect> nearest;
+  std::vector<UntriedEffect> not_tried;
   double scatter = 0.0;
   std::vector<std::string> scope;
   std::vector<std::string> warnings;
@@ -168,6 +198,9 @@ struct Diagnosis {
     visit("unexplained", self.unexplained, "Columns whose residuals still have structure with the causes.");
     visit("reduction", self.reduction, "Reduction of the gap by the causes.");
     visit("next_experiment", self.next_experiment, "Experiment that would distinguish tied effects.");
+    visit("nearest", self.nearest,
+          "Effects that come nearest to explaining what remains, where something does; smallest gap first.");
+    visit("not_tried", self.not_tried, "Effects of the catalogue that were not tried, and why.");
     visit("scatter", self.scatter,
           "Estimated relative error of the nominal masses, torque constants and (twice that) friction; not a cause.");
     visit("scope", self.scope, "Limits of what the recording can show, within which the verdict holds; empty: none.");

@@ -18,4 +18,15 @@ double spline_value(const Row& piece, double s) {
   return piece[0] + s * (piece[1] + s * (piece[2] + s * piece[3]));
 }
 
+/// Value, slope and curvature of the spline through the points at each of them, a row a point: the motion of an axis that
+/// passes through measured positions.
+Eigen::Matrix<double, Eigen::Dynamic, 3> spline_motion(const Eigen::Ref<const Eigen::VectorXd>& t,
+                                                       const Eigen::Ref<const Eigen::VectorXd>& y);
+
+/// Value, slope and curvature of one piece, s after its beginning.
+template <class Row>
+Eigen::Vector3d spline_state(const Row& piece, double s) {
+  return {spline_value(piece, s), piece[1] + s * (2 * piece[2] + s * 3 * piece[3]), 2 * piece[2] + s * 6 * piece[3]};
+}
+
 }  // namespace kr5::physics

@@ -20,6 +20,7 @@ class ExperimentInput {
   Eigen::MatrixXd::ConstColXpr operator[](const std::string& column) const;
   /// Columns name1 .. namen, one row a sample.
   Eigen::MatrixXd joints(const std::string& name) const;
+  cell::JointReference joint_reference() const { return experiment_.joint_reference; }
   /// Consecutive rows of one run, line, view or pose.
   std::vector<physics::RowRange> runs() const;
   /// @throws InvalidArgument naming a part of the cell that this experiment needs, when it is not there.

@@ -69,11 +69,9 @@ void check_parts(const Recording& recording, const Node& root, const std::string
                    "nothing");
     for (const Column& column : columns(e.kind, recording.cell.robot.joints())) {
       if (column.noise.empty() || e.data.find(column.name) < 0) continue;
-      Noise::each_field(recording.cell.noise, [&](const char* name, double value, const char*) {
-        if (column.noise == name && value == 0 && reported.insert(column.noise).second)
-          warnings.add("noise." + column.noise, "the standard deviation of column " + column.name + " of '" + e.name +
-                                                    "' [" + column.unit + "]; without it the column is not compared");
-      });
+      if (recording.cell.noise.of(column.noise, column.joint) == 0 && reported.insert(column.noise).second)
+        warnings.add("noise." + column.noise, "the standard deviation of column " + column.name + " of '" + e.name +
+                                                  "' [" + column.unit + "]; without it the column is not compared");
     }
   }
   append(diagnostics, errors.take());

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 #include <Eigen/LU>
 
@@ -128,9 +129,16 @@ void check_sensors(const Cell& cell, DiagnosticCollector& c) {
   }
   if (cell.laser && cell.laser->target)
     c.expect(cell.laser->target->radius > least_length, "laser.target.radius", "a positive radius [m]");
-  Noise::each_field(cell.noise, [&](const char* name, double value, const char*) {
-    if (value == 0 || value >= 1e-12) return;
-    c.add(std::string("noise.") + name, "a positive standard deviation, or 0 for an absent sensor");
+  constexpr double least_noise = 1e-12;
+  const auto joints = static_cast<std::size_t>(cell.robot.joints());
+  Noise::each_field(cell.noise, [&](const char* name, const auto& value, const char*) {
+    const std::string field = std::string("noise.") + name;
+    if constexpr (std::is_same_v<std::decay_t<decltype(value)>, double>) {
+      c.expect(value == 0 || value >= least_noise, field, "a positive standard deviation, or 0 for an absent sensor");
+    } else {
+      c.expect(value.empty() || value.size() == joints, field, std::to_string(joints) + " values, one a joint");
+      for (const double one : value) c.expect(one >= least_noise, field, "a positive standard deviation of each joint");
+    }
   });
 }
 

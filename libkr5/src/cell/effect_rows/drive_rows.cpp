@@ -25,7 +25,7 @@ std::vector<Effect> drive_rows() {
                          return at.cell.drives->friction.coulomb(at.index);
                        },
                        .size = [](const Site& at) { return typical::part * typical::friction(at); }}},
-       .possible = has_links},
+       .needs = has_links},
       {.id = "viscous_friction",
        .target = Joint,
        .label = "viscous friction",
@@ -41,7 +41,7 @@ std::vector<Effect> drive_rows() {
                          return at.cell.drives->friction.viscous(at.index);
                        },
                        .size = [](const Site& at) { return typical::part * typical::viscous(at); }}},
-       .possible = has_links},
+       .needs = has_links},
       {.id = "stribeck_friction",
        .target = Joint,
        .label = "Stribeck friction",
@@ -66,7 +66,7 @@ std::vector<Effect> drive_rows() {
                              return ValueRange{3e-3, 2.0};
                            },
                        .signature_at = at({0.01, 0.03, 0.1, 0.3})}},
-       .possible = has_links},
+       .needs = has_links},
       {.id = "load_friction",
        .target = Joint,
        .label = "friction that grows with the load",
@@ -78,7 +78,7 @@ std::vector<Effect> drive_rows() {
                        .upper = 1,
                        .description = "friction over transmitted torque",
                        .size = constant(0.02)}},
-       .possible = has_links},
+       .needs = has_links},
       {.id = "thermal_friction",
        .target = Joint,
        .label = "friction that falls as the gear warms",
@@ -99,7 +99,7 @@ std::vector<Effect> drive_rows() {
                        .coordinate = CoordinateKind::Logarithmic,
                        .range = warming_range,
                        .signature_at = warming_times}},
-       .possible = has_links},
+       .needs = has_links},
       {.id = "joint_elasticity",
        .target = Joint,
        .label = "joint elasticity",
@@ -115,7 +115,7 @@ std::vector<Effect> drive_rows() {
                        // Compliance is nearly linear, stiffness is not: a usual angle under three times the friction.
                        .coordinate = CoordinateKind::Reciprocal,
                        .size = [](const Site& at) { return typical::angle / (3 * typical::friction(at)); }}},
-       .possible = has_drives},
+       .needs = has_drives},
       {.id = "backlash",
        .target = Joint,
        .label = "backlash",
@@ -130,7 +130,7 @@ std::vector<Effect> drive_rows() {
                        .signature_at = at({0.5, 2.0}),
                        .step = 0.1}},
        .inaccuracy = 0.2,  // its blows last less than a row, and how hard they are hangs on their instant
-       .possible = has_drives},
+       .needs = has_drives},
       {.id = "torque_constant",
        .target = Joint,
        .label = "motor torque constant",
@@ -149,7 +149,7 @@ std::vector<Effect> drive_rows() {
                            [](const Site& at) {
                              return ValueRange{0.1 * at.cell.drives->torque_constant(at.index), 1e4};
                            }}},
-       .possible = has_drives},
+       .needs = has_drives},
       {.id = "rotor_inertia",
        .target = Joint,
        .label = "rotor inertia",
@@ -165,7 +165,7 @@ std::vector<Effect> drive_rows() {
                            [](const Site& at) {
                              return typical::part * std::max(at.cell.drives->rotor_inertia(at.index), 1e-6);
                            }}},
-       .possible = has_drives},
+       .needs = has_drives},
       {.id = "cable_spring",
        .target = Joint,
        .label = "pull of the dress pack",
@@ -190,7 +190,7 @@ std::vector<Effect> drive_rows() {
                              const ValueRange reach = reach_of_joint(at);
                              return std::vector<double>{reach.lower, reach.upper};
                            }}},
-       .possible = has_drives},
+       .needs = has_drives},
       {.id = "torque_ripple",
        .target = Joint,
        .label = "torque ripple",
@@ -205,7 +205,7 @@ std::vector<Effect> drive_rows() {
                                 .description = "of the ripple",
                                 .coordinate = CoordinateKind::Amplitude,
                                 .size = [](const Site& at) { return typical::part * typical::friction(at); }}),
-       .possible = has_drives},
+       .needs = has_drives},
       {.id = "wrist_coupling",
        .target = Motor,
        .label = "coupling between motors and joints",

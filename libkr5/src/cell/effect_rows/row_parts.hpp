@@ -99,11 +99,14 @@ inline std::vector<EffectParameter> periodic_parameters(EffectParameter amplitud
            .coordinate = CoordinateKind::Phase}};
 }
 
-inline bool has_drives(const Cell& cell) { return cell.drives.has_value(); }
-inline bool has_links(const Cell& cell) { return !cell.robot.links.empty(); }
-inline bool has_joint_servo(const Cell& cell) { return cell.servo && !cell.servo->joint.empty(); }
-inline bool has_tool_servo(const Cell& cell) { return cell.servo && cell.servo->tool; }
-inline bool has_contact(const Cell& cell) { return cell.contact.has_value(); }
+inline const EffectNeed has_drives{"drives", [](const Cell& cell) { return cell.drives.has_value(); }};
+inline const EffectNeed has_links{"link masses (robot.links)", [](const Cell& cell) { return !cell.robot.links.empty(); }};
+inline const EffectNeed has_servo{"servo", [](const Cell& cell) { return cell.servo.has_value(); }};
+inline const EffectNeed has_joint_servo{"joint servo (servo.joint)",
+                                        [](const Cell& cell) { return cell.servo && !cell.servo->joint.empty(); }};
+inline const EffectNeed has_tool_servo{"servo of the path correction (servo.tool)",
+                                       [](const Cell& cell) { return cell.servo && cell.servo->tool; }};
+inline const EffectNeed has_contact{"contact", [](const Cell& cell) { return cell.contact.has_value(); }};
 
 inline const std::string in_current = "the current of its joint";
 inline const std::string in_pose = "everything that depends on where the tool is: poses, views, scans";

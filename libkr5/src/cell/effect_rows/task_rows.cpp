@@ -88,7 +88,7 @@ std::vector<Effect> task_rows() {
                        .upper = 0.8,
                        .description = "about X then Y of T",
                        .size = constant(10 * typical::angle)}},
-       .possible = has_contact},
+       .needs = has_contact},
       {.id = "tube_shift",
        .target = Tube,
        .label = "position of the tube",
@@ -102,7 +102,7 @@ std::vector<Effect> task_rows() {
                        .upper = 1,
                        .description = "along X Y (Z) of T",
                        .size = constant(0.3 * typical::length)}},
-       .possible = has_contact},
+       .needs = has_contact},
       {.id = "tube_radius",
        .target = Tube,
        .label = "bore of the tube",
@@ -120,7 +120,7 @@ std::vector<Effect> task_rows() {
                            [](const Site& at) {
                              return ValueRange{0.1 * at.cell.tube->inner_radius, 1.0};
                            }}},
-       .possible = has_contact},
+       .needs = has_contact},
   };
 }
 

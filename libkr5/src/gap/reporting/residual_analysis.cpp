@@ -20,9 +20,16 @@ double sum_of_squares(const ComparisonData& data, const Group& group, const Eige
 
 /// What the simulator may be off without any effect, as a sum of squares of a column.
 double floor_of(const ComparisonData& data, const Group& group, const DiagnoseOptions& options) {
-  double rows = 0.0;
-  for (const int b : group.all) rows += static_cast<double>(data.blocks[b].rows);
-  return rows * options.simulator_floor * options.simulator_floor;
+  double error = 0.0;
+  for (const ColumnError& own : options.simulator_errors)
+    if (own.column == group.name()) error = own.error;
+  double sum = 0.0;
+  for (const int b : group.all) {
+    const Block& block = data.blocks[b];
+    const double floor = std::max(options.simulator_floor, error / block.sigma);
+    sum += static_cast<double>(block.rows) * floor * floor;
+  }
+  return sum;
 }
 
 /// By which part of an effect the simulator may be off.

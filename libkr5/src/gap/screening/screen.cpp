@@ -138,11 +138,25 @@ Screen::Screen(const ComparisonData& data, std::vector<Hypothesis> hypotheses, c
   for (std::size_t i = plain; i < candidates_.size(); ++i)
     if (!candidates_[i]->signatures.empty())
       carriers_.push_back(make_carrier(data, *candidates_[i], periodic[i - plain].joint));
+  find_unseen();
   candidates_.resize(plain);
   std::erase_if(candidates_, [](const auto& c) { return c->signatures.empty(); });
   std::set<std::pair<std::string, std::string>> pairs;
   for (const auto& c : candidates_) pairs.emplace(c->hypothesis.effect, c->hypothesis.target);
   effects_ = static_cast<int>(pairs.size() + carriers_.size());
+}
+
+void Screen::find_unseen() {
+  const auto same = [](const Candidate& c, const EffectName& name) {
+    return c.hypothesis.effect == name.effect && c.hypothesis.target == name.target;
+  };
+  for (const auto& candidate : candidates_) {
+    const EffectName name{candidate->hypothesis.effect, candidate->hypothesis.target};
+    if (candidate->hypothesis.of_recording || std::find(unseen_.begin(), unseen_.end(), name) != unseen_.end()) continue;
+    if (std::none_of(candidates_.begin(), candidates_.end(),
+                     [&](const auto& c) { return same(*c, name) && !c->signatures.empty(); }))
+      unseen_.push_back(name);
+  }
 }
 
 void Screen::simulate(Candidate& candidate, const Eigen::VectorXd& base) const {

@@ -5,6 +5,8 @@
 #include <memory>
 #include <vector>
 
+#include <kr5/gap/diagnosis.hpp>
+
 #include "gap/fitting/fit.hpp"
 #include "gap/screening/periodic.hpp"
 
@@ -42,16 +44,20 @@ class Screen {
   std::vector<PairSuggestion> rank_pairs(const FitProblem& problem, const Model& empty, std::size_t count) const;
 
   int effects() const { return effects_; }
+  /// Effects that change no column of the fit experiments.
+  const std::vector<EffectName>& unseen() const { return unseen_; }
   const std::vector<std::unique_ptr<Candidate>>& candidates() const { return candidates_; }
 
  private:
   void simulate(Candidate& candidate, const Eigen::VectorXd& base) const;
+  void find_unseen();
   /// Periodic effects with the cycles that what is left suggests.
   void add_periodic(const Eigen::VectorXd& left);
 
   const ComparisonData& data_;
   int threads_ = 0;
   int effects_ = 0;  ///< Effects times targets.
+  std::vector<EffectName> unseen_;
   std::vector<std::unique_ptr<Candidate>> candidates_;
   std::vector<Carrier> carriers_;
 };

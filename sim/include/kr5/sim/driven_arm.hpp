@@ -42,7 +42,8 @@ struct ArmReading {
 /// Wrench of the environment on the tool at the origin of S, in B [N, N m].
 using Environment = std::function<Vector6(const Pose& T_base_sensor, const Vector6& velocity, double t)>;
 
-/// Two ways to move: `follow`, the motor side on the exact response of the joint servos, with any torque; `drive` and
+/// Three ways to move: `follow`, the motor side on the exact response of the joint servos, with any torque;
+/// `follow_motion`, the motor side on a motion that was measured; `drive` and
 /// `follow_limited`, where motor currents act on rotors, gears and links, with dry friction that holds. Elastic gears
 /// and backlash are springs between motor side and link in both. Second order in the step.
 class DrivenArm {
@@ -70,6 +71,11 @@ class DrivenArm {
   /// One step of the ideal servos, whose command runs straight to `command`; its delay is the caller's.
   /// @throws InvalidArgument for a cell without joint servo, here and below.
   void follow(const Eigen::VectorXd& command);
+  /// The motor side has this motion now, after a reset to its position; a row a joint: position, speed, acceleration.
+  /// Elastic joints move with it, as they rest in their springs.
+  void begin_motion(const Eigen::MatrixX3d& motor);
+  /// One step to a motion of the motor side, which needs no servo.
+  void follow_motion(const Eigen::MatrixX3d& motor);
   /// One step of servos that cannot get more than the current limit; they stall, or yield, there.
   void follow_limited(const Eigen::VectorXd& command);
   /// One step under given motor currents [A].
