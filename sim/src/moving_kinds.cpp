@@ -150,10 +150,13 @@ PredictionTable simulate_motion(const cell::Cell& cell, const ExperimentInput& i
   }
   PredictionTable out(t.size());
   if (!measured) out.add_each("q", q);
-  if (arm.drives().motors)
-    out.add_each("i", delayed_log(t, loads, physics::current_delay(cell)));
-  else
+  if (arm.drives().motors) {
+    const MatrixXd currents = delayed_log(t, loads, physics::current_delay(cell));
+    out.add_each("i", currents);
+    if (input.has("tau1")) out.add_each("tau", physics::reported_torques(cell, currents));
+  } else {
     out.add_each("tau", loads);
+  }
   if (cell.tool) {
     physics::apply_sensor_effects(physics::WrenchSensor(cell), t, input.runs(), wrench);
     out.add_wrench(wrench);

@@ -53,6 +53,10 @@ VectorXd torque_constant(const cell::Cell& cell) {
   return out;
 }
 
+MatrixXd reported_torques(const cell::Cell& cell, const Eigen::Ref<const MatrixXd>& currents) {
+  return currents * cell.drives->torque_constant.asDiagonal() * cell.drives->structure;
+}
+
 double current_delay(const cell::Cell& cell) { return cell.effects.number("current_delay", "delay"); }
 
 Motors::Motors(const cell::Cell& cell) {

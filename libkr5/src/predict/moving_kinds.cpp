@@ -183,10 +183,14 @@ PredictionTable predict_motion(const cell::Cell& cell, const ExperimentInput& in
     Rows tau = loads->tau;
     add_cables(drives, links.q, tau);
     const MatrixXd torque = drives.drive_torques(t, motor.x, motor.v, tau);
-    if (drives.motors)
-      out.add_each("i", delayed_log(t, drives.motors->currents(motor.a, torque), physics::current_delay(cell)));
-    else
+    if (drives.motors) {
+      const MatrixXd currents =
+          delayed_log(t, drives.motors->currents(motor.a, torque), physics::current_delay(cell));
+      out.add_each("i", currents);
+      if (input.has("tau1")) out.add_each("tau", physics::reported_torques(cell, currents));
+    } else {
       out.add_each("tau", torque);
+    }
   }
   if (cell.tool) {
     MatrixXd wrench = -loads->wrench;

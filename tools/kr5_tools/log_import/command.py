@@ -92,7 +92,7 @@ def import_log(
     writing.write_json(data, json_file)
 
 
-def import_recording(log: Path, map_file: Path) -> tuple[Any, list[str], list[Any]]:
+def import_recording(log: Path | None, map_file: Path) -> tuple[Any, list[str], list[Any]]:
     """The recording, what was done to its numbers, and what speaks against them."""
     import kr5.cell
 
@@ -101,7 +101,7 @@ def import_recording(log: Path, map_file: Path) -> tuple[Any, list[str], list[An
     from kr5_tools.log_import.map_file import load_map
 
     importer = Importer(load_map(map_file), log)
-    with terminal.spinner(f"reading {log}"):
+    with terminal.spinner(f"reading {log or map_file}"):
         experiments = [importer.experiment(e) for e in importer.map.experiments]
     recording = kr5.cell.Recording(importer.cell, experiments)
     with terminal.spinner("comparing with the cell"):

@@ -11,6 +11,7 @@ from kr5_tools.cli import terminal
 from kr5_tools.log_import.log import Log
 from kr5_tools.log_import.log_file import read_log
 from kr5_tools.log_import.map_file import Clock, Experiment, Map, Source, Tool, column_family
+from kr5_tools.log_import.measured_motion import MARGIN, choose_smoothing, kept_times, smoothed
 from kr5_tools.log_import.values import Series, interpolate, low_pass, to_si, tool_poses
 
 MAX_ROWS = 5_000_000  # of an experiment
@@ -21,14 +22,17 @@ STILL = ("poses", "views", "scan")  # rows need not follow each other in time
 class Importer:
     """Turns logs into experiments. `notes` says in words what was done to the numbers."""
 
-    def __init__(self, map: Map, log: Path):
+    def __init__(self, map: Map, log: Path | None):
         self.map, self.default = map, log
         self.cell = kr5.cell.load_cell(map.cell)
         self.logs: dict[Path, Log] = {}
         self.notes: list[str] = []
+        self.origins: dict[str, float] = {}  # earliest stamp [s] of each kind, where several logs share a clock
 
     def log(self, name: str | None) -> Log:
         file = self.map.file.parent / name if name else self.default
+        if file is None:
+            terminal.fail(f"{self.map.file}: an experiment names no log; expected log: FILE, or a log beside --map")
         if file not in self.logs:
             self.logs[file] = read_log(file, self.map.header)
         return self.logs[file]
@@ -42,17 +46,23 @@ class Importer:
         sources = experiment.sources
         log = self.log(experiment.entry.log)
         t = self.main_time(log, experiment, where)
-        keep = np.ones(len(t), bool)
+        keep = self.chosen_rows(len(t), experiment, where)
         series: dict[str, Series] = {}
         for name, source in sources.items():
             if isinstance(source, Source) and not source.measured and name != "t":
                 series[name] = self.series(source, name, log, t, experiment, keep)
         if isinstance(tool := sources.get("tool"), Tool):
             series["tool"] = Series(t, tool_poses(tool, log))
-        grid = self.grid(t[keep], series, experiment, where)
-        columns = {"t": grid}
+        if is_timed(experiment) and is_measured(experiment) and not self.map.resample.low_pass:
+            grid = self.measured_grid(series, experiment, where)
+        elif is_timed(experiment):
+            grid = self.grid(t[keep], series, experiment, where)
+        else:
+            keep &= inside_span(t, experiment)
+            grid = t[keep]
+        columns = {"t": grid + self.shift(log, experiment)}
         for name, s in series.items():
-            values = self.at(s, grid, experiment)
+            values = self.at(name, s, grid, experiment) if is_timed(experiment) else s.values[keep]
             columns |= dict(zip(self.members(name, sources), values.T))
         out = kr5.cell.Experiment(
             name=experiment.entry.name,
@@ -60,14 +70,38 @@ class Importer:
             file=f"{experiment.entry.name}.csv",
             split=experiment.entry.split,
         )
+        if is_measured(experiment):
+            out.joint_reference = kr5.cell.JointReference("measured")
         out.data = self.table(columns, sources, experiment, where)
+        return kr5.cell.split_lead_in(out, experiment.entry.lead_in)
+
+    def chosen_rows(self, rows: int, experiment: Experiment, where: str) -> np.ndarray:
+        first, last = experiment.entry.rows or (1, rows)
+        if last > rows:
+            terminal.fail(f"{where}: rows: found {first} to {last}, expected rows of the log's {rows}")
+        out = np.zeros(rows, bool)
+        out[first - 1 : last] = True
         return out
 
     # Time
 
+    def clock_of(self, experiment: Experiment) -> Clock | None:
+        return experiment.entry.clock or self.map.clock
+
+    def shift(self, log: Log, experiment: Experiment) -> float:
+        """By how much a log begins after the first one of its kind [s]: several logs of one clock keep their order."""
+        clock, kind = self.clock_of(experiment), experiment.entry.kind
+        if experiment.entry.log is None or clock is None or clock.column is None:
+            return 0.0
+        if kind not in self.origins:
+            own = [e for e in self.map.experiments if e.entry.kind == kind and e.entry.log]
+            clocks = [(self.log(e.entry.log), self.clock_of(e)) for e in own]
+            self.origins[kind] = min(self.beginning(x, c) * c.seconds() for x, c in clocks if c and c.column)
+        return self.beginning(log, clock) * clock.seconds() - self.origins[kind]
+
     def main_time(self, log: Log, experiment: Experiment, where: str) -> np.ndarray:
         """Time [s] of the rows of the log that the experiment is made of, from the log's beginning."""
-        clock = self.map.clock
+        clock = self.clock_of(experiment)
         first = next(
             (s.names[0] for s in experiment.sources.values() if s.names and not (isinstance(s, Source) and s.log)),
             None,
@@ -131,8 +165,6 @@ class Importer:
     def grid(self, t: np.ndarray, series: dict[str, Series], experiment: Experiment, where: str) -> np.ndarray:
         """The instants of the experiment: those of the log, or evenly spaced, where all streams have data."""
         low, high = experiment.span()
-        if not is_timed(experiment):
-            return np.asarray(t[inside_span(t, experiment)])
         t = np.unique(t)
         low = max([low, *(s.t[0] for s in series.values() if len(s.t))])
         end = min(s.t[-1] if len(s.t) else -np.inf for s in series.values())
@@ -152,6 +184,32 @@ class Importer:
             )
         return np.arange(inside[0], inside[-1] + 1e-9, every) if every else inside
 
+    def measured_grid(self, series: dict[str, Series], experiment: Experiment, where: str) -> np.ndarray:
+        """Smooths the positions, and gives the instants of the log that are kept."""
+        if "q" not in series:
+            terminal.fail(
+                f"{where}: columns.qc: found from: measured, but columns.q is missing, which contains the measured values"
+            )
+        q = series["q"]
+        loads = next((series[n].values for n in ("tau", "i") if n in series and len(series[n].t) == len(q.t)), None)
+        chosen, times = choose_smoothing(q, loads), q.t
+        if chosen.even_step is not None:
+            times = q.t[0] + chosen.even_step * np.arange(len(q.t))
+            for name, s in series.items():
+                if len(s.t) == len(q.t) and np.array_equal(s.t, q.t):
+                    series[name] = Series(times, s.values)
+            self.note("the time stamps came late; the samples were taken at even steps")
+        series["q"] = smoothed(series["q"], chosen, str(self.map.file))
+        if chosen.smooths:
+            self.note(
+                f"positions were smoothed at {chosen.cutoff:.3g} Hz (no delay), since speeds and accelerations follow from"
+                " them; efforts and currents are as logged"
+            )
+        out = kept_times(times, chosen, *experiment.span())
+        if len(out) < 10:
+            terminal.fail(f"{where}: only {len(out)} rows of the log are left after smoothing; expected at least 10")
+        return out
+
     # Values
 
     def series(
@@ -169,8 +227,17 @@ class Importer:
             )
         own = self.own_time(source, log, main, t, len(raw[0]), experiment)
         values = to_si(source, name, np.column_stack(raw), self.cell, self.note)
-        out = self.without_missing(source, log, Series(own, values), keep if own is t else None)
-        return self.in_order(out, experiment) if is_timed(experiment) else out
+        if not is_timed(experiment):
+            return self.still_values(source, log, Series(own, values), keep)
+        return self.in_order(self.without_missing(source, log, Series(own, values), keep if own is t else None), experiment)
+
+    def still_values(self, source: Source, log: Log, s: Series, keep: np.ndarray) -> Series:
+        """All rows, those without a number not kept: what stands still is not interpolated."""
+        lacks = ~np.isfinite(s.values).all(axis=1)
+        if (lacks & keep).any() and source.missing == "fail":
+            self.without_missing(source, log, s, None)
+        keep &= ~lacks
+        return s
 
     def own_time(
         self, source: Source, log: Log, main: Log, t: np.ndarray, rows: int, experiment: Experiment
@@ -178,7 +245,8 @@ class Importer:
         """The time of the stream a source comes from, which may be the main one."""
         clock = source.clock
         if clock is None and (own := log.clocks.get(log.streams[source.names[0]])):
-            clock = Clock(column=own, offset=self.map.clock.offset if self.map.clock else 0.0)
+            main_clock = self.clock_of(experiment)
+            clock = Clock(column=own, offset=main_clock.offset if main_clock else 0.0)
         if clock is None and log is not main and self.map.clock is not None:
             clock = self.map.clock
         if clock is not None:
@@ -224,7 +292,7 @@ class Importer:
     def in_order(self, s: Series, experiment: Experiment) -> Series:
         """Sorted by time, and only what the experiment needs."""
         cut = self.map.resample.low_pass
-        margin = 2.0 / cut if cut else 0.0  # a filter needs room at its ends
+        margin = 2.0 / cut if cut else MARGIN if is_measured(experiment) else 0.0  # a filter needs room at its ends
         inside = inside_span(s.t, experiment, margin)
         s = Series(s.t[inside], s.values[inside])
         t, first = np.unique(s.t, return_index=True)
@@ -232,10 +300,8 @@ class Importer:
             self.note(f"rows were sorted by time; {len(s.t) - len(t)} with a duplicate time were left out")
         return Series(t, s.values[first])
 
-    def at(self, s: Series, grid: np.ndarray, experiment: Experiment) -> np.ndarray:
+    def at(self, name: str, s: Series, grid: np.ndarray, experiment: Experiment) -> np.ndarray:
         """Values at the instants of the experiment, after a low-pass where the map asks for one."""
-        if not is_timed(experiment):
-            return s.values[np.isin(s.t, grid)] if len(s.t) != len(grid) else s.values
         cut = self.map.resample.low_pass
         if cut:
             s = low_pass(s, cut, str(self.map.file))
@@ -296,6 +362,12 @@ class Importer:
 def is_timed(experiment: Experiment) -> bool:
     """Rows follow each other in time, in one run."""
     return experiment.entry.kind not in STILL and "run" not in experiment.sources
+
+
+def is_measured(experiment: Experiment) -> bool:
+    """Measured positions stand for the motion."""
+    qc = experiment.sources.get("qc")
+    return isinstance(qc, Source) and qc.measured
 
 
 def inside_span(t: np.ndarray, experiment: Experiment, margin: float = 0.0) -> np.ndarray:

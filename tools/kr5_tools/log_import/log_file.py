@@ -1,4 +1,4 @@
-"""Logs as they come: CSV, NPZ and MCAP files, read into columns of numbers by name."""
+"""Logs as they come: CSV, NPZ, MCAP files and ROS bags, read into columns of numbers by name."""
 
 import csv
 import io
@@ -11,16 +11,19 @@ import numpy as np
 
 from kr5_tools.cli import terminal
 from kr5_tools.files.documents import read_text
+from kr5_tools.log_import.bag_file import is_bag_folder, read_bag
 from kr5_tools.log_import.log import Log
 
 MAX_BYTES = 1 << 30  # of a text
 MAX_COLUMNS = 20_000
 MAX_ARRAY_BYTES = 2 << 30  # of an array
-ENDINGS = ("csv", "txt", "tsv", "dat", "log", "npz", "mcap")
+ENDINGS = ("csv", "txt", "tsv", "dat", "log", "npz", "mcap", "db3", "bag")
 
 
 def read_log(file: Path, header: list[str] | None = None) -> Log:
     """Reads a log. `header` names the columns of a text file that has none."""
+    if is_bag_folder(file):
+        return read_bag(file)
     if not file.is_file():
         terminal.fail(f"{file}: no such file; expected a log ({', '.join('.' + e for e in ENDINGS)})")
     ending = file.suffix.lower().lstrip(".")
@@ -28,6 +31,8 @@ def read_log(file: Path, header: list[str] | None = None) -> Log:
         terminal.fail(f"{file}: found the ending '.{ending}', expected one of {', '.join('.' + e for e in ENDINGS)}")
     if ending == "npz":
         return _read_npz(file)
+    if ending in ("db3", "bag"):
+        return read_bag(file)
     if ending == "mcap":
         from kr5_tools.log_import.mcap_file import read_mcap
 

@@ -56,7 +56,8 @@ qc from: measured, where no commands were logged
 tool, for kind poses: from (x, y, z and the rotation), position: mm, rotation: quaternion_xyzw, quaternion_wxyz, \
 rotation_vector, rpy, kuka_abc or matrix, angle: deg, device: pose of the measuring device in B, mark: pose of the \
 measured body in E
-experiments: name, kind, split, from and to [s], log, columns of their own
+experiments: name, kind, split, from and to [s], rows: [first, last], lead_in [s]: of the beginning, simulated and not \
+judged, where a motion does not begin at rest; log, clock, columns of their own
 header: names of the columns of a text file without them
 """
 
@@ -93,8 +94,18 @@ class ExperimentEntry(Document):
     split: Literal["fit", "check"]
     begin: float | None = Field(None, alias="from", description="seconds since the beginning of the log")
     end: float | None = Field(None, alias="to", description="seconds since the beginning of the log")
+    rows: list[int] | None = Field(None, min_length=2, max_length=2, description="first and last row, from 1")
+    lead_in: float = Field(0.0, ge=0, description="time at the beginning that is simulated and not judged [s]")
     log: str | None = None
+    clock: Clock | None = None
     columns: dict[str, Any] = {}
+
+    @field_validator("rows")
+    @classmethod
+    def _rising(cls, rows: list[int] | None) -> list[int] | None:
+        if rows is not None and not 1 <= rows[0] <= rows[1]:
+            raise ValueError(f"found {rows}, expected the first and the last row, from 1")
+        return rows
 
 
 class SourceEntry(Document):
@@ -130,7 +141,7 @@ class MapFile(Document):
     cell: str = Field(min_length=1, description="the cell file, such as cell.yaml")
     clock: Clock | None = None
     columns: dict[str, Any] = Field(
-        min_length=1, description='what each family of columns comes from, such as q: {from: "pos_{}", unit: deg}'
+        description='what each family of columns comes from, such as q: {from: "pos_{}", unit: deg}'
     )
     resample: Resampling = Resampling()
     experiments: list[ExperimentEntry] = Field(
@@ -143,6 +154,12 @@ class MapFile(Document):
     def _names_differ(cls, experiments: list[ExperimentEntry]) -> list[ExperimentEntry]:
         check_names([e.name for e in experiments])
         return experiments
+
+    @model_validator(mode="after")
+    def _some_columns(self) -> "MapFile":
+        if not self.columns and not all(e.columns for e in self.experiments):
+            raise ValueError("columns: found none; expected those of all experiments here, or of each in its entry")
+        return self
 
 
 @dataclass
@@ -212,8 +229,9 @@ def load_map(file: Path) -> Map:
     entry = validate_document(parse_yaml(text, file), MapFile, file, text)
     cell = file.parent / entry.cell
     joints = kr5.cell.load_cell(cell).robot.joints
-    if entry.clock:
-        unit_factor(entry.clock.unit, ("time",), f"{file}: clock")
+    for clock in (entry.clock, *(e.clock for e in entry.experiments)):
+        if clock:
+            unit_factor(clock.unit, ("time",), f"{file}: clock")
     _check_families(entry.columns, ALL_FAMILIES, file, ("columns",), text)
     experiments = [_experiment(file, text, entry, index, joints) for index in range(len(entry.experiments))]
     header = None if entry.header is None else [str(name) for name in entry.header]

@@ -37,8 +37,8 @@ struct Experiment {
   Kind kind = Kind::Motion;
   std::string file;  ///< In the folder of the recording.
   Split split = Split::Fit;
-  JointReference joint_reference = JointReference::Commanded;
   io::Table data;  ///< Columns as `columns(kind, joints)` describes them.
+  JointReference joint_reference = JointReference::Commanded;
   /// Rows before `data`, of the same columns: simulated, so that the simulation enters `data` in motion, and not
   /// compared. May be empty. In a file they stand before the others, and `lead_in` tells how long they last [s].
   io::Table lead_in;

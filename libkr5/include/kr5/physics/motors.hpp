@@ -32,6 +32,9 @@ Eigen::MatrixXd wrist_coupling(const cell::Cell& cell);
 Eigen::VectorXd rotor_inertia(const cell::Cell& cell);
 /// Torque of each motor over its current [N m/A]. Needs drives.
 Eigen::VectorXd torque_constant(const cell::Cell& cell);
+/// Joint torques that a controller makes of motor currents, a row a sample, by the nominal constants: what it logs as
+/// torques or efforts [N m or N]. Needs drives.
+Eigen::MatrixXd reported_torques(const cell::Cell& cell, const Eigen::Ref<const Eigen::MatrixXd>& currents);
 /// How late currents are logged [s].
 double current_delay(const cell::Cell& cell);
 

@@ -20,6 +20,8 @@ class ExperimentInput {
   Eigen::MatrixXd::ConstColXpr operator[](const std::string& column) const;
   /// Columns name1 .. namen, one row a sample.
   Eigen::MatrixXd joints(const std::string& name) const;
+  /// Whether the experiment has a column, also one to be predicted.
+  bool has(const std::string& column) const { return experiment_.data.find(column) >= 0; }
   cell::JointReference joint_reference() const { return experiment_.joint_reference; }
   /// Consecutive rows of one run, line, view or pose.
   std::vector<physics::RowRange> runs() const;

@@ -1,0 +1,61 @@
+"""What kind of experiment a log, or one stream of a log with several topics, shows."""
+
+from dataclasses import dataclass, field
+
+import kr5.cell
+
+from kr5_tools.log_import.column_names import FoundFamilies, find_families
+from kr5_tools.log_import.log import Log
+
+# Columns that only this kind has, the most special kind first; joint columns are asked for beside these.
+SIGNS: tuple[tuple[str, frozenset[str]], ...] = (
+    ("profile", frozenset({"tilt", "alpha", "cx", "cy", "fc", "z"})),
+    ("views", frozenset({"marker", "corner", "u", "v"})),
+    ("scan", frozenset({"line", "speed", "x", "z"})),
+    ("press", frozenset({"zc", "z", "fz"})),
+    ("step", frozenset({"zc", "z"})),
+    ("poses", frozenset({"x", "y", "z"})),
+)
+WITH_JOINTS = ("views", "scan", "poses", "motion")
+
+
+@dataclass
+class LogPart:
+    """A log, or one of its streams, with what was recognised in it."""
+
+    kind: str
+    log: Log  # with the columns of the part alone
+    named: dict[str, str] = field(default_factory=dict)  # column of the kind: column of the log
+    families: FoundFamilies = field(default_factory=FoundFamilies)
+
+
+def log_parts(log: Log, joints: list[str], number: int) -> tuple[list[LogPart], FoundFamilies]:
+    """The parts of a log that show something, and the families of joints in the whole of it."""
+    whole = find_families(log, joints, number)
+    parts = []
+    for stream in dict.fromkeys(log.streams.values()):
+        own = _columns_of(log, stream)
+        names = {name.split(":")[-1]: name for name in own.columns}
+        families = find_families(own, joints, number)
+        kind = next((k for k, signs in SIGNS if signs <= names.keys() and _has_joints(k, families)), None)
+        if kind:
+            wanted = [c.name for c in kr5.cell.columns(kr5.cell.Kind(kind), number)]
+            parts.append(LogPart(kind, own, {c: names[c] for c in wanted if c in names}, families))
+    rest = [part.log.streams[next(iter(part.log.columns))] for part in parts]
+    if any(log.streams[f.columns[0]] not in rest for f in whole.families.get("q", []) + whole.families.get("qc", [])):
+        parts.insert(0, LogPart("motion", log, {}, whole))
+    return parts, whole
+
+
+def _has_joints(kind: str, families: FoundFamilies) -> bool:
+    return kind not in WITH_JOINTS or "q" in families.families
+
+
+def _columns_of(log: Log, stream: str) -> Log:
+    out = Log(log.file, lines=log.lines, words=log.words)
+    for name, values in log.columns.items():
+        if log.streams[name] == stream:
+            out.add(name, values, stream)
+    if stream in log.clocks:
+        out.clocks[stream] = log.clocks[stream]
+    return out

@@ -1,0 +1,81 @@
+"""A recording made of logs and a model of the robot, without a map written by hand."""
+
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import kr5.cell
+import yaml
+
+from kr5_tools.cli import terminal
+from kr5_tools.log_import.command import import_recording
+from kr5_tools.log_import.map_guess import guess_map
+from kr5_tools.log_import.model_parts import known_errors, with_noise, with_parts_to_try, with_torque_constants
+from kr5_tools.log_import.overrides import apply_overrides, parse_overrides
+
+
+@dataclass
+class LogOptions:
+    """How logs are read, where that is not left to their names and numbers."""
+
+    every: float | None = None  # interval of logs without a clock [s]
+    overrides: list[str] = field(default_factory=list)  # KEY=VALUE of the map, or of the cell after "cell."
+    trust: bool = False  # also numbers that are implausible
+    base: str = ""
+    tip: str = ""
+
+
+@dataclass
+class LogRecording:
+    """The recording, how its columns were found, and what else a person should know."""
+
+    recording: Any
+    map: dict[str, Any]
+    reasons: list[list[str]]  # item, proposal, reason
+    notes: list[str]
+    problems: list[Any]
+    simulator_errors: list[Any]  # kr5.gap.ColumnError, of columns of which the best model is known
+
+
+def record_logs(logs: Sequence[Path], cell: Any, options: LogOptions, described: bool) -> LogRecording:
+    """Brings logs in with the cell of the recorded robot. `described`: the cell comes from a description of the robot,
+    which states neither drives nor noise."""
+    of_map, of_cell = parse_overrides(options.overrides)
+    cell = _with_overrides(cell, of_cell)
+    constants_stated = cell.drives is not None or any(path[0] == "drives" for path, _ in of_cell)
+    notes: list[str] = []
+    if described:
+        cell, notes = with_parts_to_try(cell)
+    with tempfile.TemporaryDirectory() as folder:
+        cell_file, map_file = Path(folder) / "cell.yaml", Path(folder) / "map.yaml"
+        kr5.cell.save_cell(cell, cell_file)
+        guessed = guess_map(logs, cell, cell_file, every=options.every)
+        apply_overrides(guessed.entry, of_map)
+        map_file.write_text(yaml.safe_dump(guessed.entry, sort_keys=False))
+        recording, said, problems = import_recording(logs[0], map_file)
+    notes += [*guessed.notes, *said]
+    if described and not constants_stated:
+        notes += with_torque_constants(recording)
+    notes += with_noise(recording)
+    return LogRecording(recording, guessed.entry, guessed.reasons, notes, problems, known_errors(recording))
+
+
+def _with_overrides(cell: Any, overrides: list[tuple[list[str], Any]]) -> Any:
+    if not overrides:
+        return cell
+    data = yaml.safe_load(cell.to_yaml())
+    apply_overrides(data, overrides)
+    return kr5.cell.parse_cell(yaml.safe_dump(data, sort_keys=False), "--set")
+
+
+def require_plausible(found: LogRecording, trust: bool) -> None:
+    """Ends when numbers of the logs are plausible only in another unit, column or side of the gears."""
+    for problem in found.problems:
+        terminal.print_problem(problem.text(), refused=not trust)
+    if found.problems and not trust:
+        terminal.fail(
+            "the log and the model do not fit together as they were read; correct what is named above with --set, or go on"
+            " with --trust"
+        )

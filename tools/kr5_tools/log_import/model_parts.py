@@ -1,0 +1,172 @@
+"""What a log needs of a model that its description does not state: parts to try effects on, noise, torque constants, and
+how far the best model of the arm stays off."""
+
+from typing import Any
+
+import kr5.cell
+import kr5.gap
+import kr5.predict
+import numpy as np
+from kr5 import identification
+from scipy.interpolate import CubicSpline
+
+from kr5_tools.cli import terminal
+from kr5_tools.identify.motion_logs import arm_model, merged_motion
+from kr5_tools.log_import.values import joint_torques
+
+ERROR_FACTOR = 2.0  # of what the best model leaves on the rows that it was fitted to
+SURE = 5.0  # standard deviations that a torque constant must be above zero
+FRICTION_SPEED = 0.002  # [rad/s or m/s] over which dry friction changes its sign, as in the format of cells
+NORMAL_MAD = 1.4826  # standard deviation over median absolute deviation
+
+
+def with_parts_to_try(cell: Any) -> tuple[Any, list[str]]:
+    """The cell with drives and tool, where its description has none: rotors, friction and payload can then be tried."""
+    notes, n = [], cell.robot.joints
+    if cell.drives is None and cell.robot.links:
+        cell.drives = kr5.cell.Drives(
+            structure=np.eye(n),
+            rotor_inertia=np.zeros(n),
+            torque_constant=np.ones(n),
+            friction=kr5.cell.Friction(coulomb=np.zeros(n), viscous=np.zeros(n)),
+        )
+        notes.append("the model states no drives: friction and rotor inertia are taken as 0")
+    if cell.tool is None:
+        cell.tool = kr5.cell.Tool(T_flange_tool=np.eye(4))
+        notes.append("the model states no tool: nothing is taken to hang on the flange")
+    return cell, notes
+
+
+def with_noise(recording: Any) -> list[str]:
+    """States the noise of columns for which the cell has none, as neighbouring rows show it; notes in words."""
+    cell, notes = recording.cell, []
+    n = cell.robot.joints
+    for family, key, own in (("i", "current", "joint_current"), ("tau", "torque", "joint_torque")):
+        columns = [f"{family}{k + 1}" for k in range(n)]
+        logs = [e for e in recording.experiments if columns[0] in e.data]
+        if not logs or cell.noise.of(key, 0) > 0:
+            continue
+        sigma = [difference_noise([np.asarray(e[c]) for e in logs]) for c in columns]
+        noise = cell.noise
+        setattr(noise, own, sigma)
+        cell.noise = noise
+        unit = "A" if family == "i" else "N m"
+        notes.append(
+            f"noise of {columns[0]} to {columns[-1]}, from neighbouring rows: {', '.join(f'{s:.2g}' for s in sigma)} {unit}"
+        )
+    for key, columns in (("position", [f"q{k + 1}" for k in range(n)]), ("force", ["fx", "fy", "fz"]), ("torque", ["tx", "ty", "tz"])):
+        logs = [e for e in recording.experiments if columns[0] in e.data and str(e.kind) == "motion"]
+        if not logs or cell.noise.of(key) > 0:
+            continue
+        value = float(np.median([difference_noise([np.asarray(e[c]) for e in logs]) for c in columns if c in logs[0].data]))
+        noise = cell.noise
+        setattr(noise, key, value)
+        cell.noise = noise
+        notes.append(f"noise.{key}, from neighbouring rows: {value:.2g}")
+    recording.cell = cell
+    return notes
+
+
+def difference_noise(parts: list[np.ndarray]) -> float:
+    """Standard deviation of one reading by third differences, in which what is smooth cancels; of coarse numbers, that
+    of their step."""
+    third = np.concatenate([np.diff(x, 3) for x in parts]) / np.sqrt(20.0)
+    sigma = NORMAL_MAD * float(np.median(np.abs(third)))
+    steps = np.abs(np.concatenate([np.diff(x) for x in parts]))
+    coarse = float(steps[steps > 0].min()) / np.sqrt(12.0) if (steps > 0).any() else 0.0
+    return max(sigma, coarse, 1e-9)
+
+
+def with_torque_constants(recording: Any) -> list[str]:
+    """Torque constants [N m/A on the joint side] of a model that states none, by the currents that its torques take;
+    masses of the model that are all off by one factor cannot be told from them."""
+    cell, n = recording.cell, recording.cell.robot.joints
+    fit = [e for e in recording.experiments if str(e.kind) == "motion" and str(e.split) == "fit" and "i1" in e.data]
+    if not fit:
+        return []
+    motion = merged_motion([motion_of(cell, e) for e in fit])
+    torque = np.vstack([_nominal_torques(cell, e) for e in fit])
+    current = np.vstack([np.column_stack([e[f"i{k + 1}"] for k in range(n)]) for e in fit])
+    constants, deviations = [], []
+    for k in range(n):
+        value, std = _torque_constant(torque[:, k], np.asarray(motion.qd)[:, k], np.asarray(motion.qdd)[:, k], current[:, k])
+        if not value > SURE * std:
+            terminal.fail(
+                f"the log does not tell the torque constant of joint {k + 1} ({value:.3g} ± {std:.2g} N m/A), which the"
+                " model does not state; state them: --set 'cell.drives.torque_constant=[...]' [N m/A], or log torques"
+            )
+        constants.append(value)
+        deviations.append(std)
+    drives = cell.drives
+    drives.torque_constant = np.array(constants)
+    cell.drives = drives
+    recording.cell = cell
+    shown = ", ".join(f"{v:.3g} ± {s:.1g}" for v, s in zip(constants, deviations))
+    return [f"torque constants from the log, for the masses of the model [N m/A]: {shown}"]
+
+
+def _torque_constant(torque: np.ndarray, speed: np.ndarray, acceleration: np.ndarray, current: np.ndarray) -> tuple[float, float]:
+    """Slope of torque over current, friction and offset aside, and its standard deviation."""
+    columns = np.column_stack([torque, np.tanh(speed / FRICTION_SPEED), speed, np.ones_like(speed)])
+    scale = np.linalg.norm(columns, axis=0)
+    scale[scale == 0] = 1.0
+    solution, _, rank, _ = np.linalg.lstsq(columns / scale, current, rcond=1e-8)
+    left = current - columns / scale @ solution
+    variance = left @ left / max(len(current) - rank, 1)
+    inverse = np.linalg.pinv((columns / scale).T @ (columns / scale))
+    slope, std = solution[0] / scale[0], float(np.sqrt(variance * inverse[0, 0])) / scale[0]
+    correlation = _lag_one(left)
+    std *= np.sqrt((1 + correlation) / max(1 - correlation, 1e-3))
+    if not slope > 0:
+        return 0.0, np.inf
+    return 1 / slope, std / slope**2
+
+
+def _lag_one(x: np.ndarray) -> float:
+    """Correlation of neighbours, by which fewer samples count."""
+    power = float(x @ x)
+    return float(np.clip(x[1:] @ x[:-1] / power, 0.0, 0.999)) if power > 0 else 0.0
+
+
+def motion_of(cell: Any, experiment: Any) -> Any:
+    """The motion of an experiment on measured positions, with its torques on the joint side."""
+    n, t = cell.robot.joints, np.asarray(experiment["t"])
+    course = CubicSpline(t, np.column_stack([experiment[f"qc{k + 1}"] for k in range(n)]))
+    family = "tau" if "tau1" in experiment.data else "i"
+    loads = np.column_stack([experiment[f"{family}{k + 1}"] for k in range(n)])
+    tau = joint_torques(cell.drives, loads) if family == "i" else loads
+    return identification.JointMotion(t=t, q=course(t), qd=course(t, 1), qdd=course(t, 2), tau=tau)
+
+
+def _nominal_torques(cell: Any, experiment: Any) -> np.ndarray:
+    bare = kr5.cell.parse_cell(cell.to_yaml())
+    bare.drives = None
+    shown = kr5.predict.FastSimulator().predict(bare, experiment)
+    return np.column_stack([shown[f"tau{k + 1}"] for k in range(cell.robot.joints)])
+
+
+def known_errors(recording: Any) -> list[Any]:
+    """How far the best model of an arm on measured positions stays off in each load column: base parameters, friction
+    and rotors fitted to the rows to fit. What no such model explains is no effect of the catalogue."""
+    cell, n = recording.cell, recording.cell.robot.joints
+    fit = [
+        e
+        for e in recording.experiments
+        if str(e.split) == "fit" and str(e.joint_reference) == "measured" and ("tau1" in e.data or "i1" in e.data)
+    ]
+    if not fit or cell.drives is None:
+        return []
+    motion = merged_motion([motion_of(cell, e) for e in fit])
+    terms = [identification.JointTerms(offset=True, rotor_inertia=True)] * n
+    found = identification.identify_dynamics(
+        motion, arm_model(cell, terms), identification.DynamicsOptions(held_out=0.0)
+    )
+    if not found.fit.usable:
+        return []
+    left = np.asarray(motion.tau) - np.asarray(found.predicted)
+    family = "tau" if "tau1" in fit[0].data else "i"
+    if family == "i":
+        left = left @ np.linalg.inv(np.asarray(cell.drives.structure)) / np.asarray(cell.drives.torque_constant)
+    noise = np.array([cell.noise.of("torque" if family == "tau" else "current", k) for k in range(n)])
+    smooth = np.sqrt(np.maximum((left**2).mean(axis=0) - noise**2, 0.0))
+    return [kr5.gap.ColumnError(column=f"motion.{family}{k + 1}", error=ERROR_FACTOR * float(smooth[k])) for k in range(n)]

@@ -1,0 +1,45 @@
+"""`--set KEY=VALUE`: single entries of a guessed map, or of the model's cell, in place of what was found."""
+
+from typing import Any
+
+import yaml
+
+from kr5_tools.cli import terminal
+
+CELL = "cell."
+
+
+def parse_overrides(texts: list[str]) -> tuple[list[tuple[list[str], Any]], list[tuple[list[str], Any]]]:
+    """Those of the map, and those of the cell, as paths of keys with values (YAML)."""
+    of_map, of_cell = [], []
+    for text in texts:
+        key, equals, value = text.partition("=")
+        if not equals or not key.strip():
+            terminal.fail(f"--set: found {text!r:.80}, expected KEY=VALUE, such as columns.tau.scale=0.001")
+        try:
+            parsed = yaml.safe_load(value)
+        except yaml.YAMLError as error:
+            terminal.fail(f"--set {key}: found {value!r:.80}, which is no YAML value: {str(error).splitlines()[0]}")
+        path = key.strip().removeprefix(CELL).split(".")
+        (of_cell if key.strip().startswith(CELL) else of_map).append((path, parsed))
+    return of_map, of_cell
+
+
+def apply_overrides(data: dict[str, Any], overrides: list[tuple[list[str], Any]]) -> None:
+    """Sets the entries; those of columns in the maps of all experiments that have columns of their own."""
+    for path, value in overrides:
+        targets = [data]
+        if path[0] in ("columns", "clock"):
+            own = [e for e in data.get("experiments", []) if path[0] in e]
+            targets = own or [data]
+        for target in targets:
+            _set(target, path, value)
+
+
+def _set(target: dict[str, Any], path: list[str], value: Any) -> None:
+    for key in path[:-1]:
+        inner = target.setdefault(key, {})
+        if not isinstance(inner, dict):
+            inner = target[key] = {"from": inner}
+        target = inner
+    target[path[-1]] = value
