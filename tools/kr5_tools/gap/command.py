@@ -40,6 +40,7 @@ def measure(
         Path | None, typer.Option("--png", metavar="GAP.png", help="Plot of the gap of every column (PNG).")
     ] = None,
     full: arguments.FullOption = False,
+    everything: arguments.AllOption = False,
     json_file: arguments.JsonOption = None,
 ) -> None:
     """Gap of every column: RMS of (recorded - simulated) over its noise [-].
@@ -59,7 +60,7 @@ def measure(
             f"{folder}: nothing to compare; expected columns that the simulator predicts, and their noise in the cell"
         )
     to = terminal.console(json_file)
-    print_measure(folder, found, to)
+    print_measure(folder, found, to, everything)
     if png:
         draw_gaps(found, png, str(folder))
         to.print(f"{png}: the gap of every column.", soft_wrap=True)

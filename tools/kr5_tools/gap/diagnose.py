@@ -41,6 +41,7 @@ def diagnose(
     write_cell: WriteCell = None,
     report: Report = None,
     full: arguments.FullOption = False,
+    everything: arguments.AllOption = False,
     json_file: arguments.JsonOption = None,
     output: arguments.ResultOption = None,
 ) -> None:
@@ -65,7 +66,7 @@ def diagnose(
     if write_cell:
         with writing.beside(write_cell) as new:
             kr5.cell.save_cell(found.cell, new)
-    print_diagnosis(found, terminal.console(json_file))
+    print_diagnosis(data, folder, terminal.console(json_file), everything)
     if report:
         from kr5_tools.gap_report.page import write_gap_report
 
