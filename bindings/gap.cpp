@@ -77,6 +77,20 @@ void bind_hypotheses(py::module_& m) {
       .def("__repr__", [](const Hypothesis& h) { return "Hypothesis(" + h.effect + " on " + h.target + ")"; });
 }
 
+void bind_typical_effect(py::module_& m) {
+  m.def(
+      "with_typical_effect",
+      [](const kr5::cell::Cell& cell, const std::string& effect, const std::string& target, double first_time,
+         double last_time) {
+        return with_typical_effect(cell, {effect, target}, {first_time, last_time});
+      },
+      py::arg("cell"), py::arg("effect"), py::arg("target"), py::arg("first_time") = 0.0, py::arg("last_time") = 1.0,
+      "Cell with an effect of the catalogue added at a size that such an effect often has: the first of its discrete "
+      "choices, and one cycle a turn where it is periodic. first_time, last_time: of the experiments, on which time "
+      "constants depend [s]. Raises InvalidArgument for an unknown effect, and for a target that this cell does not "
+      "have.");
+}
+
 /// Options with `own_hypotheses`, which no list of fields can hold.
 template <class Options>
 auto bind_options(py::module_& m, const char* name, const char* doc) {
@@ -222,6 +236,7 @@ void bind_plan(py::module_& m) {
 void bind_gap(py::module_& m) {
   m.doc() = "Gap between simulation and recording: measurement, diagnosis, next experiment.";
   bind_hypotheses(m);
+  bind_typical_effect(m);
   bind_diagnosis(m);
   bind_trials(m);
   bind_plan(m);

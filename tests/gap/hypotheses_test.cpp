@@ -102,3 +102,30 @@ TEST_CASE("own effects that make no sense are refused") {
   refused([](auto& e) { e.coordinates[0].shapes = {1.0}; }, "shapes");
   refused([](auto& e) { e.effect = ""; }, "name");
 }
+
+TEST_CASE("an effect of a typical size is in the cell, for every effect and target of the shipped cell") {
+  const cell::Cell nominal = protocol::nominal();
+  for (const cell::Effect& effect : cell::effect_catalogue())
+    for (const std::string& target : cell::effect_targets(effect, nominal)) {
+      if (!cell::effect_possible(effect, nominal, target)) continue;
+      CAPTURE(effect.id, target);
+      const cell::Cell changed = gap::with_typical_effect(nominal, {effect.id, target}, {0.0, 100.0});
+      CHECK_NOTHROW(changed.validate());
+      const std::vector<cell::ActiveEffect> active = cell::active_effects(changed.effects);
+      REQUIRE(active.size() == 1);
+      CHECK(active[0].id == effect.id);
+      CHECK(active[0].target == target);
+    }
+}
+
+TEST_CASE("the typical size of an effect is that of its row") {
+  const cell::Cell changed = gap::with_typical_effect(protocol::nominal(), {"load_friction", "joint2"});
+  CHECK(cell::active_effects(changed.effects)[0].number("coefficient") == Approx(0.02).epsilon(1e-12));
+}
+
+TEST_CASE("a typical effect is refused for what the cell does not have") {
+  CHECK_THROWS_WITH(gap::with_typical_effect(protocol::nominal(), {"load_friction", "joint7"}),
+                    Catch::Contains("joint7"));
+  CHECK_THROWS_WITH(gap::with_typical_effect(protocol::nominal(), {"load_frictoin", "joint1"}),
+                    Catch::Contains("load_friction"));
+}

@@ -52,10 +52,7 @@ def print_comparisons(lines: Iterable[Row], title: str = "Comparison") -> None:
             stream.writelines(json.dumps(plain_row(line), ensure_ascii=False) + "\n" for line in lines)
     columns = ["what", "kr5", "others", "difference or rate, 95 %", "wanted", "reached"]
     rows = [[x.what, x.ours, x.peers, x.interval, x.wanted, "reached" if x.reached else "NOT reached"] for x in lines]
-    out = make_table(title, columns, rows)
-    for column in out.columns:
-        column.overflow = "fold"
-    Console(width=170).print(out)
+    Console(width=170).print(make_table(title, columns, rows, range(len(columns))))
 
 
 def progress(items: Sequence[Any], what: str) -> Iterator[Any]:
@@ -84,11 +81,7 @@ def print_figures(title: str, wanted: Sequence[str], rows: Sequence[dict[str, An
         if not own:
             cells.append([figure, "not measured", *["–"] * 6])
     columns = ["figure", "data", "kr5", "95 % interval", "wanted", "reached", "peer", "peer / kr5"]
-    out = make_table(title, columns, cells, range(len(columns)))
-    for column in out.columns:
-        column.overflow = "fold"
-    out.show_lines = True
-    Console(width=190).print(out)
+    Console(width=190).print(make_table(title, columns, cells, range(len(columns))))
 
 
 @dataclass

@@ -334,10 +334,8 @@ def print_rows(rows: list[ArmRow]) -> None:
         ]
         for r in rows
     ]
-    out = make_table(f"Real arms, an effect withheld, kr5 {kr5.__version__}", columns, lines)
-    for column in out.columns:
-        column.overflow, column.justify = "fold", "left"
-    Console(width=200).print(out)
+    title = f"Real arms, an effect withheld, kr5 {kr5.__version__}"
+    Console(width=200).print(make_table(title, columns, lines, text=range(len(columns))))
     judged = [
         comparison.Row(
             f"{r.arm}: {r.withheld}",

@@ -182,9 +182,11 @@ def print_rows(rows: list[dict[str, Any]]) -> None:
             ]
         )
     out = make_table(
-        "Simulators beside motion capture of a Kinova MICO2, RMS of the hand on runs not fitted", columns, lines
+        "Simulators beside motion capture of a Kinova MICO2, RMS of the hand on runs not fitted",
+        columns,
+        lines,
+        text=(1, len(columns) - 1),
     )
-    out.columns[1].justify = out.columns[-1].justify = "left"
     Console(width=200).print(out)
     mean = {name: np.mean([r["and at another speed"] for r in rows if r["simulator"] == name]) for name in SIMULATORS}
     raw = {name: np.mean([r["as given"] for r in rows if r["simulator"] == name]) for name in SIMULATORS}

@@ -101,4 +101,21 @@ Hypothesis periodic_hypothesis(const cell::Cell& cell, const PeriodicEffect& per
   return row_hypotheses(effect, {cell, periodic.joint}, target, cycles).front();
 }
 
+Point typical_point(const Hypothesis& hypothesis) {
+  return hypothesis.probes[hypothesis.probes.size() / 2].points.front();
+}
+
+cell::Cell with_typical_effect(const cell::Cell& cell, const EffectName& name, const TimeSpan& span) {
+  const cell::Effect& effect = cell::find_effect(name.effect);
+  const std::vector<std::string> targets = cell::effect_targets(effect, cell);
+  const auto target = std::find(targets.begin(), targets.end(), name.target);
+  require(target != targets.end() && cell::effect_possible(effect, cell, name.target),
+          name.effect + ": this cell does not have the target '" + name.target + "'");
+  const int index = static_cast<int>(target - targets.begin());
+  const Hypothesis h = row_hypotheses(effect, {cell, index, 0, span.first, span.last}, name.target, 1).front();
+  cell::Cell out = cell;
+  h.apply(out, typical_point(h));
+  return out;
+}
+
 }  // namespace kr5::gap

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cctype>
 #include <cmath>
 #include <numeric>
 
@@ -195,24 +196,24 @@ class Planner {
     char numbers[160];
     std::string out;
     if (out_.already > options_.separation) {
-      std::snprintf(numbers, sizeof numbers, "this recording already distinguishes them, by %.1f standard deviations; ",
+      std::snprintf(numbers, sizeof numbers, "This recording already distinguishes them by %.1f standard deviations. ",
                     out_.already);
       out = numbers;
     }
     if (out_.exact_tie) {
-      out += "none of the tried experiments of this cell distinguishes " + text_of(out_.alternatives) +
-             ", even with 100 repeats: for its sensors they are the same, or alike within the error of its model; "
-             "measure one of the parts separately";
+      out += "No experiment that was tried distinguishes " + text_of(out_.alternatives) +
+             ", even with 100 repeats: they look the same to the sensors of this cell, or differ by less than the "
+             "error of its model. Measure one of the parts separately";
       return options_.load > 0 ? out : out + ", or allow a known weight on the tool (load)";
     }
     const PlannedExperiment& best = out_.experiments.front();
-    out += best.what + ": distinguishes " + text_of(out_.alternatives) + " by ";
-    std::snprintf(numbers, sizeof numbers, "%.1f standard deviations in %.0f s", best.separation, best.seconds);
-    out += numbers;
+    std::string what = best.what;
+    what.front() = static_cast<char>(std::toupper(what.front()));
+    std::snprintf(numbers, sizeof numbers, " by %.1f standard deviations in %.0f s", best.separation, best.seconds);
+    out += what + ": distinguishes " + text_of(out_.alternatives) + numbers;
     if (best.repeats == 1) return out;
-    std::snprintf(numbers, sizeof numbers, "; with %d repeats by %.1f", best.repeats, best.separation_repeated);
-    out += numbers;
-    return out;
+    std::snprintf(numbers, sizeof numbers, ", with %d repeats by %.1f", best.repeats, best.separation_repeated);
+    return out + numbers;
   }
 
   const cell::Recording& recording_;

@@ -25,6 +25,11 @@ def cell_tables(cell: Any) -> list[Any]:
     ]
 
 
+def _tidy(value: float, decimals: int = 4) -> float:
+    """Without the digits that rounding leaves, such as -3e-13, and without a minus before 0."""
+    return round(value, decimals) + 0.0
+
+
 def _dh(cell: Any) -> Any:
     limits = cell.robot.limits
     rows = []
@@ -36,20 +41,17 @@ def _dh(cell: Any) -> Any:
         rows.append(
             [
                 f"{i + 1} {row.type}",
-                1000 * row.b,
-                DEG * row.theta_offset,
-                1000 * row.a,
-                DEG * row.alpha,
-                DEG * row.beta,
+                _tidy(1000 * row.b),
+                _tidy(DEG * row.theta_offset),
+                _tidy(1000 * row.a),
+                _tidy(DEG * row.alpha),
+                _tidy(DEG * row.beta),
                 bounds,
                 speed,
             ]
         )
     title = f"{cell.name}: joints, Rz(q + θ) Tz(b) Tx(a) Rx(α) Ry(β)"
-    table = tables.make_table(title, ["joint", "b [mm]", "θ [°]", "a [mm]", "α [°]", "β [°]", "limits", "speed"], rows)
-    for column in table.columns[-2:]:
-        column.no_wrap = True
-    return table
+    return tables.make_table(title, ["joint", "b [mm]", "θ [°]", "a [mm]", "α [°]", "β [°]", "limits", "speed"], rows)
 
 
 def _links(cell: Any) -> Any:
@@ -58,14 +60,11 @@ def _links(cell: Any) -> Any:
     bodies = [(f"link {i + 1}", link) for i, link in enumerate(cell.robot.links)] + (
         [("tool, in S", cell.tool)] if cell.tool else []
     )
-    rows = [
-        [name, body.mass, *(1000 * float(x) for x in body.com), *(1000 * float(x) for x in body.inertia)]
-        for name, body in bodies
-    ]
-    moments = (f"I{axes}" for axes in ("xx", "yy", "zz", "xy", "xz", "yz"))
+    rows = [[name, body.mass, *(_tidy(1000 * float(x)) for x in (*body.com, *body.inertia))] for name, body in bodies]
+    moments = (f"I{axes} [g m²]" for axes in ("xx", "yy", "zz", "xy", "xz", "yz"))
     return tables.make_table(
-        "Masses, with the moments of inertia about the com in g m²",
-        ["body", "m [kg]", "x [mm]", "y [mm]", "z [mm]", *moments],
+        "Masses and centres of mass, with the moments of inertia about them",
+        ["body", "mass [kg]", "x [mm]", "y [mm]", "z [mm]", *moments],
         rows,
     )
 
@@ -87,8 +86,15 @@ def _drives(cell: Any) -> Any:
         for i in range(n)
     ]
     return tables.make_table(
-        "Drives: motor angle = S q; rotor in kg mm², kt in N m/A, friction on the joint side in N m and N m s/rad",
-        ["motor", *(f"S·{j + 1}" for j in range(n)), "rotor", "kt", "coulomb", "viscous"],
+        "Drives: motor angle = S q; friction on the joint side",
+        [
+            "motor",
+            *(f"S·{j + 1} [-]" for j in range(n)),
+            "rotor [kg mm²]",
+            "torque constant [N m/A]",
+            "Coulomb [N m]",
+            "viscous [N m s/rad]",
+        ],
         rows,
     )
 
@@ -113,7 +119,7 @@ def _poses(cell: Any) -> Any:
     for parent, poses in (("F", flange_frames(cell)), ("B", fixed_frames(cell))):
         for name, T in poses.items():
             v = [1000 * x for x in kr5.to_xyzrpy(T)[:3]] + [DEG * x for x in kr5.to_xyzrpy(T)[3:]]
-            rows.append([f"{name} in {parent}", *(f"{x + 0.0:.3f}".replace("-0.000", "0.000") for x in v)])
+            rows.append([f"{name} in {parent}", *(f"{_tidy(x, 3):.3f}" for x in v)])
     return (
         tables.make_table("Frames", ["pose", "x [mm]", "y [mm]", "z [mm]", "roll [°]", "pitch [°]", "yaw [°]"], rows)
         if rows

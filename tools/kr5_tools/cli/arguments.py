@@ -15,6 +15,9 @@ ResultOption = Annotated[
 ]
 
 
+AllOption = Annotated[bool, typer.Option("--all", help="List everything, not only what matters most.")]
+
+
 FullOption = Annotated[
     bool,
     typer.Option(

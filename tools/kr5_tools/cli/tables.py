@@ -1,13 +1,17 @@
 """Tables of numbers with units, for people."""
 
+import dataclasses
+import re
 from collections.abc import Iterable
 from typing import Any
 
-from rich.console import Console
+from rich.cells import cell_len
+from rich.console import Console, ConsoleOptions, JustifyMethod, RenderResult
 from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
-from kr5_tools.cli.numbers import format_number
+from kr5_tools.cli.numbers import NONE, format_number
 
 VERDICT_COLOURS = {"good": "green", "doubtful": "yellow", "unusable": "red"}
 
@@ -37,15 +41,121 @@ def pose_figures(name: str, T: Any, covariance: Any) -> list[dict[str, Any]]:
     return [figure_row(f"{name} {axes[i]}", centre[i] * scale[i], std[i] * scale[i], units[i]) for i in range(6)]
 
 
-def make_table(title: str, columns: list[str], rows: Iterable[Iterable[Any]], text: Iterable[int] = ()) -> Table:
+PADDING = 2  # spaces that a column takes beside its text
+LEAST_TEXT = 20  # width to which a column of text is narrowed before the table is split
+MOST_WORD = 36  # longest word that is not broken
+
+
+@dataclasses.dataclass
+class _Column:
+    """A column with all its texts, its head first."""
+
+    texts: list[str]
+    is_text: bool
+
+    @property
+    def is_empty(self) -> bool:
+        return len(self.texts) > 1 and all(text.strip() in ("", NONE) for text in self.texts[1:])
+
+    @property
+    def natural_width(self) -> int:
+        return max(map(_text_width, self.texts))
+
+    @property
+    def least_width(self) -> int:
+        """Below which numbers would be broken, or words."""
+        if not self.is_text:
+            return max(*map(_text_width, self.texts[1:]), _longest_word(self.texts[0]), 0)
+        return max(min(self.natural_width, LEAST_TEXT), min(max(map(_longest_word, self.texts)), MOST_WORD))
+
+
+def _text_width(text: str) -> int:
+    return max(map(cell_len, text.split("\n")))
+
+
+def _words(text: str) -> list[str]:
+    """What is not broken: words, and units in brackets."""
+    return re.findall(r"\[[^\]]*\]|\S+", text)
+
+
+def _longest_word(text: str) -> int:
+    return max(map(cell_len, _words(text)), default=0)
+
+
+def _wrap_head(text: str, width: int) -> str:
+    lines: list[str] = []
+    for word in _words(text):
+        if lines and cell_len(f"{lines[-1]} {word}") <= width:
+            lines[-1] += f" {word}"
+        else:
+            lines.append(word)
+    return "\n".join(lines)
+
+
+class FittedTable:
+    """A table that shows all its numbers in any width: heads and texts are wrapped, and what is still too wide is
+    split into tables one below the other, each with the first column. Empty columns are left out."""
+
+    def __init__(self, title: str, columns: list[_Column]) -> None:
+        self.title = title
+        self.columns = [column for i, column in enumerate(columns) if i == 0 or not column.is_empty]
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        if self.title:
+            yield Text(self.title, style="italic")
+        for k, (columns, widths) in enumerate(self._parts(options.max_width)):
+            if k:
+                yield Text()
+            yield _rich_table(columns, widths)
+
+    def _parts(self, width: int) -> Iterable[tuple[list[_Column], list[int]]]:
+        first, *others = self.columns
+        part = [first]
+        for column in others:
+            if len(part) > 1 and _least_total([*part, column]) > width:
+                yield part, _widths(part, width)
+                part = [first]
+            part.append(column)
+        yield part, _widths(part, width)
+
+
+def _least_total(columns: list[_Column]) -> int:
+    return sum(column.least_width + PADDING for column in columns)
+
+
+def _widths(columns: list[_Column], width: int) -> list[int]:
+    """What is left over the least widths goes to texts, then to the heads of numbers, in equal parts of what each
+    would like more."""
+    widths = [column.least_width for column in columns]
+    spare = max(width - _least_total(columns), 0)
+    for is_text in (True, False):
+        wanted = [c.natural_width - c.least_width if c.is_text == is_text else 0 for c in columns]
+        granted = min(spare, sum(wanted))
+        widths = [w + (granted * more // sum(wanted) if more else 0) for w, more in zip(widths, wanted)]
+        spare -= granted
+    return widths
+
+
+def _rich_table(columns: list[_Column], widths: list[int]) -> Table:
+    table = Table(box=None, header_style="bold")
+    for column, width in zip(columns, widths):
+        justify: JustifyMethod = "left" if column.is_text else "right"
+        table.add_column(Text(_wrap_head(column.texts[0], width)), justify=justify, width=width, overflow="fold")
+    for row in zip(*(column.texts[1:] for column in columns)):
+        table.add_row(*map(Text, row))
+    return table
+
+
+def make_table(title: str, columns: list[str], rows: Iterable[Iterable[Any]], text: Iterable[int] = ()) -> FittedTable:
     """A table, its texts as they are, whose first column, and those of `text`, are text and whose others are numbers;
     units belong into the names of the columns."""
-    out = Table(title=title, title_justify="left", box=None, header_style="bold")
-    for i, column in enumerate(columns):
-        out.add_column(column, justify="left" if i == 0 or i in text else "right")
+    texts = [[column] for column in columns]
     for row in rows:
-        out.add_row(*(format_number(cell) if isinstance(cell, float) else str(cell) for cell in row))
-    return out
+        for cells, cell in zip(texts, row):
+            cells.append(format_number(cell) if isinstance(cell, float) else str(cell))
+        for cells in texts:  # of a row that is shorter
+            cells += [""] * (max(map(len, texts)) - len(cells))
+    return FittedTable(title, [_Column(cells, i == 0 or i in tuple(text)) for i, cells in enumerate(texts)])
 
 
 def print_result(data: dict[str, Any], to: Console) -> None:

@@ -4,12 +4,12 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.markup import escape
 
 from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.files import writing
 from kr5_tools.files.documents import OpenDocument, display_value, parse_json, read_text, validate_document
 from kr5_tools.gap import bench, diagnose, explain, plan
+from kr5_tools.gap.terminal_report import print_measure
 
 app = typer.Typer(no_args_is_help=True)
 bench.add_to(app)
@@ -40,6 +40,7 @@ def measure(
         Path | None, typer.Option("--png", metavar="GAP.png", help="Plot of the gap of every column (PNG).")
     ] = None,
     full: arguments.FullOption = False,
+    everything: arguments.AllOption = False,
     json_file: arguments.JsonOption = None,
 ) -> None:
     """Gap of every column: RMS of (recorded - simulated) over its noise [-].
@@ -59,14 +60,7 @@ def measure(
             f"{folder}: nothing to compare; expected columns that the simulator predicts, and their noise in the cell"
         )
     to = terminal.console(json_file)
-    for refused in found.refused:
-        to.print(f"[yellow]note:[/yellow] {escape(refused)}.", soft_wrap=True, markup=True)
-    to.print(measure_table(folder, found))
-    to.print(parts_table(found))
-    to.print(
-        f"RMS gap {found.gap:.3f} over {len(found.columns)} columns, {found.exceeding}"
-        " of them above the limit of noise."
-    )
+    print_measure(folder, found, to, everything)
     if png:
         draw_gaps(found, png, str(folder))
         to.print(f"{png}: the gap of every column.", soft_wrap=True)
@@ -199,48 +193,6 @@ def measure_dict(found: Any) -> dict[str, Any]:
         "parts": [part.to_dict() for part in found.parts],
         "columns": {f"{c.experiment}.{c.column}": c.gap for c in found.columns},
     }
-
-
-def parts_table(found: Any) -> Any:
-    """Where the gap is: by subsystem, target, channel, experiment, pose region and speed."""
-    rows, before = [], ""
-    for part in found.parts:
-        rows.append(
-            [
-                "" if part.by == before else part.by,
-                part.name,
-                part.columns,
-                part.exceeding,
-                f"{part.gap:.3f}",
-                f"{100 * part.share:.1f}" if part.share > 0 else "–",
-            ]
-        )
-        before = part.by
-    return tables.make_table(
-        "Where", ["by", "name", "columns", "above limit", "RMS gap [-]", "share of excess [%]"], rows, text=(1, 2)
-    )
-
-
-def measure_table(folder: Path, found: Any) -> Any:
-    rows = [
-        [
-            f"{c.experiment}.{c.column}",
-            str(c.split),
-            c.rows,
-            f"{c.gap:.3f}",
-            f"{c.limit:.3f}",
-            f"{c.rms:.3g}",
-            f"{c.noise:.3g}",
-            c.unit,
-            "exceeds" if c.exceeds else "",
-        ]
-        for c in found.columns
-    ]
-    heads = ["column", "split", "rows", "gap [-]", "limit [-]", "rms", "noise", "unit", ""]
-    table = tables.make_table(f"Gap of {folder}", heads, rows, text=(1, 7, 8))
-    for column in table.columns:
-        column.no_wrap = True
-    return table
 
 
 def draw_gaps(found: Any, file: Path, title: str) -> None:

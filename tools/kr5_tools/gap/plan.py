@@ -8,6 +8,7 @@ import typer
 import yaml
 
 from kr5_tools.cli import arguments, tables, terminal
+from kr5_tools.cli.numbers import format_percent
 from kr5_tools.cli.options import options_from
 from kr5_tools.files import writing
 
@@ -18,7 +19,7 @@ Separate = Annotated[
     str | None,
     typer.Option(
         "--separate",
-        metavar="EFFECT:TARGET,EFFECT:TARGET",
+        metavar="EFFECT:TARGET,…",
         help=(
             "Alternatives to distinguish, e.g. coulomb_friction:joint3,payload:tool; + joins effects that act together."
             " By default those that a diagnosis of the recording cannot distinguish."
@@ -125,7 +126,15 @@ def tied_alternatives(recording: Any, simulator: Any) -> list[list[Any]]:
 
 
 def alternative_texts(alternatives: Any) -> list[str]:
+    """Each alternative by the names of the catalogue."""
     return [" with ".join(f"{n.effect} on {n.target}" for n in names) for names in alternatives]
+
+
+def alternative_words(alternatives: Any) -> list[str]:
+    """Each alternative in words."""
+    from kr5_tools.gap_report.messages import effect_text
+
+    return [" with ".join(effect_text(n.effect, n.target) for n in names) for names in alternatives]
 
 
 def resting_posture(recording: Any) -> list[float] | None:
@@ -143,44 +152,54 @@ def weigh_alternatives(
     with terminal.spinner("fitting the alternatives"):
         weighed = kr5.gap.compare_models([recording, *more], simulator, alternatives, options)
     rows = [
-        [name, e, p] for name, e, p in zip(alternative_texts(alternatives), weighed.log_evidence, weighed.probability)
+        [name, f"{e:.1f}", format_percent(p)]
+        for name, e, p in zip(alternative_words(alternatives), weighed.log_evidence, weighed.probability)
     ]
-    to.print(tables.make_table("Alternatives", ["alternative", "log evidence [-]", "probability [-]"], rows))
+    to.print(tables.make_table("Alternatives", ["alternative", "log evidence [-]", "probability"], rows))
     return weighed
 
 
 def print_plan(found: Any, to: Any) -> None:
     """The plan for people."""
-    names = alternative_texts(found.alternatives)
+    words = alternative_words(found.alternatives)
     if found.assumed:
-        to.print(f"The recording shows none of the effects; {names[0]} of a usual size is assumed.", soft_wrap=True)
-    to.print(f"{found.text}.", style="bold", soft_wrap=True)
+        to.print(f"The recording shows none of the effects: a typical size of {words[0]} is assumed.", soft_wrap=True)
+    text = found.text
+    for name, word in zip(alternative_texts(found.alternatives), words):
+        text = text.replace(name, word)
+    to.print(f"{text}.", style="bold", soft_wrap=True)
     if not found.experiments:
         return
     rows = [
-        [e.what, e.separation, e.repeats, e.separation_repeated, e.wrong, round(e.seconds)] for e in found.experiments
+        [
+            e.what,
+            f"{e.separation:.1f}",
+            e.repeats,
+            f"{e.separation_repeated:.1f}",
+            error_text(e.wrong),
+            round(e.seconds),
+        ]
+        for e in found.experiments
     ]
-    to.print(
-        tables.make_table(
-            "Experiments, best first",
-            ["experiment", "separation [σ]", "repeats", "total [σ]", "error [-]", "each [s]"],
-            rows,
-        )
-    )
+    heads = ["experiment", "separation [σ]", "repeats", "in total [σ]", "error [%]", "duration [s]"]
+    to.print()
+    to.print(tables.make_table("Experiments, best first", heads, rows))
     columns = [c for c in found.experiments[0].columns if c.difference > 0.01][:8]
-    rows = [[c.column, *c.change, c.difference] for c in columns]
-    to.print(
-        tables.make_table(
-            "Forecast of the best experiment: RMS difference from the nominal cell over noise [-]",
-            ["column", *names, "apart"],
-            rows,
-        )
-    )
+    rows = [[c.column, *(f"{change:.2f}" for change in c.change), f"{c.difference:.2f}"] for c in columns]
+    heads = ["column", *(f"{word} [-]" for word in words), "difference [-]"]
+    to.print()
+    to.print(tables.make_table("Forecast of the best: RMS change of each column over its noise", heads, rows))
+    to.print()
     to.print(
         "The plan respects joint limits, a fraction of the speed limits, torques and the lowest recorded"
         " point. It does not check collisions: view the motion with kr5 replay before a robot runs it.",
         soft_wrap=True,
     )
+
+
+def error_text(probability: float) -> str:
+    """A probability of error in percent, as a number of a table."""
+    return "< 0.01" if probability < 1e-4 else f"{100 * probability:.2g}"
 
 
 def write_protocol(best: Any, file: Path, start: list[float] | None, to: Any) -> None:

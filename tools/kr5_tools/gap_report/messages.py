@@ -120,6 +120,8 @@ def effect_text(effect: str, target: str) -> str:
 def dependence_text(dependence: dict[str, Any], kind: str | None = None) -> str:
     """A dependence in a kind of experiment as the end of `the gap ...`."""
     name, how = variable_text(dependence["variable"], kind), dependence["how"].replace(" rad or m", " rad")
+    if m := re.fullmatch(r"(\w+) of (\w+) differs with it", how):
+        return f"suggests that {effect_text(m[1], m[2])} differs with the {name}"
     turn = ""
     if m := re.match(r"changes sign with (\w+), ", how):
         turn, how = "changes sign with the direction of motion", how[m.end() :]
@@ -127,9 +129,9 @@ def dependence_text(dependence: dict[str, Any], kind: str | None = None) -> str:
             return f"{turn}, and is of the same size at any {name}"
         turn += " and "
     if how == "about the same everywhere":
-        return f"{turn}is about the same at any {name}"
+        return f"{turn}is a constant offset"
     if how.startswith("slower than"):
-        return f"{turn}lasts longer than {how.split()[2]} samples"
+        return f"{turn}drifts slowly"
     if m := re.match(r"(below|above|between) ", how):
         return f"{turn}is largest where the {name} is {how}"
     return f"{turn}{how.replace('with it', f'with the {name}')}"

@@ -83,10 +83,8 @@ def import_log(
         kr5.cell.save_recording(found, new)
         writing.write_json(data, new / "import.json")
     to = terminal.console(json_file)
-    table = tables.make_table(f"Recording {output}", ["experiment", "kind", "split", "rows"], rows)
-    for column in (1, 2):
-        table.columns[column].justify = "left"
-    to.print(table)
+    heads = ["experiment", "kind", "split", "rows"]
+    to.print(tables.make_table(f"Recording {output}", heads, rows, text=(1, 2)))
     for note in notes:
         to.print(f"Note: {note}.", soft_wrap=True, markup=False)
     writing.write_json(data, json_file)
@@ -140,7 +138,7 @@ def guess(
     found, reasons = guess_map(log, cell, output)
     text = yaml.safe_dump(found, sort_keys=False, width=110)
     to = terminal.console(json_file)
-    to.print(tables.make_table(f"Proposal for {log}", ["item", "proposal", "reason"], reasons))
+    to.print(tables.make_table(f"Proposal for {log}", ["item", "proposal", "reason"], reasons, text=(1, 2)))
     if output:
         writing.write_text(text, output)
     else:

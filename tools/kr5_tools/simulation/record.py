@@ -67,10 +67,8 @@ def record(
                 take_pictures(new / experiment.name, cell, believed, simulator, experiment, seed + number)
     rows = [[e.name, str(e.kind), str(e.split), len(e.data)] for e in experiments]
     to = terminal.console(json_file)
-    table = tables.make_table(f"Recording {output}", ["experiment", "kind", "split", "rows"], rows)
-    for column in (1, 2):
-        table.columns[column].justify = "left"
-    to.print(table)
+    heads = ["experiment", "kind", "split", "rows"]
+    to.print(tables.make_table(f"Recording {output}", heads, rows, text=(1, 2)))
     writing.write_json(
         {"folder": str(output), "experiments": [dict(zip(("name", "kind", "split", "rows"), r)) for r in rows]},
         json_file,

@@ -5,7 +5,9 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from rich.markup import escape
 
+from kr5_tools.cell.frames import is_slide
 from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.files import writing
 from kr5_tools.files.documents import read_yaml
@@ -71,11 +73,7 @@ def run(
     if scan and not len(result.profiles.columns):
         terminal.fail(f"{file}: scanner: is missing; with --scan expected, such as scanner: {{from: 0.0}}")
     to = terminal.console(json_file)
-    to.print(
-        tables.make_table(
-            str(file), ["column", "statistic", "value", "least", "most", "result"], [_row(c) for c in result.checks]
-        )
-    )
+    print_checks(file, result, to)
     if csv:
         with writing.beside(csv) as new:
             kr5.io.save_csv(result.rows, new)
@@ -184,7 +182,51 @@ def _pushed(result: Any, t: Any) -> tuple[Any, Any]:
     return t[kept], np.array(q)
 
 
-def _row(check: Any) -> list[str]:
-    e = check.expected
-    bounds = ["" if bound is None else f"{bound:g}" for bound in (e.least, e.most)]
-    return [e.column, str(e.statistic), f"{check.value:g}", *bounds, "ok" if check.passed else "failed"]
+# Unit of each column of a scene; a number that ends its name counts joints.
+UNITS = {
+    "t": "s",
+    "i": "A",
+    **dict.fromkeys(("fx", "fy", "fz", "push"), "N"),
+    **dict.fromkeys(("tx", "ty", "tz"), "N m"),
+    **dict.fromkeys(("x", "y", "z", "depth", "range"), "m"),
+    **dict.fromkeys(("tilt", "alpha"), "rad"),
+    "energy": "J",
+    "limited": "-",
+}
+
+
+def column_unit(column: str, cell: Any) -> str:
+    """Unit of a column of a scene; empty for one that no scene has."""
+    name, number = column.rstrip("0123456789"), column[len(column.rstrip("0123456789")) :]
+    if name in ("q", "link") and number:
+        return "m" if is_slide(cell, int(number) - 1) else "rad"
+    return UNITS.get(name, "")
+
+
+def print_checks(file: Path, result: Any, to: Any) -> None:
+    """Whether the scene passes, and each expectation with its time window, for people."""
+    count, met = len(result.checks), sum(c.passed for c in result.checks)
+    colour, word = ("green", "Passed") if result.passed else ("red", "Failed")
+    text = f"{met} of {count} expectation{'' if count == 1 else 's'} met in {file}."
+    to.print(f"[bold {colour}]{word}:[/] {escape(text)}", soft_wrap=True, markup=True)
+    end = float(result.rows["t"][-1])
+    rows = []
+    for check in result.checks:
+        e = check.expected
+        bounds = ["" if bound is None else f"{bound:.6g}" for bound in (e.least, e.most)]
+        window = [f"{e.begin:g}", f"{end if e.end is None else e.end:g}"]
+        verdict = "met" if check.passed else "not met"
+        rows.append(
+            [
+                e.column,
+                str(e.statistic),
+                *window,
+                f"{check.value:.6g}",
+                *bounds,
+                column_unit(e.column, result.cell),
+                verdict,
+            ]
+        )
+    heads = ["column", "statistic", "from [s]", "to [s]", "value", "at least", "at most", "unit", "result"]
+    to.print()
+    to.print(tables.make_table("Expectations", heads, rows, text=(1, 7, 8)))

@@ -170,10 +170,7 @@ def print_rates(rate_tables: list[dict[str, Any]], to: Any) -> None:
             [cell.replace(" (", "\n(") if len(cell) > WIDEST else cell for cell in row]
             for row in rate_table.display_rows(table)
         ]
-        shown = tables.make_table(table_title(table), columns, rows)
-        for column in shown.columns:
-            column.no_wrap = True
-        to.print(shown)
+        to.print(tables.make_table(table_title(table), columns, rows))
         for text in rate_table.table_texts(table):
             to.print(text, soft_wrap=True, markup=False)
         to.print()

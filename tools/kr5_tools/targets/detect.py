@@ -10,7 +10,7 @@ from kr5 import vision
 
 from kr5_tools.cli.arguments import JsonOption
 from kr5_tools.cli.options import options_from
-from kr5_tools.cli.tables import figure_row, make_table, pose_figures
+from kr5_tools.cli.tables import figure_row, pose_figures
 from kr5_tools.cli.terminal import console, fail, track
 from kr5_tools.files import writing
 from kr5_tools.files.camera import load_camera
@@ -18,7 +18,7 @@ from kr5_tools.files.images import image_files, short_names
 from kr5_tools.files.results import write_result
 from kr5_tools.files.writing import write_json
 from kr5_tools.targets.command import load_image, load_target
-from kr5_tools.targets.detection_table import COLUMNS, median_noise, seen_row
+from kr5_tools.targets.detection_table import median_noise, print_seen
 
 app = typer.Typer()
 
@@ -80,9 +80,10 @@ def detect(
                 **(_of_view(items) if items else {}),
             }
         )
-    _show(found, lost, console(json_file))
+    print_seen(found, lost, len(files), console(json_file))
     if not found:
-        fail("nothing was found: " + "; ".join(f"{x['image']}: {x['message']}" for x in lost[:3]))
+        more = f" (and {len(lost) - 1} more images)" if len(lost) > 1 else ""
+        fail(f"nothing was found: {lost[0]['image']}: {lost[0]['message']}{more}")
     keys = {"target": target, "families": family, "camera": camera and str(camera), "images": [str(i) for i in images]}
     figures = [
         figure_row("images in which something was seen", len(files) - len(lost), None, f"of {len(files)}"),
@@ -194,28 +195,6 @@ def _figures(found: list[Any]) -> list[dict[str, Any]]:
         else:
             rows.append(figure_row(f"{item['view']} {item['what']} points", len(item["ids"]), None, "-"))
     return rows
-
-
-def _show(found: list[Any], lost: list[Any], out: Any) -> None:
-    rows = []
-    for item in found:
-        place = item.get("pose_message", "")
-        if pose := item.get("pose"):
-            parts = pose_figures("", np.array(pose["T_camera_target"]), np.array(pose["covariance"]))
-            place = " ".join(f"{p['value']:.1f}±{p['std']:.1g}" for p in parts) + (
-                " ambiguous" if pose["ambiguous"] else ""
-            )
-        rows.append([*seen_row(item), place])
-    if rows:
-        out.print(
-            make_table("Seen", [*COLUMNS, "pose in the camera: x y z [mm] roll pitch yaw [deg]"], rows, text=(1, 2, 5))
-        )
-    if lost:
-        out.print(
-            make_table(
-                "Not found", ["image", "status", "reason"], [[x["view"], x["status"], x["message"]] for x in lost]
-            )
-        )
 
 
 def _draw(image: Any, items: list[Any], lens: Any, file: Path) -> None:

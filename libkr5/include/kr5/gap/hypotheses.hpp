@@ -9,6 +9,7 @@
 
 #include <kr5/cell/cell.hpp>
 #include <kr5/cell/recording.hpp>
+#include <kr5/gap/diagnosis.hpp>
 
 /// @file
 /// What a gap may come from: every effect of the catalogue on every target, as a function of a few numbers.
@@ -115,5 +116,13 @@ std::vector<PeriodicEffect> periodic_effects(const cell::Cell& cell);
 
 /// A periodic effect with so many cycles a turn; coordinates are the amplitudes of sine and cosine.
 Hypothesis periodic_hypothesis(const cell::Cell& cell, const PeriodicEffect& effect, int cycles);
+
+/// Coordinates of a hypothesis at a size that such an effect often has.
+Eigen::VectorXd typical_point(const Hypothesis& hypothesis);
+
+/// The cell with an effect of the catalogue added at a size that such an effect often has: the first of its discrete
+/// choices, and one cycle a turn where it is periodic.
+/// @throws InvalidArgument for an unknown effect, and for a target that this cell does not have.
+cell::Cell with_typical_effect(const cell::Cell& cell, const EffectName& name, const TimeSpan& span = {});
 
 }  // namespace kr5::gap

@@ -139,10 +139,7 @@ Fitted refit(const FitContext& context, const Fitted& from, int max_iterations) 
 }
 
 void assume_usual_size(Fitted& fitted) {
-  for (std::size_t i = 0; i < fitted.x.size(); ++i) {
-    const Hypothesis& h = fitted.candidates[i].hypothesis;
-    fitted.x[i] = h.probes[h.probes.size() / 2].points.front();
-  }
+  for (std::size_t i = 0; i < fitted.x.size(); ++i) fitted.x[i] = typical_point(fitted.candidates[i].hypothesis);
 }
 
 void show(cell::Experiment& experiment, const io::Table& predicted, const std::vector<std::string>& also) {

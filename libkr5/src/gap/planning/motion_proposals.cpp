@@ -76,15 +76,15 @@ class Motions {
     Eigen::MatrixXd path = middle.transpose().replicate(rows, 1);
     path.col(joint) += reach * wave;
     add(path,
-        "swing joint " + std::to_string(joint + 1) + " by " + two_digits(reach) + " at " + two_digits(speed) +
-            unit(joint) + where,
+        "swing joint " + std::to_string(joint + 1) + " by " + two_digits(reach) + unit(joint) + " at " +
+            two_digits(speed) + unit(joint) + "/s" + where,
         0.0, load, start_);
   }
 
   std::string unit(int joint) const {
     return workspace_.cell.robot.dh[static_cast<std::size_t>(joint)].type == kinematics::JointType::Prismatic
-               ? " m/s"
-               : " rad/s";
+               ? " m"
+               : " rad";
   }
 
   /// All joints, each a sum of sines, from a posture and back.

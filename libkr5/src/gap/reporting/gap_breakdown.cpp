@@ -23,15 +23,24 @@ std::vector<std::string> names_of(const std::vector<ColumnGap>& columns, const N
   return out;
 }
 
-ColumnGap make_column_gap(const cell::Experiment& experiment, const std::string& column, double sigma,
-                          const Eigen::VectorXd& residual) {
+/// Unit of a column in this arm: those of joints read "rad or m", of a revolute and of a prismatic one.
+std::string unit_in(const cell::Robot& robot, const cell::Column& column) {
+  const std::string either = " or ";
+  const auto at = column.unit.find(either);
+  if (column.joint < 0 || at == std::string::npos) return column.unit;
+  const bool slides = robot.dh[static_cast<std::size_t>(column.joint)].type == kinematics::JointType::Prismatic;
+  return slides ? column.unit.substr(at + either.size()) : column.unit.substr(0, at);
+}
+
+ColumnGap make_column_gap(const cell::Robot& robot, const cell::Experiment& experiment, const std::string& column,
+                          double sigma, const Eigen::VectorXd& residual) {
   ColumnGap out;
   out.experiment = experiment.name;
   out.kind = experiment.kind;
   out.column = column;
   const cell::Column& meaning = cell::find_column(experiment.kind, column);
   out.target = meaning.target;
-  out.unit = meaning.unit;
+  out.unit = unit_in(robot, meaning);
   out.split = experiment.split;
   out.noise = sigma;
   double sum = 0.0;
@@ -72,13 +81,13 @@ GapBreakdown::GapBreakdown(const cell::Recording& recording)
 
 ColumnGap GapBreakdown::add(int experiment, const std::string& column, double sigma, const Eigen::VectorXd& residual) {
   const cell::Experiment& of = recording_.experiments[static_cast<std::size_t>(experiment)];
-  columns_.push_back(make_column_gap(of, column, sigma, residual));
+  columns_.push_back(make_column_gap(recording_.cell.robot, of, column, sigma, residual));
   for (ByCondition& condition : conditions_) {
     std::map<std::string, std::vector<Eigen::Index>> rows;
     const std::vector<std::string>& words = condition.words[static_cast<std::size_t>(experiment)];
     for (std::size_t i = 0; i < words.size(); ++i) rows[words[i]].push_back(static_cast<Eigen::Index>(i));
     for (const auto& [word, at] : rows)
-      if (const ColumnGap part = make_column_gap(of, column, sigma, residual(at)); part.rows > 0) {
+      if (const ColumnGap part = make_column_gap(recording_.cell.robot, of, column, sigma, residual(at)); part.rows > 0) {
         condition.columns.push_back(part);
         condition.names.push_back(word);
         const ColumnGap& whole = columns_.back();

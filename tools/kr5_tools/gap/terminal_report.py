@@ -1,0 +1,216 @@
+"""What `kr5 gap diagnose` and `kr5 gap measure` print for people: the answer first, then what it rests on."""
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from rich.markup import escape
+
+from kr5_tools.cli import tables
+from kr5_tools.cli.numbers import NONE, format_percent, table_unit
+from kr5_tools.gap_report.messages import (
+    capitalised,
+    column_text,
+    dependence_text,
+    effect_text,
+    join_list,
+    next_steps,
+    value_text,
+    verdict_text,
+    warning_notes,
+)
+
+VERDICTS = {
+    "no_gap": ("green", "No gap"),
+    "explained": ("green", "Explained"),
+    "partly_explained": ("yellow", "Partly explained"),
+    "unknown": ("red", "Unknown"),
+}
+MOST_PLACES = 5  # columns that are listed without --all
+LEAST_SHARE = 0.01  # of the excess that such a column holds
+MOST_PARTS = 3  # rows for each way to divide the gap, without --all
+FURTHER = "--all lists every one"
+
+
+def print_diagnosis(data: dict[str, Any], source: Path, to: Any, everything: bool = False) -> None:
+    """A diagnosis (kr5-gap/1) for people: the verdict, the causes, where the gap is, what remains, what to do."""
+    colour, word = VERDICTS[data["verdict"]]
+    to.print(f"[bold {colour}]{word}.[/] {escape(verdict_text(data))}", soft_wrap=True, markup=True)
+    _say_list(to, "Causes", [cause_line(cause) for cause in data["causes"]])
+    _print_places(data, to, everything)
+    _print_remainder(data, to, everything)
+    notes = [" ".join(filter(None, note)) for note in warning_notes(data.get("warnings", []))]
+    if scatter := data.get("scatter"):
+        notes.append(
+            f"Masses and torque constants are uncertain by about {100 * scatter:.1f} %, friction by"
+            f" {200 * scatter:.1f} %; that alone is not blamed."
+        )
+    _say_list(to, "Notes", notes)
+    _say_list(to, "Next steps", [step.replace("`", "") for step in next_steps(data, str(source))])
+
+
+def _say_list(to: Any, title: str, lines: list[str]) -> None:
+    if not lines:
+        return
+    to.print(f"\n{title}", style="bold")
+    for line in lines:
+        to.print(f"  - {line}", soft_wrap=True)
+
+
+def effect_id(named: dict[str, Any]) -> str:
+    """An effect and its target as `kr5 gap explain` and `kr5 gap plan` take them."""
+    return f"{named['effect']}:{named['target']}"
+
+
+def cause_line(cause: dict[str, Any]) -> str:
+    """A cause in one line: what and where it is, its size, and how sure it is."""
+    names = len(cause["parameters"]) > 1
+    values = [
+        f"{name.replace('_', ' ')} {value_text(p, cause['target'])}" if names else value_text(p, cause["target"])
+        for name, p in cause["parameters"].items()
+    ]
+    line = (
+        f"{capitalised(effect_text(cause['effect'], cause['target']))} ({effect_id(cause)}): {', '.join(values)};"
+        f" {format_percent(cause['probability'])} probable; explains {format_percent(cause['gap_closed'])} of the gap"
+    )
+    if cause["tied_with"]:
+        ties = [f"{effect_text(t['effect'], t['target'])} ({effect_id(t)})" for t in cause["tied_with"]]
+        line += f"; not distinguishable from {join_list(ties, 'or')}"
+    return f"{line}."
+
+
+def _named(group: str) -> str:
+    return f"{column_text(group)} ({group})"
+
+
+def _depends(place: dict[str, Any]) -> str:
+    """What a residual does, in words, each once."""
+    texts = [dependence_text(d, place["experiment"]) for d in place["depends_on"][:2]]
+    return "; ".join(dict.fromkeys(texts))
+
+
+def _print_places(data: dict[str, Any], to: Any, everything: bool) -> None:
+    where = data["where"]
+    listed = where if everything else [p for p in where[:MOST_PLACES] if p["share"] >= LEAST_SHARE]
+    if not listed:
+        return
+    rows = []
+    for place in listed:
+        group = f"{place['experiment']}.{place['column']}"
+        after = data["shrink"]["columns"].get(group, [None, None])[1] if data["causes"] else None
+        rows.append(
+            [
+                _named(group),
+                f"{place['gap']:.2f}",
+                NONE if after is None else f"{after:.2f}",
+                share_text(place["share"]),
+                _depends(place) if everything else "",
+            ]
+        )
+    more = f" ({len(listed)} of {len(where)} columns above the limit; {FURTHER})" if len(listed) < len(where) else ""
+    heads = ["column", "gap [-]", "after [-]", "share [%]", "the gap"]
+    title = f"Where{', before and after the causes' if data['causes'] else ''}{more}"
+    to.print()
+    to.print(tables.make_table(title, heads, rows, text=(4,)))
+
+
+def share_text(share: float) -> str:
+    """A share of the excess in percent, as a number of a table."""
+    return "< 0.1" if 0 < share < 0.001 else f"{100 * share:.1f}"
+
+
+def _print_remainder(data: dict[str, Any], to: Any, everything: bool) -> None:
+    """What has no cause: columns, the effects that come nearest, and those that could not be tried."""
+    left = data["unexplained"]
+    listed = left if everything else left[:MOST_PLACES]
+    if listed:
+        rows = [[_named(f"{p['experiment']}.{p['column']}"), f"{p['gap']:.2f}", _depends(p)] for p in listed]
+        more = f" ({len(listed)} of {len(left)} columns; {FURTHER})" if len(listed) < len(left) else ""
+        to.print()
+        to.print(tables.make_table(f"Not explained{more}", ["column", "gap [-]", "the gap"], rows, text=(2,)))
+    if nearest := data.get("nearest"):
+        rows = [
+            [f"{effect_text(n['effect'], n['target'])} ({effect_id(n)})", f"{n['gap']:.2f}", n["reason"]]
+            for n in nearest
+        ]
+        heads = ["effect", "gap that it leaves [-]", "why it is not blamed"]
+        to.print()
+        to.print(tables.make_table("Nearest effects", heads, rows, text=(2,)))
+    _print_untried(data.get("not_tried", []), to, everything)
+
+
+def _print_untried(untried: list[dict[str, Any]], to: Any, everything: bool) -> None:
+    if not untried:
+        return
+    reasons: dict[str, list[str]] = {}
+    for effect in untried:
+        reasons.setdefault(effect["reason"], []).append(" ".join([effect["effect"], *effect["targets"]]))
+    if everything:
+        _say_list(to, "Not tried", [f"{', '.join(names)}: {reason}." for reason, names in reasons.items()])
+        return
+    to.print(f"\nNot tried: {len(untried)} effects that this cell or recording cannot show; {FURTHER}.", soft_wrap=True)
+
+
+def print_measure(source: Path, found: Any, to: Any, everything: bool = False) -> None:
+    """The gap, the columns above their limit, and where they are, for people."""
+    within = len(found.columns) - found.exceeding
+    rest = f"{within} within it{'' if everything or not within else f' ({FURTHER})'}"
+    to.print(
+        f"RMS gap of {source}: {found.gap:.3f} over {len(found.columns)} columns; {found.exceeding} above the limit of"
+        f" noise, {rest}.",
+        style="bold",
+        soft_wrap=True,
+    )
+    for refused in found.refused:
+        to.print(f"[yellow]note:[/yellow] {escape(refused)}.", soft_wrap=True, markup=True)
+    columns = [c for c in found.columns if everything or c.exceeds]
+    if not columns:
+        return
+    to.print()
+    to.print(measure_table(columns, everything))
+    to.print()
+    to.print(parts_table(found, everything))
+
+
+def measure_table(columns: Iterable[Any], everything: bool = True) -> Any:
+    """The gap of each of these columns; where others are among them, those above their limit say so."""
+    rows = []
+    for c in columns:
+        factor, unit = table_unit(c.unit)
+        rows.append(
+            [
+                f"{c.experiment}.{c.column}",
+                str(c.split),
+                c.rows,
+                f"{c.gap:.3f}",
+                f"{c.limit:.3f}",
+                f"{factor * c.rms:.3g}",
+                f"{factor * c.noise:.3g}",
+                unit,
+                "exceeds" if everything and c.exceeds else "",
+            ]
+        )
+    heads = ["column", "split", "rows", "gap [-]", "limit [-]", "RMS", "noise", "unit", ""]
+    return tables.make_table("Columns" if everything else "Columns above the limit", heads, rows, text=(1, 7, 8))
+
+
+def parts_table(found: Any, everything: bool = True) -> Any:
+    """Where the gap is: by subsystem, target, channel, experiment, pose region and speed."""
+    by: dict[str, list[Any]] = {}
+    for part in found.parts:
+        if everything or (part.exceeding and len(by.get(part.by, ())) < MOST_PARTS):
+            by.setdefault(part.by, []).append(part)
+    rows = [
+        [
+            "" if k else name,
+            part.name,
+            part.columns,
+            part.exceeding,
+            f"{part.gap:.3f}",
+            f"{100 * part.share:.1f}" if part.share > 0 else NONE,
+        ]
+        for name, parts in by.items()
+        for k, part in enumerate(parts)
+    ]
+    heads = ["by", "part", "columns", "above limit", "RMS gap [-]", "share of excess [%]"]
+    return tables.make_table("Where", heads, rows, text=(1,))
