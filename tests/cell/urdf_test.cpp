@@ -120,6 +120,7 @@ TEST_CASE("axes, fixed links, limits and notes are read as the file has them") {
   CHECK(two.base == "world");
   CHECK(two.tip == "tip");
   CHECK(two.joints == std::vector<std::string>{"j1", "j2"});
+  CHECK(two.cell.robot.joint_names == two.joints);
   const Eigen::Vector2d q(0.4, 0.7);
   const Pose T = T_base_tool(two.cell, q);
   Pose expected = Pose(Eigen::Translation3d(0, 0, 0.3)) * Pose(Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitY())) *
@@ -189,6 +190,7 @@ TEST_CASE("what is no serial arm is refused with what to do") {
   fails(replaced(two_joints, "<dynamics", "<mimic joint='j1'/><dynamics"), "j2 mimics another");
   fails(replaced(two_joints, "lower=\"-1\"", "lower=\"5\""), "lower limit is above");
   fails(replaced(two_joints, "<link name=\"tip\"/>", "<link name=\"tip\"/><link name=\"tip\"/>"), "occurs twice");
+  fails(replaced(two_joints, "name=\"j3\"", "name=\"j1\""), "<joint name=\"j1\"> occurs twice");
   fails(replaced(two_joints, "child link=\"tip\"", "child link=\"top\""), "refers to the link \"top\"");
   fails(replaced(two_joints, "child link=\"tip\"", "child link=\"a\""), "is the child of joints j1 and j3");
   fails(replaced(two_joints, "</robot>", ""), "is not valid XML");
@@ -210,6 +212,17 @@ TEST_CASE("friction of the joints goes to a URDF and back, motors do not") {
   const UrdfImport bare = parse_urdf(to_urdf(cell), "text");
   CHECK_FALSE(bare.cell.drives.has_value());
   CHECK(bare.notes.empty());
+}
+
+TEST_CASE("joints keep their names in a URDF, and have numbers where the cell has none") {
+  Cell cell = random_cell(3);
+  CHECK(parse_urdf(to_urdf(cell), "text").joints ==
+        std::vector<std::string>{"joint_1", "joint_2", "joint_3", "joint_4"});
+  cell.robot.joint_names = {"shoulder_pan_joint", "lift", "elbow", "wrist/1"};
+  const UrdfImport back = parse_urdf(to_urdf(cell), "text");
+  CHECK(back.joints == cell.robot.joint_names);
+  CHECK(back.cell.robot.joint_names == cell.robot.joint_names);
+  CHECK(parse_cell(to_yaml(back.cell), "text").robot.joint_names == cell.robot.joint_names);
 }
 
 TEST_CASE("a slide without limits cannot go to a URDF") {

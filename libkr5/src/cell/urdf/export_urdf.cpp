@@ -104,6 +104,13 @@ void add_tool(pugi::xml_node& robot, const Tool& tool) {
             tool.T_flange_sensor.inverse() * tool.T_flange_tool);
 }
 
+std::vector<std::string> joint_names(const Robot& robot) {
+  if (!robot.joint_names.empty()) return robot.joint_names;
+  std::vector<std::string> out;
+  for (int i = 1; i <= robot.joints(); ++i) out.push_back("joint_" + std::to_string(i));
+  return out;
+}
+
 /// Frame of a URDF link: the DH frame before its joint, turned to theta_offset. Its x axis and origin let an import
 /// find the same rows.
 Pose turned(const DhJoint& row) {
@@ -118,6 +125,7 @@ std::string to_urdf(const Cell& cell) {
   robot.append_attribute("name") = cell.name.empty() ? "robot" : cell.name.c_str();
   add_link(robot, "base_link", {});
   std::string parent = "base_link";
+  const std::vector<std::string> names = joint_names(cell.robot);
   Pose T = cell.robot.T_base_0;  // of the DH frame before joint i, in the URDF link before
   for (std::size_t i = 0; i < cell.robot.dh.size(); ++i) {
     const DhJoint& row = cell.robot.dh[i];
@@ -135,8 +143,7 @@ std::string to_urdf(const Cell& cell) {
       body = transformed_body(T_link_dh, Body{link.mass, link.com, link.inertia});
     }
     add_link(robot, name, body);
-    pugi::xml_node joint =
-        add_joint(robot, "joint_" + std::to_string(i + 1), type_of(row, bounded, i), parent, name, T * turned(row));
+    pugi::xml_node joint = add_joint(robot, names[i], type_of(row, bounded, i), parent, name, T * turned(row));
     add_motion(joint, limits, index, bounded);
     add_friction(joint, cell.drives, index);
     parent = name;

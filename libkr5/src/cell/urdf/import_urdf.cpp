@@ -144,6 +144,7 @@ class Importer {
     Robot& robot = out_.cell.robot;
     robot.T_base_0 = frames.chain.T_base_0;
     robot.dh = frames.chain.joints;
+    robot.joint_names = out_.joints;
     if (frames.T_flange_tip.translation().isZero(0.0)) return;
     out_.cell.tool = Tool{};
     out_.cell.tool->T_flange_tool = frames.T_flange_tip;
