@@ -216,6 +216,26 @@ TEST_CASE("the chain, the tool and the mounts are where the cell puts them") {
   CHECK(T_base_tool(bare, q).matrix() == T_base_flange.matrix());
 }
 
+TEST_CASE("a camera takes intrinsics in its lens model, or in the least that holds them") {
+  Cell cell = load_cell(general_file);
+  Pinhole lens = cell.camera->pinhole();
+  lens.fx += 1.0, lens.k1 -= 0.01;
+  cell.camera->set_pinhole(lens);
+  CHECK(cell.camera->distortion.model == LensModel::Rational8);
+  CHECK(cell.camera->pinhole().parameters() == lens.parameters());
+  Camera bare;
+  bare.set_pinhole({.width = 640, .height = 480, .fx = 500, .fy = 501, .cx = 320, .cy = 240});
+  CHECK(bare.distortion.model == LensModel::None);
+  Pinhole bent = bare.pinhole();
+  bent.k2 = 0.1;
+  bare.set_pinhole(bent);
+  CHECK(bare.distortion.model == LensModel::K1K2);
+  bent.p1 = 1e-3;
+  bare.set_pinhole(bent);
+  CHECK(bare.distortion.model == LensModel::Brown4);
+  CHECK(bare.pinhole().parameters() == bent.parameters());
+}
+
 TEST_CASE("a cell that could not be read back is not written over the old file") {
   const auto file = std::filesystem::temp_directory_path() / "kr5_cell_kept.yaml";
   Cell cell = load_cell(arc_file);
