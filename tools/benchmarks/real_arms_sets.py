@@ -20,7 +20,7 @@ import yaml
 
 import real_arms_identify as identify
 from kr5_tools.identify.motion_logs import read_motions
-from kr5_tools.log_import.command import import_recording
+from kr5_tools.log_import.importer import import_recording
 
 H = np.pi / 2
 

@@ -48,21 +48,29 @@ Node dependences(const std::vector<Dependence>& all) {
   });
 }
 
-Node place(const ColumnExcess& p, bool with_share) {
+/// Adds the name that a joint has in the robot's description, where it has one.
+void add_joint(Node& out, const cell::Robot& robot, const std::string& target) {
+  for (std::size_t i = 0; i < robot.joint_names.size(); ++i)
+    if (target == "joint" + std::to_string(i + 1)) out["joint"] = text(robot.joint_names[i]);
+}
+
+Node place(const ColumnExcess& p, const cell::Robot& robot, bool with_share) {
   Node out = map();
   out["experiment"] = text(p.experiment);
   out["column"] = text(p.column);
   if (with_share) out["target"] = text(p.target);
+  if (with_share) add_joint(out, robot, p.target);
   out["gap"] = Node::make_scalar(p.gap);
   if (with_share) out["share"] = Node::make_scalar(p.share);
   out["depends_on"] = dependences(p.depends_on);
   return out;
 }
 
-Node cause(const Cause& c) {
+Node cause(const Cause& c, const cell::Robot& robot) {
   Node out = map();
   out["effect"] = text(c.effect);
   out["target"] = text(c.target);
+  add_joint(out, robot, c.target);
   out["probability"] = Node::make_scalar(c.probability);
   Node parameters = map();
   for (const ParameterEstimate& p : c.parameters) {
@@ -101,9 +109,9 @@ std::string to_json(const Diagnosis& d) {
   Node out = map();
   out["format"] = text("kr5-gap/1");
   out["verdict"] = text(kr5::name_of(d.verdict));
-  out["where"] = list(d.where, [](const ColumnExcess& p) { return place(p, true); });
-  out["causes"] = list(d.causes, cause);
-  out["unexplained"] = list(d.unexplained, [](const ColumnExcess& p) { return place(p, false); });
+  out["where"] = list(d.where, [&](const ColumnExcess& p) { return place(p, d.cell.robot, true); });
+  out["causes"] = list(d.causes, [&](const Cause& c) { return cause(c, d.cell.robot); });
+  out["unexplained"] = list(d.unexplained, [&](const ColumnExcess& p) { return place(p, d.cell.robot, false); });
   out["shrink"] = reduction(d.reduction);
   Node& next = out["next_experiment"] = map();
   next["separates"] = list(d.next_experiment.separates, [](const std::string& s) { return text(s); });

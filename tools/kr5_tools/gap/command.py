@@ -9,6 +9,19 @@ from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.files import writing
 from kr5_tools.files.documents import OpenDocument, display_value, parse_json, read_text, validate_document
 from kr5_tools.gap import bench, diagnose, explain, plan
+from kr5_tools.gap.source import (
+    BaseOption,
+    EveryOption,
+    ModelOption,
+    SetOption,
+    SourceArgument,
+    SourceOptions,
+    TipOption,
+    TrustOption,
+    input_files,
+    open_source,
+    print_source,
+)
 from kr5_tools.gap.terminal_report import print_measure
 
 app = typer.Typer(no_args_is_help=True)
@@ -17,7 +30,6 @@ diagnose.add_to(app)
 explain.add_to(app)
 plan.add_to(app)
 
-Folder = Annotated[Path, typer.Argument(metavar="RECORDING", help="The folder of a recording (recording.yaml).")]
 CellFile = Annotated[
     Path | None,
     typer.Option("--cell", metavar="CELL.yaml", help="The cell to simulate; by default the recording's own."),
@@ -32,10 +44,19 @@ def gap() -> None:
     """Gap between simulation and recording, in units of noise: 1 is what noise alone leaves."""
 
 
-@app.command(epilog="Example: kr5 gap measure recordings/monday --cell tuned.yaml --json gap.json --png gap.png")
+@app.command(
+    epilog="Examples: kr5 gap measure fresh.csv --model tuned.urdf; kr5 gap measure recordings/monday --cell tuned.yaml"
+    " --json gap.json --png gap.png"
+)
 def measure(
-    folder: Folder,
+    source: SourceArgument,
     cell_file: CellFile = None,
+    model: ModelOption = None,
+    base: BaseOption = "",
+    tip: TipOption = "",
+    every: EveryOption = None,
+    overrides: SetOption = None,
+    trust: TrustOption = False,
     png: Annotated[
         Path | None, typer.Option("--png", metavar="GAP.png", help="Plot of the gap of every column (PNG).")
     ] = None,
@@ -45,24 +66,29 @@ def measure(
 ) -> None:
     """Gap of every column: RMS of (recorded - simulated) over its noise [-].
 
-    Columns that the recording lacks are left out; experiments that the simulator cannot predict are listed.
+    Of a recording, or of logs with any model of the robot. Columns that the recording lacks are left out; experiments
+    that the simulator cannot predict are listed.
     """
     import kr5.cell
     import kr5.gap
 
-    writing.check_writable(png, json_file, inputs=[cell_file, folder / "recording.yaml"])
-    recording = kr5.cell.load_recording(folder)
+    reading = SourceOptions(model, base, tip, every, overrides or [], trust)
+    own = input_files(source, reading) + ([cell_file] if cell_file else [])
+    writing.check_writable(png, json_file, inputs=own)
+    to = terminal.console(json_file)
+    compared = open_source(source, reading)
+    print_source(compared, to, everything)
     cell = kr5.cell.load_cell(cell_file) if cell_file else None
-    with terminal.spinner(f"simulating {folder}"):
-        found = kr5.gap.measure(recording, arguments.make_simulator(full), cell)
+    name = Path(compared.name)
+    with terminal.spinner(f"simulating {name}"):
+        found = kr5.gap.measure(compared.recording, arguments.make_simulator(full), cell)
     if not found.columns:
         terminal.fail(
-            f"{folder}: nothing to compare; expected columns that the simulator predicts, and their noise in the cell"
+            f"{name}: nothing to compare; expected columns that the simulator predicts, and their noise in the cell"
         )
-    to = terminal.console(json_file)
-    print_measure(folder, found, to, everything)
+    print_measure(name, found, to, everything)
     if png:
-        draw_gaps(found, png, str(folder))
+        draw_gaps(found, png, str(name))
         to.print(f"{png}: the gap of every column.", soft_wrap=True)
     writing.write_json(measure_dict(found), json_file)
 

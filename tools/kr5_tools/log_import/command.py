@@ -7,6 +7,7 @@ import typer
 
 from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.files import writing
+from kr5_tools.log_import.importer import import_recording
 from kr5_tools.log_import.map_file import EXAMPLE, KEYS
 
 app = typer.Typer(no_args_is_help=True)
@@ -25,12 +26,6 @@ EPILOG = (
     "Example: kr5 recording import monday.csv --map monday.yaml -o monday, where monday.yaml"
     f" says:\n\n{_as_lines(EXAMPLE)}\n\nAll keys:\n\n{_as_lines(KEYS)}"
 )
-
-REMEDIES = {
-    "t": (
-        "rows are spaced evenly with resample: {every: SECONDS} in the map; the cycle stands in servo.cycle of the cell"
-    )
-}
 
 
 @app.callback()
@@ -88,34 +83,6 @@ def import_log(
     for note in notes:
         to.print(f"Note: {note}.", soft_wrap=True, markup=False)
     writing.write_json(data, json_file)
-
-
-def import_recording(log: Path | None, map_file: Path) -> tuple[Any, list[str], list[Any]]:
-    """The recording, what was done to its numbers, and what speaks against them."""
-    import kr5.cell
-
-    from kr5_tools.log_import.importer import Importer
-    from kr5_tools.log_import.log_checks import LogProblem, check_log
-    from kr5_tools.log_import.map_file import load_map
-
-    importer = Importer(load_map(map_file), log)
-    with terminal.spinner(f"reading {log or map_file}"):
-        experiments = [importer.experiment(e) for e in importer.map.experiments]
-    recording = kr5.cell.Recording(importer.cell, experiments)
-    with terminal.spinner("comparing with the cell"):
-        found = [d for e in experiments for d in check_log(importer.cell, e)]
-    if not found:
-        found = [
-            LogProblem(
-                Path(p.file).stem,
-                p.field or "table",
-                p.found,
-                p.expected,
-                REMEDIES.get(p.field, "check this column in the map"),
-            )
-            for p in kr5.cell.check(recording)
-        ]
-    return recording, importer.notes, found
 
 
 @app.command(epilog="Example: kr5 recording guess monday.csv --cell cell.yaml -o monday.yaml")

@@ -1,5 +1,6 @@
 """The experiments of a recording from the columns of logs, as a map tells."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -10,12 +11,18 @@ import numpy as np
 from kr5_tools.cli import terminal
 from kr5_tools.log_import.log import Log
 from kr5_tools.log_import.log_file import read_log
-from kr5_tools.log_import.map_file import Clock, Experiment, Map, Source, Tool, column_family
+from kr5_tools.log_import.log_checks import LogProblem, check_log
+from kr5_tools.log_import.map_file import Clock, Experiment, Map, Source, Tool, column_family, load_map
 from kr5_tools.log_import.measured_motion import MARGIN, choose_smoothing, kept_times, smoothed
 from kr5_tools.log_import.values import Series, interpolate, low_pass, to_si, tool_poses
 
 MAX_ROWS = 5_000_000  # of an experiment
 GAP = 5.0  # median time steps, more than which is a gap
+REMEDIES = {
+    "t": (
+        "rows are spaced evenly with resample: {every: SECONDS} in the map; the cycle stands in servo.cycle of the cell"
+    )
+}
 STILL = ("poses", "views", "scan")  # rows need not follow each other in time
 
 
@@ -378,3 +385,30 @@ def inside_span(t: np.ndarray, experiment: Experiment, margin: float = 0.0) -> n
 
 def _given(value: float | None, otherwise: str) -> str:
     return otherwise if value is None else f"{value:g}"
+
+
+def import_recording(
+    log: Path | None, map_file: Path, complete: Callable[[Any], None] | None = None
+) -> tuple[Any, list[str], list[Any]]:
+    """The recording, what was done to its numbers, and what speaks against them. `complete` may add to its cell what the
+    log tells of it, before it is checked."""
+    importer = Importer(load_map(map_file), log)
+    with terminal.spinner(f"reading {log or map_file}"):
+        experiments = [importer.experiment(e) for e in importer.map.experiments]
+    recording = kr5.cell.Recording(importer.cell, experiments)
+    with terminal.spinner("comparing with the cell"):
+        found = [d for e in experiments for d in check_log(importer.cell, e)]
+    if complete is not None and not found:
+        complete(recording)
+    if not found:
+        found = [
+            LogProblem(
+                Path(p.file).stem,
+                p.field or "table",
+                p.found,
+                p.expected,
+                REMEDIES.get(p.field, "check this column in the map"),
+            )
+            for p in kr5.cell.check(recording)
+        ]
+    return recording, importer.notes, found

@@ -10,7 +10,7 @@ import kr5.cell
 import yaml
 
 from kr5_tools.cli import terminal
-from kr5_tools.log_import.command import import_recording
+from kr5_tools.log_import.importer import import_recording
 from kr5_tools.log_import.map_guess import guess_map
 from kr5_tools.log_import.model_parts import known_errors, with_noise, with_parts_to_try, with_torque_constants
 from kr5_tools.log_import.overrides import apply_overrides, parse_overrides
@@ -54,11 +54,15 @@ def record_logs(logs: Sequence[Path], cell: Any, options: LogOptions, described:
         guessed = guess_map(logs, cell, cell_file, every=options.every)
         apply_overrides(guessed.entry, of_map)
         map_file.write_text(yaml.safe_dump(guessed.entry, sort_keys=False))
-        recording, said, problems = import_recording(logs[0], map_file)
-    notes += [*guessed.notes, *said]
-    if described and not constants_stated:
-        notes += with_torque_constants(recording)
-    notes += with_noise(recording)
+        completed: list[str] = []
+
+        def complete(recording: Any) -> None:
+            if described and not constants_stated:
+                completed.extend(with_torque_constants(recording))
+            completed.extend(with_noise(recording))
+
+        recording, said, problems = import_recording(logs[0], map_file, complete)
+    notes += [*guessed.notes, *said, *completed]
     return LogRecording(recording, guessed.entry, guessed.reasons, notes, problems, known_errors(recording))
 
 

@@ -24,6 +24,7 @@ class DataCheck {
   void run() {
     size();
     still();
+    start();
     for (const std::string& name : e_.data.columns) finite(name);
     for (const char* name : {"pose", "view", "line", "run", "marker"}) whole(name);
     time();
@@ -117,12 +118,34 @@ class DataCheck {
     each_row(
         "t", [&](Row i) { return !same_run(i) || t[i] > t[i - 1]; },
         "time that increases within a run [s]; are rows out of order or duplicated?", Severity::Error);
-    if (!cell_.servo || e_.kind == Kind::Profile) return;
+    if (!cell_.servo || e_.kind == Kind::Profile || e_.joint_reference == JointReference::Measured) return;
     const double cycle = cell_.servo->cycle;
     each_row(
         "t",
         [&](Row i) { return !same_run(i) || t[i] <= t[i - 1] || std::abs(t[i] - t[i - 1] - cycle) <= 0.25 * cycle; },
         "a row every cycle of " + text_of(cycle) + " s; are rows missing, or is t in other units?");
+  }
+
+  /// A simulation of commands begins at rest, and so must what it is compared with, or a lead-in goes before.
+  void start() {
+    constexpr Row few = 8;
+    constexpr double moving = 0.02;  // [rad/s or m/s]
+    const Row rows = e_.data.values.rows();
+    if (e_.kind != Kind::Motion || e_.joint_reference == JointReference::Measured || e_.lead_in.values.rows() > 0 ||
+        rows < few)
+      return;
+    const Eigen::VectorXd t = column("t").head(few).array() - column("t").head(few).mean();
+    for (int j = 1; j <= cell_.robot.joints(); ++j) {
+      const std::string number = std::to_string(j), name = e_.data.find("q" + number) >= 0 ? "q" + number : "qc" + number;
+      const Eigen::VectorXd q = column(name).head(few);
+      const double speed = std::abs(t.dot(q) / std::max(t.squaredNorm(), 1e-12));
+      if (speed <= moving) continue;
+      report(0, name, "joint " + number + " moves at " + rounded_text(speed) + (slides(j - 1) ? " m/s" : " rad/s") +
+                          " when the motion begins",
+             "a motion that begins at rest, as its simulation does; cut the log where the arm rests, or give the "
+             "experiment a lead_in");
+      return;
+    }
   }
 
   bool slides(int joint) const {
