@@ -52,11 +52,12 @@ class LeftOutColumns {
 
 void add_block(ComparisonData& data, int experiment, const cell::Column& column, LeftOutColumns& left_out) {
   const cell::Experiment& e = data.recording->experiments[experiment];
-  const double sigma = data.recording->cell.noise.of(column.noise, column.joint);
+  const cell::Noise& noise = data.recording->cell.noise;
+  const double sigma = noise.of(column.noise, column.joint);
   if (sigma <= 0.0) return left_out.add(e.kind, column.name, "the cell does not state noise." + column.noise);
   data.blocks_of[experiment].push_back(static_cast<int>(data.blocks.size()));
-  data.blocks.push_back({experiment, e.kind, e.split, column.name, column.noise, sigma, data.size, e.data.values.rows(),
-                         column.group == cell::orientation_group});
+  data.blocks.push_back({experiment, e.kind, e.split, column.name, noise.field_of(column.noise, column.joint), sigma,
+                         data.size, e.data.values.rows(), column.group == cell::orientation_group});
   data.size += e.data.values.rows();
 }
 

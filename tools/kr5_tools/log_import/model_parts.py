@@ -44,10 +44,16 @@ def with_noise(recording: Any) -> list[str]:
     for family, key, own in (("i", "current", "joint_current"), ("tau", "torque", "joint_torque")):
         columns = [f"{family}{k + 1}" for k in range(n)]
         logs = [e for e in recording.experiments if columns[0] in e.data]
-        if not logs or cell.noise.of(key, 0) > 0:
+        if not logs or _is_stated(cell, family):
+            continue
+        noise = cell.noise
+        if family == "tau" and cell.drives is not None and noise.current > 0:
+            shares = np.asarray(cell.drives.structure).T * np.asarray(cell.drives.torque_constant) * noise.current
+            noise.joint_torque = np.linalg.norm(shares, axis=1).tolist()
+            cell.noise = noise
+            notes.append("noise of the joint torques follows from that of the currents")
             continue
         sigma = [difference_noise([np.asarray(e[c]) for e in logs]) for c in columns]
-        noise = cell.noise
         setattr(noise, own, sigma)
         cell.noise = noise
         unit = "A" if family == "i" else "N m"
@@ -65,6 +71,15 @@ def with_noise(recording: Any) -> list[str]:
         notes.append(f"noise.{key}, from neighbouring rows: {value:.2g}")
     recording.cell = cell
     return notes
+
+
+def _is_stated(cell: Any, family: str) -> bool:
+    """Whether the cell states the noise of currents or joint torques; `torque` is that of the wrist sensor, where there
+    is one."""
+    noise = cell.noise
+    if family == "i":
+        return bool(noise.current > 0 or len(noise.joint_current))
+    return bool(len(noise.joint_torque) or (noise.torque > 0 and noise.force == 0))
 
 
 def difference_noise(parts: list[np.ndarray]) -> float:

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -24,6 +25,8 @@ struct Noise {
 
   /// That of a column by its key: of a joint, from 0, where it has one of its own (`current`, `torque`; joint -1: none).
   double of(std::string_view key, int joint = -1) const;
+  /// The field that tells it: `joint_torque` in place of `torque` where joints have their own.
+  std::string field_of(std::string_view key, int joint = -1) const;
 
   static void each_field(auto& self, auto&& visit) {
     visit("position", self.position, "Joint reading [rad or m], and z of step and press experiments [m].");
