@@ -186,6 +186,8 @@ static void bind_recording(py::module_& m) {
   m.def(
       "find_column", [](Kind kind, const std::string& name) { return find_column(kind, name); }, py::arg("kind"),
       py::arg("name"), "Column of a kind by its name, also rx ry rz. Raises InvalidArgument for an unknown one.");
+  m.def("run_column", &run_column, py::arg("kind"),
+        "Column whose values keep a file's runs apart (`run`, `view`, ...); empty for a motion, which has one.");
   bind_struct<Experiment>(m, "Experiment", "Experiment: one file of a recording.")
       .def_property(
           "data", [](const Experiment& e) { return e.data; },

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstring>
 #include <filesystem>
 
@@ -94,7 +95,7 @@ TEST_CASE("columns say unit, role and noise, for any number of joints") {
       CHECK((c.noise.empty() || c.role == Role::Predicted));
       bool known = c.noise.empty();
       const Noise none;
-      Noise::each_field(none, [&](const char* key, double, const char*) { known |= c.noise == key; });
+      Noise::each_field(none, [&](const char* key, const auto&, const char*) { known |= c.noise == key; });
       CHECK(known);
     }
   CHECK(columns(Kind::Profile, 6)[7].noise == "depth");
@@ -210,4 +211,74 @@ TEST_CASE("a recording is not written outside its folder, nor two experiments in
   CHECK_THROWS_AS(save_recording(bad, folder.path), InvalidArgument);
   bad.experiments[0].file = bad.experiments[1].file;
   CHECK_THROWS_AS(save_recording(bad, folder.path), InvalidArgument);
+}
+
+TEST_CASE("a lead-in and measured positions are written and read back, and simulate the same") {
+  const test::Folder folder("lead_in");
+  Recording recording = test::sample_recording();
+  Experiment& motion = *std::find_if(recording.experiments.begin(), recording.experiments.end(),
+                                     [](const Experiment& e) { return e.kind == Kind::Motion; });
+  const io::Table whole = motion.data;
+  const double duration = 0.4 * (whole.column("t").tail<1>()[0] - whole.column("t")[0]);
+  motion = split_lead_in(motion, duration);
+  motion.joint_reference = JointReference::Measured;
+  REQUIRE(motion.lead_in.values.rows() > 0);
+  REQUIRE(motion.data.values.rows() + motion.lead_in.values.rows() == whole.values.rows());
+  save_recording(recording, folder.path);
+  const Recording back = load_recording(folder.path);
+  const Experiment& read = back.experiment(motion.name);
+  CHECK(identical(read.data, motion.data));
+  CHECK(identical(read.lead_in, motion.lead_in));
+  CHECK(read.joint_reference == JointReference::Measured);
+  CHECK(identical(with_lead_in(read).data, whole));
+}
+
+TEST_CASE("a lead-in that leaves no row is refused with the length of the file") {
+  const test::Folder folder("lead_in_too_long");
+  save_recording(test::sample_recording(), folder.path);
+  std::string index = io::read_text(folder.path / "recording.yaml");
+  const std::size_t at = index.find("kind: motion");
+  REQUIRE(at != std::string::npos);
+  io::write_text(folder.path / "recording.yaml",
+                 index.substr(0, at) + "lead_in: 1000.0\n    " + index.substr(at));
+  CHECK_THAT(complaint(folder.path), Contains("lead_in") && Contains("1000") && Contains("a time within the"));
+  CHECK_THROWS_WITH(split_lead_in(test::sample_recording().experiments.front(), 1000.0),
+                    Contains("no row is left after its lead-in"));
+}
+
+TEST_CASE("a motion that begins before the arm rests is warned of, unless it has a lead-in or is measured") {
+  const test::Folder folder("begins_in_motion");
+  Recording recording = test::sample_recording();
+  std::erase_if(recording.experiments, [](const Experiment& e) { return e.kind != Kind::Motion; });
+  Experiment& motion = recording.experiments.front();
+  const Eigen::Index rows = motion.data.values.rows();
+  for (const std::string stem : {"q2", "qc2"})
+    if (const int at = motion.data.find(stem); at >= 0)
+      motion.data.values.col(at) = Eigen::VectorXd::LinSpaced(rows, 0.1, 0.1 + 0.012 * 0.2 * static_cast<double>(rows));
+  const auto warned = [&] {
+    for (const io::Diagnostic& d : check(recording))
+      if (d.found.find("when the motion begins") != std::string::npos) return true;
+    return false;
+  };
+  CHECK(warned());
+  const Experiment late = split_lead_in(motion, 0.3);
+  motion.joint_reference = JointReference::Measured;
+  CHECK_FALSE(warned());
+  motion = late;
+  CHECK_FALSE(warned());
+}
+
+TEST_CASE("noise of single joints takes the place of that of all, and is checked") {
+  Cell cell = test::sample_recording().cell;
+  CHECK(cell.noise.of("current", 3) == cell.noise.current);
+  CHECK(cell.noise.field_of("current", 3) == "current");
+  cell.noise.joint_current = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6};
+  CHECK(cell.noise.of("current", 3) == 0.4);
+  CHECK(cell.noise.of("current") == cell.noise.current);
+  CHECK(cell.noise.field_of("current", 3) == "joint_current");
+  CHECK(parse_cell(to_yaml(cell), "text").noise.joint_current == cell.noise.joint_current);
+  cell.noise.joint_current.pop_back();
+  CHECK_THROWS_WITH(cell.validate(), Contains("noise.joint_current") && Contains("6 values, one a joint"));
+  cell.noise.joint_current = {0.1, 0.2, 0.3, 0.4, 0.5, -0.6};
+  CHECK_THROWS_WITH(cell.validate(), Contains("noise.joint_current") && Contains("positive"));
 }

@@ -157,10 +157,7 @@ inline void show(cell::Experiment& e, const cell::Cell& truth, Random& random) {
     const std::string& name = shown.columns[static_cast<std::size_t>(c)];
     double sigma = 0.0;
     for (const cell::Column& column : columns)
-      if (column.name == name)
-        cell::Noise::each_field(truth.noise, [&](const char* key, const double& value, const char*) {
-          if (column.noise == key) sigma = value;
-        });
+      if (column.name == name) sigma = truth.noise.of(column.noise, column.joint);
     if (name[0] == 'q' && e.kind == cell::Kind::Poses) sigma /= 2;  // a turn by w moves a unit quaternion by w/2
     e.data.columns.push_back(name);
     e.data.values.conservativeResize(Eigen::NoChange, e.data.values.cols() + 1);
@@ -288,10 +285,7 @@ inline int add_spikes(cell::Recording& r, double share, Random& random) {
   for (cell::Experiment& e : r.experiments)
     for (const cell::Column& column : cell::columns(e.kind, r.cell.robot.joints())) {
       const int at = e.data.find(column.name);
-      double sigma = 0.0;
-      cell::Noise::each_field(r.cell.noise, [&](const char* key, const double& value, const char*) {
-        if (column.noise == key) sigma = value;
-      });
+      const double sigma = r.cell.noise.of(column.noise, column.joint);
       if (at < 0 || sigma <= 0 || column.role != cell::Role::Predicted || column.group == "orientation") continue;
       for (double& value : e.data.values.col(at)) {
         if (random.uniform(0.0, 1.0) >= share) continue;

@@ -47,11 +47,8 @@ cell::Experiment experiment_of(const ArmCase& arm, Kind kind, int rows) {
 }
 
 double sigma(const cell::Noise& noise, const std::string& key) {
-  double out = 1.0;
-  cell::Noise::each_field(noise, [&](const char* name, const double& value, const char*) {
-    if (key == name) out = value;
-  });
-  return out;
+  const double out = noise.of(key);
+  return out > 0 ? out : 1.0;
 }
 
 /// Largest RMS difference of any column of two tables, in noise; what neither shows is the same.

@@ -27,8 +27,11 @@ class GuessedClock:
     reason: str
 
 
-def guess_clock(log: Log, column: str, cycle: float | None, every: float | None = None) -> GuessedClock | None:
-    """The clock of the rows of a column; nothing where no column looks like time and no interval is known."""
+def guess_clock(
+    log: Log, column: str, cycle: float | None, every: float | None = None, usual: float | None = USUAL_STEP
+) -> GuessedClock | None:
+    """The clock of the rows of a column; nothing where no column looks like time and no interval is known. `usual`: step
+    by which a unit that is not stated is told; none: stamps are in seconds."""
     rows = len(log.columns[column])
     stream = log.streams[column]
     own = log.clocks.get(stream)
@@ -44,7 +47,8 @@ def guess_clock(log: Log, column: str, cycle: float | None, every: float | None 
     stamps = log.columns[name]
     steps = np.diff(stamps[np.isfinite(stamps)])
     step = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
-    unit = "s" if own else stated_unit(name) or _unit_of(step, cycle or USUAL_STEP)
+    usual = cycle or usual
+    unit = "s" if own else stated_unit(name) or (_unit_of(step, usual) if usual else "s")
     scale = SCALES[unit]
     reason = f"a row every {step:.4g} {unit}" + (f", which is {step * scale:.4g} s" if scale != 1 else "")
     entry = None if own else {"column": name, "unit": unit}

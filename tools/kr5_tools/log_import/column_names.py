@@ -15,7 +15,7 @@ TORQUE = {"tau", "taum", "torque", "torques", "eff", "effort", "efforts", "trq",
 CURRENT = {"i", "cur", "curr", "current", "currents", "amp", "amps", "strom", "ma"}
 POSITION = {"q", "qm", "pos", "position", "positions", "angle", "angles", "joint", "axis", "j", "deg", "rad"}
 COMMAND = {"c", "qc", "cmd", "command", "commanded", "commands", "des", "desired", "target", "ref", "reference", "set"}
-COMMAND |= {"setpoint", "setpoints", "soll", "goal"}
+COMMAND |= {"setpoint", "setpoints", "soll", "goal", "trajectory"}
 MEASURED = {"act", "actual", "meas", "measured", "ist", "state", "states", "feedback", "fb", "real"}
 MOTOR_SIDE = {"qm", "taum", "motor", "rotor"}  # of angles and torques; a current is that of a motor anyway
 # Columns with one of these are no reading of a joint that a cell could show.

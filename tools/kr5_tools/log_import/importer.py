@@ -16,6 +16,7 @@ from kr5_tools.log_import.map_file import Clock, Experiment, Map, Source, Tool, 
 from kr5_tools.log_import.measured_motion import MARGIN, choose_smoothing, kept_times, smoothed
 from kr5_tools.log_import.values import Series, interpolate, low_pass, to_si, tool_poses
 
+LONG_AGO = 1e6  # [s] after which a stamp counts from an epoch, not from the beginning of a session
 MAX_ROWS = 5_000_000  # of an experiment
 GAP = 5.0  # median time steps, more than which is a gap
 REMEDIES = {
@@ -103,7 +104,8 @@ class Importer:
         if kind not in self.origins:
             own = [e for e in self.map.experiments if e.entry.kind == kind and e.entry.log]
             clocks = [(self.log(e.entry.log), self.clock_of(e)) for e in own]
-            self.origins[kind] = min(self.beginning(x, c) * c.seconds() for x, c in clocks if c and c.column)
+            first = min(self.beginning(x, c) * c.seconds() for x, c in clocks if c and c.column)
+            self.origins[kind] = 0.0 if 0 <= first < LONG_AGO else first
         return self.beginning(log, clock) * clock.seconds() - self.origins[kind]
 
     def main_time(self, log: Log, experiment: Experiment, where: str) -> np.ndarray:

@@ -1,5 +1,6 @@
 """What kind of experiment a log, or one stream of a log with several topics, shows."""
 
+import re
 from dataclasses import dataclass, field
 
 import kr5.cell
@@ -12,10 +13,11 @@ SIGNS: tuple[tuple[str, frozenset[str]], ...] = (
     ("profile", frozenset({"tilt", "alpha", "cx", "cy", "fc", "z"})),
     ("views", frozenset({"marker", "corner", "u", "v"})),
     ("scan", frozenset({"line", "speed", "x", "z"})),
-    ("press", frozenset({"zc", "z", "fz"})),
-    ("step", frozenset({"zc", "z"})),
+    ("step", frozenset({"zc", "z"})),  # a press, where a wrench was logged
     ("poses", frozenset({"x", "y", "z"})),
 )
+WRENCH_NAMES = ("fx", "fy", "fz", "tx", "ty", "tz")
+WRENCH = [re.compile(rf"(^|[^a-z])(?:{p})[_./]?{a}$") for p in ("f|force", "t|m|torque|moment") for a in "xyz"]
 WITH_JOINTS = ("views", "scan", "poses", "motion")
 
 
@@ -38,13 +40,23 @@ def log_parts(log: Log, joints: list[str], number: int) -> tuple[list[LogPart], 
         names = {name.split(":")[-1]: name for name in own.columns}
         families = find_families(own, joints, number)
         kind = next((k for k, signs in SIGNS if signs <= names.keys() and _has_joints(k, families)), None)
+        wrench = wrench_columns(own)
+        if kind == "step" and wrench:
+            kind = "press"
         if kind:
+            names |= dict(zip(WRENCH_NAMES, wrench))
             wanted = [c.name for c in kr5.cell.columns(kr5.cell.Kind(kind), number)]
             parts.append(LogPart(kind, own, {c: names[c] for c in wanted if c in names}, families))
     rest = [part.log.streams[next(iter(part.log.columns))] for part in parts]
     if any(log.streams[f.columns[0]] not in rest for f in whole.families.get("q", []) + whole.families.get("qc", [])):
         parts.insert(0, LogPart("motion", log, {}, whole))
     return parts, whole
+
+
+def wrench_columns(log: Log) -> list[str]:
+    """The six columns of a wrist sensor, by their names; none where one of them is missing."""
+    found = [n for pattern in WRENCH for n in [c for c in log.columns if pattern.search(c.lower())][:1]]
+    return found if len(found) == len(WRENCH) else []
 
 
 def _has_joints(kind: str, families: FoundFamilies) -> bool:

@@ -63,7 +63,7 @@ def record_logs(logs: Sequence[Path], cell: Any, options: LogOptions, described:
 
         recording, said, problems = import_recording(logs[0], map_file, complete)
     notes += [*guessed.notes, *said, *completed]
-    return LogRecording(recording, guessed.entry, guessed.reasons, notes, problems, known_errors(recording))
+    return LogRecording(recording, guessed.entry, guessed.told(), notes, problems, known_errors(recording))
 
 
 def _with_overrides(cell: Any, overrides: list[tuple[list[str], Any]]) -> Any:

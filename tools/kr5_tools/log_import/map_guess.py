@@ -12,16 +12,15 @@ import kr5.cell
 import numpy as np
 
 from kr5_tools.cli import terminal
-from kr5_tools.log_import.clock_guess import GuessedClock, guess_clock, require_clock
+from kr5_tools.log_import.clock_guess import USUAL_STEP, GuessedClock, guess_clock, require_clock
 from kr5_tools.log_import.column_names import Family, FoundFamilies
 from kr5_tools.log_import.experiment_split import RawPart, split_parts
-from kr5_tools.log_import.kind_guess import LogPart, log_parts
+from kr5_tools.log_import.kind_guess import WRENCH_NAMES, LogPart, log_parts, wrench_columns
 from kr5_tools.log_import.log import Log
 from kr5_tools.log_import.log_file import read_log
 from kr5_tools.log_import.map_file import names_of
 from kr5_tools.log_import.rest_guess import joints_move
 
-WRENCH = [re.compile(rf"(^|[^a-z])(?:{p})[_.]?{a}$") for p in ("f|force", "t|m|torque|moment") for a in "xyz"]
 LENGTHS = ("x", "y", "z", "zc", "cx", "cy")
 FARTHEST = 20.0  # [m] a cell reaches, beyond which a length is in millimetres
 LOADS = ("tau", "i")
@@ -34,6 +33,27 @@ class GuessedMap:
     entry: dict[str, Any]
     reasons: list[list[str]] = field(default_factory=list)  # item, proposal, reason
     notes: list[str] = field(default_factory=list)
+    logs_of: dict[tuple[str, str], list[str]] = field(default_factory=dict)  # of an item and its proposal
+
+    def because(self, log: str, item: str, proposal: str, reason: str) -> None:
+        """Adds a reason; logs that are read alike share one."""
+        logs = self.logs_of.setdefault((item, proposal), [])
+        if not logs:
+            self.reasons.append([item, proposal, reason])
+        if log not in logs:
+            logs.append(log)
+
+    def told(self) -> list[list[str]]:
+        """The reasons, with the logs where there are several."""
+        every = {log for logs in self.logs_of.values() for log in logs}
+        if len(every) < 2:
+            return self.reasons
+        out = []
+        for item, proposal, reason in self.reasons:
+            logs = self.logs_of.get((item, proposal), [])
+            where = "" if not logs else f" of {logs[0]}" if len(logs) == 1 else f" of {len(logs)} logs"
+            out.append([item + where, proposal, reason])
+        return out
 
 
 def guess_map(
@@ -44,9 +64,7 @@ def guess_map(
     parts: list[tuple[RawPart, dict[str, Any], GuessedClock | None]] = []
     for file in files:
         log = read_log(file)
-        for part in _parts_of(log, cell):
-            many = len(files) > 1 or len(parts) > 0
-            parts.append(_read_part(part, cell, every, out, f"{file.name}: " if many else ""))
+        parts += [_read_part(part, cell, every, out, file.name) for part in _parts_of(log, cell)]
     if not parts:
         terminal.fail("no log: expected at least one")
     entries = split_parts([raw for raw, _, _ in parts], out.reasons)
@@ -127,16 +145,14 @@ def _motion_columns(
     if "qc" not in columns:
         _use_measured(columns, q, qc, log, cell, servo, out, where)
     _note_others(found, columns, out, where)
-    wrench = _wrench_columns(log)
+    wrench = wrench_columns(log)
     if wrench:
         columns["wrench"] = {"from": wrench, "unit": ["N", "N m"]}
-        out.reasons.append(
-            [where + "wrench", ", ".join(wrench), "from the names; its unit, frame and sign must be checked"]
-        )
+        out.because(where, "wrench", ", ".join(wrench), "from the names; its unit, frame and sign must be checked")
     first = next(f for f in (qc, q, load) if f)
     cycle = cell.servo.cycle if cell.servo else None
     clock = require_clock(guess_clock(log, first.columns[0], cycle, every), log)
-    out.reasons.append([where + "clock", clock.proposal, clock.reason])
+    out.because(where, "clock", clock.proposal, clock.reason)
     return columns, clock
 
 
@@ -158,7 +174,7 @@ def _joint_entry(family: Family, log: Log, cell: Any, out: GuessedMap, where: st
     names = list(cell.robot.joint_names)
     how = "by the names of the joints" if family.named and names else "counted"
     shown = unit if isinstance(unit, str) else "/".join(dict.fromkeys(unit))
-    out.reasons.append([where + family.name, f"{family.columns[0]} to {family.columns[-1]} [{shown}]", f"{how}; {why}"])
+    out.because(where, family.name, f"{family.columns[0]} to {family.columns[-1]} [{shown}]", f"{how}; {why}")
     return entry
 
 
@@ -218,19 +234,16 @@ def _use_measured(
             " position, ...), without which no motion can be simulated"
         )
     columns["qc"] = {"from": "measured", "unit": "rad"}
-    out.reasons.append([where + "qc", "measured", why])
+    out.because(where, "qc", "measured", why)
 
 
 def _note_others(found: FoundFamilies, columns: dict[str, Any], out: GuessedMap, where: str) -> None:
     for name, families in found.families.items():
         unused = families[1:] if name in columns else families if name != "qd" else []
         for family in unused:
-            out.notes.append(f"{where}{family.columns[0]} to {family.columns[-1]} ({name}) are not used")
-
-
-def _wrench_columns(log: Log) -> list[str]:
-    found = [n for pattern in WRENCH for n in [c for c in log.columns if pattern.search(c.lower())][:1]]
-    return found if len(found) == len(WRENCH) else []
+            note = f"{family.columns[0]} to {family.columns[-1]} ({name}) are not used"
+            if note not in out.notes:
+                out.notes.append(note)
 
 
 # Other kinds
@@ -244,16 +257,18 @@ def _kind_columns(
     members = [f"q{k + 1}" for k in range(cell.robot.joints)]
     if q is not None and any(c.name == "q1" for c in kr5.cell.columns(kr5.cell.Kind(part.kind), cell.robot.joints)):
         columns["q"] = _joint_entry(q, part.log, cell, out, where)
-    wrench = [part.named[n] for n in ("fx", "fy", "fz", "tx", "ty", "tz") if n in part.named]
-    if len(wrench) == 6:
+    wrench = [part.named[n] for n in WRENCH_NAMES if n in part.named]
+    if len(wrench) == len(WRENCH_NAMES):
         columns["wrench"] = {"from": wrench, "unit": ["N", "N m"]}
     for name, column in part.named.items():
         if name != "t" and name not in members and column not in wrench:
             columns[name] = {"from": column, "unit": _value_unit(name, part.log.columns[column])}
     first = next(iter(part.named.values()))
-    clock = guess_clock(part.log, first, None, every)
+    moving = part.kind in ("step", "press", "profile")
+    cycle = cell.servo.cycle if cell.servo and moving else None
+    clock = guess_clock(part.log, first, cycle, every, USUAL_STEP if moving else None)
     shown = ", ".join(n for n in columns if n not in ("q", "wrench"))
-    out.reasons.append([f"{where}kind", part.kind, f"it has the columns {shown}"])
+    out.because(where, "kind", part.kind, f"it has the columns {shown}")
     return columns, clock
 
 

@@ -82,42 +82,40 @@ def _usable_stamp(values: list[float] | None) -> bool:
     return values is not None and len(set(values[:10])) > min(1, len(values) - 1) and values[0] > 0
 
 
-def _flatten(value: Any, name: str, out: dict[str, float], names: list[str]) -> None:
+def _flatten(value: Any, name: str, out: dict[str, float], names: list[str], labels: Any = None) -> None:
+    """Numbers by where they stand. Lists as long as the names of joints that a message lists, on any level of it, are told
+    apart by them."""
     if isinstance(value, (bool, int, float, np.number)):
         out[name] = float(value)
         return
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        value = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
-        value.pop("__msgtype__", None)
-    elif hasattr(value, "__slots__") and not isinstance(value, dict):
-        value = {key: getattr(value, key) for key in value.__slots__}
-    if isinstance(value, dict):
-        if (stamp := _stamp(value)) is not None:
+    fields = _fields(value)
+    if fields is not None:
+        if (stamp := _stamp(fields)) is not None:
             out[name] = stamp
             return
-        labels: Any = next((value[k] for k in ("name", "names", "joint_names") if _are_names(value.get(k))), None)
-        if labels is not None:
-            names.extend(n for n in map(str, labels) if n not in names)
-        _flatten_items(value, name, labels, out, names)
+        own: Any = next((fields[k] for k in ("name", "names", "joint_names") if _are_names(fields.get(k))), None)
+        if own is not None:
+            names.extend(n for n in map(str, own) if n not in names)
+            labels = own
+        for key, item in fields.items():
+            _flatten(item, f"{name}.{key}" if name else str(key), out, names, labels)
+    elif _is_list(value) and labels is not None and len(value) == len(labels) and not _are_names(value):
+        for label, item in zip(labels, value):
+            _flatten(item, f"{name}.{label}", out, names)
     elif _is_list(value) and len(value) <= LONGEST_LIST:
         for k, item in enumerate(value):
-            _flatten(item, f"{name}[{k}]", out, names)
+            _flatten(item, f"{name}[{k}]", out, names, labels)
 
 
-def _flatten_items(value: dict[str, Any], name: str, labels: Any, out: dict[str, float], names: list[str]) -> None:
-    """Lists as long as the list of names are told apart by them, also one level below (`actual.positions`)."""
-    for key, item in value.items():
-        inner = f"{name}.{key}" if name else str(key)
-        if dataclasses.is_dataclass(item) and not isinstance(item, type) and labels is not None:
-            item = {field.name: getattr(item, field.name) for field in dataclasses.fields(item)}
-        elif hasattr(item, "__slots__") and labels is not None and not isinstance(item, (dict, str, np.ndarray)):
-            item = {k: getattr(item, k) for k in item.__slots__}
-        if _is_list(item) and labels is not None and item is not labels and len(item) == len(labels):
-            item = dict(zip(labels, item))
-        elif isinstance(item, dict) and labels is not None and _stamp(item) is None:
-            _flatten_items(item, inner, labels, out, names)
-            continue
-        _flatten(item, inner, out, names)
+def _fields(value: Any) -> dict[str, Any] | None:
+    """What a message is made of; nothing for what is no message."""
+    if isinstance(value, dict):
+        return value
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {f.name: getattr(value, f.name) for f in dataclasses.fields(value) if f.name != "__msgtype__"}
+    if hasattr(value, "__slots__") and not isinstance(value, (str, bytes, np.ndarray)):
+        return {key: getattr(value, key) for key in value.__slots__}
+    return None
 
 
 def _are_names(value: Any) -> bool:
