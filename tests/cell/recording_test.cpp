@@ -236,7 +236,7 @@ TEST_CASE("a lead-in and measured positions are written and read back, and simul
 TEST_CASE("a lead-in that leaves no row is refused with the length of the file") {
   const test::Folder folder("lead_in_too_long");
   save_recording(test::sample_recording(), folder.path);
-  std::string index = io::read_text(folder.path / "recording.yaml");
+  const std::string index = io::read_text(folder.path / "recording.yaml");
   const std::size_t at = index.find("kind: motion");
   REQUIRE(at != std::string::npos);
   io::write_text(folder.path / "recording.yaml",
@@ -261,7 +261,7 @@ TEST_CASE("a motion that begins before the arm rests is warned of, unless it has
     return false;
   };
   CHECK(warned());
-  const Experiment late = split_lead_in(motion, 0.3);
+  const Experiment late = split_lead_in(motion, 0.1);
   motion.joint_reference = JointReference::Measured;
   CHECK_FALSE(warned());
   motion = late;

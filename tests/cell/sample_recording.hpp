@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <numbers>
@@ -22,7 +23,10 @@ struct Folder {
 /// Value of a column in row `i` of a small recording of the sample cell that nobody could object to.
 inline double sample_value(const cell::Cell& cell, const std::string& name, cell::Kind kind, int i) {
   static const Eigen::VectorXd q0 = (Eigen::VectorXd(6) << 0.2, 0.1, -2.6, 0.1, 0.2, 0.3).finished();
-  const auto q = [&](int row) { return Eigen::VectorXd(q0 + Eigen::VectorXd::Constant(6, 0.01 * row)); };
+  const auto q = [&](int row) {
+    const int moved = kind == cell::Kind::Motion ? std::max(0, row - 8) : row;  // a motion begins at rest
+    return Eigen::VectorXd(q0 + Eigen::VectorXd::Constant(6, 0.01 * moved));
+  };
   if (name == "t") return 0.012 * i;
   if (name == "pose" || name == "view" || name == "line") return i;
   if (name == "marker") return i % 35;

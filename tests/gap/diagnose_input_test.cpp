@@ -202,3 +202,84 @@ TEST_CASE("progress tells which part of the whole is done, and never falls") {
   CHECK(stages.front() == "simulating the nominal cell");
   CHECK(stages.back() == "analysing the residuals");
 }
+
+TEST_CASE("a motion that is cut while the arm moves is judged after a lead-in as a whole one is", "[not_sanitized]") {
+  Random random(41);
+  cell::Recording r;
+  r.cell = protocol::nominal();
+  cell::Experiment whole = protocol::motion(random, 0.0, 1200, 2.0).experiment("motion-1", cell::Kind::Motion,
+                                                                              cell::Split::Fit);
+  protocol::show(whole, r.cell, random);
+  cell::Experiment late = cell::split_lead_in(whole, 9.6);
+  cell::Experiment early = whole;
+  early.data.values = Eigen::MatrixXd(whole.data.values.topRows(800));
+  late.name = "motion-2", late.file = "motion-2.csv", late.split = cell::Split::Check;
+  r.experiments = {early, late};
+  const gap::Diagnosis led = diagnosed(r);
+  INFO(text(led));
+  CHECK(led.verdict == gap::Verdict::NoGap);
+  r.experiments[1].lead_in = {};  // simulated from rest, although the arm moves
+  CHECK(diagnosed(r).verdict != gap::Verdict::NoGap);
+}
+
+TEST_CASE("effects that a cell or a recording cannot show are listed as not tried, with what is missing") {
+  Random random(42);
+  cell::Recording r = protocol::only(protocol::record(protocol::nominal(), random), cell::Kind::Motion);
+  r.cell.tool.reset();
+  r.cell.camera.reset();
+  r.cell.laser.reset();
+  const gap::Diagnosis d = diagnosed(r);
+  const auto reason = [&](const std::string& effect) {
+    for (const gap::UntriedEffect& e : d.not_tried)
+      if (e.effect == effect) return e.reason;
+    return std::string("tried");
+  };
+  CHECK(reason("payload") == "the cell has no tool");
+  CHECK(reason("hand_eye") == "the cell has no camera");
+  CHECK(reason("tool_delay").find("no recorded column shows it") == 0);
+  CHECK(reason("coulomb_friction") == "tried");
+  CHECK(d.nearest.empty());
+  CHECK(gap::to_json(d).find("the cell has no tool") != std::string::npos);
+}
+
+TEST_CASE("beside an unknown cause the nearest effects are named, with the gap that each leaves", "[not_sanitized]") {
+  Random random(43);
+  cell::Recording r = protocol::only(protocol::record(protocol::nominal(), random), cell::Kind::Motion);
+  r.cell.robot.joint_names = {"a", "b", "c", "d", "e", "f"};
+  for (cell::Experiment& e : r.experiments) {  // what no catalogue names: a current that follows another joint
+    const Eigen::VectorXd q = e.data.column("qc4");
+    e.data.values.col(e.data.find("i2")) += 0.3 * (3.0 * q.array()).cos().matrix();
+  }
+  const gap::Diagnosis d = diagnosed(r);
+  INFO(text(d));
+  REQUIRE(d.verdict == gap::Verdict::Unknown);
+  CHECK(d.reduction.after == d.reduction.before);  // nothing is said to fall where nothing is blamed
+  REQUIRE_FALSE(d.nearest.empty());
+  CHECK(d.nearest.size() <= 3);
+  for (std::size_t k = 0; k < d.nearest.size(); ++k) {
+    CHECK(d.nearest[k].gap < 1.05 * d.reduction.before);
+    CHECK_FALSE(d.nearest[k].reason.empty());
+    if (k > 0) CHECK(d.nearest[k].gap >= d.nearest[k - 1].gap);
+  }
+  CHECK(gap::to_json(d).find("\"joint\": \"b\"") != std::string::npos);
+}
+
+TEST_CASE("what a simulator is known to be off in a column is no structure there, and is one in others",
+          "[not_sanitized]") {
+  Random random(44);
+  cell::Recording r = protocol::only(protocol::record(protocol::nominal(), random), cell::Kind::Motion);
+  for (cell::Experiment& e : r.experiments) {
+    const Eigen::VectorXd q = e.data.column("qc4");
+    e.data.values.col(e.data.find("i2")) += 0.1 * (3.0 * q.array()).cos().matrix();
+  }
+  gap::DiagnoseOptions options;
+  options.max_effects = options.refits = options.beam = 1;
+  options.simulator_errors = {{"motion.i2", 0.15}};
+  const gap::Diagnosis known = gap::diagnose(r, predict::FastSimulator(), options);
+  INFO(text(known));
+  CHECK(known.verdict == gap::Verdict::NoGap);
+  options.simulator_errors = {{"motion.i3", 0.15}};
+  CHECK(gap::diagnose(r, predict::FastSimulator(), options).verdict != gap::Verdict::NoGap);
+  options.simulator_errors = {{"motion.i3", -1.0}};
+  CHECK_THROWS_AS(gap::diagnose(r, predict::FastSimulator(), options), InvalidArgument);
+}

@@ -62,7 +62,8 @@ TEST_CASE("measured angles drive the motors themselves, with no servo between") 
     const double t = 0.012 * static_cast<double>(k);
     const VectorXd qd = size.array() * rate.array() * (rate.array() * t).sin();
     const VectorXd qdd = size.array() * rate.array().square() * (rate.array() * t).cos();
-    const VectorXd expected = arm.inverse_dynamics(q.row(k).transpose(), qd, qdd);
+    const kinematics::Rows at = q.row(k), speed = qd.transpose(), acceleration = qdd.transpose();
+    const VectorXd expected = arm.loads(at, speed, acceleration).tau.row(0).transpose();
     most = std::max(most, (torque.row(k).transpose() - expected).cwiseAbs().maxCoeff());
   }
   CHECK(most < 0.02);  // [N m]: a spline through rows 12 ms apart
@@ -91,7 +92,7 @@ TEST_CASE("joint torques that were logged beside currents follow from them by th
     e.data.values.rightCols<1>().setZero();
   }
   const World off = w.with("torque_constant", "joint2", {{"torque_constant", 0.9 * w.cell.drives->torque_constant[1]}});
-  for (const World* world : {&w, &off}) {
+  for (const World* world : {static_cast<const World*>(&w), &off}) {
     const io::Table shown = predict::FastSimulator().predict(world->cell, e);
     const MatrixXd expected =
         columns_of(shown, "i") * w.cell.drives->torque_constant.asDiagonal() * w.cell.drives->structure;

@@ -2,6 +2,7 @@
 #include <kr5/cell/recording.hpp>
 
 #include <algorithm>
+#include <optional>
 #include <set>
 #include <system_error>
 
@@ -24,12 +25,24 @@ constexpr const char* recording_format = "kr5-recording/1";
 
 /// An experiment as recording.yaml lists it.
 struct IndexEntry {
-  Experiment experiment;
-  double lead_in = 0.0;  ///< [s]
+  std::string name;
+  Kind kind = Kind::Motion;
+  std::string file;
+  Split split = Split::Fit;
+  std::optional<JointReference> joint_reference;
+  std::optional<double> lead_in;  ///< [s]
+
+  Experiment experiment() const {
+    return {name, kind, file, split, {}, joint_reference.value_or(JointReference::Commanded), {}};
+  }
 
   static constexpr auto required = Experiment::required;
   static void each_field(auto& self, auto&& visit) {
-    Experiment::each_field(self.experiment, visit);
+    visit("name", self.name, "Name of the experiment.");
+    visit("kind", self.kind, "Kind.");
+    visit("file", self.file, "CSV file.");
+    visit("split", self.split, "Use of the data.");
+    visit("joint_reference", self.joint_reference, "Values in qc; absent: commanded.");
     visit("lead_in", self.lead_in,
           "Time at the beginning that is simulated and not compared, because the motion does not begin at rest [s].");
   }
@@ -64,13 +77,13 @@ void check_index(const Index& index, const Node& root, const std::string& file, 
   c.expect(!index.experiments.empty(), "experiments", "at least one experiment");
   std::set<std::string> names, files;
   for (std::size_t i = 0; i < index.experiments.size(); ++i) {
-    const Experiment& e = index.experiments[i].experiment;
+    const IndexEntry& e = index.experiments[i];
     const std::string field = item("experiments", static_cast<Eigen::Index>(i));
     c.expect(names.insert(e.name).second, field + ".name", "every name once", "'" + e.name + "' a second time");
     c.expect(files.insert(std::filesystem::path(e.file).lexically_normal().string()).second, field + ".file",
              "every file once; rows used to fit must not be used to check", "'" + e.file + "' a second time");
     c.expect(stays_inside(e.file), field + ".file", "a file in the folder of the recording");
-    c.expect(index.experiments[i].lead_in >= 0, field + ".lead_in", "a time, not negative [s]");
+    c.expect(e.lead_in.value_or(0.0) >= 0, field + ".lead_in", "a time, not negative [s]");
   }
   for (Diagnostic& p : c.take()) diagnostics.push_back(std::move(p));
 }
@@ -194,9 +207,9 @@ ReadRecording read_recording(const std::filesystem::path& folder, std::vector<Di
   if (diagnostics.size() > before) return out;
   out.recording.cell_file = index.cell;
   std::vector<double> lead_in;
-  for (IndexEntry& entry : index.experiments) {
-    out.recording.experiments.push_back(std::move(entry.experiment));
-    lead_in.push_back(entry.lead_in);
+  for (const IndexEntry& entry : index.experiments) {
+    out.recording.experiments.push_back(entry.experiment());
+    lead_in.push_back(entry.lead_in.value_or(0.0));
   }
   read_cell_of(out, diagnostics);
   read_experiments(out, lead_in, diagnostics);
@@ -228,10 +241,15 @@ void save_recording(const Recording& recording, const std::filesystem::path& fol
   Index index{recording_format, recording.cell_file, {}};
   save_cell(recording.cell, folder / recording.cell_file);
   for (const Experiment& e : recording.experiments) {
-    index.experiments.push_back({e, lead_in_duration(e)});
+    IndexEntry& entry = index.experiments.emplace_back(IndexEntry{e.name, e.kind, e.file, e.split, {}, {}});
+    if (e.joint_reference != JointReference::Commanded) entry.joint_reference = e.joint_reference;
+    if (e.lead_in.values.rows() > 0) entry.lead_in = lead_in_duration(e);
     io::save_csv(with_lead_in(e).data, folder / e.file);
   }
-  io::write_text(folder / "recording.yaml", io::to_yaml(io::to_node(index)));
+  Node root = io::to_node(index);
+  for (Node& entry : root["experiments"].items)
+    std::erase_if(entry.entries, [](const auto& field) { return field.second.kind == Node::Kind::Null; });
+  io::write_text(folder / "recording.yaml", io::to_yaml(root));
 }
 
 }  // namespace kr5::cell

@@ -334,7 +334,8 @@ class Diagnoser {
     out_.where = column_excesses(data_, groups_, before);
     if (out_.verdict == Verdict::NoGap) out_.where.clear();
     if (rest.any()) out_.unexplained = column_excesses(data_, groups_, rest);
-    out_.reduction = gap_reduction(data_, groups_, before.shown, rest.shown);
+    // Small errors of the nominal parameters alone are no cause, so that nothing is said to fall by them.
+    out_.reduction = gap_reduction(data_, groups_, before.shown, out_.causes.empty() ? before.shown : rest.shown);
     out_.cell = setup_of(data_, judged.parts).cell;
     out_.next_experiment = next_experiment(data_, judged, models_.all(), out_.causes, options_.threads);
   }

@@ -403,14 +403,12 @@ def import_recording(
     if complete is not None and not found:
         complete(recording)
     if not found:
-        found = [
-            LogProblem(
-                Path(p.file).stem,
-                p.field or "table",
-                p.found,
-                p.expected,
-                REMEDIES.get(p.field, "check this column in the map"),
-            )
-            for p in kr5.cell.check(recording)
-        ]
+        files = {Path(e.file).stem for e in experiments}
+        for p in kr5.cell.check(recording):
+            name, field = Path(p.file).stem, p.field or "table"
+            if name in files:
+                remedy = REMEDIES.get(p.field, "check this column in the map")
+                found.append(LogProblem(name, field, p.found, p.expected, remedy))
+            else:  # of the model, which the log does not contradict
+                importer.note(f"the cell: {field}: found {p.found}, expected {p.expected}")
     return recording, importer.notes, found

@@ -43,11 +43,11 @@ def record_logs(logs: Sequence[Path], cell: Any, options: LogOptions, described:
     """Brings logs in with the cell of the recorded robot. `described`: the cell comes from a description of the robot,
     which states neither drives nor noise."""
     of_map, of_cell = parse_overrides(options.overrides)
-    cell = _with_overrides(cell, of_cell)
-    constants_stated = cell.drives is not None or any(path[0] == "drives" for path, _ in of_cell)
+    constants_stated = cell.drives is not None or any(path[:2] == ["drives", "torque_constant"] for path, _ in of_cell)
     notes: list[str] = []
     if described:
         cell, notes = with_parts_to_try(cell)
+    cell = _with_overrides(cell, of_cell)
     with tempfile.TemporaryDirectory() as folder:
         cell_file, map_file = Path(folder) / "cell.yaml", Path(folder) / "map.yaml"
         kr5.cell.save_cell(cell, cell_file)

@@ -131,7 +131,8 @@ int mark_spikes(ComparisonData& data, const Eigen::VectorXd& residual, bool near
     if (!in_order(block.kind)) continue;
     const Eigen::VectorXd r = block.rows_of(residual), run = runs(data.experiment(block));
     std::vector<double> differences = second_differences(r, run);
-    const double limit = spike * std::max(mad_to_sigma * median(differences), least_noise);
+    const double seen = mad_to_sigma * median(differences);
+    const double limit = spike * (seen < least_noise ? 1.0 : seen);  // of coarse numbers the declared noise, as below
     const Eigen::VectorXd edge = near_edges ? Eigen::VectorXd::Zero(r.size()) : edges(data.experiment(block), r);
     Eigen::ArrayXd use = data.use.segment(block.first, block.rows);
     // Once more for those that stand beside another.
