@@ -63,7 +63,7 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
     "pick": ("picking.pick", "Poses of the cylinders in a scanned bin, and the order to pick them."),
     "scene": ("simulation.scene", "Scenes in DART with expected results."),
     "gap": ("gap.command", "Gap between simulation and recording: measurement, causes, next experiment."),
-    "replay": ("replay.command", "Page with a 3D replay of a recording."),
+    "replay": ("simulation.replay", "Page with a recording or a protocol in 3D and its signals."),
     "report": ("report.command", "Self-contained page of a result file."),
 }
 GROUP_HELP = {

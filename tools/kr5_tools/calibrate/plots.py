@@ -31,7 +31,7 @@ from kr5_tools.calibrate.residual_plots import (
 )
 from kr5_tools.calibrate.response_plots import contact_curve, force_loop_plot, servo_responses, wrench_overlays
 from kr5_tools.calibrate.workspace_plots import condition_map, dexterity_map, reachable_region, singular_value_map
-from kr5_tools.pages.plot_style import BLUE, GREEN, GREY, RED, STYLE, WIDE, WIDTH, plt
+from kr5_tools.pages.plot_style import BLUE, GREEN, GREY, ON_PALE, RED, STYLE, WIDE, WIDTH, plt
 
 CAMERA_PARAMETERS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
 POSE_PARAMETERS = ("x", "y", "z", "rx", "ry", "rz")
@@ -75,7 +75,7 @@ def correlation_plot(data: dict[str, Any]) -> Figure | None:
                     ha="center",
                     va="center",
                     fontsize=8.5,
-                    color="white" if abs(matrix[i, j]) > 0.65 else "#111827",
+                    color="white" if abs(matrix[i, j]) > 0.65 else ON_PALE,
                 )
     figure.colorbar(shown, ax=axes, label="correlation [-]", location="bottom", shrink=0.8, aspect=30)
     return figure
