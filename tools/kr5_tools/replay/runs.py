@@ -77,9 +77,9 @@ def experiment_runs(
             found = [_postures(cell, experiment, predicted, most)]
         for run in found:
             if isinstance(run, str):
-                skipped.append(Skipped(name, run))
+                skipped.append(Skipped(name, f"{run}; {remark}" if remark else run))
                 continue
-            run.name, run.remark = name + run.name, remark
+            run.name, run.remark = name + run.name, f"{remark[:1].upper()}{remark[1:]}." if remark else ""
             runs.append(thinned_run(run, most))
     return runs, skipped
 
@@ -93,7 +93,7 @@ def simulated_columns(cell: Any, experiment: Any, simulator: Any | None) -> tupl
     try:
         return simulator.predict(cell, experiment), ""
     except kr5.Error as error:
-        return None, f"Not simulated: {error}."
+        return None, f"not simulated: {error}"
 
 
 def _motion(cell: Any, experiment: Any, predicted: Any | None) -> Run | str:
