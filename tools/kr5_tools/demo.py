@@ -29,7 +29,10 @@ def demo(
         Path | None,
         typer.Argument(
             metavar="FOLDER",
-            help="Data of the demo, beside which the recording to diagnose lies; by default share/data/demo of the checkout.",
+            help=(
+                "Data of the demo, beside the folder `friction` of the recording to diagnose; by default"
+                " share/data/demo of the checkout."
+            ),
         ),
     ] = None,
     output: Annotated[
