@@ -111,12 +111,19 @@ def _add(parent: typer.Typer, name: str, entry: Entry, load: bool) -> None:
         parent.command(name, help=text)(lambda: None)
         return
     app = importlib.import_module(f"{PACKAGE}.{module}").app
+    for command in app.registered_commands:
+        command.help = join_lines(command.help or command.callback.__doc__ or "")
     if len(app.registered_commands) == 1 and app.registered_callback is None and not app.registered_groups:
         info = app.registered_commands[0]
         info.name = name
         parent.registered_commands.append(info)
     else:
         parent.add_typer(app, name=name, help=text, no_args_is_help=True)
+
+
+def join_lines(text: str) -> str:
+    """The paragraphs of a docstring, each on one line, which help breaks to the width of the terminal."""
+    return "\n\n".join(" ".join(paragraph.split()) for paragraph in text.split("\n\n"))
 
 
 def make_app(wanted: tuple[str, ...] | None = None) -> typer.Typer:

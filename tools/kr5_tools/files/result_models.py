@@ -167,6 +167,49 @@ class DiagnosisFile(OpenDocument):
     warnings: list[str] = []
 
 
+class GapMeasureFile(OpenDocument):
+    """Gap of every column, `kr5-gap-measure/1`."""
+
+    gap: float
+    parts: list[dict[str, Any]]
+    columns: dict[str, float] = Field(min_length=1)
+    limits: dict[str, float] = Field({}, description="limit of noise of each column [-]")
+
+
+class GapPlanFile(OpenDocument):
+    """Experiments that distinguish alternatives, `kr5-gap-plan/1`."""
+
+    alternatives: list[list[EffectOnTarget]]
+    text: str
+    experiments: list[dict[str, Any]]
+
+
+class InsertionFile(OpenDocument):
+    """What `kr5 insert --json` writes."""
+
+    inserted: bool
+    pegs: list[dict[str, Any]]
+    phases: list[dict[str, Any]]
+    profile: dict[str, list[float]]
+    directions: dict[str, dict[str, float | None]]
+    T_tube_actual: PoseMatrix
+
+
+class SceneCheckEntry(OpenDocument):
+    expected: dict[str, Any]
+    value: float | None
+    passed: bool
+    unit: str
+
+
+class SceneResultFile(OpenDocument):
+    """What `kr5 scene run --json` writes."""
+
+    name: str
+    passed: bool
+    checks: list[SceneCheckEntry]
+
+
 class SweepFile(OpenDocument):
     """`sweep.json`: what a sweep is of."""
 
@@ -322,6 +365,10 @@ class UncertaintyFile(OpenDocument):
 
 MODELS: dict[str, type[Document]] = {
     "kr5-gap/1": DiagnosisFile,
+    "kr5-gap-measure/1": GapMeasureFile,
+    "kr5-gap-plan/1": GapPlanFile,
+    "kr5-insertion/1": InsertionFile,
+    "kr5-scene-result/1": SceneResultFile,
     "kr5-sweep/1": SweepFile,
     "kr5-sensitivity-run/1": SensitivityRunFile,
     "kr5-sensitivity/1": SensitivityFile,

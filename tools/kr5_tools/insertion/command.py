@@ -8,7 +8,7 @@ import typer
 
 from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.cli.options import options_from
-from kr5_tools.files import writing
+from kr5_tools.files import results, writing
 from kr5_tools.insertion import directions, ending_tables, messages
 from kr5_tools.insertion.task import Cell, load_cell, set_task
 
@@ -83,9 +83,10 @@ def insert(
     with terminal.spinner("inserting"):
         result = kr5.sim.run_insertion(cell, setup)
     to = terminal.console(json_file)
-    print_insertion(result, to)
+    data = ending_tables.as_dict(result, setup)
+    print_insertion(result, data, to)
     write_outputs(result, setup, source, to, output, csv, png)
-    writing.write_json(ending_tables.as_dict(result, setup), json_file)
+    results.write_result(json_file, "kr5-insertion/1", **data)
     if view:
         writing.publish()
         terminal.open_page(output)
@@ -93,12 +94,13 @@ def insert(
         raise typer.Exit(1)
 
 
-def print_insertion(result: Any, to: Any) -> None:
+def print_insertion(result: Any, data: dict[str, Any], to: Any) -> None:
     x, y = (1e3 * v for v in result.T_tube_actual[:2, 3])
-    to.print(tables.make_table("Phases", ending_tables.PHASE_COLUMNS, ending_tables.phase_rows(result), text=(4,)))
-    if turn := directions.table_rows(result):
+    rows = ending_tables.phase_rows(data["phases"])
+    to.print(tables.make_table("Phases", ending_tables.PHASE_COLUMNS, rows, text=(4,)))
+    if turn := directions.table_rows(data["directions"]):
         to.print(tables.make_table("\nDirection of the hole by the last turn", directions.COLUMNS, turn))
-    to.print(tables.make_table("\nResult", ending_tables.PEG_COLUMNS, ending_tables.peg_rows(result)))
+    to.print(tables.make_table("\nResult", ending_tables.PEG_COLUMNS, ending_tables.peg_rows(data)))
     to.print(
         f"{ending_tables.PEG_TEXT}\n\nThe axis of the tube is assumed at (0, 0); its true position is ({x:.3f},"
         f" {y:.3f}) mm across it.",

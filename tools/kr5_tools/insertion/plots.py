@@ -70,12 +70,13 @@ def _shade(axes: Any, result: Any, label: bool) -> None:
 
 
 def profile_plot(result: Any) -> Figure | None:
-    if not len(result.profile):
-        return None
-    order = np.argsort(result.profile["azimuth"])
-    azimuth, height_plot, closed = (
-        np.asarray(result.profile[name])[order] for name in ("azimuth", "height", "closed_form")
-    )
+    return draw_profile(result.profile) if len(result.profile) else None
+
+
+def draw_profile(profile: Any) -> Figure:
+    """Of the columns azimuth, height and closed_form [rad, m]."""
+    order = np.argsort(profile["azimuth"])
+    azimuth, measured, closed = (np.asarray(profile[name])[order] for name in ("azimuth", "height", "closed_form"))
     figure, axes = plt.subplots(2, 1, figsize=(WIDE, 4.4), sharex=True, height_ratios=(3, 1.3))
     axes[0].plot(
         np.degrees(azimuth),
@@ -84,11 +85,11 @@ def profile_plot(result: Any) -> Figure | None:
         linewidth=1.6,
         label="closed form, at the true position of the peg",
     )
-    axes[0].plot(np.degrees(azimuth), 1e3 * height_plot, "o", color=RED, markersize=3.2, label="measured")
+    axes[0].plot(np.degrees(azimuth), 1e3 * measured, "o", color=RED, markersize=3.2, label="measured")
     axes[0].set_ylabel("height of the peg's\nbottom centre [mm]")
     axes[0].legend(fontsize=9, loc="lower left", bbox_to_anchor=(0, 1), ncols=2)
     axes[1].axhline(0, color=GREY, linewidth=0.8)
-    axes[1].plot(np.degrees(azimuth), 1e3 * (height_plot - closed), ".", color=RED, markersize=4)
+    axes[1].plot(np.degrees(azimuth), 1e3 * (measured - closed), ".", color=RED, markersize=4)
     axes[1].set_ylabel("difference\n[mm]")
     axes[1].set_xlabel("azimuth of the lowest point of the rim [deg]")
     axes[1].set_xticks(range(0, 361, 45))

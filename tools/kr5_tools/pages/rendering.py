@@ -42,6 +42,7 @@ def render_page(template: str, **values: Any) -> str:
     env.filters["phrase"] = field_phrase
     env.filters["code"] = with_code
     env.filters["themed"] = with_theme
+    env.filters["words"] = word_columns
     env.globals["vendored"] = read_vendored
     return env.get_template(template).render(**values)
 
@@ -61,6 +62,12 @@ def embed_plot(plot: Any) -> dict[str, Any]:
         "wide": plot.wide,
         "svg": Markup(text.replace("<svg ", f'<svg class="plot" role="img" aria-label="{label}" ', 1)),
     }
+
+
+def word_columns(table: dict[str, Any]) -> list[int]:
+    """The columns of a table that hold no number, which stand to the left."""
+    columns = list(zip(*table["rows"]))
+    return [k for k, cells in enumerate(columns) if not any(re.match(r"[-+−±]?[\d.]", str(cell)) for cell in cells)]
 
 
 def read_vendored(name: str) -> Any:

@@ -7,11 +7,11 @@ from typing import Annotated, Any
 import typer
 
 from kr5_tools.cli import arguments, tables, terminal
-from kr5_tools.files import writing
+from kr5_tools.files import results, writing
 from kr5_tools.files.documents import read_yaml
 from kr5_tools.replay.rerun_log import Rerun, write_rerun
 from kr5_tools.simulation import camera_images
-from kr5_tools.simulation.scene_page import scene_page, scene_run
+from kr5_tools.simulation.scene_page import scene_page, scene_result, scene_run
 
 app = typer.Typer(no_args_is_help=True)
 
@@ -94,16 +94,16 @@ def run(
         with writing.folder_beside(images) as new:
             files = camera_images.write_views(new, result.cell, shots, options)
         to.print(f"{images}: {len(files)} pictures.", soft_wrap=True)
+    data = scene_result(result, _title(file))
     motion = scene_run(result) if output or rerun or shown else None
     if output and motion:
-        writing.write_text(scene_page(result, motion, file, _title(file)), output)
+        writing.write_text(scene_page(result, data, motion, file), output)
         to.print(f"{output}: open it in a browser.", soft_wrap=True, markup=False)
     if rerun and motion:
         write_rerun(rerun, result.cell, [motion], to)
     if shown and motion and motion.q is not None:
         shown.show(result.cell, result.solids, motion.t.tolist(), motion.q.tolist(), str(picture or ""))
-    checks = [check.to_dict() for check in result.checks]
-    writing.write_json({"passed": result.passed, "steps": result.steps, "checks": checks}, json_file)
+    results.write_result(json_file, "kr5-scene-result/1", **data)
     if not result.passed:
         raise typer.Exit(1)
 

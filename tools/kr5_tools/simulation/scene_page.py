@@ -7,6 +7,7 @@ import numpy as np
 
 from kr5_tools.cli import terminal
 from kr5_tools.cli.numbers import NONE, table_unit
+from kr5_tools.pages.tables_page import write_tables_page
 from kr5_tools.replay.page import make_page
 from kr5_tools.replay.runs import Run
 from kr5_tools.replay.signals import signal_of
@@ -29,26 +30,54 @@ PUSH_COLUMNS = {
     "tilt": ("tilt of the peg", "rad", "angle"),
     "alpha": ("azimuth of the tilt", "rad", "angle"),
 }
-CHECK_COLUMNS = ["column", "statistic", "from [s]", "to [s]", "value", "least", "most", "unit", "result"]
+CHECK_COLUMNS = ["column", "statistic", "from [s]", "to [s]", "value", "at least", "at most", "unit", "result"]
+CHECK_TEXT = "Each statistic is that of the column from the first time to the second."
 
 
-def scene_page(result: Any, run: Run, source: Path, title: str) -> str:
-    """The HTML."""
-    met = sum(check.passed for check in result.checks)
+def scene_result(result: Any, name: str) -> dict[str, Any]:
+    """What a scene gave (`kr5-scene-result/1`): each expectation, in SI, with the time that it is about."""
+    end = float(result.rows["t"][-1])
+    checks = [{**check.to_dict(), "unit": column_meaning(result, check.expected.column)[1]} for check in result.checks]
+    for check in checks:
+        check["expected"]["end"] = end if check["expected"]["end"] is None else check["expected"]["end"]
+    return {"name": name, "passed": result.passed, "steps": result.steps, "duration": end, "checks": checks}
+
+
+def verdict_text(data: dict[str, Any]) -> str:
+    met, count = sum(check["passed"] for check in data["checks"]), len(data["checks"])
+    return f"{met} of {count} expectation{'' if count == 1 else 's'} met."
+
+
+def scene_page(result: Any, data: dict[str, Any], run: Run, source: Path) -> str:
+    """The HTML of a scene that has just been run; `data`: its result."""
     return make_page(
         result.cell,
         [run],
         source,
         made_by="kr5 scene run",
-        title=title,
+        title=data["name"],
         solids=result.solids,
         template="scene.html",
         look="good" if result.passed else "unusable",
         icon="✓" if result.passed else "✗",
-        verdict=f"{met} of {len(result.checks)} expectations are met.",
-        columns=CHECK_COLUMNS,
-        checks=[check_row(result, check) for check in result.checks],
+        word="Passed" if result.passed else "Failed",
+        verdict=verdict_text(data),
+        checks=checks_table(data),
     )
+
+
+def write_page(data: dict[str, Any], source: str, output: Path, png: Path | None) -> list[Path]:
+    """Writes the page of a result file, which holds no motion."""
+    text = "The result holds no motion; `kr5 scene run -o PAGE.html` writes the page with the motion."
+    word, label = ("good", "Passed") if data["passed"] else ("unusable", "Failed")
+    parts = [{"title": "", "texts": [text], "plots": [], "tables": [checks_table(data)]}]
+    page = {**data, "verdict": {"word": word, "label": label, "text": verdict_text(data)}}
+    return write_tables_page(page, data["name"], "kr5 scene run", source, parts, output, png)
+
+
+def checks_table(data: dict[str, Any]) -> dict[str, Any]:
+    rows = [check_row(check) for check in data["checks"]]
+    return {"title": "Expectations", "columns": CHECK_COLUMNS, "rows": rows, "texts": [CHECK_TEXT]}
 
 
 def column_meaning(result: Any, name: str) -> tuple[str, str, str]:
@@ -68,21 +97,20 @@ def column_meaning(result: Any, name: str) -> tuple[str, str, str]:
     return label, unit, "link position" if link else str(column.channel)
 
 
-def check_row(result: Any, check: Any) -> list[str]:
+def check_row(check: dict[str, Any]) -> list[str]:
     """An expectation and what came of it, in the units of tables."""
-    expected = check.expected
-    factor, unit = table_unit(column_meaning(result, expected.column)[1])
-    end = float(result.rows["t"][-1]) if expected.end is None else expected.end
-    bounds = [NONE if bound is None else f"{factor * bound:.6g}" for bound in (expected.least, expected.most)]
+    expected = check["expected"]
+    factor, unit = table_unit(check["unit"])
+    bounds = [NONE if expected[k] is None else f"{factor * expected[k]:.6g}" for k in ("least", "most")]
     return [
-        expected.column,
-        str(expected.statistic),
-        f"{expected.begin:g}",
-        f"{end:g}",
-        f"{factor * check.value:.6g}",
+        expected["column"],
+        str(expected["statistic"]),
+        f"{expected['begin']:g}",
+        f"{expected['end']:g}",
+        NONE if check["value"] is None else f"{factor * check['value']:.6g}",
         *bounds,
         unit,
-        "met" if check.passed else "not met",
+        "met" if check["passed"] else "not met",
     ]
 
 
