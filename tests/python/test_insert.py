@@ -88,7 +88,7 @@ def test_the_page_replays_the_cell_and_the_tube_from_close_by(run_kr5, browser, 
     browser.evaluate("(s => { s.value = 3.0; s.dispatchEvent(new Event('input')); })(document.getElementById('time'))")
     assert all(a != b for a, b in zip(before, browser.evaluate(pictures)))
     assert "attempt 1: roll" in browser.evaluate("document.getElementById('told').textContent")
-    assert browser.evaluate("document.images.length") == 4
+    assert browser.evaluate("document.querySelectorAll('svg.plot').length") == 4
     assert browser.complaints() == []
 
 

@@ -86,11 +86,15 @@ def model_plot(data: dict[str, Any]) -> Figure | None:
     if len(rows) < 2:
         return None
     rows = sorted(rows, key=lambda m: m["held_out_rms"])[:12][::-1]
-    figure, axes = plt.subplots(figsize=(WIDTH, 0.9 + 0.28 * len(rows)))
+    figure, axes = plt.subplots(figsize=(WIDTH, 0.9 + 0.4 * len(rows)))
     at = np.arange(len(rows))
     axes.plot([m["fitted_rms"] for m in rows], at, "o", mfc="none", color=GREY, label="fitted views")
     axes.plot([m["held_out_rms"] for m in rows], at, "o", color=BLUE, label="held-out views")
-    axes.set_yticks(at, [model_name(m) + (" ◀" if m.get("chosen") else "") for m in rows], fontsize=9)
+    axes.set_yticks(at, [])
+    for y, model in zip(at, rows):  # above its marks, since names may be longer than the plot is wide beside it
+        name = model_name(model) + (" (used)" if model.get("chosen") else "")
+        axes.text(0.01, y + 0.22, name, transform=axes.get_yaxis_transform(), fontsize=8.5, va="bottom")
+    axes.set_ylim(-0.5, len(rows) - 0.2)
     if rows[0]["held_out_rms"] > 4 * rows[-1]["held_out_rms"]:
         axes.set_xscale("log")
         axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from kr5_tools.pages.plot_style import BLUE, GREY, INK, RED, WIDE, WIDTH, plt
+from kr5_tools.pages.plot_style import BLUE, GREY, INK, RED, RED_TEXT, WIDE, WIDTH, plt
 
 MOST_ARROWS = 3000
 
@@ -29,7 +29,7 @@ def _bars(names: list[str], values: np.ndarray, marked: np.ndarray, label: str, 
                 axes.annotate(
                     " outlier",
                     (bar.get_width(), bar.get_y() + bar.get_height() / 2),
-                    color=RED,
+                    color=RED_TEXT,
                     va="center",
                     fontsize=9,
                     annotation_clip=False,
@@ -128,7 +128,7 @@ def residual_field(data: dict[str, Any]) -> Figure | None:
         axes.annotate(
             "orange: views named as outliers",
             (width, -0.045 * width),
-            color=RED,
+            color=RED_TEXT,
             ha="right",
             va="center",
             annotation_clip=False,

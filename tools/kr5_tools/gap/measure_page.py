@@ -49,7 +49,8 @@ def parts_table(parts: list[dict[str, Any]]) -> dict[str, Any]:
 
 def columns_tables(data: dict[str, Any]) -> list[dict[str, Any]]:
     """Columns above their limit, and the others; the widest gap first."""
-    above, others = [], []
+    above: list[list[str]] = []
+    others: list[list[str]] = []
     for name, gap in sorted(data["columns"].items(), key=lambda item: -item[1]):
         limit = data["limits"].get(name)
         row = [name, f"{gap:.3f}", NONE if limit is None else f"{limit:.3f}"]

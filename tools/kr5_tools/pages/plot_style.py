@@ -19,6 +19,7 @@ __all__ = [
     "ON_PALE",
     "PAPER",
     "RED",
+    "RED_TEXT",
     "SOFT",
     "STYLE",
     "THEMED",
@@ -30,6 +31,7 @@ __all__ = [
 
 # Okabe and Ito's palette, which people with any colour vision tell apart; outliers are also marked in words or shape.
 BLUE, RED, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "#6b7280"
+RED_TEXT = "#b94700"  # dark enough for words
 INK, SOFT, EDGE, LINE = "#1f2937", "#374151", "#9ca3af", "#e5e7eb"  # text, ticks, axes and lines, grid and bands
 PAPER = "#fffffe"  # behind the plot: almost "white", which stays white in dark mode
 ON_PALE = "#111111"  # text on a pale colour, in dark mode too
@@ -38,6 +40,7 @@ FLOOR, UNKNOWN = "#cbd5de", "#f3f4f6"  # a gap at the floor of noise; not record
 THEMED = {
     BLUE: "plot-blue",
     RED: "plot-red",
+    RED_TEXT: "red",
     GREEN: "plot-green",
     GREY: "plot-grey",
     INK: "plot-ink",
