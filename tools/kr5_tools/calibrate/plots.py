@@ -332,7 +332,7 @@ CATALOGUE: list[tuple[str, str, Callable[[dict[str, Any]], Figure | None], bool,
         "Camera models compared",
         model_plot,
         False,
-        "Selection by the error on held-out views; ◀ marks the model used.",
+        "Selection by the error on held-out views.",
     ),
     (
         "alignment",

@@ -180,7 +180,7 @@ def coverage_plot(data: dict[str, Any]) -> Figure | None:
     rows, cols = counts.shape
     for i, j in zip(*np.nonzero(counts == 0)):
         axes.annotate(
-            "0", ((j + 0.5) * size[0] / cols, (i + 0.5) * size[1] / rows), ha="center", va="center", color=RED
+            "0", ((j + 0.5) * size[0] / cols, (i + 0.5) * size[1] / rows), ha="center", va="center", color=RED_TEXT
         )
     figure.colorbar(shown, ax=axes, label="points in cell", location="bottom", shrink=0.8, aspect=30)
     axes.grid(False)

@@ -25,6 +25,9 @@ class Figure(OpenDocument):
     unit: str
     value: float | None = None
     std: float | None = Field(None, description="standard deviation, in the unit of the value")
+    corrected: list[float] | None = Field(
+        None, min_length=2, max_length=2, description="value and standard deviation with the first cause corrected"
+    )
 
 
 class View(OpenDocument):

@@ -83,10 +83,9 @@ def insert(
     with terminal.spinner("inserting"):
         result = kr5.sim.run_insertion(cell, setup)
     to = terminal.console(json_file)
-    data = ending_tables.as_dict(result, setup)
-    print_insertion(result, data, to)
+    print_insertion(result, to)
     write_outputs(result, setup, source, to, output, csv, png)
-    results.write_result(json_file, "kr5-insertion/1", **data)
+    results.write_result(json_file, "kr5-insertion/1", **ending_tables.as_dict(result, setup))
     if view:
         writing.publish()
         terminal.open_page(output)
@@ -94,13 +93,12 @@ def insert(
         raise typer.Exit(1)
 
 
-def print_insertion(result: Any, data: dict[str, Any], to: Any) -> None:
+def print_insertion(result: Any, to: Any) -> None:
     x, y = (1e3 * v for v in result.T_tube_actual[:2, 3])
-    rows = ending_tables.phase_rows(data["phases"])
-    to.print(tables.make_table("Phases", ending_tables.PHASE_COLUMNS, rows, text=(4,)))
-    if turn := directions.table_rows(data["directions"]):
+    to.print(tables.make_table("Phases", ending_tables.PHASE_COLUMNS, ending_tables.phase_rows(result), text=(4,)))
+    if turn := directions.table_rows(result):
         to.print(tables.make_table("\nDirection of the hole by the last turn", directions.COLUMNS, turn))
-    to.print(tables.make_table("\nResult", ending_tables.PEG_COLUMNS, ending_tables.peg_rows(data)))
+    to.print(tables.make_table("\nResult", ending_tables.PEG_COLUMNS, ending_tables.peg_rows(result)))
     to.print(
         f"{ending_tables.PEG_TEXT}\n\nThe axis of the tube is assumed at (0, 0); its true position is ({x:.3f},"
         f" {y:.3f}) mm across it.",

@@ -48,7 +48,11 @@ def _told(azimuth: float | None, std: float | None = None) -> dict[str, float | 
     return {"azimuth": None if azimuth is None else float(azimuth), "std": None if std is None else float(std)}
 
 
-def table_rows(found: dict[str, dict[str, float | None]]) -> list[list[str]]:
+def table_rows(result: Any) -> list[list[str]]:
+    return direction_rows(directions(result))
+
+
+def direction_rows(found: dict[str, dict[str, float | None]]) -> list[list[str]]:
     """Rows of what `directions` found."""
     really = found["really"]["azimuth"] if found else None
     return [

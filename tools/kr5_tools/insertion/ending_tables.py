@@ -47,8 +47,13 @@ def as_dict(result: Any, setup: Any) -> dict[str, Any]:
     }
 
 
-def phase_rows(all_phases: list[dict[str, Any]]) -> list[list[Any]]:
+def phase_rows(result: Any) -> list[list[Any]]:
     """Of each attempt: its phases with their durations, and where in time it began."""
+    return rows_of_phases(phases(result.rows))
+
+
+def rows_of_phases(all_phases: list[dict[str, Any]]) -> list[list[Any]]:
+    """The same of what `phases` returned."""
     found: dict[tuple[int, int], list[dict[str, Any]]] = {}
     for p in all_phases:
         found.setdefault((p["peg"], p["attempt"]), []).append(p)
@@ -64,9 +69,14 @@ def phase_rows(all_phases: list[dict[str, Any]]) -> list[list[Any]]:
     ]
 
 
-def peg_rows(data: dict[str, Any]) -> list[list[Any]]:
-    """How each peg of `as_dict` fared, in mm."""
-    off = 1e3 * math.hypot(*(row[3] for row in data["T_tube_actual"][:2]))
+def peg_rows(result: Any) -> list[list[Any]]:
+    """How each peg fared, in mm."""
+    return rows_of_pegs([p.to_dict() for p in result.pegs], result.T_tube_actual)
+
+
+def rows_of_pegs(pegs: list[dict[str, Any]], T_tube_actual: Any) -> list[list[Any]]:
+    """The same of pegs as JSON holds them."""
+    off = 1e3 * math.hypot(*(row[3] for row in T_tube_actual[:2]))
     return [
         [
             f"{k}",
@@ -78,7 +88,7 @@ def peg_rows(data: dict[str, Any]) -> list[list[Any]]:
             f"{off:.3f}",
             NONE if p["hole_error"] is None or math.isnan(p["hole_error"]) else f"{1e3 * p['hole_error']:.3f}",
         ]
-        for k, p in enumerate(data["pegs"], 1)
+        for k, p in enumerate(pegs, 1)
     ]
 
 

@@ -16,7 +16,6 @@ MOST_POSTURES = 1500
 
 def insertion_page(result: Any, setup: Any, drawn: list[Any], source: Path) -> str:
     """The HTML."""
-    data = ending_tables.as_dict(result, setup)
     look, icon = ("good", "✓") if result.inserted else ("unusable", "✗")
     return make_page(
         result.cell,
@@ -31,13 +30,13 @@ def insertion_page(result: Any, setup: Any, drawn: list[Any], source: Path) -> s
         endings=[messages.ending_text(p) for p in result.pegs],
         plots=[embed_plot(p) for p in drawn],
         tables=[
-            ("Phases", "seen", ending_tables.PHASE_COLUMNS, ending_tables.phase_rows(data["phases"]), ""),
-            *_turn(data),
+            ("Phases", "seen", ending_tables.PHASE_COLUMNS, ending_tables.phase_rows(result), ""),
+            *_turn(result),
             (
                 "Result",
                 "numbers",
                 ending_tables.PEG_COLUMNS,
-                ending_tables.peg_rows(data),
+                ending_tables.peg_rows(result),
                 ending_tables.PEG_TEXT,
             ),
         ],
@@ -45,8 +44,8 @@ def insertion_page(result: Any, setup: Any, drawn: list[Any], source: Path) -> s
     )
 
 
-def _turn(data: dict[str, Any]) -> list[tuple[Any, ...]]:
-    rows = directions.table_rows(data["directions"])
+def _turn(result: Any) -> list[tuple[Any, ...]]:
+    rows = directions.table_rows(result)
     return (
         [("Direction of the hole by the last turn", "numbers", directions.COLUMNS, rows, directions.TEXT)]
         if rows

@@ -29,10 +29,15 @@ def write_page(data: dict[str, Any], source: str, output: Path, png: Path | None
         "text": " ".join(f"Peg {k} is {word}, {text}" for k, (word, text) in enumerate(endings, 1)),
     }
     tables = [
-        _table("Phases", ending_tables.PHASE_COLUMNS, ending_tables.phase_rows(data["phases"]), []),
-        _table("Result", ending_tables.PEG_COLUMNS, ending_tables.peg_rows(data), [ending_tables.PEG_TEXT]),
+        _table("Phases", ending_tables.PHASE_COLUMNS, ending_tables.rows_of_phases(data["phases"]), []),
+        _table(
+            "Result",
+            ending_tables.PEG_COLUMNS,
+            ending_tables.rows_of_pegs(data["pegs"], data["T_tube_actual"]),
+            [ending_tables.PEG_TEXT],
+        ),
     ]
-    if rows := directions.table_rows(data["directions"]):
+    if rows := directions.direction_rows(data["directions"]):
         title = "Direction of the hole by the last turn"
         tables.insert(1, _table(title, directions.COLUMNS, rows, [directions.TEXT]))
     text = "The result holds no motion; `kr5 insert -o PAGE.html` writes the page with the motion."

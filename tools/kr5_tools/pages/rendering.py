@@ -92,13 +92,14 @@ def with_theme(colour: str) -> str:
 
 
 def themed_svg(text: str) -> str:
-    """An SVG of matplotlib as an element of a page: without prolog, names of its groups, and rules for what is outside
-    of it; themed colours by the name of their variable."""
+    """An SVG of matplotlib as an element of a page: without prolog, metadata, names of its groups, and rules for what
+    is outside of it; themed colours by the name of their variable."""
 
     def variable(match: re.Match[str]) -> str:
         return match[1] + with_theme(match[2])
 
     text = text[text.index("<svg ") :].replace("*{stroke-linejoin", ".plot *{stroke-linejoin", 1)
+    text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
     text = re.sub(r'<g id="[^"]*"', "<g", text)
     return re.sub(r"((?:fill|stroke|stop-color): ?)(#[0-9a-fA-F]{6})", variable, text)
 

@@ -156,6 +156,7 @@ def make_page(data: dict[str, Any], source: Path, drawn: list[Any]) -> str:
         views=views,
         columns=columns,
         figures=figures,
+        corrected=any(row.get("corrected") for row in figures),
         poses=poses,
         seen=seen_table(data),
         seen_columns=SEEN_COLUMNS,
