@@ -213,6 +213,26 @@ class SceneResultFile(OpenDocument):
     checks: list[SceneCheckEntry]
 
 
+class PelletEntry(OpenDocument):
+    centre: list[float] = Field(min_length=3, max_length=3, description="[m]")
+    axis: list[float] = Field(min_length=3, max_length=3)
+    radius: float
+    height: float
+    covariance: list[list[float]]
+    exposed: float
+    graspable: bool
+    finding: str
+    reason: str
+
+
+class PickFile(OpenDocument):
+    """What `kr5 pick` writes."""
+
+    verdict: Verdict
+    figures: list[Figure]
+    pellets: list[PelletEntry]
+
+
 class SweepFile(OpenDocument):
     """`sweep.json`: what a sweep is of."""
 
@@ -372,6 +392,7 @@ MODELS: dict[str, type[Document]] = {
     "kr5-gap-plan/1": GapPlanFile,
     "kr5-insertion/1": InsertionFile,
     "kr5-scene-result/1": SceneResultFile,
+    "kr5-pick/1": PickFile,
     "kr5-sweep/1": SweepFile,
     "kr5-sensitivity-run/1": SensitivityRunFile,
     "kr5-sensitivity/1": SensitivityFile,

@@ -70,6 +70,7 @@ PAGES = {
     "kr5-gap-plan/1": "gap.plan_page",
     "kr5-insertion/1": "insertion.result_page",
     "kr5-payload/1": "identify.payload_page",
+    "kr5-pick/1": "picking.pick_page",
     "kr5-scene-result/1": "simulation.scene_page",
     "kr5-sensitivity/1": "sensitivity.page",
     "kr5-uncertainty/1": "uncertainty.page",
