@@ -200,6 +200,14 @@ JOBS = [
         ("page.html", "out.json"),
         2,
     ),
+    Job(
+        "protocols",
+        "replay protocol.yaml --cell cell.yaml -o page.html --json out.json",
+        "cell",
+        ("protocol.yaml",),
+        ("page.html", "out.json"),
+        2,
+    ),
     Job("recordings", "gap measure recording --json out.json", "recording", ("recording/*",), ("out.json",), 2),
     Job(
         "gap diagnose, plan",
@@ -295,6 +303,18 @@ JOBS = [
     _result("results to report", "timed"),
     _result("results to report", "markers"),
     _result("results to report", "seen"),
+    _result("results to report", "insertion"),
+    _result("results to report", "scene"),
+    _result("results to report", "gap"),
+    _result("results to report", "picks"),
+    Job("results to report", "report protocol.yaml -o page.html", "cell", ("protocol.yaml",), ("page.html",)),
+    Job(
+        "results to report",
+        "report sweep/sweep.json -o page.html",
+        "sweep",
+        ("sweep/sweep.json", "sweep/trials.csv"),
+        ("page.html",),
+    ),
     Job("timed", "calibrate timed hand.csv eye.csv -o out.json", "poses", ("hand.csv", "eye.csv"), ("out.json",), 4),
     Job(
         "scenes",
@@ -577,6 +597,10 @@ def prepare(folder: Path, run: Callable[..., None]) -> None:
     _prepare_uncertainty(folder / "uncertainty", run)
     run(folder / "sweep", "sweep insertion --cell cell.yaml --clearances 1 --trials 1 --workers 1 -o sweep")
     (folder / "sweep" / "sweep" / "report.html").unlink()
+    run(folder / "cell", "insert --cell cell.yaml --clearance 1 --json ../results/insertion.json")
+    run(folder / "cell", "scene run scene.yaml --json ../results/scene.json")
+    run(folder / "cell", "pick cloud.npz --bin pick.yaml --json ../results/picks.json")
+    run(folder / "recording", "gap measure recording --json ../results/gap.json")
     run(folder / "poses", "calibrate tool touches -o ../results/tool.json")
     run(folder / "poses", "calibrate timed hand.csv eye.csv -o ../results/timed.json")
     run(folder / "images", "calibrate camera images --target chessboard:4x5:0.03 -o camera.json")

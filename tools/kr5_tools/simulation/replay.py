@@ -25,7 +25,7 @@ CellFile = Annotated[
 ]
 
 
-@app.command(epilog="Example: kr5 replay recordings/monday -o replay.html")
+@app.command(epilog="Example: kr5 replay share/data/friction -o replay.html")
 def replay(
     path: Annotated[
         Path,
