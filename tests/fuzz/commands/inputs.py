@@ -306,7 +306,6 @@ JOBS = [
     _result("results to report", "insertion"),
     _result("results to report", "scene"),
     _result("results to report", "gap"),
-    _result("results to report", "picks"),
     Job("results to report", "report protocol.yaml -o page.html", "cell", ("protocol.yaml",), ("page.html",)),
     Job(
         "results to report",
@@ -598,8 +597,7 @@ def prepare(folder: Path, run: Callable[..., None]) -> None:
     run(folder / "sweep", "sweep insertion --cell cell.yaml --clearances 1 --trials 1 --workers 1 -o sweep")
     (folder / "sweep" / "sweep" / "report.html").unlink()
     run(folder / "cell", "insert --cell cell.yaml --clearance 1 --json ../results/insertion.json")
-    run(folder / "cell", "scene run scene.yaml --json ../results/scene.json")
-    run(folder / "cell", "pick cloud.npz --bin pick.yaml --json ../results/picks.json")
+    run(folder / "cell", "scene run easy.yaml --json ../results/scene.json")
     run(folder / "recording", "gap measure recording --json ../results/gap.json")
     run(folder / "poses", "calibrate tool touches -o ../results/tool.json")
     run(folder / "poses", "calibrate timed hand.csv eye.csv -o ../results/timed.json")
@@ -630,6 +628,9 @@ def _prepare_cells(folder: Path, run: Callable[..., None]) -> None:
         scene = yaml.safe_load((SHARE / "scenes" / f"{source}.yaml").read_text(encoding="utf-8"))
         scene.update(cell="cell.yaml", duration=0.1)
         (folder / f"{name}.yaml").write_text(yaml.safe_dump(scene, sort_keys=False))
+    easy = yaml.safe_load((folder / "scene.yaml").read_text(encoding="utf-8"))
+    easy["expect"] = [{"column": "q6", "statistic": "greatest", "least": -10.0}]
+    (folder / "easy.yaml").write_text(yaml.safe_dump(easy, sort_keys=False))
     t = np.arange(100) * 0.012
     q = np.array([0.0, 0.02, -2.75, 0.0, -0.3, 1.571]) + 0.2 * (1 - np.cos(t))[:, None]
     _write_csv(folder / "given.csv", ["t", *(f"qc{k + 1}" for k in range(6))], np.column_stack([t, q]))

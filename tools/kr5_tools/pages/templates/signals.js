@@ -115,7 +115,8 @@ function makeSignals(seek) {
     for (const { u } of plots) u.destroy();
     host.replaceChildren();
     plots = [];
-    for (const signal of run.signals.filter((s) => chosen.has(s.name))) {
+    const weight = (s) => (s.above ? s.gap : 0);  // gaps above the limit of noise first, the others in their order
+    for (const signal of run.signals.filter((s) => chosen.has(s.name)).sort((a, b) => weight(b) - weight(a))) {
       const article = document.createElement("article"), head = document.createElement("h3"), values = document.createElement("p");
       const shown = ["given", "recorded", "simulated"].filter((name) => signal[name]);
       head.textContent = `${signal.name}: ${signal.label}${signal.unit !== "-" && shown.length ? ` [${signal.unit}]` : ""}`;
