@@ -360,6 +360,10 @@ def test_what_cannot_be_shown_is_refused(recording, run_kr5, tmp_path, share):
     lines = (recording / "motion.csv").read_text().splitlines()
     (recording / "motion.csv").write_text("\n".join([lines[0], lines[2], lines[1]]) + "\n")
     done = run_kr5("replay", describe(recording, "motion"))
+    assert done.returncode == 2 and "motion.csv:3: t: found 0, expected time that increases" in done.stderr
+    entry = {"name": "motion-1", "kind": "motion", "split": "fit", "given": "motion.csv"}
+    (recording / "plan.yaml").write_text(yaml.safe_dump({"format": "kr5-protocol/1", "experiments": [entry]}))
+    done = run_kr5("replay", recording / "plan.yaml", "--cell", recording / "cell.yaml")
     assert done.returncode == 2 and "motion-1: t: found times that do not increase" in done.stderr
     assert not (tmp_path / "replay.html").exists()
 
