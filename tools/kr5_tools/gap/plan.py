@@ -9,7 +9,7 @@ import yaml
 
 from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.cli.options import options_from
-from kr5_tools.files import writing
+from kr5_tools.files import results, writing
 
 MOST_REPEATS = 20  # written to a protocol
 MOST_ALTERNATIVES = 4
@@ -83,7 +83,7 @@ def plan(
             " effects, name them with --separate.",
             soft_wrap=True,
         )
-        writing.write_json({"alternatives": [], "experiments": []}, json_file)
+        results.write_result(json_file, "kr5-gap-plan/1", alternatives=[], text="", experiments=[])
         return
     if done:
         weighed = weigh_alternatives(
@@ -96,7 +96,8 @@ def plan(
     print_plan(found, to)
     if output and found.experiments:
         write_protocol(found.experiments[0], output, resting_posture(recording), to)
-    writing.write_json({**found.to_dict(), "experiments": [e.to_dict() for e in found.experiments]}, json_file)
+    planned = {**found.to_dict(), "experiments": [e.to_dict() for e in found.experiments]}
+    results.write_result(json_file, "kr5-gap-plan/1", **planned, input={"recording": str(folder.resolve())})
 
 
 def parse_alternatives(text: str) -> list[list[Any]]:
