@@ -15,10 +15,11 @@ from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.cli.numbers import format_number
 from kr5_tools.files import writing
 from kr5_tools.files.documents import read_json, read_yaml
-from kr5_tools.files.paths import CHECKOUT
+from kr5_tools.files.paths import find_shipped
 
 app = typer.Typer()
 
+DATA = Path("share/data/demo")
 WORN_CELL = "worn_cell_recording"  # a name that nobody's own folder has: it is replaced
 
 
@@ -26,7 +27,7 @@ WORN_CELL = "worn_cell_recording"  # a name that nobody's own folder has: it is 
 def demo(
     data: Annotated[
         Path | None,
-        typer.Argument(metavar="FOLDER", help="Data of the demo; by default share/data/demo of the checkout."),
+        typer.Argument(metavar="FOLDER", help="Data of the demo; by default those that ship with kr5."),
     ] = None,
     output: Annotated[
         Path, typer.Option("-o", "--output", metavar="DIR", help="Folder for results, pages and plots.")
@@ -40,9 +41,7 @@ def demo(
     largest gap is not at the worn joint, or the peg is not inserted.
     """
     begin = time.monotonic()
-    data = data or next(
-        (p for p in (CHECKOUT / "share/data/demo", Path("share/data/demo")) if p.is_dir()), Path("share/data/demo")
-    )
+    data = data or find_shipped(DATA) or DATA
     truth = _load(data / "truth.yaml")
     target = _load(data / "dataset.yaml")["target"]
     output.mkdir(parents=True, exist_ok=True)
