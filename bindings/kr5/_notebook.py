@@ -25,6 +25,7 @@ from ._display import (
     short_fields,
     value_text,
 )
+from ._pose_figures import xyzrpy_with_std
 
 MOST_ROWS = 12  # of a list
 SHORT_TEXT = 40  # letters
@@ -68,8 +69,9 @@ def _table(item: Any) -> str:
         elif isinstance(f.value, list | tuple) and f.value and is_shown_by_fields(f.value[0]):
             blocks.append(_list_block(f))
         elif is_shown_by_fields(f.value):
-            rows += _part_rows(f, spread.parts.get(f.name, {}))
-            figures = ", ".join(short_fields(f.value, texts=False))
+            estimated = spread.parts.get(f.name, {})
+            rows += _part_rows(f, estimated)
+            figures = "" if estimated else ", ".join(short_fields(f.value, texts=False))
             blocks.append(_folded(f.name, f"{figures} – {f.text}" if figures else f.text, _table(f.value)))
         else:
             std = spread.values.get(f.name)
@@ -137,8 +139,6 @@ def _standard_deviations(fields: list[Field]) -> _Spread:
 
 def _pose_rows(f: Field, covariance: np.ndarray) -> list[tuple[str, ...]]:
     """Position and roll, pitch, yaw of a pose, each with its standard deviation."""
-    from ._pose_figures import xyzrpy_with_std
-
     values, std = xyzrpy_with_std(f.value, covariance)
     return [
         (f"{f.name} {axis}", _cell(v, s), _std_cell(s), unit, f.text if k == 0 else "")
@@ -170,6 +170,8 @@ def _cell(value: Any, std: Any = None) -> str:
     """A value as a table shows it; with a standard deviation, with its digits."""
     if value is None:
         return ""
+    if isinstance(value, list | tuple | dict) and not value:
+        return "none"
     if (
         isinstance(value, np.ndarray | list | tuple)
         and std is not None

@@ -71,7 +71,7 @@ def test_the_diagnosis_takes_the_views_of_the_calibration():
 
 
 def test_the_diagnosis_takes_the_pairs_of_the_calibration():
-    views, camera, X = cell()
+    views, _, X = cell()
     T_base_target = kr5.to_pose([0.7, 0.1, 0.0, 3.0, 0.1, 0.2])
     pairs = [
         calibration.PosePair(

@@ -100,8 +100,9 @@ def test_a_long_list_tells_its_length():
 
 
 def test_a_notebook_shows_figures_with_uncertainty_unit_and_meaning():
-    rows = {row[0]: row for row in Tables(hand_eye_result()._repr_html_()).rows}
-    assert rows["field"] == ["field", "value", "± std", "unit", "meaning"]
+    head, *below = Tables(hand_eye_result()._repr_html_()).rows
+    rows = {row[0]: row for row in below}
+    assert head == ["field", "value", "± std", "unit", "meaning"]
     # T_mount_camera turns the axes of the camera by a quarter: its y is the x of the flange.
     assert rows["T_mount_camera x"][1:4] == ["0.01235", "0.00020", "m"]
     assert rows["T_mount_camera y"][1:4] == ["0.05000", "0.00010", "m"]
