@@ -52,8 +52,8 @@ def _make_stub(symbols: list[Symbol], folder: Path) -> None:
     lines = [f"{version} {{ {' '.join(f'{name};' for name in names)} }};" for version, names in by_version.items()]
     versions.write_text("\n".join(lines) + "\n")
     script = [f"-Wl,--version-script={versions}"] if lines else []
-    command = ["c++", "-shared", "-fPIC", "-O1", "-s", f"-Wl,-soname,{STUB}", *script, "-o", folder / STUB, source]
-    subprocess.run(command, check=True)
+    options = ["-shared", "-fPIC", "-O1", "-s", f"-Wl,-soname,{STUB}", *script]
+    subprocess.run(["c++", *options, "-o", str(folder / STUB), str(source)], check=True)
     source.unlink()
     versions.unlink()
 
