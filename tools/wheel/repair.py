@@ -1,6 +1,6 @@
 """Puts the libraries that a wheel of kr5 needs into it, so that it installs where they are not: `./tools/run wheel`.
 
-    python tools/wheel WHEEL -o FOLDER
+    python tools/wheel/repair.py WHEEL -o FOLDER
 
 Nothing of kr5 is compiled again. The tag of the new wheel says with which glibc its libraries work (PEP 600).
 """
