@@ -15,10 +15,11 @@ from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.cli.numbers import format_number
 from kr5_tools.files import writing
 from kr5_tools.files.documents import read_json, read_yaml
-from kr5_tools.files.paths import CHECKOUT
+from kr5_tools.files.paths import find_shipped
 
 app = typer.Typer()
 
+DATA = Path("share/data/demo")
 FRICTION = "friction"  # folder beside the data of the demo: a recording that is diagnosed
 WORN_CELL = "worn_cell_recording"  # a name that nobody's own folder has: it is replaced
 
@@ -30,8 +31,8 @@ def demo(
         typer.Argument(
             metavar="FOLDER",
             help=(
-                "Data of the demo, beside the folder `friction` of the recording to diagnose; by default"
-                " share/data/demo of the checkout."
+                "Data of the demo, beside the folder `friction` of the recording to diagnose; by default those that ship"
+                " with kr5."
             ),
         ),
     ] = None,
@@ -47,9 +48,7 @@ def demo(
     largest gap is not at the worn joint, the diagnosis does not name the true cause, or the peg is not inserted.
     """
     begin = time.monotonic()
-    data = data or next(
-        (p for p in (CHECKOUT / "share/data/demo", Path("share/data/demo")) if p.is_dir()), Path("share/data/demo")
-    )
+    data = data or find_shipped(DATA) or DATA
     truth, friction = _load(data / "truth.yaml"), _load(data.parent / FRICTION / "truth.yaml")
     target = _load(data / "dataset.yaml")["target"]
     output.mkdir(parents=True, exist_ok=True)

@@ -92,7 +92,7 @@ def plan(
         writing.write_json({"alternatives": alternative_texts(alternatives), **weighed.to_dict()}, json_file)
         return
     with terminal.spinner("searching for the experiment that distinguishes them"):
-        found = kr5.gap.plan(recording, simulator, alternatives, options)
+        found = kr5.gap.plan(recording, alternatives, simulator, options)
     print_plan(found, to)
     if output and found.experiments:
         write_protocol(found.experiments[0], output, resting_posture(recording), to)
@@ -118,11 +118,7 @@ def tied_alternatives(recording: Any, simulator: Any) -> list[list[Any]]:
     from kr5_tools.gap.diagnose import run_diagnosis
 
     found = run_diagnosis(recording, simulator, kr5.gap.DiagnoseOptions())
-    blamed = [kr5.gap.EffectName(effect=c.effect, target=c.target) for c in found.causes]
-    out = [blamed] if blamed else []
-    for k, cause in enumerate(found.causes):
-        out += [[*blamed[:k], other, *blamed[k + 1 :]] for other in cause.tied_with]
-    return out[:MOST_ALTERNATIVES]
+    return kr5.gap.tied_alternatives(found)[:MOST_ALTERNATIVES]
 
 
 def alternative_texts(alternatives: Any) -> list[str]:
@@ -142,7 +138,7 @@ def weigh_alternatives(
     recording: Any, more: list[Any], simulator: Any, alternatives: Any, options: Any, to: Any
 ) -> Any:
     with terminal.spinner("fitting the alternatives"):
-        weighed = kr5.gap.compare_models([recording, *more], simulator, alternatives, options)
+        weighed = kr5.gap.compare_models([recording, *more], alternatives, simulator, options)
     rows = [
         [name, e, p] for name, e, p in zip(alternative_texts(alternatives), weighed.log_evidence, weighed.probability)
     ]
