@@ -31,8 +31,8 @@ def demo(
         typer.Argument(
             metavar="FOLDER",
             help=(
-                "Data of the demo, beside the folder `friction` of the recording to diagnose; by default those that ship"
-                " with kr5."
+                "Data of the demo, beside the folder `friction` of the recording to diagnose; by default those"
+                " that ship with kr5."
             ),
         ),
     ] = None,
