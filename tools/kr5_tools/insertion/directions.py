@@ -49,7 +49,11 @@ def _told(azimuth: float | None, std: float | None = None) -> dict[str, float | 
 
 
 def table_rows(result: Any) -> list[list[str]]:
-    found = directions(result)
+    return direction_rows(directions(result))
+
+
+def direction_rows(found: dict[str, dict[str, float | None]]) -> list[list[str]]:
+    """Rows of what `directions` found."""
     really = found["really"]["azimuth"] if found else None
     return [
         [
