@@ -80,7 +80,10 @@ def _write_motion(writer: Any, topics: Any, types: Any, cell: Any, experiment: A
             header=header, name=names, position=q[row, order], velocity=np.zeros(0), effort=torque[row, order]
         )
         point = T["trajectory_msgs/msg/JointTrajectoryPoint"](
-            positions=qc[row, order], velocities=np.zeros(0), accelerations=np.zeros(0), effort=np.zeros(0),
+            positions=qc[row, order],
+            velocities=np.zeros(0),
+            accelerations=np.zeros(0),
+            effort=np.zeros(0),
             time_from_start=T["builtin_interfaces/msg/Duration"](sec=0, nanosec=0),
         )
         command = T["trajectory_msgs/msg/JointTrajectory"](header=header, joint_names=names, points=[point])

@@ -104,10 +104,22 @@ TIAGO_SCALE = (
     np.array([1, 0.136, 0.136, -0.087, -0.087, -0.0613, -0.0613, -0.0613]) * [1, 100, 100, 100, 100, 336, 336, 336]
 ).tolist()
 PUBLIC: list[tuple[str, str, str, list[str]]] = [
-    ("LBR Med7", "dyn_lbr_med7_kcl/med7_measurements.csv", "dyn_lbr_med7_kcl/med7dock.urdf",
-     ["--tip", "link_shaft", "--every", "0.01", "--set", "columns.tau.scale=-1"]),
-    ("TX40", "dyn_tx40_figaroh/tx40_motor_log.csv", "dyn_tx40_figaroh/tx40_mdh_modified.urdf",
-     ["--set", f"cell.drives.structure={TX40}", "--set", f"columns.q.offset={TX40_ZERO}"]),
-    ("TIAGo", "dyn_tiago_figaroh/tiago_log.csv", "dyn_tiago_figaroh/tiago_no_hand.urdf",
-     ["--tip", "arm_tool_link", "--set", f"columns.tau.scale={TIAGO_SCALE}"]),
+    (
+        "LBR Med7",
+        "dyn_lbr_med7_kcl/med7_measurements.csv",
+        "dyn_lbr_med7_kcl/med7dock.urdf",
+        ["--tip", "link_shaft", "--every", "0.01", "--set", "columns.tau.scale=-1"],
+    ),
+    (
+        "TX40",
+        "dyn_tx40_figaroh/tx40_motor_log.csv",
+        "dyn_tx40_figaroh/tx40_mdh_modified.urdf",
+        ["--set", f"cell.drives.structure={TX40}", "--set", f"columns.q.offset={TX40_ZERO}"],
+    ),
+    (
+        "TIAGo",
+        "dyn_tiago_figaroh/tiago_log.csv",
+        "dyn_tiago_figaroh/tiago_no_hand.urdf",
+        ["--tip", "arm_tool_link", "--set", f"columns.tau.scale={TIAGO_SCALE}"],
+    ),
 ]

@@ -54,7 +54,9 @@ WriteModel = Annotated[
 WriteRecording = Annotated[
     Path | None,
     typer.Option(
-        "--write-recording", metavar="FOLDER", help="Recording made of the logs, for other commands; must not exist yet."
+        "--write-recording",
+        metavar="FOLDER",
+        help="Recording made of the logs, for other commands; must not exist yet.",
     ),
 ]
 

@@ -155,7 +155,9 @@ def _read_model(options: SourceOptions) -> Any:
 def print_source(source: ComparedSource, to: Any, everything: bool) -> None:
     """How logs were understood: with everything as a table with reasons, else in a line an item."""
     if source.reasons and everything:
-        to.print(tables.make_table("How the logs were read", ["item", "proposal", "reason"], source.reasons, text=(1, 2)))
+        to.print(
+            tables.make_table("How the logs were read", ["item", "proposal", "reason"], source.reasons, text=(1, 2))
+        )
     elif source.reasons:
         to.print("How the logs were read (--all gives the reasons)", style="bold")
         for item, proposal, _ in source.reasons:

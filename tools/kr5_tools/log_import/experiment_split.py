@@ -136,5 +136,9 @@ def _lead_in(piece: Piece, part: RawPart, reasons: list[list[str]]) -> None:
     if speed > MOVING and part.settle < 0.5 * piece.length:
         piece.entry["lead_in"] = float(f"{part.settle:.3g}")
         reasons.append(
-            ["lead-in", f"first {part.settle:.3g} s not judged", f"the log begins while a joint moves at {speed:.2g} rad/s"]
+            [
+                "lead-in",
+                f"first {part.settle:.3g} s not judged",
+                f"the log begins while a joint moves at {speed:.2g} rad/s",
+            ]
         )

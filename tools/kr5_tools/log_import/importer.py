@@ -238,7 +238,9 @@ class Importer:
         values = to_si(source, name, np.column_stack(raw), self.cell, self.note)
         if not is_timed(experiment):
             return self.still_values(source, log, Series(own, values), keep)
-        return self.in_order(self.without_missing(source, log, Series(own, values), keep if own is t else None), experiment)
+        return self.in_order(
+            self.without_missing(source, log, Series(own, values), keep if own is t else None), experiment
+        )
 
     def still_values(self, source: Source, log: Log, s: Series, keep: np.ndarray) -> Series:
         """All rows, those without a number not kept: what stands still is not interpolated."""

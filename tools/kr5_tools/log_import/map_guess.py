@@ -74,14 +74,14 @@ def guess_map(
         out.entry["experiments"] = [entry for _, entry in entries]
     else:
         out.entry["columns"] = {}
-        out.entry["experiments"] = [
-            entry | _own_entries(files, parts, index, output) for index, entry in entries
-        ]
+        out.entry["experiments"] = [entry | _own_entries(files, parts, index, output) for index, entry in entries]
     return out
 
 
 def _own_entries(
-    files: Sequence[Path], parts: list[tuple[RawPart, dict[str, Any], GuessedClock | None]], index: int,
+    files: Sequence[Path],
+    parts: list[tuple[RawPart, dict[str, Any], GuessedClock | None]],
+    index: int,
     output: Path | None,
 ) -> dict[str, Any]:
     """Log, clock and columns of one experiment among others."""
@@ -219,15 +219,27 @@ def _gear_ratio(cell: Any) -> float:
 
 
 def _use_measured(
-    columns: dict[str, Any], q: Family | None, qc: Family | None, log: Log, cell: Any, servo: bool, out: GuessedMap,
+    columns: dict[str, Any],
+    q: Family | None,
+    qc: Family | None,
+    log: Log,
+    cell: Any,
+    servo: bool,
+    out: GuessedMap,
     where: str,
 ) -> None:
     """Measured positions for the motion, where no commands were logged, or none can be simulated."""
     if q is None and qc is not None:
-        columns["q"] = _joint_entry(Family("q", qc.columns, qc.stem, qc.unit, qc.motor_side, qc.named), log, cell, out, where)
+        columns["q"] = _joint_entry(
+            Family("q", qc.columns, qc.stem, qc.unit, qc.motor_side, qc.named), log, cell, out, where
+        )
         why = "only commands were logged and the model has no joint servo: they stand for what was measured"
     elif q is not None:
-        why = "the model has no joint servo, so that commands cannot be simulated" if qc else "no column looks like commands"
+        why = (
+            "the model has no joint servo, so that commands cannot be simulated"
+            if qc
+            else "no column looks like commands"
+        )
     else:
         terminal.fail(
             f"{log.file}: found efforts or currents of the joints and no positions; expected positions (q1, pos_1,"

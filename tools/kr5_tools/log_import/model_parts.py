@@ -60,11 +60,17 @@ def with_noise(recording: Any) -> list[str]:
         notes.append(
             f"noise of {columns[0]} to {columns[-1]}, from neighbouring rows: {', '.join(f'{s:.2g}' for s in sigma)} {unit}"
         )
-    for key, columns in (("position", [f"q{k + 1}" for k in range(n)]), ("force", ["fx", "fy", "fz"]), ("torque", ["tx", "ty", "tz"])):
+    for key, columns in (
+        ("position", [f"q{k + 1}" for k in range(n)]),
+        ("force", ["fx", "fy", "fz"]),
+        ("torque", ["tx", "ty", "tz"]),
+    ):
         logs = [e for e in recording.experiments if columns[0] in e.data and str(e.kind) == "motion"]
         if not logs or cell.noise.of(key) > 0:
             continue
-        value = float(np.median([difference_noise([np.asarray(e[c]) for e in logs]) for c in columns if c in logs[0].data]))
+        value = float(
+            np.median([difference_noise([np.asarray(e[c]) for e in logs]) for c in columns if c in logs[0].data])
+        )
         noise = cell.noise
         setattr(noise, key, value)
         cell.noise = noise
@@ -104,7 +110,9 @@ def with_torque_constants(recording: Any) -> list[str]:
     current = np.vstack([np.column_stack([e[f"i{k + 1}"] for k in range(n)]) for e in fit])
     constants, deviations = [], []
     for k in range(n):
-        value, std = _torque_constant(torque[:, k], np.asarray(motion.qd)[:, k], np.asarray(motion.qdd)[:, k], current[:, k])
+        value, std = _torque_constant(
+            torque[:, k], np.asarray(motion.qd)[:, k], np.asarray(motion.qdd)[:, k], current[:, k]
+        )
         if not value > SURE * std:
             terminal.fail(
                 f"the log does not tell the torque constant of joint {k + 1} ({value:.3g} ± {std:.2g} N m/A), which the"
@@ -120,7 +128,9 @@ def with_torque_constants(recording: Any) -> list[str]:
     return [f"torque constants from the log, for the masses of the model [N m/A]: {shown}"]
 
 
-def _torque_constant(torque: np.ndarray, speed: np.ndarray, acceleration: np.ndarray, current: np.ndarray) -> tuple[float, float]:
+def _torque_constant(
+    torque: np.ndarray, speed: np.ndarray, acceleration: np.ndarray, current: np.ndarray
+) -> tuple[float, float]:
     """Slope of torque over current, friction and offset aside, and its standard deviation."""
     columns = np.column_stack([torque, np.tanh(speed / FRICTION_SPEED), speed, np.ones_like(speed)])
     scale = np.linalg.norm(columns, axis=0)
@@ -184,4 +194,6 @@ def known_errors(recording: Any) -> list[Any]:
         left = left @ np.linalg.inv(np.asarray(cell.drives.structure)) / np.asarray(cell.drives.torque_constant)
     noise = np.array([cell.noise.of("torque" if family == "tau" else "current", k) for k in range(n)])
     smooth = np.sqrt(np.maximum((left**2).mean(axis=0) - noise**2, 0.0))
-    return [kr5.gap.ColumnError(column=f"motion.{family}{k + 1}", error=ERROR_FACTOR * float(smooth[k])) for k in range(n)]
+    return [
+        kr5.gap.ColumnError(column=f"motion.{family}{k + 1}", error=ERROR_FACTOR * float(smooth[k])) for k in range(n)
+    ]
