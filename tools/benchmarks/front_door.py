@@ -20,9 +20,8 @@ import kr5.cell
 import kr5.gap
 import numpy as np
 
-import arguments
 import case_logs
-from comparison import Row, format_rate, print_comparisons, progress
+from comparison import Row, format_rate, progress
 
 FRESH_GAP = 1.05  # of a fresh log under the tuned model, over its noise
 

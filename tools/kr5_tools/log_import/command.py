@@ -1,7 +1,7 @@
 """`kr5 recording`: logs of a real cell, turned into recordings."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from kr5_tools.cli import terminal
 from kr5_tools.log_import.log import Log
-from kr5_tools.log_import.log_file import read_log
 from kr5_tools.log_import.log_checks import LogProblem, check_log
+from kr5_tools.log_import.log_file import read_log
 from kr5_tools.log_import.map_file import Clock, Experiment, Map, Source, Tool, column_family, load_map
 from kr5_tools.log_import.measured_motion import MARGIN, choose_smoothing, kept_times, smoothed
 from kr5_tools.log_import.values import Series, interpolate, low_pass, to_si, tool_poses
