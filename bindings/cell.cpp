@@ -299,6 +299,9 @@ static void bind_arm_links(py::module_& m) {
   bind_struct<ArmLinks>(m, "ArmLinks", "Serial arm as links whose frames lie on the axes of their joints.");
   m.def("arm_links", &arm_links, py::arg("cell"),
         "Arm of a cell, effects and tool apart, as descriptions of robots have it; the tip is the flange.");
+  m.def("link_displacements", &link_displacements, py::arg("before"), py::arg("after"),
+        "How each link has been displaced when an arm has become another, 4x4 in the base, every joint value zero [m]. "
+        "Raises InvalidArgument for arms that differ too much to be one.");
   m.def("cell_of_links", &cell_of_links, py::arg("arm"),
         "Cell with an arm: Denavit-Hartenberg rows, masses, limits and names; a tool without mass when the tip lies "
         "beside the last joint axis; drives of unit gear (a current is a joint torque) when a joint has friction or a "

@@ -69,6 +69,30 @@ TEST_CASE("the inertia of a drive at its joint is that of all motors that turn w
   CHECK(arm.links[2].joint == "joint_3");
 }
 
+TEST_CASE("links go with the frames on their axes, unless these are those of another description") {
+  const Cell cell = load_cell(std::string(KR5_SHARE_DIR) + "/cells/kr5_arc.yaml");
+  const ArmLinks before = arm_links(cell);
+  Cell turned = cell;
+  turned.robot.dh[2].theta_offset += 0.01;
+  const std::vector<Pose> moved = link_displacements(before, arm_links(turned));
+  CHECK(moved[1].isApprox(Pose::Identity(), 1e-14));
+  const Pose& L = before.links[2].T_base_link;
+  CHECK(moved[2].isApprox(L * Eigen::AngleAxisd(0.01, Eigen::Vector3d::UnitZ()) * L.inverse(), 1e-13));
+  CHECK(moved[5].isApprox(moved[2], 1e-13));  // all behind turns with it
+
+  ArmLinks other = before;  // the same arm, described by frames elsewhere on the axes
+  for (ArmLink& link : other.links)
+    link.T_base_link =
+        link.T_base_link * Eigen::Translation3d(0, 0, 0.3) * Eigen::AngleAxisd(1.0, Eigen::Vector3d::UnitZ());
+  for (const Pose& T : link_displacements(before, other)) CHECK(T.isApprox(Pose::Identity(), 1e-13));
+
+  turned.robot.dh[2].alpha += 0.3;
+  CHECK_THROWS_WITH(link_displacements(before, arm_links(turned)),
+                    Catch::Contains("the axis of joint_4") && Catch::Contains("turned against it by 0.3 rad"));
+  other.links.pop_back();
+  CHECK_THROWS_WITH(link_displacements(before, other), Catch::Contains("found 6 joints, and the cell has 5"));
+}
+
 TEST_CASE("an arm without links is none") {
   CHECK_THROWS_AS(cell_of_links({}), InvalidArgument);
   CHECK_FALSE(cell_of_links({{ArmLink{.joint = "only"}}, Pose::Identity()}).drives.has_value());

@@ -207,14 +207,15 @@ TEST_CASE("a URDF of another robot is refused, and one that is none") {
       "the joints from world to tip are shoulder, j2, those of the cell are j1, j2; give the URDF from which the cell "
       "was imported");
   fails(described, "are j1, those of the cell are j1, j2", {.tip = "a"});
-  fails(replaced(described, "<axis xyz=\"0 2 0\"/>", "<axis xyz=\"1 1 0\"/>"),
-        "the axis of j1 lies 0 m beside that of the cell and is turned by 0.79 rad; is it the URDF of another robot?");
+  fails(
+      replaced(described, "<axis xyz=\"0 2 0\"/>", "<axis xyz=\"1 1 0\"/>"),
+      "the axis of j1 lies 0 m beside that of the cell and is turned against it by 0.79 rad; give the URDF from which");
   fails(replaced(described, "0 0 0.3", "0 0 1.3"), "lies 1 m beside");
   fails(replaced(described, "<gazebo ", "<xacro:arm/><gazebo "), "xacro FILE > robot.urdf");
   fails("<mujoco/>", "expected a URDF's <robot>");
   Cell unnamed = cell;
   unnamed.robot.joint_names.clear();
   CHECK_THROWS_WITH(update_urdf(described, "x.urdf", unnamed, {.tip = "a"}),
-                    Contains("the joints from world to a are j1, and the cell has 2 joints"));
+                    Contains("x.urdf: found 1 joint, and the cell has 2; give the URDF from which"));
   CHECK(update_urdf(described, "x.urdf", unnamed).changes.empty());
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include <kr5/core/error.hpp>
 
@@ -99,6 +100,57 @@ ArmLinks arm_links(const Cell& cell) {
     T = link.T_base_link * T_link_dh;
   }
   out.T_base_tip = T;
+  return out;
+}
+
+namespace {
+
+/// Length of the way along the arm, from axis to axis [m].
+double reach_of(const ArmLinks& arm) {
+  double reach = 0.0;
+  for (std::size_t i = 1; i < arm.links.size(); ++i)
+    reach += (arm.links[i].T_base_link.translation() - arm.links[i - 1].T_base_link.translation()).norm();
+  return reach + (arm.T_base_tip.translation() - arm.links.back().T_base_link.translation()).norm();
+}
+
+/// The place of the axis of a slide means nothing.
+bool slides(const ArmLink& link) { return link.type == kinematics::JointType::Prismatic; }
+
+void require_near_axes(const ArmLinks& before, const ArmLinks& after) {
+  constexpr double part = 0.1, shortest = 0.1, turned = 0.2;  // of the reach; [m]; [rad]
+  const double most = part * std::max(reach_of(before), shortest);
+  for (std::size_t i = 0; i < before.links.size(); ++i) {
+    const Pose T = before.links[i].T_base_link.inverse() * after.links[i].T_base_link;
+    const double beside = slides(after.links[i]) ? 0.0 : T.translation().head<2>().norm(),
+                 angle = std::acos(std::clamp(T(2, 2), -1.0, 1.0));
+    if (beside <= most && angle <= turned) continue;
+    std::ostringstream found;
+    found.precision(2);
+    found << beside << " m beside that of the cell and is turned against it by " << angle << " rad";
+    throw InvalidArgument("the axis of " + before.links[i].joint + " lies " + found.str());
+  }
+}
+
+}  // namespace
+
+std::vector<Pose> link_displacements(const ArmLinks& before, const ArmLinks& after) {
+  constexpr double slid = 0.05, turned = 0.2;  // [m], [rad]
+  const std::size_t found = before.links.size(), expected = after.links.size();
+  require(found == expected, "found " + std::to_string(found) + (found == 1 ? " joint" : " joints") +
+                                 ", and the cell has " + std::to_string(expected));
+  require_near_axes(before, after);
+  std::vector<Pose> out;
+  for (std::size_t i = 0; i < before.links.size(); ++i) {
+    Pose reference = before.links[i].T_base_link;
+    const Pose& now = after.links[i].T_base_link;
+    const Pose T = reference.inverse() * now;
+    Eigen::Vector3d slide = T.translation();
+    if (!slides(after.links[i])) slide.head<2>().setZero();
+    const double turn = std::atan2(T(1, 0) - T(0, 1), T(0, 0) + T(1, 1));
+    if (slide.norm() > slid || std::abs(turn) > turned)
+      reference = reference * Eigen::Translation3d(slide) * Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ());
+    out.push_back(now * reference.inverse());
+  }
   return out;
 }
 

@@ -118,7 +118,7 @@ def diagnose(
         with writing.beside(write_cell) as new:
             kr5.cell.save_cell(found.cell, new)
     if write_model:
-        write_tuned_model(found.cell, compared, write_model, to)
+        write_tuned_model(found.cell, compared, write_model, reading, to)
     print_diagnosis(data, Path(compared.name), to, everything)
     if report:
         from kr5_tools.gap_report.page import write_gap_report
@@ -142,15 +142,17 @@ def on_disk(compared: ComparedSource, kept: Path | None) -> Iterator[Path]:
         yield new
 
 
-def write_tuned_model(cell: Any, compared: ComparedSource, output: Path, to: Any) -> None:
+def write_tuned_model(cell: Any, compared: ComparedSource, output: Path, reading: SourceOptions, to: Any) -> None:
     """Writes the model with the causes in it, and says what its format cannot hold."""
-    from kr5_tools.model_files.models import write_model
+    from kr5_tools.model_files.kinds import kind_of_output
+    from kr5_tools.model_files.writing import write_model
 
-    original = compared.model.file if compared.model is not None else None
-    losses = write_model(cell, output, original)
+    model = compared.model
+    original = model.file if model is not None and model.kind == kind_of_output(output) else None
+    written = write_model(cell, output, original, reading.base if original else "", reading.tip if original else "")
     to.print(f"{output}: model with the causes in it.", soft_wrap=True, markup=False)
-    if losses:
-        rows = [[x.effect, x.target, x.reason] for x in losses]
+    if written.losses:
+        rows = [[x.effect, x.target, x.reason] for x in written.losses]
         to.print(tables.make_table("Not in the model", ["effect", "target", "reason"], rows, text=(1, 2)))
 
 

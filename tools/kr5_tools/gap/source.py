@@ -63,7 +63,7 @@ class ComparedSource:
     recording: Any
     name: str
     folder: Path | None = None  # of a recording on the disk
-    model: Any = None  # kr5_tools.model_files model, where one was given
+    model: Any = None  # kr5_tools.model_files.reading.Model, where one was given
     inputs: dict[str, Any] = field(default_factory=dict)  # of a result file
     reasons: list[list[str]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
@@ -118,7 +118,7 @@ def _open_logs(paths: Sequence[Path], options: SourceOptions) -> ComparedSource:
             " of a recording (recording.yaml)"
         )
     model = _read_model(options)
-    described = model.kind != "cell"
+    described = str(model.kind) != "cell"
     with terminal.spinner("Reading the logs"):
         found = record_logs(paths, model.cell, LogOptions(options.every, options.overrides, options.trust), described)
     require_plausible(found, options.trust)
@@ -146,7 +146,7 @@ def _require_logs(paths: Sequence[Path]) -> None:
 
 
 def _read_model(options: SourceOptions) -> Any:
-    from kr5_tools.model_files.models import read_model
+    from kr5_tools.model_files.reading import read_model
 
     assert options.model is not None, "asked for with a model"
     return read_model(options.model, options.base, options.tip)

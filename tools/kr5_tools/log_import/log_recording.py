@@ -23,8 +23,6 @@ class LogOptions:
     every: float | None = None  # interval of logs without a clock [s]
     overrides: list[str] = field(default_factory=list)  # KEY=VALUE of the map, or of the cell after "cell."
     trust: bool = False  # also numbers that are implausible
-    base: str = ""
-    tip: str = ""
 
 
 @dataclass

@@ -59,6 +59,14 @@ struct ArmLinks {
 /// joint_1 ... joint_n. The inertia of a drive is what turns with its joint alone, the diagonal of S^T J S.
 ArmLinks arm_links(const Cell& cell);
 
+/// How each link of an arm has been displaced when the arm has become another, in the base, every joint value zero:
+/// what stood at T before stands at the displacement times T. A link goes with the frame on its axis, which a change of
+/// the zero of its joint turns. Frames that lie elsewhere on the same axes, by more than 5 cm or 0.2 rad, are those of
+/// a description of its own and no change of the arm.
+/// @throws InvalidArgument for arms of which an axis lies further apart than a tenth of the reach, or is turned by more
+/// than 0.2 rad, or with another number of joints.
+std::vector<Pose> link_displacements(const ArmLinks& before, const ArmLinks& after);
+
 /// A cell with that arm: `T_base_tool` is the pose of the tip for the same joint values. A tool without mass when the
 /// tip lies beside the last joint axis, and drives of unit gear and motor (a current is a joint torque) when a joint
 /// has friction or a rotor. Joint axes less than 3 degrees from parallel get a Hayati angle.

@@ -2,20 +2,12 @@
 #include "cell/urdf/elements.hpp"
 
 #include <charconv>
-#include <cmath>
 
 namespace kr5::cell {
 namespace {
 
 std::string text(const Eigen::Vector3d& v) {
   return number_text(v[0]) + " " + number_text(v[1]) + " " + number_text(v[2]);
-}
-
-/// Roll, pitch and yaw whose product is R to rounding also near the pole, where each alone is badly known.
-Eigen::Vector3d roll_pitch_yaw(const Eigen::Matrix3d& R) {
-  const double yaw = std::atan2(R(1, 0), R(0, 0));
-  const Eigen::Matrix3d turned = Eigen::AngleAxisd(-yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix() * R;
-  return {std::atan2(-turned(1, 2), turned(1, 1)), std::atan2(-turned(2, 0), turned(0, 0)), yaw};
 }
 
 pugi::xml_node child(pugi::xml_node& node, const char* name) {
@@ -39,7 +31,7 @@ void write_attribute(pugi::xml_node& node, const char* name, const std::string& 
 
 void write_origin(pugi::xml_node& origin, const Pose& T) {
   write_attribute(origin, "xyz", text(T.translation()));
-  write_attribute(origin, "rpy", text(roll_pitch_yaw(T.linear())));
+  write_attribute(origin, "rpy", text(Eigen::Vector3d(to_xyzrpy(T).tail<3>())));
 }
 
 void write_body(pugi::xml_node& inertial, const kinematics::Body& body) {

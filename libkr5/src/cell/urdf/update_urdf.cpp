@@ -2,11 +2,9 @@
 #include <kr5/cell/update_urdf.hpp>
 
 #include <algorithm>
-#include <cmath>
+#include <optional>
 #include <set>
 #include <sstream>
-
-#include <Eigen/Eigenvalues>
 
 #include <kr5/cell/arm_links.hpp>
 #include <kr5/core/error.hpp>
@@ -18,34 +16,20 @@
 namespace kr5::cell {
 namespace {
 
-using Eigen::Vector3d;
 using kinematics::Body;
-using kinematics::Moments;
 
 constexpr double same = 1e-12;  // [m, rad, relative] what rounding leaves of no difference
 
 bool alike(const Pose& a, const Pose& b) { return (a.matrix() - b.matrix()).cwiseAbs().maxCoeff() <= same; }
 
+constexpr const char* remedy = "; give the URDF from which the cell was imported, with the same base and tip";
+
 bool alike(const Body& a, const Body& b) {
-  const Moments m = inertial_moments(a), n = inertial_moments(b);
+  const kinematics::Moments m = inertial_moments(a), n = inertial_moments(b);
   const auto close = [](const auto& x, const auto& y) {
     return (x - y).cwiseAbs().maxCoeff() <= same * (1e-3 + x.cwiseAbs().maxCoeff());
   };
   return std::abs(m.mass - n.mass) <= same * (1.0 + m.mass) && close(m.first, n.first) && close(m.second, n.second);
-}
-
-Moments operator-(Moments a, const Moments& b) {
-  a.mass -= b.mass;
-  a.first -= b.first;
-  a.second -= b.second;
-  return a;
-}
-
-/// Whether a part of a body can be a body itself, and no remainder of rounding.
-bool possible(const Body& part, const Body& whole) {
-  constexpr double least = 1e-9, slack = 1e-12;
-  const Vector3d principal = kinematics::inertia_matrix(part.inertia).selfadjointView<Eigen::Lower>().eigenvalues();
-  return part.mass > least * whole.mass && principal.minCoeff() >= -slack * principal.cwiseAbs().maxCoeff();
 }
 
 /// The document, with the white space between its elements.
@@ -98,9 +82,8 @@ class Updater {
  public:
   Updater(const UrdfModel& model, std::string_view xml, const Cell& cell, const UrdfOptions& options)
       : model_(model), cell_(cell), path_(find_arm_path(model, options)), document_(xml), arm_(arm_links(cell)) {
-    old_ = arm_links(parse_urdf(xml, model.source, options).cell);
-    require_same_robot();
-    place_links();
+    require_names();
+    place_links(arm_links(parse_urdf(xml, model.source, options).cell));
     place_tip();
   }
 
@@ -115,56 +98,26 @@ class Updater {
   }
 
  private:
-  void require_same_robot() const {
+  void require_names() const {
     std::vector<std::string> names;
     for (const UrdfJoint* joint : path_.joints) names.push_back(joint->name);
     const std::vector<std::string>& wanted = cell_.robot.joint_names;
-    const std::string between = "the joints from " + path_.base + " to " + path_.tip + " are " + listed(names);
-    if (!wanted.empty() && names != wanted)
-      model_.fail(between + ", those of the cell are " + listed(wanted) +
-                  "; give the URDF from which the cell was imported, with the same base and tip");
-    if (static_cast<int>(names.size()) != cell_.robot.joints())
-      model_.fail(between + ", and the cell has " + std::to_string(cell_.robot.joints()) +
-                  " joints; give the URDF from which the cell was imported, with the same base and tip");
-    constexpr double part = 0.1, turned = 0.2;  // of the reach; [rad]
-    double reach = 0.0;
-    Vector3d before = Vector3d::Zero();
-    for (const ArmLink& link : old_.links) {
-      reach += (link.T_base_link.translation() - before).norm();
-      before = link.T_base_link.translation();
-    }
-    for (std::size_t i = 0; i < names.size(); ++i) {
-      const Pose T = old_.links[i].T_base_link.inverse() * arm_.links[i].T_base_link;
-      const double beside = slides(i) ? 0.0 : T.translation().head<2>().norm(),
-                   angle = std::acos(std::clamp(T(2, 2), -1.0, 1.0));
-      if (beside <= part * std::max(reach, 0.1) && angle <= turned) continue;
-      std::ostringstream found;
-      found.precision(2);
-      found << beside << " m beside that of the cell and is turned by " << angle << " rad";
-      model_.fail("the axis of " + names[i] + " lies " + found.str() +
-                  "; is it the URDF of another robot? Give the one from which the cell was imported");
-    }
+    if (wanted.empty() || names == wanted) return;
+    model_.fail("the joints from " + path_.base + " to " + path_.tip + " are " + listed(names) +
+                ", those of the cell are " + listed(wanted) + remedy);
   }
 
-  /// The place of the axis of a slide means nothing.
-  bool slides(std::size_t i) const { return arm_.links[i].type == kinematics::JointType::Prismatic; }
-
-  /// Where each link of the arm lies now. A link moves with the frame on its axis; a cell that was not made from this
-  /// document may have these frames elsewhere on the axes, which is no change of the robot.
-  void place_links() {
-    constexpr double slid = 0.05, turned = 0.2;  // [m], [rad]
-    T_base_.assign(path_.joints.size() + 1, Pose::Identity());
-    T_old_ = T_base_;
-    for (std::size_t i = 0; i < path_.joints.size(); ++i) {
-      Pose reference = old_.links[i].T_base_link;
-      const Pose T = reference.inverse() * arm_.links[i].T_base_link;
-      const Vector3d slide = slides(i) ? Vector3d(T.translation()) : Vector3d(0, 0, T.translation().z());
-      const double turn = std::atan2(T(1, 0) - T(0, 1), T(0, 0) + T(1, 1));
-      if (slide.norm() > slid || std::abs(turn) > turned)
-        reference = reference * Eigen::Translation3d(slide) * Eigen::AngleAxisd(turn, Vector3d::UnitZ());
-      T_old_[i + 1] = path_.links.at(path_.joints[i]->child).T_base_link;
-      T_base_[i + 1] = arm_.links[i].T_base_link * reference.inverse() * T_old_[i + 1];
-      if (alike(T_base_[i + 1], T_old_[i + 1])) T_base_[i + 1] = T_old_[i + 1];
+  void place_links(const ArmLinks& before) {
+    std::vector<Pose> displaced;
+    try {
+      displaced = link_displacements(before, arm_);
+    } catch (const InvalidArgument& e) {
+      model_.fail(e.what() + std::string(remedy));
+    }
+    for (std::size_t i = 0; i < displaced.size(); ++i) {
+      T_old_.push_back(path_.links.at(path_.joints[i]->child).T_base_link);
+      const Pose now = displaced[i] * T_old_.back();
+      T_base_.push_back(alike(now, T_old_.back()) ? T_old_.back() : now);
     }
   }
 
@@ -221,22 +174,19 @@ class Updater {
 
   void update_bodies(std::size_t carrier) {
     const std::string& main = path_.joints[carrier - 1]->child;
-    Moments fixed;
+    Body fixed;
     std::vector<std::string> others;
     for (const auto& [name, at] : path_.links) {
       if (at.carrier != carrier || name == main || model_.links.at(name).mass == 0.0) continue;
-      fixed += inertial_moments(transformed_body(T_base_[carrier].inverse() * now(name), model_.links.at(name)));
+      fixed = merged_body(fixed, transformed_body(T_base_[carrier].inverse() * now(name), model_.links.at(name)));
       others.push_back(name);
     }
-    Moments before = fixed;
-    before += inertial_moments(model_.links.at(main));
-    const Body whole = carried_body(carrier);
-    if (alike(to_body(before), whole) || (cell_.robot.links.empty() && before.mass > 0.0)) return;
-    const Body alone = to_body(inertial_moments(whole) - fixed);
-    const bool separate = possible(alone, whole);
-    write(main, separate ? alone : whole);
+    const Body before = merged_body(model_.links.at(main), fixed), whole = carried_body(carrier);
+    if (alike(before, whole) || (cell_.robot.links.empty() && before.mass > 0.0)) return;
+    const std::optional<Body> alone = body_without(whole, fixed);
+    write(main, alone.value_or(whole));
     changes_.push_back("link " + main + ": inertial");
-    if (separate) return;
+    if (alone) return;
     for (const std::string& name : others) {
       pugi::xml_node link = document_.element("link", name);
       link.remove_child("inertial");
@@ -271,9 +221,9 @@ class Updater {
   const Cell& cell_;
   ArmPath path_;
   Document document_;
-  ArmLinks arm_, old_;        ///< Of the cell, and of the document.
-  std::vector<Pose> T_base_;  ///< Of the link that each joint moves, from 1, at zero; of the base first.
-  std::vector<Pose> T_old_;   ///< The same in the document.
+  ArmLinks arm_;
+  /// The base, then the link that each joint moves, at zero: now, and in the document.
+  std::vector<Pose> T_base_ = {Pose::Identity()}, T_old_ = {Pose::Identity()};
   Pose T_base_tip_ = Pose::Identity();
   std::set<std::string> behind_tip_;
   std::vector<std::string> changes_;
