@@ -5,8 +5,10 @@
 #include <chrono>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <mutex>
 #include <optional>
+#include <set>
 
 #include <kr5/core/error.hpp>
 
@@ -102,12 +104,35 @@ class Diagnoser {
   }
 
   void judge_noise() {
-    spikes_ = mark_spikes(data_, base_) + mark_stray_corners(data_, base_);
     std::vector<std::string> coarse;
-    take_noise(noise_scales(data_, base_, coarse));
+    if (options_.simulator_errors.empty()) {
+      spikes_ = mark_spikes(data_, base_) + mark_stray_corners(data_, base_);
+      take_noise(noise_scales(data_, base_, coarse));
+    } else {  // a spike is what stands out of noise and known errors together
+      take_noise(noise_scales(data_, base_, coarse));
+      add_known_errors();
+      spikes_ = mark_spikes(data_, base_) + mark_stray_corners(data_, base_);
+    }
     for (const std::string& column : coarse)
       out_.warnings.push_back(
           column + " shows hardly any noise; is its resolution coarse, or the sensor dead? The declared noise is used");
+  }
+
+  /// Takes what the simulator is known to be off in a column as noise beside that of the sensor.
+  void add_known_errors() {
+    std::set<std::string> widened;
+    for (Block& block : data_.blocks) {
+      const double error = known_error(options_, column_name(block.kind, block.column));
+      if (error == 0.0) continue;
+      const double sigma = std::hypot(block.sigma, error);
+      block.rows_of(base_) *= block.sigma / sigma;
+      block.sigma = sigma;
+      widened.insert(column_name(block.kind, block.column));
+    }
+    if (!widened.empty())
+      out_.warnings.push_back("gaps of " + std::to_string(widened.size()) +
+                              " columns are in units of the noise and of what the best model of the arm leaves, "
+                              "together");
   }
 
   Screen make_screen() const {
@@ -299,7 +324,10 @@ class Diagnoser {
       const auto same = [&](const NearestEffect& e) { return e.effect == name.effect && e.target == name.target; };
       if (std::any_of(out_.nearest.begin(), out_.nearest.end(), same)) continue;
       const ResidualAnalysis rest = analyze_residual(problem_, groups_, model, base_, options_);
-      out_.nearest.push_back({name.effect, name.target, gap_reduction(data_, groups_, before.shown, rest.shown).after,
+      constexpr double nan = std::numeric_limits<double>::quiet_NaN();  // small errors of the cell are not taken out
+      const Eigen::VectorXd left =
+          model.residual.array().isNaN().select(nan, counted_residual(data_, model.residual).array());
+      out_.nearest.push_back({name.effect, name.target, gap_reduction(data_, groups_, before.shown, left).after,
                               why_not(best, model, rest)});
     }
     std::stable_sort(out_.nearest.begin(), out_.nearest.end(),

@@ -59,6 +59,7 @@ WriteRecording = Annotated[
         help="Recording made of the logs, for other commands; must not exist yet.",
     ),
 ]
+MOST_EFFECTS = 16  # that are searched for in the log of a real arm
 
 
 def add_to(app: typer.Typer) -> None:
@@ -104,7 +105,9 @@ def diagnose(
     to = terminal.console(json_file)
     compared = open_source(source, reading)
     print_source(compared, to, everything)
-    options.simulator_errors = compared.simulator_errors
+    if compared.simulator_errors:
+        search_widely(options, compared.recording.cell.robot.joints)
+        options.simulator_errors = compared.simulator_errors
     found = run_diagnosis(compared.recording, arguments.make_simulator(full), options)
     data = json.loads(found.to_json())
     if write_recording:
@@ -126,6 +129,15 @@ def diagnose(
         with on_disk(compared, write_recording) as folder:
             write_gap_report(result | {"input": {"recording": str(folder)}}, output or folder, report)
         to.print(f"report: {report}", soft_wrap=True)
+
+
+def search_widely(options: Any, joints: int) -> None:
+    """Settings for the log of a real arm, whose description states friction of no joint, or a placeholder for each: many
+    effects at once, the best set of each size only. What was set by the user stays."""
+    usual = kr5.gap.DiagnoseOptions()
+    for name, value in (("max_effects", min(2 * joints + 2, MOST_EFFECTS)), ("beam", 1), ("refits", 4)):
+        if getattr(options, name) == getattr(usual, name):
+            setattr(options, name, value)
 
 
 @contextlib.contextmanager

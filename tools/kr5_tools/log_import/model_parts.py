@@ -14,7 +14,6 @@ from kr5_tools.cli import terminal
 from kr5_tools.identify.motion_logs import arm_model, merged_motion
 from kr5_tools.log_import.values import joint_torques
 
-ERROR_FACTOR = 2.0  # of what the best model leaves on the rows that it was fitted to
 SHOWN = 3.0  # standard deviations from which friction or an offset beside it counts
 SURE = 5.0  # standard deviations that a torque constant must be above zero
 FRICTION_SPEED = 0.002  # [rad/s or m/s] over which dry friction changes its sign, as in the format of cells
@@ -196,5 +195,5 @@ def known_errors(recording: Any) -> list[Any]:
     noise = np.array([cell.noise.of("torque" if family == "tau" else "current", k) for k in range(n)])
     smooth = np.sqrt(np.maximum((left**2).mean(axis=0) - noise**2, 0.0))
     return [
-        kr5.gap.ColumnError(column=f"motion.{family}{k + 1}", error=ERROR_FACTOR * float(smooth[k])) for k in range(n)
+        kr5.gap.ColumnError(column=f"motion.{family}{k + 1}", error=float(smooth[k])) for k in range(n)
     ]

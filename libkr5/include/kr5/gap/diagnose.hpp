@@ -32,8 +32,8 @@ struct DiagnoseOptions {
   double simulator_floor = 0.05;
   int threads = 0;
 
-  /// Of single columns, beside `simulator_floor` for all; the greater counts. For a real arm: what the best model of it
-  /// leaves that no effect of the catalogue need explain.
+  /// Of single columns, beside `simulator_floor` for all: it counts as noise of the column, and twice of it as no
+  /// structure. For a real arm: what the best model of it leaves, which no effect of the catalogue need explain.
   std::vector<ColumnError> simulator_errors;
   /// Hypotheses for this diagnosis only; an effect for every place is registered (kr5/cell/effect_registry.hpp).
   std::vector<Hypothesis> own_hypotheses;

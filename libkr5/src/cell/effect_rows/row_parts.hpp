@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -65,10 +66,16 @@ inline auto at(std::vector<double> values) {
 }
 
 /// Time constants between a hundredth of the recording and thirty times it.
-inline ValueRange warming_range(const EffectSite& at) { return {at.duration() / 100, 30 * at.duration()}; }
+/// Metal takes longer: what fades within a few seconds is no warming, but a value that differs from the beginning.
+inline constexpr double fastest_warming = 5.0;  // [s]
+inline ValueRange warming_range(const EffectSite& at) {
+  const double least = std::max(at.duration() / 100, fastest_warming);
+  return {least, std::max(30 * at.duration(), 6 * least)};
+}
 /// Time constants at which what fades is told apart.
 inline std::vector<double> warming_times(const EffectSite& at) {
-  return {0.1 * at.duration(), 0.5 * at.duration(), 3.0 * at.duration()};
+  const double length = std::max(at.duration(), 10 * fastest_warming);
+  return {0.1 * length, 0.5 * length, 3.0 * length};
 }
 
 /// Where a dress pack rests: within reach of the joint. One that rests far away would be a constant torque.

@@ -20,9 +20,8 @@ double sum_of_squares(const ComparisonData& data, const Group& group, const Eige
 
 /// What the simulator may be off without any effect, as a sum of squares of a column.
 double floor_of(const ComparisonData& data, const Group& group, const DiagnoseOptions& options) {
-  double error = 0.0;
-  for (const ColumnError& own : options.simulator_errors)
-    if (own.column == group.name()) error = own.error;
+  constexpr double elsewhere = 2.0;  // times the error where it is known, on other rows
+  const double error = elsewhere * known_error(options, group.name());
   double sum = 0.0;
   for (const int b : group.all) {
     const Block& block = data.blocks[b];
@@ -103,6 +102,12 @@ double trust_of(double left, double accuracy) {
 }
 
 }  // namespace
+
+double known_error(const DiagnoseOptions& options, const std::string& column) {
+  for (const ColumnError& own : options.simulator_errors)
+    if (own.column == column) return own.error;
+  return 0.0;
+}
 
 bool ResidualAnalysis::any() const { return std::find(structured.begin(), structured.end(), true) != structured.end(); }
 

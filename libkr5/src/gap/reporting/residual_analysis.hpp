@@ -10,6 +10,9 @@
 
 namespace kr5::gap {
 
+/// What the simulator is known to be off in a column, in its unit; 0: nothing is known.
+double known_error(const DiagnoseOptions& options, const std::string& column);
+
 /// What a model leaves, column by column.
 struct ResidualAnalysis {
   Eigen::VectorXd shown;    ///< Residuals of the model as fitted, scatter taken out; NaN where none is compared.
