@@ -11,6 +11,7 @@ NOISE = np.array([0.3, 0.5, 0.3, 0.08, 0.05, 0.03])  # of the logged torques [N 
 Q_NOISE = 1e-5  # [rad]
 STEP = 0.002  # [s]
 LOGGED = 4  # steps a row
+STIFFNESS = 900.0  # of the controller [1/s^2]
 
 BODIES = [  # place in the body before [m], axis, mass [kg], centre [m], size of its inertia [m]
     ("0 0 0.2", "0 0 1", 12.0, "0.02 0 0.1", 0.12),
@@ -106,14 +107,13 @@ def simulated_log(xml: str, seed: int, duration: float = 14.0) -> Log:
     model = mujoco.MjModel.from_xml_string(xml)
     data = mujoco.MjData(model)
     data.qpos[:] = planned(0.0, seed)
-    gains = np.array([4000.0, 5000.0, 3000.0, 500.0, 300.0, 120.0])
-    rows = []
+    rows, force = [], np.zeros(6)
     for step in range(round(duration / STEP)):
         target, ahead = planned(data.time, seed), planned(data.time + STEP, seed)
         mujoco.mj_forward(model, data)
-        data.ctrl[:] = (
-            data.qfrc_bias + gains * (target - data.qpos) + 0.1 * gains * ((ahead - target) / STEP - data.qvel)
-        )
+        wanted = STIFFNESS * (target - data.qpos) + 2 * np.sqrt(STIFFNESS) * ((ahead - target) / STEP - data.qvel)
+        mujoco.mj_mulM(model, data, force, wanted)
+        data.ctrl[:] = data.qfrc_bias + force
         mujoco.mj_forward(model, data)
         if step % LOGGED == 0:
             rows.append((data.time, *map(np.copy, (data.qpos, data.qvel, data.qacc, data.actuator_force))))

@@ -265,7 +265,8 @@ def _scale(cell: Any, e: Any, columns: list[Any], got: np.ndarray, model: np.nda
                     text,
                 )
             ]
-    if known.sum() >= 3 and slope[known].max() > SPREAD * slope[known].min():
+    few_alike = np.mean(np.abs(np.log(slope[known])) < np.log(FACTOR)) < 0.5
+    if known.sum() >= 3 and few_alike and slope[known].max() > SPREAD * slope[known].min():
         return [
             LogProblem(
                 e.name,

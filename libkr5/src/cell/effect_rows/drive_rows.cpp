@@ -161,10 +161,7 @@ std::vector<Effect> drive_rows() {
                        .upper = 100,
                        .description = "motor side",
                        .nominal = [](const Site& at) { return at.cell.drives->rotor_inertia(at.index); },
-                       .size =
-                           [](const Site& at) {
-                             return typical::part * std::max(at.cell.drives->rotor_inertia(at.index), 1e-6);
-                           }}},
+                       .size = typical::rotor_inertia}},
        .needs = has_drives},
       {.id = "cable_spring",
        .target = Joint,

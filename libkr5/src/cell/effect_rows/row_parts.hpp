@@ -27,6 +27,7 @@ inline constexpr double part = 0.2;           ///< Relative change of a bandwidt
 inline constexpr double scale = 0.05;         ///< Relative error of a factor from a data sheet (gain, torque constant).
 inline constexpr double half_cycle = 0.006;   ///< Delays and lags [s].
 inline constexpr double cycle = 0.012;        ///< Period of a controller that states none [s].
+inline constexpr double reflected_inertia = 0.05;  ///< Of a rotor, joint side, of which none is known [kg m^2 or kg].
 inline constexpr double coulomb = 5.0;        ///< Dry friction of a joint of which none is known [N m or N].
 inline constexpr double force_noise = 0.1;    ///< Of a wrist sensor of which none is known [N].
 inline constexpr double torque_noise = 0.01;  ///< The same [N m].
@@ -42,6 +43,13 @@ inline double viscous(const EffectSite& at) {
   if (at.cell.drives && at.cell.drives->friction.viscous(at.index) > 0)
     return at.cell.drives->friction.viscous(at.index);
   return friction(at);
+}
+
+/// Motor side; where none is stated that of a small joint [kg m^2 or kg].
+inline double rotor_inertia(const EffectSite& at) {
+  if (const double stated = at.cell.drives->rotor_inertia(at.index); stated > 0) return part * stated;
+  const double gear = at.cell.drives->structure(at.index, at.index);
+  return reflected_inertia / std::max(gear * gear, 1.0);
 }
 
 /// Noise of a component of the wrench, or a usual one [N, N m].
