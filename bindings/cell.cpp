@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/cell/arm_links.hpp>
 #include <kr5/cell/cell.hpp>
 #include <kr5/cell/check.hpp>
 #include <kr5/cell/effect.hpp>
@@ -8,6 +9,7 @@
 #include <kr5/cell/placed_object.hpp>
 #include <kr5/cell/recording.hpp>
 #include <kr5/cell/simulator.hpp>
+#include <kr5/cell/update_urdf.hpp>
 
 #include "column_conversion.hpp"
 #include "effect_conversion.hpp"
@@ -18,6 +20,7 @@ namespace py = pybind11;
 using namespace kr5::cell;
 using kr5::python::bind_enum;
 using kr5::python::bind_struct;
+using kr5::python::values_of;
 namespace fs = std::filesystem;
 
 static void bind_parts(py::module_& m) {
@@ -38,20 +41,17 @@ static void bind_parts(py::module_& m) {
   bind_struct<Tube>(m, "Tube", "Tube that receives the peg.");
   bind_struct<Contact>(m, "Contact", "Contact of the tool with its surroundings.");
   bind_struct<Distortion>(m, "Distortion", "Lens distortion.");
-  bind_struct<Camera>(m, "Camera", "Camera.").def("pinhole", &Camera::pinhole, "Intrinsics as kr5.Pinhole.");
+  bind_struct<Camera>(m, "Camera", "Camera.")
+      .def("pinhole", &Camera::pinhole, "Intrinsics as kr5.Pinhole.")
+      .def("set_pinhole", &Camera::set_pinhole, py::arg("lens"),
+           "Image size and intrinsics of a kr5.Pinhole; the lens model stays where it holds the coefficients, else the "
+           "least that does is taken.");
   bind_struct<Target, kr5::Target>(m, "Target", "Target of the cell with its pose.");
   bind_struct<PlacedObject, kr5::Solid>(m, "PlacedObject", "Solid in the cell.");
   bind_struct<Board>(m, "Board", "Marker board.").def("target", &Board::target, "Board as a general target.");
   bind_struct<LaserTarget>(m, "LaserTarget", "Object measured by the line scanner.");
   bind_struct<Laser>(m, "Laser", "Line scanner.");
   bind_struct<Noise>(m, "Noise", "Standard deviation of one reading of each sensor.");
-}
-
-static py::dict values_of(const ActiveEffect& effect) {
-  py::dict out;
-  for (const auto& [name, value] : effect.parameters)
-    out[py::str(name)] = kr5::python::effect_value(value, kr5::python::kind_of(find_effect(effect.id), name));
-  return out;
 }
 
 static void register_from_python(Effect effect, const py::object& change_cell, const py::object& change_columns) {
@@ -265,6 +265,34 @@ static void bind_urdf(py::module_& m) {
       "Serial arm between two links of a robot. Raises IoError, with the remedy, for a file without one.");
   m.def("to_urdf", &to_urdf, py::arg("cell"), "URDF of the arm and of the mass of its tool.");
   m.def("export_urdf", &export_urdf, py::arg("cell"), py::arg("file"), "Writes that URDF to a file.");
+  py::class_<UrdfUpdate>(m, "UrdfUpdate", "URDF with a changed arm in it.")
+      .def_readonly("xml", &UrdfUpdate::xml, "The document.")
+      .def_readonly("changes", &UrdfUpdate::changes, "What changed, in words, in the order of the chain.");
+  m.def(
+      "update_urdf",
+      [](const Cell& cell, const std::string& xml, const std::string& source, const std::string& base,
+         const std::string& tip) {
+        return update_urdf(xml, source, cell, {base, tip});
+      },
+      py::arg("cell"), py::arg("xml"), py::arg("source"), py::arg("base") = "", py::arg("tip") = "",
+      "Arm of a cell, effects apart, written into the URDF that describes it, which keeps its names, meshes, limits "
+      "and "
+      "comments.\n\nxml: text of the document; source: its name in errors; base, tip: links, as at the import. Raises "
+      "IoError for text that is no URDF, and for that of another robot.");
+}
+
+static void bind_arm_links(py::module_& m) {
+  bind_struct<ArmLink>(m, "ArmLink", "Link of a serial arm, with the joint that moves it.");
+  bind_struct<ArmLinks>(m, "ArmLinks", "Serial arm as links whose frames lie on the axes of their joints.");
+  m.def("arm_links", &arm_links, py::arg("cell"),
+        "Arm of a cell, effects and tool apart, as descriptions of robots have it; the tip is the flange.");
+  m.def("link_displacements", &link_displacements, py::arg("before"), py::arg("after"),
+        "How each link has been displaced when an arm has become another, 4x4 in the base, every joint value zero [m]. "
+        "Raises InvalidArgument for arms that differ too much to be one.");
+  m.def("cell_of_links", &cell_of_links, py::arg("arm"),
+        "Cell with an arm: Denavit-Hartenberg rows, masses, limits and names; a tool without mass when the tip lies "
+        "beside the last joint axis; drives of unit gear (a current is a joint torque) when a joint has friction or a "
+        "rotor. Raises InvalidArgument when there is no link.");
 }
 
 void bind_cell(py::module_& m) {
@@ -273,6 +301,7 @@ void bind_cell(py::module_& m) {
   bind_effects(m);
   bind_cell_itself(m);
   bind_urdf(m);
+  bind_arm_links(m);
   bind_recording(m);
   bind_simulator(m);
   using Problems = std::vector<kr5::io::Diagnostic>;

@@ -47,6 +47,14 @@ inline cell::EffectValueKind kind_of(const cell::Effect& effect, const std::stri
   return cell::EffectValueKind::Number;
 }
 
+/// The parameters of an active effect: {name: value}.
+inline py::dict values_of(const cell::ActiveEffect& effect) {
+  py::dict out;
+  for (const auto& [name, value] : effect.parameters)
+    out[py::str(name)] = effect_value(value, kind_of(cell::find_effect(effect.id), name));
+  return out;
+}
+
 /// A Python value as a parameter takes it; what does not fit is complained about by set_effect.
 inline std::optional<cell::EffectValue> effect_value(const py::handle& value) {
   if (value.is_none()) return std::nullopt;

@@ -116,6 +116,11 @@ static void bind_dynamics(py::module_& m) {
   m.def("transformed_body", &transformed_body, py::arg("T_a_b"), py::arg("body"),
         "The same body, given in frame b, described in frame a; T_a_b is 4x4 [m].");
   m.def("merged_body", &merged_body, py::arg("a"), py::arg("b"), "Two bodies of one frame, welded together.");
+  m.def("body_without", &body_without, py::arg("whole"), py::arg("part"),
+        "What is left of a body when a part of it is taken away; None where that could not be a real body.");
+  m.def("is_real", &is_real, py::arg("body"),
+        "Whether a body could be real: with a mass, and principal moments of which two add up to no less than the "
+        "third.");
   py::class_<SensorCut>(m, "SensorCut", "A body fixed to a link, cut off at frame S.")
       .def(py::init([](const Body& body, const kr5::Pose& T_link_sensor, int link) {
              return SensorCut{link, T_link_sensor, body};

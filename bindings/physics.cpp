@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <kr5/physics/effective_arm.hpp>
+#include <kr5/physics/fold_effects.hpp>
 #include <kr5/physics/friction.hpp>
+#include <kr5/physics/joint_drive.hpp>
 #include <kr5/physics/motors.hpp>
 #include <kr5/physics/second_order.hpp>
 #include <kr5/physics/tool.hpp>
 
 #include <kr5/core/error.hpp>
 
+#include "effect_conversion.hpp"
 #include "struct_binder.hpp"
 
 namespace py = pybind11;
@@ -30,8 +33,50 @@ static Rows currents(const Cell& cell, const Rows& acceleration, const Rows& tor
   return Motors(cell).currents(Eigen::MatrixXd(acceleration), Eigen::MatrixXd(torque));
 }
 
+static Eigen::MatrixX2d cable_springs(const Cell& cell) {
+  Eigen::MatrixX2d out(cell.robot.joints(), 2);
+  Eigen::Index i = 0;
+  for (const JointDrive& drive : joint_drives(cell)) out.row(i++) << drive.cable.stiffness, drive.cable.rest;
+  return out;
+}
+
+template <class T>
+static py::class_<T> bind_effect(py::module_& m, const char* name, const char* doc) {
+  return py::class_<T>(m, name, doc)
+      .def_property_readonly(
+          "effect", [](const T& self) { return self.effect.id; }, "Id of the effect.")
+      .def_property_readonly(
+          "target", [](const T& self) { return self.effect.target; }, "Target of the effect.")
+      .def_property_readonly(
+          "parameters", [](const T& self) { return kr5::python::values_of(self.effect); },
+          "Values by the name of the parameter, in its unit.");
+}
+
+static void bind_fold_effects(py::module_& m) {
+  bind_effect<FoldedEffect>(m, "FoldedEffect", "Effect that is in the nominal parameters of a cell now.")
+      .def_readonly("field", &FoldedEffect::field, "Field of the cell that holds it; empty for a registered effect.");
+  bind_effect<RemainingEffect>(m, "RemainingEffect", "Effect for which a cell has no nominal parameter.")
+      .def_readonly("reason", &RemainingEffect::reason, "Reason, in words.");
+  py::class_<FoldedCell>(m, "FoldedCell", "Cell with the effects in its nominal parameters.")
+      .def_property_readonly(
+          "cell", [](const FoldedCell& self) { return self.cell; }, "Cell with the remaining effects (a copy).")
+      .def_readonly("folded", &FoldedCell::folded, "Effects that were folded.")
+      .def_readonly("remaining", &FoldedCell::remaining, "Effects that are effects still.");
+  m.def(
+      "fold_effects", [](const Cell& cell, bool add_drives) { return fold_effects(cell, {.add_drives = add_drives}); },
+      py::arg("cell"), py::kw_only(), py::arg("add_drives") = false,
+      "Cell with every effect in its nominal parameters for which they have a place; a simulator predicts the same "
+      "before and after, to rounding.\n\nadd_drives: a cell without drives gets some of unit gear (a current is then a "
+      "joint torque), in which friction has a place.");
+}
+
 void bind_physics(py::module_& m) {
   m.doc() = "Physical laws of a cell with its effects, shared by every simulator.";
+  bind_fold_effects(m);
+  m.def(
+      "cable_springs", &cable_springs, py::arg("cell"),
+      "Spring of the dress pack of every joint, n x 2: stiffness [N m/rad or N/m] and joint value without pull [rad or "
+      "m].");
   m.def(
       "effective_chain", [](const Cell& cell, double t) { return EffectiveArm(cell).chain(t); }, py::arg("cell"),
       py::arg("t") = 0.0,

@@ -97,6 +97,7 @@ function(_kr5_install)
   write_basic_package_version_file(${PROJECT_BINARY_DIR}/kr5ConfigVersion.cmake COMPATIBILITY SameMinorVersion)
   install(FILES ${PROJECT_BINARY_DIR}/kr5Config.cmake ${PROJECT_BINARY_DIR}/kr5ConfigVersion.cmake
     DESTINATION ${package_dir})
+  install(FILES ${PROJECT_SOURCE_DIR}/package.xml DESTINATION ${CMAKE_INSTALL_DATADIR}/kr5)  # where ROS looks for it
 endfunction()
 
 function(kr5_build_modules)

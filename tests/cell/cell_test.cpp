@@ -172,6 +172,24 @@ TEST_CASE("sizes that do not fit the number of joints are refused, all at once")
       Contains("servo.joint: found 2 values, expected 4 values"));
 }
 
+TEST_CASE("joint names are optional, one a joint, each of its own") {
+  const std::string text = io::read_text(arc_file);
+  const auto named = [&](const std::string& list) {
+    return replaced(text, "  gravity:", "  joint_names: " + list + "\n  gravity:");
+  };
+  CHECK(load_cell(arc_file).robot.joint_names.empty());
+  const Cell cell = parse_cell(named("[a1, a2, a3, a4, a5, '6']"), "t");
+  CHECK(cell.robot.joint_names == std::vector<std::string>{"a1", "a2", "a3", "a4", "a5", "6"});
+  CHECK(io::parse_yaml(to_yaml(cell), "t") == *cell.source);
+  CHECK(parse_cell(exact(cell), "t").robot.joint_names == cell.robot.joint_names);
+  CHECK_THAT(complaint(named("[a1, a2]")), Contains("robot.joint_names: found 2 names, expected 6 names, one a joint"));
+  CHECK_THAT(complaint(named("[a1, a2, a1, a4, a5, a6]")),
+             Contains("robot.joint_names[2]: found a1, expected a name of its own; joint 1 has this one"));
+  CHECK_THAT(complaint(named("[a1, '', a3, a4, a5, a6]")),
+             Contains("robot.joint_names[1]: found an empty text, expected a name"));
+  CHECK_THAT(complaint(named("a1")), Contains("robot.joint_names: found 'a1', expected a list"));
+}
+
 TEST_CASE("mounts that are missing, double or contradictory are refused") {
   const std::string text = io::read_text(arc_file);
   CHECK_THAT(complaint(replaced(text, "T_E_C:", "T_F_C: [0, 0, 0, 0, 0, 0]\n  T_E_C:")),
@@ -196,6 +214,26 @@ TEST_CASE("the chain, the tool and the mounts are where the cell puts them") {
   Cell bare = cell;
   bare.tool.reset();
   CHECK(T_base_tool(bare, q).matrix() == T_base_flange.matrix());
+}
+
+TEST_CASE("a camera takes intrinsics in its lens model, or in the least that holds them") {
+  Cell cell = load_cell(general_file);
+  Pinhole lens = cell.camera->pinhole();
+  lens.fx += 1.0, lens.k1 -= 0.01;
+  cell.camera->set_pinhole(lens);
+  CHECK(cell.camera->distortion.model == LensModel::Rational8);
+  CHECK(cell.camera->pinhole().parameters() == lens.parameters());
+  Camera bare;
+  bare.set_pinhole({.width = 640, .height = 480, .fx = 500, .fy = 501, .cx = 320, .cy = 240});
+  CHECK(bare.distortion.model == LensModel::None);
+  Pinhole bent = bare.pinhole();
+  bent.k2 = 0.1;
+  bare.set_pinhole(bent);
+  CHECK(bare.distortion.model == LensModel::K1K2);
+  bent.p1 = 1e-3;
+  bare.set_pinhole(bent);
+  CHECK(bare.distortion.model == LensModel::Brown4);
+  CHECK(bare.pinhole().parameters() == bent.parameters());
 }
 
 TEST_CASE("a cell that could not be read back is not written over the old file") {

@@ -11,77 +11,14 @@
 #include <kr5/kinematics/inverse.hpp>
 #include <kr5/kinematics/newton_euler.hpp>
 
-#include "kinematics/random_chain.hpp"
+#include "cell/urdf_arms.hpp"
 #include "support/reference.hpp"
 
 using namespace kr5;
 using namespace kr5::cell;
+using namespace kr5::test;
 using Catch::Matchers::Contains;
 using Eigen::VectorXd;
-
-namespace {
-
-/// An arm with every parameter at random, and a tool.
-Cell random_cell(unsigned seed) {
-  Random random(seed);
-  Cell cell;
-  const int n = 1 + static_cast<int>(seed % 8);
-  const kinematics::DhChain chain = test::random_chain(random, n);
-  cell.robot.T_base_0 = chain.T_base_0;
-  cell.robot.dh = chain.joints;
-  for (const kinematics::Body& b : test::random_bodies(random, n))
-    cell.robot.links.push_back({b.mass, b.com, b.inertia});
-  cell.robot.limits = Limits{VectorXd::Constant(n, -2), VectorXd::Constant(n, 1.5), VectorXd::Constant(n, 3), {}};
-  const kinematics::Body b = test::random_body(random);
-  cell.tool = Tool{test::random_pose(random), test::random_pose(random), b.mass, b.com, b.inertia};
-  return cell;
-}
-
-VectorXd torques(const Cell& cell, const VectorXd& q, const VectorXd& qd, const VectorXd& qdd) {
-  kinematics::Dynamics dynamics(nominal_chain(cell), cell.robot.links, cell.robot.gravity);
-  if (cell.tool)
-    dynamics.add_body(-1, {cell.tool->mass, cell.tool->com, cell.tool->inertia}, cell.tool->T_flange_sensor);
-  return dynamics.torques(q, qd, qdd);
-}
-
-/// Greatest difference of tip pose and torques at random states.
-double difference(const Cell& a, const Cell& b) {
-  Random random(99);
-  const int n = a.robot.joints();
-  double worst = 0;
-  for (int k = 0; k < 20; ++k) {
-    const VectorXd q = test::random_vector(random, n, 3), qd = test::random_vector(random, n, 2),
-                   qdd = test::random_vector(random, n, 4);
-    worst = std::max(worst, (T_base_tool(a, q).matrix() - T_base_tool(b, q).matrix()).cwiseAbs().maxCoeff());
-    if (a.robot.links.empty() || b.robot.links.empty()) continue;
-    const VectorXd tau = torques(a, q, qd, qdd);
-    worst = std::max(worst, (tau - torques(b, q, qd, qdd)).norm() / (1 + tau.norm()));
-  }
-  return worst;
-}
-
-const std::string two_joints = R"(<?xml version="1.0"?>
-<robot name="two">
-  <link name="world"/>
-  <link name="a"><inertial><origin xyz="0.1 0 0" rpy="0 0 1"/><mass value="2"/>
-    <inertia ixx="0.1" ixy="0" ixz="0" iyy="0.2" iyz="0" izz="0.2"/></inertial></link>
-  <link name="b"><inertial><mass value="1"/>
-    <inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial></link>
-  <link name="tip"/>
-  <joint name="j1" type="revolute"><origin xyz="0 0 0.3"/><parent link="world"/><child link="a"/>
-    <axis xyz="0 2 0"/><limit lower="-1" upper="2" effort="0" velocity="3"/></joint>
-  <joint name="j2" type="continuous"><origin xyz="0.5 0 0"/><parent link="a"/><child link="b"/>
-    <axis xyz="0 0 -1"/><dynamics damping="0.1"/></joint>
-  <joint name="j3" type="fixed"><origin xyz="0 0 0.1"/><parent link="b"/><child link="tip"/></joint>
-</robot>)";
-
-std::string replaced(std::string text, const std::string& what, const std::string& by) {
-  const std::size_t at = text.find(what);
-  REQUIRE(at != std::string::npos);
-  return text.replace(at, what.size(), by);
-}
-
-}  // namespace
 
 TEST_CASE("any cell goes to a URDF and back with the same poses and torques") {
   for (unsigned seed = 0; seed < 60; ++seed) {
@@ -120,6 +57,7 @@ TEST_CASE("axes, fixed links, limits and notes are read as the file has them") {
   CHECK(two.base == "world");
   CHECK(two.tip == "tip");
   CHECK(two.joints == std::vector<std::string>{"j1", "j2"});
+  CHECK(two.cell.robot.joint_names == two.joints);
   const Eigen::Vector2d q(0.4, 0.7);
   const Pose T = T_base_tool(two.cell, q);
   Pose expected = Pose(Eigen::Translation3d(0, 0, 0.3)) * Pose(Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitY())) *
@@ -189,6 +127,7 @@ TEST_CASE("what is no serial arm is refused with what to do") {
   fails(replaced(two_joints, "<dynamics", "<mimic joint='j1'/><dynamics"), "j2 mimics another");
   fails(replaced(two_joints, "lower=\"-1\"", "lower=\"5\""), "lower limit is above");
   fails(replaced(two_joints, "<link name=\"tip\"/>", "<link name=\"tip\"/><link name=\"tip\"/>"), "occurs twice");
+  fails(replaced(two_joints, "name=\"j3\"", "name=\"j1\""), "<joint name=\"j1\"> occurs twice");
   fails(replaced(two_joints, "child link=\"tip\"", "child link=\"top\""), "refers to the link \"top\"");
   fails(replaced(two_joints, "child link=\"tip\"", "child link=\"a\""), "is the child of joints j1 and j3");
   fails(replaced(two_joints, "</robot>", ""), "is not valid XML");
@@ -210,6 +149,17 @@ TEST_CASE("friction of the joints goes to a URDF and back, motors do not") {
   const UrdfImport bare = parse_urdf(to_urdf(cell), "text");
   CHECK_FALSE(bare.cell.drives.has_value());
   CHECK(bare.notes.empty());
+}
+
+TEST_CASE("joints keep their names in a URDF, and have numbers where the cell has none") {
+  Cell cell = random_cell(3);
+  CHECK(parse_urdf(to_urdf(cell), "text").joints ==
+        std::vector<std::string>{"joint_1", "joint_2", "joint_3", "joint_4"});
+  cell.robot.joint_names = {"shoulder_pan_joint", "lift", "elbow", "wrist/1"};
+  const UrdfImport back = parse_urdf(to_urdf(cell), "text");
+  CHECK(back.joints == cell.robot.joint_names);
+  CHECK(back.cell.robot.joint_names == cell.robot.joint_names);
+  CHECK(parse_cell(to_yaml(back.cell), "text").robot.joint_names == cell.robot.joint_names);
 }
 
 TEST_CASE("a slide without limits cannot go to a URDF") {

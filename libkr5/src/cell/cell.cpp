@@ -83,9 +83,13 @@ std::vector<io::Diagnostic> cell_errors(const Cell& cell, const Node& root, cons
   return found;
 }
 
-void Cell::validate() const {
+bool Cell::valid() const {
   const Node nothing;  // the tree of the document is made only when there is something to say
-  if (cell_errors(*this, nothing, name).empty()) return;
+  return cell_errors(*this, nothing, name).empty();
+}
+
+void Cell::validate() const {
+  if (valid()) return;
   std::string text;
   for (const io::Diagnostic& d : cell_errors(*this, cell_node(*this), name.empty() ? "cell" : name))
     text += (text.empty() ? "" : "\n") + d.text();

@@ -33,6 +33,11 @@ bool read_columns(Reader& reader, const Node& node, const std::string& field, st
 
 }  // namespace
 
+Drives unit_drives(int joints) {
+  const Eigen::VectorXd zero = Eigen::VectorXd::Zero(joints);
+  return {Eigen::MatrixXd::Identity(joints, joints), zero, Eigen::VectorXd::Ones(joints), {zero, zero}};
+}
+
 bool Servo::from_node(Reader& reader, const Node& node, const std::string& field) {
   const Node* entry = node.find("joint");
   if (!entry || entry->kind != Node::Kind::Map) return reader.read_fields(node, field, *this);

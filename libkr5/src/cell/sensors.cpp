@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <kr5/cell/sensors.hpp>
 
+#include <algorithm>
+
 #include <kr5/io/format.hpp>
 
 namespace kr5::cell {
@@ -61,6 +63,33 @@ Pinhole Camera::pinhole() const {
   for (std::size_t i = 0; i < places.size(); ++i) all[places[i]] = distortion.values.at(i);
   p.set_parameters(all);
   return p;
+}
+
+namespace {
+
+/// Whether a lens model frees every coefficient that is not zero.
+bool holds(LensModel model, const Pinhole::Parameters& all) {
+  constexpr int intrinsics = 4;
+  const std::vector<int> places = lens_parameters(model);
+  for (int i = intrinsics; i < Pinhole::parameter_count; ++i)
+    if (all[i] != 0.0 && std::find(places.begin(), places.end(), i) == places.end()) return false;
+  return true;
+}
+
+}  // namespace
+
+void Camera::set_pinhole(const Pinhole& lens) {
+  width = lens.width, height = lens.height;
+  fx = lens.fx, fy = lens.fy, cx = lens.cx, cy = lens.cy;
+  const Pinhole::Parameters all = lens.parameters();
+  if (!holds(distortion.model, all))
+    for (const auto& [model, name] : enum_names(LensModel{}))
+      if (holds(model, all)) {
+        distortion.model = model;
+        break;
+      }
+  distortion.values.clear();
+  for (const int place : lens_parameters(distortion.model)) distortion.values.push_back(all[place]);
 }
 
 }  // namespace kr5::cell

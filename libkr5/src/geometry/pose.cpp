@@ -61,17 +61,19 @@ Pose from_xyzrpy(const Vector6& v) {
 }
 
 Vector6 to_xyzrpy(const Pose& T) {
+  constexpr double at_pole = 1e-15, near_pole = 0.5;
   const Eigen::Matrix3d R = T.linear();
   const double horizontal = std::hypot(R(0, 0), R(1, 0));
   Vector6 v;
   v.head<3>() = T.translation();
-  v[4] = std::atan2(-R(2, 0), horizontal);
-  if (horizontal > 1e-9) {
+  v[5] = horizontal > at_pole ? std::atan2(R(1, 0), R(0, 0)) : std::atan2(-R(0, 1), R(1, 1));
+  if (horizontal > near_pole) {
     v[3] = std::atan2(R(2, 1), R(2, 2));
-    v[5] = std::atan2(R(1, 0), R(0, 0));
-  } else {
-    v[3] = 0.0;
-    v[5] = std::atan2(-R(0, 1), R(1, 1));
+    v[4] = std::atan2(-R(2, 0), horizontal);
+  } else {  // roll and yaw are badly known there, each alone; roll is what the yaw leaves
+    const Eigen::Matrix3d turned = Eigen::AngleAxisd(-v[5], Eigen::Vector3d::UnitZ()).toRotationMatrix() * R;
+    v[3] = horizontal > 0.0 ? std::atan2(-turned(1, 2), turned(1, 1)) : 0.0;
+    v[4] = std::atan2(-turned(2, 0), turned(0, 0));
   }
   return v;
 }

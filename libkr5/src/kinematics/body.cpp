@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <kr5/kinematics/body.hpp>
 
+#include <cmath>
+
+#include <kr5/core/linear.hpp>
+
 namespace kr5::kinematics {
 namespace {
 
@@ -52,6 +56,24 @@ Body merged_body(const Body& a, const Body& b) {
   const Eigen::Vector3d apart = b.com - a.com;
   return {mass, a.com + apart * (b.mass / mass),
           a.inertia + b.inertia + inertia_vector(point_inertia(a.mass * b.mass / mass, apart))};
+}
+
+bool is_real(const Body& body) {
+  constexpr double slack = 1e-9;  // what rounding bends
+  const Eigen::Vector3d l = symmetric_eigen(inertia_matrix(body.inertia)).values;
+  return body.mass > 0.0 && l[0] >= -slack * std::abs(l[2]) && l[0] + l[1] >= l[2] * (1.0 - slack);
+}
+
+std::optional<Body> body_without(const Body& whole, const Body& part) {
+  constexpr double least = 1e-9;
+  Body out;
+  out.mass = whole.mass - part.mass;
+  if (!(out.mass > least * whole.mass)) return std::nullopt;
+  const Eigen::Vector3d apart = (whole.com - part.com) * (whole.mass / out.mass);
+  out.com = part.com + apart;
+  out.inertia = whole.inertia - part.inertia - inertia_vector(point_inertia(out.mass * part.mass / whole.mass, apart));
+  if (!is_real(out)) return std::nullopt;
+  return out;
 }
 
 }  // namespace kr5::kinematics

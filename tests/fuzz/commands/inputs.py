@@ -538,6 +538,22 @@ JOBS = [
         3,
     ),
     Job(
+        "URDF",
+        "cell export cell.yaml --original robot.urdf -o out.urdf --json out.json",
+        "cell",
+        ("robot.urdf", "cell.yaml"),
+        ("out.urdf", "out.json"),
+        2,
+    ),
+    Job("MJCF", "cell import robot.xml -o out.yaml", "cell", ("robot.xml",), ("out.yaml",)),
+    Job(
+        "MJCF",
+        "cell export cell.yaml --original robot.xml --tip tool_tip -o out.xml",
+        "cell",
+        ("robot.xml", "cell.yaml"),
+        ("out.xml",),
+    ),
+    Job(
         "images",
         "detect images/view_1.png images/view_2.png --target chessboard:4x5:0.03 --json out.json",
         "images",
@@ -638,6 +654,7 @@ def _prepare_cells(folder: Path, run: Callable[..., None]) -> None:
         "format: kr5-protocol/1\nexperiments:\n- {name: motion-1, kind: motion, split: fit, given: given.csv}\n"
     )
     run(folder, "cell export cell.yaml -o robot.urdf")
+    run(folder, "cell export cell.yaml -o robot.xml")
 
 
 def _prepare_cloud(folder: Path) -> None:

@@ -530,6 +530,7 @@ KINDS: dict[str, list[Mutation]] = {
     ".npz": [*BYTES, *NPZ],
     ".mcap": [*BYTES, flip, flip, set_bytes, set_bytes, set_bytes],
     ".urdf": [*BYTES, *TEXT],
+    ".xml": [*BYTES, *TEXT],
 }
 
 

@@ -14,6 +14,7 @@ from kr5_tools.cli.numbers import format_number
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail, print_note, spinner
+from kr5_tools.exports.command_line import Exports, export_options
 from kr5_tools.files.cell_output import CellOption, WriteCellOption, load_target_cell, put_intrinsics, write_cell_file
 from kr5_tools.files.images import MOST_CAMERA_VIEWS, image_files, thinned
 from kr5_tools.files.results import write_if_usable, write_result
@@ -38,10 +39,12 @@ FEW = 8  # views; with fewer the held-out errors say little
 
 @app.command(epilog="Example:  kr5 calibrate camera left*.jpg --target chessboard:6x9:0.025 -o camera.json")
 @options_from(vision.CameraOptions, skip=("lens", "max_iterations", "correlation"))
+@export_options("camera")
 def camera(
     images: Annotated[list[Path], typer.Argument(help="Images of one camera, or folders of such images.")],
     target: Target,
     options: vision.CameraOptions,
+    exports: Exports,
     model: Annotated[LENSES, typer.Option(help="Lens model; auto chooses it by the error on held-out views.")] = "auto",
     output: ResultOption = None,
     json_file: JsonOption = None,
@@ -60,7 +63,7 @@ def camera(
         options.lens = model
     options.validate()
     files = _files(images)
-    check_writable(output, json_file, write_cell, inputs=[*files, target, cell_file])
+    check_writable(output, json_file, write_cell, *exports.files, inputs=[*files, target, cell_file])
     believed = load_target_cell(cell_file, write_cell)
     chosen = thinned(len(files), max_views)
     if len(chosen) < len(files):
@@ -77,6 +80,7 @@ def camera(
     if peers:
         _show_peers(result, seen.views, (seen.width, seen.height), out)
     write_if_usable(data, result.fit, output, json_file)
+    exports.write(data)
     if believed:
         put_intrinsics(believed, result.camera)
         write_cell_file(believed, write_cell)

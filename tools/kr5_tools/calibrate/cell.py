@@ -18,6 +18,7 @@ from kr5_tools.cli.numbers import format_number, table_unit
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, pose_figures, print_result
 from kr5_tools.cli.terminal import console, fail, print_note, spinner
+from kr5_tools.exports.command_line import Exports, export_options
 from kr5_tools.files.cell_output import (
     WriteCellOption,
     put_camera_pose,
@@ -36,9 +37,11 @@ LEAST_TO_JUDGE = 6  # stops from which some can be left out
 
 @app.command("cell", epilog="Example:  kr5 calibrate cell share/data/demo -o calibrated.json")
 @options_from(calibration.CellCalibrationOptions, skip=("mount", "hold", "max_iterations"))
+@export_options("poses", "camera")
 def calibrate_cell(
     folder: Annotated[Path, typer.Argument(help="Folder of images and robot poses, with a dataset.yaml in it.")],
     options: calibration.CellCalibrationOptions,
+    exports: Exports,
     dataset: Annotated[
         Path | None, typer.Option(help="A dataset.yaml outside the folder; its files are in FOLDER.")
     ] = None,
@@ -92,7 +95,8 @@ def calibrate_cell(
     options.hold = hold or []
     options.validate()
     data = read_dataset(folder, dataset)
-    check_writable(output, json_file, write_cell, inputs=[f for f in (*data.images, dataset, arm, cell_file) if f])
+    read = [f for f in (*data.images, dataset, arm, cell_file) if f]
+    check_writable(output, json_file, write_cell, *exports.files, inputs=read)
     if write_cell and not cell_file:
         fail("--write-cell: needs --cell, the cell into which the result is written")
     data.mount = options.mount = mount or data.mount
@@ -135,7 +139,9 @@ def calibrate_cell(
     }
     keys["image_size"] = [seen.width, seen.height]
     _show(result, keys, console(json_file))
-    write_if_usable(write_result(None, "kr5-cell-calibration/1", **keys), result.fit, output, json_file)
+    written = write_result(None, "kr5-cell-calibration/1", **keys)
+    write_if_usable(written, result.fit, output, json_file)
+    exports.write(written)
     if write_cell and result.fit.usable:
         _put_result(believed, result, wanted)
         write_cell_file(believed, write_cell)

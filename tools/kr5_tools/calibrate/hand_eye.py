@@ -22,6 +22,7 @@ from kr5_tools.calibrate.tool import Convention
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.terminal import console, fail, print_note, spinner
+from kr5_tools.exports.command_line import Exports, export_options
 from kr5_tools.files.camera import load_camera
 from kr5_tools.files.cell_output import CellOption, WriteCellOption, load_target_cell, put_camera_pose, write_cell_file
 from kr5_tools.files.images import MOST_CAMERA_VIEWS, thinned
@@ -35,6 +36,7 @@ app = typer.Typer()
 @app.command(epilog="Example:  kr5 calibrate hand-eye share/data/demo -o hand_eye.json")
 @options_from(calibration.HandEyeOptions, skip=("mount", "max_iterations", "start"))
 @options_from(calibration.HandEyeDiagnosisOptions, skip=("min_rotation", "seed"), argument="judging")
+@export_options("poses", "camera")
 def hand_eye(
     folder: Annotated[
         Path,
@@ -48,6 +50,7 @@ def hand_eye(
     ],
     options: calibration.HandEyeOptions,
     judging: calibration.HandEyeDiagnosisOptions,
+    exports: Exports,
     dataset: Annotated[
         Path | None, typer.Option(help="A dataset.yaml outside the folder; its files are in FOLDER.")
     ] = None,
@@ -115,12 +118,14 @@ def hand_eye(
             json_file,
             believed,
             write_cell,
+            exports,
         )
         return
     refuse_pair_options(camera_poses, robot_meaning, camera_meaning, convention, length, angle, sigma_camera_rotation)
     data = read_dataset(folder, dataset)
     tables = [f for f in folder.rglob("*") if f.suffix.lower() in (".csv", ".txt", ".yaml", ".yml")]
-    check_writable(output, json_file, write_cell, inputs=[*data.images, *tables, dataset, camera, target, cell_file])
+    read = [*data.images, *tables, dataset, camera, target, cell_file]
+    check_writable(output, json_file, write_cell, *exports.files, inputs=read)
     data.mount = options.mount = mount or data.mount
     wanted = target_of(target or data.target, dataset or folder / "dataset.yaml")
     chosen = thinned(len(data.images), max_views)
@@ -144,7 +149,9 @@ def hand_eye(
         "convention": data.convention.to_dict(),
     }
     show_hand_eye(keys, console(json_file))
-    write_if_usable(write_result(None, "kr5-hand-eye/1", **keys), fit, output, json_file)
+    result = write_result(None, "kr5-hand-eye/1", **keys)
+    write_if_usable(result, fit, output, json_file)
+    exports.write(result)
     if believed:
         put_camera_pose(believed, str(data.mount), np.array(keys["result"]["T_mount_camera"]), lens)
         write_cell_file(believed, write_cell)

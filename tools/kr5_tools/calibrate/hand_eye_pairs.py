@@ -10,6 +10,7 @@ from kr5 import calibration
 from kr5_tools.calibrate.hand_eye_result import figures_of, frames_of, held_out_figures, predict_target, show_hand_eye
 from kr5_tools.calibrate.pose_pairs import PosePairs, read_pairs_file
 from kr5_tools.cli.terminal import console, fail, print_note, spinner
+from kr5_tools.exports.command_line import Exports
 from kr5_tools.files.cell_output import put_camera_pose, write_cell_file
 from kr5_tools.files.results import write_if_usable, write_result
 from kr5_tools.files.writing import check_writable
@@ -52,11 +53,12 @@ def calibrate_pairs(
     judging: Any,
     output: Path | None,
     json_file: Path | None,
-    believed: Any = None,
-    write_cell: Path | None = None,
+    believed: Any,
+    write_cell: Path | None,
+    exports: Exports,
 ) -> None:
     """Calibrates, diagnoses, tells and writes."""
-    check_writable(output, json_file, write_cell, inputs=[file, camera_poses])
+    check_writable(output, json_file, write_cell, *exports.files, inputs=[file, camera_poses])
     data = read_pairs_file(file, camera_poses, *form, mount=mount)
     data.mount = mount or data.mount
     if data.mount is None:
@@ -87,7 +89,9 @@ def calibrate_pairs(
         "read_as": read_as,
     }
     show_hand_eye(keys, console(json_file))
-    write_if_usable(write_result(None, "kr5-hand-eye/1", **keys), result.fit, output, json_file)
+    written = write_result(None, "kr5-hand-eye/1", **keys)
+    write_if_usable(written, result.fit, output, json_file)
+    exports.write(written)
     if believed:
         put_camera_pose(believed, data.mount, np.array(result.T_mount_camera))
         write_cell_file(believed, write_cell)

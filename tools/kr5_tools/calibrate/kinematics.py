@@ -34,6 +34,7 @@ from kr5_tools.cli.numbers import table_unit
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail, print_note, spinner
+from kr5_tools.exports.command_line import Exports, export_options
 from kr5_tools.files.cell_output import write_cell_file
 from kr5_tools.files.results import write_if_usable, write_result
 from kr5_tools.files.writing import check_writable
@@ -49,8 +50,10 @@ app = typer.Typer()
         *("camera", "T_flange_camera", "T_base_target"),
     ),
 )
+@export_options("poses")
 def calibrate_kinematics(
     options: calibration.KinematicsOptions,
+    exports: Exports,
     postures: Annotated[
         Path | None,
         typer.Argument(
@@ -119,7 +122,8 @@ def calibrate_kinematics(
 
     Exit code: 0 when there is a result, 2 when there is none or the input is invalid.
     """
-    check_writable(output, json_file, write_cell, inputs=[f for f in (postures, cell_file, check) if f])
+    read = [f for f in (postures, cell_file, check) if f]
+    check_writable(output, json_file, write_cell, *exports.files, inputs=read)
     recording = cell.load_recording(postures) if postures and postures.is_dir() else None
     believed = _cell(cell_file, recording)
     chain = believed.nominal_chain()
@@ -155,7 +159,9 @@ def calibrate_kinematics(
     doubts = posture_doubts(chain, seen, result)
     keys = _keys(result, doubts, held_out, camera_check, postures, cell_file)
     _show(result, keys, console(json_file))
-    write_if_usable(write_result(None, "kr5-kinematics/1", **keys), result.fit, output, json_file)
+    written = write_result(None, "kr5-kinematics/1", **keys)
+    write_if_usable(written, result.fit, output, json_file)
+    exports.write(written)
     if write_cell and result.fit.usable:
         write_cell_file(refined_cell(believed, result, recording is not None, bool(views)), write_cell)
 

@@ -16,6 +16,7 @@ from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, pose_figures, print_result
 from kr5_tools.cli.terminal import console, fail, print_note, spinner
+from kr5_tools.exports.command_line import Exports, export_options
 from kr5_tools.files.camera import load_camera
 from kr5_tools.files.cell_output import put_scanner_pose
 from kr5_tools.files.results import read_result, write_if_usable, write_result
@@ -27,8 +28,10 @@ MOST_LISTED = 8
 
 @app.command(epilog="Example:  kr5 calibrate laser FOLDER --target sphere:0.0125 --cell cell.yaml -o laser.json")
 @options_from(calibration.ScannerOptions, skip=("max_iterations", "T_flange_scanner"))
+@export_options("poses")
 def calibrate_laser(
     options: calibration.ScannerOptions,
+    exports: Exports,
     sources: Annotated[
         list[Path],
         typer.Argument(
@@ -88,7 +91,8 @@ def calibrate_laser(
     """
     options.validate()
     pictures = _overlay_files(overlay or [], overlay_folder)
-    check_writable(output, json_file, cloud, write_cell, *(out for _, _, out in pictures), inputs=[*sources, cell_file])
+    written = (output, json_file, cloud, write_cell, *(out for _, _, out in pictures), *exports.files)
+    check_writable(*written, inputs=[*sources, cell_file])
     if profile_length not in LENGTHS:
         fail(f"--profile-length: found {profile_length}, expected m or mm")
     check_cloud_ending(cloud)
@@ -125,7 +129,9 @@ def calibrate_laser(
     in_camera = _in_camera(result, _camera_pose(hand_eye, believed))
     keys = _keys(result, sources, missed, thinned_cloud(points), overlays, in_camera)
     _show(result, missed, keys, console(json_file))
-    write_if_usable(write_result(None, "kr5-laser/1", **keys), result.fit, output, json_file)
+    found = write_result(None, "kr5-laser/1", **keys)
+    write_if_usable(found, result.fit, output, json_file)
+    exports.write(found)
     if cloud:
         write_cloud(points, cloud)
     if write_cell:

@@ -12,6 +12,7 @@ from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, pose_figures, print_result
 from kr5_tools.cli.terminal import console, fail, spinner, track
+from kr5_tools.exports.command_line import Exports, export_options
 from kr5_tools.files.camera import check_size, load_camera
 from kr5_tools.files.cell_output import CellOption, WriteCellOption, load_target_cell, put_marker_map, write_cell_file
 from kr5_tools.files.images import image_files, short_names
@@ -27,9 +28,11 @@ SPREAD = 3.0  # the corners of an image that miss by so many times the noise do 
     "map", epilog="Example:  kr5 calibrate map photos/ --camera camera.json --family 36h11 --size 0.05 -o map.json"
 )
 @options_from(vision.MarkerMapOptions, skip=("max_iterations",))
+@export_options("poses")
 def calibrate_map(
     images: Annotated[list[Path], typer.Argument(help="Images of the markers, or folders of such images.")],
     options: vision.MarkerMapOptions,
+    exports: Exports,
     camera: Annotated[Path, typer.Option(help="Camera file.")],
     family: Annotated[str, typer.Option(help="Family of the markers, e.g. 36h11 or aruco_4x4_50.")] = "36h11",
     cell_file: CellOption = None,
@@ -44,7 +47,7 @@ def calibrate_map(
     options.validate()
     kr5.marker_count(family)
     files = image_files(images)
-    check_writable(output, json_file, write_cell, inputs=[*files, camera, cell_file])
+    check_writable(output, json_file, write_cell, *exports.files, inputs=[*files, camera, cell_file])
     believed = load_target_cell(cell_file, write_cell)
     sightings, lens, paths = _see(files, family, camera)
     with spinner("Fitting the map"):
@@ -54,6 +57,7 @@ def calibrate_map(
     said = {"camera": str(camera), "family": family, "size": options.size, "images": [str(f) for f in images]}
     data = write_result(output, "kr5-marker-map/1", input=said, **_keys(result, sightings, lens, paths))
     write_json(data, json_file)
+    exports.write(data)
     if believed:
         put_marker_map(believed, result.target)
         write_cell_file(believed, write_cell)

@@ -11,6 +11,7 @@ from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, pose_figures, print_result
 from kr5_tools.cli.terminal import console, fail, spinner
+from kr5_tools.exports.command_line import Exports, export_options
 from kr5_tools.files import writing
 from kr5_tools.files.cell_output import CellOption, WriteCellOption, load_target_cell, put_camera_pose, write_cell_file
 from kr5_tools.files.results import write_if_usable, write_result
@@ -23,6 +24,7 @@ COLUMNS = ("t", "x", "y", "z", "qx", "qy", "qz", "qw")
 
 @app.command(epilog="Example:  kr5 calibrate timed hand.csv camera.csv -o timed.json --png alignment.png")
 @options_from(calibration.TimedHandEyeOptions)
+@export_options("poses")
 def timed(
     hand: Annotated[
         Path, typer.Argument(help="CSV of the hand in the base: t [s], x, y, z \\[m], qx, qy, qz, qw [-].")
@@ -31,6 +33,7 @@ def timed(
         Path, typer.Argument(help="CSV of the camera in the frame of the target, with the same columns.")
     ],
     options: calibration.TimedHandEyeOptions,
+    exports: Exports,
     output: ResultOption = None,
     json_file: JsonOption = None,
     cell_file: CellOption = None,
@@ -41,7 +44,7 @@ def timed(
     camera on the hand.
     """
     options.validate()
-    writing.check_writable(output, json_file, png, write_cell, inputs=[hand, camera, cell_file])
+    writing.check_writable(output, json_file, png, write_cell, *exports.files, inputs=[hand, camera, cell_file])
     believed = load_target_cell(cell_file, write_cell)
     streams = load_stream(hand), load_stream(camera)
     with spinner("Aligning the streams"):
@@ -49,6 +52,7 @@ def timed(
     data = write_result(None, "kr5-timed-hand-eye/1", **_keys(result, hand, camera))
     print_result(data, console(json_file))
     write_if_usable(data, result.fit, output, json_file)
+    exports.write(data)
     if believed:
         put_camera_pose(believed, "eye_in_hand", np.array(result.T_hand_camera))
         write_cell_file(believed, write_cell)

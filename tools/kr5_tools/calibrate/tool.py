@@ -11,6 +11,7 @@ from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail
+from kr5_tools.exports.command_line import Exports, export_options
 from kr5_tools.files.cell_output import CellOption, WriteCellOption, load_target_cell, put_tool_tip, write_cell_file
 from kr5_tools.files.results import write_if_usable, write_result
 from kr5_tools.files.writing import check_writable
@@ -35,6 +36,7 @@ PoseAngle = Annotated[
 
 @app.command(epilog="Example:  kr5 calibrate tool touches.csv --convention kuka -o tool.json")
 @options_from(calibration.ToolOptions, skip=("previous",))
+@export_options("poses")
 def tool(
     poses: Annotated[
         Path,
@@ -46,6 +48,7 @@ def tool(
         ),
     ],
     options: calibration.ToolOptions,
+    exports: Exports,
     dataset: Annotated[
         Path | None, typer.Option(help="A dataset.yaml outside the folder; its files are in the folder.")
     ] = None,
@@ -65,7 +68,7 @@ def tool(
         options.previous = np.array(previous)
     options.validate()
     read = [*(poses.rglob("*") if poses.is_dir() else [poses]), dataset, cell_file]
-    check_writable(output, json_file, write_cell, inputs=read)
+    check_writable(output, json_file, write_cell, *exports.files, inputs=read)
     believed = load_target_cell(cell_file, write_cell)
     if dataset or poses.is_dir():
         if given := [
@@ -79,6 +82,7 @@ def tool(
     data = write_result(None, "kr5-tool/1", **_keys(result, T, poses, used))
     _show(result, data, console(json_file))
     write_if_usable(data, result.fit, output, json_file)
+    exports.write(data)
     if believed:
         put_tool_tip(believed, np.asarray(result.tip))
         write_cell_file(believed, write_cell)

@@ -68,36 +68,57 @@ def _show_problems(problems: list[Any], path: Path, to: Any) -> None:
     )
 
 
+Base = Annotated[
+    str,
+    typer.Option(metavar="LINK", help="Link or body that is the base B; by default the root (MJCF: the world)."),
+]
+Tip = Annotated[
+    str,
+    typer.Option(
+        metavar="LINK",
+        help="Link, body or site that is the tool tip E; by default the end of the chain, when there is only one.",
+    ),
+]
+
+
 @app.command("import", epilog="Example: kr5 cell import panda.urdf --tip panda_hand -o panda.yaml")
 def import_robot(
     robot: Annotated[
-        Path, typer.Argument(metavar="ROBOT.urdf", help="URDF file; a xacro file must be expanded by xacro first.")
+        Path,
+        typer.Argument(
+            metavar="ROBOT",
+            help="URDF, or MJCF of MuJoCo, which the content tells; a xacro file must be expanded by xacro first.",
+        ),
     ],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="CELL.yaml", help="Cell file to write.")],
-    base: Annotated[str, typer.Option(metavar="LINK", help="Link that becomes the base B; by default the root.")] = "",
-    tip: Annotated[
-        str,
-        typer.Option(
-            metavar="LINK",
-            help="Link that becomes the tool tip E; by default the end of the chain, when there is only one.",
-        ),
-    ] = "",
+    base: Base = "",
+    tip: Tip = "",
     json_file: arguments.JsonOption = None,
 ) -> None:
-    """Cell from the URDF of a robot: the serial arm from base to tip, with exact poses and masses."""
+    """Cell from the URDF or MJCF of a robot: the serial arm from base to tip, with exact poses and masses."""
     import kr5.cell
 
+    from kr5_tools.model_files import read_model
+
     writing.check_writable(output, json_file, inputs=[robot])
-    found = kr5.cell.import_urdf(robot, base, tip)
+    found = read_model(robot, base, tip)
     with writing.beside(output) as new:
         kr5.cell.save_cell(found.cell, new)
     writing.write_json(
-        {"cell": found.cell, "base": found.base, "tip": found.tip, "joints": found.joints, "notes": found.notes},
+        {
+            "kind": str(found.kind),
+            "cell": found.cell,
+            "base": found.base,
+            "tip": found.tip,
+            "joints": found.joints,
+            "notes": found.notes,
+        },
         json_file,
     )
     to = terminal.console(json_file)
+    way = f" from {found.base} to {found.tip}" if found.base else ""
     to.print(
-        f"{output}: {_count(len(found.joints), 'joint')} from {found.base} to {found.tip}: {', '.join(found.joints)}.",
+        f"{output}: {_count(len(found.joints), 'joint')}{way}: {', '.join(found.joints)}.",
         soft_wrap=True,
         markup=False,
     )
@@ -105,21 +126,44 @@ def import_robot(
         to.print(f"Note: {note}.", soft_wrap=True, markup=False)
 
 
-@app.command("export", epilog="Example: kr5 cell export cell.yaml -o robot.urdf")
+@app.command("export", epilog="Example: kr5 cell export tuned.yaml --original robot.urdf -o tuned.urdf")
 def export_robot(
     cell: Annotated[Path, typer.Argument(metavar="CELL.yaml", help="A cell file.")],
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="ROBOT.urdf", help="URDF file to write.")],
+    output: Annotated[
+        Path,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FILE",
+            help="File to write: .urdf, .xml (MJCF of MuJoCo), .sdf (Gazebo), or .yaml (cell).",
+        ),
+    ],
+    original: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="ROBOT",
+            help="URDF or MJCF from which the cell was imported: only what differs is changed in it.",
+        ),
+    ] = None,
+    base: Base = "",
+    tip: Tip = "",
     json_file: arguments.JsonOption = None,
 ) -> None:
-    """URDF of the arm of a cell and of the mass of its tool."""
+    """Model of the arm of a cell for ROS, MuJoCo or Gazebo, with the effects of the cell in it.
+
+    Every effect that the format can hold becomes a nominal value; every other one is listed with the reason.
+    """
     import kr5.cell
 
-    writing.check_writable(output, json_file, inputs=[cell])
-    found = kr5.cell.load_cell(cell)
-    with writing.beside(output) as new:
-        kr5.cell.export_urdf(found, new)
-    writing.write_json({"file": str(output), "cell": found.name, "joints": found.robot.joints}, json_file)
-    terminal.console(json_file).print(f"{output}: written.", soft_wrap=True, markup=False)
+    from kr5_tools.cell.export_tables import print_export
+    from kr5_tools.model_files import write_model
+
+    writing.check_writable(output, json_file, inputs=[cell, original])
+    if (base or tip) and original is None:
+        terminal.fail("--base, --tip: only with --original, whose links they name")
+    written = write_model(kr5.cell.load_cell(cell), output, original, base, tip)
+    writing.write_json(written, json_file)
+    print_export(written, terminal.console(json_file))
 
 
 @app.command(epilog="Example: kr5 cell show cell.yaml -o arm.png --q 0,-20,-120,0,30,0")

@@ -12,6 +12,7 @@ import typer
 
 from kr5_tools.cli import arguments, terminal
 from kr5_tools.cli.numbers import format_number
+from kr5_tools.exports.page_items import page_items
 from kr5_tools.files import results, writing
 from kr5_tools.pages.rendering import embed_plot, render_page, script_json, write_png
 from kr5_tools.targets.detection_table import COLUMNS as SEEN_COLUMNS
@@ -166,6 +167,7 @@ def make_page(data: dict[str, Any], source: Path, drawn: list[Any]) -> str:
         input=flatten(data.get("input", {})),
         models=model_table(data),
         scene=script_json(frame_scene(data)),
+        exports=page_items(data),
         icon=ICONS.get(data.get("verdict", {}).get("word"), ""),
         fit=data.get("result", {}).get("fit"),
     )

@@ -46,6 +46,8 @@ struct Cell {
   /// Checks everything that `load_cell` checks; simulators call it.
   /// @throws InvalidArgument with every error of form and value.
   void validate() const;
+  /// Whether validate() finds none.
+  bool valid() const;
 
   /// The document the cell was read from, so that it is written back in that form. No part of what the cell is.
   std::shared_ptr<const io::Node> source;

@@ -43,6 +43,9 @@ struct Drives {
   }
 };
 
+/// Drives of unit gear and unit torque constant, without rotor inertia and friction: a current is a joint torque.
+Drives unit_drives(int joints);
+
 /// x'' = wn^2 (u - x) - 2 xi wn x', with u the command `delay` earlier.
 struct SecondOrder {
   double natural_frequency = 0.0;  ///< [rad/s]

@@ -12,8 +12,9 @@
 namespace kr5::cell {
 
 /// The arm and the mass of its tool as links base_link, link_1 ... link_n, flange, and sensor and tool_tip when there
-/// is a tool, and the joint friction of the drives. `parse_urdf` gives poses, torques and friction back to 1e-12;
-/// motors and gears, sensors, gravity and effects have no place in a URDF.
+/// is a tool, and the joint friction of the drives. Joints without names are joint_1 ... joint_n. `parse_urdf` gives
+/// poses, torques, friction and names back, numbers to 1e-12; motors and gears, sensors, gravity and effects have no
+/// place in a URDF.
 /// @throws InvalidArgument when a prismatic joint has no limits, which a URDF requires.
 std::string to_urdf(const Cell& cell);
 void export_urdf(const Cell& cell, const std::filesystem::path& file);

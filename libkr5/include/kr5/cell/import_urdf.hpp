@@ -25,7 +25,8 @@ struct UrdfOptions {
 };
 
 struct UrdfImport {
-  /// `robot`, a tool without mass when the tip lies beside the last joint axis, and drives when a joint has friction.
+  /// `robot` with the names of its joints, a tool without mass when the tip lies beside the last joint axis, and drives
+  /// when a joint has friction.
   Cell cell;
   std::string base;
   std::string tip;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -66,6 +67,8 @@ struct Gears {
 struct Robot {
   Pose T_base_0 = Pose::Identity();     ///< Frame of the first joint in the base.
   std::vector<kinematics::DhJoint> dh;  ///< One row a joint.
+  /// Names of the joints in the robot's description and in its logs, from the base; empty when they have none.
+  std::vector<std::string> joint_names;
   std::optional<Limits> limits;
   std::vector<Link> links;                      ///< One a joint, or none when masses are not known.
   Eigen::Vector3d gravity = {0.0, 0.0, -9.81};  ///< In B [m/s^2].
@@ -78,6 +81,8 @@ struct Robot {
   static void each_field(auto& self, auto&& visit) {
     visit("T_base_0", self.T_base_0, "Frame of the first joint in the base [m, rad].");
     visit("dh", self.dh, "Denavit-Hartenberg row of each joint.");
+    visit("joint_names", self.joint_names,
+          "Name of each joint in the robot's description and in its logs, from the base; empty when unnamed.");
     visit("limits", self.limits, "Limits of the joints.");
     visit("links", self.links, "Inertial parameters of each link, in link frame i; may be absent.");
     visit("gravity", self.gravity, "Gravity in B [m/s^2].");

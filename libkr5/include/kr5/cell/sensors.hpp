@@ -39,6 +39,9 @@ struct Camera {
   std::optional<Pose> T_base_camera;    ///< in the base. One of the three.
 
   Pinhole pinhole() const;
+  /// Image size and intrinsics. The lens model stays where it holds the coefficients, else the least that does is
+  /// taken.
+  void set_pinhole(const Pinhole& lens);
 
   /// In a file the mount is `flange` or `base`.
   bool from_node(io::Reader& reader, const io::Node& node, const std::string& field);

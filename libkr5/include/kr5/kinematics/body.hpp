@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string_view>
 
 #include <kr5/core/fields.hpp>
@@ -46,6 +47,11 @@ Body to_body(const Moments& moments);
 Body transformed_body(const Pose& T_a_b, const Body& body);
 /// Two bodies of one frame, welded together.
 Body merged_body(const Body& a, const Body& b);
+/// What is left of a body when a part of it is taken away; nothing where that could not be a real body: without mass
+/// (but for rounding), or with principal moments of which two add up to less than the third.
+std::optional<Body> body_without(const Body& whole, const Body& part);
+/// Whether a body could be real, in that sense.
+bool is_real(const Body& body);
 
 /// The symmetric matrix of Ixx Iyy Izz Ixy Ixz Iyz, and back.
 Eigen::Matrix3d inertia_matrix(const Vector6& inertia);

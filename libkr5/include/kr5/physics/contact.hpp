@@ -30,6 +30,7 @@ class EffectiveContact {
   double force(double depth, double speed) const;
   /// Depth [m] at which the normal force [N] is held; NaN where softening contact cannot hold it.
   double depth(double force) const;
+  double stiffness() const { return stiffness_; }  ///< At the surface, the grip in series [N/m].
   double friction() const { return friction_; }
   double lateral_compliance() const { return lateral_; }  ///< Of the grip [m/N].
 

@@ -16,9 +16,26 @@ void expect_size(DiagnosticCollector& c, const char* field, Eigen::Index size, i
   c.add(field, std::to_string(n) + " values, one a joint", std::to_string(size) + (size == 1 ? " value" : " values"));
 }
 
+void check_joint_names(const std::vector<std::string>& names, int joints, DiagnosticCollector& c) {
+  if (names.empty()) return;
+  if (static_cast<int>(names.size()) != joints)
+    c.add("robot.joint_names", std::to_string(joints) + " names, one a joint",
+          std::to_string(names.size()) + (names.size() == 1 ? " name" : " names"));
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const FieldPath field{"robot.joint_names", static_cast<Eigen::Index>(i)};
+    c.expect(!names[i].empty(), field, "a name; leave the list out for joints without names", "an empty text");
+    const auto first = std::find(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(i), names[i]);
+    c.expect(
+        names[i].empty() || first - names.begin() == static_cast<std::ptrdiff_t>(i), field,
+        [&] { return "a name of its own; joint " + std::to_string(first - names.begin() + 1) + " has this one"; },
+        [&] { return names[i]; });
+  }
+}
+
 void check_arm(const Cell& cell, DiagnosticCollector& c) {
   const int n = cell.robot.joints();
   c.expect(n > 0, "robot.dh", "one row a joint");
+  check_joint_names(cell.robot.joint_names, n, c);
   if (const auto& limits = cell.robot.limits) {
     expect_size(c, "robot.limits.lower", limits->lower.size(), n);
     expect_size(c, "robot.limits.upper", limits->upper.size(), n);

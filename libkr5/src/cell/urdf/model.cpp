@@ -101,6 +101,8 @@ class UrdfReader {
     const std::string where = name_of(node);
     UrdfJoint j;
     j.name = node.attribute("name").as_string();
+    if (std::any_of(model_.joints.begin(), model_.joints.end(), [&](const UrdfJoint& k) { return k.name == j.name; }))
+      model_.fail(where + " occurs twice; joint names must be unique");
     j.type = node.attribute("type").as_string();
     if (std::find(known_types.begin(), known_types.end(), j.type) == known_types.end())
       model_.fail(where + ": found type \"" + j.type +

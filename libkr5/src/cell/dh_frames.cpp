@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cell/urdf/frames.hpp"
+#include "cell/dh_frames.hpp"
 
 #include <cmath>
 #include <numbers>

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cell/urdf/arm_path.hpp"
+
+#include <algorithm>
+
+#include <kr5/io/diagnostic.hpp>
+
+#include "cell/check/diagnostic_collector.hpp"
+
+namespace kr5::cell {
+namespace {
+
+class PathFinder {
+ public:
+  PathFinder(const UrdfModel& model, const UrdfOptions& options) : model_(model) {
+    out_.base = options.base.empty() ? root() : existing(options.base, "base");
+    out_.tip = options.tip.empty() ? only_end() : existing(options.tip, "tip");
+  }
+
+  ArmPath run() {
+    find_path();
+    place(out_.base, Pose::Identity(), 0);
+    return std::move(out_);
+  }
+
+ private:
+  std::string root() const {
+    std::vector<std::string> roots;
+    for (const auto& [name, body] : model_.links)
+      if (!model_.parent_of(name)) roots.push_back(name);
+    if (roots.size() != 1)
+      model_.fail(roots.empty() ? "no link is the root"
+                                : "several links are roots (" + listed(roots) + "); name the base");
+    return roots[0];
+  }
+
+  std::string existing(const std::string& link, const char* what) const {
+    if (model_.links.contains(link)) return link;
+    std::vector<std::string> names;
+    for (const auto& [name, body] : model_.links) names.push_back(name);
+    const std::string near = io::nearest_name(link, names);
+    model_.fail("there is no link \"" + link + "\" for the " + what +
+                (near.empty() ? "; the links are " + listed(names) : "; is it " + near + "?"));
+  }
+
+  bool carries_joints(const std::string& link) const {
+    const auto children = model_.children_of(link);
+    return std::any_of(children.begin(), children.end(),
+                       [&](const UrdfJoint* j) { return j->moves() || carries_joints(j->child); });
+  }
+
+  /// Follows the moving joints, then the fixed links behind the last of them, as long as there is one way.
+  std::string only_end() const {
+    std::string at = out_.base;
+    while (true) {
+      std::vector<const UrdfJoint*> ways = model_.children_of(at);
+      if (carries_joints(at))
+        std::erase_if(ways, [&](const UrdfJoint* j) { return !j->moves() && !carries_joints(j->child); });
+      if (ways.empty()) return at;
+      if (ways.size() > 1) {
+        std::vector<std::string> names;
+        for (const UrdfJoint* j : ways) names.push_back(j->child);
+        model_.fail("behind link " + at + " the robot branches to " + listed(names) +
+                    "; name the link that is the tip (--tip)");
+      }
+      at = ways[0]->child;
+    }
+  }
+
+  void find_path() {
+    std::string at = out_.tip;
+    for (std::size_t steps = 0; at != out_.base; ++steps) {
+      const UrdfJoint* joint = model_.parent_of(at);
+      if (!joint || steps > model_.joints.size())
+        model_.fail("the tip " + out_.tip + " is not connected to the base " + out_.base);
+      if (joint->moves()) out_.joints.insert(out_.joints.begin(), joint);
+      at = joint->parent;
+    }
+    if (out_.joints.empty()) model_.fail("no joint moves between " + out_.base + " and " + out_.tip);
+    for (const UrdfJoint* joint : out_.joints) {
+      if (joint->type == "floating" || joint->type == "planar")
+        model_.fail("joint " + joint->name + " is " + joint->type + "; an arm has revolute and prismatic joints");
+      if (joint->mimic)
+        model_.fail("joint " + joint->name + " mimics another; the joints of an arm must be independent");
+    }
+  }
+
+  void place(const std::string& link, const Pose& T, std::size_t carrier) {
+    out_.links[link] = {T, carrier};
+    for (const UrdfJoint* joint : model_.children_of(link)) {
+      const bool next = carrier < out_.joints.size() && joint == out_.joints[carrier];
+      if (joint->moves() && !next && carrier > 0) out_.held.push_back(joint->name);
+      place(joint->child, T * joint->T_parent_child, carrier + next);
+    }
+  }
+
+  const UrdfModel& model_;
+  ArmPath out_;
+};
+
+}  // namespace
+
+ArmPath find_arm_path(const UrdfModel& model, const UrdfOptions& options) { return PathFinder(model, options).run(); }
+
+}  // namespace kr5::cell

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include <kr5/cell/import_urdf.hpp>
+
+#include "cell/urdf/model.hpp"
+
+namespace kr5::cell {
+
+/// A link that is moved by the arm, or by none of its joints.
+struct CarriedLink {
+  Pose T_base_link = Pose::Identity();  ///< When every joint value is zero.
+  std::size_t carrier = 0;              ///< Number of the joint of the arm that moves it, from 1; 0: none.
+};
+
+/// The serial arm between two links of a robot.
+struct ArmPath {
+  std::string base, tip;
+  std::vector<const UrdfJoint*> joints;      ///< That move, from the base.
+  std::map<std::string, CarriedLink> links;  ///< All behind the base.
+  std::vector<std::string> held;             ///< Joints beside the arm.
+};
+
+/// @throws IoError as import_urdf for an arm that cannot be found.
+ArmPath find_arm_path(const UrdfModel& model, const UrdfOptions& options);
+
+}  // namespace kr5::cell

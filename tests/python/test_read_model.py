@@ -1,0 +1,223 @@
+"""Models of robots, whichever file they stand in; MJCF beside MuJoCo itself."""
+
+import sys
+
+import kr5
+import numpy as np
+import pytest
+
+from kr5_tools.model_files import Kind, read_model
+
+URDF = """<robot name="two">
+  <link name="world"/>
+  <link name="a"><inertial><mass value="2"/><inertia ixx="0.1" iyy="0.2" izz="0.2"/></inertial></link>
+  <link name="b"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1"/></inertial></link>
+  <joint name="shoulder" type="revolute"><origin xyz="0 0 0.3"/><parent link="world"/><child link="a"/>
+    <axis xyz="0 1 0"/><limit lower="-1" upper="2" effort="5" velocity="3"/></joint>
+  <joint name="elbow" type="continuous"><origin xyz="0.5 0 0"/><parent link="a"/><child link="b"/>
+    <axis xyz="0 0 1"/></joint>
+</robot>
+"""
+
+
+@pytest.fixture
+def mujoco():
+    return pytest.importorskip("mujoco")
+
+
+def save(folder, text, name="arm.xml"):
+    file = folder / name
+    file.write_text(text)
+    return file
+
+
+def body(content, name="b", pos="0 0 0.3"):
+    return f'<body name="{name}" pos="{pos}"><geom size="0.05" mass="1"/>{content}</body>'
+
+
+def joint(name, kind="hinge", **values):
+    more = " ".join(f'{key}="{value}"' for key, value in values.items())
+    return f'<joint name="{name}" type="{kind}" axis="0 1 0" {more}/>'
+
+
+def model(world, more=""):
+    return f'<mujoco model="m"><compiler angle="radian"/><worldbody>{world}</worldbody>{more}</mujoco>'
+
+
+def two_joints(inside="", more=""):
+    return model(body(joint("j1") + body(joint("j2") + inside, "b2"), "b1"), more)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_random_arms_move_and_weigh_as_in_mujoco(mujoco, tmp_path, seed):
+    from mjcf_arms import MujocoArm, cell_torques, random_arm, states
+
+    file = save(tmp_path, random_arm(seed))
+    found = read_model(file, tip="tcp")
+    assert found.kind == Kind.MJCF
+    assert found.cell.valid() if hasattr(found.cell, "valid") else True
+    arm = MujocoArm(mujoco.MjModel.from_xml_path(str(file)), found.joints)
+    for q, qd, qdd in states(arm.model, found.joints, seed):
+        assert np.abs(found.cell.T_base_tool(q) - arm.tip(q, "tcp", "site")).max() < 1e-12
+        expected = arm.torques(q, qd, qdd)
+        assert np.abs(cell_torques(found.cell, q, qd, qdd) - expected).max() < 1e-9 * max(1.0, np.abs(expected).max())
+    assert "held where the model begins" in found.notes[0] and "grip" in found.notes[0]
+
+
+def test_a_base_on_the_arm_has_its_own_axes_and_gravity(mujoco, tmp_path):
+    from mjcf_arms import random_arm
+
+    file = save(tmp_path, random_arm(5))
+    whole, part = read_model(file, tip="tcp"), read_model(file, base="base", tip="tcp")
+    T = np.eye(4)
+    T[:3, 3] = [0.1, 0.2, 0.3]
+    q = np.linspace(-1, 1, len(whole.joints))
+    assert np.abs(whole.cell.T_base_tool(q) - T @ part.cell.T_base_tool(q)).max() < 1e-12
+    assert (whole.base, part.base, part.tip) == ("world", "base", "tcp")
+
+
+def test_joint_values_of_a_model_become_those_of_the_cell(mujoco, tmp_path):
+    text = model(
+        body(
+            joint("j1", damping=2, frictionloss=0.5, armature=0.1, range="-1 2", limited="true")
+            + body(joint("j2", "slide", actuatorfrcrange="-30 20", actuatorfrclimited="true"), "b2"),
+            "b1",
+        )
+    )
+    cell = read_model(save(tmp_path, text)).cell
+    assert list(cell.robot.joint_names) == ["j1", "j2"]
+    assert cell.robot.limits.lower[0] == -1 and cell.robot.limits.upper[0] == 2
+    assert np.isinf(cell.robot.limits.upper[1]) and cell.robot.limits.effort[1] == 30
+    assert cell.drives.friction.viscous[0] == 2 and cell.drives.friction.coulomb[0] == 0.5
+    assert cell.drives.rotor_inertia[0] == 0.1 and np.array_equal(cell.drives.structure, np.eye(2))
+    assert cell.name == "m"
+    assert cell.tool.mass == 0
+
+
+def test_content_tells_the_kind_of_a_file_not_its_ending(mujoco, tmp_path, share):
+    assert read_model(save(tmp_path, URDF, "robot.xml")).kind == Kind.URDF
+    assert read_model(save(tmp_path, f"<!-- <mujoco> -->\n{URDF}", "robot.txt")).kind == Kind.URDF
+    assert read_model(save(tmp_path, two_joints(), "robot.urdf")).kind == Kind.MJCF
+    arc = read_model(share / "cells/kr5_arc.yaml")
+    assert (arc.kind, arc.joints[2], arc.base) == (Kind.CELL, "joint3", "")
+    named = save(tmp_path, (share / "cells/kr5_arc.yaml").read_text(), "cell.xml")
+    assert read_model(named).cell.robot.joints == 6
+
+
+def test_a_urdf_keeps_its_names_and_gets_a_tool(tmp_path):
+    found = read_model(save(tmp_path, URDF, "two.urdf"))
+    assert found.joints == ["shoulder", "elbow"] == list(found.cell.robot.joint_names)
+    assert (found.base, found.tip) == ("world", "b")
+    assert "payload" in [e.id for e in kr5.cell.effect_catalogue() if found.cell.effect_targets(e.id) == ["tool"]]
+
+
+@pytest.mark.parametrize(
+    ("text", "name", "options", "word"),
+    [
+        ("<html/>", "a.xml", {}, "found <html>, expected a URDF"),
+        ("<mujocoinclude/>", "a.xml", {}, "name the file that includes it"),
+        ("<sdf version='1.9'/>", "a.sdf", {}, "written but not read; give the URDF"),
+        ("<robot><xacro:arm/></robot>", "a.urdf", {}, "xacro FILE > robot.urdf"),
+        ("<robot name='x'>", "a.urdf", {}, "is not valid XML"),
+        (URDF.replace('<axis xyz="0 0 1"/>', '<axis xyz="0 0 1"/><mimic joint="shoulder"/>'), "a.urdf", {}, "mimics"),
+        (URDF, "a.urdf", {"tip": "c"}, 'there is no link "c" for the tip'),
+        ("just words", "a.yaml", {}, "expected a map with format: kr5-cell/1"),
+    ],
+)
+def test_bad_models_are_refused_with_the_remedy(tmp_path, text, name, options, word):
+    with pytest.raises(kr5.IoError) as error:
+        read_model(save(tmp_path, text, name), **options)
+    assert word in str(error.value)
+    assert str(tmp_path / name) in str(error.value)
+
+
+def test_a_cell_has_no_other_base_or_tip_and_a_missing_file_is_named(share, tmp_path):
+    with pytest.raises(kr5.IoError, match="--tip: only for a URDF or an MJCF"):
+        read_model(share / "cells/kr5_arc.yaml", tip="flange")
+    with pytest.raises(kr5.IoError, match="nowhere.urdf: No such file"):
+        read_model(tmp_path / "nowhere.urdf")
+    (tmp_path / "binary.xml").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(kr5.IoError, match="is not UTF-8 text"):
+        read_model(tmp_path / "binary.xml")
+
+
+EQUAL = '<equality><joint name="gear" joint1="j1" joint2="j2"/></equality>'
+LOOP = '<equality><connect name="rod" body1="b1" body2="b3" anchor="0 0 0"/></equality>'
+FINGERS = body(joint("left", "slide"), "left") + body(joint("right", "slide"), "right")
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "word"),
+    [
+        ("<mujoco><worldbody><body><geom/></body></worldbody></mujoco>", {}, "cannot be compiled by MuJoCo"),
+        (two_joints("<site nme='x'/>"), {}, "cannot be compiled by MuJoCo"),
+        (two_joints(more=EQUAL), {}, "equality gear ties the joint j1; the joints of an arm must be independent"),
+        (
+            two_joints(body(joint("j3"), "b3"), LOOP),
+            {},
+            "equality rod joins b1 and b3, which closes a loop",
+        ),
+        (two_joints(FINGERS), {}, "behind body b2 the model branches to left, right; name the body or site that"),
+        (two_joints(), {"tip": "hand"}, 'there is no body "hand" for the tip; the bodies are world, b1, b2'),
+        (two_joints(), {"base": "b2", "tip": "b1"}, "the tip b1 is not carried by the base b2"),
+        (two_joints(), {"base": "b2"}, "no joint moves"),
+        (model(body("<joint name='ball' type='ball'/>" + body(joint("j2"), "b2"), "b1")), {}, "joint ball is a ball"),
+        (
+            model(body("<freejoint name='float'/>" + body(joint("j2"), "b2"), "b1")),
+            {"tip": "b2"},
+            "joint float is free; an arm has hinges and slides, so name a base behind it (--base)",
+        ),
+        (model(body("", "rock")), {}, "no joint moves; expected an arm of hinges and slides"),
+    ],
+)
+def test_what_is_no_arm_in_an_mjcf_is_refused(mujoco, tmp_path, text, options, word):
+    with pytest.raises(kr5.IoError) as error:
+        read_model(save(tmp_path, text), **options)
+    assert word in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_what_a_cell_cannot_hold_of_an_mjcf_is_noted(mujoco, tmp_path):
+    inside = body(joint("j3", stiffness=5, springref=0.1), "b3").replace("<body ", '<body gravcomp="1" ')
+    more = (
+        '<option density="1.2"/><tendon><fixed name="rope"><joint joint="j1" coef="1"/></fixed></tendon>'
+        '<actuator><position name="servo" joint="j2" kp="10"/></actuator>'
+    )
+    free = body("<freejoint/>", "box", "1 0 0")
+    text = two_joints(inside, more).replace("<worldbody>", f"<worldbody>{free}")
+    notes = " ".join(read_model(save(tmp_path, text)).notes)
+    for words in (
+        "springs of j3",
+        "gravcomp) of b3",
+        "density",
+        "tendons have no place in a cell: rope",
+        "servo",
+        "contacts",
+    ):
+        assert words in notes
+
+
+def test_objects_that_float_beside_an_arm_are_no_branches(mujoco, tmp_path):
+    text = two_joints().replace("<worldbody>", "<worldbody>" + body("<freejoint/>", "box", "1 0 0"))
+    assert read_model(save(tmp_path, text)).joints == ["j1", "j2"]
+    tied = two_joints(FINGERS, '<equality><joint joint1="left" joint2="right"/></equality>')
+    assert read_model(save(tmp_path, tied), tip="b2").joints == ["j1", "j2"]
+
+
+def test_without_mujoco_the_message_says_how_to_install_it(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    with pytest.raises(kr5.IoError, match=r"which is not installed: pip install 'kr5\[mujoco\]'"):
+        read_model(save(tmp_path, two_joints()))
+
+
+def test_the_command_imports_an_mjcf(mujoco, run_kr5, tmp_path):
+    file = save(tmp_path, two_joints())
+    done = run_kr5("cell", "import", file, "-o", "cell.yaml", "--json", "found.json")
+    assert done.returncode == 0, done.stderr
+    assert "cell.yaml: 2 joints from world to b2: j1, j2." in done.stdout
+    assert run_kr5("cell", "check", "cell.yaml").returncode == 0
+    assert (tmp_path / "found.json").read_text().count('"j1"') == 2
+    failed = run_kr5("cell", "import", file, "--tip", "hand", "-o", "other.yaml")
+    assert failed.returncode == 2
+    assert len(failed.stderr.splitlines()) == 1
+    assert not (tmp_path / "other.yaml").exists()

@@ -1,0 +1,1 @@
+"""Results of calibrations in the forms that other programs read."""

@@ -1,0 +1,149 @@
+"""The options --export of the commands that calibrate."""
+
+import functools
+import inspect
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from kr5_tools.cli.terminal import fail, print_note
+from kr5_tools.exports.forms import FORMS, Form, form_of
+from kr5_tools.exports.items import ExportItems, items_of
+from kr5_tools.files.writing import write_text
+
+NAMES = ", ".join(form.name for form in FORMS)
+PANEL = "Export"
+OPTIONS = {
+    "export": Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--export",
+            metavar="FILE",
+            rich_help_panel=PANEL,
+            help=(
+                "File of the result for other programs: .sh, .launch.py, .launch.xml (static_transform_publisher of ROS"
+                " 2), .urdf (fixed joint), .yaml (camera_info of ROS), .yml (OpenCV), .txt (4×4), .csv, .json."
+                " Repeatable."
+            ),
+        ),
+    ],
+    "export_format": Annotated[
+        str | None,
+        typer.Option(
+            "--export-format",
+            metavar="FORMAT",
+            rich_help_panel=PANEL,
+            help=f"Format of these files, if not that of their ending: {NAMES}.",
+        ),
+    ],
+    "export_parent": Annotated[
+        str | None,
+        typer.Option(
+            "--export-parent",
+            metavar="FRAME",
+            rich_help_panel=PANEL,
+            help="Name of the frame in which the exported pose is stated, e.g. tool0.",
+        ),
+    ],
+    "export_child": Annotated[
+        str | None,
+        typer.Option(
+            "--export-child",
+            metavar="FRAME",
+            rich_help_panel=PANEL,
+            help="Name of the frame that is placed, or of the exported camera, e.g. camera_optical_frame.",
+        ),
+    ],
+}
+
+
+@dataclass
+class Exports:
+    """Files of a result for other programs, as the options ask for them."""
+
+    files: list[Path]
+    forms: list[Form]
+    parent: str | None = None
+    child: str | None = None
+
+    def write(self, data: dict[str, Any]) -> None:
+        """Writes the files of a result; says so where it does not have what a form holds."""
+        if not self.files:
+            return
+        if data.get("verdict", {}).get("word") == "unusable":
+            print_note("not exported: the result is unusable")
+            return
+        items = self._named(items_of(data))
+        for file, form in zip(self.files, self.forms):
+            if lacking := form.missing(items):
+                print_note(f"{file}: not exported: the result has no {lacking}")
+            else:
+                write_text(form.text(items), file)
+
+    def _named(self, items: ExportItems) -> ExportItems:
+        """The items under the names of frames that were asked for."""
+        poses = items.main_poses()
+        for pose in poses if self.parent else ():
+            pose.parent = str(self.parent)
+        if self.child:
+            if len(poses) > 1:
+                names = ", ".join(pose.child for pose in poses)
+                fail(f"--export-child: the result has {len(poses)} poses ({names}), which keep their names")
+            for pose in poses:
+                pose.child = self.child
+            for camera in items.cameras:
+                camera.name = self.child
+        return items
+
+
+def _exports(
+    parts: tuple[str, ...],
+    export: list[Path] | None,
+    export_format: str | None,
+    export_parent: str | None,
+    export_child: str | None,
+) -> Exports:
+    given = {"--export-format": export_format, "--export-parent": export_parent, "--export-child": export_child}
+    if not export and (alone := [flag for flag, value in given.items() if value is not None]):
+        fail(f"{alone[0]}: --export is missing; name the file to write")
+    for flag, name in (("--export-parent", export_parent), ("--export-child", export_child)):
+        if name is not None and (not name or any(c.isspace() or c in "<>&\"'," for c in name)):
+            fail(f"{flag}: found {name!r}, expected the name of a frame, without blanks, quotes, commas and <>&")
+    if export_parent and export_parent == export_child:
+        fail(f"--export-child: found {export_child}, which is the parent, too; expected another frame")
+    files = export or []
+    forms = [form_of(file, export_format) for file in files]
+    for file, form in zip(files, forms):
+        if not set(form.takes) & set(parts):
+            fail(f"--export: {file}: {form.name} holds a {form.takes[0]}, and this result is of {' and '.join(parts)}")
+    return Exports(files, forms, export_parent, export_child)
+
+
+def export_options(*parts: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Gives a command the options --export, --export-format, --export-parent and --export-child; it gets them as the
+    keyword argument `exports`, an `Exports`.
+
+    parts: what its result may hold, of "poses" and "camera"; another form is refused before the command begins.
+    """
+
+    def decorate(command: Callable[..., Any]) -> Callable[..., Any]:
+        signature = inspect.signature(command, eval_str=True)
+        keyword_only = inspect.Parameter.KEYWORD_ONLY
+        own = [p.replace(kind=keyword_only) for p in signature.parameters.values() if p.name != "exports"]
+        if len(own) == len(signature.parameters):
+            raise TypeError(f"{command.__name__} has no argument 'exports'")
+        added = [inspect.Parameter(n, keyword_only, default=None, annotation=a) for n, a in OPTIONS.items()]
+
+        @functools.wraps(command)
+        def with_exports(**given: Any) -> Any:
+            return command(exports=_exports(parts, *(given.pop(name) for name in OPTIONS)), **given)
+
+        with_exports.__dict__["__signature__"] = signature.replace(parameters=[*own, *added])
+        del with_exports.__wrapped__
+        with_exports.__annotations__ = {p.name: p.annotation for p in [*own, *added]}
+        return with_exports
+
+    return decorate
