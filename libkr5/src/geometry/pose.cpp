@@ -61,7 +61,7 @@ Pose from_xyzrpy(const Vector6& v) {
 }
 
 Vector6 to_xyzrpy(const Pose& T) {
-  constexpr double at_pole = 1e-9, near_pole = 1e-3;
+  constexpr double at_pole = 1e-15, near_pole = 0.5;
   const Eigen::Matrix3d R = T.linear();
   const double horizontal = std::hypot(R(0, 0), R(1, 0));
   Vector6 v;
