@@ -12,6 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from kr5_tools.cli import arguments, tables, terminal
+from kr5_tools.cli.interruption import keeping, run_child
 from kr5_tools.cli.numbers import format_number
 from kr5_tools.files import writing
 from kr5_tools.files.documents import read_json, read_yaml
@@ -50,15 +51,16 @@ def demo(
     if (output / WORN_CELL).exists():
         shutil.rmtree(output / WORN_CELL)  # of the demo before, whole or not
     images = sorted(str(p) for p in (data / "images").glob("*.png"))
-    _run(
-        [
-            _calibration("camera", ["camera", *images, "--target", target], output),
-            _calibration("hand_eye", ["hand-eye", str(data)], output),
-            _worn_cell(data, output),
-            _insertion(data, output),
-        ],
-        out,
-    )
+    with keeping(lambda: f"the finished files are kept in {output}"):
+        _run(
+            [
+                _calibration("camera", ["camera", *images, "--target", target], output),
+                _calibration("hand_eye", ["hand-eye", str(data)], output),
+                _worn_cell(data, output),
+                _insertion(data, output),
+            ],
+            out,
+        )
     results = {name: read_json(output / f"{name}.json") for name in ("camera", "hand_eye")}
     rows = [*_camera_rows(results["camera"], truth), *_hand_eye_rows(results["hand_eye"], truth)]
     ratio = _region(results["hand_eye"], truth)
@@ -117,7 +119,7 @@ def _worn_cell(data: Path, output: Path) -> list[list[str]]:
 
 
 def _insertion(data: Path, output: Path) -> list[list[str]]:
-    """The worn cell feels for a tube and inserts its peg."""
+    """The worn cell searches for a tube and inserts its peg."""
     task = ["--clearance", "0.05", "--offset", "4", "-3"]
     return [
         [
@@ -169,7 +171,7 @@ def _run_job(commands: list[list[str]], out: Any) -> subprocess.CompletedProcess
     for command in commands:
         shown = " ".join(command) if len(command) < 12 else f"{' '.join(command[:3])} … {' '.join(command[-4:])}"
         out.print(f"$ kr5 {shown}", style="bold", soft_wrap=True)
-        done = subprocess.run([sys.executable, "-m", "kr5_tools", *command], capture_output=True, text=True)
+        done = run_child([sys.executable, "-m", "kr5_tools", *command])
         if done.returncode:
             break
     return done
