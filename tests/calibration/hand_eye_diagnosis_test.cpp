@@ -157,7 +157,7 @@ TEST_CASE("a fault of little consequence is named without condemning the answer"
   CHECK(cause.consequence == Approx(error).margin(3 * diagnosis.tool_error_95));
   CHECK(cause.consequence > diagnosis.tool_error_95);
   CHECK(diagnosis.verdict == CalibrationVerdict::Doubtful);
-  CHECK_THAT(diagnosis.text, Catch::Contains("Correcting this moves the point by"));
+  CHECK_THAT(diagnosis.text, Catch::Contains("Correcting this moves the result by"));
   // Who asks for a sixth of that error cannot use it.
   CHECK(diagnose_hand_eye(d.recording, result, {.tolerance = error / 6}).verdict == CalibrationVerdict::Unusable);
 }
