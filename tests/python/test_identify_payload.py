@@ -88,4 +88,4 @@ def test_what_does_not_tell_a_load_is_refused(tmp_path, cases, run_kr5):
         "format: kr5-recording/1\ncell: cell.yaml\nexperiments:\n"
         "- {name: motion-1, kind: motion, file: motion-1.csv, split: fit}\n"
     )
-    assert "the motion cannot tell" in refused("rec")
+    assert "the motion does not determine" in refused("rec")

@@ -160,15 +160,38 @@ def make_table(title: str, columns: list[str], rows: Iterable[Iterable[Any]], te
 
 def print_result(data: dict[str, Any], to: Console) -> None:
     """Verdict, causes and figures of a result, for people."""
-    if rows := data.get("figures"):
-        cells = (
-            [r["name"], format_number(r["value"], r.get("std")), format_number(r.get("std"), r.get("std")), r["unit"]]
-            for r in rows
-        )
-        to.print(make_table("", ["quantity", "value", "± std", "unit"], cells))
     if verdict := data.get("verdict"):
         colour = VERDICT_COLOURS.get(verdict["word"], "default")
-        to.print(f"[bold {colour}]{escape(verdict['word'])}[/]: {escape(verdict['text'])}", soft_wrap=True, markup=True)
+        to.print(
+            f"[bold {colour}]{escape(verdict['word'].capitalize())}:[/] {escape(verdict['text'])}",
+            soft_wrap=True,
+            markup=True,
+        )
     for cause in data.get("causes", ()):
         remedy = f" {cause['remedy']}" if cause.get("remedy") else ""
-        to.print(f"  [bold]{escape(cause['cause'])}[/]: {escape(cause['text'] + remedy)}", soft_wrap=True, markup=True)
+        name = cause["cause"].replace("_", " ")
+        to.print(f"  - [bold]{escape(name)}[/]: {escape(cause['text'] + remedy)}", soft_wrap=True, markup=True)
+    if rows := data.get("figures"):
+        to.print()
+        to.print(_figure_table(rows))
+
+
+def _figure_table(rows: list[dict[str, Any]]) -> FittedTable:
+    """Numbers with uncertainty; where a cause changes them, beside what they are without it."""
+    cells = []
+    for r in rows:
+        corrected = r.get("corrected")
+        cells.append(
+            [
+                r["name"],
+                *_number_cells(r["value"], r.get("std")),
+                *(_number_cells(*corrected) if corrected else [NONE, NONE]),
+                r["unit"],
+            ]
+        )
+    heads = ["quantity", "value", "± std", "corrected", "± std", "unit"]
+    return make_table("", heads, cells, text=(5,))
+
+
+def _number_cells(value: float, std: float | None) -> list[str]:
+    return [format_number(value, std), format_number(std, std)]

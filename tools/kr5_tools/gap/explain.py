@@ -279,7 +279,7 @@ def _values(trial: dict[str, Any]) -> str:
     if trial["closed"] is None:
         return "changes no recorded column"
     if trial["closed"] < 0.005:
-        return "best switched off"
+        return "no effect at the best fit"
     return "; ".join(f"{p['name']} {p['value']} {p['std']} {p['unit']}" for p in trial["parameters"])
 
 

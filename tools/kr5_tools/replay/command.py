@@ -17,7 +17,7 @@ Rerun = Annotated[
     typer.Option(
         "--rerun",
         metavar="FILE.rrd",
-        help="Rerun recording to write: poses of links, columns over time. Needs pip install 'kr5[rerun]'.",
+        help="Rerun recording to write: poses of links, columns over time. Needs pip install 'kr5\\[rerun]'.",
     ),
 ]
 
