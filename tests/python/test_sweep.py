@@ -194,9 +194,7 @@ def test_a_line_cut_short_is_run_again(undisturbed, copy):
     file.write_bytes(file.read_bytes()[:-40])
     done = invoke(copy / "sweep", "--json", copy / "out.json")
     assert (
-        done.exit_code == 0
-        and "truncated" in done.stderr
-        and f"{COUNT - 1} trials are there, 1 are to be run" in done.stdout
+        done.exit_code == 0 and "truncated" in done.stderr and f"{COUNT - 1} trials are there, 1 to run" in done.stdout
     )
     is_as_undisturbed(copy / "sweep", json.loads((copy / "out.json").read_text()), undisturbed)
 
@@ -204,7 +202,7 @@ def test_a_line_cut_short_is_run_again(undisturbed, copy):
 def test_more_trials_are_added_to_those_that_are_there(undisturbed, copy):
     before = lines(copy / "sweep")
     done = invoke(copy / "sweep", trials=COUNT + 1)
-    assert done.exit_code == 0 and f"{COUNT} trials are there, 1 are to be run" in done.stdout
+    assert done.exit_code == 0 and f"{COUNT} trials are there, 1 to run" in done.stdout
     assert lines(copy / "sweep")[:-1] == before
 
 

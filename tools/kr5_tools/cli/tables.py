@@ -44,6 +44,7 @@ def pose_figures(name: str, T: Any, covariance: Any) -> list[dict[str, Any]]:
 PADDING = 2  # spaces that a column takes beside its text
 LEAST_TEXT = 20  # width to which a column of text is narrowed before the table is split
 MOST_WORD = 36  # longest word that is not broken
+LEAST_BROKEN = 6  # width of a column of text whose words are broken
 
 
 @dataclasses.dataclass
@@ -127,7 +128,13 @@ def _widths(columns: list[_Column], width: int) -> list[int]:
     """What is left over the least widths goes to texts, then to the heads of numbers, in equal parts of what each
     would like more."""
     widths = [column.least_width for column in columns]
-    spare = max(width - _least_total(columns), 0)
+    spare = width - _least_total(columns)
+    for i, column in enumerate(columns):  # in a very narrow terminal words are broken, but no number
+        if spare < 0 and column.is_text:
+            cut = min(-spare, max(widths[i] - LEAST_BROKEN, 0))
+            widths[i] -= cut
+            spare += cut
+    spare = max(spare, 0)
     for is_text in (True, False):
         wanted = [c.natural_width - c.least_width if c.is_text == is_text else 0 for c in columns]
         granted = min(spare, sum(wanted))

@@ -22,6 +22,7 @@ from kr5_tools.cli.terminal import fail, sign_of_life
 _held: list[tuple[Path, Path]] | None = None
 _unfinished: set[Path] = set()  # files and folders that are being written
 _written: list[Path] = []  # those that this command has put in their places
+_made: list[Path] = []  # folders that this command has made, inner ones last
 
 
 def to_plain(value: Any) -> Any:
@@ -55,6 +56,7 @@ def held_back() -> Iterator[None]:
         for new, _ in _held:
             new.unlink(missing_ok=True)
         _held = before
+        _remove_empty_folders()
 
 
 def publish() -> None:
@@ -79,6 +81,24 @@ def discard() -> None:
             shutil.rmtree(new, ignore_errors=True)
         else:
             new.unlink(missing_ok=True)
+    _remove_empty_folders()
+
+
+def make_folder(folder: Path) -> None:
+    """A folder for outputs, with those above it; it is gone again when the command ends without a file in it."""
+    for one in (*reversed(folder.parents), folder):
+        if not one.exists():
+            _made.append(one)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        fail(f"{folder}: cannot be written: {error.strerror}")
+
+
+def _remove_empty_folders() -> None:
+    while _made:
+        with contextlib.suppress(OSError):
+            _made.pop().rmdir()
 
 
 @contextlib.contextmanager
@@ -130,8 +150,8 @@ def folder_beside(folder: Path) -> Iterator[Path]:
     """
     global _held
     check_new_folder(folder)
+    make_folder(folder.parent)
     try:
-        folder.parent.mkdir(parents=True, exist_ok=True)
         place = folder.resolve()
         new = Path(tempfile.mkdtemp(dir=place.parent, prefix=".kr5-"))
     except (OSError, RuntimeError) as error:

@@ -61,7 +61,7 @@ def effects(
     if pictures:
         from kr5_tools.gap.effect_pictures import write_effect_pictures
 
-        pictures.mkdir(parents=True, exist_ok=True)
+        writing.make_folder(pictures)
         files, unseen = write_effect_pictures([row.id for row in rows], cell, pictures, picture_format)
         to.print(f"\n{pictures}: {len(files)} picture{'' if len(files) == 1 else 's'}.", soft_wrap=True)
         if unseen:

@@ -124,7 +124,7 @@ def begin_sweep(folder: Any, keys: list[Any], to: Any) -> list[Any]:
     missing = folder.missing(keys)
     if folder.trials:
         to.print(
-            f"{folder.path}: {len(folder.trials)} trials are there, {len(missing)} are to be run.",
+            f"{folder.path}: {len(folder.trials)} trials are there, {len(missing)} to run.",
             soft_wrap=True,
             markup=False,
         )
