@@ -98,12 +98,13 @@ def test_files_appear_together_also_when_ctrl_c_comes_meanwhile(tmp_path):
 
 SLOW_TO_END = """
 import sys
+import threading
 import time
 from kr5_tools.cli.interruption import prompt_interruption
 try:
     with prompt_interruption(lambda: print("gave up", flush=True)):
-        print("begun", flush=True)
         try:
+            threading.Timer(1.0, print, ["begun"], {"flush": True}).start()
             while True: sum(range(1000))
         finally:
             time.sleep(600)  # as threads of the library that have not ended yet
@@ -146,7 +147,7 @@ def session(tmp_path):
         (["record", "--cell", "{cell}", "--protocol", "{protocol}", "-o", "new", "--images"], "Rendering"),
         (["gap", "effects", "--pictures", "pictures"], "drawing the effects"),
         (["identify", "excitation", "{cell}", "--exchanges", "100000", "-o", "e.json"], "Designing"),
-        (["calibrate", "laser-study", "--passes", "200", "-o", "s.json"], "Scanning"),
+        (["calibrate", "laser-study", "--passes", "200", "-o", "s.json"], "by stand-off"),
     ],
     ids=lambda value: " ".join(value[:2]) if isinstance(value, list) else "",
 )

@@ -1,16 +1,18 @@
 """Puts the command `kr5` together. A command's file is imported when that command runs, so `kr5 --help` is quick."""
 
+import contextlib
 import importlib
 import os
 import sys
-from typing import Any
+from typing import Any, NoReturn
 
 import typer
 from typer.core import TyperGroup
 
-from kr5_tools.cli.interruption import STOPPED, end_children, prompt_interruption, stop_text
+from kr5_tools.cli.interruption import STOPPED, end_children, prompt_interruption, stop_text, tell_when_stopped
 
 PACKAGE = "kr5_tools"
+_said_stopped = False
 # The module of each command and what `kr5 --help` says of it. A module has `app`, a typer.Typer: with one command and
 # no callback it is that command, otherwise a group of commands.
 Entry = tuple[str, str]
@@ -85,6 +87,7 @@ class CleanErrors(TyperGroup):
         from kr5_tools.files.writing import held_back
 
         end = None
+        tell_when_stopped(None)
         sign_of_life.begin()
         try:
             with held_back():
@@ -177,9 +180,22 @@ def main() -> None:
         try:
             app = _load_app(None if completing else words)
             app(prog_name="kr5")
-        except KeyboardInterrupt:  # before the command began
-            _say_stopped()
-            sys.exit(STOPPED)
+        except KeyboardInterrupt:
+            _exit_stopped()
+        except SystemExit as end:
+            if end.code == STOPPED:
+                _exit_stopped()
+            raise
+
+
+def _exit_stopped() -> NoReturn:
+    """At once, with this code: Python would end itself by the signal where that came inside exec()."""
+    if not _said_stopped:  # the command had not begun
+        _say_stopped()
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(OSError, ValueError):
+            stream.flush()
+    os._exit(STOPPED)
 
 
 def _load_app(words: tuple[str, ...] | None) -> typer.Typer:
@@ -194,6 +210,8 @@ def _load_app(words: tuple[str, ...] | None) -> typer.Typer:
 
 
 def _say_stopped() -> None:
+    global _said_stopped
+    _said_stopped = True
     from kr5_tools.cli.terminal import errors
     from kr5_tools.files.writing import written_files
 
@@ -202,11 +220,13 @@ def _say_stopped() -> None:
 
 def _give_up() -> None:
     from kr5_tools.cli.terminal import errors
-    from kr5_tools.files.writing import discard
+    from kr5_tools.files.writing import discard, written_files
 
     end_children()
     discard()
-    if errors.is_terminal:  # the bar that was there is gone with its thread
-        errors.show_cursor(True)
-        errors.file.write("\r\x1b[2K")
-    _say_stopped()
+    moving = errors.is_terminal
+    errors.quiet = True  # of a bar, which another thread may be drawing
+    if moving:
+        errors.file.write("\r\x1b[2K\x1b[?25h")  # its line is cleared, and the cursor shown
+    errors.file.write(f"{stop_text(written_files())}\n")
+    errors.file.flush()

@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from kr5_tools.cli import arguments, tables, terminal
-from kr5_tools.cli.interruption import keeping, run_child
+from kr5_tools.cli.interruption import run_child, tell_when_stopped
 from kr5_tools.cli.numbers import format_number
 from kr5_tools.files import writing
 from kr5_tools.files.documents import read_json, read_yaml
@@ -51,16 +51,16 @@ def demo(
     if (output / WORN_CELL).exists():
         shutil.rmtree(output / WORN_CELL)  # of the demo before, whole or not
     images = sorted(str(p) for p in (data / "images").glob("*.png"))
-    with keeping(lambda: f"the finished files are kept in {output}"):
-        _run(
-            [
-                _calibration("camera", ["camera", *images, "--target", target], output),
-                _calibration("hand_eye", ["hand-eye", str(data)], output),
-                _worn_cell(data, output),
-                _insertion(data, output),
-            ],
-            out,
-        )
+    tell_when_stopped(lambda: f"the finished files are kept in {output}")
+    _run(
+        [
+            _calibration("camera", ["camera", *images, "--target", target], output),
+            _calibration("hand_eye", ["hand-eye", str(data)], output),
+            _worn_cell(data, output),
+            _insertion(data, output),
+        ],
+        out,
+    )
     results = {name: read_json(output / f"{name}.json") for name in ("camera", "hand_eye")}
     rows = [*_camera_rows(results["camera"], truth), *_hand_eye_rows(results["hand_eye"], truth)]
     ratio = _region(results["hand_eye"], truth)

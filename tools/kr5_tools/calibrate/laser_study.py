@@ -60,8 +60,8 @@ def laser_study(
     rates = parse_values("--speeds", speeds)
     if max(rates) > MOST_SPEED:
         fail(f"--speeds: found {max(rates):g}, expected at most {MOST_SPEED:g}; they are in metres per second")
-    by_stand_off = [study.measure(d, SLOW) for d in track(at, "Stand-offs")]
-    by_speed = [study.measure(study.best, v) for v in track(rates, "Speeds")]
+    by_stand_off = [study.measure(d, SLOW) for d in track(at, "Simulating scans by stand-off")]
+    by_speed = [study.measure(study.best, v) for v in track(rates, "Simulating scans by speed")]
     data = write_result(None, "kr5-laser-study/1", **_keys(study, by_stand_off, by_speed, str(file)))
     _show(data, console(json_file))
     write_json(data, output)

@@ -75,27 +75,16 @@ def shielded() -> Iterator[None]:
             raise KeyboardInterrupt
 
 
-@contextlib.contextmanager
-def keeping(text: Callable[[], str]) -> Iterator[None]:
-    """What a command that is stopped inside says of what it leaves, in place of the files that it wrote."""
+def tell_when_stopped(text: Callable[[], str] | None) -> None:
+    """From here on a command that is stopped says this of what it leaves, in place of the files that it wrote."""
     global _kept
-    before, _kept = _kept, text
-    try:
-        yield
-    except KeyboardInterrupt:  # the command ends, and says it
-        raise
-    except BaseException:
-        _kept = before
-        raise
-    _kept = before
+    _kept = text
 
 
 def stop_text(written: list[Any]) -> str:
     """What is said of a stopped command, which wrote these files."""
-    global _kept
-    kept, _kept = _kept, None
-    if kept:
-        return f"stopped; {kept()}"
+    if _kept:
+        return f"stopped; {_kept()}"
     return f"stopped; written: {', '.join(map(str, written))}" if written else "stopped; nothing was written"
 
 

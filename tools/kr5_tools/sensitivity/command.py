@@ -9,7 +9,7 @@ import typer
 from kr5 import uncertainty
 
 from kr5_tools.cli import arguments, terminal
-from kr5_tools.cli.interruption import keeping
+from kr5_tools.cli.interruption import tell_when_stopped
 from kr5_tools.cli.options import options_from
 from kr5_tools.files import results, writing
 from kr5_tools.sensitivity import analysis as analysis_module
@@ -135,8 +135,8 @@ def sensitivity(
             tolerances = _tolerances(sigma_length, sigma_angle, truncation)
             analyses = _arm_analyses(cell_file, pose, workspace, group, tolerances)
         _check_folder(output, analyses)
-        with keeping(lambda: f"the finished rows are kept in {output}; the same command continues"):
-            found = [_run(a, output / a.name, options, workers, scheduler, to) for a in analyses]
+        tell_when_stopped(lambda: f"the finished rows are kept in {output}; the same command continues")
+        found = [_run(a, output / a.name, options, workers, scheduler, to) for a in analyses]
     except ModelError as error:
         terminal.fail(str(error))
     for one in found:

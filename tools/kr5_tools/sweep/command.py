@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from kr5_tools.cli import arguments, tables, terminal
-from kr5_tools.cli.interruption import keeping
+from kr5_tools.cli.interruption import tell_when_stopped
 from kr5_tools.cli.value_list import parse_values
 from kr5_tools.files import writing
 from kr5_tools.insertion.task import Cell, load_cell
@@ -104,10 +104,10 @@ def insertion(
     with sweep_file.SweepFolder(output, grid, text) as folder:
         missing = begin_sweep(folder, keys, to)
         compare_first_trial(folder, cell, grid)
-        with keeping(lambda: f"{len(folder.trials)} trials are kept in {output}; the same command continues"):
-            runner.run_trials(
-                text, missing, grid, min(workers or core_count(), max(1, len(missing))), scheduler, folder.add
-            )
+        tell_when_stopped(lambda: f"{len(folder.trials)} trials are kept in {output}; the same command continues")
+        runner.run_trials(
+            text, missing, grid, min(workers or core_count(), max(1, len(missing))), scheduler, folder.add
+        )
         found = [folder.trials[key] for key in sorted(folder.trials)]
     found_tables = rate_table.rate_tables(found, grid)
     print_rates(found_tables, to)

@@ -4,6 +4,7 @@ cluster."""
 import contextlib
 import importlib.util
 import logging
+import os
 import signal
 import time
 from collections.abc import Callable, Generator, Iterator
@@ -124,6 +125,8 @@ def open_cluster(workers: int, scheduler: str | None) -> Iterator[Any]:
                 )
             yield client
         return
+    # Where Ctrl-C ends this process at once, a helper of Python's would complain of what the workers leave to it.
+    os.environ.setdefault("PYTHONWARNINGS", "ignore::UserWarning:multiprocessing.resource_tracker")
     with ignore_sigint():
         try:
             own = LocalCluster(
