@@ -256,13 +256,13 @@ def test_a_folder_of_other_things_and_a_spoiled_line_are_refused(copy):
     [
         ("5:25", "as 5:25:5"),
         ("5:25:0", "STEP above 0"),
-        ("25:5:5", "A up to B"),
+        ("25:5:5", "FROM up to TO"),
         ("five", "as 5,15,25"),
         ("", "as 5,15,25"),
         ("5,-1", "above 0"),
         ("5,nan", "above 0"),
         ("1:89:0.001", "more than 1000"),
-        ("5:inf:1", "A up to B"),
+        ("5:inf:1", "FROM up to TO"),
     ],
 )
 def test_axes_that_are_none_are_refused(text, words, capsys):

@@ -103,9 +103,9 @@ def test_exchanged_rows_and_columns_are_named_and_not_calibrated(run_kr5, share,
 def test_squares_in_millimetres_are_refused_where_no_image_shows_the_scale(run_kr5, share):
     images = share / "data/demo/images"
     done = run_kr5("calibrate", "camera", images, "--target", "chessboard:6x9:25")
-    assert done.returncode == 2 and "is it in millimetres? (in metres: 0.025)" in done.stderr
+    assert done.returncode == 2 and "for 25 mm give 0.025" in done.stderr
     done = run_kr5("calibrate", "map", images, "--camera", share / "data/demo/camera.yaml", "--size", "30")
-    assert done.returncode == 2 and "--size: found a size of 30 m" in done.stderr
+    assert done.returncode == 2 and "--size: size 30 [m]" in done.stderr
 
 
 def test_the_size_of_markers_must_be_given(run_kr5, share):

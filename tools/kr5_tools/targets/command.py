@@ -56,11 +56,8 @@ SMALLEST_TARGET, LARGEST_TARGET = 2e-4, 5.0  # of a square, a marker or the dist
 def check_target_size(source: str, size: float) -> None:
     """Refuses a size that no target has, for what cannot find out: a camera sees no scale."""
     if not SMALLEST_TARGET <= size <= LARGEST_TARGET:
-        hint = f" (in metres: {size / MM:g})" if size > LARGEST_TARGET else ""
-        terminal.fail(
-            f"{source}: found a size of {size:g} m, expected {SMALLEST_TARGET:g} to {LARGEST_TARGET:g} m; is it in"
-            f" millimetres?{hint}"
-        )
+        hint = f"; for {size:g} mm give {size / MM:g}" if size > LARGEST_TARGET else ""
+        terminal.fail(f"{source}: size {size:g} [m], expected {SMALLEST_TARGET:g} to {LARGEST_TARGET:g}{hint}")
 
 
 @dataclass
