@@ -115,7 +115,7 @@ def test_logs_that_tell_no_gravity_are_refused(run_kr5, tmp_path, believed):
     degrees = [lines[0], *(",".join(str(57.3 * float(v)) for v in line.split(",")) for line in lines[1:])]
     assert "are they in degrees" in refused("degrees.csv", "\n".join(degrees) + "\n")
     swapped = [lines[0], *lines[1:10], lines[20], *lines[10:]]
-    assert "t: expected at least three times that rise" in refused("order.csv", "\n".join(swapped) + "\n")
+    assert "t: expected at least three increasing times" in refused("order.csv", "\n".join(swapped) + "\n")
     stuck = [line.split(",") for line in lines]
     for row in stuck[200:320]:
         row[8] = stuck[200][8]
