@@ -88,9 +88,9 @@ def excitation(
     json_file: JsonOption = None,
 ) -> None:
     """Exciting motion for the identification of an arm's dynamics: harmonics, or strokes from point to point,
-    optimised until their torques determine the base parameters best, within positions, speeds, accelerations, nominal
-    torques, above
-    a height and clear of the cell. Strokes whose torques would be too large are slowed.
+    optimised until their torques determine the base parameters best. The motion stays within positions, speeds,
+    accelerations and nominal torques, above a height, and clear of the cell. Strokes whose torques would be too large
+    are slowed.
 
     Keep out: a file such as `keep_out: [{name: table, kind: box, T_B_O: [0.9, 0, 0.1, 0, 0, 0], size: [0.6, 1.2, 0.2]},
     {name: lamp, kind: ball, T_B_O: [0, 0.8, 1.5, 0, 0, 0], radius: 0.2}, {name: ground, kind: floor}]` [m, rad]. The

@@ -90,7 +90,7 @@ def gravity(
         _add_planar(keys, motion, chain, options)
     limits = _add_limits(keys, believed, found, motion, limit_options) if believed.drives is not None else None
     print_result(keys, out)
-    _show(found, out)
+    _show(found, chain, out)
     if limits:
         out.print()
         out.print(limits)
@@ -201,7 +201,7 @@ def _keys(found: Any, motion: Any, findings: list[Any]) -> dict[str, Any]:
     }
 
 
-def _show(found: Any, out: Any) -> None:
+def _show(found: Any, chain: Any, out: Any) -> None:
     rows = []
     for j, size in enumerate(found.torque_rms):
         share = 100 * float(found.held_out_rms[j] / size) if size > 0 else None
@@ -216,9 +216,11 @@ def _show(found: Any, out: Any) -> None:
                 float(found.coulomb_sigma[j]),
             ]
         )
-    names = ["joint", "torque RMS", "residual RMS", "held-out RMS", "held-out [%]", "Coulomb", "± std"]
+    unit = "N m or N" if any(str(j.type) == "prismatic" for j in chain.joints) else "N m"
+    torques = [f"{name} [{unit}]" for name in ("torque RMS", "residual RMS", "held-out RMS", "Coulomb", "± std")]
+    names = ["joint", *torques[:3], "held-out [%]", *torques[3:]]
     out.print()
-    out.print(make_table("Slow motion [N m or N]", names, rows))
+    out.print(make_table("Slow motion", names, rows))
 
 
 def _add_planar(keys: dict[str, Any], motion: Any, chain: Any, options: Any) -> None:
