@@ -188,7 +188,7 @@ def test_an_excitation_keeps_clear_of_a_table_and_of_the_objects_of_the_cell(run
     zones = data["input"]["options"]["keep_out"]
     assert {zone["name"] for zone in zones} == {"tube", "board", "sphere", "table", "ground"}
     assert data["result"]["clearance"] >= 0.03 and " to " in data["result"]["nearest"]
-    assert any(row["name"].startswith("least clearance") for row in data["figures"])
+    assert any(row["name"].startswith("minimum clearance") for row in data["figures"])
     # The flange and the tool tip, a capsule of 0.08 m, at every sample shown.
     chain, tip = believed.nominal_chain(), np.asarray(believed.tool.T_flange_tool)
     table = next(identification.KeepOut(**zone) for zone in zones if zone["name"] == "table")
