@@ -55,24 +55,24 @@ def run_kr5(tmp_path):
     """Runs the command `kr5 ARGS...` in an empty folder; gives returncode, stdout and stderr. The tables that it prints
     must fit the width of a terminal, with nothing cut off."""
 
-    def run(*args, cwd=tmp_path, timeout=600) -> subprocess.CompletedProcess:
+    def run(*args, cwd=tmp_path, timeout=600, width=WIDTH) -> subprocess.CompletedProcess:
         command = [sys.executable, "-m", "kr5_tools", *map(str, args)]
-        environment = {**os.environ, "COLUMNS": str(WIDTH)}
+        environment = {**os.environ, "COLUMNS": str(width)}
         done = subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=timeout, env=environment)
         for text in (done.stdout, done.stderr):
-            check_tables(text)
+            check_tables(text, width)
         return done
 
     return run
 
 
-def check_tables(text: str) -> None:
+def check_tables(text: str, width: int) -> None:
     """No line of a table, which begins with one space, is wider than the terminal or ends a cell in dots."""
     if text.startswith(("{", "[")):  # JSON for standard output
         return
     for line in text.splitlines():
         if line.startswith(" ") and not line.startswith("  "):
-            assert len(line) <= WIDTH, line
+            assert len(line) <= width, line
             assert not re.search(r"[\w.]…(\s|$)", line), line
 
 

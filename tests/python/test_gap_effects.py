@@ -70,8 +70,8 @@ def test_effects_that_a_cell_cannot_carry_have_no_target(run_kr5, tmp_path, shar
     "effect, kind, column, variable",
     [
         ("coulomb_friction", "motion", "i", "velocity of joint"),
-        ("payload", "motion", "f", "simulated force"),
-        ("camera_focal", "views", "u", "image coordinate u"),
+        ("payload", "motion", "t", "position of joint"),
+        ("camera_focal", "views", ("u", "v"), "image coordinate"),
         ("tube_tilt", "profile", "z", "direction of the tilt"),
     ],
 )
