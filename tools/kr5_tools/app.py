@@ -225,8 +225,8 @@ def _give_up() -> None:
     end_children()
     discard()
     moving = errors.is_terminal
-    errors.quiet = True  # of a bar, which another thread may be drawing
-    if moving:
-        errors.file.write("\r\x1b[2K\x1b[?25h")  # its line is cleared, and the cursor shown
-    errors.file.write(f"{stop_text(written_files())}\n")
-    errors.file.flush()
+    with os.fdopen(os.dup(2), "w", errors="backslashreplace") as last, open(os.devnull, "w") as nothing:
+        os.dup2(nothing.fileno(), 2)  # the last word, also where another thread is drawing a bar
+        if moving:
+            last.write("\r\x1b[2K\x1b[?25h")  # its line is cleared, and the cursor shown
+        last.write(f"{stop_text(written_files())}\n")
