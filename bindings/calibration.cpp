@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <filesystem>
+
 #include <kr5/calibration/cell_calibration.hpp>
 #include <kr5/calibration/circle_point.hpp>
 #include <kr5/calibration/dataset.hpp>
@@ -262,7 +264,8 @@ static void bind_profiles(py::module_& m) {
 static void bind_scanner(py::module_& m) {
   kr5::python::bind_struct<ScannerFromPoints>(m, "ScannerFromPoints", "Pose of a scanner from points.");
   m.def("scanner_from_points", &scanner_from_points, py::arg("points_scanner"), py::arg("points_flange"),
-        "T_flange_scanner from three points or more: x and z in profiles (2 x n), and on the flange (3 x n).");
+        "T_flange_scanner from three points or more: x and z in profiles (2 x n or n x 2), and on the\n"
+        "flange (3 x n or n x 3).");
   m.def(
       "hayat2022_scanner_rotation", &hayat2022_scanner_rotation, py::arg("x1"), py::arg("x2"), py::arg("x3"),
       py::arg("tip_is_nearer") = false,
@@ -328,18 +331,19 @@ static void bind_timed_hand_eye(py::module_& m) {
 }
 
 static void bind_dataset(py::module_& m) {
+  using std::filesystem::path;
   kr5::python::bind_enum<Pairing>(m, "Pairing", "Pairing of images and poses.");
   kr5::python::bind_struct<Dataset>(m, "Dataset", "Data set with its robot poses.")
       .def("poses", &Dataset::poses, "Poses T_base_flange (list of 4x4), without the tool offset.");
   m.def(
-      "load_dataset", [](const std::string& file, const std::string& folder) { return load_dataset(file, folder); },
-      py::arg("file"), py::arg("folder") = "",
+      "load_dataset", [](const path& file, const path& folder) { return load_dataset(file, folder); }, py::arg("file"),
+      py::arg("folder") = "",
       "Reads a dataset.yaml and its pose files below `folder` (default: the folder of the file).");
   m.def(
-      "load_pose_set", [](const std::string& file, const std::string& folder) { return load_pose_set(file, folder); },
+      "load_pose_set", [](const path& file, const path& folder) { return load_pose_set(file, folder); },
       py::arg("file"), py::arg("folder") = "", "Reads only `poses` and `convention`, for use without images.");
   m.def(
-      "load_poses", [](const std::string& file, RotationForm rotation) { return load_poses(file, rotation).rows; },
+      "load_poses", [](const path& file, RotationForm rotation) { return load_poses(file, rotation).rows; },
       py::arg("file"), py::arg("rotation"), "Rows of numbers in a pose file: YAML, JSON, CSV or plain text.");
 }
 
@@ -351,6 +355,25 @@ static void bind_diagnosis(py::module_& m) {
   kr5::python::bind_struct<HandEyeDiagnosis>(m, "HandEyeDiagnosis", "Diagnosis of a calibration.");
   m.def(
       "diagnose_hand_eye",
+      [](const std::vector<HandEyeView>& views, const kr5::Pinhole& camera, const HandEyeResult& result,
+         const std::vector<double>& times, const HandEyeDiagnosisOptions& options) {
+        HandEyeRecording recording = HandEyeRecording::from_views(views, camera, result.mount);
+        recording.times = times;
+        return diagnose_hand_eye(recording, result, options);
+      },
+      py::arg("views"), py::arg("camera"), py::arg("result"), py::arg("times") = std::vector<double>{},
+      py::arg("options") = HandEyeDiagnosisOptions(), py::call_guard<py::gil_scoped_release>(),
+      "Evaluates the result of calibrate_hand_eye and searches for faults of the recording.\n\n"
+      "Parameters\n----------\nviews : list of HandEyeView\n    Those that calibrate_hand_eye took.\n"
+      "camera : kr5.Pinhole\nresult : HandEyeResult\n"
+      "times : list of float, optional\n    Of the views [s]; by default evenly spaced.\n"
+      "options : HandEyeDiagnosisOptions, optional\n\n"
+      "Returns\n-------\nHandEyeDiagnosis\n\n"
+      "The other form takes the robot's poses as its controller wrote them (n x 6, 7, 12 or 16), with the format in\n"
+      "which they are believed to be: faults of the format are then stated in its words.\n\n"
+      "Raises\n------\nkr5.InvalidArgument\n    Fewer than three views.");
+  m.def(
+      "diagnose_hand_eye",
       [](const Eigen::MatrixXd& rows, const PoseFormat& format, const std::vector<kr5::View>& views,
          const kr5::Pinhole& camera, Mount mount, const HandEyeResult& result, const std::vector<double>& times,
          const HandEyeDiagnosisOptions& options) {
@@ -358,8 +381,19 @@ static void bind_diagnosis(py::module_& m) {
       },
       py::arg("rows"), py::arg("format"), py::arg("views"), py::arg("camera"), py::arg("mount"), py::arg("result"),
       py::arg("times") = std::vector<double>{}, py::arg("options") = HandEyeDiagnosisOptions(),
-      py::call_guard<py::gil_scoped_release>(),
-      "Evaluates the result of calibrate_hand_eye and searches for faults of the recording.");
+      py::call_guard<py::gil_scoped_release>());
+  m.def(
+      "diagnose_hand_eye_pairs",
+      [](const std::vector<PosePair>& pairs, const HandEyeResult& result, const std::vector<double>& times,
+         const HandEyeDiagnosisOptions& options) {
+        HandEyePairsRecording recording = HandEyePairsRecording::from_pairs(pairs, result.mount);
+        recording.times = times;
+        return diagnose_hand_eye_pairs(recording, result, options);
+      },
+      py::arg("pairs"), py::arg("result"), py::arg("times") = std::vector<double>{},
+      py::arg("options") = HandEyeDiagnosisOptions(), py::call_guard<py::gil_scoped_release>(),
+      "Evaluates the result of calibrate_hand_eye_pairs and searches for faults of the pairs (list of PosePair, those\n"
+      "that calibrate_hand_eye_pairs took). The other form takes the robot's poses as its controller wrote them.");
   m.def(
       "diagnose_hand_eye_pairs",
       [](const Eigen::MatrixXd& rows, const PoseFormat& format, const std::vector<kr5::Pose>& T_camera_target,
@@ -369,8 +403,7 @@ static void bind_diagnosis(py::module_& m) {
       },
       py::arg("rows"), py::arg("format"), py::arg("T_camera_target"), py::arg("mount"), py::arg("result"),
       py::arg("names") = std::vector<std::string>{}, py::arg("times") = std::vector<double>{},
-      py::arg("options") = HandEyeDiagnosisOptions(), py::call_guard<py::gil_scoped_release>(),
-      "Evaluates the result of calibrate_hand_eye_pairs and searches for faults of the pairs.");
+      py::arg("options") = HandEyeDiagnosisOptions(), py::call_guard<py::gil_scoped_release>());
 }
 
 void bind_calibration(py::module_& m) {

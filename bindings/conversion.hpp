@@ -132,20 +132,24 @@ struct Convert<std::map<std::string, T>> {
   }
 };
 
-/// Vectors are lists, matrices lists of rows.
+/// Vectors are lists, matrices lists of rows. Points may stand in rows, too: points_caster.hpp.
 template <class S, int R, int C>
 struct Convert<Eigen::Matrix<S, R, C>> {
   using Matrix = Eigen::Matrix<S, R, C>;
+  static constexpr bool points = (R == 2 || R == 3) && C == Eigen::Dynamic;
   static std::string text() { return "numpy.ndarray"; }
   static std::string argument() { return "numpy.typing.ArrayLike"; }
   static std::string shape() {
     const auto side = [](int n) { return n == Eigen::Dynamic ? std::string("n") : std::to_string(n); };
+    if (points) return "(" + side(R) + ", n) or (n, " + side(R) + ")";
     return C == 1 ? "(" + side(R) + ",)" : "(" + side(R) + ", " + side(C) + ")";
   }
   static py::object to_plain(const Matrix& value) { return py::cast(value).attr("tolist")(); }
   static Matrix from_python(const py::handle& value, const std::string& where) {
     try {
       return value.cast<Matrix>();
+    } catch (const py::value_error& e) {
+      throw py::value_error(where + ": " + e.what());
     } catch (const py::cast_error&) {
       complain(where, "an array of numbers of shape " + shape(), value);
     }
@@ -156,6 +160,7 @@ template <>
 struct Convert<Pose> {
   static std::string text() { return "numpy.ndarray"; }
   static std::string argument() { return "numpy.typing.ArrayLike"; }
+  static std::string shape() { return "(4, 4)"; }
   static py::object to_plain(const Pose& value) { return py::cast(value).attr("tolist")(); }
   static Pose from_python(const py::handle& value, const std::string& where) {
     try {
@@ -213,11 +218,20 @@ std::vector<std::string> choices() {
   return out;
 }
 
+template <class T>
+std::string shape_of() {
+  if constexpr (requires { Convert<T>::shape(); })
+    return Convert<T>::shape();
+  else
+    return {};
+}
+
 /// The one entry of a type.
 template <class T>
 inline constexpr FieldType field_type{
     &Convert<T>::text,
     &Convert<T>::argument,
+    &shape_of<T>,
     [](const void* value) { return py::object(Convert<T>::to_plain(*static_cast<const T*>(value))); },
     [](void* value, const py::handle& from, const std::string& where) {
       *static_cast<T*>(value) = Convert<T>::from_python(from, where);

@@ -3,29 +3,10 @@
 
 #include <string_view>
 
+#include "points_caster.hpp"
+
 namespace kr5::python {
 namespace {
-
-/// `repr` of a field: long lists and arrays by their size alone.
-std::string short_text(const void* value, const FieldType& type);
-
-std::string short_text(const void* object, const Fields& fields) {
-  std::string out;
-  for (const Field& field : fields)
-    out += (out.empty() ? "(" : ", ") + std::string(field.name) + "=" + short_text(field.in(object), *field.type);
-  return out + ")";
-}
-
-std::string short_text(const void* value, const FieldType& type) {
-  constexpr std::size_t longest = 120;
-  if (type.fields) return short_text(value, type.fields());
-  const py::object plain = type.to_plain(value);
-  std::string text = py::repr(plain).cast<std::string>();
-  if (py::isinstance<py::str>(plain) || text.size() <= longest) return text;
-  const py::object whole = type.get(const_cast<void*>(value), py::none());  // a copy: this is no struct
-  if (py::hasattr(whole, "shape")) return "<array of shape " + py::str(whole.attr("shape")).cast<std::string>() + ">";
-  return "<" + type.text() + " of " + std::to_string(py::len(plain)) + ">";
-}
 
 /// `fields()`: what the command line makes its options from.
 py::list describe(const void* defaults, const Fields& fields) {
@@ -89,7 +70,46 @@ class Members {
   py::options options_;
 };
 
+/// While one lives, a struct shows its name alone: so it stands as a default in the signatures of functions.
+class DefaultsByName {
+ public:
+  DefaultsByName() { set(true); }
+  ~DefaultsByName() { set(false); }
+  DefaultsByName(const DefaultsByName&) = delete;
+  DefaultsByName& operator=(const DefaultsByName&) = delete;
+
+ private:
+  void set(bool value) { display_.attr("names_only") = value; }
+
+  py::module_ display_ = py::module_::import("kr5._display");
+};
+
+void add_missing_displays(const py::module_& m) {
+  const py::handle object(reinterpret_cast<PyObject*>(&PyBaseObject_Type));
+  for (const auto& [name, value] : py::dict(m.attr("__dict__"))) {
+    if (py::isinstance<py::module_>(value)) add_missing_displays(py::reinterpret_borrow<py::module_>(value));
+    if (py::isinstance<py::type>(value) && value.attr("__repr__").is(object.attr("__repr__")))
+      add_display(py::reinterpret_borrow<py::object>(value));
+  }
+}
+
 }  // namespace
+
+void add_display(const py::object& cls) {
+  Members members(cls);
+  members.method(
+      "__repr__", [](const py::object& self) { return py::module_::import("kr5._display").attr("as_text")(self); }, "",
+      "str", "");
+  members.method(
+      "_repr_html_", [](const py::object& self) { return py::module_::import("kr5._notebook").attr("as_html")(self); },
+      "", "str", "Table for notebooks: figures with uncertainty and unit.");
+}
+
+void bind_with_displays(py::module_& m, void (*bind)(py::module_&)) {
+  const DefaultsByName short_signatures;
+  bind(m);
+  add_missing_displays(m);
+}
 
 std::string unknown_field(const std::string& where, const py::handle& name, const py::list& known) {
   const std::string key = py::str(name).cast<std::string>();
@@ -120,7 +140,9 @@ std::pair<std::string, std::string> document(const std::string& name, const Fiel
   bool first = true;
   for (const Field& field : fields) {
     signature += std::string(first ? ", *, " : ", ") + field.name + ": " + field.type->argument() + " = ...";
-    list += std::string("\n") + field.name + " : " + field.type->text() + "\n    " + field.doc;
+    const std::string shape = field.type->shape();
+    list += std::string("\n") + field.name + " : " + field.type->text() + (shape.empty() ? "" : " of shape " + shape) +
+            "\n    " + field.doc;
     first = false;
   }
   return {signature + ") -> None\n\nFields that are not given keep their defaults.", "\n\nFields\n------" + list};
@@ -139,9 +161,7 @@ void add_members(const py::object& cls, const Fields& fields, void* (*pointer)(c
   members.method(
       "to_dict", [=](const py::object& self) { return to_plain(pointer(self), *all); }, "", "dict",
       "Nested dict of numbers, texts and lists, for JSON and YAML.");
-  members.method(
-      "__repr__", [=, own = members.own()](const py::object& self) { return own + short_text(pointer(self), *all); },
-      "", "str", "");
+  add_display(cls);
   members.method(
       "__reduce__",
       [=](const py::object& self) {
@@ -151,12 +171,19 @@ void add_members(const py::object& cls, const Fields& fields, void* (*pointer)(c
   members.method(
       "__setstate__",
       [=, own = members.own()](const py::object& self, const py::dict& state) {
+        const PointsAreColumns as_written;
         set_fields(pointer(self), *all, state, own);
       },
       ", state: dict", "None", "");
   members.function(
-      "from_dict", [type](const py::dict& dict) { return type(**dict); }, "(fields: dict) -> " + members.full(),
-      "Inverse of to_dict; missing fields keep their defaults.");
+      "from_dict",
+      [=, own = members.own()](const py::dict& dict) {
+        const PointsAreColumns as_written;
+        py::object made = type();
+        set_fields(pointer(made), *all, dict, own);
+        return made;
+      },
+      "(fields: dict) -> " + members.full(), "Inverse of to_dict; missing fields keep their defaults.");
   members.function(
       "fields", [=] { return describe(pointer(type()), *all); }, "() -> list",
       "Name, type, default, doc and choices of every field.");

@@ -23,6 +23,7 @@ using Fields = std::vector<Field>;
 struct FieldType {
   std::string (*text)();
   std::string (*argument)();
+  std::string (*shape)();  ///< Of an array, as the documentation of its struct says it; empty for other types.
   py::object (*to_plain)(const void* value);
   void (*assign)(void* value, const py::handle& from, const std::string& where);
   /// What a property hands out: a copy, and an array that cannot be written, lest somebody believe it changes the
@@ -54,6 +55,12 @@ void set_fields(void* object, const Fields& fields, const py::dict& dict, const 
 
 /// Texts for people and for the stubs: the signature of the constructor, and the list of fields.
 std::pair<std::string, std::string> document(const std::string& name, const Fields& fields);
+
+/// Gives a class its repr and its table in notebooks, both made from its fields or, without those, its properties.
+void add_display(const py::object& cls);
+
+/// Binds a module, and gives them to every class of it and its submodules that has no repr of its own.
+void bind_with_displays(py::module_& m, void (*bind)(py::module_&));
 
 /// Gives a class its properties, repr, to_dict, from_dict, fields and pickling.
 /// @param pointer where the struct of an instance lies

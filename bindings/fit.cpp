@@ -182,7 +182,8 @@ void bind_observations(py::class_<CellFit>& fit) {
            py::overload_cast<const PoseChain&, const Eigen::Matrix3Xd&, const Eigen::MatrixXd&>(
                &CellFit::observe_on_plane),
            py::arg("chain"), py::arg("points"), py::arg("covariance"),
-           "Points (3 x n [m]) of the last frame on that plane, with the covariance of their distances from it\n"
+           "Points (3 x n or n x 3 [m]) of the last frame on that plane, with the covariance of their distances from "
+           "it\n"
            "(n x n [m^2]).")
       .def(
           "observe_sphere_section",
@@ -206,7 +207,8 @@ void bind_observations(py::class_<CellFit>& fit) {
           },
           py::arg("T_camera_target"), py::arg("camera"), py::arg("points"), py::arg("pixels"), py::arg("sigma"),
           py::arg("amounts") = FitBlock(), py::arg("displacements") = Eigen::MatrixXd(),
-          "Pixels (2 x n) of points (3 x n [m]) of the last frame of a chain that begins in the camera, with their\n"
+          "Pixels (2 x n or n x 2) of points (3 x n or n x 3 [m]) of the last frame of a chain that begins in the "
+          "camera, with their\n"
           "standard deviation per axis [px]. Point k of a target that departs from its nominal points is moved by "
           "rows\n"
           "3 k to 3 k + 2 of `displacements` (3 n x m [m per unit]) times the numbers of the block `amounts`.")

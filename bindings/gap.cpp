@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <functional>
 #include <optional>
+#include <variant>
 
 #include <kr5/gap/diagnose.hpp>
 #include <kr5/gap/effect_fit.hpp>
@@ -10,6 +11,7 @@
 #include "column_conversion.hpp"
 #include "interruptible.hpp"
 #include "python_simulator.hpp"
+#include "recording_source.hpp"
 #include "struct_binder.hpp"
 
 namespace py = pybind11;
@@ -19,6 +21,8 @@ using kr5::python::bind_struct;
 using kr5::python::call_python;
 using kr5::python::compute_interruptibly;
 using kr5::python::put_back_columns;
+using kr5::python::recording_from;
+using kr5::python::RecordingSource;
 using kr5::python::Shared;
 using kr5::python::simulator_from;
 
@@ -30,6 +34,40 @@ std::function<void(const std::string&, double)> shared(const py::object& progres
   return [progress = Shared(progress)](const std::string& stage, double fraction) {
     call_python("progress", [&] { (*progress)(stage, fraction); });
   };
+}
+
+/// "effect:target", as on the command line, or an EffectName.
+using NameText = std::variant<EffectName, std::string>;
+/// One effect alone, or several that act together.
+using AlternativeText = std::variant<EffectName, std::string, std::vector<NameText>>;
+
+EffectName effect_name(const NameText& given) {
+  if (const auto* name = std::get_if<EffectName>(&given)) return *name;
+  const std::string& text = std::get<std::string>(given);
+  const std::size_t colon = text.find(':');
+  if (colon == std::string::npos || colon == 0 || colon + 1 == text.size())
+    throw kr5::InvalidArgument("found the effect '" + text +
+                               "', expected effect:target, for instance coulomb_friction:joint3");
+  return {text.substr(0, colon), text.substr(colon + 1)};
+}
+
+std::vector<EffectName> effect_names(const std::vector<NameText>& given) {
+  std::vector<EffectName> out;
+  for (const NameText& name : given) out.push_back(effect_name(name));
+  return out;
+}
+
+std::vector<Alternative> alternatives_from(const std::vector<AlternativeText>& given) {
+  std::vector<Alternative> out;
+  for (const AlternativeText& alternative : given) {
+    if (const auto* names = std::get_if<std::vector<NameText>>(&alternative))
+      out.push_back(effect_names(*names));
+    else if (const auto* text = std::get_if<std::string>(&alternative))
+      out.push_back({effect_name(*text)});
+    else
+      out.push_back({std::get<EffectName>(alternative)});
+  }
+  return out;
 }
 
 Hypothesis make_hypothesis(const std::string& effect, const std::string& target,
@@ -118,19 +156,29 @@ void bind_diagnosis(py::module_& m) {
   bind_options<DiagnoseOptions>(m, "DiagnoseOptions", "Options of diagnose.");
   m.def(
       "diagnose",
-      [](const kr5::cell::Recording& recording, const py::object& simulator, DiagnoseOptions options,
+      [](const RecordingSource& recording, const py::object& simulator, DiagnoseOptions options,
          const py::object& progress) {
         options.progress = shared(progress);
+        const auto source = recording_from(recording);
         return compute_interruptibly(simulator_from(simulator),
-                                     [&](const kr5::cell::Simulator& s) { return diagnose(recording, s, options); });
+                                     [&](const kr5::cell::Simulator& s) { return diagnose(*source, s, options); });
       },
-      py::arg("recording"), py::arg("simulator"), py::arg("options") = DiagnoseOptions{},
+      py::arg("recording"), py::arg("simulator") = py::none(), py::arg("options") = DiagnoseOptions{},
       py::arg("progress") = py::none(),
       "Diagnosis of a gap: where it lies, which effects cause it, how far they reduce it, and what remains "
-      "unexplained. `simulator`: one of kr5, or any object with predict(cell, experiment) that returns the predicted "
-      "columns (a kr5.io.Table or a dict of "
-      "arrays, units of kr5.cell.columns), a value for each row of the experiment. `progress(stage, fraction)` is "
-      "called from time to time, from any thread, with the present stage and the completed fraction of the whole.");
+      "unexplained.\n\n"
+      "Parameters\n----------\n"
+      "recording : kr5.cell.Recording, or the folder of one\n"
+      "simulator : one of kr5, or any object with predict(cell, experiment), optional\n"
+      "    By default kr5.predict.FastSimulator(). predict returns the predicted columns (a kr5.io.Table or a dict of\n"
+      "    arrays, units of kr5.cell.columns), a value for each row of the experiment.\n"
+      "options : DiagnoseOptions, optional\n"
+      "progress : callable, optional\n"
+      "    progress(stage, fraction) is called from time to time, from any thread, with the present stage (a text) "
+      "and\n"
+      "    the completed fraction of the whole.\n\n"
+      "Returns\n-------\nDiagnosis\n\n"
+      "Raises\n------\nkr5.IoError\n    No recording stands in the folder, or it has errors in form.");
 }
 
 void bind_trials(py::module_& m) {
@@ -141,46 +189,67 @@ void bind_trials(py::module_& m) {
                          "Effect fitted to the fit experiments and evaluated on the check experiments.");
   m.def(
       "residual_columns",
-      [](const kr5::cell::Recording& recording, const py::object& simulator, const std::vector<kr5::cell::Cell>& cells,
+      [](const RecordingSource& recording, const py::object& simulator, const std::vector<kr5::cell::Cell>& cells,
          const std::vector<NoiseOverride>& noise) {
+        const auto source = recording_from(recording);
         return compute_interruptibly(simulator_from(simulator), [&](const kr5::cell::Simulator& s) {
-          return residual_columns(recording, s, cells, noise);
+          return residual_columns(*source, s, cells, noise);
         });
       },
-      py::arg("recording"), py::arg("simulator"), py::arg("cells") = std::vector<kr5::cell::Cell>{},
+      py::arg("recording"), py::arg("simulator") = py::none(), py::arg("cells") = std::vector<kr5::cell::Cell>{},
       py::arg("noise") = std::vector<NoiseOverride>{},
       "Recorded minus simulated over noise of all columns that can be compared, row by row: a column of `residuals` "
-      "for the cell of the recording, and one for each of `cells`. The first of these is taken as correct: samples "
+      "for the cell of the recording, and one for each of `cells`. `recording`, `simulator`: as of diagnose. The first "
+      "of these is taken as correct: samples "
       "that deviate from it, also near edges, count as spikes. Raises InvalidArgument for a cell of another robot, and "
       "when nothing can be "
       "compared.");
-  m.def("gap_parts", &gap_parts, py::arg("recording"), py::arg("columns"), py::arg("which") = 0,
-        "Gap by subsystem, target, channel, experiment, pose region and speed: list of GapPart. "
-        "`columns`: of residual_columns; `which`: column of `residuals`.");
+  m.def(
+      "gap_parts",
+      [](const RecordingSource& recording, const std::vector<ResidualColumn>& columns, int which) {
+        return gap_parts(*recording_from(recording), columns, which);
+      },
+      py::arg("recording"), py::arg("columns"), py::arg("which") = 0,
+      "Gap by subsystem, target, channel, experiment, pose region and speed: list of GapPart. "
+      "`columns`: of residual_columns; `which`: column of `residuals`.");
   m.def(
       "fit_effects",
-      [](const kr5::cell::Recording& recording, const kr5::cell::Cell& cell, const py::object& simulator,
-         const std::vector<EffectName>& effects, const EffectFitOptions& options) {
+      [](const RecordingSource& recording, const std::vector<NameText>& effects,
+         const std::optional<kr5::cell::Cell>& cell, const py::object& simulator, const EffectFitOptions& options) {
+        const auto source = recording_from(recording);
+        const std::vector<EffectName> names = effect_names(effects);
         return compute_interruptibly(simulator_from(simulator), [&](const kr5::cell::Simulator& s) {
-          return fit_effects(recording, cell, s, effects, options);
+          return fit_effects(*source, cell ? *cell : source->cell, s, names, options);
         });
       },
-      py::arg("recording"), py::arg("cell"), py::arg("simulator"), py::arg("effects"),
+      py::arg("recording"), py::arg("effects"), py::arg("cell") = py::none(), py::arg("simulator") = py::none(),
       py::arg("options") = EffectFitOptions{},
-      "Fits each of these effects (list of EffectName) alone to the residuals of the recording under `cell`; best "
-      "first. Effects that change no recorded column are left out.");
+      "Fits each of these effects alone to the residuals of the recording under `cell`; best first. Effects that "
+      "change "
+      "no recorded column are left out.\n\n"
+      "Parameters\n----------\n"
+      "recording : kr5.cell.Recording, or the folder of one\n"
+      "effects : list of EffectName, or of texts effect:target such as coulomb_friction:joint3\n"
+      "cell : kr5.cell.Cell, optional\n    By default that of the recording.\n"
+      "simulator : as of diagnose, optional\n"
+      "options : EffectFitOptions, optional\n\n"
+      "Returns\n-------\nlist of EffectFit\n\n"
+      "Raises\n------\nkr5.InvalidArgument\n    An effect that is not in the catalogue, or nothing that can be "
+      "compared.");
   m.def(
       "fit_best_effects",
-      [](const kr5::cell::Recording& recording, const kr5::cell::Cell& cell, const py::object& simulator,
-         const std::vector<EffectName>& except, int most, const EffectFitOptions& options) {
+      [](const RecordingSource& recording, const std::optional<kr5::cell::Cell>& cell, const py::object& simulator,
+         const std::vector<NameText>& except, int most, const EffectFitOptions& options) {
+        const auto source = recording_from(recording);
+        const std::vector<EffectName> without = effect_names(except);
         return compute_interruptibly(simulator_from(simulator), [&](const kr5::cell::Simulator& s) {
-          return fit_best_effects(recording, cell, s, except, most, options);
+          return fit_best_effects(*source, cell ? *cell : source->cell, s, without, most, options);
         });
       },
-      py::arg("recording"), py::arg("cell"), py::arg("simulator"), py::arg("except_") = std::vector<EffectName>{},
-      py::arg("most") = 3, py::arg("options") = EffectFitOptions{},
+      py::arg("recording"), py::arg("cell") = py::none(), py::arg("simulator") = py::none(),
+      py::arg("except_") = std::vector<NameText>{}, py::arg("most") = 3, py::arg("options") = EffectFitOptions{},
       "Effects of the catalogue that explain most of the residuals of the recording under `cell`, without those in "
-      "`except_`; at most `most`, best first.");
+      "`except_`; at most `most`, best first. The other arguments are those of fit_effects.");
 }
 
 void bind_plan(py::module_& m) {
@@ -195,30 +264,46 @@ void bind_plan(py::module_& m) {
           "cells", [](const Plan& p) { return p.cells; },
           "Cell of the recording with each alternative, which look alike in this recording (copies).");
   bind_struct<ModelComparison>(m, "ModelComparison", "Comparison of several explanations of recordings of one cell.");
+  m.def("tied_alternatives", &tied_alternatives, py::arg("diagnosis"),
+        "Explanations that a diagnosis could not distinguish, for plan: its causes, and the same with each effect that "
+        "could stand in the place of one. Lists of EffectName; empty when nothing is tied.");
   m.def(
       "plan",
-      [](const kr5::cell::Recording& recording, const py::object& simulator,
-         const std::vector<Alternative>& alternatives, PlanOptions options, const py::object& progress) {
+      [](const RecordingSource& recording, const std::vector<AlternativeText>& alternatives,
+         const py::object& simulator, PlanOptions options, const py::object& progress) {
         options.progress = shared(progress);
-        return compute_interruptibly(simulator_from(simulator), [&](const kr5::cell::Simulator& s) {
-          return plan(recording, s, alternatives, options);
-        });
+        const auto source = recording_from(recording);
+        const std::vector<Alternative> wanted = alternatives_from(alternatives);
+        return compute_interruptibly(simulator_from(simulator),
+                                     [&](const kr5::cell::Simulator& s) { return plan(*source, s, wanted, options); });
       },
-      py::arg("recording"), py::arg("simulator"), py::arg("alternatives"), py::arg("options") = PlanOptions{},
-      py::arg("progress") = py::none(),
-      "Plans the experiment that distinguishes explanations of a recording, from their signatures. `alternatives`: two "
-      "or more lists of EffectName. Raises InvalidArgument for an effect that the cell cannot have.");
+      py::arg("recording"), py::arg("alternatives"), py::arg("simulator") = py::none(),
+      py::arg("options") = PlanOptions{}, py::arg("progress") = py::none(),
+      "Plans the experiment that distinguishes explanations of a recording, from their signatures.\n\n"
+      "Parameters\n----------\n"
+      "recording : kr5.cell.Recording, or the folder of one\n"
+      "alternatives : two or more effects, or lists of effects that act together\n"
+      "    An effect is an EffectName or a text effect:target, as of fit_effects; those of "
+      "tied_alternatives(diagnosis).\n"
+      "simulator, progress : as of diagnose, optional\n"
+      "options : PlanOptions, optional\n\n"
+      "Returns\n-------\nPlan\n\n"
+      "Raises\n------\nkr5.InvalidArgument\n    An effect that the cell cannot have.");
   m.def(
       "compare_models",
-      [](const std::vector<kr5::cell::Recording>& recordings, const py::object& simulator,
-         const std::vector<Alternative>& alternatives, const PlanOptions& options) {
+      [](const std::vector<RecordingSource>& recordings, const std::vector<AlternativeText>& alternatives,
+         const py::object& simulator, const PlanOptions& options) {
+        std::vector<kr5::cell::Recording> all;
+        for (const RecordingSource& recording : recordings) all.push_back(*recording_from(recording));
+        const std::vector<Alternative> wanted = alternatives_from(alternatives);
         return compute_interruptibly(simulator_from(simulator), [&](const kr5::cell::Simulator& s) {
-          return compare_models(recordings, s, alternatives, options);
+          return compare_models(all, s, wanted, options);
         });
       },
-      py::arg("recordings"), py::arg("simulator"), py::arg("alternatives"), py::arg("options") = PlanOptions{},
-      "Fits each alternative to all recordings together and returns its probability; the cells may differ in the "
-      "tool.");
+      py::arg("recordings"), py::arg("alternatives"), py::arg("simulator") = py::none(),
+      py::arg("options") = PlanOptions{},
+      "Fits each alternative to all recordings (a list) together and returns its probability; the cells may differ in "
+      "the tool. The other arguments are those of plan.");
   m.def("with_load", &with_load, py::arg("cell"), py::arg("mass"),
         "Cell with a known weight on the tool: a point mass [kg] at the tool's centre of mass.");
 }
@@ -237,14 +322,19 @@ void bind_gap(py::module_& m) {
   bind_struct<Measure>(m, "Measure", "Gap of every column of a recording.");
   m.def(
       "measure",
-      [](const kr5::cell::Recording& recording, const py::object& simulator,
-         const std::optional<kr5::cell::Cell>& cell) {
+      [](const RecordingSource& recording, const py::object& simulator, const std::optional<kr5::cell::Cell>& cell) {
+        const auto source = recording_from(recording);
         return compute_interruptibly(simulator_from(simulator), [&](const kr5::cell::Simulator& s) {
-          return measure(recording, cell ? *cell : recording.cell, s);
+          return measure(*source, cell ? *cell : source->cell, s);
         });
       },
-      py::arg("recording"), py::arg("simulator"), py::arg("cell") = py::none(),
-      "RMS of (recorded - simulated) over the noise, of every recorded and predicted column; 1 is the floor. `cell`: "
-      "by default that of the recording. Experiments that the simulator cannot predict are left out and listed in "
-      "`refused`; raises InvalidArgument when none remains.");
+      py::arg("recording"), py::arg("simulator") = py::none(), py::arg("cell") = py::none(),
+      "RMS of (recorded - simulated) over the noise, of every recorded and predicted column; 1 is the floor.\n\n"
+      "Parameters\n----------\n"
+      "recording : kr5.cell.Recording, or the folder of one\n"
+      "simulator : as of diagnose, optional\n"
+      "cell : kr5.cell.Cell, optional\n    By default that of the recording.\n\n"
+      "Returns\n-------\nMeasure\n    Experiments that the simulator cannot predict are left out and listed in "
+      "`refused`.\n\n"
+      "Raises\n------\nkr5.InvalidArgument\n    No experiment can be compared.");
 }

@@ -121,7 +121,7 @@ static void bind_projection_matrix(py::module_& m) {
   m.def("projection_matrix", &projection_matrix, py::arg("camera"), py::arg("T_camera_grid"),
         "Projection matrix (3 x 4) of a camera without its lens distortion.");
   m.def("estimate_projection_matrix", &estimate_projection_matrix, py::arg("points"), py::arg("pixels"),
-        "Projection matrix from points (3 x n) and pixels (2 x n) by linear least squares.");
+        "Projection matrix (3 x 4) from points (3 x n or n x 3) and pixels (2 x n or n x 2) by linear least squares.");
   m.def("back_project", &back_project, py::arg("M"), py::arg("pixel"), py::arg("plane"),
         "Point of a plane that is seen at a pixel [m].");
   python::bind_struct<BackProjectionOptions>(m, "BackProjectionOptions", "Options of back_projection_uncertainty.");
@@ -138,8 +138,9 @@ void bind_geometry(py::module_& m) {
   python::bind_enum<Mount>(m, "Mount", "Part of the cell that carries the camera.");
   python::bind_enum<LensModel>(m, "LensModel", "Lens model: the coefficients of a Pinhole that are used.");
   python::bind_struct<Pinhole>(m, "Pinhole", "Pinhole camera with the rational lens model; z out of the lens, x right.")
-      .def("project", &project, py::arg("points"), "Pixels (2 x n) of points in the camera frame (3 x n) [m].")
-      .def("rays", &rays, py::arg("pixels"), "Directions (3 x n, z = 1) of pixels (2 x n); NaN where there is none.");
+      .def("project", &project, py::arg("points"), "Pixels (2 x n) of points in the camera frame (3 x n or n x 3) [m].")
+      .def("rays", &rays, py::arg("pixels"),
+           "Directions (3 x n, z = 1) of pixels (2 x n or n x 2); NaN where there is none.");
   bind_projection_matrix(m);
   python::bind_struct<View>(m, "View", "View: points of a target in one image.");
   bind_two_plane(m);

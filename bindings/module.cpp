@@ -5,6 +5,7 @@
 #include <pybind11/pybind11.h>
 
 #include "_kr5_modules.hpp"
+#include "field_table.hpp"
 
 #include <kr5/core/error.hpp>
 
@@ -42,5 +43,5 @@ PYBIND11_MODULE(_kr5, m) {
   m.doc() = "The C++ library, without vision. Import it as kr5, kr5.calibration, ...";
   m.attr("__version__") = KR5_VERSION;
   bind_errors(m);
-  bind_modules(m);
+  kr5::python::bind_with_displays(m, bind_modules);
 }

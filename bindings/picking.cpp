@@ -180,7 +180,7 @@ void bind_peers(py::module_& m) {
   bind_struct<PclCylinderOptions>(m, "PclCylinderOptions", "Options of pcl_cylinder and pcl_find_cylinders.");
   bind_struct<PclCylinder>(m, "PclCylinder", "A cylinder as PCL finds it.");
   m.def("pcl_cylinder", &pcl_cylinder, py::arg("points"), py::arg("options") = PclCylinderOptions{},
-        "PCL's own fit of a cylinder, with refinement, to points, 3 x n [m].");
+        "PCL's own fit of a cylinder, with refinement, to points, 3 x n or n x 3 [m].");
   m.def("pcl_find_cylinders", &pcl_find_cylinders, py::arg("cloud"), py::arg("bin"),
         py::arg("options") = PclCylinderOptions{}, py::call_guard<py::gil_scoped_release>(),
         "PCL's tutorial on cylinders, repeated over the points of a bin.");
@@ -194,7 +194,8 @@ void bind_picking(py::module_& m) {
   bind_struct<CylinderFit>(m, "CylinderFit", "Cylinder without ends, fitted to points of its side.");
   m.def("fit_cylinder", &fit_cylinder, py::arg("points"), py::arg("options") = CylinderFitOptions{},
         py::arg("axis") = std::nullopt,
-        "Cylinder of least squared distances to points of its side, 3 x n [m]; unbiased, with covariance (Hayat et al. "
+        "Cylinder of least squared distances to points of its side, 3 x n or n x 3 [m]; unbiased, with covariance "
+        "(Hayat et al. "
         "2022, eqs 2.9 to 2.11).");
   bind_enum<PatchKind>(m, "PatchKind", "Kind of a piece of surface.");
   bind_struct<Patch>(m, "Patch", "A piece of surface without edges.");

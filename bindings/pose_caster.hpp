@@ -9,6 +9,8 @@
 
 #include <kr5/geometry/pose.hpp>
 
+#include "points_caster.hpp"
+
 namespace pybind11::detail {
 
 /// A pose is a 4x4 array in Python. What is not rigid is refused with ValueError.

@@ -7,6 +7,7 @@
 
 #include <kr5/cell/simulator.hpp>
 #include <kr5/core/error.hpp>
+#include <kr5/predict/fast_simulator.hpp>
 
 #include "conversion.hpp"
 
@@ -85,8 +86,10 @@ class ObjectSimulator : public cell::Simulator {
   Shared object_;
 };
 
-/// The simulator that a Python object is: what C++ made as it is, everything else by its method `predict`.
+/// The simulator that a Python object is: what C++ made as it is, everything else by its method `predict`; the fast one
+/// for None.
 inline std::shared_ptr<const cell::Simulator> simulator_from(const py::object& object) {
+  if (object.is_none()) return std::make_shared<predict::FastSimulator>();
   const py::object base = py::type::of<cell::Simulator>();
   const bool ours =
       py::isinstance<cell::Simulator>(object) && py::type::of(object).attr("predict").is(base.attr("predict"));

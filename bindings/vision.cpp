@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <filesystem>
+
 #include <kr5/vision/camera_calibration.hpp>
 #include <kr5/vision/camera_peers.hpp>
 #include <kr5/vision/family.hpp>
@@ -62,10 +64,10 @@ static GreyArray to_array(const Image& image) {
 
 static void bind_images(py::module_& m) {
   m.def(
-      "load_image", [](const std::string& file) { return to_array(load_image(file)); }, py::arg("file"),
+      "load_image", [](const std::filesystem::path& file) { return to_array(load_image(file)); }, py::arg("file"),
       "Reads an image as grey levels, uint8 of shape (height, width).");
   m.def(
-      "save_image", [](const GreyArray& image, const std::string& file) { save_image(view_of(image), file); },
+      "save_image", [](const GreyArray& image, const std::filesystem::path& file) { save_image(view_of(image), file); },
       py::arg("image"), py::arg("file"), "Writes an image in the format of the file extension, such as PNG.");
 }
 

@@ -10,6 +10,9 @@ from pathlib import Path
 
 from ._kr5 import *  # noqa: F403
 from ._kr5 import __version__
+from ._points import points_from_columns, points_from_rows
+from ._pose_figures import xyzrpy_with_std
+from ._share import share
 
 _FOLDER = str(Path(__file__).parent)
 _MODULES = sorted(module.name for module in pkgutil.iter_modules([_FOLDER]) if not module.name.startswith("_"))

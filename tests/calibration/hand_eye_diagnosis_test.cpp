@@ -167,6 +167,23 @@ TEST_CASE("no fault is denied of a recording whose answer is bad") {
   CHECK_THAT(diagnosis.text, !Catch::Contains("No fault"));
 }
 
+TEST_CASE("the views of a calibration are a recording to diagnose") {
+  Draw d = draw_sound(31);
+  for (View& v : d.recording.views) v.points *= 1.07;
+  const std::vector<Pose> poses = to_poses(d.recording.rows, d.recording.format);
+  std::vector<HandEyeView> views;
+  for (std::size_t i = 0; i < poses.size(); ++i) views.push_back({poses[i], d.recording.views[i]});
+  const HandEyeRecording same = HandEyeRecording::from_views(views, d.recording.camera, d.recording.mount);
+  CHECK(to_poses(same.rows, same.format).back().isApprox(poses.back(), 1e-12));
+  const HandEyeResult result = calibrated(d.recording);
+  const HandEyeDiagnosis a = diagnose_hand_eye(d.recording, result), b = diagnose_hand_eye(same, result);
+  REQUIRE(b.causes.size() == 1);
+  CHECK(b.causes[0].cause == HandEyeCause::TargetSizeWrong);
+  CHECK(b.causes[0].value == Approx(a.causes[0].value).epsilon(1e-6));
+  CHECK(b.tool_error_95 == Approx(a.tool_error_95).epsilon(1e-9));
+  CHECK_THROWS_AS(diagnose_hand_eye(HandEyeRecording::from_views({}, d.recording.camera), result), InvalidArgument);
+}
+
 TEST_CASE("a fault of little consequence is named without condemning the answer") {
   HandEyeWorldOptions o;
   o.sigma_pixel = 0.1, o.sigma_robot_position = 0.05e-3, o.sigma_robot_rotation = 2e-4, o.views = 16, o.seed = 5;
@@ -296,6 +313,20 @@ TEST_CASE("the right cause comes first for pairs of poses, too, and sound pairs 
   }
   CAPTURE(wrong);
   check_rate(right, all, 0.93, test::full() ? 0.93 : 0.83);
+}
+
+TEST_CASE("the pairs of a calibration are a recording to diagnose") {
+  const HandEyePairsRecording given = as_pairs(draw_fault(HandEyeCause::OutOfOrder, 42));
+  const std::vector<Pose> poses = to_poses(given.rows, given.format);
+  std::vector<PosePair> pairs;
+  for (std::size_t i = 0; i < poses.size(); ++i) pairs.push_back({given.names[i], poses[i], given.T_camera_target[i]});
+  const HandEyePairsRecording same = HandEyePairsRecording::from_pairs(pairs, given.mount);
+  const HandEyeResult result = calibrated(given);
+  const HandEyeDiagnosis a = diagnose_hand_eye_pairs(given, result), b = diagnose_hand_eye_pairs(same, result);
+  REQUIRE(b.causes.size() == a.causes.size());
+  REQUIRE_FALSE(b.causes.empty());
+  CHECK(b.causes[0].cause == HandEyeCause::OutOfOrder);
+  CHECK(b.causes[0].views == a.causes[0].views);
 }
 
 TEST_CASE("inverted camera poses are named as what the data can tell") {

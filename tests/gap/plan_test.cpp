@@ -216,6 +216,22 @@ TEST_CASE("effects that the recording does not show are told apart at a usual si
   CHECK_FALSE(plan.exact_tie);
 }
 
+TEST_CASE("what a diagnosis could not tell apart is what to plan for") {
+  gap::Diagnosis diagnosis;
+  CHECK(gap::tied_alternatives(diagnosis).empty());
+  diagnosis.causes = {{.effect = "backlash", .target = "joint5", .probability = 1},
+                      {.effect = "payload", .target = "tool", .probability = 1}};
+  CHECK(gap::tied_alternatives(diagnosis).empty());
+  diagnosis.causes[0].tied_with = {{"joint_elasticity", "joint5"}, {"encoder_offset", "joint5"}};
+  diagnosis.causes[1].tied_with = {{"ft_bias", "fz"}};
+  const gap::EffectName play{"backlash", "joint5"}, load{"payload", "tool"};
+  const std::vector<gap::Alternative> expected = {{play, load},
+                                                  {{"joint_elasticity", "joint5"}, load},
+                                                  {{"encoder_offset", "joint5"}, load},
+                                                  {play, {"ft_bias", "fz"}}};
+  CHECK(gap::tied_alternatives(diagnosis) == expected);
+}
+
 TEST_CASE("plans that make no sense are refused") {
   Random random(35);
   const cell::Recording r = protocol::only(protocol::record(protocol::nominal(), random), cell::Kind::Step);

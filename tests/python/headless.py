@@ -14,6 +14,37 @@ from pathlib import Path
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 
 
+# Texts of a page with too little contrast. Left out are texts of plots that have one colour in both themes: they stand
+# on a field of the plot.
+ILLEGIBLE = """(() => {
+  const parse = (c) => (c.match(/[\\d.]+/g) || [0, 0, 0, 0]).map(Number);
+  const over = ([r, g, b, a = 1], [R, G, B]) => [r * a + R * (1 - a), g * a + G * (1 - a), b * a + B * (1 - a)];
+  const luminance = (rgb) => {
+    const [r, g, b] = rgb.map((x) => (x / 255 <= 0.03928 ? x / 255 / 12.92 : ((x / 255 + 0.055) / 1.055) ** 2.4));
+    return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+  };
+  const behind = (e) => {
+    const layers = [];
+    for (; e; e = e.parentElement) layers.push(parse(getComputedStyle(e).backgroundColor));
+    return layers.reduceRight((base, layer) => over(layer, base), [255, 255, 255]);
+  };
+  const bad = [];
+  const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  while (walker.nextNode()) {
+    const e = walker.currentNode.parentElement, text = walker.currentNode.textContent.trim();
+    if (!text || e.closest("script, style, noscript, option") || !e.getClientRects().length) continue;
+    const style = getComputedStyle(e), svg = e.closest("svg");
+    const colour = parse(svg ? style.fill : style.color);
+    if (svg && ["255,255,255", "17,17,17"].includes(colour.slice(0, 3).join())) continue;
+    const ground = behind(e), [high, low] = [luminance(over(colour, ground)), luminance(ground)].sort((a, b) => b - a);
+    const large = parseFloat(style.fontSize) >= 24 || (parseFloat(style.fontSize) >= 18.6 && style.fontWeight >= 700);
+    const contrast = (high + 0.05) / (low + 0.05);
+    if (contrast < (large ? 3 : 4.5)) bad.push(`${text.slice(0, 40)}: ${contrast.toFixed(2)}`);
+  }
+  return bad;
+})()"""
+
+
 class Browser:
     """A headless Chromium, driven over one WebSocket in its DevTools protocol.
 
@@ -81,8 +112,11 @@ class Browser:
         assert "error" not in message, message
         return message["result"]
 
-    def open(self, page, width):
+    def open(self, page, width, theme="light"):
+        """Opens a page in a window of this width, on a system that prefers the theme."""
         self.events.clear()
+        preferred = [{"name": "prefers-color-scheme", "value": theme}]
+        self.call("Emulation.setEmulatedMedia", media="", features=preferred)
         self.call(
             "Emulation.setDeviceMetricsOverride", width=width, height=900, deviceScaleFactor=1, mobile=width < 500
         )
@@ -91,13 +125,17 @@ class Browser:
             self.events.append(self._receive())
         self.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
 
-    def open_whole(self, page, width):
+    def open_whole(self, page, width, theme="light"):
         """Opens a page that must be silent, as wide as asked, have all its pictures, and need no other file."""
-        self.open(page, width)
+        self.open(page, width, theme)
         assert self.complaints() == []
         assert self.evaluate("document.documentElement.scrollWidth") <= width
         assert self.evaluate("[...document.images].filter(i => !i.complete || i.naturalWidth === 0).length") == 0
         assert [url for url in self.requests() if not url.startswith(("data:", page.as_uri()))] == []
+
+    def illegible(self):
+        """Texts whose contrast with what is behind them is below that of WCAG's level AA."""
+        return self.evaluate(ILLEGIBLE)
 
     def evaluate(self, script):
         answer = self.call("Runtime.evaluate", expression=script, returnByValue=True, awaitPromise=True)

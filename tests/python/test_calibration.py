@@ -49,6 +49,44 @@ def test_bad_input_raises_with_the_view_named():
         calibration.calibrate_hand_eye(views[:4], camera, calibration.HandEyeOptions(sigma_pixel=-1))
 
 
+def test_the_diagnosis_takes_the_views_of_the_calibration():
+    views, camera, _ = cell()
+    result = calibration.calibrate_hand_eye(views, camera)
+    sound = calibration.diagnose_hand_eye(views, camera, result)
+    assert str(sound.verdict) == "good" and not sound.causes
+    faulty = [
+        calibration.HandEyeView(T_base_flange=np.linalg.inv(view.T_base_flange), view=view.view) for view in views
+    ]
+    found = calibration.diagnose_hand_eye(faulty, camera, calibration.calibrate_hand_eye(faulty, camera))
+    assert str(found.verdict) == "unusable" and str(found.causes[0].cause) == "poses_inverted"
+    rows = np.array([calibration.to_row(view.T_base_flange, calibration.PoseFormat()) for view in views])
+    written = calibration.diagnose_hand_eye(
+        rows, calibration.PoseFormat(), [view.view for view in views], camera, "eye_in_hand", result
+    )
+    assert written.to_dict() == sound.to_dict()
+    with pytest.raises(kr5.InvalidArgument, match="three views"):
+        calibration.diagnose_hand_eye(views[:2], camera, result)
+    with pytest.raises(kr5.InvalidArgument, match="2 time stamps"):
+        calibration.diagnose_hand_eye(views, camera, result, times=[0.0, 1.0])
+
+
+def test_the_diagnosis_takes_the_pairs_of_the_calibration():
+    views, _, X = cell()
+    T_base_target = kr5.to_pose([0.7, 0.1, 0.0, 3.0, 0.1, 0.2])
+    pairs = [
+        calibration.PosePair(
+            name=view.view.name,
+            T_base_flange=view.T_base_flange,
+            T_camera_target=np.linalg.inv(view.T_base_flange @ X) @ T_base_target @ kr5.to_pose(1e-5 * np.sin([k] * 6)),
+        )
+        for k, view in enumerate(views)
+    ]
+    pairs[3].T_base_flange, pairs[4].T_base_flange = pairs[4].T_base_flange, pairs[3].T_base_flange
+    found = calibration.diagnose_hand_eye_pairs(pairs, calibration.calibrate_hand_eye_pairs(pairs))
+    assert str(found.causes[0].cause) == "out_of_order"
+    assert sorted(found.causes[0].views) == [3, 4]
+
+
 def test_a_method_of_ones_own_is_judged_like_ours():
     views, camera, X = cell()
     ours = calibration.evaluate_hand_eye(views, camera)

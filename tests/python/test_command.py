@@ -150,6 +150,15 @@ def test_the_help_of_a_command_shows_its_example(run_kr5):
         assert done.returncode == 0 and "Example: kr5 " + " ".join(words) in " ".join(done.stdout.split()), done.stderr
 
 
+def test_help_fills_its_lines_and_keeps_those_of_an_example(run_kr5):
+    lines = [line.strip() for line in run_kr5("recording", "import", "--help").stdout.splitlines()]
+    first = lines.index("format: kr5-map/1")
+    assert lines[first + 1].startswith("cell: ") and lines[first + 2].startswith("clock: ")
+    told = next(k for k, line in enumerate(lines) if line.startswith("Logs with missing numbers"))
+    assert all(len(line) > 60 for line in lines[told : told + 3])  # of 80
+    assert "pip install 'kr5[rerun]'" in " ".join(re.sub("[│ ]+", " ", run_kr5("replay", "--help").stdout).split())
+
+
 def test_every_command_is_attacked_with_damaged_files(monkeypatch):
     monkeypatch.syspath_prepend(str(ROOT / "tests/fuzz/commands"))
     inputs = importlib.import_module("inputs")

@@ -87,7 +87,8 @@ def test_a_recording_is_at_the_floor_of_its_own_cell(run_kr5, tmp_path, recorded
     done = run_kr5("gap", "measure", recorded, "--json", "gap.json", "--png", "gap.png")
     assert done.returncode == 0, done.stderr
     found = json.loads((tmp_path / "gap.json").read_text())
-    assert list(found) == ["format", "gap", "parts", "columns"] and found["format"] == "kr5-gap-measure/1"
+    assert found["format"] == "kr5-gap-measure/1" and {"gap", "parts", "columns"} <= found.keys()
+    assert found["limits"].keys() == found["columns"].keys() and min(found["limits"].values()) > 1
     assert "poses-1.rx" in found["columns"] and "motion-1.i6" in found["columns"]
     assert found["gap"] == pytest.approx(1.0, abs=0.05)
     assert (tmp_path / "gap.png").read_bytes().startswith(b"\x89PNG")

@@ -89,7 +89,7 @@ def test_the_page_replays_the_cell_and_the_tube_from_close_by(run_kr5, browser, 
     browser.evaluate("(s => { s.value = 3.0; s.dispatchEvent(new Event('input')); })(document.getElementById('time'))")
     assert all(a != b for a, b in zip(before, browser.evaluate(pictures)))
     assert "attempt 1: roll" in browser.evaluate("document.getElementById('told').textContent")
-    assert browser.evaluate("document.images.length") == 4
+    assert browser.evaluate("document.querySelectorAll('svg.plot').length") == 4
     assert browser.complaints() == []
 
 
@@ -108,6 +108,8 @@ def test_the_offset_is_drawn_from_the_seed_within_one_radius(run_kr5):
     )  # half of the area, half of the draws
     assert np.abs(drawn.mean(axis=0)).max() < 0.1
     out = [json.loads(run_kr5("insert", "--clearance", 2, "--seed", seed, "--json", "-").stdout) for seed in (7, 7, 8)]
+    for data in out:
+        assert data.pop("format") == "kr5-insertion/1" and data.pop("created")
     assert out[0] == out[1] and out[0]["setup"]["offset"] != out[2]["setup"]["offset"]
     np.testing.assert_allclose(out[0]["setup"]["offset"], offset_in_disc(0.00942, 7))
 

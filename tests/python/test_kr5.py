@@ -139,7 +139,7 @@ def test_exceptions_are_python_ones_too():
 
 def test_project_and_rays_are_inverse():
     camera = kr5.Pinhole(width=640, height=480, fx=500, fy=510, cx=320, cy=240, k1=-0.1)
-    points = np.array([[0.1, -0.2], [0.05, 0.1], [1.0, 1.0]])
+    points = np.array([[0.1, -0.2, 0.3, 0.2], [0.05, 0.1, 0.2, 0.1], [1.0, 1.0, 1.0, 1.0]])
     assert np.allclose(camera.rays(camera.project(points)), points)
 
 

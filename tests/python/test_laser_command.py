@@ -353,7 +353,7 @@ def test_python_has_the_features_the_points_and_the_camera():
     assert feature.fit.usable and np.allclose(feature.points[1], 0.2 + 0.1 * feature.points[0])
     seen = np.array([[0.0, 0.02, -0.01], [0.19, 0.2, 0.17]])
     known = SCANNER[:3, :3] @ np.vstack([seen[0], np.zeros(3), seen[1]]) + SCANNER[:3, 3:]
-    assert pose_error(calibration.scanner_from_points(seen, known).T_flange_scanner)[0] < 1e-12
+    assert pose_error(calibration.scanner_from_points(seen, kr5.points_from_columns(known)).T_flange_scanner)[0] < 1e-12
     camera = kr5.UncertainPose(T=kr5.to_pose([0, 0.05, 0.1, 0, 0, 1.0]), covariance=1e-8 * np.eye(6))
     pose = calibration.camera_scanner(camera, kr5.UncertainPose(T=SCANNER))
     assert np.allclose(np.array(camera.T) @ pose.T, SCANNER)

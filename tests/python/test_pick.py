@@ -37,10 +37,10 @@ def right(pellet, truth):
     return None
 
 
-def rms_error(pellets, truth):
+def median_error(pellets, truth):
     near = [(p, right(p, truth)) for p in pellets]
     off = [np.subtract(p["centre"], truth[i]["centre"]) for p, i in near if i is not None]
-    return float(np.sqrt(np.mean(np.sum(np.square(off), axis=1))))
+    return float(np.median(np.linalg.norm(off, axis=1)))
 
 
 def test_an_image_refines_what_the_cloud_does_not_tell(tmp_path):
@@ -59,7 +59,7 @@ def test_an_image_refines_what_the_cloud_does_not_tell(tmp_path):
     assert {p["image"]["moved"] for p in seen if p["image"]["status"] == "not_needed"} == {0.0}
     where = [np.asarray(p["centre"]) for p in refined]
     same = [p for p in plain if min(np.linalg.norm(np.subtract(w, p["centre"])) for w in where) < 0.002]
-    assert rms_error(refined, truth) < rms_error(same, truth)
+    assert median_error(refined, truth) < median_error(same, truth)
 
 
 @pytest.mark.parametrize(
@@ -105,9 +105,9 @@ def test_profiles_become_a_cloud_with_the_lag_taken_out(tmp_path):
     corrected = json.loads(run(["pick", profiles, *words], folder).stdout)["pellets"]
     ignored = json.loads(run(["pick", profiles, "--lag", "0", *words], folder).stdout)["pellets"]
     stamped = json.loads(run(["pick", "cloud.npz", *words], folder).stdout)["pellets"]
-    assert rms_error(corrected, truth) < 0.2e-3
-    assert rms_error(ignored, truth) == pytest.approx(0.02 * 0.05, rel=0.25), "the speed of the scan times the lag"
-    assert rms_error(stamped, truth) == pytest.approx(rms_error(ignored, truth), rel=1e-6)
+    assert median_error(ignored, truth) == pytest.approx(0.02 * 0.05, rel=0.25), "the speed of the scan times the lag"
+    assert median_error(corrected, truth) < 0.3 * median_error(ignored, truth)
+    assert median_error(stamped, truth) == pytest.approx(median_error(ignored, truth), rel=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -46,7 +46,8 @@ def test_what_moved_is_taken_out_of_the_cloud():
     assert change.changed.dtype == bool
     assert change.changed.shape == (48, 64)
     points = np.array([[0.0, 0.2, 0.05], [0, 0.1, 0], [0.5, 0.5, 0.5]])
-    pruned = picking.remove_changed(picking.Cloud(points=points), change.changed, camera(), np.eye(4))
+    cloud = picking.Cloud(points=kr5.points_from_columns(points))
+    pruned = picking.remove_changed(cloud, change.changed, camera(), np.eye(4))
     assert pruned.removed == 1
     assert np.isnan(pruned.cloud.points[:, 0]).all()
     assert picking.disturbed_pellets([pellet()], change.changed, camera(), np.eye(4)) == [0]

@@ -1,7 +1,9 @@
-"""Every name that the README gives exists: headers, Python names, commands, files."""
+"""Every name that the README gives exists: headers, Python names, commands, files; and its Python runs as typed."""
 
 import importlib
 import re
+import subprocess
+import sys
 
 import pytest
 import typer.main
@@ -103,3 +105,17 @@ def test_no_name_of_the_module_in_the_examples_is_unknown():
     for module, names in re.findall(r"^from (kr5[\w.]*) import (.+)$", TEXT, re.MULTILINE):
         for name in names.split(","):
             assert hasattr(importlib.import_module(module), name.strip()), f"{module}.{name}"
+
+
+BLOCKS = re.findall(r"```python\n(.*?)```", TEXT, flags=re.DOTALL)
+
+
+def test_the_examples_in_python_are_read():
+    assert BLOCKS
+
+
+@pytest.mark.parametrize("code", BLOCKS, ids=range(len(BLOCKS)))
+def test_an_example_in_python_runs_as_typed(code, tmp_path):
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path, timeout=300)
+    assert done.returncode == 0, done.stderr
+    assert "verdict='good'" in done.stdout and "verdict='explained'" in done.stdout

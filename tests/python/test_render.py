@@ -1,6 +1,7 @@
 """The renderer from Python and from the command line, and targets to print."""
 
 import json
+import re
 import subprocess
 import sys
 
@@ -98,6 +99,64 @@ def test_a_target_is_printed_to_scale(tmp_path):
         command("target", "print", "--target", "chessboard:3x4:0.0254", "-o", "board.pdf", cwd=tmp_path).returncode == 0
     )
     assert (tmp_path / "board.pdf").read_bytes().startswith(b"%PDF")
+
+
+def dark_runs(line):
+    """First and last pixel of every dark stretch."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], (line < 128).astype(int), [0]])))
+    return edges[::2], edges[1::2]
+
+
+@pytest.mark.parametrize(
+    "paper,size", [("a4", (297.0, 210.0)), ("letter", (279.4, 215.9)), ("260x220", (260.0, 220.0))]
+)
+def test_a_target_is_printed_on_a_sheet_of_paper_with_a_ruler_of_100_mm(tmp_path, paper, size):
+    board = "chessboard:5x8:0.025"
+    done = command("target", "print", "--target", board, "--paper", paper, "-o", "b.png", "--dpi", 254, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "landscape" in done.stdout and "100 %" in done.stdout
+    image = kr5.vision.load_image(str(tmp_path / "b.png"))
+    assert np.abs(np.array(image.shape[::-1]) / 10 - size).max() <= 0.1  # ten pixels a millimetre
+    dark = np.flatnonzero((image < 128).any(axis=1))
+    first, last = dark_runs(image[dark[0] + 100])
+    assert len(first) == 5 and np.abs(np.diff(first) - 500).max() <= 1 and np.abs(last - first - 250).max() <= 1
+    rulers = [dark_runs(row) for row in image[dark[0] + 1500 :]]  # the line is the longest dark stretch below the board
+    assert max((last - first).max(initial=0) for first, last in rulers) == pytest.approx(1000, abs=8)
+    columns = np.flatnonzero((image < 128).any(axis=0))
+    edges = (columns[0], dark[0], image.shape[1] - columns[-1], image.shape[0] - dark[-1])
+    assert min(edges) >= 50  # what printers leave blank
+
+
+def test_the_example_of_the_help_fits_on_a4(tmp_path):
+    text = " ".join(command("target", "print", "--help", cwd=tmp_path).stdout.split())
+    words = text.split("Example: kr5 ")[1].split()
+    assert "a4" in words
+    done = command(*words, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    page = (tmp_path / "board.pdf").read_bytes()
+    (box,) = re.findall(rb"/MediaBox \[([^\]]*)\]", page)
+    assert [float(v) for v in box.split()] == pytest.approx([0, 0, 297 * 72 / 25.4, 210 * 72 / 25.4], abs=0.1)
+
+
+@pytest.mark.parametrize(
+    "words,complaint",
+    [
+        (["chessboard:6x9:0.025", "--paper", "a4"], "the largest that fits is chessboard:6x9:0.0235; or --paper"),
+        (["chessboard:5x8:0.025", "--paper", "a4", "--orientation", "portrait"], "more than a4 portrait has"),
+        (["grid:36h11:5x7:0.04:0.01", "--paper", "letter"], "grid:36h11:5x7:0.0"),
+        (["chessboard:5x8:0.025", "--paper", "b4"], "--paper: found 'b4', expected one of a2"),
+        (["chessboard:5x8:0.025", "--paper", "20x30"], "from 40 to 5000 mm"),
+        (["chessboard:5x8:0.025", "--orientation", "landscape"], "--orientation"),
+    ],
+)
+def test_a_target_that_does_not_fit_is_refused_with_the_largest_that_does(tmp_path, words, complaint):
+    done = command("target", "print", "--target", *words, "-o", "b.png", cwd=tmp_path)
+    assert done.returncode == 2 and complaint in " ".join(done.stderr.split()) and "Traceback" not in done.stderr
+    assert not (tmp_path / "b.png").exists()
+    if "the largest that fits is " in done.stderr:
+        smaller = done.stderr.split("the largest that fits is ")[1].split(";")[0].strip()
+        again = command("target", "print", "--target", smaller, *words[1:], "-o", "b.png", "--dpi", 50, cwd=tmp_path)
+        assert again.returncode == 0, again.stderr
 
 
 @pytest.mark.parametrize(

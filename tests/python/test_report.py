@@ -219,6 +219,20 @@ def test_a_bad_result_file_is_refused_and_the_old_page_kept(tmp_path, content, c
     assert (tmp_path / "report.html").read_text() == "old"
 
 
+def test_a_figure_with_its_cause_corrected_stands_beside_it(tmp_path, browser):
+    data = json.loads((DATA / "hand_eye.json").read_text())
+    data["figures"][0]["corrected"] = [-85.9123, 0.7123]
+    (tmp_path / "r.json").write_text(json.dumps(data))
+    assert kr5("report", "r.json", cwd=tmp_path).returncode == 0
+    page = (tmp_path / "report.html").read_text()
+    assert "<td>-85.91 ± 0.71</td>" in page and "with the first cause corrected" in page
+    browser.open_whole(tmp_path / "report.html", 390)
+    data["figures"][0]["corrected"] = [1.0]
+    (tmp_path / "r.json").write_text(json.dumps(data))
+    done = kr5("report", "r.json", cwd=tmp_path)
+    assert done.returncode == 2 and "figures[0].corrected" in done.stderr
+
+
 def test_a_missing_file_or_folder_is_named(tmp_path):
     done = kr5("report", "none.json", cwd=tmp_path)
     assert done.returncode == 2 and "none.json" in done.stderr

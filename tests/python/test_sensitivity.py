@@ -110,7 +110,7 @@ def test_a_function_has_its_indices_and_a_page(folder, run_kr5, browser):
     assert found["outputs"][0]["name"] == "y" and found["inputs"][0]["unit"] == "deg"
     assert (folder / "plots/model_y.png").stat().st_size > 5000
     browser.open_whole(folder / "out/report.html", 1280)
-    assert browser.evaluate("document.images.length") == 1
+    assert browser.evaluate("document.querySelectorAll('svg.plot').length") == 1
     assert run_kr5("report", "out/result.json", "-o", "again.html").returncode == 0
     assert "One at a time" in (folder / "again.html").read_text()
 

@@ -42,13 +42,23 @@ def test_every_public_name_of_the_extensions_stands_in_a_stub():
 
 GOOD = """
 import kr5
+import kr5.gap
 import kr5.sim
 import kr5.vision
 import numpy as np
+from kr5 import calibration
 camera = kr5.Pinhole(width=640, height=480, fx=500.0)
 x: float = camera.fx
 pixels: np.ndarray = camera.project(np.zeros((3, 2)))
 report = kr5.FitReport(status="converged")
+view = kr5.View(points=np.zeros((5, 3)), pixels=kr5.points_from_rows([[1, 2], [3, 4]]))
+found = kr5.gap.diagnose(kr5.share("data/recording"))
+gap: float = kr5.gap.measure("folder", cell=found.cell).gap
+fits = kr5.gap.fit_effects("folder", ["payload:tool"])
+plan = kr5.gap.plan("folder", ["payload:tool", ["ft_bias:fz", kr5.gap.EffectName(effect="payload", target="tool")]])
+table: str = found._repr_html_()
+result = calibration.calibrate_hand_eye([], camera)
+diagnosis = calibration.diagnose_hand_eye([calibration.HandEyeView()], camera, result)
 """
 
 
@@ -58,6 +68,7 @@ report = kr5.FitReport(status="converged")
         (GOOD, None),
         ("import kr5\nkr5.Pinhole(widht=3)", "widht"),
         ("import kr5\nkr5.Pinhole().fx = 'wide'", "assignment"),
+        ("import kr5.gap\nkr5.gap.diagnose(3)", "arg-type"),
     ],
 )
 def test_a_type_checker_accepts_what_is_right_and_finds_what_is_wrong(tmp_path, code, complaint):

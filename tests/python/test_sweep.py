@@ -304,7 +304,7 @@ def test_the_example_of_the_help_runs_and_its_page_is_whole(run_kr5, browser, tm
     assert {f.name for f in (tmp_path / "plots").iterdir()} == {"over_clearance.png", "over_tilt.png"}
     for width in (1280, 390):
         browser.open_whole(tmp_path / "sweep/report.html", width)
-    assert browser.evaluate("document.images.length") == 2
+    assert browser.evaluate("document.querySelectorAll('svg.plot').length") == 2
 
 
 def test_the_seed_of_a_trial_stays_what_it_is():

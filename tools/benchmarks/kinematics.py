@@ -238,7 +238,8 @@ def tiago_postures(data: Path) -> tuple[Any, Postures]:
     file = data / "geo_tiago_mocap_figaroh/qualysis_base_hand_calibration.csv"
     log = np.genfromtxt(file, delimiter=",", skip_header=1)
     return chain, [
-        calibration.ArmPosture(name=str(i), q=r[12:20], points=r[:9].reshape(3, 3).T) for i, r in enumerate(log)
+        calibration.ArmPosture(name=str(i), q=r[12:20], points=kr5.points_from_rows(r[:9].reshape(3, 3)))
+        for i, r in enumerate(log)
     ]
 
 

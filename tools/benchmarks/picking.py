@@ -32,6 +32,7 @@ PITCHES, NOISES = (0.0005, 0.001), (5e-5, 2e-4)  # [m]
 PEER_DRAWS = (500, 10_000)  # the second is the tutorial's; the first is faster and finds more
 NEAR, ASLANT = 0.002, np.radians(5)  # of a right pose [m, rad]
 README_RESIDUALS = (0.56e-3, 1.2e-3)  # medians of the robust fit in the README of the Kinect scenes [m]
+SEGMENT_LIMIT = 2.0  # deviations; segments of real objects hold handles, rims and neighbours, too
 
 
 @dataclass
@@ -345,7 +346,7 @@ def compare_kinect(folder: Path) -> list[Row]:
             if points.shape[1] < 500:
                 continue
             objects += 1
-            fit = picking.fit_cylinder(points)
+            fit = picking.fit_cylinder(points, picking.CylinderFitOptions(outlier_limit=SEGMENT_LIMIT))
             if fit.fit.usable and (residual := median_residual(points, fit)) <= most:
                 residuals.append(residual)
                 radii.append(fit.radius)
@@ -382,8 +383,7 @@ def mug_points(file: Path) -> np.ndarray:
 
 def compare_mug(folder: Path) -> list[Row]:
     points = mug_points(folder / "table_scene_mug_stereo_textured.npz")
-    # The handle of the mug is no part of the cylinder.
-    fit = picking.fit_cylinder(points, picking.CylinderFitOptions(outlier_limit=2.5))
+    fit = picking.fit_cylinder(points, picking.CylinderFitOptions(outlier_limit=SEGMENT_LIMIT))
     tutorial = picking.PclCylinderOptions(min_radius=0.02, max_radius=0.1, threshold=0.05, normal_weight=0.1)
     peer = picking.pcl_cylinder(points, tutorial)
     own, other = median_residual(points, fit), median_residual(points, peer)

@@ -59,7 +59,7 @@ test_python() {
   local junit=$build/log/python.xml
   rm -f "$junit"
   wait "$environment" || true  # need_tool tries again, and says what failed
-  need_tool || { count 0 1; return; }
+  need_wheel || { count 0 1; return; }
   say "testing the Python package and the command"
   "$venv/bin/python" -m pytest -q -n "$(nproc)" --dist loadscope --durations 10 --junitxml "$junit" || true
   count_junit "$junit"
@@ -74,7 +74,7 @@ tidy() {
 
 # Python: one formatter, lint, no import cycles, and types, strictly those of kr5_tools against the stubs of kr5.
 check_python() {
-  local places=(tools tests bindings/kr5)
+  local places=(tools tests bindings/kr5 share/notebooks)
   check "format of the Python files" "$venv/bin/ruff" format --check "${places[@]}"
   check "lint of the Python files" "$venv/bin/ruff" check "${places[@]}"
   check "no import cycles" env PYTHONPATH=tools "$venv/bin/lint-imports"

@@ -1,12 +1,10 @@
-"""Calibrates a camera from images of a board, and says how well it is known.  02_camera.py SHARE"""
-
-import sys
+"""Calibrates a camera from images of a board, and says how well it is known."""
 
 import kr5
 import numpy as np
 from kr5 import calibration, vision
 
-data = calibration.load_dataset(f"{sys.argv[1]}/data/demo/dataset.yaml")
+data = calibration.load_dataset(kr5.share("data/demo/dataset.yaml"))
 board = kr5.parse_target(data.target)
 seen = [vision.find_target(vision.load_image(file), board) for file in data.images]
 views = [found.view for found in seen if found.found]

@@ -1,6 +1,4 @@
-"""An effect of one's own, fitted beside those of the catalogue: a current sensor that bends.  05_own_effect.py SHARE"""
-
-import sys
+"""An effect of one's own, fitted beside those of the catalogue: a current sensor that bends."""
 
 import kr5.cell
 import kr5.gap
@@ -8,7 +6,7 @@ import kr5.io
 import kr5.predict
 import numpy as np
 
-cell = kr5.cell.load_cell(f"{sys.argv[1]}/cells/kr5_arc.yaml")
+cell = kr5.cell.load_cell(kr5.share("cells/kr5_arc.yaml"))
 cell.effects = {}
 home = np.array([0.0, 0.02, -2.75, 0.0, -0.3, 1.571])
 
@@ -46,7 +44,7 @@ options.own_hypotheses = [
         change=bend,
     )
 ]
-found = kr5.gap.diagnose(recording, kr5.predict.FastSimulator(), options)
+found = kr5.gap.diagnose(recording, options=options)
 print(found.verdict)
 for cause in found.causes:
     for p in cause.parameters:

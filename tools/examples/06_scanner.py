@@ -1,4 +1,4 @@
-"""Line scanner on the flange from profiles of a ball.  06_scanner.py SHARE"""
+"""Line scanner on the flange from profiles of a ball."""
 
 import kr5
 import numpy as np

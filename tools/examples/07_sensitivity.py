@@ -1,11 +1,10 @@
-"""Which parameter of an arm moves its flange most, at a pose.  07_sensitivity.py SHARE"""
+"""Which parameter of an arm moves its flange most, at a pose."""
 
-import sys
-
+import kr5
 import numpy as np
 from kr5 import cell, kinematics, uncertainty
 
-chain = cell.load_cell(f"{sys.argv[1]}/cells/kr5_arc_printed.yaml").nominal_chain()
+chain = cell.load_cell(kr5.share("cells/kr5_arc_printed.yaml")).nominal_chain()
 degree = np.pi / 180
 parameters = kinematics.joint_parameters(chain)
 q = np.array([0, 70, 12, 0, 0, 0]) * degree

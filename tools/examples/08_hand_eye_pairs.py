@@ -1,11 +1,10 @@
-"""Where the camera sits on the arm, from pairs of poses without images.  08_hand_eye_pairs.py SHARE"""
+"""Where the camera sits on the arm, from pairs of poses without images."""
 
-import sys
-
+import kr5
 import numpy as np
 from kr5 import calibration, io
 
-table = np.asarray(io.load_csv(f"{sys.argv[1]}/data/pairs/pairs.csv").values)
+table = np.asarray(io.load_csv(kr5.share("data/pairs/pairs.csv")).values)
 robot = calibration.to_poses(table[:, :7], calibration.PoseFormat())
 seen = calibration.to_poses(table[:, 7:], calibration.PoseFormat())
 pairs = [

@@ -1,11 +1,10 @@
-"""True DH parameters of an arm from places of its tool that a tracker measured.  09_kinematics.py SHARE"""
+"""True DH parameters of an arm from places of its tool that a tracker measured."""
 
-import sys
-
+import kr5
 import numpy as np
 from kr5 import calibration, cell, kinematics
 
-nominal = cell.load_cell(f"{sys.argv[1]}/cells/kr5_arc.yaml").nominal_chain()
+nominal = cell.load_cell(kr5.share("cells/kr5_arc.yaml")).nominal_chain()
 joints = list(nominal.joints)
 joints[1].a += 0.8e-3  # what the tracker will find [m]
 joints[2].theta_offset += 2e-3  # [rad]

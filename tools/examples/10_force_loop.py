@@ -1,4 +1,4 @@
-"""A force loop from a step and ten readings of a contact: servo, stiffness, gain.  10_force_loop.py SHARE"""
+"""A force loop from a step and ten readings of a contact: servo, stiffness, gain."""
 
 import numpy as np
 from kr5 import force, identification

@@ -1,11 +1,10 @@
-"""Motion that excites the dynamics of an arm, and what it tells of them.  11_excitation.py SHARE"""
+"""Motion that excites the dynamics of an arm, and what it tells of them."""
 
-import sys
-
+import kr5
 import numpy as np
 from kr5 import cell, identification
 
-believed = cell.load_cell(f"{sys.argv[1]}/cells/kr5_arc.yaml")
+believed = cell.load_cell(kr5.share("cells/kr5_arc.yaml"))
 limits = identification.motion_limits(believed)
 options = identification.ExcitationOptions(duration=20.0, lowest=0.1, starts=5, exchanges=200)
 found = identification.design_excitation(believed, limits, options)

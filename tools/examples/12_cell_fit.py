@@ -1,13 +1,11 @@
 """An own calibration from mixed measurements: a tracker sees a ball on the arm, and a camera on the flange sees a
-board.  12_cell_fit.py SHARE"""
-
-import sys
+board."""
 
 import kr5
 import numpy as np
 from kr5 import cell, fit, kinematics
 
-nominal = cell.load_cell(f"{sys.argv[1]}/cells/kr5_arc.yaml").nominal_chain()
+nominal = cell.load_cell(kr5.share("cells/kr5_arc.yaml")).nominal_chain()
 joints = list(nominal.joints)
 joints[1].a += 0.8e-3  # what will be found [m]
 joints[2].theta_offset += 2e-3  # [rad]

@@ -1,11 +1,10 @@
-"""Dynamics of an arm from a log of positions and torques: check, smooth, identify, predict.  13_dynamics.py SHARE"""
+"""Dynamics of an arm from a log of positions and torques: check, smooth, identify, predict."""
 
-import sys
-
+import kr5
 import numpy as np
 from kr5 import cell, identification
 
-arm = cell.load_cell(f"{sys.argv[1]}/cells/kr5_arc.yaml")
+arm = cell.load_cell(kr5.share("cells/kr5_arc.yaml"))
 n = arm.robot.joints
 
 # A log as a controller writes it, every 12 ms; here the motion of each joint is two sines within its limits.

@@ -1,4 +1,4 @@
-"""Bin picking: poses of cylinders from a cloud, grasps clear of the walls, order.  14_picking.py SHARE"""
+"""Bin picking: poses of cylinders from a cloud, grasps clear of the walls, order."""
 
 import numpy as np
 from kr5 import picking

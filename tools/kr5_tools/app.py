@@ -65,7 +65,7 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
     "pick": ("picking.pick", "Poses of the cylinders in a scanned bin, and the order to pick them."),
     "scene": ("simulation.scene", "Scenes in DART with expected results."),
     "gap": ("gap.command", "Gap between simulation and recording: measurement, causes, next experiment."),
-    "replay": ("replay.command", "Page with a 3D replay of a recording."),
+    "replay": ("simulation.replay", "Page with a recording or a protocol in 3D and its signals."),
     "report": ("report.command", "Self-contained page of a result file."),
 }
 GROUP_HELP = {
@@ -117,12 +117,19 @@ def _add(parent: typer.Typer, name: str, entry: Entry, load: bool) -> None:
         parent.command(name, help=text)(lambda: None)
         return
     app = importlib.import_module(f"{PACKAGE}.{module}").app
+    for command in app.registered_commands:
+        command.help = join_lines(command.help or command.callback.__doc__ or "")
     if len(app.registered_commands) == 1 and app.registered_callback is None and not app.registered_groups:
         info = app.registered_commands[0]
         info.name = name
         parent.registered_commands.append(info)
     else:
         parent.add_typer(app, name=name, help=text, no_args_is_help=True)
+
+
+def join_lines(text: str) -> str:
+    """The paragraphs of a docstring, each on one line, which help breaks to the width of the terminal."""
+    return "\n\n".join(" ".join(paragraph.split()) for paragraph in text.split("\n\n"))
 
 
 def make_app(wanted: tuple[str, ...] | None = None) -> typer.Typer:

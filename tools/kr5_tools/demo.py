@@ -16,10 +16,12 @@ from kr5_tools.cli.interruption import run_child, tell_when_stopped
 from kr5_tools.cli.numbers import format_number
 from kr5_tools.files import writing
 from kr5_tools.files.documents import read_json, read_yaml
-from kr5_tools.files.paths import CHECKOUT
+from kr5_tools.files.paths import find_shipped
 
 app = typer.Typer()
 
+DATA = Path("share/data/demo")
+FRICTION = "friction"  # folder beside the data of the demo: a recording that is diagnosed
 WORN_CELL = "worn_cell_recording"  # a name that nobody's own folder has: it is replaced
 
 
@@ -27,7 +29,13 @@ WORN_CELL = "worn_cell_recording"  # a name that nobody's own folder has: it is 
 def demo(
     data: Annotated[
         Path | None,
-        typer.Argument(metavar="FOLDER", help="Data of the demo; by default share/data/demo of the checkout."),
+        typer.Argument(
+            metavar="FOLDER",
+            help=(
+                "Data of the demo, beside the folder `friction` of the recording to diagnose; by default those"
+                " that ship with kr5."
+            ),
+        ),
     ] = None,
     output: Annotated[
         Path, typer.Option("-o", "--output", metavar="DIR", help="Folder for results, pages and plots.")
@@ -35,16 +43,14 @@ def demo(
     json_file: arguments.JsonOption = None,
 ) -> None:
     """Demonstration of the main commands on data with known truth: camera and hand-eye calibration from images, a
-    recording of a worn cell with its gap to the nominal cell, and an insertion.
+    recording of a worn cell with its gap to the nominal cell, the diagnosis of another one, and an insertion.
 
     Exit code 1 when the truth lies outside the estimated 99.9 % region, the disturbed view is not identified, the
-    largest gap is not at the worn joint, or the peg is not inserted.
+    largest gap is not at the worn joint, the diagnosis does not name the true cause, or the peg is not inserted.
     """
     begin = time.monotonic()
-    data = data or next(
-        (p for p in (CHECKOUT / "share/data/demo", Path("share/data/demo")) if p.is_dir()), Path("share/data/demo")
-    )
-    truth = _load(data / "truth.yaml")
+    data = data or find_shipped(DATA) or DATA
+    truth, friction = _load(data / "truth.yaml"), _load(data.parent / FRICTION / "truth.yaml")
     target = _load(data / "dataset.yaml")["target"]
     output.mkdir(parents=True, exist_ok=True)
     out = terminal.console(json_file)
@@ -57,6 +63,7 @@ def demo(
             _calibration("camera", ["camera", *images, "--target", target], output),
             _calibration("hand_eye", ["hand-eye", str(data)], output),
             _worn_cell(data, output),
+            _diagnosis(data.parent / FRICTION, output),
             _insertion(data, output),
         ],
         out,
@@ -73,11 +80,13 @@ def demo(
         f" of {widest}, {gaps[widest]:.1f} times the noise.",
         soft_wrap=True,
     )
+    causes = read_json(output / "diagnosis.json")["causes"]
+    out.print(_cause_text(causes, friction), soft_wrap=True)
     peg = read_json(output / "insertion.json")
     out.print(_peg_words(peg), soft_wrap=True)
     out.print(
         f"Took {time.monotonic() - begin:.1f} s. Open {output / 'hand_eye.html'}, {output / 'camera.html'}, "
-        f"{output / 'replay.html'} and {output / 'insertion.html'} in a browser.",
+        f"{output / 'diagnosis.html'}, {output / 'replay.html'} and {output / 'insertion.html'} in a browser.",
         soft_wrap=True,
     )
     writing.write_json(
@@ -88,13 +97,15 @@ def demo(
             "bumped": truth["bumped"],
             "gaps": gaps,
             "worn": worn,
+            "causes": causes,
             "insertion": peg,
             "output": str(output),
         },
         json_file,
     )
     where = widest.endswith(f".i{worn['target'].removeprefix('joint')}")
-    if ratio > 1 or [Path(n).stem for n in named] != [Path(truth["bumped"]).stem] or not where or not peg["inserted"]:
+    calibrated = ratio <= 1 and [Path(n).stem for n in named] == [Path(truth["bumped"]).stem]
+    if not (calibrated and where and _is_named(causes, friction) and peg["inserted"]):
         raise typer.Exit(1)
 
 
@@ -116,6 +127,31 @@ def _worn_cell(data: Path, output: Path) -> list[list[str]]:
         ["gap", "measure", str(recording), "--json", str(output / "gap.json"), "--png", str(output / "gap.png")],
         ["replay", str(recording), "-o", str(output / "replay.html")],
     ]
+
+
+def _diagnosis(recording: Path, output: Path) -> list[list[str]]:
+    """Why simulation and recording disagree, and its page."""
+    page = ["-o", str(output / "diagnosis.json"), "--report", str(output / "diagnosis.html")]
+    return [["gap", "diagnose", str(recording), *page]]
+
+
+def _is_named(causes: list[dict[str, Any]], truth: dict[str, Any]) -> bool:
+    """Whether the true effect is the only cause."""
+    return [(c["effect"], c["target"]) for c in causes] == [(truth["effect"], truth["target"])]
+
+
+def _cause_text(causes: list[dict[str, Any]], truth: dict[str, Any]) -> str:
+    ((name, true),) = truth["parameters"].items()
+    found = ", ".join(f"{c['effect']} on {c['target']}" for c in causes) or "no cause"
+    text = (
+        f"Diagnosis of a recording whose cell carries {truth['effect']} on {truth['target']} ({name} {true:.3f} N m):"
+        f" found {found}"
+    )
+    if not _is_named(causes, truth):
+        return f"{text}."
+    estimate = causes[0]["parameters"][name]
+    value, std = float(estimate["value"]), float(estimate["std"])
+    return f"{text}, {name} {format_number(value, std)} ± {format_number(std, std)} N m."
 
 
 def _insertion(data: Path, output: Path) -> list[list[str]]:

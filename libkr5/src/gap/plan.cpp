@@ -246,6 +246,19 @@ Plan plan(const cell::Recording& recording, const cell::Simulator& simulator,
   return Planner(recording, simulator, alternatives, options).run();
 }
 
+std::vector<Alternative> tied_alternatives(const Diagnosis& diagnosis) {
+  Alternative blamed;
+  for (const Cause& cause : diagnosis.causes) blamed.push_back({cause.effect, cause.target});
+  std::vector<Alternative> out;
+  for (std::size_t k = 0; k < diagnosis.causes.size(); ++k)
+    for (const EffectName& other : diagnosis.causes[k].tied_with) {
+      if (out.empty()) out.push_back(blamed);
+      out.push_back(blamed);
+      out.back()[k] = other;
+    }
+  return out;
+}
+
 ModelComparison compare_models(const std::vector<cell::Recording>& recordings, const cell::Simulator& simulator,
                                const std::vector<Alternative>& alternatives, const PlanOptions& options) {
   options.validate();

@@ -24,6 +24,15 @@ struct Sighting {
   bool edge = false;
 };
 
+/// atan2 to 1e-4 (Abramowitz and Stegun 1964, 4.4.49): the bound of a sector is not exact, and it is asked for each ray.
+double rough_angle(double y, double x) {
+  const double a = std::abs(x), b = std::abs(y), z = std::min(a, b) / std::max({a, b, 1e-300}), s = z * z;
+  double angle = z * (0.9998660 + s * (-0.3302995 + s * (0.1801410 + s * (-0.0851330 + s * 0.0208351))));
+  if (b > a) angle = std::numbers::pi / 2 - angle;
+  if (x < 0) angle = std::numbers::pi - angle;
+  return y < 0 ? -angle : angle;
+}
+
 /// Sectors of the rim of a face, or strips of the side: the last ray on it and the first that passes by.
 struct EdgeSearch {
   struct Gap {
@@ -35,7 +44,7 @@ struct EdgeSearch {
   std::array<Gap, sectors> gaps;
 
   static std::size_t sector(double x, double y) {
-    const int k = static_cast<int>((std::atan2(y, x) / (2 * std::numbers::pi) + 0.5) * sectors);
+    const int k = static_cast<int>((rough_angle(y, x) / (2 * std::numbers::pi) + 0.5) * sectors);
     return static_cast<std::size_t>(std::clamp(k, 0, sectors - 1));
   }
   void on(std::size_t k, double where, const Vector3d& point) {
@@ -98,14 +107,14 @@ std::vector<Sighting> sightings(const PelletScene& scene, const SolidCylinder& a
       const double sign = end == 0 ? 1 : -1, above = sign * q.z() - half;
       const Vector3d crossing = q + e * ((sign * half - q.z()) / e.z());
       const double where = crossing.head<2>().norm();
-      const std::size_t k = EdgeSearch::sector(crossing.x(), crossing.y());
-      const Vector3d place = at.centre + at.frame * crossing;
+      const auto sector = [&] { return EdgeSearch::sector(crossing.x(), crossing.y()); };
+      const auto place = [&] { return Vector3d(at.centre + at.frame * crossing); };
       if (std::abs(above) < gate && !known)
-        rim[end].on(k, where, place);
+        rim[end].on(sector(), where, place());
       else if (above < -depth)
-        rim[end].by(k, where, place);
+        rim[end].by(sector(), where, place());
       else if (above > 0)
-        rim[end].hide(k, where);
+        rim[end].hide(sector(), where);
     }
     if (e.head<2>().squaredNorm() > 0.02) {  // the ends of the side
       if (std::abs(across) < gate && side_seen && !known) {
@@ -231,18 +240,20 @@ RayVerdict judge(const PelletScene& scene, const SolidCylinder& cylinder) {
   return out;
 }
 
-PelletFit fit_pellet(const PelletScene& scene, const SolidCylinder& start) {
+PelletFit fit_pellet(const PelletScene& scene, const SolidCylinder& start, FitStart from) {
   PelletFit out;
   out.cylinder = start;
   const double narrow = scene.tolerance();
   std::vector<Sighting> seen;
   NormalEquations<7> end;
-  for (const double gate :
-       {std::max(narrow, 0.12 * start.radius), std::max(narrow, 0.07 * start.radius), narrow, narrow}) {
+  std::vector<double> gates = {narrow, narrow};
+  if (from == FitStart::Hypothesis)
+    gates = {std::max(narrow, 0.12 * start.radius), std::max(narrow, 0.07 * start.radius), narrow};
+  for (const double gate : gates) {
     seen = sightings(scene, out.cylinder, gate);
-    const SolidCylinder from = out.cylinder;
+    const SolidCylinder before = out.cylinder;
     const auto fit =
-        levenberg_marquardt<7>(from, PelletProblem{scene, seen, from}, {.max_iterations = 12, .sigma = 1.0});
+        levenberg_marquardt<7>(before, PelletProblem{scene, seen, before}, {.max_iterations = 12, .sigma = 1.0});
     if (fit.usable() || fit.status == LevenbergMarquardtStatus::MaxIterations) out.cylinder = fit.x;
     end = PelletProblem{scene, seen, out.cylinder}.equations(out.cylinder);
   }

@@ -68,8 +68,14 @@ struct PelletFit {
   double rms = 0.0;                   ///< Distance of the points [m].
 };
 
+/// Where a fit starts.
+enum class FitStart {
+  Hypothesis,  ///< Some way off: points are first taken from further away.
+  Fitted,      ///< At the fit to fewer rays.
+};
+
 /// The cylinder of least squared distances near `start`: its side and ends to the points on them, its edges to the
 /// places between rays that end on it and rays that pass by.
-PelletFit fit_pellet(const PelletScene& scene, const SolidCylinder& start);
+PelletFit fit_pellet(const PelletScene& scene, const SolidCylinder& start, FitStart from);
 
 }  // namespace kr5::picking

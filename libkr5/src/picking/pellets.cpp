@@ -2,9 +2,11 @@
 #include <kr5/picking/pellets.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <map>
 
 #include <Eigen/Eigenvalues>
 
@@ -80,7 +82,7 @@ class PelletSearch {
       for (const Patch& patch : open)
         for (const SolidCylinder& start : hypotheses(scene_, cloud_, patch)) {
           ++result_.hypotheses;
-          fits.push_back(fit_pellet(scene_, start));
+          fits.push_back(fit_pellet(scene_, start, FitStart::Hypothesis));
         }
       if (round == 0 && options_.noise == 0) {
         learn_noise(fits);
@@ -162,30 +164,49 @@ class PelletSearch {
     return out;
   }
 
-  std::vector<std::vector<int>> connected(std::vector<int> columns, double reach) const {
+  /// Points that touch, by way of others, within `reach`; sorted into cubes of that side, so that only neighbours are
+  /// looked at.
+  std::vector<std::vector<int>> connected(const std::vector<int>& columns, double reach) const {
+    using Cube = std::array<int, 3>;
+    const auto cube_of = [&](int column) {
+      const Eigen::Array3i at = (cloud_.points.col(column).array() / reach).floor().cast<int>();
+      return Cube{at[0], at[1], at[2]};
+    };
+    std::map<Cube, std::vector<int>> cubes;
+    for (const int column : columns) cubes[cube_of(column)].push_back(column);
     std::vector<std::vector<int>> out;
-    if (columns.size() > 5000) return {std::move(columns)};  // a sheet or a floor
-    while (!columns.empty()) {
-      std::vector<int> part{columns.back()};
-      columns.pop_back();
-      for (std::size_t k = 0; k < part.size(); ++k) {
-        const Vector3d at = cloud_.points.col(part[k]);
-        std::erase_if(columns, [&](int column) {
-          const bool near = (cloud_.points.col(column) - at).squaredNorm() < reach * reach;
-          if (near) part.push_back(column);
-          return near;
-        });
-      }
+    while (!cubes.empty()) {
+      std::vector<int> part{cubes.begin()->second.back()};
+      cubes.begin()->second.pop_back();
+      for (std::size_t k = 0; k < part.size(); ++k) take_near(part[k], cube_of(part[k]), reach, cubes, part);
+      std::erase_if(cubes, [](const auto& entry) { return entry.second.empty(); });
       out.push_back(std::move(part));
     }
     return out;
+  }
+
+  /// Moves the points near one from the cubes into its part.
+  void take_near(int column, const std::array<int, 3>& cube, double reach,
+                 std::map<std::array<int, 3>, std::vector<int>>& cubes, std::vector<int>& part) const {
+    const Vector3d at = cloud_.points.col(column);
+    for (int x = -1; x <= 1; ++x)
+      for (int y = -1; y <= 1; ++y)
+        for (int z = -1; z <= 1; ++z) {
+          const auto found = cubes.find({cube[0] + x, cube[1] + y, cube[2] + z});
+          if (found == cubes.end()) continue;
+          std::erase_if(found->second, [&](int other) {
+            const bool near = (cloud_.points.col(other) - at).squaredNorm() < reach * reach;
+            if (near) part.push_back(other);
+            return near;
+          });
+        }
   }
 
   /// Each fitted again with the noise as learnt, and judged with all others in place.
   PelletResult finish(const std::vector<Patch>& patches) {
     for (const PelletFit& fit : accepted_) {
       const PelletScene alone{options_, all_, without(fit.cylinder), scene_.noise, scene_.slack};
-      const PelletFit final = fit_pellet(alone, fit.cylinder);
+      const PelletFit final = fit_pellet(alone, fit.cylinder, FitStart::Fitted);
       const Eigen::Matrix3d centre = final.covariance.topLeftCorner<3, 3>();
       const Eigen::Matrix2d tilt = final.covariance.block<2, 2>(3, 3);
       const double position_std = std::sqrt(Eigen::SelfAdjointEigenSolver<Matrix3d>(centre).eigenvalues()[2]);
@@ -207,15 +228,16 @@ class PelletSearch {
   /// The points explained by all others.
   std::vector<bool> without(const SolidCylinder& c) const {
     std::vector<bool> out = scene_.explained;
+    std::vector<const SolidCylinder*> others;
+    for (const PelletFit& o : accepted_)
+      if (&o.cylinder != &c && (o.cylinder.centre - c.centre).norm() < 4 * c.bounding_radius())
+        others.push_back(&o.cylinder);
     all_.near(c.centre, c.bounding_radius(), [&](const RayGrid::Ray& ray) {
       const double own = std::abs(c.distance(c.local(ray.point)));
       if (own > 1.5 * scene_.tolerance()) return;
-      const auto closer = [&](const PelletFit& other) {
-        return &other.cylinder != &c && std::abs(other.cylinder.distance(other.cylinder.local(ray.point))) < own;
-      };
       out[static_cast<std::size_t>(ray.column)] =
-          std::any_of(accepted_.begin(), accepted_.end(), [&](const PelletFit& o) {
-            return (o.cylinder.centre - c.centre).norm() < 4 * c.bounding_radius() && closer(o);
+          std::any_of(others.begin(), others.end(), [&](const SolidCylinder* other) {
+            return std::abs(other->distance(other->local(ray.point))) < own;
           });
     });
     return out;

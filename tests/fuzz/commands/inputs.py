@@ -200,6 +200,14 @@ JOBS = [
         ("page.html", "out.json"),
         2,
     ),
+    Job(
+        "protocols",
+        "replay protocol.yaml --cell cell.yaml -o page.html --json out.json",
+        "cell",
+        ("protocol.yaml",),
+        ("page.html", "out.json"),
+        2,
+    ),
     Job("recordings", "gap measure recording --json out.json", "recording", ("recording/*",), ("out.json",), 2),
     Job(
         "gap diagnose, plan",
@@ -296,6 +304,17 @@ JOBS = [
     _result("results to report", "timed"),
     _result("results to report", "markers"),
     _result("results to report", "seen"),
+    _result("results to report", "insertion"),
+    _result("results to report", "scene"),
+    _result("results to report", "gap"),
+    Job("results to report", "report protocol.yaml -o page.html", "cell", ("protocol.yaml",), ("page.html",)),
+    Job(
+        "results to report",
+        "report sweep/sweep.json -o page.html",
+        "sweep",
+        ("sweep/sweep.json", "sweep/trials.csv"),
+        ("page.html",),
+    ),
     Job("timed", "calibrate timed hand.csv eye.csv -o out.json", "poses", ("hand.csv", "eye.csv"), ("out.json",), 4),
     Job(
         "scenes",
@@ -578,6 +597,9 @@ def prepare(folder: Path, run: Callable[..., None]) -> None:
     _prepare_uncertainty(folder / "uncertainty", run)
     run(folder / "sweep", "sweep insertion --cell cell.yaml --clearances 1 --trials 1 --workers 1 -o sweep")
     (folder / "sweep" / "sweep" / "report.html").unlink()
+    run(folder / "cell", "insert --cell cell.yaml --clearance 1 --json ../results/insertion.json")
+    run(folder / "cell", "scene run easy.yaml --json ../results/scene.json")
+    run(folder / "recording", "gap measure recording --json ../results/gap.json")
     run(folder / "poses", "calibrate tool touches -o ../results/tool.json")
     run(folder / "poses", "calibrate timed hand.csv eye.csv -o ../results/timed.json")
     run(folder / "images", "calibrate camera images --target chessboard:4x5:0.03 -o camera.json")
@@ -607,6 +629,9 @@ def _prepare_cells(folder: Path, run: Callable[..., None]) -> None:
         scene = yaml.safe_load((SHARE / "scenes" / f"{source}.yaml").read_text(encoding="utf-8"))
         scene.update(cell="cell.yaml", duration=0.1)
         (folder / f"{name}.yaml").write_text(yaml.safe_dump(scene, sort_keys=False))
+    easy = yaml.safe_load((folder / "scene.yaml").read_text(encoding="utf-8"))
+    easy["expect"] = [{"column": "q6", "statistic": "greatest", "least": -10.0}]
+    (folder / "easy.yaml").write_text(yaml.safe_dump(easy, sort_keys=False))
     t = np.arange(100) * 0.012
     q = np.array([0.0, 0.02, -2.75, 0.0, -0.3, 1.571]) + 0.2 * (1 - np.cos(t))[:, None]
     _write_csv(folder / "given.csv", ["t", *(f"qc{k + 1}" for k in range(6))], np.column_stack([t, q]))

@@ -266,12 +266,13 @@ def _show_peers(result: Any, views: list[Any], size: tuple[int, int], out: Any) 
     lens = "rational8" if str(result.lens) == "radial6" else str(result.lens)
     visp_lens = "none" if lens == "none" else "k1"
     opencv, visp = vision.calibrate_camera_opencv, vision.calibrate_camera_visp
-    answers = {
-        f"kr5 {result.lens}": result,
-        f"OpenCV {lens}": opencv(views, *size, kr5.LensModel(lens)),
-        "OpenCV brown5 (default)": opencv(views, *size, kr5.LensModel("brown5")),
-        f"ViSP {visp_lens}": visp(views, *size, kr5.LensModel(visp_lens)),
-    }
+    with spinner("Calibrating with OpenCV and ViSP …"):
+        answers = {
+            f"kr5 {result.lens}": result,
+            f"OpenCV {lens}": opencv(views, *size, kr5.LensModel(lens)),
+            "OpenCV brown5 (default)": opencv(views, *size, kr5.LensModel("brown5")),
+            f"ViSP {visp_lens}": visp(views, *size, kr5.LensModel(visp_lens)),
+        }
     rows = []
     for name, r in answers.items():
         if not r.fit.usable:

@@ -61,7 +61,7 @@ def _project(camera: Any, T: np.ndarray, points: np.ndarray) -> np.ndarray:
     there = points @ T[:3, :3].T + T[:3, 3]
     out = np.full((len(points), 2), -1.0)
     front = there[:, 2] > 1e-6
-    out[front] = np.asarray(camera.project(there[front].T)).T
+    out[front] = np.asarray(camera.project(kr5.points_from_rows(there[front]))).T
     return out
 
 

@@ -31,7 +31,7 @@ from kr5_tools.calibrate.residual_plots import (
 )
 from kr5_tools.calibrate.response_plots import contact_curve, force_loop_plot, servo_responses, wrench_overlays
 from kr5_tools.calibrate.workspace_plots import condition_map, dexterity_map, reachable_region, singular_value_map
-from kr5_tools.pages.plot_style import BLUE, GREEN, GREY, RED, STYLE, WIDE, WIDTH, plt
+from kr5_tools.pages.plot_style import BLUE, GREEN, GREY, ON_PALE, RED, STYLE, WIDE, WIDTH, plt
 
 CAMERA_PARAMETERS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
 POSE_PARAMETERS = ("x", "y", "z", "rx", "ry", "rz")
@@ -75,7 +75,7 @@ def correlation_plot(data: dict[str, Any]) -> Figure | None:
                     ha="center",
                     va="center",
                     fontsize=8.5,
-                    color="white" if abs(matrix[i, j]) > 0.65 else "#111827",
+                    color="white" if abs(matrix[i, j]) > 0.65 else ON_PALE,
                 )
     figure.colorbar(shown, ax=axes, label="correlation [-]", location="bottom", shrink=0.8, aspect=30)
     return figure
@@ -86,11 +86,15 @@ def model_plot(data: dict[str, Any]) -> Figure | None:
     if len(rows) < 2:
         return None
     rows = sorted(rows, key=lambda m: m["held_out_rms"])[:12][::-1]
-    figure, axes = plt.subplots(figsize=(WIDTH, 0.9 + 0.28 * len(rows)))
+    figure, axes = plt.subplots(figsize=(WIDTH, 0.9 + 0.4 * len(rows)))
     at = np.arange(len(rows))
     axes.plot([m["fitted_rms"] for m in rows], at, "o", mfc="none", color=GREY, label="fitted views")
     axes.plot([m["held_out_rms"] for m in rows], at, "o", color=BLUE, label="held-out views")
-    axes.set_yticks(at, [model_name(m) + (" ◀" if m.get("chosen") else "") for m in rows], fontsize=9)
+    axes.set_yticks(at, [])
+    for y, model in zip(at, rows):  # above its marks, since names may be longer than the plot is wide beside it
+        name = model_name(model) + (" (used)" if model.get("chosen") else "")
+        axes.text(0.01, y + 0.22, name, transform=axes.get_yaxis_transform(), fontsize=8.5, va="bottom")
+    axes.set_ylim(-0.5, len(rows) - 0.2)
     if rows[0]["held_out_rms"] > 4 * rows[-1]["held_out_rms"]:
         axes.set_xscale("log")
         axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
@@ -328,7 +332,7 @@ CATALOGUE: list[tuple[str, str, Callable[[dict[str, Any]], Figure | None], bool,
         "Camera models compared",
         model_plot,
         False,
-        "Selection by the error on held-out views; ◀ marks the model used.",
+        "Selection by the error on held-out views.",
     ),
     (
         "alignment",

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import kr5
 import numpy as np
 import typer
 from kr5 import calibration, io
@@ -59,7 +60,7 @@ def measured(file: Path, table: Any, wanted: Columns) -> list[dict[str, Any]]:
     if T is not None:
         return [{"T_world_tool": pose} for pose in T]
     points = np.stack([values_of(file, table, names) * LENGTHS[wanted.length] for names in position], axis=1)
-    return [{"points": row.T} for row in points]
+    return [{"points": kr5.points_from_rows(row)} for row in points]
 
 
 def read_socket(name: str, file: Path, joints: list[Any], wanted: Columns) -> list[Any]:

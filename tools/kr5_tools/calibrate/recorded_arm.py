@@ -38,8 +38,8 @@ def recorded_views(recording: Any, split: str, joints: int) -> list[Any]:
                 calibration.ArmPosture(
                     name=f"{experiment.name}:{int(one)}",
                     q=q[rows[0]],
-                    target_points=points[:, [place[n] for n in number[rows]]],
-                    pixels=pixels[rows].T,
+                    target_points=kr5.points_from_columns(points[:, [place[n] for n in number[rows]]]),
+                    pixels=kr5.points_from_rows(pixels[rows]),
                 )
             )
     return out

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from kr5_tools.pages.plot_style import BLUE, GREY, RED, WIDE, WIDTH, plt
+from kr5_tools.pages.plot_style import BLUE, GREY, INK, RED, WIDE, WIDTH, plt
 
 MOST_POINTS = 9
 PLANES = ((0, 1, "x", "y"), (0, 2, "x", "z"))
@@ -33,7 +33,7 @@ def return_scatter(data: dict[str, Any]) -> Figure | None:
         for axes, (i, j, first, second) in zip(row, PLANES, strict=True):
             axes.scatter(d[~bad, i], d[~bad, j], s=14, color=BLUE, alpha=0.7, linewidths=0)
             axes.scatter(d[bad, i], d[bad, j], s=26, color=RED, marker="x", label="outlier" if bad.any() else None)
-            axes.add_patch(plt.Circle((0, 0), 1e3 * p["RP"]["value"], fill=False, color="#111827", linewidth=1))
+            axes.add_patch(plt.Circle((0, 0), 1e3 * p["RP"]["value"], fill=False, color=INK, linewidth=1))
             axes.plot(0, 0, "+", color=GREY)
             axes.set(aspect="equal", xlim=(-limit, limit), ylim=(-limit, limit))
             axes.set(xlabel=f"{first} [mm]", ylabel=f"{second} [mm]")
@@ -51,7 +51,7 @@ def distance_histogram(data: dict[str, Any]) -> Figure | None:
     figure, axes = plt.subplots(figsize=(WIDTH, 3.2))
     axes.hist(distance, bins=min(40, max(8, len(distance) // 5)), color=BLUE, alpha=0.8)
     rp = {key: 1e3 * value for key, value in overall["RP"].items()}
-    axes.axvline(rp["value"], color="#111827", label=f"RP {rp['value']:.3g} mm")
+    axes.axvline(rp["value"], color=INK, label=f"RP {rp['value']:.3g} mm")
     axes.axvspan(rp["low"], rp["high"], color=GREY, alpha=0.25, label="bounds of RP", linewidth=0)
     axes.set(xlabel="distance from the barycentre [mm]", ylabel="returns", xlim=(0, None))
     axes.legend(fontsize=9, loc="lower left", bbox_to_anchor=(0, 1), ncols=2)

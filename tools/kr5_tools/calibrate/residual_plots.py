@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from kr5_tools.pages.plot_style import BLUE, GREY, RED, WIDE, WIDTH, plt
+from kr5_tools.pages.plot_style import BLUE, GREY, INK, RED, RED_TEXT, WIDE, WIDTH, plt
 
 MOST_ARROWS = 3000
 
@@ -29,7 +29,7 @@ def _bars(names: list[str], values: np.ndarray, marked: np.ndarray, label: str, 
                 axes.annotate(
                     " outlier",
                     (bar.get_width(), bar.get_y() + bar.get_height() / 2),
-                    color=RED,
+                    color=RED_TEXT,
                     va="center",
                     fontsize=9,
                     annotation_clip=False,
@@ -122,15 +122,13 @@ def residual_field(data: dict[str, Any]) -> Figure | None:
                 headlength=5,
             )
     key = float(f"{2 * typical:.1g}")
-    axes.plot(
-        [0.03 * width, 0.03 * width + key * magnify], [-0.045 * width] * 2, color="#111827", linewidth=2, clip_on=False
-    )
+    axes.plot([0.03 * width, 0.03 * width + key * magnify], [-0.045 * width] * 2, color=INK, linewidth=2, clip_on=False)
     axes.annotate(f"{key:g} px", (0.04 * width + key * magnify, -0.045 * width), va="center", annotation_clip=False)
     if bad.any():
         axes.annotate(
             "orange: views named as outliers",
             (width, -0.045 * width),
-            color=RED,
+            color=RED_TEXT,
             ha="right",
             va="center",
             annotation_clip=False,
@@ -161,7 +159,7 @@ def residual_cloud(data: dict[str, Any]) -> Figure | None:
     axes.scatter(points[inside & bad, 2], points[inside & bad, 3], s=size + 5, color=RED, marker="x", linewidths=0.8)
     for k in (1, 3):
         axes.add_patch(
-            plt.Circle((0, 0), k * sigma, fill=False, color="#111827", linewidth=1, linestyle="-" if k == 1 else "--")
+            plt.Circle((0, 0), k * sigma, fill=False, color=INK, linewidth=1, linestyle="-" if k == 1 else "--")
         )
         axes.annotate(f"{k}σ", (0, -k * sigma), fontsize=9, ha="center", va="bottom")
     beyond = int((~inside).sum())
@@ -182,7 +180,7 @@ def coverage_plot(data: dict[str, Any]) -> Figure | None:
     rows, cols = counts.shape
     for i, j in zip(*np.nonzero(counts == 0)):
         axes.annotate(
-            "0", ((j + 0.5) * size[0] / cols, (i + 0.5) * size[1] / rows), ha="center", va="center", color=RED
+            "0", ((j + 0.5) * size[0] / cols, (i + 0.5) * size[1] / rows), ha="center", va="center", color=RED_TEXT
         )
     figure.colorbar(shown, ax=axes, label="points in cell", location="bottom", shrink=0.8, aspect=30)
     axes.grid(False)

@@ -37,7 +37,7 @@ def format_number(value: float | None, std: float | None = None) -> str:
     """A number with as many digits as its uncertainty allows (two digits of it), else four."""
     if value is None or not math.isfinite(value):
         return NONE
-    if not std or not math.isfinite(std):
+    if not std or not 0 < std < math.inf:
         return f"{value:.4g}"
     return f"{value:.{min(max(1 - math.floor(math.log10(std)), 0), 9)}f}"
 

@@ -27,14 +27,7 @@ def pose_figures(name: str, T: Any, covariance: Any) -> list[dict[str, Any]]:
     import kr5
     import numpy as np
 
-    step = 1e-6
-    centre = kr5.to_xyzrpy(T)
-    J = np.empty((6, 6))
-    for i in range(6):
-        change = kr5.to_xyzrpy(T @ kr5.to_pose(step * np.eye(6)[i])) - centre
-        change[3:] = (change[3:] + np.pi) % (2 * np.pi) - np.pi
-        J[:, i] = change / step
-    std = np.sqrt(np.maximum(np.diag(J @ np.asarray(covariance) @ J.T), 0))
+    centre, std = kr5.xyzrpy_with_std(T, covariance)
     axes = ("x", "y", "z", "roll", "pitch", "yaw")
     scale = [1e3] * 3 + [180 / np.pi] * 3
     units = ["mm"] * 3 + ["deg"] * 3

@@ -108,7 +108,10 @@ def parse_yaml(text: str, source: Path | str, expected: str = "") -> Any:
         return yaml.load(text, Loader=_Loader)
     except yaml.MarkedYAMLError as error:
         line = f":{error.problem_mark.line + 1}" if error.problem_mark else ""
-        fail(f"{source}{line}: is not valid YAML ({error.problem or error.context}){wanted}")
+        problem = str(error.problem or error.context)
+        if "nesting depth" in problem:  # a limit of newer parsers, far above ours
+            problem = f"nested deeper than {MAX_DEPTH} levels"
+        fail(f"{source}{line}: is not valid YAML ({problem}){wanted}")
     # What constructors of single values raise: dates and numbers that are none, tags without a value.
     except (yaml.YAMLError, ValueError, TypeError, AttributeError, LookupError, RecursionError) as error:
         fail(f"{source}: is not valid YAML ({' '.join(str(error).split())[:200]}){wanted}")

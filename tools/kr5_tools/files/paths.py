@@ -10,9 +10,9 @@ SHIPPED_CELL = Path("share/cells/kr5_arc.yaml")
 
 
 def find_shipped(file: Path) -> Path | None:
-    """A cell of share/cells."""
-    places = (CHECKOUT / file, PACKAGE / "cells" / file.name, file)
-    return next((place for place in places if place.is_file()), None)
+    """A file or folder of share, named from the checkout: there, in the installed package, or in the present folder."""
+    places = (CHECKOUT / file, PACKAGE.parent / "kr5" / file, file)
+    return next((place for place in places if place.exists()), None)
 
 
 def find_shipped_cell() -> Path | None:

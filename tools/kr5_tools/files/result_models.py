@@ -25,6 +25,9 @@ class Figure(OpenDocument):
     unit: str
     value: float | None = None
     std: float | None = Field(None, description="standard deviation, in the unit of the value")
+    corrected: list[float] | None = Field(
+        None, min_length=2, max_length=2, description="value and standard deviation with the first cause corrected"
+    )
 
 
 class View(OpenDocument):
@@ -165,6 +168,69 @@ class DiagnosisFile(OpenDocument):
     next_experiment: NextExperiment
     scope: list[str] = []
     warnings: list[str] = []
+
+
+class GapMeasureFile(OpenDocument):
+    """Gap of every column, `kr5-gap-measure/1`."""
+
+    gap: float
+    parts: list[dict[str, Any]]
+    columns: dict[str, float] = Field(min_length=1)
+    limits: dict[str, float] = Field({}, description="limit of noise of each column [-]")
+
+
+class GapPlanFile(OpenDocument):
+    """Experiments that distinguish alternatives, `kr5-gap-plan/1`."""
+
+    alternatives: list[list[EffectOnTarget]]
+    text: str
+    experiments: list[dict[str, Any]]
+
+
+class InsertionFile(OpenDocument):
+    """What `kr5 insert --json` writes."""
+
+    inserted: bool
+    pegs: list[dict[str, Any]]
+    phases: list[dict[str, Any]]
+    profile: dict[str, list[float]]
+    directions: dict[str, dict[str, float | None]]
+    T_tube_actual: PoseMatrix
+
+
+class SceneCheckEntry(OpenDocument):
+    expected: dict[str, Any]
+    value: float | None
+    passed: bool
+    unit: str
+
+
+class SceneResultFile(OpenDocument):
+    """What `kr5 scene run --json` writes."""
+
+    name: str
+    passed: bool
+    checks: list[SceneCheckEntry]
+
+
+class PelletEntry(OpenDocument):
+    centre: list[float] = Field(min_length=3, max_length=3, description="[m]")
+    axis: list[float] = Field(min_length=3, max_length=3)
+    radius: float
+    height: float
+    covariance: list[list[float]]
+    exposed: float
+    graspable: bool
+    finding: str
+    reason: str
+
+
+class PickFile(OpenDocument):
+    """What `kr5 pick` writes."""
+
+    verdict: Verdict
+    figures: list[Figure]
+    pellets: list[PelletEntry]
 
 
 class SweepFile(OpenDocument):
@@ -322,6 +388,11 @@ class UncertaintyFile(OpenDocument):
 
 MODELS: dict[str, type[Document]] = {
     "kr5-gap/1": DiagnosisFile,
+    "kr5-gap-measure/1": GapMeasureFile,
+    "kr5-gap-plan/1": GapPlanFile,
+    "kr5-insertion/1": InsertionFile,
+    "kr5-scene-result/1": SceneResultFile,
+    "kr5-pick/1": PickFile,
     "kr5-sweep/1": SweepFile,
     "kr5-sensitivity-run/1": SensitivityRunFile,
     "kr5-sensitivity/1": SensitivityFile,

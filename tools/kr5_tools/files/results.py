@@ -2,8 +2,9 @@
 
 import datetime
 import sys
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 from kr5_tools.cli.terminal import fail
 from kr5_tools.files.writing import to_plain, write_json
@@ -35,11 +36,42 @@ FORMATS = {
     "kr5-marker-map/1": "Marker map",
     "kr5-detection/1": "Detection",
     "kr5-gap/1": "Diagnosis",
+    "kr5-gap-measure/1": "Gap between simulation and recording",
+    "kr5-gap-plan/1": "Next experiment",
+    "kr5-insertion/1": "Insertion",
+    "kr5-sweep/1": "Sweep of insertions",
+    "kr5-scene-result/1": "Result of a scene",
     "kr5-pick/1": "Picks from a bin",
     "kr5-bin-run/1": "Bins emptied",
     "kr5-sensitivity/1": "Sensitivity",
     "kr5-uncertainty/1": "Uncertainty",
 }
+
+
+# What shows a file of another format.
+SHOWN_BY = {
+    "kr5-cell/1": "kr5 cell show FILE",
+    "kr5-dataset/1": "kr5 calibrate hand-eye FOLDER",
+    "kr5-map/1": "kr5 recording import LOG --map FILE",
+    "kr5-protocol/1": "kr5 report FILE.yaml",
+    "kr5-recording/1": "kr5 replay FOLDER",
+    "kr5-scene/1": "kr5 scene run FILE -o PAGE.html",
+    "kr5-sensitivity-run/1": "kr5 report on the result.json of kr5 sensitivity",
+}
+
+
+def fail_format(file: Path, found: Any, expected: Iterable[str]) -> NoReturn:
+    """Complains of a file of another format, and says what shows it."""
+    from kr5_tools.files.documents import display_value
+
+    shown = SHOWN_BY.get(found) if isinstance(found, str) else None
+    remedy = f"; such a file is for {shown}" if shown else ""
+    fail(f"{file}: format: found {display_value(found)}, expected {one_of(expected)}{remedy}")
+
+
+def one_of(names: Iterable[str]) -> str:
+    several = list(names)
+    return several[0] if len(several) == 1 else f"one of {', '.join(several)}"
 
 
 def write_result(file: Path | None, format: str, **keys: Any) -> dict[str, Any]:
@@ -63,7 +95,7 @@ def write_if_usable(data: dict[str, Any], fit: Any, *files: Path | None) -> None
 
 def read_result(file: Path, *formats: str) -> dict[str, Any]:
     """Reads a result file of one of the formats (of any, when none is named), and checks it against its model."""
-    from kr5_tools.files.documents import display_value, parse_json, read_text, validate_document
+    from kr5_tools.files.documents import parse_json, read_text, validate_document
     from kr5_tools.files.result_models import model_of
 
     expected = "a result file written by a kr5 command with -o"
@@ -71,6 +103,6 @@ def read_result(file: Path, *formats: str) -> dict[str, Any]:
     data = parse_json(text, file, expected)
     found = data.get("format") if isinstance(data, dict) else None
     if not isinstance(found, str) or found not in (formats or FORMATS):
-        fail(f"{file}: format: found {display_value(found)}, expected one of {', '.join(formats or FORMATS)}")
+        fail_format(file, found, formats or FORMATS)
     validate_document(data, model_of(found), file, text)
     return dict(data)

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from kr5_tools.cli import arguments, tables, terminal
-from kr5_tools.files import writing
+from kr5_tools.files import results, writing
 from kr5_tools.files.documents import OpenDocument, display_value, parse_json, read_text, validate_document
 from kr5_tools.gap import bench, diagnose, effects, explain, plan
 from kr5_tools.gap.terminal_report import print_measure
@@ -62,10 +62,10 @@ def measure(
         )
     to = terminal.console(json_file)
     print_measure(folder, found, to, everything)
+    data = results.write_result(json_file, **measure_dict(found), input={"recording": str(folder.resolve())})
     if png:
-        draw_gaps(found, png, str(folder))
+        draw_gaps(data, png, str(folder))
         to.print(f"{png}: the gap of every column.", soft_wrap=True)
-    writing.write_json(measure_dict(found), json_file)
 
 
 @app.command(epilog="Example: kr5 gap cases ../shared/cases --full")
@@ -193,34 +193,16 @@ def measure_dict(found: Any) -> dict[str, Any]:
         "gap": found.gap,
         "parts": [part.to_dict() for part in found.parts],
         "columns": {f"{c.experiment}.{c.column}": c.gap for c in found.columns},
+        "limits": {f"{c.experiment}.{c.column}": c.limit for c in found.columns},
     }
 
 
-def draw_gaps(found: Any, file: Path, title: str) -> None:
-    """One row of bars an experiment: the gap of each column over the floor, those above their limit in red."""
-    import numpy as np
+def draw_gaps(data: dict[str, Any], file: Path, title: str) -> None:
+    """The gap of every column as a picture."""
+    from kr5_tools.gap.measure_page import gap_figure
+    from kr5_tools.pages.plot_style import plt
 
-    from kr5_tools.pages.plot_style import BLUE, GREY, RED, STYLE, plt
-
-    names = list(dict.fromkeys(c.experiment for c in found.columns))
-    with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(figsize=(9, 1.2 + 0.19 * len(found.columns) + 0.1 * len(names)))
-        at, place, ticks = 0.0, [], []
-        for name in names:
-            for c in (c for c in found.columns if c.experiment == name):
-                place.append(at)
-                ticks.append(f"{name}.{c.column}")
-                axes.barh(at, c.gap, color=RED if c.exceeds else BLUE, height=0.8)
-                axes.plot([c.limit, c.limit], [at - 0.45, at + 0.45], color=GREY, linewidth=1)
-                at += 1
-            at += 0.6
-        widest = max(c.gap for c in found.columns)
-        axes.set_xscale("log") if widest > 20 else axes.set_xlim(0, max(1.6, 1.05 * widest))
-        axes.axvline(1.0, color=GREY, linewidth=0.8)
-        axes.set_yticks(np.array(place), ticks, fontsize=8)
-        axes.set_ylim(at - 0.5, -0.8)
-        axes.grid(axis="y", visible=False)
-        axes.set_xlabel("gap: RMS of recorded − simulated over noise [-]; grey mark: limit of noise; red: above it")
-        axes.set_title(title)
-        writing.save_figure(figure, file, dpi=110)
-        plt.close(figure)
+    figure = gap_figure(data["columns"], data["limits"])
+    figure.axes[0].set_title(title)
+    writing.save_figure(figure, file, dpi=110)
+    plt.close(figure)

@@ -139,7 +139,7 @@ def best_trials(
     for k in range(len(causes)) or [None]:
         names = [kr5.gap.EffectName(effect=row.id, target=at) for at in targets if blamed.get(at, k) == k]
         cell = evidence.cell_with([j for j in range(len(causes)) if j != k])
-        for trial in kr5.gap.fit_effects(evidence.recording, cell, evidence.simulator, names, evidence.options):
+        for trial in kr5.gap.fit_effects(evidence.recording, names, cell, evidence.simulator, evidence.options):
             if trial.target not in best or trial.explained_fraction > best[trial.target][0].explained_fraction:
                 best[trial.target] = trial, k
     found = [(at, *best.get(at, (None, None))) for at in targets]

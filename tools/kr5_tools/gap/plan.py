@@ -10,7 +10,7 @@ import yaml
 from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.cli.numbers import format_percent
 from kr5_tools.cli.options import options_from
-from kr5_tools.files import writing
+from kr5_tools.files import results, writing
 
 MOST_REPEATS = 20  # written to a protocol
 MOST_ALTERNATIVES = 4
@@ -84,7 +84,7 @@ def plan(
             " effects, name them with --separate.",
             soft_wrap=True,
         )
-        writing.write_json({"alternatives": [], "experiments": []}, json_file)
+        results.write_result(json_file, "kr5-gap-plan/1", alternatives=[], text="", experiments=[])
         return
     if done:
         weighed = weigh_alternatives(
@@ -93,11 +93,12 @@ def plan(
         writing.write_json({"alternatives": alternative_texts(alternatives), **weighed.to_dict()}, json_file)
         return
     with terminal.spinner("searching for the experiment that distinguishes them"):
-        found = kr5.gap.plan(recording, simulator, alternatives, options)
+        found = kr5.gap.plan(recording, alternatives, simulator, options)
     print_plan(found, to)
     if output and found.experiments:
         write_protocol(found.experiments[0], output, resting_posture(recording), to)
-    writing.write_json({**found.to_dict(), "experiments": [e.to_dict() for e in found.experiments]}, json_file)
+    planned = {**found.to_dict(), "experiments": [e.to_dict() for e in found.experiments]}
+    results.write_result(json_file, "kr5-gap-plan/1", **planned, input={"recording": str(folder.resolve())})
 
 
 def parse_alternatives(text: str) -> list[list[Any]]:
@@ -118,11 +119,7 @@ def tied_alternatives(recording: Any, simulator: Any) -> list[list[Any]]:
     from kr5_tools.gap.diagnose import run_diagnosis
 
     found = run_diagnosis(recording, simulator, kr5.gap.DiagnoseOptions())
-    blamed = [kr5.gap.EffectName(effect=c.effect, target=c.target) for c in found.causes]
-    out = [blamed] if blamed else []
-    for k, cause in enumerate(found.causes):
-        out += [[*blamed[:k], other, *blamed[k + 1 :]] for other in cause.tied_with]
-    return out[:MOST_ALTERNATIVES]
+    return kr5.gap.tied_alternatives(found)[:MOST_ALTERNATIVES]
 
 
 def alternative_texts(alternatives: Any) -> list[str]:
@@ -150,7 +147,7 @@ def weigh_alternatives(
     recording: Any, more: list[Any], simulator: Any, alternatives: Any, options: Any, to: Any
 ) -> Any:
     with terminal.spinner("fitting the alternatives"):
-        weighed = kr5.gap.compare_models([recording, *more], simulator, alternatives, options)
+        weighed = kr5.gap.compare_models([recording, *more], alternatives, simulator, options)
     rows = [
         [name, f"{e:.1f}", format_percent(p)]
         for name, e, p in zip(alternative_words(alternatives), weighed.log_evidence, weighed.probability)

@@ -12,6 +12,7 @@ import numpy as np
 from kr5_tools.cli import arguments
 from kr5_tools.cli.numbers import format_percent
 from kr5_tools.gap_report.messages import find_column
+from kr5_tools.replay.signals import noise_limit
 
 
 @dataclass
@@ -171,12 +172,6 @@ class Evidence:
 
     def exceeds(self, group: str, which: str = "before") -> bool:
         return self.gap(group, which) > self.limit(group)
-
-
-def noise_limit(rows: int) -> float:
-    from kr5.uncertainty import chi_square_quantile
-
-    return float((chi_square_quantile(0.999, rows) / rows) ** 0.5) if rows else float("inf")
 
 
 def display_variable(column: Column, dependence: dict[str, Any]) -> tuple[np.ndarray, np.ndarray, str] | None:

@@ -137,6 +137,18 @@ def parts_of(evidence: Any, data: dict[str, Any]) -> list[dict[str, Any]]:
     return sorted(above_first, key=lambda p: -(p["before"]["gap"] or 0) if p["before"]["above"] else 0)
 
 
+def themed_parts(parts: list[dict[str, Any]]) -> Any:
+    """The parts with colours that follow the page's theme."""
+    from kr5_tools.pages.rendering import theme_variable
+
+    return writing.to_plain(
+        [
+            {**part, **{k: {**part[k], "colour": theme_variable(part[k]["colour"])} for k in ("before", "after")}}
+            for part in parts
+        ]
+    )
+
+
 def floor_text(data: dict[str, Any], evidence: Any) -> str:
     """Of a recording without gap: how near the floor its columns are."""
     if evidence is None or data["verdict"] != "no_gap":
@@ -216,7 +228,7 @@ def make_page(
 ) -> str:
     """The HTML of the page."""
     from kr5_tools.pages.rendering import embed_plot, render_page, script_json
-    from kr5_tools.replay.command import cell_scene
+    from kr5_tools.replay.page import cell_scene
 
     plots = {p.name: embed_plot(p) for p in drawn if p.name != "map"}
     look, icon, word = LOOK[data["verdict"]]
@@ -225,7 +237,7 @@ def make_page(
     named = evidence.recording.folder if evidence else data.get("input", {}).get("recording", "RECORDING")
     scene = None
     if evidence:
-        scene = {**cell_scene(evidence.recording.cell), "q": q, "parts": writing.to_plain(parts)}
+        scene = {**cell_scene(evidence.recording.cell), "q": q, "parts": themed_parts(parts)}
     return render_page(
         "gap.html",
         brand="kr5 gap diagnose",

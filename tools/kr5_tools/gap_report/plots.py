@@ -7,11 +7,25 @@ from matplotlib.colors import LinearSegmentedColormap, LogNorm, to_hex
 from matplotlib.figure import Figure
 
 from kr5_tools.calibrate.plots import Plot
-from kr5_tools.gap_report.evidence_data import Evidence, display_variable, gap_of, noise_limit
+from kr5_tools.gap_report.evidence_data import Evidence, display_variable, gap_of
 from kr5_tools.gap_report.messages import PARTS, column_text, part_text, variable_text
-from kr5_tools.pages.plot_style import BLUE, GREY, RED, STYLE, WIDE, plt
+from kr5_tools.pages.plot_style import (
+    BLUE,
+    EDGE,
+    FLOOR,
+    GREY,
+    LINE,
+    ON_PALE,
+    PAPER,
+    RED,
+    SOFT,
+    STYLE,
+    UNKNOWN,
+    WIDE,
+    plt,
+)
+from kr5_tools.replay.signals import noise_limit
 
-FLOOR, UNKNOWN = "#cbd5de", "#f3f4f6"  # at the floor; not recorded
 WIDEST = 30.0
 COLOURS = LinearSegmentedColormap.from_list("gap", ["#fde9a9", "#fdb863", "#e8601c", "#a50f15", "#5c0011"])
 NORM = LogNorm(1.0, WIDEST, clip=True)
@@ -50,7 +64,7 @@ def heat_map(evidence: Evidence, which: str) -> Figure:
             )
         if above[i, j]:
             text = f"{gaps[i, j]:.0f}" if gaps[i, j] >= 10 else f"{gaps[i, j]:.1f}"
-            axes.text(j, i, text, ha="center", va="center", fontsize=8, color="white" if gaps[i, j] > 5 else "#111827")
+            axes.text(j, i, text, ha="center", va="center", fontsize=8, color="white" if gaps[i, j] > 5 else ON_PALE)
     checks = {e.name for e in evidence.experiments if str(e.split) == "check"}
     axes.set_xticks(
         range(len(names)),
@@ -79,7 +93,7 @@ def reduction_plot(data: dict[str, Any]) -> Figure | None:
     figure, axes = plt.subplots(figsize=(MIDDLE, 1.3 + 0.3 * len(columns)))
     at = np.arange(len(columns))
     before, after = (np.array([c[1][k] for c in columns]) for k in (0, 1))
-    axes.hlines(at, before, after, color="#9ca3af", linewidth=1.5)
+    axes.hlines(at, before, after, color=EDGE, linewidth=1.5)
     axes.plot(before, at, "s", color=RED, label="nominal cell")
     axes.plot(after, at, "o", color=BLUE, label="with the causes")
     axes.axvline(1.0, color=GREY, linestyle="--", linewidth=1)
@@ -120,7 +134,7 @@ def residual_plot(evidence: Evidence, group: str) -> Figure:
     figure, axes = plt.subplots(len(panels), 1, figsize=(MIDDLE, 1.0 + 1.25 * len(panels)), sharex=True, squeeze=False)
     keep = thinned_rows(len(before))
     for ax, (title, values, paint, reach) in zip(axes[:, 0], panels):
-        ax.axhspan(-2, 2, color="#e5e7eb", zorder=0)
+        ax.axhspan(-2, 2, color=LINE, zorder=0)
         ax.plot(
             np.concatenate(x)[keep],
             values[keep],
@@ -151,7 +165,7 @@ def dependence_plot(evidence: Evidence, group: str, dependence: dict[str, Any]) 
         return None
     x, sign = (np.concatenate([f[k] for f in found]) for k in (0, 1))
     figure, axes = plt.subplots(figsize=(MIDDLE, 3.2))
-    axes.axhspan(-2, 2, color="#e5e7eb", zorder=0)
+    axes.axhspan(-2, 2, color=LINE, zorder=0)
     reach = 0.0
     for which, paint, label in (("before", RED, "nominal cell"), ("after", BLUE, "with the causes")):
         if any(getattr(c, which) is None for c in columns):
@@ -172,7 +186,7 @@ def dependence_plot(evidence: Evidence, group: str, dependence: dict[str, Any]) 
             rasterized=len(keep) > 400,
         )
         middle, mean, std = binned_means(x[good], r[good])
-        axes.errorbar(middle, mean, 2 * std, color="white", linewidth=4, zorder=4)
+        axes.errorbar(middle, mean, 2 * std, color=PAPER, linewidth=4, zorder=4)
         axes.errorbar(
             middle,
             mean,
@@ -235,7 +249,7 @@ def cell_map(evidence: Evidence, parts: list[dict[str, Any]], q: list[float]) ->
             start, end, z = links[i][:3, 3], links[i + 1][:3, 3], links[i][:3, 2]
             way = np.array([start, start + np.dot(end - start, z) * z, end])
             paint = by_id.get(f"joint{i + 1}", {}).get(which, {}).get("colour", UNKNOWN)
-            axes.plot(*way.T, color="#6b7280", linewidth=8, solid_capstyle="round")
+            axes.plot(*way.T, color=GREY, linewidth=8, solid_capstyle="round")
             axes.plot(*way.T, color=paint, linewidth=6.5, solid_capstyle="round")
         for part, place in labels.items():
             state = by_id.get(part, {}).get(which)
@@ -246,7 +260,7 @@ def cell_map(evidence: Evidence, parts: list[dict[str, Any]], q: list[float]) ->
                     *place.reshape(3, 1),
                     "o",
                     color=state["colour"],
-                    markeredgecolor="#374151",
+                    markeredgecolor=SOFT,
                     markersize=11,
                     zorder=20,
                 )

@@ -8,7 +8,7 @@ import typer
 
 from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.cli.options import options_from
-from kr5_tools.files import writing
+from kr5_tools.files import results, writing
 from kr5_tools.insertion import directions, ending_tables, messages
 from kr5_tools.insertion.task import Cell, load_cell, set_task
 
@@ -85,7 +85,7 @@ def insert(
     to = terminal.console(json_file)
     print_insertion(result, to)
     write_outputs(result, setup, source, to, output, csv, png)
-    writing.write_json(ending_tables.as_dict(result, setup), json_file)
+    results.write_result(json_file, "kr5-insertion/1", **ending_tables.as_dict(result, setup))
     if view:
         writing.publish()
         terminal.open_page(output)

@@ -50,7 +50,11 @@ def _direction(azimuth: float | None, std: float | None = None) -> dict[str, flo
 
 
 def table_rows(result: Any) -> list[list[str]]:
-    found = directions(result)
+    return direction_rows(directions(result))
+
+
+def direction_rows(found: dict[str, dict[str, float | None]]) -> list[list[str]]:
+    """Rows of what `directions` found."""
     true = found["true"]["azimuth"] if found else None
     return [
         [

@@ -3,6 +3,7 @@
 import math
 from typing import Any
 
+from kr5_tools.cli.numbers import NONE
 from kr5_tools.insertion import directions
 
 
@@ -42,13 +43,19 @@ def as_dict(result: Any, setup: Any) -> dict[str, Any]:
         "directions": directions.directions(result),
         "tube": result.cell.tube.to_dict(),
         "peg": result.cell.peg.to_dict(),
+        "T_tube_actual": result.T_tube_actual,
     }
 
 
 def phase_rows(result: Any) -> list[list[Any]]:
     """Of each attempt: its phases with their durations, and where in time it began."""
+    return rows_of_phases(phases(result.rows))
+
+
+def rows_of_phases(all_phases: list[dict[str, Any]]) -> list[list[Any]]:
+    """The same of what `phases` returned."""
     found: dict[tuple[int, int], list[dict[str, Any]]] = {}
-    for p in phases(result.rows):
+    for p in all_phases:
         found.setdefault((p["peg"], p["attempt"]), []).append(p)
     return [
         [
@@ -64,19 +71,24 @@ def phase_rows(result: Any) -> list[list[Any]]:
 
 def peg_rows(result: Any) -> list[list[Any]]:
     """How each peg fared, in mm."""
-    off = 1e3 * math.hypot(*result.T_tube_actual[:2, 3])
+    return rows_of_pegs([p.to_dict() for p in result.pegs], result.T_tube_actual)
+
+
+def rows_of_pegs(pegs: list[dict[str, Any]], T_tube_actual: Any) -> list[list[Any]]:
+    """The same of pegs as JSON holds them."""
+    off = 1e3 * math.hypot(*(row[3] for row in T_tube_actual[:2]))
     return [
         [
             f"{k}",
-            "yes" if p.inserted else "no",
-            p.attempts,
-            f"{p.time:.2f}",
-            f"{1e3 * p.depth:.2f}",
-            f"{p.greatest_force:.1f}",
+            "yes" if p["inserted"] else "no",
+            p["attempts"],
+            f"{p['time']:.2f}",
+            f"{1e3 * p['depth']:.2f}",
+            f"{p['greatest_force']:.1f}",
             f"{off:.3f}",
-            "–" if math.isnan(p.hole_error) else f"{1e3 * p.hole_error:.3f}",
+            NONE if p["hole_error"] is None or math.isnan(p["hole_error"]) else f"{1e3 * p['hole_error']:.3f}",
         ]
-        for k, p in enumerate(result.pegs, 1)
+        for k, p in enumerate(pegs, 1)
     ]
 
 

@@ -7,7 +7,9 @@ import numpy as np
 
 from kr5_tools.insertion import directions, ending_tables, messages
 from kr5_tools.pages.rendering import embed_plot
-from kr5_tools.replay.command import make_page
+from kr5_tools.replay.page import make_page
+from kr5_tools.replay.runs import Run, thinned_run
+from kr5_tools.replay.signals import signal_of
 
 MOST_POSTURES = 1500
 
@@ -68,11 +70,25 @@ def setup_rows(setup: Any) -> list[tuple[str, str]]:
     ]
 
 
-def replay_run(result: Any) -> dict[str, Any]:
-    """Postures over time, thinned out, with the phase that begins at each time."""
+# Columns of an insertion that its page shows as signals: label, unit and quantity.
+SIGNALS = {
+    "fz": ("force along the tube", "N", "force"),
+    "fx": ("force along x of the tube", "N", "force"),
+    "fy": ("force along y of the tube", "N", "force"),
+    "tx": ("moment about x of the tube", "N m", "moment"),
+    "ty": ("moment about y of the tube", "N m", "moment"),
+    "tz": ("moment about z of the tube", "N m", "moment"),
+    "true_z": ("height of the peg's bottom above the true face", "m", "peg"),
+    "true_tilt": ("tilt of the peg against the true tube", "rad", "peg"),
+    "true_x": ("position x of the peg in the true tube frame", "m", "peg"),
+    "true_y": ("position y of the peg in the true tube frame", "m", "peg"),
+}
+
+
+def replay_run(result: Any) -> Run:
+    """Postures over time, thinned out, with the phase that begins at each time, and the signals of the peg."""
     rows, n = result.rows, result.cell.robot.joints
     t, q = np.asarray(rows["t"]), np.column_stack([rows[f"q{i + 1}"] for i in range(n)])
-    keep = np.unique(np.linspace(0, len(t) - 1, min(len(t), MOST_POSTURES)).round().astype(int))
     pegs = len(result.pegs) > 1
     notes = [
         [
@@ -81,13 +97,9 @@ def replay_run(result: Any) -> dict[str, Any]:
         ]
         for p in ending_tables.phases(rows)
     ]
-    return {
-        "name": "insertion",
-        "t": (t[keep] - t[0]).round(4).tolist(),
-        "q": q[keep].round(6).tolist(),
-        "still": None,
-        "notes": notes,
-    }
+    signals = [signal_of(name, *meaning, t - t[0], rows[name]) for name, meaning in SIGNALS.items() if name in rows]
+    run = Run("insertion", t - t[0], q=q, notes=notes, signals=signals, first=["fz", "true_z", "true_tilt"])
+    return thinned_run(run, MOST_POSTURES)
 
 
 def true_tube(result: Any) -> np.ndarray:

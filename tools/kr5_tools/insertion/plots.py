@@ -9,19 +9,19 @@ from matplotlib.figure import Figure
 
 from kr5_tools.calibrate.plots import Plot
 from kr5_tools.insertion import ending_tables
-from kr5_tools.pages.plot_style import BLUE, GREEN, GREY, RED, STYLE, WIDE, plt
+from kr5_tools.pages.plot_style import BLUE, GREEN, GREY, PAPER, RED, SOFT, STYLE, WIDE, plt
 
-# Phases side by side differ; grey ones are between the acts.
+# Phases side by side differ; grey ones are between the acts. Laid over the paper thinly, whichever colour it has.
 SHADES = {
-    "touch": "#fde7c7",
-    "roll": "#d6e9f5",
-    "slide": "#d7efe4",
-    "upright": "#f3dcea",
-    "push": "#f9e3d3",
-    "spiral": "#e6e0f5",
-    "locate": "#eceff3",
-    "aim": "#f6f7f9",
+    "touch": "#E69F00",
+    "roll": "#56B4E9",
+    "slide": "#009E73",
+    "upright": "#CC79A7",
+    "push": "#D55E00",
+    "spiral": "#7B61C9",
+    "locate": GREY,
 }
+SHADE = 0.2  # share of the colour
 MOST_POINTS = 3000
 
 
@@ -51,7 +51,8 @@ def _shade(axes: Any, result: Any, label: bool) -> None:
     whole = spans[-1]["begin"] + spans[-1]["duration"] - spans[0]["begin"]
     for span in spans:
         end = span["begin"] + span["duration"]
-        axes.axvspan(span["begin"], end, color=SHADES.get(span["phase"], "#ffffff"), linewidth=0, zorder=0)
+        if span["phase"] in SHADES:
+            axes.axvspan(span["begin"], end, color=SHADES[span["phase"]], alpha=SHADE, linewidth=0, zorder=0)
         if label and span["phase"] in SHADES and span["duration"] > 0.035 * whole:
             axes.text(
                 (span["begin"] + end) / 2,
@@ -59,7 +60,7 @@ def _shade(axes: Any, result: Any, label: bool) -> None:
                 span["phase"],
                 transform=axes.get_xaxis_transform(),
                 fontsize=8,
-                color="#374151",
+                color=SOFT,
                 ha="left" if span["duration"] < 0.1 * whole else "center",
                 va="bottom",
                 rotation=40 if span["duration"] < 0.1 * whole else 0,
@@ -69,12 +70,13 @@ def _shade(axes: Any, result: Any, label: bool) -> None:
 
 
 def profile_plot(result: Any) -> Figure | None:
-    if not len(result.profile):
-        return None
-    order = np.argsort(result.profile["azimuth"])
-    azimuth, height_plot, closed = (
-        np.asarray(result.profile[name])[order] for name in ("azimuth", "height", "closed_form")
-    )
+    return draw_profile(result.profile) if len(result.profile) else None
+
+
+def draw_profile(profile: Any) -> Figure:
+    """Of the columns azimuth, height and closed_form [rad, m]."""
+    order = np.argsort(profile["azimuth"])
+    azimuth, measured, closed = (np.asarray(profile[name])[order] for name in ("azimuth", "height", "closed_form"))
     figure, axes = plt.subplots(2, 1, figsize=(WIDE, 4.4), sharex=True, height_ratios=(3, 1.3))
     axes[0].plot(
         np.degrees(azimuth),
@@ -83,11 +85,11 @@ def profile_plot(result: Any) -> Figure | None:
         linewidth=1.6,
         label="closed form, at the true position of the peg",
     )
-    axes[0].plot(np.degrees(azimuth), 1e3 * height_plot, "o", color=RED, markersize=3.2, label="measured")
+    axes[0].plot(np.degrees(azimuth), 1e3 * measured, "o", color=RED, markersize=3.2, label="measured")
     axes[0].set_ylabel("height of the peg's\nbottom centre [mm]")
     axes[0].legend(fontsize=9, loc="lower left", bbox_to_anchor=(0, 1), ncols=2)
     axes[1].axhline(0, color=GREY, linewidth=0.8)
-    axes[1].plot(np.degrees(azimuth), 1e3 * (height_plot - closed), ".", color=RED, markersize=4)
+    axes[1].plot(np.degrees(azimuth), 1e3 * (measured - closed), ".", color=RED, markersize=4)
     axes[1].set_ylabel("difference\n[mm]")
     axes[1].set_xlabel("azimuth of the lowest point of the rim [deg]")
     axes[1].set_xticks(range(0, 361, 45))
@@ -131,15 +133,15 @@ def path_plot(result: Any) -> Figure:
     first, last = np.flatnonzero(np.isfinite(x))[[0, -1]]
     figure, axes = plt.subplots(figsize=(WIDE, 4.9))
     for radius, colour, name in (
-        (tube.outer_radius, "#f3e3d8", "face of the tube"),
-        (tube.inner_radius, "white", "bore"),
+        (tube.outer_radius, "#b5653c4d", "face of the tube"),
+        (tube.inner_radius, PAPER, "bore"),
     ):
         axes.add_patch(
-            plt.Circle(off, 1e3 * radius, facecolor=colour, edgecolor="#8a4a24", linewidth=1.2, zorder=1, label=name)
+            plt.Circle(off, 1e3 * radius, facecolor=colour, edgecolor="#b5653c", linewidth=1.2, zorder=1, label=name)
         )
     axes.plot(x, y, color=BLUE, linewidth=1.2, zorder=3, label="path of the peg")
     axes.plot(x[first], y[first], "s", color=BLUE, markersize=5, zorder=4, label="begin")
-    axes.plot(x[last], y[last], "o", color=BLUE, mfc="white", markersize=6, zorder=4, label="end")
+    axes.plot(x[last], y[last], "o", color=BLUE, mfc=PAPER, markersize=6, zorder=4, label="end")
     axes.plot(0, 0, "x", color=RED, markersize=8, mew=1.8, zorder=5, label="assumed axis of the tube")
     axes.plot(*off, "+", color=GREEN, markersize=11, mew=1.8, zorder=5, label="axis of the tube")
     axes.set_aspect("equal")

@@ -17,8 +17,8 @@ LogFile = Annotated[
 
 
 def _as_lines(text: str) -> str:
-    """One paragraph a line, since help joins lines."""
-    return "\n\n".join(line.replace("  ", "\u00a0\u00a0").replace("[", "\\[") for line in text.splitlines())
+    """The lines of an example as help shows them: indented, and with brackets that are no markup."""
+    return "\n".join(line.replace("  ", "\u00a0\u00a0").replace("[", "\\[") for line in text.splitlines())
 
 
 EPILOG = (

@@ -1,8 +1,8 @@
 """What all pages share: the template engine, embedded plots, JSON inside a script."""
 
-import base64
 import io
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -41,20 +41,67 @@ def render_page(template: str, **values: Any) -> str:
     env.filters["number"] = format_number
     env.filters["phrase"] = field_phrase
     env.filters["code"] = with_code
+    env.filters["themed"] = with_theme
+    env.filters["words"] = word_columns
+    env.globals["vendored"] = read_vendored
     return env.get_template(template).render(**values)
 
 
 def embed_plot(plot: Any) -> dict[str, Any]:
-    """A plot with its figure as an SVG inside the page."""
-    buffer = io.BytesIO()
+    """A plot with its figure as SVG, a part of the page, so that its colours follow the page's theme."""
+    from markupsafe import Markup, escape
+
+    buffer = io.StringIO()
     plot.figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None}, transparent=True, dpi=120)
+    text = themed_svg(buffer.getvalue())
+    label = escape(f"{plot.title}. {plot.text}")
     return {
         "name": plot.name,
         "title": plot.title,
         "text": plot.text,
         "wide": plot.wide,
-        "src": "data:image/svg+xml;base64," + base64.b64encode(buffer.getvalue()).decode(),
+        "svg": Markup(text.replace("<svg ", f'<svg class="plot" role="img" aria-label="{label}" ', 1)),
     }
+
+
+def word_columns(table: dict[str, Any]) -> list[int]:
+    """The columns of a table that hold no number, which stand to the left."""
+    columns = list(zip(*table["rows"]))
+    return [k for k, cells in enumerate(columns) if not any(re.match(r"[-+−±]?[\d.]", str(cell)) for cell in cells)]
+
+
+def read_vendored(name: str) -> Any:
+    """A file of another project that pages hold, as it is."""
+    from markupsafe import Markup
+
+    return Markup((Path(__file__).parent / "vendor" / name).read_text(encoding="utf-8"))
+
+
+def theme_variable(colour: str) -> str:
+    """The variable of report.css that holds a colour for both themes, `--plot-ink`; other colours as they are."""
+    from kr5_tools.pages.plot_style import THEMED
+
+    names = {themed.lower(): f"--{name}" for themed, name in THEMED.items()}
+    return names.get(colour.lower(), colour)
+
+
+def with_theme(colour: str) -> str:
+    """A colour for a rule of CSS, by its variable where it has one."""
+    name = theme_variable(colour)
+    return f"var({name})" if name.startswith("--") else name
+
+
+def themed_svg(text: str) -> str:
+    """An SVG of matplotlib as an element of a page: without prolog, metadata, names of its groups, and rules for what
+    is outside of it; themed colours by the name of their variable."""
+
+    def variable(match: re.Match[str]) -> str:
+        return match[1] + with_theme(match[2])
+
+    text = text[text.index("<svg ") :].replace("*{stroke-linejoin", ".plot *{stroke-linejoin", 1)
+    text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
+    text = re.sub(r'<g id="[^"]*"', "<g", text)
+    return re.sub(r"((?:fill|stroke|stop-color): ?)(#[0-9a-fA-F]{6})", variable, text)
 
 
 def write_png(plots: list[Any], folder: Path) -> list[Path]:

@@ -192,7 +192,8 @@ class BinRun:
             seconds += float(np.ptp(scan.times))
         self.out.scan_seconds.append(seconds)
         out = picking.Cloud()
-        out.points, out.origins = np.vstack(points).T, np.vstack(origins).T
+        out.points = kr5.points_from_rows(np.vstack(points))
+        out.origins = kr5.points_from_rows(np.vstack(origins))
         return out
 
     def _image(self) -> np.ndarray:

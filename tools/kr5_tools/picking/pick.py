@@ -166,9 +166,9 @@ def cloud_in_base(file: CloudFile, T_base_cloud: np.ndarray | None) -> Any:
         points = points @ T_base_cloud[:3, :3].T + T_base_cloud[:3, 3]
         origins = origins @ T_base_cloud[:3, :3].T + T_base_cloud[:3, 3]
     out = picking.Cloud()
-    out.points = points.T
+    out.points = kr5.points_from_rows(points)
     if origins is not None:
-        out.origins = origins.T
+        out.origins = kr5.points_from_rows(origins)
     return out
 
 

@@ -35,14 +35,19 @@ def draw_bin(axes: Any, points: np.ndarray, bin_: Any, pellets: list[dict[str, A
     local = local[:, np.isfinite(local).all(axis=0)]
     inside = (np.abs(local[0]) < size[0] / 2) & (np.abs(local[1]) < size[1] / 2)
     _draw_heights(axes, local[:, inside], size)
+    draw_pellets(axes, T_bin_base, pellets)
+    axes.set(xlabel="x of the bin [mm]", ylabel="y of the bin [mm]", aspect="equal")
+
+
+def draw_pellets(axes: Any, T_bin_base: np.ndarray, pellets: list[dict[str, Any]]) -> None:
+    """Outlines of the cylinders from above, coloured by what was decided, with a legend."""
     for number, pellet in enumerate(pellets, 1):
         _draw_pellet(axes, T_bin_base, pellet, number)
     finding = [p["finding"] for p in pellets]
     for key, label in LABELS.items():
         count = sum(f == key or (key == "other" and f not in COLOURS) for f in finding)
         axes.plot([], [], color=COLOURS.get(key, GREY), linewidth=2, label=f"{label}: {count}")
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.09), ncols=2, fontsize=8.5)
-    axes.set(xlabel="x of the bin [mm]", ylabel="y of the bin [mm]", aspect="equal")
+    axes.figure.legend(loc="outside lower center", ncols=2, fontsize=8.5)
 
 
 def _draw_heights(axes: Any, local: np.ndarray, size: np.ndarray) -> None:

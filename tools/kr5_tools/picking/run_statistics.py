@@ -88,7 +88,7 @@ def bins_table(data: dict[str, Any]) -> dict[str, Any]:
     return {"title": "Each bin", "columns": columns, "rows": [[str(v) for v in row] for row in rows], "texts": []}
 
 
-def write_statistics_page(data: dict[str, Any], source: str, output: Path, png: Path | None) -> list[Path]:
+def write_page(data: dict[str, Any], source: str, output: Path, png: Path | None) -> list[Path]:
     """The page of a result file; returns the files of its plots."""
     from kr5_tools.cli.numbers import format_number
     from kr5_tools.pages.tables_page import write_tables_page

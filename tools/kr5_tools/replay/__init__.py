@@ -1,1 +1,1 @@
-"""A page in which a cell moves as it was recorded: `kr5 replay`."""
+"""Pages and Rerun recordings in which a cell moves."""

@@ -1,81 +1,120 @@
-"""A recording or a scene for the Rerun viewer: poses of links, tool and sensors, and every column over time."""
+"""A recording or a scene for the Rerun viewer: poses of links, tool and sensors, and every signal over time."""
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+import typer
 
 from kr5_tools.cli import terminal
+from kr5_tools.replay.runs import Run
+
+Rerun = Annotated[
+    Path | None,
+    typer.Option(
+        "--rerun",
+        metavar="FILE.rrd",
+        help=(
+            "Rerun recording to write: poses of the links, recorded and simulated signals, residuals. Needs pip"
+            " install 'kr5\\[rerun]'."
+        ),
+    ),
+]
 
 AXES = 0.05  # length at which a pose is drawn [m]
 
 
-class Entry(NamedTuple):
-    """One value of one path at one time: a pose (4x4, in the base) or a number."""
+class PosePath(NamedTuple):
+    """A frame over time, or always."""
 
     path: str
-    t: float | None  # [s]; None: always
-    value: Any
+    t: np.ndarray | None  # [s]
+    poses: np.ndarray  # in the base, n x 4 x 4
 
 
-def log_entries(cell: Any, runs: list[dict[str, Any]], tables: list[Any]) -> Iterator[Entry]:
-    """Postures of the runs as poses; of each run's table, when there is one, every column but those of time and
-    joints."""
-    import numpy as np
+class SignalPath(NamedTuple):
+    """A curve of a signal over time, in SI; a residual in units of its noise."""
 
+    path: str
+    t: np.ndarray  # [s]
+    values: np.ndarray
+
+
+def write_rerun(file: Path | None, cell: Any, runs: list[Run], to: Any) -> None:
+    """The recording for the Rerun viewer, when a file is asked for."""
+    if file is None:
+        return
+    sdk = load_sdk(file)
+    with terminal.spinner(f"writing {file}"):
+        write_log(cell, runs, file, sdk)
+    to.print(f"{file}: open it with `rerun {file}`.", soft_wrap=True, markup=False)
+
+
+def pose_paths(cell: Any, runs: list[Run]) -> Iterator[PosePath]:
+    """The frames that stand still, and of each run those that move with the arm, or the peg."""
     from kr5_tools.cell.frames import cell_frames, fixed_frames
 
-    for name, T in fixed_frames(cell).items():
-        yield Entry(_path("cell", name), None, np.asarray(T))
-    moved = fixed_frames(cell).keys()
-    for number, run in enumerate(runs):
-        for t, q in zip(run["t"], run["q"]):
-            for frame in cell_frames(cell, q):
-                if frame["name"] not in moved:
-                    yield Entry(_path(run["name"], frame["name"]), t, np.asarray(frame["T"]))
-        if number < len(tables):
-            yield from _columns(run, tables[number])
-
-
-def _columns(run: dict[str, Any], table: Any) -> Iterator[Entry]:
-    import numpy as np
-
-    t = np.asarray(table["t"])
-    for name in table.columns:
-        if name == "t":
+    still = fixed_frames(cell)
+    for name, T in still.items():
+        yield PosePath(join_path("cell", name), None, np.asarray(T)[None])
+    for run in runs:
+        if run.peg is not None:
+            yield PosePath(join_path(run.name, "peg"), run.t, peg_poses(cell, run))
+        if run.q is None:
             continue
-        for at, value in zip(t - t[0], table[name]):
-            if np.isfinite(value):
-                yield Entry(_path(run["name"], "columns", name), float(at), float(value))
+        moved: dict[str, list[Any]] = {}
+        for q in run.q:
+            for frame in cell_frames(cell, list(q)):
+                if frame["name"] not in still:
+                    moved.setdefault(frame["name"], []).append(np.asarray(frame["T"]))
+        for name, poses in moved.items():
+            yield PosePath(join_path(run.name, name), run.t, np.array(poses))
 
 
-def _path(*parts: str) -> str:
+def peg_poses(cell: Any, run: Run) -> np.ndarray:
+    """Poses of the peg: of a run at the tube in the base, of others in the frame of the bench."""
+    assert run.peg is not None
+    x, y, z, tilt, azimuth = run.peg.T
+    axis = np.column_stack([np.sin(tilt) * np.cos(azimuth), np.sin(tilt) * np.sin(azimuth), np.cos(tilt)])
+    across = np.cross(np.broadcast_to([0.0, 1.0, 0.0], axis.shape), axis)
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    poses = np.tile(np.eye(4), (len(run.t), 1, 1))
+    poses[:, :3, :3] = np.stack([across, np.cross(axis, across), axis], axis=2)
+    poses[:, :3, 3] = np.column_stack([x, y, z])
+    return np.asarray(cell.tube.T_base_tube) @ poses if run.stand == "tube" and cell.tube else poses
+
+
+def signal_paths(runs: list[Run]) -> Iterator[SignalPath]:
+    """Recorded, simulated and residual of every signal, row by row."""
+    for run in runs:
+        for signal in run.signals:
+            for curve, values in signal.curves.items():
+                good = np.isfinite(values)
+                yield SignalPath(join_path(run.name, "signals", signal.name, curve), signal.x[good], values[good])
+
+
+def join_path(*parts: str) -> str:
     return "/".join(part.replace("/", "_").replace(" ", "_") for part in parts)
 
 
-def write_log(log: Iterator[Entry], file: Path, sdk: Any = None) -> None:
-    """Saves the entries; `sdk` is the module rerun."""
-    sdk = sdk or _sdk(file)
+def write_log(cell: Any, runs: list[Run], file: Path, sdk: Any) -> None:
+    """Saves poses and signals; `sdk` is the module rerun."""
     recording = sdk.RecordingStream("kr5")
     recording.save(str(file))
-    drawn = set()
-    for entry in log:
-        static = entry.t is None
-        if not static:
-            recording.set_time("time", duration=entry.t)
-        recording.log(entry.path, _shape(sdk, entry.value), static=static)
-        if not isinstance(entry.value, float) and entry.path not in drawn:
-            drawn.add(entry.path)
-            recording.log(entry.path, sdk.TransformAxes3D(AXES), static=True)
+    for path, t, poses in pose_paths(cell, runs):
+        recording.log(path, sdk.TransformAxes3D(AXES), static=True)
+        if t is None:
+            recording.log(path, sdk.Transform3D(translation=poses[0, :3, 3], mat3x3=poses[0, :3, :3]), static=True)
+            continue
+        columns = sdk.Transform3D.columns(translation=poses[:, :3, 3], mat3x3=poses[:, :3, :3])
+        recording.send_columns(path, [sdk.TimeColumn("time", duration=t)], columns)
+    for path, t, values in signal_paths(runs):
+        recording.send_columns(path, [sdk.TimeColumn("time", duration=t)], sdk.Scalars.columns(scalars=values))
     recording.flush()
 
 
-def _shape(sdk: Any, value: Any) -> Any:
-    if isinstance(value, float):
-        return sdk.Scalars(value)
-    return sdk.Transform3D(translation=value[:3, 3], mat3x3=value[:3, :3])
-
-
-def _sdk(file: Path) -> Any:
+def load_sdk(file: Path) -> Any:
     try:
         import rerun
     except ImportError:

@@ -2,10 +2,11 @@
 
 import base64
 import contextlib
+import importlib
 import io
 import math
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NoReturn
 
 import typer
 
@@ -38,7 +39,10 @@ VIEW_COLUMNS = (
 @app.command(epilog="Example: kr5 report result.json -o report.html --png plots")
 def report(
     result: Annotated[
-        Path, typer.Argument(metavar="RESULT.json", help="Result file, written by a kr5 command with -o.")
+        Path,
+        typer.Argument(
+            metavar="RESULT", help="Result file, written by a kr5 command with -o or --json; or a protocol (YAML)."
+        ),
     ],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="The page.")] = Path("report.html"),
     png: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder for the plots as PNG files.")] = None,
@@ -50,38 +54,71 @@ def report(
 ) -> None:
     """Self-contained page of a result file (no network, no other files), and its plots as PNG."""
     writing.check_writable(output, json_file, inputs=[result])
-    data = results.read_result(result)
-    if data["format"] == "kr5-gap/1":
-        from kr5_tools.gap_report.page import write_gap_report
-
-        written = write_gap_report(data, result, output, png, recording)
-    elif data["format"] == "kr5-sensitivity/1":
-        from kr5_tools.sensitivity.page import write_page
-
-        written = write_page(data, result.name, output, png)
-    elif data["format"] == "kr5-uncertainty/1":
-        from kr5_tools.uncertainty.page import write_page as write_uncertainty_page
-
-        written = write_uncertainty_page(data, result.name, output, png)
-    elif data["format"] == "kr5-dynamics/1":
-        from kr5_tools.identify.dynamics_page import write_page as write_dynamics_page
-
-        written = write_dynamics_page(data, result.name, output, png)
-    elif data["format"] == "kr5-payload/1":
-        from kr5_tools.identify.payload_page import write_page as write_payload_page
-
-        written = write_payload_page(data, result.name, output, png)
-    elif data["format"] == "kr5-bin-run/1":
-        from kr5_tools.picking.run_statistics import write_statistics_page
-
-        written = write_statistics_page(data, result.name, output, png)
-    else:
-        written = write_report(data, result, output, png)
+    written = write_page_of(result, output, png, recording)
     writing.write_json({"report": str(output), "png": [str(f) for f in written]}, json_file)
     out = terminal.console(json_file)
     out.print(f"report: {output}", soft_wrap=True)
     for file in written:
         out.print(f"plot:   {file}", soft_wrap=True)
+
+
+# Modules whose `write_page(data, source, output, png)` shows a format in its own way.
+PAGES = {
+    "kr5-bin-run/1": "picking.run_statistics",
+    "kr5-dynamics/1": "identify.dynamics_page",
+    "kr5-gap-measure/1": "gap.measure_page",
+    "kr5-gap-plan/1": "gap.plan_page",
+    "kr5-insertion/1": "insertion.result_page",
+    "kr5-payload/1": "identify.payload_page",
+    "kr5-pick/1": "picking.pick_page",
+    "kr5-scene-result/1": "simulation.scene_page",
+    "kr5-sensitivity/1": "sensitivity.page",
+    "kr5-uncertainty/1": "uncertainty.page",
+}
+
+
+def write_page_of(result: Path, output: Path, png: Path | None, recording: Path | None) -> list[Path]:
+    """Writes the page of a result file or a protocol; returns the files of its plots."""
+    if result.suffix.lower() in (".yaml", ".yml"):
+        return write_protocol_page(result, output, png)
+    data = results.read_result(result)
+    if data["format"] == "kr5-gap/1":
+        from kr5_tools.gap_report.page import write_gap_report
+
+        return write_gap_report(data, result, output, png, recording)
+    if data["format"] == "kr5-sweep/1":
+        from kr5_tools.sweep.page import write_page
+
+        return write_page(data, result, output, png)
+    if module := PAGES.get(data["format"]):
+        try:
+            written: list[Path] = importlib.import_module(f"kr5_tools.{module}").write_page(
+                data, result.name, output, png
+            )
+            return written
+        except MALFORMED as error:
+            fail_malformed(result, error)
+    return write_report(data, result, output, png)
+
+
+def write_protocol_page(source: Path, output: Path, png: Path | None) -> list[Path]:
+    from kr5_tools.files.documents import read_yaml
+    from kr5_tools.simulation import protocol_page
+
+    content = read_yaml(source, "a protocol (kr5-protocol/1), or a result file, which is JSON")
+    found = content.get("format") if isinstance(content, dict) else None
+    if found != "kr5-protocol/1":
+        results.fail_format(source, found, ["kr5-protocol/1"])
+    return protocol_page.write_page(source, output, png)
+
+
+MALFORMED = (TypeError, ValueError, KeyError, AttributeError, IndexError)
+
+
+def fail_malformed(source: Path, error: Exception) -> NoReturn:
+    terminal.fail(
+        f"{source}: is not a valid result file ({type(error).__name__}: {error}); create it again with its kr5 command"
+    )
 
 
 def write_report(data: dict[str, Any], source: Path, output: Path, png: Path | None = None) -> list[Path]:
@@ -98,11 +135,8 @@ def write_report(data: dict[str, Any], source: Path, output: Path, png: Path | N
             page = make_page(data, source, drawn)
             writing.write_text(page, output)
             return write_png(drawn, png) if png else []
-    except (TypeError, ValueError, KeyError, AttributeError, IndexError) as error:
-        terminal.fail(
-            f"{source}: is not a valid result file ({type(error).__name__}: {error});"
-            " create it again with its kr5 command"
-        )
+    except MALFORMED as error:
+        fail_malformed(source, error)
     finally:
         for plot in drawn:
             plt.close(plot.figure)
@@ -123,6 +157,7 @@ def make_page(data: dict[str, Any], source: Path, drawn: list[Any]) -> str:
         views=views,
         columns=columns,
         figures=figures,
+        corrected=any(row.get("corrected") for row in figures),
         poses=poses,
         seen=seen_table(data),
         seen_columns=SEEN_COLUMNS,

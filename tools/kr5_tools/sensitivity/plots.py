@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from kr5_tools.calibrate.plots import Plot
-from kr5_tools.pages.plot_style import BLUE, GREEN, GREY, RED, STYLE, WIDE, plt
+from kr5_tools.pages.plot_style import BLUE, GREEN, GREY, INK, RED, STYLE, WIDE, plt
 
 COLOURS = (BLUE, RED, GREEN)
 MOST_BARS = 30  # inputs of a chart; of more, those that count
@@ -57,7 +57,7 @@ def draw_bars(analysis: dict[str, Any], outputs: list[int]) -> Figure:
         axes.errorbar(x, y, yerr=errors, fmt="none", ecolor=GREY, elinewidth=0.9, capsize=1.5)
         shown = first[chosen, output]
         seen = y > 0.02  # on a lower bar the dash would hide it
-        axes.hlines(shown[seen], (x - 0.4 * width)[seen], (x + 0.4 * width)[seen], color="black", linewidth=1.1)
+        axes.hlines(shown[seen], (x - 0.4 * width)[seen], (x + 0.4 * width)[seen], color=INK, linewidth=1.1)
     labels = [analysis["inputs"][k]["name"] for k in chosen]
     upright = sum(map(len, labels)) > 70 or len(labels) > 14
     axes.set_xticks(at, labels, rotation=90 if upright else 0, fontsize=9)

@@ -11,6 +11,7 @@ from kr5_tools.cli.interruption import tell_when_stopped
 from kr5_tools.cli.value_list import parse_values
 from kr5_tools.files import writing
 from kr5_tools.insertion.task import Cell, load_cell
+from kr5_tools.sweep.page import table_title, write_sweep_page
 from kr5_tools.sweep.trials import Grid, make_setup, run_trial
 
 app = typer.Typer()
@@ -111,7 +112,10 @@ def insertion(
         found = [folder.trials[key] for key in sorted(folder.trials)]
     found_tables = rate_table.rate_tables(found, grid)
     print_rates(found_tables, to)
-    write_page(found_tables, grid, source, output, png, to)
+    files = write_sweep_page(found_tables, grid, source.name, output / "report.html", png)
+    if png:
+        to.print(f"{png}: {len(files)} plots.", soft_wrap=True, markup=False)
+    to.print(f"{output / 'report.html'}: open it in a browser.", soft_wrap=True, markup=False)
     writing.write_json(
         {"grid": grid.__dict__, "tables": found_tables, "trials": [t.__dict__ for t in found]}, json_file
     )
@@ -152,10 +156,6 @@ def parse_choice(name: str, given: str) -> tuple[str, ...]:
     return BOTH[name] if given == "both" else (given,)
 
 
-def table_title(table: dict[str, Any]) -> str:
-    return f"Tube {'standing' if table['orientation'] == 'vertical' else 'lying'}, strategy {table['strategy']}"
-
-
 def print_rates(rate_tables: list[dict[str, Any]], to: Any) -> None:
     from kr5_tools.sweep import rate_table
 
@@ -169,39 +169,3 @@ def print_rates(rate_tables: list[dict[str, Any]], to: Any) -> None:
         for text in rate_table.table_texts(table):
             to.print(text, soft_wrap=True, markup=False)
         to.print()
-
-
-def write_page(
-    rate_tables: list[dict[str, Any]], grid: Grid, source: Path, output: Path, png: Path | None, to: Any
-) -> None:
-    """The page, and the plots where they are wanted."""
-    import kr5
-
-    from kr5_tools.pages.plot_style import plt
-    from kr5_tools.pages.rendering import embed_plot, render_page, write_png
-    from kr5_tools.sweep import plots, rate_table
-
-    with terminal.spinner("drawing"):
-        drawn = plots.sweep_plots(rate_tables, grid)
-        files = write_png(drawn, png) if png else []
-        shown = [
-            {"title": table_title(t), "rows": rate_table.display_rows(t), "words": rate_table.table_texts(t)}
-            for t in rate_tables
-        ]
-        page = render_page(
-            "sweep.html",
-            title="Sweep of insertions",
-            brand="kr5 sweep insertion",
-            version=kr5.__version__,
-            source=source.name,
-            tables=shown,
-            text=f"Seed {grid.seed}, pushed in by {grid.insert_by}",
-            columns=rate_table.COLUMNS,
-            plots=[embed_plot(p) for p in drawn],
-        )
-        writing.write_text(page, output / "report.html")
-    for plot in drawn:
-        plt.close(plot.figure)
-    if png:
-        to.print(f"{png}: {len(files)} plots.", soft_wrap=True, markup=False)
-    to.print(f"{output / 'report.html'}: open it in a browser.", soft_wrap=True, markup=False)

@@ -41,6 +41,42 @@ def cell_text(cell: Any) -> str:
         return file.read_text(encoding="utf-8")
 
 
+def read_trials(file: Path, grid: Grid) -> list[Trial]:
+    """The finished trials of a sweep, in the order of their keys; the folder is left as it is."""
+    try:
+        data = file.read_bytes()
+    except OSError as error:
+        terminal.fail(f"{file}: {error.strerror}; expected the trials of the sweep beside its sweep.json")
+    whole = data.rfind(b"\n") + 1
+    trials = parse_trials(data[:whole], file, grid) if whole else {}
+    if not trials:
+        terminal.fail(f"{file}: has no finished trial; run the sweep first: kr5 sweep insertion")
+    return [trials[key] for key in sorted(trials)]
+
+
+def parse_trials(data: bytes, file: Path, grid: Grid) -> dict[Key, Trial]:
+    """The trials of whole lines, the first of which names the columns."""
+    try:
+        lines = list(csv.reader(data.decode("utf-8").split("\n")[:-1]))
+    except (UnicodeDecodeError, csv.Error) as error:
+        terminal.fail(f"{file}: is not a table of trials ({error}); choose another folder (-o)")
+    if tuple(lines[0]) != HEADER:
+        terminal.fail(f"{file}:1: found other columns than {','.join(HEADER)}; choose another folder (-o)")
+    found = (_parse_trial(line, file, number, grid) for number, line in enumerate(lines[1:], 2))
+    return {trial.key: trial for trial in found}
+
+
+def _parse_trial(line: list[str], file: Path, number: int, grid: Grid) -> Trial:
+    try:
+        types: list[Any] = [f.type for f in fields(Trial)]
+        values: list[Any] = [kind(value) for kind, value in zip(types, line, strict=True)]
+        trial = Trial(*values)
+        check_trial(trial, grid)
+        return trial
+    except (ValueError, OverflowError) as error:
+        terminal.fail(f"{file}:{number}: is not a trial ({error}); delete this line to run the trial again")
+
+
 class SweepFolder(RunFolder):
     """Trials that are finished, and a place for more."""
 
@@ -64,30 +100,7 @@ class SweepFolder(RunFolder):
         if not whole:
             self._append_rows([HEADER])
             return
-        try:
-            lines = list(csv.reader(data[:whole].decode("utf-8").split("\n")[:-1]))
-        except (UnicodeDecodeError, csv.Error) as error:
-            terminal.fail(f"{self.path / 'trials.csv'}: is not a table of trials ({error}); choose another folder (-o)")
-        if tuple(lines[0]) != HEADER:
-            terminal.fail(
-                f"{self.path / 'trials.csv'}:1: found other columns than {','.join(HEADER)}; choose another folder (-o)"
-            )
-        for number, line in enumerate(lines[1:], 2):
-            trial = self._parse(line, number)
-            self.trials[trial.key] = trial
-
-    def _parse(self, line: list[str], number: int) -> Trial:
-        try:
-            types: list[Any] = [f.type for f in fields(Trial)]
-            values: list[Any] = [kind(value) for kind, value in zip(types, line, strict=True)]
-            trial = Trial(*values)
-            check_trial(trial, self.grid)
-            return trial
-        except (ValueError, OverflowError) as error:
-            terminal.fail(
-                f"{self.path / 'trials.csv'}:{number}: is not a trial ({error}); delete"
-                " this line to run the trial again"
-            )
+        self.trials = parse_trials(data[:whole], self.path / "trials.csv", self.grid)
 
     def add(self, trials: list[Trial]) -> None:
         """Keeps finished trials, come what may."""

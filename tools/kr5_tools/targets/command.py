@@ -1,10 +1,9 @@
 """Targets: read, found in images, and `kr5 target`, which prints them and lists their points."""
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -12,6 +11,7 @@ from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.files import images, writing
 from kr5_tools.files.documents import display_value, read_yaml
 from kr5_tools.files.paths import library_path
+from kr5_tools.targets import sheet
 
 app = typer.Typer(no_args_is_help=True)
 
@@ -131,63 +131,55 @@ def find_in_images(
     return seen
 
 
-@app.command("print", epilog="Example: kr5 target print --target chessboard:6x9:0.025 -o board.pdf")
+@app.command("print", epilog="Example: kr5 target print --target chessboard:5x8:0.025 --paper a4 -o board.pdf")
 def print_target(
     target: Target,
     output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="PNG or PDF to write.")],
+    paper: Annotated[
+        str | None,
+        typer.Option(
+            metavar="PAPER",
+            show_default=False,
+            help=f"Paper: {', '.join(sheet.PAPERS)}, or WIDTHxHEIGHT \\[mm]; by default as large as target and ruler.",
+        ),
+    ] = None,
+    orientation: Annotated[
+        Literal["auto", "portrait", "landscape"],
+        typer.Option(help="Orientation of the paper; auto: portrait where the target fits, else landscape."),
+    ] = "auto",
     dpi: Annotated[int, typer.Option(min=50, max=1200, help="Dots per inch.")] = 300,
     json_file: arguments.JsonOption = None,
 ) -> None:
-    """Drawing of a target to scale, with a ruler of 100 mm to check the printer."""
+    """Drawing of a target to scale, with a ruler of 100 mm to check the printer.
+
+    A target that does not fit on the paper is refused, with the largest one that does.
+    """
     import kr5.vision
-    import numpy as np
 
     if output.suffix.lower() not in (".png", ".pdf"):
         terminal.fail(f"{output}: found the ending '{output.suffix}', expected .png or .pdf")
+    writing.check_writable(output, json_file)
+    if orientation != "auto" and paper is None:
+        terminal.fail(f"--orientation: found {orientation} without a paper; expected --paper too, such as --paper a4")
     wanted = load_target(target)
-    picture = kr5.vision.draw_target(wanted, dpi / 0.0254)
-    size = [MM * float(v) for v in np.diff(kr5.vision.printed_area(wanted), axis=1).ravel()]
-    _page(picture, size, target, dpi, output)
-    writing.write_json({"file": str(output), "width_mm": size[0], "height_mm": size[1] + RULER, "dpi": dpi}, json_file)
+    with terminal.spinner("drawing the target"):
+        area = kr5.vision.printed_area(wanted)
+        extent = (MM * float(area[0, 1] - area[0, 0]), MM * float(area[1, 1] - area[1, 0]))
+        size = (
+            sheet.choose_sheet(target, wanted, paper, orientation)
+            if paper
+            else (max(extent[0], 20.0), extent[1] + sheet.RULER)
+        )
+        picture = kr5.vision.draw_target(wanted, dpi / 0.0254)
+        sheet.save_sheet(sheet.draw_sheet(picture, target, extent, size, dpi), output, dpi)
+    told = {"file": str(output), "width_mm": size[0], "height_mm": size[1], "dpi": dpi, "paper": paper}
+    writing.write_json(told, json_file)
+    on = f"{paper}, {'portrait' if size[0] <= size[1] else 'landscape'}, " if paper else ""
     terminal.console(json_file).print(
-        f"{output}: {size[0]:.1f} x {size[1] + RULER:.1f} mm at {dpi} dpi. Print at 100 % (no 'fit to page'), then"
+        f"{output}: {on}{size[0]:.1f} x {size[1]:.1f} mm at {dpi} dpi. Print at 100 % (no 'fit to page'), then"
         " measure the ruler.",
         soft_wrap=True,
     )
-
-
-RULER = 16.0  # height of the strip below the target that holds ruler and text [mm]
-
-
-def _page(picture: Any, size: list[float], target: str, dpi: int, output: Path) -> None:
-    """One page as large as the target and its ruler."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    width, height = max(size[0], 20.0), size[1] + RULER
-    figure = plt.figure(figsize=(width / 25.4, height / 25.4), dpi=dpi)
-    try:
-        sheet = figure.add_axes((0, RULER / height, size[0] / width, size[1] / height))
-        sheet.imshow(picture, cmap="gray", vmin=0, vmax=255, interpolation="none", aspect="auto")
-        sheet.set_axis_off()
-        axes = figure.add_axes((0, 0, 1, RULER / height), xlim=(0, width), ylim=(0, RULER))
-        axes.set_axis_off()
-        length = min(100, 10 * math.floor((width - 6) / 10))
-        for mm in range(length + 1):
-            axes.plot(
-                [3 + mm] * 2,
-                [11, 11 - (3.5 if mm % 10 == 0 else 2 if mm % 5 == 0 else 1.2)],
-                color="black",
-                linewidth=0.4,
-            )
-        axes.plot([3, 3 + length], [11, 11], color="black", linewidth=0.4)
-        text = f"{length} mm · {target} · lengths in metres" if len(target) < 80 else f"{length} mm"
-        axes.text(3, 3, text, fontsize=max(3.0, min(7.0, 1.5 * width / len(text) / 0.3528)), va="center")
-        writing.save_figure(figure, output, dpi=dpi)
-    finally:
-        plt.close(figure)
 
 
 @app.command("points", epilog="Example: kr5 target points --target grid:36h11:5x7:0.03:0.01 --json -")

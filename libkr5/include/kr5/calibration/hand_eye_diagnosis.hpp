@@ -7,6 +7,7 @@
 
 #include <kr5/calibration/hand_eye.hpp>
 #include <kr5/calibration/hand_eye_cause.hpp>
+#include <kr5/calibration/hand_eye_pairs.hpp>
 #include <kr5/calibration/pose_format.hpp>
 
 /// @file
@@ -26,6 +27,10 @@ struct HandEyeRecording {
   Pinhole camera;
   Mount mount = Mount::EyeInHand;
 
+  /// What `calibrate_hand_eye` took: its poses are the rows.
+  static HandEyeRecording from_views(std::span<const HandEyeView> views, const Pinhole& camera,
+                                     Mount mount = Mount::EyeInHand);
+
   /// @throws InvalidArgument when rows, views and times do not match.
   void validate() const;
 };
@@ -38,6 +43,9 @@ struct HandEyePairsRecording {
   std::vector<std::string> names;     ///< Of the pairs; empty: their numbers.
   std::vector<double> times;          ///< Of the pairs [s]; empty: evenly spaced.
   Mount mount = Mount::EyeInHand;
+
+  /// What `calibrate_hand_eye_pairs` took: its poses of the robot are the rows.
+  static HandEyePairsRecording from_pairs(std::span<const PosePair> pairs, Mount mount = Mount::EyeInHand);
 
   /// @throws InvalidArgument when rows, poses, names and times do not match.
   void validate() const;

@@ -133,6 +133,10 @@ struct Plan {
 Plan plan(const cell::Recording& recording, const cell::Simulator& simulator,
           const std::vector<Alternative>& alternatives, const PlanOptions& options = {});
 
+/// Explanations that a diagnosis could not distinguish, for `plan`: its causes, and the same with each effect that
+/// could stand in the place of one. Empty when nothing is tied.
+std::vector<Alternative> tied_alternatives(const Diagnosis& diagnosis);
+
 /// Support that recordings of one cell give to each of several explanations.
 struct ModelComparison {
   int best = 0;

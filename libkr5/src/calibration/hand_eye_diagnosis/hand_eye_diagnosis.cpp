@@ -244,7 +244,38 @@ HandEyeDiagnosis diagnose(Case& c, const HandEyeResult& result, const HandEyeDia
   return out;
 }
 
+/// Poses as a controller would write them in the plainest format.
+Eigen::MatrixXd as_rows(const std::vector<Pose>& T_base_flange) {
+  Eigen::MatrixXd rows(static_cast<Eigen::Index>(T_base_flange.size()), 7);
+  for (Eigen::Index i = 0; i < rows.rows(); ++i)
+    rows.row(i) = to_row(T_base_flange[static_cast<std::size_t>(i)], PoseFormat{});
+  return rows;
+}
+
 }  // namespace
+
+HandEyeRecording HandEyeRecording::from_views(std::span<const HandEyeView> views, const Pinhole& camera, Mount mount) {
+  std::vector<Pose> poses;
+  HandEyeRecording out{{}, {}, {}, {}, camera, mount};
+  for (const HandEyeView& view : views) {
+    poses.push_back(view.T_base_flange);
+    out.views.push_back(view.view);
+  }
+  out.rows = as_rows(poses);
+  return out;
+}
+
+HandEyePairsRecording HandEyePairsRecording::from_pairs(std::span<const PosePair> pairs, Mount mount) {
+  std::vector<Pose> poses;
+  HandEyePairsRecording out{{}, {}, {}, {}, {}, mount};
+  for (const PosePair& pair : pairs) {
+    poses.push_back(pair.T_base_flange);
+    out.T_camera_target.push_back(pair.T_camera_target);
+    out.names.push_back(pair.name);
+  }
+  out.rows = as_rows(poses);
+  return out;
+}
 
 void HandEyePairsRecording::validate() const {
   const std::string n = std::to_string(T_camera_target.size());

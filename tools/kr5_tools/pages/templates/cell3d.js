@@ -72,7 +72,7 @@ function makeCell(data, postures) {
   function addSolid(t) {
     if (t.kind === "ball") sphere({ centre: origin(t.T), radius: t.radius });
     if (t.kind === "tube") tube({ T: t.T, inner: t.inner_radius, outer: t.radius, depth: t.depth });
-    if (t.kind === "plate") face([[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([x, y]) => at(t.T, [x * t.width / 2, y * t.height / 2, 0])), "#e8e2d6", true, true);
+    if (t.kind === "plate") face([[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([x, y]) => at(t.T, [x * t.width / 2, y * t.height / 2, 0])), "--bench", true, true);
   }
   function block(T, r, long, colour) { cylinder(plus(origin(T), column(T, 2), -long * r), plus(origin(T), column(T, 2), 0), r, colour); }
   function frame(T, s) { ["#D55E00", "#009E73", "#0072B2"].forEach((colour, k) => line(origin(T), plus(origin(T), column(T, k), s), colour, 2)); }
@@ -107,13 +107,13 @@ function makeCell(data, postures) {
       const p = data.peg, away = times(column(E, 2), dot(column(E, 2), back) < 0 ? -1 : 1);
       const grip = p ? plus(tip, away, Math.min(p.length, 0.7 * long(plus(origin(F), tip, -1)))) : tip;
       cylinder(origin(F), grip, 0.5 * thick(n), cell.colours.tool || "#6b7280");
-      if (p) cylinder(tip, plus(tip, away, p.length), p.radius, cell.colours.contact || "#1f2937");
+      if (p) cylinder(tip, plus(tip, away, p.length), p.radius, cell.colours.contact || "--peg");
       if (!near) frame(E, 0.05 * reach);
     }
     if (near) return;
     if (data.T_flange_sensor && cell.colours.sensor) block(product(F, data.T_flange_sensor), thick(n), 0.5, cell.colours.sensor);
     if (data.T_flange_camera) {
-      eye(product(F, data.T_flange_camera), 0.09 * reach, "#111827", false);
+      eye(product(F, data.T_flange_camera), 0.09 * reach, "--mark", false);
       block(product(F, data.T_flange_camera), 0.5 * thick(n), 2, cell.colours.camera || "#374151");
     }
     if (data.T_flange_scanner) {
@@ -131,11 +131,11 @@ function makeCell(data, postures) {
       if (turned >= 0 && !f.hollow) continue;  // seen from behind
       const normal = unit(cross(plus(f.points[1], f.points[0], -1), plus(f.points[2], f.points[0], -1)));
       const shade = 0.62 + 0.38 * Math.abs(dot(normal, light)) * (dot(normal, light) > 0 || f.hollow ? 1 : 0.3);
-      const colour = [1, 3, 5].map((k) => Math.round(parseInt(f.colour.slice(k, k + 2), 16) * shade));
+      const full = themeColour(f.colour), colour = [1, 3, 5].map((k) => Math.round(parseInt(full.slice(k, k + 2), 16) * shade));
       const depths = p.map((q) => q[2]);
       drawn.push({ p, near: f.behind ? Math.min(...depths) : depths.reduce((s, x) => s + x, 0) / p.length, fill: `rgb(${colour})`, glass: f.glass });
     }
-    for (const l of lines) { const p = [project(l.a), project(l.b)]; drawn.push({ p, near: (p[0][2] + p[1][2]) / 2 + (l.near ?? 0.002), stroke: l.colour, width: l.width }); }
+    for (const l of lines) { const p = [project(l.a), project(l.b)]; drawn.push({ p, near: (p[0][2] + p[1][2]) / 2 + (l.near ?? 0.002), stroke: themeColour(l.colour), width: l.width }); }
     drawn.sort((a, b) => a.near - b.near);
     ink.lineJoin = ink.lineCap = "round";
     for (const t of drawn) {
@@ -163,14 +163,40 @@ function makeCell(data, postures) {
   const grid = Math.pow(10, Math.floor(Math.log10(span / 3))), floor = Math.min(0, low[2]);
   const edge = (x, up) => (up ? Math.ceil(x / grid) : Math.floor(x / grid)) * grid;
   function ground() {
-    for (let x = edge(low[0]); x <= edge(high[0], true) + 1e-9; x += grid) lines.push({ a: [x, edge(low[1]), floor], b: [x, edge(high[1], true), floor], colour: "#dde3ea", width: 1, near: -2 * span });
-    for (let y = edge(low[1]); y <= edge(high[1], true) + 1e-9; y += grid) lines.push({ a: [edge(low[0]), y, floor], b: [edge(high[0], true), y, floor], colour: "#dde3ea", width: 1, near: -2 * span });
+    for (let x = edge(low[0]); x <= edge(high[0], true) + 1e-9; x += grid) lines.push({ a: [x, edge(low[1]), floor], b: [x, edge(high[1], true), floor], colour: "--grid", width: 1, near: -2 * span });
+    for (let y = edge(low[1]); y <= edge(high[1], true) + 1e-9; y += grid) lines.push({ a: [edge(low[0]), y, floor], b: [edge(high[0], true), y, floor], colour: "--grid", width: 1, near: -2 * span });
   }
   // The tube and room for the peg above it.
   function closeUp() {
     const axis = column(data.tube.T, 2), top = origin(data.tube.T), { outer, depth } = data.tube;
     const content = [...ring(plus(top, axis, -0.8 * depth), axis, 1.2 * outer), ...ring(plus(top, axis, 0.8 * depth), axis, 1.2 * outer)];
     return { middle: top, span: 2 * depth, content };
+  }
+  // The peg, or a rod in its place, alone at x, y, z, tilt and its azimuth in the frame of the tube's face, of a bench at
+  // z = 0, or in the air.
+  const rod = data.peg || { radius: 0.01, length: 0.06 };
+  function drawPeg(ink, project, { stand }, [x, y, z, tilt, azimuth]) {
+    faces = []; lines = []; near = true;
+    const level = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]], side = 5 * rod.radius;
+    if (stand === "tube" && data.tube) tube({ ...data.tube, T: level });
+    else {
+      for (let k = -5; k <= 5; ++k) for (const flip of [false, true]) {
+        const ends = [[k * rod.radius, -side, 0], [k * rod.radius, side, 0]].map(([a, b, c]) => (flip ? [b, a, c] : [a, b, c]));
+        lines.push({ a: ends[0], b: ends[1], colour: "--grid", width: 1, near: -1 });
+      }
+      if (stand === "bench") face([[-side, -side, 0], [side, -side, 0], [side, side, 0], [-side, side, 0]], "--bench", true, true);
+    }
+    const tip = [x, y, z], axis = [Math.sin(tilt) * Math.cos(azimuth), Math.sin(tilt) * Math.sin(azimuth), Math.cos(tilt)];
+    cylinder(tip, plus(tip, axis, rod.length), rod.radius, "--peg");
+    cylinder(plus(tip, axis, 0.75 * rod.length), plus(tip, axis, 1.4 * rod.length), 1.5 * rod.radius, "#9fb0c3");
+    paint(ink, project);
+  }
+  function pegView({ stand, peg }) {
+    const onTube = stand === "tube" && data.tube, wide = onTube ? 1.2 * data.tube.outer : 5 * rod.radius;
+    const low = onTube ? -data.tube.depth : Math.min(0, ...peg.map((p) => p[2])), high = Math.max(...peg.map((p) => p[2])) + 1.4 * rod.length;
+    const content = [low, high].flatMap((z) => [[-wide, -wide, z], [wide, -wide, z], [wide, wide, z], [-wide, wide, z]]);
+    const where = onTube ? "The tube in its own frame." : `Grid: ${+(1000 * rod.radius).toFixed(2)} mm at height 0.`;
+    return { view: { middle: [0, 0, (low + high) / 2], span: Math.hypot(2 * wide, high - low), content }, scale: `${data.peg ? "The peg" : "The tool"} alone: no joint positions are given. ${where}` };
   }
   // Where a label of each part points.
   function places(q) {
@@ -184,7 +210,7 @@ function makeCell(data, postures) {
   }
 
   return Object.assign(cell, {
-    links, places, view: { middle, span, content }, scale: "Floor grid: " + (grid >= 1 ? grid + " m" : Math.round(grid * 1000) + " mm") + ".",
+    links, places, drawPeg, pegView, view: { middle, span, content }, scale: "Floor grid: " + (grid >= 1 ? grid + " m" : Math.round(grid * 1000) + " mm") + ".",
     close: data.tube && closeUp(),
     draw(ink, project, q, closely = false) {
       faces = []; lines = []; near = closely;

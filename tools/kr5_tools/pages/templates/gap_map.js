@@ -6,7 +6,7 @@
   let which = "before";
   const redraw = makeView(document.getElementById("scene"), cell.view, (ink, project, box) => {
     cell.colours = Object.fromEntries(data.parts.map((part) => [part.id, part[which].colour]));
-    for (const id of ["sensor", "tool", "camera", "laser", "tube", "contact", ...data.joints.map((_, i) => `joint${i + 1}`)]) cell.colours[id] ??= "#f3f4f6";
+    for (const id of ["sensor", "tool", "camera", "laser", "tube", "contact", ...data.joints.map((_, i) => `joint${i + 1}`)]) cell.colours[id] ??= "--plot-unknown";
     cell.draw(ink, project, data.q);
     const places = cell.places(data.q);
     drawLabels(ink, box, data.parts.filter((part) => places[part.id] && (part[which].label || (part.cause && which === "before"))).map((part) => ({

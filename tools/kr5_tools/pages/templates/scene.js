@@ -24,13 +24,13 @@
     if (f.parent !== null && !small) line(origin(frames[f.parent].T), o, "#9ca3af", 1);
     if (f.kind === "camera" || f.kind === "station") {
       const w = s * 0.9, h = s * 0.68, d = s * 1.3, corners = [[-w, -h, d], [w, -h, d], [w, h, d], [-w, h, d]];
-      const colour = f.kind === "camera" ? "#111827" : "#9ca3af";
+      const colour = f.kind === "camera" ? "--mark" : "#9ca3af";
       loop(f.T, corners, colour, 1.2);
       corners.forEach((c) => line(o, at(f.T, c), colour, 1.2));
     }
     if (["board", "boards", "marker"].includes(f.kind)) {
       const [x0, y0, x1, y1] = f.box || [-unit, -unit, unit, unit];
-      loop(f.T, [[x0, y0, 0], [x1, y0, 0], [x1, y1, 0], [x0, y1, 0]], f.kind === "boards" ? "#9ca3af" : "#111827", 1.6);
+      loop(f.T, [[x0, y0, 0], [x1, y0, 0], [x1, y1, 0], [x0, y1, 0]], f.kind === "boards" ? "#9ca3af" : "--mark", 1.6);
     }
     if (!small) labels.push({ p: o, text: f.name });
     else if (f.kind === "marker") labels.push({ p: o, text: f.name.replace(/^\D+(?=\d+$)/, ""), soft: true });
@@ -46,8 +46,8 @@
   const snap = (x) => Math.round(x / grid) * grid;
   for (let x = -reach; x <= reach + 1e-9; x += grid) {
     const cx = snap(middle[0]), cy = snap(middle[1]);
-    line([cx + x, cy - reach, floor], [cx + x, cy + reach, floor], "#dde3ea", 1);
-    line([cx - reach, cy + x, floor], [cx + reach, cy + x, floor], "#dde3ea", 1);
+    line([cx + x, cy - reach, floor], [cx + x, cy + reach, floor], "--grid", 1);
+    line([cx - reach, cy + x, floor], [cx + reach, cy + x, floor], "--grid", 1);
   }
   document.getElementById("scale").textContent = "Floor grid: " + (grid >= 1 ? grid + " m" : Math.round(grid * 1000) + " mm") + ".";
 
@@ -56,7 +56,7 @@
     drawn.sort((l, m) => l.a[2] + l.b[2] - m.a[2] - m.b[2]);
     ink.lineCap = "round";
     for (const l of drawn) {
-      ink.strokeStyle = l.colour;
+      ink.strokeStyle = themeColour(l.colour);
       ink.lineWidth = l.width;
       ink.beginPath();
       ink.moveTo(l.a[0], l.a[1]);

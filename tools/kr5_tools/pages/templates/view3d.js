@@ -1,8 +1,19 @@
+// A colour of the page's theme by the name of its variable, `--grid`; other colours stay.
+const themeColour = (() => {
+  const known = new Map();
+  document.addEventListener("themechange", () => known.clear());
+  return (colour) => {
+    if (!colour.startsWith("--")) return colour;
+    if (!known.has(colour)) known.set(colour, getComputedStyle(document.documentElement).getPropertyValue(colour).trim());
+    return known.get(colour);
+  };
+})();
+
 // A view in 3D on a plain canvas: orthographic with a hint of perspective, turned and zoomed by pointer and keys.
 // Not three.js: that adds 700 kB to each of the pages, which hold everything they need, for lines and a few faces.
-// `middle` and `span`: what it turns about, and how large that is; `content`: points that shall fit.
+// `space`: `middle` and `span`, what it turns about and how large that is; `content`, points that shall fit. It may change.
 // `paint(ink, project, box)` draws; `project` gives x and y on the canvas, and nearness. Returns the function that redraws.
-function makeView(canvas, { middle, span, content }, paint) {
+function makeView(canvas, space, paint) {
   const ink = canvas.getContext("2d");
   const start = { yaw: -0.95, pitch: 0.42, zoom: 1 };
   const view = { ...start };
@@ -12,6 +23,7 @@ function makeView(canvas, { middle, span, content }, paint) {
     canvas.width = Math.round(box.width * ratio);
     canvas.height = Math.round(box.height * ratio);
     ink.setTransform(ratio, 0, 0, ratio, 0, 0);
+    const { middle, span, content } = space;
     const [cy, sy, cp, sp] = [Math.cos(view.yaw), Math.sin(view.yaw), Math.cos(view.pitch), Math.sin(view.pitch)];
     const turn = (p) => {
       const x = p[0] - middle[0], y = p[1] - middle[1], z = p[2] - middle[2];
@@ -60,6 +72,7 @@ function makeView(canvas, { middle, span, content }, paint) {
     draw();
   });
   new ResizeObserver(draw).observe(canvas);
+  document.addEventListener("themechange", draw);
   draw();
   return draw;
 }
@@ -75,9 +88,9 @@ function drawLabels(ink, box, labels) {
     while (taken.some((t) => Math.abs(t.base - base) < 15 && from < t.to && t.from < from + width)) base += 15;
     taken.push({ from, to: from + width, base });
     ink.lineWidth = 3;
-    ink.strokeStyle = "rgba(255,255,255,.9)";
+    ink.strokeStyle = themeColour("--halo");
     ink.strokeText(label.text, from, base);
-    ink.fillStyle = label.soft ? "#4b5563" : "#111827";
+    ink.fillStyle = themeColour(label.soft ? "--soft" : "--ink");
     ink.fillText(label.text, from, base);
   }
 }

@@ -1,0 +1,173 @@
+"""What results show of themselves at the prompt and in a notebook."""
+
+import inspect
+import re
+import sys
+from html.parser import HTMLParser
+
+import kr5
+import kr5.cell
+import kr5.gap
+import kr5.picking
+import kr5.sim
+import kr5.vision
+import numpy as np
+import pytest
+from kr5 import calibration
+
+
+class Tables(HTMLParser):
+    """Rows of the tables of a page, and whether its elements are closed in order."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.rows, self.open = [], []
+        self.feed(text)
+        assert not self.open
+
+    def handle_starttag(self, tag, attrs):
+        self.open.append(tag)
+        if tag == "tr":
+            self.rows.append([])
+        if tag in ("td", "th"):
+            self.rows[-1].append("")
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        if self.open and self.open[-1] in ("td", "th"):
+            self.rows[-1][-1] += data
+
+
+def classes():
+    """Every class of kr5 that can be made without arguments, and some results."""
+    for name, module in sorted(sys.modules.items()):
+        if re.match(r"kr5\._kr5", name):
+            for cls in vars(module).values():
+                if inspect.isclass(cls) and hasattr(cls, "_repr_html_"):
+                    yield cls
+
+
+def hand_eye_result():
+    covariance = np.diag([1e-8, 4e-8, 9e-8, 1e-6, 1e-6, 1e-6])
+    return calibration.HandEyeResult(
+        T_mount_camera=kr5.to_pose([0.0123456, 0.05, 0.1, 0, 0, np.pi / 2]),
+        covariance=covariance,
+        views=[calibration.HandEyeViewReport(name=f"view {k}", rms_px=0.1 * k) for k in range(20)],
+        fit=kr5.FitReport(status="converged"),
+    )
+
+
+def test_every_class_shows_itself():
+    shown = 0
+    for cls in classes():
+        try:
+            item = cls()
+        except (TypeError, kr5.InvalidArgument):
+            continue
+        text = repr(item)
+        assert text.startswith(cls.__name__ + "(") and text.endswith(")") and " object at 0x" not in text
+        assert all(len(line) < 1500 for line in text.splitlines())
+        Tables(item._repr_html_())
+        shown += 1
+    assert shown > 200
+
+
+def test_a_small_array_is_shown_and_a_large_one_with_its_shape():
+    view = kr5.View(name="a", points=np.arange(12.0).reshape(3, 4) / 7, pixels=np.zeros((2, 200)))
+    text = repr(view)
+    assert "points=[[      0, 0.14286, 0.28571, 0.42857],\n" in text
+    assert "pixels=array 2 x 200: [[0, 0, …, 0, 0], [0, 0, …, 0, 0]]" in text
+
+
+def test_a_short_struct_stands_on_one_line():
+    assert repr(kr5.FitReport(status="converged", iterations=3, final_rms=0.98765432)) == (
+        "FitReport(status='converged', iterations=3, initial_rms=0, final_rms=0.987654, message='not run')"
+    )
+
+
+def test_rounding_left_of_a_zero_is_a_zero_but_a_small_number_is_not():
+    result = hand_eye_result()
+    text = repr(result)
+    assert "[0, -1, 0, 0.012346]" in re.sub(r" +", " ", text).replace("[ ", "[")
+    assert "1e-08" in text and "4e-08" in text
+
+
+def test_a_long_list_tells_its_length():
+    assert "views=[20 x HandEyeViewReport]" in repr(hand_eye_result())
+    assert "(9 in all)" in repr(kr5.View(ids=list(range(9))))
+
+
+def test_a_notebook_shows_figures_with_uncertainty_unit_and_meaning():
+    head, *below = Tables(hand_eye_result()._repr_html_()).rows
+    rows = {row[0]: row for row in below}
+    assert head == ["field", "value", "± std", "unit", "meaning"]
+    # T_mount_camera turns the axes of the camera by a quarter: its y is the x of the flange.
+    assert rows["T_mount_camera x"][1:4] == ["0.01235", "0.00020", "m"]
+    assert rows["T_mount_camera y"][1:4] == ["0.05000", "0.00010", "m"]
+    assert rows["T_mount_camera yaw"][1:4] == ["1.5708", "0.0010", "rad"]
+    assert "covariance" not in rows
+    assert rows["sigma_pixel"][1:] == ["0", "", "px", "Noise of a detected point, given or estimated."]
+    assert rows["view 11"][:2] == ["view 11", "1.1"] and "view 12" not in rows
+
+
+def test_the_numbers_of_a_camera_have_their_uncertainty():
+    covariance = np.zeros((12, 12))
+    covariance[0, 0], covariance[3, 3] = 0.25, 0.01
+    camera = kr5.Pinhole(width=640, height=480, fx=500.123, cy=240)
+    calibrated = kr5.vision.CameraCalibration(camera=camera, covariance=covariance)
+    rows = {row[0]: row for row in Tables(calibrated._repr_html_()).rows}
+    assert rows["camera.fx"][1:4] == ["500.12", "0.50", "px"]
+    assert rows["camera.cy"][1:4] == ["240.00", "0.10", "px"]
+    assert "camera.fy" not in rows  # held
+
+
+def test_a_verdict_and_causes_stand_first():
+    cause = kr5.gap.Cause(
+        effect="payload",
+        target="tool",
+        probability=0.99,
+        parameters=[kr5.gap.ParameterEstimate(name="mass", value=[0.2617], std=[0.0012], unit="kg")],
+    )
+    text = kr5.gap.Diagnosis(verdict="partly_explained", causes=[cause])._repr_html_()
+    assert text.index("<b>partly explained</b>") < text.index("<table>")
+    assert "<details open><summary><b>causes (1)</b>" in text
+    assert ["payload", "tool", "0.99", "mass 0.2617 ± 0.0012 kg", "0", ""] in Tables(text).rows
+    diagnosis = calibration.HandEyeDiagnosis(verdict="doubtful", text="Because 1 < 2.")
+    assert "<b>doubtful</b>: Because 1 &lt; 2." in diagnosis._repr_html_()
+    failed = hand_eye_result()
+    failed.fit = kr5.FitReport(status="degenerate", message="one axis")
+    assert "<b>not usable</b>: one axis" in failed._repr_html_()
+
+
+def test_results_that_are_no_structs_show_their_properties(share):
+    scene = kr5.sim.run_scene(share / "scenes/free_swing.yaml")
+    assert re.match(r"SceneResult\(\n  passed=True,\n  steps=\d+,\n  checks=\[", repr(scene))
+    rows = {row[0]: row for row in Tables(scene._repr_html_()).rows}
+    assert rows["passed"][1] == "True"
+    reading = kr5.sim.DrivenArm(kr5.cell.load_cell(share / "cells/kr5_arc.yaml")).read()
+    assert "wrench=[" in repr(reading)
+    assert {row[0]: row[2] for row in Tables(reading._repr_html_()).rows}["current"] == "A"
+
+
+def test_an_insertion_shows_its_pegs(share):
+    cell = kr5.cell.load_cell(share / "cells/kr5_arc.yaml")
+    result = kr5.sim.run_insertion(cell, kr5.sim.InsertionSetup(clearance=0.0005, pegs=1))
+    assert f"inserted={result.inserted}" in repr(result) and "pegs=[PegOutcome(" in repr(result)
+    assert "<details open><summary><b>pegs (1)</b>" in result._repr_html_()
+
+
+@pytest.mark.parametrize(
+    "function",
+    [calibration.calibrate_hand_eye, kr5.gap.diagnose, kr5.vision.find_target, kr5.sim.run_insertion],
+)
+def test_a_signature_names_its_default_options_on_one_line(function):
+    """Else it could not be read, by people or by what writes the stubs."""
+    assert re.search(r"= \w+Options\(\)|= InsertionSetup\(\)", function.__doc__.splitlines()[0])
+
+
+def test_a_pose_with_its_uncertainty():
+    values, std = kr5.xyzrpy_with_std(kr5.to_pose([1, 2, 3, 0, 0, np.pi / 2]), np.diag([1, 4, 9, 1e-4, 4e-4, 9e-4]))
+    assert np.allclose(values, [1, 2, 3, 0, 0, np.pi / 2])
+    assert np.allclose(std, [2, 1, 3, 1e-2, 2e-2, 3e-2], rtol=1e-5)
