@@ -115,7 +115,7 @@ class Diagnoser {
     }
     for (const std::string& column : coarse)
       out_.warnings.push_back(
-          column + " shows hardly any noise; is its resolution coarse, or the sensor dead? The declared noise is used");
+          column + " shows almost no noise, as with a coarse resolution or a dead sensor; the declared noise is used");
   }
 
   /// Takes what the simulator is known to be off in a column as noise beside that of the sensor.

@@ -108,7 +108,7 @@ def _print_places(data: dict[str, Any], to: Any, everything: bool) -> None:
             ]
         )
     more = f" ({len(listed)} of {len(where)} columns above the limit; {FURTHER})" if len(listed) < len(where) else ""
-    heads = ["column", "gap [-]", "after [-]", "share [%]", "the gap"]
+    heads = ["column", "gap [-]", "after [-]", "share [%]", "pattern of the gap"]
     title = f"Where{', before and after the causes' if data['causes'] else ''}{more}"
     to.print()
     to.print(tables.make_table(title, heads, rows, text=(4,)))
@@ -127,7 +127,9 @@ def _print_remainder(data: dict[str, Any], to: Any, everything: bool) -> None:
         rows = [[_named(f"{p['experiment']}.{p['column']}"), f"{p['gap']:.2f}", _depends(p)] for p in listed]
         more = f" ({len(listed)} of {len(left)} columns; {FURTHER})" if len(listed) < len(left) else ""
         to.print()
-        to.print(tables.make_table(f"Not explained{more}", ["column", "gap [-]", "the gap"], rows, text=(2,)))
+        to.print(
+            tables.make_table(f"Not explained{more}", ["column", "gap [-]", "pattern of the gap"], rows, text=(2,))
+        )
     if nearest := data.get("nearest"):
         rows = [
             [f"{effect_text(n['effect'], n['target'])} ({effect_id(n)})", f"{n['gap']:.2f}", n["reason"]]

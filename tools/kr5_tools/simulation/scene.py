@@ -12,7 +12,7 @@ from kr5_tools.files import results, writing
 from kr5_tools.files.documents import read_yaml
 from kr5_tools.replay.rerun_log import Rerun, write_rerun
 from kr5_tools.simulation import camera_images
-from kr5_tools.simulation.scene_page import column_meaning, scene_page, scene_result, scene_run
+from kr5_tools.simulation.scene_page import checks_table, scene_page, scene_result, scene_run, verdict_text
 
 app = typer.Typer(no_args_is_help=True)
 
@@ -73,7 +73,8 @@ def run(
     if scan and not len(result.profiles.columns):
         terminal.fail(f"{file}: scanner: is missing; with --scan expected, such as scanner: {{from: 0.0}}")
     to = terminal.console(json_file)
-    print_checks(file, result, to)
+    data = scene_result(result, _title(file))
+    print_checks(file, data, to)
     if csv:
         with writing.beside(csv) as new:
             kr5.io.save_csv(result.rows, new)
@@ -91,7 +92,6 @@ def run(
         with writing.folder_beside(images) as new:
             files = camera_images.write_views(new, result.cell, shots, options)
         to.print(f"{images}: {len(files)} pictures.", soft_wrap=True)
-    data = scene_result(result, _title(file))
     motion = scene_run(result) if output or rerun or shown else None
     if output and motion:
         writing.write_text(scene_page(result, data, motion, file), output)
@@ -123,30 +123,11 @@ def _title(file: Path) -> str:
     return str(read_yaml(file).get("name") or file.stem)
 
 
-def print_checks(file: Path, result: Any, to: Any) -> None:
+def print_checks(file: Path, data: dict[str, Any], to: Any) -> None:
     """Whether the scene passes, and each expectation with its time window, for people."""
-    count, met = len(result.checks), sum(c.passed for c in result.checks)
-    colour, word = ("green", "Passed") if result.passed else ("red", "Failed")
-    text = f"{met} of {count} expectation{'' if count == 1 else 's'} met in {file}."
+    colour, word = ("green", "Passed") if data["passed"] else ("red", "Failed")
+    text = f"{verdict_text(data).removesuffix('.')} in {file}."
     to.print(f"[bold {colour}]{word}:[/] {escape(text)}", soft_wrap=True, markup=True)
-    end = float(result.rows["t"][-1])
-    rows = []
-    for check in result.checks:
-        e = check.expected
-        bounds = ["" if bound is None else f"{bound:.6g}" for bound in (e.least, e.most)]
-        window = [f"{e.begin:g}", f"{end if e.end is None else e.end:g}"]
-        verdict = "met" if check.passed else "not met"
-        rows.append(
-            [
-                e.column,
-                str(e.statistic),
-                *window,
-                f"{check.value:.6g}",
-                *bounds,
-                column_meaning(result, e.column)[1],
-                verdict,
-            ]
-        )
-    heads = ["column", "statistic", "from [s]", "to [s]", "value", "at least", "at most", "unit", "result"]
+    table = checks_table(data)
     to.print()
-    to.print(tables.make_table("Expectations", heads, rows, text=(1, 7, 8)))
+    to.print(tables.make_table(table["title"], table["columns"], table["rows"], text=(1, 7, 8)))
