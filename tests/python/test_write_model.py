@@ -395,6 +395,9 @@ def test_a_cell_file_keeps_what_has_no_nominal_value(arc, tmp_path):
     assert set(back.effects.to_dict()) == set(LOST)
     assert back.drives.torque_constant[4] == 0.9
     assert written.losses == [] and len(written.folded) == 11
+    assert written.notes == [
+        "these stay effects, for no nominal value holds them: stribeck_friction joint4, ft_bias fx"
+    ]
 
 
 def test_a_urdf_is_changed_in_place_and_finds_its_meshes(arc, tmp_path):

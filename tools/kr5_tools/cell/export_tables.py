@@ -1,23 +1,25 @@
 """What `kr5 cell export` tells: which effects the model holds, and which it cannot."""
 
+from itertools import groupby
 from typing import Any
+
+import numpy as np
 
 from kr5_tools.cli.numbers import format_values
 from kr5_tools.cli.tables import make_table
 
+COLUMNS = ["effect", "target", "parameter", "value"]
+
 
 def print_export(written: Any, to: Any) -> None:
     """Tables of a `model_files.WrittenModel`."""
-    columns = ["effect", "target", "parameter", "value", "unit"]
     if written.folded:
         rows = [[*_cells(p), p.field or "set by its own law"] for p in written.folded]
-        to.print(make_table("Effects in the model", [*columns, "held as"], rows, text=(1, 2, 4, 5)))
-        to.print()
+        _print_table("Effects in the model", [*COLUMNS, "held as"], rows, to)
     if written.losses:
-        rows = [[*_cells(p), p.reason] for p in written.losses]
-        table = make_table("Effects that are lost", [*columns, "reason"], rows, text=(1, 2, 4, 5))
-        table.columns[-1].overflow = "fold"
-        to.print(table)
+        _print_table("Effects that are lost", COLUMNS, [_cells(p) for p in written.losses], to)
+        for (effect, target), found in groupby(written.losses, key=lambda p: (p.effect, p.target)):
+            to.print(f"{effect} {target}: {next(found).reason}.", soft_wrap=True)
         to.print()
     if written.changes:
         to.print(f"Changed in the original: {'; '.join(written.changes)}.", soft_wrap=True)
@@ -26,8 +28,26 @@ def print_export(written: Any, to: Any) -> None:
     to.print(f"{written.file}: {_summary(written)}.", soft_wrap=True)
 
 
+def _print_table(title: str, columns: list[str], rows: list[list[str]], to: Any) -> None:
+    table = make_table(title, columns, rows, text=range(len(columns)))
+    for column in table.columns:
+        column.overflow = "fold"
+    to.print(table)
+    to.print()
+
+
 def _cells(parameter: Any) -> list[str]:
-    return [parameter.effect, parameter.target, parameter.parameter, format_values(parameter.value), parameter.unit]
+    return [parameter.effect, parameter.target, parameter.parameter, _value_text(parameter.value, parameter.unit)]
+
+
+def _value_text(value: Any, unit: str) -> str:
+    """A value with its unit; a pose as position and roll, pitch, yaw."""
+    if np.ndim(value) == 2:
+        import kr5
+
+        x = [round(float(v), 9) + 0.0 for v in kr5.to_xyzrpy(np.array(value))]
+        return f"{format_values(x[:3])} m, {format_values(x[3:])} rad"
+    return format_values(value) if unit == "-" else f"{format_values(value)} {unit}"
 
 
 def _summary(written: Any) -> str:

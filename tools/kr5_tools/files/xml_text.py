@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+ROUNDING = 1e-15  # [m, -]
+
 
 def number_text(values: Any) -> str:
     """A number, or numbers with blanks between, that read back exactly."""
@@ -16,6 +18,11 @@ def quaternion(T: np.ndarray) -> np.ndarray:
     """Rotation of a pose, w x y z with w not negative."""
     x, y, z, w = Rotation.from_matrix(T[:3, :3]).as_quat(canonical=True)
     return np.array([w, x, y, z])
+
+
+def rounded_pose(T: np.ndarray) -> np.ndarray:
+    """A pose without what rounding leaves of zeros."""
+    return np.where(np.abs(T) < ROUNDING, 0.0, T)
 
 
 def add_element(parent: xml.Element, tag: str, text: Any = "", **attributes: Any) -> xml.Element:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from kr5 import cell as kr5_cell
 
-from kr5_tools.files.xml_text import add_element, document_text, number_text, quaternion
+from kr5_tools.files.xml_text import add_element, document_text, number_text, quaternion, rounded_pose
 from kr5_tools.model_files.simulator_masses import require_masses
 
 THICKNESS = 0.02  # radius of the links that a viewer shows [m]
@@ -38,6 +38,7 @@ def mjcf_text(cell: Any, springs: np.ndarray) -> str:
 
 
 def _add_body(parent: xml.Element, name: str, T: np.ndarray) -> xml.Element:
+    T = rounded_pose(T)
     return add_element(parent, "body", name=name, pos=T[:3, 3], quat=quaternion(T))
 
 
@@ -66,7 +67,7 @@ def _add_joint(body: xml.Element, link: Any, spring: np.ndarray) -> None:
 
 def _add_shape(body: xml.Element, T_body_end: np.ndarray) -> None:
     """What a viewer shows; it has no mass and touches nothing."""
-    end = T_body_end[:3, 3]
+    end = rounded_pose(T_body_end)[:3, 3]
     if np.linalg.norm(end) < SHORTEST:
         return
     line = f"0 0 0 {number_text(end)}"
@@ -79,5 +80,5 @@ def _add_tool(body: xml.Element, T_body_flange: np.ndarray, tool: Any) -> None:
     if tool is not None and tool.mass > 0:
         sensor = _add_body(body, "tool", T_body_flange @ tool.T_flange_sensor)
         _add_inertial(sensor, tool)
-    T = T_body_flange @ (tool.T_flange_tool if tool is not None else np.eye(4))
+    T = rounded_pose(T_body_flange @ (tool.T_flange_tool if tool is not None else np.eye(4)))
     add_element(body, "site", name="tool_tip", pos=T[:3, 3], quat=quaternion(T))

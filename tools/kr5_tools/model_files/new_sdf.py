@@ -8,7 +8,7 @@ import kr5
 import numpy as np
 from kr5 import cell as kr5_cell
 
-from kr5_tools.files.xml_text import add_element, document_text
+from kr5_tools.files.xml_text import add_element, document_text, rounded_pose
 from kr5_tools.model_files.simulator_masses import require_masses
 
 VERSION = "1.9"
@@ -43,7 +43,7 @@ def sdf_text(cell: Any, springs: np.ndarray) -> str:
 
 
 def _add_pose(parent: xml.Element, T: np.ndarray, relative_to: str | None = None) -> None:
-    add_element(parent, "pose", kr5.to_xyzrpy(T), relative_to=relative_to)
+    add_element(parent, "pose", kr5.to_xyzrpy(rounded_pose(T)), relative_to=relative_to)
 
 
 def _add_frame(model: xml.Element, name: str, attached_to: str, T: np.ndarray) -> None:

@@ -99,7 +99,7 @@ def write_model(
     _check_original(output, kind, original)
     found = physics.fold_effects(cell, add_drives=kind != Kind.CELL)
     out = WrittenModel(output, kind, *_accounts(found, kind))
-    out.notes = _notes(found.cell, kind)
+    out.notes = _notes(found, kind)
     text = _text(found.cell, out, Path(original) if original else None, base, tip)
     writing.write_text(text, output)
     return out
@@ -207,10 +207,12 @@ def _is_spring(found: Any, effect: Any) -> bool:
     return not np.array_equal(physics.cable_springs(bare), physics.cable_springs(found.cell))
 
 
-def _notes(cell: Any, kind: Kind) -> list[str]:
-    """What the model lacks beside the effects."""
+def _notes(found: Any, kind: Kind) -> list[str]:
+    """What the model lacks beside the effects; of a cell, which of them stay effects."""
+    cell = found.cell
     if kind == Kind.CELL:
-        return []
+        left = ", ".join(f"{effect.effect} {effect.target}" for effect in found.remaining)
+        return [f"these stay effects, for no nominal value holds them: {left}"] if left else []
     notes = []
     if parts := [name for name in OTHER_PARTS if getattr(cell, name)]:
         notes.append(f"{NAMES[kind]} has no place for these parts of the cell: {', '.join(parts)}")
