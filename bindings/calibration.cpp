@@ -206,7 +206,7 @@ static void bind_parallel_planes(py::module_& m) {
         py::arg("options") = ParallelPlaneOptions(),
         "Lengths a1, a2, a3 and b4 from distances of parallel axes, with the choice of the right solution.");
   m.def("parallel_plane_objection", &parallel_plane_objection, py::arg("arm"), py::arg("tolerance") = 0.01,
-        "Why the distances of parallel axes do not tell the lengths of an arm; empty when they do.");
+        "Reason why the distances of parallel axes do not determine the lengths of an arm; empty when they do.");
 }
 
 static void bind_posture_choice(py::module_& m) {

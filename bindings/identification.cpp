@@ -95,7 +95,7 @@ static void bind_gravity(py::module_& m) {
       "Torques that hold these masses [N m or N]; gravity in B [m/s^2].");
   bind_struct<GravityOptions>(m, "GravityOptions", "Options of identify_gravity.");
   bind_struct<GravityPrediction>(m, "GravityPrediction", "Torques that hold a posture.");
-  bind_struct<GravityModel>(m, "GravityModel", "Mass moments of an arm that its joint torques can tell.")
+  bind_struct<GravityModel>(m, "GravityModel", "Mass moments of an arm that its joint torques determine.")
       .def("predict", &GravityModel::predict, py::arg("q"), "Torques that hold the posture q [rad or m].")
       .def(
           "bodies",
@@ -103,11 +103,12 @@ static void bind_gravity(py::module_& m) {
             return self.bodies(nominal);
           },
           py::arg("nominal"),
-          "The given bodies, one a link, with the first moments of the model; masses that it cannot tell stay.");
+          "The given bodies, one a link, with the first moments of the model; masses that it does not determine stay.");
   bind_struct<GravityResult>(m, "GravityResult", "Identified gravity with friction and errors.");
   m.def("identify_gravity", &identify_gravity, py::arg("chain"), py::arg("motion"),
         py::arg("options") = GravityOptions{}, py::call_guard<py::gil_scoped_release>(),
-        "Identifies the mass moments of any arm from slow motions, friction told by the two directions (Hayat et al.\n"
+        "Identifies the mass moments of any arm from slow motions, friction separated by the two directions (Hayat et "
+        "al.\n"
         "2022, section 5.2).");
   bind_struct<GravityAngle>(m, "GravityAngle", "Angle of which the gravity torque of a joint is a harmonic.");
   m.def(
@@ -190,7 +191,8 @@ static void bind_excitation(py::module_& m) {
         return design_excitation(cell, limits, options);
       },
       py::arg("cell"), py::arg("limits"), py::arg("options") = ExcitationOptions{}, py::arg("progress") = py::none(),
-      "Designs a motion whose torques tell the base parameters of the arm best, within its limits (Hayat et al. 2022,\n"
+      "Designs a motion whose torques determine the base parameters of the arm best, within its limits (Hayat et al. "
+      "2022,\n"
       "sections 4.3 and 4.4.3; Swevers et al. 1997). `progress(fraction)` is called meanwhile.");
 }
 
@@ -271,7 +273,7 @@ static void bind_force_torque(py::module_& m) {
       "Bias, tool and, when asked for, drift, orientation, gain and crosstalk of a force/torque sensor.\n\n"
       "Parameters\n----------\nreadings : list of ForceTorqueReading\noptions : ForceTorqueOptions\n\n"
       "Returns\n-------\nForceTorqueResult\n    Check `fit.usable`; its message names what the readings do not "
-      "tell.\n\n"
+      "determine.\n\n"
       "Raises\n------\nkr5.InvalidArgument\n    Invalid readings or options.");
   m.def("posture_readings", &posture_readings, py::arg("cell"), py::arg("q"), py::arg("wrench"),
         py::arg("t") = Eigen::VectorXd(),
@@ -323,18 +325,19 @@ static void bind_base_parameters(py::module_& m) {
       .def("link_torques", &DynamicsRegressor::link_torques, py::arg("motion"), py::arg("parameters"),
            py::call_guard<py::gil_scoped_release>(), "Torques of the links alone, samples x joints [N m or N].");
   bind_struct<BaseParameterOptions>(m, "BaseParameterOptions", "Options of base_parameters.");
-  bind_struct<BaseParameters>(m, "BaseParameters", "Combinations of parameters that motions can tell.")
+  bind_struct<BaseParameters>(m, "BaseParameters", "Combinations of parameters that motions can determine.")
       .def_property_readonly("size", &BaseParameters::size, "Number of base parameters.")
       .def("base_values", &BaseParameters::values, py::arg("chi"), "Base parameters of standard ones.")
       .def("standard", &BaseParameters::standard, py::arg("base"),
            "Standard parameters that have these base parameters: the independent ones, and zeros.")
       .def("identifiable", &BaseParameters::identifiable, py::arg("combination"), py::arg("tolerance") = 1e-6,
-           "Whether motions can tell a combination of standard parameters.");
-  bind_struct<Observability>(m, "Observability", "What one motion tells of the base parameters.");
+           "Whether motions can determine a combination of standard parameters.");
+  bind_struct<Observability>(m, "Observability", "Base parameters that one motion determines.");
   m.def("base_parameters", &base_parameters, py::arg("model"), py::arg("options") = BaseParameterOptions{},
         py::call_guard<py::gil_scoped_release>(), "Base parameters of a model, from the regressor of random states.");
   m.def("observability", &observability, py::arg("model"), py::arg("base"), py::arg("motion"),
-        py::arg("tolerance") = 1e-6, py::call_guard<py::gil_scoped_release>(), "What a motion tells.");
+        py::arg("tolerance") = 1e-6, py::call_guard<py::gil_scoped_release>(),
+        "Base parameters that a motion determines.");
 }
 
 static void bind_dynamics(py::module_& m) {

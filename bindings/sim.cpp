@@ -141,7 +141,7 @@ static void bind_insertion(py::module_& m) {
           "position of the peg; force, moment_x, moment_y about its bottom centre [rad, m, N, N m] (a copy).")
       .def_property_readonly(
           "T_tube_actual", [](const InsertionResult& r) { return r.T_tube_actual; },
-          "True pose of the tube in its believed frame [m].")
+          "True pose of the tube in its assumed frame [m].")
       .def_property_readonly(
           "cell", [](const InsertionResult& r) { return r.cell; },
           "Setup of the run, with bore and position of the tube (a copy).");

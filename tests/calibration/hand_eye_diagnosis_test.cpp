@@ -9,6 +9,7 @@
 #include <kr5/calibration/hand_eye_diagnosis.hpp>
 #include <kr5/calibration/hand_eye_pairs.hpp>
 #include <kr5/core/error.hpp>
+#include <kr5/core/random.hpp>
 #include <kr5/geometry/resection.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 
@@ -133,6 +134,10 @@ TEST_CASE("the size of a fault is found with it") {
   CHECK(diagnosis.causes[0].probability > 0.99);
   CHECK(diagnosis.causes[0].held_out_after < 0.5 * diagnosis.causes[0].held_out_before);
   CHECK_THAT(diagnosis.causes[0].text, Catch::Contains("0.934"));
+  // The answer with the fault corrected is the true one, within its covariance.
+  REQUIRE(diagnosis.causes[0].T_mount_camera);
+  const Vector6 error = pose_difference(d.world.T_mount_camera, *diagnosis.causes[0].T_mount_camera);
+  CHECK(error.dot(diagnosis.causes[0].covariance.ldlt().solve(error)) < uncertainty::chi_square_quantile(0.999, 6.0));
   CHECK_FALSE(diagnosis.causes[0].remedy.empty());
   CHECK(diagnosis.verdict == CalibrationVerdict::Unusable);
 }
@@ -152,6 +157,31 @@ TEST_CASE("the views of a calibration are a recording to diagnose") {
   CHECK(b.causes[0].value == Approx(a.causes[0].value).epsilon(1e-6));
   CHECK(b.tool_error_95 == Approx(a.tool_error_95).epsilon(1e-9));
   CHECK_THROWS_AS(diagnose_hand_eye(HandEyeRecording::from_views({}, d.recording.camera), result), InvalidArgument);
+}
+
+TEST_CASE("the verdict tells the expected error and names one outlier among the others") {
+  Draw d = draw_fault(HandEyeCause::OutlierViews, 41);
+  const HandEyeDiagnosis diagnosis = diagnose_hand_eye(d.recording, calibrated(d.recording));
+  REQUIRE_FALSE(diagnosis.causes.empty());
+  const NamedCause& cause = diagnosis.causes.front();
+  REQUIRE(cause.cause == HandEyeCause::OutlierViews);
+  const std::size_t others = d.recording.views.size() - cause.views.size();
+  CHECK_THAT(cause.text, Catch::Contains(cause.views.size() == 1 ? "contradicts" : "contradict") &&
+                             Catch::Contains("the other " + std::to_string(others) + " views"));
+  CHECK_THAT(diagnosis.text,
+             Catch::StartsWith("At ") && Catch::Contains("your tolerance: 2 mm") && Catch::Contains(cause.text));
+}
+
+TEST_CASE("no fault is denied of a recording whose answer is bad") {
+  // Points of every view scattered by centimetres: no single fault explains that.
+  Random random(44);
+  Draw d = draw_sound(33);
+  for (View& v : d.recording.views)
+    for (Eigen::Index i = 0; i < v.pixels.cols(); ++i) v.pixels.col(i) += random.normal_vector(2, 40.0);
+  const HandEyeDiagnosis diagnosis = diagnose_hand_eye(d.recording, calibrated(d.recording));
+  CAPTURE(diagnosis.text);
+  CHECK(diagnosis.verdict != CalibrationVerdict::Good);
+  CHECK_THAT(diagnosis.text, !Catch::Contains("No fault"));
 }
 
 TEST_CASE("a fault of little consequence is named without condemning the answer") {
@@ -174,7 +204,7 @@ TEST_CASE("a fault of little consequence is named without condemning the answer"
   CHECK(cause.consequence == Approx(error).margin(3 * diagnosis.tool_error_95));
   CHECK(cause.consequence > diagnosis.tool_error_95);
   CHECK(diagnosis.verdict == CalibrationVerdict::Doubtful);
-  CHECK_THAT(diagnosis.text, Catch::Contains("Correcting this moves the point by"));
+  CHECK_THAT(diagnosis.text, Catch::Contains("Correcting this moves the result by"));
   // Who asks for a sixth of that error cannot use it.
   CHECK(diagnose_hand_eye(d.recording, result, {.tolerance = error / 6}).verdict == CalibrationVerdict::Unusable);
 }
@@ -305,7 +335,7 @@ TEST_CASE("inverted camera poses are named as what the data can tell") {
   const HandEyeDiagnosis d = diagnose_hand_eye_pairs(pairs, HandEyeResult{});
   REQUIRE_FALSE(d.causes.empty());
   CHECK(d.causes[0].cause == HandEyeCause::PosesInverted);
-  CHECK_THAT(d.causes[0].text, Catch::Contains("no data can tell which"));
+  CHECK_THAT(d.causes[0].text, Catch::Contains("the data cannot show which"));
   CHECK(d.verdict == CalibrationVerdict::Unusable);
 }
 

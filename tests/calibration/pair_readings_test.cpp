@@ -72,5 +72,5 @@ TEST_CASE("pairs that hardly move leave open which way round they are") {
   }
   const PairReadings found = compare_pair_readings(w.pairs, Mount::EyeInHand);
   CHECK_FALSE(found.certain);
-  CHECK_THAT(found.text, Catch::Contains("do not tell"));
+  CHECK_THAT(found.text, Catch::Contains("do not show"));
 }

@@ -141,7 +141,7 @@ TEST_CASE("says what the readings do not tell") {
   readings.joint.col(2) = 0.5 * readings.joint.col(1);
   DriveResult got = identify_drives(readings);
   CHECK_FALSE(got.fit.usable());
-  CHECK_THAT(got.fit.message, Contains("move apart from each other"));
+  CHECK_THAT(got.fit.message, Contains("move independently"));
   readings = postures(book_structure(), 5, 0.0, random);
   CHECK_FALSE(identify_drives(readings).fit.usable());
   readings.motor.conservativeResize(4, 6);

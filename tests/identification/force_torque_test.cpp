@@ -129,7 +129,7 @@ TEST_CASE("what postures cannot tell is named") {
   }
   const ForceTorqueResult result = identify_force_torque(upright);
   CHECK_FALSE(result.fit.usable());
-  CHECK_THAT(result.fit.message, Contains("do not tell") && Contains("bias.fz") && Contains("tool.mass"));
+  CHECK_THAT(result.fit.message, Contains("do not determine") && Contains("bias.fz") && Contains("tool.mass"));
   CHECK_THAT(result.fit.message, !Contains("bias.fx,"));
   CHECK_FALSE(parameter(result, "tool.mass").told);
 

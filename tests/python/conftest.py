@@ -1,6 +1,7 @@
 """Shared by the tests of the Python surface and of the command."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -46,15 +47,44 @@ def time_limit():
     signal.signal(signal.SIGALRM, before)
 
 
+WIDTH = 80  # of the terminal in which commands are tested
+
+
 @pytest.fixture
 def run_kr5(tmp_path):
-    """Runs the command `kr5 ARGS...` in an empty folder; gives returncode, stdout and stderr."""
+    """Runs the command `kr5 ARGS...` in an empty folder; gives returncode, stdout and stderr. The tables that it prints
+    must fit the width of a terminal, with nothing cut off."""
 
     def run(*args, cwd=tmp_path, timeout=600) -> subprocess.CompletedProcess:
         command = [sys.executable, "-m", "kr5_tools", *map(str, args)]
-        return subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=timeout)
+        environment = {**os.environ, "COLUMNS": str(WIDTH)}
+        done = subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=timeout, env=environment)
+        for text in (done.stdout, done.stderr):
+            check_tables(text)
+        return done
 
     return run
+
+
+def check_tables(text: str) -> None:
+    """No line of a table, which begins with one space, is wider than the terminal or ends a cell in dots."""
+    if text.startswith(("{", "[")):  # JSON for standard output
+        return
+    for line in text.splitlines():
+        if line.startswith(" ") and not line.startswith("  "):
+            assert len(line) <= WIDTH, line
+            assert not re.search(r"[\w.]…(\s|$)", line), line
+
+
+@pytest.fixture(scope="session")
+def worn_recording(tmp_path_factory, share) -> Path:
+    """A recording of the demo's worn cell, which believes to be the nominal one."""
+    folder = tmp_path_factory.mktemp("worn") / "recording"
+    data = share / "data/demo"
+    words = ["record", "--cell", data / "worn_cell.yaml", "--protocol", data / "protocol.yaml", "--nominal"]
+    command = [sys.executable, "-m", "kr5_tools", *map(str, words), "-o", str(folder)]
+    subprocess.run(command, check=True, capture_output=True, timeout=600)
+    return folder
 
 
 @pytest.fixture

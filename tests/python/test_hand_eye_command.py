@@ -68,7 +68,7 @@ def test_the_demo_gives_a_complete_result(run_kr5, tmp_path, share):
         "result",
     } <= data.keys()
     assert all({"name", "value", "unit"} <= f.keys() for f in data["figures"])
-    assert data["verdict"]["text"].startswith("A point")
+    assert data["verdict"]["text"].startswith("At ")
 
 
 @pytest.fixture

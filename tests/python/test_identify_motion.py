@@ -115,7 +115,7 @@ def test_logs_that_tell_no_gravity_are_refused(run_kr5, tmp_path, believed):
     degrees = [lines[0], *(",".join(str(57.3 * float(v)) for v in line.split(",")) for line in lines[1:])]
     assert "are they in degrees" in refused("degrees.csv", "\n".join(degrees) + "\n")
     swapped = [lines[0], *lines[1:10], lines[20], *lines[10:]]
-    assert "t: expected at least three times that rise" in refused("order.csv", "\n".join(swapped) + "\n")
+    assert "t: expected at least three increasing times" in refused("order.csv", "\n".join(swapped) + "\n")
     stuck = [line.split(",") for line in lines]
     for row in stuck[200:320]:
         row[8] = stuck[200][8]
@@ -188,7 +188,7 @@ def test_an_excitation_keeps_clear_of_a_table_and_of_the_objects_of_the_cell(run
     zones = data["input"]["options"]["keep_out"]
     assert {zone["name"] for zone in zones} == {"tube", "board", "sphere", "table", "ground"}
     assert data["result"]["clearance"] >= 0.03 and " to " in data["result"]["nearest"]
-    assert any(row["name"].startswith("least clearance") for row in data["figures"])
+    assert any(row["name"].startswith("minimum clearance") for row in data["figures"])
     # The flange and the tool tip, a capsule of 0.08 m, at every sample shown.
     chain, tip = believed.nominal_chain(), np.asarray(believed.tool.T_flange_tool)
     table = next(identification.KeepOut(**zone) for zone in zones if zone["name"] == "table")

@@ -58,7 +58,7 @@ def test_no_load_is_told_from_a_load(tmp_path, cases, run_kr5):
     data = identified(tmp_path, run_kr5, cases / "case-006")
     value, std = figures(data)
     assert abs(value[0]) < 3 * std[0]
-    assert data["verdict"]["word"] == "doubtful" and "not told from none" in data["verdict"]["text"]
+    assert data["verdict"]["word"] == "doubtful" and "not distinguishable from 0" in data["verdict"]["text"]
 
 
 def test_what_does_not_tell_a_load_is_refused(tmp_path, cases, run_kr5):
@@ -88,4 +88,4 @@ def test_what_does_not_tell_a_load_is_refused(tmp_path, cases, run_kr5):
         "format: kr5-recording/1\ncell: cell.yaml\nexperiments:\n"
         "- {name: motion-1, kind: motion, file: motion-1.csv, split: fit}\n"
     )
-    assert "the motion cannot tell" in refused("rec")
+    assert "the motion does not determine" in refused("rec")

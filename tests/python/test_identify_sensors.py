@@ -153,13 +153,13 @@ def test_postures_of_a_table_and_what_they_do_not_tell(tmp_path, run_kr5):
     assert "gain.fx" in text and "known loads" in text
     upright = np.tile([0.0, 0.0, -9.81], (40, 1))
     write_csv(tmp_path / "up.csv", names, [*upright.T, *wrench.T])
-    assert "do not tell" in refused(run_kr5, "force-torque", "up.csv")
+    assert "do not determine" in refused(run_kr5, "force-torque", "up.csv")
     write_csv(tmp_path / "mm.csv", names, [*gravity.T, *wrench[:, :3].T, *(1e5 * wrench[:, 3:].T)])
     assert "are they in N mm?" in refused(run_kr5, "force-torque", "mm.csv")
     write_csv(tmp_path / "bare.csv", names[3:], wrench.T)
     assert "--cell is missing" in refused(run_kr5, "force-torque", "bare.csv")
     write_csv(tmp_path / "few.csv", names, [*gravity[:1].T, *wrench[:1].T])
-    assert "do not tell" in refused(run_kr5, "force-torque", "few.csv")
+    assert "do not determine" in refused(run_kr5, "force-torque", "few.csv")
 
 
 def test_bad_logs_are_refused_with_the_reason(tmp_path, cases, run_kr5):

@@ -11,6 +11,8 @@ import kr5.predict
 import numpy as np
 import pytest
 
+from terminal_session import TerminalSession
+
 # Calls that would take hours: one holds Python's own loop, the other is in C, with the interpreter let go as kr5
 # does it.
 LOOP = "while True: sum(range(1000))"
@@ -59,8 +61,131 @@ def test_an_interrupted_recording_leaves_no_folder(tmp_path, share, monkeypatch)
     cell = share / "cells" / "kr5_arc.yaml"
     words = ["record", "--cell", cell, "--protocol", tmp_path / "protocol.yaml", "-o", tmp_path / "new", "--images"]
     done = CliRunner().invoke(make_app(("record",)), [str(w) for w in words])
-    assert done.exit_code == 130 and done.stderr == "Stopped.\n"
+    assert done.exit_code == 130 and done.stderr == "stopped; nothing was written\n"
     assert [f.name for f in tmp_path.iterdir()] == ["protocol.yaml"]
+
+
+SHIELDED = """
+import os
+import signal
+import sys
+from pathlib import Path
+from kr5_tools.cli.interruption import prompt_interruption
+from kr5_tools.files import writing
+try:
+    with prompt_interruption(lambda: print("gave up", flush=True)), writing.held_back():
+        for name in ("a", "b", "c"):
+            writing.write_text(name, Path(name))
+        put, calls = writing._put, []
+        def interrupted(new, target):
+            calls.append(target)
+            os.kill(os.getpid(), signal.SIGINT)
+            os.kill(os.getpid(), signal.SIGINT)  # of a person who is in a hurry
+            sum(range(1000))
+            put(new, target)
+        writing._put = interrupted
+except KeyboardInterrupt:
+    print(len(calls), [str(f) for f in writing.written_files()])
+    sys.exit(130)
+"""
+
+
+def test_files_appear_together_also_when_ctrl_c_comes_meanwhile(tmp_path):
+    done = subprocess.run([sys.executable, "-c", SHIELDED], capture_output=True, text=True, cwd=tmp_path, timeout=120)
+    assert done.returncode == 130 and done.stdout == "3 ['a', 'b', 'c']\n", done.stderr
+    assert sorted(f.name for f in tmp_path.iterdir()) == ["a", "b", "c"]
+
+
+SLOW_TO_END = """
+import sys
+import threading
+import time
+from kr5_tools.cli.interruption import prompt_interruption
+try:
+    with prompt_interruption(lambda: print("gave up", flush=True)):
+        try:
+            threading.Timer(1.0, print, ["begun"], {"flush": True}).start()
+            while True: sum(range(1000))
+        finally:
+            time.sleep(600)  # as threads of the library that have not ended yet
+except KeyboardInterrupt:
+    print("heard", flush=True)
+"""
+
+
+def test_what_hears_ctrl_c_but_does_not_end_is_ended():
+    process = subprocess.Popen([sys.executable, "-c", SLOW_TO_END], stdout=subprocess.PIPE, text=True)
+    try:
+        assert process.stdout.readline() == "begun\n"
+        process.send_signal(signal.SIGINT)
+        out, _ = process.communicate(timeout=120)
+    finally:
+        process.kill()
+    assert out == "gave up\n" and process.returncode == 130
+
+
+@pytest.fixture
+def session(tmp_path):
+    """Starts commands on pseudo-terminals, and ends them."""
+    begun = []
+
+    def start(*args):
+        begun.append(TerminalSession(*args, cwd=tmp_path))
+        return begun[-1]
+
+    yield start
+    for one in begun:
+        one.close()
+
+
+@pytest.mark.parametrize(
+    "words, begun",
+    [
+        (["gap", "diagnose", "{recording}", "-o", "gap.json", "--report", "gap.html"], "left"),
+        (["calibrate", "camera", "{images}", "--target", "grid:36h11:5x7:0.03:0.01", "-o", "c.json"], "Fitting"),
+        (["workspace", "{cell}", "--samples", "40000000", "-o", "w.json"], "Mapping"),
+        (["record", "--cell", "{cell}", "--protocol", "{protocol}", "-o", "new", "--images"], "Rendering"),
+        (["gap", "effects", "--pictures", "pictures"], "drawing the effects"),
+        (["identify", "excitation", "{cell}", "--exchanges", "100000", "-o", "e.json"], "Designing"),
+        (["calibrate", "laser-study", "--passes", "200", "-o", "s.json"], "by stand-off"),
+    ],
+    ids=lambda value: " ".join(value[:2]) if isinstance(value, list) else "",
+)
+def test_a_stopped_command_says_so_and_leaves_nothing(session, tmp_path, share, worn_recording, words, begun):
+    places = {
+        "recording": worn_recording,
+        "images": share / "data/demo/images",
+        "cell": share / "cells/kr5_arc.yaml",
+        "protocol": share / "protocols/standard.yaml",
+    }
+    one = session(*(word.format(**places) for word in words))
+    assert one.read_until(begun), one.text
+    one.interrupt()
+    assert one.wait() == 130, one.text
+    assert one.text.rstrip().endswith("stopped; nothing was written"), one.text
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_stopped_sweep_tells_how_many_trials_it_keeps(session, tmp_path):
+    grid = ["--tilts", "15", "--clearances", "0.5,1", "--trials", "50", "--workers", "1", "-o", "sweep"]
+    one = session("sweep", "insertion", *grid)
+    file = tmp_path / "sweep/trials.csv"
+    while not file.exists() or len(file.read_text().splitlines()) < 3:
+        one.read_until("stopped", 0.5)
+        assert one.process.poll() is None, one.text
+    one.interrupt()
+    assert one.wait() == 130
+    kept = len(file.read_text().splitlines()) - 1
+    assert f"stopped; {kept} trials are kept in sweep; the same command continues" in " ".join(one.text.split())
+
+
+def test_a_stopped_demo_stops_its_commands(session, tmp_path, share):
+    one = session("demo", share / "data/demo", "-o", "out")
+    assert one.read_until("kr5 calibrate hand-eye")
+    one.interrupt()
+    assert one.wait() == 130
+    assert "stopped; the finished files are kept in out" in " ".join(one.text.split())
+    assert not list(tmp_path.rglob(".kr5-*"))
 
 
 class Stop(Exception):

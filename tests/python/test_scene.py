@@ -24,7 +24,7 @@ def test_a_scene_that_comes_true_and_one_that_does_not(run_kr5, share, tmp_path)
     text = file.read_text().replace("../cells", str(share / "cells")).replace("most: 0.1010", "most: 0.1000")
     (tmp_path / "worse.yaml").write_text(text.replace("least: 0.1005, ", ""))
     done = run_kr5("scene", "run", tmp_path / "worse.yaml")
-    assert done.returncode == 1 and "failed" in done.stdout
+    assert done.returncode == 1 and "Failed: 1 of 2 expectations met" in done.stdout
 
 
 def test_a_scene_that_is_wrong_is_refused_in_one_line(run_kr5, tmp_path):

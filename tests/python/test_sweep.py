@@ -194,9 +194,7 @@ def test_a_line_cut_short_is_run_again(undisturbed, copy):
     file.write_bytes(file.read_bytes()[:-40])
     done = invoke(copy / "sweep", "--json", copy / "out.json")
     assert (
-        done.exit_code == 0
-        and "truncated" in done.stderr
-        and f"{COUNT - 1} trials are there, 1 are to be run" in done.stdout
+        done.exit_code == 0 and "truncated" in done.stderr and f"{COUNT - 1} trials are there, 1 to run" in done.stdout
     )
     is_as_undisturbed(copy / "sweep", json.loads((copy / "out.json").read_text()), undisturbed)
 
@@ -204,7 +202,7 @@ def test_a_line_cut_short_is_run_again(undisturbed, copy):
 def test_more_trials_are_added_to_those_that_are_there(undisturbed, copy):
     before = lines(copy / "sweep")
     done = invoke(copy / "sweep", trials=COUNT + 1)
-    assert done.exit_code == 0 and f"{COUNT} trials are there, 1 are to be run" in done.stdout
+    assert done.exit_code == 0 and f"{COUNT} trials are there, 1 to run" in done.stdout
     assert lines(copy / "sweep")[:-1] == before
 
 
@@ -258,13 +256,13 @@ def test_a_folder_of_other_things_and_a_spoiled_line_are_refused(copy):
     [
         ("5:25", "as 5:25:5"),
         ("5:25:0", "STEP above 0"),
-        ("25:5:5", "A up to B"),
+        ("25:5:5", "FROM up to TO"),
         ("five", "as 5,15,25"),
         ("", "as 5,15,25"),
         ("5,-1", "above 0"),
         ("5,nan", "above 0"),
         ("1:89:0.001", "more than 1000"),
-        ("5:inf:1", "A up to B"),
+        ("5:inf:1", "FROM up to TO"),
     ],
 )
 def test_axes_that_are_none_are_refused(text, words, capsys):

@@ -157,6 +157,20 @@ TEST_CASE("a board seen in part says which points") {
   CHECK(worst_error(seen.view, visible_points(target, p.T_camera_target, lens)) < 0.1);
 }
 
+TEST_CASE("a grid of tags whose rows and columns are exchanged, or of another width, is refused by name") {
+  const Target target = parse_target("grid:36h11:4x6:0.02:0.006");
+  const Pinhole lens = camera(800, 600, 900, -0.15);
+  const PlacedTarget p = placed(target, 0.3, 0.5, 0.7, 0.2);
+  const Image image = render(std::span(&p, 1), lens);
+  REQUIRE(find_target(image, target).found());
+  for (const char* stated : {"grid:36h11:6x4:0.02:0.006", "grid:36h11:3x8:0.02:0.006"}) {
+    const Detection seen = find_target(image, parse_target(stated));
+    CAPTURE(stated, seen.message);
+    CHECK(seen.status == DetectStatus::WrongSize);
+    CHECK_THAT(seen.message, Catch::Contains("a grid of 4x6"));
+  }
+}
+
 TEST_CASE("what is wrong is said when nothing is found") {
   const Target tag = parse_target("tag:36h11:5:0.05"), chess = parse_target("chessboard:6x9:0.02");
   const Pinhole lens = camera(640, 480, 600);

@@ -1,16 +1,18 @@
 """Puts the command `kr5` together. A command's file is imported when that command runs, so `kr5 --help` is quick."""
 
+import contextlib
 import importlib
 import os
 import sys
-from typing import Any
+from typing import Any, NoReturn
 
 import typer
 from typer.core import TyperGroup
 
-from kr5_tools.cli.interruption import STOPPED, prompt_interruption
+from kr5_tools.cli.interruption import STOPPED, end_children, prompt_interruption, stop_text, tell_when_stopped
 
 PACKAGE = "kr5_tools"
+_said_stopped = False
 # The module of each command and what `kr5 --help` says of it. A module has `app`, a typer.Typer: with one command and
 # no callback it is that command, otherwise a group of commands.
 Entry = tuple[str, str]
@@ -41,7 +43,7 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
         "elasticity": ("identify.elasticity", "Stiffness and play of the gears, from angles on both sides of them."),
         "dynamics": ("identify.dynamics", "Dynamic parameters and friction, from a motion with currents or torques."),
         "payload": ("identify.payload", "Load at the flange, from motions with it and without."),
-        "study": ("identify.study", "Error of such an identification by device, noise and arc."),
+        "study": ("identify.study", "Noise study of the identification of joint axes: devices, noises, arcs."),
         "servo": ("identify.servo", "Servo of the path correction or of joints, from a response."),
         "contact": ("identify.contact", "Stiffness of a contact, and the force loop on it."),
         "force-torque": ("identify.force_torque", "Force sensor and the tool below it."),
@@ -81,10 +83,12 @@ class CleanErrors(TyperGroup):
     """
 
     def invoke(self, ctx: Any) -> Any:
-        from kr5_tools.cli.terminal import describe_error, errors, fail, is_user_error
+        from kr5_tools.cli.terminal import describe_error, fail, is_user_error, sign_of_life
         from kr5_tools.files.writing import held_back
 
         end = None
+        tell_when_stopped(None)
+        sign_of_life.begin()
         try:
             with held_back():
                 try:
@@ -94,12 +98,14 @@ class CleanErrors(TyperGroup):
                         raise
                     end = done
         except KeyboardInterrupt:
-            errors.print("Stopped.")
+            _say_stopped()
             raise typer.Exit(STOPPED) from None
         except Exception as error:
             if not is_user_error(error):
                 raise
             fail(describe_error(error))
+        finally:
+            sign_of_life.end()
         if end:
             raise end
 
@@ -178,12 +184,56 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):  # names of files need not be UTF-8
         stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
     with prompt_interruption(_give_up):
-        make_app(None if completing else words)(prog_name="kr5")
+        try:
+            app = _load_app(None if completing else words)
+            app(prog_name="kr5")
+        except KeyboardInterrupt:
+            _exit_stopped()
+        except SystemExit as end:
+            if end.code == STOPPED:
+                _exit_stopped()
+            raise
+
+
+def _exit_stopped() -> NoReturn:
+    """At once, with this code: Python would end itself by the signal where that came inside exec()."""
+    if not _said_stopped:  # the command had not begun
+        _say_stopped()
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(OSError, ValueError):
+            stream.flush()
+    os._exit(STOPPED)
+
+
+def _load_app(words: tuple[str, ...] | None) -> typer.Typer:
+    """The command, of which some parts take seconds to load on a slow disk."""
+    from kr5_tools.cli.terminal import sign_of_life
+
+    sign_of_life.begin()
+    try:
+        return make_app(words)
+    finally:
+        sign_of_life.end()
+
+
+def _say_stopped() -> None:
+    global _said_stopped
+    _said_stopped = True
+    from kr5_tools.cli.terminal import errors
+    from kr5_tools.files.writing import written_files
+
+    errors.print(stop_text(written_files()), soft_wrap=True)
 
 
 def _give_up() -> None:
     from kr5_tools.cli.terminal import errors
-    from kr5_tools.files.writing import discard
+    from kr5_tools.files.writing import discard, written_files
 
+    end_children()
     discard()
-    errors.print("Stopped.")
+    moving = errors.is_terminal
+    errors.quiet = True  # of a bar, which another thread may be drawing
+    if moving:
+        errors.file.write("\r\x1b[2K\x1b[?25h")  # its line is cleared, and the cursor shown
+    errors.file.write(f"{stop_text(written_files())}\n")
+    errors.file.flush()

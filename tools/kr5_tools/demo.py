@@ -12,6 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from kr5_tools.cli import arguments, tables, terminal
+from kr5_tools.cli.interruption import run_child, tell_when_stopped
 from kr5_tools.cli.numbers import format_number
 from kr5_tools.files import writing
 from kr5_tools.files.documents import read_json, read_yaml
@@ -56,6 +57,7 @@ def demo(
     if (output / WORN_CELL).exists():
         shutil.rmtree(output / WORN_CELL)  # of the demo before, whole or not
     images = sorted(str(p) for p in (data / "images").glob("*.png"))
+    tell_when_stopped(lambda: f"the finished files are kept in {output}")
     _run(
         [
             _calibration("camera", ["camera", *images, "--target", target], output),
@@ -153,7 +155,7 @@ def _cause_text(causes: list[dict[str, Any]], truth: dict[str, Any]) -> str:
 
 
 def _insertion(data: Path, output: Path) -> list[list[str]]:
-    """The worn cell feels for a tube and inserts its peg."""
+    """The worn cell searches for a tube and inserts its peg."""
     task = ["--clearance", "0.05", "--offset", "4", "-3"]
     return [
         [
@@ -205,7 +207,7 @@ def _run_job(commands: list[list[str]], out: Any) -> subprocess.CompletedProcess
     for command in commands:
         shown = " ".join(command) if len(command) < 12 else f"{' '.join(command[:3])} … {' '.join(command[-4:])}"
         out.print(f"$ kr5 {shown}", style="bold", soft_wrap=True)
-        done = subprocess.run([sys.executable, "-m", "kr5_tools", *command], capture_output=True, text=True)
+        done = run_child([sys.executable, "-m", "kr5_tools", *command])
         if done.returncode:
             break
     return done

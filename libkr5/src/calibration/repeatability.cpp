@@ -91,7 +91,7 @@ Returns grouped(std::span<const PoseReturn> all) {
   for (const Group& group : out.groups)
     require(group.size() >= 3, "point " + group.point + " has " + std::to_string(group.size()) +
                                    (group.size() == 1 ? " return" : " returns") +
-                                   "; repeatability needs at least three of each point, ISO 9283 asks for 30");
+                                   "; repeatability needs at least three of each point, ISO 9283 requires 30");
   return out;
 }
 

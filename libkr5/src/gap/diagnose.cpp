@@ -107,7 +107,7 @@ class Diagnoser {
     take_noise(noise_scales(data_, base_, coarse));
     for (const std::string& column : coarse)
       out_.warnings.push_back(
-          column + " shows hardly any noise; is its resolution coarse, or the sensor dead? The declared noise is used");
+          column + " shows almost no noise, as with a coarse resolution or a dead sensor; the declared noise is used");
   }
 
   Screen make_screen() const {

@@ -113,8 +113,10 @@ cell::Cell with_typical_effect(const cell::Cell& cell, const EffectName& name, c
           name.effect + ": this cell does not have the target '" + name.target + "'");
   const int index = static_cast<int>(target - targets.begin());
   const Hypothesis h = row_hypotheses(effect, {cell, index, 0, span.first, span.last}, name.target, 1).front();
+  Point x = typical_point(h);
+  for (const Point& other : h.probes[h.probes.size() / 2].points) x = x.cwiseMax(other);  // each coordinate of several
   cell::Cell out = cell;
-  h.apply(out, typical_point(h));
+  h.apply(out, x);
   return out;
 }
 

@@ -38,7 +38,7 @@ std::vector<PostureNeed> needs_of(const GravityModel& model, const MatrixXd& cur
     for (Index j = 0; j < gravity.sigma.size(); ++j)
       if (!std::isfinite(gravity.sigma[j])) {
         fit.message = "posture " + std::to_string(k) + ": the gravity torque of joint " + std::to_string(j + 1) +
-                      " is not told by the motion that the model was identified from";
+                      " is not determined by the motion from which the model was identified";
         return {};
       }
     const kinematics::Jacobian J = kinematics::jacobian(model.chain, q, options.T_flange_tool);

@@ -125,7 +125,7 @@ std::vector<Index> candidate_joints(const Readings& data, Index motor, std::vect
     if (high - low > least_drive_motion)
       out.push_back(j);
     else
-      warnings.push_back("motor " + std::to_string(motor + 1) + ": nothing tells whether joint " +
+      warnings.push_back("motor " + std::to_string(motor + 1) + ": the readings do not show whether joint " +
                          std::to_string(j + 1) + " turns it: that joint was not moved, or not read, beside it");
   }
   return out;
@@ -273,7 +273,7 @@ DriveResult identify_drives(const DriveReadings& readings, const DriveOptions& o
     if (!m.determined) {
       out.fit.message = "motor " + std::to_string(k + 1) + ": " + std::to_string(m.rows.size()) +
                         " readings do not determine its ratio and " + std::to_string(m.joints.size() - 1) +
-                        " couplings; read more postures, in which the joints move apart from each other";
+                        " couplings; read more postures, in which the joints move independently";
       return out;
     }
   }

@@ -264,9 +264,9 @@ DynamicsResult identify_dynamics(const JointMotion& motion, const DynamicsModel&
     for (const int i : out.observability.unmoved) joints += (joints.empty() ? "" : ", ") + std::to_string(i);
     out.fit.status = FitStatus::Degenerate;
     out.fit.message =
-        "joint " + joints + " never moved; the motion cannot tell " + joined(out.observability.unidentifiable);
+        "joint " + joints + " never moved; the motion does not determine " + joined(out.observability.unidentifiable);
   } else if (!out.observability.unidentifiable.empty()) {
-    out.fit.message += "; the motion cannot tell " + joined(out.observability.unidentifiable);
+    out.fit.message += "; the motion does not determine " + joined(out.observability.unidentifiable);
   }
   return out;
 }

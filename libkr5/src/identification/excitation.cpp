@@ -129,7 +129,7 @@ Excitation design_excitation(const cell::Cell& cell, const MotionLimits& limits,
     out.fit.status = FitStatus::Converged;
     out.fit.message = "best of the motions that were tried";
   } else {
-    out.fit.message = "no motion within the limits was found: in the way was " + found.objection;
+    out.fit.message = "no motion within the limits was found; the obstacle was " + found.objection;
   }
   return out;
 }

@@ -360,7 +360,7 @@ ForceTorqueResult identify_force_torque(std::span<const ForceTorqueReading> read
   out.fit.final_rms = std::sqrt(residuals.squaredNorm() / (6.0 * problem.weight.sum()));
   if (!options.fit_drift) warn_of_drift(out, readings, problem, residuals);
   if (!untold.empty()) {
-    out.fit.message = "the readings do not tell " + joined_names(untold) +
+    out.fit.message = "the readings do not determine " + joined_names(untold) +
                       ": turn the sensor so that gravity points along each of its axes, both ways" +
                       (options.gain == GainModel::None ? "" : ", without and with known loads at several places");
     return out;

@@ -267,11 +267,12 @@ void describe_gravity(GravityResult& out, const std::vector<SlowSamples>& sample
   for (const SlowSamples& s : samples)
     if (s.rows.empty())
       out.notes.push_back("joint " + std::to_string(s.joint + 1) +
-                          " did not move slowly: its own torque, and what depends on its value, are not told");
+                          " did not move slowly: its own torque, and what depends on its value, are not determined");
   if (out.model.untold.cols() > 0)
-    out.notes.push_back(std::to_string(out.model.untold.cols()) + " of " + std::to_string(out.model.parameters.size()) +
-                        " combinations of mass moments are not told by this motion; the model holds for postures like "
-                        "those of the motion");
+    out.notes.push_back(
+        std::to_string(out.model.untold.cols()) + " of " + std::to_string(out.model.parameters.size()) +
+        " combinations of mass moments are not determined by this motion; the model holds for postures like "
+        "those of the motion");
 }
 
 }  // namespace

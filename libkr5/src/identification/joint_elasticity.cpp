@@ -152,11 +152,12 @@ void describe(JointSpring& out, const SpringFit& fit, double significance) {
   out.stiffness_high = out.compliance - reach > 0 ? 1 / (out.compliance - reach) : infinite;
   const double shown = uncertainty::student_factor(fit.dof, 1 - 2 * significance) * out.compliance_std;
   require(out.compliance > -2 * shown, "torque: joint " + std::to_string(out.joint) +
-                                           " gives way against it: its sign is reversed, or motor and link are "
+                                           " deflects against its torque: its sign is reversed, or motor and link are "
                                            "exchanged");
   out.told = out.compliance > shown;
   out.stiffness = out.told ? 1 / out.compliance : infinite;
-  out.message = out.told ? "stiffness told" : "compliance not told from 0; the joint is stiffer than stiffness_low";
+  out.message = out.told ? "stiffness determined"
+                         : "compliance not distinguishable from 0; the joint is stiffer than stiffness_low";
 }
 
 /// What the lead says of the gear ratio, by which the motor angles were divided: a part of it that grows with the
@@ -192,7 +193,7 @@ JointSpring spring_of(const ElasticityReadings& readings, Index joint, const Ela
     SpringRows sure = rows_above(readings, joint, std::max(options.side_torque, side_noise * noise));
     const auto positive = (sure.torque.array() > 0).count();
     if (std::min<Index>(positive, sure.torque.size() - positive) < fewest_readings / 2) {
-      note = "; loads of both signs are needed to tell a play from the offset";
+      note = "; loads of both signs are needed to distinguish free play from the offset";
     } else if (const SpringFit with = fit_spring(sure, noise, true);
                with.determined &&
                with.values[2] >
@@ -208,7 +209,7 @@ JointSpring spring_of(const ElasticityReadings& readings, Index joint, const Ela
     describe(out, fit, options.significance);
     note += ratio_doubt(rows, noise, fit.values.size() > 2);
   } else {
-    out.message = "the torques hardly change: their spread is " + short_number(fit.spread) +
+    out.message = "the torques change too little: their spread is " + short_number(fit.spread) +
                   " N m or N beside noise of " + short_number(noise);
   }
   out.message += note;
@@ -244,7 +245,7 @@ ElasticityResult identify_elasticity(const ElasticityReadings& readings, const E
   for (Index j = 0; j < n; ++j) out.joints.push_back(spring_of(readings, j, options));
   const auto told = std::count_if(out.joints.begin(), out.joints.end(), [](const JointSpring& s) { return s.told; });
   out.fit.status = told > 0 ? FitStatus::Converged : FitStatus::Degenerate;
-  out.fit.message = "stiffness of " + std::to_string(told) + " of " + std::to_string(n) + " joints told";
+  out.fit.message = "stiffness of " + std::to_string(told) + " of " + std::to_string(n) + " joints determined";
   for (const JointSpring& s : out.joints)
     if (!s.told) out.fit.message += "; joint " + std::to_string(s.joint) + ": " + s.message;
   return out;

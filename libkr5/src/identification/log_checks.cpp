@@ -464,7 +464,7 @@ void check_positions(const OrderedLog& data, const ConditioningOptions& options,
       LogFinding f = finding_at(data, LogFault::NeverMoved, LogSeverity::Warning, name, j, 0, data.rows() - 1);
       f.value = high - low;
       f.text = name + ": never moved (" + short_number(high - low) +
-               "); its friction, rotor and part of its inertia cannot be told";
+               "); its friction, rotor and part of its inertia cannot be identified";
       out.push_back(f);
     }
     if (!limited && data.slide(j, options)) continue;

@@ -115,7 +115,7 @@ PayloadResult to_payload(const JointMotion& loaded, const MatrixXd& bare, const 
   out.fit.initial_rms = whitened(problem.rows.tau);
   out.fit.final_rms = whitened(problem.fit.residuals);
   if (!untold.empty()) {
-    out.fit.message = "the motion cannot tell ";
+    out.fit.message = "the motion does not determine ";
     for (std::size_t k = 0; k < untold.size(); ++k) out.fit.message += (k ? ", " : "") + untold[k];
     return out;
   }
@@ -125,7 +125,7 @@ PayloadResult to_payload(const JointMotion& loaded, const MatrixXd& bare, const 
   const kinematics::InertialParameters moments = out.moments;
   out.body = kinematics::to_body(kinematics::to_moments(moments));
   out.possible = can_exist(out.body);
-  if (!out.possible) out.fit.message += "; no such body can exist: the inertia is not told well enough";
+  if (!out.possible) out.fit.message += "; no such body can exist: the inertia is not determined well enough";
   const double single = uncertainty::covariance_inflation(1, problem.fit.freedom);
   out.mass_deviation = std::sqrt(std::max(single * out.covariance(0, 0), 0.0));
   Eigen::Matrix<double, 3, 4> D;  // of the centre by mass and first moments

@@ -195,7 +195,7 @@ PlanarGravity identify_planar_gravity(const JointMotion& motion, std::span<const
     if (!out.fit.message.empty()) return out;
     const HarmonicEquations e = harmonic_equations(motion, angles, k, own, options);
     if (!add_joint(out, found, e, angles[k], options.held_out)) {
-      out.fit.message = joint + " moved over too small an angle to tell a harmonic of it from a constant";
+      out.fit.message = joint + " moved over too small an angle to distinguish a harmonic of it from a constant";
       return out;
     }
   }

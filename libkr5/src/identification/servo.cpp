@@ -201,7 +201,7 @@ void add_servo_warnings(ServoResult& out, const ServoLog& log, const std::vector
   const std::array<std::pair<int, std::string>, 2> others = {{{1, "damping ratio"}, {2, "delay"}}};
   for (const auto& [index, name] : others)
     if (std::abs(correlation(0, index)) > tied && relative > vague)
-      out.warnings.push_back("natural frequency and " + name + " are told together only (correlation " +
+      out.warnings.push_back("natural frequency and " + name + " are determined only together (correlation " +
                              short_number(correlation(0, index)) + "): sample faster, or excite faster");
   if (out.overshoot && out.overshoot->second_overshoot < 2 * out.noise)
     out.warnings.push_back("the second overshoot would be " + short_number(out.overshoot->second_overshoot) +

@@ -54,7 +54,7 @@ std::string objection(const JointMotion& motion, const std::vector<SlowSamples>&
     for (Eigen::Index r = 0; r < count; ++r) forwards += motion.qd(s.rows[static_cast<std::size_t>(r)], s.joint) > 0;
     if (forwards == 0 || forwards == count)
       return joint +
-             " moved in one direction only, so its friction and its gravity cannot be told apart: move it to "
+             " moved in one direction only, so its friction and its gravity cannot be separated: move it to "
              "and fro" +
              (held_out > 0 ? ", also in the samples that are not held out" : "");
   }

@@ -184,7 +184,7 @@ void check_brakes(OrderedLog& data, const MotionRegression& regression, const Ma
         finding_at(data, LogFault::Brake, LogSeverity::Error, data.log.tau_name(worst), worst, s.first, s.last);
     f.value = data.log.tau.col(worst).segment(s.first, s.last - s.first + 1).mean();
     f.text = columns + ": at rest from " + short_number(f.begin) + " to " + short_number(f.end) + " s, " +
-             data.log.tau_name(worst) + " is " + short_number(f.value) + " where the motion asks for " +
+             data.log.tau_name(worst) + " is " + short_number(f.value) + " where the motion requires " +
              short_number(needed[worst]) + ": the brakes hold; leave the span out (leave_out_faulty)";
     out.push_back(f);
   }
@@ -207,7 +207,7 @@ void check_sizes(const OrderedLog& data, const ConditioningOptions& options, std
   f.joint = 0;
   f.value = ratio;
   f.text = data.log.tau_name(0) + " to " + data.log.tau_name(data.log.tau.cols() - 1) + ": " + short_number(ratio) +
-           " times what the believed masses ask for; motor currents, torques on the motor side, or N mm?";
+           " times what the assumed masses require; are these motor currents, torques on the motor side, or N mm?";
   out.push_back(f);
 }
 

@@ -36,7 +36,7 @@ std::string end_of_cycle(const CycleState& state, const CycleOptions& options) {
   if (state.graspable == 0)
     return "the gripper can pick none of the " + count_of(state.segmented, "cylinder") + " that the scan shows";
   if (state.failed_in_row >= options.max_failed_in_row)
-    return count_of(state.failed_in_row, "attempt") + " failed in a row, so the scan is no longer believed";
+    return count_of(state.failed_in_row, "attempt") + " failed in a row, so the scan is no longer trusted";
   if (state.remaining() > 0) return {};
   return "no graspable cylinder remains (" + std::to_string(state.picked) + " picked, " + std::to_string(state.failed) +
          " failed, " + std::to_string(state.disturbed) + " disturbed)";

@@ -124,7 +124,7 @@ void add_negative_note(SobolResult& out) {
        << least << " (" << out.inputs[static_cast<std::size_t>(input)] << ", output " << output + 1
        << "): no index is below zero, but the estimate of a small one scatters about it. ";
   if (beyond == 0)
-    text << "Zero lies within the interval of each; more samples bring them nearer.";
+    text << "Zero lies within the interval of each; more samples narrow them.";
   else
     text << "Zero lies outside the interval of " << beyond
          << ", as chance makes of some among many; where that stays with another seed, the model does not give the "

@@ -269,6 +269,7 @@ JOBS = [
     ),
     Job("cell files", "cell check cell.yaml --json out.json", "cell", ("cell.yaml",), (), 3),
     Job("cell files", "cell show cell.yaml --json out.json", "cell", ("cell.yaml",), ("out.json",)),
+    Job("cell files", "gap effects --cell cell.yaml --json out.json", "cell", ("cell.yaml",), ("out.json",)),
     Job(
         "cell files",
         "cell export cell.yaml -o robot.urdf --json out.json",

@@ -10,7 +10,7 @@ import typer
 from kr5 import vision
 
 from kr5_tools.cli.arguments import JsonOption, ResultOption
-from kr5_tools.cli.numbers import format_number
+from kr5_tools.cli.numbers import format_count, format_number
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail, print_note, spinner
@@ -19,7 +19,7 @@ from kr5_tools.files.cell_output import CellOption, WriteCellOption, load_target
 from kr5_tools.files.images import MOST_CAMERA_VIEWS, image_files, thinned
 from kr5_tools.files.results import write_if_usable, write_result
 from kr5_tools.files.writing import check_writable
-from kr5_tools.targets.command import Sightings, Target, find_in_images, load_target
+from kr5_tools.targets.command import Sightings, Target, check_target_size, find_in_images, load_target
 
 app = typer.Typer()
 LENSES = Literal["auto", "none", "k1", "k1k2", "brown4", "brown5", "radial6", "rational8"]
@@ -49,7 +49,7 @@ def camera(
     output: ResultOption = None,
     json_file: JsonOption = None,
     max_views: Annotated[
-        int, typer.Option(min=3, help="Largest number of images to use; of more, this number is taken, evenly spread.")
+        int, typer.Option(min=3, help="Maximum number of images; from more, this number is selected at even spacing.")
     ] = MOST_CAMERA_VIEWS,
     peers: Annotated[
         bool, typer.Option("--peers", help="Also print the calibrations of OpenCV and ViSP from the same points.")
@@ -59,6 +59,7 @@ def camera(
 ) -> None:
     """Calibration of a camera: lens, sensor, uncertainty, and faults of the images."""
     wanted = load_target(target)
+    check_target_size(f"--target {target}", wanted.size or max(m.size for m in wanted.map))
     if model != "auto":
         options.lens = model
     options.validate()
@@ -67,7 +68,7 @@ def camera(
     believed = load_target_cell(cell_file, write_cell)
     chosen = thinned(len(files), max_views)
     if len(chosen) < len(files):
-        print_note(f"{len(chosen)} of {len(files)} images are used, spread evenly; --max-views sets how many")
+        print_note(f"{len(chosen)} of {len(files)} images are used, at even spacing; --max-views sets the number")
     files = [files[i] for i in chosen]
     seen = find_in_images(files, wanted, least=1, points=6)
     _refuse_repeated(seen)
@@ -132,7 +133,8 @@ def _verdict(result: Any, causes: list[dict[str, str]]) -> dict[str, str]:
     known = (
         f"Points of new images are predicted to {format_number(result.held_out_rms)} px." if result.held_out_rms else ""
     )
-    out = f" {left_out} view(s) contradict the others and were left out." if left_out else ""
+    verb = ("contradicts the others and was left out", "contradict the others and were left out")
+    out = f" {format_count(left_out, 'view', verb)}." if left_out else ""
     if objections:
         return {"word": "doubtful", "text": f"{' '.join(objections)} {known}{out}".strip()}
     return {"word": "good", "text": f"The views agree and determine the camera. {known}{out}".strip()}
@@ -214,6 +216,8 @@ def _model_name(m: Any) -> str:
 
 
 def _show(result: Any, data: dict[str, Any], out: Any) -> None:
+    print_result(data, out)
+    out.print()
     out.print(
         make_table(
             "Views",
@@ -236,6 +240,7 @@ def _show(result: Any, data: dict[str, Any], out: Any) -> None:
         best = sorted(result.models, key=lambda m: m.held_out_rms)[:8]
         if not any(m.chosen for m in best):
             best += [m for m in result.models if m.chosen]
+        out.print()
         out.print(
             make_table(
                 "Models (best on held-out views first)",
@@ -259,7 +264,6 @@ def _show(result: Any, data: dict[str, Any], out: Any) -> None:
         f" %; tilt {np.degrees(c.tilt_min):.0f} to {np.degrees(c.tilt_max):.0f} deg, farthest / nearest"
         f" {c.distance_ratio:.2f}"
     )
-    print_result(data, out)
 
 
 def _show_peers(result: Any, views: list[Any], size: tuple[int, int], out: Any) -> None:
@@ -284,6 +288,7 @@ def _show_peers(result: Any, views: list[Any], size: tuple[int, int], out: Any) 
             for p, s in zip(PARAMETERS[:5], std)
         ]
         rows.append([name, f"{r.rms_px:.4f}", *cells, ""])
+    out.print()
     out.print(
         make_table(
             "Comparison with OpenCV and ViSP (same points)",

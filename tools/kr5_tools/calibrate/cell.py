@@ -59,7 +59,9 @@ def calibrate_cell(
     ] = None,
     arm: Annotated[
         Path | None,
-        typer.Option("--joint-values", metavar="CSV", help="Joint values, a row an image: calibrates the arm, too."),
+        typer.Option(
+            "--joint-values", metavar="CSV", help="Joint values, one row per image; the arm is then also calibrated."
+        ),
     ] = None,
     joints: JointColumns = None,
     angle: AngleUnit = "rad",
@@ -73,7 +75,9 @@ def calibrate_cell(
         Path | None,
         typer.Option(
             metavar="FOLDER",
-            help="Line scanner, too: folder with profiles.csv and poses.csv as for kr5 calibrate laser.",
+            help=(
+                "Line scanner to calibrate as well: folder with profiles.csv and poses.csv as for kr5 calibrate laser."
+            ),
         ),
     ] = None,
     scan_target: Annotated[
@@ -82,7 +86,7 @@ def calibrate_cell(
     ] = None,
     hold: Annotated[
         list[str] | None,
-        typer.Option(help="What to keep: camera, markers, arm, or e.g. camera.k1 or arm.joint2.a. Repeatable."),
+        typer.Option(help="Parameters to hold: camera, markers, arm, or e.g. camera.k1 or arm.joint2.a. Repeatable."),
     ] = None,
     write_cell: WriteCellOption = None,
     output: ResultOption = None,
@@ -287,6 +291,7 @@ def _figures(result: Any) -> list[dict[str, Any]]:
 
 
 def _show(result: Any, keys: dict[str, Any], out: Any) -> None:
+    print_result(keys, out)
     rows = []
     for p in result.parameters:
         if not p.name.startswith(("camera.", "arm.", "marker")):
@@ -296,7 +301,7 @@ def _show(result: Any, keys: dict[str, Any], out: Any) -> None:
         value, before = (format_number(scale * x, scale * p.std) for x in (p.value, p.nominal))
         rows.append([p.name + mark, before, value, format_number(scale * p.std, scale * p.std), unit])
     if rows:
+        out.print()
         out.print(make_table("Parameters", ["parameter", "before", "calibrated", "± std", "unit"], rows, text=(4,)))
     if any(not p.identifiable for p in result.parameters):
         out.print("* Not determined by the measurements alone; held near the nominal value.")
-    print_result(keys, out)

@@ -94,7 +94,10 @@ def hand_eye(
     """Hand-eye calibration from images and robot poses, or from pairs of poses, with uncertainty, and the cause of a
     bad result.
 
-    Exit code: 0 when the result is good or doubtful, 1 when it is unusable, 2 when there is no result or the input is
+    Verdict: good when 95 % of errors stay below the tolerance and no cause moves the result by more than its error;
+    unusable when there is no result, when poses are misread, when the error exceeds ten tolerances, or when a cause
+    moves the result by more than five tolerances and more than its error; otherwise doubtful. Exit code: 0 when the
+    result is good or doubtful, 1 when it is unusable, 2 when there is no result or the input is
     invalid.
     """
     options.validate()

@@ -17,11 +17,11 @@ from kr5_tools.files.writing import check_writable
 
 RobotMeaning = Annotated[
     Literal["T_base_flange", "T_flange_base"] | None,
-    typer.Option(help="Pairs: what the robot poses are; by default what the data tell, else what the format says."),
+    typer.Option(help="Pairs: meaning of the robot poses; by default as the data show, else as the format states."),
 ]
 CameraMeaning = Annotated[
     Literal["T_camera_target", "T_target_camera"] | None,
-    typer.Option(help="Pairs: what the camera poses are; by default what the data tell, else T_camera_target."),
+    typer.Option(help="Pairs: meaning of the camera poses; by default as the data show, else T_camera_target."),
 ]
 FOLDS = 10
 FAR_CARRIED = 0.5  # farther from the flange little is carried [m]
@@ -63,7 +63,7 @@ def calibrate_pairs(
     data.mount = mount or data.mount
     if data.mount is None:
         fail(
-            f"{file}: does not say where the camera is mounted, and no pairs of poses can tell; specify --mount"
+            f"{file}: does not say where the camera is mounted, and pairs of poses cannot show it; specify --mount"
             " eye_in_hand or --mount eye_to_hand"
         )
     chosen = calibration.HandEyePairsOptions(
@@ -133,7 +133,7 @@ def _choose_reading(data: PosePairs, robot: str | None, camera: str | None) -> t
         data.T_camera_target = [np.linalg.inv(T) for T in data.T_camera_target]
     seen = "T_target_camera" if best.camera_inverted else "T_camera_target"
     print_note(f"{text} They are read as {data.convention.meaning} and {seen}; or the mount is the other one.")
-    return calibration.read_pairs(pairs, best), f"{data.convention.meaning} and {seen}, as the data tell"
+    return calibration.read_pairs(pairs, best), f"{data.convention.meaning} and {seen}, as the data show"
 
 
 def _keys(data: PosePairs, pairs: list[Any], result: Any, options: Any, judging: Any) -> dict[str, Any]:

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from kr5_tools.cli.numbers import format_percent
 from kr5_tools.cli.tables import figure_row, make_table, pose_figures, print_result
 
 
@@ -48,6 +49,7 @@ def figures_of(result: Any, diagnosis: Any, held_out: dict[str, Any]) -> list[di
         return []
     where = ("camera on flange", "target in base") if in_hand(result) else ("camera in base", "target on flange")
     rows = pose_figures(where[0], result.T_mount_camera, result.covariance)
+    _add_corrected(rows, where[0], diagnosis)
     rows += pose_figures(where[1], result.T_fixed_target, result.covariance_target)
     at = f"{diagnosis.working_distance:.2g} m ahead"
     rows += [
@@ -59,10 +61,21 @@ def figures_of(result: Any, diagnosis: Any, held_out: dict[str, Any]) -> list[di
     ]
     if held_out:
         rows += [
-            figure_row("target in held-out views (RMS)", 1e3 * held_out["position_rms"], None, "mm"),
-            figure_row("target in held-out views, rotation (RMS)", np.degrees(held_out["rotation_rms"]), None, "deg"),
+            figure_row("target in held-out views, full fit (RMS)", 1e3 * held_out["position_rms"], None, "mm"),
+            figure_row(
+                "target in held-out views, full fit, rotation (RMS)", np.degrees(held_out["rotation_rms"]), None, "deg"
+            ),
         ]
     return rows
+
+
+def _add_corrected(rows: list[dict[str, Any]], name: str, diagnosis: Any) -> None:
+    """Beside the pose of the camera, that with the first cause corrected, where it is likely and changes anything."""
+    cause = next(iter(diagnosis.causes), None)
+    if cause is None or cause.T_mount_camera is None or cause.probability < 0.5 or not cause.consequence:
+        return
+    for row, corrected in zip(rows, pose_figures(name, cause.T_mount_camera, cause.covariance)):
+        row["corrected"] = [corrected["value"], corrected["std"]]
 
 
 def _noise_figures(result: Any) -> list[dict[str, Any]]:
@@ -81,12 +94,18 @@ def _noise_figures(result: Any) -> list[dict[str, Any]]:
 
 
 def show_hand_eye(keys: dict[str, Any], out: Any) -> None:
-    print_result({"verdict": keys["verdict"], "causes": keys["causes"]}, out)
+    """The verdict, each cause with its evidence and remedy, the figures, then the views."""
+    print_result({"verdict": keys["verdict"]}, out)
     for cause in keys["causes"]:
-        moves = f" Correcting it moves the tool by {1e3 * cause['consequence']:.3g} mm." if cause["consequence"] else ""
+        print_result({"causes": [cause]}, out)
         out.print(
-            f"    {cause['evidence']}{moves} Probability {cause['probability']:.2f}.", soft_wrap=True, markup=False
+            f"    {cause['evidence']} Probability: {format_percent(cause['probability'])}.",
+            soft_wrap=True,
+            markup=False,
         )
+    print_result({"figures": keys["figures"]}, out)
+    if any(row.get("corrected") for row in keys["figures"]):
+        out.print("Value: as recorded. Corrected: with the first cause corrected.", soft_wrap=True)
     for lost in keys["input"].get("without_target", ()):
         out.print(f"  not used: {lost['name']}: {lost['message']}", soft_wrap=True, markup=False)
     pixels = any(v.get("rms_px") for v in keys["views"])
@@ -102,5 +121,5 @@ def show_hand_eye(keys: dict[str, Any], out: Any) -> None:
         for v in keys["views"]
     )
     columns = [*(["RMS [px]"] if pixels else []), "robot error [mm]", "robot error [deg]", "weight [-]", ""]
+    out.print()
     out.print(make_table("Views", ["view", *columns], rows))
-    print_result({"figures": keys["figures"]}, out)

@@ -76,9 +76,7 @@ def calibrate_kinematics(
         list[str] | None,
         typer.Option(metavar="A,B,METRES", help="Known distance of two sockets; may be given several times."),
     ] = None,
-    check: Annotated[
-        Path | None, typer.Option(help="CSV of further postures, on which the result is only judged.")
-    ] = None,
+    check: Annotated[Path | None, typer.Option(help="CSV of further postures, for validation only.")] = None,
     joints: JointColumns = None,
     position: PositionColumns = None,
     convention: Convention = None,
@@ -91,7 +89,7 @@ def calibrate_kinematics(
         bool, typer.Option("--known-tool", help="The measured tool is that of the cell, exactly.")
     ] = False,
     joint_errors: Annotated[
-        bool, typer.Option(help="Estimate errors of the joints once and twice a turn, too.")
+        bool, typer.Option(help="Also estimate errors of the joints once and twice a turn.")
     ] = True,
     elasticity: Annotated[
         bool,
@@ -280,6 +278,7 @@ def _verdict(
 
 
 def _show(result: Any, data: dict[str, Any], out: Any) -> None:
+    print_result({**data, "figures": []}, out)
     rows, hidden = [], 0
     for c in result.coordinates:
         scale, unit = table_unit(c.unit)
@@ -292,6 +291,7 @@ def _show(result: Any, data: dict[str, Any], out: Any) -> None:
         name = c.name.removeprefix("arm.").replace("joint_errors.", "error of " if periodic else "")
         rows.append([name + mark, scale * c.nominal, scale * c.value, change, scale * c.std, unit])
     names = ["parameter", "nominal", "identified", "change", "± std", "unit"]
+    out.print()
     out.print(make_table("Identified parameters", names, rows, text=(5,)))
     if hidden:
         out.print(f"{hidden} coefficients of joint errors within three standard deviations of zero are not listed.")
@@ -299,4 +299,3 @@ def _show(result: Any, data: dict[str, Any], out: Any) -> None:
         out.print("* Not determined by the measurements alone; held near the nominal value:")
     for direction in result.unidentifiable:
         out.print(f"  {direction.text}", soft_wrap=True)
-    print_result({**data, "figures": []}, out)

@@ -58,7 +58,7 @@ def calibrate_laser(
         typer.Option("--cell", help="Cell with the arm and the nominal scanner; by default that of the recording."),
     ] = None,
     refine_arm: Annotated[
-        bool, typer.Option("--refine-arm", help="Estimate the arm's DH parameters, too; needs q1 … and a cell.")
+        bool, typer.Option("--refine-arm", help="Also estimate the arm's DH parameters; needs q1 … and a cell.")
     ] = False,
     convention: Convention = None,
     length: LengthUnit = "m",
@@ -72,7 +72,11 @@ def calibrate_laser(
     ] = None,
     camera: Annotated[Path | None, typer.Option(help="Camera of these images; by default that of the cell.")] = None,
     hand_eye: Annotated[
-        Path | None, typer.Option(metavar="RESULT.json", help="Its pose, by kr5 calibrate hand-eye; else the cell's.")
+        Path | None,
+        typer.Option(
+            metavar="RESULT.json",
+            help="Pose of that camera, a result of kr5 calibrate hand-eye; by default that of the cell.",
+        ),
     ] = None,
     overlay_folder: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the pictures.")] = Path(),
     cloud: Annotated[
@@ -336,6 +340,7 @@ def _verdict(result: Any, missed: list[tuple[str, str]], overlays: list[Any]) ->
 
 
 def _show(result: Any, missed: list[tuple[str, str]], data: dict[str, Any], out: Any) -> None:
+    print_result(data, out)
     if missed:
         out.print(f"{len(missed)} profiles show no target: {_listed([name for name, _ in missed])}", soft_wrap=True)
     rows = []
@@ -344,10 +349,10 @@ def _show(result: Any, missed: list[tuple[str, str]], data: dict[str, Any], out:
         used = np.array([v.distance for v in of_target if not v.outlier])
         rms = 1e3 * float(np.sqrt((used**2).mean())) if len(used) else float("nan")
         rows.append([name, len(of_target), len(of_target) - len(used), rms, 1e3 * float(used.max(initial=0.0))])
+    out.print()
     out.print(make_table("Targets", ["target", "profiles", "outliers", "RMS [mm]", "largest [mm]"], rows))
     if any(c.name.startswith("arm.") for c in result.coordinates):
         out.print(
             f"The arm was refined: true lengths spread by {1e3 * result.tolerance_length:.3f} mm about the nominal"
             f" ones, angles by {180 / np.pi * result.tolerance_angle:.4f} deg."
         )
-    print_result(data, out)

@@ -32,10 +32,10 @@ def laser_study(
         Path | None, typer.Option("--cell", help="Cell with a scanner and its target; by default the shipped one.")
     ] = None,
     stand_offs: Annotated[
-        str, typer.Option(metavar="LIST|A:B:STEP", help="Ranges of the top of the sphere \\[m].")
+        str, typer.Option(metavar="LIST|FROM:TO:STEP", help="Ranges of the top of the sphere \\[m].")
     ] = "0.15:0.23:0.005",
     speeds: Annotated[
-        str, typer.Option(metavar="LIST|A:B:STEP", help="Speeds of the scanner along its own Y \\[m/s].")
+        str, typer.Option(metavar="LIST|FROM:TO:STEP", help="Speeds of the scanner along its own Y \\[m/s].")
     ] = "0.01,0.03,0.1,0.2,0.3",
     bias: Annotated[
         float, typer.Option(help="Range error at the cell's bias_distance from the best stand-off \\[m].")
@@ -60,8 +60,8 @@ def laser_study(
     rates = parse_values("--speeds", speeds)
     if max(rates) > MOST_SPEED:
         fail(f"--speeds: found {max(rates):g}, expected at most {MOST_SPEED:g}; they are in metres per second")
-    by_stand_off = [study.measure(d, SLOW) for d in track(at, "Stand-offs")]
-    by_speed = [study.measure(study.best, v) for v in track(rates, "Speeds")]
+    by_stand_off = [study.measure(d, SLOW) for d in track(at, "Simulating scans by stand-off")]
+    by_speed = [study.measure(study.best, v) for v in track(rates, "Simulating scans by speed")]
     data = write_result(None, "kr5-laser-study/1", **_keys(study, by_stand_off, by_speed, str(file)))
     _show(data, console(json_file))
     write_json(data, output)
@@ -190,6 +190,7 @@ def _keys(study: Study, by_stand_off: list[Any], by_speed: list[Any], file: str)
 
 
 def _show(data: dict[str, Any], out: Any) -> None:
+    print_result(data, out)
     heads = ["points, as stamped [mm]", "synchronised [mm]", "sphere, as stamped [mm]", "synchronised [mm]"]
     keys = ("rms_as_stamped", "rms_synchronised", "centre_as_stamped", "centre_synchronised")
     for key, title, head in (
@@ -197,5 +198,5 @@ def _show(data: dict[str, Any], out: Any) -> None:
         ("speed", "Error against speed, at the best stand-off", "speed [mm/s]"),
     ):
         rows = [[f"{1e3 * row[key]:.0f}", *(f"{1e3 * row[k]:.4f}" for k in keys)] for row in data["study"][key]]
+        out.print()
         out.print(make_table(title, [head, *heads], rows))
-    print_result(data, out)

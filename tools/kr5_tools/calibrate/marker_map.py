@@ -18,7 +18,7 @@ from kr5_tools.files.cell_output import CellOption, WriteCellOption, load_target
 from kr5_tools.files.images import image_files, short_names
 from kr5_tools.files.results import write_result
 from kr5_tools.files.writing import check_writable, write_json
-from kr5_tools.targets.command import load_image
+from kr5_tools.targets.command import check_target_size, load_image
 
 app = typer.Typer()
 SPREAD = 3.0  # the corners of an image that miss by so many times the noise do so for a reason
@@ -27,13 +27,14 @@ SPREAD = 3.0  # the corners of an image that miss by so many times the noise do 
 @app.command(
     "map", epilog="Example:  kr5 calibrate map photos/ --camera camera.json --family 36h11 --size 0.05 -o map.json"
 )
-@options_from(vision.MarkerMapOptions, skip=("max_iterations",))
+@options_from(vision.MarkerMapOptions, skip=("max_iterations", "size"))
 @export_options("poses")
 def calibrate_map(
     images: Annotated[list[Path], typer.Argument(help="Images of the markers, or folders of such images.")],
     options: vision.MarkerMapOptions,
     exports: Exports,
     camera: Annotated[Path, typer.Option(help="Camera file.")],
+    size: Annotated[float, typer.Option(help="Side of the black squares of the markers \\[m].")],
     family: Annotated[str, typer.Option(help="Family of the markers, e.g. 36h11 or aruco_4x4_50.")] = "36h11",
     cell_file: CellOption = None,
     write_cell: WriteCellOption = None,
@@ -44,6 +45,8 @@ def calibrate_map(
 
     Exit code: 0 when there is a map, 2 when the images determine none or the input is invalid.
     """
+    check_target_size("--size", size)
+    options.size = size
     options.validate()
     kr5.marker_count(family)
     files = image_files(images)
@@ -136,7 +139,8 @@ def _verdict(result: Any, views: list[dict[str, Any]]) -> dict[str, str]:
     worst = max((float(np.sqrt(np.trace(c[:3, :3]))) for c in map(np.asarray, result.covariance)), default=0.0)
     text = f"{len(result.target.map)} markers, each known to {1e3 * worst:.2g} mm or better (one standard deviation)."
     if bad := [v["name"] for v in views if v["outlier"]]:
-        return {"word": "doubtful", "text": f"{text} {', '.join(bad)} disagree(s) with the others: did a marker move?"}
+        verb = "disagrees" if len(bad) == 1 else "disagree"
+        return {"word": "doubtful", "text": f"{text} {', '.join(bad)} {verb} with the others: did a marker move?"}
     if worst > 1e-3:
         return {
             "word": "doubtful",
@@ -146,7 +150,9 @@ def _verdict(result: Any, views: list[dict[str, Any]]) -> dict[str, str]:
 
 
 def _show(result: Any, data: dict[str, Any], out: Any) -> None:
+    print_result(data, out)
     counts = {r["view"]: len(r["u"]) // 4 for r in data["residuals"]}
+    out.print()
     out.print(
         make_table(
             "Images",
@@ -154,4 +160,3 @@ def _show(result: Any, data: dict[str, Any], out: Any) -> None:
             ([v["name"], counts[v["name"]], v["rms_px"], "outlier" if v["outlier"] else ""] for v in data["views"]),
         )
     )
-    print_result(data, out)

@@ -25,7 +25,10 @@ def require_motion(postures: list[Any]) -> None:
     """Refuses postures that are all the same."""
     q = np.array([p.q for p in postures])
     if len(q) > 1 and (np.ptp(q, axis=0) < STANDING).all():
-        fail(f"no joint moved from {postures[0].name} to {postures[-1].name}: one posture tells nothing of the arm")
+        fail(
+            f"no joint moved from {postures[0].name} to {postures[-1].name}: one posture contains no"
+            " information about the arm"
+        )
 
 
 def posture_doubts(chain: Any, postures: list[Any], result: Any) -> list[str]:

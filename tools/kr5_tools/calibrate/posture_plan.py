@@ -34,7 +34,7 @@ def calibrate_postures(
         typer.Option(metavar="CSV", help="Joint values to choose from; by default drawn within the limits."),
     ] = None,
     draw: Annotated[int, typer.Option(min=10, help="Number of candidates to draw.")] = 2000,
-    lowest: Annotated[float, typer.Option(help="Least height of flange and tool tip above the base \\[m].")] = 0.1,
+    lowest: Annotated[float, typer.Option(help="Minimum height of flange and tool tip above the base \\[m].")] = 0.1,
     see_board: Annotated[
         bool, typer.Option("--see-board", help="Only postures at which the camera of the cell sees its whole board.")
     ] = False,

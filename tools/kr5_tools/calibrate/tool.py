@@ -162,11 +162,13 @@ def _verdict(result: Any, std: np.ndarray) -> dict[str, str]:
 
 
 def _show(result: Any, data: dict[str, Any], out: Any) -> None:
+    print_result(data, out)
     if result.fit.usable:
         rows = [
             [f"{i + 1}", *(1e3 * r for r in p.residual), 1e3 * p.distance, "missed" if p.outlier else ""]
             for i, p in enumerate(result.poses)
         ]
+        out.print()
         out.print(
             make_table(
                 "Position of the tip by each pose, minus the point",
@@ -174,4 +176,3 @@ def _show(result: Any, data: dict[str, Any], out: Any) -> None:
                 rows,
             )
         )
-    print_result(data, out)

@@ -42,7 +42,7 @@ def dexterity_map(data: dict[str, Any]) -> Figure | None:
 
 
 def singular_value_map(data: dict[str, Any]) -> Figure | None:
-    return _map(data, "least", "least singular value [-]", "viridis")
+    return _map(data, "least", "smallest singular value [-]", "viridis")
 
 
 def condition_map(data: dict[str, Any]) -> Figure | None:

@@ -8,6 +8,7 @@ import typer
 from kr5_tools.cell.frames import DEG, carried_frames, cell_frames, fixed_frames, is_slide
 from kr5_tools.cell.tables import cell_tables, recording_table
 from kr5_tools.cli import arguments, terminal
+from kr5_tools.cli.numbers import format_count
 from kr5_tools.files import writing
 
 app = typer.Typer(no_args_is_help=True)
@@ -33,7 +34,7 @@ def check(path: What, json_file: arguments.JsonOption = None) -> None:
     if not problems:
         recordings = sum(d.name == "recording.yaml" for d in documents)
         cells = len(documents) - recordings
-        counts = [_count(n, what) for n, what in ((recordings, "recording"), (cells, "cell")) if n]
+        counts = [format_count(n, what) for n, what in ((recordings, "recording"), (cells, "cell")) if n]
         to.print(
             f"{path}: no problem in {' and '.join(counts)}.",
             soft_wrap=True,
@@ -41,10 +42,6 @@ def check(path: What, json_file: arguments.JsonOption = None) -> None:
         return
     _show_problems(problems, path, to)
     raise typer.Exit(2)
-
-
-def _count(number: int, what: str) -> str:
-    return f"{number} {what}{'' if number == 1 else 's'}"
 
 
 def _show_problems(problems: list[Any], path: Path, to: Any) -> None:
@@ -62,9 +59,11 @@ def _show_problems(problems: list[Any], path: Path, to: Any) -> None:
         for p in found:
             table.add_row(str(p.line or ""), p.field, p.found, p.expected)
         to.print(table)
-    files = _count(len(by_file), "file")
+    files = format_count(len(by_file), "file")
     to.print(
-        f"[red]{_count(len(problems), 'problem')} in {files}[/red] of {escape(str(path))}.", soft_wrap=True, markup=True
+        f"[red]{format_count(len(problems), 'problem')} in {files}[/red] of {escape(str(path))}.",
+        soft_wrap=True,
+        markup=True,
     )
 
 
@@ -118,7 +117,7 @@ def import_robot(
     to = terminal.console(json_file)
     way = f" from {found.base} to {found.tip}" if found.base else ""
     to.print(
-        f"{output}: {_count(len(found.joints), 'joint')}{way}: {', '.join(found.joints)}.",
+        f"{output}: {format_count(len(found.joints), 'joint')}{way}: {', '.join(found.joints)}.",
         soft_wrap=True,
         markup=False,
     )

@@ -54,6 +54,12 @@ def format_degrees(angle: float | None, digits: int = 1, sign: bool = False) -> 
     return NONE if angle is None else f"{math.degrees(angle):{'+' if sign else ''}.{digits}f}"
 
 
+def format_count(number: int, noun: str, verb: tuple[str, str] | None = None) -> str:
+    """1 view, 2 views; with a verb, as in ("contradicts", "contradict"), the one that agrees."""
+    text = f"{number} {noun}{'' if number == 1 else 's'}"
+    return f"{text} {verb[number != 1]}" if verb else text
+
+
 def format_range(low: float, high: float) -> str:
     return f"{low:.3g} to {high:.3g}"
 

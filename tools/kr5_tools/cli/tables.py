@@ -37,6 +37,7 @@ def pose_figures(name: str, T: Any, covariance: Any) -> list[dict[str, Any]]:
 PADDING = 2  # spaces that a column takes beside its text
 LEAST_TEXT = 20  # width to which a column of text is narrowed before the table is split
 MOST_WORD = 36  # longest word that is not broken
+LEAST_BROKEN = 6  # width of a column of text whose words are broken
 
 
 @dataclasses.dataclass
@@ -120,7 +121,13 @@ def _widths(columns: list[_Column], width: int) -> list[int]:
     """What is left over the least widths goes to texts, then to the heads of numbers, in equal parts of what each
     would like more."""
     widths = [column.least_width for column in columns]
-    spare = max(width - _least_total(columns), 0)
+    spare = width - _least_total(columns)
+    for i, column in enumerate(columns):  # in a very narrow terminal words are broken, but no number
+        if spare < 0 and column.is_text:
+            cut = min(-spare, max(widths[i] - LEAST_BROKEN, 0))
+            widths[i] -= cut
+            spare += cut
+    spare = max(spare, 0)
     for is_text in (True, False):
         wanted = [c.natural_width - c.least_width if c.is_text == is_text else 0 for c in columns]
         granted = min(spare, sum(wanted))
@@ -153,15 +160,38 @@ def make_table(title: str, columns: list[str], rows: Iterable[Iterable[Any]], te
 
 def print_result(data: dict[str, Any], to: Console) -> None:
     """Verdict, causes and figures of a result, for people."""
-    if rows := data.get("figures"):
-        cells = (
-            [r["name"], format_number(r["value"], r.get("std")), format_number(r.get("std"), r.get("std")), r["unit"]]
-            for r in rows
-        )
-        to.print(make_table("", ["quantity", "value", "± std", "unit"], cells))
     if verdict := data.get("verdict"):
         colour = VERDICT_COLOURS.get(verdict["word"], "default")
-        to.print(f"[bold {colour}]{escape(verdict['word'])}[/]: {escape(verdict['text'])}", soft_wrap=True, markup=True)
+        to.print(
+            f"[bold {colour}]{escape(verdict['word'].capitalize())}:[/] {escape(verdict['text'])}",
+            soft_wrap=True,
+            markup=True,
+        )
     for cause in data.get("causes", ()):
         remedy = f" {cause['remedy']}" if cause.get("remedy") else ""
-        to.print(f"  [bold]{escape(cause['cause'])}[/]: {escape(cause['text'] + remedy)}", soft_wrap=True, markup=True)
+        name = cause["cause"].replace("_", " ")
+        to.print(f"  - [bold]{escape(name)}[/]: {escape(cause['text'] + remedy)}", soft_wrap=True, markup=True)
+    if rows := data.get("figures"):
+        to.print()
+        to.print(_figure_table(rows))
+
+
+def _figure_table(rows: list[dict[str, Any]]) -> FittedTable:
+    """Numbers with uncertainty; where a cause changes them, beside what they are without it."""
+    cells = []
+    for r in rows:
+        corrected = r.get("corrected")
+        cells.append(
+            [
+                r["name"],
+                *_number_cells(r["value"], r.get("std")),
+                *(_number_cells(*corrected) if corrected else [NONE, NONE]),
+                r["unit"],
+            ]
+        )
+    heads = ["quantity", "value", "± std", "corrected", "± std", "unit"]
+    return make_table("", heads, cells, text=(5,))
+
+
+def _number_cells(value: float, std: float | None) -> list[str]:
+    return [format_number(value, std), format_number(std, std)]

@@ -10,17 +10,29 @@ from typing import Any, NoReturn
 import typer
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import Progress
-from rich.progress import track as rich_track
+from rich.progress import Progress, ProgressColumn
+
+from kr5_tools.cli.sign_of_life import SignOfLife
 
 # Text is printed as it is, since names of files may hold brackets; what is to be coloured says markup=True.
-errors = Console(stderr=True, highlight=False, emoji=False, markup=False)
+sign_of_life = SignOfLife(Console(stderr=True))
 LONGEST = 2000  # letters of an error, which may quote a file of megabytes
+
+
+class _Console(Console):
+    """Takes the sign of life away before it prints."""
+
+    def print(self, *objects: Any, **options: Any) -> None:
+        sign_of_life.note_output()
+        super().print(*objects, **options)
+
+
+errors = _Console(stderr=True, highlight=False, emoji=False, markup=False)
 
 
 def console(json_file: Path | None = None) -> Console:
     """Where people read. With `--json -` standard output belongs to the JSON, and people read standard error."""
-    return errors if str(json_file) == "-" else Console(highlight=False, emoji=False, markup=False)
+    return errors if str(json_file) == "-" else _Console(highlight=False, emoji=False, markup=False)
 
 
 def fail(message: str) -> NoReturn:
@@ -72,13 +84,24 @@ def is_user_error(error: Exception) -> bool:
 
 def track(items: Iterable[Any], what: str) -> Iterable[Any]:
     """The items, with a progress bar for people at a terminal."""
-    return rich_track(items, description=what, console=errors, transient=True, disable=not errors.is_terminal)
+    with progress_bar() as bar:
+        yield from bar.track(items, description=escape(what))
+
+
+@contextlib.contextmanager
+def progress_bar(*columns: ProgressColumn) -> Iterator[Progress]:
+    """A progress bar for people at a terminal, which is gone at the end."""
+    with (
+        sign_of_life.held(),
+        Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal) as bar,
+    ):
+        yield bar
 
 
 @contextlib.contextmanager
 def share_bar(what: str) -> Iterator[Callable[[float], None]]:
     """A progress bar for one call that tells which share of its work is done, 0 to 1."""
-    with Progress(console=errors, transient=True, disable=not errors.is_terminal) as bar:
+    with progress_bar() as bar:
         task = bar.add_task(escape(what), total=1.0)
         yield lambda share: bar.update(task, completed=share)
 
@@ -86,7 +109,7 @@ def share_bar(what: str) -> Iterator[Callable[[float], None]]:
 @contextlib.contextmanager
 def spinner(what: str) -> Iterator[None]:
     """A sign of life during one long call."""
-    with errors.status(escape(what)) if errors.is_terminal else contextlib.nullcontext():
+    with sign_of_life.held(), errors.status(escape(what)) if errors.is_terminal else contextlib.nullcontext():
         yield
 
 

@@ -8,14 +8,14 @@ MOST_VALUES = 1000  # of one axis; more is a step that was mistyped
 
 
 def parse_values(option: str, text: str) -> tuple[float, ...]:
-    """The numbers of A:B:STEP, both ends with it, or of a list."""
-    expected = "numbers as 5,15,25 or A:B:STEP as 5:25:5"
+    """The numbers of FROM:TO:STEP, both ends with it, or of a list."""
+    expected = "numbers as 5,15,25 or FROM:TO:STEP as 5:25:5"
     try:
         if ":" in text:
             first, last, step = (float(part) for part in text.split(":"))
             if not step > 0 or not first <= last < math.inf:
                 terminal.fail(
-                    f"{option}: found {text!r}, expected A:B:STEP with A up to B and a STEP above 0, as 5:25:5"
+                    f"{option}: found {text!r}, expected FROM:TO:STEP with FROM up to TO and a STEP above 0, as 5:25:5"
                 )
             count = math.floor((last - first) / step + 1e-9) + 1
             found = [float(f"{first + k * step:.9g}") for k in range(min(count, MOST_VALUES + 1))]

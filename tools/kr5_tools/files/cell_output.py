@@ -13,7 +13,7 @@ from kr5_tools.files.writing import beside
 
 CellOption = Annotated[
     Path | None,
-    typer.Option("--cell", metavar="CELL.yaml", help="Cell into which the result is put; see --write-cell."),
+    typer.Option("--cell", metavar="CELL.yaml", help="Cell that receives the result; see --write-cell."),
 ]
 WriteCellOption = Annotated[
     Path | None, typer.Option("--write-cell", metavar="OUT.yaml", help="Cell to write, with the result in it.")
@@ -60,7 +60,10 @@ def put_camera_pose(believed: Any, mount: str, T_mount_camera: np.ndarray, lens:
     """Mount and pose of the camera, in the form in which the cell has the pose; `lens` for a cell without camera."""
     camera = believed.camera
     if camera is None and lens is None:
-        fail("--cell: the cell has no camera, and pairs of poses tell no lens; calibrate the camera into it first")
+        fail(
+            "--cell: the cell has no camera, and pairs of poses contain no lens parameters; calibrate the"
+            " camera into it first"
+        )
     camera = camera or cell.Camera()
     if lens is not None:
         camera = _with_lens(camera, lens)
@@ -99,7 +102,7 @@ def put_marker_map(believed: Any, target: Any) -> None:
     if len(maps) != 1:
         fail(
             f"--cell: the cell has {len(maps)} targets of the kind {target.kind}, expected one, with its pose"
-            " (T_B_W or T_F_W): the images do not tell where the map stands"
+            " (T_B_W or T_F_W): the images do not show where the map stands"
         )
     targets = list(believed.targets)
     targets[maps[0]].map = target.map

@@ -15,11 +15,14 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from kr5_tools.cli.terminal import fail
+from kr5_tools.cli.interruption import shielded
+from kr5_tools.cli.terminal import fail, sign_of_life
 
 # Complete files and where they go, while the files of a command are held back; None: each is put in its place at once.
 _held: list[tuple[Path, Path]] | None = None
 _unfinished: set[Path] = set()  # files and folders that are being written
+_written: list[Path] = []  # those that this command has put in their places
+_made: list[Path] = []  # folders that this command has made, inner ones last
 
 
 def to_plain(value: Any) -> Any:
@@ -44,6 +47,8 @@ def held_back() -> Iterator[None]:
     """Files that are written inside appear together at the end, or not at all when it ends by an exception."""
     global _held
     before, _held = _held, []
+    if before is None:
+        _written.clear()
     try:
         yield
         publish()
@@ -51,14 +56,22 @@ def held_back() -> Iterator[None]:
         for new, _ in _held:
             new.unlink(missing_ok=True)
         _held = before
+        _remove_empty_folders()
 
 
 def publish() -> None:
-    """Puts the files held back so far in their places; devices, which may refuse, come first."""
+    """Puts the files held back so far in their places, all of them also when Ctrl-C comes; devices, which may refuse,
+    come first."""
     if _held:
         _held.sort(key=lambda pair: not _is_device(pair[1]))
-    while _held:
-        _put(*_held.pop(0))
+    with shielded():
+        while _held:
+            _put(*_held.pop(0))
+
+
+def written_files() -> list[Path]:
+    """Files and folders that this command has written so far, and that are there."""
+    return [file for file in _written if file.exists()]
 
 
 def discard() -> None:
@@ -68,6 +81,24 @@ def discard() -> None:
             shutil.rmtree(new, ignore_errors=True)
         else:
             new.unlink(missing_ok=True)
+    _remove_empty_folders()
+
+
+def make_folder(folder: Path) -> None:
+    """A folder for outputs, with those above it; it is gone again when the command ends without a file in it."""
+    for one in (*reversed(folder.parents), folder):
+        if not one.exists():
+            _made.append(one)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        fail(f"{folder}: cannot be written: {error.strerror}")
+
+
+def _remove_empty_folders() -> None:
+    while _made:
+        with contextlib.suppress(OSError):
+            _made.pop().rmdir()
 
 
 @contextlib.contextmanager
@@ -119,8 +150,8 @@ def folder_beside(folder: Path) -> Iterator[Path]:
     """
     global _held
     check_new_folder(folder)
+    make_folder(folder.parent)
     try:
-        folder.parent.mkdir(parents=True, exist_ok=True)
         place = folder.resolve()
         new = Path(tempfile.mkdtemp(dir=place.parent, prefix=".kr5-"))
     except (OSError, RuntimeError) as error:
@@ -133,6 +164,7 @@ def folder_beside(folder: Path) -> Iterator[Path]:
         os.umask(umask)
         new.chmod(0o777 & ~umask)
         new.replace(place)
+        _written.append(folder)
     except OSError as error:
         fail(f"{folder}: cannot be written: {error.strerror or error}")
     except BaseException as error:
@@ -184,6 +216,7 @@ def _put(new: Path, target: Path) -> None:
     except OSError as error:
         new.unlink(missing_ok=True)
         fail(f"{target}: cannot be written: {error.strerror}")
+    _written.append(target)
 
 
 def write_bytes(data: bytes, file: Path | str) -> None:
@@ -194,6 +227,7 @@ def write_bytes(data: bytes, file: Path | str) -> None:
 def write_text(text: str, file: Path | str) -> None:
     """Text in UTF-8; bytes of a file name that are none stand as \\udc80 and so on. `-` is standard output."""
     if str(file) == "-":
+        sign_of_life.note_output()
         sys.stdout.write(text)
         return
     write_bytes(text.encode("utf-8", errors="backslashreplace"), file)

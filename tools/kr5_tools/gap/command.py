@@ -8,7 +8,7 @@ import typer
 from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.files import results, writing
 from kr5_tools.files.documents import OpenDocument, display_value, parse_json, read_text, validate_document
-from kr5_tools.gap import bench, diagnose, explain, plan
+from kr5_tools.gap import bench, diagnose, effects, explain, plan
 from kr5_tools.gap.source import (
     BaseOption,
     EveryOption,
@@ -27,6 +27,7 @@ from kr5_tools.gap.terminal_report import print_measure
 app = typer.Typer(no_args_is_help=True)
 bench.add_to(app)
 diagnose.add_to(app)
+effects.add_to(app)
 explain.add_to(app)
 plan.add_to(app)
 

@@ -158,7 +158,7 @@ def write_tuned_model(cell: Any, compared: ComparedSource, output: Path, reading
 
 def run_diagnosis(recording: Any, simulator: Any, options: Any) -> Any:
     """The diagnosis, with a bar for people at a terminal."""
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
     if not terminal.errors.is_terminal:
         return kr5.gap.diagnose(recording, simulator, options)
@@ -169,7 +169,7 @@ def run_diagnosis(recording: Any, simulator: Any, options: Any) -> Any:
         TextColumn("left"),
         TimeRemainingColumn(),
     )
-    with Progress(*columns, console=terminal.errors, transient=True) as bars:
+    with terminal.progress_bar(*columns) as bars:
         bar = bars.add_task("reading", total=1.0)
 
         def progress(stage: str, fraction: float) -> None:

@@ -279,15 +279,15 @@ def _values(trial: dict[str, Any]) -> str:
     if trial["closed"] is None:
         return "changes no recorded column"
     if trial["closed"] < 0.005:
-        return "best switched off"
+        return "no effect at the best fit"
     return "; ".join(f"{p['name']} {p['value']} {p['std']} {p['unit']}" for p in trial["parameters"])
 
 
 def _show_reasons(cause: dict[str, Any], to: Any, say: Any) -> None:
     if cause["parameters"]:
         rows = [[f"  {p['name']}", p["value"], p["std"], p["unit"], p["nominal"]] for p in cause["parameters"]]
-        to.print(tables.make_table("", ["  what", "value", "± std", "unit", "cell value"], rows, text=(3,)))
-    for title, key in (("For it", "for"), ("Against it", "against"), ("In its place", "rivals")):
+        to.print(tables.make_table("", ["  parameter", "value", "± std", "unit", "cell value"], rows, text=(3,)))
+    for title, key in (("For it", "for"), ("Against it", "against"), ("Alternatives", "rivals")):
         if cause.get(key):
             say(f"  {title}:")
         for text in cause.get(key, ()):

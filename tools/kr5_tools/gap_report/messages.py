@@ -146,10 +146,11 @@ def join_list(items: list[str], last: str = "and") -> str:
 
 
 def display_unit(unit: str, values: list[float], target: str) -> tuple[float, str]:
-    """Factor and unit for people; long times stay in seconds. `N or N.m`: of a force or a torque, as the target
-    says."""
+    """Factor and unit for people; long times stay in seconds. `N or N.m`, `N/s or N m/s`: of a force or a torque, as
+    the target says; a factor between both has no unit."""
     if " or " in unit and (component := wrench_component(target)):
-        unit = next((u for u in unit.split(" or ") if u.replace(".", " ") == component.unit), unit)
+        names = (component.unit, f"{component.unit}/s")
+        unit = next((u for u in unit.split(" or ") if u.replace(".", " ") in names), "-")
     return text_unit(unit, max(map(abs, values), default=0.0))
 
 

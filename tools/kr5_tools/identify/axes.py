@@ -77,13 +77,13 @@ def axes(
         typer.Option(
             help=(
                 "CSV, or folder of images, in which joint 6 turns with the forearm along axis 1; in FILES it stands"
-                " across. Lengths then follow from distances of parallel axes, too."
+                " across. Lengths then also follow from distances of parallel axes."
             )
         ),
     ] = None,
     cell: Annotated[
         Path | None,
-        typer.Option(help="Cell whose arm this is: only to tell mirrored and scaled measurements; nothing is fitted."),
+        typer.Option(help="Cell of this arm, only to detect mirrored and scaled measurements; nothing is fitted."),
     ] = None,
     joints: JointColumns = None,
     position: PositionColumns = None,
@@ -206,7 +206,7 @@ def _add_lengths(keys: dict[str, Any], results: list[Any], sixth_upright: Any) -
     arm = kinematics.DhChain.from_dict(keys["result"]["arm"])
     tolerance = max(0.01, 3 * max(float(np.sqrt(np.trace(r.covariance[2:, 2:]))) for r in results))
     if objection := calibration.parallel_plane_objection(arm, tolerance):
-        fail(f"--upright: the distances of parallel axes do not tell the lengths of this arm: {objection}")
+        fail(f"--upright: the distances of parallel axes do not determine the lengths of this arm: {objection}")
     one, two, three, _, five, six = results
     distances = calibration.parallel_plane_distances(
         calibration.ParallelPlaneAxes(
@@ -307,11 +307,12 @@ def _keys(files: list[Path], turns: Turns, results: list[Any], nominal: Any) -> 
 
 
 def _show(results: list[Any], data: dict[str, Any], out: Any) -> None:
+    print_result(data, out)
     rows = []
     for k, r in enumerate(results):
         tilt = 180 / np.pi * float(np.sqrt(np.trace(r.covariance[2:, 2:])))
         offset = 1e3 * float(np.sqrt(np.trace(r.covariance[:2, :2])))
         rows.append([f"{k + 1}", f"{r.quality:.0f}", 180 / np.pi * r.arc, 1e3 * r.rms, offset, tilt, len(r.outliers)])
     names = ["joint", "s1/s3 [-]", "arc [deg]", "RMS [mm]", "± offset [mm]", "± tilt [deg]", "outliers"]
+    out.print()
     out.print(make_table("Axes", names, rows))
-    print_result(data, out)

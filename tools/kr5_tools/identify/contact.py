@@ -50,8 +50,8 @@ def contact(
         typer.Option(
             "--design",
             help=(
-                "Design the force loop, too: compensator, errors, margins over a range of stiffness; with the servo"
-                " that the steps of the recording tell, else with that of the cell."
+                "Also design the force loop: compensator, errors, margins over a range of stiffness; with the"
+                " servo from the steps of the recording, else that of the cell."
             ),
         ),
     ] = False,
@@ -84,6 +84,7 @@ def contact(
     out = console(json_file)
     print_result(keys, out)
     if plan is not None:
+        out.print()
         out.print(_design_table(plan))
     if write_cell:
         put_contact(believed, found)
@@ -164,7 +165,7 @@ def _figures(found: Any, plan: Any) -> list[dict[str, Any]]:
             figure_row("force loop: gain margin", point.gain_margin, None, "-"),
             figure_row("force loop: overshoot", 100 * point.overshoot, None, "%"),
             figure_row("force loop: settling time", point.settling_time, None, "s"),
-            figure_row("force loop: fastest contact", 1e3 * plan.contact_speed, None, "mm/s"),
+            figure_row("force loop: maximum contact speed", 1e3 * plan.contact_speed, None, "mm/s"),
             figure_row("force loop: recommended gain", 1e3 * plan.recommended_gain, None, "mm/N"),
         ]
     return rows

@@ -122,14 +122,16 @@ def result_keys(file: Path, result: Any) -> dict[str, Any]:
         if np.isfinite(v)
     ]
     doubts = [
-        f"motor {o.motor}, row {o.reading}: the joint angle is {180 / np.pi * o.residual:.3g} deg off what the other"
-        " readings ask for, and was left out"
+        (
+            f"motor {o.motor}, row {o.reading}: the joint angle is {180 / np.pi * o.residual:.3g} deg off"
+            " the value by the other readings, and was left out"
+        )
         for o in result.outliers
     ]
-    untold = [w for w in result.warnings if "nothing tells" in w]
+    untold = [w for w in result.warnings if "the readings do not show whether" in w]
     doubts += [w for w in result.warnings if w not in untold]
     if untold:
-        doubts.append(f"{len(untold)} couplings cannot be told, for example {untold[0]}")
+        doubts.append(f"{len(untold)} couplings are not determined, for example {untold[0]}")
     text = f"{len(result.couplings)} couplings between joints and motors"
     return {
         "input": {"file": str(file)},

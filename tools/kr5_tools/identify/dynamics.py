@@ -56,7 +56,9 @@ def dynamics(
     held_out: Annotated[
         float,
         typer.Option(
-            min=0.0, max=0.9, help="Last part of the motion that is only judged by, where the recording names none [-]."
+            min=0.0,
+            max=0.9,
+            help="Last part of the motion, held out for validation where the recording names no check experiments [-].",
         ),
     ] = 1 / 3,
     output: ResultOption = None,
@@ -70,11 +72,11 @@ def dynamics(
     ] = None,
     json_file: JsonOption = None,
 ) -> None:
-    """Dynamic parameters that the data can tell, with standard deviations, and the torques that they predict on data
-    left out.
+    """Dynamic parameters that the data determine, with standard deviations, and the torques that they predict on
+    held-out data.
 
     The log is conditioned first, and its faults are named; from a faulty log nothing is estimated. Exit code 2 when
-    the log or the motion does not tell the parameters.
+    the log or the motion does not determine the parameters.
     """
     options.validate()
     check_writable(
@@ -212,10 +214,11 @@ def verdict_of(result: Any, errors: dict[str, Any], findings: list[dict[str, Any
     seen, doubts = result.observability, [f["text"] for f in findings if str(f["severity"]) == "warning"]
     if seen.unidentifiable:
         doubts.append(
-            f"the motion does not tell {len(seen.unidentifiable)} combinations: {', '.join(seen.unidentifiable[:4])}"
+            f"the motion does not determine {len(seen.unidentifiable)} combinations:"
+            f" {', '.join(seen.unidentifiable[:4])}"
         )
     if seen.scaled_condition > DOUBTFUL_CONDITION:
-        doubts.append(f"condition number {seen.scaled_condition:.3g}, so some parameters are told poorly")
+        doubts.append(f"condition number {seen.scaled_condition:.3g}, so some parameters are determined poorly")
     text = f"{result.base.size} base parameters; torque error {100 * errors['fitted']['total']:.3g} % fitted"
     if "held_out" in errors:
         text += f", {100 * errors['held_out']['total']:.3g} % held out"
@@ -225,8 +228,9 @@ def verdict_of(result: Any, errors: dict[str, Any], findings: list[dict[str, Any
 
 
 def _show(keys: dict[str, Any], result: Any, out: Any) -> None:
+    print_result(keys, out)
     columns, rows = error_rows(keys["result"]["errors"])
+    out.print()
     out.print(make_table("Torque errors, measured minus predicted", columns, rows))
     seen = result.observability
     out.print(f"condition number {seen.condition:.4g}, with columns of unit length {seen.scaled_condition:.4g}")
-    print_result(keys, out)

@@ -97,7 +97,7 @@ def _condition_texts(result: dict[str, Any]) -> list[str]:
         f" {result['scaled_condition']:.4g}."
     ]
     if result["unidentifiable"]:
-        out.append("The motion does not tell: " + ", ".join(result["unidentifiable"]) + ".")
+        out.append("Not determined by the motion: " + ", ".join(result["unidentifiable"]) + ".")
     if result["unmoved"]:
         out.append("Joints that never moved: " + ", ".join(str(j) for j in result["unmoved"]) + ".")
     return out

@@ -57,8 +57,8 @@ def elasticity(
     output: ResultOption = None,
     json_file: JsonOption = None,
 ) -> None:
-    """Stiffness of each joint, and its play, from angles on both sides of the gears (a second encoder on the link) and
-    the torques between.
+    """Stiffness and free play of each joint, from angles on both sides of the gears (a second encoder on the link)
+    and the torques between them.
 
     Torques are those on the link: of a joint torque sensor, or of a model; friction and inertia of the motors do not
     belong to them. Without a second encoder, measure poses of the sagging arm: kr5 calibrate kinematics --elasticity.
@@ -150,18 +150,20 @@ def result_keys(file: Path, readings: Any, result: Any, options: Any) -> dict[st
             std = s.stiffness**2 * s.compliance_std
             figures.append(figure_row(f"stiffness of joint {s.joint}", s.stiffness, std, "N m/rad"))
         elif np.isfinite(s.stiffness_low) and s.stiffness_low > 0:
-            figures.append(figure_row(f"least stiffness of joint {s.joint} (95 %)", s.stiffness_low, None, "N m/rad"))
+            figures.append(
+                figure_row(f"lower bound of the stiffness of joint {s.joint} (95 %)", s.stiffness_low, None, "N m/rad")
+            )
         if s.gap > 0:
-            figures.append(figure_row(f"play of joint {s.joint}", 1e3 * s.gap, 1e3 * s.gap_std, "mrad"))
+            figures.append(figure_row(f"free play of joint {s.joint}", 1e3 * s.gap, 1e3 * s.gap_std, "mrad"))
         if s.told and s.attenuation < 1:
-            name = f"compliance of joint {s.joint} by least squares, of the true one"
+            name = f"compliance of joint {s.joint} by least squares over the true one"
             figures.append(figure_row(name, s.attenuation, None, "-"))
-        if s.message != "stiffness told":
+        if s.message != "stiffness determined":
             doubts.append(f"joint {s.joint}: {s.message}")
     every = max(1, len(readings.link) // MOST_SHOWN)
     lead = np.asarray(readings.motor) - np.asarray(readings.link)
     told = sum(s.told for s in result.joints)
-    text = f"stiffness of {told} of {len(result.joints)} joints told"
+    text = f"stiffness of {told} of {len(result.joints)} joints determined"
     if not len(options.torque_noise):
         text += ", from torques that are taken as exact (--torque-noise)"
     return {

@@ -1,8 +1,6 @@
 """`kr5 identify excitation`: a motion that excites the dynamics of an arm, before anything is logged."""
 
-import contextlib
 import math
-from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,7 +11,7 @@ from kr5 import cell, identification, predict
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, print_result
-from kr5_tools.cli.terminal import console, fail, print_note
+from kr5_tools.cli.terminal import console, fail, print_note, share_bar
 from kr5_tools.files.results import write_result
 from kr5_tools.files.writing import check_writable, write_json
 from kr5_tools.identify.excitation_files import krl_files, write_krl, write_motion_csv
@@ -39,7 +37,7 @@ def excitation(
     ] = None,
     lowest: Annotated[
         float | None,
-        typer.Option(help="Least height of flange and tool tip above the base \\[m]; without it they are not guarded."),
+        typer.Option(help="Minimum height of flange and tool tip above the base \\[m]; without it, not limited."),
     ] = None,
     keep_out: Annotated[
         Path | None,
@@ -52,7 +50,7 @@ def excitation(
         bool,
         typer.Option(
             "--cell-objects/--no-cell-objects",
-            help="Whether they stay clear of tube, board, targets and sphere of the cell, too.",
+            help="Whether tube, board, targets and sphere of the cell are zones as well.",
         ),
     ] = True,
     link_radii: Annotated[
@@ -65,16 +63,14 @@ def excitation(
     ] = None,
     speed: Annotated[
         str | None,
-        typer.Option(metavar="V1,V2,…", help="Greatest joint speeds in place of the cell's \\[rad/s or m/s]."),
+        typer.Option(metavar="V1,V2,…", help="Maximum joint speeds in place of the cell's \\[rad/s or m/s]."),
     ] = None,
     acceleration: Annotated[
-        str | None, typer.Option(metavar="A1,A2,…", help="Greatest joint accelerations \\[rad/s^2 or m/s^2].")
+        str | None, typer.Option(metavar="A1,A2,…", help="Maximum joint accelerations \\[rad/s^2 or m/s^2].")
     ] = None,
     torque: Annotated[
         str | None,
-        typer.Option(
-            metavar="T1,T2,…", help="Greatest torques in place of the cell's, on the joint side \\[N m or N]."
-        ),
+        typer.Option(metavar="T1,T2,…", help="Maximum torques in place of the cell's, on the joint side \\[N m or N]."),
     ] = None,
     torque_noise: Annotated[
         str | None, typer.Option(metavar="S1,S2,…", help="Noise of each joint torque, as a weight \\[N m or N].")
@@ -91,14 +87,15 @@ def excitation(
     output: ResultOption = None,
     json_file: JsonOption = None,
 ) -> None:
-    """Exciting motion for the identification of an arm's dynamics: harmonics, or strokes from point to point, improved
-    until their torques tell the base parameters best, within positions, speeds, accelerations, nominal torques, above
-    a height and clear of the cell. Strokes whose torques would be too great are slowed.
+    """Exciting motion for the identification of an arm's dynamics: harmonics, or strokes from point to point,
+    optimised until their torques determine the base parameters best. The motion stays within positions, speeds,
+    accelerations and nominal torques, above a height, and clear of the cell. Strokes whose torques would be too large
+    are slowed.
 
     Keep out: a file such as `keep_out: [{name: table, kind: box, T_B_O: [0.9, 0, 0.1, 0, 0, 0], size: [0.6, 1.2, 0.2]},
     {name: lamp, kind: ball, T_B_O: [0, 0.8, 1.5, 0, 0, 0], radius: 0.2}, {name: ground, kind: floor}]` [m, rad]. The
-    arm is seen as capsules about its DH lengths and from flange to tool tip; whether links touch one another is not
-    seen. Run the motion slowly first.
+    arm is modelled as capsules around its DH lengths and from flange to tool tip; self-collision is not checked. Run
+    the motion slowly first.
 
     Exit code: 0 when there is a motion, 2 when none was found within the limits or the input is invalid.
     """
@@ -120,7 +117,7 @@ def excitation(
         options.link_radii = _radii(link_radii, joints)
     options.validate()
     every = _interval(believed, interval)
-    with progress_bar("Designing the motion") as progress:
+    with share_bar("Designing the motion") as progress:
         found = identification.design_excitation(believed, limits, options, progress)
     if not found.fit.usable:
         fail(found.fit.message)
@@ -135,19 +132,6 @@ def excitation(
         write_krl(found, believed.nominal_chain(), believed.name, krl)
     data = write_result(output, "kr5-excitation/1", **keys)
     write_json(data, json_file)
-
-
-@contextlib.contextmanager
-def progress_bar(what: str) -> Iterator[Callable[[float], None]]:
-    """Shows, at a terminal, the part that is done."""
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-    from kr5_tools.cli.terminal import errors
-
-    columns = (TextColumn(what), BarColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal) as bar:
-        task = bar.add_task(what, total=1.0)
-        yield lambda fraction: bar.update(task, completed=fraction)
 
 
 def _values(option: str, text: str, joints: int) -> np.ndarray:
@@ -188,7 +172,9 @@ def _limits(believed: Any, joints: int, speed: str | None, acceleration: str | N
         if text is not None:
             setattr(limits, name, _values(option, text, joints))
     if not len(limits.torque):
-        print_note("the cell states no greatest torques (robot.limits.effort) and --torque is not given: not limited")
+        print_note(
+            "the cell states no torque limits (robot.limits.effort) and --torque is not given: torques are not limited"
+        )
     return limits
 
 
@@ -208,10 +194,10 @@ def _keys(found: Any, believed: Any, every: float, unscaled: bool) -> dict[str, 
         figure_row("condition number, columns in SI units", found.condition_unscaled, None, "-"),
         figure_row(f"before the exchanges, columns {columns}", found.condition_after[0], None, "-"),
         figure_row("duration", duration, None, "s"),
-        figure_row("least height of flange and tool", 1e3 * found.lowest, None, "mm"),
+        figure_row("minimum height of flange and tool", 1e3 * found.lowest, None, "mm"),
     ]
     if found.nearest:
-        figures.append(figure_row(f"least clearance: {found.nearest}", 1e3 * found.clearance, None, "mm"))
+        figures.append(figure_row(f"minimum clearance: {found.nearest}", 1e3 * found.clearance, None, "mm"))
     if found.slowed_strokes:
         figures.append(figure_row("strokes slowed because of torques", found.slowed_strokes, None, "-"))
     shown = found.motion.sampled(max(every, duration / MOST_SHOWN))
@@ -234,6 +220,7 @@ def _keys(found: Any, believed: Any, every: float, unscaled: bool) -> dict[str, 
 
 
 def _show(found: Any, keys: dict[str, Any], out: Any) -> None:
+    print_result(keys, out)
     rows = []
     for j, position in enumerate(found.position_use):
         torque = 100 * float(found.torque_use[j]) if len(found.torque_use) else None
@@ -241,5 +228,5 @@ def _show(found: Any, keys: dict[str, Any], out: Any) -> None:
         use = (100 * float(part) for part in (position, found.speed_use[j], found.acceleration_use[j]))
         rows.append([f"{j + 1}", *use, torque if torque is not None else "–", peak if peak is not None else "–"])
     names = ["joint", "range [%]", "speed [%]", "acceleration [%]", "torque [%]", "peak torque [N m or N]"]
+    out.print()
     out.print(make_table("Use of the limits", names, rows))
-    print_result(keys, out)

@@ -80,7 +80,7 @@ def _source(excitation: Any, name: str, cell_name: str, axes: list[str], scale: 
         for j, axis in enumerate(axes)
     ]
     lines += [
-        f"; Least height of the guarded points above the base: {1e3 * excitation.lowest:.0f} mm.",
+        f"; Minimum height of the guarded points above the base: {1e3 * excitation.lowest:.0f} mm.",
         "BAS (#INITMOV, 0)",
     ]
     if str(excitation.motion.kind) == "point_to_point":

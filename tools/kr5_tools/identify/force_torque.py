@@ -49,10 +49,10 @@ def force_torque(
     """Bias of a force/torque sensor, mass and centre of the tool below it; with options its drift, its orientation on
     the flange, gain and crosstalk.
 
-    Of a recording: its motions, whose accelerations the joint servos of its cell give. Of a CSV: postures that rest,
+    Of a recording: its motions, whose accelerations the joint servos of its cell give. Of a CSV: postures at rest,
     with fx fy fz tx ty tz in N and N m and q1 … (which needs --cell), or gx gy gz, gravity in the axes of the flange;
     and may have t, and load_mass, load_x, load_y, load_z of known loads (kg, m in the sensor). Exit code: 0 when there
-    is a result, 2 when the readings do not tell it or the input is invalid.
+    is a result, 2 when the readings do not determine it or the input is invalid.
     """
     options.validate()
     check_writable(output, json_file, write_cell, inputs=[f for f in (source, cell_file) if f])
@@ -104,7 +104,7 @@ def _csv_readings(file: Path, believed: Any, wanted: Columns) -> list[Any]:
         gravity = values_of(file, table, list(GRAVITY))
         readings = [identification.ForceTorqueReading(wrench=w, gravity=g, t=s) for w, g, s in zip(wrench, gravity, t)]
     elif believed is None:
-        fail(f"{file}: has no gravity (gx, gy, gz), and --cell is missing, whose arm tells it from q1, q2, …")
+        fail(f"{file}: has no gravity (gx, gy, gz), and --cell is missing, from whose arm it follows with q1, q2, …")
     else:
         q = joint_values(file, table, believed.nominal_chain().joints, wanted)
         readings = identification.posture_readings(believed, q, wrench, t)

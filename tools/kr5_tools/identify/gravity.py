@@ -63,10 +63,11 @@ def gravity(
     output: ResultOption = None,
     json_file: JsonOption = None,
 ) -> None:
-    """Gravity model of an arm from slow motions: mass moments with uncertainty, friction told by the two directions,
-    error on data held out; and, where the cell has motors, current limits above what the logged postures need.
+    """Gravity model of an arm from slow motions: mass moments with uncertainty, friction separated by the two
+    directions of motion, error on held-out data; and, where the cell has motors, current limits above what the logged
+    postures need.
 
-    Exit code: 0 when there is a model, 2 when the motion tells none or the input is invalid.
+    Exit code: 0 when there is a model, 2 when the motion determines none or the input is invalid.
     """
     options.validate()
     limit_options.validate()
@@ -85,12 +86,14 @@ def gravity(
     keys = _keys(found, motion, findings)
     keys["input"] = {"arm": str(arm), "log": str(log), "samples": len(motion.t), "options": options.to_dict()}
     out = console(json_file)
-    _show(found, out)
     if planar:
         _add_planar(keys, motion, chain, options)
-    if believed.drives is not None:
-        _add_limits(keys, believed, found, motion, limit_options, out)
+    limits = _add_limits(keys, believed, found, motion, limit_options) if believed.drives is not None else None
     print_result(keys, out)
+    _show(found, chain, out)
+    if limits:
+        out.print()
+        out.print(limits)
     if write_cell:
         put_gravity(believed, found)
         write_cell_file(believed, write_cell)
@@ -104,7 +107,7 @@ def slow_log(log: Path, believed: Any, wanted: Columns) -> Any:
     n, columns = len(chain.joints), list(table.columns)
     t = values_of(log, table, ["t"])[:, 0]
     if len(t) < 3 or not (np.diff(t) > 0).all():
-        fail(f"{log}: t: expected at least three times that rise [s]")
+        fail(f"{log}: t: expected at least three increasing times [s]")
     speeds: dict[str, Any] = {}
     if "qd1" in columns:
         speeds["qd"] = joint_values(log, table, chain.joints, Columns("qd{}", length=wanted.length, angle=wanted.angle))
@@ -198,7 +201,7 @@ def _keys(found: Any, motion: Any, findings: list[Any]) -> dict[str, Any]:
     }
 
 
-def _show(found: Any, out: Any) -> None:
+def _show(found: Any, chain: Any, out: Any) -> None:
     rows = []
     for j, size in enumerate(found.torque_rms):
         share = 100 * float(found.held_out_rms[j] / size) if size > 0 else None
@@ -213,8 +216,11 @@ def _show(found: Any, out: Any) -> None:
                 float(found.coulomb_sigma[j]),
             ]
         )
-    names = ["joint", "torque RMS", "residual RMS", "held-out RMS", "held-out [%]", "Coulomb", "± std"]
-    out.print(make_table("Slow motion [N m or N]", names, rows))
+    unit = "N m or N" if any(str(j.type) == "prismatic" for j in chain.joints) else "N m"
+    torques = [f"{name} [{unit}]" for name in ("torque RMS", "residual RMS", "held-out RMS", "Coulomb", "± std")]
+    names = ["joint", *torques[:3], "held-out [%]", *torques[3:]]
+    out.print()
+    out.print(make_table("Slow motion", names, rows))
 
 
 def _add_planar(keys: dict[str, Any], motion: Any, chain: Any, options: Any) -> None:
@@ -231,16 +237,16 @@ def _add_planar(keys: dict[str, Any], motion: Any, chain: Any, options: Any) -> 
     keys["result"]["planar"] = found.to_dict()
 
 
-def _add_limits(keys: dict[str, Any], believed: Any, found: Any, motion: Any, options: Any, out: Any) -> None:
-    """Current limits for the postures of the log."""
+def _add_limits(keys: dict[str, Any], believed: Any, found: Any, motion: Any, options: Any) -> Any:
+    """Current limits for the postures of the log, and their table; None where gravity is not known well enough."""
     if believed.tool is not None:
         options.T_flange_tool = believed.tool.T_flange_tool
     every = max(1, len(motion.t) // MOST_POSTURES)
     postures = np.asarray(motion.q)[::every]
     told = [np.isfinite(found.model.predict(q).sigma).all() for q in postures]
     if not all(told):
-        print_note("no current limits: gravity is not told for every joint in the postures of the log")
-        return
+        print_note("no current limits: gravity is not determined for every joint in the postures of the log")
+        return None
     limits = identification.passive_limits(found.model, np.maximum(found.coulomb, 0.0), believed, postures, options)
     rows = [
         [
@@ -252,13 +258,13 @@ def _add_limits(keys: dict[str, Any], believed: Any, found: Any, motion: Any, op
         ]
         for m in range(len(limits.limit))
     ]
-    names = ["motor", "limit [A]", "holding [A]", "friction [A]", "uncertainty [A]"]
-    out.print(make_table(f"Current limits, {100 * options.margin:.0f} % above the need", names, rows))
     for name, force in (("gives way at, at most", limits.yield_force), ("pushes with, at most", limits.push_force)):
         finite = np.asarray(force)[np.isfinite(force)]
         if finite.size:
             keys["figures"].append(figure_row(f"contact force: {name}", float(finite.max()), None, "N"))
     if options.contact_force > 0:
-        label = f"greatest margin that gives way at {options.contact_force:.0f} N"
+        label = f"maximum margin that gives way at {options.contact_force:.0f} N"
         keys["figures"].append(figure_row(label, 100 * limits.greatest_margin, None, "%"))
     keys["result"]["limits"] = limits.to_dict()
+    names = ["motor", "limit [A]", "holding [A]", "friction [A]", "uncertainty [A]"]
+    return make_table(f"Current limits, {100 * options.margin:.0f} % above the need", names, rows)

@@ -75,10 +75,13 @@ def believed_parameters(cell: Any, model: Any) -> np.ndarray:
 def write_identified_cell(cell: Any, motion: Any, result: Any, options: Any, file: Path) -> None:
     """The cell with bodies that can exist and explain the torques; the tool stays as it is believed."""
     if not cell.robot.links:
-        fail("--write-cell: the cell has no links that say where to begin; give them masses in the cell")
+        fail("--write-cell: the cell has no link masses to begin with; add them to the cell")
     prior = link_bodies(cell, with_tool=False)
     if min(b.mass for b in prior) < LEAST_MASS:
-        fail("--write-cell: a link of the cell has no mass, from which bodies that can exist are looked for")
+        fail(
+            "--write-cell: a link of the cell has no mass; the search for physically possible bodies begins"
+            " at the masses of the cell"
+        )
     options.estimator, options.prior_bodies = "consistent", prior
     options.choose_terms = options.choose_estimate = False
     options.prior_spread, options.least_speed = result.prior_spread, result.least_speed
@@ -92,7 +95,7 @@ def write_identified_cell(cell: Any, motion: Any, result: Any, options: Any, fil
         print_note(
             f"{file}: links, rotors and friction were estimated without {', '.join(left_out)}, which it cannot hold"
         )
-    print_note(f"{file}: links, rotors and friction by the consistent estimate, whose bodies can exist")
+    print_note(f"{file}: links, rotors and friction by the consistent estimate, whose bodies are physically possible")
 
 
 def terms_of_a_cell(model: Any) -> tuple[Any, list[str]]:

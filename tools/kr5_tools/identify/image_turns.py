@@ -34,7 +34,7 @@ def image_turn(folder: Path, camera: Path | None, target: str | None, mount: str
         labels.append(f"{folder.name}/{view.name}")
     if len(samples) < LEAST:
         fail(
-            f"{folder}: {len(samples)} of {len(seen.views)} images tell a pose of the target without a second solution,"
+            f"{folder}: {len(samples)} of {len(seen.views)} images give a unique pose of the target,"
             f" expected at least {LEAST}; use a larger target or one that is not flat"
         )
     return samples, labels

@@ -281,7 +281,7 @@ def require_usable(parts: list[Any], where: str = "") -> None:
     bad = [p for p in parts if not p.usable]
     if bad:
         errors = [f.text for p in bad for f in p.findings if str(f.severity) == "error"]
-        fail(f"{where}the log must not be used: " + "; ".join(errors or [p.message for p in bad]))
+        fail(f"{where}the log cannot be used: " + "; ".join(errors or [p.message for p in bad]))
 
 
 def conditioning_of(options: Any, cell: Any) -> Any:

@@ -65,11 +65,11 @@ def payload(
     ] = None,
     json_file: JsonOption = None,
 ) -> None:
-    """Mass, centre and inertia of what the flange carries beside the tool of the cell, with standard deviations.
+    """Mass, centre of mass and inertia of the load at the flange beside the tool of the cell, with standard deviations.
 
-    Two logs tell it without any belief: the arm is identified from the one without the load. From one log it is what
-    the masses and friction of the cell leave unexplained, so the cell should be identified. Exit code 2 when the log
-    or the motion does not tell the load.
+    With two logs nothing is assumed: the arm is identified from the one without the load. With one log the load is
+    what the masses and friction of the cell leave unexplained, so the cell should be identified first. Exit code 2
+    when the log or the motion does not determine the load.
     """
     options.validate()
     check_writable(
@@ -92,8 +92,8 @@ def payload(
         fail(f"{source}: {result.fit.message}")
     keys = result_keys(source, without, loaded, result)
     keys["result"]["curves"] = load_curves(motion, model, parameters, result, options.refit_friction)
-    _show(result, console(json_file))
     print_result(keys, console(json_file))
+    _show(result, console(json_file))
     data = write_result(output, "kr5-payload/1", **keys)
     if page:
         from kr5_tools.identify.payload_page import write_page
@@ -165,9 +165,11 @@ def verdict_of(result: Any, compared: bool) -> dict[str, str]:
     """Good unless the data leave doubts, which are named."""
     doubts = []
     if abs(result.body.mass) < SEEN * result.mass_deviation:
-        doubts.append("the mass is not told from none")
+        doubts.append("the mass is not distinguishable from 0")
     elif not result.possible:
-        doubts.append("no such body can exist: the inertia is not told well enough, mass and centre may be")
+        doubts.append(
+            "no such body can exist: the inertia is determined too poorly; mass and centre of mass may still be right"
+        )
     if not compared:
         doubts.append(
             "the masses and friction of the cell are trusted; their errors are not in the standard deviations"
@@ -182,6 +184,7 @@ def verdict_of(result: Any, compared: bool) -> dict[str, str]:
 def _show(result: Any, out: Any) -> None:
     errors = zip(np.asarray(result.without.rms), np.asarray(result.fitted.rms), strict=True)
     rows = [[f"{k + 1}", float(a), float(b)] for k, (a, b) in enumerate(errors)]
+    out.print()
     out.print(make_table("RMS torque errors [N m]", ["joint", "without the load", "with the load"], rows))
 
 
@@ -194,7 +197,7 @@ def with_payload(cell: Any, result: Any) -> Any:
     if not result.possible:
         if body.mass <= 0:
             fail("--write-cell: the load has no positive mass, so no tool can carry it")
-        print_note("the inertia of the load is not told; it is written as a point mass")
+        print_note("the inertia of the load is not determined; it is written as a point mass")
         body = kinematics.Body(mass=body.mass, com=body.com, inertia=np.zeros(6))
     carried = tool_body(cell)
     merged = kinematics.transformed_body(np.linalg.inv(T), kinematics.merged_body(carried, body) if carried else body)

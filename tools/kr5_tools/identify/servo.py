@@ -134,7 +134,7 @@ def figures_of(name: str, found: Any) -> list[dict[str, Any]]:
         figure_row(f"{name}: delay in cycles", found.servo.delay / found.cycle, float(std[2]) / found.cycle, "-"),
         figure_row(f"{name}: gain", found.gain, float(std[3]), "-"),
         figure_row(f"{name}: noise", scale * found.noise, None, unit),
-        figure_row(f"{name}: greatest speed", scale * found.greatest_speed, None, f"{unit}/s"),
+        figure_row(f"{name}: maximum speed", scale * found.greatest_speed, None, f"{unit}/s"),
     ]
     if (by := found.overshoot) is not None:
         rows += [

@@ -56,7 +56,9 @@ def study(
             help="Measurements of each arc; by default total station 20, laser tracker 200, camera 40.",
         ),
     ] = None,
-    trials: Annotated[int, typer.Option(min=2, max=100000, help="Simulated identifications of each kind.")] = 10,
+    trials: Annotated[
+        int, typer.Option(min=2, max=100000, help="Number of simulated identifications of each kind.")
+    ] = 10,
     map_error: Annotated[
         float, typer.Option(min=0.0, help="Standard deviation of each marker's place in the map of the camera \\[m].")
     ] = 2e-4,
@@ -259,6 +261,7 @@ def _keys(
 
 
 def _show(data: dict[str, Any], out: Any) -> None:
+    print_result({**data, "figures": []}, out)
     table = []
     for r in data["result"]["rows"]:
         found = "length_rms_mm" in r
@@ -274,5 +277,5 @@ def _show(data: dict[str, Any], out: Any) -> None:
             ]
         )
     names = ["device", "noise", "arc [deg]", "s1/s3 [-]", "lengths, RMS [mm]", "angles, RMS [deg]", "refused"]
+    out.print()
     out.print(make_table("Error of the identified arm", names, table))
-    print_result({**data, "figures": []}, out)

@@ -94,19 +94,19 @@ def insert(
 
 
 def print_insertion(result: Any, to: Any) -> None:
+    """How each peg ended, then the figures."""
+    for number, peg in enumerate(result.pegs, 1):
+        to.print(messages.ending_sentence(number, peg), style="bold", soft_wrap=True, markup=False)
     x, y = (1e3 * v for v in result.T_tube_actual[:2, 3])
-    to.print(tables.make_table("Phases", ending_tables.PHASE_COLUMNS, ending_tables.phase_rows(result), text=(4,)))
-    if turn := directions.table_rows(result):
-        to.print(tables.make_table("\nDirection of the hole by the last turn", directions.COLUMNS, turn))
     to.print(tables.make_table("\nResult", ending_tables.PEG_COLUMNS, ending_tables.peg_rows(result)))
     to.print(
-        f"{ending_tables.PEG_TEXT}\n\nThe axis of the tube is assumed at (0, 0); its true position is ({x:.3f},"
+        f"{ending_tables.PEG_TEXT} The axis of the tube is assumed at (0, 0); its true position is ({x:.3f},"
         f" {y:.3f}) mm across it.",
         soft_wrap=True,
     )
-    for number, peg in enumerate(result.pegs, 1):
-        word, text = messages.ending_text(peg)
-        to.print(f"Peg {number} is {word}, {text}", soft_wrap=True, markup=False)
+    to.print(tables.make_table("\nPhases", ending_tables.PHASE_COLUMNS, ending_tables.phase_rows(result), text=(4,)))
+    if turn := directions.table_rows(result):
+        to.print(tables.make_table("\nDirection of the hole by the last turn", directions.COLUMNS, turn))
 
 
 def write_outputs(

@@ -1,4 +1,4 @@
-"""Where the last turn says the hole is: by its fit, by moments, by the least depth, beside where it really is."""
+"""Direction of the hole by the last turn: by its fit, by moments, by the least depth, beside the true one."""
 
 import math
 from typing import Any
@@ -10,13 +10,14 @@ from kr5_tools.cli.numbers import NONE, format_degrees
 COLUMNS = ["by", "direction [deg]", "± std [deg]", "error [deg]"]
 TEXT = (
     "Direction: azimuth of the hole from the centre of the turn, in the plane of the face of the tube, from X. Error:"
-    " from the true direction. Fit: the estimate of the insertion itself, with compliance. Beyond the"
-    " critical offset the least depth lies opposite to the hole."
+    " from the true direction. Fit: the estimate of the insertion itself, with compliance. Moment: without a standard"
+    " deviation, because its error is systematic: it neglects friction and compliance. Beyond the critical offset the"
+    " least depth lies opposite to the hole."
 )
 
 
 def directions(result: Any) -> dict[str, dict[str, float | None]]:
-    """Azimuth of the hole and its standard deviation [rad], None where there is no telling; empty without a turn."""
+    """Azimuth of the hole and its standard deviation [rad], None where it is not known; empty without a turn."""
     from kr5 import force
 
     turn = result.profile
@@ -30,13 +31,13 @@ def directions(result: Any) -> dict[str, dict[str, float | None]]:
     ]
     moment = force.locate_by_moment(rows)
     known = moment.report.usable
-    out = {name: _told(None) for name in ("fit", "moment", "least depth", "really")}
+    out = {name: _direction(None) for name in ("fit", "moment", "least depth", "true")}
     if fitted := [p for p in result.pegs if p.hole_std > 0]:
         way = np.array(fitted[-1].hole)[:2] - centre
-        out["fit"] = _told(_azimuth(way), fitted[-1].hole_std / np.hypot(*way))
-    out["moment"] = _told(moment.azimuth if known else None, moment.azimuth_std if known else None)
-    out["least depth"] = _told(float(column["azimuth"][np.argmin(column["height"])]))
-    out["really"] = _told(_azimuth(np.array(result.T_tube_actual)[:2, 3] - centre))
+        out["fit"] = _direction(_azimuth(way), fitted[-1].hole_std / np.hypot(*way))
+    out["moment"] = _direction(moment.azimuth if known else None)
+    out["least depth"] = _direction(float(column["azimuth"][np.argmin(column["height"])]))
+    out["true"] = _direction(_azimuth(np.array(result.T_tube_actual)[:2, 3] - centre))
     return out
 
 
@@ -44,7 +45,7 @@ def _azimuth(way: Any) -> float:
     return math.atan2(way[1], way[0]) % math.tau
 
 
-def _told(azimuth: float | None, std: float | None = None) -> dict[str, float | None]:
+def _direction(azimuth: float | None, std: float | None = None) -> dict[str, float | None]:
     return {"azimuth": None if azimuth is None else float(azimuth), "std": None if std is None else float(std)}
 
 
@@ -54,7 +55,7 @@ def table_rows(result: Any) -> list[list[str]]:
 
 def direction_rows(found: dict[str, dict[str, float | None]]) -> list[list[str]]:
     """Rows of what `directions` found."""
-    really = found["really"]["azimuth"] if found else None
+    true = found["true"]["azimuth"] if found else None
     return [
         [
             name,
@@ -62,8 +63,8 @@ def direction_rows(found: dict[str, dict[str, float | None]]) -> list[list[str]]
             format_degrees(d["std"]),
             (
                 NONE
-                if d["azimuth"] is None or really is None or name == "really"
-                else format_degrees(math.remainder(d["azimuth"] - really, math.tau), sign=True)
+                if d["azimuth"] is None or true is None or name == "true"
+                else format_degrees(math.remainder(d["azimuth"] - true, math.tau), sign=True)
             ),
         ]
         for name, d in found.items()

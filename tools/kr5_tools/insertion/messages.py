@@ -4,7 +4,7 @@ from typing import Any
 
 # Reason: what happened, what to do.
 REASONS = {
-    "none": ("the insertion did not end", "allow more time"),
+    "none": ("it did not end", "allow more time"),
     "peg_too_wide": (
         "the assumed peg is wider than the assumed bore",
         "a larger --clearance, or correct peg.radius and tube.inner_radius of the cell",
@@ -45,7 +45,7 @@ REASONS = {
     "sensor_saturated": ("the force sensor is saturated", "a slower contact, or a sensor with a larger range"),
     "peg_lost": ("the gripper reports that it holds no part", "check grip and magazine"),
     "out_of_reach": (
-        "the arm cannot follow: there is no posture within its limits",
+        "the arm ran out of joint range",
         "move the tube (tube.T_B_T of the cell) into reach, or tilt less",
     ),
     "time_out": ("the time limit was exceeded", "check which phase takes too long"),
@@ -53,7 +53,7 @@ REASONS = {
 
 
 def ending_text(peg: Any) -> tuple[str, str]:
-    """Whether a peg is in, and a sentence on it; one more on what to do about one that is not."""
+    """Whether a peg is in, and the rest of that sentence; one more on what to do about one that is not."""
     phase, reason, number = str(peg.phase), str(peg.reason), peg.attempts
     if peg.inserted:
         return "inserted", f"at attempt {number}, {1e3 * peg.depth:.1f} mm deep, after {peg.time:.1f} s."
@@ -61,11 +61,16 @@ def ending_text(peg: Any) -> tuple[str, str]:
         return (
             "not inserted",
             (
-                f"assumed to be in after phase {phase}, but the bottom of the peg is {1e3 * peg.depth:.1f} mm below the"
-                " face and not in the bore. Possible remedy: see its path (-o PAGE.html); correct tube.T_B_T of"
-                " the cell or --offset."
+                f"the controller assumed it to be in after the {phase} phase (attempt {number}), but its bottom is"
+                f" {1e3 * peg.depth:.1f} mm below the face and not in the bore. Possible remedy: see its path"
+                " (-o PAGE.html); correct tube.T_B_T of the cell or --offset."
             ),
         )
     what, remedy = REASONS.get(reason, (reason, "see the plots (-o PAGE.html)"))
-    attempts = f"{number} attempt" + ("s" if number != 1 else "")
-    return "not inserted", f"after {attempts}, in phase {phase}: {what}. Possible remedy: {remedy}."
+    return "not inserted", f"{what} in the {phase} phase (attempt {number}). Possible remedy: {remedy}."
+
+
+def ending_sentence(number: int, peg: Any) -> str:
+    """How a peg ended; pegs are numbered from 1."""
+    word, text = ending_text(peg)
+    return f"Peg {number} {word}{' ' if peg.inserted else ': '}{text}"

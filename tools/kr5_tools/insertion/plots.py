@@ -126,7 +126,7 @@ def height_plot(result: Any) -> Figure:
 
 
 def path_plot(result: Any) -> Figure:
-    """In the frame of the believed tube; the peg where it really is."""
+    """In the frame of the assumed tube; the true path of the peg."""
     _, x, y = _columns(result, "true_x", "true_y")
     off, tube = 1e3 * result.T_tube_actual[:2, 3], result.cell.tube
     x, y = 1e3 * x + off[0], 1e3 * y + off[1]
@@ -142,7 +142,7 @@ def path_plot(result: Any) -> Figure:
     axes.plot(x, y, color=BLUE, linewidth=1.2, zorder=3, label="path of the peg")
     axes.plot(x[first], y[first], "s", color=BLUE, markersize=5, zorder=4, label="begin")
     axes.plot(x[last], y[last], "o", color=BLUE, mfc=PAPER, markersize=6, zorder=4, label="end")
-    axes.plot(0, 0, "x", color=RED, markersize=8, mew=1.8, zorder=5, label="believed axis of the tube")
+    axes.plot(0, 0, "x", color=RED, markersize=8, mew=1.8, zorder=5, label="assumed axis of the tube")
     axes.plot(*off, "+", color=GREEN, markersize=11, mew=1.8, zorder=5, label="axis of the tube")
     axes.set_aspect("equal")
     reach = 1.25e3 * tube.outer_radius
@@ -187,6 +187,6 @@ CATALOGUE = [
         "Path over the face, from above",
         path_plot,
         False,
-        "The true tube in its believed frame; the path is that of the bottom centre of the peg.",
+        "The true tube in its assumed frame; the path is that of the bottom centre of the peg.",
     ),
 ]

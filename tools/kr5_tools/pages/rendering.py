@@ -107,7 +107,7 @@ def themed_svg(text: str) -> str:
 def write_png(plots: list[Any], folder: Path) -> list[Path]:
     """Each plot as a PNG file."""
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        writing.make_folder(folder)
         files = [folder / f"{plot.name}.png" for plot in plots]
         for plot, file in zip(plots, files):
             writing.save_figure(plot.figure, file, dpi=150, metadata={"Software": None})

@@ -28,7 +28,7 @@ def empty(
     height: Annotated[
         str, typer.Option(metavar="LOW:HIGH", help=r"Range of their heights, or one height \[m].")
     ] = "0.014:0.017",
-    bins: Annotated[int, typer.Option(min=1, help="Number of bins, of seeds that follow each other.")] = 1,
+    bins: Annotated[int, typer.Option(min=1, help="Number of bins, with consecutive seeds.")] = 1,
     seed: Annotated[int, typer.Option(help="Random seed of the first bin.")] = 1,
     pitch: Annotated[float, typer.Option(help=r"Distance of two profiles of the scanner \[m].")] = 0.0005,
     noise: Annotated[float, typer.Option(help=r"Standard deviation of a range \[m].")] = 5e-5,
@@ -40,7 +40,9 @@ def empty(
     ] = None,
     refine: Annotated[
         bool,
-        typer.Option("--image/--no-image", help="Refine by the image cylinders of which the cloud tells too little."),
+        typer.Option(
+            "--image/--no-image", help="Refine by the image the cylinders whose pose the cloud determines poorly."
+        ),
     ] = True,
     view: Annotated[
         bool,
@@ -134,14 +136,14 @@ def result_keys(runs: list[Emptying]) -> dict[str, Any]:
     causes = sorted({c for r in runs for c in r.failures})
     figures = [
         figure_row("picks that succeeded", 100 * picked / max(1, attempts), None, "%"),
-        figure_row("the least that proves, at 95 %", 100 * rate.low, None, "%"),
+        figure_row("lower bound of that rate (95 %)", 100 * rate.low, None, "%"),
         *(figure_row(f"picks that failed: {c}", sum(r.failures.get(c, 0) for r in runs), None, "-") for c in causes),
         figure_row("scans a bin", scans / len(runs), None, "-"),
         figure_row("cylinders refined by the image, a bin", sum(r.refined for r in runs) / len(runs), None, "-"),
         figure_row("shakes a bin", sum(r.shakes for r in runs) / len(runs), None, "-"),
         figure_row("cylinders left", left, None, "-"),
         figure_row("wall touches", touches, None, "-"),
-        figure_row("least clearance of the gripper", 1e3 * min(r.least_clearance for r in runs), None, "mm"),
+        figure_row("minimum clearance of the gripper", 1e3 * min(r.least_clearance for r in runs), None, "mm"),
         figure_row("time to find a cylinder and plan its pick", 1e3 * time, None, "ms"),
         figure_row("time for each cylinder with the book's scan and pick", cycle, None, "s"),
     ]

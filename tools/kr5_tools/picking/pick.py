@@ -61,7 +61,7 @@ def pick(
     image: Annotated[
         Path | None,
         typer.Option(
-            "--image", metavar="IMAGE.png", help="Image that refines cylinders of which the cloud tells too little."
+            "--image", metavar="IMAGE.png", help="Image that refines cylinders whose pose the cloud determines poorly."
         ),
     ] = None,
     camera: Annotated[
@@ -82,10 +82,10 @@ def pick(
     ] = 0.0005,
     refine_above: Annotated[
         float,
-        typer.Option(help=r"Standard deviation of a centre above which the image is asked \[m]."),
+        typer.Option(help=r"Standard deviation of a centre above which the image is used \[m]."),
     ] = REFINED_ABOVE,
     radius_tolerance: Annotated[
-        float | None, typer.Option(help=r"Greatest deviation of a radius; by default a sixteenth of it \[m].")
+        float | None, typer.Option(help=r"Maximum deviation of a radius; by default a sixteenth of it \[m].")
     ] = None,
     cup_radius: Annotated[
         float | None, typer.Option(help=r"Radius of the suction cup; by default half that of the cylinders \[m].")
@@ -95,7 +95,7 @@ def pick(
         typer.Option(help=r"Radius of the gripper above the cup; by default five eighths of the cylinders' \[m]."),
     ] = None,
     gripper_length: Annotated[float, typer.Option(help=r"Length of that part \[m].")] = 0.15,
-    min_exposed: Annotated[float, typer.Option(help=r"Least visible share of a cylinder that is picked \[-].")] = 0.4,
+    min_exposed: Annotated[float, typer.Option(help=r"Minimum visible share of a cylinder to be picked \[-].")] = 0.4,
     output: ResultOption = None,
     png: Annotated[
         Path | None,
@@ -105,7 +105,8 @@ def pick(
 ) -> None:
     """Poses of the cylinders of a pile with uncertainty, which of them the gripper can pick, and in which order.
 
-    Listed are cylinders of which enough is seen to be sure of their pose; each that is not picked says why. Exit code:
+    Cylinders are listed when enough of them is visible to determine their pose; for each that cannot be picked the
+    reason is given. Exit code:
     0 when something can be picked, 1 when nothing can, 2 when the input is invalid or the cloud does not fit the bin.
     """
     check_writable(output, png, json_file, inputs=[f for f in (cloud_file, bin_file, image, camera) if f])
@@ -119,7 +120,7 @@ def pick(
     options.validate()
     grasp.validate()
     if bin_file is None:
-        fail(f"--bin is missing: a file such as\n{EXAMPLE}tells where the bin stands and how large it is")
+        fail(f"--bin is missing: a file such as\n{EXAMPLE}states where the bin stands and how large it is")
     bin_ = read_bin(bin_file)
     if (image is None) != (camera is None):
         fail("--image and --camera belong together: the image, and the camera that took it")
@@ -268,6 +269,7 @@ def _show(keys: dict[str, Any], to: Any) -> None:
     ]
     if rows:
         columns = ["no.", "x [mm]", "y [mm]", "z [mm]", "seen [%]", "decision"]
+        to.print()
         to.print(make_table("In the order to pick", columns, rows, text=(5,)))
         if len(keys["pellets"]) > SHOWN:
             print_note(f"{len(keys['pellets']) - SHOWN} more in the files of -o or --json")

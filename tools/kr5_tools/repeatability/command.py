@@ -9,7 +9,7 @@ from kr5 import calibration
 
 from kr5_tools.calibrate.tool import Convention, PoseAngle, PoseLength
 from kr5_tools.cli.arguments import JsonOption, ResultOption
-from kr5_tools.cli.numbers import format_range
+from kr5_tools.cli.numbers import format_count, format_range
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail, spinner
@@ -127,7 +127,9 @@ def _causes(result: Any, measured: list[Any], options: Any) -> list[dict[str, st
         causes.append(
             {
                 "cause": "points_mixed_up",
-                "text": f"{len(mixed)} return(s) bear the name of another point than they were measured at: {listed}.",
+                (
+                    "text"
+                ): f"{format_count(len(mixed), 'return', ('carries', 'carry'))} the name of the wrong point: {listed}.",
                 "remedy": "Correct the names of the points.",
             }
         )
@@ -136,7 +138,10 @@ def _causes(result: Any, measured: list[Any], options: Any) -> list[dict[str, st
         causes.append(
             {
                 "cause": "outlier_returns",
-                "text": f"{len(alone)} return(s) contradict the others of their point: {listed}.",
+                "text": (
+                    f"{format_count(len(alone), 'return', ('contradicts', 'contradict'))} the others of the same"
+                    f" point: {listed}."
+                ),
                 "remedy": (
                     "Check these measurements; where the measurement failed and not the arm, leave them out"
                     " (--leave-out-outliers)."
@@ -164,7 +169,7 @@ def _causes(result: Any, measured: list[Any], options: Any) -> list[dict[str, st
             {
                 "cause": "few_returns",
                 "text": f"{few[0].point} has {few[0].returns} returns; ISO 9283 asks for {STANDARD} of each point.",
-                "remedy": "Measure more returns; the bounds tell what these few determine.",
+                "remedy": "Measure more returns; the bounds show what these few determine.",
             }
         )
     if result.overall.RP.value > COARSE and not mixed:
@@ -223,6 +228,7 @@ def _verdict(result: Any, causes: list[dict[str, str]], options: Any) -> dict[st
 
 
 def _show(result: Any, data: dict[str, Any], out: Any) -> None:
+    print_result({**data, "figures": []}, out)
     positions, angles = [], []
     for p in [*result.points, *([result.overall] if len(result.points) > 1 else [])]:
         name = p.point or "all"
@@ -231,7 +237,8 @@ def _show(result: Any, data: dict[str, Any], out: Any) -> None:
         turned = [f"{v:.3g}" for v in _turns(p)] or ["–"] * 3
         shown = [p.RR.value, p.RR.low, p.RR.high, *(getattr(p, f"RR_{a}").value for a in "ABC")]
         angles.append([name, *(f"{DEG * v:.3g}" for v in shown), *turned])
+    out.print()
     out.print(make_table("Position [mm]", ["point", "returns", "RP", "low", "high", "AP"], positions))
     names = ["point", "RR", "low", "high", *(f"RR_{a} ±" for a in "abc"), *(f"AP_{a}" for a in "abc")]
+    out.print()
     out.print(make_table("Orientation [deg]", names, angles))
-    print_result({**data, "figures": []}, out)

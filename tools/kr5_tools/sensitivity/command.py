@@ -9,7 +9,7 @@ import typer
 from kr5 import uncertainty
 
 from kr5_tools.cli import arguments, terminal
-from kr5_tools.cli.interruption import STOPPED
+from kr5_tools.cli.interruption import tell_when_stopped
 from kr5_tools.cli.options import options_from
 from kr5_tools.files import results, writing
 from kr5_tools.sensitivity import analysis as analysis_module
@@ -72,8 +72,11 @@ def sensitivity(
         typer.Option(
             metavar="GROUP",
             show_default=False,
-            help="Parameters that vary: all, lengths, angles, or names such as b1,alpha2; in a workspace errors, too,"
-            " where all has the joint values as inputs. May be repeated; by default all, lengths, angles.",
+            help=(
+                "Parameters that vary: all, lengths, angles, or names such as b1,alpha2; in a workspace also"
+                " errors, where all includes the joint values as inputs. May be repeated; by default all,"
+                " lengths, angles."
+            ),
         ),
     ] = None,
     sigma_length: Annotated[float, typer.Option(help="Standard deviation of lengths of the arm \\[mm].")] = 1.0,
@@ -132,12 +135,10 @@ def sensitivity(
             tolerances = _tolerances(sigma_length, sigma_angle, truncation)
             analyses = _arm_analyses(cell_file, pose, workspace, group, tolerances)
         _check_folder(output, analyses)
+        tell_when_stopped(lambda: f"the finished rows are kept in {output}; the same command continues")
         found = [_run(a, output / a.name, options, workers, scheduler, to) for a in analyses]
     except ModelError as error:
         terminal.fail(str(error))
-    except KeyboardInterrupt:
-        to.print(f"Stopped: what is finished is kept in {output}; the same command continues.", soft_wrap=True)
-        raise typer.Exit(STOPPED) from None
     for one in found:
         page.print_analysis(one, to)
     data = results.write_result(

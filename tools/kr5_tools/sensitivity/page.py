@@ -38,6 +38,7 @@ def print_analysis(analysis: dict[str, Any], to: Any) -> None:
         for k in shown
     ]
     to.print(analysis["title"], soft_wrap=True, markup=False)
+    to.print()
     to.print(tables.make_table("Total indices [-]", ["input", *output_heads(analysis)], rows))
     hidden = len(total) - len(shown)
     if hidden:

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from kr5_tools.cli import arguments, tables, terminal
-from kr5_tools.cli.interruption import STOPPED
+from kr5_tools.cli.interruption import tell_when_stopped
 from kr5_tools.cli.value_list import parse_values
 from kr5_tools.files import writing
 from kr5_tools.insertion.task import Cell, load_cell
@@ -26,7 +26,8 @@ def insertion(
     tilts: Annotated[
         str,
         typer.Option(
-            metavar="A:B:STEP", help="Tilt of the peg during the turn \\[deg]: A:B:STEP, or a list such as 5,15,25."
+            metavar=("FROM:TO:STEP"),
+            help="Tilt of the peg during the turn \\[deg]: FROM:TO:STEP, or a list such as 5,15,25.",
         ),
     ] = "15",
     clearances: Annotated[
@@ -104,16 +105,10 @@ def insertion(
     with sweep_file.SweepFolder(output, grid, text) as folder:
         missing = begin_sweep(folder, keys, to)
         compare_first_trial(folder, cell, grid)
-        try:
-            runner.run_trials(
-                text, missing, grid, min(workers or core_count(), max(1, len(missing))), scheduler, folder.add
-            )
-        except KeyboardInterrupt:
-            to.print(
-                f"Stopped: {len(folder.trials)} trials are kept in {output}; the same command continues.",
-                soft_wrap=True,
-            )
-            raise typer.Exit(STOPPED) from None
+        tell_when_stopped(lambda: f"{len(folder.trials)} trials are kept in {output}; the same command continues")
+        runner.run_trials(
+            text, missing, grid, min(workers or core_count(), max(1, len(missing))), scheduler, folder.add
+        )
         found = [folder.trials[key] for key in sorted(folder.trials)]
     found_tables = rate_table.rate_tables(found, grid)
     print_rates(found_tables, to)
@@ -133,7 +128,7 @@ def begin_sweep(folder: Any, keys: list[Any], to: Any) -> list[Any]:
     missing = folder.missing(keys)
     if folder.trials:
         to.print(
-            f"{folder.path}: {len(folder.trials)} trials are there, {len(missing)} are to be run.",
+            f"{folder.path}: {len(folder.trials)} trials are there, {len(missing)} to run.",
             soft_wrap=True,
             markup=False,
         )

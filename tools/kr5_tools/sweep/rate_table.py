@@ -39,7 +39,7 @@ def median_time(times: list[float]) -> dict[str, Any]:
 
 def reason_text(reason: Any) -> str:
     """The reason for which a peg is not in; its controller may believe it is."""
-    return "only believed inserted" if str(reason) == "inserted" else str(reason)
+    return "wrongly assumed inserted" if str(reason) == "inserted" else str(reason)
 
 
 def summarise_trials(trials: list[Trial]) -> dict[str, Any]:

@@ -4,13 +4,14 @@ cluster."""
 import contextlib
 import importlib.util
 import logging
+import os
 import signal
 import time
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from kr5_tools.cli import terminal
 from kr5_tools.sweep.trials import Grid, Key, Trial, run_batch
@@ -124,6 +125,8 @@ def open_cluster(workers: int, scheduler: str | None) -> Iterator[Any]:
                 )
             yield client
         return
+    # Where Ctrl-C ends this process at once, a helper of Python's would complain of what the workers leave to it.
+    os.environ.setdefault("PYTHONWARNINGS", "ignore::UserWarning:multiprocessing.resource_tracker")
     with ignore_sigint():
         try:
             own = LocalCluster(
@@ -176,7 +179,7 @@ def progress_bar(job: Job) -> Iterator[Callable[[int], None]]:
     ]
     begin = said = time.monotonic()
     done = 0
-    with Progress(*columns, console=terminal.errors, transient=True, disable=not terminal.errors.is_terminal) as bar:
+    with terminal.progress_bar(*columns) as bar:
         task = bar.add_task(job.doing, total=job.total)
 
         def advance(count: int) -> None:

@@ -50,6 +50,16 @@ def load_target(text: str) -> Any:
         terminal.fail(f"{text}: is not a target: {' '.join(str(error).split())}")
 
 
+SMALLEST_TARGET, LARGEST_TARGET = 2e-4, 5.0  # of a square, a marker or the distance of dots [m]
+
+
+def check_target_size(source: str, size: float) -> None:
+    """Refuses a size that no target has, for what cannot find out: a camera sees no scale."""
+    if not SMALLEST_TARGET <= size <= LARGEST_TARGET:
+        hint = f"; for {size:g} mm give {size / MM:g}" if size > LARGEST_TARGET else ""
+        terminal.fail(f"{source}: size {size:g} [m], expected {SMALLEST_TARGET:g} to {LARGEST_TARGET:g}{hint}")
+
+
 @dataclass
 class Sightings:
     """A target as it was seen in images of one size."""

@@ -244,6 +244,6 @@ def _draw(image: Any, items: list[Any], lens: Any, file: Path) -> None:
                     ax.plot(*np.c_[origin, np.asarray(lens.project(tip))], color=colour, lw=2.5)
     ax.set(xlim=(-0.5, width - 0.5), ylim=(height - 0.5, -0.5))
     ax.axis("off")
-    file.parent.mkdir(parents=True, exist_ok=True)
+    writing.make_folder(file.parent)
     writing.save_figure(fig, file)
     plt.close(fig)

@@ -206,7 +206,7 @@ def texts_of(scene: Scene, result: Any, noise: float) -> list[str]:
         f" {board.columns} x {board.rows} on each, {scene.document.distance:g} {scene.document.length} from the camera."
         f" The camera matrix is estimated from noisy corners; true pixels are projected back on the plane Y = 0.",
         f"RMS deviation of the entries of the camera matrix at {noise:g} px: {result.sigma_matrix:.3g} (at the scale at"
-        " which lambda is the depth in mm; the book says 6.6 at 0.5 px, in a scale that it does not tell).",
+        " which lambda is the depth in mm; the book says 6.6 at 0.5 px, in a scale that it does not state).",
     ]
 
 

@@ -97,7 +97,7 @@ def camera_matrix(
     draws: Annotated[int, typer.Option(min=100, max=1000000, help="Draws of the simulation.")] = 4000,
     seed: Annotated[int, typer.Option(min=0, help="Random seed.")] = 1,
     noisy_pixel: Annotated[
-        bool, typer.Option("--noisy-pixel", help="The pixel that is projected back carries its noise, too.")
+        bool, typer.Option("--noisy-pixel", help="Also give noise to the pixel that is projected back.")
     ] = False,
     confidence: Annotated[float, typer.Option(help="Probability of the ellipses \\[-].")] = 0.95,
     output: ResultOption = None,
@@ -192,9 +192,9 @@ def _write(
 
     data = results.write_result(output, FORMAT, input={"file": str(source)}, **found)
     to = terminal.console(json_file)
+    print_result(data, to)
     for part in data["parts"]:
         print_part(part, to)
-    print_result(data, to)
     writing.write_json(data, json_file)
     if report is None and png is None:
         return

@@ -35,7 +35,7 @@ def workspace(
     json_file: JsonOption = None,
 ) -> None:
     """Workspace of an arm: reach, reachable region by radius and height within the joint limits, manipulability,
-    least singular value and condition number.
+    smallest singular value and condition number.
 
     Exit code: 0 when there is a map, 2 when there is none or the input is invalid.
     """
@@ -91,12 +91,12 @@ def _keys(found: Any, shown: str, lower: np.ndarray, upper: np.ndarray, stretche
     figures = [
         figure_row(f"reach of the {shown} from axis 1", 1e3 * found.reach, None, "mm"),
         figure_row("the same without joint limits", 1e3 * stretched, None, "mm"),
-        figure_row(f"least distance of the {shown} from axis 1", max(0.0, round(1e3 * found.inner, 3)), None, "mm"),
+        figure_row(f"minimum distance of the {shown} from axis 1", max(0.0, round(1e3 * found.inner, 3)), None, "mm"),
         figure_row("lowest place", 1e3 * found.lowest, None, "mm"),
         figure_row("highest place", 1e3 * found.highest, None, "mm"),
-        figure_row("greatest manipulability of the point", float(np.nanmax(found.dexterity)), None, "m^k"),
-        figure_row("least condition number of the Jacobian", float(np.nanmin(found.condition)), None, "-"),
-        figure_row("greatest least singular value", float(best.max()), None, "-"),
+        figure_row("maximum manipulability of the point", float(np.nanmax(found.dexterity)), None, "m^k"),
+        figure_row("minimum condition number of the Jacobian", float(np.nanmin(found.condition)), None, "-"),
+        figure_row("maximum of the smallest singular value", float(best.max()), None, "-"),
         figure_row("at radius", 1e3 * float(np.asarray(found.radius)[column]), None, "mm"),
         figure_row("at height", 1e3 * float(np.asarray(found.height)[row]), None, "mm"),
     ]

@@ -23,7 +23,7 @@ struct CellStop {
 
   static void each_field(auto& self, auto&& visit) {
     visit("view", self.view, "Robot pose and pixels; with joint values the pose is not looked at.");
-    visit("q", self.q, "Joint values, where the arm is to be calibrated, too [rad or m].");
+    visit("q", self.q, "Joint values, where the arm is also to be calibrated [rad or m].");
   }
 };
 
@@ -82,10 +82,10 @@ struct CellCalibrationOptions {
           "Spread of true about nominal lengths of the arm [m]; 0: estimated from the data.");
     visit("tolerance_angle", self.tolerance_angle,
           "Spread of true about nominal angles of the arm [rad]; 0: estimated from the data.");
-    visit("min_rotation", self.min_rotation, "Least rotation of the wrist, about two axes, for a calibration [rad].");
+    visit("min_rotation", self.min_rotation, "Minimum rotation of the wrist, about two axes, for a calibration [rad].");
     visit("outlier_false_alarm", self.outlier_false_alarm,
           "Probability of a false outlier in sound data, over all views [-].");
-    visit("max_iterations", self.max_iterations, "Greatest number of iterations of one fit.");
+    visit("max_iterations", self.max_iterations, "Maximum number of iterations of one fit.");
   }
 };
 
@@ -127,7 +127,7 @@ struct CellCalibrationResult {
     visit("T_flange_scanner", self.T_flange_scanner, "Scanner in the flange, where there is one.");
     visit("covariance_scanner", self.covariance_scanner,
           "Covariance of T_flange_scanner, right perturbation [m, rad].");
-    visit("T_camera_scanner", self.T_camera_scanner, "Scanner in a camera that is on the flange, too.");
+    visit("T_camera_scanner", self.T_camera_scanner, "Scanner in a camera that is also on the flange.");
     visit("covariance_camera_scanner", self.covariance_camera_scanner,
           "Covariance of T_camera_scanner, right perturbation, with what camera and scanner have in common [m, rad].");
     visit("parameters", self.parameters, "Every estimated number; of a pose the change from the start.");

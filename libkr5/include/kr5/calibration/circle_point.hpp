@@ -25,7 +25,7 @@ struct JointSample {
   static void each_field(auto& self, auto&& visit) {
     visit("points", self.points, "Measured places of points that the joint carries, 3 x n; NaN where not seen [m].");
     visit("T_world_tool", self.T_world_tool, "Measured pose of something that the joint carries.");
-    visit("q", self.q, "Joint value, if known; it tells the sense of rotation [rad].");
+    visit("q", self.q, "Joint value, if known; it determines the sense of rotation [rad].");
   }
 };
 
@@ -43,7 +43,7 @@ struct JointAxisOptions {
           "Noise of a measured position per axis [m]; 0: estimated from the data.");
     visit("sigma_rotation", self.sigma_rotation,
           "Noise of a measured orientation per axis [rad]; 0: estimated from the data.");
-    visit("min_arc", self.min_arc, "Least arc that determines an axis [rad].");
+    visit("min_arc", self.min_arc, "Minimum arc that determines an axis [rad].");
     visit("outlier_false_alarm", self.outlier_false_alarm,
           "Probability of a false outlier in sound data, over all samples [-].");
   }

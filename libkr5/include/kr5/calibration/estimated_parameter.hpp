@@ -23,9 +23,8 @@ struct EstimatedParameter {
     visit("value", self.value, "Estimated value, in the unit.");
     visit("std", self.std,
           "Standard deviation of the estimate, inflated so that twice it is a 95 % interval; infinite where nothing "
-          "tells the "
-          "parameter, in its unit.");
-    visit("identifiable", self.identifiable, "Whether the measurements alone tell it from the others.");
+          "determines the parameter, in its unit.");
+    visit("identifiable", self.identifiable, "Whether the measurements alone distinguish it from the others.");
   }
 };
 

@@ -52,10 +52,10 @@ struct HandEyeOptions {
           "Noise of a robot position per axis [m]; 0: estimated from the data.");
     visit("sigma_robot_rotation", self.sigma_robot_rotation,
           "Noise of a robot orientation per axis [rad]; 0: estimated from the data.");
-    visit("min_rotation", self.min_rotation, "Least rotation of the wrist, about two axes, for a calibration [rad].");
+    visit("min_rotation", self.min_rotation, "Minimum rotation of the wrist, about two axes, for a calibration [rad].");
     visit("outlier_false_alarm", self.outlier_false_alarm,
           "Probability of a false outlier in sound data, over all views [-].");
-    visit("max_iterations", self.max_iterations, "Greatest number of iterations of the refinement.");
+    visit("max_iterations", self.max_iterations, "Maximum number of iterations of the refinement.");
     visit("start", self.start, "Initial value of T_mount_camera; by default from a closed form.");
   }
 };

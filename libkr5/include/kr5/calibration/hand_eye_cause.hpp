@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <kr5/core/fields.hpp>
+#include <kr5/geometry/pose.hpp>
 
 /// @file
 /// Faults of a hand-eye recording, and how they are reported.
@@ -61,6 +63,9 @@ struct NamedCause {
   double held_out_before = 0.0;  ///< [m]
   double held_out_after = 0.0;   ///< [m]
   std::vector<int> views;        ///< Those concerned, from 0.
+  /// With the cause corrected, by a fit to the poses of the target alone; absent when it cannot be.
+  std::optional<Pose> T_mount_camera;
+  Matrix6 covariance = Matrix6::Zero();  ///< Of T_mount_camera, right perturbation [m, rad].
 
   static void each_field(auto& self, auto&& visit) {
     visit("cause", self.cause, "Identifier of the cause.");
@@ -71,11 +76,15 @@ struct NamedCause {
     visit("value", self.value, "Size of the fault, in `unit`.");
     visit("unit", self.unit, "Unit of `value`.");
     visit("consequence", self.consequence,
-          "Displacement of a point at the working distance when the cause is allowed for; 0 when it cannot be [m].");
+          "Displacement of a point at the working distance when the cause is corrected; 0 when it cannot be [m].");
     visit("held_out_before", self.held_out_before,
           "RMS error of a point at the target's distance on held-out views, as recorded [m].");
-    visit("held_out_after", self.held_out_after, "RMS error of the same point with this cause allowed for [m].");
+    visit("held_out_after", self.held_out_after, "RMS error of the same point with this cause corrected [m].");
     visit("views", self.views, "Views concerned, from 0.");
+    visit("T_mount_camera", self.T_mount_camera,
+          "Pose of the camera with the cause corrected, by a fit to the poses of the target alone; absent when it "
+          "cannot be.");
+    visit("covariance", self.covariance, "Covariance of T_mount_camera, right perturbation [m, rad].");
   }
 };
 

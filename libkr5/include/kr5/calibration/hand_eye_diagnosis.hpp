@@ -66,7 +66,7 @@ struct HandEyeDiagnosisOptions {
     visit("tolerance", self.tolerance, "Acceptable error at the tool (95 %) [m].");
     visit("working_distance", self.working_distance,
           "Distance in front of the camera at which the error is stated; 0: that of the target [m].");
-    visit("min_rotation", self.min_rotation, "Least RMS rotation about the second axis [rad].");
+    visit("min_rotation", self.min_rotation, "Minimum RMS rotation about the second axis [rad].");
     visit("seed", self.seed, "Random seed of the search for the order of the views.");
   }
 };

@@ -41,16 +41,16 @@ struct HandEyePairsOptions {
   static void each_field(auto& self, auto&& visit) {
     visit("mount", self.mount, "Mount of the camera: eye_in_hand (on the flange) | eye_to_hand (fixed in the base).");
     visit("sigma_position", self.sigma_position,
-          "Noise of a position per axis, of robot and camera together, which no data can part [m]; 0: estimated from "
-          "the data.");
+          "Noise of a position per axis, of robot and camera together, which no data can separate [m]; 0: estimated "
+          "from the data.");
     visit("sigma_robot_rotation", self.sigma_robot_rotation,
           "Noise of a robot orientation per axis [rad]; 0: estimated from the data.");
     visit("sigma_camera_rotation", self.sigma_camera_rotation,
           "Noise of a seen orientation of the target per axis [rad]; 0: estimated from the data.");
-    visit("min_rotation", self.min_rotation, "Least rotation of the wrist, about two axes, for a calibration [rad].");
+    visit("min_rotation", self.min_rotation, "Minimum rotation of the wrist, about two axes, for a calibration [rad].");
     visit("outlier_false_alarm", self.outlier_false_alarm,
           "Probability of a false outlier in sound data, over all pairs [-].");
-    visit("max_iterations", self.max_iterations, "Greatest number of iterations of one fit.");
+    visit("max_iterations", self.max_iterations, "Maximum number of iterations of one fit.");
   }
 };
 

@@ -98,7 +98,7 @@ struct KinematicsOptions {
           "Estimation of the compliance of each joint under gravity, for postures with `torques`.");
     visit("outlier_false_alarm", self.outlier_false_alarm,
           "Probability of a false outlier in sound data, over all postures [-].");
-    visit("max_iterations", self.max_iterations, "Greatest number of iterations of one fit.");
+    visit("max_iterations", self.max_iterations, "Maximum number of iterations of one fit.");
     visit("T_world_base", self.T_world_base,
           "Known pose of the base in the frame of the measuring device; by default estimated.");
     visit("T_flange_tool", self.T_flange_tool, "Known pose of the measured tool on the flange; by default estimated.");

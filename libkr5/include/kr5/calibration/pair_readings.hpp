@@ -44,11 +44,10 @@ struct PairReadings {
     visit("readings", self.readings,
           "Readings, the most likely first; of two that agree equally, the one as given, else the one with the shorter "
           "distance from the flange.");
-    visit(
-        "certain", self.certain,
-        "Whether the data tell if one list is inverted against the other: otherwise robot and camera disagree at least "
-        "twice as much, and more than chance allows.");
-    visit("text", self.text, "What the data tell, in words.");
+    visit("certain", self.certain,
+          "Whether the data show that one list is inverted against the other: otherwise robot and camera disagree at "
+          "least twice as much, and more than chance allows.");
+    visit("text", self.text, "Result in words.");
   }
 };
 

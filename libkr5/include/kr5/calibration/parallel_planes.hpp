@@ -35,7 +35,7 @@ struct ParallelPlaneAxes {
     visit("axis6", self.axis6, "Axis of joint 6, with the forearm across axis 1.");
     visit("axis6_upright", self.axis6_upright, "Axis of joint 6, with the forearm along axis 1.");
     visit("wrist_distance", self.wrist_distance,
-          "Greatest distance along axis 6 of what was measured from the wrist centre, over which a tilt of axis 6 "
+          "Maximum distance along axis 6 of what was measured from the wrist centre, over which a tilt of axis 6 "
           "against axis 1 shifts it [m].");
   }
 };
@@ -59,7 +59,7 @@ struct ParallelPlaneDistances {
     visit("c_16_upright", self.c_16_upright, "The same with the forearm along axis 1; negative beyond axis 1 [m].");
     visit("covariance", self.covariance,
           "Covariance of the four, in this order, with what axes that are not quite parallel add [m^2].");
-    visit("objection", self.objection, "Reason why the distances tell no lengths; empty when there is none.");
+    visit("objection", self.objection, "Reason why the distances determine no lengths; empty when there is none.");
   }
 };
 
@@ -71,12 +71,11 @@ struct ParallelPlaneOptions {
   void validate() const;
 
   static void each_field(auto& self, auto&& visit) {
-    visit(
-        "a1", self.a1,
-        "Approximate length a1, which tells the right one of two solutions [m]; by default the solution whose forearm "
-        "is longer than the offset of the elbow.");
+    visit("a1", self.a1,
+          "Approximate length a1, which selects one of two solutions [m]; by default the solution whose forearm is "
+          "longer than the offset of the elbow.");
     visit("min_separation", self.min_separation,
-          "Least distance of the two solutions, in standard deviations of a1, at which one can be told [-].");
+          "Minimum distance of the two solutions, in standard deviations of a1, at which they are distinguished [-].");
   }
 };
 

@@ -41,14 +41,14 @@ struct PostureChoiceOptions {
 
   static void each_field(auto& self, auto&& visit) {
     visit("count", self.count, "Number of postures.");
-    visit("criterion", self.criterion, "What is made small: determinant | prediction | variance.");
+    visit("criterion", self.criterion, "Quantity that is minimised: determinant | prediction | variance.");
     visit("measures_pose", self.measures_pose, "Whether the whole pose of the tool is measured, or a point of it.");
     visit("sigma_position", self.sigma_position, "Noise of a measured position per axis [m].");
     visit("sigma_rotation", self.sigma_rotation, "Noise of a measured orientation per axis [rad].");
     visit("tolerance_length", self.tolerance_length, "Spread of true about nominal lengths [m].");
     visit("tolerance_angle", self.tolerance_angle, "Spread of true about nominal angles [rad].");
     visit("point", self.point, "Measured point on the flange, or on the tool whose pose is measured [m].");
-    visit("exchanges", self.exchanges, "Greatest number of exchanges after the first choice.");
+    visit("exchanges", self.exchanges, "Maximum number of exchanges after the first choice.");
   }
 };
 

@@ -52,7 +52,8 @@ struct ProfileFeatureOptions {
     visit("radius_tolerance", self.radius_tolerance,
           "Share by which the radius of an arc may exceed that of the sphere [-].");
     visit("sigma", self.sigma, "Noise of a range [m]; 0: estimated from neighbouring points.");
-    visit("min_points", self.min_points, "Least number of points on an arc or a line, and on the surface about a tip.");
+    visit("min_points", self.min_points,
+          "Minimum number of points on an arc or a line, and on the surface about a tip.");
     visit("max_share_off", self.max_share_off,
           "Largest share of the points between the ends of an arc or line that may lie off it [-].");
   }

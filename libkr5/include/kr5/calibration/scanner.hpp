@@ -74,8 +74,8 @@ struct ScannerOptions {
           "Error of a profile per axis, of the robot and of its feature together, beyond the stated covariance of the "
           "feature [m]; 0: estimated.");
     visit("sigma_across", self.sigma_across,
-          "Error of a tip across the profile: by how much the line misses it [m]; 0: estimated from 15 tips or more, "
-          "else the same as along the profile.");
+          "Error of a tip across the profile: distance by which the line misses it [m]; 0: estimated from 15 tips or "
+          "more, else the same as along the profile.");
     visit("sigma_rotation", self.sigma_rotation, "Error of the robot's orientation per axis [rad]; 0: none.");
     visit(
         "tolerance_length", self.tolerance_length,
@@ -83,8 +83,9 @@ struct ScannerOptions {
     visit("tolerance_angle", self.tolerance_angle, "The same of its angles [rad]; 0: estimated.");
     visit("outlier_false_alarm", self.outlier_false_alarm,
           "Probability of a false outlier in sound data, over all profiles [-].");
-    visit("folds", self.folds, "Parts of the profiles that are left out in turn for the held-out error; 0: none.");
-    visit("max_iterations", self.max_iterations, "Greatest number of iterations of one fit.");
+    visit("folds", self.folds,
+          "Number of parts of the profiles that are left out in turn for the held-out error; 0: none.");
+    visit("max_iterations", self.max_iterations, "Maximum number of iterations of one fit.");
     visit("T_flange_scanner", self.T_flange_scanner,
           "Nominal pose of the scanner; none is needed to start, but one shows mirrored and swapped coordinates.");
   }

@@ -38,15 +38,15 @@ struct TimedHandEyeOptions {
   void validate() const;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("max_offset", self.max_offset, "Greatest offset of the clocks [s].");
+    visit("max_offset", self.max_offset, "Maximum offset of the clocks [s].");
     visit("max_gap", self.max_gap, "Longest gap of the hand stream across which poses are interpolated [s].");
     visit("window", self.window, "Time over which the angular speed is computed for the initial offset [s].");
-    visit("min_duration", self.min_duration, "Least common duration of both streams [s].");
-    visit("min_rotation", self.min_rotation, "Least RMS rotation about the second axis for a calibration [rad].");
-    visit("min_correlation", self.min_correlation, "Least correlation of the angular speeds for a calibration [-].");
+    visit("min_duration", self.min_duration, "Minimum common duration of both streams [s].");
+    visit("min_rotation", self.min_rotation, "Minimum RMS rotation about the second axis for a calibration [rad].");
+    visit("min_correlation", self.min_correlation, "Minimum correlation of the angular speeds for a calibration [-].");
     visit("tail", self.tail,
           "Degrees of freedom of the error's t distribution: lower values reduce the weight of outliers.");
-    visit("max_iterations", self.max_iterations, "Greatest number of iterations of the refinement.");
+    visit("max_iterations", self.max_iterations, "Maximum number of iterations of the refinement.");
   }
 };
 

@@ -34,7 +34,7 @@ struct ToolOptions {
           "Noise of the touched position per axis, robot and hand [m]; 0 (both sigmas): estimated from the residuals.");
     visit("sigma_rotation", self.sigma_rotation,
           "Noise of the flange orientation per axis [rad]; 0 (both sigmas): estimated from the residuals.");
-    visit("min_rotation", self.min_rotation, "Least RMS rotation that determines each component of the tip [rad].");
+    visit("min_rotation", self.min_rotation, "Minimum RMS rotation that determines each component of the tip [rad].");
     visit("outlier_false_alarm", self.outlier_false_alarm,
           "Probability of a false outlier in sound data, over all poses [-].");
     visit("reject_outliers", self.reject_outliers,

@@ -79,8 +79,8 @@ struct Correction {
     visit("mode", self.mode,
           "Reference of corrections: absolute (the start of the path) | relative (the present pose).");
     visit("per_cycle", self.per_cycle,
-          "Greatest change of an absolute correction, or greatest relative one, in one cycle [m].");
-    visit("total", self.total, "Greatest distance of the commanded path from its start [m].");
+          "Maximum change of an absolute correction, or maximum relative one, in one cycle [m].");
+    visit("total", self.total, "Maximum distance of the commanded path from its start [m].");
   }
 };
 

@@ -29,10 +29,10 @@ struct Limits {
 
   static constexpr std::array<std::string_view, 2> required = {"lower", "upper"};
   static void each_field(auto& self, auto&& visit) {
-    visit("lower", self.lower, "Least joint values [rad or m].");
-    visit("upper", self.upper, "Greatest joint values [rad or m].");
-    visit("velocity", self.velocity, "Greatest joint speeds [rad/s or m/s].");
-    visit("effort", self.effort, "Greatest joint torques [N m or N].");
+    visit("lower", self.lower, "Lower joint limits [rad or m].");
+    visit("upper", self.upper, "Upper joint limits [rad or m].");
+    visit("velocity", self.velocity, "Maximum joint speeds [rad/s or m/s].");
+    visit("effort", self.effort, "Maximum joint torques [N m or N].");
   }
 };
 

@@ -121,7 +121,7 @@ struct LevenbergMarquardtOptions {
   }
 
   static void each_field(auto& self, auto&& visit) {
-    visit("max_iterations", self.max_iterations, "Greatest number of trial steps.");
+    visit("max_iterations", self.max_iterations, "Maximum number of trial steps.");
     visit("tolerance", self.tolerance, "Step, in standard deviations of the estimate, at which to stop [-].");
     visit("sigma", self.sigma, "Standard deviation of a residual; 0: estimated from the residuals.");
     visit("least_sigma", self.least_sigma, "Lower limit of the estimated sigma, for fits without noise.");

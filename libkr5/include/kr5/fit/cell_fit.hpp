@@ -100,16 +100,16 @@ struct CellFitOptions {
   void validate() const;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("max_iterations", self.max_iterations, "Greatest number of iterations.");
+    visit("max_iterations", self.max_iterations, "Maximum number of iterations.");
     visit("loss", self.loss,
           "Scale of the Cauchy loss of each measurement, in standard deviations of its residuals; 0: least squares, "
           "without which there is no covariance [-].");
     visit("rank_tolerance", self.rank_tolerance,
-          "Least share of its own sensitivity that a combination of parameters must keep beside all others to count "
+          "Minimum share of its own sensitivity that a combination of parameters must keep beside all others to count "
           "as identifiable [-].");
     visit("cost_tolerance", self.cost_tolerance, "Relative change of the cost at which the iteration ends [-].");
     visit("uncertainty", self.uncertainty,
-          "Whether covariance and unidentifiable directions are wanted, too; a first guess needs none.");
+          "Whether covariance and unidentifiable directions are also computed; a first guess needs none.");
   }
 };
 

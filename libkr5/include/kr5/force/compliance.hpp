@@ -25,8 +25,8 @@ struct ComplianceOptions {
   static void each_field(auto& self, auto&& visit) {
     visit("gain", self.gain, "Speed per error of force [m/(s N)].");
     visit("turning_gain", self.turning_gain, "Turning speed per error of moment [rad/(s N m)].");
-    visit("max_speed", self.max_speed, "Greatest speed [m/s].");
-    visit("max_turning_speed", self.max_turning_speed, "Greatest turning speed [rad/s].");
+    visit("max_speed", self.max_speed, "Maximum speed [m/s].");
+    visit("max_turning_speed", self.max_turning_speed, "Maximum turning speed [rad/s].");
   }
 };
 

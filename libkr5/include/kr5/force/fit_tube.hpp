@@ -22,7 +22,7 @@ struct TubeFitOptions {
 
   static void each_field(auto& self, auto&& visit) {
     visit("noise", self.noise, "Standard deviation of one height; 0: estimated from the residuals [m].");
-    visit("max_iterations", self.max_iterations, "Greatest number of iterations from each start.");
+    visit("max_iterations", self.max_iterations, "Maximum number of iterations from each start.");
   }
 };
 

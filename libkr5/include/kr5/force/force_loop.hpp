@@ -39,8 +39,8 @@ struct ForceLoopOptions {
           "Reference of the corrections: start (the pose at the beginning) | actual (the present pose).");
     visit("stiffness", self.stiffness, "Stiffness k_e of the contact, for the compensator [N/m].");
     visit("largest_step", self.largest_step,
-          "Greatest step of one cycle; 0: unlimited within range for start, a fiftieth of range for actual [m].");
-    visit("range", self.range, "Greatest correction of the start; greatest step of the present pose [m].");
+          "Maximum step of one cycle; 0: unlimited within range for start, a fiftieth of range for actual [m].");
+    visit("range", self.range, "Maximum correction of the start; maximum step of the present pose [m].");
   }
 };
 

@@ -30,7 +30,7 @@ struct GuardedMoveOptions {
           "Speed where contact is possible; 0: the safe speed, which is also its upper limit [m/s].");
     visit("acceleration", self.acceleration, "Braking acceleration of the arm [m/s^2].");
     visit("touch_force", self.touch_force, "Force from which contact is detected [N].");
-    visit("max_force", self.max_force, "Greatest force on the contact [N].");
+    visit("max_force", self.max_force, "Maximum force on the contact [N].");
     visit("stiffness", self.stiffness, "Stiffness of the contact [N/m].");
     visit("delay", self.delay, "Delay from a force to the response of the arm, with filter and servo [s].");
   }

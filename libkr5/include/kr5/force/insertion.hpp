@@ -43,7 +43,7 @@ struct InsertionOptions {
   void validate() const;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("bodies", self.bodies, "Believed radii of peg and tube.");
+    visit("bodies", self.bodies, "Assumed radii of peg and tube.");
     visit("tilt", self.tilt, "Tilt of the peg during the turn [rad].");
     visit("azimuth", self.azimuth, "Azimuth of the lowest point of its rim at the first touch [rad].");
     visit("cycle", self.cycle, "Time between two steps [s].");

@@ -110,9 +110,9 @@ struct InsertionMotion {
     visit("roll_time", self.roll_time, "Duration of the turn [s].");
     visit("slide_speed", self.slide_speed, "Speed of the slide towards the hole [m/s].");
     visit("upright_speed", self.upright_speed, "Turning speed at which the tilt is removed [rad/s].");
-    visit("push_speed", self.push_speed, "Greatest speed while the peg is pushed in [m/s].");
-    visit("acceleration", self.acceleration, "Greatest acceleration [m/s^2].");
-    visit("turning", self.turning, "Greatest angular acceleration [rad/s^2].");
+    visit("push_speed", self.push_speed, "Maximum speed while the peg is pushed in [m/s].");
+    visit("acceleration", self.acceleration, "Maximum acceleration [m/s^2].");
+    visit("turning", self.turning, "Maximum angular acceleration [rad/s^2].");
     visit("depth", self.depth, "Depth below the face to which the peg is inserted [m].");
     visit("spiral_radius", self.spiral_radius, "Radius around a known hole in which an upright peg is tried [m].");
     visit("spiral_pitch", self.spiral_pitch, "Distance between the turns of that spiral [m].");
@@ -135,11 +135,11 @@ struct InsertionLimits {
     visit("force", self.force, "Force on the peg that stops the arm [N].");
     visit("torque", self.torque, "Torque on the peg, about its bottom, that stops the arm [N m].");
     visit("current", self.current, "Current of each motor that stops the arm; empty: not monitored [A].");
-    visit("face_error", self.face_error, "Greatest error of the believed height of the tube's face [m].");
+    visit("face_error", self.face_error, "Maximum error of the assumed height of the tube's face [m].");
     visit("descent", self.descent, "Distance below the face after which, without contact, no tube is assumed [m].");
     visit("travel", self.travel, "Sliding distance that ends an attempt; 0: the radius of the peg [m].");
-    visit("attempts", self.attempts, "Greatest number of attempts.");
-    visit("time", self.time, "Greatest total duration [s].");
+    visit("attempts", self.attempts, "Maximum number of attempts.");
+    visit("time", self.time, "Maximum total duration [s].");
     visit("dead_after", self.dead_after,
           "Time after which a sensor with unchanged readings counts as dead; 0: never [s].");
   }

@@ -119,10 +119,10 @@ struct InsertionState {
     visit("stopped_in", self.stopped_in, "Phase in which that reason arose.");
     visit("attempt", self.attempt, "Number of the attempt, from 1.");
     visit("time", self.time, "Time since the first step [s].");
-    visit("hole", self.hole, "Believed centre of the hole, in T [m].");
+    visit("hole", self.hole, "Assumed centre of the hole, in T [m].");
     visit("hole_std", self.hole_std,
           "Standard deviation of the hole across the tube in its least known direction; 0: not fitted [m].");
-    visit("depth", self.depth, "Depth of the peg's bottom below the believed face [m].");
+    visit("depth", self.depth, "Depth of the peg's bottom below the assumed face [m].");
   }
 };
 

@@ -22,9 +22,9 @@ struct SafetyLimits {
   void validate() const;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("force", self.force, "Greatest force [N].");
-    visit("torque", self.torque, "Greatest torque [N m].");
-    visit("current", self.current, "Greatest current of each motor; empty: not monitored [A].");
+    visit("force", self.force, "Maximum force [N].");
+    visit("torque", self.torque, "Maximum torque [N m].");
+    visit("current", self.current, "Maximum current of each motor; empty: not monitored [A].");
     visit("dead_after", self.dead_after,
           "Time after which a sensor with unchanged readings counts as dead; 0: never [s].");
     visit("cycle", self.cycle, "Time between two readings [s].");

@@ -19,7 +19,7 @@ struct ResectionOptions {
   void validate() const;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("max_iterations", self.max_iterations, "Greatest number of steps of the refinement.");
+    visit("max_iterations", self.max_iterations, "Maximum number of steps of the refinement.");
     visit("huber", self.huber,
           "Huber threshold in robust standard deviations, beyond which a point counts less; 0: off [-].");
   }

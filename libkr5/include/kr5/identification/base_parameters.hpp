@@ -24,8 +24,8 @@ struct BaseParameterOptions {
   static void each_field(auto& self, auto&& visit) {
     visit("samples", self.samples, "Number of random states; 0: twice the number of parameters.");
     visit("seed", self.seed, "Random seed.");
-    visit("lower", self.lower, "Least joint values; empty: -pi, or -1 m [rad or m].");
-    visit("upper", self.upper, "Greatest joint values; empty: pi, or 1 m [rad or m].");
+    visit("lower", self.lower, "Lower joint limits; empty: -pi, or -1 m [rad or m].");
+    visit("upper", self.upper, "Upper joint limits; empty: pi, or 1 m [rad or m].");
     visit("tolerance", self.tolerance, "Part of a column below which it counts as dependent [-].");
   }
 };
@@ -70,7 +70,7 @@ struct Observability {
     visit("condition", self.condition, "Condition number of the observation matrix in SI units [-].");
     visit("scaled_condition", self.scaled_condition, "The same with columns of unit length [-].");
     visit("singular_values", self.singular_values, "Singular values with columns of unit length, descending [-].");
-    visit("unidentifiable", self.unidentifiable, "Combinations that the motion cannot tell, by name.");
+    visit("unidentifiable", self.unidentifiable, "Combinations that the motion does not determine, by name.");
     visit("unmoved", self.unmoved, "Joints that never moved, counted from 1.");
   }
 };

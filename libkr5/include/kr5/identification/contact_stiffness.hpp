@@ -92,8 +92,8 @@ struct ContactStiffnessResult {
     visit("contact_readings", self.contact_readings, "Readings in contact.");
     visit("outliers", self.outliers, "Rows that contradict the others and are left out, counted from 0.");
     visit("predicted", self.predicted, "Fitted force at each reading [N].");
-    visit("warnings", self.warnings, "What the readings cannot tell, and what speaks against the model.");
-    visit("fit", self.fit, "How the estimation ended.");
+    visit("warnings", self.warnings, "Quantities that the readings do not determine, and evidence against the model.");
+    visit("fit", self.fit, "Report of the estimation.");
   }
 };
 

@@ -31,9 +31,8 @@ struct PassiveLimitOptions {
           "Confidence with which gravity stays within what is added for its uncertainty, per motor [-].");
     visit("T_flange_tool", self.T_flange_tool, "Point of contact: tool tip in the flange frame [m, rad].");
     visit("directions", self.directions, "Directions of the contact force, unit columns in axes of B.");
-    visit(
-        "contact_force", self.contact_force,
-        "Force at which a standing arm must have given way in every direction, for the greatest margin; 0: none [N].");
+    visit("contact_force", self.contact_force,
+          "Force at which a standing arm must have given way in every direction, for the largest margin; 0: none [N].");
   }
 };
 
@@ -61,11 +60,11 @@ struct PassiveLimits {
           "[N].");
     visit("yield_motor", self.yield_motor, "Motor that gives way first, counted from 0; -1: none.");
     visit("push_force", self.push_force,
-          "Greatest force that a moving arm exerts on what stops its tool, postures x directions; infinite where no "
+          "Maximum force that a moving arm exerts on what stops its tool, postures x directions; infinite where no "
           "motor limits it [N].");
     visit("greatest_margin", self.greatest_margin,
           "Margin up to which a standing arm has given way at `contact_force`; negative: with none [-].");
-    visit("fit", self.fit, "Degenerate where gravity is not told in a posture; look at fit.usable first.");
+    visit("fit", self.fit, "Degenerate where gravity is not determined in a posture; look at fit.usable first.");
   }
 };
 

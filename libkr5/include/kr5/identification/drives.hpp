@@ -47,15 +47,15 @@ struct DriveOptions {
     visit("counts_per_turn", self.counts_per_turn,
           "Encoder counts of a turn of each motor; empty: estimated from counts and motor angles [-].");
     visit("common_zero", self.common_zero,
-          "Readings are differences from a known zero: counts 0 at motor angle 0 at joint angle 0.");
+          "Readings relative to a known zero: counts 0 at motor angle 0 at joint angle 0.");
     visit("coupling_false_alarm", self.coupling_false_alarm,
           "Probability that a coupling is reported where there is none, over all of a motor [-].");
     visit("outlier_false_alarm", self.outlier_false_alarm,
           "Probability of a false outlier in sound readings, over all readings of a motor [-].");
     visit("least_coupling", self.least_coupling,
-          "Coupling, relative to the motor's own ratio, below which it is taken for none [-].");
-    visit("common_noise", self.common_noise, "The joints are read with the same noise.");
-    visit("reject_outliers", self.reject_outliers, "Outliers are left out of the estimate.");
+          "Coupling, relative to the motor's own ratio, below which it counts as none [-].");
+    visit("common_noise", self.common_noise, "Joint readings with the same noise.");
+    visit("reject_outliers", self.reject_outliers, "Exclusion of outliers from the estimate.");
   }
 };
 

@@ -48,7 +48,7 @@ struct DynamicsOptions {
   void validate() const;
   static void each_field(auto& self, auto&& visit) {
     visit("estimator", self.estimator, "Estimator: ordinary | weighted | robust | instruments | consistent.");
-    visit("held_out", self.held_out, "Last part of the samples, kept for judging the estimate [-].");
+    visit("held_out", self.held_out, "Last part of the samples, held out for validation [-].");
     visit("choose_terms", self.choose_terms, "Friction terms chosen by cross-validation over blocks of time.");
     visit("choose_estimate", self.choose_estimate,
           "Estimator (weighted, and consistent where prior_bodies are given), prior_spread and least_speed chosen by "
@@ -56,10 +56,10 @@ struct DynamicsOptions {
     visit("blocks", self.blocks, "Number of blocks of the cross-validation.");
     visit("huber", self.huber, "Limit of the Huber loss [standard deviations].");
     visit("least_speed", self.least_speed,
-          "Part of the RMS speed of a joint below which its torques are left out of the fit, 0: none. About rest "
-          "and reversal the side of dry friction is not known; 0.02 suits an arm that pauses [-].");
-    visit("max_iterations", self.max_iterations, "Greatest number of iterations of the weights.");
-    visit("max_body_iterations", self.max_body_iterations, "Greatest number of steps of the consistent estimator.");
+          "Fraction of the RMS speed of a joint below which its torques are left out of the fit; 0: none. Near rest "
+          "and reversals the direction of dry friction is unknown; 0.02 suits an arm that pauses [-].");
+    visit("max_iterations", self.max_iterations, "Maximum number of iterations of the weights.");
+    visit("max_body_iterations", self.max_body_iterations, "Maximum number of steps of the consistent estimator.");
     visit("prior_bodies", self.prior_bodies, "Expected bodies of the links, for consistent; empty: balls of 2 kg.");
     visit("prior_spread", self.prior_spread, "Spread of the logarithm of prior masses and radii [-].");
   }
@@ -101,14 +101,14 @@ struct DynamicsResult {
   std::optional<std::pair<double, double>> parameter(const std::string& name) const;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("fit", self.fit, "How the estimation ended.");
+    visit("fit", self.fit, "Report of the estimation.");
     visit("estimator", self.estimator, "Estimator, as chosen or given.");
     visit("prior_spread", self.prior_spread, "Spread of the priors, as chosen or given; counts for consistent [-].");
     visit("least_speed", self.least_speed,
           "Part of the RMS speed below which rows are left out, as chosen or given [-].");
     visit("model", self.model, "Model with the terms that were chosen.");
     visit("base", self.base, "Base parameters.");
-    visit("observability", self.observability, "What the fitted samples tell.");
+    visit("observability", self.observability, "Information in the fitted samples.");
     visit("values", self.values, "Base parameters [SI].");
     visit("deviations", self.deviations, "Standard deviations of the base parameters [SI].");
     visit("covariance", self.covariance, "Covariance of the base parameters [SI].");

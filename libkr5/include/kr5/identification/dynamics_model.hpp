@@ -42,7 +42,7 @@ struct JointTerms {
     visit("thermal_time_constant", self.thermal_time_constant, "Time constant of warming up; 0: none [s].");
     visit("temperature", self.temperature, "Friction that is linear in the measured temperature of the joint.");
     visit("temperature_reference", self.temperature_reference,
-          "Temperature at which that share of the friction is zero [deg C].");
+          "Temperature at which that part of the friction is zero [deg C].");
     visit("motor_stribeck_velocity", self.motor_stribeck_velocity,
           "Stribeck velocity of a motor that several joints turn, on the side of its own joint; 0: no such friction "
           "[rad/s or m/s].");

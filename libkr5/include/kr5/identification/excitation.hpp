@@ -37,11 +37,11 @@ struct MotionLimits {
   Eigen::VectorXd torque;        ///< [N m or N]
 
   static void each_field(auto& self, auto&& visit) {
-    visit("lower", self.lower, "Least joint values [rad or m].");
-    visit("upper", self.upper, "Greatest joint values [rad or m].");
-    visit("speed", self.speed, "Greatest joint speeds [rad/s or m/s].");
-    visit("acceleration", self.acceleration, "Greatest joint accelerations [rad/s^2 or m/s^2].");
-    visit("torque", self.torque, "Greatest torques of the drives on the joint side; empty: not limited [N m or N].");
+    visit("lower", self.lower, "Lower joint limits [rad or m].");
+    visit("upper", self.upper, "Upper joint limits [rad or m].");
+    visit("speed", self.speed, "Maximum joint speeds [rad/s or m/s].");
+    visit("acceleration", self.acceleration, "Maximum joint accelerations [rad/s^2 or m/s^2].");
+    visit("torque", self.torque, "Maximum torques of the drives on the joint side; empty: not limited [N m or N].");
   }
 };
 
@@ -74,11 +74,11 @@ struct ExcitationOptions {
 
   static void each_field(auto& self, auto&& visit) {
     visit("kind", self.kind, "Kind of the motion: fourier | point_to_point.");
-    visit("criterion", self.criterion, "What is made good: condition | condition_unscaled | determinant.");
+    visit("criterion", self.criterion, "Quantity that is optimised: condition | condition_unscaled | determinant.");
     visit("duration", self.duration, "Base period of the harmonics; greatest duration from point to point [s].");
     visit("harmonics", self.harmonics, "Number of harmonics of each joint.");
     visit("profile", self.profile, "Profile between points: trapezoidal | quintic.");
-    visit("least_override", self.least_override, "Least speed of a point-to-point stroke, over the greatest [-].");
+    visit("least_override", self.least_override, "Minimum speed of a point-to-point stroke, over the greatest [-].");
     visit("limit_share", self.limit_share, "Share of every limit that the motion may use [-].");
     visit("ramp_time", self.ramp_time,
           "Time in which a joint reaches its greatest speed, where no acceleration is limited [s].");
@@ -86,10 +86,10 @@ struct ExcitationOptions {
     visit("rotors", self.rotors, "Whether rotor inertias are to be identified.");
     visit("torque_noise", self.torque_noise, "Noise of the torque of each joint; empty: the same for all [N m or N].");
     visit("start", self.start, "Joint values at the start and the end; empty: free [rad or m].");
-    visit("lowest", self.lowest, "Least height of the guarded points above B [m].");
+    visit("lowest", self.lowest, "Minimum height of the guarded points above B [m].");
     visit("points", self.points, "Guarded points in the flange frame, beside its origin, columns [m].");
     visit("keep_out", self.keep_out, "Zones that links and tool stay clear of.");
-    visit("margin", self.margin, "Least clearance from these zones [m].");
+    visit("margin", self.margin, "Minimum clearance from these zones [m].");
     visit("link_radii", self.link_radii,
           "Radius of the capsules about the DH lengths of each link, then of those from the flange to the guarded "
           "points; the last value holds for all further ones [m].");
@@ -127,14 +127,14 @@ struct Excitation {
           "Condition number after the starts and each improvement: the one that the criterion asks for, else that of "
           "columns of unit length [-].");
     visit("position_use", self.position_use, "Part of the range of each joint that the motion covers [-].");
-    visit("speed_use", self.speed_use, "Greatest speed of each joint over its limit [-].");
-    visit("acceleration_use", self.acceleration_use, "Greatest acceleration of each joint over its limit [-].");
-    visit("torque_use", self.torque_use, "Greatest torque of each joint over its limit; empty without limits [-].");
+    visit("speed_use", self.speed_use, "Maximum speed of each joint over its limit [-].");
+    visit("acceleration_use", self.acceleration_use, "Maximum acceleration of each joint over its limit [-].");
+    visit("torque_use", self.torque_use, "Maximum torque of each joint over its limit; empty without limits [-].");
     visit("torque_peak", self.torque_peak,
-          "Greatest torque of each joint by the nominal dynamics; empty where the cell has no masses [N m or N].");
-    visit("lowest", self.lowest, "Least height of the guarded points above B [m].");
+          "Maximum torque of each joint by the nominal dynamics; empty where the cell has no masses [N m or N].");
+    visit("lowest", self.lowest, "Minimum height of the guarded points above B [m].");
     visit("clearance", self.clearance,
-          "Least clearance from the keep-out zones, between the samples too; infinite without zones [m].");
+          "Minimum clearance from the keep-out zones, between the samples too; infinite without zones [m].");
     visit("nearest", self.nearest, "What comes nearest to which zone.");
     visit("slowed_strokes", self.slowed_strokes,
           "Number of strokes that take longer than speeds and accelerations ask for, because of torques.");

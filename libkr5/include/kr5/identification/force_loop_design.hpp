@@ -79,14 +79,14 @@ struct ForceLoopPoint {
   static void each_field(auto& self, auto&& visit) {
     visit("stiffness", self.stiffness, "Stiffness of the contact [N/m].");
     visit("stable", self.stable, "Whether every eigenvalue of the sampled loop lies within the unit circle.");
-    visit("spectral_radius", self.spectral_radius, "Greatest magnitude of an eigenvalue [-].");
+    visit("spectral_radius", self.spectral_radius, "Maximum magnitude of an eigenvalue [-].");
     visit("gain_limit", self.gain_limit, "Gain k_p at which the loop begins to oscillate [m/N].");
     visit("gain_margin", self.gain_margin, "Gain limit over the gain [-].");
     visit("phase_margin", self.phase_margin,
           "Phase left where the open loop has a gain of 1; absent where it never has [rad].");
     visit("final_force", self.final_force, "Force at which the loop rests [N].");
     visit("steady_error", self.steady_error, "Final force less the reference, over the reference [-].");
-    visit("overshoot", self.overshoot, "Greatest force beyond the final one, over the final one [-].");
+    visit("overshoot", self.overshoot, "Maximum force beyond the final one, over the final one [-].");
     visit("peak_time", self.peak_time, "Time of the greatest force after contact [s].");
     visit("settling_time", self.settling_time, "Time after which the force stays within 2 % of the final one [s].");
   }
@@ -105,9 +105,9 @@ struct ForceLoopDesign {
           "Factor C on the reference, eq. 5.17; 1 for corrections of the actual pose [-].");
     visit("uncompensated_error", self.uncompensated_error,
           "Steady error without the compensator over the reference, eq. 5.16 [-].");
-    visit("contact_speed", self.contact_speed, "Fastest that contact may be made at [m/s].");
+    visit("contact_speed", self.contact_speed, "Maximum speed at which contact may be made [m/s].");
     visit("recommended_gain", self.recommended_gain,
-          "Greatest gain that keeps to overshoot and gain margin at every stiffness; 0: none does [m/N].");
+          "Maximum gain that keeps to overshoot and gain margin at every stiffness; 0: none does [m/N].");
     visit("nominal", self.nominal, "Loop at the stiffness of the plant.");
     visit("range", self.range, "Loop over the range of stiffness.");
   }

@@ -89,7 +89,7 @@ struct SensorParameter {
     visit("unit", self.unit, "Unit.");
     visit("value", self.value, "Estimate, in the unit.");
     visit("std", self.std, "Standard deviation, in the unit.");
-    visit("told", self.told, "Whether the readings tell it from the others.");
+    visit("told", self.told, "Whether the readings distinguish it from the others.");
   }
 };
 
@@ -122,8 +122,8 @@ struct ForceTorqueResult {
     visit("torque_noise", self.torque_noise, "Standard deviation of the torque residuals [N m].");
     visit("outliers", self.outliers, "Readings that contradict the others and are left out, counted from 0.");
     visit("predicted", self.predicted, "Fitted reading, N x 6 [N, N m].");
-    visit("warnings", self.warnings, "What speaks against the model.");
-    visit("fit", self.fit, "How the estimation ended.");
+    visit("warnings", self.warnings, "Evidence against the model.");
+    visit("fit", self.fit, "Report of the estimation.");
   }
 };
 

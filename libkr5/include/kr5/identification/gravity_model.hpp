@@ -53,7 +53,7 @@ struct GravityOptions {
           "Speed below which a joint counts as standing: its friction has no known direction [rad/s or m/s].");
     visit("greatest_speed", self.greatest_speed,
           "Speed of any joint above which a sample is left out: inertia is not part of the model [rad/s or m/s].");
-    visit("held_out", self.held_out, "Last part of the samples of each joint that judges the fit of the others [-].");
+    visit("held_out", self.held_out, "Last part of the samples of each joint, held out for validation [-].");
     visit("viscous", self.viscous, "Whether friction grows with the speed, for joints that moved at several speeds.");
     visit("offset", self.offset, "Whether the torque of each joint has an offset.");
   }
@@ -66,10 +66,9 @@ struct GravityPrediction {
 
   static void each_field(auto& self, auto&& visit) {
     visit("tau", self.tau, "Torques that hold the posture [N m or N].");
-    visit(
-        "sigma", self.sigma,
-        "Their standard deviations by the covariance of the model; infinite where the motion that was identified from "
-        "does not tell the torque [N m or N].");
+    visit("sigma", self.sigma,
+          "Their standard deviations by the covariance of the model; infinite where the motion of the identification "
+          "does not determine the torque [N m or N].");
   }
 };
 
@@ -93,12 +92,12 @@ struct GravityModel {
   static void each_field(auto& self, auto&& visit) {
     visit("chain", self.chain, "Arm.");
     visit("gravity", self.gravity, "Gravity in B [m/s^2].");
-    visit("names", self.names, "Combinations of mass moments that torques tell: m3 c3x + 0.12 m4.");
+    visit("names", self.names, "Combinations of mass moments that torques determine: m3 c3x + 0.12 m4.");
     visit("parameters", self.parameters, "Their values [kg m or kg].");
     visit("covariance", self.covariance, "Covariance of the parameters.");
     visit("grouping", self.grouping,
           "The parameters as combinations of m, m cx, m cy, m cz of link 1, then of link 2, and so on.");
-    visit("untold", self.untold, "Directions (columns) of the parameters that the motion does not tell.");
+    visit("untold", self.untold, "Directions (columns) of the parameters that the motion does not determine.");
   }
 };
 
@@ -124,7 +123,7 @@ struct GravityResult {
     visit("held_out_rms", self.held_out_rms,
           "RMS error of each joint on the samples held out, by a fit of the others [N m or N].");
     visit("torque_rms", self.torque_rms, "RMS torque of each joint on the samples held out [N m or N].");
-    visit("notes", self.notes, "What the motion does not tell.");
+    visit("notes", self.notes, "Quantities that the motion does not determine.");
     visit("fit", self.fit, "Status of the estimation; look at fit.usable first.");
   }
 };

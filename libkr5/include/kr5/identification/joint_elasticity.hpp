@@ -49,12 +49,13 @@ struct ElasticityOptions {
     visit("torque_noise", self.torque_noise,
           "Standard deviation of the torques, one for all joints or one each, which would make the joints look too "
           "stiff; empty: they are exact [N m or N].");
-    visit("play", self.play, "Whether a play is looked for, and kept when the readings show it.");
-    visit("play_false_alarm", self.play_false_alarm, "Probability that a play is reported where there is none [-].");
+    visit("play", self.play, "Whether free play is searched for, and kept when the readings show it.");
+    visit("play_false_alarm", self.play_false_alarm, "Probability that free play is reported where there is none [-].");
     visit("side_torque", self.side_torque,
           "Torque below which a joint may lie anywhere in its play; such readings are left out where one is looked "
           "for, as are those below four standard deviations of the torque [N m or N].");
-    visit("significance", self.significance, "Probability that a compliance is reported of a joint that has none [-].");
+    visit("significance", self.significance,
+          "Probability that a compliance is reported for a joint that has none [-].");
   }
 };
 
@@ -80,9 +81,9 @@ struct JointSpring {
 
   static void each_field(auto& self, auto&& visit) {
     visit("joint", self.joint, "Joint, from 1.");
-    visit("told", self.told, "Whether the readings tell the stiffness.");
-    visit("stiffness", self.stiffness, "Stiffness; infinite unless told [N m/rad or N/m].");
-    visit("stiffness_low", self.stiffness_low, "Lower end of its 95 % interval; also where it is not told.");
+    visit("told", self.told, "Whether the readings determine the stiffness.");
+    visit("stiffness", self.stiffness, "Stiffness; infinite unless determined [N m/rad or N/m].");
+    visit("stiffness_low", self.stiffness_low, "Lower end of its 95 % interval; also where it is not determined.");
     visit("stiffness_high", self.stiffness_high, "Upper end of its 95 % interval; infinite for a rigid one.");
     visit("compliance", self.compliance, "Inverse of the stiffness [rad/(N m) or m/N].");
     visit("compliance_std", self.compliance_std, "Standard deviation of the compliance [rad/(N m) or m/N].");
@@ -93,9 +94,9 @@ struct JointSpring {
     visit("covariance", self.covariance, "Covariance of offset, compliance and, where there is one, gap.");
     visit("noise", self.noise, "Standard deviation of motor minus link angle about the law [rad or m].");
     visit("torque_spread", self.torque_spread,
-          "Standard deviation of the torques that tells the compliance, noise taken away [N m or N].");
+          "Standard deviation of the torques, without noise, from which the compliance follows [N m or N].");
     visit("attenuation", self.attenuation,
-          "Compliance that least squares would find over the true one, because of the torque noise [-].");
+          "Ratio of the compliance by least squares to the true one, because of the torque noise [-].");
     visit("readings", self.readings, "Number of readings that were used.");
     visit("message", self.message, "Explanation.");
   }
@@ -107,7 +108,7 @@ struct ElasticityResult {
 
   static void each_field(auto& self, auto&& visit) {
     visit("joints", self.joints, "Spring of each joint.");
-    visit("fit", self.fit, "Status of the estimation: usable when the stiffness of a joint is told.");
+    visit("fit", self.fit, "Status of the estimation: usable when the stiffness of a joint is determined.");
   }
 };
 

@@ -61,8 +61,9 @@ struct ConditioningOptions {
           "Half-power frequency of the low-pass of positions and torques, run forward and backward; 0: five times the "
           "frequency below which 99 % of the power of the speeds lies [Hz].");
     visit("filter_order", self.filter_order, "Order of the Butterworth low-pass of one pass.");
-    visit("decimation", self.decimation,
-          "Rows of the log of which one is kept; 0: as many as leave four samples a period of the cut-off.");
+    visit(
+        "decimation", self.decimation,
+        "Number of rows of the log of which one is kept; 0: as many as leave four samples per period of the cut-off.");
     visit("edge", self.edge, "Periods of the cut-off left out at both ends of each run [-].");
     visit("speeds", self.speeds,
           "Source of the speeds: positions (central differences of the smoothed positions) | logged.");
@@ -77,11 +78,12 @@ struct ConditioningOptions {
           "rows are not decimated unless asked for.");
     visit("leave_out_faulty", self.leave_out_faulty,
           "Spans of missing, saturated or frozen values, and of brakes, are left out instead of refused.");
-    visit("accept", self.accept, "Kinds of findings, with commas, that are no reason to refuse the log.");
+    visit("accept", self.accept, "Kinds of findings, separated by commas, for which the log is not refused.");
     visit("lower", self.lower, "Lower joint limits; empty: a full turn, slides unlimited [rad or m].");
     visit("upper", self.upper, "Upper joint limits; empty: a full turn, slides unlimited [rad or m].");
     visit("expected_torque", self.expected_torque,
-          "RMS torque of each joint by a believed model, to tell currents from torques; empty: unknown [N m or N].");
+          "RMS torque of each joint by an assumed model, to distinguish currents from torques; empty: unknown [N m or "
+          "N].");
     visit("slides", self.slides, "Prismatic joints, from 1.");
   }
 };

@@ -18,7 +18,7 @@ struct PayloadOptions {
     visit("refit_friction", self.refit_friction, "Coulomb and viscous friction of each joint estimated anew.");
     visit("huber", self.huber, "Limit of the Huber loss [standard deviations].");
     visit("least_speed", self.least_speed,
-          "Part of the RMS speed of a joint below which its torques are left out of the fit [-].");
+          "Fraction of the RMS speed of a joint below which its torques are left out of the fit [-].");
   }
 };
 
@@ -35,7 +35,7 @@ struct PayloadResult {
   TorqueError without;    ///< The same motion without it.
 
   static void each_field(auto& self, auto&& visit) {
-    visit("fit", self.fit, "How the estimation ended.");
+    visit("fit", self.fit, "Report of the estimation.");
     visit("body", self.body, "Payload in the frame of the last link.");
     visit("moments", self.moments, "m, m cx, m cy, m cz, Ixx Ixy Ixz Iyy Iyz Izz about the flange's origin [SI].");
     visit("covariance", self.covariance, "Covariance of the moments [SI].");

@@ -60,7 +60,7 @@ struct ServoOptions {
     visit("command", self.command, "Command between two samples: held (as over a cycle) | smooth (cubic spline).");
     visit("fit_gain", self.fit_gain, "Estimate the gain k; otherwise it is 1.");
     visit("fit_offset", self.fit_offset, "Estimate a constant offset of the response; otherwise it is 0.");
-    visit("greatest_delay", self.greatest_delay, "Greatest delay that is searched [s].");
+    visit("greatest_delay", self.greatest_delay, "Maximum delay that is searched [s].");
     visit("accepted_std", self.accepted_std,
           "Relative standard deviation of the natural frequency above which a response is refused [-].");
   }
@@ -82,7 +82,7 @@ struct OvershootReading {
 
   static void each_field(auto& self, auto&& visit) {
     visit("step", self.step, "Size of the step [m or rad].");
-    visit("overshoot", self.overshoot, "Greatest response beyond the end value [m or rad].");
+    visit("overshoot", self.overshoot, "Maximum response beyond the end value [m or rad].");
     visit("period", self.period, "Twice the time from the delayed command to the peak [s].");
     visit("second_overshoot", self.second_overshoot,
           "Overshoot that the fitted servo would show one period later [m or rad].");
@@ -116,11 +116,12 @@ struct ServoResult {
     visit("correlation", self.correlation,
           "Variance of a mean of residuals over that of residuals without correlation [-].");
     visit("cycle", self.cycle, "Time between two samples, median [s].");
-    visit("greatest_speed", self.greatest_speed, "Greatest speed of the fitted response [m/s or rad/s].");
+    visit("greatest_speed", self.greatest_speed, "Maximum speed of the fitted response [m/s or rad/s].");
     visit("overshoot", self.overshoot, "Formula of the overshoot on the largest step; absent where none is seen.");
     visit("predicted", self.predicted, "Fitted response at each sample [m or rad].");
-    visit("warnings", self.warnings, "What the response cannot tell, and what speaks against the model.");
-    visit("fit", self.fit, "How the estimation ended.");
+    visit("warnings", self.warnings,
+          "Quantities that the response does not determine, and evidence against the model.");
+    visit("fit", self.fit, "Report of the estimation.");
   }
 };
 

@@ -79,13 +79,13 @@ struct InverseOptions {
   void validate(int joints) const;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("lower", self.lower, "Least joint values; empty: no limits [rad or m].");
-    visit("upper", self.upper, "Greatest joint values; empty: no limits [rad or m].");
+    visit("lower", self.lower, "Lower joint limits; empty: no limits [rad or m].");
+    visit("upper", self.upper, "Upper joint limits; empty: no limits [rad or m].");
     visit("near", self.near, "Start, and preferred joint values among full turns; empty: zeros [rad or m].");
     visit("singular_within", self.singular_within, "Relative distance at which a posture counts as singular [-].");
     visit("position_tolerance", self.position_tolerance, "Position tolerance of the iterative solver [m].");
     visit("rotation_tolerance", self.rotation_tolerance, "Rotation tolerance of the iterative solver [rad].");
-    visit("iterations", self.iterations, "Greatest number of iterations from one start.");
+    visit("iterations", self.iterations, "Maximum number of iterations from one start.");
     visit("starts", self.starts, "Number of starts: `near`, then random postures within the limits.");
     visit("seed", self.seed, "Random seed of those postures.");
   }

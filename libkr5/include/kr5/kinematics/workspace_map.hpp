@@ -48,11 +48,11 @@ struct WorkspaceMap {
 
   static void each_field(auto& self, auto&& visit) {
     visit("reach", self.reach,
-          "Greatest distance of the point from the axis of the first joint, within the limits [m].");
+          "Maximum distance of the point from the axis of the first joint, within the limits [m].");
     visit("q_reach", self.q_reach, "Joint values of that posture [rad or m].");
-    visit("inner", self.inner, "Least distance from that axis [m].");
-    visit("lowest", self.lowest, "Least height of the point along that axis, from the base [m].");
-    visit("highest", self.highest, "Greatest height [m].");
+    visit("inner", self.inner, "Minimum distance from that axis [m].");
+    visit("lowest", self.lowest, "Minimum height of the point along that axis, from the base [m].");
+    visit("highest", self.highest, "Maximum height [m].");
     visit("length", self.length, "Length by which linear rows of the Jacobian were divided [m].");
     visit("radius", self.radius, "Radii of the middles of the cells [m].");
     visit("height", self.height, "Heights of the middles of the cells [m].");
@@ -60,7 +60,7 @@ struct WorkspaceMap {
     visit("dexterity", self.dexterity,
           "Manipulability of the point, sqrt(det(J J^T)) of the linear rows (Yoshikawa), greatest in the cell.");
     visit("volume", self.volume, "Manipulability of all rows, linear ones over `length`, greatest in the cell [-].");
-    visit("least", self.least, "Least singular value of the same Jacobian, greatest in the cell [-].");
+    visit("least", self.least, "Minimum singular value of the same Jacobian, greatest in the cell [-].");
     visit("condition", self.condition, "Condition number of the same Jacobian, least in the cell [-].");
   }
 };

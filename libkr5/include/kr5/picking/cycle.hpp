@@ -55,7 +55,7 @@ struct CycleOptions {
     visit("shake_below", self.shake_below,
           "Share of the cylinders found that must have been picked in a cycle; below it the bin is shaken [-].");
     visit("max_failed_in_row", self.max_failed_in_row,
-          "Number of failures in a row after which the scan is no longer believed.");
+          "Number of failures in a row after which the scan is no longer trusted.");
     visit("max_idle_cycles", self.max_idle_cycles,
           "Number of cycles in a row without a pick after which a person is asked.");
   }

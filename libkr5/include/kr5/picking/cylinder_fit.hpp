@@ -31,7 +31,7 @@ struct CylinderFitOptions {
     visit("noise", self.noise, "Standard deviation of a point; 0: from the residuals [m].");
     visit("outlier_limit", self.outlier_limit,
           "Residual beyond which a point is left out, in standard deviations [-].");
-    visit("max_rounds", self.max_rounds, "Greatest number of fits, each without the outliers of the one before.");
+    visit("max_rounds", self.max_rounds, "Maximum number of fits, each without the outliers of the one before.");
     visit("accepted_std", self.accepted_std,
           "Standard deviation of a radius that is not known, relative to it, above which points are refused [-].");
   }
@@ -64,7 +64,7 @@ struct CylinderFit {
     visit("noise", self.noise, "Standard deviation of the distances to the surface [m].");
     visit("points", self.points, "Number of points used.");
     visit("outliers", self.outliers, "Number of points left out.");
-    visit("fit", self.fit, "How the estimation ended.");
+    visit("fit", self.fit, "Report of the estimation.");
   }
 };
 

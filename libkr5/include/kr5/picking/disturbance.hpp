@@ -32,7 +32,7 @@ struct ImageNoiseOptions {
     visit("average", self.average,
           "Half side of the square over which an image is averaged: 1 is 3 x 3 pixels, 0 none [px].");
     visit("least_spread", self.least_spread,
-          "Least standard deviation of an averaged pixel; the rounding of a grey level has 0.29 [grey].");
+          "Minimum standard deviation of an averaged pixel; the rounding of a grey level has 0.29 [grey].");
     visit("moved_share", self.moved_share,
           "Share of the pixels that may lie far off before an image counts as one in which something moved [-].");
   }
@@ -55,7 +55,7 @@ struct ImageNoise {
     visit("average", self.average, "Half side of the square over which images are averaged [px].");
     visit("images", self.images, "Number of images used.");
     visit("left_out", self.left_out, "Number of images left out, for something moved in them.");
-    visit("fit", self.fit, "How the estimation ended.");
+    visit("fit", self.fit, "Report of the estimation.");
   }
 };
 
@@ -80,11 +80,11 @@ struct ChangeOptions {
   static void each_field(auto& self, auto&& visit) {
     visit("false_alarms", self.false_alarms,
           "Number of pixels of a scene at rest that may be taken for changed, per image, in the mean [-].");
-    visit("min_region", self.min_region, "Least size of a connected region that counts as a change [px].");
+    visit("min_region", self.min_region, "Minimum size of a connected region that counts as a change [px].");
     visit("max_light_change", self.max_light_change,
-          "Greatest change of the light between the images, relative, that is taken out [-].");
+          "Maximum change of the light between the images, relative, that is taken out [-].");
     visit("max_saturated", self.max_saturated,
-          "Greatest share of pixels at the end of the grey scale, which show no change [-].");
+          "Maximum share of pixels at the end of the grey scale, which show no change [-].");
     visit("max_moved_tiles", self.max_moved_tiles,
           "Share of the parts of the image with structure above which all has changed: the camera has moved [-].");
   }

@@ -37,14 +37,14 @@ struct GraspOptions {
     visit("cup_radius", self.cup_radius, "Radius of the suction cup [m].");
     visit("gripper", self.gripper,
           "Lengths of the gripper above the cup; the last is followed as far as above the rim.");
-    visit("clearance", self.clearance, "Least distance of the gripper from the walls and the floor [m].");
-    visit("neighbour_clearance", self.neighbour_clearance, "Least distance of the gripper from other points [m].");
-    visit("min_exposed", self.min_exposed, "Least visible share of a cylinder to be picked [-].");
-    visit("min_sealed", self.min_sealed, "Least measured share of the surface under the cup [-].");
-    visit("max_lean", self.max_lean, "Greatest angle of the gripper from the vertical of the bin [rad].");
-    visit("max_tilt", self.max_tilt, "Greatest angle of the gripper from the normal under the cup [rad].");
+    visit("clearance", self.clearance, "Minimum distance of the gripper from the walls and the floor [m].");
+    visit("neighbour_clearance", self.neighbour_clearance, "Minimum distance of the gripper from other points [m].");
+    visit("min_exposed", self.min_exposed, "Minimum visible share of a cylinder to be picked [-].");
+    visit("min_sealed", self.min_sealed, "Minimum measured share of the surface under the cup [-].");
+    visit("max_lean", self.max_lean, "Maximum angle of the gripper from the vertical of the bin [rad].");
+    visit("max_tilt", self.max_tilt, "Maximum angle of the gripper from the normal under the cup [rad].");
     visit("max_position_std", self.max_position_std,
-          "Greatest standard deviation of the centre across the approach of a cylinder to be picked [m].");
+          "Maximum standard deviation of the centre across the approach of a cylinder to be picked [m].");
   }
 };
 

@@ -57,15 +57,15 @@ struct PatchOptions {
   static void each_field(auto& self, auto&& visit) {
     visit("spacing", self.spacing, "Distance of the points of the uniform sample [m].");
     visit("normal_radius", self.normal_radius, "Radius of the neighbourhood of a normal [m].");
-    visit("smoothness", self.smoothness, "Greatest angle between the normals of neighbours in a patch [rad].");
+    visit("smoothness", self.smoothness, "Maximum angle between the normals of neighbours in a patch [rad].");
     visit("max_curvature", self.max_curvature,
-          "Greatest ratio of the smallest eigenvalue of a neighbourhood to their sum from which a patch grows on [-].");
+          "Maximum ratio of the smallest eigenvalue of a neighbourhood to their sum from which a patch grows on [-].");
     visit("flat_limit", self.flat_limit,
           "Second over first eigenvalue of the scatter of the normals below which a patch is flat [-].");
     visit("max_area", self.max_area,
           "Area above which a patch may be more than one surface, and is also grown with half the angle and half the "
           "curvature [m^2].");
-    visit("min_points", self.min_points, "Least number of points of a patch.");
+    visit("min_points", self.min_points, "Minimum number of points of a patch.");
   }
 };
 

@@ -28,15 +28,15 @@ struct PclCylinderOptions {
   void validate() const;
 
   static void each_field(auto& self, auto&& visit) {
-    visit("min_radius", self.min_radius, "Least radius [m].");
-    visit("max_radius", self.max_radius, "Greatest radius [m].");
+    visit("min_radius", self.min_radius, "Minimum radius [m].");
+    visit("max_radius", self.max_radius, "Maximum radius [m].");
     visit("threshold", self.threshold,
-          "Greatest sum of the distance [m] and the angle of the normal [rad], weighted, of an inlier.");
+          "Maximum sum of the distance [m] and the angle of the normal [rad], weighted, of an inlier.");
     visit("normal_weight", self.normal_weight, "Weight of the angle in that sum; the distance has the rest of 1 [-].");
-    visit("iterations", self.iterations, "Greatest number of draws for a cylinder.");
+    visit("iterations", self.iterations, "Maximum number of draws for a cylinder.");
     visit("neighbours", self.neighbours, "Number of neighbours from which a normal is estimated.");
     visit("voxel", self.voxel, "Side of the cubes whose points are replaced by their mean, in a pile [m].");
-    visit("min_points", self.min_points, "Least number of points of a cylinder, in a pile.");
+    visit("min_points", self.min_points, "Minimum number of points of a cylinder, in a pile.");
   }
 };
 

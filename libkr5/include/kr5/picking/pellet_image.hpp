@@ -39,17 +39,17 @@ struct PelletImageOptions {
     visit("edge_spacing", self.edge_spacing, "Distance of the places along the outline where edges are searched [px].");
     visit("search_sigmas", self.search_sigmas,
           "Half width of the search, in standard deviations of the prediction [-].");
-    visit("max_search", self.max_search, "Greatest half width of the search [px].");
-    visit("min_edge", self.min_edge, "Least slope of an edge, in standard deviations of the noise of a slope [-].");
+    visit("max_search", self.max_search, "Maximum half width of the search [px].");
+    visit("min_edge", self.min_edge, "Minimum slope of an edge, in standard deviations of the noise of a slope [-].");
     visit("edge_sigma", self.edge_sigma,
           "Standard deviation of a single edge beside what the noise of the image makes: unevenness, shading [px].");
     visit("edge_bias", self.edge_bias,
           "Standard deviation of the displacement that all edges of one line or arc share: shading, chamfers, focus "
           "[px].");
     visit("min_supported", self.min_supported,
-          "Least share of the predicted edges that must be found, of all and of those of the ends [-].");
+          "Minimum share of the predicted edges that must be found, of all and of those of the ends [-].");
     visit("clearly_better", self.clearly_better,
-          "Support of the second best place, relative to the best, from which on the two cannot be told apart [-].");
+          "Support of the second best place, relative to the best, from which on the two are indistinguishable [-].");
     visit("confidence", self.confidence,
           "Probability that a right result passes the check of image against cloud [-].");
   }
@@ -91,7 +91,7 @@ struct PelletRefinement {
     visit("rms_px", self.rms_px, "RMS distance of the edges from the outline [px].");
     visit("second_best", self.second_best,
           "Support of the second best place, relative to the best, where the two differ [-].");
-    visit("fit", self.fit, "How the estimation ended.");
+    visit("fit", self.fit, "Report of the estimation.");
   }
 };
 

@@ -36,13 +36,13 @@ struct PelletOptions {
 
   static void each_field(auto& self, auto&& visit) {
     visit("radius", self.radius, "Radius of the cylinders [m].");
-    visit("radius_tolerance", self.radius_tolerance, "Greatest deviation of a radius from it [m].");
-    visit("min_height", self.min_height, "Least height of a cylinder [m].");
-    visit("max_height", self.max_height, "Greatest height of a cylinder [m].");
+    visit("radius_tolerance", self.radius_tolerance, "Maximum deviation of a radius from it [m].");
+    visit("min_height", self.min_height, "Minimum height of a cylinder [m].");
+    visit("max_height", self.max_height, "Maximum height of a cylinder [m].");
     visit("noise", self.noise, "Standard deviation of a point; 0: from the cloud [m].");
-    visit("min_exposed", self.min_exposed, "Least visible share of a cylinder that is listed [-].");
+    visit("min_exposed", self.min_exposed, "Minimum visible share of a cylinder that is listed [-].");
     visit("max_crossed", self.max_crossed,
-          "Greatest share of the rays that meet a cylinder which may pass through it [-].");
+          "Maximum share of the rays that meet a cylinder which may pass through it [-].");
     visit("accepted_position_std", self.accepted_position_std,
           "Standard deviation of the centre, in its worst direction, above which a cylinder is not listed [m].");
     visit("accepted_axis_std", self.accepted_axis_std,

@@ -79,8 +79,8 @@ struct StackOptions {
     visit("rows", self.rows, "Number of rows, along Y of the tray.");
     visit("columns", self.columns, "Number of columns, along X of the tray.");
     visit("layers", self.layers, "Number of layers.");
-    visit("radius", self.radius, "Greatest radius of the cylinders [m].");
-    visit("height", self.height, "Greatest height of the cylinders [m].");
+    visit("radius", self.radius, "Maximum radius of the cylinders [m].");
+    visit("height", self.height, "Maximum height of the cylinders [m].");
     visit("clearance", self.clearance, "Gap between neighbours of that size [m].");
     visit("order", self.order, "Order within a layer.");
   }
@@ -117,7 +117,7 @@ struct PlaceOptions {
   static void each_field(auto& self, auto&& visit) {
     visit("release_gap", self.release_gap, "Height above the seat at which the cylinder is let go [m].");
     visit("retreat", self.retreat, "Distance above the seat from which the tool comes and to which it leaves [m].");
-    visit("max_tilt", self.max_tilt, "Greatest angle of the tool from straight down [rad].");
+    visit("max_tilt", self.max_tilt, "Maximum angle of the tool from straight down [rad].");
   }
 };
 

@@ -32,7 +32,7 @@ struct SobolOptions {
           "often.");
     visit("max_samples", self.max_samples,
           "Rows up to which they are doubled until every interval is narrower than `tolerance`; 0: they are not.");
-    visit("tolerance", self.tolerance, "Half the width of an interval that suffices [-].");
+    visit("tolerance", self.tolerance, "Half width of an interval that suffices [-].");
     visit("replicates", self.replicates,
           "Independent randomisations of the sequence, a power of two, from whose scatter the intervals come.");
     visit("resamples", self.resamples, "Bootstrap samples behind the intervals.");

@@ -69,8 +69,8 @@ struct OneAtATime {
     visit("centre", self.centre, "Outputs with every input at its median.");
     visit("minus", self.minus, "Change of the outputs with an input one standard deviation lower, inputs x outputs.");
     visit("plus", self.plus, "The same one standard deviation higher.");
-    visit("lowest", self.lowest, "Least change of the outputs over the range of an input, inputs x outputs.");
-    visit("highest", self.highest, "Greatest change over that range.");
+    visit("lowest", self.lowest, "Minimum change of the outputs over the range of an input, inputs x outputs.");
+    visit("highest", self.highest, "Maximum change over that range.");
   }
 };
 

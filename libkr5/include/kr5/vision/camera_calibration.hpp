@@ -45,7 +45,7 @@ struct CameraOptions {
     visit("folds", self.folds,
           "Number of cross-validation folds by which models are compared; 0: the given lens is fitted and nothing "
           "compared.");
-    visit("max_iterations", self.max_iterations, "Greatest number of steps of each refinement.");
+    visit("max_iterations", self.max_iterations, "Maximum number of steps of each refinement.");
   }
 };
 

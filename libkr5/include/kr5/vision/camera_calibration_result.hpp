@@ -91,7 +91,7 @@ struct CameraCoverage {
     visit("cells_hit", self.cells_hit, "Share of the cells with a point [-].");
     visit("largest_gap", self.largest_gap, "Share of the image in the largest rectangle without a point [-].");
     visit("gap_region", self.gap_region, "Largest rectangle without a point: left, top, right, bottom [px].");
-    visit("tilt_min", self.tilt_min, "Least tilt of the target relative to the image [rad].");
+    visit("tilt_min", self.tilt_min, "Minimum tilt of the target relative to the image [rad].");
     visit("tilt_max", self.tilt_max, "Largest tilt of the target relative to the image [rad].");
     visit("distance_ratio", self.distance_ratio, "Distance of the farthest over that of the nearest target [-].");
   }

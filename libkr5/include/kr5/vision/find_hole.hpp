@@ -41,7 +41,7 @@ struct HoleOptions {
   static void each_field(auto& self, auto&& visit) {
     visit("radius", self.radius, "Radius of the bore; must be given [m].");
     visit("radius_tolerance", self.radius_tolerance,
-          "Greatest difference of the measured radius from the given one [m].");
+          "Maximum difference of the measured radius from the given one [m].");
     visit("search", self.search,
           "Half side of the square about the origin of the plane in which the centre may lie; 0: the whole visible "
           "part of the plane [m].");
@@ -50,8 +50,8 @@ struct HoleOptions {
     visit("accumulator_pixel", self.accumulator_pixel, "Side of a cell of the Hough accumulator, OpenCV's dp [px].");
     visit("edge_threshold", self.edge_threshold, "Upper threshold of Canny's edges, OpenCV's param1 [grey].");
     visit("accumulator_votes", self.accumulator_votes, "Number of votes that a centre needs, OpenCV's param2 [-].");
-    visit("min_contrast", self.min_contrast, "Least contrast of the edge of the mouth, dark inside [grey].");
-    visit("min_seen", self.min_seen, "Least visible fraction of the edge of the mouth [-].");
+    visit("min_contrast", self.min_contrast, "Minimum contrast of the edge of the mouth, dark inside [grey].");
+    visit("min_seen", self.min_seen, "Minimum visible fraction of the edge of the mouth [-].");
     visit("sigma_height", self.sigma_height,
           "Standard deviation of the position of the plane along its normal; inflates the covariance [m].");
   }

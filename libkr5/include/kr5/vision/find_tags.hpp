@@ -44,7 +44,7 @@ struct TagOptions {
     visit("threads", self.threads, "Number of threads of the search [-].");
     visit("max_hamming", self.max_hamming, "Number of wrong bits of an AprilTag that are corrected, 0 to 2 [-].");
     visit("min_margin", self.min_margin,
-          "Least decision margin of the bits of an AprilTag; markers below it are dropped [grey].");
+          "Minimum decision margin of the bits of an AprilTag; markers below it are dropped [grey].");
     visit("refine", self.refine, "Refinement of the corners: model | none.");
   }
 };

@@ -39,7 +39,7 @@ struct MarkerMapOptions {
     visit("size", self.size, "Side of the markers' squares [m].");
     visit("reference", self.reference, "Id of the marker whose frame is that of the map; -1: the lowest id.");
     visit("sigma_pixel", self.sigma_pixel, "Standard deviation of a corner per axis; 0: estimated from the data [px].");
-    visit("max_iterations", self.max_iterations, "Greatest number of steps of the refinement.");
+    visit("max_iterations", self.max_iterations, "Maximum number of steps of the refinement.");
   }
 };
 

@@ -31,7 +31,7 @@ struct TargetPoseOptions {
           "inflates the covariance and reduces the odds of the poses, at least 1 [-].");
     visit("ambiguous_from", self.ambiguous_from,
           "Probability of the second pose above which a view counts as ambiguous [-].");
-    visit("max_iterations", self.max_iterations, "Greatest number of steps of the refinement.");
+    visit("max_iterations", self.max_iterations, "Maximum number of steps of the refinement.");
     visit("huber", self.huber,
           "Huber threshold in robust standard deviations, beyond which a point counts less; 0: off [-].");
   }

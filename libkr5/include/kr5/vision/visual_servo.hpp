@@ -79,15 +79,15 @@ struct VisualServoOptions {
           "Slope by which the gain falls with the largest error of a feature, which is in m, rad, or x/z of the image "
           "[1/s].");
     visit("max_speed", self.max_speed,
-          "Greatest speed of the camera; the whole twist is scaled, so that the path stays [m/s].");
+          "Maximum speed of the camera; the whole twist is scaled, so that the path stays [m/s].");
     visit("max_turn_rate", self.max_turn_rate,
-          "Greatest angular speed of the camera; the whole twist is scaled [rad/s].");
+          "Maximum angular speed of the camera; the whole twist is scaled [rad/s].");
     visit("tolerance_position", self.tolerance_position,
           "Distance of the camera from its goal at which it has arrived [m].");
     visit("tolerance_angle", self.tolerance_angle, "Angle of the camera to its goal at which it has arrived [rad].");
     visit("settle", self.settle, "Number of consecutive observations over which arrival is judged, at least 2.");
-    visit("max_distance", self.max_distance, "Greatest distance from the goal at the first observation [m].");
-    visit("max_angle", self.max_angle, "Greatest angle to the goal at the first observation [rad].");
+    visit("max_distance", self.max_distance, "Maximum distance from the goal at the first observation [m].");
+    visit("max_angle", self.max_angle, "Maximum angle to the goal at the first observation [rad].");
     visit("lost_after", self.lost_after,
           "Time without an observation, during which the camera stands, after which the target is lost [s].");
     visit("stalled_after", self.stalled_after,

@@ -140,12 +140,12 @@ void pair_by_number(const std::string& source, std::vector<fs::path>& images, st
     if (!image_of.contains(number)) lonely_poses.push_back(file);
   if (!lonely_images.empty())
     throw IoError(source + ": poses: " + std::to_string(lonely_images.size()) +
-                  " image(s) without a pose of the same number: " + names(lonely_images) +
-                  "; add the pose, remove the image, or set 'pairing: order'");
+                  (lonely_images.size() == 1 ? " image" : " images") + " without a pose of the same number: " +
+                  names(lonely_images) + "; add the pose, remove the image, or set 'pairing: order'");
   if (!lonely_poses.empty())
     throw IoError(source + ": images: " + std::to_string(lonely_poses.size()) +
-                  " pose(s) without an image of the same number: " + names(lonely_poses) +
-                  "; add the image, remove the pose, or set 'pairing: order'");
+                  (lonely_poses.size() == 1 ? " pose" : " poses") + " without an image of the same number: " +
+                  names(lonely_poses) + "; add the image, remove the pose, or set 'pairing: order'");
   images.clear(), poses.clear();
   for (const auto& [number, file] : image_of) images.push_back(file);
   for (const auto& [number, file] : pose_of) poses.push_back(file);

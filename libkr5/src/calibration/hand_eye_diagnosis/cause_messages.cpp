@@ -13,7 +13,10 @@ std::string number(double value, int digits = 3) {
   std::snprintf(text, sizeof text, "%.*g", digits, value);
   return text;
 }
-std::string mm(double metres) { return number(1e3 * metres) + " mm"; }
+std::string mm(double metres, int digits = 3) {
+  constexpr double least = 1e-6;  // less is of no use to anybody [m]
+  return metres < least ? "less than 0.001 mm" : number(1e3 * metres, digits) + " mm";
+}
 std::string degrees(double radians) { return number(radians * 180 / std::numbers::pi) + " deg"; }
 
 std::string list(const Case& c, const std::vector<int>& views) {
@@ -41,7 +44,7 @@ void describe_format(const Case& c, const SetupHypothesis& h, NamedCause& n) {
     case HandEyeCause::PosesInverted:
       return say(n,
                  c.pairs ? "The robot poses or the camera's poses are the inverse of what is stated, or the mount is "
-                           "wrong; no data can tell which."
+                           "wrong; the data cannot show which."
                          : "The robot poses are the inverse of what the convention states, or the mount is wrong (eye "
                            "in hand and eye to hand exchanged).",
                  convention + " Or change the mount.");
@@ -72,6 +75,19 @@ void describe_camera(const Case& c, const SetupHypothesis& h, NamedCause& n) {
           " explains them better.",
       "Calibrate the camera again at this focus, zoom and resolution, or omit the camera file: the camera is then "
       "calibrated from these images.");
+}
+
+void describe_outliers(const Case& c, const SetupHypothesis& h, NamedCause& n) {
+  const std::string what = c.pairs ? "pair" : "view",
+                    others = std::to_string(c.recording.views.size() - h.views.size()) + " " + what + "s";
+  if (h.views.size() == 1)
+    return say(n, list(c, h.views) + " contradicts the other " + others + ".",
+               c.pairs ? "Check this pair of poses; leave it out or record it again."
+                       : "Check this image and its pose; leave it out or record it again.");
+  say(n,
+      std::to_string(h.views.size()) + " " + what + "s contradict the other " + others + ": " + list(c, h.views) + ".",
+      c.pairs ? "Check these pairs of poses; leave them out or record them again."
+              : "Check these images and poses; leave them out or record them again.");
 }
 
 void describe_setup(const Case& c, const SetupHypothesis& h, NamedCause& n) {
@@ -124,8 +140,7 @@ void describe_setup(const Case& c, const SetupHypothesis& h, NamedCause& n) {
                  "Let the arm stand still for each image, or correct the clocks by this time.");
     default:
       n.unit = "views";
-      return say(n, number(h.value) + " view(s) contradict the others: " + list(c, h.views) + ".",
-                 "Check these images and poses; leave them out or record them again.");
+      return describe_outliers(c, h, n);
   }
 }
 
@@ -144,9 +159,9 @@ void describe(const Case& c, const SetupHypothesis& h, NamedCause& n) {
   const ReadingFit& a = c.sound.fit;
   n.evidence = "With this corrected, robot and camera agree to " + mm(h.fit.sigma_position) + " and " +
                degrees(h.fit.sigma_rotation) + " per axis instead of " + mm(a.sigma_position) + " and " +
-               degrees(a.sigma_rotation) + "; on held-out views the position error of the target is " +
-               mm(n.held_out_after) + " instead of " + mm(n.held_out_before) + " (RMS); log likelihood up by " +
-               number(0.5 * (c.sound.score - h.score)) + ".";
+               degrees(a.sigma_rotation) + "; in fits to the poses of the target alone, the position error on " +
+               "held-out views falls from " + mm(n.held_out_before) + " to " + mm(n.held_out_after) +
+               " (RMS). The log likelihood rises by " + number(0.5 * (c.sound.score - h.score)) + ".";
 }
 
 void describe_rotation(const HandEyeDiagnosis& d, const HandEyeDiagnosisOptions& options, NamedCause& n) {
@@ -164,12 +179,17 @@ std::string verdict_text(const HandEyeResult& result, const HandEyeDiagnosisOpti
   if (!result.fit.usable())
     text = "No usable calibration: " + result.fit.message + ".";
   else
-    text = "A point " + number(d.working_distance) + " m in front of the camera is located to " + mm(d.tool_error) +
-           " (RMS), 95 % of errors below " + mm(d.tool_error_95) + "; required: " + mm(options.tolerance) + ".";
-  if (d.causes.empty()) return text + (result.fit.usable() ? " No fault was found in the recording." : "");
-  text += " " + d.causes.front().text;
-  if (d.causes.front().consequence > 0)
-    text += " Correcting this moves the point by " + mm(d.causes.front().consequence) + ".";
+    text = "At " + number(d.working_distance, 2) + " m the expected error is " + mm(d.tool_error, 2) +
+           " RMS (95 %: below " + mm(d.tool_error_95, 2) + "; your tolerance: " + mm(options.tolerance) + ").";
+  if (d.causes.empty()) {
+    if (d.verdict == CalibrationVerdict::Good) return text + " No fault was found in the recording.";
+    return text + (result.fit.usable() ? " No single fault of the recording explains this: check rows, columns and "
+                                         "size of the target, the camera file and the mount."
+                                       : "");
+  }
+  const NamedCause& cause = d.causes.front();
+  text += " " + cause.text;
+  if (cause.consequence > 0) text += " Correcting this moves the result by " + mm(cause.consequence, 2) + ".";
   return text;
 }
 

@@ -125,6 +125,8 @@ std::vector<NamedCause> name_causes(const Case& c, const std::vector<Candidate>&
       named.held_out_after = k.held_out;
       named.views = k.hypothesis.views;
       named.value = k.hypothesis.value;
+      named.T_mount_camera = k.hypothesis.fit.X;
+      if (k.hypothesis.fit.covariance.rows() >= 6) named.covariance = k.hypothesis.fit.covariance.topLeftCorner<6, 6>();
       evidence::describe(c, k.hypothesis, named);
       out.push_back(std::move(named));
     }

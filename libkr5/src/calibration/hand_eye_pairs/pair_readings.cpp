@@ -81,7 +81,7 @@ PairReadings compare_pair_readings(std::span<const PosePair> pairs, Mount mount)
   out.certain = other[0].score - best[0].score > margin;
   const std::string carried = mount == Mount::EyeInHand ? "camera" : "target";
   if (!out.certain)
-    out.text = "The data do not tell whether one of the two lists of poses is inverted: they agree as " +
+    out.text = "The data do not show whether one of the two lists of poses is inverted: they agree as " +
                meaning_text(best[0]) + " " + agreement_text(best[0]) + " and as " + meaning_text(other[0]) + " " +
                agreement_text(other[0]) + ".";
   else

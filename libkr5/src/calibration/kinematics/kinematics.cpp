@@ -352,7 +352,7 @@ void write_parameters(const Calibration& calibration, KinematicsResult& out) {
 std::string why_open(const Calibration& calibration) {
   const fit::CellFitResult& result = calibration.result;
   if (calibration.least_dof < least_noise_dof)
-    return "the measurements do not tell their noise from errors of the arm (" + std::to_string(result.residuals) +
+    return "the measurements do not separate their noise from errors of the arm (" + std::to_string(result.residuals) +
            " numbers for " + std::to_string(result.coordinates.size()) +
            " parameters); measure more postures, or state the noise, as sigma_position";
   const std::vector<std::string>& open = result.undetermined;

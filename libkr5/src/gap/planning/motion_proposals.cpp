@@ -82,9 +82,8 @@ class Motions {
   }
 
   std::string unit(int joint) const {
-    return workspace_.cell.robot.dh[static_cast<std::size_t>(joint)].type == kinematics::JointType::Prismatic
-               ? " m"
-               : " rad";
+    return workspace_.cell.robot.dh[static_cast<std::size_t>(joint)].type == kinematics::JointType::Prismatic ? " m"
+                                                                                                              : " rad";
   }
 
   /// All joints, each a sum of sines, from a posture and back.

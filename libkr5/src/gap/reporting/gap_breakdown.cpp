@@ -87,7 +87,8 @@ ColumnGap GapBreakdown::add(int experiment, const std::string& column, double si
     const std::vector<std::string>& words = condition.words[static_cast<std::size_t>(experiment)];
     for (std::size_t i = 0; i < words.size(); ++i) rows[words[i]].push_back(static_cast<Eigen::Index>(i));
     for (const auto& [word, at] : rows)
-      if (const ColumnGap part = make_column_gap(recording_.cell.robot, of, column, sigma, residual(at)); part.rows > 0) {
+      if (const ColumnGap part = make_column_gap(recording_.cell.robot, of, column, sigma, residual(at));
+          part.rows > 0) {
         condition.columns.push_back(part);
         condition.names.push_back(word);
         const ColumnGap& whole = columns_.back();

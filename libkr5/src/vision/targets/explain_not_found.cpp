@@ -138,6 +138,13 @@ void bad_picture(ImageView image, Detection& result) {
 
 }  // namespace
 
+void say_other_layout(const Target& target, const Target& other, Detection& result) {
+  say(result, DetectStatus::WrongSize,
+      "the markers lie as on a grid of " + std::to_string(other.rows) + "x" + std::to_string(other.cols) +
+          " (rows x columns), where " + std::to_string(target.rows) + "x" + std::to_string(target.cols) +
+          " was expected; specify that size");
+}
+
 void explain_not_found(ImageView image, const Target& target, Detection& result) {
   const bool markers = target.kind != TargetKind::Chessboard && target.kind != TargetKind::CircleGrid;
   if (markers ? wrong_marker(target, result) || wrong_family(image, target, result) : wrong_size(image, target, result))

@@ -57,12 +57,43 @@ bool other_kind(const Target& target, const std::vector<TagDetection>& tags, std
   return consistent(tags, places_of(other)).size() > agreed;
 }
 
+std::vector<TagDetection> with_ids_of(const Target& target, const std::vector<TagDetection>& tags) {
+  const std::map<int, MapMarker> wanted = places_of(target);
+  std::vector<TagDetection> out;
+  for (const TagDetection& tag : tags)
+    if (wanted.contains(tag.id)) out.push_back(tag);
+  return out;
+}
+
+/// Rows and columns other than the stated ones as which nearly all markers lie, such as the stated ones exchanged.
+/// Markers that are numbered along the rows tell them; few markers, and those of one row, do not.
+std::optional<Target> other_layout(const Target& target, const std::vector<TagDetection>& tags) {
+  constexpr std::size_t least = 4;
+  constexpr double most_agree = 0.9, stated_agree = 0.8;  // of the markers, and of those that agree with the other
+  if (target.kind != TargetKind::TagGrid || tags.size() < least) return std::nullopt;
+  const std::size_t stated = consistent(tags, places_of(target)).size();
+  if (stated == tags.size()) return std::nullopt;
+  std::optional<Target> best;
+  std::size_t agreed = stated;
+  const int count = target.rows * target.cols;
+  for (int cols = 1; cols <= count; ++cols) {
+    Target other = target;
+    other.cols = cols;
+    other.rows = (count + cols - 1) / cols;
+    const std::size_t agreeing = consistent(tags, places_of(other)).size();
+    if (agreeing <= agreed) continue;
+    agreed = agreeing;
+    best = other;
+  }
+  const auto all = static_cast<double>(tags.size()), with_best = static_cast<double>(agreed);
+  const bool clear = with_best >= most_agree * all && static_cast<double>(stated) < stated_agree * with_best;
+  return clear ? best : std::nullopt;
+}
+
 /// The markers of the target among those seen, one of each id: the larger.
 std::vector<TagDetection> markers_of(const Target& target, const std::vector<TagDetection>& tags, int* doubles) {
   const std::map<int, MapMarker> wanted = places_of(target);
-  std::vector<TagDetection> ours;
-  for (const TagDetection& tag : tags)
-    if (wanted.contains(tag.id)) ours.push_back(tag);
+  std::vector<TagDetection> ours = with_ids_of(target, tags);
   if (target.kind == TargetKind::TagGrid || target.kind == TargetKind::Charuco) {
     const std::vector<TagDetection> agreeing = consistent(ours, wanted);
     ours = other_kind(target, ours, agreeing.size()) ? std::vector<TagDetection>() : agreeing;
@@ -115,6 +146,10 @@ Detection search_once(ImageView image, const Target& target, const DetectOptions
     TagOptions tag_options{.families = {target.family}, .decimate = options.decimate, .threads = options.threads};
     tag_options.refine = options.refine;
     result.tags = find_tags(image, tag_options);
+    if (const auto other = other_layout(target, with_ids_of(target, result.tags))) {
+      say_other_layout(target, *other, result);
+      return result;
+    }
     int doubles = 0;
     std::vector<TagDetection> ours = markers_of(target, result.tags, &doubles);
     // A marker that its model does not fit, say cut off by the image, may be pixels off: others make up for it.
@@ -137,7 +172,8 @@ Detection search_once(ImageView image, const Target& target, const DetectOptions
 /// With nothing found in the shrunk image, a finer search is worth its time: small markers need it.
 Detection search(ImageView image, const Target& target, const DetectOptions& options) {
   Detection result = search_once(image, target, options);
-  if (result.found() || options.decimate > 0 || !has_markers(target)) return result;
+  if (result.found() || result.status == DetectStatus::WrongSize || options.decimate > 0 || !has_markers(target))
+    return result;
   DetectOptions finer = options;
   for (const double decimate : {1.0, 0.5}) {
     finer.decimate = decimate;
@@ -162,7 +198,7 @@ Detection find_target(ImageView image, const Target& target, const DetectOptions
   options.validate();
   target.validate();
   Detection result = search(image, target, options);
-  if (result.found()) return result;
+  if (result.found() || result.status == DetectStatus::WrongSize) return result;
   result.message = "not found";
   if (!options.explain) return result;
   if (has_markers(target)) {

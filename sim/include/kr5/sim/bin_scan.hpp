@@ -40,19 +40,19 @@ struct BinScannerOptions {
     visit("points", self.points, "Number of points of a profile.");
     visit("width", self.width, "Width of the fan of the laser at the stand-off [m].");
     visit("stand_off", self.stand_off, "Height of the laser above the floor of the bin in a straight pass [m].");
-    visit("near", self.near, "Least measurable z [m].");
-    visit("far", self.far, "Greatest measurable z [m].");
+    visit("near", self.near, "Minimum measurable z [m].");
+    visit("far", self.far, "Maximum measurable z [m].");
     visit("baseline", self.baseline, "Distance of the receiver from the laser, along Y of the scanner [m].");
     visit("pitch", self.pitch, "Distance of two profiles along a straight pass [m].");
     visit("speed", self.speed, "Speed of a straight pass [m/s].");
-    visit("lag", self.lag, "How much later than it was taken a profile gets its time stamp [s].");
+    visit("lag", self.lag, "Time by which the time stamp of a profile is late [s].");
     visit("noise", self.noise, "Standard deviation of the range along a ray of the laser [m].");
     visit("grazing", self.grazing,
           "Angle between the normal of a surface and a ray beyond which there is no reading [rad].");
     visit("specular", self.specular,
           "Angle between the mirrored ray and the receiver below which the receiver is blinded [rad].");
     visit("streaks", self.streaks, "Share of the blinded readings that give a false range instead of none [-].");
-    visit("streak_length", self.streak_length, "Greatest error of a false range, along the ray [m].");
+    visit("streak_length", self.streak_length, "Maximum error of a false range, along the ray [m].");
     visit("T_flange_scanner", self.T_flange_scanner, "Scanner in the flange [m].");
     visit("seed", self.seed, "Random seed of noise and false ranges.");
   }

@@ -21,7 +21,7 @@ struct DrivenArmOptions {
   void validate() const;
   static void each_field(auto& self, auto&& visit) {
     visit("step", self.step, "Step of the integration; 0: a quarter radian of the stiffest gear, at most 1 ms [s].");
-    visit("current_limit", self.current_limit, "Greatest current of each motor; empty: no limit [A].");
+    visit("current_limit", self.current_limit, "Maximum current of each motor; empty: no limit [A].");
   }
 };
 

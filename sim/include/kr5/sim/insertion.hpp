@@ -52,7 +52,7 @@ struct InsertionSetup {
   static void each_field(auto& self, auto&& visit) {
     visit("clearance", self.clearance, "Clearance: radius of the bore minus that of the peg; it sets the bore [m].");
     visit("tilt", self.tilt, "Tilt of the peg while it is rolled around the tube [rad].");
-    visit("offset", self.offset, "Offset of the actual axis of the tube from the believed one, x and y of T [m].");
+    visit("offset", self.offset, "Offset of the actual axis of the tube from the assumed one, x and y of T [m].");
     visit("horizontal", self.horizontal, "Horizontal tube along Y of the base, instead of a vertical one.");
     visit("strategy", self.strategy, "Strategy by which the hole is found: profile_fit | hayat2022.");
     visit("insert_by", self.insert_by, "Source of the force that pushes the peg in: arm | gravity | air.");
@@ -63,9 +63,9 @@ struct InsertionSetup {
           "Standard deviation of the position of the peg in the grip, per axis across it [m].");
     visit("grip_tilt", self.grip_tilt, "Standard deviation of the tilt of the peg in the grip, per axis [rad].");
     visit("tube_tilt", self.tube_tilt, "Standard deviation of the tilt of the tube, per axis [rad].");
-    visit("face_error", self.face_error, "Standard deviation of the believed height of the face of the tube [m].");
+    visit("face_error", self.face_error, "Standard deviation of the assumed height of the face of the tube [m].");
     visit("stiffness_error", self.stiffness_error,
-          "Relative standard deviation of the actual stiffness of contact and grip from the believed one [-].");
+          "Relative standard deviation of the actual stiffness of contact and grip from the assumed one [-].");
     visit("servo_error", self.servo_error,
           "Relative standard deviation of natural frequency and damping of the actual path servo from those assumed by "
           "the insertion [-].");
@@ -103,7 +103,7 @@ struct PegOutcome {
     visit("hole", self.hole, "Centre of the face of the tube by the last fit of a profile, in T [m].");
     visit("hole_error", self.hole_error, "Error of the axis of the tube in that fit; NaN: no fit [m].");
     visit("hole_std", self.hole_std, "Standard deviation of the fit in its least certain direction; 0: no fit [m].");
-    visit("greatest_force", self.greatest_force, "Greatest force between grip and peg [N].");
+    visit("greatest_force", self.greatest_force, "Maximum force between grip and peg [N].");
   }
 };
 

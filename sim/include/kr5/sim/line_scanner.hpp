@@ -25,8 +25,8 @@ struct LineScannerOptions {
   static void each_field(auto& self, auto&& visit) {
     visit("points", self.points, "Number of points of a profile.");
     visit("width", self.width, "Width of a profile, along X of the scanner [m].");
-    visit("near", self.near, "Least measurable range [m].");
-    visit("far", self.far, "Greatest measurable range [m].");
+    visit("near", self.near, "Minimum measurable range [m].");
+    visit("far", self.far, "Maximum measurable range [m].");
     visit("noise", self.noise, "Noise of the cell, added to the ranges.");
     visit("seed", self.seed, "Random seed of the noise.");
   }

@@ -93,8 +93,9 @@ struct PourOptions {
   static void each_field(auto& self, auto&& visit) {
     visit("pellets", self.pellets, "Number of pellets.");
     visit("radius", self.radius, "Radius of the pellets [m].");
-    visit("height_min", self.height_min, "Least height of a pellet [m]. Heights are uniform from this to height_max.");
-    visit("height_max", self.height_max, "Greatest height of a pellet [m].");
+    visit("height_min", self.height_min,
+          "Minimum height of a pellet [m]. Heights are uniform from this to height_max.");
+    visit("height_max", self.height_max, "Maximum height of a pellet [m].");
     visit("width", self.width,
           "Side of the square in the middle of the bin into which the pellets fall [m]: small for a heap, as wide as "
           "the bin for an even layer.");
@@ -126,7 +127,7 @@ struct SettledPile {
 
   static void each_field(auto& self, auto&& visit) {
     visit("scene", self.scene, "Bin and pellets.");
-    visit("state", self.state, "How the pile came to rest.");
+    visit("state", self.state, "Report of how the pile came to rest.");
   }
 };
 
@@ -178,7 +179,7 @@ struct Removal {
     visit("moved", self.moved, "Pellets that shifted more than moved_least; numbers of the scene before.");
     visit("shift", self.shift, "Shift of the middle of each pellet of the scene before [m]; of the one removed, 0.");
     visit("turn", self.turn, "Turn of the axis of each pellet of the scene before [rad]; of the one removed, 0.");
-    visit("state", self.state, "How the pile came to rest.");
+    visit("state", self.state, "Report of how the pile came to rest.");
   }
 };
 

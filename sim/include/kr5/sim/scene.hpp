@@ -56,9 +56,9 @@ struct Controller {
     visit("rest", self.rest, "Time at rest at each way point [s].");
     visit("amplitude", self.amplitude, "Amplitude of a sine of each joint about its start; empty: none [rad or m].");
     visit("frequency", self.frequency, "Frequency of that sine [Hz].");
-    visit("current_limit", self.current_limit, "Greatest current of each motor, for kind limited [A].");
+    visit("current_limit", self.current_limit, "Maximum current of each motor, for kind limited [A].");
     visit("force", self.force, "Force of a push [N].");
-    visit("speed", self.speed, "Greatest speed of a push [m/s].");
+    visit("speed", self.speed, "Maximum speed of a push [m/s].");
     visit("tilt", self.tilt, "Tilt of the pushed peg [rad].");
     visit("turns", self.turns, "Number of turns of the direction of tilt during the scene [-].");
     visit("offset", self.offset, "Offset of the peg-bottom centre from the axis of the tube, x and y in T [m].");
@@ -117,8 +117,8 @@ struct Expectation {
     visit("statistic", self.statistic, "Statistic from begin to end: last | mean | least | greatest | range | rms.");
     visit("begin", self.begin, "Time of the first row that counts [s].");
     visit("end", self.end, "Time of the last row that counts; without it, the end of the scene [s].");
-    visit("least", self.least, "Least allowed value of the statistic.");
-    visit("most", self.most, "Greatest allowed value of the statistic.");
+    visit("least", self.least, "Minimum allowed value of the statistic.");
+    visit("most", self.most, "Maximum allowed value of the statistic.");
   }
 };
 

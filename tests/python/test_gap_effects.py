@@ -1,0 +1,98 @@
+"""`kr5 gap effects`: every effect of the catalogue, as its row says it, and a picture of what it does."""
+
+import json
+
+import kr5.cell
+import kr5.gap
+import numpy as np
+import pytest
+
+from kr5_tools.gap import effect_pictures
+
+
+@pytest.fixture(scope="module")
+def cell(share):
+    nominal = kr5.cell.load_cell(share / "cells/kr5_arc.yaml")
+    nominal.effects = {}
+    return nominal
+
+
+@pytest.fixture(scope="module")
+def experiments(cell):
+    return effect_pictures.standard_experiments(cell)
+
+
+def test_every_effect_is_listed_as_its_row_says(run_kr5, tmp_path):
+    done = run_kr5("gap", "effects", "--json", "effects.json")
+    assert done.returncode == 0, done.stderr
+    rows = {row.id: row for row in kr5.cell.effect_catalogue()}
+    listed = json.loads((tmp_path / "effects.json").read_text())
+    assert [e["id"] for e in listed] == list(rows) and done.stdout.startswith(f"{len(rows)} effects")
+    words = done.stdout.split()
+    for e in listed:
+        row = rows[e["id"]]
+        assert row.id in words and e["target"] == str(row.target) and e["targets"]
+        assert (e["description"], e["shows_in"], e["remedy"]) == (row.description, row.shows_in, row.remedy)
+        assert [p["name"] for p in e["parameters"]] == [p.name for p in row.parameters]
+        assert any(p["typical"] is not None for p in e["parameters"])
+
+
+def test_one_effect_is_told_with_its_size_bounds_and_remedy(run_kr5, tmp_path, cell):
+    done = run_kr5("gap", "effects", "coulomb_friction", "--json", "one.json")
+    told, row = " ".join(done.stdout.split()), kr5.cell.find_effect("coulomb_friction")
+    for text in (row.shows_in, row.remedy, "joint1, joint2", "N m", row.parameters[0].description):
+        assert text in told, told
+    (parameter,) = json.loads((tmp_path / "one.json").read_text())["parameters"]
+    nominal = cell.drives.friction.coulomb[0]
+    assert parameter["nominal"] == nominal
+    changed = kr5.gap.with_typical_effect(cell, "coulomb_friction", "joint1")
+    assert parameter["typical"] == changed.effects.get("coulomb_friction", "joint1", "coulomb") > nominal
+    assert f"{nominal:g}" in told and f"{parameter['typical']:.4g}" in told
+
+
+def test_an_unknown_effect_is_refused_with_the_nearest(run_kr5, tmp_path):
+    done = run_kr5("gap", "effects", "coulomb_frict", "--pictures", "pictures")
+    assert done.returncode == 2 and "coulomb_friction" in done.stderr and not (tmp_path / "pictures").exists()
+
+
+def test_effects_that_a_cell_cannot_carry_have_no_target(run_kr5, tmp_path, share):
+    text = (share / "cells/kr5_arc.yaml").read_text()
+    cell = kr5.cell.load_cell(share / "cells/kr5_arc.yaml")
+    cell.tube = None
+    kr5.cell.save_cell(cell, tmp_path / "cell.yaml")
+    assert "tube" in text
+    done = run_kr5("gap", "effects", "tube_tilt", "--cell", "cell.yaml", "--json", "e.json")
+    assert done.returncode == 0 and json.loads((tmp_path / "e.json").read_text())["targets"] == []
+    assert "Targets in this cell: none" in done.stdout
+
+
+@pytest.mark.parametrize(
+    "effect, kind, column, variable",
+    [
+        ("coulomb_friction", "motion", "i", "velocity of joint"),
+        ("payload", "motion", "f", "simulated force"),
+        ("camera_focal", "views", "u", "image coordinate u"),
+        ("tube_tilt", "profile", "z", "direction of the tilt"),
+    ],
+)
+def test_a_picture_shows_the_effect_where_it_shows_most(cell, experiments, effect, kind, column, variable):
+    picture = effect_pictures.picture_of(effect, cell, experiments)
+    assert picture.kind == kind and picture.column.startswith(column) and variable in picture.variable_name
+    without, with_effect = (np.sqrt(np.nanmean(r**2)) for r in (picture.without, picture.with_effect))
+    assert without > 1.5 * with_effect
+    rows = np.isfinite(picture.with_effect).sum()
+    assert abs(with_effect - 1) < 5 / np.sqrt(2 * rows)  # what the effect leaves is noise
+    assert len(picture.over) == len(picture.variable) == len(picture.without)
+
+
+def test_no_picture_is_made_of_what_a_cell_cannot_show(cell, experiments):
+    motions = [e for e in experiments if str(e.kind) == "motion"]
+    assert effect_pictures.picture_of("camera_focal", cell, motions) is None
+
+
+@pytest.mark.parametrize("ending", ["png", "svg"])
+def test_pictures_are_written_in_both_formats(run_kr5, tmp_path, ending):
+    done = run_kr5("gap", "effects", "backlash", "--pictures", "new", "--format", ending)
+    assert done.returncode == 0 and "new: 1 picture." in done.stdout, done.stderr
+    data = (tmp_path / f"new/backlash.{ending}").read_bytes()
+    assert data.startswith(b"\x89PNG" if ending == "png" else b"<?xml") and len(data) > 10000
