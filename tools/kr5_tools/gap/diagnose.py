@@ -119,7 +119,7 @@ def diagnose(
             kr5.cell.save_cell(found.cell, new)
     if write_model:
         write_tuned_model(found.cell, compared, write_model, reading, to)
-    print_diagnosis(data, Path(compared.name), to, everything)
+    print_diagnosis(data, compared.command, to, everything)
     if report:
         from kr5_tools.gap_report.page import write_gap_report
 

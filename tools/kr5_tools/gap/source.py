@@ -63,6 +63,7 @@ class ComparedSource:
     recording: Any
     name: str
     folder: Path | None = None  # of a recording on the disk
+    command: str = ""  # as it is given to a command
     model: Any = None  # kr5_tools.model_files.reading.Model, where one was given
     inputs: dict[str, Any] = field(default_factory=dict)  # of a result file
     reasons: list[list[str]] = field(default_factory=list)
@@ -99,9 +100,10 @@ def _open_recording(folder: Path, options: SourceOptions) -> ComparedSource:
 
     if options.every is not None or options.overrides:
         terminal.fail(f"{folder}: is a recording; --every and --set are for logs")
-    out = ComparedSource(kr5.cell.load_recording(folder), str(folder), folder)
+    out = ComparedSource(kr5.cell.load_recording(folder), str(folder), folder, command=str(folder))
     out.inputs = {"recording": str(folder.resolve())}
     if options.model:
+        out.command += f" --model {options.model}"
         out.model = _read_model(options)
         out.recording.cell = out.model.cell
         out.inputs["model"] = str(options.model.resolve())
@@ -126,12 +128,20 @@ def _open_logs(paths: Sequence[Path], options: SourceOptions) -> ComparedSource:
     return ComparedSource(
         found.recording,
         names,
+        command=_command(paths, options),
         model=model,
         inputs={"logs": [str(p.resolve()) for p in paths], "model": str(options.model.resolve())},
         reasons=found.reasons,
         notes=[*model.notes, *found.notes],
         simulator_errors=found.simulator_errors,
     )
+
+
+def _command(paths: Sequence[Path], options: SourceOptions) -> str:
+    words = [*map(str, paths), "--model", str(options.model)]
+    for option, value in (("--base", options.base), ("--tip", options.tip), ("--every", options.every)):
+        words += [option, str(value)] if value else []
+    return " ".join([*words, *(f"--set '{text}'" for text in options.overrides)])
 
 
 def _require_logs(paths: Sequence[Path]) -> None:

@@ -32,7 +32,7 @@ MOST_PARTS = 3  # rows for each way to divide the gap, without --all
 FURTHER = "--all lists every one"
 
 
-def print_diagnosis(data: dict[str, Any], source: Path, to: Any, everything: bool = False) -> None:
+def print_diagnosis(data: dict[str, Any], source: str, to: Any, everything: bool = False) -> None:
     """A diagnosis (kr5-gap/1) for people: the verdict, the causes, where the gap is, what remains, what to do."""
     colour, word = VERDICTS[data["verdict"]]
     to.print(f"[bold {colour}]{word}.[/] {escape(verdict_text(data))}", soft_wrap=True, markup=True)
@@ -46,7 +46,7 @@ def print_diagnosis(data: dict[str, Any], source: Path, to: Any, everything: boo
             f" {200 * scatter:.1f} %; that alone is not blamed."
         )
     _say_list(to, "Notes", notes)
-    _say_list(to, "Next steps", [step.replace("`", "") for step in next_steps(data, str(source))])
+    _say_list(to, "Next steps", [step.replace("`", "") for step in next_steps(data, source)])
 
 
 def _say_list(to: Any, title: str, lines: list[str]) -> None:

@@ -298,9 +298,12 @@ def next_steps(data: dict[str, Any], recording: str) -> list[str]:
         if remedy := row.remedy if row else "":
             steps.append(f"{capitalised(effect_text(cause['effect'], cause['target']))}: {remedy}")
     if data["causes"]:
+        option, tuned = ("cell", "tuned.yaml")
+        if model := re.search(r" --model \S+?(\.\w+)(\s|$)", recording):
+            option, tuned = "model", f"tuned{model[1]}"
         steps.append(
-            f"To simulate with these causes: `kr5 gap diagnose {recording} --write-cell tuned.yaml`. A gap near 1 on"
-            " another recording, `kr5 gap measure OTHER --cell tuned.yaml`, confirms the result."
+            f"To simulate with these causes: `kr5 gap diagnose {recording} --write-{option} {tuned}`. A gap near 1 on"
+            f" another recording, `kr5 gap measure OTHER --{option} {tuned}`, confirms the result."
         )
     if data["unexplained"]:
         top = data["unexplained"][0]

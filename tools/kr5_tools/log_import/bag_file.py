@@ -29,7 +29,8 @@ def read_bag(path: Path) -> Log:
         with AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as reader:
             kinds = {c.topic: c.msgtype for c in reader.connections}
             wanted = [c for c in reader.connections if c.msgtype.split("/")[-1] not in LEFT_OUT]
-            _read_messages(reader, wanted, table)
+            if wanted:  # of none, rosbags would read all
+                _read_messages(reader, wanted, table)
     except Exception as error:  # what the decoders raise at damaged bytes is no closed list
         why = str(error).split("\n")[0][:200] or type(error).__name__
         terminal.fail(

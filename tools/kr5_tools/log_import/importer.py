@@ -10,7 +10,7 @@ import numpy as np
 
 from kr5_tools.cli import terminal
 from kr5_tools.log_import.log import Log
-from kr5_tools.log_import.log_checks import LogProblem, check_log
+from kr5_tools.log_import.log_checks import LogProblem, check_loads, check_positions
 from kr5_tools.log_import.log_file import read_log
 from kr5_tools.log_import.map_file import Clock, Experiment, Map, Source, Tool, column_family, load_map
 from kr5_tools.log_import.measured_motion import MARGIN, choose_smoothing, kept_times, smoothed
@@ -401,9 +401,10 @@ def import_recording(
         experiments = [importer.experiment(e) for e in importer.map.experiments]
     recording = kr5.cell.Recording(importer.cell, experiments)
     with terminal.spinner("comparing with the cell"):
-        found = [d for e in experiments for d in check_log(importer.cell, e)]
-    if complete is not None and not found:
-        complete(recording)
+        found = [d for e in experiments for d in check_positions(recording.cell, e)]
+        if complete is not None and not found:
+            complete(recording)
+        found = found or [d for e in experiments for d in check_loads(recording.cell, e)]
     if not found:
         files = {Path(e.file).stem for e in experiments}
         for p in kr5.cell.check(recording):

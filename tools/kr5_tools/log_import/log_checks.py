@@ -12,6 +12,7 @@ import kr5.cell
 import numpy as np
 
 FACTOR = 1.6  # a scale within this factor of one that a wrong unit gives is taken for it
+SPREAD = 4.0  # between the scales of the joints, above which they are no one unit
 ALIKE = 0.8  # correlation of a column with its simulation, from which it is recognised
 CURRENT, TORQUE = "motor current", "joint torque"  # channels of kr5.cell.Column
 LOADS = (CURRENT, TORQUE, "force", "moment")
@@ -30,14 +31,15 @@ class LogProblem:
         return f"{self.experiment}: {self.column}: found {self.found}, expected {self.expected}; {self.remedy}"
 
 
-def check_log(cell: Any, experiment: Any) -> list[LogProblem]:
-    """What speaks against the numbers of an experiment, position first; torques of wrong positions are not judged."""
+def check_positions(cell: Any, experiment: Any) -> list[LogProblem]:
+    """What speaks against the positions and the clock of an experiment."""
     out = _positions(cell, experiment) + _speeds(cell, experiment)
-    if not out and str(experiment.kind) == "motion":
-        out += _loads(cell, experiment)
-    if str(experiment.kind) == "poses":
-        out += _poses(cell, experiment)
-    return out
+    return out + (_poses(cell, experiment) if str(experiment.kind) == "poses" else [])
+
+
+def check_loads(cell: Any, experiment: Any) -> list[LogProblem]:
+    """What speaks against the currents, torques and wrenches of a motion, whose positions are right."""
+    return _loads(cell, experiment) if str(experiment.kind) == "motion" else []
 
 
 def _family(experiment: Any, stem: str, n: int) -> np.ndarray | None:
@@ -252,6 +254,18 @@ def _scale(cell: Any, e: Any, columns: list[Any], got: np.ndarray, model: np.nda
                     text,
                 )
             ]
+    if known.sum() >= 3 and slope[known].max() > SPREAD * slope[known].min():
+        return [
+            LogProblem(
+                e.name,
+                f"{names[0]} to {names[-1]}",
+                f"{slope[known].min():.3g} to {slope[known].max():.3g} times what the simulation shows, another factor for"
+                " each joint",
+                "about once",
+                "are they per cent of a rated torque, or currents? State what 1 of the log is for each joint:"
+                f" --set 'columns.{columns[0].name.rstrip('0123456789')}.scale=[...]', or scale as a list in the map",
+            )
+        ]
     off = float(np.exp(np.median(np.log(slope[known]))))
     if off > 3 or off < 1 / 3:
         return [

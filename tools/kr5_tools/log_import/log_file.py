@@ -42,7 +42,7 @@ def read_log(file: Path, header: list[str] | None = None) -> Log:
 
 def _read_text(file: Path, header: list[str] | None) -> Log:
     text = read_text(file, "a table of numbers under a line of names", MAX_BYTES)
-    lines = [(i, line) for i, line in enumerate(text.splitlines(), 1) if line.strip() and line.lstrip()[0] not in "#%"]
+    lines = [(i, line) for i, line in enumerate(text.splitlines(), 1) if line.strip() and not _is_comment(line)]
     if not lines:
         terminal.fail(f"{file}: is empty; expected a line of column names and rows of numbers")
     delimiter = next((d for d in (";", "\t", ",") if d in lines[0][1]), None)
@@ -66,6 +66,12 @@ def _read_text(file: Path, header: list[str] | None) -> Log:
     for k, name in enumerate(names):
         _add_text_column(log, name, [r[k] for _, r in rows], delimiter)
     return log
+
+
+def _is_comment(line: str) -> bool:
+    """The header of `rostopic echo -p`, which begins with %time, is none."""
+    start = line.lstrip()
+    return start[0] in "#%" and not start.startswith("%time")
 
 
 def _check_shape(file: Path, names: list[str], rows: list[tuple[int, list[str]]]) -> None:

@@ -27,6 +27,8 @@ class MessageTable:
         values: dict[str, float] = {"log_time": time}
         names: list[str] = []
         _flatten(message, "", values, names)
+        if len(values) == 1:
+            return  # no number but its time
         columns = self.streams.setdefault((topic, tuple(names)), {})
         rows = len(columns["log_time"]) if columns else 0
         for name in values.keys() - columns.keys():

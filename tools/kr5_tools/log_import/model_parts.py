@@ -15,6 +15,7 @@ from kr5_tools.identify.motion_logs import arm_model, merged_motion
 from kr5_tools.log_import.values import joint_torques
 
 ERROR_FACTOR = 2.0  # of what the best model leaves on the rows that it was fitted to
+SHOWN = 3.0  # standard deviations from which friction or an offset beside it counts
 SURE = 5.0  # standard deviations that a torque constant must be above zero
 FRICTION_SPEED = 0.002  # [rad/s or m/s] over which dry friction changes its sign, as in the format of cells
 NORMAL_MAD = 1.4826  # standard deviation over median absolute deviation
@@ -110,9 +111,7 @@ def with_torque_constants(recording: Any) -> list[str]:
     current = np.vstack([np.column_stack([e[f"i{k + 1}"] for k in range(n)]) for e in fit])
     constants, deviations = [], []
     for k in range(n):
-        value, std = _torque_constant(
-            torque[:, k], np.asarray(motion.qd)[:, k], np.asarray(motion.qdd)[:, k], current[:, k]
-        )
+        value, std = _torque_constant(torque[:, k], np.asarray(motion.qd)[:, k], current[:, k])
         if not value > SURE * std:
             terminal.fail(
                 f"the log does not tell the torque constant of joint {k + 1} ({value:.3g} ± {std:.2g} N m/A), which the"
@@ -128,23 +127,25 @@ def with_torque_constants(recording: Any) -> list[str]:
     return [f"torque constants from the log, for the masses of the model [N m/A]: {shown}"]
 
 
-def _torque_constant(
-    torque: np.ndarray, speed: np.ndarray, acceleration: np.ndarray, current: np.ndarray
-) -> tuple[float, float]:
-    """Slope of torque over current, friction and offset aside, and its standard deviation."""
-    columns = np.column_stack([torque, np.tanh(speed / FRICTION_SPEED), speed, np.ones_like(speed)])
-    scale = np.linalg.norm(columns, axis=0)
-    scale[scale == 0] = 1.0
-    solution, _, rank, _ = np.linalg.lstsq(columns / scale, current, rcond=1e-8)
-    left = current - columns / scale @ solution
-    variance = left @ left / max(len(current) - rank, 1)
-    inverse = np.linalg.pinv((columns / scale).T @ (columns / scale))
-    slope, std = solution[0] / scale[0], float(np.sqrt(variance * inverse[0, 0])) / scale[0]
-    correlation = _lag_one(left)
-    std *= np.sqrt((1 + correlation) / max(1 - correlation, 1e-3))
-    if not slope > 0:
-        return 0.0, np.inf
-    return 1 / slope, std / slope**2
+def _torque_constant(torque: np.ndarray, speed: np.ndarray, current: np.ndarray) -> tuple[float, float]:
+    """Slope of torque over current, and its standard deviation; friction and offset stand beside it as far as the log
+    shows any."""
+    columns = [torque, np.tanh(speed / FRICTION_SPEED), speed, np.ones_like(speed)]
+    while True:
+        A = np.column_stack(columns)
+        scale = np.linalg.norm(A, axis=0)
+        scale[scale == 0] = 1.0
+        solution, _, rank, _ = np.linalg.lstsq(A / scale, current, rcond=1e-8)
+        left = current - A / scale @ solution
+        correlation = _lag_one(left)
+        variance = left @ left / max(len(current) - rank, 1) * (1 + correlation) / (1 - correlation)
+        std = np.sqrt(variance * np.diag(np.linalg.pinv((A / scale).T @ (A / scale))))
+        sure = np.abs(solution[1:]) / np.maximum(std[1:], 1e-300)
+        if not len(sure) or sure.min() > SHOWN:
+            break
+        del columns[1 + int(sure.argmin())]
+    slope, deviation = solution[0] / scale[0], std[0] / scale[0]
+    return (1 / slope, float(deviation / slope**2)) if slope > 0 else (0.0, np.inf)
 
 
 def _lag_one(x: np.ndarray) -> float:

@@ -1,0 +1,360 @@
+"""`kr5 gap diagnose LOG --model MODEL`: logs of other people, with no file written by hand."""
+
+import json
+import re
+import sys
+
+import kr5
+import kr5.cell
+import kr5.gap
+import kr5.predict
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from conftest import ROOT
+from kr5_tools.app import make_app
+
+sys.path[:0] = [str(ROOT / "tools/benchmarks")]
+
+import case_logs
+
+NAMES = case_logs.JOINT_NAMES
+NOISE = np.array([0.4, 0.5, 0.25, 0.1, 0.06, 0.03])  # of joint torques [N m]
+FAST = {"max_effects": 1}
+QUICK = ["--max-effects", "1", "--refits", "4", "--beam", "1"]
+
+
+@pytest.fixture(scope="module")
+def arm(share):
+    """The arm as its URDF states it: bodies without rotors, friction or servo, with names of the joints."""
+    cell = case_logs.named(kr5.cell.load_cell(share / "cells" / "kr5_arc.yaml"))
+    out = kr5.cell.Cell(robot=cell.robot, name="arm")
+    out.tool = cell.tool
+    return out
+
+
+@pytest.fixture(scope="module")
+def urdf(arm, tmp_path_factory):
+    file = tmp_path_factory.mktemp("model") / "arm.urdf"
+    kr5.cell.export_urdf(arm, file)
+    return file
+
+
+def swing(t):
+    """All joints move, from rest, at beats of their own."""
+    home = np.array([0.1, 0.2, -2.4, 0.3, -0.9, 0.2])
+    size = np.array([0.5, 0.35, 0.4, 0.6, 0.5, 0.8])
+    beat = np.array([1.1, 1.7, 1.4, 2.3, 1.9, 2.9])
+    return home + size * (1 - np.cos(beat * t[:, None])) / 2 * (1 - np.exp(-(t[:, None] ** 2)))
+
+
+def moved(cell, rows=1500, step=0.008, seed=1, q_noise=1e-5):
+    """What a controller logs of the arm: time, measured angles, joint torques; rows x joints."""
+    random = np.random.default_rng(seed)
+    t = step * np.arange(rows)
+    q = swing(t)
+    experiment = kr5.cell.Experiment(name="m", kind="motion", file="m.csv", split="fit")
+    experiment.joint_reference = kr5.cell.JointReference("measured")
+    experiment.data = kr5.io.Table(["t", *(f"qc{k + 1}" for k in range(6))], np.column_stack([t, q]))
+    shown = kr5.predict.FastSimulator().predict(cell, experiment)
+    tau = np.column_stack([shown[f"tau{k + 1}"] for k in range(6)])
+    return t, q + random.normal(0, q_noise, q.shape), tau + random.normal(0, NOISE, tau.shape)
+
+
+def joint_states(t, q, tau, names=NAMES):
+    """Columns as PlotJuggler exports joint states, in alphabetical order."""
+    out = {"__time": 1_700_000_000.0 + t}
+    for name in sorted(names):
+        k = names.index(name)
+        out[f"/joint_states/{name}/position"] = q[:, k]
+        out[f"/joint_states/{name}/effort"] = tau[:, k]
+    return out
+
+
+@pytest.fixture
+def diagnose(tmp_path, monkeypatch):
+    """Runs the command in this process; gives exit code, what it said, and its JSON."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "200")
+
+    def run(*words, command="diagnose"):
+        app = make_app(("gap", command))
+        done = CliRunner().invoke(app, ["gap", command, *map(str, words), "--json", "out.json"])
+        file = tmp_path / "out.json"
+        data = json.loads(file.read_text()) if done.exit_code == 0 else {}
+        return done.exit_code, " ".join((done.stdout + done.stderr).split()), data
+
+    return run
+
+
+def carrying(arm, effect, target, **parameters):
+    out = kr5.cell.parse_cell(arm.to_yaml())
+    for name, value in parameters.items():
+        out.set_effect(effect, target, name, value)
+    return out
+
+
+def causes(data):
+    return sorted((c["effect"], c["target"]) for c in data["causes"])
+
+
+def test_a_log_of_joint_states_and_a_urdf_name_the_friction_of_a_joint(diagnose, arm, urdf, tmp_path):
+    broken = carrying(arm, "coulomb_friction", "joint3", coulomb=9.0)
+    case_logs.write_csv(tmp_path / "log.csv", joint_states(*moved(broken)))
+    code, said, data = diagnose("log.csv", "--model", urdf, "--write-model", "tuned.urdf", *QUICK)
+    assert code == 0, said
+    assert causes(data) == [("coulomb_friction", "joint3")]
+    cause = data["causes"][0]
+    assert cause["joint"] == NAMES[2]
+    value = cause["parameters"]["coulomb"]
+    assert abs(value["value"] - 9.0) < 4 * value["std"] + 0.1
+    assert "by the names of the joints" not in said and "how the logs were read" in said.lower()
+    tuned = (tmp_path / "tuned.urdf").read_text()
+    assert re.search(rf'name="{NAMES[2]}".*?friction="(8\.[5-9]|9\.[0-4])', tuned, re.DOTALL)
+    # Another log of the same arm, with the tuned model: nothing is left but noise.
+    case_logs.write_csv(tmp_path / "fresh.csv", joint_states(*moved(broken, seed=2)))
+    code, said, fresh = diagnose("fresh.csv", "--model", "tuned.urdf", command="measure")
+    assert code == 0, said
+    code, said, before = diagnose("fresh.csv", "--model", urdf, command="measure")
+    assert fresh["gap"] < 1.05 < 2 < before["gap"]
+
+
+def test_a_sound_arm_stays_sound(diagnose, arm, urdf, tmp_path):
+    case_logs.write_csv(tmp_path / "log.csv", joint_states(*moved(arm)))
+    code, said, data = diagnose("log.csv", "--model", urdf, *QUICK)
+    assert code == 0, said
+    assert data["verdict"] == "no_gap" and data["causes"] == []
+
+
+def test_currents_of_a_model_without_torque_constants_tell_them(diagnose, arm, urdf, tmp_path):
+    constants = np.array([50.0, 60.0, 40.0, 12.0, 9.0, 6.0])
+    t, q, tau = moved(arm)
+    columns = {"time_ms": 1e3 * t}
+    for k in range(6):
+        columns |= {
+            f"act_pos_{k + 1}": np.degrees(q[:, k]),
+            f"motor_current_mA_{k + 1}": 1e3 * tau[:, k] / constants[k],
+        }
+    case_logs.write_csv(tmp_path / "log.csv", columns)
+    code, said, data = diagnose("log.csv", "--model", urdf, *QUICK)
+    assert code == 0, said
+    assert data["verdict"] == "no_gap"
+    told = re.search(r"torque constants from the log, for the masses of the model \[N m/A\]: ([^a-z]*)\.", said)
+    values = np.array([[float(x) for x in one.split("±")] for one in told[1].split(",")])
+    assert np.all(np.abs(values[:, 0] - constants) < 5 * values[:, 1] + 0.02 * constants)
+
+
+def test_npz_and_a_log_without_a_clock_are_read(diagnose, arm, urdf, tmp_path):
+    t, q, tau = moved(arm, rows=900)
+    np.savez(tmp_path / "log.npz", q=q, tau=tau)
+    code, said, _ = diagnose("log.npz", "--model", urdf)
+    assert code == 2 and "state the interval of its rows with --every SECONDS" in said
+    code, said, data = diagnose("log.npz", "--model", urdf, "--every", "0.008", *QUICK)
+    assert code == 0 and data["verdict"] == "no_gap", said
+
+
+def test_the_names_of_exported_joint_states_put_their_arrays_in_order(diagnose, arm, urdf, tmp_path):
+    """`rostopic echo -p` writes arrays by index, and their names as text."""
+    t, q, tau = moved(arm, rows=900)
+    order = np.argsort(NAMES)
+    head = ["%time", *(f"field.name{k}" for k in range(6))]
+    head += [f"field.position{k}" for k in range(6)] + [f"field.effort{k}" for k in range(6)]
+    names = [NAMES[k] for k in order]
+    rows = [
+        [str(int(1e9 * (1_700_000_000 + a))), *names, *(f"{v:.10g}" for v in b), *(f"{v:.10g}" for v in c)]
+        for a, b, c in zip(t, q[:, order], tau[:, order])
+    ]
+    (tmp_path / "log.csv").write_text("\n".join(",".join(r) for r in [head, *rows]) + "\n")
+    code, said, data = diagnose("log.csv", "--model", urdf, *QUICK)
+    assert code == 0 and data["verdict"] == "no_gap", said
+    assert "%time [ns]" in said
+
+
+@pytest.mark.parametrize("name", ["case-006", "case-005"])
+def test_labelled_recordings_as_csv_have_the_verdict_that_they_have_directly(diagnose, reference, tmp_path, name):
+    recording = kr5.cell.load_recording(reference / "cases" / name)
+    kr5.cell.save_cell(case_logs.named(recording.cell), tmp_path / "model.yaml")
+    code, said, data = diagnose(*case_logs.case_csvs(recording, tmp_path), "--model", "model.yaml")
+    assert code == 0, said
+    label = json.loads((reference / "cases" / "labels.json").read_text())[name]["effects"]
+    assert causes(data) == sorted((e["effect"], e["target"]) for e in label)
+    assert data["verdict"] == ("explained" if label else "no_gap")
+
+
+def test_the_motions_of_a_labelled_recording_as_a_ros_bag(diagnose, reference, tmp_path):
+    pytest.importorskip("rosbags", reason="pip install 'kr5[bags]'")
+    recording = kr5.cell.load_recording(reference / "cases" / "case-005")
+    kr5.cell.save_cell(case_logs.named(recording.cell), tmp_path / "model.yaml")
+    bag = case_logs.case_bag(recording, tmp_path)[0]
+    code, said, data = diagnose(bag, "--model", "model.yaml", *QUICK)
+    assert code == 0, said
+    assert causes(data) == [("coulomb_friction", "joint6")]
+    assert data["causes"][0]["joint"] == NAMES[5]
+
+
+# What is wrong is said in words, with the remedy, and no cause is named.
+
+
+def refused(diagnose, *words, text):
+    code, said, _ = diagnose(*words)
+    assert code == 2, said
+    for part in (text,) if isinstance(text, str) else text:
+        assert part in said, said
+    return said
+
+
+def test_the_urdf_of_another_robot_is_told_by_its_names(diagnose, arm, urdf, tmp_path):
+    names = ["base_turn", "upper", "lower", "roll", "nod", "spin"]
+    case_logs.write_csv(tmp_path / "log.csv", joint_states(*moved(arm, rows=400), names=names))
+    refused(
+        diagnose,
+        "log.csv",
+        "--model",
+        urdf,
+        text=("the log names joints such as", "is this the model of the robot in the log?", NAMES[0]),
+    )
+
+
+def test_the_urdf_of_another_robot_is_told_by_its_loads(diagnose, arm, tmp_path):
+    other = kr5.cell.parse_cell(arm.to_yaml())
+    robot = other.robot
+    robot.links = [kr5.cell.Link(mass=1.0, com=[0.0, 0.0, 0.0], inertia=[0.01] * 3 + [0.0] * 3) for _ in range(6)]
+    other.robot = robot
+    kr5.cell.export_urdf(other, tmp_path / "other.urdf")
+    t, q, tau = moved(arm, rows=600)
+    columns = {"t": t} | {f"q{k + 1}": q[:, k] for k in range(6)} | {f"tau{k + 1}": tau[:, k] for k in range(6)}
+    case_logs.write_csv(tmp_path / "log.csv", columns)
+    refused(diagnose, "log.csv", "--model", "other.urdf", text="times what the simulation shows")
+
+
+def test_efforts_in_percent_are_refused(diagnose, arm, urdf, tmp_path):
+    t, q, tau = moved(arm, rows=400)
+    columns = {"t": t}
+    columns |= {f"pos_{k + 1}": q[:, k] for k in range(6)} | {f"torque_percent_{k + 1}": tau[:, k] for k in range(6)}
+    case_logs.write_csv(tmp_path / "log.csv", columns)
+    refused(diagnose, "log.csv", "--model", urdf, text=("per cent of a rated value", "--set 'columns.tau.scale=[...]'"))
+
+
+def test_efforts_each_joint_scales_otherwise_are_refused(diagnose, arm, urdf, tmp_path):
+    t, q, tau = moved(arm, rows=600)
+    rated = np.array([200.0, 300.0, 150.0, 40.0, 20.0, 10.0])
+    columns = {"t": t} | {f"q{k + 1}": q[:, k] for k in range(6)}
+    columns |= {f"effort{k + 1}": 100 * tau[:, k] / rated[k] for k in range(6)}
+    case_logs.write_csv(tmp_path / "log.csv", columns)
+    refused(
+        diagnose, "log.csv", "--model", urdf, text=("per cent of a rated torque", "--set 'columns.tau.scale=[...]'")
+    )
+
+
+def test_joints_counted_in_another_order_are_refused(diagnose, arm, urdf, tmp_path):
+    t, q, tau = moved(arm, rows=600)
+    order = [0, 2, 1, 3, 4, 5]
+    columns = {"t": t} | {f"q{k + 1}": q[:, j] for k, j in enumerate(order)}
+    columns |= {f"tau{k + 1}": tau[:, j] for k, j in enumerate(order)}
+    case_logs.write_csv(tmp_path / "log.csv", columns)
+    code, said, _ = diagnose("log.csv", "--model", urdf)
+    assert code == 2, said
+
+
+def test_the_log_of_a_stopped_arm_is_refused(diagnose, arm, urdf, tmp_path):
+    t, q, tau = moved(arm, rows=400)
+    random = np.random.default_rng(3)
+    still = q[:1] + random.normal(0, 1e-5, q.shape)
+    case_logs.write_csv(tmp_path / "log.csv", joint_states(t, still, tau))
+    refused(diagnose, "log.csv", "--model", urdf, text=("no joint moves", "log a motion of every joint"))
+
+
+def test_efforts_without_positions_and_empty_efforts_are_refused(diagnose, arm, urdf, tmp_path):
+    t, q, tau = moved(arm, rows=400)
+    columns = {"t": t} | {f"tau{k + 1}": tau[:, k] for k in range(6)}
+    case_logs.write_csv(tmp_path / "log.csv", columns)
+    refused(diagnose, "log.csv", "--model", urdf, text="no 6 columns of joint positions")
+    case_logs.write_csv(tmp_path / "log.csv", joint_states(t, q, np.full(tau.shape, np.nan)))
+    refused(
+        diagnose,
+        "log.csv",
+        "--model",
+        urdf,
+        text=("found no number in any row", "is the publisher asked to fill them in?"),
+    )
+
+
+def test_a_log_without_a_model_and_unknown_settings_are_refused(diagnose, arm, urdf, tmp_path):
+    case_logs.write_csv(tmp_path / "log.csv", joint_states(*moved(arm, rows=400)))
+    refused(diagnose, "log.csv", text="expected --model with the model of its robot")
+    refused(diagnose, "log.csv", "--model", urdf, "--set", "columns.tau", text="expected KEY=VALUE")
+    refused(diagnose, "log.csv", "--model", urdf, "--set", "columns.tau.unit=furlong", text="furlong")
+    refused(diagnose, "nosuch.csv", "--model", urdf, text="nosuch.csv: no such file")
+    refused(diagnose, "log.csv", "--model", "nosuch.urdf", text="nosuch.urdf")
+    refused(diagnose, tmp_path, "--model", urdf, text="is a folder without recording.yaml")
+
+
+def written_bag(folder, types, connections, messages):
+    from rosbags.rosbag2 import StoragePlugin, Writer
+
+    with Writer(folder, version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
+        made = {topic: writer.add_connection(topic, kind, typestore=types) for topic, kind in connections.items()}
+        for topic, t, message in messages:
+            writer.write(made[topic], int(t * 1e9), types.serialize_cdr(message, message.__msgtype__))
+    return folder
+
+
+@pytest.fixture
+def ros():
+    pytest.importorskip("rosbags", reason="pip install 'kr5[bags]'")
+    from rosbags.typesys import Stores, get_typestore
+
+    return get_typestore(Stores.ROS2_JAZZY)
+
+
+def state(ros, t, names, q, tau):
+    T = ros.types
+    stamp = T["builtin_interfaces/msg/Time"](sec=int(t), nanosec=round((t - int(t)) * 1e9))
+    header = T["std_msgs/msg/Header"](stamp=stamp, frame_id="")
+    return T["sensor_msgs/msg/JointState"](
+        header=header, name=list(names), position=q, velocity=np.zeros(0), effort=tau
+    )
+
+
+STATES = {"/joint_states": "sensor_msgs/msg/JointState"}
+
+
+def test_a_gripper_that_publishes_to_the_same_topic_is_kept_apart(diagnose, arm, urdf, tmp_path, ros):
+    t, q, tau = moved(arm, rows=900)
+    t = t + 1_700_000_000
+    messages = []
+    for a, b, c in zip(t, q, tau):
+        messages.append(("/joint_states", a, state(ros, a, NAMES, b, c)))
+        messages.append(
+            ("/joint_states", a + 0.003, state(ros, a + 0.003, ["finger"], np.array([0.01]), np.array([1.0])))
+        )
+    bag = written_bag(tmp_path / "bag", ros, STATES, messages)
+    code, said, data = diagnose(bag, "--model", urdf, *QUICK)
+    assert code == 0 and data["verdict"] == "no_gap", said
+
+
+def test_two_publishers_of_the_same_joints_are_refused(diagnose, arm, urdf, tmp_path, ros):
+    t, q, tau = moved(arm, rows=300)
+    t = t + 1_700_000_000
+    messages = []
+    for a, b, c in zip(t, q, tau):
+        messages.append(("/joint_states", a, state(ros, a, NAMES, b, c)))
+        messages.append(("/joint_states", a, state(ros, a, NAMES[:3], b[:3], c[:3])))
+    bag = written_bag(tmp_path / "bag", ros, STATES, messages)
+    refused(diagnose, bag, "--model", urdf, text=("two publishers write to this topic", "/joint_states"))
+
+
+def test_a_bag_without_joint_states_lists_its_topics(diagnose, urdf, tmp_path, ros):
+    text = ros.types["std_msgs/msg/String"](data="hello")
+    bag = written_bag(tmp_path / "bag", ros, {"/chatter": "std_msgs/msg/String"}, [("/chatter", 1.0, text)])
+    refused(diagnose, bag, "--model", urdf, text=("/chatter (std_msgs/msg/String)", "record /joint_states"))
+
+
+def test_a_bag_that_was_cut_off_is_refused(diagnose, arm, urdf, tmp_path, ros):
+    t, q, tau = moved(arm, rows=300)
+    messages = [("/joint_states", 1e9 + a, state(ros, 1e9 + a, NAMES, b, c)) for a, b, c in zip(t, q, tau)]
+    bag = written_bag(tmp_path / "bag", ros, STATES, messages)
+    file = next(bag.glob("*.db3"))
+    file.write_bytes(file.read_bytes()[:5000])
+    refused(diagnose, bag, "--model", urdf, text="cannot be read as a ROS bag")
