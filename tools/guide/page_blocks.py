@@ -19,6 +19,7 @@ MARK = re.compile(r"^<!-- (not run: (?P<reason>.+)|exit code (?P<code>\d+)) -->$
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 RUN = ("sh", "python")
 ANY = "…"
+SNIPPET = "--8<--"
 
 
 @dataclass
@@ -48,6 +49,9 @@ def read_blocks(page: str) -> list[Block]:
         end = next(e for e in range(k + 1, len(lines)) if lines[e] == "```")
         text = "\n".join(lines[k + 1 : end])
         title = re.search(r'title="([^"]+)"', opened[2])
+        if text.startswith(SNIPPET):  # a file with tests of its own
+            mark, k, adjacent = None, end + 1, False
+            continue
         if opened[1] == "text" and adjacent and out and out[-1].output is None:
             out[-1].output = text
         else:
