@@ -2,6 +2,7 @@
 
 from typing import Any
 
+import typer
 import typer.main
 from guide_markdown import cell_text, code, escape, table
 from kr5_tools.app import make_app
@@ -57,10 +58,10 @@ def _section(path: str, command: Any) -> str:
             continue
         text = escape(_plain(getattr(parameter, "help", None) or ""))
         if parameter.param_type_name == "argument":
-            arguments.append((code(parameter.make_metavar(None) if parameter.metavar is None else parameter.metavar), text))
+            arguments.append((code(parameter.display_name_raw), text))
         else:
             flags = "/".join([*parameter.opts, *parameter.secondary_opts])
-            metavar = "" if parameter.is_flag else parameter.metavar or _type_name(parameter)
+            metavar = "" if parameter.is_flag else parameter.metavar or parameter.display_type(typer.Context(command)).strip("<>")
             default = _default(parameter)
             options.append((code(flags), cell_text(metavar), text + (f" Default: {code(default)}." if default else "")))
     if arguments:
@@ -70,11 +71,6 @@ def _section(path: str, command: Any) -> str:
     if command.epilog:
         parts.append("```sh\n" + _examples(command.epilog) + "\n```")
     return "\n\n".join(parts)
-
-
-def _type_name(parameter: Any) -> str:
-    choices = getattr(parameter.type, "choices", None)
-    return " or ".join(map(str, choices)) if choices else str(parameter.type.name)
 
 
 def _default(parameter: Any) -> str:

@@ -7,6 +7,7 @@ import key_tables
 import kr5.cell
 from guide_markdown import code, escape, table
 from kr5_tools.files import result_models, results
+from kr5_tools.log_import import map_file
 from kr5_tools.simulation import protocol_file
 
 JOINTS = 2  # of the arm in tables of columns: enough to see how they are numbered
@@ -34,8 +35,8 @@ def signals_tables() -> str:
             rows = []
             for parameter in list(inspect.signature(signal).parameters.values())[1:]:
                 default = parameter.default
-                shown = "**required**" if default is inspect.Parameter.empty else key_tables._default_text(_plain(default))
-                value, _ = key_tables._annotation_text(parameter.annotation, parameter.name)
+                shown = "**required**" if default is inspect.Parameter.empty else key_tables.default_text(_plain(default))
+                value = key_tables.annotation_text(parameter.annotation, {})
                 rows.append((code(parameter.name), value, _unit(parameter.annotation), shown))
             doc = escape(inspect.cleandoc(signal.__doc__ or "").replace("\n", " "))
             heads = ("key", "value", "unit", "without it")
@@ -50,6 +51,11 @@ def _plain(default: Any) -> Any:
 def _unit(annotation: Any) -> str:
     found = (getattr(m, "description", None) for m in getattr(annotation, "__metadata__", ()))
     return next((escape(d) for d in found if d), "")
+
+
+def map_example() -> str:
+    """The example that the command shows, and its legend."""
+    return f"```yaml\n{map_file.EXAMPLE}```"
 
 
 def formats_table() -> str:

@@ -17,7 +17,7 @@ import cpp_pages
 import effect_pages
 import file_tables
 import key_tables
-import kr5
+import python_pages
 from mkdocs.structure.files import File
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -29,43 +29,52 @@ NOT_RUN = re.compile(r"^<!-- not run: (.+) -->\n", re.MULTILINE)
 MAKERS: dict[str, Callable[..., str]] = {
     "struct": lambda name, title, *skip: key_tables.struct_tables(name, title, skip),
     "model": lambda name, title: key_tables.model_tables(name, title),
+    "map_example": file_tables.map_example,
     "columns": file_tables.columns_tables,
     "signals": file_tables.signals_tables,
     "formats": file_tables.formats_table,
     "results": file_tables.results_tables,
 }
-PYTHON_MODULES = ("kr5",) + tuple(
-    f"kr5.{name}"
-    for name in (
-        "calibration", "cell", "fit", "force", "gap", "identification", "io", "kinematics", "physics", "picking", "predict",
-        "sim", "uncertainty", "vision",
+MADE: dict[str, str] = {}  # text of each page that is made, by its place
+
+
+def on_config(config: Any) -> Any:
+    """Makes the pages, and puts them into the navigation below the index of their folder."""
+    MADE.update(
+        {
+            "effects.md": effect_pages.effects_page(_pictures()),
+            "conventions.md": _from_root("CONVENTIONS.md"),
+            "changelog.md": _from_root("CHANGELOG.md"),
+            **command_pages.command_pages(),
+            **cpp_pages.cpp_pages(ROOT),
+            **python_pages.python_pages(),
+        }
     )
-)
+    for part in config.nav:
+        for entry in next(iter(part.values())):
+            inner = next(iter(entry.values())) if isinstance(entry, dict) else None
+            if isinstance(inner, list):
+                folder = inner[0].partition("/")[0]
+                inner += [place for place in MADE if place.startswith(f"{folder}/") and place not in inner]
+    return config
+
+
+def _pictures() -> Path | None:
+    """The folder of the pictures of the effects, drawn where they are not; none in a draft."""
+    if os.environ.get(DRAFT):
+        return None
+    effect_pages.draw_pictures(PICTURES, _digest())
+    return PICTURES
 
 
 def on_files(files: Any, config: Any) -> Any:
-    """Adds the pages that are made."""
-    pictures = None
-    if not os.environ.get(DRAFT):
-        pictures = PICTURES
-        effect_pages.draw_pictures(pictures, _digest())
-        for file in sorted(pictures.glob("*.png")):
-            files.append(File.generated(config, f"pictures/{file.name}", abs_src_path=str(file)))
-    pages = {
-        "effects.md": effect_pages.effects_page(pictures),
-        "conventions.md": _from_root("CONVENTIONS.md"),
-        "changelog.md": _from_root("CHANGELOG.md"),
-        **command_pages.command_pages(),
-        **cpp_pages.cpp_pages(ROOT),
-        **_python_pages(),
-    }
-    for place, text in pages.items():
+    """Adds the pages that are made, and their pictures."""
+    for place, text in MADE.items():
         files.append(File.generated(config, place, content=text))
+    if not os.environ.get(DRAFT):
+        for file in sorted(PICTURES.glob("*.png")):
+            files.append(File.generated(config, f"pictures/{file.name}", abs_src_path=str(file)))
     return files
-
-
-def on_nav(nav: Any, config: Any, files: Any) -> Any:
-    return nav
 
 
 def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
@@ -93,16 +102,3 @@ def _from_root(name: str) -> str:
     text = text.replace("](CONVENTIONS.md", "](conventions.md").replace("](share/doc/", "](")
     return re.sub(r"\[([^\]]+)\]\((CONTRIBUTING|README|LICENSE)(\.md)?\)", r"`\2\3`", text)
 
-
-def _python_pages() -> dict[str, str]:
-    rows, pages = [], {}
-    for module in PYTHON_MODULES:
-        found = kr5 if module == "kr5" else importlib.import_module(module)
-        line = (found.__doc__ or "").strip().split("\n")[0]
-        pages[f"python-api/{module}.md"] = f"# {module}\n\n::: {module}\n"
-        rows.append(f"| [`{module}`]({module}.md) | {line} |")
-    pages["python-api/index.md"] = (
-        "# Python reference\n\nEvery class and function with its documentation. How they are used: [Python](../python.md).\n\n"
-        "| module | holds |\n| --- | --- |\n" + "\n".join(rows) + "\n"
-    )
-    return pages

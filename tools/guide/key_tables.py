@@ -4,6 +4,7 @@ import importlib
 import inspect
 import types
 import typing
+from collections.abc import Sequence
 from typing import Any, Literal
 
 from guide_markdown import anchor, cell_text, code, escape, table
@@ -34,25 +35,24 @@ class StructTables:
     def __init__(self, title: str, level: int = 3):
         self.title, self.level = title, level
         self.parts: list[str] = []
-        self.done: dict[str, str] = {}  # heading of each struct
+        self.headings: dict[str, str] = {}  # of each struct
 
     def add(self, struct: Any, path: str = "", skip: tuple[str, ...] = ()) -> None:
         heading = f"`{path}`" if path else self.title
-        self.done[_full_name(struct)] = heading
+        self.headings.setdefault(_full_name(struct), heading)
         rows, inner = [], []
         for field in struct.fields():
             if field["name"] in skip:
                 continue
-            key = field["key"]
+            key = field.get("key", field["name"])
             value, nested = self._value(field, f"{path}.{key}" if path else key)
             if nested:
                 inner.append(nested)
-            without = "**required**" if field["required"] else _default_text(field["default"])
+            without = "**required**" if field.get("required") else default_text(field["default"])
             rows.append((code(key), value, without, escape(field["doc"])))
         self.parts.append(f"{'#' * self.level} {heading}\n\n{_first_line(struct)}\n\n{table(HEADS, rows)}")
         for child, name in inner:
-            if _full_name(child) not in self.done:
-                self.add(child, name)
+            self.add(child, name)
 
     def _value(self, field: dict[str, Any], path: str) -> tuple[str, tuple[Any, str] | None]:
         """The kind of value in words, and the struct in it with its path."""
@@ -75,8 +75,10 @@ class StructTables:
             if not hasattr(struct, "fields"):
                 return f"list of {struct.__name__}", None
             name = path + ("[ ]" if listed else "")
-            shown = self.done.get(_full_name(struct), f"`{name}`")
-            return f"{'list of maps' if listed else 'map'}, see [{shown}](#{anchor(shown)})", (struct, name)
+            new = _full_name(struct) not in self.headings
+            shown = self.headings.setdefault(_full_name(struct), f"`{name}`")
+            text = f"{'list of maps' if listed else 'map'}, see [{shown}](#{anchor(shown)})"
+            return text, ((struct, name) if new else None)
         return cell_text(item), None
 
 
@@ -88,7 +90,7 @@ def _first_line(struct: Any) -> str:
     return escape(inspect.cleandoc(struct.__doc__ or "").split("\n\n")[0].split("\nFields")[0])
 
 
-def _default_text(default: Any) -> str:
+def default_text(default: Any) -> str:
     if default is None or default == "" or default == []:
         return NONE
     if isinstance(default, dict):
@@ -112,21 +114,20 @@ def struct_tables(name: str, title: str, skip: tuple[str, ...] = (), level: int 
 def model_tables(name: str, title: str, level: int = 3) -> str:
     """Tables of a pydantic model of the command and of the models in it."""
     parts: list[str] = []
-    waiting, done = [(find(name), title)], {name}
+    headings = {_full_name(find(name)): title}
+    waiting = [find(name)]
     while waiting:
-        model, heading = waiting.pop(0)
+        model = waiting.pop(0)
         rows = []
         for field_name, field in model.model_fields.items():
             key = field.alias or field_name
-            value, inner = _annotation_text(field.annotation, key)
-            for child, path in inner:
-                if _full_name(child) not in done:
-                    done.add(_full_name(child))
-                    waiting.append((child, path))
-            without = "**required**" if field.is_required() else _default_text(_plain(field.default))
-            rows.append((code(key), value, without, escape(field.description or "")))
-        doc = _own_doc(model)
-        parts.append(f"{'#' * level} {heading}\n\n{escape(doc)}\n\n{table(HEADS, rows)}")
+            for child in _models_in(field.annotation):
+                if _full_name(child) not in headings:
+                    headings[_full_name(child)] = f"`{key}`"
+                    waiting.append(child)
+            without = "**required**" if field.is_required() else default_text(_plain(field.default))
+            rows.append((code(key), annotation_text(field.annotation, headings), without, escape(field.description or "")))
+        parts.append(f"{'#' * level} {headings[_full_name(model)]}\n\n{escape(_own_doc(model))}\n\n{table(HEADS, rows)}")
     return "\n\n".join(parts)
 
 
@@ -139,27 +140,32 @@ def _plain(value: Any) -> Any:
     return value.model_dump() if hasattr(value, "model_dump") else value
 
 
-def _annotation_text(annotation: Any, key: str) -> tuple[str, list[tuple[Any, str]]]:
-    """The kind of value in words, and the models in it with their headings."""
+def _models_in(annotation: Any) -> list[Any]:
+    """The models in an annotation."""
+    if hasattr(annotation, "model_fields"):
+        return [annotation]
+    return [m for a in typing.get_args(annotation) for m in _models_in(a)]
+
+
+def annotation_text(annotation: Any, headings: dict[str, str]) -> str:
+    """The kind of value in words; `headings` are those of the models."""
     origin, args = typing.get_origin(annotation), typing.get_args(annotation)
     if origin is typing.Annotated:
-        return _annotation_text(args[0], key)
+        return annotation_text(args[0], headings)
     if origin in (typing.Union, types.UnionType):
-        found = [_annotation_text(a, key) for a in args if a is not type(None)]
-        return " or ".join(dict.fromkeys(text for text, _ in found)), [m for _, inner in found for m in inner]
+        return " or ".join(dict.fromkeys(annotation_text(a, headings) for a in args if a is not type(None)))
     if origin is Literal:
-        return " or ".join(code(a) for a in args), []
-    if origin in (list, tuple) or (origin is not None and getattr(origin, "__name__", "") == "Sequence"):
-        text, inner = _annotation_text(args[0], key)
-        return f"list of {_plural(text)}", inner
+        return " or ".join(code(a) for a in args)
+    if origin in (list, tuple, Sequence):
+        return f"list of {_plural(annotation_text(args[0], headings))}"
     if origin is dict or annotation is dict:
-        return "map", []
+        return "map"
     if hasattr(annotation, "model_fields"):
-        heading = f"`{key}`"
-        return f"map, see [{heading}](#{anchor(heading)})", [(annotation, heading)]
+        heading = headings[_full_name(annotation)]
+        return f"map, see [{heading}](#{anchor(heading)})"
     if annotation is Any:
-        return "any", []
-    return WORDS.get(getattr(annotation, "__name__", ""), cell_text(annotation)), []
+        return "any"
+    return WORDS.get(getattr(annotation, "__name__", ""), cell_text(annotation))
 
 
 def _plural(text: str) -> str:
