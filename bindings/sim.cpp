@@ -11,6 +11,7 @@
 #include <kr5/sim/pellet_bin.hpp>
 #include <kr5/sim/scene.hpp>
 
+#include "effect_conversion.hpp"
 #include "struct_binder.hpp"
 
 namespace py = pybind11;

@@ -22,6 +22,7 @@ from mkdocs.structure.files import File
 
 ROOT = Path(__file__).resolve().parents[2]
 PICTURES = ROOT / "build/guide/pictures"
+VENDOR = Path(__file__).parent / "vendor/iframe-worker"
 DRAFT = "KR5_GUIDE_DRAFT"  # set: without pictures, which take a while to draw
 MAKE = re.compile(r"^<!-- make: (.+) -->$", re.MULTILINE)
 NOT_RUN = re.compile(r"^<!-- not run: (.+) -->\n", re.MULTILINE)
@@ -71,6 +72,8 @@ def on_files(files: Any, config: Any) -> Any:
     """Adds the pages that are made, and their pictures."""
     for place, text in MADE.items():
         files.append(File.generated(config, place, content=text))
+    worker = "/*" + (VENDOR / "LICENSE").read_text() + "*/\n" + (VENDOR / "shim.js").read_text()
+    files.append(File.generated(config, "assets/iframe-worker.js", content=worker))
     if not os.environ.get(DRAFT):
         for file in sorted(PICTURES.glob("*.png")):
             files.append(File.generated(config, f"pictures/{file.name}", abs_src_path=str(file)))
