@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <map>
 #include <optional>
 #include <string>
@@ -11,6 +12,7 @@
 #include "pose_caster.hpp"
 
 #include <kr5/core/fields.hpp>
+#include <kr5/io/reader.hpp>
 
 /// @file
 /// Values of fields to and from Python, with complaints that name the field.
@@ -240,6 +242,13 @@ inline constexpr FieldType field_type{
     &choices<T>,
     fields_function<T>()};
 
+/// Whether a file must have the key.
+template <class T>
+bool is_required(std::string_view key) {
+  if constexpr (io::HasRequired<T>) return std::ranges::find(T::required, key) != T::required.end();
+  return false;
+}
+
 template <HasFields T>
 const Fields& fields_of() {
   static const Fields all = [] {
@@ -247,7 +256,8 @@ const Fields& fields_of() {
     const T value{};
     T::each_field(value, [&](const char* name, const auto& member, const char* doc) {
       const auto offset = reinterpret_cast<const char*>(&member) - reinterpret_cast<const char*>(&value);
-      out.push_back({name, doc, offset, &field_type<std::remove_cvref_t<decltype(member)>>});
+      const std::string_view key = io::file_key<T>(name);
+      out.push_back({name, doc, key, is_required<T>(key), offset, &field_type<std::remove_cvref_t<decltype(member)>>});
     });
     return out;
   }();

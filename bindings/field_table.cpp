@@ -8,7 +8,7 @@
 namespace kr5::python {
 namespace {
 
-/// `fields()`: what the command line makes its options from.
+/// `fields()`: what the command line makes its options from, and the guide its tables of keys.
 py::list describe(const void* defaults, const Fields& fields) {
   py::list out;
   for (const Field& field : fields) {
@@ -17,6 +17,8 @@ py::list describe(const void* defaults, const Fields& fields) {
     entry["type"] = field.type->text();
     entry["default"] = field.type->to_plain(field.in(defaults));
     entry["doc"] = field.doc;
+    entry["key"] = py::str(field.key.data(), field.key.size());
+    entry["required"] = field.required;
     py::list choices;
     for (const std::string& choice : field.type->choices()) choices.append(choice);
     entry["choices"] = choices;

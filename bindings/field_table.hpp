@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -36,6 +37,8 @@ struct FieldType {
 struct Field {
   const char* name;
   const char* doc;
+  std::string_view key;   ///< In a file.
+  bool required;          ///< In a file.
   std::ptrdiff_t offset;  ///< In the struct [bytes].
   const FieldType* type;
 

@@ -11,6 +11,7 @@
 #include <kr5/sim/pellet_bin.hpp>
 #include <kr5/sim/scene.hpp>
 
+#include "effect_conversion.hpp"
 #include "struct_binder.hpp"
 
 namespace py = pybind11;
@@ -94,6 +95,13 @@ static void bind_scene(py::module_& m) {
   bind_struct<Expectation>(m, "Expectation", "Expectation on a column of a scene.");
   bind_struct<SceneCheck>(m, "SceneCheck", "Result of an expectation.");
   bind_struct<ScenePictures>(m, "ScenePictures", "Pictures that the camera of a scene takes.");
+  bind_struct<SceneScan>(m, "SceneScan", "Profiles that the line scanner of a scene takes.");
+  bind_struct<WayPoint>(m, "WayPoint", "Place on the way of an arm: joint values, or a pose of its tool or camera.");
+  bind_enum<ControllerKind>(m, "ControllerKind", "Kind of the controller of a scene.");
+  bind_struct<Controller>(m, "Controller", "Controller of a scene.");
+  bind_struct<Objects>(m, "Objects", "Objects that the arm of a scene can touch or see.");
+  bind_struct<SceneEvent>(m, "SceneEvent", "Change of the effects during a scene.");
+  bind_struct<Scene>(m, "Scene", "Cell, objects, controller, duration and expected results (kr5-scene/1).");
   bind_struct<ScenePicture>(m, "ScenePicture", "Picture of a scene: camera pose and the scene before the camera.");
   py::class_<SceneResult>(m, "SceneResult", "Result of a scene.")
       .def_readonly("passed", &SceneResult::passed, "True when every expectation is met.")
@@ -115,6 +123,7 @@ static void bind_scene(py::module_& m) {
       .def_property_readonly(
           "profiles", [](const SceneResult& r) { return r.profiles; },
           "Profiles of the scanner, with the columns of the kind `scan` (a copy).");
+  m.def("load_scene", &load_scene, py::arg("file"), "Reads a scene file. IoError names file, line and field.");
   m.def(
       "run_scene", [](const std::filesystem::path& file) { return run_scene(file); }, py::arg("file"),
       py::call_guard<py::gil_scoped_release>(),

@@ -59,7 +59,7 @@ test_python() {
   local junit=$build/log/python.xml
   rm -f "$junit"
   wait "$environment" || true  # need_tool tries again, and says what failed
-  need_wheel || { count 0 1; return; }
+  need_wheel && need_requirements docs || { count 0 1; return; }
   say "testing the Python package and the command"
   "$venv/bin/python" -m pytest -q -n "$(nproc)" --dist loadscope --durations 10 --junitxml "$junit" || true
   count_junit "$junit"

@@ -65,12 +65,12 @@ header: names of the columns of a text file without them
 class Clock(Document):
     """Where the times of a log stand, or the interval between its rows."""
 
-    column: str | None = None
-    unit: str = "s"
+    column: str | None = Field(None, description="name of the column with the times")
+    unit: str = Field("s", description="unit of the times: s, ms, us or ns")
     every: PositiveNumber | None = Field(None, description="interval of a log without a clock [s]")
-    offset: float = Field(0.0, description="[s]")
-    repair: Literal["sort"] | None = None
-    max_gap: PositiveNumber | None = Field(None, description="[s]")
+    offset: float = Field(0.0, description="added to the times [s]")
+    repair: Literal["sort"] | None = Field(None, description="what is done with rows out of order")
+    max_gap: PositiveNumber | None = Field(None, description="longest gap between rows that is accepted [s]")
 
     @model_validator(mode="after")
     def _column_or_interval(self) -> "Clock":
@@ -83,22 +83,22 @@ class Clock(Document):
 
 
 class Resampling(Document):
-    every: PositiveNumber | None = Field(None, description="[s]")
-    method: Literal["linear", "cubic", "previous"] = "linear"
-    low_pass: PositiveNumber | None = Field(None, description="[Hz]")
+    every: PositiveNumber | None = Field(None, description="interval of the rows of the recording [s]")
+    method: Literal["linear", "cubic", "previous"] = Field("linear", description="interpolation between rows of the log")
+    low_pass: PositiveNumber | None = Field(None, description="cut-off frequency of a filter without delay [Hz]")
 
 
 class ExperimentEntry(Document):
-    name: str = Field(min_length=1)
-    kind: Literal["motion", "poses", "views", "scan", "step", "press", "profile"]
-    split: Literal["fit", "check"]
+    name: str = Field(min_length=1, description="name of the experiment")
+    kind: Literal["motion", "poses", "views", "scan", "step", "press", "profile"] = Field(description="what was done")
+    split: Literal["fit", "check"] = Field(description="use of the data: to estimate, or only to judge")
     begin: float | None = Field(None, alias="from", description="seconds since the beginning of the log")
     end: float | None = Field(None, alias="to", description="seconds since the beginning of the log")
     rows: list[int] | None = Field(None, min_length=2, max_length=2, description="first and last row, from 1")
     lead_in: float = Field(0.0, ge=0, description="time at the beginning that is simulated and not judged [s]")
-    log: str | None = None
-    clock: Clock | None = None
-    columns: dict[str, Any] = {}
+    log: str | None = Field(None, description="file of its log, where it is not the main one")
+    clock: Clock | None = Field(None, description="clock of that log")
+    columns: dict[str, Any] = Field({}, description="columns of its own, in place of those of the map")
 
     @field_validator("rows")
     @classmethod
@@ -110,15 +110,15 @@ class ExperimentEntry(Document):
 
 class SourceEntry(Document):
     columns: str | list[str | int] | None = Field(None, alias="from", description="column of the log, or one each")
-    value: float | list[float] | None = None
-    unit: str | list[str] | None = None
-    scale: float | list[float] = 1.0
-    offset: float | list[float] = 0.0
-    side: Literal["joint", "motor"] = "joint"
-    frame: Pose | None = None
-    log: str | None = None
-    clock: Clock | None = None
-    missing: Literal["fail", "interpolate", "drop"] = "fail"
+    value: float | list[float] | None = Field(None, description="number that holds throughout, in place of a column")
+    unit: str | list[str] | None = Field(None, description="unit of the log, for all members or of each")
+    scale: float | list[float] = Field(1.0, description="what 1 of the log is, for all members or of each; -1 turns a sign")
+    offset: float | list[float] = Field(0.0, description="added after scale, in the unit of the log")
+    side: Literal["joint", "motor"] = Field("joint", description="side of the gears on which it was measured")
+    frame: Pose | None = Field(None, description="pose of the sensor of the log in S [m, rad]")
+    log: str | None = Field(None, description="file of these columns, where it is not the main log")
+    clock: Clock | None = Field(None, description="clock of these columns, where they have one of their own")
+    missing: Literal["fail", "interpolate", "drop"] = Field("fail", description="what is done with rows without a number")
 
     @model_validator(mode="after")
     def _column_or_value(self) -> "SourceEntry":
@@ -129,25 +129,25 @@ class SourceEntry(Document):
 
 class ToolEntry(Document):
     columns: list[str | int] = Field(alias="from", description="a list of columns: x, y, z and those of the rotation")
-    position: str = "m"
-    rotation: str = "quaternion_xyzw"
-    angle: str = "rad"
-    device: Pose = [0.0] * 6
-    mark: Pose = [0.0] * 6
+    position: str = Field("m", description="unit of x, y, z")
+    rotation: str = Field("quaternion_xyzw", description="form of the rotation, as in dataset.yaml")
+    angle: str = Field("rad", description="unit of angles: rad or deg")
+    device: Pose = Field([0.0] * 6, description="pose of the measuring device in B [m, rad]")
+    mark: Pose = Field([0.0] * 6, description="pose of the measured body in E [m, rad]")
 
 
 class MapFile(Document):
     format: Literal["kr5-map/1"]
     cell: str = Field(min_length=1, description="the cell file, such as cell.yaml")
-    clock: Clock | None = None
+    clock: Clock | None = Field(None, description="where the times of the log stand")
     columns: dict[str, Any] = Field(
         description='what each family of columns comes from, such as q: {from: "pos_{}", unit: deg}'
     )
-    resample: Resampling = Resampling()
+    resample: Resampling = Field(Resampling(), description="interval of the recording; without every, that of the log")
     experiments: list[ExperimentEntry] = Field(
         min_length=1, description="a list such as [{name: motion-1, kind: motion, split: fit}]"
     )
-    header: list[str | int] | None = None
+    header: list[str | int] | None = Field(None, description="names of the columns of a file without them")
 
     @field_validator("experiments")
     @classmethod
