@@ -194,11 +194,12 @@ def _loads(cell: Any, e: Any) -> list[LogProblem]:
 
 
 def _without_friction(cell: Any) -> Any:
-    """Descriptions of robots state friction that is no more than a placeholder; units are told by gravity and inertia."""
-    if cell.drives is None:
-        return cell
+    """Descriptions of robots state friction that is no more than a placeholder; units are told by gravity and
+    inertia."""
     out = kr5.cell.parse_cell(cell.to_yaml())
     drives, n = out.drives, cell.robot.joints
+    if drives is None:
+        return cell
     drives.friction = kr5.cell.Friction(coulomb=np.zeros(n), viscous=np.zeros(n))
     out.drives = drives
     return out
@@ -271,8 +272,8 @@ def _scale(cell: Any, e: Any, columns: list[Any], got: np.ndarray, model: np.nda
             LogProblem(
                 e.name,
                 f"{names[0]} to {names[-1]}",
-                f"{slope[known].min():.3g} to {slope[known].max():.3g} times what the simulation shows, another factor for"
-                " each joint",
+                f"{slope[known].min():.3g} to {slope[known].max():.3g} times what the simulation shows, another factor"
+                " for each joint",
                 "about once",
                 "are they per cent of a rated torque, or currents? State what 1 of the log is for each joint:"
                 f" --set 'columns.{columns[0].name.rstrip('0123456789')}.scale=[...]', or scale as a list in the map",
