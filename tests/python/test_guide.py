@@ -14,7 +14,11 @@ sys.path[:0] = [str(ROOT / "tools/guide")]
 import page_blocks
 
 GUIDE = ROOT / "share/doc"
-PAGES = [p for p in page_blocks.pages(GUIDE) if any(b.language in page_blocks.RUN for b in page_blocks.read_blocks(p.read_text()))]
+PAGES = [
+    p
+    for p in page_blocks.pages(GUIDE)
+    if any(b.language in page_blocks.RUN for b in page_blocks.read_blocks(p.read_text()))
+]
 MOST_NOT_RUN = 0.3  # of the blocks of the guide
 
 
@@ -109,7 +113,10 @@ def test_quoted_output_is_compared(quoted, printed, same):
 
 
 def test_blocks_are_read():
-    page = '# A\n\n<!-- not run: why -->\n```sh\na\n```\n\n```sh\nb\n```\n\n```text\nc\n```\n\ntext\n\n```text\nd\n```\n\n```yaml title="x.yaml"\ne\n```\n'
+    page = (
+        "# A\n\n<!-- not run: why -->\n```sh\na\n```\n\n```sh\nb\n```\n\n```text\nc\n```\n\n"
+        'text\n\n```text\nd\n```\n\n```yaml title="x.yaml"\ne\n```\n'
+    )
     found = page_blocks.read_blocks(page)
     assert [(b.language, b.text, b.not_run, b.output, b.title) for b in found] == [
         ("sh", "a", "why", None, ""),

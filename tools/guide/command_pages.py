@@ -4,9 +4,10 @@ from typing import Any
 
 import typer
 import typer.main
+from rich.text import Text
+
 from guide_markdown import cell_text, code, escape, table
 from kr5_tools.app import make_app
-from rich.text import Text
 
 
 def command_pages() -> dict[str, str]:
@@ -20,9 +21,10 @@ def command_pages() -> dict[str, str]:
         body = "\n\n".join(_section(path, leaf) for path, leaf in leaves)
         pages[f"commands/{name}.md"] = f"# kr5 {name}\n\n{escape(_plain(command.help or ''))}\n\n{body}"
     index = (
-        "# Commands\n\nEvery command, made from its `--help`. Options are in SI units unless their help shows another one"
-        " in brackets. Exit codes: 0 done; 1 done, but the result is unusable or not what was claimed; 2 bad input, with one"
-        " line on standard error and no file written; 130 stopped by Ctrl-C.\n\n" + table(("command", "does"), rows)
+        "# Commands\n\nEvery command, made from its `--help`. Options are in SI units unless their help shows another"
+        " one in brackets. Exit codes: 0 done; 1 done, but the result is unusable or not what was claimed; 2 bad input,"
+        " with one line on standard error and no file written; 130 stopped by Ctrl-C.\n\n"
+        + table(("command", "does"), rows)
     )
     return {"commands/index.md": index, **pages}
 
@@ -61,7 +63,11 @@ def _section(path: str, command: Any) -> str:
             arguments.append((code(parameter.display_name_raw), text))
         else:
             flags = "/".join([*parameter.opts, *parameter.secondary_opts])
-            metavar = "" if parameter.is_flag else parameter.metavar or parameter.display_type(typer.Context(command)).strip("<>")
+            metavar = (
+                ""
+                if parameter.is_flag
+                else parameter.metavar or parameter.display_type(typer.Context(command)).strip("<>")
+            )
             default = _default(parameter)
             options.append((code(flags), cell_text(metavar), text + (f" Default: {code(default)}." if default else "")))
     if arguments:

@@ -9,7 +9,7 @@ import tempfile
 import xml.etree.ElementTree as xml
 from pathlib import Path
 
-from guide_markdown import cell_text, code, escape, table
+from guide_markdown import code, escape, table
 
 DOXYFILE = """\
 INPUT = {inputs}
@@ -55,8 +55,8 @@ def _pages(reader: "Reader", folders: list[Path]) -> dict[str, str]:
         pages[f"cpp-api/{module}.md"] = f"# {module} (C++)\n\n{table(('header', 'holds'), listed)}\n\n{sections}"
         rows += [(f"[`{h}`]({module}.md#{_anchor(h)})", escape(brief)) for h, brief, _ in headers]
     pages["cpp-api/index.md"] = (
-        "# C++ reference\n\nEvery public header, by module, with what it declares. Public headers show Eigen and the standard"
-        " library only. How to build and link: [C++](../cpp.md).\n\n" + table(("header", "holds"), rows)
+        "# C++ reference\n\nEvery public header, by module, with what it declares. Public headers show Eigen and the"
+        " standard library only. How to build and link: [C++](../cpp.md).\n\n" + table(("header", "holds"), rows)
     )
     return pages
 
@@ -111,8 +111,12 @@ class Reader:
                 word = _text(member.find("name"))
                 initial = _text(member.find("initializer")).removeprefix("=").strip()
                 rows.append(
-                    (code(word), code(_text(member.find("type"))), code(initial) if initial else "",
-                     escape(docs.get(word) or _described(member)))
+                    (
+                        code(word),
+                        code(_text(member.find("type"))),
+                        code(initial) if initial else "",
+                        escape(docs.get(word) or _described(member)),
+                    )
                 )
             elif member.get("kind") == "function" and _text(member.find("name")) != "each_field":
                 methods.append(_member(member, level="####"))
@@ -179,9 +183,7 @@ def _member(member: xml.Element, level: str = "###") -> str:
     name, kind = _text(member.find("name")), member.get("kind")
     said = _described(member)
     if kind == "enum":
-        rows = [
-            (code(_text(v.find("name"))), escape(_described(v))) for v in member.findall("enumvalue")
-        ]
+        rows = [(code(_text(v.find("name"))), escape(_described(v))) for v in member.findall("enumvalue")]
         return f"{level} `enum {name}`\n\n{escape(said)}\n\n{table(('value', 'meaning'), rows)}"
     if not said or name == "enum_names" or name.startswith("operator"):
         return ""

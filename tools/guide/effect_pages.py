@@ -10,16 +10,16 @@ from kr5_tools.gap_report.messages import capitalised
 INTRODUCTION = """\
 # Effects
 
-The effects that a diagnosis tries, and that a cell may carry under `effects:`. Each is one row of the catalogue and one law of the
-library. `kr5 gap effects` prints this list, `kr5 gap effects EFFECT` one of them, and
+The effects that a diagnosis tries, and that a cell may carry under `effects:`. Each is one row of the catalogue and one
+law of the library. `kr5 gap effects` prints this list, `kr5 gap effects EFFECT` one of them, and
 
 ```sh
 kr5 gap effects coulomb_friction --pictures pictures
 ```
 
-draws what an effect does to a recording. In the pictures, red is the residual of a simulation without the effect, grey with it, both in
-units of the noise; on the left over time or row, on the right over the variable that orders the residual best. An effect of your own is a
-few lines of Python: see [Python](python.md#an-effect-of-your-own).
+draws what an effect does to a recording. In the pictures, red is the residual of a simulation without the effect,
+grey with it, both in units of the noise; on the left over time or row, on the right over the variable that orders the
+residual best. An effect of your own is a few lines of Python: see [Python](python.md#an-effect-of-your-own).
 """
 
 
@@ -79,6 +79,7 @@ def draw_pictures(folder: Path, stamp: str) -> None:
     if noted.is_file() and noted.read_text() == stamp:
         return
     import kr5.cell
+
     from kr5_tools.gap.effect_pictures import write_effect_pictures
 
     folder.mkdir(parents=True, exist_ok=True)

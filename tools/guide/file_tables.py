@@ -3,8 +3,9 @@
 import inspect
 from typing import Any
 
-import key_tables
 import kr5.cell
+
+import key_tables
 from guide_markdown import code, escape, table
 from kr5_tools.files import result_models, results
 from kr5_tools.log_import import map_file
@@ -35,7 +36,9 @@ def signals_tables() -> str:
             rows = []
             for parameter in list(inspect.signature(signal).parameters.values())[1:]:
                 default = parameter.default
-                shown = "**required**" if default is inspect.Parameter.empty else key_tables.default_text(_plain(default))
+                shown = (
+                    "**required**" if default is inspect.Parameter.empty else key_tables.default_text(_plain(default))
+                )
                 value = key_tables.annotation_text(parameter.annotation, {})
                 rows.append((code(parameter.name), value, _unit(parameter.annotation), shown))
             doc = escape(inspect.cleandoc(signal.__doc__ or "").replace("\n", " "))

@@ -1,4 +1,4 @@
-"""What MkDocs calls when it builds the guide: pages and tables that are made from the code, so that nothing is written twice.
+"""What MkDocs calls when it builds the guide: pages and tables made from the code, so that nothing is written twice.
 
 A line `<!-- make: NAME ARGUMENTS -->` of a page becomes what the function of that name in MAKERS returns.
 """
@@ -12,13 +12,14 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from mkdocs.structure.files import File
+
 import command_pages
 import cpp_pages
 import effect_pages
 import file_tables
 import key_tables
 import python_pages
-from mkdocs.structure.files import File
 
 ROOT = Path(__file__).resolve().parents[2]
 PICTURES = ROOT / "build/guide/pictures"
@@ -104,4 +105,3 @@ def _from_root(name: str) -> str:
     text = (ROOT / name).read_text(encoding="utf-8")
     text = text.replace("](CONVENTIONS.md", "](conventions.md").replace("](share/doc/", "](")
     return re.sub(r"\[([^\]]+)\]\((CONTRIBUTING|README|LICENSE)(\.md)?\)", r"`\2\3`", text)
-

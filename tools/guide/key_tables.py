@@ -126,8 +126,12 @@ def model_tables(name: str, title: str, level: int = 3) -> str:
                     headings[_full_name(child)] = f"`{key}`"
                     waiting.append(child)
             without = "**required**" if field.is_required() else default_text(_plain(field.default))
-            rows.append((code(key), annotation_text(field.annotation, headings), without, escape(field.description or "")))
-        parts.append(f"{'#' * level} {headings[_full_name(model)]}\n\n{escape(_own_doc(model))}\n\n{table(HEADS, rows)}")
+            rows.append(
+                (code(key), annotation_text(field.annotation, headings), without, escape(field.description or ""))
+            )
+        parts.append(
+            f"{'#' * level} {headings[_full_name(model)]}\n\n{escape(_own_doc(model))}\n\n{table(HEADS, rows)}"
+        )
     return "\n\n".join(parts)
 
 

@@ -1,9 +1,9 @@
 """Blocks of code of a page of the guide, and how they run: for the tests of the guide.
 
 A block `sh` or `python` runs as typed, in the folder of its page, in order. What stands before it says otherwise:
-`<!-- not run: REASON -->`, or `<!-- exit code 1 -->` where the command is to end with that code. A block `text` that follows
-is what the block prints; a line `…` of it stands for any lines, a `…` within a line for any text. A block with
-`title="FILE"` is written into that file of the folder.
+`<!-- not run: REASON -->`, or `<!-- exit code 1 -->` where the command is to end with that code. A block `text` that
+follows is what the block prints; a line `…` of it stands for any lines, a `…` within a line for any text. A block
+with `title="FILE"` is written into that file of the folder.
 """
 
 import os
@@ -79,8 +79,14 @@ def run_block(block: Block, folder: Path, environment: dict[str, str], timeout: 
     """Runs a block and gives what it printed. @raises AssertionError when it ends otherwise than it should."""
     words = ["bash", "-euo", "pipefail", "-c"] if block.language == "sh" else [sys.executable, "-c"]
     done = subprocess.run(
-        [*words, block.text], cwd=folder, env=environment, text=True, timeout=timeout,
-        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        [*words, block.text],
+        cwd=folder,
+        env=environment,
+        text=True,
+        timeout=timeout,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
     )
     where = f"line {block.line}: {block.text}"
     assert done.returncode == block.code, f"{where}\nexit code {done.returncode}, expected {block.code}\n{done.stdout}"

@@ -1,7 +1,7 @@
 """A page for each module of the Python package: every class and function, from the stubs that type checkers read.
 
-Griffe reads stubs and docstrings. The pages are written here and not by mkdocstrings, because nearly all classes are lists of
-fields: as a table they are read at a glance, and a page has a tenth of the size.
+Griffe reads stubs and docstrings. The pages are written here and not by mkdocstrings, because nearly all classes are
+lists of fields: as a table they are read at a glance, and a page has a tenth of the size.
 """
 
 import importlib
@@ -12,12 +12,25 @@ from typing import Any
 
 import griffe
 import kr5
+
 from guide_markdown import code, escape, table
 from key_tables import default_text
 
 MODULES = (
-    "calibration", "cell", "fit", "force", "gap", "identification", "io", "kinematics", "physics", "picking", "predict", "sim",
-    "uncertainty", "vision",
+    "calibration",
+    "cell",
+    "fit",
+    "force",
+    "gap",
+    "identification",
+    "io",
+    "kinematics",
+    "physics",
+    "picking",
+    "predict",
+    "sim",
+    "uncertainty",
+    "vision",
 )
 STANDARD = {"fields", "from_dict", "to_dict"}  # of every class that is a list of fields
 SHORTER = (
@@ -41,14 +54,13 @@ def python_pages() -> dict[str, str]:
     for name in MODULES:
         pages[f"python-api/kr5.{name}.md"] = _page(f"kr5.{name}", package[name], importlib.import_module(f"kr5.{name}"))
     rows = [
-        (f"[`{Path(place).stem}`]({Path(place).name})", escape(text.split("\n")[2]))
-        for place, text in pages.items()
+        (f"[`{Path(place).stem}`]({Path(place).name})", escape(text.split("\n")[2])) for place, text in pages.items()
     ]
     index = (
-        "# Python reference\n\nEvery class and function. How they are used: [Python](../python.md). A class that is a list of"
-        " fields takes them as keyword arguments, and has `to_dict()`, `from_dict(dict)` and `fields()`; where it is a set of"
-        " options, `validate()` raises `kr5.InvalidArgument` naming the field. An enumeration is accepted by its name in lower"
-        " case, too.\n\n" + table(("module", "holds"), rows)
+        "# Python reference\n\nEvery class and function. How they are used: [Python](../python.md). A class that is a"
+        " list of fields takes them as keyword arguments, and has `to_dict()`, `from_dict(dict)` and `fields()`; where"
+        " it is a set of options, `validate()` raises `kr5.InvalidArgument` naming the field. An enumeration is"
+        " accepted by its name in lower case, too.\n\n" + table(("module", "holds"), rows)
     )
     return {"python-api/index.md": index, **pages}
 
@@ -132,11 +144,15 @@ def _docstring(doc: Any) -> str:
         elif kind in ("returns", "yields"):
             parts.append("\n".join(_item("Returns", p) for p in section.value))
         elif kind == "raises":
-            parts.append("\n".join(f"- Raises `{_shorter(p.annotation)}`: {_said(p.description)}" for p in section.value))
+            parts.append(
+                "\n".join(f"- Raises `{_shorter(p.annotation)}`: {_said(p.description)}" for p in section.value)
+            )
         elif kind == "admonition":
             parts.append(escape(section.value.contents))
         elif kind == "examples":
-            parts.append("\n\n".join(f"```python\n{t}\n```" if k.value == "examples" else escape(t) for k, t in section.value))
+            parts.append(
+                "\n\n".join(f"```python\n{t}\n```" if k.value == "examples" else escape(t) for k, t in section.value)
+            )
     return "\n\n".join(p for p in parts if p)
 
 
@@ -158,11 +174,19 @@ def _class(name: str, cls: Any, found: Any, module: str) -> str:
         return "\n\n".join(parts)
     fields = {f["name"]: f for f in found.fields()} if hasattr(found, "fields") else {}
     rows = [
-        (code(f["name"]), code(_shorter(f["type"])), default_text(f["default"]), escape(f["doc"])) for f in fields.values()
+        (code(f["name"]), code(_shorter(f["type"])), default_text(f["default"]), escape(f["doc"]))
+        for f in fields.values()
     ]
     for word, member in cls.members.items():
         if word not in fields and member.is_attribute and not word.startswith("_"):
-            rows.append((code(word), code(_shorter(member.annotation)), "", _said(member.docstring.value if member.docstring else "")))
+            rows.append(
+                (
+                    code(word),
+                    code(_shorter(member.annotation)),
+                    "",
+                    _said(member.docstring.value if member.docstring else ""),
+                )
+            )
     if rows:
         parts.append(table(("field", "type", "default", "meaning"), rows))
     for word, member in cls.members.items():
