@@ -47,7 +47,7 @@ def test_few_commands_are_not_run():
 
 def build(folder, config=ROOT / "tools/guide/mkdocs.yml"):
     environment = {**os.environ, "KR5_GUIDE_DRAFT": "1", "NO_MKDOCS_2_WARNING": "1"}
-    words = [sys.executable, "-m", "mkdocs", "build", "--strict", "-q", "-f", str(config), "-d", str(folder)]
+    words = [sys.executable, "-m", "mkdocs", "build", "--strict", "-f", str(config), "-d", str(folder)]
     return subprocess.run(words, capture_output=True, text=True, env=environment, timeout=300)
 
 
