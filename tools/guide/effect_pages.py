@@ -17,7 +17,7 @@ law of the library. `kr5 gap effects` prints this list, `kr5 gap effects EFFECT`
 kr5 gap effects coulomb_friction --pictures pictures
 ```
 
-draws what an effect does to a recording. In the pictures, red is the residual of a simulation without the effect,
+draws what an effect does to a recording. In the pictures, orange is the residual of a simulation without the effect,
 grey with it, both in units of the noise; on the left over time or row, on the right over the variable that orders the
 residual best. An effect of your own is a few lines of Python: see [Python](python.md#an-effect-of-your-own).
 """
