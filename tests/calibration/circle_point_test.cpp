@@ -86,7 +86,7 @@ TEST_CASE("exact arcs of points and of poses give the axis to a nanometre, in th
 }
 
 TEST_CASE("the 95 % region of an axis holds the truth in 93 to 97 % of trials", "[coverage][statistics]") {
-  const int trials = test::trials(2000, 300);
+  const int trials = test::trials(2000, 150);
   for (const bool poses : {false, true}) {
     Random random(2);
     test::Coverage coverage(poses ? "circle-point axis, poses" : "circle-point axis, points", 4);

@@ -121,7 +121,7 @@ TEST_CASE(
 }
 
 TEST_CASE("the 95 % region of the lengths holds the truth in 93 to 97 % of trials", "[coverage][statistics]") {
-  const int trials = test::trials(2000, 200);
+  const int trials = test::trials(2000, 100);
   Random random(2);
   const DhChain arm = arm_of(0.18, 0.6, 0.12, 0.62);
   test::Coverage coverage("lengths by parallel planes", 4);

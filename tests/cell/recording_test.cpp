@@ -267,6 +267,50 @@ TEST_CASE("a motion that begins before the arm rests is warned of, unless it has
   CHECK_FALSE(warned());
 }
 
+TEST_CASE("readings of an arm at rest are not taken for motion, however noisy the cell says they are") {
+  Recording recording = test::sample_recording();
+  std::erase_if(recording.experiments, [](const Experiment& e) { return e.kind != Kind::Motion; });
+  recording.experiments.resize(1);
+  Experiment& motion = recording.experiments.front();
+  recording.cell.noise.position = 2e-4;
+  int warned = 0;
+  for (std::uint64_t seed = 1; seed <= 50; ++seed) {
+    Random random(seed);
+    const Eigen::Index rows = motion.data.values.rows();
+    motion.data.values.col(motion.data.find("t")) =
+        Eigen::VectorXd::LinSpaced(rows, 0.0, 0.001 * static_cast<double>(rows - 1));
+    for (int j = 1; j <= recording.cell.robot.joints(); ++j) {
+      const int q = motion.data.find("q" + std::to_string(j));
+      REQUIRE(q >= 0);
+      for (Eigen::Index i = 0; i < 8; ++i)
+        motion.data.values(i, q) = motion.data.values(0, motion.data.find("qc" + std::to_string(j))) +
+                                   recording.cell.noise.position * random.normal();
+    }
+    for (const io::Diagnostic& d : check(recording))
+      warned += d.found.find("when the motion begins") != std::string::npos;
+  }
+  CHECK(warned <= 1);  // 4 standard deviations beside 0.02 rad/s, of 300 joints
+}
+
+TEST_CASE("a lead-in is checked like the rows behind it, by its lines") {
+  const test::Folder folder("damaged_lead_in");
+  Recording recording = test::sample_recording();
+  std::erase_if(recording.experiments, [](const Experiment& e) { return e.kind != Kind::Motion; });
+  recording.experiments.resize(1);
+  Experiment& motion = recording.experiments.front();
+  motion = split_lead_in(motion, 0.2);
+  motion.lead_in.values(3, motion.lead_in.find("t")) = motion.lead_in.values(1, motion.lead_in.find("t"));
+  save_recording(recording, folder.path);
+  bool told = false;
+  for (const io::Diagnostic& d : check(folder.path / "recording.yaml"))
+    told = told || (d.field == "t" && d.line == 5 && d.expected.find("time that increases") == 0);
+  CHECK(told);
+  motion.data.values(2, motion.data.find("qc1")) = 1e13;
+  for (const io::Diagnostic& d : check(recording))
+    if (d.field == "qc1" && d.expected.find("a magnitude") == 0)
+      CHECK(d.line == 2 + static_cast<int>(motion.lead_in.values.rows()) + 2);
+}
+
 TEST_CASE("noise of single joints takes the place of that of all, and is checked") {
   Cell cell = test::sample_recording().cell;
   CHECK(cell.noise.of("current", 3) == cell.noise.current);

@@ -224,11 +224,18 @@ TEST_CASE("a motion that is cut while the arm moves is judged after a lead-in as
 
 TEST_CASE("effects that a cell or a recording cannot show are listed as not tried, with what is missing") {
   Random random(42);
-  cell::Recording r = protocol::only(protocol::record(protocol::nominal(), random), cell::Kind::Motion);
+  cell::Recording r;
+  r.cell = protocol::nominal();
   r.cell.tool.reset();
   r.cell.camera.reset();
   r.cell.laser.reset();
+  for (const cell::Split split : {cell::Split::Fit, cell::Split::Check}) {
+    const std::string name = "motion-" + std::to_string(r.experiments.size() + 1);
+    r.experiments.push_back(protocol::motion(random, 0.0, 800, 2.0).experiment(name, cell::Kind::Motion, split));
+    protocol::show(r.experiments.back(), r.cell, random);
+  }
   const gap::Diagnosis d = diagnosed(r);
+  CHECK(d.verdict == gap::Verdict::NoGap);
   const auto reason = [&](const std::string& effect) {
     for (const gap::UntriedEffect& e : d.not_tried)
       if (e.effect == effect) return e.reason;
@@ -280,6 +287,31 @@ TEST_CASE("what a simulator is known to be off in a column is no structure there
   CHECK(known.verdict == gap::Verdict::NoGap);
   options.simulator_errors = {{"motion.i3", 0.15}};
   CHECK(gap::diagnose(r, predict::FastSimulator(), options).verdict != gap::Verdict::NoGap);
-  options.simulator_errors = {{"motion.i3", -1.0}};
-  CHECK_THROWS_AS(gap::diagnose(r, predict::FastSimulator(), options), InvalidArgument);
+  const auto refused = [&](std::vector<gap::ColumnError> errors, const std::string& why) {
+    options.simulator_errors = std::move(errors);
+    CHECK_THROWS_WITH(gap::diagnose(r, predict::FastSimulator(), options), Catch::Contains(why));
+  };
+  refused({{"motion.i3", -1.0}}, "motion.i3 must be finite and not negative");
+  refused({{"motion.i3", 0.1}, {"motion.i3", 0.1}}, "motion.i3 is stated twice");
+  refused({{"motion.j3", 0.1}}, "found column 'motion.j3', expected one of motion.fx");
+}
+
+TEST_CASE("gaps are relative to the noise whether the simulator is known to be off or not", "[not_sanitized]") {
+  Random random(45);
+  cell::Recording r = protocol::only(protocol::record(protocol::nominal(), random), cell::Kind::Motion);
+  for (cell::Experiment& e : r.experiments)  // an offset of 20 standard deviations, which is named
+    e.data.values.col(e.data.find("i2")).array() += 20 * r.cell.noise.current;
+  gap::DiagnoseOptions options;
+  options.max_effects = options.refits = options.beam = 1;
+  const auto gap_of_i2 = [&] {
+    const gap::Diagnosis d = gap::diagnose(r, predict::FastSimulator(), options);
+    INFO(text(d));
+    for (const gap::ColumnReduction& c : d.reduction.columns)
+      if (c.column == "motion.i2") return c.before;
+    FAIL("no gap in motion.i2");
+    return 0.0;
+  };
+  const double plain = gap_of_i2();
+  options.simulator_errors = {{"motion.i2", 3 * r.cell.noise.current}};
+  CHECK(gap_of_i2() == Approx(plain).epsilon(0.02));
 }

@@ -232,6 +232,24 @@ TEST_CASE("what a diagnosis could not tell apart is what to plan for") {
   CHECK(gap::tied_alternatives(diagnosis) == expected);
 }
 
+TEST_CASE("measured motions of a cell without servos are planned for, and nothing is called a tie that was not tried",
+          "[not_sanitized]") {
+  Random random(77);
+  cell::Recording r = protocol::only(protocol::record(protocol::nominal(), random), cell::Kind::Motion);
+  r.cell.servo.reset();
+  for (cell::Experiment& e : r.experiments) e.joint_reference = cell::JointReference::Measured;
+  gap::PlanOptions options;
+  options.keep = 3;
+  const gap::Plan plan = gap::plan(r, predict::FastSimulator(),
+                                   {{{"coulomb_friction", "joint2"}}, {{"viscous_friction", "joint2"}}}, options);
+  INFO(plan.text);
+  CHECK_FALSE(plan.exact_tie);
+  REQUIRE_FALSE(plan.experiments.empty());
+  CHECK(plan.experiments.front().separation_repeated > options.separation);
+  for (const gap::PlannedExperiment& e : plan.experiments)
+    CHECK((e.experiment.kind != cell::Kind::Motion || e.experiment.joint_reference == cell::JointReference::Measured));
+}
+
 TEST_CASE("plans that make no sense are refused") {
   Random random(35);
   const cell::Recording r = protocol::only(protocol::record(protocol::nominal(), random), cell::Kind::Step);

@@ -364,7 +364,7 @@ def test_columns_have_words_and_parts(group, words, part):
             "changes sign with the direction of motion and varies with the speed of joint 3",
         ),
         ("t", "grows with it", "grows with the time"),
-        ("q4", "about the same everywhere", "is a constant offset"),
+        ("q4", "constant offset", "is a constant offset"),
         ("predicted i3", "grows with it", "grows with the simulated current of joint 3"),
         ("zcd", "grows with it", "grows with the commanded vertical speed"),
         ("cx", "grows with it", "grows with the place x of the peg"),

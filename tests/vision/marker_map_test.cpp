@@ -68,7 +68,7 @@ std::vector<MarkerSighting> sightings(int images, double sigma, Random& random) 
 }  // namespace
 
 TEST_CASE("the map of markers in space lies within its stated uncertainty", "[coverage][statistics]") {
-  const int trials = test::trials(500, 60);
+  const int trials = test::trials(500, 40);
   Random random(4);
   const Target map = truth();
   test::Coverage coverage("marker map", 6);

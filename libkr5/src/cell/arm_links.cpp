@@ -138,6 +138,7 @@ std::vector<Pose> link_displacements(const ArmLinks& before, const ArmLinks& aft
   const std::size_t found = before.links.size(), expected = after.links.size();
   require(found == expected, "found " + std::to_string(found) + (found == 1 ? " joint" : " joints") +
                                  ", and the cell has " + std::to_string(expected));
+  require(!before.links.empty(), "links: found none, expected at least one joint");
   require_near_axes(before, after);
   std::vector<Pose> out;
   for (std::size_t i = 0; i < before.links.size(); ++i) {

@@ -110,9 +110,8 @@ void read_cell_of(ReadRecording& out, std::vector<Diagnostic>& diagnostics) {
   out.cell_usable = diagnostics.size() == before;
 }
 
-/// Puts the first rows aside, with their line numbers.
-void take_lead_in(Experiment& e, double duration, std::vector<int>& lines, const std::string& file,
-                  std::vector<Diagnostic>& diagnostics) {
+/// Puts the first rows aside.
+void take_lead_in(Experiment& e, double duration, const std::string& file, std::vector<Diagnostic>& diagnostics) {
   if (duration <= 0) return;
   const int t = e.data.find("t");
   const double length = t < 0 ? 0.0 : e.data.values(e.data.values.rows() - 1, t) - e.data.values(0, t);
@@ -122,7 +121,6 @@ void take_lead_in(Experiment& e, double duration, std::vector<int>& lines, const
     return;
   }
   e = split_lead_in(e, duration);
-  lines.erase(lines.begin(), lines.begin() + e.lead_in.values.rows());
 }
 
 void read_experiments(ReadRecording& out, const std::vector<double>& lead_in, std::vector<Diagnostic>& diagnostics) {
@@ -139,7 +137,7 @@ void read_experiments(ReadRecording& out, const std::vector<double>& lead_in, st
     out.lines.back() = std::move(parsed.lines);
     if (out.cell_usable && e.data.values.rows() > 0)
       out.usable.back() = check_columns(e, out.recording.cell.robot.joints(), file.string(), diagnostics);
-    if (out.usable.back()) take_lead_in(e, lead_in[i], out.lines.back(), file.string(), diagnostics);
+    if (out.usable.back()) take_lead_in(e, lead_in[i], file.string(), diagnostics);
   }
 }
 

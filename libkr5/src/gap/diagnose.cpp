@@ -118,21 +118,34 @@ class Diagnoser {
           column + " shows almost no noise, as with a coarse resolution or a dead sensor; the declared noise is used");
   }
 
+  void require_compared(const std::vector<ColumnError>& errors) const {
+    std::set<std::string> compared;
+    for (const Block& block : data_.blocks) compared.insert(column_name(block.kind, block.column));
+    for (const ColumnError& own : errors) {
+      if (compared.contains(own.column)) continue;
+      std::string names;
+      for (const std::string& name : compared) names += (names.empty() ? "" : ", ") + name;
+      throw InvalidArgument("simulator_errors: found column '" + own.column + "', expected one of " + names);
+    }
+  }
+
   /// Takes what the simulator is known to be off in a column as noise beside that of the sensor.
   void add_known_errors() {
     std::set<std::string> widened;
+    require_compared(options_.simulator_errors);
     for (Block& block : data_.blocks) {
       const double error = known_error(options_, column_name(block.kind, block.column));
       if (error == 0.0) continue;
       const double sigma = std::hypot(block.sigma, error);
-      block.rows_of(base_) *= block.sigma / sigma;
+      block.widening = sigma / block.sigma;
+      block.rows_of(base_) /= block.widening;
       block.sigma = sigma;
       widened.insert(column_name(block.kind, block.column));
     }
     if (!widened.empty())
-      out_.warnings.push_back("gaps of " + std::to_string(widened.size()) +
-                              " columns are in units of the noise and of what the best model of the arm leaves, "
-                              "together");
+      out_.warnings.push_back("the error of the best model of the arm is known for " + std::to_string(widened.size()) +
+                              (widened.size() == 1 ? " column" : " columns") +
+                              " and is not blamed on an effect; gaps are relative to the sensor noise alone");
   }
 
   Screen make_screen() const {
@@ -243,7 +256,8 @@ class Diagnoser {
   void mark_late_spikes() {
     const int found = mark_spikes(data_, models_.best().residual, true);
     if (found > 0)
-      out_.warnings.push_back(std::to_string(found) + " more samples deviate from the fitted model and were left out");
+      out_.warnings.push_back(std::to_string(found) + (found == 1 ? " more sample deviates" : " more samples deviate") +
+                              " from the fitted model and " + (found == 1 ? "was" : "were") + " left out");
   }
 
   std::vector<double> trusts_of(const Model& model, const ResidualAnalysis& rest) const {
@@ -392,8 +406,12 @@ void DiagnoseOptions::validate() const {
   require(simulator_accuracy >= 0 && simulator_accuracy < 1, "simulator_accuracy must lie between 0 and 1");
   require(simulator_floor >= 0, "simulator_floor must not be negative");
   require(threads >= 0, "threads must not be negative");
-  for (const ColumnError& own : simulator_errors)
-    require(own.error >= 0 && std::isfinite(own.error), "simulator_errors: " + own.column + " must not be negative");
+  std::set<std::string> named;
+  for (const ColumnError& own : simulator_errors) {
+    require(own.error >= 0 && std::isfinite(own.error),
+            "simulator_errors: " + own.column + " must be finite and not negative");
+    require(named.insert(own.column).second, "simulator_errors: " + own.column + " is stated twice");
+  }
 }
 
 Diagnosis diagnose(const cell::Recording& recording, const cell::Simulator& simulator, const DiagnoseOptions& options) {

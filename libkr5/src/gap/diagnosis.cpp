@@ -81,10 +81,11 @@ Node cause(const Cause& c, const cell::Robot& robot) {
   }
   out["parameters"] = parameters;
   out["gap_closed"] = Node::make_scalar(c.explained_fraction);
-  out["tied_with"] = list(c.tied_with, [](const EffectName& e) {
+  out["tied_with"] = list(c.tied_with, [&](const EffectName& e) {
     Node name = map();
     name["effect"] = text(e.effect);
     name["target"] = text(e.target);
+    add_joint(name, robot, e.target);
     return name;
   });
   return out;
@@ -116,10 +117,11 @@ std::string to_json(const Diagnosis& d) {
   Node& next = out["next_experiment"] = map();
   next["separates"] = list(d.next_experiment.separates, [](const std::string& s) { return text(s); });
   next["do"] = text(d.next_experiment.what);
-  out["nearest"] = list(d.nearest, [](const NearestEffect& e) {
+  out["nearest"] = list(d.nearest, [&](const NearestEffect& e) {
     Node entry = map();
     entry["effect"] = text(e.effect);
     entry["target"] = text(e.target);
+    add_joint(entry, d.cell.robot, e.target);
     entry["gap"] = Node::make_scalar(e.gap);
     entry["reason"] = text(e.reason);
     return entry;

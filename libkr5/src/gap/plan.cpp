@@ -128,6 +128,7 @@ class Planner {
     std::vector<Entry> out;
     for (std::size_t i = 0; i < all.size(); ++i)
       if (scores[i]) out.push_back({std::move(all[i]), std::move(*scores[i])});
+    simulated_ = simulated_ || !out.empty();
     rank(out);
     return out;
   }
@@ -188,7 +189,7 @@ class Planner {
       p.columns = std::move(e.score.columns);
       out_.experiments.push_back(std::move(p));
     }
-    out_.exact_tie = out_.experiments.empty();
+    out_.exact_tie = simulated_ && out_.experiments.empty();
     out_.text = text();
   }
 
@@ -200,6 +201,10 @@ class Planner {
                     out_.already);
       out = numbers;
     }
+    if (!simulated_)
+      return out +
+             "No experiment could be tried: this cell cannot simulate a motion of its own choice. State its servos "
+             "(servo.joint), or record more of the kinds that it has";
     if (out_.exact_tie) {
       out += "No experiment that was tried distinguishes " + text_of(out_.alternatives) +
              ", even with 100 repeats: they look the same to the sensors of this cell, or differ by less than the "
@@ -219,6 +224,7 @@ class Planner {
   const cell::Recording& recording_;
   const cell::Simulator& simulator_;
   const PlanOptions& options_;
+  bool simulated_ = false;  ///< Any proposal.
   std::size_t truth_ = 0;
   Fitted true_one_;
   cell::Recording synthesized_;

@@ -125,12 +125,12 @@ def dependence_text(dependence: dict[str, Any], kind: str | None = None) -> str:
     turn = ""
     if m := re.match(r"changes sign with (\w+), ", how):
         turn, how = "changes sign with the direction of motion", how[m.end() :]
-        if how == "about the same everywhere":
+        if how == "constant offset":
             return f"{turn}, and is of the same size at any {name}"
         turn += " and "
-    if how == "about the same everywhere":
+    if how == "constant offset":
         return f"{turn}is a constant offset"
-    if how.startswith("slower than"):
+    if how.startswith("drifts slowly"):
         return f"{turn}drifts slowly"
     if m := re.match(r"(below|above|between) ", how):
         return f"{turn}is largest where the {name} is {how}"

@@ -25,9 +25,8 @@ class DataCheck {
     size();
     still();
     start();
-    for (const std::string& name : e_.data.columns) finite(name);
-    for (const char* name : {"pose", "view", "line", "run", "marker"}) whole(name);
-    time();
+    const Experiment all = with_lead_in(e_);
+    DataCheck(all, cell_, file_, lines_, diagnostics_).form();
     joints();
     following();
     if (e_.kind == Kind::Poses) poses();
@@ -45,7 +44,18 @@ class DataCheck {
   Eigen::VectorXd column(const std::string& name) const {
     return e_.data.find(name) < 0 ? Eigen::VectorXd{} : e_.data.column(name);
   }
-  int line(Row row) const { return lines_.empty() ? static_cast<int>(row) + 2 : lines_[static_cast<std::size_t>(row)]; }
+  /// Of a row behind the lead-in, which stands before it in the file.
+  int line(Row row) const {
+    row += e_.lead_in.values.rows();
+    return lines_.empty() ? static_cast<int>(row) + 2 : lines_[static_cast<std::size_t>(row)];
+  }
+
+  /// What must hold of the rows of a lead-in, too, since they are simulated.
+  void form() {
+    for (const std::string& name : e_.data.columns) finite(name);
+    for (const char* name : {"pose", "view", "line", "run", "marker"}) whole(name);
+    time();
+  }
 
   void report(Row row, const std::string& name, const std::string& found, const std::string& expected,
               Severity severity = Severity::Warning) {
@@ -129,18 +139,20 @@ class DataCheck {
   /// A simulation of commands begins at rest, and so must what it is compared with, or a lead-in goes before.
   void start() {
     constexpr Row few = 8;
-    constexpr double moving = 0.02;  // [rad/s or m/s]
+    constexpr double moving = 0.02, sure = 4.0;  // [rad/s or m/s]; standard deviations of a slope
     const Row rows = e_.data.values.rows();
     if (e_.kind != Kind::Motion || e_.joint_reference == JointReference::Measured || e_.lead_in.values.rows() > 0 ||
         rows < few)
       return;
     const Eigen::VectorXd t = column("t").head(few).array() - column("t").head(few).mean();
     for (int j = 1; j <= cell_.robot.joints(); ++j) {
-      const std::string number = std::to_string(j),
-                        name = e_.data.find("q" + number) >= 0 ? "q" + number : "qc" + number;
+      const std::string number = std::to_string(j);
+      const bool measured = e_.data.find("q" + number) >= 0;
+      const std::string name = (measured ? "q" : "qc") + number;
       const Eigen::VectorXd q = column(name).head(few);
-      const double speed = std::abs(t.dot(q) / std::max(t.squaredNorm(), 1e-12));
-      if (speed <= moving) continue;
+      const double squares = std::max(t.squaredNorm(), 1e-12), speed = std::abs(t.dot(q) / squares),
+                   noise = measured ? cell_.noise.position / std::sqrt(squares) : 0.0;
+      if (speed <= moving + sure * noise) continue;
       report(0, name,
              "joint " + number + " moves at " + rounded_text(speed) + (slides(j - 1) ? " m/s" : " rad/s") +
                  " when the motion begins",

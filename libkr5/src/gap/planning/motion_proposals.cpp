@@ -127,7 +127,12 @@ class Motions {
   void add(const Eigen::MatrixXd& path, std::string what, double wait, double load, double start) {
     if (!workspace_.contains_path(path)) return;
     if (load > 0) what += ", with " + two_digits(load) + " kg more on the tool";
-    Proposal p{{"next", cell::Kind::Motion, "next.csv", cell::Split::Fit, {}}, std::move(what), load, 0.0};
+    // A cell without servos cannot simulate how an arm follows commands; its motors then follow the path itself.
+    const auto& servo = workspace_.cell.servo;
+    const cell::JointReference reference =
+        servo && !servo->joint.empty() ? cell::JointReference::Commanded : cell::JointReference::Measured;
+    Proposal p{
+        {"next", cell::Kind::Motion, "next.csv", cell::Split::Fit, {}, reference, {}}, std::move(what), load, 0.0};
     p.seconds = set_up + workspace_.cycle * static_cast<double>(path.rows()) + wait + (load > 0 ? hang : 0.0);
     p.experiment.data.columns = {"t"};
     for (Eigen::Index j = 0; j < path.cols(); ++j) p.experiment.data.columns.push_back("qc" + std::to_string(j + 1));

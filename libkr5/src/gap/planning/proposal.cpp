@@ -43,18 +43,21 @@ std::vector<int> joints_of(const std::vector<std::vector<EffectName>>& all) {
 }
 
 Proposal repeat_experiment(const Family& family, const cell::Experiment& e, const std::string& what) {
-  Proposal out{{"next", e.kind, "next.csv", cell::Split::Fit, {}}, what, 0.0, set_up};
+  Proposal out{{"next", e.kind, "next.csv", cell::Split::Fit, {}, e.joint_reference, {}}, what, 0.0, set_up};
+  const cell::Experiment whole = cell::with_lead_in(e);
   std::vector<Eigen::Index> at;
   for (const cell::Column& c : cell::columns(e.kind, family.recording.cell.robot.joints()))
-    if (const int i = e.data.find(c.name); c.role == cell::Role::Given && i >= 0) {
+    if (const int i = whole.data.find(c.name); c.role == cell::Role::Given && i >= 0) {
       at.push_back(i);
       out.experiment.data.columns.push_back(c.name);
     }
-  out.experiment.data.values = e.data.values(Eigen::all, at);
+  out.experiment.data.values = whole.data.values(Eigen::all, at);
   if (const int t = out.experiment.data.find("t"); t >= 0) {
     auto clock = out.experiment.data.values.col(t);
     out.seconds += clock.maxCoeff() - clock.minCoeff();
+    const double lead_in = e.data.column("t")(0) - clock(0);
     clock.array() += end_time_of(family.recording, e.kind) + set_up - clock.minCoeff();
+    out.experiment = cell::split_lead_in(out.experiment, lead_in);
   }
   return out;
 }

@@ -10,6 +10,16 @@
 namespace kr5::gap {
 namespace {
 
+/// Factor from units of sigma to units of noise, of the columns of a group.
+double widening_of(const ComparisonData& data, const Group& group) {
+  return group.judged.empty() ? 1.0 : data.blocks[group.judged.front()].widening;
+}
+
+/// RMS residual of a group over its noise.
+double gap_over_noise(const ComparisonData& data, const Group& group, const Eigen::VectorXd& counted) {
+  return widening_of(data, group) * gap_of(data, group.judged, counted).rms;
+}
+
 /// Groups above the floor at the nominal cell.
 std::vector<const Group*> exceeding(const ComparisonData& data, const std::vector<Group>& groups,
                                     const Eigen::VectorXd& before) {
@@ -23,7 +33,7 @@ std::vector<const Group*> exceeding(const ComparisonData& data, const std::vecto
 double rms_gap(const ComparisonData& data, const std::vector<const Group*>& groups, const Eigen::VectorXd& counted) {
   double sum = 0.0;
   for (const Group* group : groups) {
-    const double gap = gap_of(data, group->judged, counted).rms;
+    const double gap = gap_over_noise(data, *group, counted);
     sum += gap * gap;
   }
   return groups.empty() ? 1.0 : std::sqrt(sum / static_cast<double>(groups.size()));
@@ -40,13 +50,14 @@ uncertainty::Interval bootstrap(const ComparisonData& data, const std::vector<co
   std::vector<Pieces> all;
   for (const Group* group : groups) {
     Pieces& pieces = all.emplace_back();
+    const double widening = widening_of(data, *group);
     for (const int b : group->judged) {
       const Block& block = data.blocks[b];
       const Eigen::Index length = std::max<Eigen::Index>(1, std::min(piece, block.rows / 20));
       for (Eigen::Index i = 0; i < block.rows; i += length) {
         const Eigen::Index n = std::min(length, block.rows - i);
         const auto r = counted.segment(block.first + i, n).array();
-        pieces.chi2.push_back(r.isNaN().select(0.0, r.square()).sum());
+        pieces.chi2.push_back(widening * widening * r.isNaN().select(0.0, r.square()).sum());
         pieces.samples.push_back(r.isNaN().select(0.0, data.use.segment(block.first + i, n)).sum());
       }
     }
@@ -86,10 +97,11 @@ std::vector<ColumnExcess> column_excesses(const ComparisonData& data, const std:
     if (!rest.structured[g] && !above_floor(gap)) continue;
     std::vector<Dependence> depends = rest.structure[g].dependences;
     if (depends.size() > 3) depends.resize(3);
-    const double excess = std::max(gap.rms * gap.rms - 1, 0.0);
+    const double over_noise = gap_over_noise(data, groups[g], rest.shown);
+    const double excess = std::max(over_noise * over_noise - 1, 0.0);
     total += excess;
     out.push_back({std::string(kr5::name_of(groups[g].kind)), groups[g].column,
-                   cell::find_column(groups[g].kind, groups[g].column).target, gap.rms, excess, std::move(depends)});
+                   cell::find_column(groups[g].kind, groups[g].column).target, over_noise, excess, std::move(depends)});
   }
   for (ColumnExcess& place : out) place.share = total > 0 ? place.share / total : 0.0;
   std::sort(out.begin(), out.end(), [](const ColumnExcess& a, const ColumnExcess& b) { return a.share > b.share; });
@@ -105,8 +117,7 @@ GapReduction gap_reduction(const ComparisonData& data, const std::vector<Group>&
   out.before_ci = bootstrap(data, above, before);
   out.after_ci = bootstrap(data, above, after);
   for (const Group* group : above)
-    out.columns.push_back(
-        {group->name(), gap_of(data, group->judged, before).rms, gap_of(data, group->judged, after).rms});
+    out.columns.push_back({group->name(), gap_over_noise(data, *group, before), gap_over_noise(data, *group, after)});
   return out;
 }
 
@@ -114,8 +125,8 @@ double explained_fraction(const ComparisonData& data, const std::vector<Group>& 
                           const Eigen::VectorXd& without, const Eigen::VectorXd& with) {
   double from = 0.0, to = 0.0;
   for (const Group* group : exceeding(data, groups, before)) {
-    from += std::pow(gap_of(data, group->judged, without).rms, 2) - 1;
-    to += std::pow(gap_of(data, group->judged, with).rms, 2) - 1;
+    from += std::pow(gap_over_noise(data, *group, without), 2) - 1;
+    to += std::pow(gap_over_noise(data, *group, with), 2) - 1;
   }
   return from > 0 ? std::clamp((from - to) / from, 0.0, 1.0) : 0.0;
 }

@@ -12,6 +12,8 @@
 namespace kr5::gap {
 namespace {
 
+constexpr double elsewhere = 2.0;  // times the error where it is known, on other rows
+
 double sum_of_squares(const ComparisonData& data, const Group& group, const Eigen::VectorXd& stacked) {
   double sum = 0.0;
   for (const int b : group.all) sum += data.blocks[b].rows_of(stacked).squaredNorm();
@@ -20,7 +22,6 @@ double sum_of_squares(const ComparisonData& data, const Group& group, const Eige
 
 /// What the simulator may be off without any effect, as a sum of squares of a column.
 double floor_of(const ComparisonData& data, const Group& group, const DiagnoseOptions& options) {
-  constexpr double elsewhere = 2.0;  // times the error where it is known, on other rows
   const double error = elsewhere * known_error(options, group.name());
   double sum = 0.0;
   for (const int b : group.all) {
@@ -93,6 +94,16 @@ void add_inconsistencies(const ComparisonData& data, const std::vector<Group>& g
   }
 }
 
+/// Whether a column is further off on the data to check by than what the simulator is known to be off allows for.
+bool beyond_known_error(const ComparisonData& data, const Group& group, const Eigen::VectorXd& counted,
+                        const DiagnoseOptions& options) {
+  const double error = known_error(options, group.name());
+  if (error == 0.0 || group.judged.empty()) return false;
+  const double floor = elsewhere * error / data.blocks[group.judged.front()].sigma,
+               gap = gap_of(data, group.judged, counted).rms;
+  return gap * gap > 1 + floor * floor;
+}
+
 /// Full trust when an effect leaves no more than the simulator may be off with it, none when it leaves a twentieth of
 /// what it explains; by the logarithm in between.
 double trust_of(double left, double accuracy) {
@@ -126,9 +137,9 @@ ResidualAnalysis analyze_residual(const FitProblem& problem, const std::vector<G
   const double level = options.false_alarms / static_cast<double>(groups.size());
   parallel_for(static_cast<int>(groups.size()), options.threads,
                [&](int g) { out.structure[g] = structure(data, groups[g], out.counted, discrepancy[g], level); });
-  for (const Structure& s : out.structure) {
-    out.structured.push_back(s.p < level);
-    out.strength.push_back(s.strength);
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    out.structured.push_back(out.structure[g].p < level || beyond_known_error(data, groups[g], out.shown, options));
+    out.strength.push_back(out.structure[g].strength);
   }
   add_inconsistencies(data, groups, model, options, out);
   return out;

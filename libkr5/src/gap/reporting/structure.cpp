@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <string_view>
 
 #include <kr5/uncertainty/confidence.hpp>
 
@@ -12,6 +13,7 @@
 namespace kr5::gap {
 namespace {
 
+constexpr std::string_view drifts = "drifts slowly";
 constexpr int bins = 12;
 
 /// Means of a residual over bins of a variable.
@@ -63,7 +65,7 @@ std::string shape(const Means& m, const std::string& unit) {
     }
     if (k > 0 && m.mean[k] > m.mean[k - 1]) ++rising;
   }
-  if (mean * mean * n > 4 * total) return "about the same everywhere";
+  if (mean * mean * n > 4 * total) return "constant offset";
   const auto text = [&](double x) {
     char buffer[32];
     std::snprintf(buffer, sizeof buffer, "%.3g", x);
@@ -79,7 +81,7 @@ std::string shape(const Means& m, const std::string& unit) {
 
 /// Sums over pieces of `length` samples: what is slower than that stands out.
 Test run_test(const Eigen::VectorXd& r, const Eigen::ArrayXd& use, int length) {
-  Test out{"t", "slower than " + std::to_string(length) + " samples", 0.0, 0.0};
+  Test out{"t", std::string(drifts) + ", over " + std::to_string(length) + " samples and more", 0.0, 0.0};
   for (Eigen::Index i = 0; i + length <= r.size(); i += length) {
     const double n = use.segment(i, length).sum();
     if (n <= 0) continue;
@@ -187,7 +189,7 @@ Structure structure(const ComparisonData& data, const Group& group, const Eigen:
         {test.variable, test.how, 1.0 - p, std::clamp((test.statistic - test.dof) / excess, 0.0, 1.0)});
   }
   // That it lasts longer than a sample is said only where nothing tells what it depends on.
-  const auto lasts = [](const Dependence& d) { return d.how.starts_with("slower than"); };
+  const auto lasts = [](const Dependence& d) { return d.how.starts_with(drifts); };
   std::sort(out.dependences.begin(), out.dependences.end(), [&](const Dependence& a, const Dependence& b) {
     return lasts(a) != lasts(b) ? lasts(b) : a.share > b.share;
   });
