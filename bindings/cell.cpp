@@ -203,6 +203,15 @@ static void bind_recording(py::module_& m) {
         "Experiment with the rows of its first `duration` seconds as lead-in. Raises InvalidArgument when no row is "
         "left.");
   m.def("with_lead_in", &with_lead_in, py::arg("experiment"), "Experiment with its lead-in as part of the data.");
+  m.def(
+      "initial_speed",
+      [](const Eigen::VectorXd& t, const Eigen::VectorXd& q) {
+        const InitialSpeed found = initial_speed(t, q);
+        return std::pair(found.value, found.noise_gain);
+      },
+      py::arg("t"), py::arg("q"),
+      "Speed of a joint [rad/s or m/s] when its readings begin, and its standard deviation over that of one reading "
+      "[1/s], by a parabola through the readings of the first 0.1 s. t: n times [s]; q: n positions [rad or m].");
   py::class_<Recording>(m, "Recording", "Commands and sensor readings of a cell (kr5-recording/1).")
       .def(py::init([](Cell cell, std::vector<Experiment> experiments) {
              Recording r;

@@ -155,6 +155,23 @@ TEST_CASE("the verdict tells the expected error and names one outlier among the 
              Catch::StartsWith("At ") && Catch::Contains("your tolerance: 2 mm") && Catch::Contains(cause.text));
 }
 
+TEST_CASE("a board of another size is named although some views are bad, too") {
+  int found = 0;
+  constexpr int trials = 6;
+  for (std::uint64_t seed = 0; seed < trials; ++seed) {
+    Draw d = draw_fault(HandEyeCause::OutlierViews, 6'100 + seed);
+    for (View& v : d.recording.views) v.points *= 1.04;
+    const HandEyeDiagnosis diagnosis = diagnose_hand_eye(d.recording, calibrated(d.recording));
+    CAPTURE(diagnosis.text);
+    if (diagnosis.causes.empty() || diagnosis.causes[0].cause != HandEyeCause::TargetSizeWrong) continue;
+    ++found;
+    CHECK(diagnosis.verdict != CalibrationVerdict::Good);
+    for (const NamedCause& c : diagnosis.causes)
+      for (const int view : c.views) CHECK(view < static_cast<int>(d.recording.views.size()));
+  }
+  CHECK(found >= trials - 1);
+}
+
 TEST_CASE("no fault is denied of a recording whose answer is bad") {
   // Points of every view scattered by centimetres: no single fault explains that.
   Random random(44);

@@ -31,17 +31,19 @@ def names(stem):
 
 @pytest.fixture(scope="module")
 def truth(arm):
-    """A motion of all joints as the simulator shows it, with the noise of the cell: columns by name."""
+    """A motion of all joints as the simulator shows it, with the noise of the cell: columns by name. It rests every
+    3 s, where a log may be cut."""
     random = np.random.default_rng(5)
     t = 0.012 * np.arange(ROWS)
     home = np.array([0.1, 0.2, -2.4, 0.3, -0.9, 0.2])
     swing = np.array([0.5, 0.35, 0.4, 0.6, 0.5, 0.8])
     beat = np.array([1.1, 1.7, 1.4, 2.3, 1.9, 2.9])
-    qc = home + swing * (1 - np.cos(beat * t[:, None])) / 2
+    going = t - 3 / (2 * np.pi) * np.sin(2 * np.pi * t / 3)
+    qc = home + swing * (1 - np.cos(beat * going[:, None])) / 2
     experiment = kr5.cell.Experiment(name="m", kind="motion", file="m.csv", split="fit")
     experiment.data = kr5.io.Table(["t", *names("qc")], np.column_stack([t, qc]))
     shown = kr5.predict.FastSimulator().predict(arm, experiment)
-    noise = {c.name: getattr(arm.noise, c.noise) for c in kr5.cell.columns("motion", 6) if c.noise}
+    noise = {c.name: arm.noise.of(c.noise, c.joint) for c in kr5.cell.columns("motion", 6) if c.noise}
     out = {"t": t} | dict(zip(names("qc"), qc.T))
     return out | {n: np.array(shown[n]) + random.normal(0, noise[n], ROWS) for n in shown.columns}
 
@@ -103,7 +105,7 @@ def bring_in(tmp_path, monkeypatch, log, given):
 
 def same(recording, truth, columns, tolerance=1e-8):
     for column in columns:
-        got = np.concatenate([e[column] for e in recording.experiments])
+        got = np.concatenate([kr5.cell.with_lead_in(e)[column] for e in recording.experiments])
         np.testing.assert_allclose(got, truth[column][: len(got)], rtol=tolerance, atol=tolerance, err_msg=column)
 
 
@@ -480,16 +482,16 @@ def test_time_that_stands_still_is_refused(bring_in, log, given):
 
 
 def test_a_gap_is_refused_with_where_to_cut(bring_in, log, given):
-    log["time"][200:] += 900
+    log["time"][250:] += 900
     given["experiments"] = [{"name": "m", "kind": "motion", "split": "fit"}]
-    refused(bring_in, log, given, "line 202", "gap of 0.912 s", "to: 2.844, from: 2.844", "max_gap")
+    refused(bring_in, log, given, "line 252", "gap of 0.912 s", "to: 3.444, from: 3.444", "max_gap")
     given["experiments"] = [
-        {"name": "a", "kind": "motion", "split": "fit", "to": 2.844},
-        {"name": "b", "kind": "motion", "split": "check", "from": 2.844},
+        {"name": "a", "kind": "motion", "split": "fit", "to": 3.444},
+        {"name": "b", "kind": "motion", "split": "check", "from": 3.444},
     ]
     done, recording = bring_in(log, given)
     assert done.returncode == 0, done.stderr
-    assert [len(e.data) for e in recording.experiments] == [200, 200]
+    assert [len(e.data) for e in recording.experiments] == [250, 150]
 
 
 def test_a_column_that_is_not_there_is_refused_with_the_nearest(bring_in, log, given):

@@ -2,6 +2,7 @@
 #include <kr5/cell/recording.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <set>
 #include <system_error>
@@ -166,6 +167,21 @@ Experiment split_lead_in(const Experiment& experiment, double duration) {
   out.lead_in = {out.data.columns, out.data.values.topRows(first)};
   out.data.values = Eigen::MatrixXd(out.data.values.bottomRows(t.size() - first));
   return out;
+}
+
+InitialSpeed initial_speed(const Eigen::VectorXd& t, const Eigen::VectorXd& q) {
+  require(t.size() == q.size(), "initial_speed: t and q must have the same number of rows");
+  constexpr double part = 0.1;  // [s]
+  Eigen::Index rows = std::min<Eigen::Index>(t.size(), 8);
+  while (rows < t.size() && t[rows] - t[0] <= part) ++rows;
+  if (rows < 4 || !(t[rows - 1] > t[0])) return {};
+  const double length = t[rows - 1] - t[0];
+  const Eigen::VectorXd at = (t.head(rows).array() - t[0]) / length;
+  Eigen::MatrixXd A(rows, 3);
+  A << Eigen::VectorXd::Ones(rows), at, at.cwiseAbs2();
+  const Eigen::Matrix3d normal = A.transpose() * A;
+  const Eigen::Vector3d x = normal.ldlt().solve(A.transpose() * q.head(rows));
+  return {x[1] / length, std::sqrt(normal.inverse()(1, 1)) / length};
 }
 
 const Experiment& Recording::experiment(const std::string& name) const {

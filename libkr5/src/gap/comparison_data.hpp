@@ -25,11 +25,11 @@ struct Block {
   std::string column;  ///< As in the recording; `rx ry rz` for orientation.
   std::string noise;   ///< Key of `noise` in the cell.
   double sigma = 1.0;  ///< Of one sample, in the unit of the column.
-  /// Sigma over the noise of the sensor alone: above 1 where what the simulator is known to be off counts beside it.
-  double widening = 1.0;
   Eigen::Index first = 0;
   Eigen::Index rows = 0;
   bool orientation = false;  ///< One of rx ry rz.
+  /// Sigma over the noise of the sensor alone: above 1 where what the simulator is known to be off counts beside it.
+  double widening = 1.0;
 
   auto rows_of(const Eigen::VectorXd& stacked) const { return stacked.segment(first, rows); }
   auto rows_of(Eigen::VectorXd& stacked) const { return stacked.segment(first, rows); }

@@ -172,19 +172,21 @@ def _speeds(cell: Any, e: Any) -> list[LogProblem]:
 
 
 def _loads(cell: Any, e: Any) -> list[LogProblem]:
-    """Currents, torques and wrench against the simulation of the same motion."""
+    """Currents, torques and wrench against the simulation of the same motion: with the friction of the cell or without,
+    whichever is more like them, since a description may state friction that is no more than a placeholder."""
     import kr5.predict
 
     try:
-        shown = kr5.predict.FastSimulator().predict(_without_friction(cell), e)
+        tables = [kr5.predict.FastSimulator().predict(c, e) for c in (cell, _without_friction(cell))]
     except kr5.Error:
         return []
     out: list[LogProblem] = []
     for columns in _load_columns(cell, e):
         names = [c.name for c in columns]
-        if all(c in e.data and c in shown for c in names):
+        if all(c in e.data and c in tables[0] for c in names):
             got = np.column_stack([e[c] for c in names])
-            model = np.column_stack([shown[c] for c in names])
+            models = [np.column_stack([shown[c] for c in names]) for shown in tables]
+            model = max(models, key=lambda m: float(np.abs(np.diag(_correlations(got, m))).mean()))
             out += (
                 _scale(cell, e, columns, got, model)
                 or _swapped(e, names, got, model)
@@ -194,8 +196,6 @@ def _loads(cell: Any, e: Any) -> list[LogProblem]:
 
 
 def _without_friction(cell: Any) -> Any:
-    """Descriptions of robots state friction that is no more than a placeholder; units are told by gravity and
-    inertia."""
     out = kr5.cell.parse_cell(cell.to_yaml())
     drives, n = out.drives, cell.robot.joints
     if drives is None:

@@ -60,6 +60,15 @@ Experiment with_lead_in(const Experiment& experiment);
 /// @throws InvalidArgument when no row is left, or t is missing.
 Experiment split_lead_in(const Experiment& experiment, double duration);
 
+/// How fast a joint moves when its readings begin, by a parabola through those of the first 0.1 s, eight at
+/// least.
+struct InitialSpeed {
+  double value = 0.0;       ///< [rad/s or m/s]
+  double noise_gain = 0.0;  ///< Standard deviation of `value` over that of one reading [1/s].
+};
+/// @param t Times, n, rising [s]. @param q Positions, n [rad or m]. 0 for fewer than four readings.
+InitialSpeed initial_speed(const Eigen::VectorXd& t, const Eigen::VectorXd& q);
+
 struct Recording {
   std::string cell_file = "cell.yaml";  ///< In the folder of the recording.
   Cell cell;                            ///< What is believed about the cell that was recorded.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include <Eigen/Dense>
@@ -23,7 +24,8 @@ namespace {
 using evidence::Case;
 using evidence::SetupHypothesis;
 
-constexpr double families = 8;  // of hypotheses, which share the false alarms
+constexpr double families = 8;          // of hypotheses, which share the false alarms
+constexpr std::size_t least_views = 6;  // for a second look without outliers
 
 /// Turns of the target as the camera saw it, which do not depend on how the robot's numbers are read.
 Eigen::Vector3d seen_turns(const evidence::Sightings& sightings) {
@@ -244,6 +246,42 @@ HandEyeDiagnosis diagnose(Case& c, const HandEyeResult& result, const HandEyeDia
   return out;
 }
 
+/// Views that the likeliest cause says to leave out; none where it says something else.
+std::vector<int> views_to_leave_out(const HandEyeDiagnosis& d) {
+  if (d.causes.empty() || d.causes.front().cause != HandEyeCause::OutlierViews || d.causes.front().probability < 0.5)
+    return {};
+  return d.causes.front().views;
+}
+
+/// Places of the views that are kept.
+std::vector<int> kept_views(std::size_t count, const std::vector<int>& left_out) {
+  std::vector<int> out;
+  for (int i = 0; i < static_cast<int>(count); ++i)
+    if (std::ranges::find(left_out, i) == left_out.end()) out.push_back(i);
+  return out;
+}
+
+template <class T>
+std::vector<T> at(const std::vector<T>& values, const std::vector<int>& index) {
+  std::vector<T> out;
+  if (!values.empty())
+    for (const int i : index) out.push_back(values[static_cast<std::size_t>(i)]);
+  return out;
+}
+
+/// A few bad views outweigh a small fault of all the others: what is found without them stands beside them.
+/// @param without The diagnosis of the kept views.
+void add_causes_beside_outliers(const HandEyeDiagnosis& without, const std::vector<int>& kept,
+                                const HandEyeResult& result, const HandEyeDiagnosisOptions& options,
+                                HandEyeDiagnosis& out) {
+  for (NamedCause cause : without.causes) {
+    cause.views = at(kept, cause.views);
+    if (cause.cause != HandEyeCause::OutlierViews) out.causes.push_back(std::move(cause));
+  }
+  std::ranges::stable_sort(out.causes, std::greater(), &NamedCause::consequence);
+  decide(result, options, out);
+}
+
 /// Poses as a controller would write them in the plainest format.
 Eigen::MatrixXd as_rows(const std::vector<Pose>& T_base_flange) {
   Eigen::MatrixXd rows(static_cast<Eigen::Index>(T_base_flange.size()), 7);
@@ -318,8 +356,14 @@ HandEyeDiagnosis diagnose_hand_eye(const HandEyeRecording& given, const HandEyeR
          {}};
   require(c.sightings.index.size() >= 3, "fewer than three views give a pose of the target");
   HandEyeDiagnosis out = diagnose(c, result, options);
-  for (NamedCause& cause : out.causes)
-    for (int& view : cause.views) view = distinct.index[static_cast<std::size_t>(view)];
+  const std::vector<int> kept = kept_views(recording.views.size(), views_to_leave_out(out));
+  if (kept.size() < recording.views.size() && kept.size() >= least_views) {
+    HandEyeRecording rest = recording;
+    rest.rows = recording.rows(kept, Eigen::all).eval();
+    rest.views = at(recording.views, kept), rest.times = at(recording.times, kept);
+    add_causes_beside_outliers(diagnose_hand_eye(rest, result, options), kept, result, options, out);
+  }
+  for (NamedCause& cause : out.causes) cause.views = at(distinct.index, cause.views);
   return out;
 }
 
@@ -335,7 +379,16 @@ HandEyeDiagnosis diagnose_hand_eye_pairs(const HandEyePairsRecording& given, con
          to_poses(recording.rows, recording.format),
          {},
          true};
-  return diagnose(c, result, options);
+  HandEyeDiagnosis out = diagnose(c, result, options);
+  const std::vector<int> kept = kept_views(given.T_camera_target.size(), views_to_leave_out(out));
+  if (kept.size() < given.T_camera_target.size() && kept.size() >= least_views) {
+    HandEyePairsRecording rest = given;
+    rest.rows = given.rows(kept, Eigen::all).eval();
+    rest.T_camera_target = at(given.T_camera_target, kept);
+    rest.times = at(given.times, kept), rest.names = at(given.names, kept);
+    add_causes_beside_outliers(diagnose_hand_eye_pairs(rest, result, options), kept, result, options, out);
+  }
+  return out;
 }
 
 }  // namespace kr5::calibration

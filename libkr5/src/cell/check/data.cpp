@@ -138,20 +138,15 @@ class DataCheck {
 
   /// A simulation of commands begins at rest, and so must what it is compared with, or a lead-in goes before.
   void start() {
-    constexpr Row few = 8;
-    constexpr double moving = 0.02, sure = 4.0;  // [rad/s or m/s]; standard deviations of a slope
-    const Row rows = e_.data.values.rows();
-    if (e_.kind != Kind::Motion || e_.joint_reference == JointReference::Measured || e_.lead_in.values.rows() > 0 ||
-        rows < few)
+    constexpr double moving = 0.02, sure = 4.0;  // [rad/s or m/s]; standard deviations
+    if (e_.kind != Kind::Motion || e_.joint_reference == JointReference::Measured || e_.lead_in.values.rows() > 0)
       return;
-    const Eigen::VectorXd t = column("t").head(few).array() - column("t").head(few).mean();
     for (int j = 1; j <= cell_.robot.joints(); ++j) {
       const std::string number = std::to_string(j);
       const bool measured = e_.data.find("q" + number) >= 0;
       const std::string name = (measured ? "q" : "qc") + number;
-      const Eigen::VectorXd q = column(name).head(few);
-      const double squares = std::max(t.squaredNorm(), 1e-12), speed = std::abs(t.dot(q) / squares),
-                   noise = measured ? cell_.noise.position / std::sqrt(squares) : 0.0;
+      const InitialSpeed found = initial_speed(column("t"), column(name));
+      const double speed = std::abs(found.value), noise = measured ? cell_.noise.position * found.noise_gain : 0.0;
       if (speed <= moving + sure * noise) continue;
       report(0, name,
              "joint " + number + " moves at " + rounded_text(speed) + (slides(j - 1) ? " m/s" : " rad/s") +

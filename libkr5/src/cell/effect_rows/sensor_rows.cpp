@@ -20,7 +20,6 @@ std::optional<EffectValue> at_tip(const Cell& cell, const std::optional<Pose>& T
 }  // namespace
 
 std::vector<Effect> sensor_rows() {
-  using Site = EffectSite;
   using enum EffectTarget;
   return {
       {.id = "ft_bias",

@@ -206,7 +206,7 @@ class Poses {
 
   void add(const Eigen::MatrixXd& q, std::string what, double start, double load) {
     if (load > 0) what += ", with " + two_digits(load) + " kg more on the tool";
-    Proposal p{{"next", cell::Kind::Poses, "next.csv", cell::Split::Fit, {}}, std::move(what), load, 0.0};
+    Proposal p{{"next", cell::Kind::Poses, "next.csv", cell::Split::Fit, {}, {}, {}}, std::move(what), load, 0.0};
     const double before = end_time_of(family_.recording, cell::Kind::Poses);
     p.seconds = set_up + interval_ * static_cast<double>(q.rows()) + std::max(start - before - interval_, 0.0) +
                 (load > 0 ? hang : 0.0);

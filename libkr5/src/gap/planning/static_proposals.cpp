@@ -56,7 +56,7 @@ Proposal correction_runs(const Family& family, cell::Kind kind, const std::strin
   const cell::Cell& c = family.recording.cell;
   const double cycle = c.servo->cycle > 0 ? c.servo->cycle : 0.012;
   const auto rows = static_cast<Eigen::Index>(duration / cycle);
-  Proposal out{{"next", kind, "next.csv", cell::Split::Fit, {{"run", "t", "zc"}, {}}}, what, 0.0, set_up};
+  Proposal out{{"next", kind, "next.csv", cell::Split::Fit, {{"run", "t", "zc"}, {}}, {}, {}}, what, 0.0, set_up};
   out.seconds += duration * static_cast<double>(commands.size());
   out.experiment.data.values.resize(rows * static_cast<Eigen::Index>(commands.size()), 3);
   double start = end_time_of(family.recording, kind) + set_up;

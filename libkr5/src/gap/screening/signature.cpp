@@ -146,7 +146,8 @@ AffectedExperiments::AffectedExperiments(const ComparisonData& data) : data_(dat
 void AffectedExperiments::add(int experiment, const std::vector<Eigen::Index>& rows) {
   const cell::Experiment& whole = data_.recording->experiments[experiment];
   if (rows.empty()) return;
-  Piece piece{{whole.name, whole.kind, whole.file, whole.split, {whole.data.columns, {}}, whole.joint_reference}, {}};
+  Piece piece{{whole.name, whole.kind, whole.file, whole.split, {whole.data.columns, {}}, whole.joint_reference, {}},
+              {}};
   piece.experiment.data.values = whole.data.values(rows, Eigen::all);
   piece.nominal = data_.simulator->predict(data_.recording->cell, piece.experiment);
   pieces_.push_back(std::move(piece));
