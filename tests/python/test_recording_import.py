@@ -41,7 +41,7 @@ def truth(arm):
     experiment = kr5.cell.Experiment(name="m", kind="motion", file="m.csv", split="fit")
     experiment.data = kr5.io.Table(["t", *names("qc")], np.column_stack([t, qc]))
     shown = kr5.predict.FastSimulator().predict(arm, experiment)
-    noise = {c.name: getattr(arm.noise, c.noise) for c in kr5.cell.columns("motion", 6) if c.noise}
+    noise = {c.name: arm.noise.of(c.noise, c.joint) for c in kr5.cell.columns("motion", 6) if c.noise}
     out = {"t": t} | dict(zip(names("qc"), qc.T))
     return out | {n: np.array(shown[n]) + random.normal(0, noise[n], ROWS) for n in shown.columns}
 

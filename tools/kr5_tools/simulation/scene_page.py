@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from kr5_tools.cell.frames import joint_unit
 from kr5_tools.cli import terminal
 from kr5_tools.cli.numbers import NONE, table_unit
 from kr5_tools.pages.tables_page import write_tables_page
@@ -91,8 +92,7 @@ def column_meaning(result: Any, name: str) -> tuple[str, str, str]:
     columns = {c.name: c for c in kr5.cell.columns(kr5.cell.Kind.Motion, joints)}
     link = {f"link{i + 1}": f"q{i + 1}" for i in range(joints)}.get(name)
     column = columns[link or name]
-    linear = column.joint >= 0 and str(result.cell.robot.dh[column.joint].type) == "prismatic"
-    unit = str(column.unit).split(" or ")[-1 if linear else 0]
+    unit = joint_unit(result.cell, column.joint, str(column.unit))
     label = str(column.label) + (" behind the gear" if link else "")
     return label, unit, "link position" if link else str(column.channel)
 
