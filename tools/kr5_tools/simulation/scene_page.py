@@ -7,7 +7,7 @@ import numpy as np
 
 from kr5_tools.cell.frames import joint_unit
 from kr5_tools.cli import terminal
-from kr5_tools.cli.numbers import NONE, table_unit
+from kr5_tools.cli.numbers import NONE, format_count, table_unit
 from kr5_tools.pages.tables_page import write_tables_page
 from kr5_tools.replay.page import make_page
 from kr5_tools.replay.runs import Run
@@ -46,7 +46,7 @@ def scene_result(result: Any, name: str) -> dict[str, Any]:
 
 def verdict_text(data: dict[str, Any]) -> str:
     met, count = sum(check["passed"] for check in data["checks"]), len(data["checks"])
-    return f"{met} of {count} expectation{'' if count == 1 else 's'} met."
+    return f"{met} of {format_count(count, 'expectation')} met."
 
 
 def scene_page(result: Any, data: dict[str, Any], run: Run, source: Path) -> str:
