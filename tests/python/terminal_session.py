@@ -32,7 +32,12 @@ class TerminalSession:
         os.close(theirs)
         self._ours = ours
         self._raw = ""
-        self.first_output: float | None = None  # [s] after the begin
+        self.reads: list[float] = []  # when there was output [s] after the begin
+
+    @property
+    def longest_silence(self) -> float:
+        """The longest time between two outputs, from the first to the last [s]."""
+        return max((after - before for before, after in zip(self.reads, self.reads[1:])), default=0.0)
 
     @property
     def text(self) -> str:
@@ -54,8 +59,7 @@ class TerminalSession:
                 data = b""
             if not data:
                 return text is not None and text in self.text
-            if self.first_output is None:
-                self.first_output = time.monotonic() - self.begin
+            self.reads.append(time.monotonic() - self.begin)
             self._raw += data.decode(errors="replace")
         if text is None:
             raise TimeoutError(f"no end within {seconds} s of: {self.text[-2000:]}")

@@ -132,6 +132,16 @@ def test_command_calibrates_real_images(reference, run_kr5, tmp_path):
     assert abs(loaded.fx - 533) < 8  # [px]; OpenCV: 532.8 to 536
 
 
+def test_a_good_verdict_agrees_with_the_cause_below_it(share, run_kr5, tmp_path):
+    images = share / "data/demo/images"
+    done = run_kr5("calibrate", "camera", images, "--target", "grid:36h11:5x7:0.03:0.01", "-o", "camera.json")
+    assert done.returncode == 0, done.stderr
+    data = json.loads((tmp_path / "camera.json").read_text())
+    assert data["verdict"]["word"] == "good" and "views_disagree" in [c["cause"] for c in data["causes"]]
+    assert "its uncertainty is inflated, because they disagree by more than their noise" in data["verdict"]["text"]
+    assert "views agree" not in done.stdout
+
+
 def test_command_says_what_is_wrong(reference, run_kr5, tmp_path):
     images = sorted((reference / "data/camera_opencv_stereo").glob("left[0-9]*.jpg"))
     (tmp_path / "empty").mkdir()

@@ -2,6 +2,7 @@
 
 import json
 import pickle
+import re
 import runpy
 import sys
 
@@ -206,6 +207,20 @@ def test_show_draws_the_arm_and_prints_tables(run_kr5, share, tmp_path):
     data = json.loads((tmp_path / "cell.json").read_text())
     assert data["q"][3] == pytest.approx(0.1)
     assert {f["name"].split()[0] for f in data["frames"]} >= {"F", "S", "E", "C", "L", "W1", "W3", "T"}
+
+
+def test_show_gives_noise_of_each_joint_a_row(run_kr5, share, tmp_path):
+    content = yaml.safe_load((share / "cells/gantry_rrp.yaml").read_text())
+    noise = [0.123456, 1.5, 0.01, 25.0]
+    content.setdefault("noise", {})["joint_torque"] = noise
+    (tmp_path / "cell.yaml").write_text(yaml.safe_dump(content))
+    joints = [joint["type"] for joint in content["robot"]["dh"]]
+    done = run_kr5("cell", "show", "cell.yaml")
+    assert done.returncode == 0, done.stderr
+    for k, (kind, value) in enumerate(zip(joints, noise, strict=True)):
+        unit = "N" if kind == "prismatic" else "N m"
+        assert re.search(rf"^ joint_torque +{k + 1} +{value:.4g} +{unit}(  |$)", done.stdout, re.MULTILINE)
+    assert done.stdout.count("Joint torque of each joint") == 1
 
 
 def test_show_of_a_recording_lists_its_experiments(run_kr5, motion):

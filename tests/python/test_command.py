@@ -127,6 +127,17 @@ def leaf_commands():
 
 
 LEAVES = leaf_commands()
+@pytest.mark.parametrize(
+    ("words", "unused"),
+    [(("report",), ("scipy", "numpy", "matplotlib")), (("calibrate", "tool"), ("scipy", "matplotlib"))],
+)
+def test_help_loads_nothing_that_it_does_not_need(words, unused):
+    command = [sys.executable, "-X", "importtime", "-m", "kr5_tools", *words, "--help"]
+    loaded = subprocess.run(command, capture_output=True, text=True, check=True).stderr
+    assert "kr5_tools.app" in loaded
+    assert not [name for name in unused if re.search(rf"\| +{name}$", loaded, re.MULTILINE)]
+
+
 WITHOUT_JSON = {("gap", "bench"): "starts a program of its own, and hands every option on to it"}
 
 

@@ -2,8 +2,10 @@
 
 import ast
 import json
+import re
 import shlex
 import xml.etree.ElementTree as xml
+from pathlib import Path
 from types import SimpleNamespace
 
 import kr5
@@ -13,10 +15,14 @@ import yaml
 from kr5 import calibration
 
 from kr5_tools.exports import camera_forms, pose_forms
-from kr5_tools.exports.forms import FORMS, form_of
+from kr5_tools.exports.command_line import Exports
+from kr5_tools.exports.forms import BY_NAME, FORMS, form_of
 from kr5_tools.exports.items import ExportCamera, ExportPose, items_of
 from kr5_tools.files.camera import load_camera
+from kr5_tools.files.results import read_result
 from test_hand_eye_pairs import X, pairs, write_csv
+from test_report_formats import MAKERS
+from test_report_formats import kr5 as kr5_in
 from test_tool import TIP, streams, touches, write_kuka, write_stream
 
 CLOSE = 1e-9
@@ -126,8 +132,6 @@ def test_a_camera_reads_back_from_ros_and_opencv(values, tmp_path):
 
 
 def test_the_name_of_a_file_or_an_option_says_the_form():
-    from pathlib import Path
-
     names = [form_of(Path(f), None).name for f in ("a.sh", "a.launch.py", "b.launch.xml", "c.URDF", "c.yml", "d.json")]
     assert names == ["ros2-command", "launch-py", "launch-xml", "urdf", "opencv", "json"]
     assert form_of(Path("a.cfg"), "matrix").name == "matrix"
@@ -204,7 +208,7 @@ def test_camera_and_folder_of_images_write_camera_info(run_kr5, tmp_path, share)
         (("--export", "a.txt", "--export-child", "a", "--export-parent", "a"), "which is the parent, too"),
         (("--export", "nowhere/a.txt"), "no such folder"),
         (("--export", "touches.csv"), "is an input of this command"),
-        (("--export", "a.yaml"), "camera-info holds a camera, and this result is of poses"),
+        (("--export", "a.yaml"), "--export: a.yaml: camera-info holds a camera, and this result has poses"),
     ],
 )
 def test_options_that_make_no_sense_are_refused_before_anything_is_done(run_kr5, tmp_path, options, word):
@@ -217,37 +221,77 @@ def test_options_that_make_no_sense_are_refused_before_anything_is_done(run_kr5,
     assert (tmp_path / "touches.csv").read_text() == before
 
 
-def test_what_a_result_does_not_have_is_told_and_the_rest_is_written(run_kr5, tmp_path):
-    done = run_pairs(run_kr5, tmp_path, "-o", "result.json", "--export", "c.yaml", "--export", "c.txt")
-    assert done.returncode == 0
-    assert "c.yaml: not exported: the result has no camera" in done.stderr
-    assert (tmp_path / "result.json").exists() and (tmp_path / "c.txt").exists()
-    assert not (tmp_path / "c.yaml").exists()
+def test_a_form_that_pairs_of_poses_cannot_fill_is_refused_and_nothing_is_written(run_kr5, tmp_path):
+    done = run_pairs(run_kr5, tmp_path, "-o", "result.json", "--export", "c.txt", "--export", "c.yaml")
+    assert done.returncode == 2 and done.stdout == ""  # before anything is computed
+    assert "--export: c.yaml: camera-info holds a camera, and this result has poses" in done.stderr
+    assert [f.name for f in tmp_path.iterdir()] == ["pairs.csv"]
 
 
-def test_every_result_gives_what_it_holds(tmp_path):
+def test_a_form_that_a_result_cannot_fill_ends_the_command(capsys):
+    import typer
+
+    exports = Exports([Path("c.txt")], [BY_NAME["matrix"]])
+    with pytest.raises(typer.Exit) as ended:
+        exports.write({"format": "kr5-kinematics/1", "result": {"T_world_base": np.eye(4).tolist()}})
+    assert ended.value.exit_code == 2
+    assert "--export: c.txt: matrix holds poses, which this result does not have" in capsys.readouterr().err
+
+
+def test_a_form_of_poses_is_refused_by_a_camera(run_kr5, share, tmp_path):
+    images = share / "data/demo/images"
+    done = run_kr5("calibrate", "camera", images, "--target", "grid:36h11:5x7:0.03:0.01", "--export", "c.sh")
+    assert done.returncode == 2 and done.stdout == ""
+    assert "--export: c.sh: ros2-command holds poses, and this result has a camera" in done.stderr
+    assert not (tmp_path / "c.sh").exists()
+
+
+@pytest.mark.parametrize(("command", "parts"), [("camera", {"camera"}), ("tool", {"poses"}), ("cell", {"camera", "poses"})])
+def test_the_help_offers_the_forms_that_the_command_takes_and_no_others(run_kr5, command, parts):
+    shown = run_kr5("calibrate", command, "--help", width=300).stdout
+    told = re.search(r"other programs: (.*)\. Repeatable", shown)[1]
+    names = re.search(r"that of their ending: (.*?)\. ", shown)[1].split(", ")
+    expected = [form for form in FORMS if set(form.takes) & parts]
+    assert told == ", ".join(f"{form.endings[0]} ({form.title})" for form in expected)
+    assert names == [form.name for form in expected] and 2 <= len(names) <= len(FORMS)
+    assert ("--export-parent" in shown) == ("poses" in parts)
+
+
+# Of each format: the frames that are exported, and where its result says the pose.
+EXPORTED = {
+    "kr5-hand-eye/1": {"flange>camera": "T_mount_camera"},
+    "kr5-timed-hand-eye/1": {"hand>camera": "T_hand_camera"},
+    "kr5-tool/1": {"flange>tool": "tip"},
+    "kr5-kinematics/1": {"world>base": "T_world_base"},  # of a point on the tool alone no pose is estimated
+    "kr5-cell-calibration/1": {"flange>camera": "T_mount_camera"},
+    "kr5-laser/1": {"flange>scanner": "T_flange_scanner"},
+    "kr5-marker-map/1": {f"map>marker_{k}": "" for k in range(35)},
+}
+
+
+@pytest.mark.parametrize("format", EXPORTED)
+def test_a_result_of_a_command_exports_its_poses(tmp_path, format):
+    kr5_in(*MAKERS[format](tmp_path), "--export", "poses.json", cwd=tmp_path)
+    data = read_result(tmp_path / "r.json", format)
+    poses = {f"{p['parent']}>{p['child']}": p for p in json.loads((tmp_path / "poses.json").read_text())["poses"]}
+    assert set(poses) == set(EXPORTED[format])
+    result = data["result"]
+    markers = {f"map>marker_{m['id']}": m["T_target_marker"] for m in (result.get("target") or {}).get("map", ())}
+    for name, pose in poses.items():
+        key = EXPORTED[format][name]
+        expected = markers[name] if not key else result[key]
+        if key == "tip":
+            assert pose["xyz"] == expected and np.array_equal(np.array(pose["matrix"])[:3, :3], np.eye(3))
+        else:
+            assert np.array_equal(pose["matrix"], expected)
+    assert items_of({**data, "result": {**result, "fit": {"usable": False}}}).poses == []
+
+
+def test_a_camera_beside_the_robot_is_exported_in_the_base():
     T = POSES[0].tolist()
-    eye = np.eye(4).tolist()
-    results = {
-        "kr5-hand-eye/1": (
-            {"mount": "eye_to_hand", "T_mount_camera": T, "T_fixed_target": T},
-            ["base>camera", "flange>target"],
-        ),
-        "kr5-timed-hand-eye/1": ({"T_hand_camera": T, "T_base_world": T}, ["hand>camera", "base>world"]),
-        "kr5-tool/1": ({"tip": [0, 0, 0.1]}, ["flange>tool"]),
-        "kr5-kinematics/1": ({"T_world_base": T, "T_flange_tool": eye, "T_flange_camera": eye}, ["world>base"]),
-        "kr5-cell-calibration/1": (
-            {"mount": "eye_in_hand", "T_mount_camera": T, "T_flange_scanner": T},
-            ["flange>camera", "flange>scanner"],
-        ),
-        "kr5-laser/1": ({"T_flange_scanner": T}, ["flange>scanner"]),
-        "kr5-marker-map/1": ({"target": {"map": [{"id": 7, "T_target_marker": T}]}}, ["map>marker_7"]),
-        "kr5-gap/1": ({}, []),
-    }
-    for name, (result, expected) in results.items():
-        items = items_of({"format": name, "result": result})
-        assert [f"{p.parent}>{p.child}" for p in items.poses] == expected
-        assert items_of({"format": name, "result": {**result, "fit": {"usable": False}}}).poses == []
+    result = {"mount": "eye_to_hand", "T_mount_camera": T, "T_fixed_target": T}
+    items = items_of({"format": "kr5-hand-eye/1", "result": result})
+    assert [f"{p.parent}>{p.child}" for p in items.poses] == ["base>camera", "flange>target"]
 
 
 def test_the_page_offers_what_can_be_copied(run_kr5, tmp_path, browser):

@@ -29,6 +29,11 @@ def test_every_effect_is_listed_as_its_row_says(run_kr5, tmp_path):
     listed = json.loads((tmp_path / "effects.json").read_text())
     assert [e["id"] for e in listed] == list(rows) and done.stdout.startswith(f"{len(rows)} effects")
     words = done.stdout.split()
+    whole = run_kr5("gap", "effects", "--all").stdout
+    for row in rows.values():
+        assert all(word in whole.split() for text in (row.shows_in, row.description) for word in text.split())
+    assert "shows in" in whole and "shows in" not in done.stdout
+    assert len(done.stdout.splitlines()) < 2.5 * len(rows)  # no table is split
     for e in listed:
         row = rows[e["id"]]
         assert row.id in words and e["target"] == str(row.target) and e["targets"]
@@ -52,7 +57,8 @@ def test_one_effect_is_told_with_its_size_bounds_and_remedy(run_kr5, tmp_path, c
 
 def test_an_unknown_effect_is_refused_with_the_nearest(run_kr5, tmp_path):
     done = run_kr5("gap", "effects", "coulomb_frict", "--pictures", "pictures")
-    assert done.returncode == 2 and "coulomb_friction" in done.stderr and not (tmp_path / "pictures").exists()
+    assert done.returncode == 2 and "did you mean 'coulomb_friction'?" in done.stderr
+    assert not (tmp_path / "pictures").exists()
 
 
 def test_effects_that_a_cell_cannot_carry_have_no_target(run_kr5, tmp_path, share):
@@ -64,6 +70,11 @@ def test_effects_that_a_cell_cannot_carry_have_no_target(run_kr5, tmp_path, shar
     done = run_kr5("gap", "effects", "tube_tilt", "--cell", "cell.yaml", "--json", "e.json")
     assert done.returncode == 0 and json.loads((tmp_path / "e.json").read_text())["targets"] == []
     assert "Targets in this cell: none" in done.stdout
+
+
+def test_the_value_of_a_cell_without_the_effect_has_that_head(run_kr5):
+    shown = run_kr5("gap", "effects", "payload", width=300).stdout
+    assert "parameter unit without the effect typical" in " ".join(shown.split())
 
 
 @pytest.mark.parametrize(

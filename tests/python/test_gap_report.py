@@ -17,6 +17,7 @@ import pytest
 import yaml
 
 from kr5_tools.cli.numbers import format_percent
+from kr5_tools.gap.terminal_report import cause_line
 from kr5_tools.gap_report.evidence import parameter_rows
 from kr5_tools.gap_report.evidence_data import Evidence, gap_of, seen_noise
 from kr5_tools.gap_report.messages import (
@@ -430,6 +431,38 @@ def test_the_page_of_an_arm_at_rest_claims_no_more_than_it_shows(kr5_here, recor
     page = html.unescape((tmp_path / "page.html").read_text())
     assert "No gap in what the recording can show" in page and limit in page
     assert "There is no gap:" not in page and "No correction is needed" not in page
+
+
+def causes_of(count):
+    parameters = {"viscous": {"value": 3.0, "std": 0.1, "unit": "N m s/rad"}}
+    shared = {"probability": 0.99, "gap_closed": 0.0, "tied_with": [], "parameters": parameters}
+    return [{"effect": "viscous_friction", "target": f"joint{k + 1}", **shared} for k in range(count)]
+
+
+@pytest.mark.parametrize("count", [3, 6])
+def test_a_verdict_names_at_most_three_causes(count):
+    where = [place("motion.i2", 7.0, 0.6)]
+    shrink = {"before": 7.0, "after": 1.0}
+    data = {"verdict": "explained", "where": where, "causes": causes_of(count), "unexplained": [], "shrink": shrink}
+    text = verdict_text(data)
+    assert text.startswith("The gap is 7.00 times the noise in the column above the limit; ")
+    assert text.count("viscous friction of joint") == 3
+    assert ("and 3 more, below." in text) == (count == 6)
+
+
+def test_one_remedy_is_told_once_for_all_joints():
+    where = [place("motion.i2", 7.0, 0.6)]
+    other = {**causes_of(1)[0], "effect": "ft_bias", "target": "fx"}
+    data = {"verdict": "explained", "where": where, "causes": [*causes_of(4), other], "unexplained": []}
+    steps = next_steps(data | {"next_experiment": {"do": "", "separates": []}}, "monday")
+    remedy = kr5.cell.find_effect("viscous_friction").remedy
+    assert [step for step in steps if remedy in step] == [f"Viscous friction of joints 1, 2, 3 and 4: {remedy}"]
+    assert any(step.endswith(kr5.cell.find_effect("ft_bias").remedy) for step in steps)
+
+
+def test_a_cause_that_explains_nothing_measurable_is_not_said_to_explain_0_percent():
+    assert "explains less than 1 % of the gap" in cause_line(causes_of(1)[0])
+    assert [format_percent(share) for share in (-0.1, 0.0, 0.004, 0.5)] == [*["less than 1 %"] * 3, "50 %"]
 
 
 def test_one_component_of_the_wrench_is_one_place():

@@ -1,6 +1,7 @@
 """`kr5 calibrate hand-eye` from pairs of poses, in every form in which others save them."""
 
 import json
+import shlex
 
 import kr5
 import numpy as np
@@ -258,3 +259,19 @@ def test_files_that_hold_no_pairs_are_refused(run_kr5, tmp_path):
         [M @ kr5.to_pose([0.01 * i, 0, 0, 0, 0, 0]) for i, M in enumerate(seen[:1] * 8)],
     )
     refused(run_kr5, "p.csv", *mount, words=["the wrist turned by at most"])
+
+
+@pytest.mark.parametrize("command", [("calibrate", "hand-eye"), ("dataset", "guess")])
+def test_a_folder_of_pairs_is_refused_with_the_command_that_reads_it(run_kr5, tmp_path, command):
+    folder = tmp_path / "my cell"
+    folder.mkdir()
+    (folder / "notes.csv").write_text("x,y\n1,2\n")
+    (folder / "broken.csv").write_text("x,y\n1\n")
+    write_csv(folder / "pairs.csv", *pairs())
+    done = run_kr5(*command, "my cell")
+    assert done.returncode == 2 and len(done.stderr.splitlines()) == 1
+    told = done.stderr.partition("holds pairs of poses: kr5 ")[2].partition(" (or ")[0]
+    assert run_kr5(*shlex.split(told)).returncode == 0, done.stderr
+    (folder / "pairs.csv").unlink()
+    done = run_kr5(*command, "my cell")
+    assert done.returncode == 2 and "pairs of poses" not in done.stderr

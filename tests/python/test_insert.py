@@ -1,8 +1,10 @@
 """`kr5 insert`: what it says of an insertion, and its page in a headless Chromium. Whether a peg goes in is the
 library's."""
 
+import html
 import json
 import math
+import re
 import shlex
 from types import SimpleNamespace
 
@@ -98,6 +100,21 @@ def test_the_example_of_the_help_runs(run_kr5, tmp_path):
     done = run_kr5(*shlex.split(command))
     assert done.returncode in (0, 1) and "insertion.html: open it in a browser" in done.stdout, done.stderr
     assert (tmp_path / "insertion.html").is_file()
+
+
+@pytest.mark.parametrize(
+    "args, sentence",
+    [
+        (["--clearance", 0.5], r"Peg 1 inserted at attempt 1, [\d.]+ mm deep, after [\d.]+ s\."),
+        (["--offset", 40, 0], r"Peg 1 not inserted: [a-z].* Possible remedy: .*\."),
+    ],
+)
+def test_the_page_of_a_result_says_how_a_peg_ended_as_the_terminal_does(run_kr5, tmp_path, args, sentence):
+    done = run_kr5("insert", *args, "--json", "r.json")
+    (told,) = [line for line in done.stdout.splitlines() if line.startswith("Peg 1 ")]
+    assert re.fullmatch(sentence, told)
+    assert run_kr5("report", "r.json", "-o", "page.html").returncode == 0
+    assert told in html.unescape((tmp_path / "page.html").read_text())
 
 
 def test_the_offset_is_drawn_from_the_seed_within_one_radius(run_kr5):

@@ -3,6 +3,7 @@
 import base64
 import importlib.util
 import json
+import shutil
 import subprocess
 import sys
 
@@ -12,6 +13,8 @@ import kr5.predict
 import numpy as np
 import pytest
 import yaml
+
+from kr5_tools.replay.signals import experiment_signals
 
 START = [0.0, -0.3, -1.9, 0.1, 0.5, 0.2]
 
@@ -160,6 +163,34 @@ def test_residuals_are_those_of_the_library(simulated, run_kr5, tmp_path):
             np.testing.assert_allclose(shown[both], rows[both], atol=2 * signal["residual"]["step"] + 1e-6)
             compared += 1
     assert compared > 20
+
+
+def test_a_joint_with_noise_of_its_own_has_a_residual_in_units_of_it(simulated, run_kr5, tmp_path):
+    """As in the cell of a log that was imported with a model: no noise that all joints share."""
+    folder = tmp_path / "own"
+    shutil.copytree(simulated / "monday", folder)
+    recording = kr5.cell.load_recording(folder)
+    shared = recording.cell.noise.current
+    file = folder / "cell.yaml"
+    content = yaml.safe_load(file.read_text())
+    content["noise"] |= {"current": 0.0, "joint_current": [shared * (k + 1) for k in range(6)]}
+    file.write_text(yaml.safe_dump(content))
+    x = np.arange(len(recording.experiments[0].data), dtype=float)
+    rows = np.arange(len(x))
+
+    def residuals(recording):
+        experiment = recording.experiments[0]
+        predicted = kr5.predict.FastSimulator().predict(recording.cell, experiment)
+        found = experiment_signals(recording.cell, experiment, x, rows, predicted)
+        return {signal.name: signal.residual for signal in found}
+
+    same, own = residuals(recording), residuals(kr5.cell.load_recording(folder))
+    for k in range(6):
+        np.testing.assert_allclose(own[f"i{k + 1}"] * (k + 1), same[f"i{k + 1}"])
+    assert run_kr5("replay", folder).returncode == 0
+    swing = page_data(tmp_path / "replay.html")["runs"][0]
+    gaps = {s["name"]: s["gap"] for s in swing["signals"]}
+    assert all(gaps[f"i{k + 1}"] is not None for k in range(6))
 
 
 def test_signals_of_a_page_are_thinned_without_losing_a_peak():

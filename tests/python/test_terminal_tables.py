@@ -44,6 +44,23 @@ def test_what_does_not_fit_stands_below_with_the_first_column_again():
     assert all(str(i) in text.split() for i in range(30))
 
 
+def test_every_part_of_a_split_table_has_its_key_columns():
+    heads = ["effect", "target", *(f"column {i}" for i in range(20))]
+    rows = [["friction", f"joint{k}", *map(str, range(20))] for k in (1, 2)]
+    text = shown(make_table("", heads, rows, text=(1,), keys=2), 80)
+    parts = text.split("\n\n")
+    assert len(parts) > 1 and all(re.findall(r"^ friction +joint[12] ", part, re.MULTILINE) for part in parts)
+    assert max(map(len, text.splitlines())) <= 80
+
+
+@pytest.mark.parametrize("width", [24, 80])
+def test_a_number_wider_than_the_terminal_is_broken_and_not_cut(width):
+    long = ", ".join(f"{k}.25" for k in range(40))
+    text = shown(make_table("", ["noise", "std"], [["torque", long], ["force", "0.15"]]), width)
+    assert max(map(len, text.splitlines())) <= width
+    assert "".join(text.split()) == "noisestdtorque" + long.replace(" ", "") + "force0.15"
+
+
 def test_empty_columns_are_left_out():
     text = shown(make_table("", ["name", "none", "dash", "value"], [["a", "", "–", "1"], ["b", "", "–", "2"]]), 80)
     assert text.split() == ["name", "value", "a", "1", "b", "2"]

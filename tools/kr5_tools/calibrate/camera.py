@@ -137,7 +137,12 @@ def _verdict(result: Any, causes: list[dict[str, str]]) -> dict[str, str]:
     out = f" {format_count(left_out, 'view', verb)}." if left_out else ""
     if objections:
         return {"word": "doubtful", "text": f"{' '.join(objections)} {known}{out}".strip()}
-    return {"word": "good", "text": f"The views agree and determine the camera. {known}{out}".strip()}
+    determined = (
+        "The views determine the camera; its uncertainty is inflated, because they disagree by more than their noise."
+        if any(c["cause"] == "views_disagree" for c in causes)
+        else "The views agree and determine the camera."
+    )
+    return {"word": "good", "text": f"{determined} {known}{out}".strip()}
 
 
 def _figures(result: Any) -> list[dict[str, Any]]:

@@ -18,6 +18,7 @@ from kr5_tools.calibrate.hand_eye_pairs import (
     refuse_pair_options,
 )
 from kr5_tools.calibrate.hand_eye_result import figures_of, frames_of, held_out_figures, predict_target, show_hand_eye
+from kr5_tools.calibrate.pose_pairs import check_holds_no_pairs
 from kr5_tools.calibrate.tool import Convention
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.options import options_from
@@ -170,6 +171,7 @@ def read_dataset(folder: Path, description: Path | None) -> Any:
         fail(f"{folder}: the folder is empty; expected images and robot poses")
     file = description or folder / "dataset.yaml"
     if not file.exists():
+        check_holds_no_pairs(folder)
         fail(
             f"{file}: no such file; write one, or let `kr5 dataset guess {folder} -o dataset.yaml` propose it, and name"
             " it with --dataset"

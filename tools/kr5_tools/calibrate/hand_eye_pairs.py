@@ -58,6 +58,7 @@ def calibrate_pairs(
     exports: Exports,
 ) -> None:
     """Calibrates, diagnoses, tells and writes."""
+    exports.check_parts("poses")
     check_writable(output, json_file, write_cell, *exports.files, inputs=[file, camera_poses])
     data = read_pairs_file(file, camera_poses, *form, mount=mount)
     data.mount = mount or data.mount

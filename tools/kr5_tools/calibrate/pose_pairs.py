@@ -1,6 +1,7 @@
 """Pairs of poses for a hand-eye calibration: a CSV, two files of poses, or what MoveIt, easy_handeye and easy_handeye2
 save."""
 
+import shlex
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
@@ -97,6 +98,20 @@ class EasyLists(OpenDocument):
 
     hand_world_samples: TransformArray | list[Transform]
     camera_marker_samples: TransformArray | list[Transform]
+
+
+def check_holds_no_pairs(folder: Path) -> None:
+    """Complains of a folder that is read as one of images, where one of its files is a CSV of pairs of poses."""
+    for file in sorted(folder.glob("*.csv")):
+        try:
+            columns = {c.lower() for c in io.load_csv(file).columns}
+        except kr5.Error:
+            continue
+        if any({part + axis for part in parts for axis in "xyz"} <= columns for parts in PREFIXES):
+            fail(
+                f"{folder}: holds pairs of poses: kr5 calibrate hand-eye {shlex.quote(str(file))} --mount eye_in_hand"
+                " (or eye_to_hand)"
+            )
 
 
 def read_pairs_file(

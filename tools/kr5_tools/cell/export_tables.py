@@ -29,7 +29,7 @@ def print_export(written: Any, to: Any) -> None:
 
 
 def _print_table(title: str, columns: list[str], rows: list[list[str]], to: Any) -> None:
-    to.print(make_table(title, columns, rows, text=range(len(columns))))
+    to.print(make_table(title, columns, rows, text=range(len(columns)), keys=3))
     to.print()
 
 

@@ -5,6 +5,12 @@ from typing import Any
 DEG = 57.29577951308232
 
 
+def joint_unit(cell: Any, joint: int, unit: str) -> str:
+    """The unit of a joint's quantity, of "rad or m" or the like, by its kind of joint."""
+    rotary, _, linear = unit.partition(" or ")
+    return linear if linear and joint >= 0 and is_slide(cell, joint) else rotary
+
+
 def is_slide(cell: Any, joint: int) -> bool:
     return str(cell.robot.dh[joint].type) == "prismatic"
 

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from kr5_tools.cell.frames import DEG, fixed_frames, flange_frames, is_slide
+from kr5_tools.cell.frames import DEG, fixed_frames, flange_frames, is_slide, joint_unit
 from kr5_tools.cli import tables
 from kr5_tools.cli.numbers import format_values
 
@@ -176,14 +176,14 @@ def _noise(cell: Any) -> Any:
         value = getattr(cell.noise, field["name"])
         found = re.search(r"\[([^]]*)\]", field["doc"])
         unit = found[1] if found else ""
-        text = re.sub(r" \[[^]]*\]|\.$", "", field["doc"])
-        if value:
-            rows.append([field["name"], value, unit, text])
-    return (
-        tables.make_table("Noise, standard deviations", ["noise", "std", "unit", "quantity"], rows, text=(2, 3))
-        if rows
-        else None
-    )
+        text = re.sub(r"; empty: .*| \[[^]]*\]|\.$", "", field["doc"])
+        if isinstance(value, list):
+            for k, v in enumerate(value):
+                rows.append([field["name"], str(k + 1), v, joint_unit(cell, k, unit), "" if k else text])
+        elif value:
+            rows.append([field["name"], "", value, unit, text])
+    heads = ["noise", "joint", "std", "unit", "quantity"]
+    return tables.make_table("Noise, standard deviations", heads, rows, text=(3, 4)) if rows else None
 
 
 def _effects(cell: Any) -> Any:

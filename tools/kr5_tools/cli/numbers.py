@@ -1,7 +1,7 @@
 """Numbers with units, as people read them: how many digits, and which unit."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 NONE = "–"  # in place of a number that there is not
@@ -60,12 +60,17 @@ def format_count(number: int, noun: str, verb: tuple[str, str] | None = None) ->
     return f"{text} {verb[number != 1]}" if verb else text
 
 
+def root_mean_square(values: Iterable[float]) -> float:
+    numbers = list(values)
+    return math.sqrt(sum(v * v for v in numbers) / len(numbers)) if numbers else 0.0
+
+
 def format_range(low: float, high: float) -> str:
     return f"{low:.3g} to {high:.3g}"
 
 
 def format_percent(share: float) -> str:
-    """A share that says neither 0 nor 100 %, which no measurement does."""
+    """A share that says neither 0 nor 100 %, which no measurement does; what is below 0 is less than 1 %."""
     if share >= 0.995:
         return "more than 99.9 %" if share > 0.9995 else "more than 99 %"
-    return "less than 1 %" if 0 < share < 0.005 else f"{100 * share:.0f} %"
+    return "less than 1 %" if share < 0.005 else f"{100 * share:.0f} %"

@@ -88,11 +88,13 @@ def _wrap_head(text: str, width: int) -> str:
 
 class FittedTable:
     """A table that shows all its numbers in any width: heads and texts are wrapped, and what is still too wide is
-    split into tables one below the other, each with the first column. Empty columns are left out."""
+    split into tables one below the other, each with the key columns, which are the first. Empty columns are left
+    out."""
 
-    def __init__(self, title: str, columns: list[_Column]) -> None:
+    def __init__(self, title: str, columns: list[_Column], keys: int = 1) -> None:
         self.title = title
-        self.columns = [column for i, column in enumerate(columns) if i == 0 or not column.is_empty]
+        self.keys = columns[:keys]
+        self.others = [column for column in columns[keys:] if not column.is_empty]
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         if self.title:
@@ -103,12 +105,11 @@ class FittedTable:
             yield _rich_table(columns, widths)
 
     def _parts(self, width: int) -> Iterable[tuple[list[_Column], list[int]]]:
-        first, *others = self.columns
-        part = [first]
-        for column in others:
-            if len(part) > 1 and _least_total([*part, column]) > width:
+        part = [*self.keys]
+        for column in self.others:
+            if len(part) > len(self.keys) and _least_total([*part, column]) > width:
                 yield part, _widths(part, width)
-                part = [first]
+                part = [*self.keys]
             part.append(column)
         yield part, _widths(part, width)
 
@@ -122,11 +123,12 @@ def _widths(columns: list[_Column], width: int) -> list[int]:
     would like more."""
     widths = [column.least_width for column in columns]
     spare = width - _least_total(columns)
-    for i, column in enumerate(columns):  # in a very narrow terminal words are broken, but no number
-        if spare < 0 and column.is_text:
-            cut = min(-spare, max(widths[i] - LEAST_BROKEN, 0))
-            widths[i] -= cut
-            spare += cut
+    for is_text in (True, False):  # in a very narrow terminal words are broken, and at last what stands for numbers
+        for i, column in enumerate(columns):
+            if spare < 0 and column.is_text == is_text:
+                cut = min(-spare, max(widths[i] - LEAST_BROKEN, 0))
+                widths[i] -= cut
+                spare += cut
     spare = max(spare, 0)
     for is_text in (True, False):
         wanted = [c.natural_width - c.least_width if c.is_text == is_text else 0 for c in columns]
@@ -146,16 +148,20 @@ def _rich_table(columns: list[_Column], widths: list[int]) -> Table:
     return table
 
 
-def make_table(title: str, columns: list[str], rows: Iterable[Iterable[Any]], text: Iterable[int] = ()) -> FittedTable:
+def make_table(
+    title: str, columns: list[str], rows: Iterable[Iterable[Any]], text: Iterable[int] = (), keys: int = 1
+) -> FittedTable:
     """A table, its texts as they are, whose first column, and those of `text`, are text and whose others are numbers;
-    units belong into the names of the columns."""
+    units belong into the names of the columns. `keys`: how many of the first columns say what a row is about, and are
+    repeated where the table is split."""
     texts = [[column] for column in columns]
     for row in rows:
         for cells, cell in zip(texts, row):
             cells.append(format_number(cell) if isinstance(cell, float) else str(cell))
         for cells in texts:  # of a row that is shorter
             cells += [""] * (max(map(len, texts)) - len(cells))
-    return FittedTable(title, [_Column(cells, i == 0 or i in tuple(text)) for i, cells in enumerate(texts)])
+    is_text = {0, *text}
+    return FittedTable(title, [_Column(cells, i in is_text) for i, cells in enumerate(texts)], keys)
 
 
 def print_result(data: dict[str, Any], to: Console) -> None:

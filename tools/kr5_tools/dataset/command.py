@@ -12,6 +12,7 @@ import yaml
 from kr5 import calibration
 
 from kr5_tools.calibrate.hand_eye import camera_of
+from kr5_tools.calibrate.pose_pairs import check_holds_no_pairs
 from kr5_tools.cli.arguments import JsonOption
 from kr5_tools.cli.tables import make_table
 from kr5_tools.cli.terminal import console, fail, spinner
@@ -128,6 +129,7 @@ def _pattern(folder: Path, files: list[Path]) -> str:
 def _images(folder: Path, reasons: list[Any]) -> list[Path]:
     families = _families(folder, set(IMAGE_ENDINGS))
     if not families:
+        check_holds_no_pairs(folder)
         fail(f"{folder}: found no image ({', '.join(IMAGE_ENDINGS)}), expected images and robot poses")
     best = max(families, key=len)
     sure = sum(len(f) == len(best) for f in families) == 1

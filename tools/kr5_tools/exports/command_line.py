@@ -2,7 +2,7 @@
 
 import functools
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -14,50 +14,43 @@ from kr5_tools.exports.forms import FORMS, Form, form_of
 from kr5_tools.exports.items import ExportItems, items_of
 from kr5_tools.files.writing import write_text
 
-NAMES = ", ".join(form.name for form in FORMS)
 PANEL = "Export"
-OPTIONS = {
-    "export": Annotated[
-        list[Path] | None,
-        typer.Option(
-            "--export",
-            metavar="FILE",
-            rich_help_panel=PANEL,
-            help=(
-                "File of the result for other programs: .sh, .launch.py, .launch.xml (static_transform_publisher of ROS"
-                " 2), .urdf (fixed joint), .yaml (camera_info of ROS), .yml (OpenCV), .txt (4×4), .csv, .json."
-                " Repeatable."
+PARTS = {"poses": "poses", "camera": "a camera"}  # of results, in words
+
+
+def _options(parts: tuple[str, ...]) -> dict[str, Any]:
+    """The options of a command whose result is of these parts, with the forms that hold one of them."""
+    forms = [form for form in FORMS if set(form.takes) & set(parts)]
+    endings = ", ".join(f"{form.endings[0]} ({form.title})" for form in forms)
+    frame = "Name of the frame in which the exported pose is stated, e.g. tool0."
+    if "poses" not in parts:
+        child = "Name of the exported camera, e.g. left_camera."
+    elif "camera" not in parts:
+        child = "Name of the frame that is placed, e.g. camera_optical_frame."
+    else:
+        child = "Name of the frame that is placed, or of the exported camera, e.g. camera_optical_frame."
+    return {
+        "export": Annotated[
+            list[Path] | None,
+            typer.Option(
+                "--export",
+                metavar="FILE",
+                rich_help_panel=PANEL,
+                help=f"File of the result for other programs: {endings}. Repeatable.",
             ),
-        ),
-    ],
-    "export_format": Annotated[
-        str | None,
-        typer.Option(
+        ],
+        "export_format": _text_option(
             "--export-format",
-            metavar="FORMAT",
-            rich_help_panel=PANEL,
-            help=f"Format of these files, if not that of their ending: {NAMES}.",
+            "FORMAT",
+            f"Format of these files, if not that of their ending: {', '.join(form.name for form in forms)}.",
         ),
-    ],
-    "export_parent": Annotated[
-        str | None,
-        typer.Option(
-            "--export-parent",
-            metavar="FRAME",
-            rich_help_panel=PANEL,
-            help="Name of the frame in which the exported pose is stated, e.g. tool0.",
-        ),
-    ],
-    "export_child": Annotated[
-        str | None,
-        typer.Option(
-            "--export-child",
-            metavar="FRAME",
-            rich_help_panel=PANEL,
-            help="Name of the frame that is placed, or of the exported camera, e.g. camera_optical_frame.",
-        ),
-    ],
-}
+        **({"export_parent": _text_option("--export-parent", "FRAME", frame)} if "poses" in parts else {}),
+        "export_child": _text_option("--export-child", "FRAME" if "poses" in parts else "NAME", child),
+    }
+
+
+def _text_option(flag: str, metavar: str, text: str) -> Any:
+    return Annotated[str | None, typer.Option(flag, metavar=metavar, rich_help_panel=PANEL, help=text)]
 
 
 @dataclass
@@ -69,8 +62,14 @@ class Exports:
     parent: str | None = None
     child: str | None = None
 
+    def check_parts(self, *parts: str) -> None:
+        """Refuses a form that holds nothing of a result of these parts, of "poses" and "camera"."""
+        for file, form in zip(self.files, self.forms):
+            if not set(form.takes) & set(parts):
+                fail(f"--export: {file}: {form.name} holds {_either(form.takes)}, and this result has {_either(parts)}")
+
     def write(self, data: dict[str, Any]) -> None:
-        """Writes the files of a result; says so where it does not have what a form holds."""
+        """Writes the files of a result; complains where it does not have what a form holds."""
         if not self.files:
             return
         if data.get("verdict", {}).get("word") == "unusable":
@@ -78,10 +77,9 @@ class Exports:
             return
         items = self._named(items_of(data))
         for file, form in zip(self.files, self.forms):
-            if lacking := form.missing(items):
-                print_note(f"{file}: not exported: the result has no {lacking}")
-            else:
-                write_text(form.text(items), file)
+            if form.missing(items):
+                fail(f"--export: {file}: {form.name} holds {_either(form.takes)}, which this result does not have")
+            write_text(form.text(items), file)
 
     def _named(self, items: ExportItems) -> ExportItems:
         """The items under the names of frames that were asked for."""
@@ -99,12 +97,16 @@ class Exports:
         return items
 
 
+def _either(parts: Iterable[str]) -> str:
+    return " or ".join(PARTS[part] for part in parts)
+
+
 def _exports(
     parts: tuple[str, ...],
     export: list[Path] | None,
     export_format: str | None,
-    export_parent: str | None,
-    export_child: str | None,
+    export_parent: str | None = None,
+    export_child: str | None = None,
 ) -> Exports:
     given = {"--export-format": export_format, "--export-parent": export_parent, "--export-child": export_child}
     if not export and (alone := [flag for flag, value in given.items() if value is not None]):
@@ -116,18 +118,19 @@ def _exports(
         fail(f"--export-child: found {export_child}, which is the parent, too; expected another frame")
     files = export or []
     forms = [form_of(file, export_format) for file in files]
-    for file, form in zip(files, forms):
-        if not set(form.takes) & set(parts):
-            fail(f"--export: {file}: {form.name} holds a {form.takes[0]}, and this result is of {' and '.join(parts)}")
-    return Exports(files, forms, export_parent, export_child)
+    exports = Exports(files, forms, export_parent, export_child)
+    exports.check_parts(*parts)
+    return exports
 
 
 def export_options(*parts: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Gives a command the options --export, --export-format, --export-parent and --export-child; it gets them as the
-    keyword argument `exports`, an `Exports`.
+    """Gives a command the options --export, --export-format, --export-parent (of poses) and --export-child; it gets
+    them as the keyword argument `exports`, an `Exports`.
 
     parts: what its result may hold, of "poses" and "camera"; another form is refused before the command begins.
     """
+
+    options = _options(parts)
 
     def decorate(command: Callable[..., Any]) -> Callable[..., Any]:
         signature = inspect.signature(command, eval_str=True)
@@ -135,11 +138,11 @@ def export_options(*parts: str) -> Callable[[Callable[..., Any]], Callable[..., 
         own = [p.replace(kind=keyword_only) for p in signature.parameters.values() if p.name != "exports"]
         if len(own) == len(signature.parameters):
             raise TypeError(f"{command.__name__} has no argument 'exports'")
-        added = [inspect.Parameter(n, keyword_only, default=None, annotation=a) for n, a in OPTIONS.items()]
+        added = [inspect.Parameter(n, keyword_only, default=None, annotation=a) for n, a in options.items()]
 
         @functools.wraps(command)
         def with_exports(**given: Any) -> Any:
-            return command(exports=_exports(parts, *(given.pop(name) for name in OPTIONS)), **given)
+            return command(exports=_exports(parts, **{name: given.pop(name) for name in options}), **given)
 
         with_exports.__dict__["__signature__"] = signature.replace(parameters=[*own, *added])
         del with_exports.__wrapped__

@@ -19,10 +19,10 @@ class Form:
     takes: tuple[str, ...]  # of "poses" and "camera"; one of them must be there
     text: Callable[[ExportItems], str]
 
-    def missing(self, items: ExportItems) -> str:
-        """What it needs and the result does not have; empty where it has."""
+    def missing(self, items: ExportItems) -> bool:
+        """Whether the result has nothing of what it holds."""
         there = {"poses": bool(items.main_poses()), "camera": bool(items.cameras)}
-        return "" if any(there[key] for key in self.takes) else " or ".join(self.takes)
+        return not any(there[key] for key in self.takes)
 
 
 def _of_poses(form: pose_forms.PoseForm) -> Callable[[ExportItems], str]:
@@ -31,10 +31,10 @@ def _of_poses(form: pose_forms.PoseForm) -> Callable[[ExportItems], str]:
 
 FORMS = (
     Form("ros2-command", "ROS 2 command", (".sh",), ("poses",), _of_poses(pose_forms.ros_command)),
-    Form("launch-py", "ROS 2 launch file (Python)", (".py",), ("poses",), _of_poses(pose_forms.launch_python)),
+    Form("launch-py", "ROS 2 launch file in Python", (".launch.py", ".py"), ("poses",), _of_poses(pose_forms.launch_python)),
     Form(
         "launch-xml",
-        "ROS 2 launch file (XML)",
+        "ROS 2 launch file in XML",
         (".launch.xml", ".launch"),
         ("poses",),
         _of_poses(pose_forms.launch_xml),

@@ -4,7 +4,6 @@ import xml.etree.ElementTree as xml
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 ROUNDING = 1e-15  # [m, -]
 
@@ -16,6 +15,8 @@ def number_text(values: Any) -> str:
 
 def quaternion(T: np.ndarray) -> np.ndarray:
     """Rotation of a pose, w x y z with w not negative."""
+    from scipy.spatial.transform import Rotation
+
     x, y, z, w = Rotation.from_matrix(T[:3, :3]).as_quat(canonical=True)
     return np.array([w, x, y, z])
 

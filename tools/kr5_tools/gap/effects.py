@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from kr5_tools.cli import arguments, tables, terminal
-from kr5_tools.cli.numbers import NONE
+from kr5_tools.cli.numbers import NONE, format_count
 from kr5_tools.files import writing
 from kr5_tools.files.paths import SHIPPED_CELL, find_shipped_cell
 
@@ -43,10 +43,11 @@ def effects(
     cell_file: CellFile = None,
     pictures: Pictures = None,
     picture_format: PictureFormat = "png",
+    everything: arguments.AllOption = False,
     json_file: arguments.JsonOption = None,
 ) -> None:
-    """List of the effects that a diagnosis tries: target, parameters, and the columns in which each shows; or the
-    details of one effect."""
+    """List of the effects that a diagnosis tries: what each acts on, and what differs; with --all also its parameters
+    and the columns in which it shows. Or the details of one effect."""
     import kr5.cell
 
     writing.check_writable(json_file, inputs=[cell_file])
@@ -57,13 +58,13 @@ def effects(
     if effect:
         print_effect(found[0], to)
     else:
-        print_catalogue(found, to)
+        print_catalogue(found, to, everything)
     if pictures:
         from kr5_tools.gap.effect_pictures import write_effect_pictures
 
         writing.make_folder(pictures)
         files, unseen = write_effect_pictures([row.id for row in rows], cell, pictures, picture_format)
-        to.print(f"\n{pictures}: {len(files)} picture{'' if len(files) == 1 else 's'}.", soft_wrap=True)
+        to.print(f"\n{pictures}: {format_count(len(files), 'picture')}.", soft_wrap=True)
         if unseen:
             terminal.print_note(f"no picture of {', '.join(unseen)}: this cell cannot show it")
     writing.write_json(found if not effect else found[0], json_file)
@@ -113,18 +114,14 @@ def _choice(row: Any, typical: dict[str, Any]) -> int:
     return int(typical.get(name, 0)) if name else 0
 
 
-def print_catalogue(found: list[dict[str, Any]], to: Any) -> None:
-    rows = [
-        [
-            e["id"],
-            e["target"].replace("_", " "),
-            ", ".join(f"{p['name']} [{p['unit']}]" for p in e["parameters"]),
-            e["description"],
-            e["shows_in"],
-        ]
-        for e in found
-    ]
-    heads = ["effect", "on", "parameters", "difference from the nominal cell", "shows in"]
+def print_catalogue(found: list[dict[str, Any]], to: Any, everything: bool = False) -> None:
+    rows = []
+    for e in found:
+        row = [e["id"], e["target"].replace("_", " "), e["description"]]
+        if everything:
+            row += [", ".join(f"{p['name']} [{p['unit']}]" for p in e["parameters"]), e["shows_in"]]
+        rows.append(row)
+    heads = ["effect", "on", "difference from the nominal cell", *(["parameters", "shows in"] if everything else [])]
     to.print(tables.make_table(f"{len(found)} effects", heads, rows, text=range(len(heads))))
     to.print("\nkr5 gap effects EFFECT shows typical sizes, bounds and the remedy of one.", soft_wrap=True)
 
@@ -151,7 +148,7 @@ def print_effect(e: dict[str, Any], to: Any) -> None:
         ]
         for p in e["parameters"]
     ]
-    heads = ["parameter", "unit", "off", "typical", "at least", "at most", "meaning"]
+    heads = ["parameter", "unit", "without the effect", "typical", "at least", "at most", "meaning"]
     where = f", values of {e['targets'][0]}" if len(e["targets"]) > 1 else ""
     to.print()
     to.print(tables.make_table(f"Parameters{where}", heads, rows, text=(1, 6)))

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from kr5_tools.cli.numbers import NONE
+from kr5_tools.cli.numbers import NONE, format_count, root_mean_square
 from kr5_tools.pages.tables_page import write_tables_page
 
 NARROW = 5.0  # [in]: readable on a phone
@@ -24,10 +24,12 @@ def write_page(data: dict[str, Any], source: str, output: Path, png: Path | None
 
 
 def summary_text(data: dict[str, Any]) -> str:
-    above = sum(gap > data["limits"].get(name, float("inf")) for name, gap in data["columns"].items())
+    above = [gap for name, gap in data["columns"].items() if gap > data["limits"].get(name, float("inf"))]
+    count = format_count(len(above), "column", ("is", "are")) if above else "No column is"
     return (
         f"The RMS gap over {len(data['columns'])} columns is {data['gap']:.3f} times the noise; 1 is the floor, which"
-        f" noise alone leaves. {above} columns are above the limit of noise."
+        f" noise alone leaves. {count} above the limit of noise"
+        + (f", with an RMS gap of {root_mean_square(above):.3f}." if above else ".")
     )
 
 

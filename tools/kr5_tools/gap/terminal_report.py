@@ -7,7 +7,7 @@ from typing import Any
 from rich.markup import escape
 
 from kr5_tools.cli import tables
-from kr5_tools.cli.numbers import NONE, format_percent, table_unit
+from kr5_tools.cli.numbers import NONE, format_percent, root_mean_square, table_unit
 from kr5_tools.gap_report.messages import (
     capitalised,
     column_text,
@@ -156,10 +156,12 @@ def _print_untried(untried: list[dict[str, Any]], to: Any, everything: bool) -> 
 def print_measure(source: Path, found: Any, to: Any, everything: bool = False) -> None:
     """The gap, the columns above their limit, and where they are, for people."""
     within = len(found.columns) - found.exceeding
+    above = root_mean_square(c.gap for c in found.columns if c.exceeds)
+    over = f"{above:.3f} over the {found.exceeding}" if found.exceeding else "none"
     rest = f"{within} within it{'' if everything or not within else f' ({FURTHER})'}"
     to.print(
-        f"RMS gap of {source}: {found.gap:.3f} over {len(found.columns)} columns; {found.exceeding} above the limit of"
-        f" noise, {rest}.",
+        f"RMS gap of {source}: {found.gap:.3f} over {len(found.columns)} columns, {over} above the limit of noise;"
+        f" {rest}.",
         style="bold",
         soft_wrap=True,
     )

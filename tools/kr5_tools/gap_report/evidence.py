@@ -202,7 +202,7 @@ def evidence_against(data: dict[str, Any], k: int, evidence: Any) -> list[str]:
         out += [f"It makes the {column_text(g)} worse ({w:.2f} → {a:.2f})." for g, w, a in worse[:3]]
         closed = closed_by_experiment(evidence, k)
         out += [
-            f"In {name} it explains only {format_percent(max(part, 0.0))} of the excess."
+            f"In {name} it explains {format_percent(part)} of the excess."
             for name, part in closed.items()
             if part <= 0.5
         ]

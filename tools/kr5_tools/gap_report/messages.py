@@ -23,6 +23,7 @@ DERIVED = (
     (r"qd(\d+)", "velocity of joint {}"),
     (r"zcd()", "commanded vertical speed"),
 )
+MOST_NAMED = 3  # causes in a sentence
 PREDICTED = "predicted "  # before the name of a column
 PARTS = {
     "sensor": "force sensor",
@@ -117,6 +118,17 @@ def effect_text(effect: str, target: str) -> str:
     )
 
 
+def effects_text(effect: str, targets: list[str]) -> str:
+    """An effect on several targets, such as viscous friction of joints 1, 2 and 3."""
+    numbered = [re.fullmatch(r"(joint|motor)(\d+)", target) for target in targets]
+    words = {found[1] for found in numbered if found}
+    one = effect_text(effect, targets[0])
+    if len(targets) > 1 and all(numbered) and len(words) == 1 and one.endswith(f" of {target_text(targets[0])}"):
+        name = one.removesuffix(target_text(targets[0]))
+        return f"{name}{words.pop()}s {join_list([found[2] for found in numbered if found])}"
+    return join_list([effect_text(effect, target) for target in targets])
+
+
 def dependence_text(dependence: dict[str, Any], kind: str | None = None) -> str:
     """A dependence in a kind of experiment as the end of `the gap ...`."""
     name, how = variable_text(dependence["variable"], kind), dependence["how"].replace(" rad or m", " rad")
@@ -143,6 +155,12 @@ def capitalised(text: str) -> str:
 
 def join_list(items: list[str], last: str = "and") -> str:
     return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} {last} {items[-1]}" if items else ""
+
+
+def join_first(items: list[str], last: str = "and") -> str:
+    """A list of which a sentence names the first three."""
+    left = len(items) - MOST_NAMED
+    return join_list([*items[:MOST_NAMED], f"{left} more, below"] if left > 0 else items, last)
 
 
 def display_unit(unit: str, values: list[float], target: str) -> tuple[float, str]:
@@ -245,15 +263,15 @@ def _agreement_text(data: dict[str, Any], limited: bool) -> str:
             )
         return "There is no gap: simulation and recording agree within noise. No correction is needed."
     said = [
-        f"The gap is {shrink['before']:{'.1f' if shrink['before'] >= 10 else '.2f'}} times the noise;"
-        f" {location_text(where)}."
+        f"The gap is {shrink['before']:{'.1f' if shrink['before'] >= 10 else '.2f'}} times the noise in the"
+        f" {'columns' if len(where) > 1 else 'column'} above the limit; {location_text(where)}."
     ]
     if not causes:
         return f"{said[0]} No effect of the catalogue explains it, so no cause is named."
     ties = sorted({effect_text(t["effect"], t["target"]) for c in causes for t in c["tied_with"]})
     said.append(
-        f"{'Causes' if len(causes) > 1 else 'Cause'}: {join_list([cause_text(c) for c in causes])}"
-        + (f", which this recording cannot distinguish from {join_list(ties, 'or')}" if ties else "")
+        f"{'Causes' if len(causes) > 1 else 'Cause'}: {join_first([cause_text(c) for c in causes])}"
+        + (f", which this recording cannot distinguish from {join_first(ties, 'or')}" if ties else "")
         + "."
     )
     said.append(
@@ -293,10 +311,7 @@ def next_steps(data: dict[str, Any], recording: str) -> list[str]:
         )
     elif do:
         steps.append(capitalised(f"{do}."))
-    for cause in data["causes"]:
-        row = effect_row(cause["effect"])
-        if remedy := row.remedy if row else "":
-            steps.append(f"{capitalised(effect_text(cause['effect'], cause['target']))}: {remedy}")
+    steps += _remedies(data["causes"])
     if data["causes"]:
         option, tuned = ("cell", "tuned.yaml")
         if model := re.search(r" --model \S+?(\.\w+)(\s|$)", recording):
@@ -317,6 +332,19 @@ def next_steps(data: dict[str, Any], recording: str) -> list[str]:
             " effect, added from Python; one that does not recur belonged to this recording."
         )
     return steps
+
+
+def _remedies(causes: list[dict[str, Any]]) -> list[str]:
+    """What to do about each effect, once for all its targets."""
+    targets: dict[str, list[str]] = {}
+    for cause in causes:
+        targets.setdefault(cause["effect"], []).append(cause["target"])
+    rows = {effect: effect_row(effect) for effect in targets}
+    return [
+        f"{capitalised(effects_text(effect, at))}: {rows[effect].remedy}"
+        for effect, at in targets.items()
+        if rows[effect] and rows[effect].remedy
+    ]
 
 
 NOISE = (

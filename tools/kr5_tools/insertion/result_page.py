@@ -22,11 +22,11 @@ def write_page(data: dict[str, Any], source: str, output: Path, png: Path | None
         profile = {column: np.array(values, float) for column, values in data["profile"].items()}
         with plt.rc_context(STYLE):
             plots.append(Plot(name, title, text, draw_profile(profile), wide))
-    endings = [messages.ending_text(SimpleNamespace(**peg)) for peg in data["pegs"]]
+    endings = [messages.ending_sentence(k, SimpleNamespace(**peg)) for k, peg in enumerate(data["pegs"], 1)]
     verdict = {
         "word": "good" if data["inserted"] else "unusable",
         "label": "Inserted" if data["inserted"] else "Not inserted",
-        "text": " ".join(f"Peg {k} is {word}, {text}" for k, (word, text) in enumerate(endings, 1)),
+        "text": " ".join(endings),
     }
     tables = [
         _table("Phases", ending_tables.PHASE_COLUMNS, ending_tables.rows_of_phases(data["phases"]), []),

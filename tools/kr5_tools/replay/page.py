@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from kr5_tools.cli.numbers import format_count
 from kr5_tools.files import writing
 from kr5_tools.replay.runs import Run, page_runs
 
@@ -55,7 +56,7 @@ def make_page(
 
     from kr5_tools.pages.rendering import render_page, script_json
 
-    text = f"{cell.robot.joints} joints, {len(runs)} {'motion' if len(runs) == 1 else 'experiments'}"
+    text = f"{format_count(cell.robot.joints, 'joint')}, {format_count(len(runs), 'run')}"
     scene = cell_scene(cell)
     if T_base_actual is not None:
         scene["tube"]["T"] = writing.to_plain(T_base_actual)

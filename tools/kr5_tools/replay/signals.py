@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from kr5_tools.cell.frames import is_slide
+from kr5_tools.cell.frames import joint_unit
 from kr5_tools.cli.numbers import table_unit
 
 PAGE_VALUES = 1_200_000  # numbers of all signals on one page, of which each takes 2.7 letters
@@ -76,14 +76,14 @@ def experiment_signals(
     for column in columns:
         if column.name in omitted or column.group == "orientation":
             continue
-        unit, recorded = _unit(cell, column), _values(data, column.name, rows)
+        unit, recorded = joint_unit(cell, column.joint, str(column.unit)), _values(data, column.name, rows)
         if str(column.role) == "given" and recorded is not None:
             out.append(Signal(column.name, column.label, unit, "given", x, given=recorded))
             continue
         simulated = _values(predicted, column.name, rows)
         if recorded is None and simulated is None:
             continue
-        noise = getattr(cell.noise, column.noise) if column.noise else 0.0
+        noise = cell.noise.of(column.noise, column.joint) if column.noise else 0.0
         residual = (recorded - simulated) / noise if recorded is not None and simulated is not None and noise else None
         out.append(
             Signal(
@@ -106,12 +106,6 @@ def _values(table: Any | None, name: str, rows: np.ndarray) -> np.ndarray | None
 
 def _finite(values: np.ndarray | None) -> np.ndarray | None:
     return values if values is not None and np.any(np.isfinite(values)) else None
-
-
-def _unit(cell: Any, column: Any) -> str:
-    """The unit of a joint's column is that of its kind of joint."""
-    rotary, _, linear = str(column.unit).partition(" or ")
-    return linear if linear and column.joint >= 0 and is_slide(cell, column.joint) else rotary
 
 
 def _turns(cell: Any, data: Any, predicted: Any | None, x: np.ndarray, rows: np.ndarray) -> list[Signal]:

@@ -12,11 +12,8 @@ import typer
 
 from kr5_tools.cli import arguments, terminal
 from kr5_tools.cli.numbers import format_number
-from kr5_tools.exports.page_items import page_items
 from kr5_tools.files import results, writing
 from kr5_tools.pages.rendering import embed_plot, render_page, script_json, write_png
-from kr5_tools.targets.detection_table import COLUMNS as SEEN_COLUMNS
-from kr5_tools.targets.detection_table import seen_table
 
 app = typer.Typer()
 
@@ -145,6 +142,9 @@ def write_report(data: dict[str, Any], source: Path, output: Path, png: Path | N
 
 def make_page(data: dict[str, Any], source: Path, drawn: list[Any]) -> str:
     """The HTML of the page."""
+    from kr5_tools.exports.page_items import page_items
+    from kr5_tools.targets import detection_table
+
     views, columns = view_table(data, source)
     figures, poses = split_figures(data.get("figures", []))
     drawn_on = any(v["thumbnail"] and v["thumbnail"]["drawn"] for v in views)
@@ -160,8 +160,8 @@ def make_page(data: dict[str, Any], source: Path, drawn: list[Any]) -> str:
         figures=figures,
         corrected=any(row.get("corrected") for row in figures),
         poses=poses,
-        seen=seen_table(data),
-        seen_columns=SEEN_COLUMNS,
+        seen=detection_table.seen_table(data),
+        seen_columns=detection_table.COLUMNS,
         drawn_on=drawn_on,
         held_out=flatten(data.get("held_out", {})),
         input=flatten(data.get("input", {})),

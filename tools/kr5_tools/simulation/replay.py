@@ -6,6 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from kr5_tools.cli import arguments, terminal
+from kr5_tools.cli.numbers import format_count
 from kr5_tools.files import writing
 from kr5_tools.files.documents import read_yaml
 from kr5_tools.replay.page import make_page
@@ -64,10 +65,10 @@ def replay(
         {"replay": str(output), "runs": shown, "skipped": [vars(each) for each in skipped]},
         json_file,
     )
-    signals = sum(len(r.signals) for r in runs)
+    counts = {"run": len(runs), "frame": sum(len(r.t) for r in runs), "signal": sum(len(r.signals) for r in runs)}
+    told = ", ".join(format_count(number, noun) for noun, number in counts.items())
     to.print(
-        f"{output}: {len(runs)} {'motion' if len(runs) == 1 else 'motions'}, {sum(len(r.t) for r in runs)} frames,"
-        f" {signals} signals. Open it in a browser.",
+        f"{output}: {told}. Open it in a browser.",
         soft_wrap=True,
         markup=False,
     )

@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from kr5_tools.cell.frames import joint_unit
 from kr5_tools.cli import terminal
-from kr5_tools.cli.numbers import NONE, table_unit
+from kr5_tools.cli.numbers import NONE, format_count, table_unit
 from kr5_tools.pages.tables_page import write_tables_page
 from kr5_tools.replay.page import make_page
 from kr5_tools.replay.runs import Run
@@ -45,7 +46,7 @@ def scene_result(result: Any, name: str) -> dict[str, Any]:
 
 def verdict_text(data: dict[str, Any]) -> str:
     met, count = sum(check["passed"] for check in data["checks"]), len(data["checks"])
-    return f"{met} of {count} expectation{'' if count == 1 else 's'} met."
+    return f"{met} of {format_count(count, 'expectation')} met."
 
 
 def scene_page(result: Any, data: dict[str, Any], run: Run, source: Path) -> str:
@@ -91,8 +92,7 @@ def column_meaning(result: Any, name: str) -> tuple[str, str, str]:
     columns = {c.name: c for c in kr5.cell.columns(kr5.cell.Kind.Motion, joints)}
     link = {f"link{i + 1}": f"q{i + 1}" for i in range(joints)}.get(name)
     column = columns[link or name]
-    linear = column.joint >= 0 and str(result.cell.robot.dh[column.joint].type) == "prismatic"
-    unit = str(column.unit).split(" or ")[-1 if linear else 0]
+    unit = joint_unit(result.cell, column.joint, str(column.unit))
     label = str(column.label) + (" behind the gear" if link else "")
     return label, unit, "link position" if link else str(column.channel)
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from kr5_tools.cli.numbers import NONE
+from kr5_tools.cli.numbers import NONE, format_count
 from kr5_tools.cli.tables import make_table, pose_figures
 
 COLUMNS = ("image", "what", "corners [px]", "noise [px]", "RMS [px]")
@@ -53,7 +53,7 @@ def print_seen(found: list[dict[str, Any]], lost: list[dict[str, Any]], images: 
     """For people: how much was found, a row for each object, the poses, and why nothing was found."""
     if found:
         markers = any("id" in item for item in found)
-        what = f"{len(found)} marker{'' if len(found) == 1 else 's'} found" if markers else "Target found"
+        what = f"{format_count(len(found), 'marker')} found" if markers else "Target found"
         to.print(f"{what} in {images - len(lost)} of {images} images.", style="bold", soft_wrap=True)
         names = _names(found, images)
         for table in (_place_table(found, names), _pose_table(found, names)):
