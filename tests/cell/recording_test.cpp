@@ -282,7 +282,7 @@ TEST_CASE("readings of an arm at rest are not taken for motion, however noisy th
     for (int j = 1; j <= recording.cell.robot.joints(); ++j) {
       const int q = motion.data.find("q" + std::to_string(j));
       REQUIRE(q >= 0);
-      for (Eigen::Index i = 0; i < 8; ++i)
+      for (Eigen::Index i = 0; i < rows; ++i)
         motion.data.values(i, q) = motion.data.values(0, motion.data.find("qc" + std::to_string(j))) +
                                    recording.cell.noise.position * random.normal();
     }
