@@ -172,11 +172,18 @@ def _speeds(cell: Any, e: Any) -> list[LogProblem]:
 
 
 def _loads(cell: Any, e: Any) -> list[LogProblem]:
-    """Currents, torques and wrench against the simulation of the same motion."""
+    """Currents, torques and wrench against the simulation of the same motion. Descriptions of robots may state friction
+    that is no more than a placeholder: what fits without it is not objected to."""
+    out = _loads_against(cell, cell, e)
+    bare = _without_friction(cell)
+    return out if not out or bare is None or _loads_against(cell, bare, e) else []
+
+
+def _loads_against(cell: Any, simulated: Any, e: Any) -> list[LogProblem]:
     import kr5.predict
 
     try:
-        shown = kr5.predict.FastSimulator().predict(_without_friction(cell), e)
+        shown = kr5.predict.FastSimulator().predict(simulated, e)
     except kr5.Error:
         return []
     out: list[LogProblem] = []
@@ -193,12 +200,13 @@ def _loads(cell: Any, e: Any) -> list[LogProblem]:
     return out
 
 
-def _without_friction(cell: Any) -> Any:
-    """Descriptions of robots state friction that is no more than a placeholder; units are told by gravity and inertia."""
-    if cell.drives is None:
-        return cell
-    out = kr5.cell.parse_cell(cell.to_yaml())
-    drives, n = out.drives, cell.robot.joints
+def _without_friction(cell: Any) -> Any | None:
+    """The cell without friction of its joints; nothing where it states none."""
+    drives = cell.drives
+    if drives is None or not (np.any(drives.friction.coulomb) or np.any(drives.friction.viscous)):
+        return None
+    out, n = kr5.cell.parse_cell(cell.to_yaml()), cell.robot.joints
+    drives = out.drives
     drives.friction = kr5.cell.Friction(coulomb=np.zeros(n), viscous=np.zeros(n))
     out.drives = drives
     return out

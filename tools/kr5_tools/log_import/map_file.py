@@ -84,7 +84,9 @@ class Clock(Document):
 
 class Resampling(Document):
     every: PositiveNumber | None = Field(None, description="interval of the rows of the recording [s]")
-    method: Literal["linear", "cubic", "previous"] = Field("linear", description="interpolation between rows of the log")
+    method: Literal["linear", "cubic", "previous"] = Field(
+        "linear", description="interpolation between rows of the log"
+    )
     low_pass: PositiveNumber | None = Field(None, description="cut-off frequency of a filter without delay [Hz]")
 
 
@@ -112,13 +114,17 @@ class SourceEntry(Document):
     columns: str | list[str | int] | None = Field(None, alias="from", description="column of the log, or one each")
     value: float | list[float] | None = Field(None, description="number that holds throughout, in place of a column")
     unit: str | list[str] | None = Field(None, description="unit of the log, for all members or of each")
-    scale: float | list[float] = Field(1.0, description="what 1 of the log is, for all members or of each; -1 turns a sign")
+    scale: float | list[float] = Field(
+        1.0, description="what 1 of the log is, for all members or of each; -1 turns a sign"
+    )
     offset: float | list[float] = Field(0.0, description="added after scale, in the unit of the log")
     side: Literal["joint", "motor"] = Field("joint", description="side of the gears on which it was measured")
     frame: Pose | None = Field(None, description="pose of the sensor of the log in S [m, rad]")
     log: str | None = Field(None, description="file of these columns, where it is not the main log")
     clock: Clock | None = Field(None, description="clock of these columns, where they have one of their own")
-    missing: Literal["fail", "interpolate", "drop"] = Field("fail", description="what is done with rows without a number")
+    missing: Literal["fail", "interpolate", "drop"] = Field(
+        "fail", description="what is done with rows without a number"
+    )
 
     @model_validator(mode="after")
     def _column_or_value(self) -> "SourceEntry":

@@ -194,6 +194,4 @@ def known_errors(recording: Any) -> list[Any]:
         left = left @ np.linalg.inv(np.asarray(cell.drives.structure)) / np.asarray(cell.drives.torque_constant)
     noise = np.array([cell.noise.of("torque" if family == "tau" else "current", k) for k in range(n)])
     smooth = np.sqrt(np.maximum((left**2).mean(axis=0) - noise**2, 0.0))
-    return [
-        kr5.gap.ColumnError(column=f"motion.{family}{k + 1}", error=float(smooth[k])) for k in range(n)
-    ]
+    return [kr5.gap.ColumnError(column=f"motion.{family}{k + 1}", error=float(smooth[k])) for k in range(n)]
