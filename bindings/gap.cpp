@@ -160,7 +160,8 @@ void bind_diagnosis(py::module_& m) {
       .def_property(
           "simulator_errors", [](const DiagnoseOptions& o) { return o.simulator_errors; },
           [](DiagnoseOptions& o, const std::vector<ColumnError>& errors) { o.simulator_errors = errors; },
-          "Known errors of the simulator in single columns, beside simulator_floor for all; the greater counts: list of "
+          "Known errors of the simulator in single columns, beside simulator_floor for all; the greater counts: list "
+          "of "
           "ColumnError (a copy; assign the whole list).");
   m.def(
       "diagnose",

@@ -68,8 +68,12 @@ def write(folder: Path) -> None:
     columns = joint_states(true)
     digits = ["%.2f", *("%.6f" if "position" in name else "%.3f" for name in list(columns)[1:])]
     np.savetxt(
-        folder / "joint_states.csv", np.column_stack(list(columns.values())), fmt=digits, delimiter=",",
-        header=",".join(columns), comments="",
+        folder / "joint_states.csv",
+        np.column_stack(list(columns.values())),
+        fmt=digits,
+        delimiter=",",
+        header=",".join(columns),
+        comments="",
     )
     (folder / "truth.yaml").write_text(f"coulomb_friction:\n  joint3: {{coulomb: {FRICTION}}}  # elbow_joint [N m]\n")
 

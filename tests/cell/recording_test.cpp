@@ -239,8 +239,7 @@ TEST_CASE("a lead-in that leaves no row is refused with the length of the file")
   const std::string index = io::read_text(folder.path / "recording.yaml");
   const std::size_t at = index.find("kind: motion");
   REQUIRE(at != std::string::npos);
-  io::write_text(folder.path / "recording.yaml",
-                 index.substr(0, at) + "lead_in: 1000.0\n    " + index.substr(at));
+  io::write_text(folder.path / "recording.yaml", index.substr(0, at) + "lead_in: 1000.0\n    " + index.substr(at));
   CHECK_THAT(complaint(folder.path), Contains("lead_in") && Contains("1000") && Contains("a time within the"));
   CHECK_THROWS_WITH(split_lead_in(test::sample_recording().experiments.front(), 1000.0),
                     Contains("no row is left after its lead-in"));

@@ -207,8 +207,8 @@ TEST_CASE("a motion that is cut while the arm moves is judged after a lead-in as
   Random random(41);
   cell::Recording r;
   r.cell = protocol::nominal();
-  cell::Experiment whole = protocol::motion(random, 0.0, 1200, 2.0).experiment("motion-1", cell::Kind::Motion,
-                                                                              cell::Split::Fit);
+  cell::Experiment whole =
+      protocol::motion(random, 0.0, 1200, 2.0).experiment("motion-1", cell::Kind::Motion, cell::Split::Fit);
   protocol::show(whole, r.cell, random);
   cell::Experiment late = cell::split_lead_in(whole, 9.6);
   cell::Experiment early = whole;

@@ -146,7 +146,7 @@ def test_currents_of_a_model_without_torque_constants_tell_them(diagnose, arm, u
 
 
 def test_npz_and_a_log_without_a_clock_are_read(diagnose, arm, urdf, tmp_path):
-    t, q, tau = moved(arm, rows=900)
+    _, q, tau = moved(arm, rows=900)
     np.savez(tmp_path / "log.npz", q=q, tau=tau)
     code, said, _ = diagnose("log.npz", "--model", urdf)
     assert code == 2 and "state the interval of its rows with --every SECONDS" in said

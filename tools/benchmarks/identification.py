@@ -29,7 +29,8 @@ from identification_peer import Figaroh
 from kr5_tools.cli.tables import make_table
 from kr5_tools.identify.dynamics import condition_parts, torque_errors
 from kr5_tools.identify.identified_cell import believed_parameters, expected_bodies
-from kr5_tools.identify.motion_logs import arm_model, conditioning_of, merged_motion, read_motions
+from kr5_tools.identify.motion_logs import conditioning_of, read_motions
+from kr5_tools.log_import.joint_motion import arm_model, merged_motion
 from kr5_tools.log_import.values import joint_torques
 
 TABLE_4_4 = (11.60, 14.36, 12.20, 21.87, 31.87, 37.80)  # test row [%]

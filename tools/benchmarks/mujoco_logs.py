@@ -1,5 +1,5 @@
-"""A MuJoCo arm that follows a motion, logged as CSV; its model with an effect withheld, and how well another model predicts
-a log."""
+"""A MuJoCo arm that follows a motion, logged as CSV; its model with an effect withheld, and how well another model
+predicts a log."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -59,7 +59,8 @@ def model_xml(effect: Effect | None = None) -> str:
         inertia = mass * size**2
         opened += (
             f'<body name="link{k + 1}" pos="{place}"><joint name="{JOINTS[k]}" type="hinge" axis="{axis}"{more}/>'
-            f'<inertial pos="{centre}" mass="{mass}" diaginertia="{inertia:.6g} {0.9 * inertia:.6g} {0.8 * inertia:.6g}"/>'
+            f'<inertial pos="{centre}" mass="{mass}"'
+            f' diaginertia="{inertia:.6g} {0.9 * inertia:.6g} {0.8 * inertia:.6g}"/>'
         )
         closed += "</body>"
     if effect is not None and effect.effect == "payload":

@@ -12,7 +12,7 @@ from kr5 import identification, kinematics
 from scipy.interpolate import CubicSpline
 
 from kr5_tools.identify.identified_cell import believed_parameters, link_bodies, put_dynamics
-from kr5_tools.identify.motion_logs import arm_model, merged_motion
+from kr5_tools.log_import.joint_motion import arm_model, merged_motion
 from kr5_tools.log_import.values import joint_torques
 
 SIMULATOR = kr5.predict.FastSimulator()

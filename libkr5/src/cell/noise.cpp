@@ -8,7 +8,7 @@ namespace {
 
 /// The values of the joints, where they replace a key.
 const std::vector<double>* values_of_joints(const Noise& noise, std::string_view key, int joint) {
-  const std::vector<double>* own = key == "current" ? &noise.joint_current
+  const std::vector<double>* own = key == "current"  ? &noise.joint_current
                                    : key == "torque" ? &noise.joint_torque
                                                      : nullptr;
   return own && joint >= 0 && !own->empty() ? own : nullptr;

@@ -152,7 +152,8 @@ Experiment with_lead_in(const Experiment& experiment) {
   const Eigen::Index rows = experiment.lead_in.values.rows();
   out.data.values.resize(rows + experiment.data.values.rows(), experiment.data.values.cols());
   for (std::size_t k = 0; k < experiment.data.columns.size(); ++k)
-    out.data.values.col(static_cast<Eigen::Index>(k)).head(rows) = experiment.lead_in.column(experiment.data.columns[k]);
+    out.data.values.col(static_cast<Eigen::Index>(k)).head(rows) =
+        experiment.lead_in.column(experiment.data.columns[k]);
   out.data.values.bottomRows(experiment.data.values.rows()) = experiment.data.values;
   return out;
 }

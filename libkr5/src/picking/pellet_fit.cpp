@@ -24,7 +24,8 @@ struct Sighting {
   bool edge = false;
 };
 
-/// atan2 to 1e-4 (Abramowitz and Stegun 1964, 4.4.49): the bound of a sector is not exact, and it is asked for each ray.
+/// atan2 to 1e-4 (Abramowitz and Stegun 1964, 4.4.49): the bound of a sector is not exact, and it is asked for each
+/// ray.
 double rough_angle(double y, double x) {
   const double a = std::abs(x), b = std::abs(y), z = std::min(a, b) / std::max({a, b, 1e-300}), s = z * z;
   double angle = z * (0.9998660 + s * (-0.3302995 + s * (0.1801410 + s * (-0.0851330 + s * 0.0208351))));

@@ -235,10 +235,9 @@ class PelletSearch {
     all_.near(c.centre, c.bounding_radius(), [&](const RayGrid::Ray& ray) {
       const double own = std::abs(c.distance(c.local(ray.point)));
       if (own > 1.5 * scene_.tolerance()) return;
-      out[static_cast<std::size_t>(ray.column)] =
-          std::any_of(others.begin(), others.end(), [&](const SolidCylinder* other) {
-            return std::abs(other->distance(other->local(ray.point))) < own;
-          });
+      out[static_cast<std::size_t>(ray.column)] = std::any_of(
+          others.begin(), others.end(),
+          [&](const SolidCylinder* other) { return std::abs(other->distance(other->local(ray.point))) < own; });
     });
     return out;
   }

@@ -184,8 +184,7 @@ PredictionTable predict_motion(const cell::Cell& cell, const ExperimentInput& in
     add_cables(drives, links.q, tau);
     const MatrixXd torque = drives.drive_torques(t, motor.x, motor.v, tau);
     if (drives.motors) {
-      const MatrixXd currents =
-          delayed_log(t, drives.motors->currents(motor.a, torque), physics::current_delay(cell));
+      const MatrixXd currents = delayed_log(t, drives.motors->currents(motor.a, torque), physics::current_delay(cell));
       out.add_each("i", currents);
       if (input.has("tau1")) out.add_each("tau", physics::reported_torques(cell, currents));
     } else {

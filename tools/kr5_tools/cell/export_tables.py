@@ -29,10 +29,7 @@ def print_export(written: Any, to: Any) -> None:
 
 
 def _print_table(title: str, columns: list[str], rows: list[list[str]], to: Any) -> None:
-    table = make_table(title, columns, rows, text=range(len(columns)))
-    for column in table.columns:
-        column.overflow = "fold"
-    to.print(table)
+    to.print(make_table(title, columns, rows, text=range(len(columns))))
     to.print()
 
 

@@ -35,3 +35,8 @@ def make_simulator(full: bool) -> Any:
     import kr5.predict
 
     return kr5.predict.FastSimulator()
+
+
+EveryOption = Annotated[
+    float | None, typer.Option("--every", metavar="SECONDS", help=r"Interval of the rows of a log without time \[s].")
+]

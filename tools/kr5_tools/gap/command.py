@@ -11,7 +11,6 @@ from kr5_tools.files.documents import OpenDocument, display_value, parse_json, r
 from kr5_tools.gap import bench, diagnose, effects, explain, plan
 from kr5_tools.gap.source import (
     BaseOption,
-    EveryOption,
     ModelOption,
     SetOption,
     SourceArgument,
@@ -55,7 +54,7 @@ def measure(
     model: ModelOption = None,
     base: BaseOption = "",
     tip: TipOption = "",
-    every: EveryOption = None,
+    every: arguments.EveryOption = None,
     overrides: SetOption = None,
     trust: TrustOption = False,
     png: Annotated[

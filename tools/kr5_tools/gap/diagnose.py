@@ -16,7 +16,6 @@ from kr5_tools.files import results, writing
 from kr5_tools.gap.source import (
     BaseOption,
     ComparedSource,
-    EveryOption,
     ModelOption,
     SetOption,
     SourceArgument,
@@ -77,7 +76,7 @@ def diagnose(
     model: ModelOption = None,
     base: BaseOption = "",
     tip: TipOption = "",
-    every: EveryOption = None,
+    every: arguments.EveryOption = None,
     overrides: SetOption = None,
     trust: TrustOption = False,
     write_cell: WriteCell = None,
@@ -132,8 +131,8 @@ def diagnose(
 
 
 def search_widely(options: Any, joints: int) -> None:
-    """Settings for the log of a real arm, whose description states friction of no joint, or a placeholder for each: many
-    effects at once, the best set of each size only. What was set by the user stays."""
+    """Settings for the log of a real arm, whose description states friction of no joint, or a placeholder for each:
+    many effects at once, the best set of each size only. What was set by the user stays."""
     usual = kr5.gap.DiagnoseOptions()
     for name, value in (("max_effects", min(2 * joints + 2, MOST_EFFECTS)), ("beam", 1), ("refits", 4)):
         if getattr(options, name) == getattr(usual, name):

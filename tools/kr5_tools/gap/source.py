@@ -39,9 +39,6 @@ BaseOption = Annotated[
 TipOption = Annotated[
     str, typer.Option("--tip", metavar="LINK", help="Link of the model that is the tool; by default its only end.")
 ]
-EveryOption = Annotated[
-    float | None, typer.Option("--every", metavar="SECONDS", help=r"Interval of the rows of a log without time \[s].")
-]
 SetOption = Annotated[
     list[str] | None,
     typer.Option(
@@ -116,8 +113,8 @@ def _open_logs(paths: Sequence[Path], options: SourceOptions) -> ComparedSource:
     _require_logs(paths)
     if options.model is None:
         terminal.fail(
-            f"{paths[0]}: is a log; expected --model with the model of its robot (URDF, MJCF or cell file), or the folder"
-            " of a recording (recording.yaml)"
+            f"{paths[0]}: is a log; expected --model with the model of its robot (URDF, MJCF or cell file), or the"
+            " folder of a recording (recording.yaml)"
         )
     model = _read_model(options)
     described = str(model.kind) != "cell"
@@ -150,8 +147,8 @@ def _require_logs(paths: Sequence[Path]) -> None:
     for path in paths:
         if path.is_dir() and not is_bag_folder(path):
             terminal.fail(
-                f"{path}: is a folder without recording.yaml (a recording) or metadata.yaml (a ROS 2 bag); expected one of"
-                " these, or log files"
+                f"{path}: is a folder without recording.yaml (a recording) or metadata.yaml (a ROS 2 bag); expected"
+                " one of these, or log files"
             )
 
 

@@ -16,14 +16,8 @@ from kr5_tools.files.results import write_result
 from kr5_tools.files.writing import check_writable, write_json
 from kr5_tools.identify.dynamics_errors import error_rows
 from kr5_tools.identify.identified_cell import expected_bodies, write_identified_cell
-from kr5_tools.identify.motion_logs import (
-    arm_model,
-    conditioning_of,
-    log_and_terms_options,
-    merged_motion,
-    read_motions,
-    require_usable,
-)
+from kr5_tools.identify.motion_logs import conditioning_of, log_and_terms_options, read_motions, require_usable
+from kr5_tools.log_import.joint_motion import arm_model, merged_motion
 
 app = typer.Typer()
 SHOWN_SAMPLES = 1500  # of each part, in the result file

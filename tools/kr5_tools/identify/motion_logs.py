@@ -27,7 +27,6 @@ TEMPERATURE = re.compile(
 )
 ZERO_CELSIUS = 273.15  # [K]
 LEAST_KELVIN = 200.0  # above which a temperature without a unit is in K; a drive in deg C is cooler
-GRAVITY = (0.0, 0.0, -9.81)
 
 
 @dataclass
@@ -138,14 +137,15 @@ def _guessed_motions(source: Path, arm: Path) -> MotionLogs:
     with tempfile.TemporaryDirectory() as folder:
         cell_file, map_file = Path(folder) / "cell.yaml", Path(folder) / "map.yaml"
         kr5.cell.save_cell(cell, cell_file)
-        found, reasons = guess_map(source, cell_file, None)
+        guessed = guess_map([source], cell, cell_file)
+        found = guessed.entry
         found["experiments"] = [{"name": "log", "kind": "motion", "split": "fit"}]
         import yaml
 
         map_file.write_text(yaml.safe_dump(found))
         out = _log_motions(source, load_map(map_file))
     out.cell = cell
-    guesses = [f"{item}: {proposal} ({reason})" for item, proposal, reason in reasons if item != "experiments"]
+    guesses = [f"{item}: {proposal} ({reason})" for item, proposal, reason in guessed.told() if item != "experiments"]
     out.notes = guesses + out.notes
     return out
 
@@ -292,24 +292,3 @@ def conditioning_of(options: Any, cell: Any) -> Any:
     if limits is not None and np.isfinite([*limits.lower, *limits.upper]).all():
         options.lower, options.upper = limits.lower, limits.upper
     return options
-
-
-def arm_model(cell: Any, terms: list[Any]) -> Any:
-    """The arm of a cell, whose parameters are to be found."""
-    gravity = np.asarray(cell.robot.gravity) if cell.robot.gravity is not None else np.array(GRAVITY)
-    structure = {} if cell.drives is None else {"structure": np.asarray(cell.drives.structure)}
-    return identification.DynamicsModel(chain=cell.nominal_chain(), gravity=gravity, terms=terms, **structure)
-
-
-def merged_motion(motions: list[Any]) -> Any:
-    """Motions one after the other, each of them at least one run."""
-    starts, at = [], 0
-    for m in motions:
-        starts += [at + s for s in (m.run_starts or [0])]
-        at += len(m.t)
-    names = ["q", "qd", "qdd", "tau"]
-    if all(np.asarray(m.temperature).size for m in motions):
-        names.append("temperature")
-    stacked = {name: np.concatenate([np.asarray(getattr(m, name)) for m in motions]) for name in names}
-    t = np.concatenate([np.asarray(m.t) for m in motions])
-    return identification.JointMotion(t=t, run_starts=starts, **stacked)

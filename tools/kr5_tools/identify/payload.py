@@ -16,13 +16,8 @@ from kr5_tools.files.results import write_result
 from kr5_tools.files.writing import beside, check_writable, write_json
 from kr5_tools.identify.dynamics import SHOWN_SAMPLES, condition_parts
 from kr5_tools.identify.identified_cell import believed_parameters, tool_body
-from kr5_tools.identify.motion_logs import (
-    arm_model,
-    conditioning_of,
-    log_and_terms_options,
-    merged_motion,
-    read_motions,
-)
+from kr5_tools.identify.motion_logs import conditioning_of, log_and_terms_options, read_motions
+from kr5_tools.log_import.joint_motion import arm_model, merged_motion
 
 app = typer.Typer()
 MOMENTS = ("mass", "m cx", "m cy", "m cz", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")

@@ -30,8 +30,8 @@ class GuessedClock:
 def guess_clock(
     log: Log, column: str, cycle: float | None, every: float | None = None, usual: float | None = USUAL_STEP
 ) -> GuessedClock | None:
-    """The clock of the rows of a column; nothing where no column looks like time and no interval is known. `usual`: step
-    by which a unit that is not stated is told; none: stamps are in seconds."""
+    """The clock of the rows of a column; nothing where no column looks like time and no interval is known. `usual`:
+    step by which a unit that is not stated is told; none: stamps are in seconds."""
     rows = len(log.columns[column])
     stream = log.streams[column]
     own = log.clocks.get(stream)

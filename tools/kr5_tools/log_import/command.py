@@ -1,7 +1,7 @@
 """`kr5 recording`: logs of a real cell, turned into recordings."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -12,8 +12,13 @@ from kr5_tools.log_import.map_file import EXAMPLE, KEYS
 
 app = typer.Typer(no_args_is_help=True)
 
+LOG_FORMATS = "CSV (also ; or tabs between columns), NPZ, MCAP, or a ROS bag"
+
 LogFile = Annotated[
-    Path, typer.Argument(metavar="LOG", help="The log: CSV (also ; or tabs between columns), NPZ or MCAP.")
+    Path | None,
+    typer.Argument(
+        metavar="[LOG]", help=f"The log: {LOG_FORMATS}. Omitted where the map names the log of each experiment."
+    ),
 ]
 
 
@@ -35,13 +40,13 @@ def recording() -> None:
 
 @app.command("import", epilog=EPILOG)
 def import_log(
-    log: LogFile,
     map_file: Annotated[
         Path, typer.Option("--map", metavar="MAP.yaml", help="Map of the columns of the log (kr5-map/1).")
     ],
     output: Annotated[
         Path, typer.Option("-o", "--output", metavar="FOLDER", help="Folder of the recording; must not exist yet.")
     ],
+    log: LogFile = None,
     trust: Annotated[
         bool, typer.Option("--trust", help="Write the recording although some numbers are implausible.")
     ] = False,
@@ -55,9 +60,16 @@ def import_log(
     """
     import kr5.cell
 
+    from kr5_tools.log_import.model_parts import with_noise
+
     writing.check_new_folder(output)
-    writing.check_writable(json_file, inputs=[log, map_file])
-    found, notes, problems = import_recording(log, map_file)
+    writing.check_writable(json_file, inputs=[*([log] if log else []), map_file])
+    noise: list[str] = []
+
+    def add_noise(recording: Any) -> None:
+        noise.extend(with_noise(recording))
+
+    found, notes, problems = import_recording(log, map_file, add_noise)
     for problem in problems:
         terminal.print_problem(problem.text(), refused=not trust)
     if problems and not trust:
@@ -65,10 +77,11 @@ def import_log(
             "Nothing was written. Correct the map, or write the recording as it is with --trust.", soft_wrap=True
         )
         raise typer.Exit(2)
+    notes += noise
     rows = [[e.name, str(e.kind), str(e.split), len(e.data)] for e in found.experiments]
     data = {
         "folder": str(output),
-        "log": str(log),
+        "log": str(log) if log else None,
         "map": str(map_file),
         "notes": notes,
         "problems": [vars(p) for p in problems],
@@ -87,29 +100,37 @@ def import_log(
 
 @app.command(epilog="Example: kr5 recording guess monday.csv --cell cell.yaml -o monday.yaml")
 def guess(
-    log: LogFile,
+    logs: Annotated[list[Path], typer.Argument(metavar="LOG...", help=f"Logs of the cell: {LOG_FORMATS}.")],
     cell: Annotated[Path, typer.Option("--cell", metavar="CELL.yaml", help="Cell file of the recorded cell.")],
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="MAP.yaml", help="Map file to write.")
     ] = None,
+    every: arguments.EveryOption = None,
     json_file: arguments.JsonOption = None,
 ) -> None:
-    """Proposal of a map for a log, from the names of its columns and the size of their numbers; to be checked and
+    """Proposal of a map for logs, from the names of their columns and the size of their numbers; to be checked and
     corrected.
+
+    `kr5 gap diagnose LOG --model MODEL` makes and uses the same map without a file.
     """
+    import kr5.cell
     import yaml
 
     from kr5_tools.log_import.map_guess import guess_map
 
-    writing.check_writable(output, json_file, inputs=[log, cell])
-    found, reasons = guess_map(log, cell, output)
-    text = yaml.safe_dump(found, sort_keys=False, width=110)
+    writing.check_writable(output, json_file, inputs=[*logs, cell])
+    if cell.suffix.lower() in (".urdf", ".xml", ".mjcf", ".xacro"):
+        terminal.fail(f"{cell}: found a description of a robot, expected a cell file; kr5 cell import {cell} makes one")
+    guessed = guess_map(logs, kr5.cell.load_cell(cell), cell, output, every)
+    text = yaml.safe_dump(guessed.entry, sort_keys=False, width=110)
     to = terminal.console(json_file)
-    to.print(tables.make_table(f"Proposal for {log}", ["item", "proposal", "reason"], reasons, text=(1, 2)))
+    named = ", ".join(map(str, logs))
+    to.print(tables.make_table(f"Proposal for {named}", ["item", "proposal", "reason"], guessed.told(), text=(1, 2)))
+    for note in guessed.notes:
+        to.print(f"Note: {note}.", soft_wrap=True, markup=False)
     if output:
         writing.write_text(text, output)
     else:
         to.print(text, markup=False)
-    writing.write_json(
-        {"map": found, "reasons": [dict(zip(("what", "proposal", "because"), r)) for r in reasons]}, json_file
-    )
+    reasons = [dict(zip(("what", "proposal", "because"), r)) for r in guessed.told()]
+    writing.write_json({"map": guessed.entry, "reasons": reasons, "notes": guessed.notes}, json_file)

@@ -1,5 +1,5 @@
-"""Which parts of logs are to fit and which to check: whole runs where there are several, else a log cut at rest, else one
-that is simulated from its beginning and judged by its last rows."""
+"""Which parts of logs are to fit and which to check: whole runs where there are several, else a log cut at rest, else
+one that is simulated from its beginning and judged by its last rows."""
 
 from dataclasses import dataclass
 from pathlib import Path

@@ -199,7 +199,8 @@ class Importer:
         """Smooths the positions, and gives the instants of the log that are kept."""
         if "q" not in series:
             terminal.fail(
-                f"{where}: columns.qc: found from: measured, but columns.q is missing, which contains the measured values"
+                f"{where}: columns.qc: found from: measured, but columns.q is missing, which contains the measured"
+                " values"
             )
         q = series["q"]
         loads = next((series[n].values for n in ("tau", "i") if n in series and len(series[n].t) == len(q.t)), None)
@@ -213,8 +214,8 @@ class Importer:
         series["q"] = smoothed(series["q"], chosen, str(self.map.file))
         if chosen.smooths:
             self.note(
-                f"positions were smoothed at {chosen.cutoff:.3g} Hz (no delay), since speeds and accelerations follow from"
-                " them; efforts and currents are as logged"
+                f"positions were smoothed at {chosen.cutoff:.3g} Hz (no delay), since speeds and accelerations follow"
+                " from them; efforts and currents are as logged"
             )
         low = max([experiment.span()[0], *(s.t[0] for s in series.values() if len(s.t))])
         high = min([experiment.span()[1], *(np.nextafter(s.t[-1], np.inf) for s in series.values() if len(s.t))])
@@ -426,8 +427,8 @@ def _given(value: float | None, otherwise: str) -> str:
 def import_recording(
     log: Path | None, map_file: Path, complete: Callable[[Any], None] | None = None
 ) -> tuple[Any, list[str], list[Any]]:
-    """The recording, what was done to its numbers, and what speaks against them. `complete` may add to its cell what the
-    log tells of it, before it is checked."""
+    """The recording, what was done to its numbers, and what speaks against them. `complete` may add to its cell what
+    the log tells of it, before it is checked."""
     importer = Importer(load_map(map_file), log)
     with terminal.spinner(f"reading {log or map_file}"):
         experiments = [importer.experiment(e) for e in importer.map.experiments]

@@ -279,8 +279,8 @@ def _scale(cell: Any, e: Any, columns: list[Any], got: np.ndarray, model: np.nda
             LogProblem(
                 e.name,
                 f"{names[0]} to {names[-1]}",
-                f"{slope[known].min():.3g} to {slope[known].max():.3g} times what the simulation shows, another factor for"
-                " each joint",
+                f"{slope[known].min():.3g} to {slope[known].max():.3g} times what the simulation shows, another factor"
+                " for each joint",
                 "about once",
                 "are they per cent of a rated torque, or currents? State what 1 of the log is for each joint:"
                 f" --set 'columns.{columns[0].name.rstrip('0123456789')}.scale=[...]', or scale as a list in the map",

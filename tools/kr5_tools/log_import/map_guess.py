@@ -349,9 +349,9 @@ def _raw_part(part: LogPart, columns: dict[str, Any], clock: GuessedClock | None
         )
     if not joints_move(q[known]):
         terminal.fail(
-            f"{log.file}: no joint moves: the farthest goes {np.ptp(q[known], axis=0).max():.2g} rad (m); an arm at rest"
-            " shows gravity only, which many causes explain alike; log a motion of every joint, such as kr5 identify"
-            " excitation makes"
+            f"{log.file}: no joint moves: the farthest goes {np.ptp(q[known], axis=0).max():.2g} rad (m); an arm at"
+            " rest shows gravity only, which many causes explain alike; log a motion of every joint, such as kr5"
+            " identify excitation makes"
         )
     commanded = columns["qc"].get("from") != "measured"
     return RawPart("motion", log.file, t[known], q[known], commanded=commanded, settle=_settle_time(cell))
@@ -377,7 +377,7 @@ def _settle_time(cell: Any) -> float:
     """Time after which a servo has forgotten how it began [s]."""
     if not (cell.servo and cell.servo.joint):
         return 0.0
-    return max(8 / (s.damping_ratio * s.natural_frequency) + s.delay for s in cell.servo.joint)
+    return float(max(8 / (s.damping_ratio * s.natural_frequency) + s.delay for s in cell.servo.joint))
 
 
 def _pattern(names: list[str]) -> Any:

@@ -85,8 +85,8 @@ def _usable_stamp(values: list[float] | None) -> bool:
 
 
 def _flatten(value: Any, name: str, out: dict[str, float], names: list[str], labels: Any = None) -> None:
-    """Numbers by where they stand. Lists as long as the names of joints that a message lists, on any level of it, are told
-    apart by them."""
+    """Numbers by where they stand. Lists as long as the names of joints that a message lists, on any level of it, are
+    told apart by them."""
     if isinstance(value, (bool, int, float, np.number)):
         out[name] = float(value)
         return

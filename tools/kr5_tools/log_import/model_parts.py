@@ -1,5 +1,5 @@
-"""What a log needs of a model that its description does not state: parts to try effects on, noise, torque constants, and
-how far the best model of the arm stays off."""
+"""What a log needs of a model that its description does not state: parts to try effects on, noise, torque constants,
+and how far the best model of the arm stays off."""
 
 from typing import Any
 
@@ -8,11 +8,9 @@ import kr5.gap
 import kr5.predict
 import numpy as np
 from kr5 import identification
-from scipy.interpolate import CubicSpline
 
 from kr5_tools.cli import terminal
-from kr5_tools.identify.motion_logs import arm_model, merged_motion
-from kr5_tools.log_import.values import joint_torques
+from kr5_tools.log_import.joint_motion import arm_model, merged_motion, motion_of
 
 SHOWN = 3.0  # standard deviations from which friction or an offset beside it counts
 SURE = 5.0  # standard deviations that a torque constant must be above zero
@@ -41,7 +39,7 @@ def with_noise(recording: Any) -> list[str]:
     """States the noise of columns for which the cell has none, as neighbouring rows show it; notes in words."""
     cell, notes = recording.cell, []
     n = cell.robot.joints
-    for family, key, own in (("i", "current", "joint_current"), ("tau", "torque", "joint_torque")):
+    for family, own in (("i", "joint_current"), ("tau", "joint_torque")):
         columns = [f"{family}{k + 1}" for k in range(n)]
         logs = [e for e in recording.experiments if columns[0] in e.data]
         if not logs or _is_stated(cell, family):
@@ -58,7 +56,8 @@ def with_noise(recording: Any) -> list[str]:
         cell.noise = noise
         unit = "A" if family == "i" else "N m"
         notes.append(
-            f"noise of {columns[0]} to {columns[-1]}, from neighbouring rows: {', '.join(f'{s:.2g}' for s in sigma)} {unit}"
+            f"noise of {columns[0]} to {columns[-1]}, from neighbouring rows: {', '.join(f'{s:.2g}' for s in sigma)}"
+            f" {unit}"
         )
     for key, columns in (
         ("position", [f"q{k + 1}" for k in range(n)]),
@@ -151,16 +150,6 @@ def _lag_one(x: np.ndarray) -> float:
     """Correlation of neighbours, by which fewer samples count."""
     power = float(x @ x)
     return float(np.clip(x[1:] @ x[:-1] / power, 0.0, 0.999)) if power > 0 else 0.0
-
-
-def motion_of(cell: Any, experiment: Any) -> Any:
-    """The motion of an experiment on measured positions, with its torques on the joint side."""
-    n, t = cell.robot.joints, np.asarray(experiment["t"])
-    course = CubicSpline(t, np.column_stack([experiment[f"qc{k + 1}"] for k in range(n)]))
-    family = "tau" if "tau1" in experiment.data else "i"
-    loads = np.column_stack([experiment[f"{family}{k + 1}"] for k in range(n)])
-    tau = joint_torques(cell.drives, loads) if family == "i" else loads
-    return identification.JointMotion(t=t, q=course(t), qd=course(t, 1), qdd=course(t, 2), tau=tau)
 
 
 def _nominal_torques(cell: Any, experiment: Any) -> np.ndarray:

@@ -7,11 +7,13 @@ import yaml
 from kr5_tools.cli import terminal
 
 CELL = "cell."
+Override = tuple[list[str], Any]  # path of keys, value
 
 
-def parse_overrides(texts: list[str]) -> tuple[list[tuple[list[str], Any]], list[tuple[list[str], Any]]]:
+def parse_overrides(texts: list[str]) -> tuple[list[Override], list[Override]]:
     """Those of the map, and those of the cell, as paths of keys with values (YAML)."""
-    of_map, of_cell = [], []
+    of_map: list[Override] = []
+    of_cell: list[Override] = []
     for text in texts:
         key, equals, value = text.partition("=")
         if not equals or not key.strip():
@@ -25,7 +27,7 @@ def parse_overrides(texts: list[str]) -> tuple[list[tuple[list[str], Any]], list
     return of_map, of_cell
 
 
-def apply_overrides(data: dict[str, Any], overrides: list[tuple[list[str], Any]]) -> None:
+def apply_overrides(data: dict[str, Any], overrides: list[Override]) -> None:
     """Sets the entries; those of columns in the maps of all experiments that have columns of their own."""
     for path, value in overrides:
         targets = [data]

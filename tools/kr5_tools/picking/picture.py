@@ -35,14 +35,21 @@ def draw_bin(axes: Any, points: np.ndarray, bin_: Any, pellets: list[dict[str, A
     local = local[:, np.isfinite(local).all(axis=0)]
     inside = (np.abs(local[0]) < size[0] / 2) & (np.abs(local[1]) < size[1] / 2)
     _draw_heights(axes, local[:, inside], size)
-    draw_pellets(axes, T_bin_base, pellets)
+    draw_pellets(axes, T_bin_base, pellets, COLOURS["graspable"])
     axes.set(xlabel="x of the bin [mm]", ylabel="y of the bin [mm]", aspect="equal")
 
 
-def draw_pellets(axes: Any, T_bin_base: np.ndarray, pellets: list[dict[str, Any]]) -> None:
-    """Outlines of the cylinders from above, coloured by what was decided, with a legend."""
+def draw_pellets(
+    axes: Any, T_bin_base: np.ndarray, pellets: list[dict[str, Any]], number_colour: str | None = None
+) -> None:
+    """Outlines of the cylinders from above, coloured by what was decided, with a legend. The numbers have the colour of
+    texts where no other is given."""
     for number, pellet in enumerate(pellets, 1):
-        _draw_pellet(axes, T_bin_base, pellet, number)
+        _draw_pellet(axes, T_bin_base, pellet)
+        if pellet["graspable"]:
+            x, y, _ = 1e3 * (T_bin_base[:3, :3] @ np.asarray(pellet["centre"]) + T_bin_base[:3, 3])
+            place = {"ha": "center", "va": "center", "fontsize": 7.5, "weight": "bold"}
+            axes.text(x, y, str(number), color=number_colour or plt.rcParams["text.color"], **place)
     finding = [p["finding"] for p in pellets]
     for key, label in LABELS.items():
         count = sum(f == key or (key == "other" and f not in COLOURS) for f in finding)
@@ -63,7 +70,7 @@ def _draw_heights(axes: Any, local: np.ndarray, size: np.ndarray) -> None:
     axes.figure.colorbar(image, ax=axes, label="height above the floor [mm]", shrink=0.8)
 
 
-def _draw_pellet(axes: Any, T_bin_base: np.ndarray, pellet: dict[str, Any], number: int) -> None:
+def _draw_pellet(axes: Any, T_bin_base: np.ndarray, pellet: dict[str, Any]) -> None:
     centre = T_bin_base[:3, :3] @ np.asarray(pellet["centre"]) + T_bin_base[:3, 3]
     axis = T_bin_base[:3, :3] @ np.asarray(pellet["axis"])
     colour = COLOURS.get(pellet["finding"], GREY)
@@ -80,6 +87,3 @@ def _draw_pellet(axes: Any, T_bin_base: np.ndarray, pellet: dict[str, Any], numb
         for sign in (1, -1):
             line = 1e3 * np.array([centre + s * axis * pellet["height"] / 2 + sign * offset for s in (-1, 1)])
             axes.plot(line[:, 0], line[:, 1], color=colour, linewidth=1.1)
-    if pellet["graspable"]:
-        place = {"ha": "center", "va": "center", "fontsize": 7.5, "weight": "bold"}
-        axes.text(1e3 * centre[0], 1e3 * centre[1], str(number), color=colour, **place)

@@ -11,19 +11,20 @@ namespace kr5::cell {
 
 /// Standard deviation of one reading of each sensor of the cell.
 struct Noise {
-  double position = 0.0;       ///< [rad or m]
-  double current = 0.0;        ///< [A]
-  double force = 0.0;          ///< [N]
-  double torque = 0.0;         ///< [N m]
-  double pose_position = 0.0;  ///< [m]
-  double pose_rotation = 0.0;  ///< [rad]
-  double pixel = 0.0;          ///< [px]
-  double laser = 0.0;          ///< [m]
-  double depth = 0.0;          ///< [m]
+  double position = 0.0;              ///< [rad or m]
+  double current = 0.0;               ///< [A]
+  double force = 0.0;                 ///< [N]
+  double torque = 0.0;                ///< [N m]
+  double pose_position = 0.0;         ///< [m]
+  double pose_rotation = 0.0;         ///< [rad]
+  double pixel = 0.0;                 ///< [px]
+  double laser = 0.0;                 ///< [m]
+  double depth = 0.0;                 ///< [m]
   std::vector<double> joint_current;  ///< One a joint, in place of `current`; empty: the same for all [A].
   std::vector<double> joint_torque;   ///< One a joint, in place of `torque` [N m or N].
 
-  /// That of a column by its key: of a joint, from 0, where it has one of its own (`current`, `torque`; joint -1: none).
+  /// That of a column by its key: of a joint, from 0, where it has one of its own (`current`, `torque`; joint -1:
+  /// none).
   double of(std::string_view key, int joint = -1) const;
   /// The field that tells it: `joint_torque` in place of `torque` where joints have their own.
   std::string field_of(std::string_view key, int joint = -1) const;

@@ -16,7 +16,8 @@ class Simulator {
   /// that were registered (kr5/cell/effect_registry.hpp) by their own laws.
   /// @param experiment Its kind, and in `data` the given columns; columns to be predicted may be there and are not
   /// read.
-  /// @returns one row for each row of `data` (the lead-in is simulated before, and left out), and the columns to be predicted, in the order of `columns()`;
+  /// @returns one row for each row of `data` (the lead-in is simulated before, and left out), and the columns to be
+  /// predicted, in the order of `columns()`;
   ///          those the cell has no part for (currents without drives ...) are left out. Units of `columns()`.
   /// @throws InvalidArgument with every error of the cell (Cell::validate), or naming the part of it, or the given
   ///         column, that is not there.

@@ -18,8 +18,8 @@ double spline_value(const Row& piece, double s) {
   return piece[0] + s * (piece[1] + s * (piece[2] + s * piece[3]));
 }
 
-/// Value, slope and curvature of the spline through the points at each of them, a row a point: the motion of an axis that
-/// passes through measured positions.
+/// Value, slope and curvature of the spline through the points at each of them, a row a point: the motion of an axis
+/// that passes through measured positions.
 Eigen::Matrix<double, Eigen::Dynamic, 3> spline_motion(const Eigen::Ref<const Eigen::VectorXd>& t,
                                                        const Eigen::Ref<const Eigen::VectorXd>& y);
 

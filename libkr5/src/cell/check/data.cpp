@@ -136,12 +136,14 @@ class DataCheck {
       return;
     const Eigen::VectorXd t = column("t").head(few).array() - column("t").head(few).mean();
     for (int j = 1; j <= cell_.robot.joints(); ++j) {
-      const std::string number = std::to_string(j), name = e_.data.find("q" + number) >= 0 ? "q" + number : "qc" + number;
+      const std::string number = std::to_string(j),
+                        name = e_.data.find("q" + number) >= 0 ? "q" + number : "qc" + number;
       const Eigen::VectorXd q = column(name).head(few);
       const double speed = std::abs(t.dot(q) / std::max(t.squaredNorm(), 1e-12));
       if (speed <= moving) continue;
-      report(0, name, "joint " + number + " moves at " + rounded_text(speed) + (slides(j - 1) ? " m/s" : " rad/s") +
-                          " when the motion begins",
+      report(0, name,
+             "joint " + number + " moves at " + rounded_text(speed) + (slides(j - 1) ? " m/s" : " rad/s") +
+                 " when the motion begins",
              "a motion that begins at rest, as its simulation does; cut the log where the arm rests, or give the "
              "experiment a lead_in");
       return;

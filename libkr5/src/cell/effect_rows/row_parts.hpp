@@ -21,16 +21,16 @@ namespace kr5::cell {
 /// prior calls plausible. Nothing depends on their digits.
 namespace typical {
 
-inline constexpr double angle = 1e-3;         ///< Zeros, twists, play, tilt [rad].
-inline constexpr double length = 1e-3;        ///< Links and mounts [m].
-inline constexpr double part = 0.2;           ///< Relative change of a bandwidth, a friction, a stiffness.
-inline constexpr double scale = 0.05;         ///< Relative error of a factor from a data sheet (gain, torque constant).
-inline constexpr double half_cycle = 0.006;   ///< Delays and lags [s].
-inline constexpr double cycle = 0.012;        ///< Period of a controller that states none [s].
+inline constexpr double angle = 1e-3;        ///< Zeros, twists, play, tilt [rad].
+inline constexpr double length = 1e-3;       ///< Links and mounts [m].
+inline constexpr double part = 0.2;          ///< Relative change of a bandwidth, a friction, a stiffness.
+inline constexpr double scale = 0.05;        ///< Relative error of a factor from a data sheet (gain, torque constant).
+inline constexpr double half_cycle = 0.006;  ///< Delays and lags [s].
+inline constexpr double cycle = 0.012;       ///< Period of a controller that states none [s].
 inline constexpr double reflected_inertia = 0.05;  ///< Of a rotor, joint side, of which none is known [kg m^2 or kg].
-inline constexpr double coulomb = 5.0;        ///< Dry friction of a joint of which none is known [N m or N].
-inline constexpr double force_noise = 0.1;    ///< Of a wrist sensor of which none is known [N].
-inline constexpr double torque_noise = 0.01;  ///< The same [N m].
+inline constexpr double coulomb = 5.0;             ///< Dry friction of a joint of which none is known [N m or N].
+inline constexpr double force_noise = 0.1;         ///< Of a wrist sensor of which none is known [N].
+inline constexpr double torque_noise = 0.01;       ///< The same [N m].
 
 /// Dry friction of a joint, the measure of all torques that disturb it [N m or N].
 inline double friction(const EffectSite& at) {
@@ -115,7 +115,8 @@ inline std::vector<EffectParameter> periodic_parameters(EffectParameter amplitud
 }
 
 inline const EffectNeed has_drives{"drives", [](const Cell& cell) { return cell.drives.has_value(); }};
-inline const EffectNeed has_links{"link masses (robot.links)", [](const Cell& cell) { return !cell.robot.links.empty(); }};
+inline const EffectNeed has_links{"link masses (robot.links)",
+                                  [](const Cell& cell) { return !cell.robot.links.empty(); }};
 inline const EffectNeed has_servo{"servo", [](const Cell& cell) { return cell.servo.has_value(); }};
 inline const EffectNeed has_joint_servo{"joint servo (servo.joint)",
                                         [](const Cell& cell) { return cell.servo && !cell.servo->joint.empty(); }};

@@ -152,7 +152,8 @@ void Screen::find_unseen() {
   };
   for (const auto& candidate : candidates_) {
     const EffectName name{candidate->hypothesis.effect, candidate->hypothesis.target};
-    if (candidate->hypothesis.of_recording || std::find(unseen_.begin(), unseen_.end(), name) != unseen_.end()) continue;
+    if (candidate->hypothesis.of_recording || std::find(unseen_.begin(), unseen_.end(), name) != unseen_.end())
+      continue;
     if (std::none_of(candidates_.begin(), candidates_.end(),
                      [&](const auto& c) { return same(*c, name) && !c->signatures.empty(); }))
       unseen_.push_back(name);
