@@ -173,31 +173,41 @@ def _speeds(cell: Any, e: Any) -> list[LogProblem]:
 
 def _loads(cell: Any, e: Any) -> list[LogProblem]:
     """Currents, torques and wrench against the simulation of the same motion. Descriptions of robots may state friction
-    that is no more than a placeholder: what fits without it is not objected to."""
-    out = _loads_against(cell, cell, e)
+    that is no more than a placeholder: what is recognised and fits without it is not objected to."""
+    out, _ = _compare_loads(cell, cell, e)
     bare = _without_friction(cell)
-    return out if not out or bare is None or _loads_against(cell, bare, e) else []
+    if not out or bare is None:
+        return out
+    left, recognised = _compare_loads(cell, bare, e)
+    return out if left or not recognised else []
 
 
-def _loads_against(cell: Any, simulated: Any, e: Any) -> list[LogProblem]:
+def _compare_loads(cell: Any, simulated: Any, e: Any) -> tuple[list[LogProblem], bool]:
+    """What speaks against the loads, and whether the columns of each channel are like their simulation."""
     import kr5.predict
 
     try:
         shown = kr5.predict.FastSimulator().predict(simulated, e)
     except kr5.Error:
-        return []
+        return [], False
     out: list[LogProblem] = []
+    recognised = True
     for columns in _load_columns(cell, e):
         names = [c.name for c in columns]
         if all(c in e.data and c in shown for c in names):
             got = np.column_stack([e[c] for c in names])
             model = np.column_stack([shown[c] for c in names])
+            recognised = recognised and _enough_alike(np.diag(_correlations(got, model)))
             out += (
                 _scale(cell, e, columns, got, model)
                 or _swapped(e, names, got, model)
                 or _unexplained(e, names, got, model)
             )
-    return out
+    return out, recognised
+
+
+def _enough_alike(correlations: np.ndarray) -> bool:
+    return bool((np.abs(correlations) > ALIKE).sum() >= max(1, len(correlations) // 3))
 
 
 def _without_friction(cell: Any) -> Any | None:
@@ -233,7 +243,7 @@ def _scale(cell: Any, e: Any, columns: list[Any], got: np.ndarray, model: np.nda
     names = [c.name for c in columns]
     own = np.diag(_correlations(got, model))
     known = np.abs(own) > ALIKE
-    if known.sum() < max(1, len(names) // 3):
+    if not _enough_alike(own):
         return []
     slope = ((got - got.mean(0)) * (model - model.mean(0))).sum(0) / np.maximum(
         ((model - model.mean(0)) ** 2).sum(0), 1e-30
