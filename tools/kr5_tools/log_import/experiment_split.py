@@ -16,8 +16,8 @@ LEAST_ROWS = 10
 
 @dataclass
 class RawPart:
-    """A log of one kind: its times from the beginning of the log (rows, where there are none), the positions of a motion,
-    the runs of other kinds."""
+    """A log of one kind: its times from the beginning of the log (rows, where there are none), the positions of a
+    motion, the runs of other kinds."""
 
     kind: str
     file: Path

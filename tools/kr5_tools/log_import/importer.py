@@ -20,7 +20,6 @@ from kr5_tools.log_import.values import Series, interpolate, low_pass, to_si, to
 
 LONG_AGO = 1e6  # [s] after which a stamp counts from an epoch, not from the beginning of a session
 MAX_ROWS = 5_000_000  # of an experiment
-GAP = 5.0  # median time steps, more than which is a gap
 REMEDIES = {
     "t": (
         "rows are spaced evenly with resample: {every: SECONDS} in the map; the cycle stands in servo.cycle of the cell"
@@ -162,7 +161,7 @@ class Importer:
             )
         part = np.unique(t[inside_span(t, experiment)])
         steps = np.diff(part)
-        most = clock.max_gap or (GAP * float(np.median(steps)) if len(steps) else np.inf)
+        most = longest_step(part, clock.max_gap)
         wide = np.flatnonzero(steps > most)
         if len(wide):
             before, after = part[wide[0]], part[wide[0] + 1]
@@ -334,7 +333,9 @@ class Importer:
         t, first = np.unique(s.t, return_index=True)
         if len(t) < len(s.t) or np.any(np.diff(s.t) < 0):
             self.note(f"rows were sorted by time; {len(s.t) - len(t)} with a duplicate time were left out")
-        own = contiguous(t, experiment) if is_measured(experiment) and not cut else slice(None)
+        clock = self.clock_of(experiment)
+        near = is_measured(experiment) and not cut
+        own = contiguous(t, experiment, clock.max_gap if clock else None) if near else slice(None)
         return Series(t[own], s.values[first][own])
 
     def at(self, name: str, s: Series, grid: np.ndarray, experiment: Experiment) -> np.ndarray:
@@ -413,10 +414,10 @@ def inside_span(t: np.ndarray, experiment: Experiment, margin: float = 0.0) -> n
     return (t >= begin - margin) & (t < end + margin)
 
 
-def contiguous(t: np.ndarray, experiment: Experiment) -> slice:
+def contiguous(t: np.ndarray, experiment: Experiment, max_gap: float | None) -> slice:
     """Rows without a gap from those of the experiment: what a filter may use beyond its ends; t rises [s]."""
     begin, end = experiment.span()
-    own = [(a, b) for a, b in segments(t) if a < b and t[b - 1] >= begin and t[a] < end]
+    own = [(a, b) for a, b in segments(t, max_gap) if a < b and t[b - 1] >= begin and t[a] < end]
     return slice(own[0][0], own[-1][1]) if own else slice(None)
 
 

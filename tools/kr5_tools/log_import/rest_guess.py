@@ -4,10 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kr5_tools.log_import.sparse_columns import longest_step
+
 QUIET_SHARE = 0.01  # of a joint's fastest speed, below which it rests
 LEAST_REST = 0.25  # [s]
 LEAST_MOTION = 1e-3  # [rad or m] that a joint must go to have moved
-GAP = 5.0  # median steps, more than which a log stands still
 
 
 @dataclass
@@ -23,11 +24,7 @@ def joints_move(q: np.ndarray) -> bool:
 
 def segments(t: np.ndarray, max_gap: float | None = None) -> list[tuple[int, int]]:
     """Rows [first, last) of the parts between gaps of the clock; t rises [s]."""
-    if len(t) < 3:
-        return [(0, len(t))]
-    steps = np.diff(t)
-    most = max_gap if max_gap is not None else max(GAP * float(np.median(steps)), 0.01)
-    cuts = [0, *(int(k) + 1 for k in np.flatnonzero(steps > most)), len(t)]
+    cuts = [0, *(int(k) + 1 for k in np.flatnonzero(np.diff(t) > longest_step(t, max_gap))), len(t)]
     return [(a, b) for a, b in zip(cuts, cuts[1:])]
 
 

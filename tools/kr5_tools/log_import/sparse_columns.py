@@ -38,8 +38,8 @@ def longest_step(t: np.ndarray, max_gap: float | None = None) -> float:
 
 
 def covered(at: np.ndarray, columns: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
-    """At which times every column has numbers on both sides, none farther apart than its longest step. Each column: times
-    [s] and values."""
+    """At which times every column has numbers on both sides, none farther apart than its longest step. Each column:
+    times [s] and values."""
     out = np.ones(len(at), bool)
     for t, values in columns:
         own = np.unique(t[np.isfinite(values) & np.isfinite(t)])
