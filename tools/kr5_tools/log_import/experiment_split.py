@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from kr5_tools.log_import.rest_guess import LEAST_MOTION, cut_at_rest, segments, speed_at
+from kr5_tools.log_import.rest_guess import LEAST_MOTION, cut_at_rest, segments, speed_at, time_of_share
 
-FIT_SHARE = 0.7
+FIT_SHARE = 0.7  # of the motion, or of the rows of what does not move
 MOVING = 0.02  # [rad/s or m/s] at its first rows, above which a motion does not begin at rest
 LEAST_ROWS = 10
 
@@ -95,7 +95,7 @@ def _halves(piece: Piece, part: RawPart, reasons: list[list[str]]) -> list[Piece
     t, q = part.t[a:b], part.q[a:b]
     fit, check = dict(piece.entry), dict(piece.entry)
     rest = cut_at_rest(t, q, FIT_SHARE)
-    cut = round(float(rest if rest is not None else t[0] + FIT_SHARE * (t[-1] - t[0])), 4)
+    cut = round(rest if rest is not None else time_of_share(t, q, FIT_SHARE), 4)
     fit["to"] = cut
     if rest is not None or not part.commanded:
         check["from"] = cut
