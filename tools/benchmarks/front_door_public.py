@@ -21,8 +21,6 @@ from comparison import Row, format_rate, progress
 from gap_command import Answer, run_gap
 from kr5_tools.log_import.log_recording import LogOptions, record_logs
 
-HELD_OUT = 0.35  # of the rows
-
 
 @dataclass
 class PublicLog:
@@ -34,6 +32,7 @@ class PublicLog:
     model: str | Callable[[], str]
     of_model: list[str] = field(default_factory=list)  # which a tuned cell file does not need
     of_log: list[str] = field(default_factory=list)
+    held_out: float = 0.35  # of the rows
 
 
 TX40_GEARS = np.diag([32.0, 32, 45, -48, 45, 32])
@@ -65,12 +64,13 @@ PUBLIC = (
         ["--base", "torso_lift_link", "--tip", "arm_tool_link"],
         ["--set", f"columns.tau.scale={TIAGO_SCALE.round(9).tolist()}"],
     ),
-    PublicLog(
+    PublicLog(  # the arm rests for the first 6 of 16 s
         "LBR Med7",
         "dyn_lbr_med7_kcl/med7_measurements.csv",
         "dyn_lbr_med7_kcl/med7dock.urdf",
         ["--tip", "link_shaft"],
         ["--every", "0.01", "--set", "columns.tau.scale=-1"],
+        held_out=0.25,
     ),
 )
 
@@ -124,7 +124,7 @@ def compare_public(data: Path, quick: bool) -> list[Row]:
 
 def compare_log(log: PublicLog, data: Path, folder: Path) -> tuple[Row, Answer, HeldOut | None]:
     """Diagnosis of the first part of a log, judged on the rest; and of the whole log, which must be brought in too."""
-    first, rest = cut_log(data / log.log, folder)
+    first, rest = cut_log(data / log.log, log.held_out, folder)
     model = folder / "arm.urdf" if callable(log.model) else data / log.model
     if callable(log.model):
         model.write_text(log.model())
@@ -150,10 +150,10 @@ def shown_command(log: PublicLog) -> str:
     return " ".join([f"`kr5 gap diagnose {Path(log.log).name} --model URDF", *words]) + "`"
 
 
-def cut_log(file: Path, folder: Path) -> tuple[Path, Path]:
+def cut_log(file: Path, held_out: float, folder: Path) -> tuple[Path, Path]:
     """The rows to diagnose and those held out, as two logs."""
     head, *rows = file.read_text().splitlines()
-    at = round((1 - HELD_OUT) * len(rows))
+    at = round((1 - held_out) * len(rows))
     out = folder / "first.csv", folder / "rest.csv"
     for new, part in zip(out, (rows[:at], rows[at:])):
         new.write_text("\n".join([head, *part]) + "\n")

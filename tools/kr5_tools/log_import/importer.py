@@ -201,16 +201,18 @@ class Importer:
                 f"{where}: columns.qc: found from: measured, but columns.q is missing, which contains the measured"
                 " values"
             )
-        q = series["q"]
-        loads = next((series[n].values for n in ("tau", "i") if n in series and len(series[n].t) == len(q.t)), None)
-        chosen, times = choose_smoothing(q, loads), q.t
+        q, loads = series["q"], next((series[n] for n in ("tau", "i") if n in series), None)
+        beside = loads is not None and np.array_equal(loads.t, q.t)
+        chosen = choose_smoothing(q, loads.values if loads is not None and beside else None)
         if chosen.even_step is not None:
-            times = q.t[0] + chosen.even_step * np.arange(len(q.t))
+            even = q.t[0] + chosen.even_step * np.arange(len(q.t))
             for name, s in series.items():
-                if len(s.t) == len(q.t) and np.array_equal(s.t, q.t):
-                    series[name] = Series(times, s.values)
+                if np.array_equal(s.t, q.t):
+                    series[name] = Series(even, s.values)
             self.note("the time stamps came late; the samples were taken at even steps")
-        series["q"] = smoothed(series["q"], chosen, str(self.map.file))
+        q = series["q"]
+        times = q.t if loads is None or beside else loads.t  # noise of the loads stays as it is, without interpolation
+        series["q"] = smoothed(q, chosen, str(self.map.file))
         if chosen.smooths:
             self.note(
                 f"positions were smoothed at {chosen.cutoff:.3g} Hz (no delay), since speeds and accelerations follow"
@@ -218,7 +220,7 @@ class Importer:
             )
         low = max([experiment.span()[0], *(s.t[0] for s in series.values() if len(s.t))])
         high = min([experiment.span()[1], *(np.nextafter(s.t[-1], np.inf) for s in series.values() if len(s.t))])
-        out = kept_times(times, chosen, low, high)
+        out = kept_times(times, chosen, (low, high), (q.t[0], q.t[-1]))
         if len(out) < 10:
             terminal.fail(f"{where}: only {len(out)} rows of the log are left after smoothing; expected at least 10")
         return out
@@ -304,7 +306,9 @@ class Importer:
         else:
             self.note(what + f"filled from their neighbours ({self.method()})")
         if source.missing == "interpolate" and never_complete(s.values):
-            return Series(*aligned(s.t, s.values))
+            t, values = aligned(s.t, s.values)
+            every = 2 if column_family(source.members[0]) in ("tau", "i") else 1  # rows that share no reading
+            return Series(t[::every], values[::every])
         if lacks.all():
             terminal.fail(f"{source.where}: no row of {log.file} has a number in all of its columns")
         return Series(s.t[~lacks], s.values[~lacks])
@@ -348,7 +352,8 @@ class Importer:
             return s.values
         if self.map.resample.every:
             self.note(f"rows every {self.map.resample.every:g} s ({self.method()})")
-        return interpolate(s, grid, self.map.resample.method)
+        smooth = name == "q" and is_measured(experiment)  # accelerations follow from it
+        return interpolate(s, grid, "cubic" if smooth else self.map.resample.method)
 
     def method(self) -> str:
         return {"linear": "linear between rows", "cubic": "cubic spline", "previous": "the value before"}[

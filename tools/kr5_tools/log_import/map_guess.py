@@ -152,7 +152,7 @@ def _motion_columns(
         if not all(np.isfinite(log.columns[n]).all() for n in wrench):
             columns["wrench"]["missing"] = "interpolate"
         out.because(where, "wrench", ", ".join(wrench), "from the names; its unit, frame and sign must be checked")
-    _keep_rows_of_readings(columns, q or load, log)
+    _keep_rows_of_readings(columns, load or q, log)
     first = next(f for f in (qc, q, load) if f)
     cycle = cell.servo.cycle if cell.servo else None
     clock = require_clock(guess_clock(log, first.columns[0], cycle, every), log)
@@ -185,10 +185,13 @@ def _joint_entry(family: Family, log: Log, cell: Any, out: GuessedMap, where: st
 
 
 def _keep_rows_of_readings(columns: dict[str, Any], readings: Family | None, log: Log) -> None:
-    """Commands that stand in rows of their own are brought to the rows of the readings, whose noise stays as it is."""
+    """Where commands stand in rows of their own, everything is brought to the rows of the readings, whose noise stays
+    as it is."""
     if "missing" not in columns["qc"] or readings is None:
         return
-    columns["qc"]["missing"] = "interpolate"
+    for entry in columns.values():
+        if "missing" in entry:
+            entry["missing"] = "interpolate"
     entry = columns[readings.name]
     if "missing" in entry and not never_complete(_values(readings, log)):
         entry["missing"] = "drop"

@@ -51,7 +51,7 @@ def speed_at(t: np.ndarray, q: np.ndarray) -> np.ndarray:
 
 
 def motion_share(t: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """Share of the way of all joints, each in units of its range, that lies before each time: a long rest is no motion."""
+    """Share of the way of all joints, each in units of its range, that lies before each time; a rest adds nothing."""
     stride = max(1, round(NOTICEABLE / max(float(np.median(np.diff(t))), 1e-9)))
     rows = np.append(np.arange(0, len(t) - 1, stride), len(t) - 1)
     steps = np.abs(np.diff(q[rows], axis=0)) / np.maximum(np.ptp(q, axis=0), LEAST_MOTION)
