@@ -334,6 +334,15 @@ def test_two_publishers_with_clocks_of_their_own_are_refused(diagnose, arm, urdf
     refused(diagnose, "log.csv", "--model", urdf, text="time goes back")
 
 
+def test_joints_whose_efforts_are_not_measured_are_not_judged(diagnose, rubbing, urdf, tmp_path):
+    t, q, tau = moved(rubbing)
+    random = np.random.default_rng(4)
+    tau[:, 3:5] = random.normal(0, NOISE[3:5], tau[:, 3:5].shape) / 20
+    case_logs.write_csv(tmp_path / "log.csv", joint_states(t, q, tau))
+    said = names_friction(diagnose("log.csv", "--model", urdf, *QUICK))
+    assert f"the loads of {NAMES[3]}, {NAMES[4]} show hardly anything" in said and "not judged" in said
+
+
 def test_efforts_without_noise_are_not_taken_for_the_scale_of_the_gap(diagnose, arm, urdf, tmp_path):
     """A log that states efforts in coarse steps: the noise is that of the step."""
     t, q, tau = moved(arm)
