@@ -168,14 +168,36 @@ def test_efforts_each_joint_scales_otherwise_are_refused(diagnose, arm, urdf, tm
     )
 
 
-def test_joints_counted_in_another_order_are_refused(diagnose, arm, urdf, tmp_path):
+def log_in_order(order, arm, file):
+    """A log whose columns are counted, and whose column k is that of another joint."""
     t, q, tau = moved(arm, rows=600)
-    order = [0, 2, 1, 3, 4, 5]
     columns = {"t": t} | {f"q{k + 1}": q[:, j] for k, j in enumerate(order)}
-    columns |= {f"tau{k + 1}": tau[:, j] for k, j in enumerate(order)}
-    case_logs.write_csv(tmp_path / "log.csv", columns)
-    code, said, _ = diagnose("log.csv", "--model", urdf)
-    assert code == 2, said
+    case_logs.write_csv(file, columns | {f"tau{k + 1}": tau[:, j] for k, j in enumerate(order)})
+
+
+def test_joints_counted_in_another_order_are_told_by_their_limits(diagnose, arm, urdf, tmp_path):
+    log_in_order([0, 2, 1, 3, 4, 5], arm, tmp_path / "log.csv")
+    refused(diagnose, "log.csv", "--model", urdf, text=("qc3: found", "expected -4.6", "its order"))
+
+
+@pytest.mark.parametrize(
+    "order",
+    [[1, 0, 2, 3, 4, 5], [0, 1, 2, 3, 5, 4], [5, 4, 3, 2, 1, 0], sorted(range(6), key=lambda k: NAMES[k])],
+    ids=["two", "wrist", "backwards", "alphabet"],
+)
+def test_joints_counted_in_another_order_are_told_by_their_loads(diagnose, arm, urdf, tmp_path, order):
+    """A model without limits leaves only the loads to tell it by."""
+    text = re.sub(r"<limit[^>]*/>", "", urdf.read_text()).replace('type="revolute"', 'type="continuous"')
+    (tmp_path / "free.urdf").write_text(text)
+    log_in_order(order, arm, tmp_path / "log.csv")
+    listed = ", ".join(NAMES[k] for k in order)
+    refused(
+        diagnose,
+        "log.csv",
+        "--model",
+        "free.urdf",
+        text=(f"they fit with the joints in the order {listed}", "--set 'columns.q.from=[...]'"),
+    )
 
 
 def test_the_log_of_a_stopped_arm_is_refused(diagnose, arm, urdf, tmp_path):

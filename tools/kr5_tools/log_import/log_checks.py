@@ -11,6 +11,8 @@ import kr5
 import kr5.cell
 import numpy as np
 
+from kr5_tools.log_import.joint_order import fitting_order
+
 FACTOR = 1.6  # a scale within this factor of one that a wrong unit gives is taken for it
 SPREAD = 4.0  # between the scales of the joints, above which they are no one unit
 ALIKE = 0.8  # correlation of a column with its simulation, from which it is recognised
@@ -174,12 +176,33 @@ def _speeds(cell: Any, e: Any) -> list[LogProblem]:
 def _loads(cell: Any, e: Any) -> list[LogProblem]:
     """Currents, torques and wrench against the simulation of the same motion. Descriptions of robots may state friction
     that is no more than a placeholder: what is recognised and fits without it is not objected to."""
+    if order := _order(cell, e):
+        return order
     out, _ = _compare_loads(cell, cell, e)
     bare = _without_friction(cell)
     if not out or bare is None:
         return out
     left, recognised = _compare_loads(cell, bare, e)
     return out if left or not recognised else []
+
+
+def _order(cell: Any, e: Any) -> list[LogProblem]:
+    """Joints in another order than the model's, which shows in many ways that say less."""
+    stem = next((s for s in ("tau", "i") if f"{s}1" in e.data), None)
+    order = fitting_order(cell, e, stem) if stem else None
+    if order is None:
+        return []
+    names = list(cell.robot.joint_names) or [f"joint{k + 1}" for k in range(cell.robot.joints)]
+    return [
+        LogProblem(
+            e.name,
+            f"q and {stem}",
+            "loads that do not fit the motion",
+            f"the order of the model: {', '.join(names)}",
+            f"they fit with the joints in the order {', '.join(names[k] for k in order)}: name the columns in the order"
+            f" of the model: --set 'columns.q.from=[...]', --set 'columns.{stem}.from=[...]'",
+        )
+    ]
 
 
 def _compare_loads(cell: Any, simulated: Any, e: Any) -> tuple[list[LogProblem], bool]:
