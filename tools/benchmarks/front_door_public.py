@@ -167,19 +167,20 @@ def judge(answer: Answer, rest: Path, log: PublicLog, folder: Path) -> HeldOut:
     tuned = yaml.safe_load((folder / "tuned.yaml").read_text())
     nominal = {key: value for key, value in tuned.items() if key != "effects"}
     (folder / "nominal.yaml").write_text(yaml.safe_dump(nominal, sort_keys=False))
-    gaps = [
+    before, after = [
         run_gap("measure", folder, rest, "--model", cell, *log.of_log, "--trust").data["gap"]
         for cell in ("nominal.yaml", "tuned.yaml")
     ]
     recording = held_out_recording(rest, log, nominal)
     simulator = kr5.predict.FastSimulator()
     whole = kr5.gap.measure(recording, simulator, parsed(tuned)).gap
-    confirmed, others = [], []
+    confirmed: list[str] = []
+    others: list[str] = []
     for effect, target in answer.causes:
         less = parsed(without_cause(tuned, effect, target))
         larger = kr5.gap.measure(recording, simulator, less).gap > whole
         (confirmed if larger else others).append(f"{effect} {target}")
-    return HeldOut(*gaps, confirmed, others)
+    return HeldOut(before, after, confirmed, others)
 
 
 def held_out_recording(rest: Path, log: PublicLog, cell: dict[str, Any]) -> Any:

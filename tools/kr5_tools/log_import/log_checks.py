@@ -238,8 +238,8 @@ def _without_friction(cell: Any) -> Any | None:
     drives = cell.drives
     if drives is None or not (np.any(drives.friction.coulomb) or np.any(drives.friction.viscous)):
         return None
-    out, n = kr5.cell.parse_cell(cell.to_yaml()), cell.robot.joints
-    drives = out.drives
+    out: Any = kr5.cell.parse_cell(cell.to_yaml())
+    drives, n = out.drives, cell.robot.joints
     drives.friction = kr5.cell.Friction(coulomb=np.zeros(n), viscous=np.zeros(n))
     out.drives = drives
     return out

@@ -346,8 +346,9 @@ def _raw_part(part: LogPart, columns: dict[str, Any], clock: GuessedClock | None
     known = np.isfinite(q).all(axis=1) & np.isfinite(t)
     known[known] = covered(t[known], [_in_time(log, n, clock) for f in others for n in f.columns])
     if not known.any():
+        named = f"{family.columns[0]} and {(others or [family])[0].columns[-1]}"
         terminal.fail(
-            f"{log.file}: the columns of the joints, {family.columns[0]} and {(others or [family])[0].columns[0]} among them, have no"
+            f"{log.file}: the columns of the joints, {named} among them, have no"
             " numbers at the same time; expected positions and efforts of one motion: record them together"
         )
     if not joints_move(q[known]):
