@@ -161,8 +161,10 @@ void bind_diagnosis(py::module_& m) {
           "simulator_errors", [](const DiagnoseOptions& o) { return o.simulator_errors; },
           [](DiagnoseOptions& o, const std::vector<ColumnError>& errors) { o.simulator_errors = errors; },
           "Known errors of the simulator in single columns, beside simulator_floor for all; the greater counts: list "
-          "of "
-          "ColumnError (a copy; assign the whole list).");
+          "of ColumnError (a copy; assign the whole list).")
+      .def_readwrite("errors_of_recording", &DiagnoseOptions::errors_of_recording,
+                     "Whether simulator_errors were estimated from the recording itself: a column that stays off by "
+                     "more than twice its noise is then unexplained all the same.");
   m.def(
       "diagnose",
       [](const RecordingSource& recording, const py::object& simulator, DiagnoseOptions options,

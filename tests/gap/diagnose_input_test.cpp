@@ -285,6 +285,13 @@ TEST_CASE("what a simulator is known to be off in a column is no structure there
   const gap::Diagnosis known = gap::diagnose(r, predict::FastSimulator(), options);
   INFO(text(known));
   CHECK(known.verdict == gap::Verdict::NoGap);
+  options.errors_of_recording = true;  // then they are no excuse
+  const gap::Diagnosis estimated = gap::diagnose(r, predict::FastSimulator(), options);
+  INFO(text(estimated));
+  CHECK(estimated.verdict == gap::Verdict::Unknown);
+  REQUIRE_FALSE(estimated.unexplained.empty());
+  CHECK(estimated.unexplained.front().column == "i2");
+  options.errors_of_recording = false;
   options.simulator_errors = {{"motion.i3", 0.15}};
   CHECK(gap::diagnose(r, predict::FastSimulator(), options).verdict != gap::Verdict::NoGap);
   const auto refused = [&](std::vector<gap::ColumnError> errors, const std::string& why) {

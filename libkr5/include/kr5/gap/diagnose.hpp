@@ -35,6 +35,9 @@ struct DiagnoseOptions {
   /// Of single columns, beside `simulator_floor` for all: it counts as noise of the column, and twice of it as no
   /// structure. For a real arm: what the best model of it leaves, which no effect of the catalogue need explain.
   std::vector<ColumnError> simulator_errors;
+  /// Whether `simulator_errors` were estimated from the recording itself. They then keep effects from being blamed for
+  /// them, and a column that stays off by more than twice its noise is unexplained all the same.
+  bool errors_of_recording = false;
   /// Hypotheses for this diagnosis only; an effect for every place is registered (kr5/cell/effect_registry.hpp).
   std::vector<Hypothesis> own_hypotheses;
   /// Called from any thread, one call at a time, with what is being done and which part of the whole is.

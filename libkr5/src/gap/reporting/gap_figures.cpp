@@ -15,11 +15,6 @@ double widening_of(const ComparisonData& data, const Group& group) {
   return group.judged.empty() ? 1.0 : data.blocks[group.judged.front()].widening;
 }
 
-/// RMS residual of a group over its noise.
-double gap_over_noise(const ComparisonData& data, const Group& group, const Eigen::VectorXd& counted) {
-  return widening_of(data, group) * gap_of(data, group.judged, counted).rms;
-}
-
 /// Groups above the floor at the nominal cell.
 std::vector<const Group*> exceeding(const ComparisonData& data, const std::vector<Group>& groups,
                                     const Eigen::VectorXd& before) {
@@ -83,6 +78,10 @@ uncertainty::Interval bootstrap(const ComparisonData& data, const std::vector<co
 }
 
 }  // namespace
+
+double gap_over_noise(const ComparisonData& data, const Group& group, const Eigen::VectorXd& counted) {
+  return widening_of(data, group) * gap_of(data, group.judged, counted).rms;
+}
 
 bool above_floor(const Gap& gap) {
   return gap.samples > 0 && gap.samples * gap.rms * gap.rms > uncertainty::chi_square_quantile(0.999, gap.samples);

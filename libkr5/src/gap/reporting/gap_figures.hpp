@@ -13,6 +13,9 @@ namespace kr5::gap {
 /// Whether a gap is more than noise alone shows once in 1000 columns.
 bool above_floor(const Gap& gap);
 
+/// RMS residual of the judged blocks of a group over the noise of their sensor.
+double gap_over_noise(const ComparisonData& data, const Group& group, const Eigen::VectorXd& counted);
+
 /// Columns above the floor (99.9 % of chi-square at their samples, or structured), largest share of the excess first.
 std::vector<ColumnExcess> column_excesses(const ComparisonData& data, const std::vector<Group>& groups,
                                           const ResidualAnalysis& rest);

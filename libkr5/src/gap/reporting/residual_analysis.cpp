@@ -8,6 +8,7 @@
 
 #include "gap/parallel.hpp"
 #include "gap/reporting/consistency.hpp"
+#include "gap/reporting/gap_figures.hpp"
 
 namespace kr5::gap {
 namespace {
@@ -99,6 +100,7 @@ bool beyond_known_error(const ComparisonData& data, const Group& group, const Ei
                         const DiagnoseOptions& options) {
   const double error = known_error(options, group.name());
   if (error == 0.0 || group.judged.empty()) return false;
+  if (options.errors_of_recording) return gap_over_noise(data, group, counted) > elsewhere;
   const double floor = elsewhere * error / data.blocks[group.judged.front()].sigma,
                gap = gap_of(data, group.judged, counted).rms;
   return gap * gap > 1 + floor * floor;
