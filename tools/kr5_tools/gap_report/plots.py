@@ -7,6 +7,7 @@ from matplotlib.colors import LinearSegmentedColormap, LogNorm, to_hex
 from matplotlib.figure import Figure
 
 from kr5_tools.calibrate.plots import Plot
+from kr5_tools.cell.noise_limit import noise_limit
 from kr5_tools.gap_report.evidence_data import Evidence, display_variable, gap_of
 from kr5_tools.gap_report.messages import PARTS, column_text, part_text, variable_text
 from kr5_tools.pages.plot_style import (
@@ -24,7 +25,6 @@ from kr5_tools.pages.plot_style import (
     WIDE,
     plt,
 )
-from kr5_tools.replay.signals import noise_limit
 
 WIDEST = 30.0
 COLOURS = LinearSegmentedColormap.from_list("gap", ["#fde9a9", "#fdb863", "#e8601c", "#a50f15", "#5c0011"])
