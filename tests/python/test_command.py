@@ -128,6 +128,8 @@ def leaf_commands():
 
 
 LEAVES = leaf_commands()
+
+
 @pytest.mark.parametrize(
     ("words", "unused"),
     [(("report",), ("scipy", "numpy", "matplotlib")), (("calibrate", "tool"), ("scipy", "matplotlib"))],

@@ -402,9 +402,7 @@ def test_what_cannot_be_shown_is_refused(recording, run_kr5, tmp_path, share):
 def test_an_experiment_whose_time_does_not_increase_is_left_out_and_the_others_are_shown(recording, run_kr5, tmp_path):
     lines = (recording / "motion.csv").read_text().splitlines()
     (recording / "back.csv").write_text("\n".join([lines[0], lines[2], lines[1]]) + "\n")
-    entries = [
-        {"name": name, "kind": "motion", "split": "fit", "given": f"{name}.csv"} for name in ("motion", "back")
-    ]
+    entries = [{"name": name, "kind": "motion", "split": "fit", "given": f"{name}.csv"} for name in ("motion", "back")]
     (recording / "plan.yaml").write_text(yaml.safe_dump({"format": "kr5-protocol/1", "experiments": entries}))
     done = run_kr5("replay", recording / "plan.yaml", "--cell", recording / "cell.yaml", "--json", "-")
     assert done.returncode == 0, done.stderr

@@ -418,7 +418,9 @@ def test_a_urdf_is_changed_in_place_and_finds_its_meshes(arc, tmp_path):
     assert difference(folded(cell), read_model(tmp_path / "other/tuned.urdf").cell) < 1e-12
 
 
-@pytest.mark.parametrize("name", ['"meshes/a.stl"', "'meshes/a.stl'", "'meshes/the \"a\".stl'", '"meshes/the \'a\'.stl"'])
+@pytest.mark.parametrize(
+    "name", ['"meshes/a.stl"', "'meshes/a.stl'", "'meshes/the \"a\".stl'", "\"meshes/the 'a'.stl\""]
+)
 @pytest.mark.parametrize("equals", ["=", " = "])
 def test_meshes_in_either_quotes_are_named_from_the_folder_of_the_urdf(tmp_path, name, equals):
     text = f'<robot><mesh scale="1 1 1" filename{equals}{name}/><mesh filename{equals}"package://p/b.stl"/></robot>'

@@ -151,7 +151,8 @@ def _with_meshes_of(xml: str, original: Path, output: Path) -> str:
         path = original.resolve().parent / found.group("path")
         return found.group("before") + os.path.relpath(path, output.resolve().parent)
 
-    named = r"""(?P<before><(?:mesh|texture)\b[^>]*?\bfilename\s*=\s*(?P<quote>["']))(?!\w+:|/)(?P<path>.+?)(?=(?P=quote))"""
+    attribute = r"""<(?:mesh|texture)\b[^>]*?\bfilename\s*=\s*(?P<quote>["'])"""
+    named = rf"(?P<before>{attribute})(?!\w+:|/)(?P<path>.+?)(?=(?P=quote))"
     return re.sub(named, renamed, xml)
 
 

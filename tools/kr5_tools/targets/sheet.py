@@ -100,9 +100,7 @@ def _remedy(target: str, extent: Extent, paper: tuple[float, float], orientation
     smaller = scale_lengths(target, factor)
     share = math.floor(1000 * factor) / 10
     out = f"the largest that fits is {smaller}" if smaller else f"the largest that fits has {share:g} % of its lengths"
-    larger = [
-        name for name, size in PAPERS.items() if any(extent.fits(s) for s in allowed_sheets(*size, orientation))
-    ]
+    larger = [name for name, size in PAPERS.items() if any(extent.fits(s) for s in allowed_sheets(*size, orientation))]
     if larger:
         out += f"; or --paper {min(larger, key=lambda name: math.prod(PAPERS[name]))}"
     return out
