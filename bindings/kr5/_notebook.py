@@ -34,7 +34,7 @@ AXES = ("x", "y", "z", "roll", "pitch", "yaw")
 
 
 def as_html(item: Any) -> str:
-    """A table of the fields: value, uncertainty, unit, meaning; a verdict and causes first."""
+    """A table of the fields: value, uncertainty, unit, meaning; a verdict and causes first, without empty fields."""
     cls = type(item)
     doc = (cls.__doc__ or "").split("\n", 1)[0]
     head = f"<p><b>{html.escape(cls.__name__)}</b>: {html.escape(doc)}</p>"
@@ -58,16 +58,18 @@ COLUMNS = (("field", "left"), ("value", "right"), ("± std", "right"), ("unit", 
 def _table(item: Any) -> str:
     fields = fields_of(item)
     rows: list[tuple[str, ...]] = []  # as COLUMNS
+    answers: list[str] = []  # that stand below a verdict
     blocks: list[str] = []
     spread = _standard_deviations(fields)
+    judged = any(f.name == "verdict" for f in fields)
     hidden = {"verdict", "text"} if _verdict(item) else set()
     for f in fields:
-        if f.name in hidden or f.name in spread.used:
+        if f.name in hidden or f.name in spread.used or (judged and _is_empty(f.value)):
             continue
         if f.name in spread.poses:
             rows += _pose_rows(f, spread.poses[f.name])
         elif isinstance(f.value, list | tuple) and f.value and is_shown_by_fields(f.value[0]):
-            blocks.append(_list_block(f))
+            (answers if judged and f.name in ANSWERS else blocks).append(_list_block(f))
         elif is_shown_by_fields(f.value):
             estimated = spread.parts.get(f.name, {})
             rows += _part_rows(f, estimated)
@@ -77,9 +79,14 @@ def _table(item: Any) -> str:
             std = spread.values.get(f.name)
             rows.append((f.name, _cell(f.value, std), _std_cell(std), f.unit, f.text))
     if not rows:
-        return "".join(blocks)
+        return "".join(answers + blocks)
     shown = [k for k, (name, _) in enumerate(COLUMNS) if name in ("field", "value") or any(row[k] for row in rows)]
-    return _rows_table([COLUMNS[k] for k in shown], [[row[k] for k in shown] for row in rows]) + "".join(blocks)
+    table = _rows_table([COLUMNS[k] for k in shown], [[row[k] for k in shown] for row in rows])
+    return "".join(answers) + table + "".join(blocks)
+
+
+def _is_empty(value: Any) -> bool:
+    return value is None or (isinstance(value, str | list | tuple | dict) and not value)
 
 
 def _rows_table(columns: Sequence[tuple[str, str]], rows: Iterable[Sequence[str]]) -> str:

@@ -20,6 +20,7 @@ from kr5_tools import app as command_line
 from kr5_tools.cli import numbers, tables
 from kr5_tools.cli.options import options_from
 from kr5_tools.files import images, results, writing
+from kr5_tools.log_import import map_file
 
 
 def run(command, *args):
@@ -127,6 +128,8 @@ def leaf_commands():
 
 
 LEAVES = leaf_commands()
+
+
 @pytest.mark.parametrize(
     ("words", "unused"),
     [(("report",), ("scipy", "numpy", "matplotlib")), (("calibrate", "tool"), ("scipy", "matplotlib"))],
@@ -162,9 +165,13 @@ def test_the_help_of_a_command_shows_its_example(run_kr5):
 
 
 def test_help_fills_its_lines_and_keeps_those_of_an_example(run_kr5):
-    lines = [line.strip() for line in run_kr5("recording", "import", "--help").stdout.splitlines()]
+    shown = run_kr5("recording", "import", "--help").stdout
+    lines = [line.strip() for line in shown.splitlines()]
     first = lines.index("format: kr5-map/1")
-    assert lines[first + 1].startswith("cell: ") and lines[first + 2].startswith("clock: ")
+    example = map_file.EXAMPLE.splitlines()
+    copied = [line[1:].rstrip() for line in shown.splitlines()[first : first + len(example)]]
+    assert copied == example  # line by line, to be copied
+    assert (ROOT / re.search(r"All keys: (\S+\.md)", shown)[1]).is_file()
     told = next(k for k, line in enumerate(lines) if line.startswith("Logs with missing numbers"))
     assert all(len(line) > 60 for line in lines[told : told + 3])  # of 80
     assert "pip install 'kr5[rerun]'" in " ".join(re.sub("[│ ]+", " ", run_kr5("replay", "--help").stdout).split())

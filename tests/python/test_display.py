@@ -14,6 +14,7 @@ import kr5.vision
 import numpy as np
 import pytest
 from kr5 import calibration
+from kr5._display import fields_of
 
 
 class Tables(HTMLParser):
@@ -134,6 +135,10 @@ def test_a_verdict_and_causes_stand_first():
     assert text.index("<b>partly explained</b>") < text.index("<table>")
     assert "<details open><summary><b>causes (1)</b>" in text
     assert ["payload", "tool", "0.99", "mass 0.2617 ± 0.0012 kg", "0", ""] in Tables(text).rows
+    names = [f.name for f in fields_of(kr5.gap.Diagnosis())]
+    empty = [name for name in names if getattr(kr5.gap.Diagnosis(), name) in ([], "", None)]
+    assert "where" in empty and not [name for name in empty if name != "causes" and f">{name}<" in text]
+    assert text.index("causes (1)") < min(text.index(f">{name}<") for name in names if f">{name}<" in text)
     diagnosis = calibration.HandEyeDiagnosis(verdict="doubtful", text="Because 1 < 2.")
     assert "<b>doubtful</b>: Because 1 &lt; 2." in diagnosis._repr_html_()
     failed = hand_eye_result()

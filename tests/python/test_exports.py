@@ -246,7 +246,9 @@ def test_a_form_of_poses_is_refused_by_a_camera(run_kr5, share, tmp_path):
     assert not (tmp_path / "c.sh").exists()
 
 
-@pytest.mark.parametrize(("command", "parts"), [("camera", {"camera"}), ("tool", {"poses"}), ("cell", {"camera", "poses"})])
+@pytest.mark.parametrize(
+    ("command", "parts"), [("camera", {"camera"}), ("tool", {"poses"}), ("cell", {"camera", "poses"})]
+)
 def test_the_help_offers_the_forms_that_the_command_takes_and_no_others(run_kr5, command, parts):
     shown = run_kr5("calibrate", command, "--help", width=300).stdout
     told = re.search(r"other programs: (.*)\. Repeatable", shown)[1]

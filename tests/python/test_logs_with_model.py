@@ -2,36 +2,18 @@
 
 import json
 import re
-import sys
 
 import kr5
 import kr5.cell
-import kr5.gap
-import kr5.predict
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from conftest import ROOT
-from kr5_tools.app import make_app
-
-sys.path[:0] = [str(ROOT / "tools/benchmarks")]
-
-import case_logs
-
-NAMES = case_logs.JOINT_NAMES
-NOISE = np.array([0.4, 0.5, 0.25, 0.1, 0.06, 0.03])  # of joint torques [N m]
-FAST = {"max_effects": 1}
-QUICK = ["--max-effects", "1", "--refits", "4", "--beam", "1"]
+from log_arms import NAMES, QUICK, bare_arm, carrying, case_logs, causes, gap_command, joint_states, moved, refused
 
 
 @pytest.fixture(scope="module")
 def arm(share):
-    """The arm as its URDF states it: bodies without rotors, friction or servo, with names of the joints."""
-    cell = case_logs.named(kr5.cell.load_cell(share / "cells" / "kr5_arc.yaml"))
-    out = kr5.cell.Cell(robot=cell.robot, name="arm")
-    out.tool = cell.tool
-    return out
+    return bare_arm(share)
 
 
 @pytest.fixture(scope="module")
@@ -41,62 +23,9 @@ def urdf(arm, tmp_path_factory):
     return file
 
 
-def swing(t):
-    """All joints move, from rest, at beats of their own."""
-    home = np.array([0.1, 0.2, -2.4, 0.3, -0.9, 0.2])
-    size = np.array([0.5, 0.35, 0.4, 0.6, 0.5, 0.8])
-    beat = np.array([1.1, 1.7, 1.4, 2.3, 1.9, 2.9])
-    return home + size * (1 - np.cos(beat * t[:, None])) / 2 * (1 - np.exp(-(t[:, None] ** 2)))
-
-
-def moved(cell, rows=1500, step=0.008, seed=1, q_noise=1e-5):
-    """What a controller logs of the arm: time, measured angles, joint torques; rows x joints."""
-    random = np.random.default_rng(seed)
-    t = step * np.arange(rows)
-    q = swing(t)
-    experiment = kr5.cell.Experiment(name="m", kind="motion", file="m.csv", split="fit")
-    experiment.joint_reference = kr5.cell.JointReference("measured")
-    experiment.data = kr5.io.Table(["t", *(f"qc{k + 1}" for k in range(6))], np.column_stack([t, q]))
-    shown = kr5.predict.FastSimulator().predict(cell, experiment)
-    tau = np.column_stack([shown[f"tau{k + 1}"] for k in range(6)])
-    return t, q + random.normal(0, q_noise, q.shape), tau + random.normal(0, NOISE, tau.shape)
-
-
-def joint_states(t, q, tau, names=NAMES):
-    """Columns as PlotJuggler exports joint states, in alphabetical order."""
-    out = {"__time": 1_700_000_000.0 + t}
-    for name in sorted(names):
-        k = names.index(name)
-        out[f"/joint_states/{name}/position"] = q[:, k]
-        out[f"/joint_states/{name}/effort"] = tau[:, k]
-    return out
-
-
 @pytest.fixture
 def diagnose(tmp_path, monkeypatch):
-    """Runs the command in this process; gives exit code, what it said, and its JSON."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", "200")
-
-    def run(*words, command="diagnose"):
-        app = make_app(("gap", command))
-        done = CliRunner().invoke(app, ["gap", command, *map(str, words), "--json", "out.json"])
-        file = tmp_path / "out.json"
-        data = json.loads(file.read_text()) if done.exit_code == 0 else {}
-        return done.exit_code, " ".join((done.stdout + done.stderr).split()), data
-
-    return run
-
-
-def carrying(arm, effect, target, **parameters):
-    out = kr5.cell.parse_cell(arm.to_yaml())
-    for name, value in parameters.items():
-        out.set_effect(effect, target, name, value)
-    return out
-
-
-def causes(data):
-    return sorted((c["effect"], c["target"]) for c in data["causes"])
+    return gap_command(tmp_path, monkeypatch)
 
 
 def test_a_log_of_joint_states_and_a_urdf_name_the_friction_of_a_joint(diagnose, arm, urdf, tmp_path):
@@ -196,14 +125,6 @@ def test_the_motions_of_a_labelled_recording_as_a_ros_bag(diagnose, reference, t
 # What is wrong is said in words, with the remedy, and no cause is named.
 
 
-def refused(diagnose, *words, text):
-    code, said, _ = diagnose(*words)
-    assert code == 2, said
-    for part in (text,) if isinstance(text, str) else text:
-        assert part in said, said
-    return said
-
-
 def test_the_urdf_of_another_robot_is_told_by_its_names(diagnose, arm, urdf, tmp_path):
     names = ["base_turn", "upper", "lower", "roll", "nod", "spin"]
     case_logs.write_csv(tmp_path / "log.csv", joint_states(*moved(arm, rows=400), names=names))
@@ -247,14 +168,36 @@ def test_efforts_each_joint_scales_otherwise_are_refused(diagnose, arm, urdf, tm
     )
 
 
-def test_joints_counted_in_another_order_are_refused(diagnose, arm, urdf, tmp_path):
+def log_in_order(order, arm, file):
+    """A log whose columns are counted, and whose column k is that of another joint."""
     t, q, tau = moved(arm, rows=600)
-    order = [0, 2, 1, 3, 4, 5]
     columns = {"t": t} | {f"q{k + 1}": q[:, j] for k, j in enumerate(order)}
-    columns |= {f"tau{k + 1}": tau[:, j] for k, j in enumerate(order)}
-    case_logs.write_csv(tmp_path / "log.csv", columns)
-    code, said, _ = diagnose("log.csv", "--model", urdf)
-    assert code == 2, said
+    case_logs.write_csv(file, columns | {f"tau{k + 1}": tau[:, j] for k, j in enumerate(order)})
+
+
+def test_joints_counted_in_another_order_are_told_by_their_limits(diagnose, arm, urdf, tmp_path):
+    log_in_order([0, 2, 1, 3, 4, 5], arm, tmp_path / "log.csv")
+    refused(diagnose, "log.csv", "--model", urdf, text=("qc3: found", "expected -4.6", "its order"))
+
+
+@pytest.mark.parametrize(
+    "order",
+    [[1, 0, 2, 3, 4, 5], [0, 1, 2, 3, 5, 4], [5, 4, 3, 2, 1, 0], sorted(range(6), key=lambda k: NAMES[k])],
+    ids=["two", "wrist", "backwards", "alphabet"],
+)
+def test_joints_counted_in_another_order_are_told_by_their_loads(diagnose, arm, urdf, tmp_path, order):
+    """A model without limits leaves only the loads to tell it by."""
+    text = re.sub(r"<limit[^>]*/>", "", urdf.read_text()).replace('type="revolute"', 'type="continuous"')
+    (tmp_path / "free.urdf").write_text(text)
+    log_in_order(order, arm, tmp_path / "log.csv")
+    listed = ", ".join(NAMES[k] for k in order)
+    refused(
+        diagnose,
+        "log.csv",
+        "--model",
+        "free.urdf",
+        text=(f"they fit with the joints in the order {listed}", "--set 'columns.q.from=[...]'"),
+    )
 
 
 def test_the_log_of_a_stopped_arm_is_refused(diagnose, arm, urdf, tmp_path):

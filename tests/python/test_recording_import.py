@@ -17,6 +17,7 @@ from typer.testing import CliRunner
 from kr5_tools.app import make_app
 
 ROWS = 400
+CUT = 3.0  # [s]
 DEG = 180 / np.pi
 
 
@@ -31,19 +32,20 @@ def names(stem):
 
 @pytest.fixture(scope="module")
 def truth(arm):
-    """A motion of all joints as the simulator shows it, with the noise of the cell: columns by name. It rests every
-    3 s, where a log may be cut."""
+    """A motion of all joints as the simulator shows it, with the noise of the cell: columns by name. It rests at the
+    beginning and where the map cuts it."""
     random = np.random.default_rng(5)
     t = 0.012 * np.arange(ROWS)
+    pace = np.prod([1 - np.exp(-(((t - rest) / 0.25) ** 4)) for rest in (0.0, CUT - 0.05)], axis=0)
+    phase = 0.012 * np.concatenate([[0.0], np.cumsum(pace[1:])])
     home = np.array([0.1, 0.2, -2.4, 0.3, -0.9, 0.2])
     swing = np.array([0.5, 0.35, 0.4, 0.6, 0.5, 0.8])
     beat = np.array([1.1, 1.7, 1.4, 2.3, 1.9, 2.9])
-    going = t - 3 / (2 * np.pi) * np.sin(2 * np.pi * t / 3)
-    qc = home + swing * (1 - np.cos(beat * going[:, None])) / 2
+    qc = home + swing * (1 - np.cos(beat * phase[:, None])) / 2
     experiment = kr5.cell.Experiment(name="m", kind="motion", file="m.csv", split="fit")
     experiment.data = kr5.io.Table(["t", *names("qc")], np.column_stack([t, qc]))
     shown = kr5.predict.FastSimulator().predict(arm, experiment)
-    noise = {c.name: arm.noise.of(c.noise, c.joint) for c in kr5.cell.columns("motion", 6) if c.noise}
+    noise = {c.name: getattr(arm.noise, c.noise) for c in kr5.cell.columns("motion", 6) if c.noise}
     out = {"t": t} | dict(zip(names("qc"), qc.T))
     return out | {n: np.array(shown[n]) + random.normal(0, noise[n], ROWS) for n in shown.columns}
 
@@ -105,7 +107,7 @@ def bring_in(tmp_path, monkeypatch, log, given):
 
 def same(recording, truth, columns, tolerance=1e-8):
     for column in columns:
-        got = np.concatenate([kr5.cell.with_lead_in(e)[column] for e in recording.experiments])
+        got = np.concatenate([e[column] for e in recording.experiments])
         np.testing.assert_allclose(got, truth[column][: len(got)], rtol=tolerance, atol=tolerance, err_msg=column)
 
 
@@ -482,16 +484,16 @@ def test_time_that_stands_still_is_refused(bring_in, log, given):
 
 
 def test_a_gap_is_refused_with_where_to_cut(bring_in, log, given):
-    log["time"][250:] += 900
+    log["time"][246:] += 900
     given["experiments"] = [{"name": "m", "kind": "motion", "split": "fit"}]
-    refused(bring_in, log, given, "line 252", "gap of 0.912 s", "to: 3.444, from: 3.444", "max_gap")
+    refused(bring_in, log, given, "line 248", "gap of 0.912 s", "to: 3.396, from: 3.396", "max_gap")
     given["experiments"] = [
-        {"name": "a", "kind": "motion", "split": "fit", "to": 3.444},
-        {"name": "b", "kind": "motion", "split": "check", "from": 3.444},
+        {"name": "a", "kind": "motion", "split": "fit", "to": 3.396},
+        {"name": "b", "kind": "motion", "split": "check", "from": 3.396},
     ]
     done, recording = bring_in(log, given)
     assert done.returncode == 0, done.stderr
-    assert [len(e.data) for e in recording.experiments] == [250, 150]
+    assert [len(e.data) for e in recording.experiments] == [246, 154]
 
 
 def test_a_column_that_is_not_there_is_refused_with_the_nearest(bring_in, log, given):

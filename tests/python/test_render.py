@@ -157,6 +157,11 @@ def test_a_target_that_does_not_fit_is_refused_with_the_largest_that_does(tmp_pa
         smaller = done.stderr.split("the largest that fits is ")[1].split(";")[0].strip()
         again = command("target", "print", "--target", smaller, *words[1:], "-o", "b.png", "--dpi", 50, cwd=tmp_path)
         assert again.returncode == 0, again.stderr
+    if proposed := re.search(r"or --paper (\w+)", " ".join(done.stderr.split())):
+        orientation = words[words.index("--orientation") :] if "--orientation" in words else []
+        on = ("--paper", proposed[1], *orientation, "-o", "b.png", "--dpi", 50)
+        again = command("target", "print", "--target", words[0], *on, cwd=tmp_path)
+        assert again.returncode == 0, again.stderr
 
 
 @pytest.mark.parametrize(

@@ -395,8 +395,21 @@ def test_what_cannot_be_shown_is_refused(recording, run_kr5, tmp_path, share):
     entry = {"name": "motion-1", "kind": "motion", "split": "fit", "given": "motion.csv"}
     (recording / "plan.yaml").write_text(yaml.safe_dump({"format": "kr5-protocol/1", "experiments": [entry]}))
     done = run_kr5("replay", recording / "plan.yaml", "--cell", recording / "cell.yaml")
-    assert done.returncode == 2 and "motion-1: t: found times that do not increase" in done.stderr
+    assert done.returncode == 2 and "motion-1 (motion): t: found times that do not increase" in done.stderr
     assert not (tmp_path / "replay.html").exists()
+
+
+def test_an_experiment_whose_time_does_not_increase_is_left_out_and_the_others_are_shown(recording, run_kr5, tmp_path):
+    lines = (recording / "motion.csv").read_text().splitlines()
+    (recording / "back.csv").write_text("\n".join([lines[0], lines[2], lines[1]]) + "\n")
+    entries = [{"name": name, "kind": "motion", "split": "fit", "given": f"{name}.csv"} for name in ("motion", "back")]
+    (recording / "plan.yaml").write_text(yaml.safe_dump({"format": "kr5-protocol/1", "experiments": entries}))
+    done = run_kr5("replay", recording / "plan.yaml", "--cell", recording / "cell.yaml", "--json", "-")
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert [run["name"] for run in found["runs"]] == ["motion (motion)"]
+    (skipped,) = found["skipped"]
+    assert skipped["name"] == "back (motion)" and "found times that do not increase" in skipped["reason"]
 
 
 class FakeRerun:

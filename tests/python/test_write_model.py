@@ -1,5 +1,6 @@
 """Cells written as URDF, MJCF and SDF, with what was found in them."""
 
+import re
 import xml.etree.ElementTree as xml
 
 import kr5
@@ -8,7 +9,7 @@ import pytest
 from kr5 import cell as kr5_cell
 from kr5 import physics
 
-from kr5_tools.model_files import read_model, write_model
+from kr5_tools.model_files import read_model, write_model, writing
 
 EFFECTS = {  # that every format holds
     "coulomb_friction": {"joint2": {"coulomb": 3.5}},
@@ -418,6 +419,17 @@ def test_a_urdf_is_changed_in_place_and_finds_its_meshes(arc, tmp_path):
 
 
 @pytest.mark.parametrize(
+    "name", ['"meshes/a.stl"', "'meshes/a.stl'", "'meshes/the \"a\".stl'", "\"meshes/the 'a'.stl\""]
+)
+@pytest.mark.parametrize("equals", ["=", " = "])
+def test_meshes_in_either_quotes_are_named_from_the_folder_of_the_urdf(tmp_path, name, equals):
+    text = f'<robot><mesh scale="1 1 1" filename{equals}{name}/><mesh filename{equals}"package://p/b.stl"/></robot>'
+    out = writing._with_meshes_of(text, tmp_path / "robot.urdf", tmp_path / "other/tuned.urdf")
+    assert out == text.replace("meshes/", "../meshes/")
+    xml.fromstring(out)
+
+
+@pytest.mark.parametrize(
     ("output", "original", "word"),
     [
         ("arm.step", None, "found the ending '.step', expected .urdf, .xml"),
@@ -463,6 +475,11 @@ def test_the_command_tells_what_is_held_and_lost(run_kr5, arc, tmp_path):
     said = json.loads((tmp_path / "said.json").read_text())
     assert said["kind"] == "urdf" and {row["effect"] for row in said["losses"]} == set(LOST)
     assert all(row["unit"] and row["reason"] for row in said["losses"])
+    table, _, _ = done.stdout.partition("Effects that are lost")
+    for part in table.split("Effects in the model")[1].strip("\n").split("\n\n"):
+        for effect, on in EFFECTS.items():
+            (target, parameters), *_ = on.items()
+            assert all(re.search(rf"^ {effect} +{target} +{p} ", part, re.MULTILINE) for p in parameters), part
     again = run_kr5("cell", "export", "tuned.yaml", "--original", "tuned.urdf", "-o", "tuned.urdf")
     assert again.returncode == 2 and "is an input of this command" in again.stderr
     other = run_kr5("cell", "export", "tuned.yaml", "--tip", "flange", "-o", "other.urdf")

@@ -128,6 +128,11 @@ BENCHES = {
         "all kinds of effects; draws with other seeds",
         quick=("--cells", "1"),
     ),
+    "front_door": Bench(
+        "Logs and models of other people: labelled recordings as CSV and bags, public logs, MuJoCo arms",
+        f"the labelled recordings; public logs: {PUBLIC}; MuJoCo arms: {SIMULATED}",
+        quick=("--quick",),
+    ),
     "blind_check": Bench(
         "Blind check of the diagnosis: sealed cells of a program of its own, on Pinocchio",
         "all kinds of effects, those of the catalogue and those outside it: thresholds were set on cells of the same"
@@ -157,7 +162,10 @@ GROUPS = {
             "line scanner",
             "ISO 9283 repeatability",
         ),
-    )
+    ),
+    "doors": Group(
+        "Logs and models of other people: figures to reach", ("front_door",), ("cases", "public logs", "MuJoCo")
+    ),
 }
 
 

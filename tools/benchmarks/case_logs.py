@@ -34,7 +34,8 @@ def csv_columns(experiment: Any) -> dict[str, np.ndarray]:
 
 
 def write_csv(file: Path, columns: dict[str, np.ndarray]) -> Path:
-    rows = [",".join(f"{v:.16g}" for v in row) for row in zip(*columns.values())]
+    """A cell without a number stays empty."""
+    rows = [",".join("" if np.isnan(v) else f"{v:.16g}" for v in row) for row in zip(*columns.values())]
     file.write_text("\n".join([",".join(columns), *rows]) + "\n")
     return file
 

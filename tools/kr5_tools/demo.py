@@ -51,62 +51,79 @@ def demo(
     begin = time.monotonic()
     data = data or find_shipped(DATA) or DATA
     truth, friction = _load(data / "truth.yaml"), _load(data.parent / FRICTION / "truth.yaml")
-    target = _load(data / "dataset.yaml")["target"]
-    output.mkdir(parents=True, exist_ok=True)
+    worn, target = _worn(data), _load(data / "dataset.yaml")["target"]
     out = terminal.console(json_file)
+    _run(_jobs(data, target, _emptied(output)), out)
+    found = _found(output, truth)
+    _tell(out, found["figures"], found["named"], found["region_99_9"], truth)
+    _tell_of_cell(out, found, worn, friction)
+    pages = [output / f"{name}.html" for name in ("hand_eye", "camera", "diagnosis", "replay", "insertion")]
+    listed = f"{', '.join(map(str, pages[:-1]))} and {pages[-1]}"
+    out.print(f"Took {time.monotonic() - begin:.1f} s. Open {listed} in a browser.", soft_wrap=True)
+    writing.write_json({**found, "bumped": truth["bumped"], "worn": worn, "output": str(output)}, json_file)
+    if not _is_as_claimed(found, truth, worn, friction):
+        raise typer.Exit(1)
+
+
+def _emptied(output: Path) -> Path:
+    """The folder for the results, without the recording of the demo before, whole or not."""
+    output.mkdir(parents=True, exist_ok=True)
     if (output / WORN_CELL).exists():
-        shutil.rmtree(output / WORN_CELL)  # of the demo before, whole or not
-    images = sorted(str(p) for p in (data / "images").glob("*.png"))
+        shutil.rmtree(output / WORN_CELL)
     tell_when_stopped(lambda: f"the finished files are kept in {output}")
-    _run(
-        [
-            _calibration("camera", ["camera", *images, "--target", target], output),
-            _calibration("hand_eye", ["hand-eye", str(data)], output),
-            _worn_cell(data, output),
-            _diagnosis(data.parent / FRICTION, output),
-            _insertion(data, output),
-        ],
-        out,
-    )
-    results = {name: read_json(output / f"{name}.json") for name in ("camera", "hand_eye")}
-    rows = [*_camera_rows(results["camera"], truth), *_hand_eye_rows(results["hand_eye"], truth)]
-    ratio = _region(results["hand_eye"], truth)
-    named = [v["name"] for v in results["hand_eye"]["views"] if v.get("outlier")]
-    _tell(out, rows, named, ratio, truth)
-    gaps, worn = read_json(output / "gap.json")["columns"], _worn(data)
-    widest = max(gaps, key=gaps.__getitem__)
+    return output
+
+
+def _jobs(data: Path, target: str, output: Path) -> list[list[list[str]]]:
+    """All commands of the demo."""
+    images = sorted(str(p) for p in (data / "images").glob("*.png"))
+    return [
+        _calibration("camera", ["camera", *images, "--target", target], output),
+        _calibration("hand_eye", ["hand-eye", str(data)], output),
+        _worn_cell(data, output),
+        _diagnosis(data.parent / FRICTION, output),
+        _insertion(data, output),
+    ]
+
+
+def _found(output: Path, truth: dict[str, Any]) -> dict[str, Any]:
+    """What the commands found, from their files."""
+    camera, hand_eye = (read_json(output / f"{name}.json") for name in ("camera", "hand_eye"))
+    return {
+        "figures": [*_camera_rows(camera, truth), *_hand_eye_rows(hand_eye, truth)],
+        "region_99_9": _region(hand_eye, truth),
+        "named": [v["name"] for v in hand_eye["views"] if v.get("outlier")],
+        "gaps": read_json(output / "gap.json")["columns"],
+        "causes": read_json(output / "diagnosis.json")["causes"],
+        "insertion": read_json(output / "insertion.json"),
+    }
+
+
+def _widest(gaps: dict[str, float]) -> str:
+    """The column with the widest gap."""
+    return max(gaps, key=gaps.__getitem__)
+
+
+def _tell_of_cell(out: Any, found: dict[str, Any], worn: dict[str, str], friction: dict[str, Any]) -> None:
+    """The gap of the worn cell, the diagnosis and the insertion, for people."""
+    widest = _widest(found["gaps"])
     out.print(
         f"\nThe cell that ran carries {worn['effect']} on {worn['target']}; the widest gap to the nominal cell is that"
-        f" of {widest}, {gaps[widest]:.1f} times the noise.",
+        f" of {widest}, {found['gaps'][widest]:.1f} times the noise.",
         soft_wrap=True,
     )
-    causes = read_json(output / "diagnosis.json")["causes"]
-    out.print(_cause_text(causes, friction), soft_wrap=True)
-    peg = read_json(output / "insertion.json")
-    out.print(_peg_words(peg), soft_wrap=True)
-    out.print(
-        f"Took {time.monotonic() - begin:.1f} s. Open {output / 'hand_eye.html'}, {output / 'camera.html'}, "
-        f"{output / 'diagnosis.html'}, {output / 'replay.html'} and {output / 'insertion.html'} in a browser.",
-        soft_wrap=True,
-    )
-    writing.write_json(
-        {
-            "figures": rows,
-            "region_99_9": ratio,
-            "named": named,
-            "bumped": truth["bumped"],
-            "gaps": gaps,
-            "worn": worn,
-            "causes": causes,
-            "insertion": peg,
-            "output": str(output),
-        },
-        json_file,
-    )
-    where = widest.endswith(f".i{worn['target'].removeprefix('joint')}")
-    calibrated = ratio <= 1 and [Path(n).stem for n in named] == [Path(truth["bumped"]).stem]
-    if not (calibrated and where and _is_named(causes, friction) and peg["inserted"]):
-        raise typer.Exit(1)
+    out.print(_cause_text(found["causes"], friction), soft_wrap=True)
+    out.print(_peg_words(found["insertion"]), soft_wrap=True)
+
+
+def _is_as_claimed(
+    found: dict[str, Any], truth: dict[str, Any], worn: dict[str, str], friction: dict[str, Any]
+) -> bool:
+    """Whether every part of the demo found the truth."""
+    bumped = [Path(name).stem for name in found["named"]] == [Path(truth["bumped"]).stem]
+    where = _widest(found["gaps"]).endswith(f".i{worn['target'].removeprefix('joint')}")
+    named = _is_named(found["causes"], friction)
+    return found["region_99_9"] <= 1 and bumped and where and named and found["insertion"]["inserted"]
 
 
 def _calibration(name: str, command: list[str], output: Path) -> list[list[str]]:

@@ -17,7 +17,14 @@ from kr5_tools.calibrate.hand_eye_pairs import (
     refuse_image_options,
     refuse_pair_options,
 )
-from kr5_tools.calibrate.hand_eye_result import figures_of, frames_of, held_out_figures, predict_target, show_hand_eye
+from kr5_tools.calibrate.hand_eye_result import (
+    figures_of,
+    frames_of,
+    held_out_figures,
+    predict_target,
+    show_hand_eye,
+    write_hand_eye,
+)
 from kr5_tools.calibrate.pose_pairs import check_holds_no_pairs
 from kr5_tools.calibrate.tool import Convention
 from kr5_tools.cli.arguments import JsonOption, ResultOption
@@ -25,9 +32,8 @@ from kr5_tools.cli.options import options_from
 from kr5_tools.cli.terminal import console, fail, print_note, spinner
 from kr5_tools.exports.command_line import Exports, export_options
 from kr5_tools.files.camera import load_camera
-from kr5_tools.files.cell_output import CellOption, WriteCellOption, load_target_cell, put_camera_pose, write_cell_file
+from kr5_tools.files.cell_output import CellOption, WriteCellOption, load_target_cell
 from kr5_tools.files.images import MOST_CAMERA_VIEWS, thinned
-from kr5_tools.files.results import write_if_usable, write_result
 from kr5_tools.files.writing import check_writable
 from kr5_tools.targets.command import Sightings, find_in_images, load_target
 
@@ -131,36 +137,37 @@ def hand_eye(
     read = [*data.images, *tables, dataset, camera, target, cell_file]
     check_writable(output, json_file, write_cell, *exports.files, inputs=read)
     data.mount = options.mount = mount or data.mount
-    wanted = target_of(target or data.target, dataset or folder / "dataset.yaml")
-    chosen = thinned(len(data.images), max_views)
-    if len(chosen) < len(data.images):
-        print_note(
-            f"{folder}: {len(chosen)} of {len(data.images)} images are used, at even"
-            " spacing; --max-views sets the number"
-        )
+    data.target, data.camera = target or data.target, str(camera) if camera else data.camera
+    keys, fit, lens = calibrate_folder(folder, data, dataset or folder / "dataset.yaml", max_views, options, judging)
+    show_hand_eye(keys, console(json_file))
+    write_hand_eye(keys, fit, (output, json_file), exports, believed, write_cell, lens)
+
+
+def calibrate_folder(
+    folder: Path, data: Any, description: Path, max_views: int, options: Any, judging: Any
+) -> tuple[dict[str, Any], Any, Any]:
+    """Calibrates from images and robot poses: the keys of a result file, how the fit ended, and the camera."""
+    wanted = target_of(data.target, description)
     images = data.images
+    chosen = thinned(len(images), max_views)
+    if len(chosen) < len(images):
+        print_note(
+            f"{folder}: {len(chosen)} of {len(images)} images are used, at even spacing; --max-views sets the number"
+        )
     seen = find_in_images([images[i] for i in chosen], wanted, least=3, points=4)
     seen.index = [chosen[i] for i in seen.index]
-    lens, camera_source = camera_of(str(camera) if camera else data.camera, seen)
+    lens, camera_source = camera_of(data.camera, seen)
     keys, fit = solve_hand_eye(data, seen, lens, options, judging)
     keys["input"] = {
         "folder": str(folder),
-        "images": len(data.images),
+        "images": len(images),
         "without_target": seen.lost,
         "camera": camera_source,
-        "target": target or data.target,
+        "target": data.target,
         "mount": str(data.mount),
         "convention": data.convention.to_dict(),
     }
-    show_hand_eye(keys, console(json_file))
-    result = write_result(None, "kr5-hand-eye/1", **keys)
-    write_if_usable(result, fit, output, json_file)
-    exports.write(result)
-    if believed:
-        put_camera_pose(believed, str(data.mount), np.array(keys["result"]["T_mount_camera"]), lens)
-        write_cell_file(believed, write_cell)
-    if keys["verdict"]["word"] == "unusable":
-        raise typer.Exit(1)
+    return keys, fit, lens
 
 
 def read_dataset(folder: Path, description: Path | None) -> Any:

@@ -7,12 +7,17 @@ import numpy as np
 import typer
 from kr5 import calibration
 
-from kr5_tools.calibrate.hand_eye_result import figures_of, frames_of, held_out_figures, predict_target, show_hand_eye
+from kr5_tools.calibrate.hand_eye_result import (
+    figures_of,
+    frames_of,
+    held_out_figures,
+    predict_target,
+    show_hand_eye,
+    write_hand_eye,
+)
 from kr5_tools.calibrate.pose_pairs import PosePairs, read_pairs_file
 from kr5_tools.cli.terminal import console, fail, print_note, spinner
 from kr5_tools.exports.command_line import Exports
-from kr5_tools.files.cell_output import put_camera_pose, write_cell_file
-from kr5_tools.files.results import write_if_usable, write_result
 from kr5_tools.files.writing import check_writable
 
 RobotMeaning = Annotated[
@@ -90,14 +95,7 @@ def calibrate_pairs(
         "read_as": read_as,
     }
     show_hand_eye(keys, console(json_file))
-    written = write_result(None, "kr5-hand-eye/1", **keys)
-    write_if_usable(written, result.fit, output, json_file)
-    exports.write(written)
-    if believed:
-        put_camera_pose(believed, data.mount, np.array(result.T_mount_camera))
-        write_cell_file(believed, write_cell)
-    if keys["verdict"]["word"] == "unusable":
-        raise typer.Exit(1)
+    write_hand_eye(keys, result.fit, (output, json_file), exports, believed, write_cell)
 
 
 def _pairs(data: PosePairs) -> list[Any]:

@@ -1,11 +1,16 @@
 """What is told of a hand-eye calibration, whether it was made from images or from pairs of poses."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import typer
 
 from kr5_tools.cli.numbers import format_percent
 from kr5_tools.cli.tables import figure_row, make_table, pose_figures, print_result
+from kr5_tools.exports.command_line import Exports
+from kr5_tools.files.cell_output import put_camera_pose, write_cell_file
+from kr5_tools.files.results import write_if_usable, write_result
 
 
 def held_out_figures(judged: dict[str, Any]) -> dict[str, float]:
@@ -123,3 +128,24 @@ def show_hand_eye(keys: dict[str, Any], out: Any) -> None:
     columns = [*(["RMS [px]"] if pixels else []), "robot error [mm]", "robot error [deg]", "weight [-]", ""]
     out.print()
     out.print(make_table("Views", ["view", *columns], rows))
+
+
+def write_hand_eye(
+    keys: dict[str, Any],
+    fit: Any,
+    files: tuple[Path | None, ...],
+    exports: Exports,
+    believed: Any,
+    write_cell: Path | None,
+    lens: Any = None,
+) -> None:
+    """Writes result, exports and the pose of the camera into the cell `believed`, if there is one; ends an unusable
+    result with exit code 1."""
+    written = write_result(None, "kr5-hand-eye/1", **keys)
+    write_if_usable(written, fit, *files)
+    exports.write(written)
+    if believed:
+        put_camera_pose(believed, keys["input"]["mount"], np.array(keys["result"]["T_mount_camera"]), lens)
+        write_cell_file(believed, write_cell)
+    if keys["verdict"]["word"] == "unusable":
+        raise typer.Exit(1)

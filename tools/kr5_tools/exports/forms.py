@@ -31,7 +31,13 @@ def _of_poses(form: pose_forms.PoseForm) -> Callable[[ExportItems], str]:
 
 FORMS = (
     Form("ros2-command", "ROS 2 command", (".sh",), ("poses",), _of_poses(pose_forms.ros_command)),
-    Form("launch-py", "ROS 2 launch file in Python", (".launch.py", ".py"), ("poses",), _of_poses(pose_forms.launch_python)),
+    Form(
+        "launch-py",
+        "ROS 2 launch file in Python",
+        (".launch.py", ".py"),
+        ("poses",),
+        _of_poses(pose_forms.launch_python),
+    ),
     Form(
         "launch-xml",
         "ROS 2 launch file in XML",

@@ -163,8 +163,10 @@ def as_cause(trial: Any) -> dict[str, Any]:
 def _trial_words(
     target: str, trial: Any, row: Any, data: dict[str, Any], evidence: Any, k: int | None
 ) -> dict[str, Any]:
+    """What fitting the effect on a target showed, for it and against it; `k`: the cause that it was fitted in place
+    of."""
     from kr5_tools.gap_report.evidence import parameter_rows
-    from kr5_tools.gap_report.messages import column_text, effect_text, join_list
+    from kr5_tools.gap_report.messages import effect_text
 
     out: dict[str, Any] = {
         "target": target,
@@ -183,53 +185,66 @@ def _trial_words(
         "parameters": parameter_rows(as_cause(trial), evidence.recording.cell),
         "columns": [{"column": g, "before": b, "after": a} for g, b, a in columns],
     }
-    blamed = k is not None and (data["causes"][k]["effect"], data["causes"][k]["target"]) == (row.id, target)
-    place = (
-        ""
-        if k is None or blamed
-        else f" in place of {effect_text(data['causes'][k]['effect'], data['causes'][k]['target'])}"
-    )
-    if not any(b > evidence.limit(g) for g, b, _ in columns):
-        out["against"].append("There is no gap to explain.")
-    elif trial.explained_fraction > 0.01:
-        judged = (
-            ", on experiments not used for the fit"
-            if any(str(e.split) == "check" for e in evidence.experiments)
-            else ""
-        )
-        out["for"].append(
-            f"Fitted{place}, it explains {format_percent(trial.explained_fraction)} of the excess{judged}."
-        )
+    replaced = None if k is None else data["causes"][k]
+    if replaced and (replaced["effect"], replaced["target"]) == (row.id, target):
+        blamed, replaced = replaced, None
     else:
-        out["against"].append(f"Fitted{place} at its best values, it explains less than 1 % of the excess.")
-    better = [(g, b, a) for g, b, a in columns if a < b - 0.02][:4]
-    if better:
-        out["for"].append(
-            "Better with it: " + join_list([f"the {column_text(g)} ({b:.2f} → {a:.2f})" for g, b, a in better]) + "."
-        )
-    left = sorted(
-        ((g, a) for g, b, a in columns if b > evidence.limit(g) and a > 1.02 * evidence.limit(g)), key=lambda p: -p[1]
-    )
-    if left:
-        out["against"].append(
-            "Remaining gap: "
-            + join_list([f"the {column_text(g)} at {a:.2f}" for g, a in left[:4]])
-            + (f" and {len(left) - 4} more columns above the floor" if len(left) > 4 else "")
-            + "; 1 is the floor."
-        )
-    worse = [(g, b, a) for g, b, a in columns if a > b + 0.02 and a > evidence.limit(g)][:3]
-    out["against"] += [f"Worse with it: the {column_text(g)} ({b:.2f} → {a:.2f})." for g, b, a in worse]
-    if blamed:
-        out["for"].append(
-            "The diagnosis names it as a cause, with a probability of"
-            f" {format_percent(data['causes'][k]['probability'])}."
-        )
-    if data["causes"] and not blamed:
-        out["against"].append(
-            f"The diagnosis names {join_list([effect_text(c['effect'], c['target']) for c in data['causes']])}, not"
-            " this."
-        )
+        blamed = None
+    for found in (
+        _excess_words(trial.explained_fraction, columns, replaced, evidence),
+        _column_words(columns, evidence),
+        _diagnosis_words(blamed, data["causes"]),
+    ):
+        out["for"] += found[0]
+        out["against"] += found[1]
     return out
+
+
+Columns = list[tuple[str, float, float]]  # name, gap before, gap after
+Reasons = tuple[list[str], list[str]]  # for the effect, against it
+
+
+def _excess_words(fraction: float, columns: Columns, replaced: dict[str, Any] | None, evidence: Any) -> Reasons:
+    """How much of the excess it explains."""
+    from kr5_tools.gap_report.messages import effect_text
+
+    if not any(before > evidence.limit(group) for group, before, _ in columns):
+        return [], ["There is no gap to explain."]
+    place = f" in place of {effect_text(replaced['effect'], replaced['target'])}" if replaced else ""
+    if fraction <= 0.01:
+        return [], [f"Fitted{place} at its best values, it explains less than 1 % of the excess."]
+    held_out = any(str(e.split) == "check" for e in evidence.experiments)
+    judged = ", on experiments not used for the fit" if held_out else ""
+    return [f"Fitted{place}, it explains {format_percent(fraction)} of the excess{judged}."], []
+
+
+def _column_words(columns: Columns, evidence: Any) -> Reasons:
+    """In which columns the gap falls, stays and grows."""
+    from kr5_tools.gap_report.messages import column_text, join_list
+
+    pros, cons = [], []
+    if better := [f"the {column_text(g)} ({b:.2f} → {a:.2f})" for g, b, a in columns if a < b - 0.02][:4]:
+        pros.append(f"Better with it: {join_list(better)}.")
+    left = [(g, a) for g, b, a in columns if b > evidence.limit(g) and a > 1.02 * evidence.limit(g)]
+    if left:
+        left.sort(key=lambda row: -row[1])
+        more = f" and {len(left) - 4} more columns above the floor" if len(left) > 4 else ""
+        listed = join_list([f"the {column_text(g)} at {a:.2f}" for g, a in left[:4]])
+        cons.append(f"Remaining gap: {listed}{more}; 1 is the floor.")
+    worse = [(g, b, a) for g, b, a in columns if a > b + 0.02 and a > evidence.limit(g)][:3]
+    return pros, cons + [f"Worse with it: the {column_text(g)} ({b:.2f} → {a:.2f})." for g, b, a in worse]
+
+
+def _diagnosis_words(blamed: dict[str, Any] | None, causes: list[dict[str, Any]]) -> Reasons:
+    """What the diagnosis says of it."""
+    from kr5_tools.gap_report.messages import effect_text, join_list
+
+    if blamed:
+        sure = format_percent(blamed["probability"])
+        return [f"The diagnosis names it as a cause, with a probability of {sure}."], []
+    if not causes:
+        return [], []
+    return [], [f"The diagnosis names {join_list([effect_text(c['effect'], c['target']) for c in causes])}, not this."]
 
 
 def print_explanation(told: dict[str, Any], to: Any) -> None:

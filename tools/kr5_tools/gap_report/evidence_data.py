@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from kr5_tools.cell.noise_limit import noise_limit
 from kr5_tools.cli import arguments
 from kr5_tools.cli.numbers import format_percent
 from kr5_tools.gap_report.messages import find_column
-from kr5_tools.replay.signals import noise_limit
 
 
 @dataclass

@@ -1,5 +1,6 @@
 """The plots of a diagnosis: the cell coloured by its gap, gaps by column and experiment, residuals before and after."""
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -7,6 +8,7 @@ from matplotlib.colors import LinearSegmentedColormap, LogNorm, to_hex
 from matplotlib.figure import Figure
 
 from kr5_tools.calibrate.plots import Plot
+from kr5_tools.cell.noise_limit import noise_limit
 from kr5_tools.gap_report.evidence_data import Evidence, display_variable, gap_of
 from kr5_tools.gap_report.messages import PARTS, column_text, part_text, variable_text
 from kr5_tools.pages.plot_style import (
@@ -24,7 +26,6 @@ from kr5_tools.pages.plot_style import (
     WIDE,
     plt,
 )
-from kr5_tools.replay.signals import noise_limit
 
 WIDEST = 30.0
 COLOURS = LinearSegmentedColormap.from_list("gap", ["#fde9a9", "#fdb863", "#e8601c", "#a50f15", "#5c0011"])
@@ -225,58 +226,15 @@ def cell_map(evidence: Evidence, parts: list[dict[str, Any]], q: list[float]) ->
     """The arm in its frames, joints and sensors coloured by their gap: before, and after."""
     cell, names = evidence.recording.cell, ["before", "after"] if evidence.data["causes"] else ["before"]
     links = [np.asarray(cell.robot.T_base_0), *map(np.asarray, cell.link_poses(q))]
-    T_F = links[-1]
-    places = {f"joint{i + 1}": links[i][:3, 3] for i in range(len(links) - 1)}
-    carried = {
-        "sensor": cell.tool and cell.tool.T_flange_sensor,
-        "tool": cell.tool and cell.tool.T_flange_tool,
-        "camera": cell.T_flange_camera(),
-        "laser": cell.T_flange_scanner(),
-    }
-    places |= {part: (T_F @ np.asarray(T))[:3, 3] for part, T in carried.items() if T is not None}
-    if cell.tube:
-        places["tube"] = np.asarray(cell.tube.T_base_tube)[:3, 3]
-    labels = dict(places)  # what acts at the tip has a label, no place of its own
-    if "tool" in places:
-        labels |= {"contact": places["tool"] - [0, 0, 0.05], "servo": places["tool"] - [0, 0, 0.1]}
-    by_id = {p["id"]: p for p in parts}
+    places = _places(cell, links)
     figure = plt.figure(figsize=(WIDE * (1.7 if len(names) > 1 else 1), 5.6))
-    low, high = (f([*places.values(), np.zeros(3)], axis=0) for f in (np.min, np.max))
-    half = 0.5 * float((high - low).max())
     for k, which in enumerate(names):
         axes = figure.add_subplot(1, len(names), k + 1, projection="3d")
-        for i in range(len(links) - 1):
-            start, end, z = links[i][:3, 3], links[i + 1][:3, 3], links[i][:3, 2]
-            way = np.array([start, start + np.dot(end - start, z) * z, end])
-            paint = by_id.get(f"joint{i + 1}", {}).get(which, {}).get("colour", UNKNOWN)
-            axes.plot(*way.T, color=GREY, linewidth=8, solid_capstyle="round")
-            axes.plot(*way.T, color=paint, linewidth=6.5, solid_capstyle="round")
-        for part, place in labels.items():
-            state = by_id.get(part, {}).get(which)
-            if state is None:
-                continue
-            if part in PARTS and part in places:
-                axes.plot(
-                    *place.reshape(3, 1),
-                    "o",
-                    color=state["colour"],
-                    markeredgecolor=SOFT,
-                    markersize=11,
-                    zorder=20,
-                )
-            if state["label"]:
-                axes.text(*place, f"   {part_text(part)} {state['gap']:.1f}", fontsize=9, zorder=30)
-        for axis, m in zip("xyz", (low + high) / 2):
-            getattr(axes, f"set_{axis}lim")(m - half, m + half)
-        axes.set(
-            xlabel="x [m]",
-            ylabel="y [m]",
-            zlabel="z [m]",
-            title={"before": "nominal cell", "after": "with the causes"}[which],
-        )
-        axes.set_box_aspect((1, 1, 1))
-        axes.view_init(elev=20, azim=-55)
-        axes.tick_params(labelsize=8)
+        states = {p["id"]: p[which] for p in parts if p.get(which)}
+        _draw_arm(axes, links, states)
+        _draw_parts(axes, places, states)
+        _set_view(axes, list(places.values()))
+        axes.set_title({"before": "nominal cell", "after": "with the causes"}[which])
     scale = figure.colorbar(
         plt.cm.ScalarMappable(NORM, COLOURS), ax=figure.axes, location="bottom", shrink=0.5, aspect=40
     )
@@ -284,6 +242,59 @@ def cell_map(evidence: Evidence, parts: list[dict[str, Any]], q: list[float]) ->
     scale.set_label("widest gap of the part: times the noise [-]; grey: at the floor")
     scale.ax.minorticks_off()
     return figure
+
+
+def _places(cell: Any, links: list[np.ndarray]) -> dict[str, np.ndarray]:
+    """Where the parts of a cell are, in the base [m]."""
+    places = {f"joint{i + 1}": T[:3, 3] for i, T in enumerate(links[:-1])}
+    carried = {
+        "sensor": cell.tool and cell.tool.T_flange_sensor,
+        "tool": cell.tool and cell.tool.T_flange_tool,
+        "camera": cell.T_flange_camera(),
+        "laser": cell.T_flange_scanner(),
+    }
+    places |= {part: (links[-1] @ np.asarray(T))[:3, 3] for part, T in carried.items() if T is not None}
+    if cell.tube:
+        places["tube"] = np.asarray(cell.tube.T_base_tube)[:3, 3]
+    return places
+
+
+def _draw_arm(axes: Any, links: list[np.ndarray], states: dict[str, dict[str, Any]]) -> None:
+    """Each link, along the axis of its joint and across to the next, in the colour of the joint."""
+    for i, (T, after) in enumerate(pairwise(links)):
+        start, end, z = T[:3, 3], after[:3, 3], T[:3, 2]
+        way = np.array([start, start + np.dot(end - start, z) * z, end])
+        paint = states.get(f"joint{i + 1}", {}).get("colour", UNKNOWN)
+        axes.plot(*way.T, color=GREY, linewidth=8, solid_capstyle="round")
+        axes.plot(*way.T, color=paint, linewidth=6.5, solid_capstyle="round")
+
+
+def _draw_parts(axes: Any, places: dict[str, np.ndarray], states: dict[str, dict[str, Any]]) -> None:
+    """Marks of what has a place, and labels of what has a gap to write beside it."""
+    labels = dict(places)
+    if "tool" in places:  # what acts at the tip has a label, no place of its own
+        labels |= {"contact": places["tool"] - [0, 0, 0.05], "servo": places["tool"] - [0, 0, 0.1]}
+    for part, place in labels.items():
+        state = states.get(part)
+        if state is None:
+            continue
+        if part in PARTS and part in places:
+            look = {"color": state["colour"], "markeredgecolor": SOFT, "markersize": 11, "zorder": 20}
+            axes.plot(*place.reshape(3, 1), "o", **look)
+        if state["label"]:
+            axes.text(*place, f"   {part_text(part)} {state['gap']:.1f}", fontsize=9, zorder=30)
+
+
+def _set_view(axes: Any, places: list[np.ndarray]) -> None:
+    """A cube that holds the places and the base."""
+    low, high = (f([*places, np.zeros(3)], axis=0) for f in (np.min, np.max))
+    half = 0.5 * float((high - low).max())
+    for axis, m in zip("xyz", (low + high) / 2):
+        getattr(axes, f"set_{axis}lim")(m - half, m + half)
+    axes.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
+    axes.set_box_aspect((1, 1, 1))
+    axes.view_init(elev=20, azim=-55)
+    axes.tick_params(labelsize=8)
 
 
 def plots_of(

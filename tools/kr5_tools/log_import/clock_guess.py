@@ -22,7 +22,7 @@ class GuessedClock:
     """What a map says of the clock (`None`: the log's streams have clocks of their own), and why."""
 
     entry: dict[str, Any] | None
-    seconds: np.ndarray  # of the rows, from the first
+    seconds: np.ndarray  # of the rows, from the beginning of the log
     proposal: str
     reason: str
 
@@ -35,9 +35,7 @@ def guess_clock(
     rows = len(log.columns[column])
     stream = log.streams[column]
     own = log.clocks.get(stream)
-    name = own or next(
-        (n for n in log.columns if log.streams[n] == stream and TIME.search(n.lower().split(":")[-1].strip("% "))), None
-    )
+    name = own or _time_column(log, stream)
     if every is not None or name is None:
         step = every if every is not None else cycle
         if step is None:
@@ -52,7 +50,18 @@ def guess_clock(
     scale = SCALES[unit]
     reason = f"a row every {step:.4g} {unit}" + (f", which is {step * scale:.4g} s" if scale != 1 else "")
     entry = None if own else {"column": name, "unit": unit}
-    return GuessedClock(entry, (stamps - np.nanmin(stamps)) * scale, f"{name} [{unit}]", reason)
+    begin = min(float(np.nanmin(log.columns[c])) for c in (log.clocks.values() if own else [name]))
+    return GuessedClock(entry, (stamps - begin) * scale, f"{name} [{unit}]", reason)
+
+
+def _time_column(log: Log, stream: str) -> str | None:
+    """The first column of a stream that looks like time and goes on in every row; else the first that looks like it."""
+    names = [n for n in log.columns if log.streams[n] == stream and TIME.search(n.lower().split(":")[-1].strip("% "))]
+    return next((n for n in names if _goes_on(log.columns[n])), names[0] if names else None)
+
+
+def _goes_on(stamps: np.ndarray) -> bool:
+    return bool(np.isfinite(stamps).all() and float(np.ptp(stamps)) > 0)
 
 
 def stated_unit(name: str) -> str | None:

@@ -8,7 +8,7 @@ import typer
 from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.files import writing
 from kr5_tools.log_import.importer import import_recording
-from kr5_tools.log_import.map_file import EXAMPLE, KEYS
+from kr5_tools.log_import.map_file import EXAMPLE
 
 app = typer.Typer(no_args_is_help=True)
 
@@ -23,13 +23,13 @@ LogFile = Annotated[
 
 
 def _as_lines(text: str) -> str:
-    """The lines of an example as help shows them: indented, and with brackets that are no markup."""
-    return "\n".join(line.replace("  ", "\u00a0\u00a0").replace("[", "\\[") for line in text.splitlines())
+    """The lines of an example as help shows them, with brackets that are no markup."""
+    return "\n".join(line.replace("[", "\\[") for line in text.splitlines())
 
 
 EPILOG = (
     "Example: kr5 recording import monday.csv --map monday.yaml -o monday, where monday.yaml"
-    f" says:\n\n{_as_lines(EXAMPLE)}\n\nAll keys:\n\n{_as_lines(KEYS)}"
+    f" says:\n\n{_as_lines(EXAMPLE)}\n\nAll keys: share/doc/formats/map.md of the guide."
 )
 
 

@@ -14,11 +14,12 @@ from kr5_tools.log_import.log_checks import LogProblem, check_loads, check_posit
 from kr5_tools.log_import.log_file import read_log
 from kr5_tools.log_import.map_file import Clock, Experiment, Map, Source, Tool, column_family, load_map
 from kr5_tools.log_import.measured_motion import MARGIN, choose_smoothing, kept_times, smoothed
+from kr5_tools.log_import.rest_guess import segments
+from kr5_tools.log_import.sparse_columns import aligned, longest_step, never_complete
 from kr5_tools.log_import.values import Series, interpolate, low_pass, to_si, tool_poses
 
 LONG_AGO = 1e6  # [s] after which a stamp counts from an epoch, not from the beginning of a session
 MAX_ROWS = 5_000_000  # of an experiment
-GAP = 5.0  # median time steps, more than which is a gap
 REMEDIES = {
     "t": (
         "rows are spaced evenly with resample: {every: SECONDS} in the map; the cycle stands in servo.cycle of the cell"
@@ -160,7 +161,7 @@ class Importer:
             )
         part = np.unique(t[inside_span(t, experiment)])
         steps = np.diff(part)
-        most = clock.max_gap or (GAP * float(np.median(steps)) if len(steps) else np.inf)
+        most = longest_step(part, clock.max_gap)
         wide = np.flatnonzero(steps > most)
         if len(wide):
             before, after = part[wide[0]], part[wide[0] + 1]
@@ -200,22 +201,26 @@ class Importer:
                 f"{where}: columns.qc: found from: measured, but columns.q is missing, which contains the measured"
                 " values"
             )
-        q = series["q"]
-        loads = next((series[n].values for n in ("tau", "i") if n in series and len(series[n].t) == len(q.t)), None)
-        chosen, times = choose_smoothing(q, loads), q.t
+        q, loads = series["q"], next((series[n] for n in ("tau", "i") if n in series), None)
+        beside = loads is not None and np.array_equal(loads.t, q.t)
+        chosen = choose_smoothing(q, loads.values if loads is not None and beside else None)
         if chosen.even_step is not None:
-            times = q.t[0] + chosen.even_step * np.arange(len(q.t))
+            even = q.t[0] + chosen.even_step * np.arange(len(q.t))
             for name, s in series.items():
-                if len(s.t) == len(q.t) and np.array_equal(s.t, q.t):
-                    series[name] = Series(times, s.values)
+                if np.array_equal(s.t, q.t):
+                    series[name] = Series(even, s.values)
             self.note("the time stamps came late; the samples were taken at even steps")
-        series["q"] = smoothed(series["q"], chosen, str(self.map.file))
+        q = series["q"]
+        times = q.t if loads is None or beside else loads.t  # noise of the loads stays as it is, without interpolation
+        series["q"] = smoothed(q, chosen, str(self.map.file))
         if chosen.smooths:
             self.note(
                 f"positions were smoothed at {chosen.cutoff:.3g} Hz (no delay), since speeds and accelerations follow"
                 " from them; efforts and currents are as logged"
             )
-        out = kept_times(times, chosen, *experiment.span())
+        low = max([experiment.span()[0], *(s.t[0] for s in series.values() if len(s.t))])
+        high = min([experiment.span()[1], *(np.nextafter(s.t[-1], np.inf) for s in series.values() if len(s.t))])
+        out = kept_times(times, chosen, (low, high), (q.t[0], q.t[-1]))
         if len(out) < 10:
             terminal.fail(f"{where}: only {len(out)} rows of the log are left after smoothing; expected at least 10")
         return out
@@ -239,9 +244,12 @@ class Importer:
         values = to_si(source, name, np.column_stack(raw), self.cell, self.note)
         if not is_timed(experiment):
             return self.still_values(source, log, Series(own, values), keep)
-        return self.in_order(
+        out = self.in_order(
             self.without_missing(source, log, Series(own, values), keep if own is t else None), experiment
         )
+        if source.missing == "interpolate":
+            self.check_gaps(source, log, out, experiment)
+        return out
 
     def still_values(self, source: Source, log: Log, s: Series, keep: np.ndarray) -> Series:
         """All rows, those without a number not kept: what stands still is not interpolated."""
@@ -297,9 +305,28 @@ class Importer:
             self.note(what + "left out")
         else:
             self.note(what + f"filled from their neighbours ({self.method()})")
+        if source.missing == "interpolate" and never_complete(s.values):
+            t, values = aligned(s.t, s.values)
+            every = 2 if column_family(source.members[0]) in ("tau", "i") else 1  # rows that share no reading
+            return Series(t[::every], values[::every])
         if lacks.all():
             terminal.fail(f"{source.where}: no row of {log.file} has a number in all of its columns")
         return Series(s.t[~lacks], s.values[~lacks])
+
+    def check_gaps(self, source: Source, log: Log, s: Series, experiment: Experiment) -> None:
+        """Values between rows far apart are not made up."""
+        t = s.t[inside_span(s.t, experiment)]
+        clock = self.clock_of(experiment)
+        most = longest_step(t, clock.max_gap if clock else None)
+        wide = np.flatnonzero(np.diff(t) > most)
+        if len(wide) and self.map.resample.method != "previous":
+            before, after = t[wide[0]], t[wide[0] + 1]
+            terminal.fail(
+                f"{log.file}: column '{source.names[0]}': found no number for {after - before:.4g} s ({len(wide)} such"
+                f" gaps), expected one about every {np.median(np.diff(t)):.4g} s; make the parts before and after two"
+                f" experiments (to: {before:.5g}, from: {after:.5g}), or allow it with clock:"
+                f" {{max_gap: {1.01 * np.diff(t).max():.3g}}}"
+            )
 
     def in_order(self, s: Series, experiment: Experiment) -> Series:
         """Sorted by time, and only what the experiment needs."""
@@ -310,7 +337,10 @@ class Importer:
         t, first = np.unique(s.t, return_index=True)
         if len(t) < len(s.t) or np.any(np.diff(s.t) < 0):
             self.note(f"rows were sorted by time; {len(s.t) - len(t)} with a duplicate time were left out")
-        return Series(t, s.values[first])
+        clock = self.clock_of(experiment)
+        near = is_measured(experiment) and not cut
+        own = contiguous(t, experiment, clock.max_gap if clock else None) if near else slice(None)
+        return Series(t[own], s.values[first][own])
 
     def at(self, name: str, s: Series, grid: np.ndarray, experiment: Experiment) -> np.ndarray:
         """Values at the instants of the experiment, after a low-pass where the map asks for one."""
@@ -322,7 +352,8 @@ class Importer:
             return s.values
         if self.map.resample.every:
             self.note(f"rows every {self.map.resample.every:g} s ({self.method()})")
-        return interpolate(s, grid, self.map.resample.method)
+        smooth = name == "q" and is_measured(experiment)  # accelerations follow from it
+        return interpolate(s, grid, "cubic" if smooth else self.map.resample.method)
 
     def method(self) -> str:
         return {"linear": "linear between rows", "cubic": "cubic spline", "previous": "the value before"}[
@@ -386,6 +417,13 @@ def inside_span(t: np.ndarray, experiment: Experiment, margin: float = 0.0) -> n
     """Which times lie in the experiment, or no more than `margin` [s] outside."""
     begin, end = experiment.span()
     return (t >= begin - margin) & (t < end + margin)
+
+
+def contiguous(t: np.ndarray, experiment: Experiment, max_gap: float | None) -> slice:
+    """Rows without a gap from those of the experiment: what a filter may use beyond its ends; t rises [s]."""
+    begin, end = experiment.span()
+    own = [(a, b) for a, b in segments(t, max_gap) if a < b and t[b - 1] >= begin and t[a] < end]
+    return slice(own[0][0], own[-1][1]) if own else slice(None)
 
 
 def _given(value: float | None, otherwise: str) -> str:

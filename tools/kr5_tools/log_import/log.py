@@ -1,5 +1,6 @@
 """A log of a real cell: columns of numbers by name."""
 
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -7,6 +8,9 @@ from typing import Any
 import numpy as np
 
 from kr5_tools.cli import terminal
+
+SECONDS = re.compile(r"^(.*?)[._/]?(secs?)$")
+FRACTIONS = {"sec": ("nanosec", "nsec"), "secs": ("nsecs", "nanosecs")}  # [ns], beside the seconds
 
 
 @dataclass
@@ -24,6 +28,25 @@ class Log:
     def add(self, name: str, values: Any, stream: str) -> None:
         self.columns[name] = np.asarray(values, float)
         self.streams[name] = stream
+
+    def join_stamps(self) -> None:
+        """Times of ROS that stand in two columns (`header.stamp.sec`, `header.stamp.nanosec`) become one [s]
+        (`header.stamp`)."""
+        for name in list(self.columns):
+            match = SECONDS.match(name)
+            if match is None:
+                continue
+            ends = FRACTIONS[match[2]]
+            rest = next((r for r in (name.removesuffix(match[2]) + end for end in ends) if r in self.columns), None)
+            joined = match[1] or "time"
+            if rest is None or joined in self.columns:
+                continue
+            values = self.columns[name] + 1e-9 * self.columns[rest]
+            kept = {
+                joined if c == name else c: values if c == name else v for c, v in self.columns.items() if c != rest
+            }
+            self.streams[joined] = self.streams[name]
+            self.columns = kept
 
     def column(self, name: str, where: str) -> np.ndarray:
         if name in self.words:

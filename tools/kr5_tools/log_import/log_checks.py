@@ -11,6 +11,8 @@ import kr5
 import kr5.cell
 import numpy as np
 
+from kr5_tools.log_import.joint_order import fitting_order
+
 FACTOR = 1.6  # a scale within this factor of one that a wrong unit gives is taken for it
 SPREAD = 4.0  # between the scales of the joints, above which they are no one unit
 ALIKE = 0.8  # correlation of a column with its simulation, from which it is recognised
@@ -172,34 +174,72 @@ def _speeds(cell: Any, e: Any) -> list[LogProblem]:
 
 
 def _loads(cell: Any, e: Any) -> list[LogProblem]:
-    """Currents, torques and wrench against the simulation of the same motion: with the friction of the cell or without,
-    whichever is more like them, since a description may state friction that is no more than a placeholder."""
+    """Currents, torques and wrench against the simulation of the same motion. Descriptions of robots may state friction
+    that is no more than a placeholder: what is recognised and fits without it is not objected to."""
+    if order := _order(cell, e):
+        return order
+    out, _ = _compare_loads(cell, cell, e)
+    bare = _without_friction(cell)
+    if not out or bare is None:
+        return out
+    left, recognised = _compare_loads(cell, bare, e)
+    return out if left or not recognised else []
+
+
+def _order(cell: Any, e: Any) -> list[LogProblem]:
+    """Joints in another order than the model's, which shows in many ways that say less."""
+    stem = next((s for s in ("tau", "i") if f"{s}1" in e.data), None)
+    order = fitting_order(cell, e, stem) if stem else None
+    if order is None:
+        return []
+    names = list(cell.robot.joint_names) or [f"joint{k + 1}" for k in range(cell.robot.joints)]
+    return [
+        LogProblem(
+            e.name,
+            f"q and {stem}",
+            "loads that do not fit the motion",
+            f"the order of the model: {', '.join(names)}",
+            f"they fit with the joints in the order {', '.join(names[k] for k in order)}: name the columns in the order"
+            f" of the model: --set 'columns.q.from=[...]', --set 'columns.{stem}.from=[...]'",
+        )
+    ]
+
+
+def _compare_loads(cell: Any, simulated: Any, e: Any) -> tuple[list[LogProblem], bool]:
+    """What speaks against the loads, and whether the columns of each channel are like their simulation."""
     import kr5.predict
 
     try:
-        tables = [kr5.predict.FastSimulator().predict(c, e) for c in (cell, _without_friction(cell))]
+        shown = kr5.predict.FastSimulator().predict(simulated, e)
     except kr5.Error:
-        return []
+        return [], False
     out: list[LogProblem] = []
+    recognised = True
     for columns in _load_columns(cell, e):
         names = [c.name for c in columns]
-        if all(c in e.data and c in tables[0] for c in names):
+        if all(c in e.data and c in shown for c in names):
             got = np.column_stack([e[c] for c in names])
-            models = [np.column_stack([shown[c] for c in names]) for shown in tables]
-            model = max(models, key=lambda m: float(np.abs(np.diag(_correlations(got, m))).mean()))
+            model = np.column_stack([shown[c] for c in names])
+            recognised = recognised and _enough_alike(np.diag(_correlations(got, model)))
             out += (
                 _scale(cell, e, columns, got, model)
                 or _swapped(e, names, got, model)
                 or _unexplained(e, names, got, model)
             )
-    return out
+    return out, recognised
 
 
-def _without_friction(cell: Any) -> Any:
-    out = kr5.cell.parse_cell(cell.to_yaml())
+def _enough_alike(correlations: np.ndarray) -> bool:
+    return bool((np.abs(correlations) > ALIKE).sum() >= max(1, len(correlations) // 3))
+
+
+def _without_friction(cell: Any) -> Any | None:
+    """The cell without friction of its joints; nothing where it states none."""
+    drives = cell.drives
+    if drives is None or not (np.any(drives.friction.coulomb) or np.any(drives.friction.viscous)):
+        return None
+    out: Any = kr5.cell.parse_cell(cell.to_yaml())
     drives, n = out.drives, cell.robot.joints
-    if drives is None:
-        return cell
     drives.friction = kr5.cell.Friction(coulomb=np.zeros(n), viscous=np.zeros(n))
     out.drives = drives
     return out
@@ -226,7 +266,7 @@ def _scale(cell: Any, e: Any, columns: list[Any], got: np.ndarray, model: np.nda
     names = [c.name for c in columns]
     own = np.diag(_correlations(got, model))
     known = np.abs(own) > ALIKE
-    if known.sum() < max(1, len(names) // 3):
+    if not _enough_alike(own):
         return []
     slope = ((got - got.mean(0)) * (model - model.mean(0))).sum(0) / np.maximum(
         ((model - model.mean(0)) ** 2).sum(0), 1e-30

@@ -65,6 +65,7 @@ def _read_text(file: Path, header: list[str] | None) -> Log:
     log = Log(file, lines=np.array([i for i, _ in rows]))
     for k, name in enumerate(names):
         _add_text_column(log, name, [r[k] for _, r in rows], delimiter)
+    log.join_stamps()
     return log
 
 
@@ -134,6 +135,7 @@ def _read_npz(file: Path) -> Log:
             log.add(name if values.ndim == 1 else f"{name}[{k}]", flat[:, k], f"{len(values)} rows")
     if not log.columns:
         terminal.fail(f"{file}: contains no array of numbers")
+    log.join_stamps()
     return log
 
 

@@ -60,8 +60,19 @@ def record_logs(logs: Sequence[Path], cell: Any, options: LogOptions, described:
             completed.extend(with_noise(recording))
 
         recording, said, problems = import_recording(logs[0], map_file, complete)
-    notes += [*guessed.notes, *said, *completed]
-    return LogRecording(recording, guessed.entry, guessed.told(), notes, problems, known_errors(recording))
+    known = known_errors(recording)
+    notes += [*guessed.notes, *said, *completed, *_dead_notes(recording.cell, known.dead)]
+    return LogRecording(recording, guessed.entry, guessed.told(), notes, problems, known.errors)
+
+
+def _dead_notes(cell: Any, joints: list[int]) -> list[str]:
+    if not joints:
+        return []
+    names = list(cell.robot.joint_names) or [f"joint {k + 1}" for k in range(cell.robot.joints)]
+    return [
+        f"the loads of {', '.join(names[k] for k in joints)} show hardly anything where the model shows a load, so that"
+        " they are not judged; does the driver measure them?"
+    ]
 
 
 def _with_overrides(cell: Any, overrides: list[tuple[list[str], Any]]) -> Any:

@@ -29,36 +29,19 @@ JOINT_FAMILIES = ("q", "qc", "i", "tau")
 EXAMPLE = """\
 format: kr5-map/1
 cell: cell.yaml                     # beside this file
-clock: {column: time, unit: ms}     # or {every: 0.004} for a log without a clock
+clock: {column: time, unit: ms}     # or {every: 0.004} without a clock
 columns:
-  qc: {from: "cmd_{}", unit: deg}   # {} counts joints from 1, {0} from 0; or a list of names
+  qc: {from: "cmd_{}", unit: deg}   # {} counts joints from 1, {0} from 0
   q: {from: "pos_{}", unit: deg}
   i: {from: "cur_{}", unit: mA}
-  wrench: {from: [Fx, Fy, Fz, Mx, My, Mz], unit: [N, N m], frame: [0, 0, 0, 0, 0, 1.5708]}
+  wrench:
+    from: [Fx, Fy, Fz, Mx, My, Mz]  # a list of names
+    unit: [N, N m]
+    frame: [0, 0, 0, 0, 0, 1.5708]  # pose of the sensor of the log in S
 resample: {every: 0.012, low_pass: 30}
 experiments:
 - {name: motion-1, kind: motion, split: fit, to: 20}
 - {name: motion-2, kind: motion, split: check, from: 20}
-"""
-
-KEYS = """\
-unit: rad deg mrad turn, m cm mm um, A mA, N kN mN, N m, N mm, mN m, s ms us ns
-scale, offset: (number of the log * scale + offset) * unit; a number, or a list with one a joint
-side: motor: of angles and torques on the motors, which the cell's structure matrix takes to the joints (tau from A, \
-i from N m: by its torque constants)
-frame: pose x y z roll pitch yaw of the sensor of the log in S; scale: -1 where the log has what the tool exerts
-missing: interpolate or drop rows without a number; by default they are refused
-log, clock: of columns in another file, or with a clock of their own: they are brought to the main one by \
-resample.method
-clock: column, unit, offset [s], every [s], repair: sort (rows out of order), max_gap [s]
-resample: every [s], method: linear, cubic or previous, low_pass [Hz]
-qc from: measured, where no commands were logged
-tool, for kind poses: from (x, y, z and the rotation), position: mm, rotation: quaternion_xyzw, quaternion_wxyz, \
-rotation_vector, rpy, kuka_abc or matrix, angle: deg, device: pose of the measuring device in B, mark: pose of the \
-measured body in E
-experiments: name, kind, split, from and to [s], rows: [first, last], lead_in [s]: of the beginning, simulated and not \
-judged, where a motion does not begin at rest; log, clock, columns of their own
-header: names of the columns of a text file without them
 """
 
 

@@ -20,6 +20,7 @@ from kr5_tools.log_import.log import Log
 from kr5_tools.log_import.log_file import read_log
 from kr5_tools.log_import.map_file import names_of
 from kr5_tools.log_import.rest_guess import joints_move
+from kr5_tools.log_import.sparse_columns import aligned, covered, never_complete
 
 LENGTHS = ("x", "y", "z", "zc", "cx", "cy")
 FARTHEST = 20.0  # [m] a cell reaches, beyond which a length is in millimetres
@@ -148,7 +149,10 @@ def _motion_columns(
     wrench = wrench_columns(log)
     if wrench:
         columns["wrench"] = {"from": wrench, "unit": ["N", "N m"]}
+        if not all(np.isfinite(log.columns[n]).all() for n in wrench):
+            columns["wrench"]["missing"] = "interpolate"
         out.because(where, "wrench", ", ".join(wrench), "from the names; its unit, frame and sign must be checked")
+    _keep_rows_of_readings(columns, load or q, log)
     first = next(f for f in (qc, q, load) if f)
     cycle = cell.servo.cycle if cell.servo else None
     clock = require_clock(guess_clock(log, first.columns[0], cycle, every), log)
@@ -157,10 +161,12 @@ def _motion_columns(
 
 
 def _joint_entry(family: Family, log: Log, cell: Any, out: GuessedMap, where: str) -> dict[str, Any]:
-    values = np.column_stack([log.columns[n] for n in family.columns])
-    if not np.isfinite(values).any():
+    values = _values(family, log)
+    empty = [name for name, column in zip(family.columns, values.T) if not np.isfinite(column).any()]
+    if empty:
         terminal.fail(
-            f"{log.file}: {family.columns[0]} to {family.columns[-1]}: found no number in any row, expected"
+            f"{log.file}: {empty[0] if len(empty) == 1 else f'{empty[0]} to {empty[-1]}'}: found no number in any row,"
+            " expected"
             f" {'positions' if family.name in ('q', 'qc') else 'efforts'} of the joints; is the publisher asked to fill"
             " them in?"
         )
@@ -170,12 +176,29 @@ def _joint_entry(family: Family, log: Log, cell: Any, out: GuessedMap, where: st
         entry["side"] = "motor"
         why += "; on the motor side, by the name"
     if not np.isfinite(values).all():
-        entry["missing"] = "drop" if family.name in ("q", "qc") else "interpolate"
+        entry["missing"] = "drop" if family.name in ("q", "qc") and not never_complete(values) else "interpolate"
     names = list(cell.robot.joint_names)
     how = "by the names of the joints" if family.named and names else "counted"
     shown = unit if isinstance(unit, str) else "/".join(dict.fromkeys(unit))
     out.because(where, family.name, f"{family.columns[0]} to {family.columns[-1]} [{shown}]", f"{how}; {why}")
     return entry
+
+
+def _keep_rows_of_readings(columns: dict[str, Any], readings: Family | None, log: Log) -> None:
+    """Where commands stand in rows of their own, everything is brought to the rows of the readings, whose noise stays
+    as it is."""
+    if "missing" not in columns["qc"] or readings is None:
+        return
+    for entry in columns.values():
+        if "missing" in entry:
+            entry["missing"] = "interpolate"
+    entry = columns[readings.name]
+    if "missing" in entry and not never_complete(_values(readings, log)):
+        entry["missing"] = "drop"
+
+
+def _values(family: Family, log: Log) -> np.ndarray:
+    return np.column_stack([log.columns[n] for n in family.columns])
 
 
 def _joint_unit(family: Family, values: np.ndarray, log: Log, cell: Any) -> tuple[str | list[str], str]:
@@ -313,13 +336,21 @@ def _raw_part(part: LogPart, columns: dict[str, Any], clock: GuessedClock | None
     source = columns[name]
     family = part.families.first(name) or part.families.first("qc")
     assert family is not None, "a motion has positions"
-    q = np.column_stack([log.columns[n] for n in family.columns])
+    t, q = _positions_in_time(log, family, clock)
     units = source["unit"] if isinstance(source["unit"], list) else [source["unit"]] * q.shape[1]
     q = q * [{"deg": np.pi / 180, "mm": 1e-3}.get(u, 1.0) for u in units]
     if source.get("side") == "motor" and cell.drives is not None:
         q = q @ np.linalg.inv(np.asarray(cell.drives.structure)).T
-    t = clock.seconds if len(clock.seconds) == len(q) else np.arange(len(q), dtype=float)
+    others = [f for key in ("qc", *LOADS) if key in columns and (f := part.families.first(key)) and f is not family]
+    others = [f for f in others if columns[f.name].get("from") != "measured"]
     known = np.isfinite(q).all(axis=1) & np.isfinite(t)
+    known[known] = covered(t[known], [_in_time(log, n, clock) for f in others for n in f.columns])
+    if not known.any():
+        named = f"{family.columns[0]} and {(others or [family])[0].columns[-1]}"
+        terminal.fail(
+            f"{log.file}: the columns of the joints, {named} among them, have no"
+            " numbers at the same time; expected positions and efforts of one motion: record them together"
+        )
     if not joints_move(q[known]):
         terminal.fail(
             f"{log.file}: no joint moves: the farthest goes {np.ptp(q[known], axis=0).max():.2g} rad (m); an arm at"
@@ -328,6 +359,22 @@ def _raw_part(part: LogPart, columns: dict[str, Any], clock: GuessedClock | None
         )
     commanded = columns["qc"].get("from") != "measured"
     return RawPart("motion", log.file, t[known], q[known], commanded=commanded, settle=_settle_time(cell))
+
+
+def _in_time(log: Log, column: str, clock: GuessedClock) -> tuple[np.ndarray, np.ndarray]:
+    """A column with its times from the beginning of the log [s], which are those of its stream."""
+    values = log.columns[column]
+    own = log.clocks.get(log.streams[column])
+    if own is not None:
+        begin = min(float(np.min(log.columns[c])) for c in log.clocks.values())
+        return log.columns[own] - begin, values
+    return clock.seconds if len(clock.seconds) == len(values) else np.arange(len(values), dtype=float), values
+
+
+def _positions_in_time(log: Log, family: Family, clock: GuessedClock) -> tuple[np.ndarray, np.ndarray]:
+    """Times [s] and positions, rows x joints; joints that stand in rows of their own at the times of the first."""
+    t, values = _in_time(log, family.columns[0], clock)[0], _values(family, log)
+    return aligned(t, values) if never_complete(values) else (t, values)
 
 
 def _settle_time(cell: Any) -> float:

@@ -44,9 +44,11 @@ def smoothed(s: Series, smoothing: Smoothing, where: str) -> Series:
     return low_pass(s, smoothing.cutoff, where) if smoothing.smooths else s
 
 
-def kept_times(t: np.ndarray, smoothing: Smoothing, low: float, high: float) -> np.ndarray:
-    """Rows of the log that an experiment [low, high) keeps: not those near an end of it, where the filter knows one
-    side only."""
+def kept_times(
+    t: np.ndarray, smoothing: Smoothing, span: tuple[float, float], smoothed_span: tuple[float, float]
+) -> np.ndarray:
+    """Rows of the log that an experiment [begin, end) keeps: not those near an end of what was smoothed, where the
+    filter knows one side only. All in s."""
     edge = 1 / smoothing.cutoff if smoothing.smooths else 0.0
-    inside = (t >= low) & (t < high) & (t >= t[0] + edge) & (t <= t[-1] - edge)
+    inside = (t >= span[0]) & (t < span[1]) & (t >= smoothed_span[0] + edge) & (t <= smoothed_span[1] - edge)
     return np.asarray(t[inside][:: smoothing.stride])

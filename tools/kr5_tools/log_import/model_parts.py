@@ -1,6 +1,7 @@
 """What a log needs of a model that its description does not state: parts to try effects on, noise, torque constants,
 and how far the best model of the arm stays off."""
 
+from dataclasses import dataclass, field
 from typing import Any
 
 import kr5.cell
@@ -15,6 +16,9 @@ from kr5_tools.log_import.joint_motion import arm_model, merged_motion, motion_o
 SHOWN = 3.0  # standard deviations from which friction or an offset beside it counts
 SURE = 5.0  # standard deviations that a torque constant must be above zero
 FRICTION_SPEED = 0.002  # [rad/s or m/s] over which dry friction changes its sign, as in the format of cells
+DEAD_SHARE = 0.1  # of the spread of the model's loads, below which a column shows nothing of them
+NO_WEIGHT = 100.0  # times what a column leaves, which then says nothing for any effect
+UNLIKE = 0.5  # correlation, from which a column shows the loads in another unit
 NORMAL_MAD = 1.4826  # standard deviation over median absolute deviation
 
 
@@ -159,9 +163,17 @@ def _nominal_torques(cell: Any, experiment: Any) -> np.ndarray:
     return np.column_stack([shown[f"tau{k + 1}"] for k in range(cell.robot.joints)])
 
 
-def known_errors(recording: Any) -> list[Any]:
-    """How far the best model of an arm on measured positions stays off in each load column: base parameters, friction
-    and rotors fitted to the rows to fit. What no such model explains is no effect of the catalogue."""
+@dataclass
+class KnownErrors:
+    """How far the best model of an arm stays off in each load column, and the joints whose loads show nothing of it."""
+
+    errors: list[Any] = field(default_factory=list)  # kr5.gap.ColumnError
+    dead: list[int] = field(default_factory=list)  # from 0
+
+
+def known_errors(recording: Any) -> KnownErrors:
+    """Base parameters, friction and rotors are fitted to the rows to fit, of an arm on measured positions. What no such
+    model explains is no effect of the catalogue; of a joint whose loads were not measured, that is all of them."""
     cell, n = recording.cell, recording.cell.robot.joints
     fit = [
         e
@@ -169,18 +181,34 @@ def known_errors(recording: Any) -> list[Any]:
         if str(e.split) == "fit" and str(e.joint_reference) == "measured" and ("tau1" in e.data or "i1" in e.data)
     ]
     if not fit or cell.drives is None:
-        return []
+        return KnownErrors()
     motion = merged_motion([motion_of(cell, e) for e in fit])
+    nominal = np.vstack([_nominal_torques(cell, e) for e in fit])
+    dead = dead_columns(np.asarray(motion.tau), nominal)
     terms = [identification.JointTerms(offset=True, rotor_inertia=True)] * n
     found = identification.identify_dynamics(
         motion, arm_model(cell, terms), identification.DynamicsOptions(held_out=0.0)
     )
     if not found.fit.usable:
-        return []
+        return KnownErrors(dead=dead)
     left = np.asarray(motion.tau) - np.asarray(found.predicted)
+    left[:, dead] = NO_WEIGHT * (np.asarray(motion.tau)[:, dead] - nominal[:, dead])
     family = "tau" if "tau1" in fit[0].data else "i"
     if family == "i":
         left = left @ np.linalg.inv(np.asarray(cell.drives.structure)) / np.asarray(cell.drives.torque_constant)
     noise = np.array([cell.noise.of("torque" if family == "tau" else "current", k) for k in range(n)])
     smooth = np.sqrt(np.maximum((left**2).mean(axis=0) - noise**2, 0.0))
-    return [kr5.gap.ColumnError(column=f"motion.{family}{k + 1}", error=float(smooth[k])) for k in range(n)]
+    errors = [kr5.gap.ColumnError(column=f"motion.{family}{k + 1}", error=float(smooth[k])) for k in range(n)]
+    return KnownErrors(errors, dead)
+
+
+def dead_columns(got: np.ndarray, model: np.ndarray) -> list[int]:
+    """Columns that show hardly anything where the model shows a load, as of a joint whose effort is not measured; both
+    rows x joints."""
+    out = []
+    for k in range(got.shape[1]):
+        a, b = got[:, k] - got[:, k].mean(), model[:, k] - model[:, k].mean()
+        alike = abs(float(a @ b)) / max(float(np.linalg.norm(a) * np.linalg.norm(b)), 1e-300)
+        if a.std() < DEAD_SHARE * b.std() and alike < UNLIKE:
+            out.append(k)
+    return out

@@ -4,10 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kr5_tools.log_import.sparse_columns import longest_step
+
 QUIET_SHARE = 0.01  # of a joint's fastest speed, below which it rests
 LEAST_REST = 0.25  # [s]
+NOTICEABLE = 0.05  # [s] over which a way is counted, so that noise adds little to it
 LEAST_MOTION = 1e-3  # [rad or m] that a joint must go to have moved
-GAP = 5.0  # median steps, more than which a log stands still
 
 
 @dataclass
@@ -23,11 +25,7 @@ def joints_move(q: np.ndarray) -> bool:
 
 def segments(t: np.ndarray, max_gap: float | None = None) -> list[tuple[int, int]]:
     """Rows [first, last) of the parts between gaps of the clock; t rises [s]."""
-    if len(t) < 3:
-        return [(0, len(t))]
-    steps = np.diff(t)
-    most = max_gap if max_gap is not None else max(GAP * float(np.median(steps)), 0.01)
-    cuts = [0, *(int(k) + 1 for k in np.flatnonzero(steps > most)), len(t)]
+    cuts = [0, *(int(k) + 1 for k in np.flatnonzero(np.diff(t) > longest_step(t, max_gap))), len(t)]
     return [(a, b) for a, b in zip(cuts, cuts[1:])]
 
 
@@ -52,12 +50,25 @@ def speed_at(t: np.ndarray, q: np.ndarray) -> np.ndarray:
     return np.asarray(at @ (q[:n] - q[:n].mean(axis=0)) / max(float(at @ at), 1e-30))
 
 
+def motion_share(t: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Share of the way of all joints, each in units of its range, that lies before each time; a rest adds nothing."""
+    stride = max(1, round(NOTICEABLE / max(float(np.median(np.diff(t))), 1e-9)))
+    rows = np.append(np.arange(0, len(t) - 1, stride), len(t) - 1)
+    steps = np.abs(np.diff(q[rows], axis=0)) / np.maximum(np.ptp(q, axis=0), LEAST_MOTION)
+    way = np.concatenate([[0.0], np.cumsum(steps.sum(axis=1))])
+    return np.asarray(np.interp(np.arange(len(t)), rows, way / max(float(way[-1]), 1e-30)))
+
+
+def time_of_share(t: np.ndarray, q: np.ndarray, share: float) -> float:
+    """Time before which this share of the motion lies [s]."""
+    return float(t[np.searchsorted(motion_share(t, q), share)])
+
+
 def cut_at_rest(t: np.ndarray, q: np.ndarray, share: float) -> float | None:
-    """Time of the rest nearest to a share of the log, between a half and 0.9 of it; nothing where there is none."""
-    begin, length = float(t[0]), float(t[-1] - t[0])
-    wanted = begin + share * length
-    inside = [r for r in rests(t, q) if begin + 0.5 * length <= r.end <= begin + 0.9 * length]
+    """Time of the rest nearest to a share of the motion, between a half and 0.9 of it; nothing where there is none."""
+    before = motion_share(t, q)
+    inside = [r for r in rests(t, q) if 0.5 <= np.interp(r.end, t, before) <= 0.9]
     if not inside:
         return None
-    best = min(inside, key=lambda r: abs(r.end - wanted))
-    return max(best.begin, best.end - LEAST_REST / 2)
+    best = min(inside, key=lambda r: abs(np.interp(r.end, t, before) - share))
+    return float(max(best.begin, best.end - LEAST_REST / 2))

@@ -148,10 +148,12 @@ def _with_meshes_of(xml: str, original: Path, output: Path) -> str:
     """Names of meshes without a package are named from the folder of the URDF."""
 
     def renamed(found: re.Match[str]) -> str:
-        path = original.resolve().parent / found.group(2)
-        return found.group(1) + os.path.relpath(path, output.resolve().parent)
+        path = original.resolve().parent / found.group("path")
+        return found.group("before") + os.path.relpath(path, output.resolve().parent)
 
-    return re.sub(r'(<(?:mesh|texture)\b[^>]*?\bfilename=")((?![\w]+:|/)[^"]+)', renamed, xml)
+    attribute = r"""<(?:mesh|texture)\b[^>]*?\bfilename\s*=\s*(?P<quote>["'])"""
+    named = rf"(?P<before>{attribute})(?!\w+:|/)(?P<path>.+?)(?=(?P=quote))"
+    return re.sub(named, renamed, xml)
 
 
 def _updated_mjcf(cell: Any, out: WrittenModel, original: Path, base: str, tip: str, springs: np.ndarray) -> str:

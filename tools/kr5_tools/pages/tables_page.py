@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from kr5_tools.cli import terminal
+from kr5_tools.cli.numbers import format_number
 from kr5_tools.files import writing
 from kr5_tools.pages.rendering import embed_plot, render_page, write_png
 
@@ -44,3 +45,9 @@ def write_tables_page(
     finally:
         for plot in drawn:
             plt.close(plot.figure)
+
+
+def figures_table(figures: list[dict[str, Any]]) -> dict[str, Any]:
+    """The figures of a result, with as many digits as their uncertainty allows."""
+    rows = [[f["name"], format_number(f["value"], f.get("std")), f["unit"]] for f in figures]
+    return {"title": "Figures", "columns": ["quantity", "value", "unit"], "rows": rows, "texts": []}

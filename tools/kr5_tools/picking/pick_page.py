@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from kr5_tools.cli.numbers import format_number
-from kr5_tools.pages.tables_page import write_tables_page
+from kr5_tools.pages.tables_page import figures_table, write_tables_page
 
 
 def write_page(data: dict[str, Any], source: str, output: Path, png: Path | None) -> list[Path]:
@@ -26,11 +26,6 @@ def write_page(data: dict[str, Any], source: str, output: Path, png: Path | None
     tables = [figures_table(data["figures"]), pellets_table(data["pellets"])]
     parts = [{"title": "", "texts": [], "plots": plots, "tables": tables}]
     return write_tables_page(data, "Picks from a bin", "kr5 pick", source, parts, output, png)
-
-
-def figures_table(figures: list[dict[str, Any]]) -> dict[str, Any]:
-    rows = [[f["name"], format_number(f["value"], f.get("std")), f["unit"]] for f in figures]
-    return {"title": "Figures", "columns": ["quantity", "value", "unit"], "rows": rows, "texts": []}
 
 
 def pellets_table(pellets: list[dict[str, Any]]) -> dict[str, Any]:

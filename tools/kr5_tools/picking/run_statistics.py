@@ -90,15 +90,8 @@ def bins_table(data: dict[str, Any]) -> dict[str, Any]:
 
 def write_page(data: dict[str, Any], source: str, output: Path, png: Path | None) -> list[Path]:
     """The page of a result file; returns the files of its plots."""
-    from kr5_tools.cli.numbers import format_number
-    from kr5_tools.pages.tables_page import write_tables_page
+    from kr5_tools.pages.tables_page import figures_table, write_tables_page
 
-    figures = {
-        "title": "Figures",
-        "columns": ["quantity", "value", "unit"],
-        "rows": [[f["name"], format_number(f["value"]), f["unit"]] for f in data["figures"]],
-        "texts": [],
-    }
-    tables = [figures, bins_table(data), comparison_table(data)]
+    tables = [figures_table(data["figures"]), bins_table(data), comparison_table(data)]
     parts = [{"title": "Bins emptied", "texts": [], "plots": run_plots(data), "tables": tables}]
     return write_tables_page(data, "Bins emptied", "kr5 report", source, parts, output, png)

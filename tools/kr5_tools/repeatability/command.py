@@ -118,69 +118,72 @@ def _turns(p: Any) -> list[float]:
     return [DEG * float(v) for v in p.offset[3:]]
 
 
-def _causes(result: Any, measured: list[Any], options: Any) -> list[dict[str, str]]:
-    causes = []
+def _causes(result: Any, measured: list[Any]) -> list[dict[str, str]]:
     mixed = [s for s in result.outliers if s.belongs_to]
     alone = [s for s in result.outliers if not s.belongs_to]
-    if mixed:
-        listed = ", ".join(f"{measured[s.index].name} (is at {s.belongs_to})" for s in mixed[:8])
-        causes.append(
-            {
-                "cause": "points_mixed_up",
-                (
-                    "text"
-                ): f"{format_count(len(mixed), 'return', ('carries', 'carry'))} the name of the wrong point: {listed}.",
-                "remedy": "Correct the names of the points.",
-            }
-        )
-    if alone:
-        listed = ", ".join(f"{measured[s.index].name} ({1e3 * s.distance:.3g} mm off)" for s in alone[:8])
-        causes.append(
-            {
-                "cause": "outlier_returns",
-                "text": (
-                    f"{format_count(len(alone), 'return', ('contradicts', 'contradict'))} the others of the same"
-                    f" point: {listed}."
-                ),
-                "remedy": (
-                    "Check these measurements; where the measurement failed and not the arm, leave them out"
-                    " (--leave-out-outliers)."
-                ),
-            }
-        )
-    if result.drift.significant:
-        way = 1e3 * np.asarray(result.drift.motion)[:3]
-        chance = result.drift.probability
-        chance_text = f"{chance:.1g}" if chance > CHANCE else f"below {CHANCE:g}"
-        causes.append(
-            {
-                "cause": "drift",
-                "text": (
-                    f"The poses drift from the first return to the last: x {way[0]:.3g}, y {way[1]:.3g}, z"
-                    f" {way[2]:.3g} mm, {DEG * np.linalg.norm(np.asarray(result.drift.motion)[3:]):.3g} deg"
-                    f" (probability {chance_text} by chance)."
-                ),
-                "remedy": "Warm the arm up before the test, and check the mount of the measuring device.",
-            }
-        )
-    few = [p for p in result.points if p.returns < STANDARD]
-    if few:
-        causes.append(
-            {
-                "cause": "few_returns",
-                "text": f"{few[0].point} has {few[0].returns} returns; ISO 9283 asks for {STANDARD} of each point.",
-                "remedy": "Measure more returns; the bounds show what these few determine.",
-            }
-        )
-    if result.overall.RP.value > COARSE and not mixed:
-        causes.append(
-            {
-                "cause": "unit",
-                "text": f"A repeatability of {1e3 * result.overall.RP.value:.3g} mm is not that of an arm.",
-                "remedy": "Check the unit of the positions (--length) and the names of the points.",
-            }
-        )
-    return causes
+    few = next((p for p in result.points if p.returns < STANDARD), None)
+    coarse = result.overall.RP.value > COARSE and not mixed
+    found = [
+        _mixed_up(mixed, measured) if mixed else None,
+        _contradicting(alone, measured) if alone else None,
+        _drifting(result.drift) if result.drift.significant else None,
+        _few_returns(few) if few else None,
+        _wrong_unit(result.overall.RP.value) if coarse else None,
+    ]
+    return [cause for cause in found if cause]
+
+
+def _mixed_up(returns: list[Any], measured: list[Any]) -> dict[str, str]:
+    listed = ", ".join(f"{measured[s.index].name} (is at {s.belongs_to})" for s in returns[:8])
+    count = format_count(len(returns), "return", ("carries", "carry"))
+    return {
+        "cause": "points_mixed_up",
+        "text": f"{count} the name of the wrong point: {listed}.",
+        "remedy": "Correct the names of the points.",
+    }
+
+
+def _contradicting(returns: list[Any], measured: list[Any]) -> dict[str, str]:
+    listed = ", ".join(f"{measured[s.index].name} ({1e3 * s.distance:.3g} mm off)" for s in returns[:8])
+    count = format_count(len(returns), "return", ("contradicts", "contradict"))
+    return {
+        "cause": "outlier_returns",
+        "text": f"{count} the others of the same point: {listed}.",
+        "remedy": (
+            "Check these measurements; where the measurement failed and not the arm, leave them out"
+            " (--leave-out-outliers)."
+        ),
+    }
+
+
+def _drifting(drift: Any) -> dict[str, str]:
+    motion = np.asarray(drift.motion)
+    x, y, z = 1e3 * motion[:3]
+    chance = f"{drift.probability:.1g}" if drift.probability > CHANCE else f"below {CHANCE:g}"
+    return {
+        "cause": "drift",
+        "text": (
+            f"The poses drift from the first return to the last: x {x:.3g}, y {y:.3g}, z {z:.3g} mm,"
+            f" {DEG * np.linalg.norm(motion[3:]):.3g} deg (probability {chance} by chance)."
+        ),
+        "remedy": "Warm the arm up before the test, and check the mount of the measuring device.",
+    }
+
+
+def _few_returns(point: Any) -> dict[str, str]:
+    return {
+        "cause": "few_returns",
+        "text": f"{point.point} has {point.returns} returns; ISO 9283 asks for {STANDARD} of each point.",
+        "remedy": "Measure more returns; the bounds show what these few determine.",
+    }
+
+
+def _wrong_unit(repeatability: float) -> dict[str, str]:
+    return {
+        "cause": "unit",
+        "text": f"A repeatability of {1e3 * repeatability:.3g} mm is not that of an arm.",
+        "remedy": "Check the unit of the positions (--length) and the names of the points.",
+    }
 
 
 def _keys(result: Any, measured: list[Any], options: Any) -> dict[str, Any]:
@@ -195,7 +198,7 @@ def _keys(result: Any, measured: list[Any], options: Any) -> dict[str, Any]:
         {"name": measured[s.index].name, "position_error": s.distance, "robot_rotation": s.angle, "outlier": True}
         for s in result.outliers
     ]
-    causes = _causes(result, measured, options)
+    causes = _causes(result, measured)
     frames = [{"name": "measurement", "parent": None, "T": np.eye(4)}]
     frames += [{"name": f"point {p.point}", "parent": "measurement", "T": p.T_mean} for p in result.points]
     return {

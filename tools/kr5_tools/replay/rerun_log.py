@@ -8,6 +8,7 @@ import numpy as np
 import typer
 
 from kr5_tools.cli import terminal
+from kr5_tools.replay.peg_rotation import peg_rotations
 from kr5_tools.replay.runs import Run
 
 Rerun = Annotated[
@@ -76,11 +77,8 @@ def peg_poses(cell: Any, run: Run) -> np.ndarray:
     """Poses of the peg: of a run at the tube in the base, of others in the frame of the bench."""
     assert run.peg is not None
     x, y, z, tilt, azimuth = run.peg.T
-    axis = np.column_stack([np.sin(tilt) * np.cos(azimuth), np.sin(tilt) * np.sin(azimuth), np.cos(tilt)])
-    across = np.cross(np.broadcast_to([0.0, 1.0, 0.0], axis.shape), axis)
-    across /= np.linalg.norm(across, axis=1, keepdims=True)
     poses = np.tile(np.eye(4), (len(run.t), 1, 1))
-    poses[:, :3, :3] = np.stack([across, np.cross(axis, across), axis], axis=2)
+    poses[:, :3, :3] = peg_rotations(tilt, azimuth)
     poses[:, :3, 3] = np.column_stack([x, y, z])
     return np.asarray(cell.tube.T_base_tube) @ poses if run.stand == "tube" and cell.tube else poses
 

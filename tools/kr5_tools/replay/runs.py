@@ -112,7 +112,9 @@ def _motion(cell: Any, experiment: Any, predicted: Any | None) -> Run | str:
     rows = np.flatnonzero(np.all(np.isfinite(q), axis=1))
     if len(rows) < 2:
         return f"{len(rows)} rows with numbers in q1..q{n}, expected at least 2"
-    t = _increasing(experiment, rows)
+    t = _times(experiment, rows)
+    if isinstance(t, str):
+        return t
     return Run("", t, q=q[rows], signals=experiment_signals(cell, experiment, t, rows, predicted))
 
 
@@ -153,20 +155,21 @@ def _peg_runs(cell: Any, experiment: Any, predicted: Any | None) -> list[Run | s
         if len(rows) < 2:
             out.append(f"{len(rows)} rows with numbers in run {number:g}, expected at least 2")
             continue
-        t = _increasing(experiment, rows)
+        t = _times(experiment, rows)
+        if isinstance(t, str):
+            out.append(t if len(numbers) == 1 else f"run {number:g}: {t}")
+            continue
         signals = experiment_signals(cell, experiment, t, rows, predicted)
         name = f", run {index + 1} of {len(numbers)}" if len(numbers) > 1 else ""
         out.append(Run(name, t, peg=pose[rows], stand=STANDS[kind], signals=signals))
     return out
 
 
-def _increasing(experiment: Any, rows: np.ndarray) -> np.ndarray:
-    """Times from the first row on; complains of those that do not increase."""
+def _times(experiment: Any, rows: np.ndarray) -> np.ndarray | str:
+    """Times of the rows from the first on; or that they do not increase."""
     t = np.asarray(experiment["t"], dtype=float)[rows]
     if np.any(~(np.diff(t) > 0)):
-        terminal.fail(
-            f"{experiment.name}: t: found times that do not increase, expected each row later than the previous one"
-        )
+        return "t: found times that do not increase, expected each row later than the previous one"
     return np.asarray(t - t[0])
 
 

@@ -7,18 +7,12 @@ from typing import Any
 import numpy as np
 
 from kr5_tools.cell.frames import joint_unit
+from kr5_tools.cell.noise_limit import noise_limit
 from kr5_tools.cli.numbers import table_unit
 
 PAGE_VALUES = 1_200_000  # numbers of all signals on one page, of which each takes 2.7 letters
 MOST_POINTS, FEWEST_POINTS = 2000, 200  # of one signal
 UNKNOWN = 65535  # a packed value that there is not
-
-
-def noise_limit(rows: int) -> float:
-    """The gap of so many rows that noise alone exceeds once in a thousand columns [-]."""
-    from kr5.uncertainty import chi_square_quantile
-
-    return float((chi_square_quantile(0.999, rows) / rows) ** 0.5) if rows else float("inf")
 
 
 @dataclass

@@ -10,6 +10,7 @@ from kr5_tools.cli import terminal
 from kr5_tools.cli.numbers import NONE, format_count, table_unit
 from kr5_tools.pages.tables_page import write_tables_page
 from kr5_tools.replay.page import make_page
+from kr5_tools.replay.peg_rotation import peg_rotations
 from kr5_tools.replay.runs import Run
 from kr5_tools.replay.signals import signal_of
 
@@ -143,18 +144,11 @@ def _pushed(result: Any, t: Any) -> tuple[Any, Any]:
     )
     kept: list[Any] = []
     q: list[Any] = []
+    peg = peg_rotations(np.asarray(rows["tilt"]), np.asarray(rows["alpha"]))
     for k in np.unique(np.linspace(0, len(t) - 1, min(len(t), 150)).round().astype(int)):
         T_tube_tool = np.eye(4)
-        tilt, alpha = rows["tilt"][k], rows["alpha"][k]
-        z = -np.array(
-            [np.sin(tilt) * np.cos(alpha), np.sin(tilt) * np.sin(alpha), np.cos(tilt)]
-        )  # E looks out of the peg
-        x = np.cross([0.0, 1.0, 0.0], z)
-        x /= np.linalg.norm(x)
-        T_tube_tool[:3, :3], T_tube_tool[:3, 3] = (
-            np.column_stack([x, np.cross(z, x), z]),
-            [rows["x"][k], rows["y"][k], rows["z"][k]],
-        )
+        T_tube_tool[:3, :3] = peg[k] * [-1.0, 1.0, -1.0]  # E looks out of the peg
+        T_tube_tool[:3, 3] = [rows[name][k] for name in "xyz"]
         found = kr5.kinematics.inverse_kinematics(
             cell.nominal_chain(), cell.tube.T_base_tube @ T_tube_tool @ np.linalg.inv(cell.tool.T_flange_tool), options
         )

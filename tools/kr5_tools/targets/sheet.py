@@ -77,26 +77,30 @@ def measure_extent(target: Any) -> Extent:
 def choose_sheet(target: str, parsed: Any, paper: str, orientation: str) -> tuple[float, float]:
     """Width and height of the sheet as it is printed [mm]; complains of one that is too small, and says what fits."""
     extent, (short, long) = measure_extent(parsed), parse_paper(paper)
-    sheets = {"portrait": (short, long), "landscape": (long, short)}
-    allowed = sheets.values() if orientation == "auto" else [sheets[orientation]]
-    for sheet in allowed:
+    for sheet in allowed_sheets(short, long, orientation):
         if extent.fits(sheet):
             return sheet
     need = extent.needs()
     on = paper if orientation == "auto" else f"{paper} {orientation}"
     terminal.fail(
         f"{target}: needs {need[0]:.0f} x {need[1]:.0f} mm with its ruler, more than {on} has;"
-        f" {_remedy(target, extent, list(allowed), paper)}"
+        f" {_remedy(target, extent, (short, long), orientation)}"
     )
 
 
-def _remedy(target: str, extent: Extent, sheets: list[tuple[float, float]], paper: str) -> str:
+def allowed_sheets(short: float, long: float, orientation: str) -> list[tuple[float, float]]:
+    """Width and height of a paper as it may be laid [mm]."""
+    sheets = {"portrait": (short, long), "landscape": (long, short)}
+    return list(sheets.values()) if orientation == "auto" else [sheets[orientation]]
+
+
+def _remedy(target: str, extent: Extent, paper: tuple[float, float], orientation: str) -> str:
     """The largest size of the target that fits, and the smallest paper that holds this one."""
-    factor = max(largest_factor(extent, sheet) for sheet in sheets)
+    factor = max(largest_factor(extent, sheet) for sheet in allowed_sheets(*paper, orientation))
     smaller = scale_lengths(target, factor)
     share = math.floor(1000 * factor) / 10
     out = f"the largest that fits is {smaller}" if smaller else f"the largest that fits has {share:g} % of its lengths"
-    larger = [name for name, (w, h) in PAPERS.items() if extent.fits((w, h)) or extent.fits((h, w))]
+    larger = [name for name, size in PAPERS.items() if any(extent.fits(s) for s in allowed_sheets(*size, orientation))]
     if larger:
         out += f"; or --paper {min(larger, key=lambda name: math.prod(PAPERS[name]))}"
     return out

@@ -1,0 +1,97 @@
+"""An arm as its URDF states it, logs of it as people have them, and the command that takes both; shared by tests."""
+
+import json
+import sys
+
+import kr5
+import kr5.cell
+import kr5.io
+import kr5.predict
+import numpy as np
+from typer.testing import CliRunner
+
+from conftest import ROOT
+from kr5_tools.app import make_app
+
+sys.path[:0] = [str(ROOT / "tools/benchmarks")]
+
+import case_logs
+
+NAMES = case_logs.JOINT_NAMES
+NOISE = np.array([0.4, 0.5, 0.25, 0.1, 0.06, 0.03])  # of joint torques [N m]
+QUICK = ["--max-effects", "1", "--refits", "4", "--beam", "1"]
+
+
+def bare_arm(share):
+    """Bodies without rotors, friction or servo, with names of the joints."""
+    cell = case_logs.named(kr5.cell.load_cell(share / "cells" / "kr5_arc.yaml"))
+    out = kr5.cell.Cell(robot=cell.robot, name="arm")
+    out.tool = cell.tool
+    return out
+
+
+def swing(t):
+    """All joints move, from rest, at beats of their own."""
+    home = np.array([0.1, 0.2, -2.4, 0.3, -0.9, 0.2])
+    size = np.array([0.5, 0.35, 0.4, 0.6, 0.5, 0.8])
+    beat = np.array([1.1, 1.7, 1.4, 2.3, 1.9, 2.9])
+    return home + size * (1 - np.cos(beat * t[:, None])) / 2 * (1 - np.exp(-(t[:, None] ** 2)))
+
+
+def moved(cell, rows=1500, step=0.008, seed=1, q_noise=1e-5, course=swing):
+    """What a controller logs of the arm: time, measured angles, joint torques; rows x joints."""
+    random = np.random.default_rng(seed)
+    t = step * np.arange(rows)
+    q = course(t)
+    experiment = kr5.cell.Experiment(name="m", kind="motion", file="m.csv", split="fit")
+    experiment.joint_reference = kr5.cell.JointReference("measured")
+    experiment.data = kr5.io.Table(["t", *(f"qc{k + 1}" for k in range(6))], np.column_stack([t, q]))
+    shown = kr5.predict.FastSimulator().predict(cell, experiment)
+    tau = np.column_stack([shown[f"tau{k + 1}"] for k in range(6)])
+    return t, q + random.normal(0, q_noise, q.shape), tau + random.normal(0, NOISE, tau.shape)
+
+
+def joint_states(t, q, tau, names=NAMES):
+    """Columns as PlotJuggler exports joint states, in alphabetical order."""
+    out = {"__time": 1_700_000_000.0 + t}
+    for name in sorted(names):
+        k = names.index(name)
+        out[f"/joint_states/{name}/position"] = q[:, k]
+        out[f"/joint_states/{name}/effort"] = tau[:, k]
+    return out
+
+
+def carrying(arm, effect, target, **parameters):
+    out = kr5.cell.parse_cell(arm.to_yaml())
+    for name, value in parameters.items():
+        out.set_effect(effect, target, name, value)
+    return out
+
+
+def causes(data):
+    return sorted((c["effect"], c["target"]) for c in data["causes"])
+
+
+def gap_command(folder, monkeypatch):
+    """Runs `kr5 gap` in this process; gives exit code, what it said, and its JSON."""
+    monkeypatch.chdir(folder)
+    monkeypatch.setenv("COLUMNS", "200")
+
+    def run(*words, command="diagnose"):
+        app = make_app(("gap", command))
+        done = CliRunner().invoke(app, ["gap", command, *map(str, words), "--json", "out.json"])
+        file = folder / "out.json"
+        data = json.loads(file.read_text()) if done.exit_code == 0 else {}
+        return done.exit_code, " ".join((done.stdout + done.stderr).split()), data
+
+    return run
+
+
+def refused(diagnose, *words, text):
+    """What is wrong is said in words, with the remedy, and no cause is named."""
+    code, said, data = diagnose(*words)
+    assert code == 2 and data == {}, said
+    for part in (text,) if isinstance(text, str) else text:
+        assert part in said, said
+    assert "Causes" not in said and "Explained" not in said, said
+    return said

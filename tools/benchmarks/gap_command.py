@@ -1,0 +1,43 @@
+"""`kr5 gap` as a person runs it: in a folder, with its JSON."""
+
+import json
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+
+@dataclass
+class Answer:
+    """What the command answered."""
+
+    code: int
+    data: dict[str, Any]
+    said: str
+    seconds: float
+
+    @property
+    def causes(self) -> list[tuple[str, str]]:
+        return sorted((c["effect"], c["target"]) for c in self.data.get("causes", []))
+
+    @property
+    def refusal(self) -> str:
+        """The last line that it said, where it gave no answer."""
+        return "" if self.code == 0 else self.said.strip().splitlines()[-1][:200]
+
+
+def run_gap(command: str, folder: Path, *words: Any) -> Answer:
+    """`kr5 gap COMMAND` in a folder."""
+    file = folder / "answer.json"
+    file.unlink(missing_ok=True)
+    start = time.monotonic()
+    done = subprocess.run(
+        [sys.executable, "-m", "kr5_tools", "gap", command, *map(str, words), "--json", file.name],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+    )
+    data = json.loads(file.read_text()) if done.returncode == 0 and file.is_file() else {}
+    return Answer(done.returncode, data, done.stdout + done.stderr, time.monotonic() - start)
