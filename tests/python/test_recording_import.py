@@ -29,6 +29,12 @@ def names(stem):
     return [f"{stem}{i + 1}" for i in range(6)]
 
 
+def moving_time(t):
+    """Time that stands still from 2.3 to 3.1 s: the arm rests where the tests cut its motion."""
+    share = 1 / (1 + np.exp((t - 2.1) / 0.04)) + 1 / (1 + np.exp((3.3 - t) / 0.04))
+    return np.cumsum(share) * 0.012
+
+
 @pytest.fixture(scope="module")
 def truth(arm):
     """A motion of all joints as the simulator shows it, with the noise of the cell: columns by name."""
@@ -37,7 +43,8 @@ def truth(arm):
     home = np.array([0.1, 0.2, -2.4, 0.3, -0.9, 0.2])
     swing = np.array([0.5, 0.35, 0.4, 0.6, 0.5, 0.8])
     beat = np.array([1.1, 1.7, 1.4, 2.3, 1.9, 2.9])
-    qc = home + swing * (1 - np.cos(beat * t[:, None])) / 2
+    s = moving_time(t)[:, None]
+    qc = home + swing * (1 - np.cos(beat * s)) / 2 * (1 - np.exp(-(s**2)))
     experiment = kr5.cell.Experiment(name="m", kind="motion", file="m.csv", split="fit")
     experiment.data = kr5.io.Table(["t", *names("qc")], np.column_stack([t, qc]))
     shown = kr5.predict.FastSimulator().predict(arm, experiment)

@@ -16,7 +16,8 @@ LEAST_ROWS = 10
 
 @dataclass
 class RawPart:
-    """A log of one kind: its times (rows, where there are none), the positions of a motion, the runs of other kinds."""
+    """A log of one kind: its times from the beginning of the log (rows, where there are none), the positions of a
+    motion, the runs of other kinds."""
 
     kind: str
     file: Path
@@ -25,6 +26,7 @@ class RawPart:
     runs: np.ndarray | None = None
     commanded: bool = False
     settle: float = 0.0  # [s]
+    max_gap: float | None = None  # [s] between rows, where the user states it
 
 
 @dataclass
@@ -53,8 +55,12 @@ def _pieces(number: int, part: RawPart) -> list[Piece]:
     """A log, parted where its clock stands still."""
     if part.q is None:
         return [Piece(number, {}, float(len(part.t)), (0, len(part.t)))]
-    t = part.t - part.t[0]
-    found = [(a, b) for a, b in segments(t) if b - a >= LEAST_ROWS and np.ptp(part.q[a:b], axis=0).max() > LEAST_MOTION]
+    t = part.t
+    found = [
+        (a, b)
+        for a, b in segments(t, part.max_gap)
+        if b - a >= LEAST_ROWS and np.ptp(part.q[a:b], axis=0).max() > LEAST_MOTION
+    ]
     out = []
     for a, b in found or [(0, len(t))]:
         entry: dict[str, Any] = {}
@@ -67,7 +73,12 @@ def _pieces(number: int, part: RawPart) -> list[Piece]:
 
 
 def _between(t: np.ndarray, row: int) -> float:
-    return float(f"{(t[row - 1] + t[row]) / 2:.6g}")
+    return _rounded((t[row - 1] + t[row]) / 2)
+
+
+def _rounded(t: float) -> float:
+    """A time to be written in a map, to a tenth of a millisecond [s]."""
+    return round(float(t), 4)
 
 
 def _judged(pieces: list[Piece], parts: list[RawPart], reasons: list[list[str]]) -> list[Piece]:
@@ -91,21 +102,21 @@ def _halves(piece: Piece, part: RawPart, reasons: list[list[str]]) -> list[Piece
     if part.q is None:
         return _row_halves(piece, part, reasons)
     a, b = piece.rows
-    t, q = part.t[a:b] - part.t[0], part.q[a:b]
+    t, q = part.t[a:b], part.q[a:b]
     fit, check = dict(piece.entry), dict(piece.entry)
     rest = cut_at_rest(t, q, FIT_SHARE)
-    cut = float(f"{rest if rest is not None else t[0] + FIT_SHARE * (t[-1] - t[0]):.5g}")
+    cut = _rounded(rest if rest is not None else t[0] + FIT_SHARE * (t[-1] - t[0]))
     fit["to"] = cut
     if rest is not None or not part.commanded:
         check["from"] = cut
         why = "cut where the arm rests" if rest is not None else "measured positions need no rest to begin from"
     else:
-        check["lead_in"] = cut - check.get("from", 0.0)
+        check["lead_in"] = _rounded(cut - check.get("from", float(t[0])))
         why = "the arm never rests: all of the log is simulated, and its last rows are judged"
     reasons.append(["split of motion", f"up to {cut:g} s to fit, the rest to check", why])
     rows = int(np.searchsorted(t, cut)) + a
     return [
-        Piece(piece.part, fit | {"split": "fit"}, cut, (a, rows)),
+        Piece(piece.part, fit | {"split": "fit"}, cut - float(t[0]), (a, rows)),
         Piece(piece.part, check | {"split": "check"}, float(t[-1]) - cut, (a if "lead_in" in check else rows, b)),
     ]
 

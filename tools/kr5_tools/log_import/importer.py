@@ -12,6 +12,7 @@ from kr5_tools.cli import terminal
 from kr5_tools.log_import.log import Log
 from kr5_tools.log_import.log_checks import LogProblem, check_loads, check_positions
 from kr5_tools.log_import.log_file import read_log
+from kr5_tools.log_import.log_time import beginning
 from kr5_tools.log_import.map_file import Clock, Experiment, Map, Source, Tool, column_family, load_map
 from kr5_tools.log_import.measured_motion import MARGIN, choose_smoothing, kept_times, smoothed
 from kr5_tools.log_import.values import Series, interpolate, low_pass, to_si, tool_poses
@@ -104,9 +105,9 @@ class Importer:
         if kind not in self.origins:
             own = [e for e in self.map.experiments if e.entry.kind == kind and e.entry.log]
             clocks = [(self.log(e.entry.log), self.clock_of(e)) for e in own]
-            first = min(self.beginning(x, c) * c.seconds() for x, c in clocks if c and c.column)
+            first = min(beginning(x, c.column) * c.seconds() for x, c in clocks if c and c.column)
             self.origins[kind] = 0.0 if 0 <= first < LONG_AGO else first
-        return self.beginning(log, clock) * clock.seconds() - self.origins[kind]
+        return beginning(log, clock.column) * clock.seconds() - self.origins[kind]
 
     def main_time(self, log: Log, experiment: Experiment, where: str) -> np.ndarray:
         """Time [s] of the rows of the log that the experiment is made of, from the log's beginning."""
@@ -138,15 +139,10 @@ class Importer:
                 f"{log.file}: {log.row(bad[0])}, column '{clock.column}': found no time ({len(bad)} such rows),"
                 " expected a number"
             )
-        t = (stamps - self.beginning(log, clock)) * clock.seconds() + clock.offset
+        t = (stamps - beginning(log, clock.column)) * clock.seconds() + clock.offset
         if is_timed(experiment):
             self.check_order(log, clock, t, experiment)
         return t
-
-    def beginning(self, log: Log, clock: Clock) -> float:
-        """The stamp from which time is counted: the least of the log's streams, which share a clock."""
-        columns = set(log.clocks.values()) if clock.column in log.clocks.values() else {str(clock.column)}
-        return min(float(np.min(log.columns[c])) for c in columns)
 
     def check_order(self, log: Log, clock: Clock, t: np.ndarray, experiment: Experiment) -> None:
         back = np.flatnonzero(np.diff(t) <= 0)

@@ -172,19 +172,21 @@ def _speeds(cell: Any, e: Any) -> list[LogProblem]:
 
 
 def _loads(cell: Any, e: Any) -> list[LogProblem]:
-    """Currents, torques and wrench against the simulation of the same motion."""
+    """Currents, torques and wrench against the simulation of the same motion: with the friction of the cell or without,
+    whichever is more like the log."""
     import kr5.predict
 
     try:
-        shown = kr5.predict.FastSimulator().predict(_without_friction(cell), e)
+        simulated = [kr5.predict.FastSimulator().predict(c, e) for c in (cell, _without_friction(cell))]
     except kr5.Error:
         return []
     out: list[LogProblem] = []
     for columns in _load_columns(cell, e):
         names = [c.name for c in columns]
-        if all(c in e.data and c in shown for c in names):
+        if all(c in e.data and c in simulated[0] for c in names):
             got = np.column_stack([e[c] for c in names])
-            model = np.column_stack([shown[c] for c in names])
+            models = [np.column_stack([shown[c] for c in names]) for shown in simulated]
+            model = max(models, key=lambda m: float(np.abs(np.diag(_correlations(got, m))).mean()))
             out += (
                 _scale(cell, e, columns, got, model)
                 or _swapped(e, names, got, model)

@@ -31,7 +31,7 @@ class MessageTable:
             return  # no number but its time
         columns = self.streams.setdefault((topic, tuple(names)), {})
         rows = len(columns["log_time"]) if columns else 0
-        for name in values.keys() - columns.keys():
+        for name in [n for n in values if n not in columns]:
             columns[name] = [np.nan] * rows
         for name, column in columns.items():
             column.append(values.get(name, np.nan))

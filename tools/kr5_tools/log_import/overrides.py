@@ -1,5 +1,6 @@
 """`--set KEY=VALUE`: single entries of a guessed map, or of the model's cell, in place of what was found."""
 
+from dataclasses import dataclass, field
 from typing import Any
 
 import yaml
@@ -8,6 +9,14 @@ from kr5_tools.cli import terminal
 
 CELL = "cell."
 Override = tuple[list[str], Any]  # path of keys, value
+
+
+@dataclass
+class GivenEntries:
+    """What of a map the user states, before the rest of it is guessed."""
+
+    columns: dict[str, dict[str, Any]] = field(default_factory=dict)  # by family
+    clock: dict[str, Any] = field(default_factory=dict)
 
 
 def parse_overrides(texts: list[str]) -> tuple[list[Override], list[Override]]:
@@ -25,6 +34,17 @@ def parse_overrides(texts: list[str]) -> tuple[list[Override], list[Override]]:
         path = key.strip().removeprefix(CELL).split(".")
         (of_cell if key.strip().startswith(CELL) else of_map).append((path, parsed))
     return of_map, of_cell
+
+
+def given_entries(overrides: list[Override]) -> GivenEntries:
+    """The entries of columns and clock; what has another form is left to the reader of maps, which refuses it."""
+    data: dict[str, Any] = {}
+    apply_overrides(data, overrides)
+    columns, clock = data.get("columns"), data.get("clock")
+    out = GivenEntries(clock=clock if isinstance(clock, dict) else {})
+    for name, entry in columns.items() if isinstance(columns, dict) else ():
+        out.columns[name] = entry if isinstance(entry, dict) else {"from": entry}
+    return out
 
 
 def apply_overrides(data: dict[str, Any], overrides: list[Override]) -> None:

@@ -1,0 +1,90 @@
+"""Logs of an arm with six joints, as controllers and robots of other people write them."""
+
+import sys
+
+import kr5.cell
+import kr5.io
+import kr5.predict
+import numpy as np
+
+from conftest import ROOT
+
+sys.path[:0] = [str(ROOT / "tools/benchmarks")]
+
+import case_logs
+
+NAMES = case_logs.JOINT_NAMES
+NOISE = np.array([0.4, 0.5, 0.25, 0.1, 0.06, 0.03])  # of joint torques [N m]
+QUICK = ["--max-effects", "1", "--refits", "4", "--beam", "1"]
+
+
+def swing(t):
+    """All joints move, from rest, at beats of their own."""
+    home = np.array([0.1, 0.2, -2.4, 0.3, -0.9, 0.2])
+    size = np.array([0.5, 0.35, 0.4, 0.6, 0.5, 0.8])
+    beat = np.array([1.1, 1.7, 1.4, 2.3, 1.9, 2.9])
+    return home + size * (1 - np.cos(beat * t[:, None])) / 2 * (1 - np.exp(-(t[:, None] ** 2)))
+
+
+def moved(cell, rows=1500, step=0.008, seed=1, q_noise=1e-5):
+    """What a controller logs of the arm: time, measured angles, joint torques; rows x joints."""
+    random = np.random.default_rng(seed)
+    t = step * np.arange(rows)
+    q = swing(t)
+    experiment = kr5.cell.Experiment(name="m", kind="motion", file="m.csv", split="fit")
+    experiment.joint_reference = kr5.cell.JointReference("measured")
+    experiment.data = kr5.io.Table(["t", *(f"qc{k + 1}" for k in range(6))], np.column_stack([t, q]))
+    shown = kr5.predict.FastSimulator().predict(cell, experiment)
+    tau = np.column_stack([shown[f"tau{k + 1}"] for k in range(6)])
+    return t, q + random.normal(0, q_noise, q.shape), tau + random.normal(0, NOISE, tau.shape)
+
+
+def joint_states(t, q, tau, names=NAMES):
+    """Columns as PlotJuggler exports joint states, in alphabetical order."""
+    out = {"__time": 1_700_000_000.0 + t}
+    for name in sorted(names):
+        k = names.index(name)
+        out[f"/joint_states/{name}/position"] = q[:, k]
+        out[f"/joint_states/{name}/effort"] = tau[:, k]
+    return out
+
+
+def carrying(arm, effect, target, **parameters):
+    out = kr5.cell.parse_cell(arm.to_yaml())
+    for name, value in parameters.items():
+        out.set_effect(effect, target, name, value)
+    return out
+
+
+def causes(data):
+    return sorted((c["effect"], c["target"]) for c in data["causes"])
+
+
+def refused(diagnose, *words, text):
+    code, said, _ = diagnose(*words)
+    assert code == 2, said
+    for part in (text,) if isinstance(text, str) else text:
+        assert part in said, said
+    return said
+
+
+def written_bag(folder, types, connections, messages):
+    from rosbags.rosbag2 import StoragePlugin, Writer
+
+    with Writer(folder, version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
+        made = {topic: writer.add_connection(topic, kind, typestore=types) for topic, kind in connections.items()}
+        for topic, t, message in messages:
+            writer.write(made[topic], int(t * 1e9), types.serialize_cdr(message, message.__msgtype__))
+    return folder
+
+
+def state(ros, t, names, q, tau):
+    T = ros.types
+    stamp = T["builtin_interfaces/msg/Time"](sec=int(t), nanosec=round((t - int(t)) * 1e9))
+    header = T["std_msgs/msg/Header"](stamp=stamp, frame_id="")
+    return T["sensor_msgs/msg/JointState"](
+        header=header, name=list(names), position=q, velocity=np.zeros(0), effort=tau
+    )
+
+
+STATES = {"/joint_states": "sensor_msgs/msg/JointState"}
