@@ -8,6 +8,7 @@ import kr5.predict
 import numpy as np
 
 from conftest import ROOT
+from kr5_tools.log_import.values import joint_torques
 
 sys.path[:0] = [str(ROOT / "tools/benchmarks")]
 
@@ -35,7 +36,10 @@ def moved(cell, rows=1500, step=0.008, seed=1, q_noise=1e-5):
     experiment.joint_reference = kr5.cell.JointReference("measured")
     experiment.data = kr5.io.Table(["t", *(f"qc{k + 1}" for k in range(6))], np.column_stack([t, q]))
     shown = kr5.predict.FastSimulator().predict(cell, experiment)
-    tau = np.column_stack([shown[f"tau{k + 1}"] for k in range(6)])
+    family = "tau" if "tau1" in shown else "i"
+    tau = np.column_stack([shown[f"{family}{k + 1}"] for k in range(6)])
+    if family == "i":
+        tau = joint_torques(cell.drives, tau)
     return t, q + random.normal(0, q_noise, q.shape), tau + random.normal(0, NOISE, tau.shape)
 
 

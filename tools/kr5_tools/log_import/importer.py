@@ -10,21 +10,16 @@ import numpy as np
 
 from kr5_tools.cli import terminal
 from kr5_tools.log_import.log import Log
-from kr5_tools.log_import.log_checks import LogProblem, check_loads, check_positions
+from kr5_tools.log_import.log_checks import LogProblem, check_loads, check_positions, merged_problems
 from kr5_tools.log_import.log_file import read_log
 from kr5_tools.log_import.log_time import beginning
 from kr5_tools.log_import.map_file import Clock, Experiment, Map, Source, Tool, column_family, load_map
-from kr5_tools.log_import.measured_motion import MARGIN, choose_smoothing, kept_times, smoothed
+from kr5_tools.log_import.measured_motion import MARGIN, Smoothing, choose_smoothing, kept_times, smoothed
 from kr5_tools.log_import.values import Series, interpolate, low_pass, to_si, tool_poses
 
 LONG_AGO = 1e6  # [s] after which a stamp counts from an epoch, not from the beginning of a session
 MAX_ROWS = 5_000_000  # of an experiment
 GAP = 5.0  # median time steps, more than which is a gap
-REMEDIES = {
-    "t": (
-        "rows are spaced evenly with resample: {every: SECONDS} in the map; the cycle stands in servo.cycle of the cell"
-    )
-}
 STILL = ("poses", "views", "scan")  # rows need not follow each other in time
 
 
@@ -37,13 +32,14 @@ class Importer:
         self.logs: dict[Path, Log] = {}
         self.notes: list[str] = []
         self.origins: dict[str, float] = {}  # earliest stamp [s] of each kind, where several logs share a clock
+        self.smoothings: dict[tuple[Path, str], Smoothing] = {}  # by log and first column: its parts are smoothed alike
 
     def log(self, name: str | None) -> Log:
         file = self.map.file.parent / name if name else self.default
         if file is None:
-            terminal.fail(f"{self.map.file}: an experiment names no log; expected log: FILE, or a log beside --map")
+            terminal.fail(f"{self.map.shown}: an experiment names no log; expected log: FILE, or a log beside --map")
         if file not in self.logs:
-            self.logs[file] = read_log(file, self.map.header)
+            self.logs[file] = read_log(file, self.map.header, self.map.words)
         return self.logs[file]
 
     def note(self, text: str) -> None:
@@ -51,7 +47,7 @@ class Importer:
             self.notes.append(text)
 
     def experiment(self, experiment: Experiment) -> Any:
-        where = f"{self.map.file}: experiment '{experiment.entry.name}'"
+        where = f"{self.map.shown}: experiment '{experiment.entry.name}'"
         sources = experiment.sources
         log = self.log(experiment.entry.log)
         t = self.main_time(log, experiment, where)
@@ -120,8 +116,10 @@ class Importer:
             clock = Clock(column=log.clocks[log.streams[first]])
         if clock is None:
             if experiment.entry.kind not in STILL:
+                put = self.map.words.put
                 terminal.fail(
-                    f"{where}: needs a clock; add to the map: clock: {{column: NAME, unit: s}}, or {{every: SECONDS}}"
+                    f"{where}: needs a clock; add {put('clock', column='NAME', unit='s')}, or"
+                    f" {put('clock', every='SECONDS')}"
                 )
             clock = Clock(every=1.0)
             self.note("the log has no clock; rows are assumed to be 1 s apart")
@@ -132,7 +130,7 @@ class Importer:
         if clock.every is not None:
             return clock.every * np.arange(rows) + clock.offset
         assert clock.column is not None, "a clock has a column or an interval"
-        stamps = log.column(clock.column, f"{self.map.file}: clock.column")
+        stamps = log.column(clock.column, f"{self.map.shown}: clock.column")
         bad = np.flatnonzero(~np.isfinite(stamps))
         if len(bad):
             terminal.fail(
@@ -151,8 +149,9 @@ class Importer:
             what = "goes back" if t[at] < t[at - 1] else "stands still"
             terminal.fail(
                 f"{log.file}: {log.row(at)}, column '{clock.column}': time {what}: found {t[at]:.9g} s after"
-                f" {t[at - 1]:.9g} s ({len(back)} such rows), expected increasing time; set clock: {{repair: sort}}"
-                " in the map to sort the rows and leave out those with a duplicate time"
+                f" {t[at - 1]:.9g} s ({len(back)} such rows), expected increasing time;"
+                f" {self.map.words.put('clock', repair='sort')} sorts the rows and leaves out those with a duplicate"
+                " time"
             )
         part = np.unique(t[inside_span(t, experiment)])
         steps = np.diff(part)
@@ -162,9 +161,14 @@ class Importer:
             before, after = part[wide[0]], part[wide[0] + 1]
             terminal.fail(
                 f"{log.file}: {log.row(int(np.flatnonzero(t == after)[0]))}, column '{clock.column}': found a gap of"
-                f" {after - before:.4g} s ({len(wide)} such gaps), expected about {np.median(steps):.4g} s; make the"
-                f" parts before and after two experiments (to: {(before + after) / 2:.5g}, from:"
-                f" {(before + after) / 2:.5g}), or allow it with clock: {{max_gap: {1.01 * steps.max():.3g}}}"
+                f" {after - before:.4g} s ({len(wide)} such gaps), expected about {np.median(steps):.4g} s;"
+                + (
+                    ""
+                    if self.map.words.by_option
+                    else f" make the parts before and after two experiments (to: {(before + after) / 2:.5g}, from:"
+                    f" {(before + after) / 2:.5g}), or"
+                )
+                + f" allow it with {self.map.words.put('clock', max_gap=float(f'{1.01 * steps.max():.3g}'))}"
             )
 
     def grid(self, t: np.ndarray, series: dict[str, Series], experiment: Experiment, where: str) -> np.ndarray:
@@ -198,14 +202,14 @@ class Importer:
             )
         q = series["q"]
         loads = next((series[n].values for n in ("tau", "i") if n in series and len(series[n].t) == len(q.t)), None)
-        chosen, times = choose_smoothing(q, loads), q.t
+        chosen, times = self.smoothing(q, loads, experiment), q.t
         if chosen.even_step is not None:
             times = q.t[0] + chosen.even_step * np.arange(len(q.t))
             for name, s in series.items():
                 if len(s.t) == len(q.t) and np.array_equal(s.t, q.t):
                     series[name] = Series(times, s.values)
             self.note("the time stamps came late; the samples were taken at even steps")
-        series["q"] = smoothed(series["q"], chosen, str(self.map.file))
+        series["q"] = smoothed(series["q"], chosen, self.map.shown)
         if chosen.smooths:
             self.note(
                 f"positions were smoothed at {chosen.cutoff:.3g} Hz (no delay), since speeds and accelerations follow"
@@ -215,6 +219,13 @@ class Importer:
         if len(out) < 10:
             terminal.fail(f"{where}: only {len(out)} rows of the log are left after smoothing; expected at least 10")
         return out
+
+    def smoothing(self, q: Series, loads: np.ndarray | None, experiment: Experiment) -> Smoothing:
+        source = experiment.sources["q"]
+        key = (self.log(source.log or experiment.entry.log).file, source.names[0])
+        if key not in self.smoothings:
+            self.smoothings[key] = choose_smoothing(q, loads)
+        return self.smoothings[key]
 
     # Values
 
@@ -269,9 +280,8 @@ class Importer:
             out = t
         if rows != len(out):
             terminal.fail(
-                f"{source.where}: found {rows} rows beside a clock of {len(out)}; specify"
-                f" its clock: clock: {{column: NAME,"
-                " unit: s}"
+                f"{source.where}: found {rows} rows beside a clock of {len(out)}; specify its clock:"
+                f" {self.map.words.put(_key(source) + '.clock', column='NAME', unit='s')}"
             )
         return out
 
@@ -284,10 +294,11 @@ class Importer:
             column = source.names[int(np.flatnonzero(~np.isfinite(s.values[rows[0]]))[0])]
             terminal.fail(
                 f"{log.file}: {log.row(rows[0])}, column '{column}': found no number (empty, NaN or infinite;"
-                f" {len(rows)} of {len(s.t)} rows), expected one in each row; set missing: interpolate at this"
-                " column in the map when the sensor is slower than the log, or missing: drop to leave out these rows"
+                f" {len(rows)} of {len(s.t)} rows), expected one in each row;"
+                f" {self.map.words.put(_key(source), missing='interpolate')} fills them where the sensor is slower than"
+                f" the log, {self.map.words.put(_key(source), missing='drop')} leaves these rows out"
             )
-        what = f"{source.members[0]} and its like: {len(rows)} of {len(s.t)} rows without a number were "
+        what = f"{source.members[0]} and similar columns: {len(rows)} of {len(s.t)} rows without a number were "
         if source.missing == "drop" and keep is not None:
             keep &= ~lacks
             self.note(what + "left out")
@@ -312,7 +323,7 @@ class Importer:
         """Values at the instants of the experiment, after a low-pass where the map asks for one."""
         cut = self.map.resample.low_pass
         if cut:
-            s = low_pass(s, cut, str(self.map.file))
+            s = low_pass(s, cut, self.map.shown)
             self.note(f"low-passed at {cut:g} Hz (Butterworth of order 4, forth and back: no delay)")
         elif len(s.t) == len(grid) and np.array_equal(s.t, grid):
             return s.values
@@ -352,7 +363,8 @@ class Importer:
         for column in wanted:
             if not column.group and column.name not in columns:
                 name = column_family(column.name)
-                remedy = "; set qc: {from: measured, unit: rad} when no commands were logged" if name == "qc" else ""
+                put = self.map.words.put("columns.qc", **{"from": "measured", "unit": "rad"})
+                remedy = f"; {put} is for logs without commands" if name == "qc" else ""
                 terminal.fail(
                     f"{where}: columns.{name} is missing: {column.name} [{column.unit}] is required for kind"
                     f" {experiment.entry.kind}{remedy}"
@@ -365,6 +377,11 @@ class Importer:
                 f"experiment of kind {experiment.entry.kind} need the same rows"
             )
         return kr5.io.Table(names, np.column_stack([columns[n] for n in names]))
+
+
+def _key(source: Source) -> str:
+    """Where a map says what a family of columns comes from."""
+    return f"columns.{column_family(source.members[0])}"
 
 
 def is_timed(experiment: Experiment) -> bool:
@@ -389,26 +406,35 @@ def _given(value: float | None, otherwise: str) -> str:
 
 
 def import_recording(
-    log: Path | None, map_file: Path, complete: Callable[[Any], None] | None = None
+    log: Path | None, map_file: Path, complete: Callable[[Any], None] | None = None, shown: str | None = None
 ) -> tuple[Any, list[str], list[Any]]:
     """The recording, what was done to its numbers, and what speaks against them. `complete` may add to its cell what
-    the log tells of it, before it is checked."""
-    importer = Importer(load_map(map_file), log)
+    the log tells of it, before it is checked. `shown`: what errors name in place of a map that no user wrote."""
+    importer = Importer(load_map(map_file, shown), log)
     with terminal.spinner(f"reading {log or map_file}"):
         experiments = [importer.experiment(e) for e in importer.map.experiments]
     recording = kr5.cell.Recording(importer.cell, experiments)
+    words = importer.map.words
     with terminal.spinner("comparing with the cell"):
-        found = [d for e in experiments for d in check_positions(recording.cell, e)]
+        found = [d for e in experiments for d in check_positions(recording.cell, e, words)]
         if complete is not None and not found:
             complete(recording)
-        found = found or [d for e in experiments for d in check_loads(recording.cell, e)]
-    if not found:
-        files = {Path(e.file).stem for e in experiments}
-        for p in kr5.cell.check(recording):
-            name, field = Path(p.file).stem, p.field or "table"
-            if name in files:
-                remedy = REMEDIES.get(p.field, "check this column in the map")
-                found.append(LogProblem(name, field, p.found, p.expected, remedy))
-            else:  # of the model, which the log does not contradict
-                importer.note(f"the cell: {field}: found {p.found}, expected {p.expected}")
-    return recording, importer.notes, found
+        found = found or [d for e in experiments for d in check_loads(recording.cell, e, words)]
+    return recording, importer.notes, merged_problems(found or _data_problems(recording, importer))
+
+
+def _data_problems(recording: Any, importer: Importer) -> list[LogProblem]:
+    """What the check of recordings says of the tables; of the model, which the log does not contradict, it is noted."""
+    found = []
+    files = {Path(e.file).stem for e in recording.experiments}
+    for p in kr5.cell.check(recording):
+        name, field = Path(p.file).stem, p.field or "table"
+        if name not in files:
+            importer.note(f"the cell: {field}: found {p.found}, expected {p.expected}")
+            continue
+        remedy = f"check columns.{column_family(field)}"
+        if field == "t":
+            even = importer.map.words.put("resample", every="SECONDS")
+            remedy = f"{even} spaces rows evenly; the cycle stands in servo.cycle of the cell"
+        found.append(LogProblem(name, field, p.found, p.expected, remedy))
+    return found

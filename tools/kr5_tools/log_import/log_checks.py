@@ -4,18 +4,24 @@ columns.
 Positions are held against the limits of the cell, everything else against what the simulator shows for the same motion.
 """
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import kr5
 import kr5.cell
 import numpy as np
 
+from kr5_tools.log_import.entry_words import EntryWords
+from kr5_tools.log_import.map_file import column_family
+
 FACTOR = 1.6  # a scale within this factor of one that a wrong unit gives is taken for it
 SPREAD = 4.0  # between the scales of the joints, above which they are no one unit
 ALIKE = 0.8  # correlation of a column with its simulation, from which it is recognised
 CURRENT, TORQUE = "motor current", "joint torque"  # channels of kr5.cell.Column
 LOADS = (CURRENT, TORQUE, "force", "moment")
+THOUSANDTHS = {"A": "mA", "N": "mN", "N m": "N mm"}
 GRAVITY = 5.0  # standard deviations of a torque that gravity must make to be missed
 
 
@@ -26,20 +32,34 @@ class LogProblem:
     found: str
     expected: str
     remedy: str
+    also: list[str] = field(default_factory=list)  # experiments with the same problem
 
     def text(self) -> str:
-        return f"{self.experiment}: {self.column}: found {self.found}, expected {self.expected}; {self.remedy}"
+        more = f" (also in {', '.join(self.also)})" if self.also else ""
+        return f"{self.experiment}: {self.column}: found {self.found}, expected {self.expected}; {self.remedy}{more}"
 
 
-def check_positions(cell: Any, experiment: Any) -> list[LogProblem]:
-    """What speaks against the positions and the clock of an experiment."""
-    out = _positions(cell, experiment) + _speeds(cell, experiment)
-    return out + (_poses(cell, experiment) if str(experiment.kind) == "poses" else [])
+def merged_problems(problems: list[LogProblem]) -> list[LogProblem]:
+    """Those that have one column and one remedy, told once."""
+    out: dict[tuple[str, str], LogProblem] = {}
+    for problem in problems:
+        first = out.setdefault((problem.column, problem.remedy), problem)
+        if first.experiment != problem.experiment and problem.experiment not in first.also:
+            first.also.append(problem.experiment)
+    return list(out.values())
 
 
-def check_loads(cell: Any, experiment: Any) -> list[LogProblem]:
-    """What speaks against the currents, torques and wrenches of a motion, whose positions are right."""
-    return _loads(cell, experiment) if str(experiment.kind) == "motion" else []
+def check_positions(cell: Any, experiment: Any, words: EntryWords) -> list[LogProblem]:
+    """What speaks against the positions and the clock of an experiment; `words`: how a remedy names entries of its
+    map."""
+    out = _positions(cell, experiment, words) + _speeds(cell, experiment, words)
+    return out + (_poses(cell, experiment, words) if str(experiment.kind) == "poses" else [])
+
+
+def check_loads(cell: Any, experiment: Any, words: EntryWords) -> list[LogProblem]:
+    """What speaks against the currents, torques and wrenches of a motion, whose positions are right; `words`: how a
+    remedy names entries of its map."""
+    return _loads(cell, experiment, words) if str(experiment.kind) == "motion" else []
 
 
 def _family(experiment: Any, stem: str, n: int) -> np.ndarray | None:
@@ -47,7 +67,7 @@ def _family(experiment: Any, stem: str, n: int) -> np.ndarray | None:
     return np.column_stack([experiment[c] for c in names]) if names[0] in experiment.data else None
 
 
-def _positions(cell: Any, e: Any) -> list[LogProblem]:
+def _positions(cell: Any, e: Any, words: EntryWords) -> list[LogProblem]:
     """Joint values beyond the limits, and the unit or side of the gears with which they would lie within."""
     limits, n = cell.robot.limits, cell.robot.joints
     out: list[LogProblem] = []
@@ -66,16 +86,17 @@ def _positions(cell: Any, e: Any) -> list[LogProblem]:
         q = _family(e, stem, n)
         if q is None:
             continue
+        put = partial(words.put, f"columns.{stem}")
         to_rad = np.where(turns, np.pi / 180, 1e-3)
         if not within(q):
             j = int(np.argmax(np.maximum(q.max(0) - high, low - q.min(0))))
             readings = [
                 (scale, text)
                 for scale, text in (
-                    (to_rad, "as degrees (mm for a slide): unit: deg"),
-                    (1 / to_rad, "as radians (m for a slide): unit: rad"),
-                    (1 / ratio, "on the motor side: side: motor"),
-                    (to_rad / ratio, "as degrees on the motor side: unit: deg, side: motor"),
+                    (to_rad, f"as degrees (mm for a slide): {put(unit='deg')}"),
+                    (1 / to_rad, f"as radians (m for a slide): {put(unit='rad')}"),
+                    (1 / ratio, f"on the motor side: {put(side='motor')}"),
+                    (to_rad / ratio, f"as degrees on the motor side: {put(unit='deg', side='motor')}"),
                 )
                 if within(q * scale)
             ]
@@ -84,7 +105,7 @@ def _positions(cell: Any, e: Any) -> list[LogProblem]:
             ):  # of several, the one that follows the commands
                 readings.sort(key=lambda r: np.median(np.abs(q * r[0] - commands)))
             remedy = (
-                f"the numbers make sense {readings[0][1]} in columns.{stem}"
+                f"the numbers make sense {readings[0][1]}"
                 if readings
                 else f"check columns.{stem}, its order and its offsets"
             )
@@ -104,7 +125,7 @@ def _positions(cell: Any, e: Any) -> list[LogProblem]:
                     f"{stem}1 to {stem}{n}",
                     f"no joint farther than {np.abs(q).max():.3g} rad from zero",
                     "a motion of some size",
-                    f"are the numbers radians although the map states degrees? unit: rad in columns.{stem}",
+                    f"are the numbers radians, which were read as degrees? {put(unit='rad')}",
                 )
             )
     return out + _following(e, n)
@@ -132,7 +153,7 @@ def _following(e: Any, n: int) -> list[LogProblem]:
     return out
 
 
-def _speeds(cell: Any, e: Any) -> list[LogProblem]:
+def _speeds(cell: Any, e: Any, words: EntryWords) -> list[LogProblem]:
     """The clock against the limits of speed and the cycle of the servo."""
     n, limits = cell.robot.joints, cell.robot.limits
     q = _family(e, "qc", n) if str(e.kind) == "motion" else None
@@ -151,11 +172,11 @@ def _speeds(cell: Any, e: Any) -> list[LogProblem]:
         wrong = f"a row every {step:.3g} s"
     if not wrong:
         return []
-    remedy = "check clock in the map"
+    remedy = "check the unit and the column of the clock"
     for unit, scale in (("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9), ("s", 1e3)):
         if (cycle and 1 / 3 < step * scale / cycle < 3) or (not cycle and 2e-4 < step * scale < 0.2):
             remedy = (
-                f"the clock makes sense with unit: {unit}"
+                f"the clock makes sense with {words.put('clock', unit=unit)}"
                 if unit != "s"
                 else "the clock makes sense in a unit a thousand times longer"
             )
@@ -165,13 +186,13 @@ def _speeds(cell: Any, e: Any) -> list[LogProblem]:
             e.name,
             "t",
             wrong,
-            f"a row about every {cycle:g} s" if cycle else "speeds within the limits of the cell",
+            f"a row every {cycle:g} s" if cycle else "speeds within the limits of the cell",
             remedy,
         )
     ]
 
 
-def _loads(cell: Any, e: Any) -> list[LogProblem]:
+def _loads(cell: Any, e: Any, words: EntryWords) -> list[LogProblem]:
     """Currents, torques and wrench against the simulation of the same motion: with the friction of the cell or without,
     whichever is more like the log."""
     import kr5.predict
@@ -188,7 +209,7 @@ def _loads(cell: Any, e: Any) -> list[LogProblem]:
             models = [np.column_stack([shown[c] for c in names]) for shown in simulated]
             model = max(models, key=lambda m: float(np.abs(np.diag(_correlations(got, m))).mean()))
             out += (
-                _scale(cell, e, columns, got, model)
+                _scale(cell, e, columns, got, model, words)
                 or _swapped(e, names, got, model)
                 or _unexplained(e, names, got, model)
             )
@@ -223,9 +244,12 @@ def _correlations(got: np.ndarray, model: np.ndarray) -> np.ndarray:
     return np.asarray((a.T @ b) / np.maximum(lengths, 1e-30))
 
 
-def _scale(cell: Any, e: Any, columns: list[Any], got: np.ndarray, model: np.ndarray) -> list[LogProblem]:
+def _scale(
+    cell: Any, e: Any, columns: list[Any], got: np.ndarray, model: np.ndarray, words: EntryWords
+) -> list[LogProblem]:
     """A factor that all columns share, as a wrong unit, sign or side of the gears gives."""
     names = [c.name for c in columns]
+    put = partial(words.put, f"columns.{column_family(names[0])}")
     own = np.diag(_correlations(got, model))
     known = np.abs(own) > ALIKE
     if known.sum() < max(1, len(names) // 3):
@@ -240,7 +264,7 @@ def _scale(cell: Any, e: Any, columns: list[Any], got: np.ndarray, model: np.nda
                 f"{names[0]} to {names[-1]}",
                 "the opposite sign to the simulation",
                 "the same sign",
-                "set scale: -1 for it in the map (or correct the directions of the joints)",
+                f"{put(scale=-1)} turns it (or correct the directions of the joints)",
             )
         ]
     backward = [c for c, k, s in zip(names, known, slope) if k and s < 0]
@@ -251,11 +275,11 @@ def _scale(cell: Any, e: Any, columns: list[Any], got: np.ndarray, model: np.nda
                 ", ".join(backward),
                 "the opposite sign to the simulation",
                 "the same sign as in the other columns",
-                "set scale as a list with -1 at this column, and for the positions of the"
-                " joint if its direction is reversed",
+                f"{put(scale=[-1 if c in backward else 1 for c in names])} turns it; turn the positions of the joint,"
+                " too, if its direction is reversed",
             )
         ]
-    for factor, text in _factors(cell, columns):
+    for factor, text in _factors(cell, columns, put):
         near = np.abs(np.log(slope[known] / factor[known])) < np.log(FACTOR)
         beside = np.abs(np.log(slope[known])) < np.log(FACTOR)
         if near.mean() > 0.7 and beside.mean() < 0.5:
@@ -264,7 +288,7 @@ def _scale(cell: Any, e: Any, columns: list[Any], got: np.ndarray, model: np.nda
                     e.name,
                     f"{names[0]} to {names[-1]}",
                     f"{np.median(slope[known]):.3g} times what the simulation shows",
-                    "about once",
+                    "a factor near 1",
                     text,
                 )
             ]
@@ -274,11 +298,11 @@ def _scale(cell: Any, e: Any, columns: list[Any], got: np.ndarray, model: np.nda
             LogProblem(
                 e.name,
                 f"{names[0]} to {names[-1]}",
-                f"{slope[known].min():.3g} to {slope[known].max():.3g} times what the simulation shows, another factor"
-                " for each joint",
-                "about once",
+                f"{slope[known].min():.3g} to {slope[known].max():.3g} times what the simulation shows, a different"
+                " factor for each joint",
+                "a factor near 1",
                 "are they per cent of a rated torque, or currents? State what 1 of the log is for each joint:"
-                f" --set 'columns.{columns[0].name.rstrip('0123456789')}.scale=[...]', or scale as a list in the map",
+                f" {put(scale='[...]')}",
             )
         ]
     off = float(np.exp(np.median(np.log(slope[known]))))
@@ -288,19 +312,22 @@ def _scale(cell: Any, e: Any, columns: list[Any], got: np.ndarray, model: np.nda
                 e.name,
                 f"{names[0]} to {names[-1]}",
                 f"{off:.3g} times what the simulation shows",
-                "about once",
-                "check unit and side in the map, and torque constants, structure and masses of the cell",
+                "a factor near 1",
+                f"check unit and side of columns.{column_family(names[0])}, and torque constants, structure and masses"
+                " of the cell",
             )
         ]
     return []
 
 
-def _factors(cell: Any, columns: list[Any]) -> list[tuple[np.ndarray, str]]:
+def _factors(cell: Any, columns: list[Any], put: Callable[..., str]) -> list[tuple[np.ndarray, str]]:
     n, channel, unit = len(columns), columns[0].channel, columns[0].unit
-    thousandth = f"unit: m{unit}" if unit in ("A", "N") else "the unit is a thousandth of the one in the map"
+    thousandth = "the unit is a thousandth of the one that was read"
+    if unit in THOUSANDTHS and channel in (CURRENT, TORQUE):
+        thousandth = put(unit=THOUSANDTHS[unit])
     out = [
         (np.full(n, 1e3), thousandth),
-        (np.full(n, 1e-3), "the unit is a thousand times the one in the map, or the log is in base units"),
+        (np.full(n, 1e-3), "the unit is a thousand times the one that was read"),
     ]
     if cell.drives is None or channel not in (CURRENT, TORQUE):
         return out
@@ -309,13 +336,13 @@ def _factors(cell: Any, columns: list[Any]) -> list[tuple[np.ndarray, str]]:
     if channel == CURRENT:
         return [
             *out,
-            (constant, "they are torques of the motors: unit: N m, side: motor"),
-            (constant * ratio, "they are torques of the joints: unit: N m"),
+            (constant, f"they are torques of the motors: {put(unit='N m', side='motor')}"),
+            (constant * ratio, f"they are torques of the joints: {put(unit='N m')}"),
         ]
     return [
         *out,
-        (1 / ratio, "they are torques on the motor side: side: motor"),
-        (1 / (ratio * constant), "they are currents: unit: A"),
+        (1 / ratio, f"they are torques on the motor side: {put(side='motor')}"),
+        (1 / (ratio * constant), f"they are currents: {put(unit='A')}"),
     ]
 
 
@@ -331,7 +358,7 @@ def _swapped(e: Any, names: list[str], got: np.ndarray, model: np.ndarray) -> li
                         f"{names[j]} and {names[k]}",
                         f"each like the simulation of the other (correlation {other:.2f}, own {own:.2f})",
                         "each similar to its own",
-                        "the two columns are swapped: exchange their names in the map",
+                        f"the two columns are swapped: exchange their names in columns.{column_family(names[0])}.from",
                     )
                 ]
     return []
@@ -356,7 +383,7 @@ def _unexplained(e: Any, names: list[str], got: np.ndarray, model: np.ndarray) -
     return []
 
 
-def _poses(cell: Any, e: Any) -> list[LogProblem]:
+def _poses(cell: Any, e: Any, words: EntryWords) -> list[LogProblem]:
     """Tool positions against where the cell puts the tool: another unit, or measured in another frame."""
     n = cell.robot.joints
     q, seen = _family(e, "q", n), np.column_stack([e[c] for c in "xyz"])
@@ -368,7 +395,7 @@ def _poses(cell: Any, e: Any) -> list[LogProblem]:
     if off < 0.05 * max(reach, 0.1):
         return []
     spread = float(np.linalg.norm(seen.std(0))) / max(float(np.linalg.norm(tip.std(0))), 1e-9)
-    for scale, text in ((1e3, "position: mm"), (1e2, "position: cm"), (1e-3, "position: m, not mm")):
+    for scale, text in ((1e3, "mm"), (1e2, "cm"), (1e-3, "m")):
         if 1 / FACTOR < spread / scale < FACTOR:
             return [
                 LogProblem(
@@ -376,7 +403,7 @@ def _poses(cell: Any, e: Any) -> list[LogProblem]:
                     "x y z",
                     f"positions that spread {spread:.3g} times as far as the cell's tool",
                     "about as far",
-                    f"say {text}",
+                    words.put("columns.tool", position=text),
                 )
             ]
     a, b = seen - seen.mean(0), tip - tip.mean(0)
@@ -386,7 +413,7 @@ def _poses(cell: Any, e: Any) -> list[LogProblem]:
     T[:3, :3], T[:3, 3] = R, tip.mean(0) - R @ seen.mean(0)
     left = float(np.median(np.linalg.norm(a @ R.T - b, axis=1)))
     if left < 0.2 * off:
-        pose = ", ".join(f"{x:.5g}" for x in kr5.to_xyzrpy(T))
+        pose = words.put("columns.tool", device=[float(f"{x:.5g}") for x in kr5.to_xyzrpy(T)])
         return [
             LogProblem(
                 e.name,
@@ -394,7 +421,7 @@ def _poses(cell: Any, e: Any) -> list[LogProblem]:
                 f"a tool {1e3 * off:.4g} mm from its position by the cell, {1e3 * left:.3g}"
                 " mm after a rigid transformation",
                 "poses in the base of the robot",
-                f"the device measures in its own frame: device: [{pose}] in columns.tool",
+                f"the device measures in its own frame: {pose}",
             )
         ]
     return [

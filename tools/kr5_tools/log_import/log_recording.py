@@ -1,11 +1,13 @@
 """A recording made of logs and a model of the robot, without a map written by hand."""
 
+import re
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import kr5
 import kr5.cell
 import yaml
 
@@ -59,7 +61,7 @@ def record_logs(logs: Sequence[Path], cell: Any, options: LogOptions, described:
                 completed.extend(with_torque_constants(recording))
             completed.extend(with_noise(recording))
 
-        recording, said, problems = import_recording(logs[0], map_file, complete)
+        recording, said, problems = import_recording(logs[0], map_file, complete, ", ".join(log.name for log in logs))
     notes += [*guessed.notes, *said, *completed]
     return LogRecording(recording, guessed.entry, guessed.told(), notes, problems, known_errors(recording))
 
@@ -73,11 +75,16 @@ def _given(options: LogOptions, of_map: list[Override]) -> GivenEntries:
 
 
 def _with_overrides(cell: Any, overrides: list[tuple[list[str], Any]]) -> Any:
-    if not overrides:
-        return cell
+    """The cell with single entries replaced; an error names the entry, not a line of a text that no user wrote."""
     data = yaml.safe_load(cell.to_yaml())
-    apply_overrides(data, overrides)
-    return kr5.cell.parse_cell(yaml.safe_dump(data, sort_keys=False), "--set")
+    for path, value in overrides:
+        apply_overrides(data, [(path, value)])
+        where = f"--set cell.{'.'.join(path)}"
+        try:
+            cell = kr5.cell.parse_cell(yaml.safe_dump(data, sort_keys=False), where)
+        except kr5.Error as error:
+            terminal.fail(re.sub(rf"^{re.escape(where)}:\d+: ", f"{where}: ", str(error)))
+    return cell
 
 
 def require_plausible(found: LogRecording, trust: bool) -> None:

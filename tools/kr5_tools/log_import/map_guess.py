@@ -14,6 +14,7 @@ import numpy as np
 from kr5_tools.cli import terminal
 from kr5_tools.log_import.clock_guess import USUAL_STEP, GuessedClock, guess_clock, require_clock
 from kr5_tools.log_import.column_names import Family, FoundFamilies
+from kr5_tools.log_import.entry_words import EntryWords
 from kr5_tools.log_import.experiment_split import RawPart, split_parts
 from kr5_tools.log_import.joint_columns import FARTHEST, joint_entry, joint_values, range_text
 from kr5_tools.log_import.kind_guess import WRENCH_NAMES, LogPart, log_parts, wrench_columns
@@ -69,7 +70,7 @@ def guess_map(
     given = given or GivenEntries()
     parts: list[tuple[RawPart, dict[str, Any], GuessedClock | None]] = []
     for file in files:
-        log = read_log(file)
+        log = read_log(file, given.header, EntryWords(by_option=True))
         parts += [_read_part(part, cell, given, out, file.name) for part in _parts_of(log, cell, given)]
     if not parts:
         terminal.fail("no log: expected at least one")

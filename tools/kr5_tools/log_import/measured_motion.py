@@ -32,7 +32,7 @@ def choose_smoothing(q: Series, loads: np.ndarray | None) -> Smoothing:
     smooth = np.column_stack([np.interp(rows, q.t, column) for column in q.values.T])
     cutoff = float(found.cutoff) if found.usable else 5 * identification.motion_bandwidth(smooth, step)
     smooths = 0 < cutoff < HIGHEST / step
-    stride = max(1, int(1 / (SAMPLES * max(cutoff, 1e-3) * step)), -(-len(q.t) // MOST_ROWS))
+    stride = max(1, int(1 / (SAMPLES * max(cutoff, 1e-3) * step)))
     return Smoothing(cutoff, even, stride, smooths)
 
 
@@ -48,5 +48,5 @@ def kept_times(t: np.ndarray, smoothing: Smoothing, low: float, high: float) -> 
     """Rows of the log that an experiment [low, high) keeps: not those near an end of it, where the filter knows one
     side only."""
     edge = 1 / smoothing.cutoff if smoothing.smooths else 0.0
-    inside = (t >= low) & (t < high) & (t >= t[0] + edge) & (t <= t[-1] - edge)
-    return np.asarray(t[inside][:: smoothing.stride])
+    inside = t[(t >= low) & (t < high) & (t >= t[0] + edge) & (t <= t[-1] - edge)]
+    return np.asarray(inside[:: max(smoothing.stride, -(-len(inside) // MOST_ROWS))])

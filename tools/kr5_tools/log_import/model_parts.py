@@ -11,6 +11,7 @@ from kr5 import identification
 
 from kr5_tools.cli import terminal
 from kr5_tools.log_import.joint_motion import arm_model, merged_motion, motion_of
+from kr5_tools.log_import.joint_columns import range_text
 
 SHOWN = 3.0  # standard deviations from which friction or an offset beside it counts
 SURE = 5.0  # standard deviations that a torque constant must be above zero
@@ -54,11 +55,10 @@ def with_noise(recording: Any) -> list[str]:
         sigma = [difference_noise([np.asarray(e[c]) for e in logs]) for c in columns]
         setattr(noise, own, sigma)
         cell.noise = noise
-        unit = "A" if family == "i" else "N m"
-        notes.append(
-            f"noise of {columns[0]} to {columns[-1]}, from neighbouring rows: {', '.join(f'{s:.2g}' for s in sigma)}"
-            f" {unit}"
-        )
+        units = ["A"] * n if family == "i" else [_load_unit(cell, k) for k in range(n)]
+        shown = [f"{s:.2g}" if len(set(units)) == 1 else f"{s:.2g} {unit}" for s, unit in zip(sigma, units)]
+        unit = f" [{units[0]}]" if len(set(units)) == 1 else ""
+        notes.append(f"noise of {range_text(columns)}, from neighbouring rows{unit}: {', '.join(shown)}")
     for key, columns in (
         ("position", [f"q{k + 1}" for k in range(n)]),
         ("force", ["fx", "fy", "fz"]),
@@ -76,6 +76,11 @@ def with_noise(recording: Any) -> list[str]:
         notes.append(f"noise.{key}, from neighbouring rows: {value:.2g}")
     recording.cell = cell
     return notes
+
+
+def _load_unit(cell: Any, joint: int) -> str:
+    """Unit of what a joint bears."""
+    return "N" if str(cell.robot.dh[joint].type) == "prismatic" else "N m"
 
 
 def _is_stated(cell: Any, family: str) -> bool:
@@ -98,7 +103,7 @@ def difference_noise(parts: list[np.ndarray]) -> float:
 
 
 def with_torque_constants(recording: Any) -> list[str]:
-    """Torque constants [N m/A on the joint side] of a model that states none, by the currents that its torques take;
+    """Torque constants [N m/A on the joint side, N/A of a slide] of a model that states none, by the currents that its torques take;
     masses of the model that are all off by one factor cannot be told from them."""
     cell, n = recording.cell, recording.cell.robot.joints
     fit = [e for e in recording.experiments if str(e.kind) == "motion" and str(e.split) == "fit" and "i1" in e.data]
@@ -112,8 +117,9 @@ def with_torque_constants(recording: Any) -> list[str]:
         value, std = _torque_constant(torque[:, k], np.asarray(motion.qd)[:, k], current[:, k])
         if not value > SURE * std:
             terminal.fail(
-                f"the log does not tell the torque constant of joint {k + 1} ({value:.3g} ± {std:.2g} N m/A), which the"
-                " model does not state; state them: --set 'cell.drives.torque_constant=[...]' [N m/A], or log torques"
+                f"the log does not tell the torque constant of joint {k + 1} ({value:.3g} ± {std:.2g}"
+                f" {_load_unit(cell, k)}/A), which the model does not state; state them:"
+                " --set 'cell.drives.torque_constant=[...]', or log torques"
             )
         constants.append(value)
         deviations.append(std)
@@ -121,8 +127,10 @@ def with_torque_constants(recording: Any) -> list[str]:
     drives.torque_constant = np.array(constants)
     cell.drives = drives
     recording.cell = cell
-    shown = ", ".join(f"{v:.3g} ± {s:.1g}" for v, s in zip(constants, deviations))
-    return [f"torque constants from the log, for the masses of the model [N m/A]: {shown}"]
+    units = [f"{_load_unit(cell, k)}/A" for k in range(n)]
+    one = units[0] if len(set(units)) == 1 else ""
+    shown = ", ".join(f"{v:.3g} ± {s:.1g}{'' if one else f' {u}'}" for v, s, u in zip(constants, deviations, units))
+    return [f"torque constants from the log, for the masses of the model{f' [{one}]' if one else ''}: {shown}"]
 
 
 def _torque_constant(torque: np.ndarray, speed: np.ndarray, current: np.ndarray) -> tuple[float, float]:
@@ -161,7 +169,8 @@ def _nominal_torques(cell: Any, experiment: Any) -> np.ndarray:
 
 def known_errors(recording: Any) -> list[Any]:
     """How far the best model of an arm on measured positions stays off in each load column: base parameters, friction
-    and rotors fitted to the rows to fit. What no such model explains is no effect of the catalogue."""
+    and rotors fitted to the rows to fit. Effects that are not in that model, such as torque ripple or backlash, are
+    found where they stand out of it. Empty unless motions are on measured positions."""
     cell, n = recording.cell, recording.cell.robot.joints
     fit = [
         e

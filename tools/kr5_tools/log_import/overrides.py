@@ -17,6 +17,7 @@ class GivenEntries:
 
     columns: dict[str, dict[str, Any]] = field(default_factory=dict)  # by family
     clock: dict[str, Any] = field(default_factory=dict)
+    header: list[str] | None = None  # names of the columns of a text file without them
 
 
 def parse_overrides(texts: list[str]) -> tuple[list[Override], list[Override]]:
@@ -42,6 +43,8 @@ def given_entries(overrides: list[Override]) -> GivenEntries:
     apply_overrides(data, overrides)
     columns, clock = data.get("columns"), data.get("clock")
     out = GivenEntries(clock=clock if isinstance(clock, dict) else {})
+    if isinstance(header := data.get("header"), list):
+        out.header = [str(name) for name in header]
     for name, entry in columns.items() if isinstance(columns, dict) else ():
         out.columns[name] = entry if isinstance(entry, dict) else {"from": entry}
     return out
