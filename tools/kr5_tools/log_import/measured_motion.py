@@ -9,6 +9,7 @@ from kr5_tools.log_import.values import Series, low_pass
 
 MARGIN = 5.0  # [s] beyond an experiment that a filter may use
 HIGHEST = 0.45  # of the rate of the log, above which nothing is left to smooth away
+EDGE = 2.0  # periods of the cut-off at the ends of a log, where the filter knows one side of the motion only
 SAMPLES = 20  # rows a period of the cut-off that are kept
 MOST_ROWS = 3000  # of an experiment
 
@@ -45,8 +46,7 @@ def smoothed(s: Series, smoothing: Smoothing, where: str) -> Series:
 
 
 def kept_times(t: np.ndarray, smoothing: Smoothing, low: float, high: float) -> np.ndarray:
-    """Rows of the log that an experiment [low, high) keeps: not those near an end of it, where the filter knows one
-    side only."""
-    edge = 1 / smoothing.cutoff if smoothing.smooths else 0.0
+    """Rows of the log that an experiment [low, high) keeps: not those near an end of the log."""
+    edge = EDGE / smoothing.cutoff if smoothing.smooths else 0.0
     inside = t[(t >= low) & (t < high) & (t >= t[0] + edge) & (t <= t[-1] - edge)]
     return np.asarray(inside[:: max(smoothing.stride, -(-len(inside) // MOST_ROWS))])
