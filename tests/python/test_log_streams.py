@@ -176,7 +176,7 @@ def test_missing_efforts_are_filled_as_the_map_is_told(diagnose, named_arm, name
     t, q, tau = moved(named_arm, rows=900)
     tau[5, 2] = np.nan
     log = csv(tmp_path, joint_states(t, q, tau))
-    code, said, data = diagnose(log, "--model", named_urdf, "--set", "columns.tau.missing=drop", *QUICK)
+    code, said, _ = diagnose(log, "--model", named_urdf, "--set", "columns.tau.missing=drop", *QUICK)
     assert code == 0 and "1 of 900 rows without a number were left out" in said, said
     refused(
         diagnose,
@@ -291,8 +291,8 @@ def test_a_motion_with_poses_of_the_tool_is_a_motion(diagnose, named_arm, named_
 def test_columns_of_messages_keep_the_order_in_which_they_came(tmp_path):
     table = MessageTable(tmp_path)
     fields = [f"field_{k}" for k in np.random.default_rng(1).permutation(30)]
-    table.add("/topic", 1.0, {name: 0.5 for name in fields})
-    table.add("/topic", 2.0, {name: 0.5 for name in [*fields, "late_b", "late_a"]})
+    table.add("/topic", 1.0, dict.fromkeys(fields, 0.5))
+    table.add("/topic", 2.0, dict.fromkeys([*fields, "late_b", "late_a"], 0.5))
     expected = [f"/topic:{name}" for name in ["log_time", *fields, "late_b", "late_a"]]
     assert list(table.log().columns) == expected
 
@@ -316,7 +316,7 @@ def test_stamps_in_two_columns_are_one_clock(diagnose, named_arm, named_urdf, tm
     head = {seconds: EPOCH + stamps // 10**9, rest: stamps % 10**9}
     log = csv(tmp_path, {k: np.asarray(v, float) for k, v in head.items()} | columns)
     joined = read_log(tmp_path / log)
-    assert list(joined.columns)[0] == re.split(r"[./]secs?$", seconds)[0]
+    assert next(iter(joined.columns)) == re.split(r"[./]secs?$", seconds)[0]
     assert np.allclose(next(iter(joined.columns.values())) - EPOCH, t, atol=1e-6)
     code, said, data = diagnose(log, "--model", named_urdf, *QUICK)
     assert code == 0 and data["verdict"] == "no_gap", said

@@ -1,11 +1,13 @@
 """A diagnosis in sentences: names of columns, parts and variables, and the verdict."""
 
 import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from kr5_tools.cli.numbers import format_number, format_percent, text_unit
+from kr5_tools.model_files.kinds import ENDINGS
 
 KINDS = {
     "motion": "free motion",
@@ -274,8 +276,9 @@ def _rest(data: dict[str, Any]) -> str:
     return "the " + (join_list(places) if not more else ", ".join(places[:3]) + more)
 
 
-def next_steps(data: dict[str, Any], recording: str) -> list[str]:
-    """What to do now, in order."""
+def next_steps(data: dict[str, Any], source: str, model: str | None = None) -> list[str]:
+    """What to do now, in order. `source`: what was diagnosed, as a command takes it; `model`: file of the model that
+    was given beside it."""
     steps = []
     if data["verdict"] == "no_gap" or not data["where"]:
         if data.get("scope"):
@@ -298,11 +301,9 @@ def next_steps(data: dict[str, Any], recording: str) -> list[str]:
         if remedy := row.remedy if row else "":
             steps.append(f"{capitalised(effect_text(cause['effect'], cause['target']))}: {remedy}")
     if data["causes"]:
-        option, tuned = ("cell", "tuned.yaml")
-        if model := re.search(r" --model \S+?(\.\w+)(\s|$)", recording):
-            option, tuned = "model", f"tuned{model[1]}"
+        option, tuned = ("model", f"tuned{_ending(model)}") if model else ("cell", "tuned.yaml")
         steps.append(
-            f"To simulate with these causes: `kr5 gap diagnose {recording} --write-{option} {tuned}`. A gap near 1 on"
+            f"To simulate with these causes: `kr5 gap diagnose {source} --write-{option} {tuned}`. A gap near 1 on"
             f" another recording, `kr5 gap measure OTHER --{option} {tuned}`, confirms the result."
         )
     if data["unexplained"]:
@@ -317,6 +318,12 @@ def next_steps(data: dict[str, Any], recording: str) -> list[str]:
             " effect, added from Python; one that does not recur belonged to this recording."
         )
     return steps
+
+
+def _ending(model: str) -> str:
+    """Of a new model in the format of this one, as far as its name tells."""
+    ending = Path(model).suffix.lower()
+    return ending if ending in ENDINGS else ".urdf"
 
 
 NOISE = (

@@ -17,6 +17,9 @@ class EntryWords:
         return f"{entries} in {key}" if "." in key else f"{key}: {{{entries}}} in the map"
 
 
+IN_MAP = EntryWords()
+
+
 def _text(value: Any) -> str:
     if isinstance(value, (list, tuple)):
         return f"[{', '.join(_text(v) for v in value)}]"

@@ -222,6 +222,7 @@ class Importer:
 
     def smoothing(self, q: Series, loads: np.ndarray | None, experiment: Experiment) -> Smoothing:
         source = experiment.sources["q"]
+        assert isinstance(source, Source), "of joints"
         key = (self.log(source.log or experiment.entry.log).file, source.names[0])
         if key not in self.smoothings:
             self.smoothings[key] = choose_smoothing(q, loads)

@@ -12,7 +12,7 @@ import numpy as np
 from kr5_tools.cli import terminal
 from kr5_tools.files.documents import read_text
 from kr5_tools.log_import.bag_file import is_bag_folder, read_bag
-from kr5_tools.log_import.entry_words import EntryWords
+from kr5_tools.log_import.entry_words import IN_MAP, EntryWords
 from kr5_tools.log_import.log import Log
 from kr5_tools.log_import.messages import STAMP_FIELDS
 
@@ -22,7 +22,7 @@ MAX_ARRAY_BYTES = 2 << 30  # of an array
 ENDINGS = ("csv", "txt", "tsv", "dat", "log", "npz", "mcap", "db3", "bag")
 
 
-def read_log(file: Path, header: list[str] | None = None, words: EntryWords = EntryWords()) -> Log:
+def read_log(file: Path, header: list[str] | None = None, words: EntryWords = IN_MAP) -> Log:
     """Reads a log. `header` names the columns of a text file that has none; `words`: how errors say where to give
     it."""
     if is_bag_folder(file):

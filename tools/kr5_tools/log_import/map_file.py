@@ -21,7 +21,7 @@ from kr5_tools.files.documents import (
     read_text,
     validate_document,
 )
-from kr5_tools.log_import.entry_words import EntryWords
+from kr5_tools.log_import.entry_words import IN_MAP, EntryWords
 from kr5_tools.log_import.units import unit_factor
 
 WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
@@ -224,7 +224,7 @@ class Map:
     experiments: list[Experiment]
     header: list[str] | None = None
     shown: str = ""  # by which errors name it
-    words: EntryWords = EntryWords()
+    words: EntryWords = IN_MAP
 
 
 def load_map(file: Path, shown: str | None = None) -> Map:

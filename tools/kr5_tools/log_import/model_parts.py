@@ -10,8 +10,8 @@ import numpy as np
 from kr5 import identification
 
 from kr5_tools.cli import terminal
-from kr5_tools.log_import.joint_motion import arm_model, merged_motion, motion_of
 from kr5_tools.log_import.joint_columns import range_text
+from kr5_tools.log_import.joint_motion import arm_model, merged_motion, motion_of
 
 SHOWN = 3.0  # standard deviations from which friction or an offset beside it counts
 SURE = 5.0  # standard deviations that a torque constant must be above zero
@@ -34,6 +34,68 @@ def with_parts_to_try(cell: Any) -> tuple[Any, list[str]]:
         cell.tool = kr5.cell.Tool(T_flange_tool=np.eye(4))
         notes.append("the model states no tool: nothing is taken to hang on the flange")
     return cell, notes
+
+
+KEPT_PARTS = ("servo", "camera", "board", "targets", "laser", "contact", "peg", "tube")  # no description states them
+
+
+def with_parts_of(model: Any, own: Any) -> Any:
+    """The robot of a description in the cell of a recording: noise, sensors, and what else the description does not
+    state, stay those of the recording. Ends with an error where it is another robot."""
+    cell = model.cell
+    _require_same_joints(model, own)
+    cell.noise = own.noise
+    for part in KEPT_PARTS:
+        if not getattr(cell, part):
+            setattr(cell, part, getattr(own, part))
+    if own.drives is not None:
+        cell.drives = _drives_of(cell.drives, own.drives, str(model.kind) == "mjcf")
+    if own.tool is not None and cell.tool.mass == 0:
+        cell.tool = _tool_of(cell, own)
+    return cell
+
+
+def _require_same_joints(model: Any, own: Any) -> None:
+    cell, names = model.cell, list(own.robot.joint_names)
+    if cell.robot.joints != own.robot.joints:
+        terminal.fail(
+            f"{model.file}: found {cell.robot.joints} joints, expected {own.robot.joints}, as the recording has; is"
+            " this the model of its robot, and do --base and --tip name its arm?"
+        )
+    if names and cell.robot.joint_names and names != list(model.joints):
+        terminal.fail(
+            f"{model.file}: found the joints {', '.join(model.joints)}, expected {', '.join(names)}, as the recording"
+            " has; is this the model of its robot?"
+        )
+
+
+def _drives_of(stated: Any, own: Any, has_rotors: bool) -> Any:
+    """Gears and motors of the recording, with the friction of the description where it states any, and its rotors,
+    which it states on the side of the joints."""
+    if stated is None:
+        return own
+    own.friction = stated.friction
+    if has_rotors:
+        back = np.linalg.inv(np.asarray(own.structure))
+        own.rotor_inertia = np.diag(back.T @ np.diag(np.asarray(stated.rotor_inertia)) @ back).copy()
+    return own
+
+
+def _tool_of(cell: Any, own: Any) -> Any:
+    """The tool of the recording, unless the arm of the description reaches to its tip and so has it as a link."""
+    tip, flange = (at[:3, 3] for at in (own.T_base_tool(np.zeros(own.robot.joints)), _flange(own)))
+    end = _flange(cell)[:3, 3]
+    if np.linalg.norm(end - flange) <= np.linalg.norm(end - tip):
+        return own.tool
+    tool = kr5.cell.Tool()
+    tool.T_flange_sensor = np.linalg.inv(np.asarray(own.tool.T_flange_tool)) @ np.asarray(own.tool.T_flange_sensor)
+    return tool
+
+
+def _flange(cell: Any) -> np.ndarray:
+    """Pose of the flange in the base, at zero joint angles."""
+    tool = np.eye(4) if cell.tool is None else np.asarray(cell.tool.T_flange_tool)
+    return np.asarray(cell.T_base_tool(np.zeros(cell.robot.joints)) @ np.linalg.inv(tool))
 
 
 def with_noise(recording: Any) -> list[str]:
@@ -103,8 +165,8 @@ def difference_noise(parts: list[np.ndarray]) -> float:
 
 
 def with_torque_constants(recording: Any) -> list[str]:
-    """Torque constants [N m/A on the joint side, N/A of a slide] of a model that states none, by the currents that its torques take;
-    masses of the model that are all off by one factor cannot be told from them."""
+    """Torque constants [N m/A on the joint side, N/A of a slide] of a model that states none, by the currents that its
+    torques take; masses of the model that are all off by one factor cannot be told from them."""
     cell, n = recording.cell, recording.cell.robot.joints
     fit = [e for e in recording.experiments if str(e.kind) == "motion" and str(e.split) == "fit" and "i1" in e.data]
     if not fit:
