@@ -6,7 +6,7 @@ import kr5.cell
 import numpy as np
 import pytest
 
-from arm_logs import NAMES, NOISE, QUICK, STATES, case_logs, joint_states, moved, refused, state, swing, written_bag
+from arm_logs import NAMES, QUICK, STATES, case_logs, joint_states, moved, refused, state, swing, written_bag
 from kr5_tools.log_import.column_names import find_families
 from kr5_tools.log_import.kind_guess import log_parts
 from kr5_tools.log_import.log import Log
@@ -361,4 +361,3 @@ def test_a_sound_arm_at_a_fast_rate_with_noisy_or_coarse_encoders_has_no_gap(
     log = csv(tmp_path, joint_states(t, q, tau))
     code, said, data = diagnose(log, "--model", named_urdf, *QUICK)
     assert code == 0 and data["verdict"] == "no_gap", said
-    assert NOISE.shape == (6,)
