@@ -92,7 +92,7 @@ def test_columns_that_are_named_as_the_error_says_are_read(diagnose, named_arm, 
     t, q, tau = moved(named_arm, rows=900)
     columns = {"time": t} | {f"alpha_{k}": q[:, k] for k in range(6)} | {f"beta_{k}": tau[:, k] for k in range(6)}
     log = csv(tmp_path, columns)
-    refused(diagnose, log, "--model", named_urdf, text="--set columns.q.from=[...]")
+    refused(diagnose, log, "--model", named_urdf, text="--set 'columns.q.from=[...]'")
     names = [f"columns.q.from=[{','.join(f'alpha_{k}' for k in range(6))}]", "columns.tau.from=beta_{0}"]
     code, said, data = diagnose(log, "--model", named_urdf, "--set", names[0], "--set", names[1], *QUICK)
     assert code == 0 and data["verdict"] == "no_gap", said
@@ -101,7 +101,9 @@ def test_columns_that_are_named_as_the_error_says_are_read(diagnose, named_arm, 
 def test_columns_of_joints_of_other_names_are_read_when_they_are_named(diagnose, named_arm, named_urdf, tmp_path):
     parts = ["base_turn", "upper", "lower", "roll", "nod", "spin"]
     log = csv(tmp_path, joint_states(*moved(named_arm, rows=900), names=parts))
-    refused(diagnose, log, "--model", named_urdf, text=("--set columns.q.from=[...]", "--set columns.tau.from=[...]"))
+    refused(
+        diagnose, log, "--model", named_urdf, text=("--set 'columns.q.from=[...]'", "--set 'columns.tau.from=[...]'")
+    )
     named = [
         f"columns.{family}.from=[{','.join(f'/joint_states/{p}/{word}' for p in parts)}]"
         for family, word in (("q", "position"), ("tau", "effort"))
@@ -117,7 +119,7 @@ def test_efforts_in_percent_are_read_once_their_scale_is_stated(diagnose, named_
     columns |= {f"torque_{k + 1}_%": 100 * tau[:, k] / rated[k] for k in range(6)}
     log = csv(tmp_path, columns)
     said = refused(diagnose, log, "--model", named_urdf, text="found per cent of a rated value")
-    assert "--set 'columns.tau.scale=[...]'" in said and "--set columns.tau.unit='N m'" in said
+    assert "--set 'columns.tau.scale=[...]'" in said and "--set 'columns.tau.unit=N m'" in said
     scale = f"columns.tau.scale=[{','.join(f'{r / 100:g}' for r in rated)}]"
     for more in ([], ["--set", "columns.tau.unit=N m"]):
         code, said, data = diagnose(log, "--model", named_urdf, "--set", scale, *more, *QUICK)
@@ -157,7 +159,7 @@ def test_a_column_that_is_no_number_anywhere_is_replaced_by_the_one_that_is_name
     t, q, tau = moved(named_arm, rows=900)
     columns = joint_states(t, q, np.full(tau.shape, np.nan)) | {f"sensor_{k}": tau[:, k] for k in range(6)}
     log = csv(tmp_path, columns)
-    refused(diagnose, log, "--model", named_urdf, text=("found no number in any row", "--set columns.tau.from=[...]"))
+    refused(diagnose, log, "--model", named_urdf, text=("found no number in any row", "--set 'columns.tau.from=[...]'"))
     code, said, data = diagnose(log, "--model", named_urdf, "--set", "columns.tau.from=sensor_{0}", *QUICK)
     assert code == 0 and data["verdict"] == "no_gap", said
 
@@ -361,3 +363,30 @@ def test_a_sound_arm_at_a_fast_rate_with_noisy_or_coarse_encoders_has_no_gap(
     log = csv(tmp_path, joint_states(t, q, tau))
     code, said, data = diagnose(log, "--model", named_urdf, *QUICK)
     assert code == 0 and data["verdict"] == "no_gap", said
+
+
+def test_degrees_that_were_stated_as_radians_are_mended_by_the_unit_of_what_was_measured(
+    diagnose, named_arm, named_urdf, tmp_path
+):
+    t, q, tau = moved(named_arm, rows=900)
+    log = csv(tmp_path, joint_states(t, np.degrees(q), tau))
+    given = ["--set", "columns.q.unit=rad"]
+    refused(diagnose, log, "--model", named_urdf, *given, text="--set columns.q.unit=deg")
+    code, said, data = diagnose(log, "--model", named_urdf, "--set", "columns.q.unit=deg", *QUICK)
+    assert code == 0 and data["verdict"] == "no_gap", said
+
+
+def slide_log(tmp_path):
+    """A carriage of 3 kg on a vertical slide: model, and columns of time, position [m] and force [N]."""
+    cell = kr5.cell.Cell(
+        name="slide",
+        robot=kr5.cell.Robot(
+            dh=[kr5.kinematics.DhJoint(type="prismatic")],
+            links=[kr5.cell.Link(mass=3.0, com=[0.0, 0.0, 0.0], inertia=[0.01] * 3 + [0.0] * 3)],
+        ),
+    )
+    random = np.random.default_rng(1)
+    t = 0.008 * np.arange(1500)
+    z = 0.3 * (1 - np.cos(1.3 * t)) / 2 * (1 - np.exp(-(t**2)))
+    force = 3.0 * (9.81 + np.gradient(np.gradient(z, t), t))
+    return cell, t, z, force + random.normal(0, 0.05, len(t))

@@ -179,8 +179,8 @@ def test_joints_counted_in_another_order_are_refused(diagnose, named_arm, named_
     columns = {"t": t} | {f"q{k + 1}": q[:, j] for k, j in enumerate(order)}
     columns |= {f"tau{k + 1}": tau[:, j] for k, j in enumerate(order)}
     case_logs.write_csv(tmp_path / "log.csv", columns)
-    code, said, _ = diagnose("log.csv", "--model", named_urdf)
-    assert code == 2, said
+    said = refused(diagnose, "log.csv", "--model", named_urdf, text="motion-1: q3: found 0.2")
+    assert "expected -4.625 to -1.606; check columns.q, its order and its offsets (also in motion-2)" in said
 
 
 def test_the_log_of_a_stopped_arm_is_refused(diagnose, named_arm, named_urdf, tmp_path):

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from kr5_tools.cli import terminal
+from kr5_tools.log_import.entry_words import EntryWords
 from kr5_tools.log_import.log import Log
 from kr5_tools.log_import.log_time import beginning
 from kr5_tools.log_import.units import UNITS, unit_factor
@@ -93,7 +94,7 @@ def _unit_of(step: float, usual: float) -> str:
     return min(SCALES, key=lambda u: abs(np.log(max(step, 1e-12) * SCALES[u] / usual)))
 
 
-def require_clock(clock: GuessedClock | None, log: Log) -> GuessedClock:
+def require_clock(clock: GuessedClock | None, log: Log, words: EntryWords) -> GuessedClock:
     if clock is None:
         names = ", ".join(list(log.columns)[:12])
         terminal.fail(
@@ -103,6 +104,6 @@ def require_clock(clock: GuessedClock | None, log: Log) -> GuessedClock:
     if not np.isfinite(clock.seconds).all() or (len(clock.seconds) > 1 and float(np.ptp(clock.seconds)) <= 0):
         terminal.fail(
             f"{log.file}: {clock.proposal}: found no time that goes on, expected a number in each row; choose another"
-            " column with --set clock.column=NAME, or state the interval of its rows with --every SECONDS"
+            f" column ({words.put('clock', column='NAME')}), or state the interval of its rows with --every SECONDS"
         )
     return clock

@@ -1,6 +1,8 @@
 """How the columns of one quantity of the joints are to be read: unit, side of the gears, rows without a number."""
 
 import re
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -10,26 +12,27 @@ from kr5_tools.cli import terminal
 from kr5_tools.log_import.column_names import Family
 from kr5_tools.log_import.log import Log
 from kr5_tools.log_import.map_file import Source, names_of, read_source
+from kr5_tools.log_import.overrides import GivenEntries
 from kr5_tools.log_import.values import to_si
 
 FARTHEST = 20.0  # [m] a cell reaches, beyond which a length is in millimetres
 
 
-def joint_entry(family: Family, log: Log, cell: Any, given: dict[str, Any]) -> tuple[dict[str, Any], str, str]:
-    """Its entry in a map, what of it is proposed, and why. `given`: what the user states of it."""
+def joint_entry(family: Family, log: Log, cell: Any, stated: GivenEntries) -> tuple[dict[str, Any], str, str]:
+    """Its entry in a map, what of it is proposed, and why. `stated`: what the user states."""
+    given, put = stated.columns.get(family.name, {}), partial(stated.words.put, f"columns.{family.name}")
     values = np.column_stack([log.columns[n] for n in family.columns])
     if not np.isfinite(values).any():
         terminal.fail(
             f"{log.file}: {range_text(family.columns)}: found no number in any row, expected"
             f" {'positions' if family.name in ('q', 'qc') else 'efforts'} of the joints; is the publisher asked to fill"
-            " them in? Other columns are named with --set"
-            f" columns.{family.name}.from=[...]"
+            f" them in? Other columns are named with {put(**{'from': '[...]'})}"
         )
     entry: dict[str, Any] = {"from": pattern_of(family.columns)}
     if "unit" in given:
         unit, why = given["unit"], "as stated"
     else:
-        unit, why = _joint_unit(family, _scaled(values, given), log, cell, "scale" in given)
+        unit, why = _joint_unit(family, _scaled(values, given), log, cell, None if "scale" in given else put)
     entry["unit"] = unit
     if family.motor_side:
         entry["side"] = "motor"
@@ -75,13 +78,16 @@ def _scaled(values: np.ndarray, given: dict[str, Any]) -> np.ndarray:
         return values
 
 
-def _joint_unit(family: Family, values: np.ndarray, log: Log, cell: Any, scaled: bool) -> tuple[str | list[str], str]:
-    """Unit of the columns, from their name or the size of their numbers."""
-    if family.unit == "%" and not scaled:
+def _joint_unit(
+    family: Family, values: np.ndarray, log: Log, cell: Any, put: Callable[..., str] | None
+) -> tuple[str | list[str], str]:
+    """Unit of the columns, from their name or the size of their numbers. `put`: how errors ask for a scale, where none
+    is stated."""
+    if family.unit == "%" and put is not None:
+        how = put(scale="[...]", unit="A" if family.name == "i" else "N m")
         terminal.fail(
             f"{log.file}: {range_text(family.columns)}: found per cent of a rated value, expected N m, N or A; state"
-            f" what 1 % is for each joint: --set 'columns.{family.name}.scale=[...]', and its unit:"
-            f" --set columns.{family.name}.unit={'A' if family.name == 'i' else chr(39) + 'N m' + chr(39)}"
+            f" what 1 % is for each joint, and its unit: {how}"
         )
     size = float(np.nanmax(np.abs(values)))
     why = f"values up to {size:.4g}"

@@ -14,6 +14,7 @@ import kr5.cell
 import numpy as np
 
 from kr5_tools.log_import.entry_words import EntryWords
+from kr5_tools.log_import.joint_columns import range_text
 from kr5_tools.log_import.map_file import column_family
 
 FACTOR = 1.6  # a scale within this factor of one that a wrong unit gives is taken for it
@@ -86,7 +87,8 @@ def _positions(cell: Any, e: Any, words: EntryWords) -> list[LogProblem]:
         q = _family(e, stem, n)
         if q is None:
             continue
-        put = partial(words.put, f"columns.{stem}")
+        name = "q" if str(e.joint_reference) == "measured" else stem  # what was measured stands for the motion
+        put = partial(words.put, f"columns.{name}")
         to_rad = np.where(turns, np.pi / 180, 1e-3)
         if not within(q):
             j = int(np.argmax(np.maximum(q.max(0) - high, low - q.min(0))))
@@ -107,12 +109,12 @@ def _positions(cell: Any, e: Any, words: EntryWords) -> list[LogProblem]:
             remedy = (
                 f"the numbers make sense {readings[0][1]}"
                 if readings
-                else f"check columns.{stem}, its order and its offsets"
+                else f"check columns.{name}, its order and its offsets"
             )
             out.append(
                 LogProblem(
                     e.name,
-                    f"{stem}{j + 1}",
+                    f"{name}{j + 1}",
                     f"{q[:, j].min():.4g} to {q[:, j].max():.4g}",
                     f"{low[j]:.4g} to {high[j]:.4g}",
                     remedy,
@@ -122,7 +124,7 @@ def _positions(cell: Any, e: Any, words: EntryWords) -> list[LogProblem]:
             out.append(
                 LogProblem(
                     e.name,
-                    f"{stem}1 to {stem}{n}",
+                    range_text([f"{name}{k + 1}" for k in range(n)]),
                     f"no joint farther than {np.abs(q).max():.3g} rad from zero",
                     "a motion of some size",
                     f"are the numbers radians, which were read as degrees? {put(unit='rad')}",
@@ -261,7 +263,7 @@ def _scale(
         return [
             LogProblem(
                 e.name,
-                f"{names[0]} to {names[-1]}",
+                range_text(names),
                 "the opposite sign to the simulation",
                 "the same sign",
                 f"{put(scale=-1)} turns it (or correct the directions of the joints)",
@@ -286,7 +288,7 @@ def _scale(
             return [
                 LogProblem(
                     e.name,
-                    f"{names[0]} to {names[-1]}",
+                    range_text(names),
                     f"{np.median(slope[known]):.3g} times what the simulation shows",
                     "a factor near 1",
                     text,
@@ -297,7 +299,7 @@ def _scale(
         return [
             LogProblem(
                 e.name,
-                f"{names[0]} to {names[-1]}",
+                range_text(names),
                 f"{slope[known].min():.3g} to {slope[known].max():.3g} times what the simulation shows, a different"
                 " factor for each joint",
                 "a factor near 1",
@@ -310,7 +312,7 @@ def _scale(
         return [
             LogProblem(
                 e.name,
-                f"{names[0]} to {names[-1]}",
+                range_text(names),
                 f"{off:.3g} times what the simulation shows",
                 "a factor near 1",
                 f"check unit and side of columns.{column_family(names[0])}, and torque constants, structure and masses"

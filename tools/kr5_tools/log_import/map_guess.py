@@ -14,7 +14,6 @@ import numpy as np
 from kr5_tools.cli import terminal
 from kr5_tools.log_import.clock_guess import USUAL_STEP, GuessedClock, guess_clock, require_clock
 from kr5_tools.log_import.column_names import Family, FoundFamilies
-from kr5_tools.log_import.entry_words import EntryWords
 from kr5_tools.log_import.experiment_split import RawPart, split_parts
 from kr5_tools.log_import.joint_columns import FARTHEST, joint_entry, joint_values, range_text
 from kr5_tools.log_import.kind_guess import WRENCH_NAMES, LogPart, log_parts, wrench_columns
@@ -70,7 +69,7 @@ def guess_map(
     given = given or GivenEntries()
     parts: list[tuple[RawPart, dict[str, Any], GuessedClock | None]] = []
     for file in files:
-        log = read_log(file, given.header, EntryWords(by_option=True))
+        log = read_log(file, given.header, given.words)
         parts += [_read_part(part, cell, given, out, file.name) for part in _parts_of(log, cell, given)]
     if not parts:
         terminal.fail("no log: expected at least one")
@@ -112,25 +111,29 @@ def _parts_of(log: Log, cell: Any, given: GivenEntries) -> list[LogPart]:
     }
     parts, families = log_parts(log, names, number, stated)
     if not parts:
-        _refuse_unknown(log, families, names, number)
+        _refuse_unknown(log, families, names, number, given)
     return parts
 
 
-def _refuse_unknown(log: Log, families: FoundFamilies, names: list[str], number: int) -> None:
+def _refuse_unknown(log: Log, families: FoundFamilies, names: list[str], number: int, given: GivenEntries) -> None:
+    for name, entry in given.columns.items():  # one that is not there may be misspelt
+        for column in names_of(entry["from"], number, f"columns.{name}") if entry.get("from") else ():
+            if column != "measured":
+                log.column(column, f"columns.{name}.from")
     shown = ", ".join(list(log.columns)[:12]) + (" ..." if len(log.columns) > 12 else "")
     words = [w for w in families.joint_words if re.search(r"[A-Za-z]", w)][:number]
     expected = f"; the model names {', '.join(names)}" if names else ""
+    q, tau = (given.words.put(f"columns.{name}", **{"from": "[...]"}) for name in ("q", "tau"))
     if names and words:
         terminal.fail(
             f"{log.file}: the log names joints such as {', '.join(words)}{expected}: is this the model of the robot in"
-            " the log? Choose another model, or name its columns: --set columns.q.from=[...], and those of the efforts:"
-            " --set columns.tau.from=[...]"
+            f" the log? Choose another model, or name its columns: {q}, and those of the efforts: {tau}"
         )
+    what = "column of the position of the joint" if number == 1 else f"{number} columns of joint positions"
+    how = "by its name" if number == 1 else "by their names or counted (q1, pos_1, ...)"
     terminal.fail(
-        f"{log.file}: found no {'column' if number == 1 else f'{number} columns'} of joint positions, by"
-        f" {'its name' if number == 1 else 'their names or counted (q1, pos_1, ...)'}, among {shown}{expected}; name"
-        f" {'it' if number == 1 else 'them'}: --set columns.q.from=[...], or write a map, see kr5 recording import"
-        " --help"
+        f"{log.file}: found no {what}, {how}, among {shown}{expected}; name {'it' if number == 1 else 'them'}: {q}, or"
+        " write a map, see kr5 recording import --help"
     )
 
 
@@ -170,7 +173,7 @@ def _motion_columns(
     first = next(
         f for f in (qc if "from" not in columns["qc"] or columns["qc"]["from"] != "measured" else None, q, qc) if f
     )
-    clock = require_clock(guess_clock(log, first.columns[0], _cycle(cell), given.clock), log)
+    clock = require_clock(guess_clock(log, first.columns[0], _cycle(cell), given.clock), log, given.words)
     out.because(where, "clock", clock.proposal, clock.reason)
     return columns, clock
 
@@ -182,7 +185,7 @@ def _cycle(cell: Any) -> float | None:
 def _add_joints(
     columns: dict[str, Any], family: Family, log: Log, cell: Any, given: GivenEntries, out: GuessedMap, where: str
 ) -> None:
-    entry, proposal, why = joint_entry(family, log, cell, given.columns.get(family.name, {}))
+    entry, proposal, why = joint_entry(family, log, cell, given)
     columns[family.name] = entry
     out.because(where, family.name, proposal, why)
 
@@ -275,11 +278,12 @@ def _raw_part(part: LogPart, columns: dict[str, Any], given: GivenEntries, cell:
     family = part.families.first(name) or part.families.first("qc")
     assert family is not None, "a motion has positions"
     q = joint_values(columns[name], name, log, cell)
-    clock = require_clock(guess_clock(log, family.columns[0], _cycle(cell), given.clock), log)
+    clock = require_clock(guess_clock(log, family.columns[0], _cycle(cell), given.clock), log, given.words)
     if len(clock.seconds) != len(q):
         terminal.fail(
             f"{log.file}: {range_text(family.columns)}: found {len(q)} rows beside {len(clock.seconds)} of the clock"
-            f" {clock.proposal}; choose one with a time for each row: --set clock.column=NAME"
+            f" {clock.proposal}; choose one with a time for each row:"
+            f" {given.words.put('clock', column='NAME')}"
         )
     known = np.flatnonzero(np.isfinite(q).all(axis=1))
     t, first = np.unique(clock.seconds[known], return_index=True)

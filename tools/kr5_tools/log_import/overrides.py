@@ -6,6 +6,7 @@ from typing import Any
 import yaml
 
 from kr5_tools.cli import terminal
+from kr5_tools.log_import.entry_words import IN_MAP, EntryWords
 
 CELL = "cell."
 Override = tuple[list[str], Any]  # path of keys, value
@@ -18,6 +19,7 @@ class GivenEntries:
     columns: dict[str, dict[str, Any]] = field(default_factory=dict)  # by family
     clock: dict[str, Any] = field(default_factory=dict)
     header: list[str] | None = None  # names of the columns of a text file without them
+    words: EntryWords = IN_MAP  # by which errors say how to state more of them
 
 
 def parse_overrides(texts: list[str]) -> tuple[list[Override], list[Override]]:
@@ -38,11 +40,12 @@ def parse_overrides(texts: list[str]) -> tuple[list[Override], list[Override]]:
 
 
 def given_entries(overrides: list[Override]) -> GivenEntries:
-    """The entries of columns and clock; what has another form is left to the reader of maps, which refuses it."""
+    """The entries of columns and clock, given with --set; what has another form is left to the reader of maps, which
+    refuses it."""
     data: dict[str, Any] = {}
     apply_overrides(data, overrides)
     columns, clock = data.get("columns"), data.get("clock")
-    out = GivenEntries(clock=clock if isinstance(clock, dict) else {})
+    out = GivenEntries(clock=clock if isinstance(clock, dict) else {}, words=EntryWords(by_option=True))
     if isinstance(header := data.get("header"), list):
         out.header = [str(name) for name in header]
     for name, entry in columns.items() if isinstance(columns, dict) else ():
