@@ -382,6 +382,7 @@ def slide_log(tmp_path):
         name="slide",
         robot=kr5.cell.Robot(
             dh=[kr5.kinematics.DhJoint(type="prismatic")],
+            limits=kr5.cell.Limits(lower=[-1.0], upper=[1.0], velocity=[2.0]),
             links=[kr5.cell.Link(mass=3.0, com=[0.0, 0.0, 0.0], inertia=[0.01] * 3 + [0.0] * 3)],
         ),
     )
@@ -390,3 +391,20 @@ def slide_log(tmp_path):
     z = 0.3 * (1 - np.cos(1.3 * t)) / 2 * (1 - np.exp(-(t**2)))
     force = 3.0 * (9.81 + np.gradient(np.gradient(z, t), t))
     return cell, t, z, force + random.normal(0, 0.05, len(t))
+
+
+def test_a_single_slide_is_spoken_of_in_metres_and_newtons(diagnose, tmp_path):
+    cell, t, z, force = slide_log(tmp_path)
+    kr5.cell.save_cell(cell, tmp_path / "slide.yaml")
+    kr5.cell.export_urdf(cell, tmp_path / "slide.urdf")
+    log = csv(tmp_path, {"t": t, "q1": z, "tau1": force})
+    code, said, data = diagnose(log, "--model", "slide.urdf", *QUICK)
+    assert code == 0 and data["verdict"] == "no_gap", said
+    assert "q: q1 [m]" in said and "tau: tau1 [N]" in said and "noise of tau1, from neighbouring rows [N]: 0.05" in said
+    log = csv(tmp_path, {"t": t, "q1": z, "i1": force / 20.0})
+    code, said, data = diagnose(log, "--model", "slide.urdf", *QUICK)
+    assert code == 0, said
+    told = re.search(r"torque constants from the log, for the masses of the model \[N/A\]: ([\d.]+) ±", said)
+    assert abs(float(told[1]) - 20.0) < 0.2
+    log = csv(tmp_path, {"t": t, "a": z, "b": force})
+    refused(diagnose, log, "--model", "slide.urdf", text="found no column of the position of the joint, by its name")
