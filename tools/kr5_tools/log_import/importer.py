@@ -12,15 +12,10 @@ from kr5_tools.cli import terminal
 from kr5_tools.log_import.log import Log
 from kr5_tools.log_import.log_checks import LogProblem, check_loads, check_positions, merged_problems
 from kr5_tools.log_import.log_file import read_log
-from kr5_tools.log_import.log_time import beginning
+from kr5_tools.log_import.log_time import LogTimes, inside_span, is_measured, is_timed
 from kr5_tools.log_import.map_file import Clock, Experiment, Map, Source, Tool, column_family, load_map
 from kr5_tools.log_import.measured_motion import MARGIN, Smoothing, choose_smoothing, kept_times, smoothed
 from kr5_tools.log_import.values import Series, interpolate, low_pass, to_si, tool_poses
-
-LONG_AGO = 1e6  # [s] after which a stamp counts from an epoch, not from the beginning of a session
-MAX_ROWS = 5_000_000  # of an experiment
-GAP = 5.0  # median time steps, more than which is a gap
-STILL = ("poses", "views", "scan")  # rows need not follow each other in time
 
 
 class Importer:
@@ -31,7 +26,7 @@ class Importer:
         self.cell = kr5.cell.load_cell(map.cell)
         self.logs: dict[Path, Log] = {}
         self.notes: list[str] = []
-        self.origins: dict[str, float] = {}  # earliest stamp [s] of each kind, where several logs share a clock
+        self.time = LogTimes(map, self.log, self.note)
         self.smoothings: dict[tuple[Path, str], Smoothing] = {}  # by log and first column: its parts are smoothed alike
 
     def log(self, name: str | None) -> Log:
@@ -50,7 +45,7 @@ class Importer:
         where = f"{self.map.shown}: experiment '{experiment.entry.name}'"
         sources = experiment.sources
         log = self.log(experiment.entry.log)
-        t = self.main_time(log, experiment, where)
+        t = self.time.main_time(log, experiment, where)
         keep = self.chosen_rows(len(t), experiment, where)
         series: dict[str, Series] = {}
         for name, source in sources.items():
@@ -61,11 +56,11 @@ class Importer:
         if is_timed(experiment) and is_measured(experiment) and not self.map.resample.low_pass:
             grid = self.measured_grid(series, experiment, where)
         elif is_timed(experiment):
-            grid = self.grid(t[keep], series, experiment, where)
+            grid = self.time.grid(t[keep], series, experiment, where)
         else:
             keep &= inside_span(t, experiment)
             grid = t[keep]
-        columns = {"t": grid + self.shift(log, experiment)}
+        columns = {"t": grid + self.time.shift(log, experiment)}
         for name, s in series.items():
             values = self.at(name, s, grid, experiment) if is_timed(experiment) else s.values[keep]
             columns |= dict(zip(self.members(name, sources), values.T))
@@ -87,111 +82,6 @@ class Importer:
         out = np.zeros(rows, bool)
         out[first - 1 : last] = True
         return out
-
-    # Time
-
-    def clock_of(self, experiment: Experiment) -> Clock | None:
-        return experiment.entry.clock or self.map.clock
-
-    def shift(self, log: Log, experiment: Experiment) -> float:
-        """By how much a log begins after the first one of its kind [s]: several logs of one clock keep their order."""
-        clock, kind = self.clock_of(experiment), experiment.entry.kind
-        if experiment.entry.log is None or clock is None or clock.column is None:
-            return 0.0
-        if kind not in self.origins:
-            own = [e for e in self.map.experiments if e.entry.kind == kind and e.entry.log]
-            clocks = [(self.log(e.entry.log), self.clock_of(e)) for e in own]
-            first = min(beginning(x, c.column) * c.seconds() for x, c in clocks if c and c.column)
-            self.origins[kind] = 0.0 if 0 <= first < LONG_AGO else first
-        return beginning(log, clock.column) * clock.seconds() - self.origins[kind]
-
-    def main_time(self, log: Log, experiment: Experiment, where: str) -> np.ndarray:
-        """Time [s] of the rows of the log that the experiment is made of, from the log's beginning."""
-        clock = self.clock_of(experiment)
-        first = next(
-            (s.names[0] for s in experiment.sources.values() if s.names and not (isinstance(s, Source) and s.log)),
-            None,
-        )
-        if clock is None and first is not None and log.streams.get(first) in log.clocks:
-            clock = Clock(column=log.clocks[log.streams[first]])
-        if clock is None:
-            if experiment.entry.kind not in STILL:
-                put = self.map.words.put
-                terminal.fail(
-                    f"{where}: needs a clock; add {put('clock', column='NAME', unit='s')}, or"
-                    f" {put('clock', every='SECONDS')}"
-                )
-            clock = Clock(every=1.0)
-            self.note("the log has no clock; rows are assumed to be 1 s apart")
-        rows = len(log.column(first, where)) if first else 0
-        return self.times(log, clock, rows, where, experiment)
-
-    def times(self, log: Log, clock: Clock, rows: int, where: str, experiment: Experiment) -> np.ndarray:
-        if clock.every is not None:
-            return clock.every * np.arange(rows) + clock.offset
-        assert clock.column is not None, "a clock has a column or an interval"
-        stamps = log.column(clock.column, f"{self.map.shown}: clock.column")
-        bad = np.flatnonzero(~np.isfinite(stamps))
-        if len(bad):
-            terminal.fail(
-                f"{log.file}: {log.row(bad[0])}, column '{clock.column}': found no time ({len(bad)} such rows),"
-                " expected a number"
-            )
-        t = (stamps - beginning(log, clock.column)) * clock.seconds() + clock.offset
-        if is_timed(experiment):
-            self.check_order(log, clock, t, experiment)
-        return t
-
-    def check_order(self, log: Log, clock: Clock, t: np.ndarray, experiment: Experiment) -> None:
-        back = np.flatnonzero(np.diff(t) <= 0)
-        if len(back) and clock.repair != "sort":
-            at = back[0] + 1
-            what = "goes back" if t[at] < t[at - 1] else "stands still"
-            terminal.fail(
-                f"{log.file}: {log.row(at)}, column '{clock.column}': time {what}: found {t[at]:.9g} s after"
-                f" {t[at - 1]:.9g} s ({len(back)} such rows), expected increasing time;"
-                f" {self.map.words.put('clock', repair='sort')} sorts the rows and leaves out those with a duplicate"
-                " time"
-            )
-        part = np.unique(t[inside_span(t, experiment)])
-        steps = np.diff(part)
-        most = clock.max_gap or (GAP * float(np.median(steps)) if len(steps) else np.inf)
-        wide = np.flatnonzero(steps > most)
-        if len(wide):
-            before, after = part[wide[0]], part[wide[0] + 1]
-            terminal.fail(
-                f"{log.file}: {log.row(int(np.flatnonzero(t == after)[0]))}, column '{clock.column}': found a gap of"
-                f" {after - before:.4g} s ({len(wide)} such gaps), expected about {np.median(steps):.4g} s;"
-                + (
-                    ""
-                    if self.map.words.by_option
-                    else f" make the parts before and after two experiments (to: {(before + after) / 2:.5g}, from:"
-                    f" {(before + after) / 2:.5g}), or"
-                )
-                + f" allow it with {self.map.words.put('clock', max_gap=float(f'{1.01 * steps.max():.3g}'))}"
-            )
-
-    def grid(self, t: np.ndarray, series: dict[str, Series], experiment: Experiment, where: str) -> np.ndarray:
-        """The instants of the experiment: those of the log, or evenly spaced, where all streams have data."""
-        low, high = experiment.span()
-        t = np.unique(t)
-        low = max([low, *(s.t[0] for s in series.values() if len(s.t))])
-        end = min(s.t[-1] if len(s.t) else -np.inf for s in series.values())
-        inside = t[(t >= low) & (t < high) & (t <= end)]
-        if len(inside) < 10:
-            terminal.fail(
-                f"{where}: only {len(inside)} rows of the log lie between from:"
-                f" {_given(experiment.entry.begin, 'its beginning')} and to: {_given(experiment.entry.end, 'its end')};"
-                f" its streams share {low:.4g} to {end:.4g} s. Is the unit of the clock right?"
-            )
-        every = self.map.resample.every
-        if every and not (inside[-1] - inside[0]) / every <= MAX_ROWS:
-            terminal.fail(
-                f"{where}: resample.every: found {every:g} s, which makes more than {MAX_ROWS} rows of "
-                f"{inside[-1] - inside[0]:.4g} s; "
-                "is the unit of the clock right, and is there a single row far from the others?"
-            )
-        return np.arange(inside[0], inside[-1] + 1e-9, every) if every else inside
 
     def measured_grid(self, series: dict[str, Series], experiment: Experiment, where: str) -> np.ndarray:
         """Smooths the positions, and gives the instants of the log that are kept."""
@@ -265,12 +155,12 @@ class Importer:
         """The time of the stream a source comes from, which may be the main one."""
         clock = source.clock
         if clock is None and (own := log.clocks.get(log.streams[source.names[0]])):
-            main_clock = self.clock_of(experiment)
+            main_clock = self.time.clock_of(experiment)
             clock = Clock(column=own, offset=main_clock.offset if main_clock else 0.0)
         if clock is None and log is not main and self.map.clock is not None:
             clock = self.map.clock
         if clock is not None:
-            out = self.times(log, clock, rows, source.where, experiment)
+            out = self.time.times(log, clock, rows, source.where, experiment)
             if len(out) == len(t) and np.array_equal(out, t):
                 return t
             self.note(
@@ -383,27 +273,6 @@ class Importer:
 def _key(source: Source) -> str:
     """Where a map says what a family of columns comes from."""
     return f"columns.{column_family(source.members[0])}"
-
-
-def is_timed(experiment: Experiment) -> bool:
-    """Rows follow each other in time, in one run."""
-    return experiment.entry.kind not in STILL and "run" not in experiment.sources
-
-
-def is_measured(experiment: Experiment) -> bool:
-    """Measured positions stand for the motion."""
-    qc = experiment.sources.get("qc")
-    return isinstance(qc, Source) and qc.measured
-
-
-def inside_span(t: np.ndarray, experiment: Experiment, margin: float = 0.0) -> np.ndarray:
-    """Which times lie in the experiment, or no more than `margin` [s] outside."""
-    begin, end = experiment.span()
-    return (t >= begin - margin) & (t < end + margin)
-
-
-def _given(value: float | None, otherwise: str) -> str:
-    return otherwise if value is None else f"{value:g}"
 
 
 def import_recording(
