@@ -46,7 +46,7 @@ def guess_clock(
     steps = np.diff(stamps[np.isfinite(stamps)])
     step = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
     usual = cycle or usual
-    unit = given.get("unit") or ("s" if name == own else stated_unit(name))
+    unit = str(given["unit"]) if "unit" in given else ("s" if name == own else stated_unit(name))
     unit = unit or (_unit_of(step, usual) if usual else "s")
     scale = unit_factor(unit, ("time",), "clock")[0]
     reason = f"a row every {step:.4g} {unit}" + (f", which is {step * scale:.4g} s" if scale != 1 else "")

@@ -30,7 +30,8 @@ class Importer:
         self.smoothings: dict[tuple[Path, str], Smoothing] = {}  # by log and first column: its parts are smoothed alike
 
     def log(self, name: str | None) -> Log:
-        file = self.map.file.parent / name if name else self.default
+        beside = self.default if self.default and self.map.words.by_option else self.map.file
+        file = beside.parent / name if name else self.default
         if file is None:
             terminal.fail(f"{self.map.shown}: an experiment names no log; expected log: FILE, or a log beside --map")
         if file not in self.logs:

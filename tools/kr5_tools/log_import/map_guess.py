@@ -295,7 +295,8 @@ def _raw_part(part: LogPart, columns: dict[str, Any], given: GivenEntries, cell:
             " identify excitation makes"
         )
     commanded = columns["qc"].get("from") != "measured"
-    max_gap = given.clock.get("max_gap")
+    stated = given.clock.get("max_gap")
+    max_gap = float(stated) if isinstance(stated, (int, float)) else None  # the reader of maps refuses others
     return RawPart("motion", log.file, t, q, commanded=commanded, settle=_settle_time(cell), max_gap=max_gap)
 
 

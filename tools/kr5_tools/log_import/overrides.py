@@ -70,4 +70,8 @@ def _set(target: dict[str, Any], path: list[str], value: Any) -> None:
         if not isinstance(inner, dict):
             inner = target[key] = {"from": inner}
         target = inner
-    target[path[-1]] = value
+    family = target.get(path[-1]) if path[0] == "columns" else None
+    if isinstance(family, dict) and isinstance(value, str):  # a family by the name of its columns alone
+        family["from"] = value
+    else:
+        target[path[-1]] = value
