@@ -1,5 +1,6 @@
 """Shared by the tests of the Python surface and of the command."""
 
+import json
 import os
 import re
 import signal
@@ -113,3 +114,54 @@ def browser(tmp_path_factory):
     browser = Browser(tmp_path_factory.mktemp("chromium"))
     yield browser
     browser.close()
+
+
+@pytest.fixture(scope="module")
+def named_arm(share):
+    """The arm as its URDF states it: bodies without rotors, friction or servo, with names of the joints."""
+    import kr5.cell
+
+    from arm_logs import case_logs
+
+    cell = case_logs.named(kr5.cell.load_cell(share / "cells" / "kr5_arc.yaml"))
+    out = kr5.cell.Cell(robot=cell.robot, name="arm")
+    out.tool = cell.tool
+    return out
+
+
+@pytest.fixture(scope="module")
+def named_urdf(named_arm, tmp_path_factory):
+    import kr5.cell
+
+    file = tmp_path_factory.mktemp("model") / "arm.urdf"
+    kr5.cell.export_urdf(named_arm, file)
+    return file
+
+
+@pytest.fixture
+def diagnose(tmp_path, monkeypatch):
+    """Runs `kr5 gap diagnose` in this process; gives exit code, what it printed, and its JSON."""
+    from typer.testing import CliRunner
+
+    from kr5_tools.app import make_app
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "200")
+
+    def run(*words, command="diagnose"):
+        app = make_app(("gap", command))
+        done = CliRunner().invoke(app, ["gap", command, *map(str, words), "--json", "out.json"])
+        file = tmp_path / "out.json"
+        data = json.loads(file.read_text()) if done.exit_code == 0 else {}
+        return done.exit_code, " ".join((done.stdout + done.stderr).split()), data
+
+    return run
+
+
+@pytest.fixture
+def ros():
+    """Types of the messages of ROS 2."""
+    pytest.importorskip("rosbags", reason="pip install 'kr5[bags]'")
+    from rosbags.typesys import Stores, get_typestore
+
+    return get_typestore(Stores.ROS2_JAZZY)

@@ -7,45 +7,15 @@ import kr5.predict
 import numpy as np
 import pytest
 
-from log_arms import (
-    NAMES,
-    NOISE,
-    QUICK,
-    bare_arm,
-    carrying,
-    case_logs,
-    causes,
-    gap_command,
-    joint_states,
-    moved,
-    refused,
-    swing,
-)
+from arm_logs import NAMES, NOISE, QUICK, carrying, case_logs, causes, joint_states, moved, refused, swing
 
 START = 1_700_000_000.0  # [s] of a clock that counts from an epoch
 BROKEN = ("coulomb_friction", "joint3")
 
 
 @pytest.fixture(scope="module")
-def arm(share):
-    return bare_arm(share)
-
-
-@pytest.fixture(scope="module")
-def urdf(arm, tmp_path_factory):
-    file = tmp_path_factory.mktemp("model") / "arm.urdf"
-    kr5.cell.export_urdf(arm, file)
-    return file
-
-
-@pytest.fixture(scope="module")
-def rubbing(arm):
-    return carrying(arm, *BROKEN, coulomb=9.0)
-
-
-@pytest.fixture
-def diagnose(tmp_path, monkeypatch):
-    return gap_command(tmp_path, monkeypatch)
+def rubbing(named_arm):
+    return carrying(named_arm, *BROKEN, coulomb=9.0)
 
 
 def names_friction(answer):
@@ -72,10 +42,10 @@ def pausing(begin, end):
     return course
 
 
-def test_a_log_with_a_pause_is_cut_there(diagnose, rubbing, urdf, tmp_path):
+def test_a_log_with_a_pause_is_cut_there(diagnose, rubbing, named_urdf, tmp_path):
     case_logs.write_csv(tmp_path / "log.csv", joint_states(*moved(rubbing, course=pausing(8.0, 9.0))))
     said = names_friction(
-        diagnose("log.csv", "--model", urdf, "--all", "--write-recording", tmp_path / "recording", *QUICK)
+        diagnose("log.csv", "--model", named_urdf, "--all", "--write-recording", tmp_path / "recording", *QUICK)
     )
     assert "cut where the arm rests" in said
     fit, check = kr5.cell.load_recording(tmp_path / "recording").experiments
@@ -83,12 +53,12 @@ def test_a_log_with_a_pause_is_cut_there(diagnose, rubbing, urdf, tmp_path):
     assert 8.0 <= fit["t"][-1] <= check["t"][0] <= 9.1
 
 
-def test_a_rest_before_the_motion_is_no_part_of_the_share_to_fit(diagnose, rubbing, urdf, tmp_path):
+def test_a_rest_before_the_motion_is_no_part_of_the_share_to_fit(diagnose, rubbing, named_urdf, tmp_path):
     case_logs.write_csv(
         tmp_path / "log.csv",
         joint_states(*moved(rubbing, rows=3000, course=lambda t: swing(np.maximum(t - 14.0, 0.0)))),
     )
-    names_friction(diagnose("log.csv", "--model", urdf, "--write-recording", tmp_path / "recording", *QUICK))
+    names_friction(diagnose("log.csv", "--model", named_urdf, "--write-recording", tmp_path / "recording", *QUICK))
     for part in kr5.cell.load_recording(tmp_path / "recording").experiments:
         assert min(np.ptp(part[f"qc{k + 1}"]) for k in range(6)) > 0.1
 
@@ -155,7 +125,7 @@ def of_joints(word, values, names=NAMES):
     return {f"/joint_states/{name}/{word}": values[:, k] for k, name in enumerate(names)}
 
 
-def test_topics_with_rows_of_their_own(diagnose, rubbing, urdf, tmp_path):
+def test_topics_with_rows_of_their_own(diagnose, rubbing, named_urdf, tmp_path):
     """Joint states beside a faster topic that begins before them."""
     t, q, tau = moved(rubbing)
     imu = np.arange(-2.0, 13.0, 0.003)
@@ -163,30 +133,30 @@ def test_topics_with_rows_of_their_own(diagnose, rubbing, urdf, tmp_path):
         (imu, {"/imu/angular_velocity/x": np.sin(imu)}), (t, of_joints("position", q) | of_joints("effort", tau))
     )
     case_logs.write_csv(tmp_path / "log.csv", table)
-    names_friction(diagnose("log.csv", "--model", urdf, *QUICK))
+    names_friction(diagnose("log.csv", "--model", named_urdf, *QUICK))
 
 
-def test_positions_and_efforts_in_rows_of_their_own_are_not_continued(diagnose, rubbing, urdf, tmp_path):
+def test_positions_and_efforts_in_rows_of_their_own_are_not_continued(diagnose, rubbing, named_urdf, tmp_path):
     """Efforts that come between positions, begin later, end earlier and have a gap."""
     t, q, _ = moved(rubbing)
     at, _, tau = moved(rubbing, course=lambda s: swing(s + 0.003), seed=5)
     kept = ((at > 0.5) & (at < 7.0)) | ((at > 7.6) & (at < 11.0))
     table = table_of_topics((t, of_joints("position", q)), (at[kept] + 0.003, of_joints("effort", tau[kept])))
     case_logs.write_csv(tmp_path / "log.csv", table)
-    names_friction(diagnose("log.csv", "--model", urdf, "--write-recording", tmp_path / "recording", *QUICK))
+    names_friction(diagnose("log.csv", "--model", named_urdf, "--write-recording", tmp_path / "recording", *QUICK))
     rows = np.concatenate([e["t"] for e in kr5.cell.load_recording(tmp_path / "recording").experiments])
     assert rows.min() > 0.5 and rows.max() < 11.01 and not ((rows > 7.01) & (rows < 7.6)).any()
     assert len(rows) > 900
 
 
-def test_a_topic_for_each_joint(diagnose, rubbing, arm, urdf, tmp_path):
+def test_a_topic_for_each_joint(diagnose, rubbing, named_arm, named_urdf, tmp_path):
     topics = []
     for k, name in enumerate(NAMES):
         late = 0.001 * k
         t, q, tau = moved(rubbing, course=lambda s, late=late: swing(s + late), seed=10 + k)
         topics.append((t + late, {f"/{name}/state/position": q[:, k], f"/{name}/state/effort": tau[:, k]}))
     case_logs.write_csv(tmp_path / "log.csv", table_of_topics(*topics))
-    names_friction(diagnose("log.csv", "--model", urdf, *QUICK))
+    names_friction(diagnose("log.csv", "--model", named_urdf, *QUICK))
 
 
 def test_commands_in_rows_of_their_own(diagnose, commanded, tmp_path):
@@ -204,11 +174,11 @@ def test_commands_in_rows_of_their_own(diagnose, commanded, tmp_path):
     assert causes(data) == [BROKEN], said
 
 
-def test_positions_and_efforts_of_different_times_are_refused(diagnose, arm, urdf, tmp_path):
-    t, q, tau = moved(arm, rows=400)
+def test_positions_and_efforts_of_different_times_are_refused(diagnose, named_arm, named_urdf, tmp_path):
+    t, q, tau = moved(named_arm, rows=400)
     table = table_of_topics((t, of_joints("position", q)), (t + 10.0, of_joints("effort", tau)))
     case_logs.write_csv(tmp_path / "log.csv", table)
-    refused(diagnose, "log.csv", "--model", urdf, text=("no numbers at the same time", "record them together"))
+    refused(diagnose, "log.csv", "--model", named_urdf, text=("no numbers at the same time", "record them together"))
 
 
 def test_a_gap_of_a_column_is_refused_in_a_map_written_by_hand(run_kr5, share, tmp_path):
@@ -250,39 +220,39 @@ def test_a_gap_of_a_column_is_refused_in_a_map_written_by_hand(run_kr5, share, t
         ("sec", "nanosec", "time"),
     ],
 )
-def test_stamps_in_two_columns_are_one_time(diagnose, rubbing, urdf, tmp_path, seconds, rest, joined):
+def test_stamps_in_two_columns_are_one_time(diagnose, rubbing, named_urdf, tmp_path, seconds, rest, joined):
     columns = joint_states(*moved(rubbing))
     t = columns.pop("__time")
     stamps = {seconds: np.floor(t), rest: np.round(1e9 * (t - np.floor(t)))}
     case_logs.write_csv(tmp_path / "log.csv", stamps | columns)
-    said = names_friction(diagnose("log.csv", "--model", urdf, *QUICK))
+    said = names_friction(diagnose("log.csv", "--model", named_urdf, *QUICK))
     assert f"clock: {joined} [s]" in said
 
 
 @pytest.mark.parametrize("name", ["timestamp", "header.stamp", "/joint_states/header/stamp"])
-def test_ros_time_in_nanoseconds_is_told_by_its_steps(diagnose, rubbing, urdf, tmp_path, name):
+def test_ros_time_in_nanoseconds_is_told_by_its_steps(diagnose, rubbing, named_urdf, tmp_path, name):
     columns = joint_states(*moved(rubbing))
     t = columns.pop("__time")
     case_logs.write_csv(tmp_path / "log.csv", {name: np.round(1e9 * t)} | columns)
-    said = names_friction(diagnose("log.csv", "--model", urdf, *QUICK))
+    said = names_friction(diagnose("log.csv", "--model", named_urdf, *QUICK))
     assert f"clock: {name} [ns]" in said
 
 
-def test_stamps_that_nobody_filled_in_are_no_clock(diagnose, rubbing, urdf, tmp_path):
+def test_stamps_that_nobody_filled_in_are_no_clock(diagnose, rubbing, named_urdf, tmp_path):
     columns = joint_states(*moved(rubbing))
     t = columns.pop("__time")
     unfilled = {"header.stamp.sec": 0 * t, "header.stamp.nanosec": 0 * t}
     case_logs.write_csv(tmp_path / "log.csv", unfilled | columns | {"recv_time": t})
-    said = names_friction(diagnose("log.csv", "--model", urdf, *QUICK))
+    said = names_friction(diagnose("log.csv", "--model", named_urdf, *QUICK))
     assert "clock: recv_time [s]" in said
 
 
 # Joints
 
 
-def grippered(urdf, finger="<mimic joint='left_finger'/>"):
+def grippered(named_urdf, finger="<mimic joint='left_finger'/>"):
     """The description of an arm with a gripper behind its flange."""
-    text = urdf.read_text()
+    text = named_urdf.read_text()
     flange = text[: text.rindex("</link>")].rsplit('<link name="', 1)[1].split('"')[0]
     body = (
         '<inertial><mass value="0.05"/><inertia ixx="1e-5" iyy="1e-5" izz="1e-5" ixy="0" ixz="0" iyz="0"/></inertial>'
@@ -298,54 +268,54 @@ def grippered(urdf, finger="<mimic joint='left_finger'/>"):
     return text.replace("</robot>", more + "</robot>"), flange
 
 
-def test_fingers_that_mimic_each_other_are_no_joints_of_the_arm(diagnose, rubbing, urdf, tmp_path):
-    text, flange = grippered(urdf)
-    (tmp_path / "arm.urdf").write_text(text)
+def test_fingers_that_mimic_each_other_are_no_joints_of_the_arm(diagnose, rubbing, named_urdf, tmp_path):
+    text, flange = grippered(named_urdf)
+    (tmp_path / "named_arm.urdf").write_text(text)
     columns = joint_states(*moved(rubbing))
     for side in ("left", "right"):
         columns[f"/joint_states/{side}_finger/position"] = 0.01 + 0 * columns["__time"]
         columns[f"/joint_states/{side}_finger/effort"] = 0 * columns["__time"]
     case_logs.write_csv(tmp_path / "log.csv", columns)
-    refused(diagnose, "log.csv", "--model", "arm.urdf", text=("branches to", "--tip"))
-    names_friction(diagnose("log.csv", "--model", "arm.urdf", "--tip", flange, *QUICK))
+    refused(diagnose, "log.csv", "--model", "named_arm.urdf", text=("branches to", "--tip"))
+    names_friction(diagnose("log.csv", "--model", "named_arm.urdf", "--tip", flange, *QUICK))
 
 
-def test_a_joint_of_the_arm_that_mimics_another_is_refused(diagnose, rubbing, urdf, tmp_path):
-    text = urdf.read_text()
+def test_a_joint_of_the_arm_that_mimics_another_is_refused(diagnose, rubbing, named_urdf, tmp_path):
+    text = named_urdf.read_text()
     at = text.index("</joint>", text.index(f'<joint name="{NAMES[2]}"'))
-    (tmp_path / "arm.urdf").write_text(text[:at] + f'<mimic joint="{NAMES[1]}"/>' + text[at:])
+    (tmp_path / "named_arm.urdf").write_text(text[:at] + f'<mimic joint="{NAMES[1]}"/>' + text[at:])
     case_logs.write_csv(tmp_path / "log.csv", joint_states(*moved(rubbing, rows=400)))
     refused(
         diagnose,
         "log.csv",
         "--model",
-        "arm.urdf",
+        "named_arm.urdf",
         text=(f"joint {NAMES[2]} mimics another", "the joints of an arm must be independent", "(--tip)"),
     )
 
 
-def test_two_publishers_with_clocks_of_their_own_are_refused(diagnose, arm, urdf, tmp_path):
+def test_two_publishers_with_clocks_of_their_own_are_refused(diagnose, named_arm, named_urdf, tmp_path):
     """In a table: rows of the second publisher stand between those of the first, at times that go back."""
-    t, q, tau = moved(arm, rows=400)
+    t, q, tau = moved(named_arm, rows=400)
     columns = joint_states(t, q, tau)
     mixed = {name: np.column_stack([values, values]).ravel() for name, values in columns.items()}
     mixed["__time"][1::2] -= 0.05
     case_logs.write_csv(tmp_path / "log.csv", mixed)
-    refused(diagnose, "log.csv", "--model", urdf, text="time goes back")
+    refused(diagnose, "log.csv", "--model", named_urdf, text="time goes back")
 
 
-def test_joints_whose_efforts_are_not_measured_are_not_judged(diagnose, rubbing, urdf, tmp_path):
+def test_joints_whose_efforts_are_not_measured_are_not_judged(diagnose, rubbing, named_urdf, tmp_path):
     t, q, tau = moved(rubbing)
     random = np.random.default_rng(4)
     tau[:, 3:5] = random.normal(0, NOISE[3:5], tau[:, 3:5].shape) / 20
     case_logs.write_csv(tmp_path / "log.csv", joint_states(t, q, tau))
-    said = names_friction(diagnose("log.csv", "--model", urdf, *QUICK))
+    said = names_friction(diagnose("log.csv", "--model", named_urdf, *QUICK))
     assert f"the loads of {NAMES[3]}, {NAMES[4]} show hardly anything" in said and "not judged" in said
 
 
-def test_efforts_without_noise_are_not_taken_for_the_scale_of_the_gap(diagnose, arm, urdf, tmp_path):
+def test_efforts_without_noise_are_not_taken_for_the_scale_of_the_gap(diagnose, named_arm, named_urdf, tmp_path):
     """A log that states efforts in coarse steps: the noise is that of the step."""
-    t, q, tau = moved(arm)
+    t, q, tau = moved(named_arm)
     case_logs.write_csv(tmp_path / "log.csv", joint_states(t, q, np.round(tau / NOISE) * NOISE))
-    code, said, data = diagnose("log.csv", "--model", urdf, *QUICK)
+    code, said, data = diagnose("log.csv", "--model", named_urdf, *QUICK)
     assert code == 0 and data["verdict"] == "no_gap", said

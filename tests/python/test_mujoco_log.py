@@ -4,7 +4,7 @@ another motion to the noise."""
 import pytest
 from scipy import stats
 
-from log_arms import QUICK, case_logs, causes, gap_command
+from arm_logs import QUICK, case_logs, causes
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed: pip install 'kr5[mujoco]'")
 
@@ -18,11 +18,10 @@ CHANCE = 1e-6  # with which noise alone exceeds the limit
     [mujoco_logs.Effect("coulomb_friction", 2, 4.0), mujoco_logs.Effect("rotor_inertia", 1, 0.8)],
     ids=lambda effect: effect.effect,
 )
-def test_a_tuned_mjcf_predicts_another_motion_to_the_noise(tmp_path, monkeypatch, effect):
+def test_a_tuned_mjcf_predicts_another_motion_to_the_noise(tmp_path, diagnose, effect):
     true = mujoco_logs.model_xml(effect)
     (tmp_path / "nominal.xml").write_text(mujoco_logs.model_xml())
     case_logs.write_csv(tmp_path / "log.csv", mujoco_logs.simulated_log(true, seed=21).columns(seed=21))
-    diagnose = gap_command(tmp_path, monkeypatch)
     code, said, data = diagnose("log.csv", "--model", "nominal.xml", "--write-model", "tuned.xml", *QUICK)
     assert code == 0, said
     target = f"joint{effect.joint + 1}"

@@ -14,14 +14,12 @@ from kr5_tools.gap.source import (
     ModelOption,
     SetOption,
     SourceArgument,
-    SourceOptions,
     TipOption,
     TrustOption,
-    input_files,
-    open_source,
     print_source,
 )
 from kr5_tools.gap.terminal_report import print_measure
+from kr5_tools.log_import.compared_source import SourceOptions, input_files, open_source
 
 app = typer.Typer(no_args_is_help=True)
 bench.add_to(app)
@@ -77,7 +75,6 @@ def measure(
     writing.check_writable(png, json_file, inputs=own)
     to = terminal.console(json_file)
     compared = open_source(source, reading)
-    print_source(compared, to, everything)
     cell = kr5.cell.load_cell(cell_file) if cell_file else None
     name = Path(compared.name)
     with terminal.spinner(f"simulating {name}"):
@@ -87,6 +84,7 @@ def measure(
             f"{name}: nothing to compare; expected columns that the simulator predicts, and their noise in the cell"
         )
     print_measure(name, found, to, everything)
+    print_source(compared, to, everything)
     data = results.write_result(json_file, **measure_dict(found), input=compared.inputs)
     if png:
         draw_gaps(data, png, str(name))

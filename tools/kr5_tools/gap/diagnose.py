@@ -1,9 +1,7 @@
 """`kr5 gap diagnose`: why simulation and cell disagree."""
 
-import contextlib
 import json
-import tempfile
-from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -15,18 +13,14 @@ from kr5_tools.cli.options import options_from
 from kr5_tools.files import results, writing
 from kr5_tools.gap.source import (
     BaseOption,
-    ComparedSource,
     ModelOption,
     SetOption,
     SourceArgument,
-    SourceOptions,
     TipOption,
     TrustOption,
-    input_files,
-    open_source,
-    print_source,
 )
 from kr5_tools.gap.terminal_report import print_diagnosis
+from kr5_tools.log_import.compared_source import ComparedSource, SourceOptions, input_files, open_source
 
 Report = Annotated[
     Path | None,
@@ -94,77 +88,119 @@ def diagnose(
     stand for the motion where the model has no servo, the last part is kept to check. Effects are fitted on the `fit`
     experiments and evaluated on the `check` experiments.
     """
-    import kr5.cell
-
     options.validate()
     reading = SourceOptions(model, base, tip, every, overrides or [], trust)
-    writing.check_writable(write_cell, write_model, report, output, json_file, inputs=input_files(source, reading))
-    if write_recording:
-        writing.check_new_folder(write_recording)
+    outputs = DiagnoseOutputs(write_cell, write_model, write_recording, report, json_file, output)
+    outputs.check(input_files(source, reading))
     to = terminal.console(json_file)
     compared = open_source(source, reading)
-    print_source(compared, to, everything)
-    if compared.simulator_errors:
-        search_widely(options, compared.recording.cell.robot.joints)
-        options.simulator_errors = compared.simulator_errors
+    outputs.check_model(compared)
+    options = search_widely(options, compared)
     found = run_diagnosis(compared.recording, arguments.make_simulator(full), options)
     data = json.loads(found.to_json())
-    if write_recording:
-        with writing.folder_beside(write_recording) as new:
-            kr5.cell.save_recording(compared.recording, new)
-        compared.inputs["recording"] = str(write_recording.resolve())
-    keys = {key: value for key, value in data.items() if key != "format"}
-    result = results.write_result(output, "kr5-gap/1", **keys, input=compared.inputs, seconds=found.seconds)
-    writing.write_json(data, json_file)
-    if write_cell:
-        with writing.beside(write_cell) as new:
-            kr5.cell.save_cell(found.cell, new)
-    if write_model:
-        write_tuned_model(found.cell, compared, write_model, reading, to)
-    print_diagnosis(data, compared.command, to, everything)
-    if report:
+    result = outputs.write_results(data, found, compared)
+    written = outputs.write_models(found.cell, compared, reading)
+    print_diagnosis(data, compared, to, everything)
+    print_model(written, to)
+    outputs.write_report(result, compared, to)
+
+
+@dataclass
+class DiagnoseOutputs:
+    """Files that a diagnosis writes."""
+
+    cell: Path | None
+    model: Path | None
+    recording: Path | None
+    report: Path | None
+    json_file: Path | None
+    result: Path | None
+
+    def check(self, inputs: list[Path]) -> None:
+        """Ends with an error where one of them cannot be written."""
+        from kr5_tools.model_files.kinds import kind_of_output
+
+        writing.check_writable(self.cell, self.model, self.report, self.result, self.json_file, inputs=inputs)
+        if self.model:
+            kind_of_output(self.model)
+        if self.recording:
+            writing.check_new_folder(self.recording)
+
+    def check_model(self, compared: ComparedSource) -> None:
+        """Ends with an error where the model that was read cannot be changed in place."""
+        from kr5_tools.model_files.writing import check_editable
+
+        if original := self._original(compared):
+            check_editable(original.file, original.base, original.tip)
+
+    def write_results(self, data: dict[str, Any], found: Any, compared: ComparedSource) -> dict[str, Any]:
+        """The recording and the result files; returns the result."""
+        import kr5.cell
+
+        if self.recording:
+            with writing.folder_beside(self.recording) as new:
+                kr5.cell.save_recording(compared.recording, new)
+            compared.inputs["recording"] = str(self.recording.resolve())
+        keys = {key: value for key, value in data.items() if key != "format"}
+        result = results.write_result(self.result, "kr5-gap/1", **keys, input=compared.inputs, seconds=found.seconds)
+        writing.write_json(data, self.json_file)
+        return result
+
+    def write_models(self, cell: Any, compared: ComparedSource, reading: SourceOptions) -> Any:
+        """The cell and the model with the causes in them; returns what became of the model, where one is asked for."""
+        import kr5.cell
+
+        if self.cell:
+            with writing.beside(self.cell) as new:
+                kr5.cell.save_cell(cell, new)
+        if not self.model:
+            return None
+        from kr5_tools.model_files.writing import write_model
+
+        original = self._original(compared)
+        arm = (original.file, reading.base, reading.tip) if original else (None, "", "")
+        return write_model(cell, self.model, *arm)
+
+    def write_report(self, result: dict[str, Any], compared: ComparedSource, to: Any) -> None:
+        if not self.report:
+            return
         from kr5_tools.gap_report.page import write_gap_report
 
-        with on_disk(compared, write_recording) as folder:
-            write_gap_report(result | {"input": {"recording": str(folder)}}, output or folder, report)
-        to.print(f"report: {report}", soft_wrap=True)
+        source = self.result or Path(compared.name)
+        write_gap_report(result, source, self.report, recording=compared.recording)
+        to.print(f"report: {self.report}", soft_wrap=True)
+
+    def _original(self, compared: ComparedSource) -> Any:
+        """The model that was read, where the one to be written is this with changes."""
+        from kr5_tools.model_files.kinds import Kind, kind_of_output
+
+        if self.model is None or compared.model is None:
+            return None
+        kind = kind_of_output(self.model)
+        return compared.model if kind == compared.model.kind and kind in (Kind.URDF, Kind.MJCF) else None
 
 
-def search_widely(options: Any, joints: int) -> None:
-    """Settings for the log of a real arm, whose description states friction of no joint, or a placeholder for each:
-    many effects at once, the best set of each size only. What was set by the user stays."""
-    usual = kr5.gap.DiagnoseOptions()
-    for name, value in (("max_effects", min(2 * joints + 2, MOST_EFFECTS)), ("beam", 1), ("refits", 4)):
-        if getattr(options, name) == getattr(usual, name):
-            setattr(options, name, value)
-
-
-@contextlib.contextmanager
-def on_disk(compared: ComparedSource, kept: Path | None) -> Iterator[Path]:
-    """The folder of a recording, which of logs is made for the time being."""
-    import kr5.cell
-
-    if folder := compared.folder or kept:
-        yield folder.resolve()
+def print_model(written: Any, to: Any) -> None:
+    """Says where the model with the causes is, and what its format cannot hold."""
+    if written is None:
         return
-    with tempfile.TemporaryDirectory() as made:
-        new = Path(made) / "recording"
-        kr5.cell.save_recording(compared.recording, new)
-        yield new
-
-
-def write_tuned_model(cell: Any, compared: ComparedSource, output: Path, reading: SourceOptions, to: Any) -> None:
-    """Writes the model with the causes in it, and says what its format cannot hold."""
-    from kr5_tools.model_files.kinds import kind_of_output
-    from kr5_tools.model_files.writing import write_model
-
-    model = compared.model
-    original = model.file if model is not None and model.kind == kind_of_output(output) else None
-    written = write_model(cell, output, original, reading.base if original else "", reading.tip if original else "")
-    to.print(f"{output}: model with the causes in it.", soft_wrap=True, markup=False)
+    to.print(f"\n{written.file}: model with the causes in it.", soft_wrap=True, markup=False)
     if written.losses:
         rows = [[x.effect, x.target, x.reason] for x in written.losses]
         to.print(tables.make_table("Not in the model", ["effect", "target", "reason"], rows, text=(1, 2)))
+
+
+def search_widely(options: Any, compared: ComparedSource) -> Any:
+    """Settings for the log of a real arm, whose description states friction of no joint, or a placeholder for each:
+    many effects at once, the best set of each size only. What was set by the user stays."""
+    if not compared.simulator_errors:
+        return options
+    usual, joints = kr5.gap.DiagnoseOptions(), compared.recording.cell.robot.joints
+    for name, value in (("max_effects", min(2 * joints + 2, MOST_EFFECTS)), ("beam", 1), ("refits", 4)):
+        if getattr(options, name) == getattr(usual, name):
+            setattr(options, name, value)
+    options.simulator_errors = compared.simulator_errors
+    return options
 
 
 def run_diagnosis(recording: Any, simulator: Any, options: Any) -> Any:

@@ -9,6 +9,7 @@ import typer
 from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.cli.numbers import format_percent
 from kr5_tools.files import results, writing
+from kr5_tools.log_import.compared_source import command_of
 
 What = Annotated[
     Path, typer.Argument(metavar="GAP.json|RECORDING", help="Result file of a diagnosis, or the folder of a recording.")
@@ -53,7 +54,8 @@ def explain(
         told = explain_verdict(data, evidence)
     else:
         if found is None:
-            terminal.fail(f"{what}: its recording was not found; specify it with --recording FOLDER")
+            named = "logs and their model were" if "logs" in data.get("input", {}) else "recording was"
+            terminal.fail(f"{what}: its {named} not found; specify a recording with --recording FOLDER")
         told = explain_effect(row, target, data, Evidence(data, found))
     writing.write_json(told, json_file)
     print_explanation(told, terminal.console(json_file))
@@ -77,29 +79,30 @@ def _read(what: Path, recording: Path | None, diagnose: bool) -> tuple[dict[str,
         return data, find_recording(data, what, recording)
     found = kr5.cell.load_recording(what)
     if diagnose:
-        from kr5_tools.gap.diagnose import run_diagnosis
+        from kr5_tools.gap.diagnose import run_diagnosis, search_widely
+        from kr5_tools.log_import.compared_source import SourceOptions, open_source
 
-        return (
-            json.loads(run_diagnosis(found, arguments.make_simulator(False), kr5.gap.DiagnoseOptions()).to_json()),
-            found,
-        )
+        compared = open_source([what], SourceOptions())
+        options = search_widely(kr5.gap.DiagnoseOptions(), compared)
+        return json.loads(run_diagnosis(found, arguments.make_simulator(False), options).to_json()), found
     return {"verdict": "unknown", "where": [], "causes": [], "unexplained": [], "warnings": []}, found
 
 
 def explain_verdict(data: dict[str, Any], evidence: Any) -> dict[str, Any]:
     """The verdict with its causes, for and against each."""
+    from kr5_tools.gap_report.evidence_data import named_inputs
     from kr5_tools.gap_report.messages import next_steps, verdict_text, warning_notes
     from kr5_tools.gap_report.page import cause_rows, floor_text
 
     with terminal.spinner("Fitting other effects …"):
         causes = cause_rows(data, evidence)
-    where = str(evidence.recording.folder) if evidence else "RECORDING"
+    inputs = named_inputs(data, evidence)
     return {
         "verdict": data["verdict"],
         "text": verdict_text(data) + floor_text(data, evidence),
         "causes": causes,
         "notes": [" ".join(note) for note in warning_notes(data.get("warnings", []))],
-        "next": next_steps(data, where),
+        "next": next_steps(data, command_of(inputs), inputs.get("model")),
     }
 
 

@@ -8,6 +8,7 @@ from rich.markup import escape
 
 from kr5_tools.cli import tables
 from kr5_tools.cli.numbers import NONE, format_percent, root_mean_square, table_unit
+from kr5_tools.gap.source import print_source
 from kr5_tools.gap_report.messages import (
     capitalised,
     column_text,
@@ -19,6 +20,7 @@ from kr5_tools.gap_report.messages import (
     verdict_text,
     warning_notes,
 )
+from kr5_tools.log_import.compared_source import ComparedSource
 
 VERDICTS = {
     "no_gap": ("green", "No gap"),
@@ -32,11 +34,13 @@ MOST_PARTS = 3  # rows for each way to divide the gap, without --all
 FURTHER = "--all lists every one"
 
 
-def print_diagnosis(data: dict[str, Any], source: str, to: Any, everything: bool = False) -> None:
-    """A diagnosis (kr5-gap/1) for people: the verdict, the causes, where the gap is, what remains, what to do."""
+def print_diagnosis(data: dict[str, Any], source: ComparedSource, to: Any, everything: bool = False) -> None:
+    """A diagnosis (kr5-gap/1) for people: the verdict, the causes, how its logs were read, where the gap is, what
+    remains, what to do."""
     colour, word = VERDICTS[data["verdict"]]
     to.print(f"[bold {colour}]{word}.[/] {escape(verdict_text(data))}", soft_wrap=True, markup=True)
     _say_list(to, "Causes", [cause_line(cause) for cause in data["causes"]])
+    print_source(source, to, everything)
     _print_places(data, to, everything)
     _print_remainder(data, to, everything)
     notes = [" ".join(filter(None, note)) for note in warning_notes(data.get("warnings", []))]
@@ -46,7 +50,9 @@ def print_diagnosis(data: dict[str, Any], source: str, to: Any, everything: bool
             f" {200 * scatter:.1f} %; that alone is not blamed."
         )
     _say_list(to, "Notes", notes)
-    _say_list(to, "Next steps", [step.replace("`", "") for step in next_steps(data, source)])
+    model = str(source.model.file) if source.model else None
+    steps = next_steps(data, source.command, model)
+    _say_list(to, "Next steps", [step.replace("`", "") for step in steps])
 
 
 def _say_list(to: Any, title: str, lines: list[str]) -> None:

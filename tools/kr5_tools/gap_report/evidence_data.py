@@ -13,6 +13,7 @@ from kr5_tools.cell.noise_limit import noise_limit
 from kr5_tools.cli import arguments
 from kr5_tools.cli.numbers import format_percent
 from kr5_tools.gap_report.messages import find_column
+from kr5_tools.log_import.compared_source import reopen_source
 
 
 @dataclass
@@ -218,13 +219,19 @@ def _joint(experiment: Any, number: str, order: int) -> np.ndarray | None:
 
 
 def find_recording(data: dict[str, Any], source: Path, given: Path | None) -> Any:
-    """The recording that a diagnosis is of: given, or named in the file; None when there is none (any more)."""
+    """The recording that a diagnosis is of, with the model that it was compared with: given, or named in the file, or
+    made anew of the logs that are named there; None when there is none (any more)."""
     import kr5.cell
 
-    if given:
+    found = reopen_source(data.get("input", {}), source.parent, given)
+    if found is None and given:
         return kr5.cell.load_recording(given)
-    named = data.get("input", {}).get("recording")
-    for folder in (Path(named), source.parent / named) if isinstance(named, str) else ():
-        if (folder / "recording.yaml").is_file():
-            return kr5.cell.load_recording(folder)
-    return None
+    return found.recording if found else None
+
+
+def named_inputs(data: dict[str, Any], evidence: Evidence | None) -> dict[str, Any]:
+    """The `input` of a diagnosis, with the folder from which its recording was read."""
+    inputs = dict(data.get("input", {}))
+    if evidence and "logs" not in inputs and str(evidence.recording.folder):
+        inputs["recording"] = str(evidence.recording.folder)
+    return inputs

@@ -1,11 +1,13 @@
 """A diagnosis in sentences: names of columns, parts and variables, and the verdict."""
 
 import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from kr5_tools.cli.numbers import format_number, format_percent, text_unit
+from kr5_tools.model_files.kinds import ENDINGS
 
 KINDS = {
     "motion": "free motion",
@@ -292,8 +294,9 @@ def _rest(data: dict[str, Any]) -> str:
     return "the " + (join_list(places) if not more else ", ".join(places[:3]) + more)
 
 
-def next_steps(data: dict[str, Any], recording: str) -> list[str]:
-    """What to do now, in order."""
+def next_steps(data: dict[str, Any], source: str, model: str | None = None) -> list[str]:
+    """What to do now, in order. `source`: what was diagnosed, as a command takes it; `model`: file of the model that
+    was given beside it."""
     steps = []
     if data["verdict"] == "no_gap" or not data["where"]:
         if data.get("scope"):
@@ -313,11 +316,9 @@ def next_steps(data: dict[str, Any], recording: str) -> list[str]:
         steps.append(capitalised(f"{do}."))
     steps += _remedies(data["causes"])
     if data["causes"]:
-        option, tuned = ("cell", "tuned.yaml")
-        if model := re.search(r" --model \S+?(\.\w+)(\s|$)", recording):
-            option, tuned = "model", f"tuned{model[1]}"
+        option, tuned = ("model", f"tuned{_ending(model)}") if model else ("cell", "tuned.yaml")
         steps.append(
-            f"To simulate with these causes: `kr5 gap diagnose {recording} --write-{option} {tuned}`. A gap near 1 on"
+            f"To simulate with these causes: `kr5 gap diagnose {source} --write-{option} {tuned}`. A gap near 1 on"
             f" another recording, `kr5 gap measure OTHER --{option} {tuned}`, confirms the result."
         )
     if data["unexplained"]:
@@ -345,6 +346,12 @@ def _remedies(causes: list[dict[str, Any]]) -> list[str]:
         for effect, at in targets.items()
         if rows[effect] and rows[effect].remedy
     ]
+
+
+def _ending(model: str) -> str:
+    """Of a new model in the format of this one, as far as its name tells."""
+    ending = Path(model).suffix.lower()
+    return ending if ending in ENDINGS else ".urdf"
 
 
 NOISE = (

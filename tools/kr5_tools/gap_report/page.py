@@ -25,6 +25,7 @@ from kr5_tools.gap_report.messages import (
     warning_notes,
     wrench_component,
 )
+from kr5_tools.log_import.compared_source import command_of, name_of
 
 TITLE = "Why simulation and cell disagree"
 SAID = 1.15  # a gap below this is coloured, but not written beside the part
@@ -37,9 +38,15 @@ LOOK = {
 
 
 def write_gap_report(
-    data: dict[str, Any], source: Path, output: Path, png: Path | None = None, folder: Path | None = None
+    data: dict[str, Any],
+    source: Path,
+    output: Path,
+    png: Path | None = None,
+    folder: Path | None = None,
+    recording: Any = None,
 ) -> list[Path]:
-    """Writes the page and, if asked, the plots; returns the files of the plots. `folder`: of the recording."""
+    """Writes the page and, if asked, the plots; returns the files of the plots. `folder`: of the recording;
+    `recording`: that was diagnosed, where it was read already."""
     import matplotlib.pyplot as plt
 
     from kr5_tools.gap_report.evidence_data import Evidence, find_recording
@@ -48,9 +55,10 @@ def write_gap_report(
     from kr5_tools.pages.plot_style import STYLE
     from kr5_tools.pages.rendering import write_png
 
-    recording = find_recording(data, source, folder)
+    recording = recording or find_recording(data, source, folder)
     if recording is None:
-        terminal.print_note("the recording was not found, so the page shows no curves; specify it with --recording")
+        what = "logs and their model were" if "logs" in data.get("input", {}) else "recording was"
+        terminal.print_note(f"the {what} not found, so the page shows no curves; specify a recording with --recording")
     drawn: list[Any] = []
     try:
         with terminal.spinner("Simulating and drawing …"):
@@ -227,6 +235,7 @@ def make_page(
     task: dict[str, Any] | None = None,
 ) -> str:
     """The HTML of the page."""
+    from kr5_tools.gap_report.evidence_data import named_inputs
     from kr5_tools.pages.rendering import embed_plot, render_page, script_json
     from kr5_tools.replay.page import cell_scene
 
@@ -234,7 +243,7 @@ def make_page(
     look, icon, word = LOOK[data["verdict"]]
     if data["verdict"] == "no_gap" and data.get("scope"):
         word = "No gap in what the recording can show"
-    named = evidence.recording.folder if evidence else data.get("input", {}).get("recording", "RECORDING")
+    inputs = named_inputs(data, evidence)
     scene = None
     if evidence:
         scene = {**cell_scene(evidence.recording.cell), "q": q, "parts": themed_parts(parts)}
@@ -248,7 +257,7 @@ def make_page(
         icon=icon,
         word=word,
         verdict=verdict_text(data) + floor_text(data, evidence),
-        steps=next_steps(data, str(named)),
+        steps=next_steps(data, command_of(inputs), inputs.get("model")),
         places=place_rows(data),
         causes=cause_rows(data, evidence),
         unexplained=[
@@ -272,7 +281,8 @@ def make_page(
         heat=[plots[n] for n in ("heat_before", "heat_after") if n in plots],
         shrink=plots.get("shrink"),
         curves=[plots[n] for n in plots if n.startswith(("rows_", "against_"))],
-        recording=named,
+        recording=name_of(inputs),
+        made_of="Log" if "logs" in inputs else "Recording",
         found=evidence is not None,
         unset=evidence.unset if evidence else [],
         columns=len(evidence.groups) if evidence else None,

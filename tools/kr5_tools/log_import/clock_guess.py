@@ -7,14 +7,17 @@ from typing import Any
 import numpy as np
 
 from kr5_tools.cli import terminal
+from kr5_tools.log_import.entry_words import EntryWords
 from kr5_tools.log_import.log import Log
+from kr5_tools.log_import.log_time import beginning
+from kr5_tools.log_import.units import UNITS, unit_factor
 
 TIME = re.compile(
     r"(^|[^a-z])(t|time|timestamp|stamp|clock|zeit|seconds|sec|log_time|header\.stamp|header/stamp)(_?\[?(s|ms|us|ns)\]?)?$"
 )
-SCALES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+SCALES = UNITS["time"]
 USUAL_STEP = 0.005  # [s] between rows of a controller's log
-MOST_STEP = 0.5  # [s] above which no control log has its rows, whatever the unit
+LEAST_STEP, MOST_STEP = 1e-4, 0.5  # [s] between rows of a log; numbers with such steps are seconds
 
 
 @dataclass
@@ -28,30 +31,30 @@ class GuessedClock:
 
 
 def guess_clock(
-    log: Log, column: str, cycle: float | None, every: float | None = None, usual: float | None = USUAL_STEP
+    log: Log, column: str, cycle: float | None, given: dict[str, Any], usual: float | None = USUAL_STEP
 ) -> GuessedClock | None:
-    """The clock of the rows of a column; nothing where no column looks like time and no interval is known. `usual`:
-    step by which a unit that is not stated is told; none: stamps are in seconds."""
+    """The clock of the rows of a column; nothing where no column looks like time and no interval is known. `given`:
+    what the user states of it. `usual`: step by which a unit that is not stated is told; none: stamps are in
+    seconds."""
     rows = len(log.columns[column])
     stream = log.streams[column]
     own = log.clocks.get(stream)
-    name = own or _time_column(log, stream)
-    if every is not None or name is None:
-        step = every if every is not None else cycle
-        if step is None:
-            return None
-        why = "as asked for" if every is not None else "no column looks like time; this is the cycle of the cell"
-        return GuessedClock({"every": step}, step * np.arange(rows), f"a row every {step:g} s", why)
-    stamps = log.columns[name]
+    name = given.get("column") or own or _time_column(log, stream)
+    if "every" in given or name is None:
+        return _even_clock(rows, cycle, given)
+    stamps = log.column(str(name), "clock.column")
     steps = np.diff(stamps[np.isfinite(stamps)])
     step = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
     usual = cycle or usual
-    unit = "s" if own else stated_unit(name) or (_unit_of(step, usual) if usual else "s")
-    scale = SCALES[unit]
+    unit = str(given["unit"]) if "unit" in given else ("s" if name == own else stated_unit(name))
+    unit = unit or (_unit_of(step, usual) if usual else "s")
+    scale = unit_factor(unit, ("time",), "clock")[0]
     reason = f"a row every {step:.4g} {unit}" + (f", which is {step * scale:.4g} s" if scale != 1 else "")
-    entry = None if own else {"column": name, "unit": unit}
-    begin = min(float(np.nanmin(log.columns[c])) for c in (log.clocks.values() if own else [name]))
-    return GuessedClock(entry, (stamps - begin) * scale, f"{name} [{unit}]", reason)
+    entry = None if name == own and not given else {"column": name, "unit": unit} | given
+    if not np.isfinite(stamps).any():
+        return GuessedClock(entry, stamps, f"{name} [{unit}]", reason)
+    seconds = (stamps - beginning(log, name)) * scale + _offset(given)
+    return GuessedClock(entry, seconds, f"{name} [{unit}]", reason)
 
 
 def _time_column(log: Log, stream: str) -> str | None:
@@ -64,6 +67,25 @@ def _goes_on(stamps: np.ndarray) -> bool:
     return bool(np.isfinite(stamps).all() and float(np.ptp(stamps)) > 0)
 
 
+def _even_clock(rows: int, cycle: float | None, given: dict[str, Any]) -> GuessedClock | None:
+    """Rows at the interval that the user states, or that of the cell's servo."""
+    step = given.get("every", cycle)
+    if step is None:
+        return None
+    if not isinstance(step, (int, float)) or not step > 0:
+        terminal.fail(f"clock.every: found {step!r:.40}, expected an interval above 0 s")
+    why = "as asked for" if "every" in given else "no column looks like time; this is the cycle of the cell"
+    seconds = step * np.arange(rows) + _offset(given)
+    return GuessedClock({"every": step} | given, seconds, f"a row every {step:g} s", why)
+
+
+def _offset(given: dict[str, Any]) -> float:
+    offset = given.get("offset", 0.0)
+    if not isinstance(offset, (int, float)):
+        terminal.fail(f"clock.offset: found {offset!r:.40}, expected a number of seconds")
+    return float(offset)
+
+
 def stated_unit(name: str) -> str | None:
     """The unit that a name ends in: `time_ms`, `t [ns]`."""
     match = re.search(r"[_\[\s(](s|ms|us|ns|sec|nsec|nanosec)[\])]?$", name.lower())
@@ -71,10 +93,12 @@ def stated_unit(name: str) -> str | None:
 
 
 def _unit_of(step: float, usual: float) -> str:
+    if LEAST_STEP <= step <= MOST_STEP:
+        return "s"
     return min(SCALES, key=lambda u: abs(np.log(max(step, 1e-12) * SCALES[u] / usual)))
 
 
-def require_clock(clock: GuessedClock | None, log: Log) -> GuessedClock:
+def require_clock(clock: GuessedClock | None, log: Log, words: EntryWords) -> GuessedClock:
     if clock is None:
         names = ", ".join(list(log.columns)[:12])
         terminal.fail(
@@ -84,6 +108,6 @@ def require_clock(clock: GuessedClock | None, log: Log) -> GuessedClock:
     if not np.isfinite(clock.seconds).all() or (len(clock.seconds) > 1 and float(np.ptp(clock.seconds)) <= 0):
         terminal.fail(
             f"{log.file}: {clock.proposal}: found no time that goes on, expected a number in each row; choose another"
-            " column with --set clock.column=NAME, or state the interval of its rows with --every SECONDS"
+            f" column ({words.put('clock', column='NAME')}), or state the interval of its rows with --every SECONDS"
         )
     return clock

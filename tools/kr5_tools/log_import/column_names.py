@@ -17,15 +17,18 @@ POSITION = {"q", "qm", "pos", "position", "positions", "angle", "angles", "joint
 COMMAND = {"c", "qc", "cmd", "command", "commanded", "commands", "des", "desired", "target", "ref", "reference", "set"}
 COMMAND |= {"setpoint", "setpoints", "soll", "goal", "trajectory"}
 MEASURED = {"act", "actual", "meas", "measured", "ist", "state", "states", "feedback", "fb", "real"}
+# Words that tell a quantity only where nothing else does: they may as well be those of a joint, a unit, a message.
+VAGUE = {"joint", "axis", "j", "deg", "rad", "rate", "c", "v", "i", "ma"}
 MOTOR_SIDE = {"qm", "taum", "motor", "rotor"}  # of angles and torques; a current is that of a motor anyway
 # Columns with one of these are no reading of a joint that a cell could show.
 OTHER = {"ext", "external", "error", "err", "diff", "std", "temp", "temperature", "temperatur", "status", "mode"}
 OTHER |= {"model", "limit", "limits", "min", "max", "voltage", "brake", "stamp", "seq", "header", "effectiveness"}
 MERGED = {"qcmd": "qc", "qdes": "qc", "qref": "qc", "qset": "qc", "qsoll": "qc", "qact": "q", "qmeas": "q", "qist": "q"}
 
-UNITS = {"deg": "deg", "rad": "rad", "ma": "mA", "mm": "mm", "nm": "N m", "nmm": "N mm", "percent": "%", "pct": "%"}
+UNITS = {"deg": "deg", "rad": "rad", "ma": "mA", "mm": "mm", "nm": "N m", "nmm": "N mm", "percent": "%"}
+UNITS |= {"pct": "%", "%": "%"}
 NUMBER = re.compile(r"\d+")
-WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|#")
+WORD = re.compile(r"mA(?![a-z])|[A-Z]+(?![a-z])|[A-Z]?[a-z]+|#|%")
 PLAIN_JOINT = re.compile(r"_?(joint|link|revolute|prismatic)_?")
 
 
@@ -35,7 +38,7 @@ class Family:
 
     name: str  # q, qc, i, tau or qd
     columns: list[str]
-    stem: str
+    stem: str = ""
     unit: str | None = None  # as the name says it
     motor_side: bool = False
     named: bool = False  # by the names of the joints, not by numbers
@@ -62,7 +65,7 @@ def find_families(log: Log, joints: Sequence[str], number: int) -> FoundFamilies
     stems = _stems(log, joints)
     for stem, columns in stems.items():
         words = words_of(stem)
-        name = _quantity(words)
+        name = _quantity(stem)
         if name is None:
             continue
         ordered, named = _in_order(columns, joints, number)
@@ -83,11 +86,31 @@ def words_of(stem: str) -> list[str]:
     return [MERGED.get(w, w) for w in words]
 
 
-def _quantity(words: list[str]) -> str | None:
-    own = set(words) - {JOINT}
-    if own & OTHER:
+def _quantity(stem: str) -> str | None:
+    """The family of a stem: its field says it, and the topic that publishes it only where the field does not."""
+    levels = [{*words_of(part)} - {JOINT} for part in _parts_of(stem)]
+    near = levels[-2] if len(levels) > 1 else levels[-1]
+    if near & OTHER:
         return None
-    command = bool(own & COMMAND)
+    told = next((own for own in levels if own & (COMMAND | MEASURED)), set[str]())
+    command = bool(told & COMMAND) and not told & MEASURED - {"state", "states"}
+    for own in levels[:-1]:
+        if own & (SPEED | TORQUE | CURRENT | ACCELERATION | POSITION) - VAGUE:
+            return _family_of(own - VAGUE, command)
+    return _family_of(levels[-1], command)
+
+
+def _parts_of(stem: str) -> list[str]:
+    """A stem as it widens: the field, with the last part of its topic, all of it. A topic ends with a colon, or in an
+    export with the last but one of the parts between slashes."""
+    topic, colon, field_name = stem.rpartition(":")
+    if colon:
+        return [field_name, f"{topic.rsplit('/', 1)[-1]}:{field_name}", stem]
+    parts = [part for part in stem.split("/") if part.strip("[]._# ")]
+    return [parts[-1], "/".join(parts[-2:]), stem] if len(parts) > 1 else [stem]
+
+
+def _family_of(own: set[str], command: bool) -> str | None:
     if own & SPEED:
         return None if command else "qd"
     if own & TORQUE:
@@ -101,10 +124,11 @@ def _quantity(words: list[str]) -> str | None:
     return None
 
 
-def _preference(family: Family) -> tuple[bool, bool, int]:
-    """States of joints before those of controllers; names before numbers; short before long."""
+def _preference(family: Family) -> tuple[bool, bool, bool, int]:
+    """States of joints before those of controllers, and these before what the controller puts out; names before
+    numbers; short before long."""
     words = set(words_of(family.stem))
-    return (not family.named, "controller" in words, len(family.stem))
+    return (not family.named, "controller" in words, "output" in words, len(family.stem))
 
 
 def _stems(log: Log, joints: Sequence[str]) -> dict[str, dict[str, str]]:

@@ -117,11 +117,14 @@ def guess(
     import yaml
 
     from kr5_tools.log_import.map_guess import guess_map
+    from kr5_tools.log_import.overrides import GivenEntries
 
     writing.check_writable(output, json_file, inputs=[*logs, cell])
     if cell.suffix.lower() in (".urdf", ".xml", ".mjcf", ".xacro"):
         terminal.fail(f"{cell}: found a description of a robot, expected a cell file; kr5 cell import {cell} makes one")
-    guessed = guess_map(logs, kr5.cell.load_cell(cell), cell, output, every)
+    guessed = guess_map(
+        logs, kr5.cell.load_cell(cell), cell, output, GivenEntries(clock={"every": every} if every else {})
+    )
     text = yaml.safe_dump(guessed.entry, sort_keys=False, width=110)
     to = terminal.console(json_file)
     named = ", ".join(map(str, logs))

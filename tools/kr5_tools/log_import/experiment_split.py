@@ -26,6 +26,7 @@ class RawPart:
     runs: np.ndarray | None = None
     commanded: bool = False
     settle: float = 0.0  # [s]
+    max_gap: float | None = None  # [s] between rows, where the user states it
 
 
 @dataclass
@@ -55,7 +56,11 @@ def _pieces(number: int, part: RawPart) -> list[Piece]:
     if part.q is None:
         return [Piece(number, {}, float(len(part.t)), (0, len(part.t)))]
     t = part.t
-    found = [(a, b) for a, b in segments(t) if b - a >= LEAST_ROWS and np.ptp(part.q[a:b], axis=0).max() > LEAST_MOTION]
+    found = [
+        (a, b)
+        for a, b in segments(t, part.max_gap)
+        if b - a >= LEAST_ROWS and np.ptp(part.q[a:b], axis=0).max() > LEAST_MOTION
+    ]
     out = []
     for a, b in found or [(0, len(t))]:
         entry: dict[str, Any] = {}
@@ -68,7 +73,12 @@ def _pieces(number: int, part: RawPart) -> list[Piece]:
 
 
 def _between(t: np.ndarray, row: int) -> float:
-    return round(float(t[row - 1] + t[row]) / 2, 6)
+    return _rounded((t[row - 1] + t[row]) / 2)
+
+
+def _rounded(t: float) -> float:
+    """A time to be written in a map, to a tenth of a millisecond [s]."""
+    return round(float(t), 4)
 
 
 def _judged(pieces: list[Piece], parts: list[RawPart], reasons: list[list[str]]) -> list[Piece]:
@@ -95,13 +105,13 @@ def _halves(piece: Piece, part: RawPart, reasons: list[list[str]]) -> list[Piece
     t, q = part.t[a:b], part.q[a:b]
     fit, check = dict(piece.entry), dict(piece.entry)
     rest = cut_at_rest(t, q, FIT_SHARE)
-    cut = round(rest if rest is not None else time_of_share(t, q, FIT_SHARE), 4)
+    cut = _rounded(rest if rest is not None else time_of_share(t, q, FIT_SHARE))
     fit["to"] = cut
     if rest is not None or not part.commanded:
         check["from"] = cut
         why = "cut where the arm rests" if rest is not None else "measured positions need no rest to begin from"
     else:
-        check["lead_in"] = round(cut - float(t[0]), 4)
+        check["lead_in"] = _rounded(cut - check.get("from", float(t[0])))
         why = "the arm never rests: all of the log is simulated, and its last rows are judged"
     reasons.append(["split of motion", f"up to {cut:g} s to fit, the rest to check", why])
     rows = int(np.searchsorted(t, cut)) + a

@@ -10,22 +10,14 @@ import numpy as np
 
 from kr5_tools.cli import terminal
 from kr5_tools.log_import.log import Log
-from kr5_tools.log_import.log_checks import LogProblem, check_loads, check_positions
+from kr5_tools.log_import.log_checks import LogProblem, check_loads, check_positions, merged_problems
 from kr5_tools.log_import.log_file import read_log
+from kr5_tools.log_import.log_time import LogTimes, inside_span, is_measured, is_timed
 from kr5_tools.log_import.map_file import Clock, Experiment, Map, Source, Tool, column_family, load_map
-from kr5_tools.log_import.measured_motion import MARGIN, choose_smoothing, kept_times, smoothed
+from kr5_tools.log_import.measured_motion import MARGIN, Smoothing, choose_smoothing, kept_times, smoothed
 from kr5_tools.log_import.rest_guess import segments
 from kr5_tools.log_import.sparse_columns import aligned, longest_step, never_complete
 from kr5_tools.log_import.values import Series, interpolate, low_pass, to_si, tool_poses
-
-LONG_AGO = 1e6  # [s] after which a stamp counts from an epoch, not from the beginning of a session
-MAX_ROWS = 5_000_000  # of an experiment
-REMEDIES = {
-    "t": (
-        "rows are spaced evenly with resample: {every: SECONDS} in the map; the cycle stands in servo.cycle of the cell"
-    )
-}
-STILL = ("poses", "views", "scan")  # rows need not follow each other in time
 
 
 class Importer:
@@ -36,14 +28,16 @@ class Importer:
         self.cell = kr5.cell.load_cell(map.cell)
         self.logs: dict[Path, Log] = {}
         self.notes: list[str] = []
-        self.origins: dict[str, float] = {}  # earliest stamp [s] of each kind, where several logs share a clock
+        self.time = LogTimes(map, self.log, self.note)
+        self.smoothings: dict[tuple[Path, str], Smoothing] = {}  # by log and first column: its parts are smoothed alike
 
     def log(self, name: str | None) -> Log:
-        file = self.map.file.parent / name if name else self.default
+        beside = self.default if self.default and self.map.words.by_option else self.map.file
+        file = beside.parent / name if name else self.default
         if file is None:
-            terminal.fail(f"{self.map.file}: an experiment names no log; expected log: FILE, or a log beside --map")
+            terminal.fail(f"{self.map.shown}: an experiment names no log; expected log: FILE, or a log beside --map")
         if file not in self.logs:
-            self.logs[file] = read_log(file, self.map.header)
+            self.logs[file] = read_log(file, self.map.header, self.map.words)
         return self.logs[file]
 
     def note(self, text: str) -> None:
@@ -51,10 +45,10 @@ class Importer:
             self.notes.append(text)
 
     def experiment(self, experiment: Experiment) -> Any:
-        where = f"{self.map.file}: experiment '{experiment.entry.name}'"
+        where = f"{self.map.shown}: experiment '{experiment.entry.name}'"
         sources = experiment.sources
         log = self.log(experiment.entry.log)
-        t = self.main_time(log, experiment, where)
+        t = self.time.main_time(log, experiment, where)
         keep = self.chosen_rows(len(t), experiment, where)
         series: dict[str, Series] = {}
         for name, source in sources.items():
@@ -65,11 +59,11 @@ class Importer:
         if is_timed(experiment) and is_measured(experiment) and not self.map.resample.low_pass:
             grid = self.measured_grid(series, experiment, where)
         elif is_timed(experiment):
-            grid = self.grid(t[keep], series, experiment, where)
+            grid = self.time.grid(t[keep], series, experiment, where)
         else:
             keep &= inside_span(t, experiment)
             grid = t[keep]
-        columns = {"t": grid + self.shift(log, experiment)}
+        columns = {"t": grid + self.time.shift(log, experiment)}
         for name, s in series.items():
             values = self.at(name, s, grid, experiment) if is_timed(experiment) else s.values[keep]
             columns |= dict(zip(self.members(name, sources), values.T))
@@ -92,108 +86,6 @@ class Importer:
         out[first - 1 : last] = True
         return out
 
-    # Time
-
-    def clock_of(self, experiment: Experiment) -> Clock | None:
-        return experiment.entry.clock or self.map.clock
-
-    def shift(self, log: Log, experiment: Experiment) -> float:
-        """By how much a log begins after the first one of its kind [s]: several logs of one clock keep their order."""
-        clock, kind = self.clock_of(experiment), experiment.entry.kind
-        if experiment.entry.log is None or clock is None or clock.column is None:
-            return 0.0
-        if kind not in self.origins:
-            own = [e for e in self.map.experiments if e.entry.kind == kind and e.entry.log]
-            clocks = [(self.log(e.entry.log), self.clock_of(e)) for e in own]
-            first = min(self.beginning(x, c) * c.seconds() for x, c in clocks if c and c.column)
-            self.origins[kind] = 0.0 if 0 <= first < LONG_AGO else first
-        return self.beginning(log, clock) * clock.seconds() - self.origins[kind]
-
-    def main_time(self, log: Log, experiment: Experiment, where: str) -> np.ndarray:
-        """Time [s] of the rows of the log that the experiment is made of, from the log's beginning."""
-        clock = self.clock_of(experiment)
-        first = next(
-            (s.names[0] for s in experiment.sources.values() if s.names and not (isinstance(s, Source) and s.log)),
-            None,
-        )
-        if clock is None and first is not None and log.streams.get(first) in log.clocks:
-            clock = Clock(column=log.clocks[log.streams[first]])
-        if clock is None:
-            if experiment.entry.kind not in STILL:
-                terminal.fail(
-                    f"{where}: needs a clock; add to the map: clock: {{column: NAME, unit: s}}, or {{every: SECONDS}}"
-                )
-            clock = Clock(every=1.0)
-            self.note("the log has no clock; rows are assumed to be 1 s apart")
-        rows = len(log.column(first, where)) if first else 0
-        return self.times(log, clock, rows, where, experiment)
-
-    def times(self, log: Log, clock: Clock, rows: int, where: str, experiment: Experiment) -> np.ndarray:
-        if clock.every is not None:
-            return clock.every * np.arange(rows) + clock.offset
-        assert clock.column is not None, "a clock has a column or an interval"
-        stamps = log.column(clock.column, f"{self.map.file}: clock.column")
-        bad = np.flatnonzero(~np.isfinite(stamps))
-        if len(bad):
-            terminal.fail(
-                f"{log.file}: {log.row(bad[0])}, column '{clock.column}': found no time ({len(bad)} such rows),"
-                " expected a number"
-            )
-        t = (stamps - self.beginning(log, clock)) * clock.seconds() + clock.offset
-        if is_timed(experiment):
-            self.check_order(log, clock, t, experiment)
-        return t
-
-    def beginning(self, log: Log, clock: Clock) -> float:
-        """The stamp from which time is counted: the least of the log's streams, which share a clock."""
-        columns = set(log.clocks.values()) if clock.column in log.clocks.values() else {str(clock.column)}
-        return min(float(np.min(log.columns[c])) for c in columns)
-
-    def check_order(self, log: Log, clock: Clock, t: np.ndarray, experiment: Experiment) -> None:
-        back = np.flatnonzero(np.diff(t) <= 0)
-        if len(back) and clock.repair != "sort":
-            at = back[0] + 1
-            what = "goes back" if t[at] < t[at - 1] else "stands still"
-            terminal.fail(
-                f"{log.file}: {log.row(at)}, column '{clock.column}': time {what}: found {t[at]:.9g} s after"
-                f" {t[at - 1]:.9g} s ({len(back)} such rows), expected increasing time; set clock: {{repair: sort}}"
-                " in the map to sort the rows and leave out those with a duplicate time"
-            )
-        part = np.unique(t[inside_span(t, experiment)])
-        steps = np.diff(part)
-        most = longest_step(part, clock.max_gap)
-        wide = np.flatnonzero(steps > most)
-        if len(wide):
-            before, after = part[wide[0]], part[wide[0] + 1]
-            terminal.fail(
-                f"{log.file}: {log.row(int(np.flatnonzero(t == after)[0]))}, column '{clock.column}': found a gap of"
-                f" {after - before:.4g} s ({len(wide)} such gaps), expected about {np.median(steps):.4g} s; make the"
-                f" parts before and after two experiments (to: {(before + after) / 2:.5g}, from:"
-                f" {(before + after) / 2:.5g}), or allow it with clock: {{max_gap: {1.01 * steps.max():.3g}}}"
-            )
-
-    def grid(self, t: np.ndarray, series: dict[str, Series], experiment: Experiment, where: str) -> np.ndarray:
-        """The instants of the experiment: those of the log, or evenly spaced, where all streams have data."""
-        low, high = experiment.span()
-        t = np.unique(t)
-        low = max([low, *(s.t[0] for s in series.values() if len(s.t))])
-        end = min(s.t[-1] if len(s.t) else -np.inf for s in series.values())
-        inside = t[(t >= low) & (t < high) & (t <= end)]
-        if len(inside) < 10:
-            terminal.fail(
-                f"{where}: only {len(inside)} rows of the log lie between from:"
-                f" {_given(experiment.entry.begin, 'its beginning')} and to: {_given(experiment.entry.end, 'its end')};"
-                f" its streams share {low:.4g} to {end:.4g} s. Is the unit of the clock right?"
-            )
-        every = self.map.resample.every
-        if every and not (inside[-1] - inside[0]) / every <= MAX_ROWS:
-            terminal.fail(
-                f"{where}: resample.every: found {every:g} s, which makes more than {MAX_ROWS} rows of "
-                f"{inside[-1] - inside[0]:.4g} s; "
-                "is the unit of the clock right, and is there a single row far from the others?"
-            )
-        return np.arange(inside[0], inside[-1] + 1e-9, every) if every else inside
-
     def measured_grid(self, series: dict[str, Series], experiment: Experiment, where: str) -> np.ndarray:
         """Smooths the positions, and gives the instants of the log that are kept."""
         if "q" not in series:
@@ -203,7 +95,7 @@ class Importer:
             )
         q, loads = series["q"], next((series[n] for n in ("tau", "i") if n in series), None)
         beside = loads is not None and np.array_equal(loads.t, q.t)
-        chosen = choose_smoothing(q, loads.values if loads is not None and beside else None)
+        chosen = self.smoothing(q, loads.values if loads is not None and beside else None, experiment)
         if chosen.even_step is not None:
             even = q.t[0] + chosen.even_step * np.arange(len(q.t))
             for name, s in series.items():
@@ -212,7 +104,7 @@ class Importer:
             self.note("the time stamps came late; the samples were taken at even steps")
         q = series["q"]
         times = q.t if loads is None or beside else loads.t  # noise of the loads stays as it is, without interpolation
-        series["q"] = smoothed(q, chosen, str(self.map.file))
+        series["q"] = smoothed(q, chosen, self.map.shown)
         if chosen.smooths:
             self.note(
                 f"positions were smoothed at {chosen.cutoff:.3g} Hz (no delay), since speeds and accelerations follow"
@@ -224,6 +116,14 @@ class Importer:
         if len(out) < 10:
             terminal.fail(f"{where}: only {len(out)} rows of the log are left after smoothing; expected at least 10")
         return out
+
+    def smoothing(self, q: Series, loads: np.ndarray | None, experiment: Experiment) -> Smoothing:
+        source = experiment.sources["q"]
+        assert isinstance(source, Source), "of joints"
+        key = (self.log(source.log or experiment.entry.log).file, source.names[0])
+        if key not in self.smoothings:
+            self.smoothings[key] = choose_smoothing(q, loads)
+        return self.smoothings[key]
 
     # Values
 
@@ -265,12 +165,12 @@ class Importer:
         """The time of the stream a source comes from, which may be the main one."""
         clock = source.clock
         if clock is None and (own := log.clocks.get(log.streams[source.names[0]])):
-            main_clock = self.clock_of(experiment)
+            main_clock = self.time.clock_of(experiment)
             clock = Clock(column=own, offset=main_clock.offset if main_clock else 0.0)
         if clock is None and log is not main and self.map.clock is not None:
             clock = self.map.clock
         if clock is not None:
-            out = self.times(log, clock, rows, source.where, experiment)
+            out = self.time.times(log, clock, rows, source.where, experiment)
             if len(out) == len(t) and np.array_equal(out, t):
                 return t
             self.note(
@@ -281,9 +181,8 @@ class Importer:
             out = t
         if rows != len(out):
             terminal.fail(
-                f"{source.where}: found {rows} rows beside a clock of {len(out)}; specify"
-                f" its clock: clock: {{column: NAME,"
-                " unit: s}"
+                f"{source.where}: found {rows} rows beside a clock of {len(out)}; specify its clock:"
+                f" {self.map.words.put(_key(source) + '.clock', column='NAME', unit='s')}"
             )
         return out
 
@@ -296,10 +195,11 @@ class Importer:
             column = source.names[int(np.flatnonzero(~np.isfinite(s.values[rows[0]]))[0])]
             terminal.fail(
                 f"{log.file}: {log.row(rows[0])}, column '{column}': found no number (empty, NaN or infinite;"
-                f" {len(rows)} of {len(s.t)} rows), expected one in each row; set missing: interpolate at this"
-                " column in the map when the sensor is slower than the log, or missing: drop to leave out these rows"
+                f" {len(rows)} of {len(s.t)} rows), expected one in each row;"
+                f" {self.map.words.put(_key(source), missing='interpolate')} fills them where the sensor is slower than"
+                f" the log, {self.map.words.put(_key(source), missing='drop')} leaves these rows out"
             )
-        what = f"{source.members[0]} and its like: {len(rows)} of {len(s.t)} rows without a number were "
+        what = f"{source.members[0]} and similar columns: {len(rows)} of {len(s.t)} rows without a number were "
         if source.missing == "drop" and keep is not None:
             keep &= ~lacks
             self.note(what + "left out")
@@ -316,7 +216,7 @@ class Importer:
     def check_gaps(self, source: Source, log: Log, s: Series, experiment: Experiment) -> None:
         """Values between rows far apart are not made up."""
         t = s.t[inside_span(s.t, experiment)]
-        clock = self.clock_of(experiment)
+        clock = self.time.clock_of(experiment)
         most = longest_step(t, clock.max_gap if clock else None)
         wide = np.flatnonzero(np.diff(t) > most)
         if len(wide) and self.map.resample.method != "previous":
@@ -337,7 +237,7 @@ class Importer:
         t, first = np.unique(s.t, return_index=True)
         if len(t) < len(s.t) or np.any(np.diff(s.t) < 0):
             self.note(f"rows were sorted by time; {len(s.t) - len(t)} with a duplicate time were left out")
-        clock = self.clock_of(experiment)
+        clock = self.time.clock_of(experiment)
         near = is_measured(experiment) and not cut
         own = contiguous(t, experiment, clock.max_gap if clock else None) if near else slice(None)
         return Series(t[own], s.values[first][own])
@@ -346,7 +246,7 @@ class Importer:
         """Values at the instants of the experiment, after a low-pass where the map asks for one."""
         cut = self.map.resample.low_pass
         if cut:
-            s = low_pass(s, cut, str(self.map.file))
+            s = low_pass(s, cut, self.map.shown)
             self.note(f"low-passed at {cut:g} Hz (Butterworth of order 4, forth and back: no delay)")
         elif len(s.t) == len(grid) and np.array_equal(s.t, grid):
             return s.values
@@ -387,7 +287,8 @@ class Importer:
         for column in wanted:
             if not column.group and column.name not in columns:
                 name = column_family(column.name)
-                remedy = "; set qc: {from: measured, unit: rad} when no commands were logged" if name == "qc" else ""
+                put = self.map.words.put("columns.qc", **{"from": "measured", "unit": "rad"})
+                remedy = f"; {put} is for logs without commands" if name == "qc" else ""
                 terminal.fail(
                     f"{where}: columns.{name} is missing: {column.name} [{column.unit}] is required for kind"
                     f" {experiment.entry.kind}{remedy}"
@@ -402,23 +303,6 @@ class Importer:
         return kr5.io.Table(names, np.column_stack([columns[n] for n in names]))
 
 
-def is_timed(experiment: Experiment) -> bool:
-    """Rows follow each other in time, in one run."""
-    return experiment.entry.kind not in STILL and "run" not in experiment.sources
-
-
-def is_measured(experiment: Experiment) -> bool:
-    """Measured positions stand for the motion."""
-    qc = experiment.sources.get("qc")
-    return isinstance(qc, Source) and qc.measured
-
-
-def inside_span(t: np.ndarray, experiment: Experiment, margin: float = 0.0) -> np.ndarray:
-    """Which times lie in the experiment, or no more than `margin` [s] outside."""
-    begin, end = experiment.span()
-    return (t >= begin - margin) & (t < end + margin)
-
-
 def contiguous(t: np.ndarray, experiment: Experiment, max_gap: float | None) -> slice:
     """Rows without a gap from those of the experiment: what a filter may use beyond its ends; t rises [s]."""
     begin, end = experiment.span()
@@ -426,31 +310,41 @@ def contiguous(t: np.ndarray, experiment: Experiment, max_gap: float | None) -> 
     return slice(own[0][0], own[-1][1]) if own else slice(None)
 
 
-def _given(value: float | None, otherwise: str) -> str:
-    return otherwise if value is None else f"{value:g}"
+def _key(source: Source) -> str:
+    """Where a map says what a family of columns comes from."""
+    return f"columns.{column_family(source.members[0])}"
 
 
 def import_recording(
-    log: Path | None, map_file: Path, complete: Callable[[Any], None] | None = None
+    log: Path | None, map_file: Path, complete: Callable[[Any], None] | None = None, shown: str | None = None
 ) -> tuple[Any, list[str], list[Any]]:
     """The recording, what was done to its numbers, and what speaks against them. `complete` may add to its cell what
-    the log tells of it, before it is checked."""
-    importer = Importer(load_map(map_file), log)
+    the log tells of it, before it is checked. `shown`: what errors name in place of a map that no user wrote."""
+    importer = Importer(load_map(map_file, shown), log)
     with terminal.spinner(f"reading {log or map_file}"):
         experiments = [importer.experiment(e) for e in importer.map.experiments]
     recording = kr5.cell.Recording(importer.cell, experiments)
+    words = importer.map.words
     with terminal.spinner("comparing with the cell"):
-        found = [d for e in experiments for d in check_positions(recording.cell, e)]
+        found = [d for e in experiments for d in check_positions(recording.cell, e, words)]
         if complete is not None and not found:
             complete(recording)
-        found = found or [d for e in experiments for d in check_loads(recording.cell, e)]
-    if not found:
-        files = {Path(e.file).stem for e in experiments}
-        for p in kr5.cell.check(recording):
-            name, field = Path(p.file).stem, p.field or "table"
-            if name in files:
-                remedy = REMEDIES.get(p.field, "check this column in the map")
-                found.append(LogProblem(name, field, p.found, p.expected, remedy))
-            else:  # of the model, which the log does not contradict
-                importer.note(f"the cell: {field}: found {p.found}, expected {p.expected}")
-    return recording, importer.notes, found
+        found = found or [d for e in experiments for d in check_loads(recording.cell, e, words)]
+    return recording, importer.notes, merged_problems(found or _data_problems(recording, importer))
+
+
+def _data_problems(recording: Any, importer: Importer) -> list[LogProblem]:
+    """What the check of recordings says of the tables; of the model, which the log does not contradict, it is noted."""
+    found = []
+    files = {Path(e.file).stem for e in recording.experiments}
+    for p in kr5.cell.check(recording):
+        name, field = Path(p.file).stem, p.field or "table"
+        if name not in files:
+            importer.note(f"the cell: {field}: found {p.found}, expected {p.expected}")
+            continue
+        remedy = f"check columns.{column_family(field)}"
+        if field == "t":
+            even = importer.map.words.put("resample", every="SECONDS")
+            remedy = f"{even} spaces rows evenly; the cycle stands in servo.cycle of the cell"
+        found.append(LogProblem(name, field, p.found, p.expected, remedy))
+    return found

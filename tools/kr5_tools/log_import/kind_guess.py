@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import kr5.cell
 
-from kr5_tools.log_import.column_names import FoundFamilies, find_families
+from kr5_tools.log_import.column_names import Family, FoundFamilies, find_families
 from kr5_tools.log_import.log import Log
 
 # Columns that only this kind has, the most special kind first; joint columns are asked for beside these.
@@ -29,17 +29,24 @@ class LogPart:
     log: Log  # with the columns of the part alone
     named: dict[str, str] = field(default_factory=dict)  # column of the kind: column of the log
     families: FoundFamilies = field(default_factory=FoundFamilies)
+    notes: list[str] = field(default_factory=list)
 
 
-def log_parts(log: Log, joints: list[str], number: int) -> tuple[list[LogPart], FoundFamilies]:
-    """The parts of a log that show something, and the families of joints in the whole of it."""
-    whole = find_families(log, joints, number)
-    parts = []
+def log_parts(
+    log: Log, joints: list[str], number: int, stated: dict[str, list[str]] | None = None
+) -> tuple[list[LogPart], FoundFamilies]:
+    """The parts of a log that show something, and the families of joints in the whole of it. `stated`: columns of
+    families that the user names."""
+    whole = _families_of(log, joints, number, stated or {})
+    parts, unused = [], []
     for stream in dict.fromkeys(log.streams.values()):
         own = _columns_of(log, stream)
         names = {name.split(":")[-1]: name for name in own.columns}
-        families = find_families(own, joints, number)
+        families = _families_of(own, joints, number, stated or {})
         kind = next((k for k, signs in SIGNS if signs <= names.keys() and _has_joints(k, families)), None)
+        if kind == "poses" and any(name in families.families for name in ("tau", "i", "qc")):
+            unused.append(f"{', '.join(names[k] for k in 'xyz')} are not used, since the log is one of a motion")
+            kind = None
         wrench = wrench_columns(own)
         if kind == "step" and wrench:
             kind = "press"
@@ -49,8 +56,17 @@ def log_parts(log: Log, joints: list[str], number: int) -> tuple[list[LogPart], 
             parts.append(LogPart(kind, own, {c: names[c] for c in wanted if c in names}, families))
     rest = [part.log.streams[next(iter(part.log.columns))] for part in parts]
     if any(log.streams[f.columns[0]] not in rest for f in whole.families.get("q", []) + whole.families.get("qc", [])):
-        parts.insert(0, LogPart("motion", log, {}, whole))
+        parts.insert(0, LogPart("motion", log, {}, whole, unused))
     return parts, whole
+
+
+def _families_of(log: Log, joints: list[str], number: int, stated: dict[str, list[str]]) -> FoundFamilies:
+    """The families by their names, those that the user names before them."""
+    out = find_families(log, joints, number)
+    for name, columns in stated.items():
+        if all(column in log.columns for column in columns):
+            out.families.setdefault(name, []).insert(0, Family(name, columns))
+    return out
 
 
 def wrench_columns(log: Log) -> list[str]:

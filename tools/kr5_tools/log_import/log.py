@@ -56,10 +56,10 @@ class Log:
             import difflib
 
             near = difflib.get_close_matches(name, list(self.columns), 1, 0.5)
-            hint = f"; did you mean '{near[0]}'?" if near else ""
+            hint = f"; did you mean '{near[0]}'? It has" if near else "; it has"
             names = list(self.columns)
             shown = ", ".join(names[:12]) + (f" and {len(names) - 12} more" if len(names) > 12 else "")
-            terminal.fail(f"{where}: found '{name}', which {self.file} does not have{hint} It has: {shown}")
+            terminal.fail(f"{where}: found '{name}', which {self.file} does not have{hint}: {shown}")
         return self.columns[name]
 
     def row(self, index: int) -> str:

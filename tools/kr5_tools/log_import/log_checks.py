@@ -4,20 +4,26 @@ columns.
 Positions are held against the limits of the cell, everything else against what the simulator shows for the same motion.
 """
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import kr5
 import kr5.cell
 import numpy as np
 
+from kr5_tools.log_import.entry_words import EntryWords
+from kr5_tools.log_import.joint_columns import range_text
 from kr5_tools.log_import.joint_order import fitting_order
+from kr5_tools.log_import.map_file import column_family
 
 FACTOR = 1.6  # a scale within this factor of one that a wrong unit gives is taken for it
 SPREAD = 4.0  # between the scales of the joints, above which they are no one unit
 ALIKE = 0.8  # correlation of a column with its simulation, from which it is recognised
 CURRENT, TORQUE = "motor current", "joint torque"  # channels of kr5.cell.Column
 LOADS = (CURRENT, TORQUE, "force", "moment")
+THOUSANDTHS = {"A": "mA", "N": "mN", "N m": "N mm"}
 GRAVITY = 5.0  # standard deviations of a torque that gravity must make to be missed
 
 
@@ -28,20 +34,34 @@ class LogProblem:
     found: str
     expected: str
     remedy: str
+    also: list[str] = field(default_factory=list)  # experiments with the same problem
 
     def text(self) -> str:
-        return f"{self.experiment}: {self.column}: found {self.found}, expected {self.expected}; {self.remedy}"
+        more = f" (also in {', '.join(self.also)})" if self.also else ""
+        return f"{self.experiment}: {self.column}: found {self.found}, expected {self.expected}; {self.remedy}{more}"
 
 
-def check_positions(cell: Any, experiment: Any) -> list[LogProblem]:
-    """What speaks against the positions and the clock of an experiment."""
-    out = _positions(cell, experiment) + _speeds(cell, experiment)
-    return out + (_poses(cell, experiment) if str(experiment.kind) == "poses" else [])
+def merged_problems(problems: list[LogProblem]) -> list[LogProblem]:
+    """Those that have one column and one remedy, told once."""
+    out: dict[tuple[str, str], LogProblem] = {}
+    for problem in problems:
+        first = out.setdefault((problem.column, problem.remedy), problem)
+        if first.experiment != problem.experiment and problem.experiment not in first.also:
+            first.also.append(problem.experiment)
+    return list(out.values())
 
 
-def check_loads(cell: Any, experiment: Any) -> list[LogProblem]:
-    """What speaks against the currents, torques and wrenches of a motion, whose positions are right."""
-    return _loads(cell, experiment) if str(experiment.kind) == "motion" else []
+def check_positions(cell: Any, experiment: Any, words: EntryWords) -> list[LogProblem]:
+    """What speaks against the positions and the clock of an experiment; `words`: how a remedy names entries of its
+    map."""
+    out = _positions(cell, experiment, words) + _speeds(cell, experiment, words)
+    return out + (_poses(cell, experiment, words) if str(experiment.kind) == "poses" else [])
+
+
+def check_loads(cell: Any, experiment: Any, words: EntryWords) -> list[LogProblem]:
+    """What speaks against the currents, torques and wrenches of a motion, whose positions are right; `words`: how a
+    remedy names entries of its map."""
+    return _loads(cell, experiment, words) if str(experiment.kind) == "motion" else []
 
 
 def _family(experiment: Any, stem: str, n: int) -> np.ndarray | None:
@@ -49,7 +69,7 @@ def _family(experiment: Any, stem: str, n: int) -> np.ndarray | None:
     return np.column_stack([experiment[c] for c in names]) if names[0] in experiment.data else None
 
 
-def _positions(cell: Any, e: Any) -> list[LogProblem]:
+def _positions(cell: Any, e: Any, words: EntryWords) -> list[LogProblem]:
     """Joint values beyond the limits, and the unit or side of the gears with which they would lie within."""
     limits, n = cell.robot.limits, cell.robot.joints
     out: list[LogProblem] = []
@@ -68,16 +88,18 @@ def _positions(cell: Any, e: Any) -> list[LogProblem]:
         q = _family(e, stem, n)
         if q is None:
             continue
+        name = "q" if str(e.joint_reference) == "measured" else stem  # what was measured stands for the motion
+        put = partial(words.put, f"columns.{name}")
         to_rad = np.where(turns, np.pi / 180, 1e-3)
         if not within(q):
             j = int(np.argmax(np.maximum(q.max(0) - high, low - q.min(0))))
             readings = [
                 (scale, text)
                 for scale, text in (
-                    (to_rad, "as degrees (mm for a slide): unit: deg"),
-                    (1 / to_rad, "as radians (m for a slide): unit: rad"),
-                    (1 / ratio, "on the motor side: side: motor"),
-                    (to_rad / ratio, "as degrees on the motor side: unit: deg, side: motor"),
+                    (to_rad, f"as degrees (mm for a slide): {put(unit='deg')}"),
+                    (1 / to_rad, f"as radians (m for a slide): {put(unit='rad')}"),
+                    (1 / ratio, f"on the motor side: {put(side='motor')}"),
+                    (to_rad / ratio, f"as degrees on the motor side: {put(unit='deg', side='motor')}"),
                 )
                 if within(q * scale)
             ]
@@ -86,14 +108,14 @@ def _positions(cell: Any, e: Any) -> list[LogProblem]:
             ):  # of several, the one that follows the commands
                 readings.sort(key=lambda r: np.median(np.abs(q * r[0] - commands)))
             remedy = (
-                f"the numbers make sense {readings[0][1]} in columns.{stem}"
+                f"the numbers make sense {readings[0][1]}"
                 if readings
-                else f"check columns.{stem}, its order and its offsets"
+                else f"check columns.{name}, its order and its offsets"
             )
             out.append(
                 LogProblem(
                     e.name,
-                    f"{stem}{j + 1}",
+                    f"{name}{j + 1}",
                     f"{q[:, j].min():.4g} to {q[:, j].max():.4g}",
                     f"{low[j]:.4g} to {high[j]:.4g}",
                     remedy,
@@ -103,10 +125,10 @@ def _positions(cell: Any, e: Any) -> list[LogProblem]:
             out.append(
                 LogProblem(
                     e.name,
-                    f"{stem}1 to {stem}{n}",
+                    range_text([f"{name}{k + 1}" for k in range(n)]),
                     f"no joint farther than {np.abs(q).max():.3g} rad from zero",
                     "a motion of some size",
-                    f"are the numbers radians although the map states degrees? unit: rad in columns.{stem}",
+                    f"are the numbers radians, which were read as degrees? {put(unit='rad')}",
                 )
             )
     return out + _following(e, n)
@@ -134,7 +156,7 @@ def _following(e: Any, n: int) -> list[LogProblem]:
     return out
 
 
-def _speeds(cell: Any, e: Any) -> list[LogProblem]:
+def _speeds(cell: Any, e: Any, words: EntryWords) -> list[LogProblem]:
     """The clock against the limits of speed and the cycle of the servo."""
     n, limits = cell.robot.joints, cell.robot.limits
     q = _family(e, "qc", n) if str(e.kind) == "motion" else None
@@ -153,11 +175,11 @@ def _speeds(cell: Any, e: Any) -> list[LogProblem]:
         wrong = f"a row every {step:.3g} s"
     if not wrong:
         return []
-    remedy = "check clock in the map"
+    remedy = "check the unit and the column of the clock"
     for unit, scale in (("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9), ("s", 1e3)):
         if (cycle and 1 / 3 < step * scale / cycle < 3) or (not cycle and 2e-4 < step * scale < 0.2):
             remedy = (
-                f"the clock makes sense with unit: {unit}"
+                f"the clock makes sense with {words.put('clock', unit=unit)}"
                 if unit != "s"
                 else "the clock makes sense in a unit a thousand times longer"
             )
@@ -167,32 +189,33 @@ def _speeds(cell: Any, e: Any) -> list[LogProblem]:
             e.name,
             "t",
             wrong,
-            f"a row about every {cycle:g} s" if cycle else "speeds within the limits of the cell",
+            f"a row every {cycle:g} s" if cycle else "speeds within the limits of the cell",
             remedy,
         )
     ]
 
 
-def _loads(cell: Any, e: Any) -> list[LogProblem]:
+def _loads(cell: Any, e: Any, words: EntryWords) -> list[LogProblem]:
     """Currents, torques and wrench against the simulation of the same motion. Descriptions of robots may state friction
     that is no more than a placeholder: what is recognised and fits without it is not objected to."""
-    if order := _order(cell, e):
+    if order := _order(cell, e, words):
         return order
-    out, _ = _compare_loads(cell, cell, e)
+    out, _ = _compare_loads(cell, cell, e, words)
     bare = _without_friction(cell)
     if not out or bare is None:
         return out
-    left, recognised = _compare_loads(cell, bare, e)
+    left, recognised = _compare_loads(cell, bare, e, words)
     return out if left or not recognised else []
 
 
-def _order(cell: Any, e: Any) -> list[LogProblem]:
+def _order(cell: Any, e: Any, words: EntryWords) -> list[LogProblem]:
     """Joints in another order than the model's, which shows in many ways that say less."""
     stem = next((s for s in ("tau", "i") if f"{s}1" in e.data), None)
     order = fitting_order(cell, e, stem) if stem else None
     if order is None:
         return []
     names = list(cell.robot.joint_names) or [f"joint{k + 1}" for k in range(cell.robot.joints)]
+    wanted = {"from": "[...]"}
     return [
         LogProblem(
             e.name,
@@ -200,12 +223,12 @@ def _order(cell: Any, e: Any) -> list[LogProblem]:
             "loads that do not fit the motion",
             f"the order of the model: {', '.join(names)}",
             f"they fit with the joints in the order {', '.join(names[k] for k in order)}: name the columns in the order"
-            f" of the model: --set 'columns.q.from=[...]', --set 'columns.{stem}.from=[...]'",
+            f" of the model: {words.put('columns.q', **wanted)}, {words.put(f'columns.{stem}', **wanted)}",
         )
     ]
 
 
-def _compare_loads(cell: Any, simulated: Any, e: Any) -> tuple[list[LogProblem], bool]:
+def _compare_loads(cell: Any, simulated: Any, e: Any, words: EntryWords) -> tuple[list[LogProblem], bool]:
     """What speaks against the loads, and whether the columns of each channel are like their simulation."""
     import kr5.predict
 
@@ -222,7 +245,7 @@ def _compare_loads(cell: Any, simulated: Any, e: Any) -> tuple[list[LogProblem],
             model = np.column_stack([shown[c] for c in names])
             recognised = recognised and _enough_alike(np.diag(_correlations(got, model)))
             out += (
-                _scale(cell, e, columns, got, model)
+                _scale(cell, e, columns, got, model, words)
                 or _swapped(e, names, got, model)
                 or _unexplained(e, names, got, model)
             )
@@ -261,9 +284,12 @@ def _correlations(got: np.ndarray, model: np.ndarray) -> np.ndarray:
     return np.asarray((a.T @ b) / np.maximum(lengths, 1e-30))
 
 
-def _scale(cell: Any, e: Any, columns: list[Any], got: np.ndarray, model: np.ndarray) -> list[LogProblem]:
+def _scale(
+    cell: Any, e: Any, columns: list[Any], got: np.ndarray, model: np.ndarray, words: EntryWords
+) -> list[LogProblem]:
     """A factor that all columns share, as a wrong unit, sign or side of the gears gives."""
     names = [c.name for c in columns]
+    put = partial(words.put, f"columns.{column_family(names[0])}")
     own = np.diag(_correlations(got, model))
     known = np.abs(own) > ALIKE
     if not _enough_alike(own):
@@ -275,10 +301,10 @@ def _scale(cell: Any, e: Any, columns: list[Any], got: np.ndarray, model: np.nda
         return [
             LogProblem(
                 e.name,
-                f"{names[0]} to {names[-1]}",
+                range_text(names),
                 "the opposite sign to the simulation",
                 "the same sign",
-                "set scale: -1 for it in the map (or correct the directions of the joints)",
+                f"{put(scale=-1)} turns it (or correct the directions of the joints)",
             )
         ]
     backward = [c for c, k, s in zip(names, known, slope) if k and s < 0]
@@ -289,20 +315,20 @@ def _scale(cell: Any, e: Any, columns: list[Any], got: np.ndarray, model: np.nda
                 ", ".join(backward),
                 "the opposite sign to the simulation",
                 "the same sign as in the other columns",
-                "set scale as a list with -1 at this column, and for the positions of the"
-                " joint if its direction is reversed",
+                f"{put(scale=[-1 if c in backward else 1 for c in names])} turns it; turn the positions of the joint,"
+                " too, if its direction is reversed",
             )
         ]
-    for factor, text in _factors(cell, columns):
+    for factor, text in _factors(cell, columns, put):
         near = np.abs(np.log(slope[known] / factor[known])) < np.log(FACTOR)
         beside = np.abs(np.log(slope[known])) < np.log(FACTOR)
         if near.mean() > 0.7 and beside.mean() < 0.5:
             return [
                 LogProblem(
                     e.name,
-                    f"{names[0]} to {names[-1]}",
+                    range_text(names),
                     f"{np.median(slope[known]):.3g} times what the simulation shows",
-                    "about once",
+                    "a factor near 1",
                     text,
                 )
             ]
@@ -311,12 +337,12 @@ def _scale(cell: Any, e: Any, columns: list[Any], got: np.ndarray, model: np.nda
         return [
             LogProblem(
                 e.name,
-                f"{names[0]} to {names[-1]}",
-                f"{slope[known].min():.3g} to {slope[known].max():.3g} times what the simulation shows, another factor"
-                " for each joint",
-                "about once",
+                range_text(names),
+                f"{slope[known].min():.3g} to {slope[known].max():.3g} times what the simulation shows, a different"
+                " factor for each joint",
+                "a factor near 1",
                 "are they per cent of a rated torque, or currents? State what 1 of the log is for each joint:"
-                f" --set 'columns.{columns[0].name.rstrip('0123456789')}.scale=[...]', or scale as a list in the map",
+                f" {put(scale='[...]')}",
             )
         ]
     off = float(np.exp(np.median(np.log(slope[known]))))
@@ -324,21 +350,24 @@ def _scale(cell: Any, e: Any, columns: list[Any], got: np.ndarray, model: np.nda
         return [
             LogProblem(
                 e.name,
-                f"{names[0]} to {names[-1]}",
+                range_text(names),
                 f"{off:.3g} times what the simulation shows",
-                "about once",
-                "check unit and side in the map, and torque constants, structure and masses of the cell",
+                "a factor near 1",
+                f"check unit and side of columns.{column_family(names[0])}, and torque constants, structure and masses"
+                " of the cell",
             )
         ]
     return []
 
 
-def _factors(cell: Any, columns: list[Any]) -> list[tuple[np.ndarray, str]]:
+def _factors(cell: Any, columns: list[Any], put: Callable[..., str]) -> list[tuple[np.ndarray, str]]:
     n, channel, unit = len(columns), columns[0].channel, columns[0].unit
-    thousandth = f"unit: m{unit}" if unit in ("A", "N") else "the unit is a thousandth of the one in the map"
+    thousandth = "the unit is a thousandth of the one that was read"
+    if unit in THOUSANDTHS and channel in (CURRENT, TORQUE):
+        thousandth = put(unit=THOUSANDTHS[unit])
     out = [
         (np.full(n, 1e3), thousandth),
-        (np.full(n, 1e-3), "the unit is a thousand times the one in the map, or the log is in base units"),
+        (np.full(n, 1e-3), "the unit is a thousand times the one that was read"),
     ]
     if cell.drives is None or channel not in (CURRENT, TORQUE):
         return out
@@ -347,13 +376,13 @@ def _factors(cell: Any, columns: list[Any]) -> list[tuple[np.ndarray, str]]:
     if channel == CURRENT:
         return [
             *out,
-            (constant, "they are torques of the motors: unit: N m, side: motor"),
-            (constant * ratio, "they are torques of the joints: unit: N m"),
+            (constant, f"they are torques of the motors: {put(unit='N m', side='motor')}"),
+            (constant * ratio, f"they are torques of the joints: {put(unit='N m')}"),
         ]
     return [
         *out,
-        (1 / ratio, "they are torques on the motor side: side: motor"),
-        (1 / (ratio * constant), "they are currents: unit: A"),
+        (1 / ratio, f"they are torques on the motor side: {put(side='motor')}"),
+        (1 / (ratio * constant), f"they are currents: {put(unit='A')}"),
     ]
 
 
@@ -369,7 +398,7 @@ def _swapped(e: Any, names: list[str], got: np.ndarray, model: np.ndarray) -> li
                         f"{names[j]} and {names[k]}",
                         f"each like the simulation of the other (correlation {other:.2f}, own {own:.2f})",
                         "each similar to its own",
-                        "the two columns are swapped: exchange their names in the map",
+                        f"the two columns are swapped: exchange their names in columns.{column_family(names[0])}.from",
                     )
                 ]
     return []
@@ -394,7 +423,7 @@ def _unexplained(e: Any, names: list[str], got: np.ndarray, model: np.ndarray) -
     return []
 
 
-def _poses(cell: Any, e: Any) -> list[LogProblem]:
+def _poses(cell: Any, e: Any, words: EntryWords) -> list[LogProblem]:
     """Tool positions against where the cell puts the tool: another unit, or measured in another frame."""
     n = cell.robot.joints
     q, seen = _family(e, "q", n), np.column_stack([e[c] for c in "xyz"])
@@ -406,7 +435,7 @@ def _poses(cell: Any, e: Any) -> list[LogProblem]:
     if off < 0.05 * max(reach, 0.1):
         return []
     spread = float(np.linalg.norm(seen.std(0))) / max(float(np.linalg.norm(tip.std(0))), 1e-9)
-    for scale, text in ((1e3, "position: mm"), (1e2, "position: cm"), (1e-3, "position: m, not mm")):
+    for scale, text in ((1e3, "mm"), (1e2, "cm"), (1e-3, "m")):
         if 1 / FACTOR < spread / scale < FACTOR:
             return [
                 LogProblem(
@@ -414,7 +443,7 @@ def _poses(cell: Any, e: Any) -> list[LogProblem]:
                     "x y z",
                     f"positions that spread {spread:.3g} times as far as the cell's tool",
                     "about as far",
-                    f"say {text}",
+                    words.put("columns.tool", position=text),
                 )
             ]
     a, b = seen - seen.mean(0), tip - tip.mean(0)
@@ -424,7 +453,7 @@ def _poses(cell: Any, e: Any) -> list[LogProblem]:
     T[:3, :3], T[:3, 3] = R, tip.mean(0) - R @ seen.mean(0)
     left = float(np.median(np.linalg.norm(a @ R.T - b, axis=1)))
     if left < 0.2 * off:
-        pose = ", ".join(f"{x:.5g}" for x in kr5.to_xyzrpy(T))
+        pose = words.put("columns.tool", device=[float(f"{x:.5g}") for x in kr5.to_xyzrpy(T)])
         return [
             LogProblem(
                 e.name,
@@ -432,7 +461,7 @@ def _poses(cell: Any, e: Any) -> list[LogProblem]:
                 f"a tool {1e3 * off:.4g} mm from its position by the cell, {1e3 * left:.3g}"
                 " mm after a rigid transformation",
                 "poses in the base of the robot",
-                f"the device measures in its own frame: device: [{pose}] in columns.tool",
+                f"the device measures in its own frame: {pose}",
             )
         ]
     return [

@@ -12,6 +12,7 @@ import numpy as np
 from kr5_tools.cli import terminal
 from kr5_tools.files.documents import read_text
 from kr5_tools.log_import.bag_file import is_bag_folder, read_bag
+from kr5_tools.log_import.entry_words import IN_MAP, EntryWords
 from kr5_tools.log_import.log import Log
 
 MAX_BYTES = 1 << 30  # of a text
@@ -20,8 +21,9 @@ MAX_ARRAY_BYTES = 2 << 30  # of an array
 ENDINGS = ("csv", "txt", "tsv", "dat", "log", "npz", "mcap", "db3", "bag")
 
 
-def read_log(file: Path, header: list[str] | None = None) -> Log:
-    """Reads a log. `header` names the columns of a text file that has none."""
+def read_log(file: Path, header: list[str] | None = None, words: EntryWords = IN_MAP) -> Log:
+    """Reads a log. `header` names the columns of a text file that has none; `words`: how errors say where to give
+    it."""
     if is_bag_folder(file):
         return read_bag(file)
     if not file.is_file():
@@ -37,10 +39,10 @@ def read_log(file: Path, header: list[str] | None = None) -> Log:
         from kr5_tools.log_import.mcap_file import read_mcap
 
         return read_mcap(file)
-    return _read_text(file, header)
+    return _read_text(file, header, words)
 
 
-def _read_text(file: Path, header: list[str] | None) -> Log:
+def _read_text(file: Path, header: list[str] | None, words: EntryWords) -> Log:
     text = read_text(file, "a table of numbers under a line of names", MAX_BYTES)
     lines = [(i, line) for i, line in enumerate(text.splitlines(), 1) if line.strip() and not _is_comment(line)]
     if not lines:
@@ -54,19 +56,23 @@ def _read_text(file: Path, header: list[str] | None) -> Log:
     names = header or rows.pop(0)[1]
     if not header and all(_is_number(c) for c in names):
         terminal.fail(
-            f"{file}: line {lines[0][0]}: found only numbers, expected the names of the columns; specify them"
-            f" in the map: header: [{', '.join(f'column{i + 1}' for i in range(len(names)))}]"
+            f"{file}: line {lines[0][0]}: found only numbers, expected the names of the columns; specify them:"
+            f" {_header_words(words, ', '.join(f'column{i + 1}' for i in range(len(names))))}"
         )
     if names and not names[-1]:  # a delimiter at the end of every line
         names, rows = names[:-1], [(i, r[:-1] if len(r) == len(names) and not r[-1] else r) for i, r in rows]
     if not rows:
         terminal.fail(f"{file}: has a line of names and no row of numbers")
-    _check_shape(file, names, rows)
+    _check_shape(file, names, rows, words)
     log = Log(file, lines=np.array([i for i, _ in rows]))
     for k, name in enumerate(names):
         _add_text_column(log, name, [r[k] for _, r in rows], delimiter)
     log.join_stamps()
     return log
+
+
+def _header_words(words: EntryWords, names: str) -> str:
+    return f"--set 'header=[{names}]'" if words.by_option else f"header: [{names}] in the map"
 
 
 def _is_comment(line: str) -> bool:
@@ -75,13 +81,13 @@ def _is_comment(line: str) -> bool:
     return start[0] in "#%" and not start.startswith("%time")
 
 
-def _check_shape(file: Path, names: list[str], rows: list[tuple[int, list[str]]]) -> None:
+def _check_shape(file: Path, names: list[str], rows: list[tuple[int, list[str]]], words: EntryWords) -> None:
     twice = {n for n, count in Counter(names).items() if count > 1}
     if twice or "" in names:
         found = f"the name '{sorted(twice)[0]}' twice" if twice else "a column without a name"
         terminal.fail(
             f"{file}: line of names: found {found}, expected a unique name for each column; specify them"
-            " in the map (header: [...]) and delete that line"
+            f" ({_header_words(words, '...')}) and delete that line"
         )
     bad = [(i, len(r)) for i, r in rows if len(r) != len(names)]
     if bad:

@@ -1,11 +1,13 @@
 """A recording made of logs and a model of the robot, without a map written by hand."""
 
+import re
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import kr5
 import kr5.cell
 import yaml
 
@@ -13,7 +15,7 @@ from kr5_tools.cli import terminal
 from kr5_tools.log_import.importer import import_recording
 from kr5_tools.log_import.map_guess import guess_map
 from kr5_tools.log_import.model_parts import known_errors, with_noise, with_parts_to_try, with_torque_constants
-from kr5_tools.log_import.overrides import apply_overrides, parse_overrides
+from kr5_tools.log_import.overrides import GivenEntries, Override, apply_overrides, given_entries, parse_overrides
 
 
 @dataclass
@@ -41,7 +43,7 @@ def record_logs(logs: Sequence[Path], cell: Any, options: LogOptions, described:
     """Brings logs in with the cell of the recorded robot. `described`: the cell comes from a description of the robot,
     which states neither drives nor noise."""
     of_map, of_cell = parse_overrides(options.overrides)
-    constants_stated = cell.drives is not None or any(path[:2] == ["drives", "torque_constant"] for path, _ in of_cell)
+    constants_stated = not described or any(path[:2] == ["drives", "torque_constant"] for path, _ in of_cell)
     notes: list[str] = []
     if described:
         cell, notes = with_parts_to_try(cell)
@@ -49,7 +51,7 @@ def record_logs(logs: Sequence[Path], cell: Any, options: LogOptions, described:
     with tempfile.TemporaryDirectory() as folder:
         cell_file, map_file = Path(folder) / "cell.yaml", Path(folder) / "map.yaml"
         kr5.cell.save_cell(cell, cell_file)
-        guessed = guess_map(logs, cell, cell_file, every=options.every)
+        guessed = guess_map(logs, cell, cell_file, given=_given(options, of_map))
         apply_overrides(guessed.entry, of_map)
         map_file.write_text(yaml.safe_dump(guessed.entry, sort_keys=False))
         completed: list[str] = []
@@ -59,7 +61,7 @@ def record_logs(logs: Sequence[Path], cell: Any, options: LogOptions, described:
                 completed.extend(with_torque_constants(recording))
             completed.extend(with_noise(recording))
 
-        recording, said, problems = import_recording(logs[0], map_file, complete)
+        recording, said, problems = import_recording(logs[0], map_file, complete, ", ".join(log.name for log in logs))
     known = known_errors(recording)
     notes += [*guessed.notes, *said, *completed, *_dead_notes(recording.cell, known.dead)]
     return LogRecording(recording, guessed.entry, guessed.told(), notes, problems, known.errors)
@@ -75,12 +77,25 @@ def _dead_notes(cell: Any, joints: list[int]) -> list[str]:
     ]
 
 
+def _given(options: LogOptions, of_map: list[Override]) -> GivenEntries:
+    out = given_entries(of_map)
+    if options.every is not None:
+        out.clock.setdefault("every", options.every)
+        out.clock.pop("column", None)
+    return out
+
+
 def _with_overrides(cell: Any, overrides: list[tuple[list[str], Any]]) -> Any:
-    if not overrides:
-        return cell
+    """The cell with single entries replaced; an error names the entry, not a line of a text that no user wrote."""
     data = yaml.safe_load(cell.to_yaml())
-    apply_overrides(data, overrides)
-    return kr5.cell.parse_cell(yaml.safe_dump(data, sort_keys=False), "--set")
+    for path, value in overrides:
+        apply_overrides(data, [(path, value)])
+        where = f"--set cell.{'.'.join(path)}"
+        try:
+            cell = kr5.cell.parse_cell(yaml.safe_dump(data, sort_keys=False), where)
+        except kr5.Error as error:
+            terminal.fail(re.sub(rf"^{re.escape(where)}:\d+: ", f"{where}: ", str(error)))
+    return cell
 
 
 def require_plausible(found: LogRecording, trust: bool) -> None:

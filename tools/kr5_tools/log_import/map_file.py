@@ -5,7 +5,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal, NoReturn
+from typing import Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
@@ -21,6 +21,7 @@ from kr5_tools.files.documents import (
     read_text,
     validate_document,
 )
+from kr5_tools.log_import.entry_words import IN_MAP, EntryWords
 from kr5_tools.log_import.units import unit_factor
 
 WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
@@ -205,18 +206,21 @@ class Map:
     resample: Resampling
     experiments: list[Experiment]
     header: list[str] | None = None
+    shown: str = ""  # by which errors name it
+    words: EntryWords = IN_MAP
 
-    def fail(self, text: str) -> NoReturn:
-        terminal.fail(f"{self.file}: {text}")
 
-
-def load_map(file: Path) -> Map:
-    """Reads a map and checks its form; ends with an error that names field, what was found and what was expected."""
+def load_map(file: Path, shown: str | None = None) -> Map:
+    """Reads a map and checks its form; ends with an error that names field, what was found and what was expected.
+    `shown`: what errors name in place of a map that no user wrote, whose entries are given with --set."""
     import kr5.cell
 
-    text = read_text(file)
-    entry = validate_document(parse_yaml(text, file), MapFile, file, text)
-    cell = file.parent / entry.cell
+    text, folder = read_text(file), file.parent
+    document = parse_yaml(text, file)
+    if shown is not None:
+        file, text = Path(shown), ""
+    entry = validate_document(document, MapFile, file, text)
+    cell = folder / entry.cell
     joints = kr5.cell.load_cell(cell).robot.joints
     for clock in (entry.clock, *(e.clock for e in entry.experiments)):
         if clock:
@@ -224,7 +228,8 @@ def load_map(file: Path) -> Map:
     _check_families(entry.columns, ALL_FAMILIES, file, ("columns",), text)
     experiments = [_experiment(file, text, entry, index, joints) for index in range(len(entry.experiments))]
     header = None if entry.header is None else [str(name) for name in entry.header]
-    return Map(file, cell, joints, entry.clock, entry.resample, experiments, header)
+    words = EntryWords(by_option=shown is not None)
+    return Map(folder / file.name, cell, joints, entry.clock, entry.resample, experiments, header, str(file), words)
 
 
 def _check_families(

@@ -9,6 +9,7 @@ from kr5_tools.log_import.values import Series, low_pass
 
 MARGIN = 5.0  # [s] beyond an experiment that a filter may use
 HIGHEST = 0.45  # of the rate of the log, above which nothing is left to smooth away
+EDGE = 2.0  # periods of the cut-off at the ends of a log, where the filter knows one side of the motion only
 SAMPLES = 20  # rows a period of the cut-off that are kept
 MOST_ROWS = 3000  # of an experiment
 
@@ -32,7 +33,7 @@ def choose_smoothing(q: Series, loads: np.ndarray | None) -> Smoothing:
     smooth = np.column_stack([np.interp(rows, q.t, column) for column in q.values.T])
     cutoff = float(found.cutoff) if found.usable else 5 * identification.motion_bandwidth(smooth, step)
     smooths = 0 < cutoff < HIGHEST / step
-    stride = max(1, int(1 / (SAMPLES * max(cutoff, 1e-3) * step)), -(-len(q.t) // MOST_ROWS))
+    stride = max(1, int(1 / (SAMPLES * max(cutoff, 1e-3) * step)))
     return Smoothing(cutoff, even, stride, smooths)
 
 
@@ -49,6 +50,6 @@ def kept_times(
 ) -> np.ndarray:
     """Rows of the log that an experiment [begin, end) keeps: not those near an end of what was smoothed, where the
     filter knows one side only. All in s."""
-    edge = 1 / smoothing.cutoff if smoothing.smooths else 0.0
-    inside = (t >= span[0]) & (t < span[1]) & (t >= smoothed_span[0] + edge) & (t <= smoothed_span[1] - edge)
-    return np.asarray(t[inside][:: smoothing.stride])
+    edge = EDGE / smoothing.cutoff if smoothing.smooths else 0.0
+    inside = t[(t >= span[0]) & (t < span[1]) & (t >= smoothed_span[0] + edge) & (t <= smoothed_span[1] - edge)]
+    return np.asarray(inside[:: max(smoothing.stride, -(-len(inside) // MOST_ROWS))])

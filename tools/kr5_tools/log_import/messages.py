@@ -13,6 +13,7 @@ from kr5_tools.log_import.log import Log
 LONGEST_LIST = 256  # numbers of one message; longer ones are images or clouds
 # Steps back in time, of all steps of a stream, above which two publishers write to one topic.
 MIXED_SHARE = 0.05
+STAMP_FIELDS = (("sec", "nanosec"), ("secs", "nsecs"))  # of a time in ROS 2 and ROS 1
 
 
 class MessageTable:
@@ -31,7 +32,7 @@ class MessageTable:
             return  # no number but its time
         columns = self.streams.setdefault((topic, tuple(names)), {})
         rows = len(columns["log_time"]) if columns else 0
-        for name in values.keys() - columns.keys():
+        for name in [n for n in values if n not in columns]:
             columns[name] = [np.nan] * rows
         for name, column in columns.items():
             column.append(values.get(name, np.nan))
@@ -130,7 +131,7 @@ def _is_list(value: Any) -> bool:
 
 def _stamp(value: dict[str, Any]) -> float | None:
     """Seconds of a ROS time."""
-    for seconds, rest in (("sec", "nanosec"), ("secs", "nsecs")):
+    for seconds, rest in STAMP_FIELDS:
         if set(value) == {seconds, rest}:
             return float(value[seconds] + 1e-9 * value[rest])
     return None

@@ -11,6 +11,7 @@ import numpy as np
 from kr5 import identification
 
 from kr5_tools.cli import terminal
+from kr5_tools.log_import.joint_columns import range_text
 from kr5_tools.log_import.joint_motion import arm_model, merged_motion, motion_of
 
 SHOWN = 3.0  # standard deviations from which friction or an offset beside it counts
@@ -39,6 +40,68 @@ def with_parts_to_try(cell: Any) -> tuple[Any, list[str]]:
     return cell, notes
 
 
+KEPT_PARTS = ("servo", "camera", "board", "targets", "laser", "contact", "peg", "tube")  # no description states them
+
+
+def with_parts_of(model: Any, own: Any) -> Any:
+    """The robot of a description in the cell of a recording: noise, sensors, and what else the description does not
+    state, stay those of the recording. Ends with an error where it is another robot."""
+    cell = model.cell
+    _require_same_joints(model, own)
+    cell.noise = own.noise
+    for part in KEPT_PARTS:
+        if not getattr(cell, part):
+            setattr(cell, part, getattr(own, part))
+    if own.drives is not None:
+        cell.drives = _drives_of(cell.drives, own.drives, str(model.kind) == "mjcf")
+    if own.tool is not None and cell.tool.mass == 0:
+        cell.tool = _tool_of(cell, own)
+    return cell
+
+
+def _require_same_joints(model: Any, own: Any) -> None:
+    cell, names = model.cell, list(own.robot.joint_names)
+    if cell.robot.joints != own.robot.joints:
+        terminal.fail(
+            f"{model.file}: found {cell.robot.joints} joints, expected {own.robot.joints}, as the recording has; is"
+            " this the model of its robot, and do --base and --tip name its arm?"
+        )
+    if names and cell.robot.joint_names and names != list(model.joints):
+        terminal.fail(
+            f"{model.file}: found the joints {', '.join(model.joints)}, expected {', '.join(names)}, as the recording"
+            " has; is this the model of its robot?"
+        )
+
+
+def _drives_of(stated: Any, own: Any, has_rotors: bool) -> Any:
+    """Gears and motors of the recording, with the friction of the description where it states any, and its rotors,
+    which it states on the side of the joints."""
+    if stated is None:
+        return own
+    own.friction = stated.friction
+    if has_rotors:
+        back = np.linalg.inv(np.asarray(own.structure))
+        own.rotor_inertia = np.diag(back.T @ np.diag(np.asarray(stated.rotor_inertia)) @ back).copy()
+    return own
+
+
+def _tool_of(cell: Any, own: Any) -> Any:
+    """The tool of the recording, unless the arm of the description reaches to its tip and so has it as a link."""
+    tip, flange = (at[:3, 3] for at in (own.T_base_tool(np.zeros(own.robot.joints)), _flange(own)))
+    end = _flange(cell)[:3, 3]
+    if np.linalg.norm(end - flange) <= np.linalg.norm(end - tip):
+        return own.tool
+    tool = kr5.cell.Tool()
+    tool.T_flange_sensor = np.linalg.inv(np.asarray(own.tool.T_flange_tool)) @ np.asarray(own.tool.T_flange_sensor)
+    return tool
+
+
+def _flange(cell: Any) -> np.ndarray:
+    """Pose of the flange in the base, at zero joint angles."""
+    tool = np.eye(4) if cell.tool is None else np.asarray(cell.tool.T_flange_tool)
+    return np.asarray(cell.T_base_tool(np.zeros(cell.robot.joints)) @ np.linalg.inv(tool))
+
+
 def with_noise(recording: Any) -> list[str]:
     """States the noise of columns for which the cell has none, as neighbouring rows show it; notes in words."""
     cell, notes = recording.cell, []
@@ -58,11 +121,10 @@ def with_noise(recording: Any) -> list[str]:
         sigma = [difference_noise([np.asarray(e[c]) for e in logs]) for c in columns]
         setattr(noise, own, sigma)
         cell.noise = noise
-        unit = "A" if family == "i" else "N m"
-        notes.append(
-            f"noise of {columns[0]} to {columns[-1]}, from neighbouring rows: {', '.join(f'{s:.2g}' for s in sigma)}"
-            f" {unit}"
-        )
+        units = ["A"] * n if family == "i" else [_load_unit(cell, k) for k in range(n)]
+        shown = [f"{s:.2g}" if len(set(units)) == 1 else f"{s:.2g} {unit}" for s, unit in zip(sigma, units)]
+        unit = f" [{units[0]}]" if len(set(units)) == 1 else ""
+        notes.append(f"noise of {range_text(columns)}, from neighbouring rows{unit}: {', '.join(shown)}")
     for key, columns in (
         ("position", [f"q{k + 1}" for k in range(n)]),
         ("force", ["fx", "fy", "fz"]),
@@ -80,6 +142,11 @@ def with_noise(recording: Any) -> list[str]:
         notes.append(f"noise.{key}, from neighbouring rows: {value:.2g}")
     recording.cell = cell
     return notes
+
+
+def _load_unit(cell: Any, joint: int) -> str:
+    """Unit of what a joint bears."""
+    return "N" if str(cell.robot.dh[joint].type) == "prismatic" else "N m"
 
 
 def _is_stated(cell: Any, family: str) -> bool:
@@ -102,8 +169,8 @@ def difference_noise(parts: list[np.ndarray]) -> float:
 
 
 def with_torque_constants(recording: Any) -> list[str]:
-    """Torque constants [N m/A on the joint side] of a model that states none, by the currents that its torques take;
-    masses of the model that are all off by one factor cannot be told from them."""
+    """Torque constants [N m/A on the joint side, N/A of a slide] of a model that states none, by the currents that its
+    torques take; masses of the model that are all off by one factor cannot be told from them."""
     cell, n = recording.cell, recording.cell.robot.joints
     fit = [e for e in recording.experiments if str(e.kind) == "motion" and str(e.split) == "fit" and "i1" in e.data]
     if not fit:
@@ -116,8 +183,9 @@ def with_torque_constants(recording: Any) -> list[str]:
         value, std = _torque_constant(torque[:, k], np.asarray(motion.qd)[:, k], current[:, k])
         if not value > SURE * std:
             terminal.fail(
-                f"the log does not tell the torque constant of joint {k + 1} ({value:.3g} ± {std:.2g} N m/A), which the"
-                " model does not state; state them: --set 'cell.drives.torque_constant=[...]' [N m/A], or log torques"
+                f"the log does not tell the torque constant of joint {k + 1} ({value:.3g} ± {std:.2g}"
+                f" {_load_unit(cell, k)}/A), which the model does not state; state them:"
+                " --set 'cell.drives.torque_constant=[...]', or log torques"
             )
         constants.append(value)
         deviations.append(std)
@@ -125,8 +193,10 @@ def with_torque_constants(recording: Any) -> list[str]:
     drives.torque_constant = np.array(constants)
     cell.drives = drives
     recording.cell = cell
-    shown = ", ".join(f"{v:.3g} ± {s:.1g}" for v, s in zip(constants, deviations))
-    return [f"torque constants from the log, for the masses of the model [N m/A]: {shown}"]
+    units = [f"{_load_unit(cell, k)}/A" for k in range(n)]
+    one = units[0] if len(set(units)) == 1 else ""
+    shown = ", ".join(f"{v:.3g} ± {s:.1g}{'' if one else f' {u}'}" for v, s, u in zip(constants, deviations, units))
+    return [f"torque constants from the log, for the masses of the model{f' [{one}]' if one else ''}: {shown}"]
 
 
 def _torque_constant(torque: np.ndarray, speed: np.ndarray, current: np.ndarray) -> tuple[float, float]:
@@ -172,8 +242,9 @@ class KnownErrors:
 
 
 def known_errors(recording: Any) -> KnownErrors:
-    """Base parameters, friction and rotors are fitted to the rows to fit, of an arm on measured positions. What no such
-    model explains is no effect of the catalogue; of a joint whose loads were not measured, that is all of them."""
+    """Base parameters, friction and rotors are fitted to the rows to fit, of an arm on measured positions; of a joint
+    whose loads were not measured, the error is all of them. Effects that are not in that model, such as torque ripple
+    or backlash, are found where they stand out of it. Empty unless motions are on measured positions."""
     cell, n = recording.cell, recording.cell.robot.joints
     fit = [
         e

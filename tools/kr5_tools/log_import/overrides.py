@@ -1,13 +1,25 @@
 """`--set KEY=VALUE`: single entries of a guessed map, or of the model's cell, in place of what was found."""
 
+from dataclasses import dataclass, field
 from typing import Any
 
 import yaml
 
 from kr5_tools.cli import terminal
+from kr5_tools.log_import.entry_words import IN_MAP, EntryWords
 
 CELL = "cell."
 Override = tuple[list[str], Any]  # path of keys, value
+
+
+@dataclass
+class GivenEntries:
+    """What of a map the user states, before the rest of it is guessed."""
+
+    columns: dict[str, dict[str, Any]] = field(default_factory=dict)  # by family
+    clock: dict[str, Any] = field(default_factory=dict)
+    header: list[str] | None = None  # names of the columns of a text file without them
+    words: EntryWords = IN_MAP  # by which errors say how to state more of them
 
 
 def parse_overrides(texts: list[str]) -> tuple[list[Override], list[Override]]:
@@ -27,6 +39,20 @@ def parse_overrides(texts: list[str]) -> tuple[list[Override], list[Override]]:
     return of_map, of_cell
 
 
+def given_entries(overrides: list[Override]) -> GivenEntries:
+    """The entries of columns and clock, given with --set; what has another form is left to the reader of maps, which
+    refuses it."""
+    data: dict[str, Any] = {}
+    apply_overrides(data, overrides)
+    columns, clock = data.get("columns"), data.get("clock")
+    out = GivenEntries(clock=clock if isinstance(clock, dict) else {}, words=EntryWords(by_option=True))
+    if isinstance(header := data.get("header"), list):
+        out.header = [str(name) for name in header]
+    for name, entry in columns.items() if isinstance(columns, dict) else ():
+        out.columns[name] = entry if isinstance(entry, dict) else {"from": entry}
+    return out
+
+
 def apply_overrides(data: dict[str, Any], overrides: list[Override]) -> None:
     """Sets the entries; those of columns in the maps of all experiments that have columns of their own."""
     for path, value in overrides:
@@ -44,4 +70,8 @@ def _set(target: dict[str, Any], path: list[str], value: Any) -> None:
         if not isinstance(inner, dict):
             inner = target[key] = {"from": inner}
         target = inner
-    target[path[-1]] = value
+    family = target.get(path[-1]) if path[0] == "columns" else None
+    if isinstance(family, dict) and isinstance(value, str):  # a family by the name of its columns alone
+        family["from"] = value
+    else:
+        target[path[-1]] = value

@@ -31,7 +31,7 @@ def segments(t: np.ndarray, max_gap: float | None = None) -> list[tuple[int, int
 
 def rests(t: np.ndarray, q: np.ndarray) -> list[Rest]:
     """Spans in which all joints stand; q: rows x joints."""
-    if len(t) < 5:
+    if len(t) < 5 or not np.median(np.diff(t)) > 0:
         return []
     speed = np.abs(np.gradient(q, t, axis=0))
     fastest = np.quantile(speed, 0.99, axis=0)

@@ -27,7 +27,7 @@ def edited_mjcf(arm: MjcfArm, edits: Edits, folder: Path) -> tuple[str, list[str
     if edits.geometry():
         _refuse_frames(arm, edits)
     if edits.inertials:
-        _refuse_computed_masses(arm)
+        refuse_computed_masses(arm)
     document = _XmlDocument.read(arm)
     if document is not None:
         document.apply(edits, folder)
@@ -52,7 +52,7 @@ def _refuse_frames(arm: MjcfArm, edits: Edits) -> None:
                 )
 
 
-def _refuse_computed_masses(arm: MjcfArm) -> None:
+def refuse_computed_masses(arm: MjcfArm) -> None:
     """Complains of settings that would change inertials after they have been read."""
     compiler = arm.spec.compiler
     settings = {

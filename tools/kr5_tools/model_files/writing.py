@@ -105,6 +105,15 @@ def write_model(
     return out
 
 
+def check_editable(original: Path | str, base: str = "", tip: str = "") -> None:
+    """Raises kr5.IoError for a URDF or MJCF whose settings leave no place for what a cell states, whatever that is."""
+    if kind_of_file(Path(original)) == Kind.MJCF:
+        from kr5_tools.model_files.mjcf_arm import load_mjcf
+        from kr5_tools.model_files.mjcf_document import refuse_computed_masses
+
+        refuse_computed_masses(load_mjcf(Path(original), base, tip))
+
+
 def _check_original(output: Path, kind: Kind, original: Path | str | None) -> None:
     if original is None:
         return

@@ -1,17 +1,14 @@
-"""An arm as its URDF states it, logs of it as people have them, and the command that takes both; shared by tests."""
+"""Logs of an arm with six joints, as controllers and robots of other people write them."""
 
-import json
 import sys
 
-import kr5
 import kr5.cell
 import kr5.io
 import kr5.predict
 import numpy as np
-from typer.testing import CliRunner
 
 from conftest import ROOT
-from kr5_tools.app import make_app
+from kr5_tools.log_import.values import joint_torques
 
 sys.path[:0] = [str(ROOT / "tools/benchmarks")]
 
@@ -20,14 +17,6 @@ import case_logs
 NAMES = case_logs.JOINT_NAMES
 NOISE = np.array([0.4, 0.5, 0.25, 0.1, 0.06, 0.03])  # of joint torques [N m]
 QUICK = ["--max-effects", "1", "--refits", "4", "--beam", "1"]
-
-
-def bare_arm(share):
-    """Bodies without rotors, friction or servo, with names of the joints."""
-    cell = case_logs.named(kr5.cell.load_cell(share / "cells" / "kr5_arc.yaml"))
-    out = kr5.cell.Cell(robot=cell.robot, name="arm")
-    out.tool = cell.tool
-    return out
 
 
 def swing(t):
@@ -47,7 +36,10 @@ def moved(cell, rows=1500, step=0.008, seed=1, q_noise=1e-5, course=swing):
     experiment.joint_reference = kr5.cell.JointReference("measured")
     experiment.data = kr5.io.Table(["t", *(f"qc{k + 1}" for k in range(6))], np.column_stack([t, q]))
     shown = kr5.predict.FastSimulator().predict(cell, experiment)
-    tau = np.column_stack([shown[f"tau{k + 1}"] for k in range(6)])
+    family = "tau" if "tau1" in shown else "i"
+    tau = np.column_stack([shown[f"{family}{k + 1}"] for k in range(6)])
+    if family == "i":
+        tau = joint_torques(cell.drives, tau)
     return t, q + random.normal(0, q_noise, q.shape), tau + random.normal(0, NOISE, tau.shape)
 
 
@@ -72,21 +64,6 @@ def causes(data):
     return sorted((c["effect"], c["target"]) for c in data["causes"])
 
 
-def gap_command(folder, monkeypatch):
-    """Runs `kr5 gap` in this process; gives exit code, what it said, and its JSON."""
-    monkeypatch.chdir(folder)
-    monkeypatch.setenv("COLUMNS", "200")
-
-    def run(*words, command="diagnose"):
-        app = make_app(("gap", command))
-        done = CliRunner().invoke(app, ["gap", command, *map(str, words), "--json", "out.json"])
-        file = folder / "out.json"
-        data = json.loads(file.read_text()) if done.exit_code == 0 else {}
-        return done.exit_code, " ".join((done.stdout + done.stderr).split()), data
-
-    return run
-
-
 def refused(diagnose, *words, text):
     """What is wrong is said in words, with the remedy, and no cause is named."""
     code, said, data = diagnose(*words)
@@ -95,3 +72,25 @@ def refused(diagnose, *words, text):
         assert part in said, said
     assert "Causes" not in said and "Explained" not in said, said
     return said
+
+
+def written_bag(folder, types, connections, messages):
+    from rosbags.rosbag2 import StoragePlugin, Writer
+
+    with Writer(folder, version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
+        made = {topic: writer.add_connection(topic, kind, typestore=types) for topic, kind in connections.items()}
+        for topic, t, message in messages:
+            writer.write(made[topic], int(t * 1e9), types.serialize_cdr(message, message.__msgtype__))
+    return folder
+
+
+def state(ros, t, names, q, tau):
+    T = ros.types
+    stamp = T["builtin_interfaces/msg/Time"](sec=int(t), nanosec=round((t - int(t)) * 1e9))
+    header = T["std_msgs/msg/Header"](stamp=stamp, frame_id="")
+    return T["sensor_msgs/msg/JointState"](
+        header=header, name=list(names), position=q, velocity=np.zeros(0), effort=tau
+    )
+
+
+STATES = {"/joint_states": "sensor_msgs/msg/JointState"}

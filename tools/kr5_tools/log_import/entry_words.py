@@ -1,0 +1,26 @@
+"""How a remedy names an entry of a map: by where it stands in the file, or as an option of a command without one."""
+
+import shlex
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class EntryWords:
+    by_option: bool = False  # entries are given with --set
+
+    def put(self, key: str, **values: Any) -> str:
+        """Entries to be set under a key, such as `unit: deg in columns.q` or `--set columns.q.unit=deg`."""
+        if self.by_option:
+            return " ".join(f"--set {shlex.quote(f'{key}.{name}={_text(value)}')}" for name, value in values.items())
+        entries = ", ".join(f"{name}: {_text(value)}" for name, value in values.items())
+        return f"{entries} in {key}" if "." in key else f"{key}: {{{entries}}} in the map"
+
+
+IN_MAP = EntryWords()
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, (list, tuple)):
+        return f"[{', '.join(_text(v) for v in value)}]"
+    return f"{value:g}" if isinstance(value, float) else str(value)
