@@ -132,10 +132,7 @@ def test_every_byte_of_an_mcap_may_be_wrong(mcap_log, capsys):
                 assert "log.mcap" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(
-    "message", [b"[" * 100_000, b'{"q": ' + b"9" * 400 + b"}", b"\xff", b'{"name": [[1]], "q": [2]}', b""]
-)
-def test_a_message_that_is_none_is_refused(mcap_log, capsys, message):
+def write_message(mcap_log, message):
     from mcap.writer import Writer
 
     with mcap_log.open("wb") as stream:
@@ -145,7 +142,17 @@ def test_a_message_that_is_none_is_refused(mcap_log, capsys, message):
         channel = writer.register_channel(schema_id=schema, topic="/j", message_encoding="json")
         writer.add_message(channel, log_time=1, publish_time=1, data=message)
         writer.finish()
+
+
+@pytest.mark.parametrize("message", [b"[" * 100_000, b'{"q": ' + b"9" * 400 + b"}", b"\xff", b""])
+def test_a_message_that_is_none_is_refused(mcap_log, capsys, message):
+    write_message(mcap_log, message)
     assert "cannot be read as MCAP" in refusal(lambda: log_file.read_log(mcap_log), capsys)
+
+
+def test_names_that_are_no_texts_name_nothing(mcap_log):
+    write_message(mcap_log, b'{"name": [[1]], "q": [2]}')
+    assert list(log_file.read_log(mcap_log).columns) == ["/j:log_time", "/j:name[0][0]", "/j:q[0]"]
 
 
 @pytest.mark.parametrize(

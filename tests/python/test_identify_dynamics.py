@@ -111,7 +111,7 @@ def test_faulty_logs_are_refused_with_column_and_span(tmp_path, case, run_kr5, c
     done = run_kr5("identify", "dynamics", "log.csv", "--cell", cell, "-o", "out.json")
     assert done.returncode == 2
     text = " ".join(done.stderr.split())
-    assert "the log must not be used" in text and expected in text
+    assert "the log cannot be used" in text and expected in text
     assert not (tmp_path / "out.json").exists()
 
 
