@@ -51,6 +51,8 @@ def has_the_keys_of_the_format(data):
         "shrink",
         "next_experiment",
         "scatter",
+        "nearest",
+        "not_tried",
         "warnings",
     }
     assert data["where"] and data["causes"]
