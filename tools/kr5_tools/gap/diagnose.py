@@ -200,6 +200,7 @@ def search_widely(options: Any, compared: ComparedSource) -> Any:
         if getattr(options, name) == getattr(usual, name):
             setattr(options, name, value)
     options.simulator_errors = compared.simulator_errors
+    options.errors_of_recording = True
     return options
 
 

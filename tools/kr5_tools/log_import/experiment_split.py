@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from kr5_tools.log_import.rest_guess import LEAST_MOTION, cut_at_rest, segments, speed_at, time_of_share
+from kr5_tools.log_import.rest_guess import LEAST_MOTION, cut_at_rest, initial_speeds, segments, time_of_share
 
 FIT_SHARE = 0.7  # of the motion, or of the rows of what does not move
 MOVING = 0.02  # [rad/s or m/s] at its first rows, above which a motion does not begin at rest
@@ -143,7 +143,7 @@ def _lead_in(piece: Piece, part: RawPart, reasons: list[list[str]]) -> None:
     if part.q is None or not part.commanded or "lead_in" in piece.entry:
         return
     a, b = piece.rows
-    speed = float(np.abs(speed_at(part.t[a:b], part.q[a:b])).max())
+    speed = float(initial_speeds(part.t[a:b], part.q[a:b]).max())
     if speed > MOVING and part.settle < 0.5 * piece.length:
         piece.entry["lead_in"] = float(f"{part.settle:.3g}")
         reasons.append(

@@ -269,7 +269,8 @@ def known_errors(recording: Any) -> KnownErrors:
         left = left @ np.linalg.inv(np.asarray(cell.drives.structure)) / np.asarray(cell.drives.torque_constant)
     noise = np.array([cell.noise.of("torque" if family == "tau" else "current", k) for k in range(n)])
     smooth = np.sqrt(np.maximum((left**2).mean(axis=0) - noise**2, 0.0))
-    errors = [kr5.gap.ColumnError(column=f"motion.{family}{k + 1}", error=float(smooth[k])) for k in range(n)]
+    stated = [k for k in range(n) if noise[k] > 0]  # others are not compared
+    errors = [kr5.gap.ColumnError(column=f"motion.{family}{k + 1}", error=float(smooth[k])) for k in stated]
     return KnownErrors(errors, dead)
 
 

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+import kr5.cell
 import numpy as np
 
 from kr5_tools.log_import.sparse_columns import longest_step
@@ -9,6 +10,7 @@ from kr5_tools.log_import.sparse_columns import longest_step
 QUIET_SHARE = 0.01  # of a joint's fastest speed, below which it rests
 LEAST_REST = 0.25  # [s]
 NOTICEABLE = 0.05  # [s] over which a way is counted, so that noise adds little to it
+SURE = 4.0  # standard deviations of a speed that is no noise
 LEAST_MOTION = 1e-3  # [rad or m] that a joint must go to have moved
 
 
@@ -35,19 +37,23 @@ def rests(t: np.ndarray, q: np.ndarray) -> list[Rest]:
         return []
     speed = np.abs(np.gradient(q, t, axis=0))
     fastest = np.quantile(speed, 0.99, axis=0)
-    rough = 1.4826 * np.median(np.abs(np.diff(q, 2, axis=0)), axis=0) / np.sqrt(6)  # noise, where the motion is slow
-    limit = np.maximum(QUIET_SHARE * fastest.max(), 5 * rough / float(np.median(np.diff(t))))
+    limit = np.maximum(QUIET_SHARE * fastest.max(), 5 * _roughness(q) / float(np.median(np.diff(t))))
     still = (speed <= limit).all(axis=1)
     edges = np.flatnonzero(np.diff(np.concatenate([[False], still, [False]]).astype(int)))
     spans = [Rest(float(t[a]), float(t[b - 1])) for a, b in zip(edges[::2], edges[1::2])]
     return [s for s in spans if s.end - s.begin >= LEAST_REST]
 
 
-def speed_at(t: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """Speed of each joint at the first rows [rad/s or m/s], from a line through a few of them."""
-    n = min(8, len(t))
-    at = t[:n] - t[:n].mean()
-    return np.asarray(at @ (q[:n] - q[:n].mean(axis=0)) / max(float(at @ at), 1e-30))
+def initial_speeds(t: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """How fast each joint surely moves at the first row, noise of the readings taken off [rad/s or m/s]; q: rows x
+    joints."""
+    found = [kr5.cell.initial_speed(t, column) for column in q.T]
+    return np.array([max(abs(v) - SURE * gain * noise, 0.0) for (v, gain), noise in zip(found, _roughness(q))])
+
+
+def _roughness(q: np.ndarray) -> np.ndarray:
+    """Noise of the readings of each joint, where the motion is slow."""
+    return np.asarray(1.4826 * np.median(np.abs(np.diff(q, 2, axis=0)), axis=0) / np.sqrt(6))
 
 
 def motion_share(t: np.ndarray, q: np.ndarray) -> np.ndarray:
