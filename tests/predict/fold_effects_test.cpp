@@ -152,7 +152,7 @@ TEST_CASE("the places of folded effects are the fields that the cell names") {
   w = w.with("viscous_friction", "joint3", {{"viscous", 12.0}}).with("payload", "tool", {{"mass", 0.5}});
   w = w.with("gripper_compliance", "gripper", {{"axial", 1e-6}, {"lateral", 2e-6}});
   CHECK(fields(w.cell) == std::vector<std::string>{"viscous_friction joint3 drives.friction.viscous[2]",
-                                                   "payload tool tool.mass",
+                                                   "payload tool tool.mass, tool.com, tool.inertia",
                                                    "gripper_compliance gripper contact.stiffness"});
   const FoldedCell found = fold_effects(w.cell);
   CHECK(found.cell.drives->friction.viscous[2] == 12.0);

@@ -117,7 +117,7 @@ constexpr std::array places = {
           [](const Cell& from, int, Cell& to) { to.servo->tool->damping_ratio = tool_damping(from); }},
     Place{"tool_delay", "servo.tool",
           [](const Cell& from, int, Cell& to) { to.servo->tool->delay = tool_delay(from); }},
-    Place{"payload", "tool.mass", &put_payload},
+    Place{"payload", "tool.mass, tool.com, tool.inertia", &put_payload},
     Place{"hand_eye", "camera.T_E_C", &put_camera_mount},
     Place{"laser_mount", "laser.T_E_L", &put_scanner_mount},
     Place{"tool_offset", "tool.T_F_E", &put_tool_offset},
