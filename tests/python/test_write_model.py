@@ -97,7 +97,8 @@ def test_a_tuned_cell_is_not_the_nominal_urdf_and_what_is_lost_is_told(arc, tmp_
     assert reasons["torque_constant"] == (0.9, "N m/A", "a URDF has no place for the torque constant of a motor")
     assert reasons["ft_bias"] == (1.5, "N or N m", "a URDF cannot express this: sensor offset")
     field = {p.effect: p.field for p in written.folded}
-    assert field["payload"] == "tool.mass, tool.com, tool.inertia" and field["coulomb_friction"] == "drives.friction.coulomb[1]"
+    assert field["payload"] == "tool.mass, tool.com, tool.inertia"
+    assert field["coulomb_friction"] == "drives.friction.coulomb[1]"
     assert any("camera" in note and "servo" in note for note in written.notes)
 
 

@@ -81,8 +81,9 @@ class PathFinder {
       if (joint->type == "floating" || joint->type == "planar")
         model_.fail("joint " + joint->name + " is " + joint->type + "; an arm has revolute and prismatic joints");
       if (joint->mimic)
-        model_.fail("joint " + joint->name +
-                    " mimics another; the joints of an arm must be independent: name a link before it as the tip (--tip)");
+        model_.fail(
+            "joint " + joint->name +
+            " mimics another; the joints of an arm must be independent: name a link before it as the tip (--tip)");
     }
   }
 
