@@ -211,7 +211,8 @@ static void bind_recording(py::module_& m) {
       },
       py::arg("t"), py::arg("q"),
       "Speed of a joint [rad/s or m/s] when its readings begin, and its standard deviation over that of one reading "
-      "[1/s], by a parabola through the readings of the first 0.1 s. t: n times [s]; q: n positions [rad or m].");
+      "[1/s], by a parabola through as few of the first readings as their noise allows. t: n times [s]; q: n "
+      "positions [rad or m].");
   py::class_<Recording>(m, "Recording", "Commands and sensor readings of a cell (kr5-recording/1).")
       .def(py::init([](Cell cell, std::vector<Experiment> experiments) {
              Recording r;

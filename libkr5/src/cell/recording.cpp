@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <set>
 #include <system_error>
 
 #include <kr5/core/error.hpp>
+#include <kr5/core/statistics.hpp>
 #include <kr5/io/fields.hpp>
 
 #include "cell/cell_document.hpp"
@@ -142,6 +144,31 @@ void read_experiments(ReadRecording& out, const std::vector<double>& lead_in, st
   }
 }
 
+/// Noise of readings by their third differences, in which what is smooth cancels; of coarse numbers, that of their
+/// step.
+double reading_noise(const Eigen::VectorXd& q) {
+  constexpr double normal_mad = 1.4826;
+  std::vector<double> third;
+  double step = std::numeric_limits<double>::infinity();
+  for (Eigen::Index i = 1; i < q.size(); ++i) {
+    if (q[i] != q[i - 1]) step = std::min(step, std::abs(q[i] - q[i - 1]));
+    if (i >= 3) third.push_back(std::abs(q[i] - 3 * q[i - 1] + 3 * q[i - 2] - q[i - 3]));
+  }
+  const double coarse = std::isfinite(step) ? step / std::sqrt(12.0) : 0.0;
+  return std::max(normal_mad * median(std::move(third)) / std::sqrt(20.0), coarse);
+}
+
+InitialSpeed speed_of_parabola(const Eigen::VectorXd& t, const Eigen::VectorXd& q) {
+  const double length = t[t.size() - 1] - t[0];
+  if (!(length > 0)) return {};
+  const Eigen::VectorXd at = (t.array() - t[0]) / length;
+  Eigen::MatrixXd A(t.size(), 3);
+  A << Eigen::VectorXd::Ones(t.size()), at, at.cwiseAbs2();
+  const Eigen::Matrix3d normal = A.transpose() * A;
+  const Eigen::Vector3d x = normal.ldlt().solve(A.transpose() * q);
+  return {x[1] / length, std::sqrt(normal.inverse()(1, 1)) / length};
+}
+
 }  // namespace
 
 Experiment with_lead_in(const Experiment& experiment) {
@@ -171,17 +198,17 @@ Experiment split_lead_in(const Experiment& experiment, double duration) {
 
 InitialSpeed initial_speed(const Eigen::VectorXd& t, const Eigen::VectorXd& q) {
   require(t.size() == q.size(), "initial_speed: t and q must have the same number of rows");
-  constexpr double part = 0.1;  // [s]
-  Eigen::Index rows = std::min<Eigen::Index>(t.size(), 8);
-  while (rows < t.size() && t[rows] - t[0] <= part) ++rows;
-  if (rows < 4 || !(t[rows - 1] > t[0])) return {};
-  const double length = t[rows - 1] - t[0];
-  const Eigen::VectorXd at = (t.head(rows).array() - t[0]) / length;
-  Eigen::MatrixXd A(rows, 3);
-  A << Eigen::VectorXd::Ones(rows), at, at.cwiseAbs2();
-  const Eigen::Matrix3d normal = A.transpose() * A;
-  const Eigen::Vector3d x = normal.ldlt().solve(A.transpose() * q.head(rows));
-  return {x[1] / length, std::sqrt(normal.inverse()(1, 1)) / length};
+  constexpr double part = 0.1, sure = 2.5e-3;  // [s]; standard deviation [rad/s or m/s]
+  constexpr Eigen::Index fewest = 4, usual = 8;
+  if (t.size() < fewest) return {};
+  const double noise = reading_noise(q);
+  // As few rows as the noise allows: a servo soon follows a command that jumps, from rest.
+  InitialSpeed out = speed_of_parabola(t.head(fewest), q.head(fewest));
+  for (Eigen::Index rows = fewest + 1; rows <= t.size() && out.noise_gain * noise > sure; ++rows) {
+    if (rows > usual && t[rows - 1] - t[0] > part) break;
+    out = speed_of_parabola(t.head(rows), q.head(rows));
+  }
+  return out;
 }
 
 const Experiment& Recording::experiment(const std::string& name) const {

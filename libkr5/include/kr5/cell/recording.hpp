@@ -60,8 +60,8 @@ Experiment with_lead_in(const Experiment& experiment);
 /// @throws InvalidArgument when no row is left, or t is missing.
 Experiment split_lead_in(const Experiment& experiment, double duration);
 
-/// How fast a joint moves when its readings begin, by a parabola through those of the first 0.1 s, eight at
-/// least.
+/// How fast a joint moves when its readings begin, by a parabola through the first of them: as few as their noise
+/// allows, four at least, or those of 0.1 s.
 struct InitialSpeed {
   double value = 0.0;       ///< [rad/s or m/s]
   double noise_gain = 0.0;  ///< Standard deviation of `value` over that of one reading [1/s].
