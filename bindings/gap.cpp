@@ -164,7 +164,7 @@ void bind_diagnosis(py::module_& m) {
           "of ColumnError (a copy; assign the whole list).")
       .def_readwrite("errors_of_recording", &DiagnoseOptions::errors_of_recording,
                      "Whether simulator_errors were estimated from the recording itself: a column that stays off by "
-                     "more than twice its noise is then unexplained all the same.");
+                     "more than twice its noise and a third of what it shows is then unexplained all the same.");
   m.def(
       "diagnose",
       [](const RecordingSource& recording, const py::object& simulator, DiagnoseOptions options,

@@ -166,7 +166,9 @@ InitialSpeed speed_of_parabola(const Eigen::VectorXd& t, const Eigen::VectorXd& 
   A << Eigen::VectorXd::Ones(t.size()), at, at.cwiseAbs2();
   const Eigen::Matrix3d normal = A.transpose() * A;
   const Eigen::Vector3d x = normal.ldlt().solve(A.transpose() * q);
-  return {x[1] / length, std::sqrt(normal.inverse()(1, 1)) / length};
+  // From rest, the way grows faster than a parabola, whose slope at the first row then points back: no speed.
+  const bool onward = x[1] * (q[q.size() - 1] - q[0]) > 0;
+  return {onward ? x[1] / length : 0.0, std::sqrt(normal.inverse()(1, 1)) / length};
 }
 
 }  // namespace

@@ -9,6 +9,7 @@ import numpy as np
 from kr5_tools.cli.numbers import format_number, format_percent, text_unit
 from kr5_tools.model_files.kinds import ENDINGS
 
+NEAR_NOISE = 2.0  # times the noise, up to which a gap is that of noise and small errors
 KINDS = {
     "motion": "free motion",
     "poses": "measured poses",
@@ -280,12 +281,18 @@ def _agreement_text(data: dict[str, Any], limited: bool) -> str:
         f"With {'them' if len(causes) > 1 else 'it'} the gap falls to {shrink['after']:.2f} on experiments not used to"
         " fit; "
         + (
-            "no structure is left in the residuals."
+            _left_text(shrink["after"])
             if data["verdict"] == "explained"
             else f"structure remains in the residuals of {_rest(data)}."
         )
     )
     return " ".join(said)
+
+
+def _left_text(after: float) -> str:
+    if after < NEAR_NOISE:
+        return "no structure is left in the residuals."
+    return "what is left is no more than the best rigid model of the arm leaves."
 
 
 def _rest(data: dict[str, Any]) -> str:

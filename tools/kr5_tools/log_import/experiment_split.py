@@ -17,12 +17,13 @@ LEAST_ROWS = 10
 @dataclass
 class RawPart:
     """A log of one kind: its times from the beginning of the log (rows, where there are none), the positions of a
-    motion, the runs of other kinds."""
+    motion and the commands beside measured ones, the runs of other kinds."""
 
     kind: str
     file: Path
     t: np.ndarray
     q: np.ndarray | None = None
+    commands: np.ndarray | None = None
     runs: np.ndarray | None = None
     commanded: bool = False
     settle: float = 0.0  # [s]
@@ -143,7 +144,8 @@ def _lead_in(piece: Piece, part: RawPart, reasons: list[list[str]]) -> None:
     if part.q is None or not part.commanded or "lead_in" in piece.entry:
         return
     a, b = piece.rows
-    speed = float(initial_speeds(part.t[a:b], part.q[a:b]).max())
+    commands = None if part.commands is None else part.commands[a:b]
+    speed = float(initial_speeds(part.t[a:b], part.q[a:b], commands).max())
     if speed > MOVING and part.settle < 0.5 * piece.length:
         piece.entry["lead_in"] = float(f"{part.settle:.3g}")
         reasons.append(

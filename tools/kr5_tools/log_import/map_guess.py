@@ -329,7 +329,24 @@ def _raw_part(part: LogPart, columns: dict[str, Any], given: GivenEntries, cell:
     commanded = columns["qc"].get("from") != "measured"
     stated = given.clock.get("max_gap")
     max_gap = float(stated) if isinstance(stated, (int, float)) else None  # the reader of maps refuses others
-    return RawPart("motion", log.file, t, q, commanded=commanded, settle=_settle_time(cell), max_gap=max_gap)
+    commands = _commands_at(t, part, columns["qc"], cell, clock) if commanded and name == "q" else None
+    settle = _settle_time(cell)
+    return RawPart("motion", log.file, t, q, commands, commanded=commanded, settle=settle, max_gap=max_gap)
+
+
+def _commands_at(
+    t: np.ndarray, part: LogPart, entry: dict[str, Any], cell: Any, clock: GuessedClock
+) -> np.ndarray | None:
+    """Commands at the times of the readings, rows x joints; nothing where they have no times."""
+    family = part.families.first("qc")
+    if family is None:
+        return None
+    values = joint_values(entry, "qc", part.log, cell)
+    own = _in_time(part.log, family.columns[0], clock)[0]
+    if len(own) != len(values):
+        return None
+    known = np.isfinite(values).all(axis=1) & np.isfinite(own)
+    return np.column_stack([np.interp(t, own[known], column[known]) for column in values.T]) if known.any() else None
 
 
 def _in_time(log: Log, column: str, clock: GuessedClock) -> tuple[np.ndarray, np.ndarray]:

@@ -10,6 +10,7 @@ from kr5_tools.log_import.sparse_columns import longest_step
 QUIET_SHARE = 0.01  # of a joint's fastest speed, below which it rests
 LEAST_REST = 0.25  # [s]
 NOTICEABLE = 0.05  # [s] over which a way is counted, so that noise adds little to it
+STARTING = 0.5  # of the speed of its command, below which an arm begins at rest
 SURE = 4.0  # standard deviations of a speed that is no noise
 LEAST_MOTION = 1e-3  # [rad or m] that a joint must go to have moved
 
@@ -44,11 +45,15 @@ def rests(t: np.ndarray, q: np.ndarray) -> list[Rest]:
     return [s for s in spans if s.end - s.begin >= LEAST_REST]
 
 
-def initial_speeds(t: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """How fast each joint surely moves at the first row, noise of the readings taken off [rad/s or m/s]; q: rows x
-    joints."""
+def initial_speeds(t: np.ndarray, q: np.ndarray, commands: np.ndarray | None = None) -> np.ndarray:
+    """How fast each joint surely moves at the first row, noise of the readings taken off [rad/s or m/s]; q, commands:
+    rows x joints. 0 where it is still far slower than its command: an arm that begins at rest."""
     found = [kr5.cell.initial_speed(t, column) for column in q.T]
-    return np.array([max(abs(v) - SURE * gain * noise, 0.0) for (v, gain), noise in zip(found, _roughness(q))])
+    out = np.array([max(abs(v) - SURE * gain * noise, 0.0) for (v, gain), noise in zip(found, _roughness(q))])
+    if commands is not None:
+        commanded = [abs(kr5.cell.initial_speed(t, column)[0]) for column in commands.T]
+        out[out < STARTING * np.array(commanded)] = 0.0
+    return out
 
 
 def _roughness(q: np.ndarray) -> np.ndarray:

@@ -95,12 +95,33 @@ void add_inconsistencies(const ComparisonData& data, const std::vector<Group>& g
   }
 }
 
+/// Standard deviation of what was recorded in the judged blocks of a group.
+double recorded_deviation(const ComparisonData& data, const Group& group) {
+  double sum = 0.0, rows = 0.0;
+  for (const int b : group.judged) {
+    const Eigen::VectorXd values = data.experiment(data.blocks[b]).data.column(data.blocks[b].column);
+    sum += (values.array() - values.mean()).square().sum();
+    rows += static_cast<double>(values.size());
+  }
+  return rows > 0 ? std::sqrt(sum / rows) : 0.0;
+}
+
+/// Whether a column stays off by more than noise and a good part of what it shows. Smoothed positions and rough masses
+/// of a description leave less. An error that is stated as far above what is seen says that the column is not judged.
+bool beyond_good_part(const ComparisonData& data, const Group& group, const Eigen::VectorXd& counted) {
+  constexpr double part = 1.0 / 3, judged = 0.5;  // of the deviation; of sigma
+  const double gap = gap_of(data, group.judged, counted).rms;
+  const double left = gap * data.blocks[group.judged.front()].sigma;
+  return gap > judged && gap_over_noise(data, group, counted) > elsewhere &&
+         left > part * recorded_deviation(data, group);
+}
+
 /// Whether a column is further off on the data to check by than what the simulator is known to be off allows for.
 bool beyond_known_error(const ComparisonData& data, const Group& group, const Eigen::VectorXd& counted,
                         const DiagnoseOptions& options) {
   const double error = known_error(options, group.name());
   if (error == 0.0 || group.judged.empty()) return false;
-  if (options.errors_of_recording) return gap_over_noise(data, group, counted) > elsewhere;
+  if (options.errors_of_recording) return beyond_good_part(data, group, counted);
   const double floor = elsewhere * error / data.blocks[group.judged.front()].sigma,
                gap = gap_of(data, group.judged, counted).rms;
   return gap * gap > 1 + floor * floor;
