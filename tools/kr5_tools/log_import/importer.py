@@ -50,10 +50,7 @@ class Importer:
         log = self.log(experiment.entry.log)
         t = self.time.main_time(log, experiment, where)
         keep = self.chosen_rows(len(t), experiment, where)
-        series: dict[str, Series] = {}
-        for name, source in sources.items():
-            if isinstance(source, Source) and not source.measured and name != "t":
-                series[name] = self.series(source, name, log, t, experiment, keep)
+        series = self.all_series(log, t, experiment, keep)
         if isinstance(tool := sources.get("tool"), Tool):
             series["tool"] = Series(t, tool_poses(tool, log))
         if is_timed(experiment) and is_measured(experiment) and not self.map.resample.low_pass:
@@ -78,6 +75,13 @@ class Importer:
         out.data = self.table(columns, sources, experiment, where)
         return kr5.cell.split_lead_in(out, experiment.entry.lead_in)
 
+    def all_series(self, log: Log, t: np.ndarray, experiment: Experiment, keep: np.ndarray) -> dict[str, Series]:
+        return {
+            name: self.series(source, name, log, t, experiment, keep)
+            for name, source in experiment.sources.items()
+            if isinstance(source, Source) and not source.measured and name != "t"
+        }
+
     def chosen_rows(self, rows: int, experiment: Experiment, where: str) -> np.ndarray:
         first, last = experiment.entry.rows or (1, rows)
         if last > rows:
@@ -93,9 +97,8 @@ class Importer:
                 f"{where}: columns.qc: found from: measured, but columns.q is missing, which contains the measured"
                 " values"
             )
-        q, loads = series["q"], next((series[n] for n in ("tau", "i") if n in series), None)
-        beside = loads is not None and np.array_equal(loads.t, q.t)
-        chosen = self.smoothing(q, loads.values if loads is not None and beside else None, experiment)
+        q, loads, beside = _with_loads(series)
+        chosen = self.smoothing(series, experiment)
         if chosen.even_step is not None:
             even = q.t[0] + chosen.even_step * np.arange(len(q.t))
             for name, s in series.items():
@@ -117,13 +120,25 @@ class Importer:
             terminal.fail(f"{where}: only {len(out)} rows of the log are left after smoothing; expected at least 10")
         return out
 
-    def smoothing(self, q: Series, loads: np.ndarray | None, experiment: Experiment) -> Smoothing:
+    def smoothing(self, series: dict[str, Series], experiment: Experiment) -> Smoothing:
+        """That of the experiment of a log which moves fastest: all parts of a log are smoothed alike."""
+        key = self.positions_of(experiment)
+        if key not in self.smoothings:
+            found = [_smoothing_of(series)]
+            for other in self.map.experiments:
+                if other is not experiment and is_measured(other) and self.positions_of(other) == key:
+                    log = self.log(other.entry.log)
+                    t = self.time.main_time(log, other, self.map.shown)
+                    keep = self.chosen_rows(len(t), other, self.map.shown)
+                    found.append(_smoothing_of(self.all_series(log, t, other, keep)))
+            self.smoothings[key] = max(found, key=lambda s: s.cutoff)
+        return self.smoothings[key]
+
+    def positions_of(self, experiment: Experiment) -> tuple[Path, str]:
+        """Log and first column of the positions."""
         source = experiment.sources["q"]
         assert isinstance(source, Source), "of joints"
-        key = (self.log(source.log or experiment.entry.log).file, source.names[0])
-        if key not in self.smoothings:
-            self.smoothings[key] = choose_smoothing(q, loads)
-        return self.smoothings[key]
+        return self.log(source.log or experiment.entry.log).file, source.names[0]
 
     # Values
 
@@ -301,6 +316,17 @@ class Importer:
                 f"experiment of kind {experiment.entry.kind} need the same rows"
             )
         return kr5.io.Table(names, np.column_stack([columns[n] for n in names]))
+
+
+def _with_loads(series: dict[str, Series]) -> tuple[Series, Series | None, bool]:
+    """Positions, loads, and whether both stand in the same rows."""
+    q, loads = series["q"], next((series[n] for n in ("tau", "i") if n in series), None)
+    return q, loads, loads is not None and np.array_equal(loads.t, q.t)
+
+
+def _smoothing_of(series: dict[str, Series]) -> Smoothing:
+    q, loads, beside = _with_loads(series)
+    return choose_smoothing(q, loads.values if loads is not None and beside else None)
 
 
 def contiguous(t: np.ndarray, experiment: Experiment, max_gap: float | None) -> slice:
