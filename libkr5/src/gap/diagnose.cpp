@@ -262,7 +262,7 @@ class Diagnoser {
 
   std::vector<double> trusts_of(const Model& model, const ResidualAnalysis& rest) const {
     std::vector<double> out(model.parts.size(), 1.0);
-    if (rest.any())
+    if (rest.any_structure())
       for (std::size_t k = 0; k < out.size(); ++k) out[k] = trust(data_, groups_, model, rest, k, options_);
     return out;
   }

@@ -200,8 +200,8 @@ def _loads(cell: Any, e: Any, words: EntryWords) -> list[LogProblem]:
     that is no more than a placeholder: what is recognised and fits without it is not objected to."""
     if order := _order(cell, e, words):
         return order
-    out, _ = _compare_loads(cell, cell, e, words)
     bare = _without_friction(cell)
+    out, _ = _compare_loads(cell, cell, e, words, by_joint=bare is None)  # stated friction may be off by joint
     if not out or bare is None:
         return out
     left, recognised = _compare_loads(cell, bare, e, words)
@@ -228,7 +228,9 @@ def _order(cell: Any, e: Any, words: EntryWords) -> list[LogProblem]:
     ]
 
 
-def _compare_loads(cell: Any, simulated: Any, e: Any, words: EntryWords) -> tuple[list[LogProblem], bool]:
+def _compare_loads(
+    cell: Any, simulated: Any, e: Any, words: EntryWords, by_joint: bool = True
+) -> tuple[list[LogProblem], bool]:
     """What speaks against the loads, and whether the columns of each channel are like their simulation."""
     import kr5.predict
 
@@ -245,7 +247,7 @@ def _compare_loads(cell: Any, simulated: Any, e: Any, words: EntryWords) -> tupl
             model = np.column_stack([shown[c] for c in names])
             recognised = recognised and _enough_alike(np.diag(_correlations(got, model)))
             out += (
-                _scale(cell, e, columns, got, model, words)
+                _scale(cell, e, columns, got, model, words, by_joint)
                 or _swapped(e, names, got, model)
                 or _unexplained(e, names, got, model)
             )
@@ -285,7 +287,7 @@ def _correlations(got: np.ndarray, model: np.ndarray) -> np.ndarray:
 
 
 def _scale(
-    cell: Any, e: Any, columns: list[Any], got: np.ndarray, model: np.ndarray, words: EntryWords
+    cell: Any, e: Any, columns: list[Any], got: np.ndarray, model: np.ndarray, words: EntryWords, by_joint: bool
 ) -> list[LogProblem]:
     """A factor that all columns share, as a wrong unit, sign or side of the gears gives."""
     names = [c.name for c in columns]
@@ -333,7 +335,7 @@ def _scale(
                 )
             ]
     few_alike = np.mean(np.abs(np.log(slope[known])) < np.log(FACTOR)) < 0.5
-    if known.sum() >= 3 and few_alike and slope[known].max() > SPREAD * slope[known].min():
+    if by_joint and known.sum() >= 3 and few_alike and slope[known].max() > SPREAD * slope[known].min():
         return [
             LogProblem(
                 e.name,

@@ -93,7 +93,7 @@ std::vector<ColumnExcess> column_excesses(const ComparisonData& data, const std:
   double total = 0.0;
   for (std::size_t g = 0; g < groups.size(); ++g) {
     const Gap gap = gap_of(data, groups[g].judged, rest.shown);
-    if (!rest.structured[g] && !above_floor(gap)) continue;
+    if (!rest.structured[g] && !rest.beyond[g] && !above_floor(gap)) continue;
     std::vector<Dependence> depends = rest.structure[g].dependences;
     if (depends.size() > 3) depends.resize(3);
     const double over_noise = gap_over_noise(data, groups[g], rest.shown);

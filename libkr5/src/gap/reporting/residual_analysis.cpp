@@ -143,7 +143,9 @@ double known_error(const DiagnoseOptions& options, const std::string& column) {
   return 0.0;
 }
 
-bool ResidualAnalysis::any() const { return std::find(structured.begin(), structured.end(), true) != structured.end(); }
+bool ResidualAnalysis::any_structure() const { return std::ranges::count(structured, true) > 0; }
+
+bool ResidualAnalysis::any() const { return any_structure() || std::ranges::count(beyond, true) > 0; }
 
 ResidualAnalysis analyze_residual(const FitProblem& problem, const std::vector<Group>& groups, const Model& model,
                                   const Eigen::VectorXd& base, const DiagnoseOptions& options) {
@@ -161,7 +163,8 @@ ResidualAnalysis analyze_residual(const FitProblem& problem, const std::vector<G
   parallel_for(static_cast<int>(groups.size()), options.threads,
                [&](int g) { out.structure[g] = structure(data, groups[g], out.counted, discrepancy[g], level); });
   for (std::size_t g = 0; g < groups.size(); ++g) {
-    out.structured.push_back(out.structure[g].p < level || beyond_known_error(data, groups[g], out.shown, options));
+    out.structured.push_back(out.structure[g].p < level);
+    out.beyond.push_back(beyond_known_error(data, groups[g], out.shown, options));
     out.strength.push_back(out.structure[g].strength);
   }
   add_inconsistencies(data, groups, model, options, out);

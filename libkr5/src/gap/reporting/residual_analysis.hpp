@@ -19,13 +19,15 @@ struct ResidualAnalysis {
   Eigen::VectorXd counted;  ///< The same, less what the check experiments could still move the coordinates by.
   std::vector<Structure> structure;
   std::vector<bool> structured;  ///< By the tests of all columns together, at the false-alarm rate.
+  std::vector<bool> beyond;      ///< Further off than what the simulator is known to be off allows for.
   std::vector<double> strength;  ///< Of the structure found, as a sum of squares.
   std::vector<double> strayed;   ///< By which parts of the model are not the same everywhere, as a sum of squares.
   /// Counted residuals of the model as fitted: whole, and without each of its parts, nothing refitted.
   Eigen::VectorXd whole;
   std::vector<Eigen::VectorXd> without;
 
-  bool any() const;
+  bool any_structure() const;
+  bool any() const;  ///< Structure, or a column beyond what is known.
 };
 ResidualAnalysis analyze_residual(const FitProblem& problem, const std::vector<Group>& groups, const Model& model,
                                   const Eigen::VectorXd& base, const DiagnoseOptions& options);
