@@ -10,21 +10,13 @@ import numpy as np
 from conftest import ROOT
 from kr5_tools.log_import.values import joint_torques
 
-sys.path[:0] = [str(ROOT / "tools/benchmarks")]
+sys.path[:0] = [str(ROOT / "tools/benchmarks"), str(ROOT / "tools")]
 
 import case_logs
+from make_arm_log import NOISE, swing
 
 NAMES = case_logs.JOINT_NAMES
-NOISE = np.array([0.4, 0.5, 0.25, 0.1, 0.06, 0.03])  # of joint torques [N m]
 QUICK = ["--max-effects", "1", "--refits", "4", "--beam", "1"]
-
-
-def swing(t):
-    """All joints move, from rest, at beats of their own."""
-    home = np.array([0.1, 0.2, -2.4, 0.3, -0.9, 0.2])
-    size = np.array([0.5, 0.35, 0.4, 0.6, 0.5, 0.8])
-    beat = np.array([1.1, 1.7, 1.4, 2.3, 1.9, 2.9])
-    return home + size * (1 - np.cos(beat * t[:, None])) / 2 * (1 - np.exp(-(t[:, None] ** 2)))
 
 
 def moved(cell, rows=1500, step=0.008, seed=1, q_noise=1e-5, course=swing):
