@@ -144,20 +144,21 @@ void DrivenArm::State::reset(const VectorXd& position, double start) {
   q = drives.link(x);
   place_rigid();
   arm.set_state(q);
-  if (!elastic.empty()) settle();
+  if (!elastic.empty())
+    settle([this](const VectorXd& links) {
+      arm.set_state(links);
+      return arm.gravity_torque();
+    });
   if (!servo.empty()) servo.reset(x);
   ideal = true;
   limited = fresh = false;
 }
 
-void DrivenArm::State::settle() {
+void DrivenArm::State::settle(const std::function<VectorXd(const VectorXd&)>& load) {
   inertia = arm.mass_matrix().diagonal();
   looked_up = t;
-  q = physics::links_at_rest(drives.joints, x, physics::RestRule::Motion, [this](const VectorXd& links) {
-    arm.set_state(links);
-    return arm.gravity_torque();
-  });
-  arm.set_state(q);
+  q = physics::links_at_rest(drives.joints, x, physics::RestRule::Motion, load);
+  arm.set_state(q, qd);
 }
 
 void DrivenArm::State::follow(const VectorXd& command) {
@@ -169,8 +170,16 @@ void DrivenArm::State::follow(const VectorXd& command) {
 
 void DrivenArm::State::begin_motion(const Eigen::MatrixX3d& motor) {
   x = motor.col(0), v = motor.col(1), a = motor.col(2);
-  for (const Index i : elastic) qd[i] = v[i], qdd[i] = a[i];
+  for (const Index i : elastic) {
+    const physics::LinkState rigid = joint(i).transmission.motion(x[i], v[i], a[i]);
+    qd[i] = rigid.v, qdd[i] = rigid.a;
+  }
   place_rigid();
+  if (!elastic.empty())
+    settle([this](const VectorXd& links) -> VectorXd {
+      arm.set_state(links, qd);
+      return arm.inverse_dynamics(qdd).torque;
+    });
 }
 
 void DrivenArm::State::move_to(const Eigen::MatrixX3d& motor) {

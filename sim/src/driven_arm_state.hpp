@@ -57,7 +57,8 @@ struct DrivenArm::State {
   void set_step(double given);
 
   void reset(const VectorXd& position, double start);
-  void settle();
+  /// Elastic links to where their springs balance their load, the torques at given link values.
+  void settle(const std::function<VectorXd(const VectorXd&)>& load);
   /// Velocity Verlet with the speed in the forces predicted: second order, one evaluation a step.
   void follow(const VectorXd& command);
   void begin_motion(const Eigen::MatrixX3d& motor);

@@ -104,16 +104,25 @@ class Integrator {
   Matrix M_;
 };
 
+physics::SplinePieces linear_pieces(const VectorXd& t, const VectorXd& y) {
+  physics::SplinePieces out = physics::SplinePieces::Zero(std::max<Index>(t.size() - 1, 0), 4);
+  for (Index k = 0; k < out.rows(); ++k) out.row(k).head<2>() << y[k], (y[k + 1] - y[k]) / (t[k + 1] - t[k]);
+  return out;
+}
+
 template <int Size>
 Deflection solve(const std::vector<physics::GearSpring>& springs, const VectorXd& t, const MatrixXd& load,
-                 const std::vector<MatrixXd>& mass) {
+                 const std::vector<MatrixXd>& mass, LoadBetweenRows rule) {
   const Index n = load.rows(), m = load.cols();
   Deflection out{MatrixXd(n, m), MatrixXd(n, m), MatrixXd(n, m)};
   VectorXd rest(m);
   for (Index i = 0; i < m; ++i) rest[i] = -springs[static_cast<std::size_t>(i)].lead_in_balance(load(0, i));
-  std::vector<physics::SplinePieces>
-      smooth;  // a load that is linear between rows of 12 ms would be off by several noises of a wrench
-  for (Index i = 0; i < m; ++i) smooth.push_back(physics::cubic_spline(t, load.col(i)));
+  // Behind a servo, a load that is linear between rows of 12 ms would be off by several noises of a wrench; through
+  // measured positions, a spline would be: it rings where the acceleration changes its slope.
+  std::vector<physics::SplinePieces> pieces;
+  for (Index i = 0; i < m; ++i)
+    pieces.push_back(rule == LoadBetweenRows::Linear ? linear_pieces(t, load.col(i))
+                                                     : physics::cubic_spline(t, load.col(i)));
   Integrator<Size> link(springs);
   link.start(rest, mass[0], load.row(0).transpose());
   for (Index row = 0; row < n; ++row) {
@@ -122,7 +131,7 @@ Deflection solve(const std::vector<physics::GearSpring>& springs, const VectorXd
       const auto between = [&](double s) {
         typename Integrator<Size>::Vector out(m);
         for (Index i = 0; i < m; ++i)
-          out[i] = physics::spline_value(smooth[static_cast<std::size_t>(i)].row(row - 1), s);
+          out[i] = physics::spline_value(pieces[static_cast<std::size_t>(i)].row(row - 1), s);
         return out;
       };
       link.advance(t[row] - t[row - 1], between, (mass[k - 1] + mass[k]) / 2);
@@ -137,8 +146,9 @@ Deflection solve(const std::vector<physics::GearSpring>& springs, const VectorXd
 }  // namespace
 
 Deflection deflect(const std::vector<physics::GearSpring>& springs, const VectorXd& t, const MatrixXd& load,
-                   const std::vector<MatrixXd>& mass) {
-  return springs.size() == 1 ? solve<1>(springs, t, load, mass) : solve<Eigen::Dynamic>(springs, t, load, mass);
+                   const std::vector<MatrixXd>& mass, LoadBetweenRows between) {
+  return springs.size() == 1 ? solve<1>(springs, t, load, mass, between)
+                             : solve<Eigen::Dynamic>(springs, t, load, mass, between);
 }
 
 }  // namespace kr5::predict

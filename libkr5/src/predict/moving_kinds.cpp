@@ -117,7 +117,7 @@ Rows joint_loads(const physics::EffectiveDrives& drives, kinematics::Dynamics& d
 /// Adds the deflection of elastic joints and of those with play. The second pass knows how the deflection of the first
 /// changes the load, by which a link crosses its play some milliseconds earlier or later.
 void deflect_links(const physics::EffectiveDrives& drives, kinematics::Dynamics& dynamics, const VectorXd& t,
-                   LinkMotion& links) {
+                   LoadBetweenRows between, LinkMotion& links) {
   std::vector<Index> soft;
   std::vector<physics::GearSpring> springs;
   for (Index i = 0; i < drives.size(); ++i) {
@@ -130,7 +130,7 @@ void deflect_links(const physics::EffectiveDrives& drives, kinematics::Dynamics&
   const LinkMotion rigid = links;
   MatrixXd load = joint_loads(drives, dynamics, rigid)(Eigen::all, soft);
   for (const bool last : {false, true}) {
-    const Deflection d = deflect(springs, t, load, mass);
+    const Deflection d = deflect(springs, t, load, mass, between);
     links = rigid;
     for (std::size_t i = 0; i < soft.size(); ++i) {
       links.q.col(soft[i]) += d.x.col(static_cast<Index>(i));
@@ -172,7 +172,7 @@ PredictionTable predict_motion(const cell::Cell& cell, const ExperimentInput& in
   kinematics::Dynamics dynamics = arm.dynamics(middle);
   if (!drives.rigid()) {
     input.need(massive, "robot.links");
-    deflect_links(drives, dynamics, t, links);
+    deflect_links(drives, dynamics, t, measured ? LoadBetweenRows::Linear : LoadBetweenRows::Smooth, links);
   }
   std::optional<kinematics::SensorCut> cut;
   if (cell.tool) cut = arm.below_sensor();

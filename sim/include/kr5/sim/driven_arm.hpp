@@ -72,7 +72,7 @@ class DrivenArm {
   /// @throws InvalidArgument for a cell without joint servo, here and below.
   void follow(const Eigen::VectorXd& command);
   /// The motor side has this motion now, after a reset to its position; a row a joint: position, speed, acceleration.
-  /// Elastic joints move with it, as they rest in their springs.
+  /// Elastic joints move with it, their springs in balance with gravity and inertia.
   void begin_motion(const Eigen::MatrixX3d& motor);
   /// One step to a motion of the motor side, which needs no servo.
   void follow_motion(const Eigen::MatrixX3d& motor);
