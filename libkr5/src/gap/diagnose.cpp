@@ -65,7 +65,7 @@ class Diagnoser {
     out_.not_tried = untried_effects(data_.recording->cell, screen.unseen());
     out_.seconds_screening = seconds();
     find_models(screen);
-    drop_needless_effects();
+    keep_needed_effects(screen);
     conclude();
     out_.seconds = seconds();
     return std::move(out_);
@@ -169,10 +169,14 @@ class Diagnoser {
     take_noise(scales);
   }
 
+  SearchOptions search_options() const {
+    return {options_.max_effects, options_.refits, options_.beam, options_.threads};
+  }
+
   std::vector<Model> search_with(Screen& screen, double scatter) {
     problem_.prior = NuisancePrior(scatter_, scatter);
     problem_.log_prior_effect = -std::log(static_cast<double>(std::max(screen.effects(), 1)));
-    return search(problem_, screen, base_, {options_.max_effects, options_.refits, options_.beam, options_.threads},
+    return search(problem_, screen, base_, search_options(),
                   [&](double fraction) { progress(scatter > 0 ? with_scatter : refitting, fraction); });
   }
 
@@ -207,6 +211,18 @@ class Diagnoser {
       return;
     }
     problem_.prior = NuisancePrior();
+  }
+
+  /// Leaves as the best a model of needed effects that no further one betters: the search went on from sets with
+  /// effects that turned out needless, and never came to what others would explain without those.
+  void keep_needed_effects(Screen& screen) {
+    for (bool grown = true; grown;) {
+      drop_needless_effects();
+      const Model best = models_.best();
+      for (std::vector<Part>& parts : extensions(problem_, screen, best, search_options()))
+        models_.extend(best, std::move(parts));
+      grown = !same_effects(models_.best().parts, best.parts);
+    }
   }
 
   /// Takes away models with an effect that makes the check experiments fit worse, or that explains no more than the
@@ -288,9 +304,13 @@ class Diagnoser {
   /// Whether one shape in one column, which no catalogue names, says as much as several effects that act together.
   bool free_shape_is_likelier(const Model& best) const {
     if (best.parts.size() < 2) return false;
-    const Model empty = models_.nominal();
-    const double gain = best_free_shape(data_, groups_, counted_residual(data_, base_), prior_width) / 2;
-    return empty.log_evidence + gain + problem_.log_prior_effect + std::log(free_shape_odds) > best.log_evidence;
+    const auto with_shape = [&](const FitProblem& problem) {
+      const Eigen::VectorXd left = without_nuisance(data_, scatter_, problem.prior, counted_residual(data_, base_));
+      return empty_model(problem, base_).log_evidence + best_free_shape(data_, groups_, left, prior_width) / 2;
+    };
+    const FitProblem plain{data_, scatter_, {}, 0.0};
+    const double likelier = std::max(with_shape(plain), with_shape(problem_));
+    return likelier + problem_.log_prior_effect + std::log(free_shape_odds) > best.log_evidence;
   }
 
   void add_causes(const Model& best, const Posterior& weights, const ResidualAnalysis& rest,

@@ -19,15 +19,20 @@ class ModelPool {
   Model nominal() const { return empty_model(problem_, base_); }
   /// A model fitted without one of its parts; fitted now if it was not.
   Model without(const Model& model, std::size_t part);
-  /// Takes a set of effects away.
+  /// Fits a model with further parts, if such a set was neither fitted nor taken away.
+  void extend(const Model& from, std::vector<Part> parts);
+  /// Takes a set of effects away for good.
   void drop(const std::vector<Part>& parts);
 
  private:
-  Model fitted(std::vector<Part> parts);
+  /// The place of a set that was fitted, else the end.
+  std::vector<Model>::iterator find(const std::vector<Part>& parts);
+  Model insert(Model model);
 
   const FitProblem& problem_;
   const Eigen::VectorXd& base_;
   std::vector<Model> models_;
+  std::vector<std::vector<Part>> dropped_;
 };
 
 }  // namespace kr5::gap

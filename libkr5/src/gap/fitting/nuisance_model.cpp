@@ -112,4 +112,10 @@ Eigen::VectorXd without_nuisance(const ComparisonData& data, const NuisanceModel
   return out;
 }
 
+double nuisance_cost(const ComparisonData& data, const NuisanceModel& scatter, const NuisancePrior& prior,
+                     const Eigen::VectorXd& counted) {
+  if (prior.size() <= 0) return 0.0;
+  return prior.estimate(project(data, scatter, counted)).squaredNorm() / (prior.size() * prior.size());
+}
+
 }  // namespace kr5::gap

@@ -52,4 +52,8 @@ Eigen::VectorXd project(const ComparisonData& data, const NuisanceModel& scatter
 Eigen::VectorXd without_nuisance(const ComparisonData& data, const NuisanceModel& scatter, const NuisancePrior& prior,
                                  const Eigen::VectorXd& counted);
 
+/// Sum of squares of that scatter, each change over its standard deviation.
+double nuisance_cost(const ComparisonData& data, const NuisanceModel& scatter, const NuisancePrior& prior,
+                     const Eigen::VectorXd& counted);
+
 }  // namespace kr5::gap

@@ -54,6 +54,32 @@ std::vector<Suggestion> worth(const std::vector<Suggestion>& all, int least) {
   return out;
 }
 
+int effects_of(const Model& model) {
+  return static_cast<int>(std::count_if(model.parts.begin(), model.parts.end(),
+                                        [](const Part& part) { return !part.candidate->hypothesis.of_recording; }));
+}
+
+/// Suggestions beside the effects of a model; faults of the recording alone where it has as many as asked for.
+std::vector<Suggestion> rank_beside(const FitProblem& problem, Screen& screen, const Model& model,
+                                    const SearchOptions& options) {
+  std::vector<Suggestion> out = screen.rank(problem, model);
+  if (effects_of(model) >= options.max_effects)
+    std::erase_if(out, [](const Suggestion& s) { return !s.part.candidate->hypothesis.of_recording; });
+  return out;
+}
+
+/// A set with each of the suggestions that would pay.
+std::vector<std::vector<Part>> extended(const Model& model, const std::vector<Suggestion>& all,
+                                        const SearchOptions& options) {
+  std::vector<std::vector<Part>> out;
+  for (const Suggestion& s : worth(all, options.refits / 2)) {
+    if (s.score <= 0.0) break;
+    out.push_back(model.parts);
+    out.back().push_back(s.part);
+  }
+  return out;
+}
+
 class Searcher {
  public:
   Searcher(const FitProblem& problem, Screen& screen, const SearchOptions& options,
@@ -108,28 +134,16 @@ class Searcher {
     return counted_residual(problem_.data, model.residual).squaredNorm() < n + floor_deviations * std::sqrt(2 * n);
   }
 
-  static int effects_of(const Model& model) {
-    return static_cast<int>(std::count_if(model.parts.begin(), model.parts.end(),
-                                          [](const Part& part) { return !part.candidate->hypothesis.of_recording; }));
-  }
-
   /// The best sets of a size, each with one more effect that could explain what it leaves. When the best one leaves
   /// noise that no effect could lessen, its rivals with one effect more can only be less likely.
   void extend(int size) {
     std::vector<const Model*> best = ranked(size);
     if (best.size() > static_cast<std::size_t>(options_.beam)) best.resize(static_cast<std::size_t>(options_.beam));
     for (std::size_t k = 0; k < best.size(); ++k) {
-      std::vector<Suggestion> all = screen_.rank(problem_, *best[k]);
-      if (effects_of(*best[k]) >= options_.max_effects)
-        std::erase_if(all, [](const Suggestion& s) { return !s.part.candidate->hypothesis.of_recording; });
+      const std::vector<Suggestion> all = rank_beside(problem_, screen_, *best[k], options_);
       const bool gain = !all.empty() && all.front().score > 0.0;
       if (k == 0 && !gain && at_floor(*best[k])) return;
-      for (const Suggestion& s : worth(all, options_.refits / 2)) {
-        if (s.score <= 0.0) break;
-        std::vector<Part> parts = best[k]->parts;
-        parts.push_back(s.part);
-        add({best[k], std::move(parts)});
-      }
+      for (std::vector<Part>& parts : extended(*best[k], all, options_)) add({best[k], std::move(parts)});
     }
   }
 
@@ -176,6 +190,11 @@ class Searcher {
 std::vector<Model> search(const FitProblem& problem, Screen& screen, const Eigen::VectorXd& base,
                           const SearchOptions& options, const std::function<void(double)>& progress) {
   return Searcher(problem, screen, options, progress).run(base);
+}
+
+std::vector<std::vector<Part>> extensions(const FitProblem& problem, Screen& screen, const Model& model,
+                                          const SearchOptions& options) {
+  return extended(model, rank_beside(problem, screen, model, options), options);
 }
 
 }  // namespace kr5::gap

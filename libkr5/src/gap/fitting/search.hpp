@@ -22,4 +22,8 @@ struct SearchOptions {
 std::vector<Model> search(const FitProblem& problem, Screen& screen, const Eigen::VectorXd& base,
                           const SearchOptions& options, const std::function<void(double)>& progress);
 
+/// A fitted model with each further effect that could explain what it leaves, as sets that are not fitted yet.
+std::vector<std::vector<Part>> extensions(const FitProblem& problem, Screen& screen, const Model& model,
+                                          const SearchOptions& options);
+
 }  // namespace kr5::gap

@@ -178,13 +178,19 @@ bool within_discrepancy(const FitProblem& problem, const std::vector<Group>& gro
   const std::vector<double> discrepancy =
       discrepancies(data, groups, without, all_without(data, without, base), options);
   const Eigen::VectorXd before = updated(problem, without), after = updated(problem, with);
-  double gain = 0.0, weighted = 0.0;
+  double gain = 0.0, weighted = 0.0, taken = 0.0;
   for (std::size_t g = 0; g < groups.size(); ++g) {
     const double part = sum_of_squares(data, groups[g], before) - sum_of_squares(data, groups[g], after);
     gain += part;
+    taken += std::max(part, 0.0);
     weighted += std::max(part, 0.0) * discrepancy[g];
   }
-  return gain <= 0 || gain < 2 * weighted / gain / shapes;
+  // Small errors of the cell can take the place of a large effect only by ceasing to be small.
+  const auto cost = [&](const Model& model) {
+    return nuisance_cost(data, problem.scatter, problem.prior, counted_residual(data, model.residual));
+  };
+  gain += cost(without) - cost(with);
+  return gain <= 0 || gain < 2 * weighted / std::max(taken, 1e-9) / shapes;
 }
 
 bool worsens_check(const ComparisonData& data, const std::vector<Group>& groups, const Model& with,
