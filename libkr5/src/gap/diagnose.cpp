@@ -47,8 +47,8 @@ struct Stage {
   double from, to;
 };
 constexpr Stage simulating{"simulating the nominal cell", 0.0, 0.02}, screening{"screening effects", 0.02, 0.4},
-    refitting{"refitting effects", 0.4, 0.85}, with_scatter{"refitting effects with nuisance parameters", 0.85, 0.95},
-    judging{"analysing the residuals", 0.95, 1.0};
+    refitting{"refitting effects", 0.4, 0.85}, with_scatter{"refitting effects with nuisance parameters", 0.85, 0.9},
+    checking{"checking which effects are needed", 0.9, 0.95}, judging{"analysing the residuals", 0.95, 1.0};
 
 class Diagnoser {
  public:
@@ -230,6 +230,7 @@ class Diagnoser {
   void drop_needless_effects() {
     for (bool dropped = true; dropped;) {
       dropped = false;
+      progress(checking, 1.0 - 1.0 / (1.0 + 0.05 * ++checked_));  // how many will be looked at is not known
       const Model best = models_.best();
       for (std::size_t k = 0; k < best.parts.size() && !dropped; ++k) dropped = is_needless(best, k);
       if (dropped) models_.drop(best.parts);
@@ -408,7 +409,7 @@ class Diagnoser {
   Eigen::VectorXd base_;
   std::vector<Group> groups_;
   NuisanceModel scatter_;
-  int spikes_ = 0;
+  int spikes_ = 0, checked_ = 0;
   mutable std::mutex telling_;
   mutable double done_ = 0.0;
   FitProblem problem_{data_, scatter_, {}, 0.0};
