@@ -309,6 +309,37 @@ TEST_CASE("what a simulator is known to be off in a column is no structure there
   refused({{"motion.j3", 0.1}}, "found column 'motion.j3', expected one of motion.fx");
 }
 
+TEST_CASE("friction of a description far from that of the arm is named on every joint, wherever the log is cut",
+          "[not_sanitized]") {
+  Random random(46);
+  cell::Cell described = protocol::nominal();
+  described.servo.reset();
+  cell::Cell arm = described;
+  described.drives->friction.viscous *= 30.0;  // a placeholder, as in many a URDF
+  for (cell::Link& link : arm.robot.links) {
+    link.mass *= 1.0 + 0.1 * random.normal();
+    link.com += 0.01 * Eigen::Vector3d::NullaryExpr([&](Eigen::Index) { return random.normal(); });
+  }
+  for (const Eigen::Index rows : {1000, 1400}) {
+    cell::Recording r;
+    r.cell = described;
+    r.experiments.push_back(protocol::motion(random, 0.0, static_cast<int>(rows), 2.0)
+                                .experiment("fit", cell::Kind::Motion, cell::Split::Fit));
+    r.experiments.push_back(
+        protocol::motion(random, 60.0, 600, 2.0).experiment("check", cell::Kind::Motion, cell::Split::Check));
+    for (cell::Experiment& e : r.experiments) {
+      e.joint_reference = cell::JointReference::Measured;
+      protocol::show(e, arm, random);
+    }
+    gap::DiagnoseOptions options;
+    options.max_effects = 14, options.refits = 4, options.beam = 1;  // as for a log
+    const gap::Diagnosis d = gap::diagnose(r, predict::FastSimulator(), options);
+    INFO(rows << " rows: " << text(d));
+    for (int j = 1; j <= 6; ++j) CHECK(test::names_cause(d, "viscous_friction", "joint" + std::to_string(j)));
+    CHECK(d.reduction.after < 0.05 * d.reduction.before);
+  }
+}
+
 TEST_CASE("gaps are relative to the noise whether the simulator is known to be off or not", "[not_sanitized]") {
   Random random(45);
   cell::Recording r = protocol::only(protocol::record(protocol::nominal(), random), cell::Kind::Motion);

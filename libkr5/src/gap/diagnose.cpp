@@ -258,7 +258,7 @@ class Diagnoser {
       rest = analyze_residual(problem_, groups_, best, base_, options_);
       trusts = trusts_of(best, rest);
     }
-    add_causes(best, posterior(data_, models_.all()), rest, trusts);
+    add_causes(best, posterior(problem_, models_.all()), rest, trusts);
     if (out_.causes.empty() && !best.parts.empty()) {  // faults of the recording alone explain nothing of the cell
       best = models_.nominal();
       rest = analyze_residual(problem_, groups_, best, base_, options_);

@@ -131,7 +131,7 @@ class EffectFitter {
     const Eigen::VectorXd after = counted_residual(compared_.data, model.residual);
     EffectFit out{h.effect, h.target, h.choice, {}, explained_fraction(compared_.data, groups_, before, before, after),
                   {}};
-    out.parameters = parameters(compared_.data, model, 0, posterior(compared_.data, {model}).temperature);
+    out.parameters = parameters(compared_.data, model, 0, posterior(problem_, {model}).temperature);
     for (const Group& group : groups_) {
       const Gap from = gap_of(compared_.data, group.judged, before), to = gap_of(compared_.data, group.judged, after);
       if (above_floor(from) || std::abs(from.rms - to.rms) > changed)

@@ -12,9 +12,12 @@
 namespace kr5::gap {
 namespace {
 
-/// Mean square of the residuals of all blocks that the parts of a model touch, at least 1.
-double misfit(const ComparisonData& data, const Model& model) {
-  const Eigen::VectorXd r = counted_residual(data, model.residual);
+/// Mean square of the residuals of all blocks that the parts of a model touch, small errors of the cell taken out; at
+/// least 1.
+double misfit(const FitProblem& problem, const Model& model) {
+  const ComparisonData& data = problem.data;
+  const Eigen::VectorXd r =
+      without_nuisance(data, problem.scatter, problem.prior, counted_residual(data, model.residual));
   std::set<int> blocks;
   for (const Signature& s : model.jacobian)
     for (const auto& part : s.parts) blocks.insert(part.first);
@@ -89,9 +92,9 @@ bool contains(const std::vector<EffectName>& names, const EffectName& name) {
 
 EffectName name_of(const Part& part) { return {part.candidate->hypothesis.effect, part.candidate->hypothesis.target}; }
 
-Posterior posterior(const ComparisonData& data, const std::vector<Model>& models) {
+Posterior posterior(const FitProblem& problem, const std::vector<Model>& models) {
   Posterior out;
-  out.temperature = misfit(data, models.front());
+  out.temperature = misfit(problem, models.front());
   double sum = 0.0;
   for (const Model& m : models) {
     out.weights.push_back(std::exp((m.log_evidence - models.front().log_evidence) / out.temperature));

@@ -21,7 +21,7 @@ struct Posterior {
   std::vector<double> weights;
   double temperature = 1.0;
 };
-Posterior posterior(const ComparisonData& data, const std::vector<Model>& models);
+Posterior posterior(const FitProblem& problem, const std::vector<Model>& models);
 
 /// Probability that the cell carries this effect on this target.
 double probability(const std::vector<Model>& models, const Posterior& posterior, const EffectName& name);

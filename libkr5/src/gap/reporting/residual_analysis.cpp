@@ -95,6 +95,16 @@ void add_inconsistencies(const ComparisonData& data, const std::vector<Group>& g
   }
 }
 
+/// Whether small errors of the cell would take the place of an effect only by being small no more: by some three
+/// standard deviations each beyond those beside it.
+bool strains_nuisance(const FitProblem& problem, const Model& with, const Model& without) {
+  constexpr double square = 9.0;
+  const auto cost = [&](const Model& model) {
+    return nuisance_cost(problem.data, problem.scatter, problem.prior, counted_residual(problem.data, model.residual));
+  };
+  return cost(without) - cost(with) > square * static_cast<double>(problem.scatter.signatures.size());
+}
+
 /// Standard deviation of what was recorded in the judged blocks of a group.
 double recorded_deviation(const ComparisonData& data, const Group& group) {
   double sum = 0.0, rows = 0.0;
@@ -175,22 +185,17 @@ bool within_discrepancy(const FitProblem& problem, const std::vector<Group>& gro
                         const Model& without, const Eigen::VectorXd& base, const DiagnoseOptions& options) {
   constexpr double shapes = 12.0;
   const ComparisonData& data = problem.data;
+  if (strains_nuisance(problem, with, without)) return false;
   const std::vector<double> discrepancy =
       discrepancies(data, groups, without, all_without(data, without, base), options);
   const Eigen::VectorXd before = updated(problem, without), after = updated(problem, with);
-  double gain = 0.0, weighted = 0.0, taken = 0.0;
+  double gain = 0.0, weighted = 0.0;
   for (std::size_t g = 0; g < groups.size(); ++g) {
     const double part = sum_of_squares(data, groups[g], before) - sum_of_squares(data, groups[g], after);
     gain += part;
-    taken += std::max(part, 0.0);
     weighted += std::max(part, 0.0) * discrepancy[g];
   }
-  // Small errors of the cell can take the place of a large effect only by ceasing to be small.
-  const auto cost = [&](const Model& model) {
-    return nuisance_cost(data, problem.scatter, problem.prior, counted_residual(data, model.residual));
-  };
-  gain += cost(without) - cost(with);
-  return gain <= 0 || gain < 2 * weighted / std::max(taken, 1e-9) / shapes;
+  return gain <= 0 || gain < 2 * weighted / gain / shapes;
 }
 
 bool worsens_check(const ComparisonData& data, const std::vector<Group>& groups, const Model& with,
