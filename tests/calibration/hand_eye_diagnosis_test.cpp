@@ -102,7 +102,7 @@ TEST_CASE("views that are given ten times say no more than once", "[not_sanitize
   }
 }
 
-TEST_CASE("the right cause comes first and alone, whatever the fault", "[cause_counts][statistics]") {
+TEST_CASE("the right cause comes first and alone, whatever the fault", "[cause_counts][statistics][not_sanitized]") {
   int right = 0, all = 0, with_others = 0;
   std::string others;
   for (const auto& [cause, name] : enum_names(HandEyeCause{})) {
@@ -311,7 +311,8 @@ HandEyePairsRecording draw_pairs(HandEyeCause cause, std::uint64_t seed) {
 
 }  // namespace
 
-TEST_CASE("the right cause comes first for pairs of poses, too, and sound pairs have none", "[statistics]") {
+TEST_CASE("the right cause comes first for pairs of poses, too, and sound pairs have none",
+          "[statistics][not_sanitized]") {
   int right = 0, all = 0;
   std::string wrong;
   const auto names_first = [&](const HandEyePairsRecording& pairs, const std::string& truth) {

@@ -254,7 +254,8 @@ TEST_CASE("95 % intervals of the arm's parameters hold the truth, told by the da
   }
 }
 
-TEST_CASE("postures too few to tell their noise from errors of the arm are refused, unless the noise is stated") {
+TEST_CASE("postures too few to tell their noise from errors of the arm are refused, unless the noise is stated",
+          "[not_sanitized]") {
   TrialShares stated;
   for (unsigned seed = 1; seed <= 6; ++seed)
     for (const int postures : {6, 8, 10}) {

@@ -120,7 +120,8 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("the 95 % region of the lengths holds the truth in 93 to 97 % of trials", "[coverage][statistics]") {
+TEST_CASE("the 95 % region of the lengths holds the truth in 93 to 97 % of trials",
+          "[coverage][statistics][not_sanitized]") {
   const int trials = test::trials(2000, 100);
   Random random(2);
   const DhChain arm = arm_of(0.18, 0.6, 0.12, 0.62);

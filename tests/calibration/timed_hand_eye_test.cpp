@@ -106,7 +106,7 @@ TEST_CASE("exact streams give offset, camera and world back") {
   }
 }
 
-TEST_CASE("the 95 % intervals hold the truth, for errors that last as well", "[coverage][statistics]") {
+TEST_CASE("the 95 % intervals hold the truth, for errors that last as well", "[coverage][statistics][not_sanitized]") {
   const int trials = test::trials(2000, 150);
   for (const double memory : {0.0, 0.5}) {
     Random random(2);

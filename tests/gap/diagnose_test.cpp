@@ -50,7 +50,7 @@ TEST_CASE("every labelled recording is told right", "[long][not_sanitized]") {
   }
 }
 
-TEST_CASE("single effects of random size are named, and nothing beside them", "[statistics]") {
+TEST_CASE("single effects of random size are named, and nothing beside them", "[statistics][not_sanitized]") {
   // Of each draw: effect, target, parameter, and the size relative to what such an effect often is.
   const int trials = test::trials(100, 10);
   Random random(7);

@@ -55,7 +55,7 @@ sim::BinScannerOptions exact_scanner() {
 
 }  // namespace
 
-TEST_CASE("a ray meets what stands first on it, where small steps along it find it") {
+TEST_CASE("a ray meets what stands first on it, where small steps along it find it", "[not_sanitized]") {
   const sim::PelletScene scene = scattered(40, 1);
   const sim::BinRays rays(scene);
   Random random(2);

@@ -212,7 +212,8 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("the full grade shows what was recorded of every cell with known effects, down to the noise") {
+TEST_CASE("the full grade shows what was recorded of every cell with known effects, down to the noise",
+          "[not_sanitized]") {
   const auto folder = test::reference("cases");
   if (folder.empty()) return;
   const io::Node labels = io::load_yaml(folder / "labels.json");
