@@ -1,5 +1,6 @@
 """Ctrl-C ends a command also while the library computes, which does not hear it."""
 
+import io
 import signal
 import subprocess
 import sys
@@ -63,6 +64,23 @@ def test_an_interrupted_recording_leaves_no_folder(tmp_path, share, monkeypatch)
     done = CliRunner().invoke(make_app(("record",)), [str(w) for w in words])
     assert done.exit_code == 130 and done.stderr == "stopped; nothing was written\n"
     assert [f.name for f in tmp_path.iterdir()] == ["protocol.yaml"]
+
+
+def test_the_bar_of_an_interrupted_loop_is_gone_before_the_last_word(monkeypatch):
+    from rich.console import Console
+
+    from kr5_tools import app
+    from kr5_tools.cli import terminal
+
+    screen = io.StringIO()
+    monkeypatch.setattr(terminal, "errors", Console(file=screen, force_terminal=True, width=80))
+    monkeypatch.setattr(app, "_said_stopped", False)
+    counted = terminal.track(range(3), "Counting")
+    next(counted)
+    app._say_stopped()
+    assert "Counting" in screen.getvalue() and screen.getvalue().endswith("stopped; nothing was written\n")
+    counted.close()
+    assert screen.getvalue().endswith("stopped; nothing was written\n")
 
 
 SHIELDED = """

@@ -219,9 +219,10 @@ def _load_app(words: tuple[str, ...] | None) -> typer.Typer:
 def _say_stopped() -> None:
     global _said_stopped
     _said_stopped = True
-    from kr5_tools.cli.terminal import errors
+    from kr5_tools.cli.terminal import end_bars, errors
     from kr5_tools.files.writing import written_files
 
+    end_bars()
     errors.print(stop_text(written_files()), soft_wrap=True)
 
 

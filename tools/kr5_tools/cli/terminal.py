@@ -88,6 +88,15 @@ def track(items: Iterable[Any], what: str) -> Iterable[Any]:
         yield from bar.track(items, description=escape(what))
 
 
+_bars: list[Progress] = []  # those that are shown
+
+
+def end_bars() -> None:
+    """Takes away what still moves: the bar of a generator, such as `track`, outlives an exception in its loop."""
+    for bar in _bars:
+        bar.stop()
+
+
 @contextlib.contextmanager
 def progress_bar(*columns: ProgressColumn) -> Iterator[Progress]:
     """A progress bar for people at a terminal, which is gone at the end."""
@@ -95,7 +104,11 @@ def progress_bar(*columns: ProgressColumn) -> Iterator[Progress]:
         sign_of_life.held(),
         Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal) as bar,
     ):
-        yield bar
+        _bars.append(bar)
+        try:
+            yield bar
+        finally:
+            _bars.remove(bar)
 
 
 @contextlib.contextmanager
