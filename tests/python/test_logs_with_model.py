@@ -69,6 +69,15 @@ def test_currents_of_a_model_without_torque_constants_tell_them(diagnose, named_
     assert np.all(np.abs(values[:, 0] - constants) < 5 * values[:, 1] + 0.02 * constants)
 
 
+@pytest.mark.parametrize("name", ["Time (s)", "time [s]", "rosbagTimestamp", "Time(s)"])
+def test_the_time_is_known_by_the_names_that_loggers_give_it(diagnose, named_arm, named_urdf, tmp_path, name):
+    t, q, tau = moved(named_arm, rows=900)
+    columns = joint_states(t, q, tau)
+    case_logs.write_csv(tmp_path / "log.csv", {name: t} | dict(list(columns.items())[1:]))
+    code, said, data = diagnose("log.csv", "--model", named_urdf, *QUICK)
+    assert code == 0 and data["verdict"] == "no_gap", said
+
+
 def test_npz_and_a_log_without_a_clock_are_read(diagnose, named_arm, named_urdf, tmp_path):
     _, q, tau = moved(named_arm, rows=900)
     np.savez(tmp_path / "log.npz", q=q, tau=tau)
@@ -268,6 +277,22 @@ def test_a_bag_without_joint_states_lists_its_topics(diagnose, named_urdf, tmp_p
     text = ros.types["std_msgs/msg/String"](data="hello")
     bag = written_bag(tmp_path / "bag", ros, {"/chatter": "std_msgs/msg/String"}, [("/chatter", 1.0, text)])
     refused(diagnose, bag, "--model", named_urdf, text=("/chatter (std_msgs/msg/String)", "record /joint_states"))
+
+
+def test_a_bag_of_other_messages_is_told_by_its_topics(diagnose, named_urdf, tmp_path, ros):
+    T = ros.types
+    zero = T["geometry_msgs/msg/Vector3"](x=0.0, y=0.0, z=0.0)
+    twists = [("/cmd_vel", 0.01 * k, T["geometry_msgs/msg/Twist"](linear=zero, angular=zero)) for k in range(100)]
+    bag = written_bag(tmp_path / "bag", ros, {"/cmd_vel": "geometry_msgs/msg/Twist"}, twists)
+    refused(diagnose, bag, "--model", named_urdf, text=("no joint states", "/cmd_vel", "record /joint_states"))
+
+
+def test_a_bag_of_another_robot_is_told_by_the_names_of_its_joints(diagnose, named_arm, named_urdf, tmp_path, ros):
+    others = [f"finger_{k}_knuckle" for k in "abcdef"]
+    t, q, tau = moved(named_arm, rows=300)
+    messages = [("/joint_states", 1e9 + a, state(ros, 1e9 + a, others, b, c)) for a, b, c in zip(t, q, tau)]
+    bag = written_bag(tmp_path / "bag", ros, STATES, messages)
+    refused(diagnose, bag, "--model", named_urdf, text=f"names joints such as {', '.join(others)}; the model names")
 
 
 def test_a_bag_that_was_cut_off_is_refused(diagnose, named_arm, named_urdf, tmp_path, ros):

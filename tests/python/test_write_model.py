@@ -289,6 +289,17 @@ def test_a_file_that_includes_others_becomes_one_file(mujoco, described, tmp_pat
     assert model.body_mass.sum() == pytest.approx(masses, rel=1e-5)
 
 
+def test_a_point_mass_as_payload_is_an_mjcf_that_mujoco_takes(mujoco, arc, tmp_path):
+    plain = arc.to_dict()
+    plain["tool"] |= {"mass": 0.0, "com": [0, 0, 0], "inertia": [0] * 6}
+    bare, loaded = tmp_path / "bare.xml", tmp_path / "loaded.xml"
+    write_model(kr5.cell.Cell.from_dict(plain), bare)
+    plain["effects"] = {"payload": {"tool": {"mass": 1.5, "com": [0, 0, 0.05]}}}
+    write_model(kr5.cell.Cell.from_dict(plain), loaded)
+    before, after = (mujoco.MjModel.from_xml_path(str(file)).body_mass.sum() for file in (bare, loaded))
+    assert after == pytest.approx(before + 1.5, rel=1e-6)
+
+
 def test_assets_are_found_from_another_folder(mujoco, tmp_path):
     (tmp_path / "assets").mkdir()
     (tmp_path / "other").mkdir()

@@ -13,7 +13,8 @@ from kr5_tools.log_import.log_time import beginning
 from kr5_tools.log_import.units import UNITS, unit_factor
 
 TIME = re.compile(
-    r"(^|[^a-z])(t|time|timestamp|stamp|clock|zeit|seconds|sec|log_time|header\.stamp|header/stamp)(_?\[?(s|ms|us|ns)\]?)?$"
+    r"(^|[^a-z]|bag)(t|time|timestamp|stamp|clock|zeit|seconds|sec|log_time|header\.stamp|header/stamp)"
+    r"([_ ]?[\[(]?(s|ms|us|ns)[\])]?)?$"
 )
 SCALES = UNITS["time"]
 USUAL_STEP = 0.005  # [s] between rows of a controller's log

@@ -123,7 +123,13 @@ def _refuse_unknown(log: Log, families: FoundFamilies, names: list[str], number:
             if column != "measured":
                 log.column(column, f"columns.{name}.from")
     shown = ", ".join(list(log.columns)[:12]) + (" ..." if len(log.columns) > 12 else "")
-    words = [w for w in families.joint_words if re.search(r"[A-Za-z]", w)][:number]
+    topics, published = _published(log)
+    if topics and not published:
+        terminal.fail(
+            f"{log.file}: found no joint states in its topics {', '.join(topics[:12])}; record /joint_states, or name"
+            " the columns of the positions in a map, see kr5 recording import --help"
+        )
+    words = (published or [w for w in families.joint_words if re.search(r"[A-Za-z]", w)])[:number]
     expected = f"; the model names {', '.join(names)}" if names else ""
     q, tau = (given.words.put(f"columns.{name}", **{"from": "[...]"}) for name in ("q", "tau"))
     if names and words:
@@ -137,6 +143,14 @@ def _refuse_unknown(log: Log, families: FoundFamilies, names: list[str], number:
         f"{log.file}: found no {what}, {how}, among {shown}{expected}; name {'it' if number == 1 else 'them'}: {q}, or"
         " write a map, see kr5 recording import --help"
     )
+
+
+def _published(log: Log) -> tuple[list[str], list[str]]:
+    """The topics of a bag, and the joints whose positions its messages name."""
+    fields = [name.rpartition(":") for name in log.columns]
+    topics = {topic for topic, colon, _ in fields if colon and topic.startswith("/")}
+    joints = [field.removeprefix("position.") for _, _, field in fields if field.startswith("position.")]
+    return sorted(topics), list(dict.fromkeys(joints))
 
 
 def _read_part(

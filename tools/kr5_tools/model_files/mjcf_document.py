@@ -12,6 +12,7 @@ import numpy as np
 from kr5_tools.files.xml_text import number_text, quaternion
 from kr5_tools.model_files.mjcf_arm import MjcfArm, one_line
 from kr5_tools.model_files.mjcf_edits import Edits
+from kr5_tools.model_files.simulator_masses import inertia_attribute
 
 # What makes bodies or joints that have no element of their own in the file.
 GENERATORS = ("include", "replicate", "attach", "composite", "flexcomp")
@@ -159,11 +160,8 @@ class _XmlDocument:
             _remove(body, old)
         values = {"pos": "0 0 0", "mass": "0", "diaginertia": "0 0 0"}
         if found is not None:
-            values = {
-                "pos": number_text(found.com),
-                "mass": number_text(found.mass),
-                "fullinertia": number_text(found.inertia),
-            }
+            name, inertia = inertia_attribute(found.inertia)
+            values = {"pos": number_text(found.com), "mass": number_text(found.mass), name: number_text(inertia)}
         _append(body, "inertial", values, first=True)
 
     def _setting(self, name: str) -> xml.Element:
@@ -243,7 +241,9 @@ def _flattened(arm: MjcfArm, edits: Edits, folder: Path) -> str:
         element.explicitinertial = True
         element.mass, element.ipos = (body.mass, body.com) if body is not None else (0.0, np.zeros(3))
         element.iquat, element.inertia = np.array([1.0, 0.0, 0.0, 0.0]), np.zeros(3)
-        element.fullinertia = body.inertia if body is not None else np.full(6, np.nan)
+        name, inertia = inertia_attribute(body.inertia if body is not None else np.zeros(6))
+        element.fullinertia = np.full(6, np.nan)  # none, beside `inertia`
+        setattr(element, "inertia" if name == "diaginertia" else name, inertia)
     if edits.gravity is not None:
         spec.option.gravity = edits.gravity
     if folder.resolve() != arm.file.resolve().parent:

@@ -23,3 +23,11 @@ def require_masses(arm: Any, name: str, simulator: str) -> None:
             f"{name or 'cell'}: link {k + 1} has {found}, which {simulator} refuses for a link that moves; give"
             " robot.links the mass and inertia of a real body"
         )
+
+
+def inertia_attribute(inertia: np.ndarray) -> tuple[str, np.ndarray]:
+    """Name and values of the inertia of an MJCF body [kg m^2].
+
+    MuJoCo refuses a `fullinertia` with a principal moment of zero, as a point mass has, but no `diaginertia`.
+    """
+    return ("fullinertia", inertia) if np.any(inertia[3:]) else ("diaginertia", inertia[:3])
