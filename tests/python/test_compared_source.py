@@ -30,6 +30,20 @@ def test_the_verdict_and_its_causes_stand_before_how_the_log_was_read(diagnose, 
     assert code == 0 and said.startswith("RMS gap") and "How the logs were read" in said
 
 
+def test_a_cause_bears_the_name_that_the_model_gives_its_joint(diagnose, broken_log, named_urdf, tmp_path):
+    code, said, _ = diagnose(broken_log, "--model", named_urdf, "--report", "gap.html", *QUICK)
+    assert code == 0, said
+    assert f"Coulomb friction of joint 3 ({NAMES[2]}; " in said, said
+    assert f"({NAMES[2]}; coulomb_friction:joint3)" in said, said
+    assert f"coulomb_friction on joint3 ({NAMES[2]})" in (tmp_path / "gap.html").read_text()
+
+
+def test_as_many_causes_as_are_searched_for_are_told(diagnose, broken_log, named_urdf):
+    code, said, data = diagnose(broken_log, "--model", named_urdf, "--max-effects", "1")
+    assert code == 0 and len(data["causes"]) == 1, said
+    assert "--max-effects 3 searches for more" in " ".join(said.split()), said
+
+
 def test_a_recording_written_of_a_log_is_diagnosed_as_the_log(diagnose, broken_log, named_urdf, tmp_path):
     code, said, first = diagnose(broken_log, "--model", named_urdf, "--write-recording", "made", *QUICK)
     assert code == 0, said

@@ -284,3 +284,11 @@ def test_a_name_that_is_no_utf_8_is_read_and_told(run_kr5, share, tmp_path):
     os.rename(file, os.fsencode(tmp_path) + b"/z\xff.png")
     done = run_kr5("detect", os.fsdecode(os.fsencode(tmp_path) + b"/z\xff.png"), "--family", "36h11")
     assert done.returncode == 2 and done.stderr.startswith("error:") and "Traceback" not in done.stderr
+
+
+def test_files_are_written_although_nobody_reads_what_is_said(share, tmp_path):
+    words = ["gap", "measure", str(share / "data/friction"), "--json", str(tmp_path / "gap.json")]
+    with subprocess.Popen([sys.executable, "-m", "kr5_tools", *words], stdout=subprocess.PIPE) as process:
+        process.stdout.close()  # as `| head` does once it has its lines
+        assert process.wait(timeout=60) == 0
+    assert json.loads((tmp_path / "gap.json").read_text())["format"].startswith("kr5-gap")

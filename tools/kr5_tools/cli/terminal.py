@@ -20,11 +20,17 @@ LONGEST = 2000  # letters of an error, which may quote a file of megabytes
 
 
 class _Console(Console):
-    """Takes the sign of life away before it prints."""
+    """Takes the sign of life away before it prints; goes on in silence when nobody reads any more, as with `| head`:
+    the files of the command are still to be written."""
 
     def print(self, *objects: Any, **options: Any) -> None:
         sign_of_life.note_output()
         super().print(*objects, **options)
+
+    def on_broken_pipe(self) -> None:
+        self.quiet = True
+        with open(os.devnull, "w") as nothing:
+            os.dup2(nothing.fileno(), self.file.fileno())
 
 
 errors = _Console(stderr=True, highlight=False, emoji=False, markup=False)

@@ -15,6 +15,7 @@ from kr5_tools.gap_report.messages import (
     dependence_text,
     effect_text,
     join_list,
+    joint_name,
     next_steps,
     value_text,
     verdict_text,
@@ -75,8 +76,9 @@ def cause_line(cause: dict[str, Any]) -> str:
         f"{name.replace('_', ' ')} {value_text(p, cause['target'])}" if names else value_text(p, cause["target"])
         for name, p in cause["parameters"].items()
     ]
+    known_as = "; ".join(filter(None, (joint_name(cause), effect_id(cause))))
     line = (
-        f"{capitalised(effect_text(cause['effect'], cause['target']))} ({effect_id(cause)}): {', '.join(values)};"
+        f"{capitalised(effect_text(cause['effect'], cause['target']))} ({known_as}): {', '.join(values)};"
         f" {format_percent(cause['probability'])} probable; explains {format_percent(cause['gap_closed'])} of the gap"
     )
     if cause["tied_with"]:

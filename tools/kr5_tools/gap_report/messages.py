@@ -188,6 +188,12 @@ def value_text(parameter: dict[str, Any], target: str) -> str:
     return ", ".join(texts) + error + (f" {unit}" if unit else "")
 
 
+def joint_name(named: dict[str, Any]) -> str:
+    """The model's name of the joint that an effect sits on, where that says more than its number; else nothing."""
+    name = named.get("joint") or ""
+    return "" if re.fullmatch(r"(joint|a)?[_ ]?\d+", name.lower()) else name
+
+
 def cause_text(cause: dict[str, Any]) -> str:
     """Cause with its first value, as in the verdict."""
     name = effect_text(cause["effect"], cause["target"])
@@ -197,7 +203,8 @@ def cause_text(cause: dict[str, Any]) -> str:
     first = next(iter(known), None)
     pose = first and isinstance(first["value"], list) and isinstance(first["value"][0], list)
     value = f"{value_text(first, cause['target'])}, " if first and not pose else ""
-    return f"{name} ({value}{format_percent(cause['probability'])} probable)"
+    joint = joint_name(cause)
+    return f"{name} ({f'{joint}; ' if joint else ''}{value}{format_percent(cause['probability'])} probable)"
 
 
 def main_places(where: list[dict[str, Any]]) -> list[tuple[float, str]]:

@@ -18,6 +18,7 @@ from kr5_tools.gap_report.messages import (
     effect_row,
     effect_text,
     join_list,
+    joint_name,
     next_steps,
     part_of,
     part_text,
@@ -210,7 +211,8 @@ def cause_rows(data: dict[str, Any], evidence: Any) -> list[dict[str, Any]]:
         out.append(
             {
                 "name": capitalised(effect_text(cause["effect"], cause["target"])),
-                "id": f"{cause['effect']} on {cause['target']}",
+                "id": f"{cause['effect']} on {cause['target']}"
+                + (f" ({joint})" if (joint := joint_name(cause)) else ""),
                 "sure": format_percent(cause["probability"]),
                 "what": capitalised(row.description) if row else "An effect that is not in the catalogue",
                 "shows": row.shows_in if row else "",
