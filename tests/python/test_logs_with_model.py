@@ -238,6 +238,15 @@ def test_efforts_without_positions_and_empty_efforts_are_refused(diagnose, named
     )
 
 
+@pytest.mark.parametrize("lacking", [NAMES, NAMES[2:3]])
+def test_a_log_that_lacks_efforts_is_refused(diagnose, named_arm, named_urdf, tmp_path, lacking):
+    columns = joint_states(*moved(named_arm, rows=400))
+    for name in lacking:
+        del columns[f"/joint_states/{name}/effort"]
+    case_logs.write_csv(tmp_path / "log.csv", columns)
+    refused(diagnose, "log.csv", "--model", named_urdf, text=("no efforts or currents", NAMES[2], "columns.tau.from"))
+
+
 def test_a_log_without_a_model_and_unknown_settings_are_refused(diagnose, named_arm, named_urdf, tmp_path):
     case_logs.write_csv(tmp_path / "log.csv", joint_states(*moved(named_arm, rows=400)))
     refused(diagnose, "log.csv", text="expected --model with the model of its robot")

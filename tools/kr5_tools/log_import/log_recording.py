@@ -99,7 +99,16 @@ def _with_overrides(cell: Any, overrides: list[tuple[list[str], Any]]) -> Any:
 
 
 def require_plausible(found: LogRecording, trust: bool) -> None:
-    """Ends when numbers of the logs are plausible only in another unit, column or side of the gears."""
+    """Ends when nothing that a model predicts was measured, or when numbers of the logs are plausible only in another
+    unit, column or side of the gears."""
+    if not trust and any("found nothing measured" in problem.text() for problem in found.problems):
+        names = list(found.recording.cell.robot.joint_names)
+        terminal.fail(
+            "found no efforts or currents of every joint in the log"
+            + (f" ({', '.join(names)})" if names else "")
+            + ", and nothing else that a model predicts; name their columns: --set 'columns.tau.from=[...]', or"
+            " --set 'columns.i.from=[...]' for currents"
+        )
     for problem in found.problems:
         terminal.print_problem(problem.text(), refused=not trust)
     if found.problems and not trust:
