@@ -282,6 +282,21 @@ def test_two_publishers_of_the_same_joints_are_refused(diagnose, named_arm, name
     refused(diagnose, bag, "--model", named_urdf, text=("two publishers write to this topic", "/joint_states"))
 
 
+@pytest.mark.parametrize("late", [None, 0.1])
+def test_two_publishers_that_take_turns_are_refused(diagnose, named_arm, named_urdf, tmp_path, ros, late):
+    """The second one publishes zeros, or the state of some time ago."""
+    t, q, tau = moved(named_arm, rows=400)
+    zeros = np.zeros_like(q[0])
+    messages = []
+    for k, a in enumerate(1_700_000_000 + t):
+        messages.append(("/joint_states", a, state(ros, a, NAMES, q[k], tau[k])))
+        before = max(k - round(late / (t[1] - t[0])), 0) if late else None
+        other = (zeros, zeros) if before is None else (q[before], tau[before])
+        messages.append(("/joint_states", a + 0.004, state(ros, a + 0.004, NAMES, *other)))
+    bag = written_bag(tmp_path / "bag", ros, STATES, messages)
+    refused(diagnose, bag, "--model", named_urdf, text=("two publishers", "take turns", "/joint_states"))
+
+
 def test_a_bag_without_joint_states_lists_its_topics(diagnose, named_urdf, tmp_path, ros):
     text = ros.types["std_msgs/msg/String"](data="hello")
     bag = written_bag(tmp_path / "bag", ros, {"/chatter": "std_msgs/msg/String"}, [("/chatter", 1.0, text)])
