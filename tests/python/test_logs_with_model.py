@@ -282,6 +282,18 @@ def test_two_publishers_of_the_same_joints_are_refused(diagnose, named_arm, name
     refused(diagnose, bag, "--model", named_urdf, text=("two publishers write to this topic", "/joint_states"))
 
 
+def test_messages_that_list_the_joints_in_changing_order_are_one_log(diagnose, named_arm, named_urdf, tmp_path, ros):
+    t, q, tau = moved(named_arm, rows=900)
+    random = np.random.default_rng(5)
+    messages = []
+    for a, b, c in zip(1_700_000_000 + t, q, tau):
+        order = random.permutation(len(NAMES))
+        messages.append(("/joint_states", a, state(ros, a, [NAMES[k] for k in order], b[order], c[order])))
+    bag = written_bag(tmp_path / "bag", ros, STATES, messages)
+    code, said, data = diagnose(bag, "--model", named_urdf, *QUICK)
+    assert code == 0 and data["verdict"] == "no_gap", said
+
+
 @pytest.mark.parametrize("late", [None, 0.1])
 def test_two_publishers_that_take_turns_are_refused(diagnose, named_arm, named_urdf, tmp_path, ros, late):
     """The second one publishes zeros, or the state of some time ago."""

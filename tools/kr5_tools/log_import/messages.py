@@ -33,7 +33,7 @@ class MessageTable:
         _flatten(message, "", values, names)
         if len(values) == 1:
             return  # no number but its time
-        columns = self.streams.setdefault((topic, tuple(names)), {})
+        columns = self.streams.setdefault((topic, tuple(sorted(names))), {})  # in any order
         rows = len(columns["log_time"]) if columns else 0
         for name in [n for n in values if n not in columns]:
             columns[name] = [np.nan] * rows
