@@ -153,6 +153,13 @@ def test_the_urdf_of_another_robot_is_told_by_its_loads(diagnose, named_arm, tmp
     refused(diagnose, "log.csv", "--model", "other.urdf", text="times what the simulation shows")
 
 
+def test_a_model_without_masses_is_refused(diagnose, named_arm, named_urdf, tmp_path):
+    case_logs.write_csv(tmp_path / "log.csv", joint_states(*moved(named_arm, rows=400)))
+    text = re.sub(r"<inertial>.*?</inertial>", "", (tmp_path / named_urdf).read_text(), flags=re.DOTALL)
+    (tmp_path / "light.urdf").write_text(text)
+    refused(diagnose, "log.csv", "--model", "light.urdf", text=("states no masses of its links", "<inertial>"))
+
+
 def test_efforts_in_percent_are_refused(diagnose, named_arm, named_urdf, tmp_path):
     t, q, tau = moved(named_arm, rows=400)
     columns = {"t": t}

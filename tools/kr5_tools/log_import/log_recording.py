@@ -57,6 +57,7 @@ def record_logs(logs: Sequence[Path], cell: Any, options: LogOptions, described:
         completed: list[str] = []
 
         def complete(recording: Any) -> None:
+            _require_masses(recording)
             if described and not constants_stated:
                 completed.extend(with_torque_constants(recording))
             completed.extend(with_noise(recording))
@@ -65,6 +66,15 @@ def record_logs(logs: Sequence[Path], cell: Any, options: LogOptions, described:
     known = known_errors(recording)
     notes += [*guessed.notes, *said, *completed, *_dead_notes(recording.cell, known.dead)]
     return LogRecording(recording, guessed.entry, guessed.told(), notes, problems, known.errors)
+
+
+def _require_masses(recording: Any) -> None:
+    loads = any("tau1" in e.data or "i1" in e.data for e in recording.experiments)
+    if loads and not recording.cell.robot.links:
+        terminal.fail(
+            "the model states no masses of its links, from which torques follow; choose a model with masses and"
+            " inertias (in a URDF: <inertial> of each link)"
+        )
 
 
 def _dead_notes(cell: Any, joints: list[int]) -> list[str]:
