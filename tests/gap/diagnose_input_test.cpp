@@ -1,6 +1,9 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
+#include <string>
+#include <vector>
 
 #include <catch2/catch.hpp>
 
@@ -271,34 +274,34 @@ TEST_CASE("beside an unknown cause the nearest effects are named, with the gap t
   CHECK(gap::to_json(d).find("\"joint\": \"b\"") != std::string::npos);
 }
 
-TEST_CASE("what a simulator is known to be off in a column is no structure there, and is one in others",
-          "[not_sanitized]") {
+namespace {
+
+/// Currents of a sound arm, with one that follows another joint, which no catalogue names: amplitude [A].
+cell::Recording with_stray_current(double amplitude) {
   Random random(44);
   cell::Recording r = protocol::only(protocol::record(protocol::nominal(), random), cell::Kind::Motion);
-  for (cell::Experiment& e : r.experiments) {
-    const Eigen::VectorXd q = e.data.column("qc4");
-    e.data.values.col(e.data.find("i2")) += 0.1 * (3.0 * q.array()).cos().matrix();
-  }
-  gap::DiagnoseOptions options;
-  options.max_effects = options.refits = options.beam = 1;
-  options.simulator_errors = {{"motion.i2", 0.15}};
-  const gap::Diagnosis known = gap::diagnose(r, predict::FastSimulator(), options);
+  for (cell::Experiment& e : r.experiments)
+    e.data.values.col(e.data.find("i2")) += amplitude * (3.0 * e.data.column("qc4").array()).cos().matrix();
+  return r;
+}
+
+gap::DiagnoseOptions with_known_error(const std::string& column, double error, bool of_recording) {
+  gap::DiagnoseOptions out;
+  out.max_effects = out.refits = out.beam = 1;
+  out.simulator_errors = {{column, error}};
+  out.errors_of_recording = of_recording;
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("what a simulator is known to be off in a column is no structure there, and is one in others",
+          "[not_sanitized]") {
+  const cell::Recording r = with_stray_current(0.1);
+  const gap::Diagnosis known = gap::diagnose(r, predict::FastSimulator(), with_known_error("motion.i2", 0.15, false));
   INFO(text(known));
   CHECK(known.verdict == gap::Verdict::NoGap);
-  options.errors_of_recording = true;
-  CHECK(gap::diagnose(r, predict::FastSimulator(), options).verdict == gap::Verdict::NoGap);
-  cell::Recording far = r;  // as much as the column shows, which no estimate from the recording excuses
-  for (cell::Experiment& e : far.experiments)
-    e.data.values.col(e.data.find("i2")) += 6.0 * (3.0 * e.data.column("qc4").array()).cos().matrix();
-  options.simulator_errors = {{"motion.i2", 6.0}};
-  const gap::Diagnosis estimated = gap::diagnose(far, predict::FastSimulator(), options);
-  INFO(text(estimated));
-  CHECK(estimated.verdict == gap::Verdict::Unknown);
-  REQUIRE_FALSE(estimated.unexplained.empty());
-  CHECK(estimated.unexplained.front().column == "i2");
-  options.errors_of_recording = false;
-  CHECK(gap::diagnose(far, predict::FastSimulator(), options).verdict == gap::Verdict::NoGap);
-  options.simulator_errors = {{"motion.i3", 0.15}};
+  gap::DiagnoseOptions options = with_known_error("motion.i3", 0.15, false);
   CHECK(gap::diagnose(r, predict::FastSimulator(), options).verdict != gap::Verdict::NoGap);
   const auto refused = [&](std::vector<gap::ColumnError> errors, const std::string& why) {
     options.simulator_errors = std::move(errors);
@@ -307,6 +310,31 @@ TEST_CASE("what a simulator is known to be off in a column is no structure there
   refused({{"motion.i3", -1.0}}, "motion.i3 must be finite and not negative");
   refused({{"motion.i3", 0.1}, {"motion.i3", 0.1}}, "motion.i3 is stated twice");
   refused({{"motion.j3", 0.1}}, "found column 'motion.j3', expected one of motion.fx");
+}
+
+TEST_CASE("an error estimated from the recording excuses no disturbance beyond noise, and its pattern is told",
+          "[not_sanitized]") {
+  // As large as an estimate from the recording makes it: the RMS of the disturbance.
+  const auto disturbed_by = [](double amplitude, const std::string& disturbed) {
+    cell::Recording r = with_stray_current(disturbed == "by joint 4" ? amplitude : 0.0);
+    if (disturbed == "by time")
+      for (cell::Experiment& e : r.experiments)
+        e.data.values.col(e.data.find("i2")) += amplitude * (9.0 * e.data.column("t").array()).sin().matrix();
+    return gap::diagnose(r, predict::FastSimulator(), with_known_error("motion.i2", amplitude / std::sqrt(2.0), true));
+  };
+  CHECK(disturbed_by(0.04, "by joint 4").verdict == gap::Verdict::NoGap);  // about the noise of 0.03 A
+  for (const auto& [disturbed, variable, how] : std::vector<std::array<std::string, 3>>{
+           {"by joint 4", "q4", ""}, {"by time", "t", "oscillates with a period of 0.69"}}) {
+    const gap::Diagnosis d = disturbed_by(0.5, disturbed);
+    INFO(disturbed << ": " << text(d));
+    CHECK(d.verdict == gap::Verdict::Unknown);
+    CHECK(d.reduction.before > 5.0);
+    REQUIRE_FALSE(d.unexplained.empty());
+    CHECK(d.unexplained.front().column == "i2");
+    REQUIRE_FALSE(d.unexplained.front().depends_on.empty());
+    CHECK(d.unexplained.front().depends_on.front().variable == variable);
+    CHECK_THAT(d.unexplained.front().depends_on.front().how, Catch::Contains(how));
+  }
 }
 
 TEST_CASE("friction of a description far from that of the arm is named on every joint, wherever the log is cut",

@@ -69,6 +69,20 @@ def test_currents_of_a_model_without_torque_constants_tell_them(diagnose, named_
     assert np.all(np.abs(values[:, 0] - constants) < 5 * values[:, 1] + 0.02 * constants)
 
 
+def test_a_disturbance_that_no_catalogue_names_is_left_over_with_its_joint_and_pattern(
+    diagnose, named_arm, named_urdf, tmp_path
+):
+    broken = carrying(named_arm, "coulomb_friction", "joint5", coulomb=3.0)
+    t, q, tau = moved(broken)
+    tau[:, 2] += 6.0 * np.sin(9.0 * t)
+    case_logs.write_csv(tmp_path / "log.csv", joint_states(t, q, tau))
+    code, said, data = diagnose("log.csv", "--model", named_urdf, *QUICK)
+    assert code == 0, said
+    assert data["verdict"] == "partly_explained" and causes(data) == [("coulomb_friction", "joint5")]
+    assert [p["column"] for p in data["unexplained"]] == ["tau3"]
+    assert "structure remains in the residuals of the torque of joint 3; it oscillates with a period of 0.69" in said
+
+
 @pytest.mark.parametrize("name", ["Time (s)", "time [s]", "rosbagTimestamp", "Time(s)"])
 def test_the_time_is_known_by_the_names_that_loggers_give_it(diagnose, named_arm, named_urdf, tmp_path, name):
     t, q, tau = moved(named_arm, rows=900)

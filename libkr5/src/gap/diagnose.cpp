@@ -248,7 +248,8 @@ class Diagnoser {
     progress(judging, 0.0);
     const FitProblem plain{data_, scatter_, {}, 0.0};
     mark_late_spikes();
-    const ResidualAnalysis before = analyze_residual(plain, groups_, empty_model(plain, base_), base_, options_);
+    ResidualAnalysis before = analyze_residual(plain, groups_, empty_model(plain, base_), base_, options_);
+    above_ = above_floor(data_, groups_, before);
     Model best = free_shape_is_likelier(models_.best()) ? models_.nominal() : models_.best();
     ResidualAnalysis rest = analyze_residual(problem_, groups_, best, base_, options_);
     std::vector<double> trusts = trusts_of(best, rest);
@@ -264,6 +265,7 @@ class Diagnoser {
       rest = analyze_residual(problem_, groups_, best, base_, options_);
     }
     set_verdict(rest);
+    for (ResidualAnalysis* found : {&before, &rest}) describe_beyond(data_, groups_, options_, *found);
     fill(best, before, rest);
     if (rest.any()) add_nearest(best, before);
     progress(judging, 1.0);
@@ -328,8 +330,7 @@ class Diagnoser {
       cause.probability = trusts[k] * probability(models_.all(), weights, name);
       cause.tied_with = ties(models_.all(), weights, best, k);
       cause.parameters = parameters(data_, best, k, weights.temperature);
-      cause.explained_fraction =
-          explained_fraction(data_, groups_, counted_residual(data_, base_), rest.without[k], rest.whole);
+      cause.explained_fraction = explained_fraction(data_, groups_, above_, rest.without[k], rest.whole);
       out_.causes.push_back(std::move(cause));
     }
   }
@@ -362,7 +363,7 @@ class Diagnoser {
       constexpr double nan = std::numeric_limits<double>::quiet_NaN();  // small errors of the cell are not taken out
       const Eigen::VectorXd left =
           model.residual.array().isNaN().select(nan, counted_residual(data_, model.residual).array());
-      out_.nearest.push_back({name.effect, name.target, gap_reduction(data_, groups_, before.shown, left).after,
+      out_.nearest.push_back({name.effect, name.target, gap_reduction(data_, groups_, above_, before.shown, left).after,
                               why_not(best, model, rest)});
     }
     std::stable_sort(out_.nearest.begin(), out_.nearest.end(),
@@ -398,7 +399,8 @@ class Diagnoser {
     if (out_.verdict == Verdict::NoGap) out_.where.clear();
     if (rest.any()) out_.unexplained = column_excesses(data_, groups_, rest);
     // Small errors of the nominal parameters alone are no cause, so that nothing is said to fall by them.
-    out_.reduction = gap_reduction(data_, groups_, before.shown, out_.causes.empty() ? before.shown : rest.shown);
+    out_.reduction =
+        gap_reduction(data_, groups_, above_, before.shown, out_.causes.empty() ? before.shown : rest.shown);
     out_.cell = setup_of(data_, judged.parts).cell;
     out_.next_experiment = next_experiment(data_, judged, models_.all(), out_.causes, options_.threads);
   }
@@ -408,6 +410,7 @@ class Diagnoser {
   ComparisonData data_;
   Eigen::VectorXd base_;
   std::vector<Group> groups_;
+  std::vector<bool> above_;  ///< Of the groups: above the floor at the nominal cell.
   NuisanceModel scatter_;
   int spikes_ = 0, checked_ = 0;
   mutable std::mutex telling_;

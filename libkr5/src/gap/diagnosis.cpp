@@ -59,7 +59,7 @@ Node place(const ColumnExcess& p, const cell::Robot& robot, bool with_share) {
   out["experiment"] = text(p.experiment);
   out["column"] = text(p.column);
   if (with_share) out["target"] = text(p.target);
-  if (with_share) add_joint(out, robot, p.target);
+  add_joint(out, robot, p.target);
   out["gap"] = Node::make_scalar(p.gap);
   if (with_share) out["share"] = Node::make_scalar(p.share);
   out["depends_on"] = dependences(p.depends_on);

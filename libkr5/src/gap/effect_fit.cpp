@@ -129,8 +129,13 @@ class EffectFitter {
     const Hypothesis& h = model.parts.front().candidate->hypothesis;
     const Eigen::VectorXd before = counted_residual(compared_.data, compared_.base);
     const Eigen::VectorXd after = counted_residual(compared_.data, model.residual);
-    EffectFit out{h.effect, h.target, h.choice, {}, explained_fraction(compared_.data, groups_, before, before, after),
-                  {}};
+    EffectFit out{
+        h.effect,
+        h.target,
+        h.choice,
+        {},
+        explained_fraction(compared_.data, groups_, above_floor(compared_.data, groups_, before), before, after),
+        {}};
     out.parameters = parameters(compared_.data, model, 0, posterior(problem_, {model}).temperature);
     for (const Group& group : groups_) {
       const Gap from = gap_of(compared_.data, group.judged, before), to = gap_of(compared_.data, group.judged, after);

@@ -147,6 +147,8 @@ def dependence_text(dependence: dict[str, Any], kind: str | None = None) -> str:
         return f"{turn}is a constant offset"
     if how.startswith("drifts slowly"):
         return f"{turn}drifts slowly"
+    if how.startswith("oscillates"):
+        return f"{turn}{how}"
     if m := re.match(r"(below|above|between) ", how):
         return f"{turn}is largest where the {name} is {how}"
     return f"{turn}{how.replace('with it', f'with the {name}')}"
@@ -290,7 +292,7 @@ def _agreement_text(data: dict[str, Any], limited: bool) -> str:
         + (
             _left_text(shrink["after"])
             if data["verdict"] == "explained"
-            else f"structure remains in the residuals of {_rest(data)}."
+            else f"structure remains in the residuals of {_rest(data)}{_pattern(data)}."
         )
     )
     return " ".join(said)
@@ -299,13 +301,22 @@ def _agreement_text(data: dict[str, Any], limited: bool) -> str:
 def _left_text(after: float) -> str:
     if after < NEAR_NOISE:
         return "no structure is left in the residuals."
-    return "what is left is no more than the best rigid model of the arm leaves."
+    return "what is left is within the accuracy of a simulation."
 
 
 def _rest(data: dict[str, Any]) -> str:
     places = [column_text(f"{p['experiment']}.{p['column']}") for p in data["unexplained"]]
     more = f" and {len(places) - 3} more columns" if len(places) > 3 else ""
     return "the " + (join_list(places) if not more else ", ".join(places[:3]) + more)
+
+
+def _pattern(data: dict[str, Any]) -> str:
+    """What the residual of the only column left does, or of the one that is most off."""
+    top = data["unexplained"][0]
+    if not top["depends_on"]:
+        return ""
+    which = "it" if len(data["unexplained"]) == 1 else "the first of them"
+    return f"; {which} {dependence_text(top['depends_on'][0], top['experiment'])}"
 
 
 def next_steps(data: dict[str, Any], source: str, model: str | None = None) -> list[str]:

@@ -18,6 +18,7 @@ SHOWN = 3.0  # standard deviations from which friction or an offset beside it co
 SURE = 5.0  # standard deviations that a torque constant must be above zero
 FRICTION_SPEED = 0.002  # [rad/s or m/s] over which dry friction changes its sign, as in the format of cells
 DEAD_SHARE = 0.1  # of the spread of the model's loads, below which a column shows nothing of them
+SHOWN_BY_CHANCE = 2.0  # standard deviations that what a model leaves may seem smaller than it is
 NO_WEIGHT = 100.0  # times what a column leaves, which then says nothing for any effect
 UNLIKE = 0.5  # correlation, from which a column shows the loads in another unit
 NORMAL_MAD = 1.4826  # standard deviation over median absolute deviation
@@ -268,7 +269,8 @@ def known_errors(recording: Any) -> KnownErrors:
     if family == "i":
         left = left @ np.linalg.inv(np.asarray(cell.drives.structure)) / np.asarray(cell.drives.torque_constant)
     noise = np.array([cell.noise.of("torque" if family == "tau" else "current", k) for k in range(n)])
-    smooth = np.sqrt(np.maximum((left**2).mean(axis=0) - noise**2, 0.0))
+    scatter = SHOWN_BY_CHANCE * np.sqrt(2 / len(left)) * noise**2  # of a mean square
+    smooth = np.sqrt(np.maximum((left**2).mean(axis=0) - noise**2 + scatter, scatter))
     stated = [k for k in range(n) if noise[k] > 0]  # others are not compared
     errors = [kr5.gap.ColumnError(column=f"motion.{family}{k + 1}", error=float(smooth[k])) for k in stated]
     return KnownErrors(errors, dead)

@@ -36,8 +36,8 @@ struct DiagnoseOptions {
   /// structure. For a real arm: what the best model of it leaves, which no effect of the catalogue need explain.
   std::vector<ColumnError> simulator_errors;
   /// Whether `simulator_errors` were estimated from the recording itself. They then keep effects from being blamed for
-  /// them, and a column that stays off by more than twice its noise and a third of what it shows is unexplained
-  /// all the same.
+  /// them, and a column that stays off by more than twice its noise, and by more than twice `simulator_accuracy` of
+  /// what it shows, is unexplained all the same.
   bool errors_of_recording = false;
   /// Hypotheses for this diagnosis only; an effect for every place is registered (kr5/cell/effect_registry.hpp).
   std::vector<Hypothesis> own_hypotheses;

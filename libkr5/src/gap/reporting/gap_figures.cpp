@@ -15,12 +15,11 @@ double widening_of(const ComparisonData& data, const Group& group) {
   return group.judged.empty() ? 1.0 : data.blocks[group.judged.front()].widening;
 }
 
-/// Groups above the floor at the nominal cell.
-std::vector<const Group*> exceeding(const ComparisonData& data, const std::vector<Group>& groups,
-                                    const Eigen::VectorXd& before) {
+/// Groups above the floor.
+std::vector<const Group*> exceeding(const std::vector<Group>& groups, const std::vector<bool>& above) {
   std::vector<const Group*> out;
-  for (const Group& group : groups)
-    if (above_floor(gap_of(data, group.judged, before))) out.push_back(&group);
+  for (std::size_t g = 0; g < groups.size(); ++g)
+    if (above[g]) out.push_back(&groups[g]);
   return out;
 }
 
@@ -87,13 +86,31 @@ bool above_floor(const Gap& gap) {
   return gap.samples > 0 && gap.samples * gap.rms * gap.rms > uncertainty::chi_square_quantile(0.999, gap.samples);
 }
 
+std::vector<bool> above_floor(const ComparisonData& data, const std::vector<Group>& groups,
+                              const Eigen::VectorXd& counted) {
+  std::vector<bool> out;
+  for (const Group& group : groups) out.push_back(above_floor(gap_of(data, group.judged, counted)));
+  return out;
+}
+
+std::vector<bool> above_floor(const ComparisonData& data, const std::vector<Group>& groups,
+                              const ResidualAnalysis& found) {
+  std::vector<bool> out = above_floor(data, groups, found.shown);
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    Gap over_noise = gap_of(data, groups[g].judged, found.shown);
+    over_noise.rms *= widening_of(data, groups[g]);
+    out[g] = out[g] || ((found.structured[g] || found.beyond[g]) && above_floor(over_noise));
+  }
+  return out;
+}
+
 std::vector<ColumnExcess> column_excesses(const ComparisonData& data, const std::vector<Group>& groups,
                                           const ResidualAnalysis& rest) {
   std::vector<ColumnExcess> out;
   double total = 0.0;
+  const std::vector<bool> above = above_floor(data, groups, rest);
   for (std::size_t g = 0; g < groups.size(); ++g) {
-    const Gap gap = gap_of(data, groups[g].judged, rest.shown);
-    if (!rest.structured[g] && !rest.beyond[g] && !above_floor(gap)) continue;
+    if (!rest.structured[g] && !above[g]) continue;
     std::vector<Dependence> depends = rest.structure[g].dependences;
     if (depends.size() > 3) depends.resize(3);
     const double over_noise = gap_over_noise(data, groups[g], rest.shown);
@@ -107,23 +124,23 @@ std::vector<ColumnExcess> column_excesses(const ComparisonData& data, const std:
   return out;
 }
 
-GapReduction gap_reduction(const ComparisonData& data, const std::vector<Group>& groups, const Eigen::VectorXd& before,
-                           const Eigen::VectorXd& after) {
-  const std::vector<const Group*> above = exceeding(data, groups, before);
+GapReduction gap_reduction(const ComparisonData& data, const std::vector<Group>& groups, const std::vector<bool>& above,
+                           const Eigen::VectorXd& before, const Eigen::VectorXd& after) {
+  const std::vector<const Group*> shown = exceeding(groups, above);
   GapReduction out;
-  out.before = rms_gap(data, above, before);
-  out.after = rms_gap(data, above, after);
-  out.before_ci = bootstrap(data, above, before);
-  out.after_ci = bootstrap(data, above, after);
-  for (const Group* group : above)
+  out.before = rms_gap(data, shown, before);
+  out.after = rms_gap(data, shown, after);
+  out.before_ci = bootstrap(data, shown, before);
+  out.after_ci = bootstrap(data, shown, after);
+  for (const Group* group : shown)
     out.columns.push_back({group->name(), gap_over_noise(data, *group, before), gap_over_noise(data, *group, after)});
   return out;
 }
 
-double explained_fraction(const ComparisonData& data, const std::vector<Group>& groups, const Eigen::VectorXd& before,
+double explained_fraction(const ComparisonData& data, const std::vector<Group>& groups, const std::vector<bool>& above,
                           const Eigen::VectorXd& without, const Eigen::VectorXd& with) {
   double from = 0.0, to = 0.0;
-  for (const Group* group : exceeding(data, groups, before)) {
+  for (const Group* group : exceeding(groups, above)) {
     from += std::pow(gap_over_noise(data, *group, without), 2) - 1;
     to += std::pow(gap_over_noise(data, *group, with), 2) - 1;
   }

@@ -13,6 +13,13 @@ namespace kr5::gap {
 /// Whether a gap is more than noise alone shows once in 1000 columns.
 bool above_floor(const Gap& gap);
 
+/// The same of each group; with an analysis, also where more than the sensor's noise is left that is structured or
+/// beyond what the simulator is known to be off.
+std::vector<bool> above_floor(const ComparisonData& data, const std::vector<Group>& groups,
+                              const Eigen::VectorXd& counted);
+std::vector<bool> above_floor(const ComparisonData& data, const std::vector<Group>& groups,
+                              const ResidualAnalysis& found);
+
 /// RMS residual of the judged blocks of a group over the noise of their sensor.
 double gap_over_noise(const ComparisonData& data, const Group& group, const Eigen::VectorXd& counted);
 
@@ -21,11 +28,11 @@ std::vector<ColumnExcess> column_excesses(const ComparisonData& data, const std:
                                           const ResidualAnalysis& rest);
 
 /// The gap before and after over the columns that stand above the floor before.
-GapReduction gap_reduction(const ComparisonData& data, const std::vector<Group>& groups, const Eigen::VectorXd& before,
-                           const Eigen::VectorXd& after);
+GapReduction gap_reduction(const ComparisonData& data, const std::vector<Group>& groups, const std::vector<bool>& above,
+                           const Eigen::VectorXd& before, const Eigen::VectorXd& after);
 
 /// Part of the excess over those columns that goes from `without` to `with`.
-double explained_fraction(const ComparisonData& data, const std::vector<Group>& groups, const Eigen::VectorXd& before,
+double explained_fraction(const ComparisonData& data, const std::vector<Group>& groups, const std::vector<bool>& above,
                           const Eigen::VectorXd& without, const Eigen::VectorXd& with);
 
 }  // namespace kr5::gap

@@ -32,6 +32,11 @@ struct ResidualAnalysis {
 ResidualAnalysis analyze_residual(const FitProblem& problem, const std::vector<Group>& groups, const Model& model,
                                   const Eigen::VectorXd& base, const DiagnoseOptions& options);
 
+/// Finds what the columns beyond what is known depend on, by tests against noise alone: tested against what the
+/// simulator is known to be off, they show nothing.
+void describe_beyond(const ComparisonData& data, const std::vector<Group>& groups, const DiagnoseOptions& options,
+                     ResidualAnalysis& rest);
+
 /// Whether an effect explains no more than the simulator may be off with the others: `with` is the model, `without` the
 /// same fitted without the effect. A discrepancy has a dozen shapes to choose from in a column, any of which an effect
 /// may have; twice what falls to one of them is its limit.

@@ -150,8 +150,8 @@ Gap gap_of(const ComparisonData& data, const std::vector<int>& blocks, const Eig
   return out;
 }
 
-std::vector<Test> tests(const ComparisonData& data, const Group& group, const Eigen::VectorXd& counted) {
-  const Stack s = stack(data, group, counted);
+std::vector<Test> tests(const ComparisonData& data, const Group& group, const Eigen::VectorXd& counted, double scale) {
+  const Stack s = stack(data, group, scale * counted);
   std::vector<Test> out;
   out.push_back({"", "size", s.r.squaredNorm(), std::max(s.use.sum(), 1.0)});
   if (group.kind != cell::Kind::Poses)
@@ -175,8 +175,8 @@ double p_value(const Test& test, double discrepancy) {
 }
 
 Structure structure(const ComparisonData& data, const Group& group, const Eigen::VectorXd& counted, double discrepancy,
-                    double level) {
-  const std::vector<Test> all = tests(data, group, counted);
+                    double level, double scale) {
+  const std::vector<Test> all = tests(data, group, counted, scale);
   const double excess = std::max(all.front().statistic - all.front().dof, 1e-9);
   const double count = static_cast<double>(all.size());
   Structure out;

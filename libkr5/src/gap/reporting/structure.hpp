@@ -42,8 +42,9 @@ struct Test {
   double dof = 1.0;
 };
 
-/// All tests of a column. `value` is its prediction (recorded less residual).
-std::vector<Test> tests(const ComparisonData& data, const Group& group, const Eigen::VectorXd& counted);
+/// All tests of a column. `scale`: residuals over noise, per residual over sigma.
+std::vector<Test> tests(const ComparisonData& data, const Group& group, const Eigen::VectorXd& counted,
+                        double scale = 1.0);
 
 /// Probability that noise, plus a discrepancy whose sum of squares is `discrepancy`, is no smaller.
 double p_value(const Test& test, double discrepancy);
@@ -56,7 +57,7 @@ struct Structure {
   std::vector<Dependence> dependences;
 };
 Structure structure(const ComparisonData& data, const Group& group, const Eigen::VectorXd& counted, double discrepancy,
-                    double level);
+                    double level, double scale = 1.0);
 
 /// The catalogue-free hypothesis: the most that one smooth shape in one column (a constant, or a line over what the
 /// column may depend on, also against the direction of motion) takes from the sum of squares, less 2 log of the size a

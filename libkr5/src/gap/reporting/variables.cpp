@@ -96,4 +96,9 @@ std::vector<Variable> variables(const ComparisonData& data, const Group& group, 
   return out;
 }
 
+Eigen::VectorXd velocity(const cell::Experiment& experiment, int joint) {
+  const int at = experiment.data.find("qc" + std::to_string(joint + 1));
+  return at < 0 ? Eigen::VectorXd() : rate(experiment.data.values.col(at), experiment);
+}
+
 }  // namespace kr5::gap

@@ -25,4 +25,8 @@ struct Variable {
 /// column.
 std::vector<Variable> variables(const ComparisonData& data, const Group& group, const Eigen::VectorXd& counted);
 
+/// Velocity of a joint (from 0) in each row, from its commanded or measured course; empty where there is none.
+/// [rad/s or m/s]
+Eigen::VectorXd velocity(const cell::Experiment& experiment, int joint);
+
 }  // namespace kr5::gap
