@@ -264,6 +264,7 @@ class Diagnoser {
       best = models_.nominal();
       rest = analyze_residual(problem_, groups_, best, base_, options_);
     }
+    if (out_.causes.empty() && !before.any()) rest = before;  // small errors of the cell need explain nothing
     set_verdict(rest);
     for (ResidualAnalysis* found : {&before, &rest}) describe_beyond(data_, groups_, options_, *found);
     fill(best, before, rest);
