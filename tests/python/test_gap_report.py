@@ -18,6 +18,7 @@ import yaml
 
 from kr5_tools.cli.numbers import format_percent
 from kr5_tools.gap.terminal_report import cause_line
+from kr5_tools.gap_report.clock_faults import clock_faults
 from kr5_tools.gap_report.evidence import parameter_rows
 from kr5_tools.gap_report.evidence_data import Evidence, gap_of, seen_noise
 from kr5_tools.gap_report.messages import (
@@ -263,6 +264,14 @@ def test_noise_is_counted_as_the_diagnosis_saw_it():
         ["noise of force in press is 0.70 +- 0.02 times what the cell declares; the measured noise is used"]
     )
     assert "force in press 0.70 ± 0.02" in said[0][0]
+
+
+def test_a_clock_fault_of_a_recording_is_told_with_the_entry_of_its_map():
+    warning = "wrench of motion: logged 6.50 +- 0.25 ms early relative to the other columns; this is not an effect"
+    (fault,) = clock_faults([warning, "3 samples are spikes and were left out"])
+    assert fault.text == "the wrench of motion was logged 6.50 ± 0.25 ms early relative to the other columns"
+    assert "columns.wrench: {delay: -0.0065} in the map" in fault.remedy("monday", of_logs=False)
+    assert warning_notes([warning]) == []
 
 
 def test_explain_fits_an_effect_and_finds_its_size(recorded, run_kr5):

@@ -83,6 +83,19 @@ def test_a_disturbance_that_no_catalogue_names_is_left_over_with_its_joint_and_p
     assert "structure remains in the residuals of the torque of joint 3; it oscillates with a period of 0.69" in said
 
 
+def test_torques_that_are_logged_late_are_told_first_and_the_remedy_works(diagnose, named_arm, named_urdf, tmp_path):
+    t, q, tau = moved(named_arm)
+    tau = np.vstack([np.repeat(tau[:1], 4, axis=0), tau[:-4]])  # 32 ms
+    case_logs.write_csv(tmp_path / "log.csv", joint_states(t, q, tau))
+    code, said, data = diagnose("log.csv", "--model", named_urdf, *QUICK)
+    assert code == 0 and data["verdict"] == "unknown", said
+    assert re.match(r"Unknown. The joint torques were logged 3[12]\.\d+ ± 0\.\d+ ms late relative to the other", said)
+    option = re.search(r"--set (columns\.tau\.delay=[\d.]+)", said)[1].rstrip(".")
+    code, said, data = diagnose("log.csv", "--model", named_urdf, "--set", option, *QUICK)
+    assert code == 0 and data["verdict"] == "no_gap", said
+    assert "their times are corrected" in said
+
+
 @pytest.mark.parametrize("name", ["Time (s)", "time [s]", "rosbagTimestamp", "Time(s)"])
 def test_the_time_is_known_by_the_names_that_loggers_give_it(diagnose, named_arm, named_urdf, tmp_path, name):
     t, q, tau = moved(named_arm, rows=900)

@@ -52,7 +52,7 @@ def print_diagnosis(data: dict[str, Any], source: ComparedSource, to: Any, every
         )
     _say_list(to, "Notes", notes)
     model = str(source.model.file) if source.model else None
-    steps = next_steps(data, source.command, model)
+    steps = next_steps({**data, "input": source.inputs}, source.command, model)
     _say_list(to, "Next steps", [step.replace("`", "") for step in steps])
 
 

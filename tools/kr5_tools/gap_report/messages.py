@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from kr5_tools.cli.numbers import format_number, format_percent, text_unit
+from kr5_tools.gap_report.clock_faults import clock_faults
 from kr5_tools.model_files.kinds import ENDINGS
 
 NEAR_NOISE = 2.0  # times the noise, up to which a gap is that of noise and small errors
@@ -275,11 +276,13 @@ def _agreement_text(data: dict[str, Any], limited: bool) -> str:
             )
         return "There is no gap: simulation and recording agree within noise. No correction is needed."
     said = [
+        *(f"{capitalised(fault.text)}." for fault in clock_faults(data.get("warnings", []))),
         f"The gap is {shrink['before']:{'.1f' if shrink['before'] >= 10 else '.2f'}} times the noise in the"
-        f" {'columns' if len(where) > 1 else 'column'} above the limit; {location_text(where)}."
+        f" {'columns' if len(where) > 1 else 'column'} above the limit; {location_text(where)}.",
     ]
     if not causes:
-        return f"{said[0]} No effect of the catalogue explains it, so no cause is named."
+        late = ", with these times as they are" if len(said) > 1 else ""
+        return " ".join([*said, f"No effect of the catalogue explains it{late}, so no cause is named."])
     ties = sorted({effect_text(t["effect"], t["target"]) for c in causes for t in c["tied_with"]})
     said.append(
         f"{'Causes' if len(causes) > 1 else 'Cause'}: {join_first([cause_text(c) for c in causes])}"
@@ -331,6 +334,8 @@ def next_steps(data: dict[str, Any], source: str, model: str | None = None) -> l
                 "For what it shows, use the cell as it is.",
             ]
         return ["Use the cell as it is. Record again after a repair, a crash or a change of tool."]
+    of_logs = "logs" in data.get("input", {})
+    steps += [fault.remedy(source, of_logs) for fault in clock_faults(data.get("warnings", []))]
     ties, do = [t for c in data["causes"] for t in c["tied_with"]], data["next_experiment"]["do"]
     if ties and do:
         steps.append(
@@ -348,10 +353,11 @@ def next_steps(data: dict[str, Any], source: str, model: str | None = None) -> l
         )
     if data["unexplained"]:
         top = data["unexplained"][0]
+        column = column_text(f"{top['experiment']}.{top['column']}")
         depends = f": its gap {dependence_text(top['depends_on'][0], top['experiment'])}" if top["depends_on"] else ""
         steps.append(
-            f"First check whether sensor, units and frame of the {column_text(top['experiment'] + '.' + top['column'])}"
-            f" are as the recording states{depends}."
+            f"{'Then' if steps else 'First'} check whether sensor, units and frame of the {column} are as the"
+            f" recording states{depends}."
         )
         steps.append(
             "Repeat the recording. A residual that recurs belongs to the cell and can be described by a custom"
@@ -394,7 +400,11 @@ def warning_notes(warnings: list[str]) -> list[tuple[str, str]]:
     noise = [
         m for m in (re.match(r"noise of (\w+(?: in \w+)?) is ([\d.]+ (?:\+-|±) [\d.]+)", w) for w in warnings) if m
     ]
-    out = [(capitalised(f"{w}."), SPIKES if "spikes" in w else "") for w in warnings if not w.startswith("noise of")]
+    out = [
+        (capitalised(f"{w.replace('+-', '±')}."), SPIKES if "spikes" in w else "")
+        for w in warnings
+        if not w.startswith("noise of") and not clock_faults([w])
+    ]
     if noise:
         each = join_list([f"{m[1].replace('_', ' ')} {m[2].replace('+-', '±')}" for m in noise])
         out.append((f"The measured noise differs from the declared one by these factors: {each}.", NOISE))

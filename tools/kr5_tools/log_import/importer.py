@@ -159,6 +159,12 @@ class Importer:
         values = to_si(source, name, np.column_stack(raw), self.cell, self.note)
         if not is_timed(experiment):
             return self.still_values(source, log, Series(own, values), keep)
+        if source.delay:
+            own = own - source.delay
+            self.note(
+                f"{source.members[0]} and similar columns were logged {1e3 * abs(source.delay):g} ms"
+                f" {'late' if source.delay > 0 else 'early'}; their times are corrected"
+            )
         out = self.in_order(
             self.without_missing(source, log, Series(own, values), keep if own is t else None), experiment
         )

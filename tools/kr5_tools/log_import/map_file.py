@@ -106,6 +106,9 @@ class SourceEntry(Document):
     frame: Pose | None = Field(None, description="pose of the sensor of the log in S [m, rad]")
     log: str | None = Field(None, description="file of these columns, where it is not the main log")
     clock: Clock | None = Field(None, description="clock of these columns, where they have one of their own")
+    delay: float = Field(
+        0.0, allow_inf_nan=False, description="time after the other columns at which they were logged [s]"
+    )
     missing: Literal["fail", "interpolate", "drop"] = Field(
         "fail", description="what is done with rows without a number"
     )
@@ -168,6 +171,7 @@ class Source:
     frame: list[float] | None = None
     log: str | None = None
     clock: Clock | None = None
+    delay: float = 0.0
     missing: str = "fail"
 
 
@@ -326,6 +330,7 @@ def read_source(
         frame=entry.frame,
         log=entry.log,
         clock=entry.clock,
+        delay=entry.delay,
         missing=entry.missing,
     )
 
