@@ -153,17 +153,44 @@ TEST_CASE("a zero of a joint turns the origin of that joint alone") {
   CHECK(difference(parse_urdf(update.xml, "t").cell, cell) < 1e-13);
 }
 
-TEST_CASE("a payload goes to the link of the last joint, and leaves what is fixed to it") {
+TEST_CASE("a payload becomes a link on the tip, which is the tool of the cell again") {
   Cell cell = described_cell();
   REQUIRE(cell.robot.links[1].mass == 1.5);
-  if (!cell.tool) cell.tool.emplace();
+  REQUIRE(cell.tool.has_value());
   cell.tool->mass = 0.7;
   cell.tool->com = {0.02, 0.0, 0.05};
+  cell.tool->T_flange_sensor.translation().z() = 0.04;
   const UrdfUpdate update = update_urdf(described, "two.urdf", cell);
-  CHECK(update.changes == std::vector<std::string>{"link b: inertial"});
-  CHECK_THAT(update.xml, Contains("<link name=\"plate\"><inertial><mass value=\"0.5\"/></inertial></link>"));
-  CHECK(parse_urdf(update.xml, "t", {.tip = "b"}).cell.robot.links[1].mass == Approx(2.2));
-  CHECK(difference(parse_urdf(update.xml, "t").cell, cell) < 1e-13);
+  const UrdfImport back = parse_urdf(update.xml, "t");
+  CHECK(update.changes == std::vector<std::string>{"link payload: added, fixed to " + back.tip});
+  CHECK(back.tip == parse_urdf(described, "t").tip);
+  CHECK(back.cell.robot.links[1].mass == 1.5);
+  CHECK(difference(back.cell, cell) < 1e-13);
+  REQUIRE(back.cell.tool.has_value());
+  CHECK(back.cell.tool->mass == 0.7);
+  CHECK(back.cell.tool->com.isApprox(cell.tool->com, 1e-14));
+  CHECK(back.cell.tool->T_flange_sensor.isApprox(cell.tool->T_flange_sensor, 1e-14));
+
+  cell.tool->mass = 0.9;
+  const UrdfUpdate again = update_urdf(update.xml, "t", cell);
+  CHECK(again.changes == std::vector<std::string>{"link payload: inertial"});
+  CHECK(parse_urdf(again.xml, "t").cell.tool->mass == 0.9);
+  CHECK_THROWS_WITH(update_urdf(replaced(described, "name=\"world\"/>", "name=\"world\"/><link name=\"payload\"/>"),
+                                "two.urdf", cell, {.base = "world", .tip = back.tip}),
+                    Contains("there is a link payload already"));
+}
+
+TEST_CASE("what a force sensor of an exported cell bears is its tool again") {
+  Random random(5);
+  Cell cell = tuned(described_cell(), random);
+  cell.tool->T_flange_sensor = to_pose(Vector6(random_vector(random, 6, 0.1)));
+  cell.tool->inertia << 0.01, 0.02, 0.015, 0.001, 0.0, -0.001;
+  const Cell back = parse_urdf(to_urdf(cell), "t").cell;
+  CHECK(difference(back, cell) < 1e-12);
+  REQUIRE(back.tool.has_value());
+  CHECK(back.tool->mass == Approx(cell.tool->mass).epsilon(1e-12));
+  CHECK(back.tool->com.isApprox(cell.tool->com, 1e-10));
+  CHECK(back.tool->inertia.isApprox(cell.tool->inertia, 1e-10));
 }
 
 TEST_CASE("a link that is lighter than what is fixed to it takes over all of its mass") {

@@ -5,6 +5,8 @@ import re
 
 import kr5
 import kr5.cell
+import kr5.io
+import kr5.predict
 import numpy as np
 import pytest
 
@@ -19,6 +21,7 @@ from arm_logs import (
     moved,
     refused,
     state,
+    swing,
     written_bag,
 )
 
@@ -94,6 +97,40 @@ def test_torques_that_are_logged_late_are_told_first_and_the_remedy_works(diagno
     code, said, data = diagnose("log.csv", "--model", named_urdf, "--set", option, *QUICK)
     assert code == 0 and data["verdict"] == "no_gap", said
     assert "their times are corrected" in said
+
+
+def wrench_log(arm, seed):
+    """Joint states, and what a force sensor on the flange shows."""
+    random = np.random.default_rng(seed)
+    t, q, tau = moved(arm, seed=seed)
+    e = kr5.cell.Experiment(name="m", kind="motion", file="m.csv", split="fit")
+    e.joint_reference = kr5.cell.JointReference("measured")
+    e.data = kr5.io.Table(["t", *(f"qc{k + 1}" for k in range(6))], np.column_stack([t, swing(t)]))
+    shown = kr5.predict.FastSimulator().predict(arm, e)
+    words = {
+        f"{k}{axis}": f"/ft/wrench/{name}/{axis}" for k, name in (("f", "force"), ("t", "torque")) for axis in "xyz"
+    }
+    columns = {
+        word: np.asarray(shown[n]) + random.normal(0, 0.2 if n[0] == "f" else 0.01, len(t)) for n, word in words.items()
+    }
+    return joint_states(t, q, tau) | columns
+
+
+def test_a_payload_goes_into_the_urdf_where_the_force_sensor_bears_it(diagnose, named_arm, tmp_path):
+    bare = kr5.cell.Cell(robot=named_arm.robot, name="arm")
+    kr5.cell.export_urdf(bare, tmp_path / "bare.urdf")
+    bare.tool = kr5.cell.Tool()
+    loaded = carrying(bare, "payload", "tool", mass=2.0, com=[0.01, 0.02, 0.08])
+    for seed in (1, 2):
+        case_logs.write_csv(tmp_path / f"log{seed}.csv", wrench_log(loaded, seed))
+    code, said, data = diagnose("log1.csv", "--model", "bare.urdf", "--write-model", "tuned.urdf", *QUICK)
+    assert code == 0 and causes(data) == [("payload", "tool")] and data["verdict"] == "explained", said
+    code, said, fresh = diagnose("log2.csv", "--model", "tuned.urdf", command="measure")
+    assert code == 0 and fresh["gap"] < 1.05, said
+    assert (
+        max(v for name, v in fresh["columns"].items() if name.split(".")[1] in ("fx", "fy", "fz", "tx", "ty", "tz"))
+        < 1.2
+    )
 
 
 @pytest.mark.parametrize("name", ["Time (s)", "time [s]", "rosbagTimestamp", "Time(s)"])

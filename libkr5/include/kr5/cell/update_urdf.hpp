@@ -23,7 +23,8 @@ struct UrdfUpdate {
 /// `parse_urdf` of the result, with the same base and tip, gives poses and torques of the cell to 1e-12 (in a simulator
 /// that lumps fixed links, as all do). A changed mass goes to the link that the joint moves; where that would leave it
 /// no mass, it takes over the masses of all that is fixed to it. A tip that is the last moving link and lies elsewhere
-/// now becomes a link of its own, tool_tip. The effects of the cell are not read: fold them first.
+/// now becomes a link of its own, tool_tip; the mass of the tool goes to the link `sensor` or `payload`, added to the
+/// tip where neither is there, so that a force sensor bears it. The effects of the cell are not read: fold them first.
 /// @param cell Arm and tool; without links or drives the masses or the friction of the document stay.
 /// @param options Base and tip, as at the import.
 /// @throws IoError as parse_urdf, and for a URDF of another robot: joints of other names or another number, or an arm

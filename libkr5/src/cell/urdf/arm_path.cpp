@@ -20,6 +20,7 @@ class PathFinder {
   ArmPath run() {
     find_path();
     place(out_.base, Pose::Identity(), 0);
+    find_tool();
     return std::move(out_);
   }
 
@@ -49,6 +50,11 @@ class PathFinder {
                        [&](const UrdfJoint* j) { return j->moves() || carries_joints(j->child); });
   }
 
+  /// Whether a joint holds a payload, behind which no tip is.
+  bool is_payload(const UrdfJoint& joint) const {
+    return !joint.moves() && joint.child == payload_link && model_.children_of(joint.child).empty();
+  }
+
   /// Follows the moving joints, then the fixed links behind the last of them, as long as there is one way.
   std::string only_end() const {
     std::string at = out_.base;
@@ -56,6 +62,7 @@ class PathFinder {
       std::vector<const UrdfJoint*> ways = model_.children_of(at);
       if (carries_joints(at))
         std::erase_if(ways, [&](const UrdfJoint* j) { return !j->moves() && !carries_joints(j->child); });
+      std::erase_if(ways, [&](const UrdfJoint* j) { return is_payload(*j); });
       if (ways.empty()) return at;
       if (ways.size() > 1) {
         std::vector<std::string> names;
@@ -94,6 +101,30 @@ class PathFinder {
       if (joint->moves() && !next && carrier > 0) out_.held.push_back(joint->name);
       place(joint->child, T * joint->T_parent_child, carrier + next);
     }
+  }
+
+  /// Whether fixed joints alone connect a link to the last that the arm moves.
+  bool is_held_by_flange(std::string link) const {
+    while (link != out_.joints.back()->child) {
+      const UrdfJoint* joint = model_.parent_of(link);
+      if (!joint || joint->moves()) return false;
+      link = joint->parent;
+    }
+    return true;
+  }
+
+  void find_tool() {
+    for (const char* name : {sensor_link, payload_link}) {
+      if (!out_.links.contains(name) || out_.links.at(name).carrier != out_.joints.size() || !is_held_by_flange(name))
+        continue;
+      out_.tool = name;
+      return add_to_tool(name);
+    }
+  }
+
+  void add_to_tool(const std::string& link) {
+    out_.of_tool.insert(link);
+    for (const UrdfJoint* joint : model_.children_of(link)) add_to_tool(joint->child);
   }
 
   const UrdfModel& model_;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -23,7 +24,13 @@ struct ArmPath {
   std::vector<const UrdfJoint*> joints;      ///< That move, from the base.
   std::map<std::string, CarriedLink> links;  ///< All behind the base.
   std::vector<std::string> held;             ///< Joints beside the arm.
+  std::string tool;               ///< Link that stands for the force sensor or a payload; empty: there is none.
+  std::set<std::string> of_tool;  ///< That link and all that it carries, which is the tool of a cell.
 };
+
+/// Links that stand for what hangs on the flange, where fixed joints connect them to the last moving link.
+constexpr const char* sensor_link = "sensor";
+constexpr const char* payload_link = "payload";
 
 /// @throws IoError as import_urdf for an arm that cannot be found.
 ArmPath find_arm_path(const UrdfModel& model, const UrdfOptions& options);

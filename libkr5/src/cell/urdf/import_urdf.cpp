@@ -64,7 +64,7 @@ ArmLinks links_of(const UrdfModel& model, const ArmPath& path) {
   for (const UrdfJoint* joint : path.joints)
     out.links.push_back(link_of(*joint, path.links.at(joint->child).T_base_link));
   for (const auto& [name, carried] : path.links) {
-    if (carried.carrier == 0) continue;
+    if (carried.carrier == 0 || path.of_tool.contains(name)) continue;
     const Body& body = model.links.at(name);
     require_body(model, name, body);
     ArmLink& link = out.links[carried.carrier - 1];
@@ -72,6 +72,25 @@ ArmLinks links_of(const UrdfModel& model, const ArmPath& path) {
   }
   out.T_base_tip = path.links.at(path.tip).T_base_link;
   return out;
+}
+
+/// Gives the cell what hangs on the flange as its tool: a force sensor there bears it.
+void add_tool(Cell& cell, const UrdfModel& model, const ArmPath& path) {
+  if (path.tool.empty()) return;
+  if (!cell.tool) cell.tool.emplace();
+  Tool& tool = *cell.tool;
+  const Pose T_base_sensor = path.links.at(path.tool).T_base_link,
+             T_base_flange = path.links.at(path.tip).T_base_link * tool.T_flange_tool.inverse();
+  Body body;
+  for (const std::string& name : path.of_tool) {
+    require_body(model, name, model.links.at(name));
+    body = merged_body(
+        body, transformed_body(T_base_sensor.inverse() * path.links.at(name).T_base_link, model.links.at(name)));
+  }
+  tool.T_flange_sensor = T_base_flange.inverse() * T_base_sensor;
+  tool.mass = body.mass;
+  tool.com = body.com;
+  tool.inertia = body.inertia;
 }
 
 std::vector<std::string> notes_of(const ArmPath& path, const Cell& cell) {
@@ -96,6 +115,7 @@ UrdfImport parse_urdf(std::string_view xml, const std::string& source, const Urd
   const UrdfModel model = read_urdf(xml, source);
   const ArmPath path = find_arm_path(model, options);
   UrdfImport out{cell_of_links(links_of(model, path)), path.base, path.tip, {}, {}};
+  add_tool(out.cell, model, path);
   out.cell.name = model.name;
   out.joints = out.cell.robot.joint_names;
   out.notes = notes_of(path, out.cell);

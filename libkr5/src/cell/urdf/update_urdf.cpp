@@ -94,6 +94,7 @@ class Updater {
       update_bodies(i + 1);
     }
     update_tip();
+    update_tool();
     return {document_.text(), changes_};
   }
 
@@ -162,36 +163,28 @@ class Updater {
     put("friction", joint.friction, arm_.links[i].coulomb);
   }
 
-  /// All that a joint of the arm carries by itself, in the link that it moves.
+  /// What a joint of the arm carries by itself, in the link that it moves.
   Body carried_body(std::size_t carrier) const {
     const ArmLink& link = arm_.links[carrier - 1];
-    Body out = transformed_body(T_base_[carrier].inverse() * link.T_base_link, link.body);
-    if (carrier < arm_.links.size() || !cell_.tool) return out;
-    const Tool& tool = *cell_.tool;
-    return merged_body(out, transformed_body(T_base_[carrier].inverse() * arm_.T_base_tip * tool.T_flange_sensor,
-                                             Body{tool.mass, tool.com, tool.inertia}));
+    return transformed_body(T_base_[carrier].inverse() * link.T_base_link, link.body);
   }
 
   void update_bodies(std::size_t carrier) {
     const std::string& main = path_.joints[carrier - 1]->child;
     Body fixed;
-    std::vector<std::string> others;
+    std::set<std::string> others;
     for (const auto& [name, at] : path_.links) {
-      if (at.carrier != carrier || name == main || model_.links.at(name).mass == 0.0) continue;
+      if (at.carrier != carrier || name == main || path_.of_tool.contains(name)) continue;
+      if (model_.links.at(name).mass == 0.0) continue;
       fixed = merged_body(fixed, transformed_body(T_base_[carrier].inverse() * now(name), model_.links.at(name)));
-      others.push_back(name);
+      others.insert(name);
     }
     const Body before = merged_body(model_.links.at(main), fixed), whole = carried_body(carrier);
     if (alike(before, whole) || (cell_.robot.links.empty() && before.mass > 0.0)) return;
     const std::optional<Body> alone = body_without(whole, fixed);
     write(main, alone.value_or(whole));
     changes_.push_back("link " + main + ": inertial");
-    if (alone) return;
-    for (const std::string& name : others) {
-      pugi::xml_node link = document_.element("link", name);
-      link.remove_child("inertial");
-      changes_.push_back("link " + name + ": inertial removed, its mass is in that of " + main);
-    }
+    if (!alone) remove_bodies(others, main);
   }
 
   void write(const std::string& name, const Body& body) {
@@ -208,13 +201,56 @@ class Updater {
                   " is the last moving link, so that a tip elsewhere needs a link of its own, and there is a tool_tip "
                   "already; name it as the tip");
     document_.append("link", "tool_tip");
-    pugi::xml_node fixed = document_.append("joint", path_.tip + "-tool_tip");
+    fix("tool_tip", T_base_tip_);
+  }
+
+  /// Puts the tool into its link, or into a new one on the tip, where it had no mass: a force sensor bears it.
+  void update_tool() {
+    if (!cell_.tool) return;
+    const Tool& tool = *cell_.tool;
+    const Body wanted{tool.mass, tool.com, tool.inertia};
+    const Pose T_base_sensor = arm_.T_base_tip * tool.T_flange_sensor;
+    if (path_.tool.empty() && wanted.mass == 0.0) return;
+    if (path_.tool.empty()) return add_payload(wanted, T_base_sensor);
+    const Body whole = transformed_body(now(path_.tool).inverse() * T_base_sensor, wanted);
+    Body others;
+    for (const std::string& name : path_.of_tool)
+      if (name != path_.tool)
+        others = merged_body(others, transformed_body(now(path_.tool).inverse() * now(name), model_.links.at(name)));
+    if (alike(merged_body(model_.links.at(path_.tool), others), whole)) return;
+    const std::optional<Body> alone = body_without(whole, others);
+    write(path_.tool, alone.value_or(whole));
+    changes_.push_back("link " + path_.tool + ": inertial");
+    if (!alone) remove_bodies(path_.of_tool, path_.tool);
+  }
+
+  void add_payload(const Body& body, const Pose& T_base_sensor) {
+    if (model_.links.contains(payload_link))
+      model_.fail(std::string("there is a link ") + payload_link + " already, which is not fixed to " + path_.tip +
+                  "; rename it");
+    document_.append("link", payload_link);
+    write(payload_link, body);
+    fix(payload_link, T_base_sensor);
+  }
+
+  /// Adds the fixed joint that holds a new link on the tip.
+  void fix(const std::string& name, const Pose& T_base_link) {
+    pugi::xml_node fixed = document_.append("joint", path_.tip + "-" + name);
     fixed.append_attribute("type") = "fixed";
     pugi::xml_node origin = fixed.append_child("origin");
-    write_origin(origin, now(path_.tip).inverse() * T_base_tip_);
+    const Pose T_base_parent = model_.parent_of(path_.tip)->moves() ? now(path_.tip) : T_base_tip_;
+    write_origin(origin, T_base_parent.inverse() * T_base_link);
     fixed.append_child("parent").append_attribute("link") = path_.tip.c_str();
-    fixed.append_child("child").append_attribute("link") = "tool_tip";
-    changes_.push_back("link tool_tip: added, fixed to " + path_.tip);
+    fixed.append_child("child").append_attribute("link") = name.c_str();
+    changes_.push_back("link " + name + ": added, fixed to " + path_.tip);
+  }
+
+  void remove_bodies(const std::set<std::string>& names, const std::string& main) {
+    for (const std::string& name : names) {
+      if (name == main || model_.links.at(name).mass == 0.0) continue;
+      document_.element("link", name).remove_child("inertial");
+      changes_.push_back("link " + name + ": inertial removed, its mass is in that of " + main);
+    }
   }
 
   const UrdfModel& model_;
