@@ -17,6 +17,7 @@ from kr5_tools.log_import.entry_words import EntryWords
 from kr5_tools.log_import.joint_columns import range_text
 from kr5_tools.log_import.joint_order import fitting_order
 from kr5_tools.log_import.map_file import column_family
+from kr5_tools.log_import.saturation import find_saturation
 
 FACTOR = 1.6  # a scale within this factor of one that a wrong unit gives is taken for it
 SPREAD = 4.0  # between the scales of the joints, above which they are no one unit
@@ -198,6 +199,8 @@ def _speeds(cell: Any, e: Any, words: EntryWords) -> list[LogProblem]:
 def _loads(cell: Any, e: Any, words: EntryWords) -> list[LogProblem]:
     """Currents, torques and wrench against the simulation of the same motion. Descriptions of robots may state friction
     that is no more than a placeholder: what is recognised and fits without it is not objected to."""
+    if clipped := _saturated(cell, e):
+        return clipped
     if order := _order(cell, e, words):
         return order
     bare = _without_friction(cell)
@@ -206,6 +209,29 @@ def _loads(cell: Any, e: Any, words: EntryWords) -> list[LogProblem]:
         return out
     left, recognised = _compare_loads(cell, bare, e, words)
     return out if left or not recognised else []
+
+
+def _saturated(cell: Any, e: Any) -> list[LogProblem]:
+    """Loads that are clipped, in which nothing but the limit is seen."""
+    course = _family(e, "qc", cell.robot.joints)
+    if course is None or len(course) < 2:
+        return []
+    speed = np.gradient(course, np.asarray(e["t"]), axis=0)
+    out = []
+    for column in [c for columns in _load_columns(cell, e) for c in columns if c.name in e.data]:
+        own = speed[:, column.joint] if column.joint >= 0 else np.linalg.norm(speed, axis=1)
+        if found := find_saturation(np.asarray(e[column.name]), own):
+            out.append(
+                LogProblem(
+                    e.name,
+                    column.name,
+                    f"the same value {found.limit:.6g} {column.unit} in {found.rows} of {len(course)} rows while the"
+                    " joint moves, and none beyond",
+                    "a value that follows the motion",
+                    "sensor, driver or logger clip it: record again with a wider range or a gentler motion",
+                )
+            )
+    return out
 
 
 def _order(cell: Any, e: Any, words: EntryWords) -> list[LogProblem]:
