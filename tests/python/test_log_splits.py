@@ -1,5 +1,7 @@
 """Logs as other programs write them: where they are cut, and tables whose columns have rows of their own."""
 
+import re
+
 import kr5
 import kr5.cell
 import kr5.io
@@ -319,3 +321,27 @@ def test_efforts_without_noise_are_not_taken_for_the_scale_of_the_gap(diagnose, 
     case_logs.write_csv(tmp_path / "log.csv", joint_states(t, q, np.round(tau / NOISE) * NOISE))
     code, said, data = diagnose("log.csv", "--model", named_urdf, *QUICK)
     assert code == 0 and data["verdict"] == "no_gap", said
+
+
+def test_stamps_that_lost_their_digits_are_replaced_by_the_interval_of_the_rows(
+    diagnose, named_arm, named_urdf, tmp_path
+):
+    columns = joint_states(*moved(named_arm))
+    columns["__time"] = np.array([float(f"{t:.12g}") for t in columns["__time"]])  # to 10 ms, of rows every 8 ms
+    case_logs.write_csv(tmp_path / "log.csv", columns)
+    said = refused(diagnose, "log.csv", "--model", named_urdf, text=("stands still", "too few digits"))
+    every = re.search(r"--every ([\d.]+)", said)[1]
+    code, said, data = diagnose("log.csv", "--model", named_urdf, "--every", every, *QUICK)
+    assert code == 0 and data["verdict"] == "no_gap", said
+
+
+def test_a_clock_that_jumps_back_is_several_recordings(diagnose, rubbing, named_urdf, tmp_path):
+    runs = [joint_states(*moved(rubbing, seed=seed)) for seed in (1, 2)]
+    both = {name: np.concatenate([run[name] for run in runs]) for name in runs[0]}
+    case_logs.write_csv(tmp_path / "log.csv", both)
+    refused(
+        diagnose, "log.csv", "--model", named_urdf, text=("line 1502", "time goes back", "give the parts as two logs")
+    )
+    for number, run in enumerate(runs):
+        case_logs.write_csv(tmp_path / f"run{number}.csv", run)
+    names_friction(diagnose("run0.csv", "run1.csv", "--model", named_urdf, *QUICK))

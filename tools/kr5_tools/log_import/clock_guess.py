@@ -108,7 +108,8 @@ def require_clock(clock: GuessedClock | None, log: Log, words: EntryWords) -> Gu
         )
     if not np.isfinite(clock.seconds).all() or (len(clock.seconds) > 1 and float(np.ptp(clock.seconds)) <= 0):
         terminal.fail(
-            f"{log.file}: {clock.proposal}: found no time that goes on, expected a number in each row; choose another"
-            f" column ({words.put('clock', column='NAME')}), or state the interval of its rows with --every SECONDS"
+            f"{log.file}: {clock.proposal}: found no time that goes on (no number, or too few digits), expected one in"
+            f" each row; choose another column ({words.put('clock', column='NAME')}), or state the interval of its rows"
+            " with --every SECONDS"
         )
     return clock

@@ -16,6 +16,10 @@ class EntryWords:
         entries = ", ".join(f"{name}: {_text(value)}" for name, value in values.items())
         return f"{entries} in {key}" if "." in key else f"{key}: {{{entries}}} in the map"
 
+    def interval(self, every: Any) -> str:
+        """The interval of even rows [s], as a map or a command takes it."""
+        return f"--every {_text(every)}" if self.by_option else self.put("clock", every=every)
+
 
 IN_MAP = EntryWords()
 

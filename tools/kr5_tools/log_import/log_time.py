@@ -12,6 +12,9 @@ from kr5_tools.log_import.values import Note, Series
 
 LONG_AGO = 1e6  # [s] after which a stamp counts from an epoch, not from the beginning of a session
 MAX_ROWS = 5_000_000  # of an experiment
+COARSE = 0.1  # share of rows with the time of the row before, from which stamps are rounded
+KNOWN = 20.0  # steps of rounded stamps in a log, from which its interval is known
+JUMP = 10.0  # intervals back, from which rows are no late ones
 STILL = ("poses", "views", "scan")  # rows need not follow each other in time
 
 
@@ -88,9 +91,7 @@ class LogTimes:
             what = "goes back" if t[at] < t[at - 1] else "stands still"
             terminal.fail(
                 f"{log.file}: {log.row(at)}, column '{clock.column}': time {what}: found {t[at]:.9g} s after"
-                f" {t[at - 1]:.9g} s ({len(back)} such rows), expected increasing time;"
-                f" {self.map.words.put('clock', repair='sort')} sorts the rows and leaves out those with a duplicate"
-                " time"
+                f" {t[at - 1]:.9g} s ({len(back)} such rows), expected increasing time; {self.order_remedy(log, t)}"
             )
         part = np.unique(t[inside_span(t, experiment)])
         steps = np.diff(part)
@@ -109,6 +110,25 @@ class LogTimes:
                 )
                 + f" allow it with {self.map.words.put('clock', max_gap=float(f'{1.01 * steps.max():.3g}'))}"
             )
+
+    def order_remedy(self, log: Log, t: np.ndarray) -> str:
+        """What helps against times that do not increase: sorting helps against single rows only."""
+        step = np.diff(t)
+        coarse = float(step[step > 0].min(initial=np.inf))
+        if (step == 0).mean() > COARSE:
+            known = t[-1] - t[0] > KNOWN * coarse
+            every = float(f"{(t[-1] - t[0]) / (len(t) - 1):.3g}") if known else "SECONDS"
+            return (
+                "the stamps have too few digits: export them with more, or state the interval of even rows:"
+                f" {self.map.words.interval(every)}"
+            )
+        jumps = np.flatnonzero(step < -JUMP * np.median(step[step > 0]))
+        if len(jumps):
+            return (
+                f"several recordings, or a clock that was set: split the log before {log.row(jumps[0] + 1)}, and"
+                f" {'give the parts as two logs' if self.map.words.by_option else 'make each part an experiment (rows:)'}"
+            )
+        return f"{self.map.words.put('clock', repair='sort')} sorts the rows and leaves out those with a duplicate time"
 
     def grid(self, t: np.ndarray, series: dict[str, Series], experiment: Experiment, where: str) -> np.ndarray:
         """The instants of the experiment: those of the log, or evenly spaced, where all streams have data."""
