@@ -124,10 +124,9 @@ class LogTimes:
             )
         jumps = np.flatnonzero(step < -JUMP * np.median(step[step > 0]))
         if len(jumps):
-            return (
-                f"several recordings, or a clock that was set: split the log before {log.row(jumps[0] + 1)}, and"
-                f" {'give the parts as two logs' if self.map.words.by_option else 'make each part an experiment (rows:)'}"
-            )
+            line = log.row(jumps[0] + 1)
+            parts = "give the parts as two logs" if self.map.words.by_option else "make each part an experiment (rows:)"
+            return f"several recordings, or a clock that was set: split the log before {line}, and {parts}"
         return f"{self.map.words.put('clock', repair='sort')} sorts the rows and leaves out those with a duplicate time"
 
     def grid(self, t: np.ndarray, series: dict[str, Series], experiment: Experiment, where: str) -> np.ndarray:
