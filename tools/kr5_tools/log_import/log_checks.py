@@ -25,6 +25,7 @@ ALIKE = 0.8  # correlation of a column with its simulation, from which it is rec
 CURRENT, TORQUE = "motor current", "joint torque"  # channels of kr5.cell.Column
 LOADS = (CURRENT, TORQUE, "force", "moment")
 THOUSANDTHS = {"A": "mA", "N": "mN", "N m": "N mm"}
+TURN = 2 * np.pi  # [rad] beyond which angles may be degrees
 GRAVITY = 5.0  # standard deviations of a torque that gravity must make to be missed
 
 
@@ -94,16 +95,15 @@ def _positions(cell: Any, e: Any, words: EntryWords) -> list[LogProblem]:
         to_rad = np.where(turns, np.pi / 180, 1e-3)
         if not within(q):
             j = int(np.argmax(np.maximum(q.max(0) - high, low - q.min(0))))
-            readings = [
-                (scale, text)
-                for scale, text in (
-                    (to_rad, f"as degrees (mm for a slide): {put(unit='deg')}"),
-                    (1 / to_rad, f"as radians (m for a slide): {put(unit='rad')}"),
-                    (1 / ratio, f"on the motor side: {put(side='motor')}"),
-                    (to_rad / ratio, f"as degrees on the motor side: {put(unit='deg', side='motor')}"),
-                )
-                if within(q * scale)
+            scales = [
+                (to_rad, f"as degrees (mm for a slide): {put(unit='deg')}"),
+                (1 / to_rad, f"as radians (m for a slide): {put(unit='rad')}"),
+                (1 / ratio, f"on the motor side: {put(side='motor')}"),
+                (to_rad / ratio, f"as degrees on the motor side: {put(unit='deg', side='motor')}"),
             ]
+            if turns.any() and np.abs(q[:, turns]).max() < TURN:  # divided by 57, they would fit any limits
+                del scales[3], scales[0]
+            readings = [(scale, text) for scale, text in scales if within(q * scale)]
             if (
                 stem == "q" and commands is not None and within(commands)
             ):  # of several, the one that follows the commands
@@ -111,7 +111,7 @@ def _positions(cell: Any, e: Any, words: EntryWords) -> list[LogProblem]:
             remedy = (
                 f"the numbers make sense {readings[0][1]}"
                 if readings
-                else f"check columns.{name}, its order and its offsets"
+                else f"check columns.{name}, its order and its offsets, and that this is the model of its robot"
             )
             out.append(
                 LogProblem(

@@ -123,6 +123,6 @@ def require_plausible(found: LogRecording, trust: bool) -> None:
         terminal.print_problem(problem.text(), refused=not trust)
     if found.problems and not trust:
         terminal.fail(
-            "the log and the model do not fit together as they were read; correct what is named above with --set, or"
-            " go on with --trust"
+            "the log and the model do not fit together as they were read. Is this the model of the robot that was"
+            " logged? If so, correct what is named above with --set, or go on with --trust"
         )
