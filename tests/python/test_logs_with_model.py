@@ -24,6 +24,7 @@ from arm_logs import (
     swing,
     written_bag,
 )
+from kr5_tools.log_import.publishers import found_in_turn
 from kr5_tools.log_import.saturation import find_saturation
 
 
@@ -400,6 +401,30 @@ def test_two_publishers_that_take_turns_are_refused(diagnose, named_arm, named_u
         messages.append(("/joint_states", a + 0.004, state(ros, a + 0.004, NAMES, *other)))
     bag = written_bag(tmp_path / "bag", ros, STATES, messages)
     refused(diagnose, bag, "--model", named_urdf, text=("two publishers", "take turns", "/joint_states"))
+
+
+@pytest.mark.parametrize("every", [1, 3])  # messages of the first a message of the second
+@pytest.mark.parametrize("late", [None, 0.1])
+def test_two_publishers_in_a_csv_are_refused(diagnose, named_arm, named_urdf, tmp_path, late, every):
+    t, q, tau = moved(named_arm, rows=600)
+    rows = []
+    for k in range(len(t)):
+        rows.append((t[k], q[k], tau[k]))
+        before = max(k - round(late / (t[1] - t[0])), 0) if late else None
+        if k % every == 0:
+            rows.append((t[k] + 0.004, *((0 * q[k], 0 * tau[k]) if before is None else (q[before], tau[before]))))
+    case_logs.write_csv(tmp_path / "log.csv", joint_states(*map(np.array, zip(*rows))))
+    refused(diagnose, "log.csv", "--model", named_urdf, text="two publishers seem to take turns in this log")
+
+
+def test_noise_and_coarse_steps_of_one_publisher_are_no_turns():
+    random = np.random.default_rng(1)
+    course = np.sin(np.arange(3000) / 200)
+    for size in (0.0, 1e-5, 1e-3, 1e-2, 0.1):
+        assert not found_in_turn(course + random.normal(0, size, 3000))
+        assert not found_in_turn(np.round(course / max(size, 1e-6)) * size)
+    spikes = np.where(random.random(3000) < 0.02, 3.0, course)
+    assert not found_in_turn(spikes)
 
 
 def test_a_bag_without_joint_states_lists_its_topics(diagnose, named_urdf, tmp_path, ros):

@@ -22,6 +22,7 @@ from kr5_tools.log_import.log_file import read_log
 from kr5_tools.log_import.log_time import beginning
 from kr5_tools.log_import.map_file import JOINT_FAMILIES, names_of
 from kr5_tools.log_import.overrides import GivenEntries
+from kr5_tools.log_import.publishers import found_in_turn
 from kr5_tools.log_import.rest_guess import joints_move
 from kr5_tools.log_import.sparse_columns import aligned, covered, never_complete
 
@@ -173,6 +174,7 @@ def _motion_columns(
 ) -> tuple[dict[str, Any], GuessedClock]:
     log, found, columns = part.log, part.families, dict[str, Any]()
     q, qc = found.first("q"), found.first("qc")
+    _refuse_two_publishers(log, q)
     loads = [f for name in LOADS if (f := found.first(name))]
     load = next((f for f in loads if "from" in given.columns.get(f.name, {})), loads[0] if loads else None)
     commands = given.columns.get("qc", {}).get("from")
@@ -195,6 +197,15 @@ def _motion_columns(
     clock = require_clock(guess_clock(log, first.columns[0], _cycle(cell), given.clock), log, given.words)
     out.because(where, "clock", clock.proposal, clock.reason)
     return columns, clock
+
+
+def _refuse_two_publishers(log: Log, positions: Any) -> None:
+    for name in positions.columns if positions else ():
+        if found_in_turn(np.asarray(log.columns[name])):
+            terminal.fail(
+                f"{log.file}: {name} jumps to and fro from row to row: two publishers seem to take turns in this log;"
+                " record it again with one of them, or export the topic of one alone"
+            )
 
 
 def _cycle(cell: Any) -> float | None:

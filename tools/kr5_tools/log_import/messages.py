@@ -9,13 +9,11 @@ import numpy as np
 
 from kr5_tools.cli import terminal
 from kr5_tools.log_import.log import Log
+from kr5_tools.log_import.publishers import found_in_turn
 
 LONGEST_LIST = 256  # numbers of one message; longer ones are images or clouds
 # Steps back in time, of all steps of a stream, above which two publishers write to one topic.
 MIXED_SHARE = 0.05
-# Change from message to message over that to the next but one, above which two publishers take turns; of one arm that
-# moves it is a half, of noise one. Changes below the least one [rad or m] may be the last digit of an encoder.
-TURNS_RATIO, LEAST_TURN = 3.0, 1e-3
 STAMP_FIELDS = (("sec", "nanosec"), ("secs", "nsecs"))  # of a time in ROS 2 and ROS 1
 
 
@@ -77,21 +75,12 @@ class MessageTable:
                 " clocks of their own seem to write to this topic; record the log again with one of them"
             )
         for name in columns:
-            if name.startswith("position.") and _takes_turns(np.asarray(columns[name])):
+            if name.startswith("position.") and found_in_turn(np.asarray(columns[name])):
                 terminal.fail(
                     f"{self.file}: topic {topic}: {name} jumps to and fro from message to message: two publishers seem"
                     " to take turns on this topic; record the log again with one of them, or give each a topic of its"
                     " own"
                 )
-
-
-def _takes_turns(values: np.ndarray) -> bool:
-    """Whether every other value goes on smoothly, and neighbours do not."""
-    values = values[np.isfinite(values)]
-    if len(values) < 20:
-        return False
-    near, next_but_one = np.abs(values[1:] - values[:-1]).mean(), np.abs(values[2:] - values[:-2]).mean()
-    return bool(near > max(LEAST_TURN, TURNS_RATIO * next_but_one))
 
 
 def _listed(names: Iterable[str]) -> str:
