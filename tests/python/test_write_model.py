@@ -10,6 +10,7 @@ from kr5 import cell as kr5_cell
 from kr5 import physics
 
 from kr5_tools.model_files import read_model, write_model, writing
+from kr5_tools.model_files.simulator_masses import inertia_matrix
 
 EFFECTS = {  # that every format holds
     "coulomb_friction": {"joint2": {"coulomb": 3.5}},
@@ -289,15 +290,36 @@ def test_a_file_that_includes_others_becomes_one_file(mujoco, described, tmp_pat
     assert model.body_mass.sum() == pytest.approx(masses, rel=1e-5)
 
 
-def test_a_point_mass_as_payload_is_an_mjcf_that_mujoco_takes(mujoco, arc, tmp_path):
+def slanted_rod(mass=1.5, length=0.2):
+    """Inertia of a rod without thickness along (1, 2, 3)."""
+    along = np.array([1.0, 2.0, 3.0]) / np.sqrt(14.0)
+    i = mass * length**2 / 12 * (np.eye(3) - np.outer(along, along))
+    return [i[0, 0], i[1, 1], i[2, 2], i[0, 1], i[0, 2], i[1, 2]]
+
+
+@pytest.mark.parametrize("inertia", [[0.0] * 6, slanted_rod()], ids=["point", "rod"])
+def test_a_thin_body_as_payload_is_an_mjcf_that_mujoco_takes(mujoco, arc, tmp_path, inertia):
     plain = arc.to_dict()
     plain["tool"] |= {"mass": 0.0, "com": [0, 0, 0], "inertia": [0] * 6}
-    bare, loaded = tmp_path / "bare.xml", tmp_path / "loaded.xml"
+    bare, loaded, again = (tmp_path / f"{name}.xml" for name in ("bare", "loaded", "again"))
     write_model(kr5.cell.Cell.from_dict(plain), bare)
-    plain["effects"] = {"payload": {"tool": {"mass": 1.5, "com": [0, 0, 0.05]}}}
-    write_model(kr5.cell.Cell.from_dict(plain), loaded)
-    before, after = (mujoco.MjModel.from_xml_path(str(file)).body_mass.sum() for file in (bare, loaded))
-    assert after == pytest.approx(before + 1.5, rel=1e-6)
+    plain["tool"] |= {"mass": 1.5, "com": [0, 0, 0.05], "inertia": inertia}
+    cell = kr5.cell.Cell.from_dict(plain)
+    write_model(cell, loaded)
+    before, after = (mujoco.MjModel.from_xml_path(str(file)) for file in (bare, loaded))
+    assert after.body_mass.sum() == pytest.approx(before.body_mass.sum() + 1.5, rel=1e-6)
+    assert np.sort(after.body("tool").inertia) == pytest.approx(
+        np.linalg.eigvalsh(inertia_matrix(np.array(inertia))), abs=1e-9
+    )
+    # In a file that is edited, and in one that MuJoCo writes anew.
+    (tmp_path / "none.xml").write_text("<mujoco/>")
+    for text in (TEXT, TEXT.replace("<worldbody>", '<include file="none.xml"/><worldbody>')):
+        (tmp_path / "two.xml").write_text(text)
+        model = read_model(tmp_path / "two.xml")
+        model.cell.tool = kr5.cell.Tool(mass=1.5, com=[0, 0, 0.05], inertia=inertia)
+        write_model(model.cell, again, tmp_path / "two.xml")
+        before, after = (mujoco.MjModel.from_xml_path(str(file)) for file in (tmp_path / "two.xml", again))
+        assert after.body_mass.sum() == pytest.approx(before.body_mass.sum() + 1.5, rel=1e-5)
 
 
 def test_assets_are_found_from_another_folder(mujoco, tmp_path):

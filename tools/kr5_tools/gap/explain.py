@@ -9,6 +9,7 @@ import typer
 from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.cli.numbers import format_percent
 from kr5_tools.files import results, writing
+from kr5_tools.gap.source import known_target
 from kr5_tools.log_import.compared_source import command_of
 
 What = Annotated[
@@ -108,7 +109,8 @@ def explain_verdict(data: dict[str, Any], evidence: Any) -> dict[str, Any]:
 
 def explain_effect(row: Any, target: str, data: dict[str, Any], evidence: Any) -> dict[str, Any]:
     """What the catalogue says of an effect, and what the recording says of it on each target."""
-    targets = evidence.recording.cell.effect_targets(row.id)
+    cell = evidence.recording.cell
+    targets, target = cell.effect_targets(row.id), known_target(target, cell)
     if target and target not in targets:
         terminal.fail(
             f"{row.id}: found target '{target}', expected"

@@ -11,6 +11,7 @@ from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.cli.numbers import format_percent
 from kr5_tools.cli.options import options_from
 from kr5_tools.files import results, writing
+from kr5_tools.gap.source import known_target
 
 MOST_REPEATS = 20  # written to a protocol
 MOST_ALTERNATIVES = 4
@@ -77,7 +78,7 @@ def plan(
     recording = kr5.cell.load_recording(folder)
     simulator = arguments.make_simulator(full)
     to = terminal.console(json_file)
-    alternatives = parse_alternatives(separate) if separate else tied_alternatives(recording, simulator)
+    alternatives = parse_alternatives(separate, recording.cell) if separate else tied_alternatives(recording, simulator)
     if len(alternatives) < 2:
         to.print(
             "No effects are tied: the diagnosis identifies each cause. To distinguish other"
@@ -101,14 +102,16 @@ def plan(
     results.write_result(json_file, "kr5-gap-plan/1", **planned, input={"recording": str(folder.resolve())})
 
 
-def parse_alternatives(text: str) -> list[list[Any]]:
+def parse_alternatives(text: str, cell: Any) -> list[list[Any]]:
     """The alternatives of --separate."""
     out = []
     for part in text.split(","):
         names = [name.strip().partition(":") for name in part.split("+")]
         if any(not effect or not target for effect, _, target in names):
             terminal.fail(f"--separate: found {part!r}, expected EFFECT:TARGET such as coulomb_friction:joint3")
-        out.append([kr5.gap.EffectName(effect=effect, target=target) for effect, _, target in names])
+        out.append(
+            [kr5.gap.EffectName(effect=effect, target=known_target(target, cell)) for effect, _, target in names]
+        )
     if len(out) < 2:
         terminal.fail(f"--separate: found {text!r}, expected two or more EFFECT:TARGET, separated by commas")
     return out

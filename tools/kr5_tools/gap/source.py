@@ -52,6 +52,12 @@ SetOption = Annotated[
 TrustOption = Annotated[bool, typer.Option("--trust", help="Compare although some numbers are implausible.")]
 
 
+def known_target(target: str, cell: Any) -> str:
+    """The target of an effect, which may be named as the joint is in the model of the robot."""
+    names = list(cell.robot.joint_names)
+    return f"joint{names.index(target) + 1}" if target in names else target
+
+
 def print_source(source: ComparedSource, to: Any, everything: bool) -> None:
     """How logs were understood: with everything as a table with reasons, else in a line an item."""
     if not source.reasons and not source.notes:

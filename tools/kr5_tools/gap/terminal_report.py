@@ -69,6 +69,11 @@ def effect_id(named: dict[str, Any]) -> str:
     return f"{named['effect']}:{named['target']}"
 
 
+def known_as(named: dict[str, Any]) -> str:
+    """The joint by the name of the model, and what the commands take."""
+    return "; ".join(filter(None, (joint_name(named), effect_id(named))))
+
+
 def cause_line(cause: dict[str, Any]) -> str:
     """A cause in one line: what and where it is, its size, and how sure it is."""
     names = len(cause["parameters"]) > 1
@@ -76,9 +81,8 @@ def cause_line(cause: dict[str, Any]) -> str:
         f"{name.replace('_', ' ')} {value_text(p, cause['target'])}" if names else value_text(p, cause["target"])
         for name, p in cause["parameters"].items()
     ]
-    known_as = "; ".join(filter(None, (joint_name(cause), effect_id(cause))))
     line = (
-        f"{capitalised(effect_text(cause['effect'], cause['target']))} ({known_as}): {', '.join(values)};"
+        f"{capitalised(effect_text(cause['effect'], cause['target']))} ({known_as(cause)}): {', '.join(values)};"
         f" {format_percent(cause['probability'])} probable; explains {format_percent(cause['gap_closed'])} of the gap"
     )
     if cause["tied_with"]:
@@ -87,8 +91,9 @@ def cause_line(cause: dict[str, Any]) -> str:
     return f"{line}."
 
 
-def _named(group: str) -> str:
-    return f"{column_text(group)} ({group})"
+def _named(place: dict[str, Any]) -> str:
+    group = f"{place['experiment']}.{place['column']}"
+    return f"{column_text(group)} ({'; '.join(filter(None, (joint_name(place), group)))})"
 
 
 def _depends(place: dict[str, Any]) -> str:
@@ -108,7 +113,7 @@ def _print_places(data: dict[str, Any], to: Any, everything: bool) -> None:
         after = data["shrink"]["columns"].get(group, [None, None])[1] if data["causes"] else None
         rows.append(
             [
-                _named(group),
+                _named(place),
                 f"{place['gap']:.2f}",
                 NONE if after is None else f"{after:.2f}",
                 share_text(place["share"]),
@@ -132,7 +137,7 @@ def _print_remainder(data: dict[str, Any], to: Any, everything: bool) -> None:
     left = data["unexplained"]
     listed = left if everything else left[:MOST_PLACES]
     if listed:
-        rows = [[_named(f"{p['experiment']}.{p['column']}"), f"{p['gap']:.2f}", _depends(p)] for p in listed]
+        rows = [[_named(p), f"{p['gap']:.2f}", _depends(p)] for p in listed]
         more = f" ({len(listed)} of {len(left)} columns; {FURTHER})" if len(listed) < len(left) else ""
         to.print()
         to.print(
@@ -140,10 +145,10 @@ def _print_remainder(data: dict[str, Any], to: Any, everything: bool) -> None:
         )
     if nearest := data.get("nearest"):
         rows = [
-            [f"{effect_text(n['effect'], n['target'])} ({effect_id(n)})", f"{n['gap']:.2f}", n["reason"]]
+            [f"{effect_text(n['effect'], n['target'])} ({known_as(n)})", f"{n['gap']:.2f}", n["reason"]]
             for n in nearest
         ]
-        heads = ["effect", "gap that it leaves [-]", "why it is not blamed"]
+        heads = ["effect", "gap left [-]", "why it is not blamed"]
         to.print()
         to.print(tables.make_table("Nearest effects", heads, rows, text=(2,)))
     _print_untried(data.get("not_tried", []), to, everything)

@@ -12,7 +12,7 @@ import numpy as np
 from kr5_tools.files.xml_text import number_text, quaternion
 from kr5_tools.model_files.mjcf_arm import MjcfArm, one_line
 from kr5_tools.model_files.mjcf_edits import Edits
-from kr5_tools.model_files.simulator_masses import inertia_attribute
+from kr5_tools.model_files.simulator_masses import inertial_attributes
 
 # What makes bodies or joints that have no element of their own in the file.
 GENERATORS = ("include", "replicate", "attach", "composite", "flexcomp")
@@ -160,8 +160,8 @@ class _XmlDocument:
             _remove(body, old)
         values = {"pos": "0 0 0", "mass": "0", "diaginertia": "0 0 0"}
         if found is not None:
-            name, inertia = inertia_attribute(found.inertia)
-            values = {"pos": number_text(found.com), "mass": number_text(found.mass), name: number_text(inertia)}
+            values = {"pos": number_text(found.com), "mass": number_text(found.mass)}
+            values |= {name: number_text(v) for name, v in inertial_attributes(found.inertia).items()}
         _append(body, "inertial", values, first=True)
 
     def _setting(self, name: str) -> xml.Element:
@@ -240,10 +240,10 @@ def _flattened(arm: MjcfArm, edits: Edits, folder: Path) -> str:
         element = bodies[number]
         element.explicitinertial = True
         element.mass, element.ipos = (body.mass, body.com) if body is not None else (0.0, np.zeros(3))
-        element.iquat, element.inertia = np.array([1.0, 0.0, 0.0, 0.0]), np.zeros(3)
-        name, inertia = inertia_attribute(body.inertia if body is not None else np.zeros(6))
-        element.fullinertia = np.full(6, np.nan)  # none, beside `inertia`
-        setattr(element, "inertia" if name == "diaginertia" else name, inertia)
+        stated = inertial_attributes(body.inertia if body is not None else np.zeros(6))
+        element.iquat = stated.get("quat", np.array([1.0, 0.0, 0.0, 0.0]))
+        element.inertia = stated.get("diaginertia", np.zeros(3))
+        element.fullinertia = stated.get("fullinertia", np.full(6, np.nan))  # of which MuJoCo takes one
     if edits.gravity is not None:
         spec.option.gravity = edits.gravity
     if folder.resolve() != arm.file.resolve().parent:

@@ -8,7 +8,7 @@ import numpy as np
 from kr5 import cell as kr5_cell
 
 from kr5_tools.files.xml_text import add_element, document_text, number_text, quaternion, rounded_pose
-from kr5_tools.model_files.simulator_masses import inertia_attribute, require_masses
+from kr5_tools.model_files.simulator_masses import inertial_attributes, require_masses
 
 THICKNESS = 0.02  # radius of the links that a viewer shows [m]
 SHORTEST = 1e-3  # of a link to show [m]
@@ -43,8 +43,7 @@ def _add_body(parent: xml.Element, name: str, T: np.ndarray) -> xml.Element:
 
 
 def _add_inertial(body: xml.Element, found: Any) -> None:
-    name, inertia = inertia_attribute(found.inertia)
-    add_element(body, "inertial", pos=found.com, mass=found.mass, **{name: inertia})
+    add_element(body, "inertial", pos=found.com, mass=found.mass, **inertial_attributes(found.inertia))
 
 
 def _add_joint(body: xml.Element, link: Any, spring: np.ndarray) -> None:

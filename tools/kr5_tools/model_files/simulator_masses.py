@@ -6,6 +6,10 @@ import kr5
 import numpy as np
 from kr5.kinematics import is_real
 
+from kr5_tools.files.xml_text import quaternion
+
+LEAST_MOMENT = 1e-9  # of the largest, below which rounding may make it negative
+
 
 def require_masses(arm: Any, name: str, simulator: str) -> None:
     """Complains of links that a simulator refuses: each that moves needs a mass and the inertia of a real body.
@@ -25,9 +29,22 @@ def require_masses(arm: Any, name: str, simulator: str) -> None:
         )
 
 
-def inertia_attribute(inertia: np.ndarray) -> tuple[str, np.ndarray]:
-    """Name and values of the inertia of an MJCF body [kg m^2].
+def inertial_attributes(inertia: np.ndarray) -> dict[str, np.ndarray]:
+    """Attributes of an MJCF body that hold its inertia Ixx Iyy Izz Ixy Ixz Iyz about the centre of mass [kg m^2].
 
-    MuJoCo refuses a `fullinertia` with a principal moment of zero, as a point mass has, but no `diaginertia`.
+    MuJoCo refuses a `fullinertia` with a principal moment of zero, as a point mass or a thin rod has, but no
+    `diaginertia`, which is stated along the principal axes.
     """
-    return ("fullinertia", inertia) if np.any(inertia[3:]) else ("diaginertia", inertia[:3])
+    if not np.any(inertia[3:]):
+        return {"diaginertia": inertia[:3]}
+    moments, axes = np.linalg.eigh(inertia_matrix(inertia))
+    if moments[0] > LEAST_MOMENT * moments[2]:
+        return {"fullinertia": inertia}
+    T = np.eye(4)
+    T[:3, :3] = axes * np.sign(np.linalg.det(axes))
+    return {"diaginertia": np.maximum(moments, 0.0), "quat": quaternion(T)}
+
+
+def inertia_matrix(inertia: np.ndarray) -> np.ndarray:
+    x, y, z, xy, xz, yz = inertia
+    return np.array([[x, xy, xz], [xy, y, yz], [xz, yz, z]])
