@@ -312,7 +312,7 @@ def test_a_thin_body_as_payload_is_an_mjcf_that_mujoco_takes(mujoco, arc, tmp_pa
         np.linalg.eigvalsh(inertia_matrix(np.array(inertia))), abs=1e-9
     )
     # In a file that is edited, and in one that MuJoCo writes anew.
-    (tmp_path / "none.xml").write_text("<mujoco/>")
+    (tmp_path / "none.xml").write_text("<mujoco><option/></mujoco>")
     for text in (TEXT, TEXT.replace("<worldbody>", '<include file="none.xml"/><worldbody>')):
         (tmp_path / "two.xml").write_text(text)
         model = read_model(tmp_path / "two.xml")

@@ -165,7 +165,10 @@ class Diagnoser {
                       [&](int e) { return data_.recording->experiments[e].kind == cell::Kind::Poses; }))
         acting.push_back(&candidate->hypothesis);
     const std::vector<NoiseScale> scales = pose_noise_scales(data_, base_, acting, spikes_);
-    if (spikes_ > 0) out_.warnings.push_back(std::to_string(spikes_) + " samples are spikes and were left out");
+    if (spikes_ > 0)
+      out_.warnings.push_back(std::to_string(spikes_) +
+                              (spikes_ == 1 ? " sample is a spike and was" : " samples are spikes and were") +
+                              " left out");
     take_noise(scales);
   }
 
@@ -269,6 +272,9 @@ class Diagnoser {
     for (ResidualAnalysis* found : {&before, &rest}) describe_beyond(data_, groups_, options_, *found);
     fill(best, before, rest);
     if (rest.any()) add_nearest(best, before);
+    if (static_cast<int>(out_.causes.size()) >= options_.max_effects)
+      out_.warnings.push_back("as many causes were found as are searched for (max_effects: " +
+                              std::to_string(options_.max_effects) + "); a search for more takes longer");
     progress(judging, 1.0);
   }
 

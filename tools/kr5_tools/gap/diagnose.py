@@ -98,11 +98,6 @@ def diagnose(
     options = search_widely(options, compared)
     found = run_diagnosis(compared.recording, arguments.make_simulator(full), options)
     data = json.loads(found.to_json())
-    if len(data["causes"]) >= options.max_effects:
-        data["warnings"].append(
-            f"as many causes were found as are searched for: {options.max_effects}; --max-effects"
-            f" {options.max_effects + 2} searches for more, which takes longer"
-        )
     result = outputs.write_results(data, found, compared)
     written = outputs.write_models(found.cell, compared, reading)
     print_diagnosis(data, compared, to, everything)

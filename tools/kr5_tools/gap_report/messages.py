@@ -401,7 +401,7 @@ def warning_notes(warnings: list[str]) -> list[tuple[str, str]]:
         m for m in (re.match(r"noise of (\w+(?: in \w+)?) is ([\d.]+ (?:\+-|±) [\d.]+)", w) for w in warnings) if m
     ]
     out = [
-        (capitalised(f"{w.replace('+-', '±')}."), SPIKES if "spikes" in w else "")
+        (capitalised(f"{w.replace('+-', '±')}."), SPIKES if re.search(r"\bspikes?\b", w) else "")
         for w in warnings
         if not w.startswith("noise of") and not clock_faults([w])
     ]
