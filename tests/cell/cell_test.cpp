@@ -154,6 +154,8 @@ TEST_CASE("an unknown, missing or mistyped key is named with file, line and fiel
              Contains("cell.yaml:1: format: found 'kr5-cell/2', expected kr5-cell/1"));
   CHECK_THAT(complaint(replaced(text, "format: kr5-cell/1", "")),
              Contains("format: found nothing, expected kr5-cell/1"));
+  CHECK_THAT(complaint("<?xml version=\"1.0\"?>\n<robot name=\"arm\"/>\n"),
+             Contains("cell.yaml:1: found XML, expected a map with format: kr5-cell/1; kr5 cell import makes"));
   CHECK_THAT(complaint("- 1\n"), Contains("cell.yaml:1: found a list of 1, expected a map with format: kr5-cell/1"));
   CHECK_THAT(complaint("format: kr5-cell/1\n"), Contains("robot: found nothing"));
 }

@@ -189,6 +189,8 @@ TEST_CASE("what is wrong with recording.yaml is named with line and field") {
   CHECK_THAT(told("file: motion-2.csv", "file: motion-3.csv"), Contains("motion-3.csv: found no such file"));
   CHECK_THAT(told("cell: cell.yaml", "cell: cel.yaml"), Contains("cel.yaml: found no such file"));
   CHECK_THAT(complaint(folder.path / "nowhere"), Contains("recording.yaml: found no such file"));
+  CHECK_THAT(complaint(folder.path / "motion-1.csv"),
+             Contains("motion-1.csv: is a file, expected the folder of a recording; kr5 gap diagnose takes logs"));
 }
 
 TEST_CASE("every bad row of every file is told at once") {

@@ -36,12 +36,18 @@ Cell read_cell_form(const Node& root, const std::string& file, std::vector<io::D
   Cell cell;
   io::Reader reader(file);
   const Node* format = root.find("format");
-  if (root.kind != Node::Kind::Map)
-    reader.report(root, "", "a map with format: " + std::string(cell_format));
-  else if (!format)
+  if (root.kind != Node::Kind::Map) {
+    const std::string wanted = "a map with format: " + std::string(cell_format);
+    if (root.scalar.starts_with("<")) {
+      diagnostics.push_back({file, 1, "", "XML", wanted + "; kr5 cell import makes the cell of a URDF or MJCF"});
+      return cell;
+    }
+    reader.report(root, "", wanted);
+  } else if (!format) {
     reader.report_missing(root, "format", cell_format);
-  else if (format->scalar != cell_format)
+  } else if (format->scalar != cell_format) {
     reader.report(*format, "format", cell_format);
+  }
   if (reader.diagnostics().empty()) {
     Node body = root;
     std::erase_if(body.entries, [](const auto& entry) { return entry.first == "format"; });

@@ -261,6 +261,11 @@ ReadRecording read_recording(const std::filesystem::path& folder, std::vector<Di
 }
 
 Recording load_recording(const std::filesystem::path& folder) {
+  std::error_code error;  // of links that lead nowhere, which are told below
+  if (std::filesystem::is_regular_file(folder, error))
+    throw IoError(folder.string() +
+                  ": is a file, expected the folder of a recording; kr5 gap diagnose takes logs with --model, and its "
+                  "--write-recording makes a recording of them");
   std::vector<Diagnostic> diagnostics;
   ReadRecording read = read_recording(folder, diagnostics);
   if (read.cell_usable)
