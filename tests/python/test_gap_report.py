@@ -260,10 +260,13 @@ def test_noise_is_counted_as_the_diagnosis_saw_it():
         ]
     )
     assert [(n.key, n.kind and str(n.kind), n.ratio) for n in seen] == [("current", None, 1.5), ("force", "press", 0.7)]
-    said = warning_notes(
-        ["noise of force in press is 0.70 +- 0.02 times what the cell declares; the measured noise is used"]
+    warnings = ["noise of force in press is 0.70 +- 0.02 times what the cell declares; the measured noise is used"]
+    said = warning_notes({"warnings": warnings})
+    assert (
+        "declared one by these factors: force in press 0.70 ± 0.02" in said[0][0] and "Correct the noise" in said[0][1]
     )
-    assert "force in press 0.70 ± 0.02" in said[0][0]
+    (said,) = warning_notes({"warnings": warnings, "input": {"logs": ["a.csv"], "model": "arm.urdf"}})
+    assert "neighbouring rows, and is taken so: force in press 0.70 ± 0.02" in said[0] and said[1] == ""
 
 
 def test_a_clock_fault_of_a_recording_is_told_with_the_entry_of_its_map():
@@ -271,7 +274,7 @@ def test_a_clock_fault_of_a_recording_is_told_with_the_entry_of_its_map():
     (fault,) = clock_faults([warning, "3 samples are spikes and were left out"])
     assert fault.text == "the wrench of motion was logged 6.50 ± 0.25 ms early relative to the other columns"
     assert "columns.wrench: {delay: -0.0065} in the map" in fault.remedy("monday", of_logs=False)
-    assert warning_notes([warning]) == []
+    assert warning_notes({"warnings": [warning]}) == []
 
 
 def test_explain_fits_an_effect_and_finds_its_size(recorded, run_kr5):

@@ -102,7 +102,7 @@ def explain_verdict(data: dict[str, Any], evidence: Any) -> dict[str, Any]:
         "verdict": data["verdict"],
         "text": verdict_text(data) + floor_text(data, evidence),
         "causes": causes,
-        "notes": [" ".join(note) for note in warning_notes(data.get("warnings", []))],
+        "notes": [" ".join(note) for note in warning_notes(data)],
         "next": next_steps(data, command_of(inputs), inputs.get("model")),
     }
 

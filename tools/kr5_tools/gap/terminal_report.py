@@ -44,7 +44,8 @@ def print_diagnosis(data: dict[str, Any], source: ComparedSource, to: Any, every
     print_source(source, to, everything)
     _print_places(data, to, everything)
     _print_remainder(data, to, everything)
-    notes = [" ".join(filter(None, note)) for note in warning_notes(data.get("warnings", []))]
+    data = {**data, "input": source.inputs}
+    notes = [" ".join(filter(None, note)) for note in warning_notes(data)]
     if scatter := data.get("scatter"):
         notes.append(
             f"Masses and torque constants are uncertain by about {100 * scatter:.1f} %, friction by"
@@ -52,7 +53,7 @@ def print_diagnosis(data: dict[str, Any], source: ComparedSource, to: Any, every
         )
     _say_list(to, "Notes", notes)
     model = str(source.model.file) if source.model else None
-    steps = next_steps({**data, "input": source.inputs}, source.command, model)
+    steps = next_steps(data, source.command, model)
     _say_list(to, "Next steps", [step.replace("`", "") for step in steps])
 
 

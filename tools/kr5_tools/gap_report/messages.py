@@ -395,8 +395,9 @@ SPIKES = (
 )
 
 
-def warning_notes(warnings: list[str]) -> list[tuple[str, str]]:
-    """Each warning with what it means; those of the noise in one."""
+def warning_notes(data: dict[str, Any]) -> list[tuple[str, str]]:
+    """Each warning of a diagnosis with what it means; those of the noise in one."""
+    warnings = data.get("warnings", [])
     noise = [
         m for m in (re.match(r"noise of (\w+(?: in \w+)?) is ([\d.]+ (?:\+-|±) [\d.]+)", w) for w in warnings) if m
     ]
@@ -407,5 +408,14 @@ def warning_notes(warnings: list[str]) -> list[tuple[str, str]]:
     ]
     if noise:
         each = join_list([f"{m[1].replace('_', ' ')} {m[2].replace('+-', '±')}" for m in noise])
-        out.append((f"The measured noise differs from the declared one by these factors: {each}.", NOISE))
+        out.append(
+            (f"The noise is this many times that of neighbouring rows, and is taken so: {each}.", "")
+            if _estimates_noise(data.get("input", {}))
+            else (f"The measured noise differs from the declared one by these factors: {each}.", NOISE)
+        )
     return out
+
+
+def _estimates_noise(inputs: dict[str, Any]) -> bool:
+    """Whether the model of logs is a description of a robot, which declares no noise."""
+    return "logs" in inputs and Path(inputs.get("model", "")).suffix.lower() not in (".yaml", ".yml")

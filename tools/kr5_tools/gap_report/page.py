@@ -277,7 +277,7 @@ def make_page(
             if c["tied_with"]
         ],
         conditions=evidence.parts() if evidence else [],
-        warnings=warning_notes(data.get("warnings", [])),
+        warnings=warning_notes(data),
         scatter=data.get("scatter") or 0.0,
         parts=parts,
         heat=[plots[n] for n in ("heat_before", "heat_after") if n in plots],
