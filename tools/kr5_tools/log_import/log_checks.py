@@ -219,6 +219,7 @@ def _saturated(cell: Any, e: Any) -> list[LogProblem]:
         return []
     log = identification.JointLog(t=np.asarray(e["t"]), q=q, tau=loads)
     stem = "tau" if "tau1" in e.data else "i"
+    constant = {f"tau{k + 1}" for k in np.flatnonzero(np.ptp(loads, axis=0) == 0)}  # not measured, which is told apart
     return [
         LogProblem(
             e.name,
@@ -228,7 +229,7 @@ def _saturated(cell: Any, e: Any) -> list[LogProblem]:
             "sensor, driver or logger clip or hold it: record again with a wider range or a gentler motion",
         )
         for f in identification.check_log(log)
-        if str(f.fault) in ("saturated", "frozen") and f.column.startswith("tau")
+        if str(f.fault) in ("saturated", "frozen") and f.column.startswith("tau") and f.column not in constant
     ]
 
 
