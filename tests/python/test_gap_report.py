@@ -301,6 +301,36 @@ def test_explain_tells_the_verdict(diagnoses, run_kr5):
         assert text in done.stdout
 
 
+def test_an_explained_verdict_has_a_page(diagnoses, run_kr5, browser, tmp_path):
+    done = run_kr5("gap", "explain", diagnoses["partly"], "--json", "told.json")
+    assert done.returncode == 0, done.stderr
+    assert run_kr5("report", "told.json", "-o", "told.html").returncode == 0
+    browser.open(tmp_path / "told.html", 1280)
+    text = browser.evaluate("document.body.innerText")
+    for words in (
+        "Partly explained. The gap is 9.40 times the noise",
+        f"told.json, of the recording {diagnoses['partly'].parent / 'worn'}",
+        "Next steps",
+        "Stribeck friction of joint 2, 97 % probable",
+        "For it",
+        "Against it",
+    ):
+        assert words in text, text
+    data = json.loads((tmp_path / "told.json").read_text())
+    for changes, words in (
+        ({"effect": "stribeck_friction"}, "expected one of them"),
+        ({"causes": [{**data["causes"][0], "for": "much"}]}, "causes[0].for: found 'much', expected a list"),
+    ):
+        (tmp_path / "bad.json").write_text(json.dumps({**data, **changes}))
+        done = run_kr5("report", "bad.json")
+        assert done.returncode == 2 and words in done.stderr, done.stderr
+
+
+def test_an_explanation_is_not_written_over_its_diagnosis(diagnoses, run_kr5):
+    done = run_kr5("gap", "explain", diagnoses["partly"], "--json", diagnoses["partly"])
+    assert done.returncode == 2 and json.loads(diagnoses["partly"].read_text())["format"] == "kr5-gap/1"
+
+
 def test_bad_input_is_refused(recorded, diagnoses, run_kr5, tmp_path):
     done = run_kr5("gap", "explain", diagnoses["explained"], "stribek")
     assert done.returncode == 2 and "stribeck_friction" in done.stderr
