@@ -70,6 +70,21 @@ def test_the_command_of_the_next_steps_can_be_pasted(diagnose, broken_log, named
     assert code == 0 and "model with the causes in it" in said
 
 
+def test_a_cell_is_written_where_the_model_cannot_hold_the_cause(diagnose, named_arm, named_urdf, tmp_path):
+    broken = carrying(named_arm, "stribeck_friction", "joint3", stribeck=12.0, stribeck_velocity=0.05)
+    case_logs.write_csv(tmp_path / "log.csv", joint_states(*moved(broken)))
+    code, said, data = diagnose("log.csv", "--model", named_urdf, "--report", "gap.html", *QUICK)
+    assert code == 0 and causes(data) == [("stribeck_friction", "joint3")], said
+    assert "A URDF cannot hold Stribeck friction of joint 3; the cell tuned.yaml holds every cause." in said
+    assert "--write-model" not in said and "--write-cell tuned.yaml" in (tmp_path / "gap.html").read_text()
+    words = shlex.split(re.search(r"kr5 gap (diagnose .*? --write-cell tuned\.yaml)\.", said)[1])
+    code, said, _ = diagnose(*words[1:], *QUICK)
+    assert code == 0, said
+    case_logs.write_csv(tmp_path / "other.csv", joint_states(*moved(broken, seed=2)))
+    code, said, measured = diagnose("other.csv", "--model", "tuned.yaml", command="measure")
+    assert code == 0 and measured["gap"] < 1.05, said
+
+
 def test_the_result_of_a_log_is_explained_and_reported_from_the_log(
     diagnose, broken_log, named_urdf, kr5_here, tmp_path
 ):

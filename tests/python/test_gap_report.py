@@ -499,6 +499,46 @@ def test_one_remedy_is_told_once_for_all_joints():
     assert any(step.endswith(kr5.cell.find_effect("ft_bias").remedy) for step in steps)
 
 
+@pytest.mark.parametrize(
+    ("model", "effects", "words"),
+    [
+        ("a.urdf", ("viscous_friction",), ("--write-model tuned.urdf`. A gap", "--model tuned.urdf`")),
+        ("a.yaml", ("stribeck_friction",), ("--write-model tuned.yaml`. A gap", "--model tuned.yaml`")),
+        (
+            "a.urdf",
+            ("viscous_friction", "rotor_inertia"),
+            (
+                "--write-model tuned.urdf --write-cell tuned.yaml`. A URDF cannot hold rotor inertia of joint 2;",
+                "--model tuned.yaml`",
+            ),
+        ),
+        ("a.xml", ("viscous_friction", "rotor_inertia"), ("--write-model tuned.xml`. A gap", "--model tuned.xml`")),
+        (
+            "a.xml",
+            ("stribeck_friction",),
+            ("`kr5 gap diagnose log --write-cell tuned.yaml`. An MJCF cannot hold Stribeck friction of joint 2;",),
+        ),
+        (None, ("stribeck_friction",), ("log --write-cell tuned.yaml`. A gap", "--cell tuned.yaml`")),
+    ],
+)
+def test_what_the_format_of_the_model_cannot_hold_is_put_into_a_cell(recorded, model, effects, words):
+    values = {
+        "viscous_friction": ("joint2", {"viscous": 40.0}),
+        "stribeck_friction": ("joint2", {"stribeck": 9.0, "stribeck_velocity": 0.1}),
+        "rotor_inertia": ("joint2", {"rotor_inertia": 3.0}),
+    }
+    cell = kr5.cell.load_recording(recorded / "sound").cell
+    causes = []
+    for effect in effects:
+        target, parameters = values[effect]
+        for name, value in parameters.items():
+            cell.set_effect(effect, target, name, value)
+        causes.append({"effect": effect, "target": target, "tied_with": []})
+    data = {"verdict": "explained", "where": [place("motion.i2", 7.0)], "causes": causes, "unexplained": []}
+    steps = next_steps(data | {"next_experiment": {"do": "", "separates": []}}, "log", model, cell)
+    assert all(text in steps[-1] for text in words), steps[-1]
+
+
 def test_a_cause_that_explains_nothing_measurable_is_not_said_to_explain_0_percent():
     assert "explains less than 1 % of the gap" in cause_line(causes_of(1)[0])
     assert [format_percent(share) for share in (-0.1, 0.0, 0.004, 0.5)] == [*["less than 1 %"] * 3, "50 %"]

@@ -102,7 +102,7 @@ def explain_verdict(data: dict[str, Any], evidence: Any) -> dict[str, Any]:
         "text": verdict_text(data) + floor_text(data, evidence),
         "causes": causes,
         "notes": [" ".join(note).strip() for note in warning_notes(data.get("warnings", []))],
-        "next": next_steps(data, command_of(inputs), inputs.get("model")),
+        "next": next_steps(data, command_of(inputs), inputs.get("model"), evidence.cell if evidence else None),
     }
 
 
