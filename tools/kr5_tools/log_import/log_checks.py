@@ -36,11 +36,13 @@ class LogProblem:
     found: str
     expected: str
     remedy: str
+    joint: str = ""  # of the column, as the model names it
     also: list[str] = field(default_factory=list)  # experiments with the same problem
 
     def text(self) -> str:
+        what = f"{self.column} ({self.joint})" if self.joint else self.column
         more = f" (also in {', '.join(self.also)})" if self.also else ""
-        return f"{self.experiment}: {self.column}: found {self.found}, expected {self.expected}; {self.remedy}{more}"
+        return f"{self.experiment}: {what}: found {self.found}, expected {self.expected}; {self.remedy}{more}"
 
 
 def merged_problems(problems: list[LogProblem]) -> list[LogProblem]:
@@ -113,13 +115,15 @@ def _positions(cell: Any, e: Any, words: EntryWords) -> list[LogProblem]:
                 if readings
                 else f"check columns.{name}, its order and its offsets, and that this is the model of its robot"
             )
+            unit, names = "rad" if turns[j] else "m", list(cell.robot.joint_names)
             out.append(
                 LogProblem(
                     e.name,
                     f"{name}{j + 1}",
-                    f"{q[:, j].min():.4g} to {q[:, j].max():.4g}",
-                    f"{low[j]:.4g} to {high[j]:.4g}",
+                    f"{q[:, j].min():.4g} to {q[:, j].max():.4g} {unit}",
+                    f"{low[j]:.4g} to {high[j]:.4g} {unit}",
                     remedy,
+                    names[j] if names else "",
                 )
             )
         elif turns.all() and within(q / to_rad) and np.abs(q).max() < 0.12 and np.ptp(q, axis=0).max() > 1e-3:
