@@ -49,6 +49,10 @@ def test_a_plan_becomes_a_protocol_that_is_recorded_and_decides(run_kr5, hasty, 
     assert decided.returncode == 0, decided.stderr
     weighed = json.loads((tmp_path / "weighed.json").read_text())
     assert weighed["best"] == 0 and weighed["probability"][0] > 0.9
+    page = run_kr5("report", "weighed.json", "-o", "weighed.html")
+    assert page.returncode == 0, page.stderr
+    shown = (tmp_path / "weighed.html").read_text()
+    assert f"{weighed['text'][:1].upper()}{weighed['text'][1:]}." in shown and shown.count("% probable") >= 2
 
 
 def test_a_protocol_hangs_a_known_weight_on_the_tool(run_kr5, hasty, tmp_path):

@@ -180,11 +180,12 @@ class GapMeasureFile(OpenDocument):
 
 
 class GapPlanFile(OpenDocument):
-    """Experiments that distinguish alternatives, `kr5-gap-plan/1`."""
+    """Experiments that distinguish alternatives, or what they said once they were done, `kr5-gap-plan/1`."""
 
     alternatives: list[list[EffectOnTarget]]
     text: str
     experiments: list[dict[str, Any]]
+    probability: list[float] = Field([], description="of each alternative, once experiments were done [-]")
 
 
 class ExplainedParameter(OpenDocument):

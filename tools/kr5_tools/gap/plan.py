@@ -91,7 +91,10 @@ def plan(
         weighed = weigh_alternatives(
             recording, [kr5.cell.load_recording(d) for d in done], simulator, alternatives, options, to
         )
-        writing.write_json({"alternatives": alternative_texts(alternatives), **weighed.to_dict()}, json_file)
+        named = [[{"effect": n.effect, "target": n.target} for n in names] for names in alternatives]
+        keys = {"alternatives": named, "text": weighed_text(alternatives, weighed), "experiments": []}
+        inputs = {"recording": str(folder.resolve()), "done": [str(d.resolve()) for d in done]}
+        results.write_result(json_file, "kr5-gap-plan/1", **{**weighed.to_dict(), **keys}, input=inputs)
         return
     with terminal.spinner("searching for the experiment that distinguishes them"):
         found = kr5.gap.plan(recording, alternatives, simulator, options)
@@ -144,6 +147,12 @@ def resting_posture(recording: Any) -> list[float] | None:
         if str(e.kind) == "motion" and len(e.data):
             return [round(float(e[f"qc{j + 1}"][0]), 6) for j in range(joints)]
     return None
+
+
+def weighed_text(alternatives: Any, weighed: Any) -> str:
+    """The alternative that the recordings decide for, in words."""
+    best = weighed.best
+    return f"{alternative_words(alternatives)[best]} is {format_percent(weighed.probability[best])} probable"
 
 
 def weigh_alternatives(

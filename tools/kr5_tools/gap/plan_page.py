@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+from kr5_tools.cli.numbers import format_percent
 from kr5_tools.pages.tables_page import write_tables_page
 
 MOST_COLUMNS = 4  # of those that change, in the table
@@ -11,6 +12,8 @@ MOST_COLUMNS = 4  # of those that change, in the table
 def write_page(data: dict[str, Any], source: str, output: Path, png: Path | None) -> list[Path]:
     """Writes the page; a plan has no plots."""
     texts = [f"{k}. {text}" for k, text in enumerate(alternative_texts(data["alternatives"]), 1)]
+    if weighed := data.get("probability"):
+        texts = [f"{text}: {format_percent(p)} probable" for text, p in zip(texts, weighed)]
     text = data["text"] or "No effects are tied: the diagnosis identifies each cause."
     parts: list[dict[str, Any]] = [
         {"title": "", "texts": [f"{text[:1].upper()}{text[1:]}."], "plots": [], "tables": []},
