@@ -335,6 +335,28 @@ TEST_CASE("names saturated and frozen channels with their spans") {
   CHECK(f.column == "q2");
 }
 
+TEST_CASE("a torque that is constant at rest, without noise, is not saturated") {
+  constexpr Index rest = 400;
+  JointLog log = sound_log(1, 0.0);
+  for (Index i = 0; i < rest; ++i) {
+    log.q.row(i) = log.q.row(rest);
+    log.qd.row(i).setZero();
+    log.tau.row(i).setConstant(1.01 * log.tau.maxCoeff());
+  }
+  for (const LogFinding& f : check_log(log)) {
+    INFO(f.text);
+    CHECK_FALSE(f.column.starts_with("tau"));
+  }
+}
+
+TEST_CASE("the bandwidth of a motion is that of the motion, whatever noise its angles have") {
+  const double sound = motion_bandwidth(sound_log(1, 0.0).q, step);
+  for (const double noise : {1.0, 10.0, 50.0}) {  // up to 1 mrad, as of an encoder of 12 bits
+    INFO("noise " << 2e-5 * noise << " rad");
+    CHECK(motion_bandwidth(sound_log(1, noise).q, step) == Approx(sound).epsilon(0.2));
+  }
+}
+
 TEST_CASE("names torques of brakes, and not those of a rest that the motors hold") {
   for (const bool brake : {true, false}) {
     const JointLog sound = sound_log();

@@ -68,7 +68,7 @@ NPZ = {
     "texts": {"q.npy": npy(np.array(["a", "b"]))},
     "no numpy": {"q.npy": b"text"},
     "other version": {"q.npy": b"\x93NUMPY\x09\x00" + bytes(200)},
-    "many columns": {"q.npy": npy(np.zeros((1, 30_000)))},
+    "many columns": {"q.npy": npy(np.zeros((100, 30_000), np.int8))},
 }
 
 

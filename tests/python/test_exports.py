@@ -14,6 +14,7 @@ import pytest
 import yaml
 from kr5 import calibration
 
+from kr5_tools.cli.terminal import console
 from kr5_tools.exports import camera_forms, pose_forms
 from kr5_tools.exports.command_line import Exports
 from kr5_tools.exports.forms import BY_NAME, FORMS, form_of
@@ -152,6 +153,8 @@ def test_hand_eye_writes_its_pose_under_the_names_of_the_robot(run_kr5, tmp_path
     ]
     done = run_pairs(run_kr5, tmp_path, "-o", "result.json", *files, *names)
     assert done.returncode == 0, done.stderr
+    assert "export: c.sh (ROS 2 command)\nexport: c.launch.xml (ROS 2 launch file in XML)\n" in done.stdout
+    assert done.stdout.endswith("export: c.json (JSON)\nexport: c.yml (OpenCV)\n")
     T = np.array(json.loads((tmp_path / "result.json").read_text())["result"]["T_mount_camera"])
     assert np.abs(T - X).max() < 5e-3
     back, parent, child = pose_of(shlex.split((tmp_path / "c.sh").read_text())[4:])
@@ -164,7 +167,9 @@ def test_hand_eye_writes_its_pose_under_the_names_of_the_robot(run_kr5, tmp_path
 
 def test_other_calibrations_write_theirs(run_kr5, tmp_path):
     write_kuka(tmp_path / "touches.csv", touches())
-    assert run_kr5("calibrate", "tool", "touches.csv", "--export", "tool.urdf").returncode == 0
+    done = run_kr5("calibrate", "tool", "touches.csv", "--export", "tool.urdf", "--json", "-")
+    assert done.returncode == 0 and json.loads(done.stdout)["format"] == "kr5-tool/1"
+    assert done.stderr.endswith("export: tool.urdf (URDF)\n")
     origin = xml.parse(tmp_path / "tool.urdf").getroot().find("joint/origin")
     assert np.abs(np.array(origin.get("xyz").split(), float) - TIP).max() < 1e-3
     th, hands, tc, cameras = streams()
@@ -233,7 +238,7 @@ def test_a_form_that_a_result_cannot_fill_ends_the_command(capsys):
 
     exports = Exports([Path("c.txt")], [BY_NAME["matrix"]])
     with pytest.raises(typer.Exit) as ended:
-        exports.write({"format": "kr5-kinematics/1", "result": {"T_world_base": np.eye(4).tolist()}})
+        exports.write({"format": "kr5-kinematics/1", "result": {"T_world_base": np.eye(4).tolist()}}, console())
     assert ended.value.exit_code == 2
     assert "--export: c.txt: matrix holds poses, which this result does not have" in capsys.readouterr().err
 

@@ -304,6 +304,36 @@ def test_explain_tells_the_verdict(diagnoses, run_kr5):
         assert text in done.stdout
 
 
+def test_an_explained_verdict_has_a_page(diagnoses, run_kr5, browser, tmp_path):
+    done = run_kr5("gap", "explain", diagnoses["partly"], "--json", "told.json")
+    assert done.returncode == 0, done.stderr
+    assert run_kr5("report", "told.json", "-o", "told.html").returncode == 0
+    browser.open(tmp_path / "told.html", 1280)
+    text = browser.evaluate("document.body.innerText")
+    for words in (
+        "Partly explained. The gap is 9.40 times the noise",
+        f"told.json, of the recording {diagnoses['partly'].parent / 'worn'}",
+        "Next steps",
+        "Stribeck friction of joint 2, 97 % probable",
+        "For it",
+        "Against it",
+    ):
+        assert words in text, text
+    data = json.loads((tmp_path / "told.json").read_text())
+    for changes, words in (
+        ({"effect": "stribeck_friction"}, "expected one of them"),
+        ({"causes": [{**data["causes"][0], "for": "much"}]}, "causes[0].for: found 'much', expected a list"),
+    ):
+        (tmp_path / "bad.json").write_text(json.dumps({**data, **changes}))
+        done = run_kr5("report", "bad.json")
+        assert done.returncode == 2 and words in done.stderr, done.stderr
+
+
+def test_an_explanation_is_not_written_over_its_diagnosis(diagnoses, run_kr5):
+    done = run_kr5("gap", "explain", diagnoses["partly"], "--json", diagnoses["partly"])
+    assert done.returncode == 2 and json.loads(diagnoses["partly"].read_text())["format"] == "kr5-gap/1"
+
+
 def test_bad_input_is_refused(recorded, diagnoses, run_kr5, tmp_path):
     done = run_kr5("gap", "explain", diagnoses["explained"], "stribek")
     assert done.returncode == 2 and "stribeck_friction" in done.stderr
@@ -470,6 +500,46 @@ def test_one_remedy_is_told_once_for_all_joints():
     remedy = kr5.cell.find_effect("viscous_friction").remedy
     assert [step for step in steps if remedy in step] == [f"Viscous friction of joints 1, 2, 3 and 4: {remedy}"]
     assert any(step.endswith(kr5.cell.find_effect("ft_bias").remedy) for step in steps)
+
+
+@pytest.mark.parametrize(
+    ("model", "effects", "words"),
+    [
+        ("a.urdf", ("viscous_friction",), ("--write-model tuned.urdf`. A gap", "--model tuned.urdf`")),
+        ("a.yaml", ("stribeck_friction",), ("--write-model tuned.yaml`. A gap", "--model tuned.yaml`")),
+        (
+            "a.urdf",
+            ("viscous_friction", "rotor_inertia"),
+            (
+                "--write-model tuned.urdf --write-cell tuned.yaml`. A URDF cannot hold rotor inertia of joint 2;",
+                "--model tuned.yaml`",
+            ),
+        ),
+        ("a.xml", ("viscous_friction", "rotor_inertia"), ("--write-model tuned.xml`. A gap", "--model tuned.xml`")),
+        (
+            "a.xml",
+            ("stribeck_friction",),
+            ("`kr5 gap diagnose log --write-cell tuned.yaml`. An MJCF cannot hold Stribeck friction of joint 2;",),
+        ),
+        (None, ("stribeck_friction",), ("log --write-cell tuned.yaml`. A gap", "--cell tuned.yaml`")),
+    ],
+)
+def test_what_the_format_of_the_model_cannot_hold_is_put_into_a_cell(recorded, model, effects, words):
+    values = {
+        "viscous_friction": ("joint2", {"viscous": 40.0}),
+        "stribeck_friction": ("joint2", {"stribeck": 9.0, "stribeck_velocity": 0.1}),
+        "rotor_inertia": ("joint2", {"rotor_inertia": 3.0}),
+    }
+    cell = kr5.cell.load_recording(recorded / "sound").cell
+    causes = []
+    for effect in effects:
+        target, parameters = values[effect]
+        for name, value in parameters.items():
+            cell.set_effect(effect, target, name, value)
+        causes.append({"effect": effect, "target": target, "tied_with": []})
+    data = {"verdict": "explained", "where": [place("motion.i2", 7.0)], "causes": causes, "unexplained": []}
+    steps = next_steps(data | {"next_experiment": {"do": "", "separates": []}}, "log", model, cell)
+    assert all(text in steps[-1] for text in words), steps[-1]
 
 
 def test_a_cause_that_explains_nothing_measurable_is_not_said_to_explain_0_percent():

@@ -4,6 +4,7 @@ import os
 import re
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import pytest
 
@@ -81,6 +82,31 @@ def test_a_broken_link_fails(tmp_path):
     for link in ("[away](nowhere.md)", "[there](#b)", "![none](none.png)"):
         page.write_text(f"# A\n\n{link}\n")
         assert build(tmp_path / "site", tmp_path / "mkdocs.yml").returncode != 0, link
+
+
+LINK = re.compile(r"\]\((?![a-z]+:|#)([^)\s#]+)")  # to another file
+LINKED = [*sorted(GUIDE.rglob("*.md")), *(ROOT / f"{name}.md" for name in ("README", "CONTRIBUTING", "CONVENTIONS"))]
+
+
+@pytest.mark.parametrize("page", LINKED, ids=lambda p: str(p.relative_to(ROOT)))
+def test_the_links_of_a_page_lead_somewhere_in_a_checkout(page):
+    dead = [link for link in LINK.findall(page.read_text(encoding="utf-8")) if not (page.parent / link).exists()]
+    assert dead == []
+
+
+def test_links_into_the_checkout_lead_to_pages_of_the_guide():
+    pytest.importorskip("mkdocs", reason="MkDocs is not installed") if not os.environ.get("CI") else None
+    import hooks
+
+    assert all((ROOT / place).exists() for place in hooks.PLACES)
+    for source, link, expected in (
+        ("a.md", "../../CONVENTIONS.md#frames", "conventions.md#frames"),
+        ("formats/a.md", "../../../libkr5/include/kr5/force", "../cpp-api/force.md"),
+        ("formats/a.md", "../../../libkr5/include/kr5", "../cpp-api/index.md"),
+        ("a.md", "../../README.md", "../../README.md"),
+    ):
+        page = SimpleNamespace(file=SimpleNamespace(src_uri=source))
+        assert hooks.on_page_markdown(f"see [it]({link}).", page, None, None) == f"see [it]({expected})."
 
 
 def test_pages_need_no_network(built, browser):

@@ -410,3 +410,6 @@ def test_a_single_slide_is_spoken_of_in_metres_and_newtons(diagnose, tmp_path):
     assert abs(float(told[1]) - 20.0) < 0.2
     log = csv(tmp_path, {"t": t, "a": z, "b": force})
     refused(diagnose, log, "--model", "slide.urdf", text="found no column of the position of the joint, by its name")
+    log = csv(tmp_path, {"t": t, "q1": z + 1.0, "tau1": force})
+    said = refused(diagnose, log, "--model", "slide.yaml", text="motion-1: q1: found")
+    assert re.search(r"to 1\.\d+ m, expected -1 to 1 m; ", said)

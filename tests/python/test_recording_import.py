@@ -11,10 +11,12 @@ import kr5.kinematics
 import kr5.predict
 import numpy as np
 import pytest
+import typer
 import yaml
 from typer.testing import CliRunner
 
 from kr5_tools.app import make_app
+from kr5_tools.log_import.log_file import read_log
 
 ROWS = 400
 CUT = 3.0  # [s]
@@ -153,6 +155,52 @@ def test_an_npz_with_arrays_of_joints(bring_in, given, truth, tmp_path):
     done, recording = bring_in(given=given, file=tmp_path / "log.npz")
     assert done.returncode == 0, done.stderr
     same(recording, truth, [*names("q"), *names("i")])
+
+
+@pytest.mark.parametrize("turned", [("qc", "q", "i"), ("q",), ()])
+def test_an_npz_with_joints_in_rows_is_turned(bring_in, given, truth, tmp_path, turned):
+    stack = {stem: np.column_stack([truth[n] for n in names(stem)]) for stem in ("qc", "q", "i")}
+    stack |= {stem: stack[stem].T for stem in turned}
+    np.savez(tmp_path / "log.npz", time=truth["t"], gains=np.ones(6), T=np.eye(4), **stack)
+    given["clock"]["unit"] = "s"
+    given["columns"] = {
+        stem: {"from": f"{stem}[{{0}}]", "unit": "A" if stem == "i" else "rad"} for stem in ("qc", "q", "i")
+    }
+    done, recording = bring_in(given=given, file=tmp_path / "log.npz")
+    assert done.returncode == 0, done.stderr
+    same(recording, truth, [*names("q"), *names("i")])
+    assert ("turned" in done.stdout) == bool(turned)
+    if turned:
+        shape = f"(6 x {len(truth['t'])})"
+        expected = f"{', '.join(turned)} of log.npz {'have' if turned[1:] else 'has'} a row for each joint {shape}"
+        assert expected in " ".join(done.stdout.split())
+
+
+def shapes(arrays, tmp_path):
+    """How many columns of which length each array becomes, and the notes."""
+    np.savez(tmp_path / "log.npz", **{name: np.zeros(shape) for name, shape in arrays.items()})
+    log = read_log(tmp_path / "log.npz")
+    found = {name: [len(v) for c, v in log.columns.items() if c.partition("[")[0] == name] for name in arrays}
+    return {name: (lengths[0], len(lengths)) for name, lengths in found.items()}, log.notes
+
+
+def test_only_arrays_that_surely_have_joints_in_rows_are_turned(tmp_path):
+    kept = {"t": (900,), "q": (900, 6), "square": (6, 6), "few": (6, 50), "limits": (2, 6)}
+    found, notes = shapes(kept, tmp_path)
+    assert notes == [] and all(found[name] == kept[name] for name in kept if name != "t")
+    found, notes = shapes({"t": (50,), "q": (6, 50), "gains": (6,)}, tmp_path)  # 6 gains of 6 joints, or 6 times
+    assert found["q"] == (6, 50) and notes == []
+    found, notes = shapes({"t": (50, 1), "q": (6, 50)}, tmp_path)
+    assert found["q"] == (50, 6) and len(notes) == 1
+    found, notes = shapes({"q": (6, 900), "tau": (900, 6)}, tmp_path)
+    assert found == {"q": (900, 6), "tau": (900, 6)} and notes[0].startswith("q of log.npz has a row for each joint")
+
+
+def test_an_array_of_neither_size_is_refused(tmp_path, capsys):
+    with pytest.raises(typer.Exit):
+        shapes({"t": (800,), "q": (6, 900)}, tmp_path)
+    said = capsys.readouterr().err
+    assert "log.npz: q: found 6 x 900 values" in said and "such as the time (t has 800)" in " ".join(said.split())
 
 
 def write_mcap(file, truth, ros):

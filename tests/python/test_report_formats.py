@@ -170,6 +170,7 @@ MAKERS = {
     "kr5-gap/1": lambda _: ("gap", "diagnose", RECORDING, "-o", "r.json"),
     "kr5-gap-measure/1": lambda _: ("gap", "measure", RECORDING, "--json", "r.json"),
     "kr5-gap-plan/1": gap_plan,
+    "kr5-gap-explanation/1": lambda _: ("gap", "explain", RECORDING, "stribeck_friction", "--json", "r.json"),
     "kr5-insertion/1": lambda _: ("insert", "--clearance", "0.05", "--offset", "3", "4", "--json", "r.json"),
     "kr5-sweep/1": sweep,
     "kr5-scene-result/1": lambda _: ("scene", "run", SHARE / "scenes/peg_roll.yaml", "--json", "r.json"),

@@ -25,7 +25,12 @@ ALLOWED = (
 # Ids that also name a field, a file or a command, and where they do.
 OTHER_MEANING: dict[str, tuple[str, ...]] = {
     "hand_eye": ("tools/kr5_tools/",),
-    "payload": ("tools/kr5_tools/app.py",),
+    "payload": (
+        "libkr5/include/kr5/cell/import_urdf.hpp",
+        "libkr5/include/kr5/cell/update_urdf.hpp",
+        "libkr5/src/cell/urdf/arm_path.hpp",
+        "tools/kr5_tools/app.py",
+    ),
     "rotor_inertia": ("libkr5/include/kr5/cell/drives.hpp", "libkr5/include/kr5/identification/dynamics_model.hpp"),
     "torque_constant": (
         "libkr5/include/kr5/cell/drives.hpp",

@@ -37,6 +37,14 @@ MAKERS: dict[str, Callable[..., str]] = {
     "formats": file_tables.formats_table,
     "results": file_tables.results_tables,
 }
+# Places of the checkout to which pages link, so that the links lead somewhere there, and the made page of each.
+PLACES = {
+    "CONVENTIONS.md": "conventions.md",
+    "libkr5/include/kr5": "cpp-api/index.md",
+    "libkr5/include/kr5/force": "cpp-api/force.md",
+    "libkr5/src/cell/effect_rows": "effects.md",
+}
+PLACE = re.compile(rf"\]\((?:\.\./)+({'|'.join(map(re.escape, PLACES))})(#[^)]*)?\)")
 MADE: dict[str, str] = {}  # text of each page that is made, by its place
 
 
@@ -82,7 +90,10 @@ def on_files(files: Any, config: Any) -> Any:
 
 
 def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
-    """Fills in the tables, and says beside a block of commands why the tests do not run it."""
+    """Fills in the tables, leads links to places of the checkout to the pages made of them, and says beside a block of
+    commands why the tests do not run it."""
+    up = "../" * page.file.src_uri.count("/")
+    markdown = PLACE.sub(lambda m: f"]({up}{PLACES[m[1]]}{m[2] or ''})", markdown)
     markdown = MAKE.sub(lambda m: _made(m[1]), markdown)
     return NOT_RUN.sub(lambda m: f'<p class="not-run" markdown>Not run by the tests: {m[1]}.</p>\n\n', markdown)
 

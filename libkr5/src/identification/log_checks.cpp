@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <numeric>
 
@@ -22,6 +23,7 @@ constexpr Index least_rows = 30;         // below which only the clock and missi
 constexpr double even_steps = 0.02;      // of the median step: below that a clock counts as even
 constexpr double few_backward = 0.05;    // share of rows out of order that sorting mends
 constexpr double bridged_gap = 0.01;     // in which an arm does nothing unforeseen [s]
+constexpr double coarse = 50.0;          // levels, below which a torque is flat where it turns [-]
 constexpr double standing_range = 2e-3;  // motion of a joint that counts as none [rad or m]
 constexpr double degrees_per_radian = 180.0 / std::numbers::pi;
 constexpr double derivative_correlation = 0.9;
@@ -256,6 +258,14 @@ double usual_length(const std::vector<FlatSpan>& spans) {
   return *at;
 }
 
+/// Least change of a channel from row to row.
+double resolution(const Eigen::Ref<const VectorXd>& x) {
+  double out = std::numeric_limits<double>::infinity();
+  for (Index i = 1; i < x.size(); ++i)
+    if (x[i] != x[i - 1]) out = std::min(out, std::abs(x[i] - x[i - 1]));
+  return out;
+}
+
 double moved_within(const MatrixXd& q, const FlatSpan& s) {
   double out = 0.0;
   for (Index j = 0; j < q.cols(); ++j) {
@@ -298,6 +308,7 @@ void check_torque_channel(OrderedLog& data, Index j, std::vector<LogFinding>& ou
                   "always " + short_number(low) + " although the arm moves", out);
     return;
   }
+  if (high - low < coarse * resolution(x)) return;  // a turning point is flat at such a resolution
   const std::vector<FlatSpan> spans = flat_spans(x);
   const double usual = usual_length(spans);
   std::vector<FlatSpan> saturated, frozen;
@@ -305,9 +316,10 @@ void check_torque_channel(OrderedLog& data, Index j, std::vector<LogFinding>& ou
     const double length = static_cast<double>(s.size()), value = x[s.first];
     const bool extreme = (value == low || value == high) && value != 0.0;
     const bool moving = moved_within(data.log.q, s) > standing_range;
+    if (!moving) continue;  // at rest a torque without noise is constant
     if (extreme && length >= 5 * std::max(usual, 1.0))
       saturated.push_back(s);
-    else if (moving && length >= 10 * std::max(usual, 1.0) && length * data.step > 0.05)
+    else if (length >= 10 * std::max(usual, 1.0) && length * data.step > 0.05)
       frozen.push_back(s);
   }
   report_flat(data, LogFault::Saturated, data.log.tau_name(j), j, saturated,

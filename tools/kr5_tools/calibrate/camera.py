@@ -81,7 +81,7 @@ def camera(
     if peers:
         _show_peers(result, seen.views, (seen.width, seen.height), out)
     write_if_usable(data, result.fit, output, json_file)
-    exports.write(data)
+    exports.write(data, out)
     if believed:
         put_intrinsics(believed, result.camera)
         write_cell_file(believed, write_cell)

@@ -142,10 +142,11 @@ def calibrate_cell(
         "scan": str(scan or ""),
     }
     keys["image_size"] = [seen.width, seen.height]
-    _show(result, keys, console(json_file))
+    out = console(json_file)
+    _show(result, keys, out)
     written = write_result(None, "kr5-cell-calibration/1", **keys)
     write_if_usable(written, result.fit, output, json_file)
-    exports.write(written)
+    exports.write(written, out)
     if write_cell and result.fit.usable:
         _put_result(believed, result, wanted)
         write_cell_file(believed, write_cell)

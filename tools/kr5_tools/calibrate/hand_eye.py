@@ -140,7 +140,7 @@ def hand_eye(
     data.target, data.camera = target or data.target, str(camera) if camera else data.camera
     keys, fit, lens = calibrate_folder(folder, data, dataset or folder / "dataset.yaml", max_views, options, judging)
     show_hand_eye(keys, console(json_file))
-    write_hand_eye(keys, fit, (output, json_file), exports, believed, write_cell, lens)
+    write_hand_eye(keys, fit, output, json_file, exports, believed, write_cell, lens)
 
 
 def calibrate_folder(

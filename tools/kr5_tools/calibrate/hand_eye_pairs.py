@@ -95,7 +95,7 @@ def calibrate_pairs(
         "read_as": read_as,
     }
     show_hand_eye(keys, console(json_file))
-    write_hand_eye(keys, result.fit, (output, json_file), exports, believed, write_cell)
+    write_hand_eye(keys, result.fit, output, json_file, exports, believed, write_cell)
 
 
 def _pairs(data: PosePairs) -> list[Any]:

@@ -8,6 +8,7 @@ import typer
 
 from kr5_tools.cli.numbers import format_percent
 from kr5_tools.cli.tables import figure_row, make_table, pose_figures, print_result
+from kr5_tools.cli.terminal import console
 from kr5_tools.exports.command_line import Exports
 from kr5_tools.files.cell_output import put_camera_pose, write_cell_file
 from kr5_tools.files.results import write_if_usable, write_result
@@ -133,7 +134,8 @@ def show_hand_eye(keys: dict[str, Any], out: Any) -> None:
 def write_hand_eye(
     keys: dict[str, Any],
     fit: Any,
-    files: tuple[Path | None, ...],
+    output: Path | None,
+    json_file: Path | None,
     exports: Exports,
     believed: Any,
     write_cell: Path | None,
@@ -142,8 +144,8 @@ def write_hand_eye(
     """Writes result, exports and the pose of the camera into the cell `believed`, if there is one; ends an unusable
     result with exit code 1."""
     written = write_result(None, "kr5-hand-eye/1", **keys)
-    write_if_usable(written, fit, *files)
-    exports.write(written)
+    write_if_usable(written, fit, output, json_file)
+    exports.write(written, console(json_file))
     if believed:
         put_camera_pose(believed, keys["input"]["mount"], np.array(keys["result"]["T_mount_camera"]), lens)
         write_cell_file(believed, write_cell)

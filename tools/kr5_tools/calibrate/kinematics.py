@@ -156,10 +156,11 @@ def calibrate_kinematics(
     held_out = judge(result, chain, seen, further, distances, options) if result.fit.usable else {}
     doubts = posture_doubts(chain, seen, result)
     keys = _keys(result, doubts, held_out, camera_check, postures, cell_file)
-    _show(result, keys, console(json_file))
+    out = console(json_file)
+    _show(result, keys, out)
     written = write_result(None, "kr5-kinematics/1", **keys)
     write_if_usable(written, result.fit, output, json_file)
-    exports.write(written)
+    exports.write(written, out)
     if write_cell and result.fit.usable:
         write_cell_file(refined_cell(believed, result, recording is not None, bool(views)), write_cell)
 

@@ -132,10 +132,11 @@ def calibrate_laser(
     overlays = _overlays(pictures, data, result, believed, camera, hand_eye)
     in_camera = _in_camera(result, _camera_pose(hand_eye, believed))
     keys = _keys(result, sources, missed, thinned_cloud(points), overlays, in_camera)
-    _show(result, missed, keys, console(json_file))
+    out = console(json_file)
+    _show(result, missed, keys, out)
     found = write_result(None, "kr5-laser/1", **keys)
     write_if_usable(found, result.fit, output, json_file)
-    exports.write(found)
+    exports.write(found, out)
     if cloud:
         write_cloud(points, cloud)
     if write_cell:

@@ -60,11 +60,12 @@ def calibrate_map(
     said = {"camera": str(camera), "family": family, "size": options.size, "images": [str(f) for f in images]}
     data = write_result(output, "kr5-marker-map/1", input=said, **_keys(result, sightings, lens, paths))
     write_json(data, json_file)
-    exports.write(data)
+    out = console(json_file)
+    _show(result, data, out)
+    exports.write(data, out)
     if believed:
         put_marker_map(believed, result.target)
         write_cell_file(believed, write_cell)
-    _show(result, data, console(json_file))
 
 
 def _see(files: list[Path], family: str, camera: Path) -> tuple[list[Any], Any, dict[str, str]]:

@@ -50,9 +50,10 @@ def timed(
     with spinner("Aligning the streams"):
         result = calibration.calibrate_timed_hand_eye(*streams, options)
     data = write_result(None, "kr5-timed-hand-eye/1", **_keys(result, hand, camera))
-    print_result(data, console(json_file))
+    out = console(json_file)
+    print_result(data, out)
     write_if_usable(data, result.fit, output, json_file)
-    exports.write(data)
+    exports.write(data, out)
     if believed:
         put_camera_pose(believed, "eye_in_hand", np.array(result.T_hand_camera))
         write_cell_file(believed, write_cell)

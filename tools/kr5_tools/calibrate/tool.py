@@ -80,9 +80,10 @@ def tool(
         T, used = read_poses(poses, convention, length, angle)
     result = calibration.calibrate_tool(T, options)
     data = write_result(None, "kr5-tool/1", **_keys(result, T, poses, used))
-    _show(result, data, console(json_file))
+    out = console(json_file)
+    _show(result, data, out)
     write_if_usable(data, result.fit, output, json_file)
-    exports.write(data)
+    exports.write(data, out)
     if believed:
         put_tool_tip(believed, np.asarray(result.tip))
         write_cell_file(believed, write_cell)

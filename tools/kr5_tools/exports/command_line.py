@@ -68,8 +68,9 @@ class Exports:
             if not set(form.takes) & set(parts):
                 fail(f"--export: {file}: {form.name} holds {_either(form.takes)}, and this result has {_either(parts)}")
 
-    def write(self, data: dict[str, Any]) -> None:
-        """Writes the files of a result; complains where it does not have what a form holds."""
+    def write(self, data: dict[str, Any], to: Any) -> None:
+        """Writes the files of a result, each with a line for people; complains where it does not have what a form
+        holds."""
         if not self.files:
             return
         if data.get("verdict", {}).get("word") == "unusable":
@@ -80,6 +81,7 @@ class Exports:
             if form.missing(items):
                 fail(f"--export: {file}: {form.name} holds {_either(form.takes)}, which this result does not have")
             write_text(form.text(items), file)
+            to.print(f"export: {file} ({form.title})", soft_wrap=True)
 
     def _named(self, items: ExportItems) -> ExportItems:
         """The items under the names of frames that were asked for."""

@@ -187,6 +187,80 @@ class GapPlanFile(OpenDocument):
     experiments: list[dict[str, Any]]
 
 
+class ExplainedParameter(OpenDocument):
+    """A number of a cause or an effect as a table shows it."""
+
+    name: str
+    value: str
+    std: str
+    unit: str
+    nominal: str = Field(description="value of the cell")
+
+
+class Reasons(OpenDocument):
+    """What a recording says for something and against it, in sentences."""
+
+    supporting: list[str] = Field(alias="for")
+    against: list[str]
+    parameters: list[ExplainedParameter]
+
+
+class ExplainedCause(Reasons):
+    name: str
+    id: str
+    sure: str = Field(description="probability, in words")
+    what: str
+    shows: str
+    remedy: str
+    rivals: list[str] = Field(description="what other effects do in its place")
+
+
+class ExplainedColumn(OpenDocument):
+    column: str
+    before: float | None = Field(description="gap without the effect [-]")
+    after: float | None = Field(description="gap with the effect [-]")
+
+
+class ExplainedTarget(Reasons):
+    """What fitting an effect on a target shows."""
+
+    target: str
+    name: str
+    closed: float | None = Field(description="explained part of the excess [-]; null: no recorded column changes")
+    choice: str = ""
+    columns: list[ExplainedColumn] = []
+
+
+class EffectParameter(OpenDocument):
+    name: str
+    unit: str
+    what: str
+
+
+class GapExplanationFile(OpenDocument):
+    """What `kr5 gap explain --json` writes, `kr5-gap-explanation/1`: of a verdict `verdict` to `next`, of an effect
+    `effect` to `targets`, the best target first."""
+
+    verdict: Literal["no_gap", "explained", "partly_explained", "unknown"] | None = None
+    text: str = ""
+    causes: list[ExplainedCause] = []
+    notes: list[str] = []
+    next: list[str] = []
+    effect: str | None = None
+    name: str = ""
+    what: str = ""
+    shows: str = ""
+    remedy: str = ""
+    parameters: list[EffectParameter] = []
+    targets: list[ExplainedTarget] = []
+
+    @model_validator(mode="after")
+    def _one_of_both(self) -> "GapExplanationFile":
+        if (self.verdict is None) == (self.effect is None):
+            raise ValueError("found neither or both of verdict and effect, expected one of them")
+        return self
+
+
 class InsertionFile(OpenDocument):
     """What `kr5 insert --json` writes."""
 
@@ -390,6 +464,7 @@ MODELS: dict[str, type[Document]] = {
     "kr5-gap/1": DiagnosisFile,
     "kr5-gap-measure/1": GapMeasureFile,
     "kr5-gap-plan/1": GapPlanFile,
+    "kr5-gap-explanation/1": GapExplanationFile,
     "kr5-insertion/1": InsertionFile,
     "kr5-scene-result/1": SceneResultFile,
     "kr5-pick/1": PickFile,

@@ -38,6 +38,7 @@ FORMATS = {
     "kr5-gap/1": "Diagnosis",
     "kr5-gap-measure/1": "Gap between simulation and recording",
     "kr5-gap-plan/1": "Next experiment",
+    "kr5-gap-explanation/1": "Explanation of a verdict or an effect",
     "kr5-insertion/1": "Insertion",
     "kr5-sweep/1": "Sweep of insertions",
     "kr5-scene-result/1": "Result of a scene",

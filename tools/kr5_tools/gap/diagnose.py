@@ -100,7 +100,7 @@ def diagnose(
     data = json.loads(found.to_json())
     result = outputs.write_results(data, found, compared)
     written = outputs.write_models(found.cell, compared, reading)
-    print_diagnosis(data, compared, to, everything)
+    print_diagnosis(data, found.cell, compared, to, everything)
     print_model(written, to)
     outputs.write_report(result, compared, to)
 

@@ -7,11 +7,12 @@ from typing import Annotated, Any
 import typer
 
 from kr5_tools.cli import arguments, tables, terminal
-from kr5_tools.cli.numbers import format_percent
+from kr5_tools.cli.numbers import NONE, format_percent
 from kr5_tools.files import results, writing
 from kr5_tools.gap.source import known_target
 from kr5_tools.log_import.compared_source import command_of
 
+TARGET_COLUMNS = ["target", "explained [%]", "values"]
 What = Annotated[
     Path, typer.Argument(metavar="GAP.json|RECORDING", help="Result file of a diagnosis, or the folder of a recording.")
 ]
@@ -45,20 +46,18 @@ def explain(
 
     The effect is fitted to the `fit` experiments and evaluated on the `check` experiments; with a diagnosis, in place
     of the most similar cause."""
-    from kr5_tools.gap_report.evidence_data import Evidence
+    from kr5_tools.gap_report.evidence_data import Evidence, named_inputs
 
+    writing.check_writable(json_file, inputs=[what])
     name, _, target = (effect or "").partition(":")
     row = _effect(name) if name else None
     data, found = _read(what, recording, diagnose=row is None)
-    if row is None:
-        evidence = Evidence(data, found) if found else None
-        told = explain_verdict(data, evidence)
-    else:
-        if found is None:
-            named = "logs and their model were" if "logs" in data.get("input", {}) else "recording was"
-            terminal.fail(f"{what}: its {named} not found; specify a recording with --recording FOLDER")
-        told = explain_effect(row, target, data, Evidence(data, found))
-    writing.write_json(told, json_file)
+    if row is not None and found is None:
+        named = "logs and their model were" if "logs" in data.get("input", {}) else "recording was"
+        terminal.fail(f"{what}: its {named} not found; specify a recording with --recording FOLDER")
+    evidence = Evidence(data, found) if found else None
+    told = explain_verdict(data, evidence) if row is None else explain_effect(row, target, data, evidence)
+    results.write_result(json_file, "kr5-gap-explanation/1", **told, input=named_inputs(data, evidence))
     print_explanation(told, terminal.console(json_file))
 
 
@@ -102,8 +101,8 @@ def explain_verdict(data: dict[str, Any], evidence: Any) -> dict[str, Any]:
         "verdict": data["verdict"],
         "text": verdict_text(data) + floor_text(data, evidence),
         "causes": causes,
-        "notes": [" ".join(note) for note in warning_notes(data)],
-        "next": next_steps(data, command_of(inputs), inputs.get("model")),
+        "notes": [" ".join(note).strip() for note in warning_notes(data)],
+        "next": next_steps(data, command_of(inputs), inputs.get("model"), evidence.cell if evidence else None),
     }
 
 
@@ -280,18 +279,24 @@ def print_explanation(told: dict[str, Any], to: Any) -> None:
     for p in told["parameters"]:
         say(f"  {p['name']} [{p['unit']}]: {p['what']}")
     if len(told["targets"]) > 1:
-        rows = [
-            [t["target"], "–" if t["closed"] is None else f"{min(max(100 * t['closed'], 0.0), 100.0):.1f}", _values(t)]
-            for t in told["targets"]
-        ]
         to.print()
-        to.print(tables.make_table("Each target, fitted alone", ["target", "explained [%]", "values"], rows, text=(2,)))
+        to.print(
+            tables.make_table("Each target, fitted alone", TARGET_COLUMNS, target_rows(told["targets"]), text=(2,))
+        )
     best = told["targets"][0]
     to.print()
     say(capitalised(best["name"]) + (f" ({best['choice']})" if best.get("choice") else ""), "bold")
     _show_reasons(best, to, say)
     if told["remedy"]:
         say(f"  Remedy if it is the cause: {told['remedy'].replace('`', '')}")
+
+
+def target_rows(targets: list[dict[str, Any]]) -> list[list[str]]:
+    """Of each target: its name, the explained part in percent, and the fitted values."""
+    return [
+        [t["target"], NONE if t["closed"] is None else f"{min(max(100 * t['closed'], 0.0), 100.0):.1f}", _values(t)]
+        for t in targets
+    ]
 
 
 def _values(trial: dict[str, Any]) -> str:

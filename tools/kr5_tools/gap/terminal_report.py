@@ -35,9 +35,9 @@ MOST_PARTS = 3  # rows for each way to divide the gap, without --all
 FURTHER = "--all lists every one"
 
 
-def print_diagnosis(data: dict[str, Any], source: ComparedSource, to: Any, everything: bool = False) -> None:
+def print_diagnosis(data: dict[str, Any], cell: Any, source: ComparedSource, to: Any, everything: bool = False) -> None:
     """A diagnosis (kr5-gap/1) for people: the verdict, the causes, how its logs were read, where the gap is, what
-    remains, what to do."""
+    remains, what to do. `cell`: with the causes."""
     colour, word = VERDICTS[data["verdict"]]
     to.print(f"[bold {colour}]{word}.[/] {escape(verdict_text(data))}", soft_wrap=True, markup=True)
     _say_list(to, "Causes", [cause_line(cause) for cause in data["causes"]])
@@ -53,7 +53,7 @@ def print_diagnosis(data: dict[str, Any], source: ComparedSource, to: Any, every
         )
     _say_list(to, "Notes", notes)
     model = str(source.model.file) if source.model else None
-    steps = next_steps(data, source.command, model)
+    steps = next_steps(data, source.command, model, cell)
     _say_list(to, "Next steps", [step.replace("`", "") for step in steps])
 
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from kr5_tools.cli.numbers import format_number, format_percent, text_unit
 from kr5_tools.gap_report.clock_faults import clock_faults
-from kr5_tools.model_files.kinds import ENDINGS
+from kr5_tools.model_files.kinds import ENDINGS, NAMES
+from kr5_tools.model_files.writing import lost_effects
 
 NEAR_NOISE = 2.0  # times the noise, up to which a gap is that of noise and small errors
 KINDS = {
@@ -322,9 +323,9 @@ def _pattern(data: dict[str, Any]) -> str:
     return f"; {which} {dependence_text(top['depends_on'][0], top['experiment'])}"
 
 
-def next_steps(data: dict[str, Any], source: str, model: str | None = None) -> list[str]:
+def next_steps(data: dict[str, Any], source: str, model: str | None = None, cell: Any = None) -> list[str]:
     """What to do now, in order. `source`: what was diagnosed, as a command takes it; `model`: file of the model that
-    was given beside it."""
+    was given beside it; `cell`: the cell with the causes, which tells what of them such a model can hold."""
     steps = []
     if data["verdict"] == "no_gap" or not data["where"]:
         if data.get("scope"):
@@ -346,11 +347,7 @@ def next_steps(data: dict[str, Any], source: str, model: str | None = None) -> l
         steps.append(capitalised(f"{do}."))
     steps += _remedies(data["causes"])
     if data["causes"]:
-        option, tuned = ("model", f"tuned{_ending(model)}") if model else ("cell", "tuned.yaml")
-        steps.append(
-            f"To simulate with these causes: `kr5 gap diagnose {source} --write-{option} {tuned}`. A gap near 1 on"
-            f" another recording, `kr5 gap measure OTHER --{option} {tuned}`, confirms the result."
-        )
+        steps.append(_simulation_step(data["causes"], source, model, cell))
     if data["unexplained"]:
         top = data["unexplained"][0]
         column = column_text(f"{top['experiment']}.{top['column']}")
@@ -377,6 +374,31 @@ def _remedies(causes: list[dict[str, Any]]) -> list[str]:
         for effect, at in targets.items()
         if rows[effect] and rows[effect].remedy
     ]
+
+
+def _simulation_step(causes: list[dict[str, Any]], source: str, model: str | None, cell: Any) -> str:
+    """How to simulate with the causes: in a model like the given one where that holds them, else in a cell."""
+    tuned = f"tuned{_ending(model)}" if model else "tuned.yaml"
+    named = list(dict.fromkeys((cause["effect"], cause["target"]) for cause in causes))
+    kind = ENDINGS[Path(tuned).suffix]
+    lost = [name for name in lost_effects(cell, kind) if name in named] if model and cell else []
+    options = [f"--write-{'model' if model else 'cell'} {tuned}"] if len(lost) < len(named) else []
+    limit = ""
+    if lost:
+        tuned = "tuned.yaml"
+        options.append(f"--write-cell {tuned}")
+        limit = f" {capitalised(NAMES[kind])} cannot hold {_lost_text(lost)}; the cell {tuned} holds every cause."
+    return (
+        f"To simulate with these causes: `kr5 gap diagnose {source} {' '.join(options)}`.{limit} A gap near 1 on"
+        f" another recording, `kr5 gap measure OTHER --{'model' if model else 'cell'} {tuned}`, confirms the result."
+    )
+
+
+def _lost_text(lost: list[tuple[str, str]]) -> str:
+    targets: dict[str, list[str]] = {}
+    for effect, target in lost:
+        targets.setdefault(effect, []).append(target)
+    return join_list([effects_text(effect, at) for effect, at in targets.items()], "or")
 
 
 def _ending(model: str) -> str:

@@ -259,7 +259,7 @@ def make_page(
         icon=icon,
         word=word,
         verdict=verdict_text(data) + floor_text(data, evidence),
-        steps=next_steps(data, command_of(inputs), inputs.get("model")),
+        steps=next_steps(data, command_of(inputs), inputs.get("model"), evidence.cell if evidence else None),
         places=place_rows(data),
         causes=cause_rows(data, evidence),
         unexplained=[

@@ -38,6 +38,8 @@ class Importer:
             terminal.fail(f"{self.map.shown}: an experiment names no log; expected log: FILE, or a log beside --map")
         if file not in self.logs:
             self.logs[file] = read_log(file, self.map.header, self.map.words)
+            for note in self.logs[file].notes:
+                self.note(note)
         return self.logs[file]
 
     def note(self, text: str) -> None:

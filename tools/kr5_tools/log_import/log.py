@@ -24,6 +24,7 @@ class Log:
     clocks: dict[str, str] = field(default_factory=dict)
     lines: np.ndarray | None = None  # of a text file, the line of each row
     words: dict[str, tuple[int, str]] = field(default_factory=dict)  # columns that hold text: line, what stands there
+    notes: list[str] = field(default_factory=list)  # what was done to the numbers when they were read
 
     def add(self, name: str, values: Any, stream: str) -> None:
         self.columns[name] = np.asarray(values, float)

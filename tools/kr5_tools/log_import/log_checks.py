@@ -12,12 +12,12 @@ from typing import Any
 import kr5
 import kr5.cell
 import numpy as np
+from kr5 import identification
 
 from kr5_tools.log_import.entry_words import EntryWords
 from kr5_tools.log_import.joint_columns import range_text
 from kr5_tools.log_import.joint_order import fitting_order
 from kr5_tools.log_import.map_file import column_family
-from kr5_tools.log_import.saturation import find_saturation
 
 FACTOR = 1.6  # a scale within this factor of one that a wrong unit gives is taken for it
 SPREAD = 4.0  # between the scales of the joints, above which they are no one unit
@@ -36,11 +36,13 @@ class LogProblem:
     found: str
     expected: str
     remedy: str
+    joint: str = ""  # of the column, as the model names it
     also: list[str] = field(default_factory=list)  # experiments with the same problem
 
     def text(self) -> str:
+        what = f"{self.column} ({self.joint})" if self.joint else self.column
         more = f" (also in {', '.join(self.also)})" if self.also else ""
-        return f"{self.experiment}: {self.column}: found {self.found}, expected {self.expected}; {self.remedy}{more}"
+        return f"{self.experiment}: {what}: found {self.found}, expected {self.expected}; {self.remedy}{more}"
 
 
 def merged_problems(problems: list[LogProblem]) -> list[LogProblem]:
@@ -113,13 +115,15 @@ def _positions(cell: Any, e: Any, words: EntryWords) -> list[LogProblem]:
                 if readings
                 else f"check columns.{name}, its order and its offsets, and that this is the model of its robot"
             )
+            unit, names = "rad" if turns[j] else "m", list(cell.robot.joint_names)
             out.append(
                 LogProblem(
                     e.name,
                     f"{name}{j + 1}",
-                    f"{q[:, j].min():.4g} to {q[:, j].max():.4g}",
-                    f"{low[j]:.4g} to {high[j]:.4g}",
+                    f"{q[:, j].min():.4g} to {q[:, j].max():.4g} {unit}",
+                    f"{low[j]:.4g} to {high[j]:.4g} {unit}",
                     remedy,
+                    names[j] if names else "",
                 )
             )
         elif turns.all() and within(q / to_rad) and np.abs(q).max() < 0.12 and np.ptp(q, axis=0).max() > 1e-3:
@@ -212,26 +216,25 @@ def _loads(cell: Any, e: Any, words: EntryWords) -> list[LogProblem]:
 
 
 def _saturated(cell: Any, e: Any) -> list[LogProblem]:
-    """Loads that are clipped, in which nothing but the limit is seen."""
-    course = _family(e, "qc", cell.robot.joints)
-    if course is None or len(course) < 2:
+    """Loads that are clipped, or stand still while the arm moves, in which nothing of the arm is seen."""
+    n = cell.robot.joints
+    q, loads = _family(e, "qc", n), next((x for s in ("tau", "i") if (x := _family(e, s, n)) is not None), None)
+    if q is None or loads is None or len(q) < 10:
         return []
-    speed = np.gradient(course, np.asarray(e["t"]), axis=0)
-    out = []
-    for column in [c for columns in _load_columns(cell, e) for c in columns if c.name in e.data]:
-        own = speed[:, column.joint] if column.joint >= 0 else np.linalg.norm(speed, axis=1)
-        if found := find_saturation(np.asarray(e[column.name]), own):
-            out.append(
-                LogProblem(
-                    e.name,
-                    column.name,
-                    f"the same value {found.limit:.6g} {column.unit} in {found.rows} of {len(course)} rows while the"
-                    " joint moves, and none beyond",
-                    "a value that follows the motion",
-                    "sensor, driver or logger clip it: record again with a wider range or a gentler motion",
-                )
-            )
-    return out
+    log = identification.JointLog(t=np.asarray(e["t"]), q=q, tau=loads)
+    stem = "tau" if "tau1" in e.data else "i"
+    constant = {f"tau{k + 1}" for k in np.flatnonzero(np.ptp(loads, axis=0) == 0)}  # not measured, which is told apart
+    return [
+        LogProblem(
+            e.name,
+            f.column.replace("tau", stem),
+            f.text.partition(": ")[2].partition("; ")[0],
+            "values that follow the motion",
+            "sensor, driver or logger clip or hold it: record again with a wider range or a gentler motion",
+        )
+        for f in identification.check_log(log)
+        if str(f.fault) in ("saturated", "frozen") and f.column.startswith("tau") and f.column not in constant
+    ]
 
 
 def _order(cell: Any, e: Any, words: EntryWords) -> list[LogProblem]:

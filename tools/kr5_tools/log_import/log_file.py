@@ -1,9 +1,6 @@
 """Logs as they come: CSV, NPZ, MCAP files and ROS bags, read into columns of numbers by name."""
 
 import csv
-import io
-import math
-import zipfile
 from collections import Counter
 from pathlib import Path
 
@@ -14,10 +11,9 @@ from kr5_tools.files.documents import read_text
 from kr5_tools.log_import.bag_file import is_bag_folder, read_bag
 from kr5_tools.log_import.entry_words import IN_MAP, EntryWords
 from kr5_tools.log_import.log import Log
+from kr5_tools.log_import.npz_file import read_npz
 
 MAX_BYTES = 1 << 30  # of a text
-MAX_COLUMNS = 20_000
-MAX_ARRAY_BYTES = 2 << 30  # of an array
 ENDINGS = ("csv", "txt", "tsv", "dat", "log", "npz", "mcap", "db3", "bag")
 
 
@@ -32,7 +28,7 @@ def read_log(file: Path, header: list[str] | None = None, words: EntryWords = IN
     if ending not in ENDINGS:
         terminal.fail(f"{file}: found the ending '.{ending}', expected one of {', '.join('.' + e for e in ENDINGS)}")
     if ending == "npz":
-        return _read_npz(file)
+        return read_npz(file)
     if ending in ("db3", "bag"):
         return read_bag(file)
     if ending == "mcap":
@@ -121,56 +117,3 @@ def _add_text_column(log: Log, name: str, texts: list[str], delimiter: str | Non
     except ValueError:
         at = next(i for i, c in enumerate(cells) if not _is_number(c))
         log.words[name] = (0 if log.lines is None else int(log.lines[at]), texts[at])
-
-
-def _read_npz(file: Path) -> Log:
-    """Arrays by name; `q` of n x 6 becomes `q[0]` ... `q[5]`. Arrays of one length are one stream."""
-    log = Log(file)
-    try:
-        arrays = _load_arrays(file)
-    except (
-        Exception
-    ) as error:  # what zip, its decompressors and the parser of headers raise at damaged bytes is no closed list
-        why = str(error).split("\n")[0][:200] or type(error).__name__
-        terminal.fail(f"{file}: cannot be read as NPZ: {why}; expected arrays of numbers saved with numpy.savez")
-    for name, values in arrays.items():
-        flat = values.reshape(len(values), math.prod(values.shape[1:]))
-        if len(log.columns) + flat.shape[1] > MAX_COLUMNS:
-            terminal.fail(f"{file}: {name}: found {flat.shape[1]} columns, expected at most {MAX_COLUMNS} in a log")
-        for k in range(flat.shape[1]):
-            log.add(name if values.ndim == 1 else f"{name}[{k}]", flat[:, k], f"{len(values)} rows")
-    if not log.columns:
-        terminal.fail(f"{file}: contains no array of numbers")
-    log.join_stamps()
-    return log
-
-
-def _load_arrays(file: Path) -> dict[str, np.ndarray]:
-    """The arrays of numbers with rows. What an array says of its size is not believed before it is seen that the
-    file holds so much.
-    """
-    out = {}
-    with zipfile.ZipFile(file) as archive:
-        for member in archive.infolist():
-            if not member.filename.endswith(".npy"):
-                continue
-            if member.file_size > MAX_ARRAY_BYTES:
-                raise ValueError(f"{member.filename} is larger than {MAX_ARRAY_BYTES >> 20} MiB")
-            data = archive.read(member)
-            values = np.lib.format.read_array(io.BytesIO(_checked(data, member.filename)), allow_pickle=False)
-            if values.ndim and len(values) and values.dtype.kind in "fiub":
-                out[member.filename.removesuffix(".npy")] = values
-    return out
-
-
-def _checked(data: bytes, name: str) -> bytes:
-    """The bytes of an array, unless its header tells of more than they are."""
-    stream = io.BytesIO(data)
-    read_header = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
-    version = np.lib.format.read_magic(stream)
-    if version not in read_header:
-        raise ValueError(f"{name} is of version {version[0]}.{version[1]}, expected 1.0 or 2.0")
-    shape, _, dtype = read_header[version](stream)
-    if math.prod(shape) * dtype.itemsize > len(data):
-        raise ValueError(f"{name} tells of {shape} values, more than it holds")
-    return data

@@ -64,7 +64,12 @@ def record_logs(logs: Sequence[Path], cell: Any, options: LogOptions, described:
 
         recording, said, problems = import_recording(logs[0], map_file, complete, ", ".join(log.name for log in logs))
     known = known_errors(recording)
-    notes += [*guessed.notes, *said, *completed, *_dead_notes(recording.cell, known.dead)]
+    notes += [
+        *guessed.notes,
+        *(note for note in said if note not in guessed.notes),
+        *completed,
+        *_dead_notes(recording.cell, known.dead),
+    ]
     return LogRecording(recording, guessed.entry, guessed.told(), notes, problems, known.errors)
 
 

@@ -73,6 +73,7 @@ def guess_map(
     parts: list[tuple[RawPart, dict[str, Any], GuessedClock | None]] = []
     for file in files:
         log = read_log(file, given.header, given.words)
+        out.notes += log.notes
         parts += [_read_part(part, cell, given, out, file.name) for part in _parts_of(log, cell, given)]
     if not parts:
         terminal.fail("no log: expected at least one")

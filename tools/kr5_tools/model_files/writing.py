@@ -114,6 +114,12 @@ def check_editable(original: Path | str, base: str = "", tip: str = "") -> None:
         refuse_computed_masses(load_mjcf(Path(original), base, tip))
 
 
+def lost_effects(cell: Any, kind: Kind) -> list[tuple[str, str]]:
+    """The effects of a cell, with their targets, of which a model of this kind cannot hold every parameter."""
+    losses = _accounts(physics.fold_effects(cell, add_drives=kind != Kind.CELL), kind)[1]
+    return list(dict.fromkeys((loss.effect, loss.target) for loss in losses))
+
+
 def _check_original(output: Path, kind: Kind, original: Path | str | None) -> None:
     if original is None:
         return

@@ -67,7 +67,7 @@ def embed_plot(plot: Any) -> dict[str, Any]:
 def word_columns(table: dict[str, Any]) -> list[int]:
     """The columns of a table that hold no number, which stand to the left."""
     columns = list(zip(*table["rows"]))
-    return [k for k, cells in enumerate(columns) if not any(re.match(r"[-+−±]?[\d.]", str(cell)) for cell in cells)]
+    return [k for k, cells in enumerate(columns) if not any(re.match(r"[-+−±]? ?[\d.]", str(cell)) for cell in cells)]
 
 
 def read_vendored(name: str) -> Any:

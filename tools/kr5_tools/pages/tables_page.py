@@ -20,8 +20,8 @@ def write_tables_page(
     output: Path,
     png: Path | None,
 ) -> list[Path]:
-    """Writes the page of `parts` (title, texts, plots, tables of title, columns, rows and texts) and, where they are
-    wanted, the plots, which are closed; returns the files of these."""
+    """Writes the page of `parts` (title, texts, plots, tables of title, columns, rows and texts, and lists of title and
+    items) and, where they are wanted, the plots, which are closed; returns the files of these."""
     from kr5_tools.pages.plot_style import STYLE, plt
 
     drawn = [plot for part in parts for plot in part["plots"]]
@@ -37,7 +37,7 @@ def write_tables_page(
                 version=data.get("version"),
                 command=data.get("command"),
                 verdict=data.get("verdict"),
-                icon=ICONS.get(data.get("verdict", {}).get("word"), ""),
+                icon=_icon(data.get("verdict", {})),
                 parts=shown,
             )
             writing.write_text(page, output)
@@ -45,6 +45,11 @@ def write_tables_page(
     finally:
         for plot in drawn:
             plt.close(plot.figure)
+
+
+def _icon(verdict: dict[str, Any]) -> str:
+    """Of the verdict's own, else of its word."""
+    return str(verdict.get("icon") or ICONS.get(verdict.get("word", ""), ""))
 
 
 def figures_table(figures: list[dict[str, Any]]) -> dict[str, Any]:
