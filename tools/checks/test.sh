@@ -59,7 +59,7 @@ test_python() {
   local junit=$build/log/python.xml
   rm -f "$junit"
   wait "$environment" || true  # need_tool tries again, and says what failed
-  need_wheel && need_requirements docs || { count 0 1; return; }
+  need_wheel && need_requirements test docs || { count 0 1; return; }
   say "testing the Python package and the command"
   "$venv/bin/python" -m pytest -q -n "$(nproc)" --dist loadscope --durations 10 --junitxml "$junit" || true
   count_junit "$junit"
@@ -91,7 +91,7 @@ timed() {
 
 run_all_tests() {
   mkdir -p "$build"
-  need_venv >/dev/null 2>&1 &  # loads from the network while the C++ tests are compiled
+  { need_venv && need_requirements test docs; } >/dev/null 2>&1 &  # loads from the network while the C++ tests are compiled
   environment=$!
   timed "C++ tests, optimised" test_preset release
   timed "C++ tests under sanitizers" test_preset asan
