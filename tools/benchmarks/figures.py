@@ -29,6 +29,7 @@ class Bench:
     arguments: tuple[str, ...] = ()
     quick: tuple[str, ...] = ()  # arguments of a short run
     command: str = ""  # of figures that a person measures
+    remarks: str = ""  # why figures fall short, where that is known
 
     def shown_command(self, name: str) -> str:
         return self.command or f"./tools/run bench {name}"
@@ -67,9 +68,10 @@ def render_section(name: str, entry: dict[str, Any], bench: Bench) -> str:
         for r in entry["rows"]
     ]
     lines = [f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in row)} |" for row in rows]
+    remarks = f"\n{bench.remarks}\n" if bench.remarks else ""
     return (
         f"## {bench.title}\n\n`{bench.shown_command(name)}`, measured {entry['date']}. Seen while developing:"
-        f" {bench.seen}.\n\n| {' | '.join(head)} |\n|{'---|' * len(head)}\n" + "\n".join(lines) + "\n"
+        f" {bench.seen}.\n\n| {' | '.join(head)} |\n|{'---|' * len(head)}\n" + "\n".join(lines) + f"\n{remarks}"
     )
 
 
