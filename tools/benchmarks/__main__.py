@@ -132,11 +132,11 @@ BENCHES = {
         "Logs and models of other people: labelled recordings as CSV and bags, public logs, MuJoCo arms",
         f"the labelled recordings; public logs: {PUBLIC}; MuJoCo arms: {SIMULATED}",
         quick=("--quick",),
-        remarks="The three causes of the TX40 that the rest does not confirm are one that no catalogue names: friction of"
-        " motor 6, which turns with joints 5 and 6; both turn the same way in the first part of the log, and do not in"
-        " the rest. Dry friction of MuJoCo (`frictionloss`) is soft: on the light joint of seed 108 it never saturates"
-        " and is viscous friction, which the tuned XML predicts to 0.995; of seed 107 a tenth of it does not show as dry"
-        " friction (gap 1.17).",
+        remarks="The three causes of the TX40 that the rest does not confirm are one that no catalogue names: friction"
+        " of motor 6, which turns with joints 5 and 6; both turn the same way in the first part of the log, and do not"
+        " in the rest. Dry friction of MuJoCo (`frictionloss`) is soft: on the light joint of seed 108 it never"
+        " saturates and is viscous friction, which the tuned XML predicts to 0.995; of seed 107 a tenth of it does not"
+        " show as dry friction (gap 1.17).",
     ),
     "blind_check": Bench(
         "Blind check of the diagnosis: sealed cells of a program of its own, on Pinocchio",
