@@ -84,7 +84,7 @@ def test_a_disturbance_that_no_catalogue_names_is_left_over_with_its_joint_and_p
     assert code == 0, said
     assert data["verdict"] == "partly_explained" and causes(data) == [("coulomb_friction", "joint5")]
     assert [p["column"] for p in data["unexplained"]] == ["tau3"]
-    assert "structure remains in the residuals of the torque of joint 3; it oscillates with a period of 0.69" in said
+    assert "structure remains in the residuals of the torque of joint 3; it oscillates with a period of 0.7 s" in said
 
 
 def test_torques_that_are_logged_late_are_told_first_and_the_remedy_works(diagnose, named_arm, named_urdf, tmp_path):

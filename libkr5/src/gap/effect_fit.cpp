@@ -134,7 +134,7 @@ class EffectFitter {
         h.target,
         h.choice,
         {},
-        explained_fraction(compared_.data, groups_, above_floor(compared_.data, groups_, before), before, after),
+        explained_fraction(compared_.data, groups_, above_noise(compared_.data, groups_, before), before, after),
         {}};
     out.parameters = parameters(compared_.data, model, 0, posterior(problem_, {model}).temperature);
     for (const Group& group : groups_) {

@@ -23,7 +23,6 @@ constexpr Index least_rows = 30;         // below which only the clock and missi
 constexpr double even_steps = 0.02;      // of the median step: below that a clock counts as even
 constexpr double few_backward = 0.05;    // share of rows out of order that sorting mends
 constexpr double bridged_gap = 0.01;     // in which an arm does nothing unforeseen [s]
-constexpr double coarse = 50.0;          // levels, below which a torque is flat where it turns [-]
 constexpr double standing_range = 2e-3;  // motion of a joint that counts as none [rad or m]
 constexpr double degrees_per_radian = 180.0 / std::numbers::pi;
 constexpr double derivative_correlation = 0.9;
@@ -266,6 +265,17 @@ double resolution(const Eigen::Ref<const VectorXd>& x) {
   return out;
 }
 
+/// Whether a span is flat because a channel of coarse resolution turns there: it then stays near for longer by two
+/// fifths at least, while a clipped one leaves at once.
+bool turns_at(const Eigen::Ref<const VectorXd>& x, const FlatSpan& s, double step) {
+  constexpr double longer = 1.25;
+  const auto near = [&](Index i) { return std::abs(x[i] - x[s.first]) <= 1.01 * step; };
+  Index first = s.first, last = s.last;
+  while (first > 0 && near(first - 1)) --first;
+  while (last + 1 < x.size() && near(last + 1)) ++last;
+  return static_cast<double>(last - first + 1) > longer * static_cast<double>(s.size());
+}
+
 double moved_within(const MatrixXd& q, const FlatSpan& s) {
   double out = 0.0;
   for (Index j = 0; j < q.cols(); ++j) {
@@ -308,7 +318,7 @@ void check_torque_channel(OrderedLog& data, Index j, std::vector<LogFinding>& ou
                   "always " + short_number(low) + " although the arm moves", out);
     return;
   }
-  if (high - low < coarse * resolution(x)) return;  // a turning point is flat at such a resolution
+  const double step = resolution(x);
   const std::vector<FlatSpan> spans = flat_spans(x);
   const double usual = usual_length(spans);
   std::vector<FlatSpan> saturated, frozen;
@@ -316,7 +326,7 @@ void check_torque_channel(OrderedLog& data, Index j, std::vector<LogFinding>& ou
     const double length = static_cast<double>(s.size()), value = x[s.first];
     const bool extreme = (value == low || value == high) && value != 0.0;
     const bool moving = moved_within(data.log.q, s) > standing_range;
-    if (!moving) continue;  // at rest a torque without noise is constant
+    if (!moving || turns_at(x, s, step)) continue;  // at rest a torque without noise is constant
     if (extreme && length >= 5 * std::max(usual, 1.0))
       saturated.push_back(s);
     else if (length >= 10 * std::max(usual, 1.0) && length * data.step > 0.05)

@@ -101,7 +101,7 @@ def diagnose(
     result = outputs.write_results(data, found, compared)
     written = outputs.write_models(found.cell, compared, reading)
     print_diagnosis(data, found.cell, compared, to, everything)
-    print_model(written, to)
+    print_model(written, data["causes"], to)
     outputs.write_report(result, compared, to)
 
 
@@ -180,13 +180,16 @@ class DiagnoseOutputs:
         return compared.model if kind == compared.model.kind and kind in (Kind.URDF, Kind.MJCF) else None
 
 
-def print_model(written: Any, to: Any) -> None:
+def print_model(written: Any, causes: list[Any], to: Any) -> None:
     """Says where the model with the causes is, and what its format cannot hold."""
     if written is None:
         return
-    to.print(f"\n{written.file}: model with the causes in it.", soft_wrap=True, markup=False)
+    what = "model with the causes in it" if written.folded else "model as it was read, which holds none of the causes"
+    if not causes:
+        what = "model as it was read, since no cause is named"
+    to.print(f"\n{written.file}: {what}.", soft_wrap=True, markup=False)
     if written.losses:
-        rows = [[x.effect, x.target, x.reason] for x in written.losses]
+        rows = [list(row) for row in dict.fromkeys((x.effect, x.target, x.reason) for x in written.losses)]
         to.print(tables.make_table("Not in the model", ["effect", "target", "reason"], rows, text=(1, 2)))
 
 

@@ -1,5 +1,6 @@
 """Options of what is compared, and what is printed of it."""
 
+import re
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -53,7 +54,10 @@ TrustOption = Annotated[bool, typer.Option("--trust", help="Compare although som
 
 
 def known_target(target: str, cell: Any) -> str:
-    """The target of an effect, which may be named as the joint is in the model of the robot."""
+    """The target of an effect, which may be named as the joint is in the model of the robot; `joint3` is always the
+    third of the chain."""
+    if re.fullmatch(r"(joint|motor)\d+", target):
+        return target
     names = list(cell.robot.joint_names)
     return f"joint{names.index(target) + 1}" if target in names else target
 
@@ -72,4 +76,4 @@ def print_source(source: ComparedSource, to: Any, everything: bool) -> None:
         for item, proposal, _ in source.reasons:
             to.print(f"  - {escape(item)}: {escape(proposal)}", soft_wrap=True, markup=True)
     for note in source.notes:
-        to.print(f"  - {escape(note)}.", soft_wrap=True, markup=True)
+        to.print(f"  - {escape(note)}{'' if note.endswith('?') else '.'}", soft_wrap=True, markup=True)

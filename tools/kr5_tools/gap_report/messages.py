@@ -11,6 +11,7 @@ from kr5_tools.gap_report.clock_faults import clock_faults
 from kr5_tools.model_files.kinds import ENDINGS, NAMES
 from kr5_tools.model_files.writing import lost_effects
 
+NOTICEABLE = 1.25  # times the noise, from which a gap is told although no cause need be found
 NEAR_NOISE = 2.0  # times the noise, up to which a gap is that of noise and small errors
 KINDS = {
     "motion": "free motion",
@@ -195,7 +196,9 @@ def value_text(parameter: dict[str, Any], target: str) -> str:
 def joint_name(named: dict[str, Any]) -> str:
     """The model's name of the joint that an effect sits on, where that says more than its number; else nothing."""
     name = named.get("joint") or ""
-    return "" if re.fullmatch(r"(joint|a)?[_ ]?\d+", name.lower()) else name
+    own = re.fullmatch(r"(?:joint|a)?[_ ]?(\d+)", name.lower())
+    number = re.search(r"\d+$", named.get("target") or named.get("column") or "")
+    return "" if own and number and int(own[1]) == int(number[0]) else name
 
 
 def cause_text(cause: dict[str, Any]) -> str:
@@ -269,6 +272,11 @@ def verdict_text(data: dict[str, Any]) -> str:
 
 def _agreement_text(data: dict[str, Any], limited: bool) -> str:
     where, causes, shrink = data["where"], data["causes"], data["shrink"]
+    if data["verdict"] == "no_gap" and shrink.get("before", 1.0) > NOTICEABLE:
+        return (
+            f"No gap that the best model of the arm does not leave, too: simulation and recording agree within"
+            f" {shrink['before']:.1f} times the noise."
+        )
     if data["verdict"] == "no_gap" or not where:
         if limited:
             return (
@@ -424,7 +432,7 @@ def warning_notes(data: dict[str, Any]) -> list[tuple[str, str]]:
         m for m in (re.match(r"noise of (\w+(?: in \w+)?) is ([\d.]+ (?:\+-|±) [\d.]+)", w) for w in warnings) if m
     ]
     out = [
-        (capitalised(f"{w.replace('+-', '±')}."), SPIKES if re.search(r"\bspikes?\b", w) else "")
+        (capitalised(f"{w.replace('+-', '±').replace('max_effects: ', '--max-effects ')}."), SPIKES if re.search(r"\bspikes?\b", w) else "")
         for w in warnings
         if not w.startswith("noise of") and not clock_faults([w])
     ]

@@ -21,6 +21,7 @@ DEAD_SHARE = 0.1  # of the spread of the model's loads, below which a column sho
 SHOWN_BY_CHANCE = 2.0  # standard deviations that what a model leaves may seem smaller than it is
 NO_WEIGHT = 100.0  # times what a column leaves, which then says nothing for any effect
 UNLIKE = 0.5  # correlation, from which a column shows the loads in another unit
+LEAST_NOISE = 1e-3  # of the spread of a load: what a simulation without noise leaves of rounding and smoothing
 NORMAL_MAD = 1.4826  # standard deviation over median absolute deviation
 
 
@@ -119,7 +120,8 @@ def with_noise(recording: Any) -> list[str]:
             cell.noise = noise
             notes.append("noise of the joint torques follows from that of the currents")
             continue
-        sigma = [difference_noise([np.asarray(e[c]) for e in logs]) for c in columns]
+        readings = [[np.asarray(e[c]) for e in logs] for c in columns]
+        sigma = [max(difference_noise(x), LEAST_NOISE * float(np.concatenate(x).std())) for x in readings]
         setattr(noise, own, sigma)
         cell.noise = noise
         units = ["A"] * n if family == "i" else [_load_unit(cell, k) for k in range(n)]

@@ -86,21 +86,18 @@ bool above_floor(const Gap& gap) {
   return gap.samples > 0 && gap.samples * gap.rms * gap.rms > uncertainty::chi_square_quantile(0.999, gap.samples);
 }
 
-std::vector<bool> above_floor(const ComparisonData& data, const std::vector<Group>& groups,
-                              const Eigen::VectorXd& counted) {
-  std::vector<bool> out;
-  for (const Group& group : groups) out.push_back(above_floor(gap_of(data, group.judged, counted)));
-  return out;
+bool above_noise(const ComparisonData& data, const Group& group, const Eigen::VectorXd& counted) {
+  constexpr double noticeable = 1.25;  // noise that is estimated from a recording is known to a tenth or so
+  Gap gap = gap_of(data, group.judged, counted);
+  const double widening = widening_of(data, group);
+  gap.rms *= widening;
+  return above_floor(gap) && (widening == 1.0 || gap.rms > noticeable);
 }
 
-std::vector<bool> above_floor(const ComparisonData& data, const std::vector<Group>& groups,
-                              const ResidualAnalysis& found) {
-  std::vector<bool> out = above_floor(data, groups, found.shown);
-  for (std::size_t g = 0; g < groups.size(); ++g) {
-    Gap over_noise = gap_of(data, groups[g].judged, found.shown);
-    over_noise.rms *= widening_of(data, groups[g]);
-    out[g] = out[g] || ((found.structured[g] || found.beyond[g]) && above_floor(over_noise));
-  }
+std::vector<bool> above_noise(const ComparisonData& data, const std::vector<Group>& groups,
+                              const Eigen::VectorXd& counted) {
+  std::vector<bool> out;
+  for (const Group& group : groups) out.push_back(above_noise(data, group, counted));
   return out;
 }
 
@@ -108,9 +105,8 @@ std::vector<ColumnExcess> column_excesses(const ComparisonData& data, const std:
                                           const ResidualAnalysis& rest) {
   std::vector<ColumnExcess> out;
   double total = 0.0;
-  const std::vector<bool> above = above_floor(data, groups, rest);
   for (std::size_t g = 0; g < groups.size(); ++g) {
-    if (!rest.structured[g] && !above[g]) continue;
+    if (!rest.structured[g] && !rest.beyond[g] && !above_noise(data, groups[g], rest.shown)) continue;
     std::vector<Dependence> depends = rest.structure[g].dependences;
     if (depends.size() > 3) depends.resize(3);
     const double over_noise = gap_over_noise(data, groups[g], rest.shown);

@@ -13,17 +13,17 @@ namespace kr5::gap {
 /// Whether a gap is more than noise alone shows once in 1000 columns.
 bool above_floor(const Gap& gap);
 
-/// The same of each group; with an analysis, also where more than the sensor's noise is left that is structured or
-/// beyond what the simulator is known to be off.
-std::vector<bool> above_floor(const ComparisonData& data, const std::vector<Group>& groups,
+/// The same of a column over the noise of its sensor alone; where this was estimated from the recording, by more than
+/// it is uncertain.
+bool above_noise(const ComparisonData& data, const Group& group, const Eigen::VectorXd& counted);
+std::vector<bool> above_noise(const ComparisonData& data, const std::vector<Group>& groups,
                               const Eigen::VectorXd& counted);
-std::vector<bool> above_floor(const ComparisonData& data, const std::vector<Group>& groups,
-                              const ResidualAnalysis& found);
 
 /// RMS residual of the judged blocks of a group over the noise of their sensor.
 double gap_over_noise(const ComparisonData& data, const Group& group, const Eigen::VectorXd& counted);
 
-/// Columns above the floor (99.9 % of chi-square at their samples, or structured), largest share of the excess first.
+/// Columns above the noise (99.9 % of chi-square at their samples), structured or beyond what is known, largest share
+/// of the excess first.
 std::vector<ColumnExcess> column_excesses(const ComparisonData& data, const std::vector<Group>& groups,
                                           const ResidualAnalysis& rest);
 

@@ -8,6 +8,8 @@
 
 #include <Eigen/LU>
 
+#include <kr5/uncertainty/confidence.hpp>
+
 namespace kr5::gap {
 namespace {
 
@@ -15,65 +17,83 @@ constexpr double main_part = 0.6;       // of the excess
 constexpr double fewest_periods = 3.0;  // fewer are a drift
 constexpr double fewest_rows = 4.0;     // a period
 constexpr double steps_per_line = 4.0;  // of frequency, per 1 / duration
+constexpr Eigen::Index least_rows = 16;
 
-/// Time [s] and residual of the rows that count.
-struct Rows {
-  Eigen::ArrayXd t;
-  Eigen::ArrayXd r;
-  double step = 0.0;  ///< Median interval [s].
+/// The rows of an experiment that count, and a wave at one frequency after the other.
+struct Wave {
+  Eigen::ArrayXd t, r;            ///< Time [s], residual.
+  Eigen::ArrayXd c, s;            ///< Cosine and sine at the frequency.
+  Eigen::ArrayXd c_step, s_step;  ///< From it to the next one, by addition.
+  double step = 0.0;              ///< Median interval [s].
+
+  double duration() const { return t.maxCoeff() - t.minCoeff(); }
+
+  void start(double frequency, double increment) {
+    const auto phase = [&](double f) -> Eigen::ArrayXd { return 2 * std::numbers::pi * f * (t - t(0)); };
+    c = phase(frequency).cos(), s = phase(frequency).sin();
+    c_step = phase(increment).cos(), s_step = phase(increment).sin();
+  }
+
+  void advance() {
+    const Eigen::ArrayXd turned = c * c_step - s * s_step;
+    s = s * c_step + c * s_step;
+    c = turned;
+  }
+
+  /// What a sine and a cosine take from the sum of squares.
+  double explained() const {
+    Eigen::Matrix2d A;
+    A << c.square().sum(), (c * s).sum(), (c * s).sum(), s.square().sum();
+    const Eigen::Vector2d b((c * r).sum(), (s * r).sum());
+    return A.determinant() > 1e-9 * A.trace() * A.trace() ? b.dot(A.inverse() * b) : 0.0;
+  }
 };
 
-Rows rows_of(const ComparisonData& data, const Group& group, const Eigen::VectorXd& counted) {
+/// The wave of a block; without rows, where it has no time.
+Wave wave_of(const ComparisonData& data, const Block& block, const Eigen::VectorXd& counted) {
+  const io::Table& table = data.experiment(block).data;
+  if (table.find("t") < 0) return {};
+  const Eigen::VectorXd times = table.column("t");
   std::vector<double> t, r, steps;
-  for (const int b : group.all) {
-    const Block& block = data.blocks[b];
-    const io::Table& table = data.experiment(block).data;
-    if (table.find("t") < 0) return {};
-    const Eigen::VectorXd times = table.column("t");
-    for (Eigen::Index i = 0; i < block.rows; ++i) {
-      if (i > 0) steps.push_back(times(i) - times(i - 1));
-      if (data.use(block.first + i) == 0.0) continue;
-      t.push_back(times(i));
-      r.push_back(counted(block.first + i));
-    }
+  for (Eigen::Index i = 0; i < block.rows; ++i) {
+    if (i > 0) steps.push_back(times(i) - times(i - 1));
+    if (data.use(block.first + i) == 0.0) continue;
+    t.push_back(times(i));
+    r.push_back(counted(block.first + i));
   }
-  if (steps.empty() || t.empty()) return {};
+  const auto size = static_cast<Eigen::Index>(t.size());
+  if (size < least_rows) return {};
   const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
   std::nth_element(steps.begin(), middle, steps.end());
-  const auto size = static_cast<Eigen::Index>(t.size());
-  return {Eigen::Map<Eigen::ArrayXd>(t.data(), size), Eigen::Map<Eigen::ArrayXd>(r.data(), size), *middle};
+  Wave out;
+  out.t = Eigen::Map<Eigen::ArrayXd>(t.data(), size);
+  out.r = Eigen::Map<Eigen::ArrayXd>(r.data(), size);
+  out.step = *middle;
+  return out;
 }
 
-/// What a sine and a cosine take from the sum of squares.
-double explained(const Eigen::ArrayXd& c, const Eigen::ArrayXd& s, const Eigen::ArrayXd& r) {
-  Eigen::Matrix2d A;
-  A << c.square().sum(), (c * s).sum(), (c * s).sum(), s.square().sum();
-  const Eigen::Vector2d b((c * r).sum(), (s * r).sum());
-  return A.determinant() > 1e-9 * A.trace() * A.trace() ? b.dot(A.inverse() * b) : 0.0;
-}
-
-/// The frequency that explains most, and how many were tried.
+/// The frequency that explains most, each wave with a phase of its own, and how many were tried.
 struct Peak {
   double frequency = 0.0;  ///< [Hz]
   double explained = 0.0;
   double tried = 0.0;
 };
 
-Peak highest_peak(const Rows& rows, double duration) {
-  const double first = fewest_periods / duration, last = 1.0 / (fewest_rows * rows.step);
-  const double step = 1.0 / (steps_per_line * duration);
-  const auto phase = [&](double frequency) -> Eigen::ArrayXd { return 2 * std::numbers::pi * frequency * rows.t; };
-  Eigen::ArrayXd c = phase(first).cos(), s = phase(first).sin();
-  const Eigen::ArrayXd c_step = phase(step).cos(), s_step = phase(step).sin();  // to the next frequency, by addition
+Peak highest_peak(std::vector<Wave>& waves) {
+  const Wave& longest = *std::ranges::max_element(waves, {}, [](const Wave& w) { return w.duration(); });
+  const double first = fewest_periods / longest.duration(), last = 1.0 / (fewest_rows * longest.step);
+  const double step = 1.0 / (steps_per_line * longest.duration());
+  for (Wave& wave : waves) wave.start(first, step);
   Peak out;
   for (double f = first; f <= last; f += step, ++out.tried) {
-    if (const double taken = explained(c, s, rows.r); taken > out.explained) {
-      out.explained = taken;
-      out.frequency = f;
+    double taken = 0.0;
+    for (Wave& wave : waves) {
+      taken += wave.explained();
+      wave.advance();
     }
-    const Eigen::ArrayXd turned = c * c_step - s * s_step;
-    s = s * c_step + c * s_step;
-    c = turned;
+    if (taken <= out.explained) continue;
+    out.explained = taken;
+    out.frequency = f;
   }
   return out;
 }
@@ -82,16 +102,21 @@ Peak highest_peak(const Rows& rows, double duration) {
 
 std::optional<Dependence> main_oscillation(const ComparisonData& data, const Group& group,
                                            const Eigen::VectorXd& counted, double level) {
-  const Rows rows = rows_of(data, group, counted);
-  if (rows.t.size() < 16 || !(rows.step > 0.0)) return {};
-  const double duration = rows.t.maxCoeff() - rows.t.minCoeff(),
-               excess = rows.r.square().sum() - static_cast<double>(rows.r.size());
-  const Peak peak = highest_peak(rows, duration);
-  const double share = peak.explained / std::max(excess, 1e-9);
-  const double p = std::min(1.0, peak.tried * std::exp(-peak.explained / 2));
+  std::vector<Wave> waves;
+  double excess = 0.0;
+  for (const int b : group.all) {
+    Wave wave = wave_of(data, data.blocks[b], counted);
+    if (wave.t.size() == 0 || !(wave.step > 0.0) || !(wave.duration() > 0.0)) continue;
+    excess += wave.r.square().sum() - static_cast<double>(wave.r.size());
+    waves.push_back(std::move(wave));
+  }
+  if (waves.empty()) return {};
+  const Peak peak = highest_peak(waves);
+  const double share = peak.explained / std::max(excess, 1e-9), dof = 2.0 * static_cast<double>(waves.size());
+  const double p = std::min(1.0, peak.tried * (1.0 - uncertainty::chi_square_cdf(peak.explained, dof)));
   if (share < main_part || p > level) return {};
   char how[64];
-  std::snprintf(how, sizeof how, "oscillates with a period of %.3g s", 1.0 / peak.frequency);
+  std::snprintf(how, sizeof how, "oscillates with a period of %.2g s", 1.0 / peak.frequency);
   return Dependence{"t", how, 1.0 - p, std::min(share, 1.0)};
 }
 

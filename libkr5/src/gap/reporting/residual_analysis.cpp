@@ -9,6 +9,7 @@
 
 #include "gap/parallel.hpp"
 #include "gap/reporting/consistency.hpp"
+#include "gap/reporting/gap_figures.hpp"
 #include "gap/reporting/oscillation.hpp"
 #include "gap/reporting/variables.hpp"
 
@@ -208,7 +209,8 @@ ResidualAnalysis analyze_residual(const FitProblem& problem, const std::vector<G
   parallel_for(static_cast<int>(groups.size()), options.threads,
                [&](int g) { out.structure[g] = structure(data, groups[g], out.counted, discrepancy[g], level); });
   for (std::size_t g = 0; g < groups.size(); ++g) {
-    out.structured.push_back(out.structure[g].p < level);
+    const bool seen = !options.errors_of_recording || above_noise(data, groups[g], out.shown);
+    out.structured.push_back(seen && out.structure[g].p < level);
     out.beyond.push_back(beyond_known_error(data, groups[g], out.shown, options));
     out.strength.push_back(out.structure[g].strength);
   }
@@ -219,16 +221,19 @@ ResidualAnalysis analyze_residual(const FitProblem& problem, const std::vector<G
 void describe_beyond(const ComparisonData& data, const std::vector<Group>& groups, const DiagnoseOptions& options,
                      ResidualAnalysis& rest) {
   const double level = options.false_alarms / static_cast<double>(groups.size());
+  const Eigen::VectorXd shown = rest.shown.array().isNaN().select(0.0, rest.shown.array());
   parallel_for(static_cast<int>(groups.size()), options.threads, [&](int g) {
     const Group& group = groups[g];
     if (!rest.beyond[g] || group.judged.empty()) return;
     const double widening = data.blocks[group.judged.front()].widening;
-    std::vector<Dependence>& depends = rest.structure[g].dependences;
-    depends = structure(data, group, rest.whole, 0.0, level, widening).dependences;
-    const auto found = main_oscillation(data, group, widening * rest.whole, level);
-    if (!found) return;
-    const auto lesser = [&](const Dependence& d) { return d.share < found->share; };
-    depends.insert(std::find_if(depends.begin(), depends.end(), lesser), *found);
+    std::vector<Dependence> depends = structure(data, group, shown, 0.0, level, widening).dependences;
+    if (const auto found = main_oscillation(data, group, widening * shown, level)) {
+      const auto lesser = [&](const Dependence& d) { return d.share < found->share; };
+      depends.insert(std::find_if(depends.begin(), depends.end(), lesser), *found);
+    }
+    std::vector<Dependence>& all =
+        rest.structure[g].dependences;  // effects that are not the same everywhere stay first
+    all.insert(all.end(), depends.begin(), depends.end());
   });
 }
 
