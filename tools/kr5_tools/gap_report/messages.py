@@ -274,8 +274,8 @@ def _agreement_text(data: dict[str, Any], limited: bool) -> str:
     where, causes, shrink = data["where"], data["causes"], data["shrink"]
     if data["verdict"] == "no_gap" and shrink.get("before", 1.0) > NOTICEABLE:
         return (
-            f"No gap that the best model of the arm does not leave, too: simulation and recording agree within"
-            f" {shrink['before']:.1f} times the noise."
+            f"Simulation and recording agree within {shrink['before']:.1f} times the noise, which the best model of the"
+            " arm leaves, too."
         )
     if data["verdict"] == "no_gap" or not where:
         if limited:
@@ -432,7 +432,10 @@ def warning_notes(data: dict[str, Any]) -> list[tuple[str, str]]:
         m for m in (re.match(r"noise of (\w+(?: in \w+)?) is ([\d.]+ (?:\+-|±) [\d.]+)", w) for w in warnings) if m
     ]
     out = [
-        (capitalised(f"{w.replace('+-', '±').replace('max_effects: ', '--max-effects ')}."), SPIKES if re.search(r"\bspikes?\b", w) else "")
+        (
+            capitalised(f"{w.replace('+-', '±').replace('max_effects: ', '--max-effects ')}."),
+            SPIKES if re.search(r"\bspikes?\b", w) else "",
+        )
         for w in warnings
         if not w.startswith("noise of") and not clock_faults([w])
     ]

@@ -26,6 +26,8 @@ CURRENT, TORQUE = "motor current", "joint torque"  # channels of kr5.cell.Column
 LOADS = (CURRENT, TORQUE, "force", "moment")
 THOUSANDTHS = {"A": "mA", "N": "mN", "N m": "N mm"}
 TURN = 2 * np.pi  # [rad] beyond which angles may be degrees
+WEIGHTLESS = 0.3  # of what gravity makes, that loads without gravity show
+NO_GRAVITY = 1e-9  # [m/s^2]
 GRAVITY = 5.0  # standard deviations of a torque that gravity must make to be missed
 
 
@@ -205,7 +207,7 @@ def _loads(cell: Any, e: Any, words: EntryWords) -> list[LogProblem]:
     that is no more than a placeholder: what is recognised and fits without it is not objected to."""
     if clipped := _saturated(cell, e):
         return clipped
-    if order := _order(cell, e, words):
+    if order := _order(cell, e, words) or _without_gravity(cell, e):
         return order
     bare = _without_friction(cell)
     out, _ = _compare_loads(cell, cell, e, words, by_joint=bare is None)  # stated friction may be off by joint
@@ -224,16 +226,55 @@ def _saturated(cell: Any, e: Any) -> list[LogProblem]:
     log = identification.JointLog(t=np.asarray(e["t"]), q=q, tau=loads)
     stem = "tau" if "tau1" in e.data else "i"
     constant = {f"tau{k + 1}" for k in np.flatnonzero(np.ptp(loads, axis=0) == 0)}  # not measured, which is told apart
+    names = list(cell.robot.joint_names)
     return [
         LogProblem(
             e.name,
             f.column.replace("tau", stem),
-            f.text.partition(": ")[2].partition("; ")[0],
+            f"a value that stays {'at its extreme' if str(f.fault) == 'saturated' else 'the same'} from"
+            f" {f.begin:.3f} to {f.end:.3f} s while the arm moves",
             "values that follow the motion",
             "sensor, driver or logger clip or hold it: record again with a wider range or a gentler motion",
+            joint=names[int(f.column[3:]) - 1] if names else "",
         )
         for f in identification.check_log(log)
         if str(f.fault) in ("saturated", "frozen") and f.column.startswith("tau") and f.column not in constant
+    ]
+
+
+def _without_gravity(cell: Any, e: Any) -> list[LogProblem]:
+    """Loads from which the controller took those of gravity: they are like the simulation of an arm without weight."""
+    import kr5.predict
+
+    stem = next((s for s in ("tau", "i") if f"{s}1" in e.data), None)
+    got = _family(e, stem, cell.robot.joints) if stem else None
+    if got is None:
+        return []
+    weightless = kr5.cell.parse_cell(cell.to_yaml())
+    robot = weightless.robot
+    robot.gravity = np.full(3, NO_GRAVITY)
+    weightless.robot = robot
+    try:
+        shown = [kr5.predict.FastSimulator().predict(c, e) for c in (cell, weightless)]
+    except kr5.Error:
+        return []
+    with_it, without = (np.column_stack([s[f"{stem}{k + 1}"] for k in range(cell.robot.joints)]) for s in shown)
+    gravity = with_it - without
+    j = int(np.argmax(gravity.std(0)))
+    left, lighter = (np.std(got[:, j] - model[:, j]) for model in (with_it, without))
+    share = abs(float(np.dot(got[:, j] - got[:, j].mean(), gravity[:, j] - gravity[:, j].mean())))
+    share /= max(float(np.sum((gravity[:, j] - gravity[:, j].mean()) ** 2)), 1e-30)
+    if not (lighter < WEIGHTLESS * left and share < WEIGHTLESS):
+        return []
+    return [
+        LogProblem(
+            e.name,
+            f"{stem}{j + 1}",
+            "loads as of an arm without weight",
+            "those of gravity, too",
+            "the controller took gravity from what it logs, or the direction of gravity in the cell is wrong: log the"
+            " whole load of each joint",
+        )
     ]
 
 
@@ -400,6 +441,11 @@ def _factors(cell: Any, columns: list[Any], put: Callable[..., str]) -> list[tup
         (np.full(n, 1e3), thousandth),
         (np.full(n, 1e-3), "the unit is a thousand times the one that was read"),
     ]
+    limits = cell.robot.limits
+    if channel == TORQUE and limits is not None and len(limits.effort) == n and np.isfinite(limits.effort).all():
+        effort = np.asarray(limits.effort)
+        percent = put(scale=[float(f"{x / 100:.6g}") for x in effort])
+        out.append((100 / effort, f"they are percent of the limits of effort of the model: {percent}"))
     if cell.drives is None or channel not in (CURRENT, TORQUE):
         return out
     ratio = np.abs(np.diag(np.asarray(cell.drives.structure)))

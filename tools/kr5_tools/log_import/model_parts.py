@@ -19,9 +19,9 @@ SURE = 5.0  # standard deviations that a torque constant must be above zero
 FRICTION_SPEED = 0.002  # [rad/s or m/s] over which dry friction changes its sign, as in the format of cells
 DEAD_SHARE = 0.1  # of the spread of the model's loads, below which a column shows nothing of them
 SHOWN_BY_CHANCE = 2.0  # standard deviations that what a model leaves may seem smaller than it is
-NO_WEIGHT = 100.0  # times what a column leaves, which then says nothing for any effect
 UNLIKE = 0.5  # correlation, from which a column shows the loads in another unit
-LEAST_NOISE = 1e-3  # of the spread of a load: what a simulation without noise leaves of rounding and smoothing
+NO_WEIGHT = 100.0  # times what a column leaves, which then says nothing for any effect
+LEAST_NOISE = 3e-3  # of the spread of a load: what a simulation without noise leaves of rounding and smoothing
 NORMAL_MAD = 1.4826  # standard deviation over median absolute deviation
 
 
@@ -245,7 +245,7 @@ class KnownErrors:
 
 
 def known_errors(recording: Any) -> KnownErrors:
-    """Base parameters, friction and rotors are fitted to the rows to fit, of an arm on measured positions; of a joint
+    """Base parameters, friction and rotors are fitted to the rows to fit, of an arm on measured positions. Of a joint
     whose loads were not measured, the error is all of them. Effects that are not in that model, such as torque ripple
     or backlash, are found where they stand out of it. Empty unless motions are on measured positions."""
     cell, n = recording.cell, recording.cell.robot.joints
@@ -259,15 +259,14 @@ def known_errors(recording: Any) -> KnownErrors:
     motion = merged_motion([motion_of(cell, e) for e in fit])
     nominal = np.vstack([_nominal_torques(cell, e) for e in fit])
     dead = dead_columns(np.asarray(motion.tau), nominal)
+    family = "tau" if "tau1" in fit[0].data else "i"
     terms = [identification.JointTerms(offset=True, rotor_inertia=True)] * n
     found = identification.identify_dynamics(
         motion, arm_model(cell, terms), identification.DynamicsOptions(held_out=0.0)
     )
-    if not found.fit.usable:
-        return KnownErrors(dead=dead)
-    left = np.asarray(motion.tau) - np.asarray(found.predicted)
+    # Where the motion determines no such model, its error is not known to be more than chance makes of it.
+    left = np.asarray(motion.tau) - np.asarray(found.predicted) if found.fit.usable else np.zeros_like(nominal)
     left[:, dead] = NO_WEIGHT * (np.asarray(motion.tau)[:, dead] - nominal[:, dead])
-    family = "tau" if "tau1" in fit[0].data else "i"
     if family == "i":
         left = left @ np.linalg.inv(np.asarray(cell.drives.structure)) / np.asarray(cell.drives.torque_constant)
     noise = np.array([cell.noise.of("torque" if family == "tau" else "current", k) for k in range(n)])

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include <Eigen/Cholesky>
@@ -84,6 +85,16 @@ std::string unit_text(std::string unit) {
   return unit;
 }
 
+/// A unit of loads and speeds in the catalogue, which is that of a joint that turns, on the joint of an effect.
+std::string unit_at(const cell::Robot& robot, const std::string& target, const std::string& unit) {
+  static const std::map<std::string, std::string> slides = {
+      {"N m", "N"}, {"N m s/rad", "N s/m"}, {"N m/rad", "N/m"}, {"rad/s", "m/s"}, {"N m/A", "N/A"}};
+  for (std::size_t j = 0; j < robot.dh.size(); ++j)
+    if (target == "joint" + std::to_string(j + 1) && robot.dh[j].type == kinematics::JointType::Prismatic)
+      if (const auto found = slides.find(unit); found != slides.end()) return unit_text(found->second);
+  return unit_text(unit);
+}
+
 }  // namespace
 
 bool contains(const std::vector<EffectName>& names, const EffectName& name) {
@@ -146,7 +157,8 @@ std::vector<ParameterEstimate> parameters(const ComparisonData& data, const Mode
   std::vector<ParameterEstimate> out;
   std::vector<Eigen::MatrixXd> jacobians;
   for (const auto& [parameter, value] : at) {
-    out.push_back({parameter->name, numbers(value), {}, unit_text(parameter->unit)});
+    out.push_back(
+        {parameter->name, numbers(value), {}, unit_at(data.recording->cell.robot, h.target, parameter->unit)});
     jacobians.push_back(Eigen::MatrixXd::Zero(change(value, value).size(), x.size()));
   }
   for (Eigen::Index i = 0; i < x.size(); ++i) {

@@ -90,6 +90,7 @@ bool above_noise(const ComparisonData& data, const Group& group, const Eigen::Ve
   constexpr double noticeable = 1.25;  // noise that is estimated from a recording is known to a tenth or so
   Gap gap = gap_of(data, group.judged, counted);
   const double widening = widening_of(data, group);
+  if (widening > 1.0 && gap.rms < least_judged) return false;
   gap.rms *= widening;
   return above_floor(gap) && (widening == 1.0 || gap.rms > noticeable);
 }

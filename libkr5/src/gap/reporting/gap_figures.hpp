@@ -10,6 +10,10 @@
 
 namespace kr5::gap {
 
+/// Part of sigma that a column with a known error must show: an error that is stated as far above what is seen says
+/// that the column is not judged.
+constexpr double least_judged = 0.5;
+
 /// Whether a gap is more than noise alone shows once in 1000 columns.
 bool above_floor(const Gap& gap);
 

@@ -150,15 +150,13 @@ double rms_of_most(std::vector<double> squares) {
 }
 
 /// Whether a column stays off by clearly more than noise and what a simulator may be off, whatever an estimate from
-/// the recording excuses: in that, a disturbance that no catalogue names counts as an error of the best model. An error
-/// that is stated as far above what is seen says that the column is not judged.
+/// the recording excuses: in that, a disturbance that no catalogue names counts as an error of the best model.
 bool beyond_noise(const ComparisonData& data, const Group& group, const Eigen::VectorXd& counted,
                   const DiagnoseOptions& options) {
-  constexpr double judged = 0.5;  // of sigma
   const Block& first = data.blocks[group.judged.front()];
   const Moving moving = while_moving(data, group, counted);
   const double left = rms_of_most(moving.squares);
-  return left > judged && left * first.widening > elsewhere &&
+  return left > least_judged && left * first.widening > elsewhere &&
          left * first.sigma > elsewhere * options.simulator_accuracy * moving.recorded;
 }
 
