@@ -324,7 +324,7 @@ TEST_CASE("an error estimated from the recording excuses no disturbance beyond n
   };
   CHECK(disturbed_by(0.04, "by joint 4").verdict == gap::Verdict::NoGap);  // about the noise of 0.03 A
   for (const auto& [disturbed, variable, how] : std::vector<std::array<std::string, 3>>{
-           {"by joint 4", "q4", ""}, {"by time", "t", "oscillates with a period of 0.7 s"}}) {
+           {"by joint 4", "q4", ""}, {"by time", "t", "oscillates with a period of 0.69"}}) {
     const gap::Diagnosis d = disturbed_by(0.5, disturbed);
     INFO(disturbed << ": " << text(d));
     CHECK(d.verdict == gap::Verdict::Unknown);

@@ -19,7 +19,7 @@ NAMES = case_logs.JOINT_NAMES
 QUICK = ["--max-effects", "1", "--refits", "4", "--beam", "1"]
 
 
-def moved(cell, rows=1500, step=0.008, seed=1, q_noise=1e-5, course=swing):
+def moved(cell, rows=1500, step=0.008, seed=1, q_noise=1e-5, course=swing, noise=NOISE):
     """What a controller logs of the arm: time, measured angles, joint torques; rows x joints."""
     random = np.random.default_rng(seed)
     t = step * np.arange(rows)
@@ -32,7 +32,7 @@ def moved(cell, rows=1500, step=0.008, seed=1, q_noise=1e-5, course=swing):
     tau = np.column_stack([shown[f"{family}{k + 1}"] for k in range(6)])
     if family == "i":
         tau = joint_torques(cell.drives, tau)
-    return t, q + random.normal(0, q_noise, q.shape), tau + random.normal(0, NOISE, tau.shape)
+    return t, q + random.normal(0, q_noise, q.shape), tau + random.normal(0, noise, tau.shape)
 
 
 def joint_states(t, q, tau, names=NAMES):

@@ -25,6 +25,7 @@ from kr5_tools.gap_report.messages import (
     column_text,
     dependence_text,
     display_unit,
+    joint_name,
     next_steps,
     part_of,
     target_text,
@@ -267,6 +268,31 @@ def test_noise_is_counted_as_the_diagnosis_saw_it():
     )
     (said,) = warning_notes({"warnings": warnings, "input": {"logs": ["a.csv"], "model": "arm.urdf"}})
     assert "neighbouring rows, and is taken so: force in press 0.70 ± 0.02" in said[0] and said[1] == ""
+
+
+def test_lengths_that_were_found_from_loads_alone_are_doubted():
+    cause = {"effect": "link_length", "target": "joint2", "tied_with": [], "parameters": {}}
+    data = {"verdict": "explained", "where": [{}], "causes": [cause], "unexplained": []}
+    data |= {"next_experiment": {"do": "", "separates": []}, "scope": ["it has experiments of the kind motion only"]}
+    assert "link length of joint 2: found from loads alone" in next_steps(data, "monday")[0].lower()
+    assert "from loads alone" not in " ".join(next_steps({**data, "scope": []}, "monday"))
+
+
+def test_an_experiment_that_the_diagnosis_does_not_know_is_planned_by_a_command_that_runs():
+    planned = {"do": "kr5 gap plan searches for it", "separates": ["backlash joint1", "payload tool"]}
+    data = {"verdict": "explained", "where": [{}], "causes": [], "unexplained": [], "next_experiment": planned}
+    data["causes"] = [
+        {"effect": "backlash", "target": "joint1", "tied_with": [{"effect": "payload", "target": "tool"}]}
+    ]
+    assert "`kr5 gap plan monday --separate backlash:joint1,payload:tool -o next.yaml`" in next_steps(data, "monday")[0]
+    of_log = next_steps({**data, "input": {"logs": ["a.csv"]}}, "a.csv --model arm.urdf")[0]
+    assert "`kr5 gap diagnose a.csv --model arm.urdf --write-recording made`, then `kr5 gap plan made" in of_log
+
+
+def test_the_model_s_name_of_a_joint_is_left_out_only_where_it_has_the_same_number():
+    assert joint_name({"target": "joint3", "joint": "joint3"}) == joint_name({"column": "tau3", "joint": "A3"}) == ""
+    assert joint_name({"target": "joint3", "joint": "joint2"}) == "joint2"
+    assert joint_name({"column": "tau3", "joint": "elbow"}) == "elbow"
 
 
 def test_a_clock_fault_of_a_recording_is_told_with_the_entry_of_its_map():

@@ -84,7 +84,7 @@ def test_a_disturbance_that_no_catalogue_names_is_left_over_with_its_joint_and_p
     assert code == 0, said
     assert data["verdict"] == "partly_explained" and causes(data) == [("coulomb_friction", "joint5")]
     assert [p["column"] for p in data["unexplained"]] == ["tau3"]
-    assert "structure remains in the residuals of the torque of joint 3; it oscillates with a period of 0.7 s" in said
+    assert "structure remains in the residuals of the torque of joint 3; it oscillates with a period of 0.69" in said
 
 
 def test_torques_that_are_logged_late_are_told_first_and_the_remedy_works(diagnose, named_arm, named_urdf, tmp_path):
@@ -110,8 +110,48 @@ def test_efforts_that_a_driver_clips_are_refused(diagnose, named_arm, named_urdf
         "log.csv",
         "--model",
         named_urdf,
-        text=("tau2: found flat at its extreme", "clip or hold it: record again"),
+        text=("stays at its extreme", "clip or hold it: record again"),
     )
+
+
+def test_efforts_in_percent_of_the_limits_are_recognised(diagnose, named_arm, named_urdf, tmp_path):
+    limits = np.array([200.0, 200.0, 120.0, 60.0, 40.0, 20.0])
+    values = iter(limits)
+    text = re.sub(r'effort="[^"]*"', lambda _: f'effort="{next(values):g}"', named_urdf.read_text())
+    (tmp_path / "limited.urdf").write_text(text)
+    t, q, tau = moved(named_arm)
+    case_logs.write_csv(tmp_path / "log.csv", joint_states(t, q, 100 * tau / limits))
+    said = refused(diagnose, "log.csv", "--model", "limited.urdf", text="percent of the limits of effort")
+    option = re.search(r"--set '(columns\.tau\.scale=[^']*)'", said)[1]
+    code, said, data = diagnose("log.csv", "--model", "limited.urdf", "--set", option, *QUICK)
+    assert code == 0 and data["verdict"] == "no_gap", said
+
+
+def test_efforts_without_gravity_are_refused(diagnose, named_arm, named_urdf, tmp_path):
+    light = kr5.cell.parse_cell(named_arm.to_yaml())
+    robot = light.robot
+    robot.gravity = [0.0, 0.0, -1e-6]
+    light.robot = robot
+    case_logs.write_csv(tmp_path / "log.csv", joint_states(*moved(light)))
+    refused(diagnose, "log.csv", "--model", named_urdf, text="the controller took gravity from what it logs")
+
+
+def test_a_sound_arm_is_sound_without_noise_with_coarse_efforts_and_with_a_joint_at_rest(
+    diagnose, named_arm, named_urdf, tmp_path
+):
+    def resting(t):
+        q = swing(t)
+        q[:, 2] = q[0, 2]
+        return q
+
+    t, q, tau = moved(named_arm, q_noise=0.0)
+    still = moved(named_arm, course=resting)
+    clean = moved(named_arm, q_noise=0.0, noise=0.0)
+    coarse = (t, q, np.round(tau / 0.25) * 0.25)
+    for name, log in (("coarse", coarse), ("resting", still), ("clean", clean)):
+        case_logs.write_csv(tmp_path / "log.csv", joint_states(*log))
+        code, said, data = diagnose("log.csv", "--model", named_urdf, *QUICK)
+        assert code == 0 and data["verdict"] == "no_gap" and data["causes"] == [], f"{name}: {said}"
 
 
 @pytest.mark.parametrize("step", [0.1, 1.0])
@@ -423,6 +463,8 @@ def test_noise_and_coarse_steps_of_one_publisher_are_no_turns():
     for size in (0.0, 1e-5, 1e-3, 1e-2, 0.1):
         assert not found_in_turn(course + random.normal(0, size, 3000))
         assert not found_in_turn(np.round(course / max(size, 1e-6)) * size)
+    flicker = 1.5e-3 * (np.floor(course / 1.5e-3) + (random.random(3000) < 0.3))  # of a 12-bit encoder
+    assert not found_in_turn(flicker) and not found_in_turn(np.degrees(flicker))
     spikes = np.where(random.random(3000) < 0.02, 3.0, course)
     assert not found_in_turn(spikes)
 

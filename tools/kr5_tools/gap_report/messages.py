@@ -29,6 +29,7 @@ DERIVED = (
     (r"qd(\d+)", "velocity of joint {}"),
     (r"zcd()", "commanded vertical speed"),
 )
+GEOMETRY = "everything that depends on where the tool is"  # how the row of an effect begins that moves the tool
 MOST_NAMED = 3  # causes in a sentence
 PREDICTED = "predicted "  # before the name of a column
 PARTS = {
@@ -349,11 +350,12 @@ def next_steps(data: dict[str, Any], source: str, model: str | None = None, cell
     if ties and do:
         steps.append(
             "To distinguish"
-            f" {join_list([effect_text(*n.split(' ', 1)) for n in data['next_experiment']['separates']])}: {do}."
+            f" {join_list([effect_text(*n.split(' ', 1)) for n in data['next_experiment']['separates']])}:"
+            f" {_plan_text(data, source, of_logs) if do.startswith('kr5 gap plan') else do}."
         )
     elif do:
         steps.append(capitalised(f"{do}."))
-    steps += _remedies(data["causes"])
+    steps += _geometry_from_loads(data) + _remedies(data["causes"])
     if data["causes"]:
         steps.append(_simulation_step(data["causes"], source, model, cell))
     if data["unexplained"]:
@@ -369,6 +371,29 @@ def next_steps(data: dict[str, Any], source: str, model: str | None = None, cell
             " effect, added from Python; one that does not recur belonged to this recording."
         )
     return steps
+
+
+def _geometry_from_loads(data: dict[str, Any]) -> list[str]:
+    """A doubt in lengths and angles of the arm that were found where no pose was measured."""
+    motion_only = any("motion only" in limit for limit in data.get("scope", []))
+    named = [
+        effect_text(c["effect"], c["target"])
+        for c in data["causes"]
+        if motion_only and (row := effect_row(c["effect"])) and row.shows_in.startswith(GEOMETRY)
+    ]
+    if not named:
+        return []
+    return [
+        f"{capitalised(join_list(named))}: found from loads alone, in which a wrong mass or centre of mass of a link"
+        " looks much the same. Check the masses of the model, or measure poses, before it goes into the model."
+    ]
+
+
+def _plan_text(data: dict[str, Any], source: str, of_logs: bool) -> str:
+    """The command that finds the experiment, where the diagnosis knows none."""
+    names = ",".join(":".join(n.split(" ", 1)) for n in data["next_experiment"]["separates"])
+    first = f"`kr5 gap diagnose {source} --write-recording made`, then " if of_logs else ""
+    return f"{first}`kr5 gap plan {'made' if of_logs else source} --separate {names} -o next.yaml`"
 
 
 def _remedies(causes: list[dict[str, Any]]) -> list[str]:

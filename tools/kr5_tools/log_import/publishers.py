@@ -18,7 +18,8 @@ def found_in_turn(values: np.ndarray) -> bool:
         return False
     step, second = np.diff(values), np.abs(values[2:] - values[:-2])
     usual = float(np.median(np.minimum(np.minimum(np.abs(step[:-1]), np.abs(step[1:])), second)))
-    digit = float(np.abs(step[step != 0]).min(initial=np.inf))
+    changes = np.concatenate([np.abs(step), second])
+    digit = float(changes[changes > 0].min(initial=np.inf))
     jump = max(LEAST, JUMP * usual, DIGITS * digit)
     away = (np.abs(step[:-1]) > jump) & (np.abs(step[1:]) > jump) & (step[:-1] * step[1:] < 0)
     back = second < BACK * np.abs(step[:-1])

@@ -39,8 +39,8 @@ struct UrdfImport {
 /// states), give their mass to the link that carries them. Limits that the file leaves out or sets to 0 become
 /// infinite. `damping` and `friction` of the joints become viscous and Coulomb friction of drives that are otherwise of
 /// unit gear and motor (a current is a joint torque), as a note states. Joint axes less than 3 degrees from parallel
-/// get a Hayati angle. A link named `sensor` or `payload` that fixed joints connect to the last moving link is the tool
-/// of the cell with all that it carries, and its frame is that of the force sensor.
+/// get a Hayati angle. A link named `sensor`, or else `payload`, that fixed joints connect to the last moving link is
+/// the tool of the cell with all that it carries, and its frame is that of the force sensor.
 /// @throws IoError naming file, link or joint, what was found and what to do: not a URDF, a xacro file, no such link,
 /// an arm that branches and no tip, a joint of a kind that no cell has, an inertia on the arm that no body has.
 UrdfImport import_urdf(const std::filesystem::path& file, const UrdfOptions& options = {});

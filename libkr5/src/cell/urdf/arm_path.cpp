@@ -50,9 +50,10 @@ class PathFinder {
                        [&](const UrdfJoint* j) { return j->moves() || carries_joints(j->child); });
   }
 
-  /// Whether a joint holds a payload, behind which no tip is.
+  /// Whether a joint holds a payload, or a sensor beside the tip, behind which no tip is.
   bool is_payload(const UrdfJoint& joint) const {
-    return !joint.moves() && joint.child == payload_link && model_.children_of(joint.child).empty();
+    return !joint.moves() && (joint.child == payload_link || joint.child == sensor_link) &&
+           model_.children_of(joint.child).empty();
   }
 
   /// Follows the moving joints, then the fixed links behind the last of them, as long as there is one way.

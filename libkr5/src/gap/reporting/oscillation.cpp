@@ -79,6 +79,23 @@ struct Peak {
   double tried = 0.0;
 };
 
+/// Looks between the frequencies that were tried.
+void refine(std::vector<Wave>& waves, double step, Peak& peak) {
+  constexpr int parts = 10;
+  const double middle = peak.frequency;
+  for (int k = -parts; k <= parts; ++k) {
+    const double f = middle + k * step / parts;
+    double taken = 0.0;
+    for (Wave& wave : waves) {
+      wave.start(f, 0.0);
+      taken += wave.explained();
+    }
+    if (taken <= peak.explained) continue;
+    peak.explained = taken;
+    peak.frequency = f;
+  }
+}
+
 Peak highest_peak(std::vector<Wave>& waves) {
   const Wave& longest = *std::ranges::max_element(waves, {}, [](const Wave& w) { return w.duration(); });
   const double first = fewest_periods / longest.duration(), last = 1.0 / (fewest_rows * longest.step);
@@ -95,6 +112,7 @@ Peak highest_peak(std::vector<Wave>& waves) {
     out.explained = taken;
     out.frequency = f;
   }
+  refine(waves, step, out);
   return out;
 }
 
@@ -116,7 +134,7 @@ std::optional<Dependence> main_oscillation(const ComparisonData& data, const Gro
   const double p = std::min(1.0, peak.tried * (1.0 - uncertainty::chi_square_cdf(peak.explained, dof)));
   if (share < main_part || p > level) return {};
   char how[64];
-  std::snprintf(how, sizeof how, "oscillates with a period of %.2g s", 1.0 / peak.frequency);
+  std::snprintf(how, sizeof how, "oscillates with a period of %.3g s", 1.0 / peak.frequency);
   return Dependence{"t", how, 1.0 - p, std::min(share, 1.0)};
 }
 
