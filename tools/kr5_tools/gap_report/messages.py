@@ -273,7 +273,8 @@ def verdict_text(data: dict[str, Any]) -> str:
 
 def _agreement_text(data: dict[str, Any], limited: bool) -> str:
     where, causes, shrink = data["where"], data["causes"], data["shrink"]
-    if data["verdict"] == "no_gap" and shrink.get("before", 1.0) > NOTICEABLE:
+    excused = any("the error of the best model" in warning for warning in data.get("warnings", []))
+    if data["verdict"] == "no_gap" and excused and shrink.get("before", 1.0) > NOTICEABLE:
         return (
             f"Simulation and recording agree within {shrink['before']:.1f} times the noise, which the best model of the"
             " arm leaves, too."
