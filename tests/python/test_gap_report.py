@@ -270,6 +270,13 @@ def test_noise_is_counted_as_the_diagnosis_saw_it():
     assert "neighbouring rows, and is taken so: force in press 0.70 ± 0.02" in said[0] and said[1] == ""
 
 
+def test_an_effect_that_differs_is_told_with_or_without_what_it_differs_with():
+    how = "coulomb_friction of joint3 differs with it"
+    said = [dependence_text({"variable": variable, "how": how}) for variable in ("q3", "")]
+    assert said[0].endswith("differs with the position of joint 3")
+    assert said[1].endswith("Coulomb friction of joint 3 differs between columns or experiments")
+
+
 def test_lengths_that_were_found_from_loads_alone_are_doubted():
     cause = {"effect": "link_length", "target": "joint2", "tied_with": [], "parameters": {}}
     data = {"verdict": "explained", "where": [{}], "causes": [cause], "unexplained": []}

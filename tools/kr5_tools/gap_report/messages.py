@@ -140,7 +140,8 @@ def dependence_text(dependence: dict[str, Any], kind: str | None = None) -> str:
     """A dependence in a kind of experiment as the end of `the gap ...`."""
     name, how = variable_text(dependence["variable"], kind), dependence["how"].replace(" rad or m", " rad")
     if m := re.fullmatch(r"(\w+) of (\w+) differs with it", how):
-        return f"suggests that {effect_text(m[1], m[2])} differs with the {name}"
+        where = f"with the {name}" if name else "between columns or experiments"
+        return f"suggests that {effect_text(m[1], m[2])} differs {where}"
     turn = ""
     if m := re.match(r"changes sign with (\w+), ", how):
         turn, how = "changes sign with the direction of motion", how[m.end() :]
