@@ -110,7 +110,7 @@ def test_efforts_that_a_driver_clips_are_refused(diagnose, named_arm, named_urdf
         "log.csv",
         "--model",
         named_urdf,
-        text=("stays at its extreme", "clip or hold it: record again"),
+        text=("stays at its extreme", "clip it: record again"),
     )
 
 

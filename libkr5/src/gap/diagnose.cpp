@@ -253,9 +253,7 @@ class Diagnoser {
     mark_late_spikes();
     ResidualAnalysis before = analyze_residual(plain, groups_, empty_model(plain, base_), base_, options_);
     above_ = above_noise(data_, groups_, before.shown);
-    // Of a real arm, what stays within the noise and the error of its best model needs no cause.
-    const bool sound = options_.errors_of_recording && !before.any();
-    Model best = sound || free_shape_is_likelier(models_.best()) ? models_.nominal() : models_.best();
+    Model best = free_shape_is_likelier(models_.best()) ? models_.nominal() : models_.best();
     ResidualAnalysis rest = analyze_residual(problem_, groups_, best, base_, options_);
     std::vector<double> trusts = trusts_of(best, rest);
     for (int worst = unfounded(best, trusts); worst >= 0; worst = unfounded(best, trusts)) {

@@ -218,27 +218,25 @@ def _loads(cell: Any, e: Any, words: EntryWords) -> list[LogProblem]:
 
 
 def _saturated(cell: Any, e: Any) -> list[LogProblem]:
-    """Loads that are clipped, or stand still while the arm moves, in which nothing of the arm is seen."""
+    """Loads that are clipped, in which nothing but the limit is seen."""
     n = cell.robot.joints
     q, loads = _family(e, "qc", n), next((x for s in ("tau", "i") if (x := _family(e, s, n)) is not None), None)
     if q is None or loads is None or len(q) < 10:
         return []
     log = identification.JointLog(t=np.asarray(e["t"]), q=q, tau=loads)
     stem = "tau" if "tau1" in e.data else "i"
-    constant = {f"tau{k + 1}" for k in np.flatnonzero(np.ptp(loads, axis=0) == 0)}  # not measured, which is told apart
     names = list(cell.robot.joint_names)
     return [
         LogProblem(
             e.name,
             f.column.replace("tau", stem),
-            f"a value that stays {'at its extreme' if str(f.fault) == 'saturated' else 'the same'} from"
-            f" {f.begin:.3f} to {f.end:.3f} s while the arm moves",
+            f"a value that stays at its extreme from {f.begin:.3f} to {f.end:.3f} s while the arm moves",
             "values that follow the motion",
-            "sensor, driver or logger clip or hold it: record again with a wider range or a gentler motion",
+            "sensor, driver or logger clip it: record again with a wider range or a gentler motion",
             joint=names[int(f.column[3:]) - 1] if names else "",
         )
         for f in identification.check_log(log)
-        if str(f.fault) in ("saturated", "frozen") and f.column.startswith("tau") and f.column not in constant
+        if str(f.fault) == "saturated" and f.column.startswith("tau")
     ]
 
 
