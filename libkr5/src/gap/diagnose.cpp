@@ -306,8 +306,12 @@ class Diagnoser {
   /// The part that must not be blamed: the least trusted one, else a needless one, also of a smaller set. -1: none.
   int unfounded(const Model& model, const std::vector<double>& trusts) {
     if (const int worst = distrusted(model, trusts); worst >= 0) return worst;
-    for (std::size_t k = 0; k < model.parts.size(); ++k)
-      if (!model.parts[k].candidate->hypothesis.of_recording && is_needless(model, k)) return static_cast<int>(k);
+    const double temperature = posterior(problem_, {model}).temperature;
+    for (std::size_t k = 0; k < model.parts.size(); ++k) {
+      if (model.parts[k].candidate->hypothesis.of_recording) continue;
+      const bool seen = !options_.errors_of_recording || is_significant(model, k, temperature);
+      if (!seen || is_needless(model, k)) return static_cast<int>(k);
+    }
     return -1;
   }
 

@@ -139,8 +139,7 @@ std::vector<EffectName> ties(const std::vector<Model>& models, const Posterior& 
   return out;
 }
 
-std::vector<ParameterEstimate> parameters(const ComparisonData& data, const Model& model, std::size_t part,
-                                          double temperature) {
+Eigen::MatrixXd coordinate_covariance(const Model& model, std::size_t part, double temperature) {
   const Hypothesis& h = model.parts[part].candidate->hypothesis;
   const Eigen::VectorXd& x = model.parts[part].x;
   Eigen::MatrixXd information = model.information / temperature;
@@ -152,6 +151,23 @@ std::vector<ParameterEstimate> parameters(const ComparisonData& data, const Mode
   Eigen::MatrixXd covariance = all.block(first, first, x.size(), x.size());
   for (Eigen::Index i = 0; i < x.size(); ++i)  // between two whole numbers every value is as likely
     if (h.coordinates[static_cast<std::size_t>(i)].whole) covariance(i, i) += 1.0 / 12;
+  return covariance;
+}
+
+bool is_significant(const Model& model, std::size_t part, double temperature) {
+  constexpr double least = 2.0;  // standard deviations
+  const Eigen::VectorXd& x = model.parts[part].x;
+  const Eigen::MatrixXd covariance = coordinate_covariance(model, part, temperature);
+  for (Eigen::Index i = 0; i < x.size(); ++i)
+    if (std::abs(x(i)) > least * std::sqrt(std::max(covariance(i, i), 0.0))) return true;
+  return false;
+}
+
+std::vector<ParameterEstimate> parameters(const ComparisonData& data, const Model& model, std::size_t part,
+                                          double temperature) {
+  const Hypothesis& h = model.parts[part].candidate->hypothesis;
+  const Eigen::VectorXd& x = model.parts[part].x;
+  const Eigen::MatrixXd covariance = coordinate_covariance(model, part, temperature);
   if (!h.coordinates.front().name.empty()) return own_parameters(h, x, covariance);
   const auto at = values(data, h, x);
   std::vector<ParameterEstimate> out;

@@ -30,6 +30,12 @@ double probability(const std::vector<Model>& models, const Posterior& posterior,
 std::vector<EffectName> ties(const std::vector<Model>& models, const Posterior& posterior, const Model& best,
                              std::size_t part);
 
+/// Covariance of the coordinates of a part.
+Eigen::MatrixXd coordinate_covariance(const Model& model, std::size_t part, double temperature);
+
+/// Whether any coordinate of a part is further than two standard deviations from where the effect is off.
+bool is_significant(const Model& model, std::size_t part, double temperature);
+
 /// Parameters of a part as the cell holds them, with the standard deviations that the information about its coordinates
 /// gives.
 std::vector<ParameterEstimate> parameters(const ComparisonData& data, const Model& model, std::size_t part,
