@@ -105,13 +105,7 @@ def test_efforts_that_a_driver_clips_are_refused(diagnose, named_arm, named_urdf
     level = float(np.quantile(tau[:, 1], 0.9))
     tau[:, 1] = np.minimum(tau[:, 1], level)
     case_logs.write_csv(tmp_path / "log.csv", joint_states(t, q, tau))
-    refused(
-        diagnose,
-        "log.csv",
-        "--model",
-        named_urdf,
-        text=("stays at its extreme", "clip it: record again"),
-    )
+    refused(diagnose, "log.csv", "--model", named_urdf, text=("stays at its extreme", "clip it: record again"))
 
 
 def test_efforts_in_percent_of_the_limits_are_recognised(diagnose, named_arm, named_urdf, tmp_path):

@@ -10,7 +10,6 @@ from kr5 import cell as kr5_cell
 from kr5 import physics
 
 from kr5_tools.model_files import read_model, write_model, writing
-from kr5_tools.model_files.simulator_masses import inertia_matrix
 
 EFFECTS = {  # that every format holds
     "coulomb_friction": {"joint2": {"coulomb": 3.5}},
@@ -309,7 +308,7 @@ def test_a_thin_body_as_payload_is_an_mjcf_that_mujoco_takes(mujoco, arc, tmp_pa
     before, after = (mujoco.MjModel.from_xml_path(str(file)) for file in (bare, loaded))
     assert after.body_mass.sum() == pytest.approx(before.body_mass.sum() + 1.5, rel=1e-6)
     assert np.sort(after.body("tool").inertia) == pytest.approx(
-        np.linalg.eigvalsh(inertia_matrix(np.array(inertia))), abs=1e-9
+        np.linalg.eigvalsh(cell.tool.inertia_matrix()), abs=1e-9
     )
     # In a file that is edited, and in one that MuJoCo writes anew.
     (tmp_path / "none.xml").write_text("<mujoco><option/></mujoco>")

@@ -102,7 +102,7 @@ def diagnose(
     written = outputs.write_models(found.cell, compared, reading)
     print_diagnosis(data, found.cell, compared, to, everything)
     if written is not None:
-        print_model(written, data["causes"], gaps_of_log(compared.recording, found.cell), to)
+        print_model(written, found.cell if data["causes"] else None, compared.recording, to)
     outputs.write_report(result, compared, to)
 
 
@@ -181,24 +181,26 @@ class DiagnoseOutputs:
         return compared.model if kind == compared.model.kind and kind in (Kind.URDF, Kind.MJCF) else None
 
 
-def gaps_of_log(recording: Any, tuned: Any) -> tuple[float, float]:
-    """The gap of the whole recording at its cell and at the tuned one, nothing fitted beside the causes."""
-    simulator = arguments.make_simulator(False)
-    before, after = (kr5.gap.measure(recording, simulator, cell).gap for cell in (recording.cell, tuned))
-    return before, after
-
-
-def print_model(written: Any, causes: list[Any], gaps: tuple[float, float], to: Any) -> None:
-    """Says where the model with the causes is, how far its gap is reduced, and what its format cannot hold."""
-    what = "model with the causes in it" if written.folded else "model as it was read, which holds none of the causes"
-    if causes and not written.losses:
-        what += f"; over all columns of this log the gap falls from {gaps[0]:.3g} to {gaps[1]:.3g} times the noise"
-    if not causes:
+def print_model(written: Any, tuned: Any, recording: Any, to: Any) -> None:
+    """Says where the model with the causes is, how far its gap is reduced, and what its format cannot hold. `tuned`:
+    the cell with the causes; None: there is none."""
+    if tuned is None:
         what = "model as it was read, since no cause is named"
+    elif not written.folded:
+        what = "model as it was read, which holds none of the causes"
+    else:
+        what = f"model with the causes in it{'' if written.losses else _reduction_text(recording, tuned)}"
     to.print(f"\n{written.file}: {what}.", soft_wrap=True, markup=False)
     if written.losses:
         rows = [list(row) for row in dict.fromkeys((x.effect, x.target, x.reason) for x in written.losses)]
         to.print(tables.make_table("Not in the model", ["effect", "target", "reason"], rows, text=(1, 2)))
+
+
+def _reduction_text(recording: Any, tuned: Any) -> str:
+    """What a written model leaves in the whole recording, nothing fitted beside the causes."""
+    simulator = arguments.make_simulator(False)
+    before, after = (kr5.gap.measure(recording, simulator, cell).gap for cell in (recording.cell, tuned))
+    return f"; over all columns of this log the gap falls from {before:.3g} to {after:.3g} times the noise"
 
 
 def search_widely(options: Any, compared: ComparedSource) -> Any:

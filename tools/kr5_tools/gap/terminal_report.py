@@ -72,7 +72,11 @@ def effect_id(named: dict[str, Any]) -> str:
 
 def known_as(named: dict[str, Any]) -> str:
     """The joint by the name of the model, and what the commands take."""
-    return "; ".join(filter(None, (joint_name(named), effect_id(named))))
+    return _with_joint(named, effect_id(named))
+
+
+def _with_joint(named: dict[str, Any], text: str) -> str:
+    return "; ".join(filter(None, (joint_name(named), text)))
 
 
 def cause_line(cause: dict[str, Any]) -> str:
@@ -94,7 +98,7 @@ def cause_line(cause: dict[str, Any]) -> str:
 
 def _named(place: dict[str, Any]) -> str:
     group = f"{place['experiment']}.{place['column']}"
-    return f"{column_text(group)} ({'; '.join(filter(None, (joint_name(place), group)))})"
+    return f"{column_text(group)} ({_with_joint(place, group)})"
 
 
 def _depends(place: dict[str, Any]) -> str:

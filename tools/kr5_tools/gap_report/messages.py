@@ -1,6 +1,7 @@
 """A diagnosis in sentences: names of columns, parts and variables, and the verdict."""
 
 import re
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -400,9 +401,7 @@ def _plan_text(data: dict[str, Any], source: str, of_logs: bool) -> str:
 
 def _remedies(causes: list[dict[str, Any]]) -> list[str]:
     """What to do about each effect, once for all its targets."""
-    targets: dict[str, list[str]] = {}
-    for cause in causes:
-        targets.setdefault(cause["effect"], []).append(cause["target"])
+    targets = _by_effect((cause["effect"], cause["target"]) for cause in causes)
     rows = {effect: effect_row(effect) for effect in targets}
     return [
         f"{capitalised(effects_text(effect, at))}: {rows[effect].remedy}"
@@ -430,10 +429,15 @@ def _simulation_step(causes: list[dict[str, Any]], source: str, model: str | Non
 
 
 def _lost_text(lost: list[tuple[str, str]]) -> str:
-    targets: dict[str, list[str]] = {}
-    for effect, target in lost:
-        targets.setdefault(effect, []).append(target)
-    return join_list([effects_text(effect, at) for effect, at in targets.items()], "or")
+    return join_list([effects_text(effect, at) for effect, at in _by_effect(lost).items()], "or")
+
+
+def _by_effect(names: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
+    """The targets of each effect."""
+    out: dict[str, list[str]] = {}
+    for effect, target in names:
+        out.setdefault(effect, []).append(target)
+    return out
 
 
 def _ending(model: str) -> str:

@@ -75,6 +75,17 @@ def _family(experiment: Any, stem: str, n: int) -> np.ndarray | None:
     return np.column_stack([experiment[c] for c in names]) if names[0] in experiment.data else None
 
 
+def _load_stem(experiment: Any) -> str | None:
+    """`tau` or `i`, whichever of the loads of the joints an experiment has."""
+    return next((stem for stem in ("tau", "i") if f"{stem}1" in experiment.data), None)
+
+
+def _joint_name(cell: Any, joint: int) -> str:
+    """The model's name of a joint (from 0); empty where it has none."""
+    names = cell.robot.joint_names
+    return str(names[joint]) if names else ""
+
+
 def _positions(cell: Any, e: Any, words: EntryWords) -> list[LogProblem]:
     """Joint values beyond the limits, and the unit or side of the gears with which they would lie within."""
     limits, n = cell.robot.limits, cell.robot.joints
@@ -117,7 +128,7 @@ def _positions(cell: Any, e: Any, words: EntryWords) -> list[LogProblem]:
                 if readings
                 else f"check columns.{name}, its order and its offsets, and that this is the model of its robot"
             )
-            unit, names = "rad" if turns[j] else "m", list(cell.robot.joint_names)
+            unit = "rad" if turns[j] else "m"
             out.append(
                 LogProblem(
                     e.name,
@@ -125,7 +136,7 @@ def _positions(cell: Any, e: Any, words: EntryWords) -> list[LogProblem]:
                     f"{q[:, j].min():.4g} to {q[:, j].max():.4g} {unit}",
                     f"{low[j]:.4g} to {high[j]:.4g} {unit}",
                     remedy,
-                    names[j] if names else "",
+                    _joint_name(cell, j),
                 )
             )
         elif turns.all() and within(q / to_rad) and np.abs(q).max() < 0.12 and np.ptp(q, axis=0).max() > 1e-3:
@@ -219,13 +230,11 @@ def _loads(cell: Any, e: Any, words: EntryWords) -> list[LogProblem]:
 
 def _saturated(cell: Any, e: Any) -> list[LogProblem]:
     """Loads that are clipped, in which nothing but the limit is seen."""
-    n = cell.robot.joints
-    q, loads = _family(e, "qc", n), next((x for s in ("tau", "i") if (x := _family(e, s, n)) is not None), None)
-    if q is None or loads is None or len(q) < 10:
+    q, stem = _family(e, "qc", cell.robot.joints), _load_stem(e)
+    loads = _family(e, stem, cell.robot.joints) if stem else None
+    if stem is None or q is None or loads is None or len(q) < 10:
         return []
     log = identification.JointLog(t=np.asarray(e["t"]), q=q, tau=loads)
-    stem = "tau" if "tau1" in e.data else "i"
-    names = list(cell.robot.joint_names)
     return [
         LogProblem(
             e.name,
@@ -233,7 +242,7 @@ def _saturated(cell: Any, e: Any) -> list[LogProblem]:
             f"a value that stays at its extreme from {f.begin:.3f} to {f.end:.3f} s while the arm moves",
             "values that follow the motion",
             "sensor, driver or logger clip it: record again with a wider range or a gentler motion",
-            joint=names[int(f.column[3:]) - 1] if names else "",
+            joint=_joint_name(cell, int(f.column[3:]) - 1),
         )
         for f in identification.check_log(log)
         if str(f.fault) == "saturated" and f.column.startswith("tau")
@@ -244,7 +253,7 @@ def _without_gravity(cell: Any, e: Any) -> list[LogProblem]:
     """Loads from which the controller took those of gravity: they are like the simulation of an arm without weight."""
     import kr5.predict
 
-    stem = next((s for s in ("tau", "i") if f"{s}1" in e.data), None)
+    stem = _load_stem(e)
     got = _family(e, stem, cell.robot.joints) if stem else None
     if got is None:
         return []
@@ -278,7 +287,7 @@ def _without_gravity(cell: Any, e: Any) -> list[LogProblem]:
 
 def _order(cell: Any, e: Any, words: EntryWords) -> list[LogProblem]:
     """Joints in another order than the model's, which shows in many ways that say less."""
-    stem = next((s for s in ("tau", "i") if f"{s}1" in e.data), None)
+    stem = _load_stem(e)
     order = fitting_order(cell, e, stem) if stem else None
     if order is None:
         return []

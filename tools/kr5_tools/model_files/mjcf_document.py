@@ -158,10 +158,8 @@ class _XmlDocument:
     def _put_inertial(self, body: xml.Element, found: Any) -> None:
         for old in body.findall("inertial"):
             _remove(body, old)
-        values = {"pos": "0 0 0", "mass": "0", "diaginertia": "0 0 0"}
-        if found is not None:
-            values = {"pos": number_text(found.com), "mass": number_text(found.mass)}
-            values |= {name: number_text(v) for name, v in inertial_attributes(found.inertia).items()}
+        values = {"pos": number_text(found.com), "mass": number_text(found.mass)}
+        values |= {name: number_text(v) for name, v in inertial_attributes(found).items()}
         _append(body, "inertial", values, first=True)
 
     def _setting(self, name: str) -> xml.Element:
@@ -239,8 +237,8 @@ def _flattened(arm: MjcfArm, edits: Edits, folder: Path) -> str:
     for number, body in edits.inertials.items():
         element = bodies[number]
         element.explicitinertial = True
-        element.mass, element.ipos = (body.mass, body.com) if body is not None else (0.0, np.zeros(3))
-        stated = inertial_attributes(body.inertia if body is not None else np.zeros(6))
+        element.mass, element.ipos = body.mass, body.com
+        stated = inertial_attributes(body)
         element.iquat = stated.get("quat", np.array([1.0, 0.0, 0.0, 0.0]))
         element.inertia = stated.get("diaginertia", np.zeros(3))
         element.fullinertia = stated.get("fullinertia", np.full(6, np.nan))  # of which MuJoCo takes one

@@ -14,13 +14,17 @@ SAME = 1e-12  # [m, rad, relative] what rounding leaves of no difference
 REMEDY = "; give the MJCF from which the cell was imported, with the same base and tip"
 
 
+def massless() -> Any:
+    return Body(mass=0.0, com=np.zeros(3), inertia=np.zeros(6))
+
+
 @dataclass
 class Edits:
     """Values by the number of the element in the compiled model; angles in rad, poses 4x4 [m]."""
 
     joints: dict[int, dict[str, list[float]]] = field(default_factory=dict)  # by attribute of the MJCF
     bodies: dict[int, np.ndarray] = field(default_factory=dict)  # in the parent, as the model begins
-    inertials: dict[int, Any] = field(default_factory=dict)  # in the body; None: massless
+    inertials: dict[int, Any] = field(default_factory=dict)  # kinematics.Body in the frame of the body
     sites: dict[int, np.ndarray] = field(default_factory=dict)  # in its body
     new_site: tuple[int, str, np.ndarray] | None = None  # body, name, pose in it
     gravity: np.ndarray | None = None  # in the world [m/s^2]
@@ -226,12 +230,12 @@ class _Planner:
         self.out.inertials[main] = alone
         self.out.changes.append(f"body {self._name(main)}: inertial")
         for body in emptied:
-            self.out.inertials[body] = None
+            self.out.inertials[body] = massless()
             self.out.changes.append(f"body {self._name(body)}: no mass, it is in that of {self._name(main)}")
 
     def _merged(self, main: int, bodies: list[int]) -> Any:
         """Bodies of the model as one, where they lie now, in the frame of `main`."""
-        out = Body(mass=0.0, com=np.zeros(3), inertia=np.zeros(6))
+        out = massless()
         T_main = np.linalg.inv(self._T_body(main))
         for body in bodies:
             out = merged_body(out, transformed_body(T_main @ self._T_body(body), self.arm.body_of(body)))

@@ -43,7 +43,7 @@ def _add_body(parent: xml.Element, name: str, T: np.ndarray) -> xml.Element:
 
 
 def _add_inertial(body: xml.Element, found: Any) -> None:
-    add_element(body, "inertial", pos=found.com, mass=found.mass, **inertial_attributes(found.inertia))
+    add_element(body, "inertial", pos=found.com, mass=found.mass, **inertial_attributes(found))
 
 
 def _add_joint(body: xml.Element, link: Any, spring: np.ndarray) -> None:

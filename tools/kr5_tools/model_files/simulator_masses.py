@@ -29,22 +29,18 @@ def require_masses(arm: Any, name: str, simulator: str) -> None:
         )
 
 
-def inertial_attributes(inertia: np.ndarray) -> dict[str, np.ndarray]:
-    """Attributes of an MJCF body that hold its inertia Ixx Iyy Izz Ixy Ixz Iyz about the centre of mass [kg m^2].
+def inertial_attributes(body: Any) -> dict[str, np.ndarray]:
+    """Attributes of an MJCF body that hold the inertia of a `kr5.kinematics.Body` about its centre of mass [kg m^2].
 
     MuJoCo refuses a `fullinertia` with a principal moment of zero, as a point mass or a thin rod has, but no
     `diaginertia`, which is stated along the principal axes.
     """
+    inertia = np.asarray(body.inertia)
     if not np.any(inertia[3:]):
         return {"diaginertia": inertia[:3]}
-    moments, axes = np.linalg.eigh(inertia_matrix(inertia))
+    moments, axes = np.linalg.eigh(body.inertia_matrix())
     if moments[0] > LEAST_MOMENT * moments[2]:
         return {"fullinertia": inertia}
     T = np.eye(4)
     T[:3, :3] = axes * np.sign(np.linalg.det(axes))
     return {"diaginertia": np.maximum(moments, 0.0), "quat": quaternion(T)}
-
-
-def inertia_matrix(inertia: np.ndarray) -> np.ndarray:
-    x, y, z, xy, xz, yz = inertia
-    return np.array([[x, xy, xz], [xy, y, yz], [xz, yz, z]])
