@@ -144,18 +144,13 @@ void read_experiments(ReadRecording& out, const std::vector<double>& lead_in, st
   }
 }
 
-/// Noise of readings by their third differences, in which what is smooth cancels; of coarse numbers, that of their
-/// step.
+/// Noise of readings; of coarse numbers, that of their step.
 double reading_noise(const Eigen::VectorXd& q) {
-  constexpr double normal_mad = 1.4826;
-  std::vector<double> third;
   double step = std::numeric_limits<double>::infinity();
-  for (Eigen::Index i = 1; i < q.size(); ++i) {
+  for (Eigen::Index i = 1; i < q.size(); ++i)
     if (q[i] != q[i - 1]) step = std::min(step, std::abs(q[i] - q[i - 1]));
-    if (i >= 3) third.push_back(std::abs(q[i] - 3 * q[i - 1] + 3 * q[i - 2] - q[i - 3]));
-  }
   const double coarse = std::isfinite(step) ? step / std::sqrt(12.0) : 0.0;
-  return std::max(normal_mad * median(std::move(third)) / std::sqrt(20.0), coarse);
+  return std::max(difference_noise(q), coarse);
 }
 
 InitialSpeed speed_of_parabola(const Eigen::VectorXd& t, const Eigen::VectorXd& q) {

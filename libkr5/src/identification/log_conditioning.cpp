@@ -8,6 +8,7 @@
 
 #include <kr5/core/error.hpp>
 #include <kr5/core/random.hpp>
+#include <kr5/core/statistics.hpp>
 #include <kr5/identification/zero_phase.hpp>
 
 #include "even_log.hpp"
@@ -23,22 +24,6 @@ constexpr double least_cutoff = 1.0;        // [Hz]
 constexpr double arm_bandwidth = 25.0;      // above which an arm's speed has only noise [Hz]
 constexpr double power_share = 0.99;        // of the speeds, below the bandwidth
 constexpr double samples_per_period = 4.0;  // of the cut-off that decimation leaves
-
-/// Variance of the noise of each column by its third differences, in which a motion cancels; 0 where most of these are
-/// 0, as between the steps of a coarse encoder.
-VectorXd noise_variances(const Eigen::Ref<const MatrixXd>& q) {
-  constexpr double normal = 1.4826 * 1.4826;  // of a squared median, to a variance
-  VectorXd out = VectorXd::Zero(q.cols());
-  const Index n = q.rows() - 3;
-  if (n < 1) return out;
-  for (Index j = 0; j < q.cols(); ++j) {
-    const auto x = q.col(j);
-    VectorXd third = (x.tail(n) - 3 * x.segment(2, n) + 3 * x.segment(1, n) - x.head(n)).cwiseAbs();
-    std::nth_element(third.begin(), third.begin() + n / 2, third.end());
-    out[j] = normal * third[n / 2] * third[n / 2] / 20.0;
-  }
-  return out;
-}
 
 std::string trimmed(const std::string& text) {
   const auto from = text.find_first_not_of(" \t"), to = text.find_last_not_of(" \t");
@@ -161,7 +146,8 @@ double motion_bandwidth(const Eigen::Ref<const MatrixXd>& q, double step) {
   MatrixXd angles(q.rows(), q.cols() + 1);
   angles << q, Random(1).normal_vector(q.rows());
   const MatrixXd speed = central_differences(zero_phase_low_pass(angles, step, highest), step);
-  const VectorXd variance = noise_variances(q);
+  VectorXd variance(q.cols());
+  for (Index j = 0; j < q.cols(); ++j) variance[j] = std::pow(difference_noise(q.col(j)), 2);
   const auto power_of_motion = [&](const MatrixXd& seen) -> VectorXd {
     const VectorXd power = seen.colwise().squaredNorm().transpose();
     return (power.head(q.cols()) - power[q.cols()] * variance).cwiseMax(0.0);

@@ -2,8 +2,12 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <utility>
 #include <vector>
+
+#include <Eigen/Core>
 
 /// @file
 /// Scales that outliers do not move.
@@ -19,6 +23,15 @@ inline double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
+}
+
+/// Standard deviation of the noise of a series by its third differences, in which what is smooth cancels; steps and
+/// outliers do not move it. 0 of fewer than four values, and where most values repeat, as between the steps of a coarse
+/// reading.
+inline double difference_noise(const Eigen::Ref<const Eigen::VectorXd>& x) {
+  std::vector<double> third;
+  for (Eigen::Index i = 3; i < x.size(); ++i) third.push_back(std::abs(x[i] - 3 * x[i - 1] + 3 * x[i - 2] - x[i - 3]));
+  return mad_to_sigma * median(std::move(third)) / std::sqrt(20.0);  // 1 + 9 + 9 + 1, of independent values
 }
 
 }  // namespace kr5

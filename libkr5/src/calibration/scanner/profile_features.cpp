@@ -54,13 +54,7 @@ ProfilePoints measured_points(const LineProfile& profile) {
   return out;
 }
 
-/// Noise of a range from third differences, in which smooth shapes cancel; edges do not move the median.
-double neighbour_noise(const ProfilePoints& points) {
-  std::vector<double> differences;
-  for (Eigen::Index k = 3; k < points.size(); ++k)
-    differences.push_back(std::abs(points.z[k] - 3 * points.z[k - 1] + 3 * points.z[k - 2] - points.z[k - 3]));
-  return std::max(mad_to_sigma * median(differences) / std::sqrt(20.0), least_noise);
-}
+double neighbour_noise(const ProfilePoints& points) { return std::max(difference_noise(points.z), least_noise); }
 
 /// Calls `try_at(i, h)` for triples i - h, i, i + h of neighbouring points, at every scale.
 template <class Try>

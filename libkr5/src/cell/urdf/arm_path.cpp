@@ -116,8 +116,7 @@ class PathFinder {
 
   void find_tool() {
     for (const char* name : {sensor_link, payload_link}) {
-      if (!out_.links.contains(name) || out_.links.at(name).carrier != out_.joints.size() || !is_held_by_flange(name))
-        continue;
+      if (!is_held_by_flange(name)) continue;
       out_.tool = name;
       return add_to_tool(name);
     }

@@ -10,11 +10,6 @@
 namespace kr5::gap {
 namespace {
 
-/// Factor from units of sigma to units of noise, of the columns of a group.
-double widening_of(const ComparisonData& data, const Group& group) {
-  return group.judged.empty() ? 1.0 : data.blocks[group.judged.front()].widening;
-}
-
 /// Groups above the floor.
 std::vector<const Group*> exceeding(const std::vector<Group>& groups, const std::vector<bool>& above) {
   std::vector<const Group*> out;
@@ -77,6 +72,10 @@ uncertainty::Interval bootstrap(const ComparisonData& data, const std::vector<co
 }
 
 }  // namespace
+
+double widening_of(const ComparisonData& data, const Group& group) {
+  return group.judged.empty() ? 1.0 : data.blocks[group.judged.front()].widening;
+}
 
 double gap_over_noise(const ComparisonData& data, const Group& group, const Eigen::VectorXd& counted) {
   return widening_of(data, group) * gap_of(data, group.judged, counted).rms;

@@ -14,6 +14,9 @@ namespace kr5::gap {
 /// that the column is not judged.
 constexpr double least_judged = 0.5;
 
+/// Factor from units of sigma to units of noise, of the columns of a group.
+double widening_of(const ComparisonData& data, const Group& group);
+
 /// Whether a gap is more than noise alone shows once in 1000 columns.
 bool above_floor(const Gap& gap);
 

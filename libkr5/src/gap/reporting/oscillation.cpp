@@ -8,6 +8,7 @@
 
 #include <Eigen/LU>
 
+#include <kr5/core/statistics.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 
 namespace kr5::gap {
@@ -63,12 +64,10 @@ Wave wave_of(const ComparisonData& data, const Block& block, const Eigen::Vector
   }
   const auto size = static_cast<Eigen::Index>(t.size());
   if (size < least_rows) return {};
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
   Wave out;
   out.t = Eigen::Map<Eigen::ArrayXd>(t.data(), size);
   out.r = Eigen::Map<Eigen::ArrayXd>(r.data(), size);
-  out.step = *middle;
+  out.step = median(std::move(steps));
   return out;
 }
 

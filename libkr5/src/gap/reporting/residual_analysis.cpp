@@ -153,11 +153,10 @@ double rms_of_most(std::vector<double> squares) {
 /// the recording excuses: in that, a disturbance that no catalogue names counts as an error of the best model.
 bool beyond_noise(const ComparisonData& data, const Group& group, const Eigen::VectorXd& counted,
                   const DiagnoseOptions& options) {
-  const Block& first = data.blocks[group.judged.front()];
   const Moving moving = while_moving(data, group, counted);
   const double left = rms_of_most(moving.squares);
-  return left > least_judged && left * first.widening > elsewhere &&
-         left * first.sigma > elsewhere * options.simulator_accuracy * moving.recorded;
+  return left > least_judged && left * widening_of(data, group) > elsewhere &&
+         left * data.blocks[group.judged.front()].sigma > elsewhere * options.simulator_accuracy * moving.recorded;
 }
 
 /// Whether a column is further off on the data to check by than what the simulator is known to be off allows for.
@@ -223,7 +222,7 @@ void describe_beyond(const ComparisonData& data, const std::vector<Group>& group
   parallel_for(static_cast<int>(groups.size()), options.threads, [&](int g) {
     const Group& group = groups[g];
     if (!rest.beyond[g] || group.judged.empty()) return;
-    const double widening = data.blocks[group.judged.front()].widening;
+    const double widening = widening_of(data, group);
     std::vector<Dependence> depends = structure(data, group, shown, 0.0, level, widening).dependences;
     if (const auto found = main_oscillation(data, group, widening * shown, level)) {
       const auto lesser = [&](const Dependence& d) { return d.share < found->share; };
