@@ -90,6 +90,7 @@ struct Arm::Body {
   dd::SkeletonPtr skeleton = dd::Skeleton::create("arm");
   std::vector<dd::BodyNode*> links;
   dd::BodyNode* tool = nullptr;
+  std::vector<kinematics::Body> bodies;  ///< Of the links, with their effects.
   bool masses = false;
   Eigen::VectorXd q, v, bias;
   Eigen::MatrixXd inertia;
@@ -110,13 +111,14 @@ struct Arm::Body {
 
   void check() {
     const auto& robot = cell.robot;
+    bodies = effective.bodies();
     require(robot.joints() > 0, "robot.dh: an arm needs at least one joint");
     masses = !robot.links.empty();
     require(!masses || robot.links.size() == robot.dh.size(),
             "robot.links: found " + std::to_string(robot.links.size()) +
                 ", expected one a joint: " + std::to_string(robot.dh.size()));
     for (std::size_t i = 0; i < robot.links.size(); ++i)
-      check_mass("robot.links[" + std::to_string(i) + "]", robot.links[i].mass, robot.links[i].inertia_matrix(), false);
+      check_mass("robot.links[" + std::to_string(i) + "]", bodies[i].mass, bodies[i].inertia_matrix(), false);
     if (cell.tool) check_mass("tool", cell.tool->mass, cell.tool->inertia_matrix(), true);
     if (cell.tool) {
       physics::check_payload(cell);
@@ -124,7 +126,7 @@ struct Arm::Body {
       check_pose("tool.T_F_S", cell.tool->T_flange_sensor);
     }
     for (std::size_t i = 0; i < robot.links.size(); ++i)
-      check_body("robot.links[" + std::to_string(i) + "]", robot.links[i]);
+      check_body("robot.links[" + std::to_string(i) + "]", bodies[i]);
     check_numbers("robot.gravity", robot.gravity, 1e4);
     const kinematics::DhChain chain = effective.chain(0.0);
     check_pose("robot.T_B_0", chain.T_base_0);
@@ -139,7 +141,7 @@ struct Arm::Body {
     const auto index = static_cast<std::size_t>(i);
     const DhJoint& joint = chain.joints[index];
     kinematics::Body mass{1.0, Eigen::Vector3d::Zero(), Vector6::Ones()};  // any will do for kinematics alone
-    if (masses) mass = {cell.robot.links[index].mass, cell.robot.links[index].com, cell.robot.links[index].inertia};
+    if (masses) mass = bodies[index];
     const Pose place = i == 0 ? chain.T_base_0 : Pose::Identity();
     dd::BodyNode* parent = i == 0 ? nullptr : links.back();
     links.push_back(joint.type == JointType::Revolute

@@ -68,6 +68,27 @@ TEST_CASE("single effects of random size are named, and nothing beside them", "[
   test::check_rate(named, trials, 0.95, 0.9);
 }
 
+TEST_CASE("a payload is found with its rotary inertia, and without where it is a point", "[not_sanitized]") {
+  for (const double inertia : {0.0, 0.03}) {
+    CAPTURE(inertia);
+    Random random(5);
+    const Eigen::VectorXd com = Eigen::Vector3d(0.02, -0.01, 0.09);
+    cell::Cell truth = protocol::carrying("payload", "tool", "mass", 0.8);
+    cell::set_effect(truth, "payload", "tool", "com", com);
+    if (inertia > 0.0) cell::set_effect(truth, "payload", "tool", "inertia", inertia);
+    const gap::Diagnosis d = gap::diagnose(protocol::record(truth, random), predict::FastSimulator());
+    REQUIRE(names_only(d, {{"payload", "tool"}}));
+    const auto& found = d.causes[0].parameters;
+    REQUIRE(found.size() == (inertia > 0.0 ? 3 : 2));
+    const std::vector<std::vector<double>> true_values = {{0.8}, {com[0], com[1], com[2]}, {inertia}};
+    for (std::size_t p = 0; p < found.size(); ++p)
+      for (std::size_t i = 0; i < found[p].value.size(); ++i) {
+        INFO(found[p].name << " " << i);
+        CHECK(std::abs(found[p].value[i] - true_values[p][i]) < 4 * found[p].std[i]);
+      }
+  }
+}
+
 TEST_CASE("a healthy cell is called healthy", "[statistics]") {
   const int trials = test::trials(100, 5);
   Random random(8);

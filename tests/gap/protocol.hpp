@@ -222,6 +222,7 @@ inline Draw draw_effect(Random& random) {
                                         {"joint_elasticity", "joint5", "stiffness", 3000.0, 500.0},
                                         {"torque_constant", "joint3", "torque_constant", 0.62, 0.03},
                                         {"rotor_inertia", "joint1", "rotor_inertia", 5.2e-4, 3e-4},
+                                        {"link_mass", "joint3", "mass", 24.0, 4.0},
                                         {"encoder_offset", "joint2", "offset", 0.0, 1e-3},
                                         {"encoder_offset", "joint5", "offset", 0.0, 1e-3},
                                         {"link_twist", "joint3", "alpha", 1.5707963267948966, 1e-3},

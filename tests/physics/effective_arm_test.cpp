@@ -51,6 +51,44 @@ TEST_CASE("links that have grown by a share have moved the flange by that share 
   CHECK((grown - 1.002 * nominal).norm() < 1e-12);
 }
 
+TEST_CASE("the mass of a link scales what its joint holds by that link alone, as its inertia") {
+  // The last link, in rest and in acceleration about its own axis; the tool is taken off.
+  cell::Cell bare = arc();
+  bare.tool.reset();
+  cell::Cell heavy = bare, light = bare;
+  const double mass = bare.robot.links[5].mass;
+  cell::set_effect(heavy, "link_mass", "joint6", "mass", 3.0 * mass);
+  cell::set_effect(light, "link_mass", "joint6", "mass", 0.0);
+  const VectorXd v = VectorXd::LinSpaced(6, -1.0, 2.0), a = VectorXd::LinSpaced(6, 3.0, -4.0);
+  const auto torque = [&](const cell::Cell& c) {
+    kinematics::Dynamics arm = EffectiveArm(c).dynamics(0.0);
+    return VectorXd(arm.loads(posture.transpose(), v.transpose(), a.transpose()).tau.row(0).transpose());
+  };
+  const VectorXd without = torque(light), with = torque(bare), thrice = torque(heavy);
+  CHECK((with - without).norm() > 0.01);
+  CHECK((thrice - without - 3.0 * (with - without)).norm() < 1e-10 * with.norm());
+}
+
+TEST_CASE("a centre of mass elsewhere adds the moment of the weight at that place") {
+  cell::Cell bare = arc();
+  bare.tool.reset();
+  const VectorXd at_axis = VectorXd::Zero(3), aside = Eigen::Vector3d(0.05, -0.02, 0.03);
+  cell::Cell centred = bare, shifted = bare;
+  cell::set_effect(centred, "link_com", "joint6", "com", at_axis);
+  cell::set_effect(shifted, "link_com", "joint6", "com", aside);
+  const Eigen::MatrixXd rest = Eigen::MatrixXd::Zero(1, 6);
+  const auto torque = [&](const cell::Cell& c) {
+    return EffectiveArm(c).dynamics(0.0).loads(posture.transpose(), rest, rest).tau(0, 5);
+  };
+  // About the axis of joint 6, in the frame before it: the weight times its lever.
+  const kinematics::DhChain chain = EffectiveArm(bare).chain(0.0);
+  const std::vector<Pose> frames = chain.link_poses(posture);
+  const Eigen::Vector3d axis = frames[frames.size() - 2].linear().col(2),
+                        lever = frames.back().linear() * Eigen::Vector3d(aside),
+                        weight = bare.robot.links[5].mass * bare.robot.gravity;
+  CHECK(torque(shifted) - torque(centred) == Approx(-axis.dot(lever.cross(weight))).epsilon(1e-9));
+}
+
 TEST_CASE("a payload adds its weight and its moment to those of the tool") {
   Eigen::VectorXd com(3);
   com << 0.02, -0.01, 0.1;

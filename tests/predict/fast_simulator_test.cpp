@@ -72,6 +72,8 @@ std::vector<Case> cases(const World& world) {
        "tool",
        {{"mass", 0.3}, {"com", numbers({0.01, 0.02, 0.1})}},
        {"motion.i", "motion.wrench", "press.wrench", "profile.wrench"}},
+      {"link_mass", "joint3", {{"mass", 20.0}}, currents},
+      {"link_com", "joint4", {{"com", numbers({0.02, 0.01, -0.15})}}, currents},
       {"base_tilt", "base", {{"roll", 0.004}, {"pitch", -0.003}}, arm},
       {"encoder_offset", "joint2", {{"offset", 0.002}}, arm},
       {"link_length", "joint2", {{"a", 0.602}}, {"motion.i", "motion.wrench", "poses.position", "views", "scan"}},
@@ -147,6 +149,8 @@ TEST_CASE("a value equal to the believed one leaves no trace either") {
                          .with("rotor_inertia", "joint6", {{"rotor_inertia", c.drives->rotor_inertia[5]}})
                          .with("wrist_coupling", "motor6", {{"element", 3.0}, {"value", c.drives->structure(5, 3)}})
                          .with("link_length", "joint4", {{"b", c.robot.dh[3].b}})
+                         .with("link_mass", "joint2", {{"mass", c.robot.links[1].mass}})
+                         .with("link_com", "joint3", {{"com", Eigen::VectorXd(c.robot.links[2].com)}})
                          .with("tool_delay", "servo", {{"delay", c.servo->tool->delay}})
                          .with("hand_eye", "camera", {{"T_E_C", *c.camera->T_tool_camera}})
                          .with("contact_stiffness", "contact", {{"stiffness", c.contact->stiffness}})

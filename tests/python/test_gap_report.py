@@ -413,6 +413,29 @@ def test_a_mount_is_shown_as_its_difference_from_the_cell(share):
     assert float(rows[5]["value"]) == pytest.approx(1.0, abs=1e-3)
 
 
+def test_a_vector_is_shown_beside_that_of_the_cell_component_by_component(share):
+    cell = kr5.cell.load_cell(share / "cells/kr5_arc.yaml")
+    links = cell.robot.links
+    links[3].com = np.array([1e-18, -0.16, 0.004])  # what is left of a rotation
+    robot = cell.robot
+    robot.links = links
+    cell.robot = robot
+    parameter = {"value": [0.01, -0.15, 0.02], "std": [1e-3] * 3, "unit": "m"}
+    cause = {"effect": "link_com", "target": "joint4", "parameters": {"com": parameter}}
+    rows = parameter_rows(cause, cell)
+    assert [row["name"] for row in rows] == ["com x", "com y", "com z"]
+    assert [row["nominal"] for row in rows] == ["0", "-160", "4"]
+
+
+def test_a_centre_of_mass_is_explained_and_drawn(recorded, run_kr5, tmp_path):
+    done = run_kr5("gap", "explain", recorded / "sound", "link_com:joint2", "--json", "-")
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)["targets"][0]
+    assert [float(p["nominal"]) for p in told["parameters"]] == [-330.0, 10.0, 40.0]
+    done = run_kr5("gap", "effects", "link_com", "--pictures", tmp_path / "pictures")
+    assert done.returncode == 0 and (tmp_path / "pictures/link_com.png").is_file(), done.stderr
+
+
 @pytest.mark.parametrize(
     "group, words, part",
     [

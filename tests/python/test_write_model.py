@@ -17,6 +17,8 @@ EFFECTS = {  # that every format holds
     "encoder_offset": {"joint3": {"offset": 0.004}},
     "link_length": {"joint2": {"a": 0.603}},
     "link_twist": {"joint1": {"alpha": 1.572}},
+    "link_mass": {"joint2": {"mass": 25.0}},
+    "link_com": {"joint2": {"com": [-0.3, 0.02, 0.01]}},
     "base_tilt": {"base": {"roll": 0.003, "pitch": -0.002}},
     "payload": {"tool": {"mass": 0.8, "com": [0.01, 0.02, 0.03]}},
     "tool_offset": {"tool": {"offset": [0.001, -0.002, 0.003]}},
@@ -45,6 +47,11 @@ def near_arm(cell):
     effects = dict(EFFECTS)
     effects["link_length"] = {"joint2": {"a": dh[1].a + 0.003}}
     effects["link_twist"] = {"joint1": {"alpha": dh[0].alpha + 0.002}}
+    if links := cell.robot.links:
+        effects["link_mass"] = {"joint2": {"mass": 1.2 * links[1].mass}}
+        effects["link_com"] = {"joint2": {"com": np.add(links[1].com, [0.02, -0.01, 0.03]).tolist()}}
+    else:
+        del effects["link_mass"], effects["link_com"]
     return with_effects(cell, effects)
 
 
@@ -428,7 +435,7 @@ def test_a_cell_file_keeps_what_has_no_nominal_value(arc, tmp_path):
     back = kr5_cell.load_cell(tmp_path / "cell.yaml")
     assert set(back.effects.to_dict()) == set(LOST)
     assert back.drives.torque_constant[4] == 0.9
-    assert written.losses == [] and len(written.folded) == 11
+    assert written.losses == [] and len(written.folded) == 13
     assert written.notes == [
         "these stay effects, for no nominal value holds them: stribeck_friction joint4, ft_bias fx"
     ]
@@ -501,7 +508,7 @@ def test_the_command_tells_what_is_held_and_lost(run_kr5, arc, tmp_path):
     done = run_kr5("cell", "export", "tuned.yaml", "-o", "tuned.urdf", "--json", "said.json")
     assert done.returncode == 0, done.stderr
     assert "Effects in the model" in done.stdout and "Effects that are lost" in done.stdout
-    assert "tuned.urdf: written with 8 of 10 effects." in done.stdout
+    assert "tuned.urdf: written with 10 of 12 effects." in done.stdout
     assert "N m s/rad" in done.stdout
     import json
 

@@ -81,6 +81,7 @@ const std::vector<JointEffect> joint_effects = {
     {"cable_spring", {{"stiffness", 60.0}, {"rest", 0.1}}},
     {"encoder_offset", {{"offset", 0.01}}},
     {"link_twist", {{"alpha", 0.3}}},
+    {"link_mass", {{"mass", 9.3}}},
     {"transmission_error", {{"amplitude", 2e-3}, {"cycles", 5.0}}},
     {"joint_servo", {{"natural_frequency", 25.0}}},
     {"joint_elasticity", {{"stiffness", 5e4}}},

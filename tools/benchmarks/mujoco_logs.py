@@ -23,6 +23,9 @@ BODIES = [  # place in the body before [m], axis, mass [kg], centre [m], size of
 ]
 
 
+ASIDE = (0.6, 0.7, -0.4)  # direction in which a centre of mass is elsewhere
+
+
 @dataclass
 class Effect:
     """What the true arm has and its nominal model lacks."""
@@ -32,19 +35,23 @@ class Effect:
     value: float
 
 
-EFFECTS = ("coulomb_friction", "viscous_friction", "rotor_inertia", "payload")
-SIZES = {  # factors of what such an effect is on each joint
+EFFECTS = ("coulomb_friction", "viscous_friction", "rotor_inertia", "payload", "link_mass", "link_com")
+SIZES = {  # what such an effect is on each joint, before a factor; of the mass and the centre of a link the change
     "coulomb_friction": np.array([6.0, 8.0, 5.0, 1.2, 0.8, 0.5]),
     "viscous_friction": np.array([5.0, 6.0, 4.0, 1.0, 0.7, 0.4]),
     "rotor_inertia": np.array([0.9, 0.9, 0.5, 0.08, 0.05, 0.03]),
     "payload": np.array([0, 0, 0, 0, 0, 1.5]),
+    # That of the first link, which turns about the vertical, is an inertia of its rotor.
+    "link_mass": np.array([0, 3.0, 2.0, 1.0, 0.8, 0.5]),
+    "link_com": np.array([0, 0.06, 0.06, 0.05, 0.05, 0.05]),
 }
 
 
 def drawn_effect(seed: int) -> Effect:
     random = np.random.default_rng(seed)
     effect = EFFECTS[int(random.integers(len(EFFECTS)))]
-    joint = 5 if effect == "payload" else int(random.integers(6))
+    first = int(np.flatnonzero(SIZES[effect])[0])
+    joint = int(random.integers(first, 6))
     return Effect(effect, joint, float(SIZES[effect][joint] * random.uniform(0.5, 1.5)))
 
 
@@ -52,6 +59,10 @@ def model_xml(effect: Effect | None = None) -> str:
     """The arm as MJCF, with an effect or nominal."""
     opened, closed = "", ""
     for k, (place, axis, mass, centre, size) in enumerate(BODIES):
+        if effect is not None and effect.joint == k:
+            mass += effect.value if effect.effect == "link_mass" else 0.0
+            if effect.effect == "link_com":
+                centre = " ".join(f"{x + s * effect.value:.9g}" for x, s in zip(map(float, centre.split()), ASIDE))
         own = {"coulomb_friction": "frictionloss", "viscous_friction": "damping", "rotor_inertia": "armature"}
         more = ""
         if effect is not None and effect.joint == k and effect.effect in own:
@@ -59,7 +70,7 @@ def model_xml(effect: Effect | None = None) -> str:
         inertia = mass * size**2
         opened += (
             f'<body name="link{k + 1}" pos="{place}"><joint name="{JOINTS[k]}" type="hinge" axis="{axis}"{more}/>'
-            f'<inertial pos="{centre}" mass="{mass}"'
+            f'<inertial pos="{centre}" mass="{mass:.9g}"'
             f' diaginertia="{inertia:.6g} {0.9 * inertia:.6g} {0.8 * inertia:.6g}"/>'
         )
         closed += "</body>"
@@ -101,16 +112,18 @@ class Log:
         return out
 
 
-def simulated_log(xml: str, seed: int, duration: float = 14.0) -> Log:
-    """The arm under a controller, as MuJoCo steps it, with noise on the torques."""
+def simulated_log(xml: str, seed: int, duration: float = 14.0, still: int | None = None) -> Log:
+    """The arm under a controller, as MuJoCo steps it, with noise on the torques. still: joint that holds its place."""
     import mujoco
 
     model = mujoco.MjModel.from_xml_string(xml)
     data = mujoco.MjData(model)
-    data.qpos[:] = planned(0.0, seed)
+    held = np.arange(6) == (-1 if still is None else still)
+    start = planned(0.0, seed)
+    data.qpos[:] = start
     rows, force = [], np.zeros(6)
     for step in range(round(duration / STEP)):
-        target, ahead = planned(data.time, seed), planned(data.time + STEP, seed)
+        target, ahead = (np.where(held, start, planned(t, seed)) for t in (data.time, data.time + STEP))
         mujoco.mj_forward(model, data)
         wanted = STIFFNESS * (target - data.qpos) + 2 * np.sqrt(STIFFNESS) * ((ahead - target) / STEP - data.qvel)
         mujoco.mj_mulM(model, data, force, wanted)

@@ -143,6 +143,16 @@ def draw_payload(rng, cell, target):
     return lambda m: {"mass": m, "com": com}
 
 
+def draw_link_mass(rng, cell, target):
+    s, old = random_sign(rng), float(cell["robot"]["links"][joint_index(target)]["mass"])
+    return lambda m: {"mass": old * ((1 + m) if s > 0 else 1 / (1 + m))}
+
+
+def draw_link_com(rng, cell, target):
+    d, old = random_direction(rng, 3), np.array(cell["robot"]["links"][joint_index(target)]["com"], float)
+    return lambda m: {"com": (old + m * d).tolist()}
+
+
 def draw_tilt(rng, cell, target):
     d = random_direction(rng, 2)
     return lambda m: {"roll": float(m * d[0]), "pitch": float(m * d[1])}
@@ -291,6 +301,8 @@ CATALOGUE = [
     Effect("torque_ripple", joints, (0.05, 40.0), periodic_parameter(3, 60), act.torque_ripple, ARM),
     Effect("wrist_coupling", coupled_motors, (0.05, 15.0), draw_coupling, act.wrist_coupling, ARM),
     Effect("payload", single_target("tool"), (0.002, 3.0), draw_payload, act.payload, SENSOR),
+    Effect("link_mass", joints, (0.002, 3.0), draw_link_mass, act.link_mass, ARM),
+    Effect("link_com", joints, (1e-4, 0.2), draw_link_com, act.link_com, ARM),
     Effect("base_tilt", single_target("base"), (1e-5, 0.03), draw_tilt, act.base_tilt, ALL),
     Effect("encoder_offset", joints, (1e-5, 0.02), plain_parameter("offset", True), act.encoder_offset, ALL),
     Effect("link_length", joints, (1e-5, 8e-3), draw_length, act.link_length, ALL),

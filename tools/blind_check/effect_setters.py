@@ -95,6 +95,17 @@ def payload(truth: Truth, target: str, p: dict) -> None:
     attach_mass(truth.cell["tool"], p["mass"], p["com"])
 
 
+def link_mass(truth: Truth, target: str, p: dict) -> None:
+    """With its inertia, as if the link were of another material."""
+    link = truth.cell["robot"]["links"][_index(target)]
+    link["inertia"] = [float(x) * p["mass"] / link["mass"] for x in link["inertia"]]
+    link["mass"] = p["mass"]
+
+
+def link_com(truth: Truth, target: str, p: dict) -> None:
+    truth.cell["robot"]["links"][_index(target)]["com"] = p["com"]
+
+
 def base_tilt(truth: Truth, target: str, p: dict) -> None:
     truth.base = Rotation.from_euler("xyz", [p["roll"], p["pitch"], 0.0]).as_matrix()
 

@@ -84,6 +84,8 @@ def arm_trials(robot: dict, servo: dict, cycle: float, i: int) -> dict:
     row = robot["dh"][min(i, len(robot["dh"]) - 1)]
     wn = np.broadcast_to(servo["joint"]["natural_frequency"], len(robot["dh"]))
     corner = [[0.1 * (j == k) for j in range(3)] for k in range(3)]
+    body = robot["links"][min(i, len(robot["links"]) - 1)]
+    beside = [[float(x) + 1e-3 * (j == k) for j, x in enumerate(body["com"])] for k in range(3)]
     return {
         "joint_elasticity": lambda: [("compliance", 0.0, 1e-7, {"stiffness": 1e7})],
         "backlash": lambda: [single_parameter("gap", 0, 1e-4)],
@@ -91,6 +93,8 @@ def arm_trials(robot: dict, servo: dict, cycle: float, i: int) -> dict:
             [("mass", 0.0, 0.01, {"mass": 0.01, "com": [0, 0, 0]})]
             + [(f"moment{k}", 0.0, 1e-3, {"mass": 0.01, "com": corner[k]}) for k in range(3)]
         ),
+        "link_mass": lambda: [single_parameter("mass", body["mass"], 0.01)],
+        "link_com": lambda: [(f"com{k}", 0.0, 1e-3, {"com": beside[k]}) for k in range(3)],
         "base_tilt": lambda: [
             ("roll", 0.0, 1e-5, {"roll": 1e-5, "pitch": 0}),
             ("pitch", 0.0, 1e-5, {"roll": 0, "pitch": 1e-5}),

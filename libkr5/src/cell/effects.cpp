@@ -156,6 +156,12 @@ std::optional<double> Effects::replaced_number(std::string_view effect, std::str
   return value ? std::optional<double>(held<double>(*value, effect, parameter)) : std::nullopt;
 }
 
+std::optional<Eigen::VectorXd> Effects::replaced_vector(std::string_view effect, std::string_view parameter,
+                                                        int index) const {
+  const EffectValue* value = find(effect, parameter, index);
+  return value ? std::optional<Eigen::VectorXd>(held<Eigen::VectorXd>(*value, effect, parameter)) : std::nullopt;
+}
+
 std::optional<Pose> Effects::replaced_pose(std::string_view effect, std::string_view parameter, int index) const {
   const EffectValue* value = find(effect, parameter, index);
   return value ? std::optional<kr5::Pose>(held<kr5::Pose>(*value, effect, parameter)) : std::nullopt;

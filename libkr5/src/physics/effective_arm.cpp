@@ -25,6 +25,19 @@ kinematics::DhJoint link_twist(const cell::Cell& cell, int joint, kinematics::Dh
   return row;
 }
 
+kinematics::Body link_mass(const cell::Cell& cell, int joint, kinematics::Body link) {
+  const auto mass = cell.effects.replaced_number("link_mass", "mass", joint);
+  if (!mass) return link;
+  if (link.mass > 0.0) link.inertia *= *mass / link.mass;
+  link.mass = *mass;
+  return link;
+}
+
+kinematics::Body link_com(const cell::Cell& cell, int joint, kinematics::Body link) {
+  if (const auto com = cell.effects.replaced_vector("link_com", "com", joint)) link.com = *com;
+  return link;
+}
+
 double thermal_growth(const cell::Cell& cell, double t) {
   if (!cell.effects.carries("thermal_growth")) return 1.0;
   const double growth = cell.effects.number("thermal_growth", "growth");
@@ -46,10 +59,18 @@ kinematics::DhChain EffectiveArm::chain(double t) const {
   return out;
 }
 
+std::vector<kinematics::Body> EffectiveArm::bodies() const {
+  std::vector<kinematics::Body> out = cell_.robot.links;
+  for (int i = 0; i < static_cast<int>(out.size()); ++i) {
+    kinematics::Body& link = out[static_cast<std::size_t>(i)];
+    link = link_com(cell_, i, link_mass(cell_, i, link));
+  }
+  out.resize(static_cast<std::size_t>(joints()));
+  return out;
+}
+
 kinematics::Dynamics EffectiveArm::dynamics(double t) const {
-  std::vector<kinematics::Body> bodies = cell_.robot.links;
-  bodies.resize(static_cast<std::size_t>(joints()));
-  kinematics::Dynamics out(chain(t), bodies, cell_.robot.gravity);
+  kinematics::Dynamics out(chain(t), bodies(), cell_.robot.gravity);
   if (cell_.tool) {
     const kinematics::SensorCut cut = below_sensor();
     out.add_body(joints() - 1, cut.body, cut.T_link_sensor);

@@ -25,6 +25,8 @@ using kinematics::DhJoint;
 
 DhJoint& row_of(Cell& cell, int joint) { return cell.robot.dh[static_cast<std::size_t>(joint)]; }
 
+cell::Link& link_of(Cell& cell, int joint) { return cell.robot.links[static_cast<std::size_t>(joint)]; }
+
 bool slides(const Cell& cell, int joint) {
   return cell.robot.dh[static_cast<std::size_t>(joint)].type == kinematics::JointType::Prismatic;
 }
@@ -98,6 +100,10 @@ constexpr std::array places = {
           [](const Cell& from, int i, Cell& to) { row_of(to, i) = link_length(from, i, row_of(to, i)); }},
     Place{"link_twist", "robot.dh[]",
           [](const Cell& from, int i, Cell& to) { row_of(to, i) = link_twist(from, i, row_of(to, i)); }},
+    Place{"link_mass", "robot.links[]",
+          [](const Cell& from, int i, Cell& to) { link_of(to, i) = link_mass(from, i, link_of(to, i)); }},
+    Place{"link_com", "robot.links[]",
+          [](const Cell& from, int i, Cell& to) { link_of(to, i) = link_com(from, i, link_of(to, i)); }},
     Place{"encoder_offset", "robot.dh[]", &put_encoder_offset},
     Place{"coulomb_friction", "drives.friction.coulomb[]",
           [](const Cell& from, int i, Cell& to) { to.drives->friction.coulomb[i] = coulomb_friction(from, i); }},

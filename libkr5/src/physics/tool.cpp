@@ -19,10 +19,16 @@ void check_payload(const cell::Cell& cell) {
 }
 
 kinematics::Body payload(const cell::Cell& cell) {
+  const double turning = cell.effects.number("payload", "inertia");
+  require(turning == 0.0 || (turning > 0.0 && payload_mass(cell) > 0.0),
+          "effects.payload.tool.inertia: must not be negative, and needs a mass; found " + std::to_string(turning) +
+              " kg m^2");
   const kinematics::Body tool = {cell.tool->mass, cell.tool->com, cell.tool->inertia};
   const double mass = payload_mass(cell);
   if (mass == 0.0) return tool;
-  return kinematics::merged_body(tool, {mass, cell.effects.vector("payload", "com"), Vector6::Zero()});
+  Vector6 inertia = Vector6::Zero();
+  inertia.head<3>().setConstant(turning);
+  return kinematics::merged_body(tool, {mass, cell.effects.vector("payload", "com"), inertia});
 }
 
 Eigen::Matrix3d R_base_sensor_down() { return Eigen::Vector3d(1, -1, -1).asDiagonal(); }

@@ -176,9 +176,8 @@ PredictionTable predict_motion(const cell::Cell& cell, const ExperimentInput& in
   }
   std::optional<kinematics::SensorCut> cut;
   if (cell.tool) cut = arm.below_sensor();
-  const auto loads =
-      cache.loads.find_or_make(load_key(arm.chain(middle), cell.robot.links, cell.robot.gravity, cut, links),
-                               [&] { return dynamics.loads(links.q, links.qd, links.qdd, cut); });
+  const auto loads = cache.loads.find_or_make(load_key(arm.chain(middle), arm.bodies(), cell.robot.gravity, cut, links),
+                                              [&] { return dynamics.loads(links.q, links.qd, links.qdd, cut); });
   if (massive) {
     Rows tau = loads->tau;
     add_cables(drives, links.q, tau);

@@ -1,6 +1,7 @@
 """A picture of each effect of the catalogue: what it does to a recording of a cell, and that a simulation with the
 effect explains it."""
 
+import textwrap
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ PROTOCOL = Path("share/protocols/standard.yaml")
 EXPERIMENTS = ("motion-1", "motion-5", "poses-1", "views-2", "scan-2", "step-1", "press-2", "profile-2")
 SEED = 1
 MOST_POINTS = 1500
+TITLE_WIDTH = 95  # [characters]
 BINS = 15
 LEAST_CHANGE = 0.1  # RMS change of a column over its noise, below which nothing would be seen
 CONSTANT = 0.2  # weight of a constant change beside one that varies, which says more of the effect
@@ -211,12 +213,8 @@ def draw_effect(picture: EffectPicture) -> Any:
         left.set_ylabel("residual over noise [-]")
         column = capitalised(column_text(f"{picture.kind}.{picture.column}"))
         name = capitalised(effect_text(picture.effect, picture.target))
-        figure.suptitle(
-            f"{name}: {', '.join(picture.values)}\n{column} ({picture.kind}.{picture.column})",
-            fontsize=10,
-            x=0.01,
-            ha="left",
-        )
+        head = textwrap.fill(f"{name}: {', '.join(picture.values)}", TITLE_WIDTH)
+        figure.suptitle(f"{head}\n{column} ({picture.kind}.{picture.column})", fontsize=10, x=0.01, ha="left")
         figure.legend(*left.get_legend_handles_labels(), loc="outside lower left", ncols=2, markerscale=3, fontsize=9)
     return figure
 

@@ -44,7 +44,8 @@ def parameter_rows(cause: dict[str, Any], cell: Any) -> list[dict[str, str]]:
             continue
         values, std = (v if isinstance(v, list) else [v] for v in (p["value"], p["std"]))
         factor, unit = display_unit(p["unit"], values, cause["target"])
-        for axis, value, error in zip("xyz" if len(values) > 1 else [""], values, std):
+        nominal = [""] * len(values) if before is None else [f"{factor * b:.6g}" for b in _without_rounding(before)]
+        for axis, value, error, stated in zip("xyz" if len(values) > 1 else [""], values, std, nominal):
             exact = not error  # a choice, such as the number of cycles
             out.append(
                 {
@@ -52,10 +53,16 @@ def parameter_rows(cause: dict[str, Any], cell: Any) -> list[dict[str, str]]:
                     "unit": unit,
                     "value": f"{factor * value:g}" if exact else format_number(factor * value, factor * error),
                     "std": "" if exact else f"± {format_number(factor * error, factor * error)}",
-                    "nominal": "" if before is None else f"{factor * before:.6g}",
+                    "nominal": stated,
                 }
             )
     return out
+
+
+def _without_rounding(value: Any) -> np.ndarray:
+    """The numbers of a value; 0 what rounding left beside the others."""
+    numbers = np.atleast_1d(np.asarray(value, float))
+    return np.where(np.abs(numbers) < 1e-12 * np.abs(numbers).max(), 0.0, numbers)
 
 
 def _pose_rows(p: dict[str, Any], before: Any) -> list[dict[str, str]]:
@@ -91,7 +98,8 @@ def _moved(cause: dict[str, Any], cell: Any) -> float | None:
             )
         else:
             values, std = (v if isinstance(v, list) else [v] for v in (p["value"], p["std"]))
-            rows = [(v - (before or 0.0), s) for v, s in zip(values, std)]
+            off = np.zeros(len(values)) if before is None else np.atleast_1d(before)
+            rows = [(v - b, s) for v, b, s in zip(values, off, std)]
         if not measures_size(cause, name):
             continue
         for value, deviation in rows:

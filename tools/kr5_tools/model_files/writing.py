@@ -15,7 +15,7 @@ from kr5_tools.files import writing
 from kr5_tools.model_files.kinds import NAMES, Kind, kind_of_file, kind_of_output, model_text
 
 # Fields of a cell that a format has a place for, by how their path begins.
-ARM_FIELDS = ("robot.T_B_0", "robot.dh", "tool.mass", "tool.T_F_E", "drives.friction")
+ARM_FIELDS = ("robot.T_B_0", "robot.dh", "robot.links", "tool.mass", "tool.T_F_E", "drives.friction")
 HELD_FIELDS = {
     Kind.URDF: ARM_FIELDS,
     Kind.SDF: ARM_FIELDS,

@@ -135,7 +135,8 @@ struct EffectParameter {
   std::vector<double> off = {};   ///< Off value otherwise: one number, or one a component.
   double lower = 0.0;
   double upper = 0.0;
-  bool required = true;  ///< Must be given when the effect is.
+  bool required = true;           ///< Must be given when the effect is.
+  bool with_and_without = false;  ///< The effect is tried with it and without it, as two hypotheses.
   std::string description = {};
   CoordinateKind coordinate = CoordinateKind::Linear;
 
@@ -168,6 +169,8 @@ struct EffectParameter {
     visit("lower", self.lower, "Smallest plausible value, of each component.");
     visit("upper", self.upper, "Largest plausible value, of each component.");
     visit("required", self.required, "Whether the parameter is required when the effect is active.");
+    visit("with_and_without", self.with_and_without,
+          "Whether the effect is tried with and without this parameter, as two hypotheses.");
     visit("description", self.description, "Meaning of the parameter.");
     visit("coordinate", self.coordinate, "Relation of the parameter to the coordinates of a search.");
     visit("usual_size", self.usual_size,

@@ -46,6 +46,8 @@ class Effects {
 
   /// Value that replaces one of the cell; nothing: as in the cell.
   std::optional<double> replaced_number(std::string_view effect, std::string_view parameter, int index = 0) const;
+  std::optional<Eigen::VectorXd> replaced_vector(std::string_view effect, std::string_view parameter,
+                                                 int index = 0) const;
   std::optional<Pose> replaced_pose(std::string_view effect, std::string_view parameter, int index = 0) const;
 
   /// Value that was set, or null.

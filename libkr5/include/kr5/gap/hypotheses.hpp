@@ -33,6 +33,7 @@ struct Coordinate {
 /// changes are taken as linear in between; effects that are not have several of them.
 struct Probe {
   std::vector<Eigen::VectorXd> points;
+  bool indivisible = false;  ///< Shows nothing of the effect unless its points change the columns in different ways.
 };
 
 /// An effect on a target, with every discrete choice (cycles, source, element, a or b) made.

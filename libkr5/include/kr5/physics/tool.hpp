@@ -13,7 +13,8 @@ void check_payload(const cell::Cell& cell);
 
 /// Tool tip in the flange with tool_offset; camera and scanner ride on the nominal one. The flange itself without tool.
 Pose tool_offset(const cell::Cell& cell);
-/// All that hangs below the force sensor, tool and payload (a point) as one body in S. Needs a tool.
+/// All that hangs below the force sensor, tool and payload as one body in S. Needs a tool.
+/// @throws InvalidArgument naming the effect, when its inertia is negative or has no mass.
 kinematics::Body payload(const cell::Cell& cell);
 
 /// Orientation of S in B when the tool points down, as the formats give steps, presses and profiles: its axes are X,

@@ -10,6 +10,8 @@ namespace {
 
 const kinematics::DhJoint& dh(const EffectSite& at) { return at.cell.robot.dh[static_cast<std::size_t>(at.index)]; }
 
+const Link& link(const EffectSite& at) { return at.cell.robot.links[static_cast<std::size_t>(at.index)]; }
+
 }  // namespace
 
 std::vector<Effect> arm_rows() {
@@ -35,7 +37,42 @@ std::vector<Effect> arm_rows() {
                        .upper = 5,
                        .description = "its centre of mass in S",
                        .coordinate = CoordinateKind::Quotient,
-                       .size = constant(0.1)}}},
+                       .size = constant(0.1)},
+                      {.name = "inertia",
+                       .unit = "kg m^2",
+                       .upper = 1e3,
+                       .required = false,
+                       .with_and_without = true,
+                       .description = "about its centre of mass, the same for every axis",
+                       .size = constant(typical::load_inertia)}}},
+      {.id = "link_mass",
+       .target = Joint,
+       .label = "mass of the link",
+       .description = "mass of the link that the joint moves differs",
+       .shows_in = in_loads,
+       .remedy = "Correct the mass in the model of the robot; models often leave out motors, cables and covers.",
+       .parameters = {{.name = "mass",
+                       .unit = "kg",
+                       .upper = 1e5,
+                       .description = "of the link; its inertia changes in proportion",
+                       .nominal = [](const Site& at) { return link(at).mass; },
+                       .size = [](const Site& at) { return typical::part * std::max(link(at).mass, 1.0); }}},
+       .needs = has_links},
+      {.id = "link_com",
+       .target = Joint,
+       .label = "centre of mass of the link",
+       .description = "centre of mass of the link that the joint moves differs",
+       .shows_in = in_loads,
+       .remedy = "Correct the centre of mass in the model of the robot; check that its frame is the one of the link.",
+       .parameters = {{.name = "com",
+                       .kind = EffectValueKind::Vector3,
+                       .unit = "m",
+                       .lower = -5,
+                       .upper = 5,
+                       .description = "in the link frame of the cell; the inertia about it stays",
+                       .nominal = [](const Site& at) { return Eigen::VectorXd(link(at).com); },
+                       .size = constant(typical::centre)}},
+       .needs = has_links},
       {.id = "base_tilt",
        .target = Base,
        .label = "tilt of the base",

@@ -23,11 +23,13 @@ namespace typical {
 
 inline constexpr double angle = 1e-3;        ///< Zeros, twists, play, tilt [rad].
 inline constexpr double length = 1e-3;       ///< Links and mounts [m].
+inline constexpr double centre = 0.02;       ///< Centres of mass [m].
 inline constexpr double part = 0.2;          ///< Relative change of a bandwidth, a friction, a stiffness.
 inline constexpr double scale = 0.05;        ///< Relative error of a factor from a data sheet (gain, torque constant).
 inline constexpr double half_cycle = 0.006;  ///< Delays and lags [s].
 inline constexpr double cycle = 0.012;       ///< Period of a controller that states none [s].
 inline constexpr double reflected_inertia = 0.05;  ///< Of a rotor, joint side, of which none is known [kg m^2 or kg].
+inline constexpr double load_inertia = 0.01;       ///< 1 kg at 0.1 m from its centre [kg m^2].
 inline constexpr double coulomb = 5.0;             ///< Dry friction of a joint of which none is known [N m or N].
 inline constexpr double force_noise = 0.1;         ///< Of a wrist sensor of which none is known [N].
 inline constexpr double torque_noise = 0.01;       ///< The same [N m].
@@ -125,6 +127,9 @@ inline const EffectNeed has_tool_servo{"servo of the path correction (servo.tool
 inline const EffectNeed has_contact{"contact", [](const Cell& cell) { return cell.contact.has_value(); }};
 
 inline const std::string in_current = "the current of its joint";
+inline const std::string in_loads =
+    "currents or torques of its joint and of the joints before it: by weight and inertia of the link, depending on the "
+    "posture";
 inline const std::string in_pose = "everything that depends on where the tool is: poses, views, scans";
 inline const std::string in_wrench = "this component of the wrench, in every experiment that records it";
 inline const std::string in_path = "z of step and press";

@@ -53,7 +53,14 @@ Eigen::VectorXd change(const cell::EffectValue& from, const cell::EffectValue& t
   return out;
 }
 
-/// Parameters a part sets: those with a value once it is applied.
+/// Whether a cell has a parameter of an effect set on a target.
+bool is_set(const cell::Cell& cell, const EffectName& name, const std::string& parameter) {
+  const std::vector<std::string> targets = cell::effect_targets(cell::find_effect(name.effect), cell);
+  const auto index = std::ranges::find(targets, name.target) - targets.begin();
+  return cell.effects.find(name.effect, parameter, static_cast<int>(index)) != nullptr;
+}
+
+/// Parameters a part sets: those with a value once it is applied, without one that its hypothesis leaves out.
 std::vector<std::pair<const cell::EffectParameter*, cell::EffectValue>> values(const ComparisonData& data,
                                                                                const Hypothesis& h,
                                                                                const Eigen::VectorXd& x) {
@@ -61,7 +68,8 @@ std::vector<std::pair<const cell::EffectParameter*, cell::EffectValue>> values(c
   if (h.apply) h.apply(cell, x);
   std::vector<std::pair<const cell::EffectParameter*, cell::EffectValue>> out;
   for (const cell::EffectParameter& p : cell::find_effect(h.effect).parameters)
-    if (const auto value = cell::get_effect(cell.effects, h.effect, h.target, p.name)) out.emplace_back(&p, *value);
+    if (const auto value = cell::get_effect(cell.effects, h.effect, h.target, p.name))
+      if (!p.with_and_without || is_set(cell, {h.effect, h.target}, p.name)) out.emplace_back(&p, *value);
   return out;
 }
 

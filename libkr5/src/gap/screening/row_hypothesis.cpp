@@ -39,6 +39,7 @@ struct SearchedParameter {
   double whole = 0.0;  ///< Value of a choice, or of cycles.
   cell::ValueRange range = {};
   Pose nominal = Pose::Identity();
+  Eigen::VectorXd nominal_vector;  ///< Of a vector that replaces one of the cell; otherwise zero.
 };
 
 Eigen::Index components(const EffectParameter& p) {
@@ -71,7 +72,7 @@ std::optional<EffectValue> value_at(const SearchedParameter& p, const Point& x) 
   const double first = p.count > 0 ? x(p.first) : 0.0;
   switch (p.coordinate) {
     case Linear:
-      if (p.vector) return EffectValue(Eigen::VectorXd(p.size * x.segment(p.first, p.count)));
+      if (p.vector) return EffectValue(Eigen::VectorXd(p.nominal_vector + p.size * x.segment(p.first, p.count)));
       return p.off + p.size * first;
     case Ratio:
       return p.off * std::exp(p.size * first);
@@ -110,10 +111,15 @@ std::optional<EffectValue> value_at(const SearchedParameter& p, const Point& x) 
 std::vector<Coordinate> coordinates_of(const SearchedParameter& s, const EffectParameter& p) {
   using enum CoordinateKind;
   switch (p.coordinate) {
-    case Linear:
-      return std::vector<Coordinate>(
-          static_cast<std::size_t>(s.count),
-          {.lower = (s.range.lower - s.off) / s.size, .upper = (s.range.upper - s.off) / s.size, .step = p.step});
+    case Linear: {
+      std::vector<Coordinate> out;
+      for (Eigen::Index i = 0; i < s.count; ++i) {
+        const double off = s.vector ? s.nominal_vector(i) : s.off;
+        out.push_back(
+            {.lower = (s.range.lower - off) / s.size, .upper = (s.range.upper - off) / s.size, .step = p.step});
+      }
+      return out;
+    }
     case Ratio: {  // within the range, and 0, where the effect is off
       const auto x_at = [&](double value) { return value > 0 && s.off > 0 ? std::log(value / s.off) / s.size : -1e9; };
       return {{.lower = std::min(std::max(-greatest_ratio, x_at(s.range.lower)), 0.0),
@@ -157,15 +163,23 @@ class RowHypothesis {
     s.count = components(p);
     s.whole = whole;
     if (p.size) s.size = p.size(site_);
+    s.nominal_vector = Eigen::VectorXd::Zero(s.count);
     s.range = p.range ? p.range(site_) : cell::ValueRange{p.lower, p.upper};
     if (!p.nominal) {
       s.off = p.off.front();
     } else if (const auto nominal = p.nominal(site_)) {
       if (const auto* T = std::get_if<Pose>(&*nominal)) s.nominal = *T;
+      if (const auto* vector = std::get_if<Eigen::VectorXd>(&*nominal)) s.nominal_vector = *vector;
       if (const auto* number = std::get_if<double>(&*nominal)) s.off = *number;
     }
     for (const Coordinate& c : coordinates_of(s, p)) out_.coordinates.push_back(c);
     searched_.push_back(std::move(s));
+    rows_.push_back(&p);
+  }
+
+  /// Switches a parameter off in the cell of the hypothesis.
+  void leave_out(const EffectParameter& p) {
+    searched_.push_back({.name = p.name});
     rows_.push_back(&p);
   }
 
@@ -208,6 +222,7 @@ class RowHypothesis {
       for (const double first : at) out.push_back({{point(first)}});
     if (!out.empty()) return out;
     Probe linear;
+    linear.indivisible = has(CoordinateKind::Amplitude);
     for (Eigen::Index i = 0; i < n; ++i) linear.points.emplace_back(Point::Unit(n, i));
     return {linear};
   }
@@ -243,15 +258,22 @@ class RowHypothesis {
     return out;
   }
 
-  /// The factor alone and with each component of the quotient; or with values of it that the row names.
+  /// The factor alone and with each component of the quotient, or with values of it that the row names; and with each
+  /// coordinate behind it.
   std::vector<Probe> quotient_probe(const SearchedParameter& s, const EffectParameter& p) const {
     Probe out;
+    out.indivisible = static_cast<bool>(p.signature_at);
     if (!p.signature_at) out.points.push_back(point(1.0));
     const std::vector<double> values =
         p.signature_at ? p.signature_at(site_) : std::vector<double>(static_cast<std::size_t>(s.count), 1.0);
     for (std::size_t i = 0; i < values.size(); ++i) {
       Point x = point(1.0);
       x(s.first + (p.signature_at ? 0 : static_cast<Eigen::Index>(i))) = values[i] / (p.signature_at ? s.size : 1.0);
+      out.points.push_back(x);
+    }
+    for (Eigen::Index k = s.first + s.count; k < out_.size(); ++k) {
+      Point x = point(1.0);
+      x(k) = 1.0;
       out.points.push_back(x);
     }
     return {out};
@@ -271,6 +293,12 @@ const EffectParameter* choice_of(const cell::Effect& effect) {
   return found == effect.parameters.end() ? nullptr : &*found;
 }
 
+/// The parameter without which the effect is a hypothesis, too, or null.
+const EffectParameter* addition_of(const cell::Effect& effect) {
+  const auto found = std::ranges::find_if(effect.parameters, &EffectParameter::with_and_without);
+  return found == effect.parameters.end() ? nullptr : &*found;
+}
+
 }  // namespace
 
 std::vector<Hypothesis> row_hypotheses(const cell::Effect& effect, const EffectSite& site, const std::string& target,
@@ -281,6 +309,19 @@ std::vector<Hypothesis> row_hypotheses(const cell::Effect& effect, const EffectS
       RowHypothesis h(effect, site, target);
       h.add(p, 0.0);
       h.choose(p.name, -std::log(static_cast<double>(effect.parameters.size())));
+      out.push_back(std::move(h).take());
+    }
+    return out;
+  }
+  if (const EffectParameter* addition = addition_of(effect)) {
+    for (const bool with : {false, true}) {
+      RowHypothesis h(effect, site, target);
+      for (const EffectParameter& p : effect.parameters)
+        if (with || &p != addition)
+          h.add(p, 0.0);
+        else
+          h.leave_out(p);
+      h.choose(with ? "with " + addition->name : "", -std::log(2.0));
       out.push_back(std::move(h).take());
     }
     return out;

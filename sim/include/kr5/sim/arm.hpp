@@ -10,7 +10,7 @@
 
 /// @file
 /// The arm of a cell as a DART skeleton: links, the tool welded on at the force/torque sensor, gravity, and the effects
-/// that change what the arm is (lengths, twists, growth, base tilt, payload). Drives are apart, in drives.hpp.
+/// that change what the arm is (lengths, twists, growth, base tilt, masses, payload). Drives are apart, in drives.hpp.
 
 namespace kr5::sim {
 
