@@ -256,7 +256,7 @@ class Diagnoser {
     Model best = free_shape_is_likelier(models_.best()) ? models_.nominal() : models_.best();
     ResidualAnalysis rest = analyze_residual(problem_, groups_, best, base_, options_);
     std::vector<double> trusts = trusts_of(best, rest);
-    for (int worst = unfounded(best, trusts); worst >= 0; worst = unfounded(best, trusts)) {
+    for (int worst = unfounded(best, rest, trusts); worst >= 0; worst = unfounded(best, rest, trusts)) {
       // The others must explain without it, too: what only made up for its errors is then seen.
       best = models_.without(best, static_cast<std::size_t>(worst));
       rest = analyze_residual(problem_, groups_, best, base_, options_);
@@ -303,13 +303,28 @@ class Diagnoser {
     return out;
   }
 
+  /// Whether an effect clearly lessens a column, in one of its experiments at least, that is unexplained without it. In
+  /// columns that need no explanation, an effect may only fit the residual that smoothing leaves at reversals.
+  bool mends_a_column(const Model& model, const ResidualAnalysis& with, std::size_t part) {
+    constexpr double clearly = 0.95;
+    const ResidualAnalysis left = analyze_residual(problem_, groups_, models_.without(model, part), base_, options_);
+    for (std::size_t g = 0; g < groups_.size(); ++g) {
+      const auto lessened = [&](int block) {
+        return gap_of(data_, {block}, with.shown).rms < clearly * gap_of(data_, {block}, left.shown).rms;
+      };
+      if ((left.structured[g] || left.beyond[g]) && std::ranges::any_of(groups_[g].judged, lessened)) return true;
+    }
+    return false;
+  }
+
   /// The part that must not be blamed: the least trusted one, else a needless one, also of a smaller set. -1: none.
-  int unfounded(const Model& model, const std::vector<double>& trusts) {
+  int unfounded(const Model& model, const ResidualAnalysis& rest, const std::vector<double>& trusts) {
     if (const int worst = distrusted(model, trusts); worst >= 0) return worst;
-    const double temperature = posterior(problem_, {model}).temperature;
+    const bool of_real_arm = options_.errors_of_recording;
+    const double temperature = of_real_arm ? posterior(problem_, {model}).temperature : 1.0;  // else not asked for
     for (std::size_t k = 0; k < model.parts.size(); ++k) {
       if (model.parts[k].candidate->hypothesis.of_recording) continue;
-      const bool seen = !options_.errors_of_recording || is_significant(model, k, temperature);
+      const bool seen = !of_real_arm || (is_significant(model, k, temperature) && mends_a_column(model, rest, k));
       if (!seen || is_needless(model, k)) return static_cast<int>(k);
     }
     return -1;

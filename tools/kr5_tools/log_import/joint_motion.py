@@ -32,11 +32,17 @@ def merged_motion(motions: list[Any]) -> Any:
     return identification.JointMotion(t=t, run_starts=starts, **stacked)
 
 
-def motion_of(cell: Any, experiment: Any) -> Any:
-    """The motion of an experiment on measured positions, with its torques on the joint side."""
+def motion_of(cell: Any, experiment: Any, delay: float = 0.0) -> Any:
+    """The motion of an experiment on measured positions, with its torques on the joint side.
+
+    delay: by which the torques were logged later than the positions [s]. Rows whose shifted time lies outside the log
+    are left out.
+    """
     n, t = cell.robot.joints, np.asarray(experiment["t"])
     course = CubicSpline(t, np.column_stack([experiment[f"qc{k + 1}"] for k in range(n)]))
     family = "tau" if "tau1" in experiment.data else "i"
     loads = np.column_stack([experiment[f"{family}{k + 1}"] for k in range(n)])
     tau = joint_torques(cell.drives, loads) if family == "i" else loads
-    return identification.JointMotion(t=t, q=course(t), qd=course(t, 1), qdd=course(t, 2), tau=tau)
+    shown = (t - delay >= t[0]) & (t - delay <= t[-1])
+    t, at = t[shown], t[shown] - delay
+    return identification.JointMotion(t=t, q=course(at), qd=course(at, 1), qdd=course(at, 2), tau=tau[shown])

@@ -69,6 +69,7 @@ def record_logs(logs: Sequence[Path], cell: Any, options: LogOptions, described:
         *(note for note in said if note not in guessed.notes),
         *completed,
         *_dead_notes(recording.cell, known.dead),
+        *_delay_notes(guessed.entry["columns"], known.delay),
     ]
     return LogRecording(recording, guessed.entry, guessed.told(), notes, problems, known.errors)
 
@@ -89,6 +90,18 @@ def _dead_notes(cell: Any, joints: list[int]) -> list[str]:
     return [
         f"the loads of {', '.join(names[k] for k in joints)} show hardly anything where the model shows a load, so that"
         " they are not judged; does the driver measure them?"
+    ]
+
+
+def _delay_notes(columns: dict[str, Any], delay: float) -> list[str]:
+    if delay == 0.0:
+        return []
+    family = "tau" if "tau" in columns else "i"
+    stated = columns[family].get("delay", 0.0) if isinstance(columns[family], dict) else 0.0
+    return [
+        f"with masses and friction fitted, the {'torques' if family == 'tau' else 'currents'} match the motion best if"
+        f" they were logged {1e3 * abs(delay):.3g} ms {'late' if delay > 0 else 'early'}; if the driver delays them,"
+        f" correct this with --set columns.{family}.delay={stated + delay:.3g}"
     ]
 
 

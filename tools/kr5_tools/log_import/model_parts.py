@@ -1,6 +1,7 @@
 """What a log needs of a model that its description does not state: parts to try effects on, noise, torque constants,
 and how far the best model of the arm stays off."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -9,6 +10,7 @@ import kr5.gap
 import kr5.predict
 import numpy as np
 from kr5 import identification
+from scipy.optimize import minimize_scalar
 
 from kr5_tools.cli import terminal
 from kr5_tools.log_import.joint_columns import range_text
@@ -19,6 +21,9 @@ SURE = 5.0  # standard deviations that a torque constant must be above zero
 FRICTION_SPEED = 0.002  # [rad/s or m/s] over which dry friction changes its sign, as in the format of cells
 DEAD_SHARE = 0.1  # of the spread of the model's loads, below which a column shows nothing of them
 SHOWN_BY_CHANCE = 2.0  # standard deviations that what a model leaves may seem smaller than it is
+CLEAR_DELAY = 10.0  # gain of log likelihood: chance alone, of which chi-square shows 20, reaches it once in 1e5
+GREATEST_DELAY = 0.1  # that is searched [s]
+LEAST_STEP = 0.004  # of that search [s]
 UNLIKE = 0.5  # correlation, from which a column shows the loads in another unit
 NO_WEIGHT = 100.0  # times what a column leaves, which then says nothing for any effect
 LEAST_NOISE = 3e-3  # of the spread of a load: what a simulation without noise leaves of rounding and smoothing
@@ -242,6 +247,7 @@ class KnownErrors:
 
     errors: list[Any] = field(default_factory=list)  # kr5.gap.ColumnError
     dead: list[int] = field(default_factory=list)  # from 0
+    delay: float = 0.0  # by which the loads were clearly logged late; negative: early [s]
 
 
 def known_errors(recording: Any) -> KnownErrors:
@@ -256,17 +262,15 @@ def known_errors(recording: Any) -> KnownErrors:
     ]
     if not fit or cell.drives is None:
         return KnownErrors()
-    motion = merged_motion([motion_of(cell, e) for e in fit])
+    tau = np.vstack([np.asarray(motion_of(cell, e).tau) for e in fit])
     nominal = np.vstack([_nominal_torques(cell, e) for e in fit])
-    dead = dead_columns(np.asarray(motion.tau), nominal)
+    dead = dead_columns(tau, nominal)
     family = "tau" if "tau1" in fit[0].data else "i"
-    terms = [identification.JointTerms(offset=True, rotor_inertia=True)] * n
-    found = identification.identify_dynamics(
-        motion, arm_model(cell, terms), identification.DynamicsOptions(held_out=0.0)
-    )
+    left, delay = _left_by_best_model(cell, fit, [k for k in range(n) if k not in dead])
     # Where the motion determines no such model, its error is not known to be more than chance makes of it.
-    left = np.asarray(motion.tau) - np.asarray(found.predicted) if found.fit.usable else np.zeros_like(nominal)
-    left[:, dead] = NO_WEIGHT * (np.asarray(motion.tau)[:, dead] - nominal[:, dead])
+    left = np.zeros_like(tau) if left is None else left
+    dead_left = NO_WEIGHT * (tau - nominal)[:, dead]
+    left[:, dead] = np.sqrt((dead_left**2).mean(axis=0))
     if family == "i":
         left = left @ np.linalg.inv(np.asarray(cell.drives.structure)) / np.asarray(cell.drives.torque_constant)
     noise = np.array([cell.noise.of("torque" if family == "tau" else "current", k) for k in range(n)])
@@ -274,7 +278,60 @@ def known_errors(recording: Any) -> KnownErrors:
     smooth = np.sqrt(np.maximum((left**2).mean(axis=0) - noise**2 + scatter, scatter))
     stated = [k for k in range(n) if noise[k] > 0]  # others are not compared
     errors = [kr5.gap.ColumnError(column=f"motion.{family}{k + 1}", error=float(smooth[k])) for k in stated]
-    return KnownErrors(errors, dead)
+    return KnownErrors(errors, dead, delay)
+
+
+def _left_by_best_model(cell: Any, fit: list[Any], live: list[int]) -> tuple[np.ndarray | None, float]:
+    """Torques that the best rigid arm with friction leaves, rows x joints [N m or N], None where the motion determines
+    none; and how late they were logged [s], where that is clear. If so, the best arm is fitted at that delay, so that a
+    clock fault is not counted as an error of the arm."""
+    terms = [identification.JointTerms(offset=True, rotor_inertia=True)] * cell.robot.joints
+    model, options = arm_model(cell, terms), identification.DynamicsOptions(held_out=0.0)
+
+    def left(delay: float) -> np.ndarray | None:
+        motion = merged_motion([motion_of(cell, e, delay) for e in fit])
+        found = identification.identify_dynamics(motion, model, options)
+        return np.asarray(motion.tau) - np.asarray(found.predicted) if found.fit.usable else None
+
+    def negative_log_likelihood(delay: float) -> float:
+        rest = left(delay)
+        if rest is None:
+            return np.inf
+        return float(independent[live] @ np.log((rest[:, live] ** 2).mean(axis=0) + floor) / 2)
+
+    on_time = left(0.0)
+    if on_time is None or not live:
+        return on_time, 0.0
+    correlation = np.array([_lag_one(x) for x in on_time.T])
+    independent = len(on_time) * (1 - correlation) / (1 + correlation)
+    spread = np.vstack([np.asarray(motion_of(cell, e).tau) for e in fit])[:, live].std(axis=0)
+    floor = (LEAST_NOISE * spread) ** 2 + np.finfo(float).tiny  # below which a residual is rounding
+    row = float(np.median(np.diff(fit[0]["t"])))
+    delay = _best_delay(negative_log_likelihood, max(row, LEAST_STEP))
+    gain = negative_log_likelihood(0.0) - negative_log_likelihood(delay)
+    if abs(delay) < row / 2 or not gain >= CLEAR_DELAY:
+        return on_time, 0.0
+    return left(delay), delay
+
+
+def _best_delay(cost: Callable[[float], float], step: float) -> float:
+    """The delay of the least cost [s]: a walk from none, then between its steps; none where the walk does not end."""
+    values: dict[int, float] = {}
+    at = 0
+    while True:
+        for k in (at - 1, at, at + 1):
+            if k not in values:
+                values[k] = cost(k * step)
+        best = min((at, at - 1, at + 1), key=values.__getitem__)
+        if best == at:
+            break
+        at = best
+        if abs(at) * step > GREATEST_DELAY:
+            return 0.0
+    found = minimize_scalar(
+        cost, bounds=((at - 1) * step, (at + 1) * step), method="bounded", options={"xatol": step / 50}
+    )
+    return float(found.x)
 
 
 def dead_columns(got: np.ndarray, model: np.ndarray) -> list[int]:

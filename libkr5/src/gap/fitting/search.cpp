@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <iterator>
 #include <memory>
 #include <set>
 #include <string>
@@ -68,12 +69,19 @@ std::vector<Suggestion> rank_beside(const FitProblem& problem, Screen& screen, c
   return out;
 }
 
-/// A set with each of the suggestions that would pay.
+/// A set with each of the suggestions that would pay, and with each fault of the recording: there are few of these, and
+/// what is late in the signature of a nominal cell says little of what is late once the cell has friction.
 std::vector<std::vector<Part>> extended(const Model& model, const std::vector<Suggestion>& all,
                                         const SearchOptions& options) {
+  const auto is_fault = [](const Suggestion& s) { return s.part.candidate->hypothesis.of_recording; };
+  std::vector<Suggestion> tried;
+  for (const Suggestion& s : worth(all, options.refits / 2))
+    if (s.score > 0.0 && !is_fault(s)) tried.push_back(s);
+  std::ranges::copy_if(all, std::back_inserter(tried), is_fault);
+  for (Suggestion& s : tried)  // the signature may have led to none of it at all
+    if (is_fault(s) && s.part.x.isZero()) s.part.x = s.part.candidate->hypothesis.probes.front().points.front();
   std::vector<std::vector<Part>> out;
-  for (const Suggestion& s : worth(all, options.refits / 2)) {
-    if (s.score <= 0.0) break;
+  for (const Suggestion& s : tried) {
     out.push_back(model.parts);
     out.back().push_back(s.part);
   }

@@ -17,7 +17,7 @@ struct Clock {
   std::vector<cell::Kind> kinds;
   std::string group;  ///< Of cell::columns.
   int joints = 0;
-  bool early_only = false;  ///< Late is an effect of the catalogue.
+  bool early_only = false;  ///< Late is an effect of the catalogue, in a cell that states its servo.
 
   bool counts(cell::Kind kind) const { return std::find(kinds.begin(), kinds.end(), kind) != kinds.end(); }
   /// The columns that it stamps, of those that a table has.
@@ -66,7 +66,7 @@ std::vector<Hypothesis> recording_faults(const cell::Recording& recording) {
   const int n = recording.cell.robot.joints();
   std::vector<Clock> clocks = {{"wrench of motion", {Motion}, "wrench", n},
                                {"joint angles", {Motion}, "positions", n},
-                               {"motor currents", {Motion}, "currents", n, true},
+                               {"motor currents", {Motion}, "currents", n, recording.cell.servo.has_value()},
                                {"joint torques", {Motion}, "torques", n}};
   const Clock contact{"wrench of contact", {Press, Profile}, "wrench", n};
   if (recorded_experiment(recording, contact))

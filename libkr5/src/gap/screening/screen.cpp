@@ -105,6 +105,14 @@ bool out_of_bounds(const Hypothesis& h, const Eigen::VectorXd& coefficients) {
          (coefficients(0) <= h.coordinates.front().lower + 1e-12 && h.coordinates.front().lower >= 0);
 }
 
+/// Whether two columns are proportional, or one is empty: at a joint at rest, a spring or a ripple is only a constant
+/// load.
+bool parallel(const Signature& a, const Signature& b) {
+  constexpr double sine = 5e-3;
+  const double aa = dot(a, a), bb = dot(b, b), ab = dot(a, b);
+  return aa * bb - ab * ab <= sine * sine * aa * bb;
+}
+
 bool has(const Model& model, const Hypothesis& h) {
   return std::any_of(model.parts.begin(), model.parts.end(), [&](const Part& p) {
     return p.candidate->hypothesis.effect == h.effect && p.candidate->hypothesis.target == h.target;
@@ -170,7 +178,8 @@ void Screen::simulate(Candidate& candidate, const Eigen::VectorXd& base) const {
       const double factor = probe.points.size() == 1 ? 1 / x(0) : 1.0;
       columns.push_back(difference(data_, experiments, base, residuals(data_, setup, experiments, base), factor));
     }
-    if (std::any_of(columns.begin(), columns.end(), [](const Signature& s) { return !s.empty(); }))
+    if (std::any_of(columns.begin(), columns.end(), [](const Signature& s) { return !s.empty(); }) &&
+        !(probe.indivisible && columns.size() == 2 && parallel(columns[0], columns[1])))
       candidate.signatures.push_back(std::move(columns));
     else
       return candidate.signatures.clear();
