@@ -2,6 +2,7 @@
 
 import json
 import re
+from xml.etree import ElementTree
 
 import kr5
 import kr5.cell
@@ -46,6 +47,27 @@ def test_a_log_of_joint_states_and_a_urdf_name_the_friction_of_a_joint(diagnose,
     assert code == 0, said
     code, said, before = diagnose("fresh.csv", "--model", named_urdf, command="measure")
     assert fresh["gap"] < 1.05 < 2 < before["gap"]
+
+
+def test_small_errors_of_all_masses_do_not_stand_for_a_large_one(diagnose, share, tmp_path):
+    """A link of the description is too heavy and its centre elsewhere; the log has friction beside."""
+    urdf = ElementTree.parse(share / "data/arm_log/arm.urdf")
+    inertial = urdf.find(".//link[@name='link_3']/inertial")
+    mass, origin = inertial.find("mass"), inertial.find("origin")
+    true = float(mass.get("value"))
+    mass.set("value", f"{1.3 * true}")
+    x, y, z = map(float, origin.get("xyz").split())
+    origin.set("xyz", f"{x + 0.03} {y} {z}")
+    urdf.write(tmp_path / "wrong.urdf")
+    log = share / "data/arm_log/joint_states.csv"
+    code, said, data = diagnose(log, "--model", "wrong.urdf", "--write-model", "tuned.urdf")
+    assert code == 0, said
+    assert causes(data) == [(effect, "joint3") for effect in ("coulomb_friction", "link_com", "link_mass")], said
+    found = next(c for c in data["causes"] if c["effect"] == "link_mass")["parameters"]["mass"]
+    assert abs(found["value"] - true) < 4 * found["std"]
+    # What the written model leaves, nothing fitted beside it, is what the verdict says of its causes.
+    left = re.search(r"gap falls from [\d.]+ to ([\d.]+) times the noise", said)
+    assert left and float(left[1]) < 1.1, said
 
 
 def test_a_sound_arm_stays_sound(diagnose, named_arm, named_urdf, tmp_path):

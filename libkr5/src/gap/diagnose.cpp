@@ -199,6 +199,16 @@ class Diagnoser {
     return best;
   }
 
+  /// Whether what scatter takes from the residual of a model is as small as its size says, in every parameter. One that
+  /// is far off is no scatter but an effect, for which the scatter must not stand.
+  bool is_scatter(const Model& model) const {
+    constexpr double greatest = 4.0;  // of some thirty parameters one in 500 times
+    if (problem_.prior.size() == 0.0) return true;
+    const Eigen::VectorXd off =
+        problem_.prior.estimate(project(data_, scatter_, counted_residual(data_, model.residual)));
+    return off.cwiseAbs().maxCoeff() < greatest * problem_.prior.size();
+  }
+
   /// Searches without scatter, and again with it when the data ask for it: then a single cause with small errors
   /// everywhere may stand against the many causes found without.
   void find_models(Screen& screen) {
@@ -208,7 +218,7 @@ class Diagnoser {
     for (std::size_t i = 0; i < tried && size == 0.0; ++i) size = best_scatter(models_.all()[i]);
     if (size == 0.0) return;
     std::vector<Model> with = search_with(screen, size);
-    if (with.front().log_evidence - scatter_pays > models_.best().log_evidence) {
+    if (with.front().log_evidence - scatter_pays > models_.best().log_evidence && is_scatter(with.front())) {
       models_.replace(std::move(with));
       out_.scatter = size;
       return;
@@ -244,7 +254,7 @@ class Diagnoser {
     const Model without = models_.without(best, part);
     const bool cause = !best.parts[part].candidate->hypothesis.of_recording;
     return (cause && worsens_check(data_, groups_, best, without)) ||
-           within_discrepancy(problem_, groups_, best, without, base_, options_);
+           (is_scatter(without) && within_discrepancy(problem_, groups_, best, without, base_, options_));
   }
 
   void conclude() {
@@ -324,7 +334,8 @@ class Diagnoser {
     const double temperature = of_real_arm ? posterior(problem_, {model}).temperature : 1.0;  // else not asked for
     for (std::size_t k = 0; k < model.parts.size(); ++k) {
       if (model.parts[k].candidate->hypothesis.of_recording) continue;
-      const bool seen = !of_real_arm || (is_significant(model, k, temperature) && mends_a_column(model, rest, k));
+      const bool seen = !of_real_arm || !is_scatter(models_.without(model, k)) ||
+                        (is_significant(model, k, temperature) && mends_a_column(model, rest, k));
       if (!seen || is_needless(model, k)) return static_cast<int>(k);
     }
     return -1;
