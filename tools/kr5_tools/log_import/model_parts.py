@@ -3,6 +3,7 @@ and how far the best model of the arm stays off."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
 
 import kr5.cell
@@ -266,7 +267,7 @@ def known_errors(recording: Any) -> KnownErrors:
     nominal = np.vstack([_nominal_torques(cell, e) for e in fit])
     dead = dead_columns(tau, nominal)
     family = "tau" if "tau1" in fit[0].data else "i"
-    left, delay = _left_by_best_model(cell, fit, [k for k in range(n) if k not in dead])
+    left, delay = _left_by_best_model(cell, fit, tau.std(axis=0), [k for k in range(n) if k not in dead])
     # Where the motion determines no such model, its error is not known to be more than chance makes of it.
     left = np.zeros_like(tau) if left is None else left
     dead_left = NO_WEIGHT * (tau - nominal)[:, dead]
@@ -281,13 +282,16 @@ def known_errors(recording: Any) -> KnownErrors:
     return KnownErrors(errors, dead, delay)
 
 
-def _left_by_best_model(cell: Any, fit: list[Any], live: list[int]) -> tuple[np.ndarray | None, float]:
+def _left_by_best_model(
+    cell: Any, fit: list[Any], spread: np.ndarray, live: list[int]
+) -> tuple[np.ndarray | None, float]:
     """Torques that the best rigid arm with friction leaves, rows x joints [N m or N], None where the motion determines
     none; and how late they were logged [s], where that is clear. If so, the best arm is fitted at that delay, so that a
-    clock fault is not counted as an error of the arm."""
+    clock fault is not counted as an error of the arm. spread: standard deviation of each torque [N m or N]."""
     terms = [identification.JointTerms(offset=True, rotor_inertia=True)] * cell.robot.joints
     model, options = arm_model(cell, terms), identification.DynamicsOptions(held_out=0.0)
 
+    @cache
     def left(delay: float) -> np.ndarray | None:
         motion = merged_motion([motion_of(cell, e, delay) for e in fit])
         found = identification.identify_dynamics(motion, model, options)
@@ -304,8 +308,7 @@ def _left_by_best_model(cell: Any, fit: list[Any], live: list[int]) -> tuple[np.
         return on_time, 0.0
     correlation = np.array([_lag_one(x) for x in on_time.T])
     independent = len(on_time) * (1 - correlation) / (1 + correlation)
-    spread = np.vstack([np.asarray(motion_of(cell, e).tau) for e in fit])[:, live].std(axis=0)
-    floor = (LEAST_NOISE * spread) ** 2 + np.finfo(float).tiny  # below which a residual is rounding
+    floor = (LEAST_NOISE * spread[live]) ** 2 + np.finfo(float).tiny  # below which a residual is rounding
     row = float(np.median(np.diff(fit[0]["t"])))
     delay = _best_delay(negative_log_likelihood, max(row, LEAST_STEP))
     gain = negative_log_likelihood(0.0) - negative_log_likelihood(delay)
@@ -316,13 +319,9 @@ def _left_by_best_model(cell: Any, fit: list[Any], live: list[int]) -> tuple[np.
 
 def _best_delay(cost: Callable[[float], float], step: float) -> float:
     """The delay of the least cost [s]: a walk from none, then between its steps; none where the walk does not end."""
-    values: dict[int, float] = {}
     at = 0
     while True:
-        for k in (at - 1, at, at + 1):
-            if k not in values:
-                values[k] = cost(k * step)
-        best = min((at, at - 1, at + 1), key=values.__getitem__)
+        best = min((at, at - 1, at + 1), key=lambda k: cost(k * step))
         if best == at:
             break
         at = best
