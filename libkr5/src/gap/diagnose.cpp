@@ -18,6 +18,7 @@
 #include "gap/recording_scope.hpp"
 #include "gap/reporting/gap_figures.hpp"
 #include "gap/reporting/untried_effects.hpp"
+#include "gap/screening/geometry_prior.hpp"
 #include "gap/screening/noise.hpp"
 #include "gap/screening/pose_noise.hpp"
 #include "gap/screening/recording_faults.hpp"
@@ -27,8 +28,8 @@ namespace {
 
 /// Sizes of scatter that are tried: none, and what separates a careful identification from a rough one.
 constexpr double scatter_sizes[] = {0.0, 0.002, 0.004, 0.008};
-/// Evidence that scatter must bring, in natural logarithms: odds of twenty.
-constexpr double scatter_pays = 3.0;
+/// Odds of twenty, in natural logarithms: what scatter must bring, and up to what sets of effects are tied.
+constexpr double scatter_pays = 3.0, about_as_likely = 3.0;
 
 /// Prior odds of a shape that no catalogue names against an effect of the catalogue.
 constexpr double free_shape_odds = 0.1;
@@ -151,6 +152,7 @@ class Diagnoser {
   Screen make_screen() const {
     const TimeSpan span = span_of(*data_.recording);
     std::vector<Hypothesis> all = hypotheses(data_.recording->cell, span);
+    if (only_loads(*data_.recording)) doubt_geometry(all);
     all.insert(all.end(), options_.own_hypotheses.begin(), options_.own_hypotheses.end());
     std::vector<Hypothesis> faults = recording_faults(*data_.recording);
     all.insert(all.end(), std::make_move_iterator(faults.begin()), std::make_move_iterator(faults.end()));
@@ -226,16 +228,36 @@ class Diagnoser {
     problem_.prior = NuisancePrior();
   }
 
-  /// Leaves as the best a model of needed effects that no further one betters: the search went on from sets with
-  /// effects that turned out needless, and never came to what others would explain without those.
+  /// Leaves as the best a model of needed effects that neither a further one betters nor another in the place of one:
+  /// the search went on from sets with effects that turned out needless, or that stood for two others. What is about as
+  /// likely as the best is looked at, too: it may lead on, and is told as a tie.
   void keep_needed_effects(Screen& screen) {
-    for (bool grown = true; grown;) {
+    std::vector<std::vector<Part>> seen;
+    drop_needless_effects();
+    while (const std::optional<Model> model = next_to_look_at(seen)) {
+      seen.push_back(model->parts);
+      extend(screen, *model);
+      for (std::size_t k = 0; k < model->parts.size(); ++k)
+        if (!model->parts[k].candidate->hypothesis.of_recording) extend(screen, models_.without(*model, k));
       drop_needless_effects();
-      const Model best = models_.best();
-      for (std::vector<Part>& parts : extensions(problem_, screen, best, search_options()))
-        models_.extend(best, std::move(parts));
-      grown = !same_effects(models_.best().parts, best.parts);
     }
+  }
+
+  /// The most likely model that is not among those seen, if it is about as likely as the best and has no more effects.
+  std::optional<Model> next_to_look_at(const std::vector<std::vector<Part>>& seen) const {
+    const auto is_new = [&](const Model& m) {
+      return std::ranges::none_of(seen, [&](const std::vector<Part>& parts) { return same_effects(parts, m.parts); });
+    };
+    for (const Model& m : models_.all()) {
+      if (m.log_evidence < models_.best().log_evidence - about_as_likely) break;
+      if (m.parts.size() <= models_.best().parts.size() && is_new(m)) return m;
+    }
+    return std::nullopt;
+  }
+
+  void extend(Screen& screen, const Model& model) {
+    progress(checking, 1.0 - 1.0 / (1.0 + 0.05 * ++checked_));  // how many will be looked at is not known
+    models_.extend(model, extensions(problem_, screen, model, search_options()), options_.threads);
   }
 
   /// Takes away models with an effect that makes the check experiments fit worse, or that explains no more than the

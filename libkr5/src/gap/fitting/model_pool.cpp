@@ -2,6 +2,9 @@
 #include "gap/fitting/model_pool.hpp"
 
 #include <algorithm>
+#include <optional>
+
+#include "gap/parallel.hpp"
 
 namespace kr5::gap {
 
@@ -22,10 +25,16 @@ Model ModelPool::without(const Model& model, std::size_t part) {
   return found != models_.end() ? *found : insert(fit(problem_, nominal(), std::move(parts)));
 }
 
-void ModelPool::extend(const Model& from, std::vector<Part> parts) {
-  const bool dropped = std::any_of(dropped_.begin(), dropped_.end(),
-                                   [&](const std::vector<Part>& other) { return same_effects(other, parts); });
-  if (!dropped && find(parts) == models_.end()) insert(fit(problem_, from, std::move(parts)));
+bool ModelPool::is_dropped(const std::vector<Part>& parts) const {
+  return std::ranges::any_of(dropped_, [&](const std::vector<Part>& other) { return same_effects(other, parts); });
+}
+
+void ModelPool::extend(const Model& from, std::vector<std::vector<Part>> sets, int threads) {
+  std::erase_if(sets, [&](const std::vector<Part>& s) { return is_dropped(s) || find(s) != models_.end(); });
+  std::vector<std::optional<Model>> fitted(sets.size());
+  parallel_for(static_cast<int>(sets.size()), threads,
+               [&](int i) { fitted[i] = fit(problem_, from, std::move(sets[i])); });
+  for (std::optional<Model>& model : fitted) insert(std::move(*model));
 }
 
 void ModelPool::drop(const std::vector<Part>& parts) {

@@ -19,14 +19,15 @@ class ModelPool {
   Model nominal() const { return empty_model(problem_, base_); }
   /// A model fitted without one of its parts; fitted now if it was not.
   Model without(const Model& model, std::size_t part);
-  /// Fits a model with further parts, if such a set was neither fitted nor taken away.
-  void extend(const Model& from, std::vector<Part> parts);
+  /// Fits a model with other parts, each set of them that was neither fitted nor taken away.
+  void extend(const Model& from, std::vector<std::vector<Part>> sets, int threads);
   /// Takes a set of effects away for good.
   void drop(const std::vector<Part>& parts);
 
  private:
   /// The place of a set that was fitted, else the end.
   std::vector<Model>::iterator find(const std::vector<Part>& parts);
+  bool is_dropped(const std::vector<Part>& parts) const;
   Model insert(Model model);
 
   const FitProblem& problem_;

@@ -11,6 +11,15 @@ namespace {
 
 constexpr float nothing = 1e-6f;  // of noise: what a simulator's own rounding may be
 
+/// Sum of products: of short pieces in the precision of the values, which is twice as fast, their sum in double.
+double inner(const Eigen::VectorXf& a, const Eigen::VectorXf& b) {
+  constexpr Eigen::Index piece = 64;
+  double sum = 0.0;
+  Eigen::Index i = 0;
+  for (; i + piece <= a.size(); i += piece) sum += a.segment<piece>(i).dot(b.segment<piece>(i));
+  return sum + a.tail(a.size() - i).dot(b.tail(a.size() - i));
+}
+
 /// Whether any column moved by more than a hundred thousandth of what it holds.
 bool differ(const io::Table& a, const io::Table& b) {
   for (Eigen::Index c = 0; c < a.values.cols(); ++c) {
@@ -76,7 +85,7 @@ double dot(const Signature& a, const Signature& b) {
   double sum = 0.0;
   for (auto i = a.parts.begin(), j = b.parts.begin(); i != a.parts.end() && j != b.parts.end();) {
     if (i->first == j->first) {
-      sum += i->second.cast<double>().dot(j->second.cast<double>());
+      sum += inner(i->second, j->second);
       ++i, ++j;
     } else if (i->first < j->first) {
       ++i;
