@@ -50,6 +50,7 @@ class FoundFamilies:
 
     families: dict[str, list[Family]] = field(default_factory=dict)
     joint_words: list[str] = field(default_factory=list)  # what stands where a joint should, of columns that do not fit
+    lacking: dict[str, list[str]] = field(default_factory=dict)  # of a quantity of named joints, those without it
 
     def first(self, name: str) -> Family | None:
         return self.families[name][0] if name in self.families else None
@@ -71,6 +72,8 @@ def find_families(log: Log, joints: Sequence[str], number: int) -> FoundFamilies
         ordered, named = _in_order(columns, joints, number)
         if ordered is None:
             found.joint_words += [key for key in columns if key not in found.joint_words]
+            if any(j in columns for j in joints):
+                found.lacking.setdefault(name, [j for j in joints if j not in columns])
             continue
         motor = bool(MOTOR_SIDE & set(words)) and name != "i"
         unit = next((UNITS[w] for w in words if w in UNITS), None)
@@ -78,6 +81,18 @@ def find_families(log: Log, joints: Sequence[str], number: int) -> FoundFamilies
     for families in found.families.values():
         families.sort(key=_preference)
     return found
+
+
+def spoken_joints(columns: Sequence[str]) -> list[str]:
+    """What stands in the place of joints in columns such as /joint_states/elbow/position."""
+    fields = [column.split("/") for column in columns]
+    between = [parts[-2] for parts in fields if len(parts) > 2 and {*words_of(parts[-1])} & POSITION]
+    return list(dict.fromkeys(between))
+
+
+def is_quantity(word: str) -> bool:
+    """Whether a word of a name tells a quantity or how it was come by, not a joint."""
+    return word.lower() in SPEED | ACCELERATION | TORQUE | CURRENT | POSITION | COMMAND | MEASURED | OTHER
 
 
 def words_of(stem: str) -> list[str]:

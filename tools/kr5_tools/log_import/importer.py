@@ -1,9 +1,11 @@
 """The experiments of a recording from the columns of logs, as a map tells."""
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import kr5
 import kr5.cell
 import kr5.io
 import numpy as np
@@ -14,10 +16,13 @@ from kr5_tools.log_import.log_checks import LogProblem, check_loads, check_posit
 from kr5_tools.log_import.log_file import read_log
 from kr5_tools.log_import.log_time import LogTimes, inside_span, is_measured, is_timed
 from kr5_tools.log_import.map_file import Clock, Experiment, Map, Source, Tool, column_family, load_map
-from kr5_tools.log_import.measured_motion import MARGIN, Smoothing, choose_smoothing, kept_times, smoothed
+from kr5_tools.log_import.measured_motion import EDGE, MARGIN, Smoothing, choose_smoothing, kept_times, smoothed
 from kr5_tools.log_import.rest_guess import segments
 from kr5_tools.log_import.sparse_columns import aligned, longest_step, never_complete
 from kr5_tools.log_import.values import Series, interpolate, low_pass, to_si, tool_poses
+
+LEAST_SMOOTHED = 30  # rows of positions
+LEAST_ROWS = 10  # of an experiment once its ends are left out
 
 
 class Importer:
@@ -100,7 +105,18 @@ class Importer:
                 " values"
             )
         q, loads, beside = _with_loads(series)
-        chosen = self.smoothing(series, experiment)
+        if len(q.t) < LEAST_SMOOTHED:
+            terminal.fail(
+                f"{where}: found {len(q.t)} rows of positions without a gap, expected at least {LEAST_SMOOTHED};"
+                " log a longer motion, or at a higher rate"
+            )
+        try:
+            chosen = self.smoothing(series, experiment)
+        except kr5.Error as error:
+            terminal.fail(
+                f"{where}: found {len(q.t)} rows over {q.t[-1] - q.t[0]:.3g} s, which do not tell how fast the arm"
+                f" moves ({error}); log at a higher rate, or a longer motion"
+            )
         if chosen.even_step is not None:
             even = q.t[0] + chosen.even_step * np.arange(len(q.t))
             for name, s in series.items():
@@ -118,8 +134,12 @@ class Importer:
         low = max([experiment.span()[0], *(s.t[0] for s in series.values() if len(s.t))])
         high = min([experiment.span()[1], *(np.nextafter(s.t[-1], np.inf) for s in series.values() if len(s.t))])
         out = kept_times(times, chosen, (low, high), (q.t[0], q.t[-1]))
-        if len(out) < 10:
-            terminal.fail(f"{where}: only {len(out)} rows of the log are left after smoothing; expected at least 10")
+        if len(out) < LEAST_ROWS:
+            edge = f"{EDGE / chosen.cutoff:.2g} s at each end" if chosen.smooths else "nothing"
+            terminal.fail(
+                f"{where}: found {len(q.t)} rows over {q.t[-1] - q.t[0]:.3g} s, of which {len(out)} remain once the"
+                f" positions are smoothed, which costs {edge}; expected at least {LEAST_ROWS}: log a longer motion"
+            )
         return out
 
     def smoothing(self, series: dict[str, Series], experiment: Experiment) -> Smoothing:
@@ -363,19 +383,22 @@ def import_recording(
         found = [d for e in experiments for d in check_positions(recording.cell, e, words)]
         if complete is not None and not found:
             complete(recording)
-        found = found or [d for e in experiments for d in check_loads(recording.cell, e, words)]
+        sources = [entry.sources for entry in importer.map.experiments]
+        found = found or [d for e, s in zip(experiments, sources) for d in check_loads(recording.cell, e, words, s)]
     return recording, importer.notes, merged_problems(found or _data_problems(recording, importer))
 
 
 def _data_problems(recording: Any, importer: Importer) -> list[LogProblem]:
     """What the check of recordings says of the tables; of the model, which the log does not contradict, it is noted."""
     found = []
-    files = {Path(e.file).stem for e in recording.experiments}
+    measured = {Path(e.file).stem: str(e.joint_reference) == "measured" for e in recording.experiments}
     for p in kr5.cell.check(recording):
         name, field = Path(p.file).stem, p.field or "table"
-        if name not in files:
+        if name not in measured:
             importer.note(f"the cell: {field}: found {p.found}, expected {p.expected}")
             continue
+        if measured[name]:  # what was measured stands for the commands
+            field = re.sub(r"^qc(?=\d*$)", "q", field)
         remedy = f"check columns.{column_family(field)}"
         if field == "t":
             even = importer.map.words.put("resample", every="SECONDS")

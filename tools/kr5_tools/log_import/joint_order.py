@@ -1,7 +1,7 @@
-"""Whether loads that do not fit a simulation would fit it with the joints in another order."""
+"""Whether loads that do not fit a simulation would fit it with the joints in another order, or counted another way."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any
 
@@ -11,30 +11,76 @@ import kr5.io
 import kr5.predict
 import numpy as np
 
-ALIKE = 0.9  # correlation of all loads together with the simulation, from which an order fits
-BETTER = 0.15  # by which the mean correlation of the joints must be above that of the order of the columns
+ALIKE = 0.9  # correlation of all loads together with the simulation, from which a reading fits
+BETTER = 0.15  # by which the mean correlation of the joints must be above that of the columns as they are
+CLEARER = 1.5  # logarithm by which a direction or zero must lessen what the joints leave, all of them together
+LEAST_SHIFT = 0.1  # [m] by which another zero moves the centre of what a joint carries; less may be an error of it
+RIGHT_ANGLES = (0.0, np.pi / 2, np.pi, -np.pi / 2)  # by which conventions of zeros differ [rad]
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How the columns of a log are those of the joints of a model."""
+
+    order: tuple[int, ...]  # joint (from 0) of each column
+    sign: tuple[int, ...]  # of each joint: -1 where it is counted the other way
+    zero: tuple[float, ...]  # of each joint: added after its sign [rad or m]
 
 
 @dataclass
 class Likeness:
-    """Correlation of loads with their simulation."""
+    """How loads are like their simulation: their correlation, and the root mean square that each joint leaves."""
 
-    together: float
-    mean: float  # of the joints
+    together: float = 0.0
+    mean: float = 0.0  # of the joints
+    left: np.ndarray | None = None
 
 
 def fitting_order(cell: Any, experiment: Any, stem: str) -> list[int] | None:
     """Joints (from 0) of the columns of a motion on measured positions in the order in which its loads fit; nothing
     where no order of those that people meet does, or the order of the columns fits as well."""
-    n = cell.robot.joints
-    if str(experiment.joint_reference) != "measured":
-        return None
-    own = _likeness(cell, experiment, stem, list(range(n)))
+    own, plain = _plain_likeness(cell, experiment, stem)
     if own.mean + BETTER >= 1:
         return None
-    found = [(_likeness(cell, experiment, stem, order), order) for order in _orders(cell)]
+    orders = list(_orders(cell))
+    found = [(_likeness(cell, experiment, stem, replace(plain, order=tuple(order))), order) for order in orders]
     best, order = max(found, key=lambda f: f[0].mean)
     return order if best.together > ALIKE and best.mean > own.mean + BETTER else None
+
+
+def fitting_convention(cell: Any, experiment: Any, stem: str) -> Reading | None:
+    """Directions and zeros, right angles apart, with which the loads of a motion on measured positions fit; nothing
+    where none makes them fit far better. One that hardly shows in the loads is not looked for."""
+    own, reading = _plain_likeness(cell, experiment, stem)
+    if own.left is None or own.mean + BETTER >= 1:
+        return None
+    negated = _likeness(cell, experiment, stem, reading, -1)  # all loads of the other sign are another mistake
+    middle = np.array([np.median(experiment[f"qc{k + 1}"]) for k in range(cell.robot.joints)])
+    arms = _lever_arms(cell, middle)
+    start, best = own, own
+    while True:
+        found = [(_likeness(cell, experiment, stem, other), other) for other in _conventions(cell, reading)]
+        likeness, other = max(found, key=lambda f: _gain(best, f[0]))
+        if _gain(best, likeness) < CLEARER or _least_shift(other, arms) < LEAST_SHIFT:
+            break
+        best, reading = likeness, other
+    clear = min(_gain(start, best), _gain(negated, best)) > CLEARER
+    return reading if clear and best.together > ALIKE else None
+
+
+def _plain_likeness(cell: Any, experiment: Any, stem: str) -> tuple[Likeness, Reading]:
+    n = cell.robot.joints
+    plain = Reading(tuple(range(n)), (1,) * n, (0.0,) * n)
+    if str(experiment.joint_reference) != "measured":
+        return Likeness(mean=1.0), plain
+    return _likeness(cell, experiment, stem, plain), plain
+
+
+def _gain(before: Likeness, after: Likeness) -> float:
+    """Logarithm by which a reading lessens what the joints leave, all of them together."""
+    if before.left is None or after.left is None:
+        return -np.inf
+    return float(np.sum(np.log(before.left / after.left)))
 
 
 def _orders(cell: Any) -> Iterator[list[int]]:
@@ -49,13 +95,45 @@ def _orders(cell: Any) -> Iterator[list[int]]:
         yield sorted(range(n), key=lambda k: names[k])
 
 
-def _likeness(cell: Any, experiment: Any, stem: str, order: list[int]) -> Likeness:
-    """How the loads are like their simulation, when column k is that of joint order[k]."""
-    n = len(order)
+def _lever_arms(cell: Any, q: np.ndarray) -> list[float]:
+    """Distance of the centre of all that each joint carries from its axis [m], in a posture."""
+    chain = cell.nominal_chain()
+    poses = [np.asarray(T) for T in chain.link_poses(q)]
+    masses = np.array([link.mass for link in cell.robot.links])
+    centres = np.array([(T @ [*link.com, 1.0])[:3] for T, link in zip(poses, cell.robot.links)])
+    out = []
+    for joint, before in enumerate([np.asarray(chain.T_base_0), *poses[:-1]]):
+        mass = masses[joint:].sum()
+        centre = masses[joint:] @ centres[joint:] / mass if mass > 0 else before[:3, 3]
+        out.append(float(np.linalg.norm(np.cross(before[:3, 2], centre - before[:3, 3]))))
+    return out
+
+
+def _least_shift(reading: Reading, arms: list[float]) -> float:
+    """The least by which one of the zeros of a reading moves the centre of what its joint carries [m]."""
+    return min((2 * np.sin(abs(zero) / 2) * arm for zero, arm in zip(reading.zero, arms) if zero), default=np.inf)
+
+
+def _conventions(cell: Any, reading: Reading) -> Iterator[Reading]:
+    """One joint counted another way: the other direction, another zero, or both."""
+    for joint, row in enumerate(cell.robot.dh):
+        zeros = RIGHT_ANGLES if str(row.type) == "revolute" else RIGHT_ANGLES[:1]
+        for sign in (1, -1):
+            for zero in zeros:
+                signs, all_zeros = list(reading.sign), list(reading.zero)
+                signs[joint], all_zeros[joint] = sign, zero
+                other = Reading(reading.order, tuple(signs), tuple(all_zeros))
+                if other != reading:
+                    yield other
+
+
+def _likeness(cell: Any, experiment: Any, stem: str, reading: Reading, load_sign: int = 1) -> Likeness:
+    """How the loads, all of them times a sign, are like their simulation in a reading."""
     values = {name: np.asarray(experiment[name]) for name in experiment.data.columns}
-    for column, joint in enumerate(order):
-        for family in ("qc", stem):
-            values[f"{family}{joint + 1}"] = np.asarray(experiment[f"{family}{column + 1}"])
+    for column, joint in enumerate(reading.order):
+        sign = reading.sign[joint]
+        values[f"qc{joint + 1}"] = sign * np.asarray(experiment[f"qc{column + 1}"]) + reading.zero[joint]
+        values[f"{stem}{joint + 1}"] = load_sign * sign * np.asarray(experiment[f"{stem}{column + 1}"])
     moved = kr5.cell.Experiment(
         name=experiment.name, kind=experiment.kind, file=experiment.file, split=experiment.split
     )
@@ -64,10 +142,14 @@ def _likeness(cell: Any, experiment: Any, stem: str, order: list[int]) -> Likene
     try:
         shown = kr5.predict.FastSimulator().predict(cell, moved)
     except kr5.Error:
-        return Likeness(0.0, 0.0)
-    loads = [f"{stem}{k + 1}" for k in range(n)]
+        return Likeness()
+    loads = [f"{stem}{k + 1}" for k in range(len(reading.order))]
     got, model = (np.column_stack([np.asarray(part[c]) for c in loads]) for part in (moved, shown))
-    return Likeness(_correlation(got, model), float(np.mean([_correlation(a, b) for a, b in zip(got.T, model.T)])))
+    return Likeness(
+        _correlation(got, model),
+        float(np.mean([_correlation(a, b) for a, b in zip(got.T, model.T)])),
+        np.maximum(np.sqrt(((got - model) ** 2).mean(axis=0)), np.finfo(float).tiny),
+    )
 
 
 def _correlation(a: np.ndarray, b: np.ndarray) -> float:

@@ -49,6 +49,21 @@ class Log:
             self.streams[joined] = self.streams[name]
             self.columns = kept
 
+    def drop_repeated_rows(self) -> int:
+        """Leaves out rows equal to the one before, if a column rises in all others: a logger wrote them twice. Gives
+        their number. For logs of one stream."""
+        if not self.columns:
+            return 0
+        kept = np.zeros(len(next(iter(self.columns.values()))), bool)
+        kept[0] = True
+        for values in self.columns.values():
+            kept[1:] |= (values[1:] != values[:-1]) & ~(np.isnan(values[1:]) & np.isnan(values[:-1]))
+        if kept.all() or not any((np.diff(values[kept]) > 0).all() for values in self.columns.values()):
+            return 0
+        self.columns = {name: values[kept] for name, values in self.columns.items()}
+        self.lines = None if self.lines is None else self.lines[kept]
+        return int((~kept).sum())
+
     def column(self, name: str, where: str) -> np.ndarray:
         if name in self.words:
             line, text = self.words[name]

@@ -4,7 +4,7 @@ columns.
 Positions are held against the limits of the cell, everything else against what the simulator shows for the same motion.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -16,8 +16,9 @@ from kr5 import identification
 
 from kr5_tools.log_import.entry_words import EntryWords
 from kr5_tools.log_import.joint_columns import range_text
-from kr5_tools.log_import.joint_order import fitting_order
+from kr5_tools.log_import.joint_order import Reading, fitting_convention, fitting_order
 from kr5_tools.log_import.map_file import column_family
+from kr5_tools.log_import.values import column_unit
 
 FACTOR = 1.6  # a scale within this factor of one that a wrong unit gives is taken for it
 SPREAD = 4.0  # between the scales of the joints, above which they are no one unit
@@ -64,10 +65,10 @@ def check_positions(cell: Any, experiment: Any, words: EntryWords) -> list[LogPr
     return out + (_poses(cell, experiment, words) if str(experiment.kind) == "poses" else [])
 
 
-def check_loads(cell: Any, experiment: Any, words: EntryWords) -> list[LogProblem]:
+def check_loads(cell: Any, experiment: Any, words: EntryWords, sources: Mapping[str, Any]) -> list[LogProblem]:
     """What speaks against the currents, torques and wrenches of a motion, whose positions are right; `words`: how a
-    remedy names entries of its map."""
-    return _loads(cell, experiment, words) if str(experiment.kind) == "motion" else []
+    remedy names entries of its map; `sources`: what the map says of its columns."""
+    return _loads(cell, experiment, words, sources) if str(experiment.kind) == "motion" else []
 
 
 def _family(experiment: Any, stem: str, n: int) -> np.ndarray | None:
@@ -213,19 +214,37 @@ def _speeds(cell: Any, e: Any, words: EntryWords) -> list[LogProblem]:
     ]
 
 
-def _loads(cell: Any, e: Any, words: EntryWords) -> list[LogProblem]:
+def _loads(cell: Any, e: Any, words: EntryWords, sources: Mapping[str, Any]) -> list[LogProblem]:
     """Currents, torques and wrench against the simulation of the same motion. Descriptions of robots may state friction
     that is no more than a placeholder: what is recognised and fits without it is not objected to."""
-    if clipped := _saturated(cell, e):
-        return clipped
-    if order := _order(cell, e, words) or _without_gravity(cell, e):
-        return order
+    if broken := _constant(cell, e) or _saturated(cell, e):
+        return broken
+    if found := _order(cell, e, words) or _convention(cell, e, words, sources) or _without_gravity(cell, e):
+        return found
     bare = _without_friction(cell)
     out, _ = _compare_loads(cell, cell, e, words, by_joint=bare is None)  # stated friction may be off by joint
     if not out or bare is None:
         return out
     left, recognised = _compare_loads(cell, bare, e, words)
     return out if left or not recognised else []
+
+
+def _constant(cell: Any, e: Any) -> list[LogProblem]:
+    """Loads that are the same in every row, as of a driver that does not measure them."""
+    stem = _load_stem(e)
+    loads = _family(e, stem, cell.robot.joints) if stem else None
+    if loads is None or float(np.ptp(loads, axis=0).max()) > 0:
+        return []
+    names = [f"{stem}{k + 1}" for k in range(cell.robot.joints)]
+    return [
+        LogProblem(
+            e.name,
+            range_text(names),
+            f"the same value in every row ({loads[0, 0]:g} in {names[0]})",
+            "values that follow the motion",
+            "does the driver measure efforts, and is it asked to publish them?",
+        )
+    ]
 
 
 def _saturated(cell: Any, e: Any) -> list[LogProblem]:
@@ -271,7 +290,9 @@ def _without_gravity(cell: Any, e: Any) -> list[LogProblem]:
     left, lighter = (np.std(got[:, j] - model[:, j]) for model in (with_it, without))
     share = abs(float(np.dot(got[:, j] - got[:, j].mean(), gravity[:, j] - gravity[:, j].mean())))
     share /= max(float(np.sum((gravity[:, j] - gravity[:, j].mean()) ** 2)), 1e-30)
-    if not (lighter < WEIGHTLESS * left and share < WEIGHTLESS):
+    rescaled = with_it[:, j] * (got[:, j] @ with_it[:, j]) / max(float(with_it[:, j] @ with_it[:, j]), 1e-30)
+    in_another_unit = np.std(got[:, j] - rescaled) < lighter
+    if in_another_unit or not (lighter < WEIGHTLESS * left and share < WEIGHTLESS):
         return []
     return [
         LogProblem(
@@ -303,6 +324,46 @@ def _order(cell: Any, e: Any, words: EntryWords) -> list[LogProblem]:
             f" of the model: {words.put('columns.q', **wanted)}, {words.put(f'columns.{stem}', **wanted)}",
         )
     ]
+
+
+def _convention(cell: Any, e: Any, words: EntryWords, sources: Mapping[str, Any]) -> list[LogProblem]:
+    """Joints that are counted in another direction, or from another zero, than in the model."""
+    stem = _load_stem(e)
+    reading = fitting_convention(cell, e, stem) if stem else None
+    if stem is None or reading is None:
+        return []
+    joints = range(cell.robot.joints)
+    said = [text for k in joints if (text := _convention_text(cell, reading, k))]
+    turned = -1 in reading.sign
+    q, load = sources["q"], sources[stem]
+    puts = [_put_entry(words, "columns.q", "scale", [s * x for s, x in zip(reading.sign, q.scale)])] if turned else []
+    if any(reading.zero):
+        per_unit = [column_unit(cell, "q", k, q) for k in joints]
+        offset = [s * x + z / u for s, x, z, u in zip(reading.sign, q.offset, reading.zero, per_unit)]
+        puts.append(_put_entry(words, "columns.q", "offset", offset))
+    if turned:
+        puts.append(_put_entry(words, f"columns.{stem}", "scale", [s * x for s, x in zip(reading.sign, load.scale)]))
+    return [
+        LogProblem(
+            e.name,
+            f"q and {stem}",
+            "loads that do not fit the motion",
+            "joints counted as in the model",
+            f"they fit with {' and '.join(said)}: {' '.join(puts) if words.by_option else ', '.join(puts)}",
+        )
+    ]
+
+
+def _convention_text(cell: Any, reading: Reading, joint: int) -> str:
+    name = _joint_name(cell, joint) or f"joint {joint + 1}"
+    ways = ["in the other direction"] if reading.sign[joint] < 0 else []
+    if reading.zero[joint]:
+        ways.append(f"from a zero {np.degrees(abs(reading.zero[joint])):.0f} degrees away")
+    return f"{name} counted {' and '.join(ways)}" if ways else ""
+
+
+def _put_entry(words: EntryWords, key: str, entry: str, values: list[float]) -> str:
+    return words.put(key, **{entry: [float(f"{x:.7g}") for x in values]})
 
 
 def _compare_loads(
@@ -444,10 +505,8 @@ def _factors(cell: Any, columns: list[Any], put: Callable[..., str]) -> list[tup
     thousandth = "the unit is a thousandth of the one that was read"
     if unit in THOUSANDTHS and channel in (CURRENT, TORQUE):
         thousandth = put(unit=THOUSANDTHS[unit])
-    out = [
-        (np.full(n, 1e3), thousandth),
-        (np.full(n, 1e-3), "the unit is a thousand times the one that was read"),
-    ]
+    thousand = f"the unit is a thousand times the one that was read: {put(scale=1000)}"
+    out = [(np.full(n, 1e3), thousandth), (np.full(n, 1e-3), thousand)]
     limits = cell.robot.limits
     if channel == TORQUE and limits is not None and len(limits.effort) == n and np.isfinite(limits.effort).all():
         effort = np.asarray(limits.effort)

@@ -1,7 +1,9 @@
 """Logs as they come: CSV, NPZ, MCAP files and ROS bags, read into columns of numbers by name."""
 
 import csv
+import re
 from collections import Counter
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +16,7 @@ from kr5_tools.log_import.log import Log
 from kr5_tools.log_import.npz_file import read_npz
 
 MAX_BYTES = 1 << 30  # of a text
+DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d")
 ENDINGS = ("csv", "txt", "tsv", "dat", "log", "npz", "mcap", "db3", "bag")
 
 
@@ -55,16 +58,26 @@ def _read_text(file: Path, header: list[str] | None, words: EntryWords) -> Log:
             f"{file}: line {lines[0][0]}: found only numbers, expected the names of the columns; specify them:"
             f" {_header_words(words, ', '.join(f'column{i + 1}' for i in range(len(names))))}"
         )
+    own = [r for _, r in rows if r == names]
+    rows = [(i, r) for i, r in rows if r != names]
     if names and not names[-1]:  # a delimiter at the end of every line
         names, rows = names[:-1], [(i, r[:-1] if len(r) == len(names) and not r[-1] else r) for i, r in rows]
     if not rows:
         terminal.fail(f"{file}: has a line of names and no row of numbers")
     _check_shape(file, names, rows, words)
     log = Log(file, lines=np.array([i for i, _ in rows]))
+    if own:
+        log.notes.append(f"{file.name}: {_lines(len(own))} the names of the columns; left out")
     for k, name in enumerate(names):
         _add_text_column(log, name, [r[k] for _, r in rows], delimiter)
     log.join_stamps()
+    if dropped := log.drop_repeated_rows():
+        log.notes.append(f"{file.name}: {_lines(dropped)} the one before, stamp and all; left out")
     return log
+
+
+def _lines(count: int) -> str:
+    return "1 line repeats" if count == 1 else f"{count} lines repeat"
 
 
 def _header_words(words: EntryWords, names: str) -> str:
@@ -99,6 +112,17 @@ def _check_shape(file: Path, names: list[str], rows: list[tuple[int, list[str]]]
         )
 
 
+def _seconds_of_dates(texts: list[str]) -> np.ndarray | None:
+    """Seconds since 1970 of dates with times (ISO 8601; UTC where no zone is stated); nothing where one is none."""
+    if not DATE.match(texts[0]):
+        return None
+    try:
+        dates = [datetime.fromisoformat(text) for text in texts]
+    except ValueError:
+        return None
+    return np.array([(d if d.tzinfo else d.replace(tzinfo=UTC)).timestamp() for d in dates])
+
+
 def _is_number(text: str) -> bool:
     try:
         float(text)
@@ -109,6 +133,9 @@ def _is_number(text: str) -> bool:
 
 def _add_text_column(log: Log, name: str, texts: list[str], delimiter: str | None) -> None:
     """Empty cells become NaN. Decimal commas are understood where columns are not parted by commas."""
+    if (seconds := _seconds_of_dates(texts)) is not None:
+        log.add(name, seconds, "")
+        return
     cells = [t or "nan" for t in texts]
     if delimiter != "," and any("," in c for c in cells):
         cells = [c.replace(",", ".") for c in cells]

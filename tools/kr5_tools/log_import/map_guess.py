@@ -13,7 +13,7 @@ import numpy as np
 
 from kr5_tools.cli import terminal
 from kr5_tools.log_import.clock_guess import USUAL_STEP, GuessedClock, guess_clock, require_clock
-from kr5_tools.log_import.column_names import Family, FoundFamilies
+from kr5_tools.log_import.column_names import Family, FoundFamilies, is_quantity, spoken_joints
 from kr5_tools.log_import.experiment_split import RawPart, split_parts
 from kr5_tools.log_import.joint_columns import FARTHEST, joint_entry, joint_values, range_text
 from kr5_tools.log_import.kind_guess import WRENCH_NAMES, LogPart, log_parts, wrench_columns
@@ -131,7 +131,12 @@ def _refuse_unknown(log: Log, families: FoundFamilies, names: list[str], number:
             f"{log.file}: found no joint states in its topics {', '.join(topics[:12])}; record /joint_states, or name"
             " the columns of the positions in a map, see kr5 recording import --help"
         )
-    words = (published or [w for w in families.joint_words if re.search(r"[A-Za-z]", w)])[:number]
+    if not log.columns and log.words:
+        log.column(next(iter(log.words)), "")  # says what stands there in place of numbers
+    for quantity, what in (("q", "positions"), ("qc", "commands")):
+        _refuse_lacking(log, families, quantity, what, given)
+    told = [w for w in families.joint_words if re.search(r"[A-Za-z]", w) and not is_quantity(w)]
+    words = (published or spoken_joints(list(log.columns)) or told)[:number]
     expected = f"; the model names {', '.join(names)}" if names else ""
     q, tau = (given.words.put(f"columns.{name}", **{"from": "[...]"}) for name in ("q", "tau"))
     if names and words:
@@ -144,6 +149,17 @@ def _refuse_unknown(log: Log, families: FoundFamilies, names: list[str], number:
     terminal.fail(
         f"{log.file}: found no {what}, {how}, among {shown}{expected}; name {'it' if number == 1 else 'them'}: {q}, or"
         " write a map, see kr5 recording import --help"
+    )
+
+
+def _refuse_lacking(log: Log, families: FoundFamilies, quantity: str, what: str, given: GivenEntries) -> None:
+    """Ends where some joints of the model have a column of a quantity and others have none."""
+    if quantity in families.families or not (lacking := families.lacking.get(quantity)):
+        return
+    terminal.fail(
+        f"{log.file}: found {what} of some joints, but not of {', '.join(lacking)}; expected those of every joint of"
+        " the model: log them, too, end the arm before them with --tip LINK, or name the columns of all joints:"
+        f" {given.words.put(f'columns.{quantity}', **{'from': '[...]'})}"
     )
 
 
@@ -177,6 +193,9 @@ def _motion_columns(
     q, qc = found.first("q"), found.first("qc")
     _refuse_two_publishers(log, q)
     loads = [f for name in LOADS if (f := found.first(name))]
+    if not loads and not any("from" in given.columns.get(name, {}) for name in LOADS):
+        _refuse_lacking(log, found, "tau", "efforts", given)
+        _refuse_lacking(log, found, "i", "currents", given)
     load = next((f for f in loads if "from" in given.columns.get(f.name, {})), loads[0] if loads else None)
     commands = given.columns.get("qc", {}).get("from")
     simulates = commands != "measured" and (commands is not None or bool(cell.servo and cell.servo.joint))

@@ -25,6 +25,11 @@ class Series:
     values: np.ndarray
 
 
+def column_unit(cell: Any, name: str, member: int, source: Source) -> float:
+    """Size in SI of the unit of the log of one column of a family."""
+    return unit_factor(source.unit[member], column_quantities(cell, name, member), source.where)[0]
+
+
 def to_si(source: Source, name: str, raw: np.ndarray, cell: Any, note: Note) -> np.ndarray:
     """Numbers of the log in SI, on the joint side (currents: on the motors), wrenches in S."""
     out = np.empty(raw.shape)

@@ -34,6 +34,8 @@ EXPECTED = "a URDF (<robot>), an MJCF (<mujoco>) or a cell file (YAML)"
 def kind_of_file(file: Path) -> Kind:
     """What a file holds, whatever its ending. Raises IoError for XML of another kind."""
     root = _root_element(model_text(file))
+    if root is None and file.suffix and file.suffix.lower() not in ENDINGS:
+        raise kr5.IoError(f"{file}: found the ending '{file.suffix}' and no XML, expected {EXPECTED}")
     if root is None:
         return Kind.CELL
     if root not in ROOTS:
