@@ -29,6 +29,7 @@ from kr5_tools.gap_report.messages import (
     next_steps,
     part_of,
     target_text,
+    value_text,
     verdict_text,
     warning_notes,
 )
@@ -601,6 +602,12 @@ def test_what_the_format_of_the_model_cannot_hold_is_put_into_a_cell(recorded, m
 def test_a_cause_that_explains_nothing_measurable_is_not_said_to_explain_0_percent():
     assert "explains less than 1 % of the gap" in cause_line(causes_of(1)[0])
     assert [format_percent(share) for share in (-0.1, 0.0, 0.004, 0.5)] == [*["less than 1 %"] * 3, "50 %"]
+
+
+def test_components_of_unlike_accuracy_have_their_own_uncertainty():
+    parameter = {"value": [0.01, 0.02, 0.03], "std": [0.001, 0.001, 0.004], "unit": "m"}
+    assert value_text(parameter, "joint3") == "10.0 ± 1.0, 20.0 ± 1.0, 30.0 ± 4.0 mm"
+    assert value_text(parameter | {"std": [0.001] * 3}, "joint3") == "10.0, 20.0, 30.0 ± 1.0 mm"
 
 
 def test_one_component_of_the_wrench_is_one_place():

@@ -44,7 +44,7 @@ def gap() -> None:
 
 @app.command(
     epilog="Examples: kr5 gap measure fresh.csv --model tuned.urdf; kr5 gap measure recordings/monday --cell tuned.yaml"
-    " --json gap.json --png gap.png"
+    " -o gap.json --png gap.png"
 )
 def measure(
     source: SourceArgument,
@@ -61,6 +61,7 @@ def measure(
     full: arguments.FullOption = False,
     everything: arguments.AllOption = False,
     json_file: arguments.JsonOption = None,
+    output: arguments.ResultOption = None,
 ) -> None:
     """Gap of every column: RMS of (recorded - simulated) over its noise [-].
 
@@ -72,7 +73,7 @@ def measure(
 
     reading = SourceOptions(model, base, tip, every, overrides or [], trust)
     own = input_files(source, reading) + ([cell_file] if cell_file else [])
-    writing.check_writable(png, json_file, inputs=own)
+    writing.check_writable(png, json_file, output, inputs=own)
     to = terminal.console(json_file)
     compared = open_source(source, reading)
     cell = kr5.cell.load_cell(cell_file) if cell_file else None
@@ -85,7 +86,8 @@ def measure(
         )
     print_measure(name, found, to, everything)
     print_source(compared, to, everything)
-    data = results.write_result(json_file, **measure_dict(found), input=compared.inputs)
+    data = results.write_result(output, **measure_dict(found), input=compared.inputs)
+    writing.write_json(data, json_file)
     if png:
         draw_gaps(data, png, str(name))
         to.print(f"{png}: the gap of every column.", soft_wrap=True)

@@ -122,6 +122,7 @@ class DiagnoseOutputs:
         from kr5_tools.model_files.kinds import kind_of_output
 
         writing.check_writable(self.cell, self.model, self.report, self.result, self.json_file, inputs=inputs)
+        writing.check_page(self.report)
         if self.model:
             kind_of_output(self.model)
         if self.recording:

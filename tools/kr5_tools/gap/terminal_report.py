@@ -4,15 +4,18 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from rich.markup import escape
 
 from kr5_tools.cli import tables
 from kr5_tools.cli.numbers import NONE, format_percent, root_mean_square, table_unit
 from kr5_tools.gap.source import print_source
+from kr5_tools.gap_report.evidence import nominal_value, without_rounding
 from kr5_tools.gap_report.messages import (
     capitalised,
     column_text,
     dependence_text,
+    display_unit,
     effect_text,
     join_list,
     joint_name,
@@ -21,6 +24,7 @@ from kr5_tools.gap_report.messages import (
     verdict_text,
     warning_notes,
 )
+from kr5_tools.gap_report.model_doubts import model_doubts
 from kr5_tools.log_import.compared_source import ComparedSource
 
 VERDICTS = {
@@ -30,6 +34,7 @@ VERDICTS = {
     "unknown": ("red", "Unknown"),
 }
 MOST_PLACES = 5  # columns that are listed without --all
+OVERLAP = 1.05  # sum of what the causes explain, above which they share parts of the gap
 LEAST_SHARE = 0.01  # of the excess that such a column holds
 MOST_PARTS = 3  # rows for each way to divide the gap, without --all
 FURTHER = "--all lists every one"
@@ -40,7 +45,11 @@ def print_diagnosis(data: dict[str, Any], cell: Any, source: ComparedSource, to:
     remains, what to do. `cell`: with the causes."""
     colour, word = VERDICTS[data["verdict"]]
     to.print(f"[bold {colour}]{word}.[/] {escape(verdict_text(data))}", soft_wrap=True, markup=True)
-    _say_list(to, "Causes", [cause_line(cause) for cause in data["causes"]])
+    nominal = source.recording.cell
+    model = str(source.model.file) if source.model else None
+    for doubt in model_doubts(data, nominal, Path(model).name if model else "the cell"):
+        to.print(f"[yellow]{escape(doubt)}[/]", soft_wrap=True, markup=True)
+    _say_list(to, "Causes", [cause_line(cause, nominal) for cause in data["causes"]])
     print_source(source, to, everything)
     _print_places(data, to, everything)
     _print_remainder(data, to, everything)
@@ -51,8 +60,12 @@ def print_diagnosis(data: dict[str, Any], cell: Any, source: ComparedSource, to:
             f"Masses and torque constants are uncertain by about {100 * scatter:.1f} %, friction by"
             f" {200 * scatter:.1f} %; that alone is not blamed."
         )
+    if sum(cause["gap_closed"] for cause in data["causes"]) > OVERLAP:
+        notes.append(
+            "A cause explains what would remain of the gap without it; several that act on one column share that part,"
+            " so that the parts add up to more than the whole."
+        )
     _say_list(to, "Notes", notes)
-    model = str(source.model.file) if source.model else None
     steps = next_steps(data, source.command, model, cell)
     _say_list(to, "Next steps", [step.replace("`", "") for step in steps])
 
@@ -79,11 +92,12 @@ def _with_joint(named: dict[str, Any], text: str) -> str:
     return "; ".join(filter(None, (joint_name(named), text)))
 
 
-def cause_line(cause: dict[str, Any]) -> str:
-    """A cause in one line: what and where it is, its size, and how sure it is."""
+def cause_line(cause: dict[str, Any], cell: Any = None) -> str:
+    """A cause in one line: what and where it is, its size, that of the cell where it states one, and how sure it is.
+    `cell`: without the causes."""
     names = len(cause["parameters"]) > 1
     values = [
-        f"{name.replace('_', ' ')} {value_text(p, cause['target'])}" if names else value_text(p, cause["target"])
+        (f"{name.replace('_', ' ')} " if names else "") + value_text(p, cause["target"]) + _stated(cause, name, cell)
         for name, p in cause["parameters"].items()
     ]
     line = (
@@ -94,6 +108,17 @@ def cause_line(cause: dict[str, Any]) -> str:
         ties = [f"{effect_text(t['effect'], t['target'])} ({effect_id(t)})" for t in cause["tied_with"]]
         line += f"; not distinguishable from {join_list(ties, 'or')}"
     return f"{line}."
+
+
+def _stated(cause: dict[str, Any], parameter: str, cell: Any) -> str:
+    """What the cell states of a parameter, where that is a number or three and not 0."""
+    before = nominal_value(cell, cause, parameter) if cell else None
+    if before is None or np.ndim(before) > 1 or not np.any(before):
+        return ""
+    p = cause["parameters"][parameter]
+    values = p["value"] if isinstance(p["value"], list) else [p["value"]]
+    factor, _ = display_unit(p["unit"], values, cause["target"])
+    return f" instead of {', '.join(f'{factor * x:.4g}' for x in without_rounding(before))}"
 
 
 def _named(place: dict[str, Any]) -> str:

@@ -44,7 +44,7 @@ def parameter_rows(cause: dict[str, Any], cell: Any) -> list[dict[str, str]]:
             continue
         values, std = (v if isinstance(v, list) else [v] for v in (p["value"], p["std"]))
         factor, unit = display_unit(p["unit"], values, cause["target"])
-        nominal = [""] * len(values) if before is None else [f"{factor * b:.6g}" for b in _without_rounding(before)]
+        nominal = [""] * len(values) if before is None else [f"{factor * b:.6g}" for b in without_rounding(before)]
         for axis, value, error, stated in zip("xyz" if len(values) > 1 else [""], values, std, nominal):
             exact = not error  # a choice, such as the number of cycles
             out.append(
@@ -59,7 +59,7 @@ def parameter_rows(cause: dict[str, Any], cell: Any) -> list[dict[str, str]]:
     return out
 
 
-def _without_rounding(value: Any) -> np.ndarray:
+def without_rounding(value: Any) -> np.ndarray:
     """The numbers of a value; 0 what rounding left beside the others."""
     numbers = np.atleast_1d(np.asarray(value, float))
     return np.where(np.abs(numbers) < 1e-12 * np.abs(numbers).max(), 0.0, numbers)

@@ -192,8 +192,10 @@ def value_text(parameter: dict[str, Any], target: str) -> str:
         return f"± {format_number(1e3 * max(std[:3]))} mm, ± {format_number(57.3 * max(std[3:]))} °"
     factor, unit = display_unit(parameter["unit"], values, target)
     texts = [format_number(factor * v, factor * s) if s else f"{factor * v:.6g}" for v, s in zip(values, std)]
-    error = f" ± {format_number(factor * max(std), factor * max(std))}" if max(std) else ""
-    return ", ".join(texts) + error + (f" {unit}" if unit else "")
+    errors = [f" ± {format_number(factor * s, factor * s)}" if s else "" for s in std]
+    if len(set(errors)) > 1:
+        texts = [text + error for text, error in zip(texts, errors)]
+    return ", ".join(texts) + (errors[0] if len(set(errors)) == 1 else "") + (f" {unit}" if unit else "")
 
 
 def joint_name(named: dict[str, Any]) -> str:

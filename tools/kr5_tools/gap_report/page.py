@@ -26,6 +26,7 @@ from kr5_tools.gap_report.messages import (
     warning_notes,
     wrench_component,
 )
+from kr5_tools.gap_report.model_doubts import model_doubts
 from kr5_tools.log_import.compared_source import command_of, name_of
 
 TITLE = "Why simulation and cell disagree"
@@ -259,6 +260,9 @@ def make_page(
         icon=icon,
         word=word,
         verdict=verdict_text(data) + floor_text(data, evidence),
+        doubts=model_doubts(data, evidence.recording.cell, Path(inputs.get("model", "the cell")).name)
+        if evidence
+        else [],
         steps=next_steps(data, command_of(inputs), inputs.get("model"), evidence.cell if evidence else None),
         places=place_rows(data),
         causes=cause_rows(data, evidence),

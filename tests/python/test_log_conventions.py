@@ -1,0 +1,117 @@
+"""Joints that a log counts in another direction or from another zero than the model, and models of other robots."""
+
+import re
+import shlex
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from arm_logs import NAMES, QUICK, carrying, case_logs, causes, joint_states, moved, refused
+from kr5_tools.log_import.joint_order import fitting_convention
+
+
+def without_limits(urdf, file):
+    """Where a model states limits, a wrong zero mostly lies beyond them."""
+    file.write_text(re.sub(r"<limit[^>]*/>", "", urdf.read_text()).replace('type="revolute"', 'type="continuous"'))
+    return file
+
+
+def counted(q, tau, joint, sign, zero):
+    q, tau = q.copy(), tau.copy()
+    q[:, joint] = sign * q[:, joint] + zero
+    tau[:, joint] *= sign
+    return q, tau
+
+
+@pytest.mark.parametrize(
+    ("joint", "sign", "zero", "unit"),
+    [
+        (1, -1, 0.0, "rad"),
+        (2, 1, np.pi / 2, "deg"),
+        (3, -1, 0.0, "deg"),
+        (1, -1, -np.pi / 2, "rad"),
+    ],
+)
+def test_another_direction_or_zero_of_a_joint_is_refused_and_the_remedy_works(
+    diagnose, named_arm, named_urdf, tmp_path, joint, sign, zero, unit
+):
+    model = without_limits(named_urdf, tmp_path / "free.urdf")
+    broken = carrying(named_arm, "coulomb_friction", "joint3", coulomb=9.0)
+    t, q, tau = moved(broken)
+    q, tau = counted(q, tau, joint, sign, zero)
+    columns = joint_states(t, np.degrees(q) if unit == "deg" else q, tau)
+    if unit == "deg":
+        columns = {name.replace("position", "position_deg"): values for name, values in columns.items()}
+    case_logs.write_csv(tmp_path / "log.csv", columns)
+    ways = [text for text, meant in (("in the other direction", sign < 0), ("90 degrees away", zero)) if meant]
+    said = refused(diagnose, "log.csv", "--model", model, text=(NAMES[joint], *ways, "--set"))
+    remedy = shlex.split(re.search(r"counted .*?: (--set .*?) (?:\(also in .*?\) )?error:", said)[1])
+    code, said, data = diagnose("log.csv", "--model", model, *remedy, *QUICK)
+    assert code == 0, said
+    assert causes(data) == [("coulomb_friction", "joint3")]
+
+
+def test_wrong_masses_and_friction_are_no_other_direction(named_arm):
+    """Beside effects drawn at random, none is taken for a joint that is counted another way."""
+    random = np.random.default_rng(11)
+    for seed in range(12):
+        broken = named_arm
+        for effect in random.choice(["link_mass", "link_com", "payload", "coulomb_friction"], 2, replace=False):
+            joint = int(random.integers(2, 7))
+            link = named_arm.robot.links[joint - 1]
+            target = "tool" if effect == "payload" else f"joint{joint}"
+            values = {
+                "link_mass": {"mass": link.mass * random.uniform(0.4, 2.0)},
+                "link_com": {"com": np.asarray(link.com) + 0.1 * random.normal(size=3)},
+                "payload": {"mass": random.uniform(1, 8), "com": 0.1 * random.normal(size=3)},
+                "coulomb_friction": {"coulomb": random.uniform(1, 20)},
+            }[effect]
+            broken = carrying(broken, effect, target, **values)
+        assert fitting_convention(named_arm, measured_motion(*moved(broken, seed=seed)), "tau") is None, seed
+
+
+def measured_motion(t, q, tau):
+    import kr5.cell
+    import kr5.io
+
+    out = kr5.cell.Experiment(name="m", kind="motion", file="m.csv", split="fit")
+    out.joint_reference = kr5.cell.JointReference("measured")
+    names = ["t", *(f"qc{k + 1}" for k in range(6)), *(f"tau{k + 1}" for k in range(6))]
+    out.data = kr5.io.Table(names, np.column_stack([t, q, tau]))
+    return out
+
+
+def test_the_model_of_another_robot_of_the_same_names_is_doubted(diagnose, named_arm, named_urdf, tmp_path):
+    """Masses and lengths of the model are those of a lighter and longer arm."""
+    urdf = ElementTree.parse(named_urdf)
+    for inertial in urdf.iter("inertial"):
+        mass, origin = inertial.find("mass"), inertial.find("origin")
+        mass.set("value", str(0.4 * float(mass.get("value"))))
+        origin.set("xyz", " ".join(str(1.25 * float(x)) for x in origin.get("xyz").split()))
+    for origin in urdf.iterfind(".//joint/origin"):
+        origin.set("xyz", " ".join(str(1.25 * float(x)) for x in origin.get("xyz").split()))
+    urdf.write(tmp_path / "other.urdf")
+    case_logs.write_csv(tmp_path / "log.csv", joint_states(*moved(named_arm)))
+    code, said, _ = diagnose("log.csv", "--model", "other.urdf", *QUICK[2:], "--max-effects", "3")
+    assert code == 0, said
+    assert "Is other.urdf the model of this robot, with what it carries?" in said, said
+
+
+def test_a_large_offset_of_a_joint_is_doubted_as_another_zero(diagnose, named_arm, named_urdf, tmp_path):
+    turned = carrying(named_arm, "encoder_offset", "joint3", offset=0.3)
+    case_logs.write_csv(tmp_path / "log.csv", joint_states(*moved(turned)))
+    code, said, data = diagnose("log.csv", "--model", named_urdf, *QUICK)
+    assert code == 0 and causes(data) == [("encoder_offset", "joint3")], said
+    assert f"Does the log count {NAMES[2]} from the zero of the model?" in said, said
+
+
+def test_errors_of_usual_size_are_not_doubted(diagnose, named_arm, named_urdf, tmp_path):
+    mass = 1.3 * named_arm.robot.links[2].mass
+    case_logs.write_csv(
+        tmp_path / "log.csv", joint_states(*moved(carrying(named_arm, "link_mass", "joint3", mass=mass)))
+    )
+    code, said, data = diagnose("log.csv", "--model", named_urdf, *QUICK)
+    assert code == 0 and causes(data) == [("link_mass", "joint3")], said
+    assert "the model of this robot" not in said
+    assert f"instead of {named_arm.robot.links[2].mass:.4g}" in said, said

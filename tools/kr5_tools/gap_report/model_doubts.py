@@ -1,0 +1,68 @@
+"""Causes larger than the description of the right robot is usually off, by which it may be that of another one."""
+
+from typing import Any
+
+import numpy as np
+
+from kr5_tools.cli.numbers import format_number
+from kr5_tools.gap_report.evidence import nominal_value
+from kr5_tools.gap_report.messages import GEOMETRY, capitalised, effect_row, effect_text, join_list, joint_name
+
+SURELY = 2.0  # standard deviations by which a size must be beyond what is usual
+USUAL_FACTOR = 1.5  # of a mass
+USUAL_CENTRE = 0.1  # [m], of a centre of mass
+USUAL = {"m": (0.01, 1e3, "mm"), "rad": (0.05, 180 / np.pi, "degrees")}  # of a link; factor and unit for people
+USUAL_ZERO = 0.1  # [rad]
+
+
+def model_doubts(data: dict[str, Any], cell: Any, model: str = "the model") -> list[str]:
+    """Sentences that doubt the model of a diagnosis, or the zeros of its log. `cell`: without the causes; `model`: the
+    file of the model, as a person knows it."""
+    far = [text for cause in data["causes"] if (text := _far_text(cause, cell))]
+    out = []
+    if far:
+        out.append(
+            f"Is {model} the model of this robot, with what it carries? {capitalised(join_list(far))}"
+            f" {'are' if len(far) > 1 else 'is'} more than the model of the right robot is usually off."
+        )
+    turned = [cause for cause in data["causes"] if _is_far_zero(cause)]
+    if turned:
+        names = join_list([joint_name(cause) or cause["target"] for cause in turned])
+        out.append(
+            f"Does the log count {names} from the zero of the model? So large an offset is rarely an error of an arm;"
+            " columns.q.offset corrects the log."
+        )
+    return out
+
+
+def _far_text(cause: dict[str, Any], cell: Any) -> str:
+    """What of a cause is far from the cell's value; empty where nothing is."""
+    name, joint = effect_text(cause["effect"], cause["target"]), joint_name(cause)
+    begin = f"{name} ({joint}; " if joint else f"{name} ("
+    if not cause["target"].startswith("joint"):
+        return ""
+    for parameter, p in cause["parameters"].items():
+        before = nominal_value(cell, cause, parameter)
+        if before is None:
+            continue
+        value, std, stated = (np.atleast_1d(np.asarray(x, float)) for x in (p["value"], p["std"], before))
+        if p["unit"] == "kg" and stated[0] > 0:
+            least, most = stated[0] / USUAL_FACTOR, stated[0] * USUAL_FACTOR
+            if value[0] + SURELY * std[0] < least or value[0] - SURELY * std[0] > most:
+                return f"{begin}{value[0] / stated[0]:.2g} times that of the model)"
+        elif usual := USUAL.get(p["unit"]):
+            limit, factor, unit = usual
+            off, error = float(np.linalg.norm(value - stated)), float(np.linalg.norm(std))
+            if off - SURELY * error > (USUAL_CENTRE if len(value) == 3 else limit):
+                return f"{begin}{format_number(factor * off, factor * error)} {unit} from that of the model)"
+    return ""
+
+
+def _is_far_zero(cause: dict[str, Any]) -> bool:
+    """Whether a cause is the zero of a joint, an angle by which everything beyond it is moved, and far off."""
+    row, parameters = effect_row(cause["effect"]), list(cause["parameters"].values())
+    if row is None or not row.shows_in.startswith(GEOMETRY) or len(parameters) > 1 or parameters[0]["unit"] != "rad":
+        return False
+    if not cause["target"].startswith("joint") or row.parameters[0].nominal_when_off:
+        return False
+    return bool(abs(parameters[0]["value"]) - SURELY * parameters[0]["std"] > USUAL_ZERO)
