@@ -257,3 +257,27 @@ def test_a_signal_ends_a_long_computation_of_the_library(recording, compute):
         signal.signal(signal.SIGUSR1, before)
     # Raised by the call itself, and not in a prediction that happened to run in the main thread.
     assert not getattr(raised.value, "__notes__", [])
+
+
+WHILE_LOADING = """
+import os
+import signal
+import sys
+
+
+class Finder:
+    def find_spec(self, name, path=None, target=None):
+        if name == "kr5_tools.app":
+            os.kill(os.getpid(), signal.SIGINT)
+            sum(range(1000))
+
+
+sys.meta_path.insert(0, Finder())
+from kr5_tools.start import main
+main()
+"""
+
+
+def test_ctrl_c_while_the_command_is_loaded_leaves_no_traceback():
+    done = subprocess.run([sys.executable, "-c", WHILE_LOADING], capture_output=True, text=True, timeout=120)
+    assert (done.returncode, done.stderr) == (130, "stopped; nothing was written\n")

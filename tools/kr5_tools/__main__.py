@@ -1,5 +1,5 @@
 """`python -m kr5_tools` is the command `kr5`."""
 
-from kr5_tools.app import main
+from kr5_tools.start import main
 
 main()

@@ -265,6 +265,12 @@ def check_writable(*files: Path | None, inputs: Iterable[Path | str | None] = ()
             fail(f"{file}: is the file of two outputs; choose another file for one of them")
 
 
+def check_page(page: Path | None) -> None:
+    """Complains of a page whose name says that it is something else, such as a result."""
+    if page is not None and page.suffix.lower() not in (".html", ".htm"):
+        fail(f"{page}: found the ending '{page.suffix}', expected .html: it is a page; --json writes the numbers")
+
+
 def _same(a: Path, b: Path) -> bool:
     """Both are one file, which is there or would be there, and no device."""
     try:

@@ -78,6 +78,7 @@ def insert(
     """
     output = output or (PAGE if view else None)
     writing.check_writable(output, csv, json_file, inputs=[cell_file])
+    writing.check_page(output)
     cell, source = load_cell(cell_file)
     set_task(setup, clearance, tilt, offset, cell)
     with terminal.spinner("inserting"):

@@ -11,7 +11,7 @@ from kr5_tools.cli.arguments import JsonOption
 from kr5_tools.cli.tables import figure_row, print_result
 from kr5_tools.cli.terminal import console, open_page, share_bar, spinner
 from kr5_tools.files.results import write_result
-from kr5_tools.files.writing import check_writable, publish, write_json, write_text
+from kr5_tools.files.writing import check_page, check_writable, publish, write_json, write_text
 from kr5_tools.picking.emptying import BinRun, Emptying, EmptyingOptions
 from kr5_tools.picking.pick import height_range
 from kr5_tools.picking.simulate import bin_shape
@@ -64,6 +64,7 @@ def empty(
     """
     output = output or (PAGE if view else None)
     check_writable(output, json_file, inputs=[bin_file])
+    check_page(output)
     low, high = height_range(height)
     options = picking.PelletOptions(radius=radius, min_height=low, max_height=high)
     options.validate()

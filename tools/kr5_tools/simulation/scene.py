@@ -65,6 +65,7 @@ def run(
     if images:
         writing.check_new_folder(images)
     writing.check_writable(csv, output, scan, picture, rerun, json_file, inputs=[file])
+    writing.check_page(output)
     shown = _window() if window or picture else None
     with terminal.spinner(f"running {file}"):
         result = kr5.sim.run_scene(file)

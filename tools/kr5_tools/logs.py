@@ -1,0 +1,58 @@
+"""Logs of a robot with its model, from Python: what `kr5 gap diagnose LOG --model MODEL` does."""
+
+import os
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import kr5.gap
+
+Paths = str | os.PathLike[str] | Sequence[str | os.PathLike[str]]
+
+
+def read_logs(
+    logs: Paths,
+    model: str | os.PathLike[str],
+    *,
+    base: str = "",
+    tip: str = "",
+    every: float | None = None,
+    settings: Sequence[str] = (),
+    trust: bool = False,
+) -> Any:
+    """Logs of one robot as a recording, columns found by their names and numbers.
+
+    logs: CSV, NPZ, MCAP or bag, one or several. model: URDF, MJCF or cell file of the robot. base, tip: links of the
+    model between which the arm is. every: interval of rows without a clock [s]. settings: entries of the map or the
+    cell, such as "columns.tau.unit=N mm". trust: also numbers that are implausible.
+
+    The result has `recording` (kr5.cell.Recording), `notes` (how the columns were read) and `simulator_errors` (what
+    the best model of the arm is off in each column).
+
+    Raises kr5.InvalidArgument where the logs cannot be read, or do not fit the model; the text names the remedy, with
+    `--set` for `settings`.
+    """
+    from kr5_tools.cli import terminal
+    from kr5_tools.log_import.compared_source import SourceOptions, open_source
+
+    paths = [logs] if isinstance(logs, (str, os.PathLike)) else list(logs)
+    with terminal.raising():
+        options = SourceOptions(Path(model), base, tip, every, list(settings), trust)
+        return open_source([Path(path) for path in paths], options)
+
+
+def diagnose_logs(
+    logs: Paths,
+    model: str | os.PathLike[str],
+    *,
+    options: kr5.gap.DiagnoseOptions | None = None,
+    progress: Callable[[str, float], None] | None = None,
+    **reading: Any,
+) -> kr5.gap.Diagnosis:
+    """Why a model and a robot disagree. `reading`: as of read_logs; options, progress: as of kr5.gap.diagnose. The
+    search is as wide as the log of a real arm needs, unless options say otherwise."""
+    from kr5_tools.gap.diagnose import search_widely
+
+    compared = read_logs(logs, model, **reading)
+    chosen = search_widely(options or kr5.gap.DiagnoseOptions(), compared)
+    return kr5.gap.diagnose(compared.recording, None, chosen, progress)
