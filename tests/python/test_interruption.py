@@ -259,6 +259,22 @@ def test_a_signal_ends_a_long_computation_of_the_library(recording, compute):
     assert not getattr(raised.value, "__notes__", [])
 
 
+WHILE_THE_LIBRARY_LOADS = """
+from kr5_tools import app
+
+
+def interrupted(words):
+    try:
+        raise KeyboardInterrupt
+    except KeyboardInterrupt as heard:
+        raise ImportError("initialization failed") from heard
+
+
+app._load_app = interrupted
+app.main()
+"""
+
+
 WHILE_LOADING = """
 import os
 import signal
@@ -278,6 +294,7 @@ main()
 """
 
 
-def test_ctrl_c_while_the_command_is_loaded_leaves_no_traceback():
-    done = subprocess.run([sys.executable, "-c", WHILE_LOADING], capture_output=True, text=True, timeout=120)
+@pytest.mark.parametrize("program", [WHILE_LOADING, WHILE_THE_LIBRARY_LOADS])
+def test_ctrl_c_while_the_command_is_loaded_leaves_no_traceback(program):
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120)
     assert (done.returncode, done.stderr) == (130, "stopped; nothing was written\n")

@@ -189,6 +189,10 @@ def main() -> None:
             app(prog_name="kr5")
         except KeyboardInterrupt:
             _exit_stopped()
+        except ImportError as error:
+            if not isinstance(error.__cause__, KeyboardInterrupt):
+                raise
+            _exit_stopped()  # heard by a library of C++ while it was loaded
         except SystemExit as end:
             if end.code == STOPPED:
                 _exit_stopped()
