@@ -19,15 +19,22 @@ NAMES = case_logs.JOINT_NAMES
 QUICK = ["--max-effects", "1", "--refits", "4", "--beam", "1"]
 
 
+def measured_motion(t, q, tau=None):
+    """A motion on measured angles, with joint torques where there are some."""
+    out = kr5.cell.Experiment(name="m", kind="motion", file="m.csv", split="fit")
+    out.joint_reference = kr5.cell.JointReference("measured")
+    families = {"qc": q} | ({} if tau is None else {"tau": tau})
+    names = ["t", *(f"{stem}{k + 1}" for stem in families for k in range(6))]
+    out.data = kr5.io.Table(names, np.column_stack([t, *families.values()]))
+    return out
+
+
 def moved(cell, rows=1500, step=0.008, seed=1, q_noise=1e-5, course=swing, noise=NOISE):
     """What a controller logs of the arm: time, measured angles, joint torques; rows x joints."""
     random = np.random.default_rng(seed)
     t = step * np.arange(rows)
     q = course(t)
-    experiment = kr5.cell.Experiment(name="m", kind="motion", file="m.csv", split="fit")
-    experiment.joint_reference = kr5.cell.JointReference("measured")
-    experiment.data = kr5.io.Table(["t", *(f"qc{k + 1}" for k in range(6))], np.column_stack([t, q]))
-    shown = kr5.predict.FastSimulator().predict(cell, experiment)
+    shown = kr5.predict.FastSimulator().predict(cell, measured_motion(t, q))
     family = "tau" if "tau1" in shown else "i"
     tau = np.column_stack([shown[f"{family}{k + 1}"] for k in range(6)])
     if family == "i":

@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from arm_logs import NAMES, QUICK, carrying, case_logs, causes, joint_states, moved, refused
+from arm_logs import NAMES, QUICK, carrying, case_logs, causes, joint_states, measured_motion, moved, refused
 from kr5_tools.log_import.joint_order import fitting_convention
 
 
@@ -52,6 +52,18 @@ def test_another_direction_or_zero_of_a_joint_is_refused_and_the_remedy_works(
     assert causes(data) == [("coulomb_friction", "joint3")]
 
 
+def test_an_offset_that_is_stated_turns_with_the_direction(diagnose, named_arm, named_urdf, tmp_path):
+    model = without_limits(named_urdf, tmp_path / "free.urdf")
+    t, q, tau = moved(named_arm)
+    q, tau = counted(q, tau, 1, -1, -0.4)
+    case_logs.write_csv(tmp_path / "log.csv", joint_states(t, q, tau))
+    stated = ["--set", "columns.q.offset=[0, 0.4, 0, 0, 0, 0]"]
+    said = refused(diagnose, "log.csv", "--model", model, *stated, text="columns.q.offset=[0, -0.4, 0, 0, 0, 0]")
+    remedy = shlex.split(re.search(r"counted .*?: (--set .*?) (?:\(also in .*?\) )?error:", said)[1])
+    code, said, data = diagnose("log.csv", "--model", model, *remedy, *QUICK)
+    assert code == 0 and data["verdict"] == "no_gap", said
+
+
 def test_wrong_masses_and_friction_are_no_other_direction(named_arm):
     """Beside effects drawn at random, none is taken for a joint that is counted another way."""
     random = np.random.default_rng(11)
@@ -69,17 +81,6 @@ def test_wrong_masses_and_friction_are_no_other_direction(named_arm):
             }[effect]
             broken = carrying(broken, effect, target, **values)
         assert fitting_convention(named_arm, measured_motion(*moved(broken, seed=seed)), "tau") is None, seed
-
-
-def measured_motion(t, q, tau):
-    import kr5.cell
-    import kr5.io
-
-    out = kr5.cell.Experiment(name="m", kind="motion", file="m.csv", split="fit")
-    out.joint_reference = kr5.cell.JointReference("measured")
-    names = ["t", *(f"qc{k + 1}" for k in range(6)), *(f"tau{k + 1}" for k in range(6))]
-    out.data = kr5.io.Table(names, np.column_stack([t, q, tau]))
-    return out
 
 
 def test_the_model_of_another_robot_of_the_same_names_is_doubted(diagnose, named_arm, named_urdf, tmp_path):

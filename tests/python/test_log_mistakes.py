@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from arm_logs import NAMES, QUICK, case_logs, joint_states, moved, refused
+from kr5_tools.log_import.clock_guess import _unit_since_1970
 from kr5_tools.log_import.log_file import read_log
 from kr5_tools.logs import diagnose_logs, read_logs
 
@@ -37,6 +38,30 @@ def test_lines_that_were_written_twice_are_read_once(diagnose, named_urdf, colum
 def test_equal_readings_at_rest_are_not_taken_for_lines_written_twice(tmp_path):
     (tmp_path / "log.csv").write_text("a,b\n1,2\n1,2\n1,3\n1,2\n")
     assert len(read_log(tmp_path / "log.csv").columns["a"]) == 4
+
+
+@pytest.mark.parametrize("rows", ["0\n0\n0\n1\n2\n2\n2\n3\n", "5\n" * 6])
+def test_what_rises_with_rests_or_never_is_no_clock_of_lines_written_twice(tmp_path, rows):
+    (tmp_path / "log.csv").write_text("q1\n" + rows)
+    assert len(read_log(tmp_path / "log.csv").columns["q1"]) == rows.count("\n")
+
+
+def test_a_time_that_stands_still_throughout_keeps_its_rows(tmp_path):
+    (tmp_path / "log.csv").write_text("time,q1\n" + "5,1\n" * 6)
+    assert len(read_log(tmp_path / "log.csv").columns["q1"]) == 6
+
+
+def test_a_counter_of_milliseconds_is_no_time_of_this_century():
+    assert _unit_since_1970(1.2e9 + 4 * np.arange(50.0), 4.0) is None
+    assert _unit_since_1970(1.7e9 + 0.6 * np.arange(50.0), 0.6) == "s"
+
+
+def test_options_of_the_caller_stay_as_they_are(named_urdf, columns, tmp_path):
+    case_logs.write_csv(tmp_path / "log.csv", columns)
+    options = kr5.gap.DiagnoseOptions(max_effects=1, beam=1)
+    diagnose_logs(tmp_path / "log.csv", named_urdf, options=options)
+    assert options.to_dict() == kr5.gap.DiagnoseOptions(max_effects=1, beam=1).to_dict()
+    assert not options.simulator_errors
 
 
 @pytest.mark.parametrize("zone", ["", "Z", "+02:00"])

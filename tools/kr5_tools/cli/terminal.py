@@ -4,6 +4,7 @@ import contextlib
 import os
 import webbrowser
 from collections.abc import Callable, Iterable, Iterator
+from contextvars import ContextVar
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -41,27 +42,26 @@ def console(json_file: Path | None = None) -> Console:
     return errors if str(json_file) == "-" else _Console(highlight=False, emoji=False, markup=False)
 
 
-_refused: list[str] | None = None  # what was refused so far, where errors are raised
+_refused: ContextVar[list[str] | None] = ContextVar("refused", default=None)  # so far, where errors are raised
 
 
 @contextlib.contextmanager
 def raising() -> Iterator[None]:
     """Errors are raised for Python (kr5.InvalidArgument) in place of a text and the end of a command."""
-    global _refused
-    before, _refused = _refused, []
+    before = _refused.set([])
     try:
         yield
     finally:
-        _refused = before
+        _refused.reset(before)
 
 
 def fail(message: str) -> NoReturn:
     """Ends the command with an error of one line and exit code 2."""
     text = message if len(message) <= LONGEST else f"{message[:LONGEST]} …"
-    if _refused is not None:
+    if (refused := _refused.get()) is not None:
         import kr5
 
-        raise kr5.InvalidArgument("\n".join([*_refused, _printable(text)]))
+        raise kr5.InvalidArgument("\n".join([*refused, _printable(text)]))
     errors.print(f"[red]error:[/red] {escape(_printable(text))}", soft_wrap=True, markup=True)
     raise typer.Exit(2)
 
@@ -73,8 +73,8 @@ def print_note(message: str) -> None:
 
 def print_problem(message: str, refused: bool) -> None:
     """What speaks against an input, of which there may be several: an error where it is refused for them."""
-    if _refused is not None and refused:
-        _refused.append(_printable(message))
+    if (before := _refused.get()) is not None and refused:
+        before.append(_printable(message))
         return
     word = "[red]error:[/red]" if refused else "[yellow]warning:[/yellow]"
     errors.print(f"{word} {escape(_printable(message))}", soft_wrap=True, markup=True)

@@ -209,6 +209,8 @@ def search_widely(options: Any, compared: ComparedSource) -> Any:
     many effects at once, the best set of each size only. What was set by the user stays."""
     if not compared.simulator_errors:
         return options
+    own, options = options, kr5.gap.DiagnoseOptions.from_dict(options.to_dict())  # those of the caller stay
+    options.own_hypotheses = own.own_hypotheses
     usual, joints = kr5.gap.DiagnoseOptions(), compared.recording.cell.robot.joints
     for name, value in (("max_effects", min(2 * joints + 2, MOST_EFFECTS)), ("beam", 1), ("refits", 4)):
         if getattr(options, name) == getattr(usual, name):

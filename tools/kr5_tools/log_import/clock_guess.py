@@ -12,14 +12,10 @@ from kr5_tools.log_import.log import Log
 from kr5_tools.log_import.log_time import beginning
 from kr5_tools.log_import.units import UNITS, unit_factor
 
-TIME = re.compile(
-    r"(^|[^a-z]|bag)(t|time|timestamp|stamp|clock|zeit|seconds|sec|log_time|header\.stamp|header/stamp)"
-    r"([_ ]?[\[(]?(s|ms|us|ns)[\])]?)?$"
-)
 SCALES = UNITS["time"]
 USUAL_STEP = 0.005  # [s] between rows of a controller's log
 LEAST_STEP, MOST_STEP = 1e-4, 0.5  # [s] between rows of a log; numbers with such steps are seconds
-SLOWEST_STEP = 5.0  # [s]
+SLOWEST_STEP = 1.0  # [s], below the steps of counters of a finer unit, which are whole numbers
 CENTURY = (1e9, 4e9)  # [s] since 1970
 
 
@@ -62,7 +58,7 @@ def guess_clock(
 
 def _time_column(log: Log, stream: str) -> str | None:
     """The first column of a stream that looks like time and goes on in every row; else the first that looks like it."""
-    names = [n for n in log.columns if log.streams[n] == stream and TIME.search(n.lower().split(":")[-1].strip("% "))]
+    names = [n for n in log.time_columns() if log.streams[n] == stream]
     return next((n for n in names if _goes_on(log.columns[n])), names[0] if names else None)
 
 

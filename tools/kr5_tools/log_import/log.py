@@ -9,6 +9,10 @@ import numpy as np
 
 from kr5_tools.cli import terminal
 
+TIME = re.compile(
+    r"(^|[^a-z]|bag)(t|time|timestamp|stamp|clock|zeit|seconds|sec|log_time|header\.stamp|header/stamp)"
+    r"([_ ]?[\[(]?(s|ms|us|ns)[\])]?)?$"
+)
 SECONDS = re.compile(r"^(.*?)[._/]?(secs?)$")
 FRACTIONS = {"sec": ("nanosec", "nsec"), "secs": ("nsecs", "nanosecs")}  # [ns], beside the seconds
 
@@ -49,8 +53,12 @@ class Log:
             self.streams[joined] = self.streams[name]
             self.columns = kept
 
+    def time_columns(self) -> list[str]:
+        """Columns whose names are those of a time."""
+        return [n for n in self.columns if TIME.search(n.lower().split(":")[-1].strip("% "))]
+
     def drop_repeated_rows(self) -> int:
-        """Leaves out rows equal to the one before, if a column rises in all others: a logger wrote them twice. Gives
+        """Leaves out rows equal to the one before, if a time rises in all others: a logger wrote them twice. Gives
         their number. For logs of one stream."""
         if not self.columns:
             return 0
@@ -58,7 +66,8 @@ class Log:
         kept[0] = True
         for values in self.columns.values():
             kept[1:] |= (values[1:] != values[:-1]) & ~(np.isnan(values[1:]) & np.isnan(values[:-1]))
-        if kept.all() or not any((np.diff(values[kept]) > 0).all() for values in self.columns.values()):
+        clocks = [self.columns[name][kept] for name in self.time_columns()]
+        if kept.all() or kept.sum() < 2 or not any((np.diff(clock) > 0).all() for clock in clocks):
             return 0
         self.columns = {name: values[kept] for name, values in self.columns.items()}
         self.lines = None if self.lines is None else self.lines[kept]

@@ -334,15 +334,15 @@ def _convention(cell: Any, e: Any, words: EntryWords, sources: Mapping[str, Any]
         return []
     joints = range(cell.robot.joints)
     said = [text for k in joints if (text := _convention_text(cell, reading, k))]
-    turned = -1 in reading.sign
     q, load = sources["q"], sources[stem]
-    puts = [_put_entry(words, "columns.q", "scale", [s * x for s, x in zip(reading.sign, q.scale)])] if turned else []
-    if any(reading.zero):
-        per_unit = [column_unit(cell, "q", k, q) for k in joints]
-        offset = [s * x + z / u for s, x, z, u in zip(reading.sign, q.offset, reading.zero, per_unit)]
-        puts.append(_put_entry(words, "columns.q", "offset", offset))
-    if turned:
-        puts.append(_put_entry(words, f"columns.{stem}", "scale", [s * x for s, x in zip(reading.sign, load.scale)]))
+    units = [column_unit(cell, "q", k, q) for k in joints]
+    offset = [s * x + z / u for s, x, z, u in zip(reading.sign, q.offset, reading.zero, units)]
+    entries = [
+        ("columns.q", "scale", q.scale, [s * x for s, x in zip(reading.sign, q.scale)]),
+        ("columns.q", "offset", q.offset, offset),
+        (f"columns.{stem}", "scale", load.scale, [s * x for s, x in zip(reading.sign, load.scale)]),
+    ]
+    puts = [words.put(key, **{name: new}) for key, name, old, new in entries if new != old]
     return [
         LogProblem(
             e.name,
@@ -360,10 +360,6 @@ def _convention_text(cell: Any, reading: Reading, joint: int) -> str:
     if reading.zero[joint]:
         ways.append(f"from a zero {np.degrees(abs(reading.zero[joint])):.0f} degrees away")
     return f"{name} counted {' and '.join(ways)}" if ways else ""
-
-
-def _put_entry(words: EntryWords, key: str, entry: str, values: list[float]) -> str:
-    return words.put(key, **{entry: [float(f"{x:.7g}") for x in values]})
 
 
 def _compare_loads(
