@@ -3,13 +3,15 @@
 import os
 import sys
 
+from kr5_tools.cli.interruption import STOPPED, stop_text
+
 
 def main() -> None:
     """Loads the command and runs it."""
     try:
         from kr5_tools.app import main as run
     except KeyboardInterrupt:
-        sys.stderr.write("stopped; nothing was written\n")
+        sys.stderr.write(f"{stop_text([])}\n")
         sys.stderr.flush()
-        os._exit(130)
+        os._exit(STOPPED)
     run()

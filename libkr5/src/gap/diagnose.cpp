@@ -28,8 +28,8 @@ namespace {
 
 /// Sizes of scatter that are tried: none, and what separates a careful identification from a rough one.
 constexpr double scatter_sizes[] = {0.0, 0.002, 0.004, 0.008};
-/// Odds of twenty, in natural logarithms: what scatter must bring, and up to what sets of effects are tied.
-constexpr double scatter_pays = 3.0, about_as_likely = 3.0;
+/// Evidence that scatter must bring, in natural logarithms: odds of twenty.
+constexpr double scatter_pays = 3.0;
 
 /// Prior odds of a shape that no catalogue names against an effect of the catalogue.
 constexpr double free_shape_odds = 0.1;
@@ -243,13 +243,13 @@ class Diagnoser {
     }
   }
 
-  /// The most likely model that is not among those seen, if it is about as likely as the best and has no more effects.
+  /// The most likely model that is not among those seen, if it is tied with the best and has no more effects.
   std::optional<Model> next_to_look_at(const std::vector<std::vector<Part>>& seen) const {
     const auto is_new = [&](const Model& m) {
       return std::ranges::none_of(seen, [&](const std::vector<Part>& parts) { return same_effects(parts, m.parts); });
     };
     for (const Model& m : models_.all()) {
-      if (m.log_evidence < models_.best().log_evidence - about_as_likely) break;
+      if (m.log_evidence < models_.best().log_evidence + std::log(least_tied_odds)) break;
       if (m.parts.size() <= models_.best().parts.size() && is_new(m)) return m;
     }
     return std::nullopt;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "gap/recording_scope.hpp"
 
+#include <algorithm>
 #include <set>
 
 namespace kr5::gap {
@@ -53,6 +54,11 @@ std::vector<std::string> scope_limits(const cell::Recording& recording) {
     out.push_back("the recording has experiments of the kind " + std::string(kr5::name_of(*kinds.begin())) +
                   " only: it shows " + shown_by(*kinds.begin()) + ", not the rest of the cell");
   return out;
+}
+
+bool only_loads(const cell::Recording& recording) {
+  return std::ranges::all_of(recording.experiments,
+                             [](const cell::Experiment& e) { return e.kind == cell::Kind::Motion; });
 }
 
 }  // namespace kr5::gap

@@ -12,4 +12,7 @@ namespace kr5::gap {
 /// and a recording of a single kind, which speaks for a part of the cell only.
 std::vector<std::string> scope_limits(const cell::Recording& recording);
 
+/// Whether a recording shows the links of the arm in its loads alone, no pose of the tool among its columns.
+bool only_loads(const cell::Recording& recording);
+
 }  // namespace kr5::gap

@@ -47,7 +47,7 @@ def print_diagnosis(data: dict[str, Any], cell: Any, source: ComparedSource, to:
     to.print(f"[bold {colour}]{word}.[/] {escape(verdict_text(data))}", soft_wrap=True, markup=True)
     nominal = source.recording.cell
     model = str(source.model.file) if source.model else None
-    for doubt in model_doubts(data, nominal, Path(model).name if model else "the cell"):
+    for doubt in model_doubts(data, nominal, model):
         to.print(f"[yellow]{escape(doubt)}[/]", soft_wrap=True, markup=True)
     _say_list(to, "Causes", [cause_line(cause, nominal) for cause in data["causes"]])
     print_source(source, to, everything)

@@ -1,5 +1,6 @@
 """Causes larger than the description of the right robot is usually off, by which it may be that of another one."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,14 +16,15 @@ USUAL = {"m": (0.01, 1e3, "mm"), "rad": (0.05, 180 / np.pi, "degrees")}  # of a 
 USUAL_ZERO = 0.1  # [rad]
 
 
-def model_doubts(data: dict[str, Any], cell: Any, model: str = "the model") -> list[str]:
-    """Sentences that doubt the model of a diagnosis, or the zeros of its log. `cell`: without the causes; `model`: the
-    file of the model, as a person knows it."""
+def model_doubts(data: dict[str, Any], cell: Any, model: str | None) -> list[str]:
+    """Sentences that doubt the model of a diagnosis, or the zeros of its log. `cell`: without the causes; `model`: file
+    of the model that was given beside a log or a recording."""
     far = [text for cause in data["causes"] if (text := _far_text(cause, cell))]
     out = []
     if far:
+        name = Path(model).name if model else "the cell"
         out.append(
-            f"Is {model} the model of this robot, with what it carries? {capitalised(join_list(far))}"
+            f"Is {name} the model of this robot, with what it carries? {capitalised(join_list(far))}"
             f" {'are' if len(far) > 1 else 'is'} more than the model of the right robot is usually off."
         )
     turned = [cause for cause in data["causes"] if _is_far_zero(cause)]

@@ -260,9 +260,7 @@ def make_page(
         icon=icon,
         word=word,
         verdict=verdict_text(data) + floor_text(data, evidence),
-        doubts=model_doubts(data, evidence.recording.cell, Path(inputs.get("model", "the cell")).name)
-        if evidence
-        else [],
+        doubts=model_doubts(data, evidence.recording.cell, inputs.get("model")) if evidence else [],
         steps=next_steps(data, command_of(inputs), inputs.get("model"), evidence.cell if evidence else None),
         places=place_rows(data),
         causes=cause_rows(data, evidence),

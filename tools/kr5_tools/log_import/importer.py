@@ -47,12 +47,15 @@ class Importer:
                 self.note(note)
         return self.logs[file]
 
+    def where(self, experiment: Experiment) -> str:
+        return f"{self.map.shown}: experiment '{experiment.entry.name}'"
+
     def note(self, text: str) -> None:
         if text not in self.notes:
             self.notes.append(text)
 
     def experiment(self, experiment: Experiment) -> Any:
-        where = f"{self.map.shown}: experiment '{experiment.entry.name}'"
+        where = self.where(experiment)
         sources = experiment.sources
         log = self.log(experiment.entry.log)
         t = self.time.main_time(log, experiment, where)
@@ -105,18 +108,7 @@ class Importer:
                 " values"
             )
         q, loads, beside = _with_loads(series)
-        if len(q.t) < LEAST_SMOOTHED:
-            terminal.fail(
-                f"{where}: found {len(q.t)} rows of positions without a gap, expected at least {LEAST_SMOOTHED};"
-                " log a longer motion, or at a higher rate"
-            )
-        try:
-            chosen = self.smoothing(series, experiment)
-        except kr5.Error as error:
-            terminal.fail(
-                f"{where}: found {len(q.t)} rows over {q.t[-1] - q.t[0]:.3g} s, which do not tell how fast the arm"
-                f" moves ({error}); log at a higher rate, or a longer motion"
-            )
+        chosen = self.smoothing(series, experiment, where)
         if chosen.even_step is not None:
             even = q.t[0] + chosen.even_step * np.arange(len(q.t))
             for name, s in series.items():
@@ -142,17 +134,17 @@ class Importer:
             )
         return out
 
-    def smoothing(self, series: dict[str, Series], experiment: Experiment) -> Smoothing:
+    def smoothing(self, series: dict[str, Series], experiment: Experiment, where: str) -> Smoothing:
         """That of the experiment of a log which moves fastest: all parts of a log are smoothed alike."""
         key = self.positions_of(experiment)
         if key not in self.smoothings:
-            found = [_smoothing_of(series)]
+            found = [_smoothing_of(series, where)]
             for other in self.map.experiments:
                 if other is not experiment and is_measured(other) and self.positions_of(other) == key:
                     log = self.log(other.entry.log)
                     t = self.time.main_time(log, other, self.map.shown)
                     keep = self.chosen_rows(len(t), other, self.map.shown)
-                    found.append(_smoothing_of(self.all_series(log, t, other, keep)))
+                    found.append(_smoothing_of(self.all_series(log, t, other, keep), self.where(other)))
             self.smoothings[key] = max(found, key=lambda s: s.cutoff)
         return self.smoothings[key]
 
@@ -352,9 +344,20 @@ def _with_loads(series: dict[str, Series]) -> tuple[Series, Series | None, bool]
     return q, loads, loads is not None and np.array_equal(loads.t, q.t)
 
 
-def _smoothing_of(series: dict[str, Series]) -> Smoothing:
+def _smoothing_of(series: dict[str, Series], where: str) -> Smoothing:
     q, loads, beside = _with_loads(series)
-    return choose_smoothing(q, loads.values if loads is not None and beside else None)
+    if len(q.t) < LEAST_SMOOTHED:
+        terminal.fail(
+            f"{where}: found {len(q.t)} rows of positions without a gap, expected at least {LEAST_SMOOTHED};"
+            " log a longer motion, or at a higher rate"
+        )
+    try:
+        return choose_smoothing(q, loads.values if loads is not None and beside else None)
+    except kr5.Error as error:
+        terminal.fail(
+            f"{where}: found {len(q.t)} rows over {q.t[-1] - q.t[0]:.3g} s, which do not tell how fast the arm"
+            f" moves ({error}); log at a higher rate, or a longer motion"
+        )
 
 
 def contiguous(t: np.ndarray, experiment: Experiment, max_gap: float | None) -> slice:

@@ -29,11 +29,13 @@ class Reading:
 
 @dataclass
 class Likeness:
-    """How loads are like their simulation: their correlation, and the root mean square that each joint leaves."""
+    """How loads are like their simulation: their correlation, and the root mean square that each joint leaves, also
+    with the loads of the other sign."""
 
     together: float = 0.0
     mean: float = 0.0  # of the joints
     left: np.ndarray | None = None
+    left_negated: np.ndarray | None = None
 
 
 def fitting_order(cell: Any, experiment: Any, stem: str) -> list[int] | None:
@@ -54,17 +56,17 @@ def fitting_convention(cell: Any, experiment: Any, stem: str) -> Reading | None:
     own, reading = _plain_likeness(cell, experiment, stem)
     if own.left is None or own.mean + BETTER >= 1:
         return None
-    negated = _likeness(cell, experiment, stem, reading, -1)  # all loads of the other sign are another mistake
     middle = np.array([np.median(experiment[f"qc{k + 1}"]) for k in range(cell.robot.joints)])
     arms = _lever_arms(cell, middle)
-    start, best = own, own
+    best = own
     while True:
         found = [(_likeness(cell, experiment, stem, other), other) for other in _conventions(cell, reading)]
-        likeness, other = max(found, key=lambda f: _gain(best, f[0]))
-        if _gain(best, likeness) < CLEARER or _least_shift(other, arms) < LEAST_SHIFT:
+        likeness, other = max(found, key=lambda f: _gain(best.left, f[0].left))
+        if not _gain(best.left, likeness.left) >= CLEARER or _least_shift(other, arms) < LEAST_SHIFT:
             break
         best, reading = likeness, other
-    clear = min(_gain(start, best), _gain(negated, best)) > CLEARER
+    # All loads of the other sign are another mistake, which leaves as little.
+    clear = min(_gain(own.left, best.left), _gain(own.left_negated, best.left)) > CLEARER
     return reading if clear and best.together > ALIKE else None
 
 
@@ -76,11 +78,11 @@ def _plain_likeness(cell: Any, experiment: Any, stem: str) -> tuple[Likeness, Re
     return _likeness(cell, experiment, stem, plain), plain
 
 
-def _gain(before: Likeness, after: Likeness) -> float:
+def _gain(before: np.ndarray | None, after: np.ndarray | None) -> float:
     """Logarithm by which a reading lessens what the joints leave, all of them together."""
-    if before.left is None or after.left is None:
+    if before is None or after is None:
         return -np.inf
-    return float(np.sum(np.log(before.left / after.left)))
+    return float(np.sum(np.log(before / after)))
 
 
 def _orders(cell: Any) -> Iterator[list[int]]:
@@ -96,7 +98,7 @@ def _orders(cell: Any) -> Iterator[list[int]]:
 
 
 def _lever_arms(cell: Any, q: np.ndarray) -> list[float]:
-    """Distance of the centre of all that each joint carries from its axis [m], in a posture."""
+    """Distance of the centre of the links that each joint carries from its axis [m], in a posture."""
     chain = cell.nominal_chain()
     poses = [np.asarray(T) for T in chain.link_poses(q)]
     masses = np.array([link.mass for link in cell.robot.links])
@@ -127,13 +129,13 @@ def _conventions(cell: Any, reading: Reading) -> Iterator[Reading]:
                     yield other
 
 
-def _likeness(cell: Any, experiment: Any, stem: str, reading: Reading, load_sign: int = 1) -> Likeness:
-    """How the loads, all of them times a sign, are like their simulation in a reading."""
+def _likeness(cell: Any, experiment: Any, stem: str, reading: Reading) -> Likeness:
+    """How the loads are like their simulation in a reading."""
     values = {name: np.asarray(experiment[name]) for name in experiment.data.columns}
     for column, joint in enumerate(reading.order):
         sign = reading.sign[joint]
         values[f"qc{joint + 1}"] = sign * np.asarray(experiment[f"qc{column + 1}"]) + reading.zero[joint]
-        values[f"{stem}{joint + 1}"] = load_sign * sign * np.asarray(experiment[f"{stem}{column + 1}"])
+        values[f"{stem}{joint + 1}"] = sign * np.asarray(experiment[f"{stem}{column + 1}"])
     moved = kr5.cell.Experiment(
         name=experiment.name, kind=experiment.kind, file=experiment.file, split=experiment.split
     )
@@ -148,8 +150,14 @@ def _likeness(cell: Any, experiment: Any, stem: str, reading: Reading, load_sign
     return Likeness(
         _correlation(got, model),
         float(np.mean([_correlation(a, b) for a, b in zip(got.T, model.T)])),
-        np.maximum(np.sqrt(((got - model) ** 2).mean(axis=0)), np.finfo(float).tiny),
+        _root_mean_square(got - model),
+        _root_mean_square(got + model),
     )
+
+
+def _root_mean_square(x: np.ndarray) -> np.ndarray:
+    """Of each column, above 0."""
+    return np.asarray(np.maximum(np.sqrt((x**2).mean(axis=0)), np.finfo(float).tiny))
 
 
 def _correlation(a: np.ndarray, b: np.ndarray) -> float:

@@ -132,13 +132,12 @@ double probability(const std::vector<Model>& models, const Posterior& posterior,
 
 std::vector<EffectName> ties(const std::vector<Model>& models, const Posterior& posterior, const Model& best,
                              std::size_t part) {
-  constexpr double twentieth = 0.05;
   const std::vector<EffectName> blamed = names_of(best);
   std::vector<EffectName> out;
   for (const Model& model : models) {
     const std::vector<EffectName> other = names_of(model);
     const double odds = std::exp((model.log_evidence - best.log_evidence) / posterior.temperature);
-    if (odds < twentieth || other.size() > blamed.size() || contains(other, blamed[part])) continue;
+    if (odds < least_tied_odds || other.size() > blamed.size() || contains(other, blamed[part])) continue;
     for (const Part& p : model.parts) {
       const EffectName name = name_of(p);
       if (!p.candidate->hypothesis.of_recording && !contains(blamed, name) && !contains(out, name)) out.push_back(name);

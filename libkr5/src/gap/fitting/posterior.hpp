@@ -26,7 +26,10 @@ Posterior posterior(const FitProblem& problem, const std::vector<Model>& models)
 /// Probability that the cell carries this effect on this target.
 double probability(const std::vector<Model>& models, const Posterior& posterior, const EffectName& name);
 
-/// Effects that could stand in the place of one part of a model and are more than a twentieth as likely.
+/// Odds against the best model, above which another one is tied with it.
+constexpr double least_tied_odds = 0.05;
+
+/// Effects that could stand in the place of one part of a model, of models that are tied with it.
 std::vector<EffectName> ties(const std::vector<Model>& models, const Posterior& posterior, const Model& best,
                              std::size_t part);
 

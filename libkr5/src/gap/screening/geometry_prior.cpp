@@ -23,11 +23,6 @@ bool changes_links(const Hypothesis& h) {
 
 }  // namespace
 
-bool only_loads(const cell::Recording& recording) {
-  return std::ranges::all_of(recording.experiments,
-                             [](const cell::Experiment& e) { return e.kind == cell::Kind::Motion; });
-}
-
 void doubt_geometry(std::vector<Hypothesis>& hypotheses) {
   for (Hypothesis& h : hypotheses)
     if (changes_links(h)) h.log_prior += std::log(length_against_mass);
