@@ -44,7 +44,9 @@ struct Rows {
   std::vector<std::vector<double>> rows;
 
   cell::Experiment experiment(const std::string& name, cell::Kind kind, cell::Split split) const {
-    cell::Experiment e{name, kind, name + ".csv", split, {names, {}}};
+    cell::Experiment e;
+    e.name = name, e.kind = kind, e.file = name + ".csv", e.split = split;
+    e.data.columns = names;
     e.data.values.resize(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(names.size()));
     for (std::size_t i = 0; i < rows.size(); ++i)
       for (std::size_t j = 0; j < names.size(); ++j)

@@ -39,6 +39,8 @@ constexpr std::size_t models_with_scatter = 3;
 constexpr int scatter_iterations = 3;
 /// Effects that are named as nearest to what remains.
 constexpr std::size_t most_nearest = 3;
+/// Sets of effects about as likely as the best whose effects are exchanged for others, at most.
+constexpr std::size_t most_examined = 20;
 /// An effect that is trusted less than evenly is not blamed.
 constexpr double least_trust = 0.5;
 
@@ -235,10 +237,18 @@ class Diagnoser {
     std::vector<std::vector<Part>> seen;
     drop_needless_effects();
     while (const std::optional<Model> model = next_to_look_at(seen)) {
+      if (seen.size() == most_examined) {
+        out_.warnings.push_back("more than " + std::to_string(most_examined) +
+                                " sets of effects are about equally likely, and the rest were not examined; a longer or"
+                                " richer recording tells them apart");
+        return;
+      }
       seen.push_back(model->parts);
       extend(screen, *model);
+      models_.fit_without_each(*model, options_.threads);
       for (std::size_t k = 0; k < model->parts.size(); ++k)
-        if (!model->parts[k].candidate->hypothesis.of_recording) extend(screen, models_.without(*model, k));
+        if (const Part& part = model->parts[k]; !part.candidate->hypothesis.of_recording)
+          extend(screen, models_.without(*model, k), &part);
       drop_needless_effects();
     }
   }
@@ -255,9 +265,9 @@ class Diagnoser {
     return std::nullopt;
   }
 
-  void extend(Screen& screen, const Model& model) {
+  void extend(Screen& screen, const Model& model, const Part* replaced = nullptr) {
     progress(checking, 1.0 - 1.0 / (1.0 + 0.05 * ++checked_));  // how many will be looked at is not known
-    models_.extend(model, extensions(problem_, screen, model, search_options()), options_.threads);
+    models_.extend(model, extensions(problem_, screen, model, search_options(), replaced), options_.threads);
   }
 
   /// Takes away models with an effect that makes the check experiments fit worse, or that explains no more than the
@@ -294,6 +304,7 @@ class Diagnoser {
       rest = analyze_residual(problem_, groups_, best, base_, options_);
       trusts = trusts_of(best, rest);
     }
+    models_.admit(best.parts);
     add_causes(best, posterior(problem_, models_.all()), rest, trusts);
     if (out_.causes.empty() && !best.parts.empty()) {  // faults of the recording alone explain nothing of the cell
       best = models_.nominal();

@@ -2,17 +2,21 @@
 #include "gap/fitting/model_pool.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <optional>
 
 #include "gap/parallel.hpp"
 
 namespace kr5::gap {
 
-std::vector<Model>::iterator ModelPool::find(const std::vector<Part>& parts) {
-  return std::find_if(models_.begin(), models_.end(), [&](const Model& m) { return same_effects(m.parts, parts); });
+const Model* ModelPool::find(const std::vector<Part>& parts) const {
+  const auto has_them = [&](const Model& m) { return same_effects(m.parts, parts); };
+  for (const std::vector<Model>* models : {&models_, &dropped_})
+    if (const auto found = std::ranges::find_if(*models, has_them); found != models->end()) return &*found;
+  return nullptr;
 }
 
-Model ModelPool::insert(Model model) {
+const Model& ModelPool::insert(Model model) {
   const auto place =
       std::find_if(models_.begin(), models_.end(), [&](const Model& m) { return m.log_evidence < model.log_evidence; });
   return *models_.insert(place, std::move(model));
@@ -21,16 +25,19 @@ Model ModelPool::insert(Model model) {
 Model ModelPool::without(const Model& model, std::size_t part) {
   std::vector<Part> parts = gap::without(model.parts, part);
   if (parts.empty()) return nominal();
-  const auto found = find(parts);
-  return found != models_.end() ? *found : insert(fit(problem_, nominal(), std::move(parts)));
+  if (const Model* found = find(parts)) return *found;
+  return insert(fit(problem_, nominal(), std::move(parts)));
 }
 
-bool ModelPool::is_dropped(const std::vector<Part>& parts) const {
-  return std::ranges::any_of(dropped_, [&](const std::vector<Part>& other) { return same_effects(other, parts); });
+void ModelPool::fit_without_each(const Model& model, int threads) {
+  std::vector<std::vector<Part>> sets;
+  for (std::size_t k = 0; k < model.parts.size() && model.parts.size() > 1; ++k)
+    sets.push_back(gap::without(model.parts, k));
+  extend(nominal(), std::move(sets), threads);
 }
 
 void ModelPool::extend(const Model& from, std::vector<std::vector<Part>> sets, int threads) {
-  std::erase_if(sets, [&](const std::vector<Part>& s) { return is_dropped(s) || find(s) != models_.end(); });
+  std::erase_if(sets, [&](const std::vector<Part>& s) { return find(s) != nullptr; });
   std::vector<std::optional<Model>> fitted(sets.size());
   parallel_for(static_cast<int>(sets.size()), threads,
                [&](int i) { fitted[i] = fit(problem_, from, std::move(sets[i])); });
@@ -38,8 +45,17 @@ void ModelPool::extend(const Model& from, std::vector<std::vector<Part>> sets, i
 }
 
 void ModelPool::drop(const std::vector<Part>& parts) {
-  std::erase_if(models_, [&](const Model& m) { return same_effects(m.parts, parts); });
-  dropped_.push_back(parts);
+  const auto [first, last] =
+      std::ranges::stable_partition(models_, [&](const Model& m) { return !same_effects(m.parts, parts); });
+  dropped_.insert(dropped_.end(), std::make_move_iterator(first), std::make_move_iterator(last));
+  models_.erase(first, last);
+}
+
+void ModelPool::admit(const std::vector<Part>& parts) {
+  const auto found = std::ranges::find_if(dropped_, [&](const Model& m) { return same_effects(m.parts, parts); });
+  if (found == dropped_.end()) return;
+  insert(std::move(*found));
+  dropped_.erase(found);
 }
 
 }  // namespace kr5::gap

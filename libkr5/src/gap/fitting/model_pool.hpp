@@ -7,11 +7,12 @@
 
 namespace kr5::gap {
 
-/// Sets of effects that were fitted, most likely first.
+/// Sets of effects that were fitted.
 class ModelPool {
  public:
   ModelPool(const FitProblem& problem, const Eigen::VectorXd& base) : problem_(problem), base_(base) {}
 
+  /// Those that were not dropped, most likely first.
   const std::vector<Model>& all() const { return models_; }
   const Model& best() const { return models_.front(); }
   void replace(std::vector<Model> models) { models_ = std::move(models); }
@@ -19,21 +20,24 @@ class ModelPool {
   Model nominal() const { return empty_model(problem_, base_); }
   /// A model fitted without one of its parts; fitted now if it was not.
   Model without(const Model& model, std::size_t part);
-  /// Fits a model with other parts, each set of them that was neither fitted nor taken away.
+  /// Fits a model without each of its parts, on all cores.
+  void fit_without_each(const Model& model, int threads);
+  /// Fits a model with other parts, each set of them that was not fitted before.
   void extend(const Model& from, std::vector<std::vector<Part>> sets, int threads);
-  /// Takes a set of effects away for good.
+  /// Excludes a set of effects from all; `without` still gives its fit.
   void drop(const std::vector<Part>& parts);
+  /// Includes a set that was dropped.
+  void admit(const std::vector<Part>& parts);
 
  private:
-  /// The place of a set that was fitted, else the end.
-  std::vector<Model>::iterator find(const std::vector<Part>& parts);
-  bool is_dropped(const std::vector<Part>& parts) const;
-  Model insert(Model model);
+  /// A set that was fitted, dropped or not; nullptr: it was not.
+  const Model* find(const std::vector<Part>& parts) const;
+  const Model& insert(Model model);
 
   const FitProblem& problem_;
   const Eigen::VectorXd& base_;
   std::vector<Model> models_;
-  std::vector<std::vector<Part>> dropped_;
+  std::vector<Model> dropped_;
 };
 
 }  // namespace kr5::gap

@@ -69,14 +69,24 @@ std::vector<Suggestion> rank_beside(const FitProblem& problem, Screen& screen, c
   return out;
 }
 
-/// A set with each of the suggestions that would pay, and with each fault of the recording: there are few of these, and
-/// what is late in the signature of a nominal cell says little of what is late once the cell has friction.
-std::vector<std::vector<Part>> extended(const Model& model, const std::vector<Suggestion>& all,
+/// Gain from which a suggestion could stand in the place of a part: near that of the part itself. 0: any.
+double gain_in_place_of(const Part* part, const std::vector<Suggestion>& all) {
+  if (part == nullptr) return 0.0;
+  const Hypothesis& h = part->candidate->hypothesis;
+  const auto own = std::ranges::find_if(all, [&](const Suggestion& s) {
+    return s.part.candidate->hypothesis.effect == h.effect && s.part.candidate->hypothesis.target == h.target;
+  });
+  return own == all.end() ? 0.0 : std::max(0.0, near_part * own->score - near_margin);
+}
+
+/// A set with each of the suggestions that gain enough, and with each fault of the recording: there are few of
+/// these, and what is late in the signature of a nominal cell says little of what is late once the cell has friction.
+std::vector<std::vector<Part>> extended(const Model& model, const std::vector<Suggestion>& all, double gain,
                                         const SearchOptions& options) {
   const auto is_fault = [](const Suggestion& s) { return s.part.candidate->hypothesis.of_recording; };
   std::vector<Suggestion> tried;
   for (const Suggestion& s : worth(all, options.refits / 2))
-    if (s.score > 0.0 && !is_fault(s)) tried.push_back(s);
+    if (s.score > gain && !is_fault(s)) tried.push_back(s);
   std::ranges::copy_if(all, std::back_inserter(tried), is_fault);
   for (Suggestion& s : tried)  // the signature may have led to none of it at all
     if (is_fault(s) && s.part.x.isZero()) s.part.x = s.part.candidate->hypothesis.probes.front().points.front();
@@ -151,7 +161,7 @@ class Searcher {
       const std::vector<Suggestion> all = rank_beside(problem_, screen_, *best[k], options_);
       const bool gain = !all.empty() && all.front().score > 0.0;
       if (k == 0 && !gain && at_floor(*best[k])) return;
-      for (std::vector<Part>& parts : extended(*best[k], all, options_)) add({best[k], std::move(parts)});
+      for (std::vector<Part>& parts : extended(*best[k], all, 0.0, options_)) add({best[k], std::move(parts)});
     }
   }
 
@@ -201,8 +211,9 @@ std::vector<Model> search(const FitProblem& problem, Screen& screen, const Eigen
 }
 
 std::vector<std::vector<Part>> extensions(const FitProblem& problem, Screen& screen, const Model& model,
-                                          const SearchOptions& options) {
-  return extended(model, rank_beside(problem, screen, model, options), options);
+                                          const SearchOptions& options, const Part* replaced) {
+  const std::vector<Suggestion> all = rank_beside(problem, screen, model, options);
+  return extended(model, all, gain_in_place_of(replaced, all), options);
 }
 
 }  // namespace kr5::gap

@@ -23,7 +23,8 @@ std::vector<Model> search(const FitProblem& problem, Screen& screen, const Eigen
                           const SearchOptions& options, const std::function<void(double)>& progress);
 
 /// A fitted model with each further effect that could explain what it leaves, as sets that are not fitted yet.
+/// `replaced`: a part that the model had; then only effects whose signature comes near its own.
 std::vector<std::vector<Part>> extensions(const FitProblem& problem, Screen& screen, const Model& model,
-                                          const SearchOptions& options);
+                                          const SearchOptions& options, const Part* replaced = nullptr);
 
 }  // namespace kr5::gap
