@@ -234,7 +234,8 @@ TEST_CASE("broken streams and options are refused by name") {
   CHECK_THROWS_WITH(options.validate(), Catch::Contains("max_offset"));
 }
 
-TEST_CASE("shifts injected into real recordings are recovered within 1 ms, with less spread than the published check") {
+TEST_CASE("shifts injected into real recordings are recovered within 1 ms, with less spread than the published check",
+          "[not_sanitized]") {
   for (const auto& [name, hand_name] :
        {std::pair<std::string, std::string>{"robot_arm_real", "hand"}, {"prime_sense_2", "vicon"}}) {
     const PoseStream hand = load(name + "_" + hand_name), camera = load(name + "_camera");

@@ -273,7 +273,8 @@ TEST_CASE("views that no calibration can use are refused with the reason") {
   CHECK_THROWS_WITH(calibrate_camera(views, c.width, c.height, o), Catch::Contains("lens"));
 }
 
-TEST_CASE("on OpenCV's chessboard images the fit is as good as OpenCV's, and the focal length agrees") {
+TEST_CASE("on OpenCV's chessboard images the fit is as good as OpenCV's, and the focal length agrees",
+          "[not_sanitized]") {
   const std::filesystem::path folder = reference("data/camera_opencv_stereo");
   if (folder.empty()) return;
   const Target board = parse_target("chessboard:6x9:0.025");
