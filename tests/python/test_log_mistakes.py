@@ -27,12 +27,12 @@ def test_a_repeated_line_of_names_is_left_out(diagnose, named_urdf, columns, tmp
     case_logs.write_csv(tmp_path / "log.csv", columns)
     lines = (tmp_path / "log.csv").read_text().splitlines()
     (tmp_path / "log.csv").write_text("\n".join([*lines[:400], lines[0], *lines[400:]]))
-    assert "1 line repeats the names of the columns" in no_gap(diagnose, named_urdf, "log.csv")
+    assert "1 repeated header was skipped" in no_gap(diagnose, named_urdf, "log.csv")
 
 
 def test_lines_that_were_written_twice_are_read_once(diagnose, named_urdf, columns, tmp_path):
     case_logs.write_csv(tmp_path / "log.csv", {name: np.repeat(values, 2) for name, values in columns.items()})
-    assert "900 lines repeat the one before" in no_gap(diagnose, named_urdf, "log.csv")
+    assert "900 duplicate lines were skipped" in no_gap(diagnose, named_urdf, "log.csv")
 
 
 def test_equal_readings_at_rest_are_not_taken_for_lines_written_twice(tmp_path):
@@ -64,12 +64,45 @@ def test_options_of_the_caller_stay_as_they_are(named_urdf, columns, tmp_path):
     assert not options.simulator_errors
 
 
-@pytest.mark.parametrize("zone", ["", "Z", "+02:00"])
-def test_dates_with_times_are_a_clock(diagnose, named_urdf, columns, tmp_path, zone):
+def dated(file, columns, zone="", clock="__time"):
     dates = [datetime.fromtimestamp(t, UTC).strftime("%Y-%m-%dT%H:%M:%S.%f") + zone for t in columns["__time"]]
     rows = zip(dates, *(columns[name] for name in columns if name != "__time"))
-    text = "\n".join([",".join(columns), *(",".join(map(str, row)) for row in rows)])
-    (tmp_path / "log.csv").write_text(text)
+    names = [clock if name == "__time" else name for name in columns]
+    file.write_text("\n".join([",".join(names), *(",".join(map(str, row)) for row in rows)]))
+
+
+@pytest.mark.parametrize(("zone", "clock"), [("", "__time"), ("Z", "datetime"), ("+02:00", "date")])
+def test_dates_with_times_are_a_clock(diagnose, named_urdf, columns, tmp_path, zone, clock):
+    dated(tmp_path / "log.csv", columns, zone, clock)
+    no_gap(diagnose, named_urdf, "log.csv")
+
+
+@pytest.mark.parametrize(
+    ("line", "stands", "words"),
+    [
+        (1, "", "found no time"),
+        (40, "N/A", "found no time"),
+        (40, "noon", "line 41, column '__time': found 'noon', expected a date with a time"),
+    ],
+)
+def test_a_date_that_is_missing_or_none_is_named(diagnose, named_urdf, columns, tmp_path, line, stands, words):
+    dated(tmp_path / "log.csv", columns)
+    lines = (tmp_path / "log.csv").read_text().splitlines()
+    lines[line] = stands + lines[line][lines[line].index(",") :]
+    (tmp_path / "log.csv").write_text("\n".join(lines))
+    refused(diagnose, "log.csv", "--model", named_urdf, text=words)
+
+
+def test_a_date_in_utc_is_a_clock(diagnose, named_urdf, columns, tmp_path):
+    dated(tmp_path / "log.csv", columns, " UTC")
+    no_gap(diagnose, named_urdf, "log.csv")
+
+
+@pytest.mark.parametrize("after", [False, True])
+@pytest.mark.parametrize("name", ["date", "utc"])
+def test_a_coarse_time_beside_a_fine_one_is_no_clock(diagnose, named_urdf, columns, tmp_path, name, after):
+    coarse = {name: np.floor(columns["__time"])}
+    case_logs.write_csv(tmp_path / "log.csv", columns | coarse if after else coarse | columns)
     no_gap(diagnose, named_urdf, "log.csv")
 
 
@@ -87,7 +120,13 @@ def test_a_log_too_short_to_smooth_asks_for_a_longer_one(diagnose, named_arm, na
 def test_efforts_that_are_never_measured_are_told(diagnose, named_urdf, columns, tmp_path):
     still = {name: 0 * values if "effort" in name else values for name, values in columns.items()}
     case_logs.write_csv(tmp_path / "log.csv", still)
-    refused(diagnose, "log.csv", "--model", named_urdf, text=("the same value in every row", "does the driver measure"))
+    refused(
+        diagnose,
+        "log.csv",
+        "--model",
+        named_urdf,
+        text=("the same value in every row", "check that the driver measures efforts"),
+    )
 
 
 def test_efforts_in_a_thousandfold_unit_are_told_with_the_scale(diagnose, named_urdf, columns, tmp_path):

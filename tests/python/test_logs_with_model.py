@@ -19,6 +19,7 @@ from arm_logs import (
     case_logs,
     causes,
     joint_states,
+    measured_motion,
     moved,
     refused,
     state,
@@ -410,7 +411,7 @@ def test_efforts_without_positions_and_empty_efforts_are_refused(diagnose, named
         "log.csv",
         "--model",
         named_urdf,
-        text=("found no number in any row", "is the publisher asked to fill them in?"),
+        text=("found no number in any row", "check that the publisher fills them in"),
     )
 
 
@@ -423,6 +424,21 @@ def test_a_log_that_lacks_efforts_is_refused(diagnose, named_arm, named_urdf, tm
         del columns[f"/joint_states/{name}/effort"]
     case_logs.write_csv(tmp_path / "log.csv", columns)
     refused(diagnose, "log.csv", "--model", named_urdf, text=(words, NAMES[2], "columns.tau.from"))
+
+
+def test_a_wrench_is_compared_though_a_joint_has_no_effort(diagnose, named_arm, tmp_path):
+    """What can be compared is; what cannot is noted."""
+    t, q, tau = moved(named_arm, rows=900)
+    shown = kr5.predict.FastSimulator().predict(named_arm, measured_motion(t, swing(t)))
+    noise = np.random.default_rng(3).normal(size=(6, len(t))) * np.array([[1.0]] * 3 + [[0.1]] * 3)
+    wrench = {name: np.asarray(shown[c]) + e for (c, name), e in zip(case_logs.WRENCH.items(), noise)}
+    columns = joint_states(t, q, tau) | wrench
+    del columns[f"/joint_states/{NAMES[2]}/effort"]
+    case_logs.write_csv(tmp_path / "log.csv", columns)
+    (tmp_path / "model.yaml").write_text(named_arm.to_yaml())
+    code, said, data = diagnose("log.csv", "--model", "model.yaml", *QUICK)
+    assert code == 0 and data["verdict"] == "no_gap", said
+    assert f"efforts are not used, since those of {NAMES[2]} were not found" in said, said
 
 
 def test_a_log_without_a_model_and_unknown_settings_are_refused(diagnose, named_arm, named_urdf, tmp_path):

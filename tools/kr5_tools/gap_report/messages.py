@@ -73,6 +73,12 @@ def effect_row(effect: str) -> Any:
         return None
 
 
+def moves_tool(effect: str) -> bool:
+    """Whether an effect of the catalogue changes where the tool is."""
+    row = effect_row(effect)
+    return row is not None and str(row.shows_in).startswith(GEOMETRY)
+
+
 def variable_text(name: str, kind: str | None = None) -> str:
     """A variable that a residual depends on: a column of this kind of experiment, or one derived from columns."""
     if name.startswith(PREDICTED):
@@ -162,6 +168,12 @@ def dependence_text(dependence: dict[str, Any], kind: str | None = None) -> str:
 
 def capitalised(text: str) -> str:
     return text[:1].upper() + text[1:]
+
+
+def _sentence(text: str) -> str:
+    """A text with a capital letter, unless it begins with the name of a column or an experiment."""
+    first = text.split(maxsplit=1)[0] if text else ""
+    return text if "." in first or first.endswith(":") else capitalised(text)
 
 
 def join_list(items: list[str], last: str = "and") -> str:
@@ -381,11 +393,7 @@ def next_steps(data: dict[str, Any], source: str, model: str | None = None, cell
 def _geometry_from_loads(data: dict[str, Any]) -> list[str]:
     """A doubt in lengths and angles of the arm that were found where no pose was measured."""
     motion_only = any("motion only" in limit for limit in data.get("scope", []))
-    named = [
-        effect_text(c["effect"], c["target"])
-        for c in data["causes"]
-        if motion_only and (row := effect_row(c["effect"])) and row.shows_in.startswith(GEOMETRY)
-    ]
+    named = [effect_text(c["effect"], c["target"]) for c in data["causes"] if motion_only and moves_tool(c["effect"])]
     if not named:
         return []
     return [
@@ -466,7 +474,7 @@ def warning_notes(data: dict[str, Any]) -> list[tuple[str, str]]:
     ]
     out = [
         (
-            capitalised(f"{w.replace('+-', '±').replace('max_effects: ', '--max-effects ')}."),
+            _sentence(f"{w.replace('+-', '±').replace('max_effects: ', '--max-effects ')}."),
             SPIKES if re.search(r"\bspikes?\b", w) else "",
         )
         for w in warnings

@@ -1,4 +1,4 @@
-"""Causes larger than the description of the right robot is usually off, by which it may be that of another one."""
+"""Causes larger than the usual errors of a model, which may be that of another robot."""
 
 from pathlib import Path
 from typing import Any
@@ -7,7 +7,7 @@ import numpy as np
 
 from kr5_tools.cli.numbers import format_number
 from kr5_tools.gap_report.evidence import nominal_value
-from kr5_tools.gap_report.messages import GEOMETRY, capitalised, effect_row, effect_text, join_list, joint_name
+from kr5_tools.gap_report.messages import capitalised, effect_row, effect_text, join_list, joint_name, moves_tool
 
 SURELY = 2.0  # standard deviations by which a size must be beyond what is usual
 USUAL_FACTOR = 1.5  # of a mass
@@ -24,15 +24,16 @@ def model_doubts(data: dict[str, Any], cell: Any, model: str | None) -> list[str
     if far:
         name = Path(model).name if model else "the cell"
         out.append(
-            f"Is {name} the model of this robot, with what it carries? {capitalised(join_list(far))}"
-            f" {'are' if len(far) > 1 else 'is'} more than the model of the right robot is usually off."
+            f"Does {name} describe this robot and its payload? {capitalised(join_list(far))}"
+            f" {'differ' if len(far) > 1 else 'differs'} by more than is usual."
         )
     turned = [cause for cause in data["causes"] if _is_far_zero(cause)]
     if turned:
         names = join_list([joint_name(cause) or cause["target"] for cause in turned])
+        sizes = join_list([f"{_zero(cause)['value']:+.3g} rad" for cause in turned])
         out.append(
-            f"Does the log count {names} from the zero of the model? So large an offset is rarely an error of an arm;"
-            " columns.q.offset corrects the log."
+            f"Does the log measure {names} from the same zero as the model? An encoder offset of this size is unusual;"
+            f" columns.q.offset corrects the log, by {sizes}."
         )
     return out
 
@@ -62,9 +63,14 @@ def _far_text(cause: dict[str, Any], cell: Any) -> str:
 
 def _is_far_zero(cause: dict[str, Any]) -> bool:
     """Whether a cause is the zero of a joint, an angle by which everything beyond it is moved, and far off."""
-    row, parameters = effect_row(cause["effect"]), list(cause["parameters"].values())
-    if row is None or not row.shows_in.startswith(GEOMETRY) or len(parameters) > 1 or parameters[0]["unit"] != "rad":
+    row, zero = effect_row(cause["effect"]), _zero(cause)
+    if not moves_tool(cause["effect"]) or len(cause["parameters"]) > 1 or zero["unit"] != "rad":
         return False
     if not cause["target"].startswith("joint") or row.parameters[0].nominal_when_off:
         return False
-    return bool(abs(parameters[0]["value"]) - SURELY * parameters[0]["std"] > USUAL_ZERO)
+    return bool(abs(zero["value"]) - SURELY * zero["std"] > USUAL_ZERO)
+
+
+def _zero(cause: dict[str, Any]) -> dict[str, Any]:
+    """Its first parameter."""
+    return dict(next(iter(cause["parameters"].values())))

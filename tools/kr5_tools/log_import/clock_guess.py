@@ -8,7 +8,7 @@ import numpy as np
 
 from kr5_tools.cli import terminal
 from kr5_tools.log_import.entry_words import EntryWords
-from kr5_tools.log_import.log import Log
+from kr5_tools.log_import.log import Log, is_time
 from kr5_tools.log_import.log_time import beginning
 from kr5_tools.log_import.units import UNITS, unit_factor
 
@@ -40,7 +40,7 @@ def guess_clock(
     own = log.clocks.get(stream)
     name = given.get("column") or own or _time_column(log, stream)
     if "every" in given or name is None:
-        return _even_clock(rows, cycle, given)
+        return _even_clock(log, rows, cycle, given)
     stamps = log.column(str(name), "clock.column")
     steps = np.diff(stamps[np.isfinite(stamps)])
     step = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
@@ -57,23 +57,31 @@ def guess_clock(
 
 
 def _time_column(log: Log, stream: str) -> str | None:
-    """The first column of a stream that looks like time and goes on in every row; else the first that looks like it."""
+    """The first column of a stream that looks like time and rises in every row; else the first that goes on; else the
+    first that looks like time."""
     names = [n for n in log.time_columns() if log.streams[n] == stream]
-    return next((n for n in names if _goes_on(log.columns[n])), names[0] if names else None)
+    rising = [n for n in names if _goes_on(log.columns[n]) and (np.diff(log.columns[n]) > 0).all()]
+    return next(iter([*rising, *(n for n in names if _goes_on(log.columns[n])), *names]), None)
 
 
 def _goes_on(stamps: np.ndarray) -> bool:
     return bool(np.isfinite(stamps).all() and float(np.ptp(stamps)) > 0)
 
 
-def _even_clock(rows: int, cycle: float | None, given: dict[str, Any]) -> GuessedClock | None:
+def _even_clock(log: Log, rows: int, cycle: float | None, given: dict[str, Any]) -> GuessedClock | None:
     """Rows at the interval that the user states, or that of the cell's servo."""
     step = given.get("every", cycle)
+    unreadable = next((name for name in log.text_columns if is_time(name)), None)
+    if step is None and unreadable is not None:
+        terminal.fail(
+            f"{log.unreadable(unreadable)}; correct it, or state the interval of the rows with --every SECONDS"
+        )
     if step is None:
         return None
     if not isinstance(step, (int, float)) or not step > 0:
         terminal.fail(f"clock.every: found {step!r:.40}, expected an interval above 0 s")
-    why = "as asked for" if "every" in given else "no column looks like time; this is the cycle of the cell"
+    lacking = f"{unreadable} holds text" if unreadable else "no column looks like time"
+    why = "as asked for" if "every" in given else f"{lacking}; this is the cycle of the cell"
     seconds = step * np.arange(rows) + _offset(given)
     return GuessedClock({"every": step} | given, seconds, f"a row every {step:g} s", why)
 

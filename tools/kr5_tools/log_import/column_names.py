@@ -185,10 +185,10 @@ def _group(column: str) -> str:
 def _spoken_names(log: Log) -> dict[str, dict[int, str]]:
     """Of each message, the names of its joints by index, where columns of text say them (`field.name0`: elbow)."""
     out: dict[str, dict[int, str]] = {}
-    for column, (_, text) in log.words.items():
+    for column, cell in log.text_columns.items():
         match = re.search(r"names?\[?(\d+)\]?$", column.lower())
         if match:
-            out.setdefault(_group(column), {})[int(match[1])] = text
+            out.setdefault(_group(column), {})[int(match[1])] = cell.text
     return out
 
 

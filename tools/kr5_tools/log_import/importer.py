@@ -127,10 +127,12 @@ class Importer:
         high = min([experiment.span()[1], *(np.nextafter(s.t[-1], np.inf) for s in series.values() if len(s.t))])
         out = kept_times(times, chosen, (low, high), (q.t[0], q.t[-1]))
         if len(out) < LEAST_ROWS:
-            edge = f"{EDGE / chosen.cutoff:.2g} s at each end" if chosen.smooths else "nothing"
+            smoothing = ""
+            if chosen.smooths:
+                smoothing = f", since smoothing the positions takes {EDGE / chosen.cutoff:.2g} s at each end"
             terminal.fail(
-                f"{where}: found {len(q.t)} rows over {q.t[-1] - q.t[0]:.3g} s, of which {len(out)} remain once the"
-                f" positions are smoothed, which costs {edge}; expected at least {LEAST_ROWS}: log a longer motion"
+                f"{where}: found {len(q.t)} rows over {q.t[-1] - q.t[0]:.3g} s, of which {len(out)} can be compared"
+                f"{smoothing}; expected at least {LEAST_ROWS}: log a longer motion"
             )
         return out
 
@@ -304,7 +306,7 @@ class Importer:
         rows = len(columns["t"])
         if "qc" in sources and sources["qc"].measured:
             self.note(
-                "no commands were logged: the measured joint values replace them, so that the recording"
+                "the measured joint values replace the commands, so that the recording"
                 " contains no information about the servos"
             )
             if "q1" not in columns:

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -22,12 +23,14 @@ FARTHEST = 20.0  # [m] a cell reaches, beyond which a length is in millimetres
 def joint_entry(family: Family, log: Log, cell: Any, stated: GivenEntries) -> tuple[dict[str, Any], str, str]:
     """Its entry in a map, what of it is proposed, and why. `stated`: what the user states."""
     given, put = stated.columns.get(family.name, {}), partial(stated.words.put, f"columns.{family.name}")
+    if "side" in given:
+        family = replace(family, motor_side=given["side"] == "motor")
     values = np.column_stack([log.columns[n] for n in family.columns])
     if empty := [name for name, column in zip(family.columns, values.T) if not np.isfinite(column).any()]:
         terminal.fail(
             f"{log.file}: {range_text(empty)}: found no number in any row, expected"
-            f" {'positions' if family.name in ('q', 'qc') else 'efforts'} of the joints; is the publisher asked to fill"
-            f" them in? Other columns are named with {put(**{'from': '[...]'})}"
+            f" {'positions' if family.name in ('q', 'qc') else 'efforts'} of the joints; check that the publisher fills"
+            f" them in, or name other columns: {put(**{'from': '[...]'})}"
         )
     entry: dict[str, Any] = {"from": pattern_of(family.columns)}
     if "unit" in given:
@@ -37,7 +40,7 @@ def joint_entry(family: Family, log: Log, cell: Any, stated: GivenEntries) -> tu
     entry["unit"] = unit
     if family.motor_side:
         entry["side"] = "motor"
-        why += "; on the motor side, by the name"
+        why += f"; on the motor side, {'as stated' if 'side' in given else 'by the name'}"
     if not np.isfinite(values).all():
         entry["missing"] = "drop" if family.name in ("q", "qc") and not never_complete(values) else "interpolate"
     entry |= {key: value for key, value in given.items() if key != "from"}

@@ -59,7 +59,7 @@ def fitting_convention(cell: Any, experiment: Any, stem: str) -> Reading | None:
     middle = np.array([np.median(experiment[f"qc{k + 1}"]) for k in range(cell.robot.joints)])
     arms = _lever_arms(cell, middle)
     best = own
-    while True:
+    for _ in range(cell.robot.joints):
         found = [(_likeness(cell, experiment, stem, other), other) for other in _conventions(cell, reading)]
         likeness, other = max(found, key=lambda f: _gain(best.left, f[0].left))
         if not _gain(best.left, likeness.left) >= CLEARER or _least_shift(other, arms) < LEAST_SHIFT:
@@ -98,11 +98,15 @@ def _orders(cell: Any) -> Iterator[list[int]]:
 
 
 def _lever_arms(cell: Any, q: np.ndarray) -> list[float]:
-    """Distance of the centre of the links that each joint carries from its axis [m], in a posture."""
+    """Distance of the centre of the links and the tool that each joint carries from its axis [m], in a posture."""
     chain = cell.nominal_chain()
     poses = [np.asarray(T) for T in chain.link_poses(q)]
-    masses = np.array([link.mass for link in cell.robot.links])
-    centres = np.array([(T @ [*link.com, 1.0])[:3] for T, link in zip(poses, cell.robot.links)])
+    bodies = [(T, link.mass, link.com) for T, link in zip(poses, cell.robot.links)]
+    if tool := cell.tool:
+        T_base_sensor = cell.T_base_tool(q) @ np.linalg.inv(tool.T_flange_tool) @ tool.T_flange_sensor
+        bodies.append((T_base_sensor, tool.mass, tool.com))
+    masses = np.array([mass for _, mass, _ in bodies])
+    centres = np.array([(T @ [*com, 1.0])[:3] for T, _, com in bodies])
     out = []
     for joint, before in enumerate([np.asarray(chain.T_base_0), *poses[:-1]]):
         mass = masses[joint:].sum()

@@ -80,7 +80,7 @@ def _has_joints(kind: str, families: FoundFamilies) -> bool:
 
 
 def _columns_of(log: Log, stream: str) -> Log:
-    out = Log(log.file, lines=log.lines, words=log.words)
+    out = Log(log.file, lines=log.lines, text_columns=log.text_columns)
     for name, values in log.columns.items():
         if log.streams[name] == stream:
             out.add(name, values, stream)

@@ -10,11 +10,25 @@ import numpy as np
 from kr5_tools.cli import terminal
 
 TIME = re.compile(
-    r"(^|[^a-z]|bag)(t|time|timestamp|stamp|clock|zeit|seconds|sec|log_time|header\.stamp|header/stamp)"
+    r"(^|[^a-z]|bag)(t|time|timestamp|stamp|clock|zeit|date|datetime|utc|seconds|sec|log_time|header\.stamp|header/stamp)"
     r"([_ ]?[\[(]?(s|ms|us|ns)[\])]?)?$"
 )
 SECONDS = re.compile(r"^(.*?)[._/]?(secs?)$")
 FRACTIONS = {"sec": ("nanosec", "nsec"), "secs": ("nsecs", "nanosecs")}  # [ns], beside the seconds
+
+
+def is_time(name: str) -> bool:
+    """Whether the name of a column is that of a time."""
+    return TIME.search(name.lower().split(":")[-1].strip("% ")) is not None
+
+
+@dataclass(frozen=True)
+class TextCell:
+    """The first cell of a column that cannot be read as a number."""
+
+    line: int
+    text: str
+    expected: str
 
 
 @dataclass
@@ -27,7 +41,7 @@ class Log:
     streams: dict[str, str] = field(default_factory=dict)
     clocks: dict[str, str] = field(default_factory=dict)
     lines: np.ndarray | None = None  # of a text file, the line of each row
-    words: dict[str, tuple[int, str]] = field(default_factory=dict)  # columns that hold text: line, what stands there
+    text_columns: dict[str, TextCell] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)  # what was done to the numbers when they were read
 
     def add(self, name: str, values: Any, stream: str) -> None:
@@ -55,7 +69,7 @@ class Log:
 
     def time_columns(self) -> list[str]:
         """Columns whose names are those of a time."""
-        return [n for n in self.columns if TIME.search(n.lower().split(":")[-1].strip("% "))]
+        return [name for name in self.columns if is_time(name)]
 
     def drop_repeated_rows(self) -> int:
         """Leaves out rows equal to the one before, if a time rises in all others: a logger wrote them twice. Gives
@@ -74,9 +88,8 @@ class Log:
         return int((~kept).sum())
 
     def column(self, name: str, where: str) -> np.ndarray:
-        if name in self.words:
-            line, text = self.words[name]
-            terminal.fail(f"{self.file}: line {line}, column '{name}': found '{text}', expected a number")
+        if name in self.text_columns:
+            terminal.fail(self.unreadable(name))
         if name not in self.columns:
             import difflib
 
@@ -86,6 +99,11 @@ class Log:
             shown = ", ".join(names[:12]) + (f" and {len(names) - 12} more" if len(names) > 12 else "")
             terminal.fail(f"{where}: found '{name}', which {self.file} does not have{hint}: {shown}")
         return self.columns[name]
+
+    def unreadable(self, name: str) -> str:
+        """Why a column of text has no numbers."""
+        cell = self.text_columns[name]
+        return f"{self.file}: line {cell.line}, column '{name}': found '{cell.text}', expected {cell.expected}"
 
     def row(self, index: int) -> str:
         """Where a row stands, in words."""

@@ -18,6 +18,7 @@ from kr5_tools.log_import.entry_words import EntryWords
 from kr5_tools.log_import.joint_columns import range_text
 from kr5_tools.log_import.joint_order import Reading, fitting_convention, fitting_order
 from kr5_tools.log_import.map_file import column_family
+from kr5_tools.log_import.units import UNITS
 from kr5_tools.log_import.values import column_unit
 
 FACTOR = 1.6  # a scale within this factor of one that a wrong unit gives is taken for it
@@ -242,7 +243,7 @@ def _constant(cell: Any, e: Any) -> list[LogProblem]:
             range_text(names),
             f"the same value in every row ({loads[0, 0]:g} in {names[0]})",
             "values that follow the motion",
-            "does the driver measure efforts, and is it asked to publish them?",
+            "check that the driver measures efforts and that publishing them is turned on",
         )
     ]
 
@@ -287,12 +288,14 @@ def _without_gravity(cell: Any, e: Any) -> list[LogProblem]:
     with_it, without = (np.column_stack([s[f"{stem}{k + 1}"] for k in range(cell.robot.joints)]) for s in shown)
     gravity = with_it - without
     j = int(np.argmax(gravity.std(0)))
+    # Of loads in another unit the size says nothing, and the shape all.
+    alike, alike_lighter = (abs(_correlations(got, model)[j, j]) for model in (with_it, without))
+    if alike > max(ALIKE, alike_lighter):
+        return []
     left, lighter = (np.std(got[:, j] - model[:, j]) for model in (with_it, without))
     share = abs(float(np.dot(got[:, j] - got[:, j].mean(), gravity[:, j] - gravity[:, j].mean())))
     share /= max(float(np.sum((gravity[:, j] - gravity[:, j].mean()) ** 2)), 1e-30)
-    rescaled = with_it[:, j] * (got[:, j] @ with_it[:, j]) / max(float(with_it[:, j] @ with_it[:, j]), 1e-30)
-    in_another_unit = np.std(got[:, j] - rescaled) < lighter
-    if in_another_unit or not (lighter < WEIGHTLESS * left and share < WEIGHTLESS):
+    if not (lighter < WEIGHTLESS * left and share < WEIGHTLESS):
         return []
     return [
         LogProblem(
@@ -334,24 +337,37 @@ def _convention(cell: Any, e: Any, words: EntryWords, sources: Mapping[str, Any]
         return []
     joints = range(cell.robot.joints)
     said = [text for k in joints if (text := _convention_text(cell, reading, k))]
-    q, load = sources["q"], sources[stem]
-    units = [column_unit(cell, "q", k, q) for k in joints]
-    offset = [s * x + z / u for s, x, z, u in zip(reading.sign, q.offset, reading.zero, units)]
-    entries = [
-        ("columns.q", "scale", q.scale, [s * x for s, x in zip(reading.sign, q.scale)]),
-        ("columns.q", "offset", q.offset, offset),
-        (f"columns.{stem}", "scale", load.scale, [s * x for s, x in zip(reading.sign, load.scale)]),
-    ]
-    puts = [words.put(key, **{name: new}) for key, name, old, new in entries if new != old]
     return [
         LogProblem(
             e.name,
             f"q and {stem}",
             "loads that do not fit the motion",
             "joints counted as in the model",
-            f"they fit with {' and '.join(said)}: {' '.join(puts) if words.by_option else ', '.join(puts)}",
+            f"they fit with {' and '.join(said)}: {_convention_remedy(cell, reading, stem, words, sources)}",
         )
     ]
+
+
+def _convention_remedy(cell: Any, reading: Reading, stem: str, words: EntryWords, sources: Mapping[str, Any]) -> str:
+    """Entries that count the joints as the model does. What was measured on the motors stays as it is: the gears join
+    it to joints counted another way."""
+    q, load, sign, zero = sources["q"], sources[stem], np.array(reading.sign), np.array(reading.zero)
+    q_of_motors = q.side == "motor"
+    load_of_motors = load.side == "motor" or any(unit in UNITS["current"] for unit in load.unit)
+    gear = np.asarray(cell.drives.structure) if q_of_motors or load_of_motors else np.eye(cell.robot.joints)
+    turned = gear * sign
+    units = np.array([column_unit(cell, "q", k, q) for k in range(cell.robot.joints)])
+    of_q = np.ones_like(sign) if q_of_motors else sign
+    of_load = np.ones_like(sign) if load_of_motors else sign
+    entries = [
+        ("cell.drives", "structure", gear, turned if q_of_motors or load_of_motors else gear),
+        ("columns.q", "scale", q.scale, of_q * q.scale),
+        ("columns.q", "offset", q.offset, of_q * q.offset + (turned @ zero if q_of_motors else zero) / units),
+        (f"columns.{stem}", "scale", load.scale, of_load * load.scale),
+        (f"columns.{stem}", "offset", load.offset, of_load * load.offset),
+    ]
+    puts = [words.put(key, **{name: new.tolist()}) for key, name, old, new in entries if np.any(new != np.asarray(old))]
+    return " ".join(puts) if words.by_option else ", ".join(puts)
 
 
 def _convention_text(cell: Any, reading: Reading, joint: int) -> str:

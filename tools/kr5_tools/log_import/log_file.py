@@ -3,8 +3,10 @@
 import csv
 import re
 from collections import Counter
+from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -12,11 +14,12 @@ from kr5_tools.cli import terminal
 from kr5_tools.files.documents import read_text
 from kr5_tools.log_import.bag_file import is_bag_folder, read_bag
 from kr5_tools.log_import.entry_words import IN_MAP, EntryWords
-from kr5_tools.log_import.log import Log
+from kr5_tools.log_import.log import Log, TextCell
 from kr5_tools.log_import.npz_file import read_npz
 
 MAX_BYTES = 1 << 30  # of a text
 DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d")
+MISSING = {"", "nan", "n/a", "na", "null", "none"}
 ENDINGS = ("csv", "txt", "tsv", "dat", "log", "npz", "mcap", "db3", "bag")
 
 
@@ -67,17 +70,17 @@ def _read_text(file: Path, header: list[str] | None, words: EntryWords) -> Log:
     _check_shape(file, names, rows, words)
     log = Log(file, lines=np.array([i for i, _ in rows]))
     if own:
-        log.notes.append(f"{file.name}: {_lines(len(own))} the names of the columns; left out")
+        log.notes.append(f"{file.name}: {_skipped(len(own), 'repeated header')}")
     for k, name in enumerate(names):
         _add_text_column(log, name, [r[k] for _, r in rows], delimiter)
     log.join_stamps()
     if dropped := log.drop_repeated_rows():
-        log.notes.append(f"{file.name}: {_lines(dropped)} the one before, stamp and all; left out")
+        log.notes.append(f"{file.name}: {_skipped(dropped, 'duplicate line')}")
     return log
 
 
-def _lines(count: int) -> str:
-    return "1 line repeats" if count == 1 else f"{count} lines repeat"
+def _skipped(count: int, what: str) -> str:
+    return f"1 {what} was skipped" if count == 1 else f"{count} {what}s were skipped"
 
 
 def _header_words(words: EntryWords, names: str) -> str:
@@ -113,34 +116,52 @@ def _check_shape(file: Path, names: list[str], rows: list[tuple[int, list[str]]]
 
 
 def _seconds_of_dates(texts: list[str]) -> np.ndarray | None:
-    """Seconds since 1970 of dates with times (ISO 8601; UTC where no zone is stated); nothing where one is none."""
-    if not DATE.match(texts[0]):
+    """Seconds since 1970 of dates with times (ISO 8601; UTC where no zone is stated), NaN for missing ones; None if any
+    cell is something else."""
+    if not _are_dates(texts):
         return None
     try:
-        dates = [datetime.fromisoformat(text) for text in texts]
+        return np.array([np.nan if _is_missing(text) else _read_date(text).timestamp() for text in texts])
     except ValueError:
         return None
-    return np.array([(d if d.tzinfo else d.replace(tzinfo=UTC)).timestamp() for d in dates])
 
 
-def _is_number(text: str) -> bool:
+def _are_dates(texts: list[str]) -> bool:
+    return bool(DATE.match(next((text for text in texts if not _is_missing(text)), "")))
+
+
+def _read_date(text: str) -> datetime:
+    date = datetime.fromisoformat(text.removesuffix("UTC").rstrip())
+    return date if date.tzinfo else date.replace(tzinfo=UTC)
+
+
+def _is_missing(text: str) -> bool:
+    return text.lower() in MISSING
+
+
+def _is_readable(read: Callable[[str], Any], text: str) -> bool:
     try:
-        float(text)
+        read(text)
     except ValueError:
         return False
     return True
 
 
+def _is_number(text: str) -> bool:
+    return _is_readable(float, text)
+
+
 def _add_text_column(log: Log, name: str, texts: list[str], delimiter: str | None) -> None:
-    """Empty cells become NaN. Decimal commas are understood where columns are not parted by commas."""
+    """Missing cells become NaN. Decimal commas are understood where columns are not parted by commas."""
     if (seconds := _seconds_of_dates(texts)) is not None:
         log.add(name, seconds, "")
         return
-    cells = [t or "nan" for t in texts]
+    cells = ["nan" if _is_missing(text) else text for text in texts]
     if delimiter != "," and any("," in c for c in cells):
         cells = [c.replace(",", ".") for c in cells]
     try:
         log.add(name, np.array(cells, float), "")
     except ValueError:
-        at = next(i for i, c in enumerate(cells) if not _is_number(c))
-        log.words[name] = (0 if log.lines is None else int(log.lines[at]), texts[at])
+        read, expected = (_read_date, "a date with a time") if _are_dates(texts) else (float, "a number")
+        at = next(i for i, cell in enumerate(cells) if cell != "nan" and not _is_readable(read, cell))
+        log.text_columns[name] = TextCell(0 if log.lines is None else int(log.lines[at]), texts[at], expected)

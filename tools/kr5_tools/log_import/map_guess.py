@@ -131,8 +131,8 @@ def _refuse_unknown(log: Log, families: FoundFamilies, names: list[str], number:
             f"{log.file}: found no joint states in its topics {', '.join(topics[:12])}; record /joint_states, or name"
             " the columns of the positions in a map, see kr5 recording import --help"
         )
-    if not log.columns and log.words:
-        log.column(next(iter(log.words)), "")  # says what stands there in place of numbers
+    if not log.columns and log.text_columns:
+        terminal.fail(log.unreadable(next(iter(log.text_columns))))
     for quantity, what in (("q", "positions"), ("qc", "commands")):
         _refuse_lacking(log, families, quantity, what, given)
     told = [w for w in families.joint_words if re.search(r"[A-Za-z]", w) and not is_quantity(w)]
@@ -193,18 +193,16 @@ def _motion_columns(
     q, qc = found.first("q"), found.first("qc")
     _refuse_two_publishers(log, q)
     loads = [f for name in LOADS if (f := found.first(name))]
-    if not loads and not any("from" in given.columns.get(name, {}) for name in LOADS):
-        _refuse_lacking(log, found, "tau", "efforts", given)
-        _refuse_lacking(log, found, "i", "currents", given)
     load = next((f for f in loads if "from" in given.columns.get(f.name, {})), loads[0] if loads else None)
     commands = given.columns.get("qc", {}).get("from")
     simulates = commands != "measured" and (commands is not None or bool(cell.servo and cell.servo.joint))
+    wrench = _filled(wrench_columns(log), log, out)
+    _report_partial_loads(part, given, out, needed=not (loads or wrench or (simulates and qc and q)))
     for family in [f for f in (qc if simulates else None, q, load) if f]:
         _add_joints(columns, family, log, cell, given, out, where)
     if "qc" not in columns:
         _use_measured(columns, part, cell, given, out, where)
     _note_others(found, columns, out, where)
-    wrench = wrench_columns(log)
     if wrench:
         columns["wrench"] = {"from": wrench, "unit": ["N", "N m"]}
         if not all(np.isfinite(log.columns[n]).all() for n in wrench):
@@ -217,6 +215,24 @@ def _motion_columns(
     clock = require_clock(guess_clock(log, first.columns[0], _cycle(cell), given.clock), log, given.words)
     out.because(where, "clock", clock.proposal, clock.reason)
     return columns, clock
+
+
+def _filled(columns: list[str], log: Log, out: GuessedMap) -> list[str]:
+    """Columns of one sensor; none of them, with a note, where one has no number in any row."""
+    if all(np.isfinite(log.columns[name]).any() for name in columns):
+        return columns
+    out.notes.append(f"{log.file.name}: {range_text(columns)} are not used: found no number in any row")
+    return []
+
+
+def _report_partial_loads(part: LogPart, given: GivenEntries, out: GuessedMap, needed: bool) -> None:
+    """Notes that loads of only some of the joints are not used; ends where nothing else can be compared."""
+    for quantity, what in (("tau", "efforts"), ("i", "currents")):
+        if needed:
+            _refuse_lacking(part.log, part.families, quantity, what, given)
+        elif quantity not in part.families.families and (lacking := part.families.lacking.get(quantity)):
+            names = ", ".join(lacking)
+            out.notes.append(f"{part.log.file.name}: {what} are not used, since those of {names} were not found")
 
 
 def _refuse_two_publishers(log: Log, positions: Any) -> None:
