@@ -91,7 +91,7 @@ def hand_eye(
     length: Annotated[Literal["m", "mm"] | None, typer.Option(help="Pairs in a CSV: unit of positions.")] = None,
     angle: Annotated[Literal["rad", "deg"] | None, typer.Option(help="Pairs in a CSV: unit of angles.")] = None,
     sigma_camera_rotation: Annotated[
-        float, typer.Option(help="Pairs: noise of a seen orientation per axis \\[rad]; 0: estimated.")
+        float, typer.Option(help="Pairs: noise of a measured target orientation per axis \\[rad]; 0: estimated.")
     ] = 0.0,
     cell_file: CellOption = None,
     write_cell: WriteCellOption = None,
@@ -104,8 +104,8 @@ def hand_eye(
     Verdict: good when 95 % of errors stay below the tolerance and no cause moves the result by more than its error;
     unusable when there is no result, when poses are misread, when the error exceeds ten tolerances, or when a cause
     moves the result by more than five tolerances and more than its error; otherwise doubtful. Exit code: 0 when the
-    result is good or doubtful, 1 when it is unusable, 2 when there is no result or the input is
-    invalid.
+    result is good or doubtful, 1 when it is unusable, 2 when the data determine no result (verdict "unusable", too) or
+    the input is invalid.
     """
     options.validate()
     judging.min_rotation = min(

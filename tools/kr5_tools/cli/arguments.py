@@ -21,7 +21,8 @@ AllOption = Annotated[bool, typer.Option("--all", help="List everything, not onl
 FullOption = Annotated[
     bool,
     typer.Option(
-        "--full", help="Full simulation: step the cell through time in DART instead of the fast grade; slower."
+        "--full",
+        help="Full simulation: steps the cell through time in DART instead of the closed-form computation; slower.",
     ),
 ]
 

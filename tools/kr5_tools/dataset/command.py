@@ -62,7 +62,7 @@ def guess(
             _text(best),
             (
                 f"robot and camera agree to {1e3 * best['error']:.2g} mm, next best reading "
-                f"({_text(rivals[0])}) to {1e3 * rivals[0]['error']:.2g} mm"
+                f"({_text(rivals[0])}) to {1e3 * rivals[0]['error']:.3g} mm"
                 if rivals
                 else "the only possible reading"
             ),

@@ -40,8 +40,8 @@ WriteModel = Annotated[
     typer.Option(
         "--write-model",
         metavar="MODEL",
-        help="Model with the causes in it, in the format of its ending: .urdf, .xml (MJCF) or .sdf; the model given is"
-        " changed where its format is the same.",
+        help="Model with the causes in it, in the format of its ending: .urdf, .xml (MJCF) or .sdf; where this is the"
+        " format of --model, a copy of that file in which only what differs is changed.",
     ),
 ]
 WriteRecording = Annotated[
@@ -84,9 +84,9 @@ def diagnose(
 ) -> None:
     """Diagnosis of a gap: where it lies, which effects cause it, how far they reduce it, and what remains unexplained.
 
-    Of a recording, or of logs of a robot with its model: columns are found by their names and numbers, measured angles
-    stand for the motion where the model has no servo, the last part is kept to check. Effects are fitted on the `fit`
-    experiments and evaluated on the `check` experiments.
+    The source is a recording, or logs of a robot together with its model. In logs, columns are found by their names and
+    numbers; measured angles replace the commands where none were logged or the model has no servo; the last part is
+    kept to check the result. Effects are fitted on the `fit` experiments and evaluated on the `check` experiments.
     """
     options.validate()
     reading = SourceOptions(model, base, tip, every, overrides or [], trust)

@@ -49,7 +49,7 @@ def print_diagnosis(data: dict[str, Any], cell: Any, source: ComparedSource, to:
     model = str(source.model.file) if source.model else None
     for doubt in model_doubts(data, nominal, model):
         to.print(f"[yellow]{escape(doubt)}[/]", soft_wrap=True, markup=True)
-    _say_list(to, "Causes", [cause_line(cause, nominal) for cause in data["causes"]])
+    _say_list(to, "Causes", [cause_line(cause, nominal, len(data["causes"]) > 1) for cause in data["causes"]])
     print_source(source, to, everything)
     _print_places(data, to, everything)
     _print_remainder(data, to, everything)
@@ -62,8 +62,8 @@ def print_diagnosis(data: dict[str, Any], cell: Any, source: ComparedSource, to:
         )
     if sum(cause["gap_closed"] for cause in data["causes"]) > OVERLAP:
         notes.append(
-            "A cause explains what would remain of the gap without it; several that act on one column share that part,"
-            " so that the parts add up to more than the whole."
+            "Each percentage refers to the gap that remains when all other causes are applied; the percentages may"
+            " therefore add up to more than 100 %."
         )
     _say_list(to, "Notes", notes)
     steps = next_steps(data, source.command, model, cell)
@@ -92,9 +92,9 @@ def _with_joint(named: dict[str, Any], text: str) -> str:
     return "; ".join(filter(None, (joint_name(named), text)))
 
 
-def cause_line(cause: dict[str, Any], cell: Any = None) -> str:
+def cause_line(cause: dict[str, Any], cell: Any = None, others: bool = False) -> str:
     """A cause in one line: what and where it is, its size, that of the cell where it states one, and how sure it is.
-    `cell`: without the causes."""
+    `cell`: without the causes; `others`: whether there are more of them."""
     names = len(cause["parameters"]) > 1
     values = [
         (f"{name.replace('_', ' ')} " if names else "") + value_text(p, cause["target"]) + _stated(cause, name, cell)
@@ -103,6 +103,7 @@ def cause_line(cause: dict[str, Any], cell: Any = None) -> str:
     line = (
         f"{capitalised(effect_text(cause['effect'], cause['target']))} ({known_as(cause)}): {', '.join(values)};"
         f" {format_percent(cause['probability'])} probable; explains {format_percent(cause['gap_closed'])} of the gap"
+        + (" that the others leave" if others else "")
     )
     if cause["tied_with"]:
         ties = [f"{effect_text(t['effect'], t['target'])} ({effect_id(t)})" for t in cause["tied_with"]]

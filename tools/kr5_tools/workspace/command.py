@@ -92,8 +92,8 @@ def _keys(found: Any, shown: str, lower: np.ndarray, upper: np.ndarray, stretche
         figure_row(f"reach of the {shown} from axis 1", 1e3 * found.reach, None, "mm"),
         figure_row("the same without joint limits", 1e3 * stretched, None, "mm"),
         figure_row(f"minimum distance of the {shown} from axis 1", max(0.0, round(1e3 * found.inner, 3)), None, "mm"),
-        figure_row("lowest place", 1e3 * found.lowest, None, "mm"),
-        figure_row("highest place", 1e3 * found.highest, None, "mm"),
+        figure_row(f"minimum height of the {shown}", 1e3 * found.lowest, None, "mm"),
+        figure_row(f"maximum height of the {shown}", 1e3 * found.highest, None, "mm"),
         figure_row("maximum manipulability of the point", float(np.nanmax(found.dexterity)), None, "m^k"),
         figure_row("minimum condition number of the Jacobian", float(np.nanmin(found.condition)), None, "-"),
         figure_row("maximum of the smallest singular value", float(best.max()), None, "-"),
@@ -103,7 +103,7 @@ def _keys(found: Any, shown: str, lower: np.ndarray, upper: np.ndarray, stretche
     posture = ", ".join(f"{q:.4g}" for q in found.q_reach)
     text = (
         f"The {shown} reaches {1e3 * found.reach:.1f} mm from the axis of joint 1, at joint values {posture}"
-        f" ({1e3 * stretched:.1f} mm without joint limits); heights {1e3 * found.lowest:.0f} to"
+        f" (rad; slides m; {1e3 * stretched:.1f} mm without joint limits); heights {1e3 * found.lowest:.0f} to"
         f" {1e3 * found.highest:.0f} mm."
     )
     return {

@@ -8,9 +8,14 @@
 namespace kr5::calibration::evidence {
 namespace {
 
+/// With so many digits, large ones in full: 170, not 1.7e+02.
 std::string number(double value, int digits = 3) {
   char text[32];
-  std::snprintf(text, sizeof text, "%.*g", digits, value);
+  const double unit = std::pow(10.0, std::floor(std::log10(std::abs(value))) + 1 - digits);
+  if (unit > 1.0)
+    std::snprintf(text, sizeof text, "%.0f", unit * std::round(value / unit));
+  else
+    std::snprintf(text, sizeof text, "%.*g", digits, value);
   return text;
 }
 std::string mm(double metres, int digits = 3) {

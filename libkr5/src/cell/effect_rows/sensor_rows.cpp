@@ -37,7 +37,7 @@ std::vector<Effect> sensor_rows() {
       {.id = "ft_drift",
        .target = WrenchComponent,
        .label = "drift of the force sensor",
-       .description = "sensor drifts with t",
+       .description = "sensor offset drifts with time",
        .shows_in = in_wrench + ", growing with time",
        .remedy = "Let the sensor warm up; tare it more often.",
        .parameters = {{.name = "rate",
