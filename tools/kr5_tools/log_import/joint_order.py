@@ -15,6 +15,7 @@ ALIKE = 0.9  # correlation of all loads together with the simulation, from which
 BETTER = 0.15  # by which the mean correlation of the joints must be above that of the columns as they are
 CLEARER = 1.5  # logarithm by which a direction or zero must lessen what the joints leave, all of them together
 LEAST_SHIFT = 0.1  # [m] by which another zero moves the centre of what a joint carries; less may be an error of it
+OFFSETS = [sign * size for size in (0.2, 0.4, 0.6, 0.8, 1.0, 1.2) for sign in (1, -1)]  # [rad]
 RIGHT_ANGLES = (0.0, np.pi / 2, np.pi, -np.pi / 2)  # by which conventions of zeros differ [rad]
 
 
@@ -67,7 +68,11 @@ def fitting_convention(cell: Any, experiment: Any, stem: str) -> Reading | None:
         best, reading = likeness, other
     # All loads of the other sign are another mistake, which leaves as little.
     clear = min(_gain(own.left, best.left), _gain(own.left_negated, best.left)) > CLEARER
-    return reading if clear and best.together > ALIKE else None
+    if not clear or best.together <= ALIKE:
+        return None
+    # An offset of one joint, which is no convention, may do better.
+    rivals = (_likeness(cell, experiment, stem, other) for other in _offsets(cell))
+    return reading if all(_gain(rival.left, best.left) > 0 for rival in rivals) else None
 
 
 def _plain_likeness(cell: Any, experiment: Any, stem: str) -> tuple[Likeness, Reading]:
@@ -131,6 +136,14 @@ def _conventions(cell: Any, reading: Reading) -> Iterator[Reading]:
                 other = Reading(reading.order, tuple(signs), tuple(all_zeros))
                 if other != reading:
                     yield other
+
+
+def _offsets(cell: Any) -> Iterator[Reading]:
+    """One revolute joint read with an offset that is no right angle."""
+    n = cell.robot.joints
+    for joint, row in enumerate(cell.robot.dh):
+        for offset in OFFSETS if str(row.type) == "revolute" else ():
+            yield Reading(tuple(range(n)), (1,) * n, tuple(offset if k == joint else 0.0 for k in range(n)))
 
 
 def _likeness(cell: Any, experiment: Any, stem: str, reading: Reading) -> Likeness:

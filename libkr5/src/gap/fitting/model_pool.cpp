@@ -45,10 +45,10 @@ void ModelPool::extend(const Model& from, std::vector<std::vector<Part>> sets, i
 }
 
 void ModelPool::drop(const std::vector<Part>& parts) {
-  const auto [first, last] =
-      std::ranges::stable_partition(models_, [&](const Model& m) { return !same_effects(m.parts, parts); });
-  dropped_.insert(dropped_.end(), std::make_move_iterator(first), std::make_move_iterator(last));
-  models_.erase(first, last);
+  const auto first = std::stable_partition(models_.begin(), models_.end(),
+                                           [&](const Model& m) { return !same_effects(m.parts, parts); });
+  dropped_.insert(dropped_.end(), std::make_move_iterator(first), std::make_move_iterator(models_.end()));
+  models_.erase(first, models_.end());
 }
 
 void ModelPool::admit(const std::vector<Part>& parts) {
