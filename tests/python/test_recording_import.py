@@ -340,7 +340,7 @@ def test_measured_positions_may_stand_for_commands_that_were_not_logged(bring_in
     given["columns"]["qc"] = {"from": "measured", "unit": "deg"}
     done, recording = bring_in(log, given)
     assert done.returncode == 0, done.stderr
-    assert "q1" not in recording.experiments[0].data and "replace them" in done.stdout
+    assert "q1" not in recording.experiments[0].data and "replace the commands" in done.stdout
 
 
 @pytest.fixture
