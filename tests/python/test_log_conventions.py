@@ -25,6 +25,11 @@ def counted(q, tau, joint, sign, zero):
     return q, tau
 
 
+def printed_remedy(said):
+    """The options that a refusal names."""
+    return shlex.split(re.search(r"counted .*?: (--set .*?) (?:\(also in .*?\) )?error:", said)[1])
+
+
 @pytest.mark.parametrize(
     ("joint", "sign", "zero", "unit"),
     [
@@ -47,7 +52,7 @@ def test_another_direction_or_zero_of_a_joint_is_refused_and_the_remedy_works(
     case_logs.write_csv(tmp_path / "log.csv", columns)
     ways = [text for text, meant in (("in the other direction", sign < 0), ("90 degrees away", zero)) if meant]
     said = refused(diagnose, "log.csv", "--model", model, text=(NAMES[joint], *ways, "--set"))
-    remedy = shlex.split(re.search(r"counted .*?: (--set .*?) (?:\(also in .*?\) )?error:", said)[1])
+    remedy = printed_remedy(said)
     code, said, data = diagnose("log.csv", "--model", model, *remedy, *QUICK)
     assert code == 0, said
     assert causes(data) == [("coulomb_friction", "joint3")]
@@ -61,7 +66,7 @@ def test_an_offset_that_is_stated_turns_with_the_direction(diagnose, named_arm, 
     stated = ["--set", "columns.q.offset=[0, 0.4, 0, 0, 0, 0]", "--set", "columns.tau.offset=[0, -20, 0, 0, 0, 0]"]
     turned = ("columns.q.offset=[0, -0.4, 0, 0, 0, 0]", "columns.tau.offset=[0, 20, 0, 0, 0, 0]")
     said = refused(diagnose, "log.csv", "--model", model, *stated, text=turned)
-    remedy = shlex.split(re.search(r"counted .*?: (--set .*?) (?:\(also in .*?\) )?error:", said)[1])
+    remedy = printed_remedy(said)
     code, said, data = diagnose("log.csv", "--model", model, *remedy, *QUICK)
     assert code == 0 and data["verdict"] == "no_gap", said
 
@@ -87,7 +92,7 @@ def test_the_remedy_counts_angles_of_motors_with_their_gears(
     gear[2, 1] = gear[5, 4] = coupling
     words = motor_log(named_arm, gear, joint, tmp_path / "log.csv")
     said = refused(diagnose, "log.csv", "--model", model, *words, text=(NAMES[joint], "in the other direction"))
-    remedy = shlex.split(re.search(r"counted .*?: (--set .*?) (?:\(also in .*?\) )?error:", said)[1])
+    remedy = printed_remedy(said)
     code, said, data = diagnose("log.csv", "--model", model, *words, *remedy, *QUICK)
     assert code == 0 and data["verdict"] == "no_gap", said
 

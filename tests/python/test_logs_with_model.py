@@ -426,6 +426,15 @@ def test_a_log_that_lacks_efforts_is_refused(diagnose, named_arm, named_urdf, tm
     refused(diagnose, "log.csv", "--model", named_urdf, text=(words, NAMES[2], "columns.tau.from"))
 
 
+def test_a_misspelt_column_of_efforts_is_named_though_a_joint_lacks_its_own(diagnose, named_arm, named_urdf, tmp_path):
+    columns = joint_states(*moved(named_arm, rows=400))
+    del columns[f"/joint_states/{NAMES[2]}/effort"]
+    case_logs.write_csv(tmp_path / "log.csv", columns)
+    names = ", ".join(f"/joint_states/{name}/efort" for name in NAMES)
+    stated = ["--set", f"columns.tau.from=[{names}]", "--set", "columns.tau.unit=N m"]
+    refused(diagnose, "log.csv", "--model", named_urdf, *stated, text=(f"{NAMES[0]}/efort", "did you mean"))
+
+
 def test_a_wrench_is_compared_though_a_joint_has_no_effort(diagnose, named_arm, tmp_path):
     """What can be compared is; what cannot is noted."""
     t, q, tau = moved(named_arm, rows=900)

@@ -9,15 +9,13 @@ from kr5_tools.logs import read_logs
 
 sys.path.insert(0, str(ROOT / "tools/benchmarks"))
 
-from front_door_public import PUBLIC, cut_log
+from front_door_public import PUBLIC, cut_log, model_file
 
 
 @pytest.mark.parametrize("log", PUBLIC, ids=lambda log: log.name)
 def test_a_public_log_fits_the_published_model_of_its_arm(reference, tmp_path, log):
     data = reference / "data"
-    model = tmp_path / "arm.urdf" if callable(log.model) else data / log.model
-    if callable(log.model):
-        model.write_text(log.model())
+    model = model_file(log, data, tmp_path)
     options = dict(zip(words := [*log.of_model, *log.of_log], words[1:]))
     every = float(options["--every"]) if "--every" in options else None
     settings = [value for option, value in zip(words, words[1:]) if option == "--set"]

@@ -127,10 +127,7 @@ def compare_public(data: Path, quick: bool) -> list[Row]:
 def compare_log(log: PublicLog, data: Path, folder: Path) -> tuple[Row, Answer, HeldOut | None]:
     """Diagnosis of the first part of a log, judged on the rest; and of the whole log, which must be brought in too."""
     first, rest = cut_log(log, data, folder)
-    model = folder / "arm.urdf" if callable(log.model) else data / log.model
-    if callable(log.model):
-        model.write_text(log.model())
-    words = ["--model", model, *log.of_model, *log.of_log]
+    words = ["--model", model_file(log, data, folder), *log.of_model, *log.of_log]
     answer = run_gap("diagnose", folder, first, *words, "--write-cell", "tuned.yaml")
     held_out = judge(answer, rest, log, folder) if answer.code == 0 else None
     row = Row(f"{log.name}: {shown_command(log)}", answer.refusal, "brought in, causes confirmed", False)
@@ -161,6 +158,15 @@ def cut_log(log: PublicLog, data: Path, folder: Path) -> tuple[Path, Path]:
     for new, part in zip(out, (rows[:at], rows[at:])):
         new.write_text("\n".join([head, *part]) + "\n")
     return out
+
+
+def model_file(log: PublicLog, data: Path, folder: Path) -> Path:
+    """The URDF of the arm; one of published numbers is written."""
+    if not callable(log.model):
+        return data / log.model
+    file = folder / "arm.urdf"
+    file.write_text(log.model())
+    return file
 
 
 def judge(answer: Answer, rest: Path, log: PublicLog, folder: Path) -> HeldOut:

@@ -60,12 +60,14 @@ def _time_column(log: Log, stream: str) -> str | None:
     """The first column of a stream that looks like time and rises in every row; else the first that goes on; else the
     first that looks like time."""
     names = [n for n in log.time_columns() if log.streams[n] == stream]
-    rising = [n for n in names if _goes_on(log.columns[n]) and (np.diff(log.columns[n]) > 0).all()]
-    return next(iter([*rising, *(n for n in names if _goes_on(log.columns[n])), *names]), None)
+    return max(names, key=lambda name: _steadiness(log.columns[name]), default=None)
 
 
-def _goes_on(stamps: np.ndarray) -> bool:
-    return bool(np.isfinite(stamps).all() and float(np.ptp(stamps)) > 0)
+def _steadiness(stamps: np.ndarray) -> int:
+    """2: rises in every row; 1: goes on; 0: neither."""
+    if not np.isfinite(stamps).all() or not float(np.ptp(stamps)) > 0:
+        return 0
+    return 2 if (np.diff(stamps) > 0).all() else 1
 
 
 def _even_clock(log: Log, rows: int, cycle: float | None, given: dict[str, Any]) -> GuessedClock | None:

@@ -52,6 +52,10 @@ class FoundFamilies:
     joint_words: list[str] = field(default_factory=list)  # what stands where a joint should, of columns that do not fit
     lacking: dict[str, list[str]] = field(default_factory=dict)  # of a quantity of named joints, those without it
 
+    def lacking_of(self, name: str) -> list[str]:
+        """Joints without a column of a quantity that others have."""
+        return [] if name in self.families else self.lacking.get(name, [])
+
     def first(self, name: str) -> Family | None:
         return self.families[name][0] if name in self.families else None
 

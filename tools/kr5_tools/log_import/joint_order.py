@@ -54,12 +54,12 @@ def fitting_order(cell: Any, experiment: Any, stem: str) -> list[int] | None:
 def fitting_convention(cell: Any, experiment: Any, stem: str) -> Reading | None:
     """Directions and zeros, right angles apart, with which the loads of a motion on measured positions fit; nothing
     where none makes them fit far better. One that hardly shows in the loads is not looked for."""
-    own, reading = _plain_likeness(cell, experiment, stem)
+    own, plain = _plain_likeness(cell, experiment, stem)
     if own.left is None or own.mean + BETTER >= 1:
         return None
     middle = np.array([np.median(experiment[f"qc{k + 1}"]) for k in range(cell.robot.joints)])
     arms = _lever_arms(cell, middle)
-    best = own
+    best, reading = own, plain
     for _ in range(cell.robot.joints):
         found = [(_likeness(cell, experiment, stem, other), other) for other in _conventions(cell, reading)]
         likeness, other = max(found, key=lambda f: _gain(best.left, f[0].left))
@@ -71,7 +71,7 @@ def fitting_convention(cell: Any, experiment: Any, stem: str) -> Reading | None:
     if not clear or best.together <= ALIKE:
         return None
     # An offset of one joint, which is no convention, may do better.
-    rivals = (_likeness(cell, experiment, stem, other) for other in _offsets(cell))
+    rivals = (_likeness(cell, experiment, stem, other) for other in _offsets(cell, plain))
     return reading if all(_gain(rival.left, best.left) > 0 for rival in rivals) else None
 
 
@@ -138,12 +138,11 @@ def _conventions(cell: Any, reading: Reading) -> Iterator[Reading]:
                     yield other
 
 
-def _offsets(cell: Any) -> Iterator[Reading]:
+def _offsets(cell: Any, plain: Reading) -> Iterator[Reading]:
     """One revolute joint read with an offset that is no right angle."""
-    n = cell.robot.joints
     for joint, row in enumerate(cell.robot.dh):
         for offset in OFFSETS if str(row.type) == "revolute" else ():
-            yield Reading(tuple(range(n)), (1,) * n, tuple(offset if k == joint else 0.0 for k in range(n)))
+            yield replace(plain, zero=tuple(offset if k == joint else 0.0 for k in plain.order))
 
 
 def _likeness(cell: Any, experiment: Any, stem: str, reading: Reading) -> Likeness:

@@ -18,8 +18,7 @@ from kr5_tools.log_import.entry_words import EntryWords
 from kr5_tools.log_import.joint_columns import range_text
 from kr5_tools.log_import.joint_order import Reading, fitting_convention, fitting_order
 from kr5_tools.log_import.map_file import column_family
-from kr5_tools.log_import.units import UNITS
-from kr5_tools.log_import.values import column_unit
+from kr5_tools.log_import.values import column_unit, of_motors
 
 FACTOR = 1.6  # a scale within this factor of one that a wrong unit gives is taken for it
 SPREAD = 4.0  # between the scales of the joints, above which they are no one unit
@@ -352,19 +351,18 @@ def _convention_remedy(cell: Any, reading: Reading, stem: str, words: EntryWords
     """Entries that count the joints as the model does. What was measured on the motors stays as it is: the gears join
     it to joints counted another way."""
     q, load, sign, zero = sources["q"], sources[stem], np.array(reading.sign), np.array(reading.zero)
-    q_of_motors = q.side == "motor"
-    load_of_motors = load.side == "motor" or any(unit in UNITS["current"] for unit in load.unit)
-    gear = np.asarray(cell.drives.structure) if q_of_motors or load_of_motors else np.eye(cell.robot.joints)
-    turned = gear * sign
     units = np.array([column_unit(cell, "q", k, q) for k in range(cell.robot.joints)])
-    of_q = np.ones_like(sign) if q_of_motors else sign
-    of_load = np.ones_like(sign) if load_of_motors else sign
-    entries = [
-        ("cell.drives", "structure", gear, turned if q_of_motors or load_of_motors else gear),
-        ("columns.q", "scale", q.scale, of_q * q.scale),
-        ("columns.q", "offset", q.offset, of_q * q.offset + (turned @ zero if q_of_motors else zero) / units),
-        (f"columns.{stem}", "scale", load.scale, of_load * load.scale),
-        (f"columns.{stem}", "offset", load.offset, of_load * load.offset),
+    entries = []
+    if of_motors(q) or of_motors(load):
+        gear = np.asarray(cell.drives.structure)
+        entries.append(("cell.drives", "structure", gear, gear * sign))
+    of_q, zero = (1, gear * sign @ zero) if of_motors(q) else (sign, zero)
+    of_load = 1 if of_motors(load) else sign
+    entries += [
+        ("columns.q", "scale", q.scale, of_q * np.array(q.scale)),
+        ("columns.q", "offset", q.offset, of_q * np.array(q.offset) + zero / units),
+        (f"columns.{stem}", "scale", load.scale, of_load * np.array(load.scale)),
+        (f"columns.{stem}", "offset", load.offset, of_load * np.array(load.offset)),
     ]
     puts = [words.put(key, **{name: new.tolist()}) for key, name, old, new in entries if np.any(new != np.asarray(old))]
     return " ".join(puts) if words.by_option else ", ".join(puts)

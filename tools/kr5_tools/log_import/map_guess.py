@@ -154,7 +154,7 @@ def _refuse_unknown(log: Log, families: FoundFamilies, names: list[str], number:
 
 def _refuse_lacking(log: Log, families: FoundFamilies, quantity: str, what: str, given: GivenEntries) -> None:
     """Ends where some joints of the model have a column of a quantity and others have none."""
-    if quantity in families.families or not (lacking := families.lacking.get(quantity)):
+    if not (lacking := families.lacking_of(quantity)):
         return
     terminal.fail(
         f"{log.file}: found {what} of some joints, but not of {', '.join(lacking)}; expected those of every joint of"
@@ -197,7 +197,8 @@ def _motion_columns(
     commands = given.columns.get("qc", {}).get("from")
     simulates = commands != "measured" and (commands is not None or bool(cell.servo and cell.servo.joint))
     wrench = _filled(wrench_columns(log), log, out)
-    _report_partial_loads(part, given, out, needed=not (loads or wrench or (simulates and qc and q)))
+    if not any("from" in given.columns.get(name, {}) for name in LOADS):  # a column that is misspelt is named later
+        _report_partial_loads(part, given, out, needed=not (loads or wrench or (simulates and qc and q)))
     for family in [f for f in (qc if simulates else None, q, load) if f]:
         _add_joints(columns, family, log, cell, given, out, where)
     if "qc" not in columns:
@@ -230,7 +231,7 @@ def _report_partial_loads(part: LogPart, given: GivenEntries, out: GuessedMap, n
     for quantity, what in (("tau", "efforts"), ("i", "currents")):
         if needed:
             _refuse_lacking(part.log, part.families, quantity, what, given)
-        elif quantity not in part.families.families and (lacking := part.families.lacking.get(quantity)):
+        elif lacking := part.families.lacking_of(quantity):
             names = ", ".join(lacking)
             out.notes.append(f"{part.log.file.name}: {what} are not used, since those of {names} were not found")
 

@@ -11,7 +11,7 @@ import numpy as np
 from kr5_tools.cli import terminal
 from kr5_tools.log_import.log import Log
 from kr5_tools.log_import.map_file import Source, Tool
-from kr5_tools.log_import.units import unit_factor
+from kr5_tools.log_import.units import UNITS, unit_factor
 
 MAX_ROWS = 5_000_000  # to be smoothed at once
 Note = Callable[[str], None]
@@ -80,10 +80,15 @@ def joint_torques(drives: Any, currents: np.ndarray) -> np.ndarray:
     return np.asarray((currents * np.asarray(drives.torque_constant)) @ np.asarray(drives.structure))
 
 
+def of_motors(source: Source) -> bool:
+    """Whether a family was measured on the motors, as currents are on whatever side they are stated."""
+    return source.side == "motor" or any(unit in UNITS["current"] for unit in source.unit)
+
+
 def across_gears(source: Source, name: str, values: np.ndarray, cell: Any, note: Note, quantity: str) -> np.ndarray:
     """Motor to joint side and back by the structure matrix S; torque to current and back by the torque constants."""
     drives = cell.drives
-    motor = source.side == "motor" or quantity == "current"
+    motor = of_motors(source)
     if (name in ("q", "qc") and not motor) or (name == "tau" and not motor):
         return values
     if drives is None:

@@ -103,7 +103,7 @@ def _keys(found: Any, shown: str, lower: np.ndarray, upper: np.ndarray, stretche
     posture = ", ".join(f"{q:.4g}" for q in found.q_reach)
     text = (
         f"The {shown} reaches {1e3 * found.reach:.1f} mm from the axis of joint 1, at joint values {posture}"
-        f" (rad; slides m; {1e3 * stretched:.1f} mm without joint limits); heights {1e3 * found.lowest:.0f} to"
+        f" [rad, slides m] ({1e3 * stretched:.1f} mm without joint limits); heights {1e3 * found.lowest:.0f} to"
         f" {1e3 * found.highest:.0f} mm."
     )
     return {
