@@ -8,6 +8,7 @@ import importlib
 import pkgutil
 from pathlib import Path
 
+from ._errors import Caution, Errors, FileError, Implausible
 from ._kr5 import *  # noqa: F403
 from ._kr5 import __version__
 from ._points import points_from_columns, points_from_rows

@@ -224,14 +224,12 @@ class Unwritable:
     "text, complaint",
     [("{", "is not valid JSON"), ('{"format": "x"}', "format: found 'x', expected one of"), ("[]", "format")],
 )
-def test_what_is_no_result_file_is_named(tmp_path, capsys, text, complaint):
+def test_what_is_no_result_file_is_named(tmp_path, text, complaint):
     file = tmp_path / "r.json"
     file.write_text(text)
-    with pytest.raises(typer.Exit) as caught:
+    with pytest.raises(kr5.FileError) as caught:
         results.read_result(file)
-    assert caught.value.exit_code == 2
-    said = capsys.readouterr().err
-    assert str(file) in said and complaint in said
+    assert caught.value.file == file and complaint in str(caught.value)
 
 
 def test_pose_figures_agree_with_a_monte_carlo_of_the_covariance():

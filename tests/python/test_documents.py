@@ -1,10 +1,11 @@
 """The reader of documents: what it refuses, and how it says so."""
 
 import json
+import pickle
 from typing import Literal
 
+import kr5
 import pytest
-import typer
 from pydantic import Field
 
 from kr5_tools.files.documents import (
@@ -37,13 +38,11 @@ class Plan(Document):
     home: list[float] | None = Field(None, min_length=2)
 
 
-def refusal(capfd, function, *args) -> str:
-    with pytest.raises(typer.Exit) as ended:
+def refusal(function, *args) -> str:
+    with pytest.raises(kr5.FileError) as ended:
         function(*args)
-    assert ended.value.exit_code == 2
-    said = capfd.readouterr().err
-    assert said.count("\n") == 1
-    return said.strip()
+    assert "\n" not in str(ended.value) and ended.value.file
+    return str(ended.value)
 
 
 @pytest.mark.parametrize(
@@ -78,8 +77,8 @@ def test_yaml_is_read(text, content):
         ("a: 1\n---\nb: 2", "another document"),
     ],
 )
-def test_bad_yaml_is_refused(capfd, text, problem):
-    assert problem in refusal(capfd, parse_yaml, text, "f.yaml", "a plan")
+def test_bad_yaml_is_refused(text, problem):
+    assert problem in refusal(parse_yaml, text, "f.yaml", "a plan")
 
 
 @pytest.mark.parametrize(
@@ -92,8 +91,8 @@ def test_bad_yaml_is_refused(capfd, text, problem):
         ("[" * 200_000, "nested deeper"),
     ],
 )
-def test_bad_json_is_refused(capfd, text, problem):
-    assert problem in refusal(capfd, parse_json, text, "f.json")
+def test_bad_json_is_refused(text, problem):
+    assert problem in refusal(parse_json, text, "f.json")
 
 
 def test_brackets_inside_texts_are_no_nesting():
@@ -125,14 +124,30 @@ def test_brackets_inside_texts_are_no_nesting():
         ("", "p.yaml: found null, expected a map"),
     ],
 )
-def test_a_mistake_is_said_with_line_field_found_and_expected(capfd, text, problem):
-    assert problem in refusal(capfd, validate_document, parse_yaml(text, "p.yaml"), Plan, "p.yaml", text)
+def test_a_mistake_is_said_with_line_field_found_and_expected(text, problem):
+    assert problem in refusal(validate_document, parse_yaml(text, "p.yaml"), Plan, "p.yaml", text)
 
 
-def test_the_place_in_a_larger_document_is_said(capfd):
+def test_the_place_in_a_larger_document_is_said():
     text = "a:\n  b: {name: 3}"
-    said = refusal(capfd, validate_document, {"name": 3}, Move, "p.yaml", text, ("a", "b"))
+    said = refusal(validate_document, {"name": 3}, Move, "p.yaml", text, ("a", "b"))
     assert "p.yaml:2: a.b.name: found 3, expected a text" in said
+
+
+def test_the_error_of_a_document_carries_file_line_field_and_problem():
+    with pytest.raises(kr5.FileError) as ended:
+        validate_document({"moves": 3}, Plan, "p.yaml", "# a plan\nmoves: 3")
+    error = ended.value
+    assert (error.file, error.line, error.field) == ("p.yaml", 2, "moves")
+    assert error.problem == "found 3, expected a list (a list of moves)" and error.remedy == ""
+    sent = pickle.loads(pickle.dumps(error))  # by a worker
+    assert vars(sent) == vars(error) and str(sent) == str(error)
+
+
+def test_several_errors_are_one_exception_that_lists_them():
+    error = kr5.Errors(["one", "two"])
+    assert error.messages == ("one", "two") and str(error) == "one\ntwo" and isinstance(error, ValueError)
+    assert pickle.loads(pickle.dumps(error)).messages == error.messages
 
 
 def test_names_stand_once():
@@ -141,17 +156,17 @@ def test_names_stand_once():
         check_names(["a", "b", "a"])
 
 
-def test_a_file_is_text_of_bounded_size(capfd, tmp_path):
+def test_a_file_is_text_of_bounded_size(tmp_path):
     file = tmp_path / "f.yaml"
     file.write_bytes("ä".encode("latin1"))
-    assert "is not UTF-8 text (byte 0 is 0xe4); expected a plan" in refusal(capfd, read_text, file, "a plan")
+    assert "is not UTF-8 text (byte 0 is 0xe4); expected a plan" in refusal(read_text, file, "a plan")
     file.write_bytes("a: 1".encode("utf-16"))
-    assert "is not UTF-8 text" in refusal(capfd, read_text, file)
+    assert "is not UTF-8 text" in refusal(read_text, file)
     file.write_bytes(b"\xef\xbb\xbfa: 1\r\n")
     assert parse_yaml(read_text(file), file) == {"a": 1}
-    assert "is larger than" in refusal(capfd, read_text, "/dev/zero", "", 1 << 20)
-    assert "Is a directory" in refusal(capfd, read_text, tmp_path)
-    assert "embedded null byte" in refusal(capfd, read_text, "a\0b")
+    assert "is larger than" in refusal(read_text, "/dev/zero", "", 1 << 20)
+    assert "Is a directory" in refusal(read_text, tmp_path)
+    assert "embedded null byte" in refusal(read_text, "a\0b")
     loop = tmp_path / "loop"
     loop.symlink_to(loop)
-    assert "symbolic links" in refusal(capfd, read_text, loop)
+    assert "symbolic links" in refusal(read_text, loop)

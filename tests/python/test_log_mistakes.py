@@ -165,8 +165,11 @@ def test_logs_are_diagnosed_from_python(named_urdf, columns, tmp_path):
 def test_what_is_wrong_with_a_log_is_raised_in_python_with_every_problem(named_urdf, columns, tmp_path, capfd):
     still = {name: 0 * values if "effort" in name else values for name, values in columns.items()}
     case_logs.write_csv(tmp_path / "log.csv", still)
-    with pytest.raises(kr5.InvalidArgument, match="(?s)the same value in every row.*do not fit together"):
+    with pytest.raises(kr5.Errors, match="(?s)the same value in every row.*do not fit together") as ended:
         read_logs(tmp_path / "log.csv", named_urdf)
-    with pytest.raises(kr5.InvalidArgument, match=r"nosuch\.csv: no such file"):
+    assert len(ended.value.messages) > 1
+    with pytest.warns(kr5.Implausible, match="the same value in every row"):
+        read_logs(tmp_path / "log.csv", named_urdf, trust=True)
+    with pytest.raises(kr5.FileError, match=r"nosuch\.csv: no such file"):
         read_logs(tmp_path / "nosuch.csv", named_urdf)
     assert capfd.readouterr().err == ""

@@ -3,7 +3,6 @@
 import kr5.cell
 import numpy as np
 import pytest
-import typer
 
 from kr5_tools.log_import.values import Series, low_pass
 from kr5_tools.simulation import protocol_file
@@ -47,32 +46,31 @@ def arm(share):
     return kr5.cell.load_cell(share / "cells" / "kr5_arc.yaml")
 
 
-def refusal(call, capsys):
-    with pytest.raises(typer.Exit) as end:
+def refusal(call):
+    with pytest.raises(kr5.IoError) as end:
         call()
-    assert end.value.exit_code == 2
-    return capsys.readouterr().err
+    return str(end.value)
 
 
 @pytest.mark.parametrize("kind, parameters", BAD)
-def test_bad_parameters_are_refused(arm, tmp_path, capsys, kind, parameters):
+def test_bad_parameters_are_refused(arm, tmp_path, kind, parameters):
     file = tmp_path / "protocol.yaml"
     file.write_text(f"{HOME}- {{name: one, kind: {kind}, split: fit, {parameters}}}\n")
-    said = refusal(lambda: protocol_file.load_protocol(file, arm, 1), capsys)
-    assert str(file) in said and said.count("\n") == 1
+    said = refusal(lambda: protocol_file.load_protocol(file, arm, 1))
+    assert str(file) in said and "\n" not in said
 
 
-def test_a_cell_in_which_a_motion_takes_forever_is_named(arm, tmp_path, capsys):
+def test_a_cell_in_which_a_motion_takes_forever_is_named(arm, tmp_path):
     slow = kr5.cell.parse_cell(arm.to_yaml(), "cell.yaml")
     servo = slow.servo
     servo.cycle = 1e-9
     slow.servo = servo
     file = tmp_path / "protocol.yaml"
     file.write_text(f"{HOME}- {{name: one, kind: motion, split: fit, signal: way_points}}\n")
-    assert "servo.cycle" in refusal(lambda: protocol_file.load_protocol(file, slow, 1), capsys)
+    assert "servo.cycle" in refusal(lambda: protocol_file.load_protocol(file, slow, 1))
 
 
 @pytest.mark.parametrize("t", [np.arange(20.0), np.append(np.arange(100.0), 1e12)])
-def test_what_cannot_be_smoothed_is_refused(capsys, t):
+def test_what_cannot_be_smoothed_is_refused(t):
     series = Series(t, np.zeros((len(t), 1)))
-    assert "map.yaml: resample.low_pass" in refusal(lambda: low_pass(series, 0.1, "map.yaml"), capsys)
+    assert "map.yaml: resample.low_pass" in refusal(lambda: low_pass(series, 0.1, "map.yaml"))

@@ -83,14 +83,14 @@ class CleanErrors(TyperGroup):
     """
 
     def invoke(self, ctx: Any) -> Any:
-        from kr5_tools.cli.terminal import describe_error, fail, is_user_error, sign_of_life
+        from kr5_tools.cli.terminal import cautions_printed, fail_with, is_user_error, sign_of_life
         from kr5_tools.files.writing import held_back
 
         end = None
         tell_when_stopped(None)
         sign_of_life.begin()
         try:
-            with held_back():
+            with held_back(), cautions_printed():
                 try:
                     super().invoke(ctx)
                 except typer.Exit as done:
@@ -103,7 +103,7 @@ class CleanErrors(TyperGroup):
         except Exception as error:
             if not is_user_error(error):
                 raise
-            fail(describe_error(error))
+            fail_with(error)
         finally:
             sign_of_life.end()
         if end:

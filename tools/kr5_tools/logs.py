@@ -29,16 +29,14 @@ def read_logs(
     The result has `recording` (kr5.cell.Recording), `notes` (how the columns were read) and `simulator_errors` (what
     the best model of the arm is off in each column).
 
-    Raises kr5.InvalidArgument where the logs cannot be read, or do not fit the model; the text names the remedy, with
-    `--set` for `settings`.
+    Raises kr5.FileError where a file cannot be read and kr5.Errors, with every problem, where the logs do not fit the
+    model; the text names the remedy, with `--set` for `settings`. Warns with kr5.Implausible of what `trust` lets pass.
     """
-    from kr5_tools.cli import terminal
     from kr5_tools.log_import.compared_source import SourceOptions, open_source
 
     paths = [logs] if isinstance(logs, (str, os.PathLike)) else list(logs)
-    with terminal.raising():
-        options = SourceOptions(Path(model), base, tip, every, list(settings), trust)
-        return open_source([Path(path) for path in paths], options)
+    options = SourceOptions(Path(model), base, tip, every, list(settings), trust)
+    return open_source([Path(path) for path in paths], options)
 
 
 def diagnose_logs(

@@ -2,10 +2,9 @@
 
 from typing import Any
 
+import kr5
 import numpy as np
 from kr5 import calibration
-
-from kr5_tools.cli.terminal import fail
 
 LEAST_TO_PLACE = 6  # postures by which a device and the measured point are placed
 HELD = 1e-9  # standard deviation of parameters that stay [m or rad]
@@ -17,7 +16,7 @@ def need_placing(fitted: list[Any], further: list[Any]) -> bool:
     known = {_kind(p) for p in fitted if _kind(p) is not None}
     unknown = [p for p in further if _kind(p) not in known]
     if unknown and len(further) < LEAST_TO_PLACE:
-        fail(
+        raise kr5.InvalidArgument(
             f"--check: found {len(further)} postures, expected at least {LEAST_TO_PLACE}: the postures of the fit do"
             " not say where this device stands and what it measures on the flange, which takes that many"
         )

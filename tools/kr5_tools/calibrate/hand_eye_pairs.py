@@ -1,8 +1,10 @@
 """`kr5 calibrate hand-eye PAIRS`: the same from pairs of poses, without images."""
 
+import warnings
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import kr5
 import numpy as np
 import typer
 from kr5 import calibration
@@ -16,7 +18,7 @@ from kr5_tools.calibrate.hand_eye_result import (
     write_hand_eye,
 )
 from kr5_tools.calibrate.pose_pairs import PosePairs, read_pairs_file
-from kr5_tools.cli.terminal import console, fail, print_note, spinner
+from kr5_tools.cli.terminal import console, spinner
 from kr5_tools.exports.command_line import Exports
 from kr5_tools.files.writing import check_writable
 
@@ -36,7 +38,9 @@ def refuse_image_options(dataset: Path | None, camera: Path | None, target: str 
     """Complains of what only images can use."""
     given = (("--dataset", dataset), ("--camera", camera), ("--target", target), ("--sigma-pixel", sigma_pixel))
     if flags := [flag for flag, value in given if value]:
-        fail(f"{', '.join(flags)}: only with a folder of images; pairs of poses need neither camera nor target")
+        raise kr5.InvalidArgument(
+            f"{', '.join(flags)}: only with a folder of images; pairs of poses need neither camera nor target"
+        )
 
 
 def refuse_pair_options(*values: Any) -> None:
@@ -44,7 +48,9 @@ def refuse_pair_options(*values: Any) -> None:
     meanings = ("--camera-poses", "--robot-meaning", "--camera-meaning")
     names = (*meanings, "--convention", "--length", "--angle", "--sigma-camera-rotation")
     if flags := [flag for flag, value in zip(names, values, strict=True) if value]:
-        fail(f"{', '.join(flags)}: only with a file of pairs of poses; a folder says its convention in dataset.yaml")
+        raise kr5.InvalidArgument(
+            f"{', '.join(flags)}: only with a file of pairs of poses; a folder says its convention in dataset.yaml"
+        )
 
 
 def calibrate_pairs(
@@ -68,9 +74,10 @@ def calibrate_pairs(
     data = read_pairs_file(file, camera_poses, *form, mount=mount)
     data.mount = mount or data.mount
     if data.mount is None:
-        fail(
-            f"{file}: does not say where the camera is mounted, and pairs of poses cannot show it; specify --mount"
-            " eye_in_hand or --mount eye_to_hand"
+        raise kr5.FileError(
+            file,
+            "does not say where the camera is mounted, and pairs of poses cannot show it; specify --mount"
+            " eye_in_hand or --mount eye_to_hand",
         )
     chosen = calibration.HandEyePairsOptions(
         mount=data.mount,
@@ -120,18 +127,26 @@ def _choose_reading(data: PosePairs, robot: str | None, camera: str | None) -> t
     if stated == "T_flange_base":  # the comparison calls T_base_flange what is read as stated
         text = "T_base_flange".join(part.replace("T_base_flange", stated) for part in text.split(stated))
     if not found.certain:
-        print_note(f"{text} They are read as {stated} and T_camera_target.")
+        warnings.warn(f"{text} They are read as {stated} and T_camera_target.", kr5.Caution, stacklevel=2)
         return pairs, text
     if not (best.robot_inverted or best.camera_inverted):
         if best.flange_distance > FAR_CARRIED and best.flange_distance > 2 * best.base_distance:
-            print_note(f"{text} Are both inverted, or robot and camera exchanged, or is the mount the other one?")
+            warnings.warn(
+                f"{text} Are both inverted, or robot and camera exchanged, or is the mount the other one?",
+                kr5.Caution,
+                stacklevel=2,
+            )
         return pairs, f"{stated} and T_camera_target, as stated; the data agree"
     if best.robot_inverted:
         data.convention.meaning = "T_base_flange" if stated == "T_flange_base" else "T_flange_base"
     if best.camera_inverted:
         data.T_camera_target = [np.linalg.inv(T) for T in data.T_camera_target]
     seen = "T_target_camera" if best.camera_inverted else "T_camera_target"
-    print_note(f"{text} They are read as {data.convention.meaning} and {seen}; or the mount is the other one.")
+    warnings.warn(
+        f"{text} They are read as {data.convention.meaning} and {seen}; or the mount is the other one.",
+        kr5.Caution,
+        stacklevel=2,
+    )
     return calibration.read_pairs(pairs, best), f"{data.convention.meaning} and {seen}, as the data show"
 
 

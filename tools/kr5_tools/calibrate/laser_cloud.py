@@ -3,10 +3,10 @@
 from pathlib import Path
 from typing import Any
 
+import kr5
 import numpy as np
 from kr5 import calibration
 
-from kr5_tools.cli.terminal import fail
 from kr5_tools.files.writing import beside
 
 MOST_SHOWN = 3000  # points in a result file, for its page
@@ -27,7 +27,7 @@ def thinned_cloud(cloud: Any) -> dict[str, Any]:
 def check_cloud_ending(file: Path | None) -> None:
     """Complains of a file whose ending names no format."""
     if file and file.suffix.lower() not in (".ply", ".npz", ".csv"):
-        fail(f"{file}: found the ending {file.suffix or 'none'}, expected .ply, .npz or .csv")
+        raise kr5.FileError(file, f"found the ending {file.suffix or 'none'}, expected .ply, .npz or .csv")
 
 
 def write_cloud(cloud: Any, file: Path) -> None:

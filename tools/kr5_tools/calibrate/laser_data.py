@@ -8,11 +8,11 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import kr5
 import numpy as np
 from kr5 import calibration
 
 from kr5_tools.calibrate.postures import LENGTHS, Columns, orientation_of
-from kr5_tools.cli.terminal import fail
 
 FORMS = (
     "a folder with profiles.csv and poses.csv, these two files, or the folder of a recording with experiments of the"
@@ -42,24 +42,24 @@ class TextTable:
             with file.open(newline="", encoding="utf-8") as stream:
                 rows = [(k, row) for k, row in enumerate(csv.reader(stream), 1) if any(f.strip() for f in row)]
         except csv.Error as error:
-            fail(f"{file}: cannot be read ({error})")
+            raise kr5.FileError(file, f"cannot be read ({error})") from error
         if not rows:
-            fail(f"{file}: is empty; expected a header line and rows")
+            raise kr5.FileError(file, "is empty; expected a header line and rows")
         self.columns = [name.strip() for name in rows[0][1]]
         if len(set(self.columns)) != len(self.columns) or "" in self.columns:
-            fail(f"{file}: line 1: found the columns {', '.join(self.columns)}, expected different names")
+            raise kr5.FileError(file, f"line 1: found the columns {', '.join(self.columns)}, expected different names")
         self.lines = [number for number, _ in rows[1:]]
         for number, row in rows[1:]:
             if len(row) != len(self.columns):
-                fail(f"{file}: line {number}: found {len(row)} values, expected {len(self.columns)}")
+                raise kr5.FileError(file, f"line {number}: found {len(row)} values, expected {len(self.columns)}")
         self.text = {name: [row[k].strip() for _, row in rows[1:]] for k, name in enumerate(self.columns)}
         if not self.lines:
-            fail(f"{file}: has a header, but no rows")
+            raise kr5.FileError(file, "has a header, but no rows")
 
     def numbers(self, name: str, missing: bool = False) -> np.ndarray:
         """A column of numbers; with `missing` a field may be empty or nan, which is NaN."""
         if name not in self.text:
-            fail(f"{self.file}: found the columns {', '.join(self.columns)}; missing: {name}")
+            raise kr5.FileError(self.file, f"found the columns {', '.join(self.columns)}; missing: {name}")
         out = np.empty(len(self.lines))
         for k, word in enumerate(self.text[name]):
             try:
@@ -67,7 +67,7 @@ class TextTable:
             except ValueError:
                 out[k] = math.inf
             if math.isinf(out[k]) or (math.isnan(out[k]) and not missing):
-                fail(f"{self.file}: line {self.lines[k]}: {name}: found {word!r}, expected a number")
+                raise kr5.FileError(self.file, f"line {self.lines[k]}: {name}: found {word!r}, expected a number")
         return out
 
 
@@ -77,9 +77,9 @@ def read_scans(sources: list[Path], wanted: Columns, profile_length: str, delay:
         sources = [sources[0] / "profiles.csv", sources[0] / "poses.csv"]
     for file in sources:
         if not file.exists():
-            fail(f"{file}: no such file; expected {FORMS}")
+            raise kr5.FileError(file, f"no such file; expected {FORMS}")
     if len(sources) != 2:
-        fail(f"found {', '.join(map(str, sources))}; expected {FORMS}")
+        raise kr5.InvalidArgument(f"found {', '.join(map(str, sources))}; expected {FORMS}")
     points, poses = TextTable(sources[0]), TextTable(sources[1])
     data = ScanData()
     keys, times = _read_profiles(points, profile_length, data)
@@ -91,9 +91,10 @@ def _read_profiles(table: TextTable, length: str, data: ScanData) -> tuple[list[
     """Fills in the profiles; their keys, in the order of the file, and their times."""
     missing = [name for name in ("profile", "x", "z") if name not in table.text]
     if missing:
-        fail(
-            f"{table.file}: found the columns {', '.join(table.columns)}; missing: {', '.join(missing)}"
-            " (a row a point: profile, x, z)"
+        raise kr5.FileError(
+            table.file,
+            f"found the columns {', '.join(table.columns)}; missing: {', '.join(missing)}"
+            " (a row a point: profile, x, z)",
         )
     x, z = (LENGTHS[length] * table.numbers(name, missing=True) for name in ("x", "z"))
     _check_coordinates(table.file, x, z, length)
@@ -111,17 +112,19 @@ def _read_profiles(table: TextTable, length: str, data: ScanData) -> tuple[list[
 def _check_coordinates(file: Path, x: np.ndarray, z: np.ndarray, length: str) -> None:
     seen = np.isfinite(x) & np.isfinite(z)
     if not seen.any():
-        fail(f"{file}: no point has both x and z")
+        raise kr5.FileError(file, "no point has both x and z")
     x, z = x[seen], z[seen]
     other = "mm" if length == "m" else "m"
     if max(np.abs(x).max(), np.abs(z).max()) > 5:
-        fail(f"{file}: coordinates of up to {max(np.abs(x).max(), np.abs(z).max()):.0f} m; --profile-length {other}?")
+        raise kr5.FileError(
+            file, f"coordinates of up to {max(np.abs(x).max(), np.abs(z).max()):.0f} m; --profile-length {other}?"
+        )
     if np.median(np.abs(z)) < LEAST_RANGE and np.median(np.abs(x)) < LEAST_RANGE:
-        fail(f"{file}: ranges of {1e3 * np.median(np.abs(z)):.3f} mm; --profile-length {other}?")
+        raise kr5.FileError(file, f"ranges of {1e3 * np.median(np.abs(z)):.3f} mm; --profile-length {other}?")
     if x.min() > 0 and z.min() < 0 < z.max():
-        fail(f"{file}: x is always positive and z is not: are the columns x and z swapped?")
+        raise kr5.FileError(file, "x is always positive and z is not: are the columns x and z swapped?")
     if (z <= 0).mean() > 0.5:
-        fail(f"{file}: z is negative; expected ranges, which count away from the scanner")
+        raise kr5.FileError(file, "z is negative; expected ranges, which count away from the scanner")
 
 
 def _add_poses(
@@ -138,15 +141,15 @@ def _add_poses(
     q = _joints_of(table, wanted)
     if "target" in table.text and not any(data.targets):
         if "profile" not in table.text:
-            fail(f"{table.file}: target: needs a column profile, which says whose target it is")
+            raise kr5.FileError(table.file, "target: needs a column profile, which says whose target it is")
         of_key = dict(zip(table.text["profile"], table.text["target"], strict=True))
         data.targets = [of_key.get(key, "") for key in keys]
     if "profile" in table.text:
         row = {key: k for k, key in enumerate(table.text["profile"])}
         if len(row) != len(T):
-            fail(f"{table.file}: a profile has several poses")
+            raise kr5.FileError(table.file, "a profile has several poses")
         if lost := [key for key in keys if key not in row]:
-            fail(f"{table.file}: there is no pose of profile {', '.join(lost[:5])}")
+            raise kr5.FileError(table.file, f"there is no pose of profile {', '.join(lost[:5])}")
         order = [row[key] for key in keys]
     elif times is not None and "t" in table.text:
         _interpolate(table, T, times - delay, max_gap, data)
@@ -154,9 +157,10 @@ def _add_poses(
     elif len(T) == len(keys):
         order = list(range(len(keys)))
     else:
-        fail(
-            f"{table.file}: found {len(T)} poses for {len(keys)} profiles; expected a column profile, a column t in"
-            " both files, or as many poses as profiles"
+        raise kr5.FileError(
+            table.file,
+            f"found {len(T)} poses for {len(keys)} profiles; expected a column profile, a column t in"
+            " both files, or as many poses as profiles",
         )
     data.poses = [T[k] for k in order]
     data.q = [q[k] for k in order] if q is not None else []
@@ -167,7 +171,11 @@ def _interpolate(table: TextTable, T: list[Any], times: np.ndarray, max_gap: flo
     kept = [k for k, known in enumerate(inside) if known]
     data.dropped = [name for name, known in zip(data.names, inside, strict=True) if not known]
     if not kept:
-        fail(f"{table.file}: no profile was taken between two poses at most {max_gap} s apart; see --delay, --max-gap")
+        raise kr5.FileError(
+            table.file,
+            f"no profile was taken between two poses at most {max_gap} s apart",
+            remedy="see --delay, --max-gap",
+        )
     data.names = [data.names[k] for k in kept]
     data.profiles = [data.profiles[k] for k in kept]
     data.targets = [data.targets[k] for k in kept]
@@ -178,15 +186,16 @@ def _poses_of(table: TextTable, wanted: Columns) -> list[Any]:
     names = [name for name in table.columns if name not in ("profile", "target")]
     numbers = SimpleNamespace(columns=names, values=np.column_stack([table.numbers(name) for name in names]))
     if lost := [name for name in "xyz" if name not in names]:
-        fail(f"{table.file}: found the columns {', '.join(table.columns)}; missing: {', '.join(lost)}")
+        raise kr5.FileError(table.file, f"found the columns {', '.join(table.columns)}; missing: {', '.join(lost)}")
     T = orientation_of(table.file, numbers, [["x", "y", "z"]], wanted)
     if T is None:
-        fail(
-            f"{table.file}: found the columns {', '.join(table.columns)}; expected an orientation beside x y z: qx qy"
-            " qz qw, rx ry rz, roll pitch yaw or a b c (see --convention)"
+        raise kr5.FileError(
+            table.file,
+            f"found the columns {', '.join(table.columns)}; expected an orientation beside x y z: qx qy"
+            " qz qw, rx ry rz, roll pitch yaw or a b c (see --convention)",
         )
     if (most := max(np.abs(pose[:3, 3]).max() for pose in T)) > 100:
-        fail(f"{table.file}: positions of up to {most:.0f} m; --length mm?")
+        raise kr5.FileError(table.file, f"positions of up to {most:.0f} m; --length mm?")
     return T
 
 
@@ -204,7 +213,7 @@ def recorded_scans(recording: Any, split: str) -> tuple[ScanData, list[Any]]:
     """Profiles of a recording's scans, and its targets: the points on the sphere and those on the plane apart."""
     believed, data = recording.cell, ScanData()
     if believed.laser is None or believed.laser.target is None:
-        fail("the cell of the recording has no laser with a target")
+        raise kr5.InvalidArgument("the cell of the recording has no laser with a target")
     chain, joints = believed.nominal_chain(), believed.robot.joints
     for experiment in recording.experiments:
         if str(experiment.kind) != "scan" or str(experiment.split) != split:
@@ -239,10 +248,10 @@ def parse_target(text: str, number: int) -> Any:
         numbers = [float(v) for v in place.split(",")] if place else []
         size = float(radius) if radius else 0.0
     except ValueError:
-        fail(f"--target: found {text!r}, expected {expected}")
+        raise kr5.InvalidArgument(f"--target: found {text!r}, expected {expected}") from None
     known = len(numbers) in ((6,) if kind == "plane" else (3,))
     if kind not in ("tip", "sphere", "plane") or (numbers and not known) or (radius and kind != "sphere"):
-        fail(f"--target: found {text!r}, expected {expected}")
+        raise kr5.InvalidArgument(f"--target: found {text!r}, expected {expected}")
     target = calibration.ScanTarget(name=name if equals else f"{kind}{number or ''}", kind=kind, radius=size)
     if numbers:
         target.position = np.array(numbers[:3])

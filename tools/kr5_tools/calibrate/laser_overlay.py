@@ -9,7 +9,6 @@ import numpy as np
 from kr5 import calibration
 from PIL import Image, ImageDraw
 
-from kr5_tools.cli.terminal import fail
 from kr5_tools.files.writing import beside
 
 REACH = 40.0  # how far from a projected point the line is looked for, across it [px]
@@ -44,7 +43,7 @@ def overlay_profile(
     pixels = _project(camera, T.T, points)
     inside = (pixels >= 0).all(axis=1) & (pixels < [camera.width - 1, camera.height - 1]).all(axis=1)
     if inside.sum() < 5:
-        fail(
+        raise kr5.InvalidArgument(
             "the profile lies outside the image: look at the camera, at T_flange_camera and at which profile belongs to"
             " the image"
         )
@@ -144,4 +143,4 @@ def read_image(file: Path) -> np.ndarray:
         with Image.open(file) as image:
             return np.asarray(image.convert("L" if image.mode in ("L", "I", "I;16", "1") else "RGB"))
     except (OSError, ValueError, SyntaxError) as error:
-        fail(f"{file}: is no image that can be read ({error})")
+        raise kr5.FileError(file, f"is no image that can be read ({error})") from error

@@ -12,7 +12,6 @@ from kr5 import calibration, io
 from pydantic import AfterValidator, Field
 
 from kr5_tools.calibrate.tool import CONVENTIONS
-from kr5_tools.cli.terminal import fail
 from kr5_tools.files.documents import OpenDocument, PoseMatrix, parse_json, parse_yaml, read_text, validate_document
 
 EXPECTED = (
@@ -108,9 +107,10 @@ def check_holds_no_pairs(folder: Path) -> None:
         except kr5.Error:
             continue
         if any({part + axis for part in parts for axis in "xyz"} <= columns for parts in PREFIXES):
-            fail(
-                f"{folder}: holds pairs of poses: kr5 calibrate hand-eye {shlex.quote(str(file))} --mount eye_in_hand"
-                " (or eye_to_hand)"
+            raise kr5.FileError(
+                folder,
+                f"holds pairs of poses: kr5 calibrate hand-eye {shlex.quote(str(file))} --mount eye_in_hand"
+                " (or eye_to_hand)",
             )
 
 
@@ -129,7 +129,9 @@ def read_pairs_file(
     if file.suffix.lower() == ".csv":
         return _table(file, convention, length, angle)
     if given := [flag for flag, v in (("--convention", convention), ("--length", length), ("--angle", angle)) if v]:
-        fail(f"{', '.join(given)}: only with a CSV; samples of MoveIt and easy_handeye are in m, with quaternions")
+        raise kr5.InvalidArgument(
+            f"{', '.join(given)}: only with a CSV; samples of MoveIt and easy_handeye are in m, with quaternions"
+        )
     text = read_text(file, EXPECTED)
     data = (parse_json if file.suffix.lower() == ".json" else parse_yaml)(text, file, EXPECTED)
     if isinstance(data, list):
@@ -140,7 +142,7 @@ def read_pairs_file(
         return _easy_lists(file, validate_document(data, EasyLists, file, text), mount)
     if isinstance(data, dict) and "samples" in data:
         return _easy(file, validate_document(data, EasyFile, file, text), mount)
-    fail(f"{file}: found no pairs of poses; expected {EXPECTED}")
+    raise kr5.FileError(file, f"found no pairs of poses; expected {EXPECTED}")
 
 
 def _form(name: str, length: str | None, angle: str | None) -> Any:
@@ -152,10 +154,11 @@ def _form(name: str, length: str | None, angle: str | None) -> Any:
 def _convention(file: Path, name: str | None, columns: list[str], prefix: str) -> str:
     found = name or next((n for n, (want, *_) in CONVENTIONS.items() if {prefix + c for c in want} <= set(columns)), "")
     if found not in CONVENTIONS:
-        fail(
-            f"{file}: found the columns {', '.join(columns)}, expected {prefix}x {prefix}y {prefix}z and an orientation"
+        raise kr5.FileError(
+            file,
+            f"found the columns {', '.join(columns)}, expected {prefix}x {prefix}y {prefix}z and an orientation"
             f" such as {prefix}qx {prefix}qy {prefix}qz {prefix}qw, and the same of the camera; --convention is one of"
-            f" {', '.join(CONVENTIONS)}"
+            f" {', '.join(CONVENTIONS)}",
         )
     return found
 
@@ -169,7 +172,7 @@ def _table(file: Path, convention: str | None, length: str | None, angle: str | 
         name = _convention(file, convention, columns, prefix)
         wanted = [prefix + c for c in ("x", "y", "z", *CONVENTIONS[name][0])]
         if missing := [c for c in wanted if c not in columns]:
-            fail(f"{file}: found the columns {', '.join(columns)}; missing: {', '.join(missing)}")
+            raise kr5.FileError(file, f"found the columns {', '.join(columns)}; missing: {', '.join(missing)}")
         found = values[:, [columns.index(c) for c in wanted]]
         rows.append(_checked(file, found, _form(name, length, angle), prefix, bool(length or angle)))
     (robot, form), (camera, seen) = rows
@@ -181,22 +184,26 @@ def _table(file: Path, convention: str | None, length: str | None, angle: str | 
 def _checked(file: Path, rows: np.ndarray, form: Any, what: str, stated: bool = False) -> tuple[np.ndarray, Any]:
     """Refuses rows that cannot be read so, or whose size contradicts a stated unit; without, the diagnosis judges."""
     if stated and (objections := calibration.format_objections(rows, form)):
-        fail(f"{file}: {what}… read as {form.position}, {form.angle}: {'; '.join(objections)}; see --length, --angle")
+        raise kr5.FileError(
+            file,
+            f"{what}… read as {form.position}, {form.angle}: {'; '.join(objections)}",
+            remedy="see --length, --angle",
+        )
     try:
         calibration.to_poses(rows, form)
     except kr5.InvalidArgument as error:
-        fail(f"{file}: {what}… read as {form.rotation}: {error}")
+        raise kr5.FileError(file, f"{what}… read as {form.rotation}: {error}") from error
     return rows, form
 
 
 def _two_files(file: Path, camera: Path, convention: str | None, length: str | None, angle: str | None) -> PosePairs:
     name = convention or "quaternion"
     if name not in CONVENTIONS:
-        fail(f"--convention: found {name}, expected one of {', '.join(CONVENTIONS)}")
+        raise kr5.InvalidArgument(f"--convention: found {name}, expected one of {', '.join(CONVENTIONS)}")
     form = _form(name, length, angle)
     robot, seen = (calibration.load_poses(str(f), form.rotation) for f in (file, camera))
     if len(robot) != len(seen):
-        fail(
+        raise kr5.InvalidArgument(
             f"{camera}: found {len(seen)} poses of the target for {len(robot)} robot poses in {file};"
             " expected one for each, in the same order"
         )
@@ -249,7 +256,9 @@ def _easy(file: Path, data: EasyFile, mount: str | None) -> PosePairs:
         mount = "eye_in_hand" if said.eye_on_hand else "eye_to_hand"
     seen = [s.tracking or s.optical for s in data.samples]
     if missing := [i for i, T in enumerate(seen) if T is None]:
-        fail(f"{file}: samples[{missing[0]}]: tracking: is missing; expected the pose of the marker in the camera")
+        raise kr5.FileError(
+            file, f"samples[{missing[0]}]: tracking: is missing; expected the pose of the marker in the camera"
+        )
     return _from_transforms("easy_handeye", file, [s.robot for s in data.samples], seen, mount)
 
 
@@ -257,5 +266,5 @@ def _easy_lists(file: Path, data: EasyLists, mount: str | None) -> PosePairs:
     lists = (data.hand_world_samples, data.camera_marker_samples)
     robot, seen = (part.transforms if isinstance(part, TransformArray) else part for part in lists)
     if len(robot) != len(seen):
-        fail(f"{file}: found {len(robot)} hand_world_samples, but {len(seen)} camera_marker_samples")
+        raise kr5.FileError(file, f"found {len(robot)} hand_world_samples, but {len(seen)} camera_marker_samples")
     return _from_transforms("easy_handeye", file, list(robot), list(seen), mount)

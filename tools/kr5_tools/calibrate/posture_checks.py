@@ -4,9 +4,8 @@ one off or in another order, a device that moved, joints that hardly did."""
 from dataclasses import dataclass
 from typing import Any
 
+import kr5
 import numpy as np
-
-from kr5_tools.cli.terminal import fail
 
 LITTLE = np.radians(5)  # turn of a joint below which its parameters are poorly determined
 STANDING = 1e-3  # a joint whose values differ by less stood still [rad or m]
@@ -25,7 +24,7 @@ def require_motion(postures: list[Any]) -> None:
     """Refuses postures that are all the same."""
     q = np.array([p.q for p in postures])
     if len(q) > 1 and (np.ptp(q, axis=0) < STANDING).all():
-        fail(
+        raise kr5.InvalidArgument(
             f"no joint moved from {postures[0].name} to {postures[-1].name}: one posture contains no"
             " information about the arm"
         )

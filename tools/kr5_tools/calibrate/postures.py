@@ -10,7 +10,6 @@ import typer
 from kr5 import calibration, io
 
 from kr5_tools.calibrate.tool import CONVENTIONS
-from kr5_tools.cli.terminal import fail
 
 LENGTHS = {"m": 1.0, "mm": 1e-3}
 ANGLES = {"rad": 1.0, "deg": np.pi / 180}
@@ -66,16 +65,17 @@ def measured(file: Path, table: Any, wanted: Columns) -> list[dict[str, Any]]:
 def read_socket(name: str, file: Path, joints: list[Any], wanted: Columns) -> list[Any]:
     """Postures whose tip rests in one socket: joint values alone, with or without a header."""
     try:
-        if not file.read_text(encoding="utf-8").strip():
-            fail(f"{file}: is empty; expected a row of joint values for each touch")
-        q = np.atleast_2d(np.loadtxt(file, delimiter=","))
+        empty = not file.read_text(encoding="utf-8").strip()
+        q = np.empty((0, 0)) if empty else np.atleast_2d(np.loadtxt(file, delimiter=","))
     except (OSError, UnicodeDecodeError) as error:
-        fail(f"{file}: cannot be read ({error})")
+        raise kr5.FileError(file, f"cannot be read ({error})") from error
     except ValueError:
         q = joint_values(file, io.load_csv(file), joints, wanted)
     else:
+        if empty:
+            raise kr5.FileError(file, "is empty; expected a row of joint values for each touch")
         if q.shape[1] != len(joints):
-            fail(f"{file}: found {q.shape[1]} columns, expected the {len(joints)} joint values of the arm")
+            raise kr5.FileError(file, f"found {q.shape[1]} columns, expected the {len(joints)} joint values of the arm")
         q = q * _joint_scale(joints, wanted)
     return [calibration.ArmPosture(name=f"{file.name}:{i + 1}", q=row, socket=name) for i, row in enumerate(q)]
 
@@ -100,9 +100,8 @@ def values_of(file: Path, table: Any, names: list[str]) -> np.ndarray:
     """Columns of a table by their names."""
     columns = list(table.columns)
     if missing := [name for name in names if name not in columns]:
-        fail(
-            f"{file}: found the columns {', '.join(columns)}; missing: {', '.join(missing)}"
-            " (see --joints and --position)"
+        raise kr5.FileError(
+            file, f"found the columns {', '.join(columns)}; missing: {', '.join(missing)} (see --joints and --position)"
         )
     return np.asarray(np.asarray(table.values)[:, [columns.index(name) for name in names]], float)
 
@@ -117,7 +116,7 @@ def _joint_scale(joints: list[Any], wanted: Columns) -> np.ndarray:
 def joint_values(file: Path, table: Any, joints: list[Any], wanted: Columns) -> np.ndarray:
     names = wanted.joint_names(len(joints))
     if len(names) != len(joints):
-        fail(
+        raise kr5.InvalidArgument(
             f"--joints: found {len(names)} names, expected {len(joints)}, one a joint, or a pattern such as joint_{{}}"
         )
     q: np.ndarray = values_of(file, table, names) * _joint_scale(joints, wanted)
@@ -128,7 +127,9 @@ def joint_values(file: Path, table: Any, joints: list[Any], wanted: Columns) -> 
 def check_angles(file: Path, names: list[str], q: np.ndarray) -> None:
     """Refuses joint angles that no revolute joint has."""
     if (most := np.abs(q).max(initial=0.0)) > 4 * np.pi:
-        fail(f"{file}: {names[0]} …: joint angles of up to {most:.0f} rad; are they in degrees? (--angle deg)")
+        raise kr5.FileError(
+            file, f"{names[0]} …: joint angles of up to {most:.0f} rad; are they in degrees? (--angle deg)"
+        )
 
 
 def position_columns(table: Any, wanted: Columns) -> list[list[str]]:
@@ -139,7 +140,9 @@ def position_columns(table: Any, wanted: Columns) -> list[list[str]]:
         numbered = [[f"{a}{k}" for a in "xyz"] for k in range(1, 100) if f"x{k}" in columns]
         return numbered or [["x", "y", "z"]]
     if len(names) % 3:
-        fail(f"--position: found {len(names)} names, expected three a point, e.g. x,y,z or x1,y1,z1,x2,y2,z2")
+        raise kr5.InvalidArgument(
+            f"--position: found {len(names)} names, expected three a point, e.g. x,y,z or x1,y1,z1,x2,y2,z2"
+        )
     return [names[i : i + 3] for i in range(0, len(names), 3)]
 
 
@@ -150,7 +153,7 @@ def orientation_of(file: Path, table: Any, position: list[list[str]], wanted: Co
     if name is None:
         return None
     if name not in CONVENTIONS:
-        fail(f"--convention: found {name}, expected one of {', '.join(CONVENTIONS)}")
+        raise kr5.InvalidArgument(f"--convention: found {name}, expected one of {', '.join(CONVENTIONS)}")
     rotation, form, unit = CONVENTIONS[name]
     rows = np.hstack([values_of(file, table, position[0]), values_of(file, table, list(rotation))])
     form_of = {"position": wanted.length, "rotation": form, "angle": unit}

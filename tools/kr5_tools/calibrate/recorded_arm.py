@@ -1,6 +1,7 @@
 """What a recording and its cell tell a kinematic calibration besides poses: views of the board, torques of gravity; and
 the cell with what was found."""
 
+import warnings
 from dataclasses import dataclass
 from typing import Any
 
@@ -8,8 +9,6 @@ import kr5
 import kr5.uncertainty
 import numpy as np
 from kr5 import calibration, kinematics
-
-from kr5_tools.cli.terminal import fail, print_note
 
 TOOL_TOLERANCE = 5e-3  # of the tool's place on the flange [m]
 CHANCE = 1e-3  # probability with which a right camera is not believed
@@ -108,7 +107,9 @@ def check_camera(free: Any, options: Any) -> CameraCheck | None:
 def add_torques(postures: list[Any], cell: Any) -> None:
     """Torques that hold the arm and its tool against gravity, of each posture."""
     if len(cell.robot.links) != len(cell.robot.dh):
-        fail("--elasticity: the cell has no masses of the links, from which the torques of gravity follow")
+        raise kr5.InvalidArgument(
+            "--elasticity: the cell has no masses of the links, from which the torques of gravity follow"
+        )
     chain = cell.nominal_chain()
     dynamics = kinematics.Dynamics(chain, list(cell.robot.links), cell.robot.gravity)
     if cell.tool is not None and cell.tool.mass > 0:
@@ -122,7 +123,11 @@ def refined_cell(cell: Any, result: Any, recorded: bool, views: bool) -> Any:
     """The cell with the identified arm; of a recording also with its tool, and with camera and board where views told
     of them. Camera and scanner stay where they are on the flange."""
     if len(result.compliances):
-        print_note("the compliances of the joints are not written into the cell; effects of it may hold them")
+        warnings.warn(
+            "the compliances of the joints are not written into the cell; effects of it may hold them",
+            kr5.Caution,
+            stacklevel=2,
+        )
     T_flange_camera = cell.T_flange_camera() if cell.camera is not None else None
     T_flange_scanner = cell.T_flange_scanner() if cell.laser is not None else None
     cell.robot.dh = result.arm.joints

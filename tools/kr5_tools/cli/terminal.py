@@ -2,9 +2,9 @@
 
 import contextlib
 import os
+import warnings
 import webbrowser
 from collections.abc import Callable, Iterable, Iterator
-from contextvars import ContextVar
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -42,47 +42,60 @@ def console(json_file: Path | None = None) -> Console:
     return errors if str(json_file) == "-" else _Console(highlight=False, emoji=False, markup=False)
 
 
-_refused: ContextVar[list[str] | None] = ContextVar("refused", default=None)  # so far, where errors are raised
-
-
-@contextlib.contextmanager
-def raising() -> Iterator[None]:
-    """Errors are raised for Python (kr5.InvalidArgument) in place of a text and the end of a command."""
-    before = _refused.set([])
-    try:
-        yield
-    finally:
-        _refused.reset(before)
-
-
-def fail(message: str) -> NoReturn:
-    """Ends the command with an error of one line and exit code 2."""
-    text = message if len(message) <= LONGEST else f"{message[:LONGEST]} …"
-    if (refused := _refused.get()) is not None:
-        import kr5
-
-        raise kr5.InvalidArgument("\n".join([*refused, _printable(text)]))
-    errors.print(f"[red]error:[/red] {escape(_printable(text))}", soft_wrap=True, markup=True)
+def fail(*messages: str) -> NoReturn:
+    """Ends the command with errors of one line each and exit code 2. For commands: everything else raises kr5.Error."""
+    for message in messages:
+        _print_marked("error", "red", message)
     raise typer.Exit(2)
 
 
 def print_note(message: str) -> None:
     """A word of caution, which does not end the command."""
-    errors.print(f"[yellow]note:[/yellow] {escape(_printable(message))}", soft_wrap=True, markup=True)
+    _print_marked("note", "yellow", message)
 
 
-def print_problem(message: str, refused: bool) -> None:
-    """What speaks against an input, of which there may be several: an error where it is refused for them."""
-    if (before := _refused.get()) is not None and refused:
-        before.append(_printable(message))
-        return
-    word = "[red]error:[/red]" if refused else "[yellow]warning:[/yellow]"
-    errors.print(f"{word} {escape(_printable(message))}", soft_wrap=True, markup=True)
+def print_warning(message: str) -> None:
+    """What speaks against an input that is used all the same."""
+    _print_marked("warning", "yellow", message)
+
+
+def _print_marked(word: str, colour: str, message: str) -> None:
+    text = message if len(message) <= LONGEST else f"{message[:LONGEST]} …"
+    errors.print(f"[{colour}]{word}:[/{colour}] {escape(_printable(text))}", soft_wrap=True, markup=True)
+
+
+@contextlib.contextmanager
+def cautions_printed() -> Iterator[None]:
+    """What libraries warn of with kr5.Caution is printed: as a warning where it speaks against the input, else as a
+    note."""
+    import kr5
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", kr5.Caution)
+        other = warnings.showwarning
+
+        def show(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
+            if issubclass(category, kr5.Implausible):
+                print_warning(str(message))
+            elif issubclass(category, kr5.Caution):
+                print_note(str(message))
+            else:
+                other(message, category, *place, **more)
+
+        warnings.showwarning = show
+        yield
 
 
 def _printable(text: str) -> str:
     """Without characters that a terminal would obey, and on one line."""
     return "".join(c if c.isprintable() else " " if c.isspace() else repr(c)[1:-1] for c in text)
+
+
+def fail_with(error: Exception) -> NoReturn:
+    """Ends the command with what a user can mend."""
+    import kr5
+
+    fail(*(error.messages if isinstance(error, kr5.Errors) else [describe_error(error)]))
 
 
 def describe_error(error: Exception) -> str:

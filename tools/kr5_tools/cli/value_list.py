@@ -2,7 +2,7 @@
 
 import math
 
-from kr5_tools.cli import terminal
+import kr5
 
 MOST_VALUES = 1000  # of one axis; more is a step that was mistyped
 
@@ -14,17 +14,16 @@ def parse_values(option: str, text: str) -> tuple[float, ...]:
         if ":" in text:
             first, last, step = (float(part) for part in text.split(":"))
             if not step > 0 or not first <= last < math.inf:
-                terminal.fail(
-                    f"{option}: found {text!r}, expected FROM:TO:STEP with FROM up to TO and a STEP above 0, as 5:25:5"
-                )
+                expected = "FROM:TO:STEP with FROM up to TO and a STEP above 0, as 5:25:5"
+                raise ValueError
             count = math.floor((last - first) / step + 1e-9) + 1
             found = [float(f"{first + k * step:.9g}") for k in range(min(count, MOST_VALUES + 1))]
         else:
             found = [float(part) for part in text.split(",")]
     except (ValueError, OverflowError):
-        terminal.fail(f"{option}: found {text!r}, expected {expected}")
+        raise kr5.InvalidArgument(f"{option}: found {text!r}, expected {expected}") from None
     if not all(0 < x < math.inf for x in found):
-        terminal.fail(f"{option}: found {text!r}, expected numbers above 0")
+        raise kr5.InvalidArgument(f"{option}: found {text!r}, expected numbers above 0")
     if len(found) > MOST_VALUES:
-        terminal.fail(f"{option}: found {text!r}, more than {MOST_VALUES} values; expected {expected}")
+        raise kr5.InvalidArgument(f"{option}: found {text!r}, more than {MOST_VALUES} values; expected {expected}")
     return tuple(sorted(set(found)))

@@ -12,7 +12,7 @@ import kr5
 import numpy as np
 from kr5 import vision
 
-from kr5_tools.cli.terminal import fail, track
+from kr5_tools.cli.terminal import track
 
 OPENCV_DICTIONARIES = {
     i: f"aruco_{n}x{n}_{count}" for i, (n, count) in enumerate(itertools.product((4, 5, 6, 7), (50, 100, 250, 1000)))
@@ -33,11 +33,11 @@ def guess_target(text: str, keys: dict[str, Any], images: dict[Path, np.ndarray]
     ):  # tags look like dots
         return best
     if any(tags):
-        fail(
+        raise kr5.InvalidArgument(
             f"tags of {family} are seen, but neither one of them nor a grid numbered row by row from 0: find their"
             " places with `kr5 calibrate map`, and name the map with --target"
         )
-    fail(f"no known target was found in {', '.join(map(str, images))}; name it with --target")
+    raise kr5.InvalidArgument(f"no known target was found in {', '.join(map(str, images))}; name it with --target")
 
 
 def _best(way: list[tuple[str, str]], images: dict[Path, np.ndarray]) -> tuple[str, str] | None:

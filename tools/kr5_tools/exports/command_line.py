@@ -2,14 +2,15 @@
 
 import functools
 import inspect
+import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
+import kr5
 import typer
 
-from kr5_tools.cli.terminal import fail, print_note
 from kr5_tools.exports.forms import FORMS, Form, form_of
 from kr5_tools.exports.items import ExportItems, items_of
 from kr5_tools.files.writing import write_text
@@ -66,7 +67,9 @@ class Exports:
         """Refuses a form that holds nothing of a result of these parts, of "poses" and "camera"."""
         for file, form in zip(self.files, self.forms):
             if not set(form.takes) & set(parts):
-                fail(f"--export: {file}: {form.name} holds {_either(form.takes)}, and this result has {_either(parts)}")
+                raise kr5.InvalidArgument(
+                    f"--export: {file}: {form.name} holds {_either(form.takes)}, and this result has {_either(parts)}"
+                )
 
     def write(self, data: dict[str, Any], to: Any) -> None:
         """Writes the files of a result, each with a line for people; complains where it does not have what a form
@@ -74,12 +77,14 @@ class Exports:
         if not self.files:
             return
         if data.get("verdict", {}).get("word") == "unusable":
-            print_note("not exported: the result is unusable")
+            warnings.warn("not exported: the result is unusable", kr5.Caution, stacklevel=2)
             return
         items = self._named(items_of(data))
         for file, form in zip(self.files, self.forms):
             if form.missing(items):
-                fail(f"--export: {file}: {form.name} holds {_either(form.takes)}, which this result does not have")
+                raise kr5.InvalidArgument(
+                    f"--export: {file}: {form.name} holds {_either(form.takes)}, which this result does not have"
+                )
             write_text(form.text(items), file)
             to.print(f"export: {file} ({form.title})", soft_wrap=True)
 
@@ -91,7 +96,9 @@ class Exports:
         if self.child:
             if len(poses) > 1:
                 names = ", ".join(pose.child for pose in poses)
-                fail(f"--export-child: the result has {len(poses)} poses ({names}), which keep their names")
+                raise kr5.InvalidArgument(
+                    f"--export-child: the result has {len(poses)} poses ({names}), which keep their names"
+                )
             for pose in poses:
                 pose.child = self.child
             for camera in items.cameras:
@@ -112,12 +119,16 @@ def _exports(
 ) -> Exports:
     given = {"--export-format": export_format, "--export-parent": export_parent, "--export-child": export_child}
     if not export and (alone := [flag for flag, value in given.items() if value is not None]):
-        fail(f"{alone[0]}: --export is missing; name the file to write")
+        raise kr5.InvalidArgument(f"{alone[0]}: --export is missing; name the file to write")
     for flag, name in (("--export-parent", export_parent), ("--export-child", export_child)):
         if name is not None and (not name or any(c.isspace() or c in "<>&\"'," for c in name)):
-            fail(f"{flag}: found {name!r}, expected the name of a frame, without blanks, quotes, commas and <>&")
+            raise kr5.InvalidArgument(
+                f"{flag}: found {name!r}, expected the name of a frame, without blanks, quotes, commas and <>&"
+            )
     if export_parent and export_parent == export_child:
-        fail(f"--export-child: found {export_child}, which is the parent, too; expected another frame")
+        raise kr5.InvalidArgument(
+            f"--export-child: found {export_child}, which is the parent, too; expected another frame"
+        )
     files = export or []
     forms = [form_of(file, export_format) for file in files]
     exports = Exports(files, forms, export_parent, export_child)

@@ -4,7 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from kr5_tools.cli.terminal import fail
+import kr5
+
 from kr5_tools.exports import camera_forms, pose_forms
 from kr5_tools.exports.items import ExportItems
 
@@ -71,12 +72,12 @@ def form_of(file: Path, name: str | None) -> Form:
     """The form that is named, else that of the ending of a file; complains of an unknown one."""
     if name is not None:
         if name not in BY_NAME:
-            fail(f"--export-format: found {name}, expected one of {', '.join(BY_NAME)}")
+            raise kr5.InvalidArgument(f"--export-format: found {name}, expected one of {', '.join(BY_NAME)}")
         return BY_NAME[name]
     for form in FORMS:
         if file.name.lower().endswith(form.endings):
             return form
     endings = ", ".join(f"{form.endings[0]} ({form.name})" for form in FORMS)
-    fail(
+    raise kr5.InvalidArgument(
         f"--export: {file}: found the ending '{file.suffix}', expected {endings}; or name the form with --export-format"
     )

@@ -6,7 +6,8 @@ import xml.etree.ElementTree as xml
 from pathlib import Path
 from typing import Any
 
-from kr5_tools.cli.terminal import fail
+import kr5
+
 from kr5_tools.files.documents import parse_json, parse_yaml, read_text
 
 FORMS = (
@@ -22,7 +23,9 @@ def check_size(camera: Any, file: Path | str, size: tuple[int, int], image: Path
     """Complains of a camera file that is not for images of this size (width, height) [px]."""
     if (camera.width, camera.height) != tuple(size):
         whose = f"{image} has" if image else "the images have"
-        fail(f"{file}: is a camera of {camera.width} x {camera.height} px, but {whose} {size[0]} x {size[1]} px")
+        raise kr5.FileError(
+            file, f"is a camera of {camera.width} x {camera.height} px, but {whose} {size[0]} x {size[1]} px"
+        )
 
 
 def load_camera(file: Path | str, size: tuple[int, int] | None = None, image: Path | None = None) -> Any:
@@ -43,10 +46,12 @@ def _fields(file: Path, text: str) -> dict[str, Any]:
         return _from_xml(file, text)
     data = parse_json(text, file, FORMS) if text.lstrip().startswith("{") else parse_yaml(_as_yaml(text), file, FORMS)
     if not isinstance(data, dict):
-        fail(f"{file}: contains no camera; expected {FORMS}")
+        raise kr5.FileError(file, f"contains no camera; expected {FORMS}")
     if str(data.get("format", "")).startswith("kr5-camera/"):
         if data.get("verdict", {}).get("word") == "unusable":
-            fail(f"{file}: the calibration is unusable ({data['verdict'].get('text', '')}); calibrate again")
+            raise kr5.FileError(
+                file, f"the calibration is unusable ({data['verdict'].get('text', '')})", remedy="calibrate again"
+            )
         return dict(data.get("result", {}).get("camera", {}))
     for names in (("camera_matrix", "distortion_coefficients"), ("M1", "D1"), ("M", "D"), ("K", "D")):
         if names[0] in data:
@@ -69,7 +74,9 @@ def _from_cell(file: Path, camera: dict[str, Any]) -> dict[str, Any]:
     if isinstance(values, dict):
         return fields | values
     if not isinstance(values, list) or len(values) > len(LENS):
-        fail(f"{file}: camera.distortion: found {values!r}, expected up to 8 numbers k1 k2 p1 p2 k3 k4 k5 k6")
+        raise kr5.FileError(
+            file, f"found {values!r}, expected up to 8 numbers k1 k2 p1 p2 k3 k4 k5 k6", field="camera.distortion"
+        )
     return fields | dict(zip(LENS, values))
 
 
@@ -81,15 +88,24 @@ def _from_opencv(file: Path, data: dict[str, Any], matrix: str, lens: str) -> di
         return [float(x) for x in flat]
 
     if data.get("distortion_model") in ("equidistant", "fisheye"):
-        fail(f"{file}: distortion_model: found {data['distortion_model']}, expected plumb_bob or rational_polynomial")
+        raise kr5.FileError(
+            file,
+            f"found {data['distortion_model']}, expected plumb_bob or rational_polynomial",
+            field="distortion_model",
+        )
     try:
         K, values = numbers(matrix), numbers(lens)
     except (TypeError, ValueError):
-        fail(f"{file}: {matrix} or {lens} holds something that is no number")
+        raise kr5.FileError(file, f"{matrix} or {lens} holds something that is no number") from None
     if len(K) != 9:
-        fail(f"{file}: {matrix}: found {len(K)} numbers, expected the 9 of fx 0 cx, 0 fy cy, 0 0 1")
+        raise kr5.FileError(file, f"found {len(K)} numbers, expected the 9 of fx 0 cx, 0 fy cy, 0 0 1", field=matrix)
     if any(values[len(LENS) :]):
-        fail(f"{file}: {lens}: thin-prism and tilt terms (beyond the 8th) are not supported; calibrate without them")
+        raise kr5.FileError(
+            file,
+            "thin-prism and tilt terms (beyond the 8th) are not supported",
+            field=lens,
+            remedy="calibrate without them",
+        )
     fields = {"fx": K[0], "fy": K[4], "cx": K[2], "cy": K[5], **dict(zip(LENS, values))}
     for ours, theirs in (("width", "image_width"), ("height", "image_height")):
         if theirs in data:
@@ -102,11 +118,11 @@ def _from_xml(file: Path, text: str) -> dict[str, Any]:
     try:
         root = xml.fromstring(text)
     except xml.ParseError as error:
-        fail(f"{file}: is not valid XML ({error}); expected {FORMS}")
+        raise kr5.FileError(file, f"is not valid XML ({error}); expected {FORMS}") from error
     camera = root if root.tag == "camera" else root.find(".//camera")
     models = [] if camera is None else camera.findall("model")
     if not models:
-        fail(f"{file}: holds no <camera> with a <model>; expected ViSP's camera file")
+        raise kr5.FileError(file, "holds no <camera> with a <model>; expected ViSP's camera file")
     model = next((m for m in models if "WithDistortion" in m.findtext("type", "")), models[0])
     names = {"fx": "px", "fy": "py", "cx": "u0", "cy": "v0"}
     fields = {ours: (model.findtext(theirs) or "").strip() for ours, theirs in names.items()}
@@ -118,11 +134,9 @@ def _from_xml(file: Path, text: str) -> dict[str, Any]:
 
 
 def _pinhole(file: Path, fields: dict[str, Any]) -> Any:
-    import kr5
-
     for key in ("fx", "fy", "cx", "cy", "width", "height"):
         if fields.get(key) in (None, ""):
-            fail(f"{file}: {key} is missing; expected {FORMS}")
+            raise kr5.FileError(file, f"{key} is missing; expected {FORMS}")
     values: dict[str, Any] = {}
     for key in FIELDS:
         try:
@@ -130,15 +144,15 @@ def _pinhole(file: Path, fields: dict[str, Any]) -> Any:
         except (TypeError, ValueError):
             value = math.nan
         if not math.isfinite(value):
-            fail(f"{file}: {key}: found {fields[key]!r}, expected a number")
+            raise kr5.FileError(file, f"found {fields[key]!r}, expected a number", field=key)
         if key in ("width", "height"):
             if not 1 <= value <= MAX_SIDE:
-                fail(f"{file}: {key}: found {value:g}, expected 1 to {MAX_SIDE} px")
+                raise kr5.FileError(file, f"found {value:g}, expected 1 to {MAX_SIDE} px", field=key)
             value = int(value)
         values[key] = value
     camera = kr5.Pinhole(**values)
     try:
         camera.validate()
     except kr5.InvalidArgument as error:
-        fail(f"{file}: {error}")
+        raise kr5.FileError(file, str(error)) from error
     return camera

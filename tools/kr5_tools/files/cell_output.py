@@ -1,5 +1,6 @@
 """A calibration's result put into a cell: `--cell CELL --write-cell OUT.yaml`."""
 
+import warnings
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -8,7 +9,6 @@ import numpy as np
 import typer
 from kr5 import cell
 
-from kr5_tools.cli.terminal import fail, print_note
 from kr5_tools.files.writing import beside
 
 CellOption = Annotated[
@@ -23,9 +23,9 @@ WriteCellOption = Annotated[
 def load_target_cell(cell_file: Path | None, write_cell: Path | None) -> Any:
     """The cell that a result goes into, or None; complains of one option without the other."""
     if write_cell and not cell_file:
-        fail("--write-cell: --cell is missing; name the cell into which the result is put")
+        raise kr5.InvalidArgument("--write-cell: --cell is missing; name the cell into which the result is put")
     if cell_file and not write_cell:
-        fail("--cell: --write-cell is missing; name the file of the cell with the result")
+        raise kr5.InvalidArgument("--cell: --write-cell is missing; name the file of the cell with the result")
     return cell.load_cell(cell_file) if cell_file else None
 
 
@@ -36,14 +36,20 @@ def write_cell_file(believed: Any, file: Path | None) -> None:
         return
     with beside(file) as new:
         cell.save_cell(believed, new)
-    print_note(f"{file}: a cell holds values alone; their covariance stands in the result file (-o, --json)")
+    warnings.warn(
+        f"{file}: a cell holds values alone; their covariance stands in the result file (-o, --json)",
+        kr5.Caution,
+        stacklevel=2,
+    )
 
 
 def put_intrinsics(believed: Any, lens: Any) -> None:
     """Lens and sensor; where the camera sits stays."""
     camera = believed.camera
     if camera is None:
-        fail("--cell: the cell has no camera; calibrate hand-eye with --write-cell first, which says where it sits")
+        raise kr5.InvalidArgument(
+            "--cell: the cell has no camera; calibrate hand-eye with --write-cell first, which says where it sits"
+        )
     believed.camera = _with_lens(camera, lens)
 
 
@@ -60,7 +66,7 @@ def put_camera_pose(believed: Any, mount: str, T_mount_camera: np.ndarray, lens:
     """Mount and pose of the camera, in the form in which the cell has the pose; `lens` for a cell without camera."""
     camera = believed.camera
     if camera is None and lens is None:
-        fail(
+        raise kr5.InvalidArgument(
             "--cell: the cell has no camera, and pairs of poses contain no lens parameters; calibrate the"
             " camera into it first"
         )
@@ -100,7 +106,7 @@ def put_marker_map(believed: Any, target: Any) -> None:
     """The map in place of the cell's marker map, which says where it stands."""
     maps = [k for k, t in enumerate(believed.targets) if str(t.kind) == str(target.kind)]
     if len(maps) != 1:
-        fail(
+        raise kr5.InvalidArgument(
             f"--cell: the cell has {len(maps)} targets of the kind {target.kind}, expected one, with its pose"
             " (T_B_W or T_F_W): the images do not show where the map stands"
         )

@@ -10,11 +10,10 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, NoReturn, TypeVar, get_args, get_origin
 
+import kr5
 import yaml
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 from pydantic_core import ErrorDetails
-
-from kr5_tools.cli.terminal import fail
 
 MAX_BYTES = 64 << 20
 MAX_DEPTH = 64
@@ -62,15 +61,17 @@ def read_text(file: Path | str, expected: str = "", max_bytes: int = MAX_BYTES) 
         with Path(file).open("rb") as stream:
             data = stream.read(max_bytes + 1)
     except OSError as error:
-        fail(f"{file}: {error.strerror or error}{wanted}")
+        raise kr5.FileError(file, f"{error.strerror or error}{wanted}") from error
     except ValueError as error:  # a NUL in the name
-        fail(f"{file!s:.60}: {error}{wanted}")
+        raise kr5.FileError(str(file)[:60], f"{error}{wanted}") from error
     if len(data) > max_bytes:
-        fail(f"{file}: is larger than {max_bytes / (1 << 20):g} MiB{wanted}")
+        raise kr5.FileError(file, f"is larger than {max_bytes / (1 << 20):g} MiB{wanted}")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        fail(f"{file}: is not UTF-8 text (byte {error.start} is 0x{data[error.start]:02x}){wanted}")
+        raise kr5.FileError(
+            file, f"is not UTF-8 text (byte {error.start} is 0x{data[error.start]:02x}){wanted}"
+        ) from error
 
 
 def read_yaml(file: Path | str, expected: str = "", max_bytes: int = MAX_BYTES) -> Any:
@@ -97,7 +98,7 @@ def parse_json(text: str, source: Path | str, expected: str = "") -> Any:
         _check_json_depth(text)
         return json.loads(text, object_pairs_hook=_unique_keys, parse_constant=_refuse_constant)
     except (ValueError, RecursionError) as error:
-        fail(f"{source}: is not valid JSON ({error}){wanted}")
+        raise kr5.FileError(source, f"is not valid JSON ({error}){wanted}") from error
 
 
 def parse_yaml(text: str, source: Path | str, expected: str = "") -> Any:
@@ -107,14 +108,14 @@ def parse_yaml(text: str, source: Path | str, expected: str = "") -> Any:
         _check_yaml_size(text)
         return yaml.load(text, Loader=_Loader)
     except yaml.MarkedYAMLError as error:
-        line = f":{error.problem_mark.line + 1}" if error.problem_mark else ""
+        line = error.problem_mark.line + 1 if error.problem_mark else None
         problem = str(error.problem or error.context)
         if "nesting depth" in problem:  # a limit of newer parsers, far above ours
             problem = f"nested deeper than {MAX_DEPTH} levels"
-        fail(f"{source}{line}: is not valid YAML ({problem}){wanted}")
+        raise kr5.FileError(source, f"is not valid YAML ({problem}){wanted}", line=line) from error
     # What constructors of single values raise: dates and numbers that are none, tags without a value.
     except (yaml.YAMLError, ValueError, TypeError, AttributeError, LookupError, RecursionError) as error:
-        fail(f"{source}: is not valid YAML ({' '.join(str(error).split())[:200]}){wanted}")
+        raise kr5.FileError(source, f"is not valid YAML ({' '.join(str(error).split())[:200]}){wanted}") from error
 
 
 def validate_document(
@@ -138,10 +139,9 @@ def fail_at(
     text: str = "",
     line_of: Sequence[int | str] | None = None,
 ) -> NoReturn:
-    """Ends the command with the error of one field of a document, on the line of that field or of another."""
+    """Raises the error of one field of a document, on the line of that field or of another."""
     line = _line_of(text, line_of or path)
-    name = name_of_field(path)
-    fail(f"{source}{f':{line}' if line else ''}: {f'{name}: ' if name else ''}{problem}")
+    raise kr5.FileError(source, problem, line=line, field=name_of_field(path))
 
 
 class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]

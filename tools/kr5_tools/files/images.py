@@ -4,7 +4,7 @@ import os
 from collections.abc import Iterable
 from pathlib import Path
 
-from kr5_tools.cli.terminal import fail
+import kr5
 
 MOST_CAMERA_VIEWS = 100  # more make a camera hardly better known, and fits of several lens models slow and large
 IMAGE_ENDINGS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm")
@@ -15,10 +15,10 @@ def image_files(given: list[Path]) -> list[Path]:
     files = []
     for path in given:
         if not path.exists():
-            fail(f"{path}: no such file or folder")
+            raise kr5.FileError(path, "no such file or folder")
         inside = sorted(f for f in path.iterdir() if f.suffix.lower() in IMAGE_ENDINGS) if path.is_dir() else [path]
         if not inside:
-            fail(f"{path}: the folder contains no image ({', '.join(IMAGE_ENDINGS)})")
+            raise kr5.FileError(path, f"the folder contains no image ({', '.join(IMAGE_ENDINGS)})")
         files += inside
     return files
 

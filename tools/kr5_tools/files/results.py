@@ -6,7 +6,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, NoReturn
 
-from kr5_tools.cli.terminal import fail
+import kr5
+
 from kr5_tools.files.writing import to_plain, write_json
 
 # Every format of a result that `kr5 report` shows, with the title of its page.
@@ -66,8 +67,9 @@ def fail_format(file: Path, found: Any, expected: Iterable[str]) -> NoReturn:
     from kr5_tools.files.documents import display_value
 
     shown = SHOWN_BY.get(found) if isinstance(found, str) else None
-    remedy = f"; such a file is for {shown}" if shown else ""
-    fail(f"{file}: format: found {display_value(found)}, expected {one_of(expected)}{remedy}")
+    remedy = f"such a file is for {shown}" if shown else ""
+    problem = f"found {display_value(found)}, expected {one_of(expected)}"
+    raise kr5.FileError(file, problem, field="format", remedy=remedy)
 
 
 def one_of(names: Iterable[str]) -> str:
@@ -77,8 +79,6 @@ def one_of(names: Iterable[str]) -> str:
 
 def write_result(file: Path | None, format: str, **keys: Any) -> dict[str, Any]:
     """Makes a result (`format`, version, created, command, and `keys`), writes it if there is a file, returns it."""
-    import kr5
-
     created = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
     command = " ".join(["kr5", *sys.argv[1:]])
     data = {"format": format, "version": kr5.__version__, "created": created, "command": command, **to_plain(keys)}
@@ -89,7 +89,7 @@ def write_result(file: Path | None, format: str, **keys: Any) -> dict[str, Any]:
 def write_if_usable(data: dict[str, Any], fit: Any, *files: Path | None) -> None:
     """Writes a result where it is wanted; one that must not be used is told, and no older file is lost for it."""
     if not fit.usable:
-        fail(fit.message)
+        raise kr5.InvalidArgument(fit.message)
     for file in files:
         write_json(data, file)
 

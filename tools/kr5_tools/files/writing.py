@@ -15,8 +15,10 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
+import kr5
+
 from kr5_tools.cli.interruption import shielded
-from kr5_tools.cli.terminal import fail, sign_of_life
+from kr5_tools.cli.terminal import sign_of_life
 
 # Complete files and where they go, while the files of a command are held back; None: each is put in its place at once.
 _held: list[tuple[Path, Path]] | None = None
@@ -92,7 +94,7 @@ def make_folder(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        fail(f"{folder}: cannot be written: {error.strerror}")
+        raise kr5.FileError(folder, f"cannot be written: {error.strerror}") from error
 
 
 def _remove_empty_folders() -> None:
@@ -112,22 +114,16 @@ def beside(file: Path | str) -> Iterator[Path]:
     try:
         handle, name = tempfile.mkstemp(dir=folder, prefix=".kr5-", suffix=target.suffix)
     except OSError as error:
-        fail(f"{file}: cannot be written: {error.strerror}; does its folder exist?")
+        raise kr5.FileError(file, f"cannot be written: {error.strerror}; does its folder exist?") from error
     os.close(handle)
     new = Path(name)
     _unfinished.add(new)
     try:
         yield new
         _allow_reading(new, target)
-    except OSError as error:
-        new.unlink(missing_ok=True)
-        fail(f"{file}: cannot be written: {error.strerror or error}")
     except BaseException as error:
         new.unlink(missing_ok=True)
-        import kr5
-
-        if isinstance(error, kr5.IoError):  # it names the file that nobody knows
-            fail(str(error).replace(str(new), str(file)))
+        _rename_error(error, new, file)
         raise
     finally:
         _unfinished.discard(new)
@@ -137,10 +133,20 @@ def beside(file: Path | str) -> Iterator[Path]:
         _held.append((new, target))
 
 
+def _rename_error(error: BaseException, new: Path, wanted: Path | str) -> None:
+    """Raises what the system says of a file, and what the library says of one that nobody knows, of the file that is
+    wanted."""
+    if isinstance(error, kr5.IoError):
+        if str(new) in str(error):
+            raise kr5.IoError(str(error).replace(str(new), str(wanted))) from error
+    elif isinstance(error, OSError):
+        raise kr5.FileError(wanted, f"cannot be written: {error.strerror or error}") from error
+
+
 def check_new_folder(folder: Path) -> None:
     """Complains of a folder that holds something, so that nothing in it is lost or mixed."""
     if folder.is_symlink() or (folder.exists() and (not folder.is_dir() or any(folder.iterdir()))):
-        fail(f"{folder}: exists already; expected a new or empty folder, so that nothing is overwritten")
+        raise kr5.FileError(folder, "exists already; expected a new or empty folder, so that nothing is overwritten")
 
 
 @contextlib.contextmanager
@@ -155,7 +161,7 @@ def folder_beside(folder: Path) -> Iterator[Path]:
         place = folder.resolve()
         new = Path(tempfile.mkdtemp(dir=place.parent, prefix=".kr5-"))
     except (OSError, RuntimeError) as error:
-        fail(f"{folder}: cannot be written: {getattr(error, 'strerror', None) or error}")
+        raise kr5.FileError(folder, f"cannot be written: {getattr(error, 'strerror', None) or error}") from error
     _unfinished.add(new)
     before, _held = _held, None
     try:
@@ -165,13 +171,8 @@ def folder_beside(folder: Path) -> Iterator[Path]:
         new.chmod(0o777 & ~umask)
         new.replace(place)
         _written.append(folder)
-    except OSError as error:
-        fail(f"{folder}: cannot be written: {error.strerror or error}")
     except BaseException as error:
-        import kr5
-
-        if isinstance(error, kr5.IoError):
-            fail(str(error).replace(str(new), str(folder)))
+        _rename_error(error, new, folder)
         raise
     finally:
         _held = before
@@ -183,12 +184,13 @@ def _target(file: Path | str) -> Path:
     """Where a file goes: the end of its links."""
     try:
         target = Path(os.path.realpath(file)) if Path(file).is_symlink() else Path(file)
-        if target.is_dir():
-            fail(f"{file}: cannot be written: is a folder")
+        is_folder = target.is_dir()
     except (OSError, RuntimeError) as error:
-        fail(f"{file}: cannot be written: {getattr(error, 'strerror', None) or error}")
+        raise kr5.FileError(file, f"cannot be written: {getattr(error, 'strerror', None) or error}") from error
+    if is_folder:
+        raise kr5.FileError(file, "cannot be written: is a folder")
     if target.is_symlink():
-        fail(f"{file}: cannot be written: its links are circular")
+        raise kr5.FileError(file, "cannot be written: its links are circular")
     return target
 
 
@@ -215,7 +217,7 @@ def _put(new: Path, target: Path) -> None:
             new.replace(target)
     except OSError as error:
         new.unlink(missing_ok=True)
-        fail(f"{target}: cannot be written: {error.strerror}")
+        raise kr5.FileError(target, f"cannot be written: {error.strerror}") from error
     _written.append(target)
 
 
@@ -253,22 +255,26 @@ def check_writable(*files: Path | None, inputs: Iterable[Path | str | None] = ()
     outputs = [Path(file) for file in files if file is not None and str(file) != "-"]
     for file in outputs:
         if not file.parent.is_dir():
-            fail(f"{file}: cannot be written: no such folder {file.parent}")
+            raise kr5.FileError(file, f"cannot be written: no such folder {file.parent}")
         if file.is_dir():
-            fail(f"{file}: cannot be written: is a folder")
+            raise kr5.FileError(file, "cannot be written: is a folder")
     read = [Path(file) for file in inputs if file is not None]
     for file in outputs:
         if any(_same(file, other) for other in read):
-            fail(f"{file}: is an input of this command; choose another output file, so that it is not overwritten")
+            raise kr5.FileError(
+                file, "is an input of this command", remedy="choose another output file, so that it is not overwritten"
+            )
     for k, file in enumerate(outputs):
         if any(_same(file, other) for other in outputs[:k]):
-            fail(f"{file}: is the file of two outputs; choose another file for one of them")
+            raise kr5.FileError(file, "is the file of two outputs", remedy="choose another file for one of them")
 
 
 def check_page(page: Path | None) -> None:
     """Complains of a page whose name says that it is something else, such as a result."""
     if page is not None and page.suffix.lower() not in (".html", ".htm"):
-        fail(f"{page}: found the ending '{page.suffix}', expected .html: it is a page; --json writes the numbers")
+        raise kr5.FileError(
+            page, f"found the ending '{page.suffix}', expected .html: it is a page; --json writes the numbers"
+        )
 
 
 def _same(a: Path, b: Path) -> bool:

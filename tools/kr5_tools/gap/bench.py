@@ -6,9 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import kr5
 import typer
-
-from kr5_tools.cli import terminal
 
 
 def find_bench() -> Path | None:
@@ -26,12 +25,12 @@ def bench(context: typer.Context) -> None:
     """
     place = find_bench()
     if place is None:
-        terminal.fail(
+        raise kr5.InvalidArgument(
             "the blind check is not installed with kr5; run the command inside a checkout of"
             " the project, which has tools/blind_check"
         )
     if importlib.util.find_spec("pinocchio") is None:
-        terminal.fail("the blind check needs Pinocchio, which is not installed: pip install pin")
+        raise kr5.InvalidArgument("the blind check needs Pinocchio, which is not installed: pip install pin")
     path = os.pathsep.join(filter(None, (str(place), os.environ.get("PYTHONPATH"))))
     done = subprocess.run(
         [sys.executable, "-m", "blind_check", *(context.args or ["--help"])],

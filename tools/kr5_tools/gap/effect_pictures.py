@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import kr5
 import numpy as np
 
 from kr5_tools.cli import arguments, terminal
@@ -51,7 +52,7 @@ def standard_experiments(cell: Any) -> list[Any]:
 
     file = find_shipped(PROTOCOL)
     if file is None:
-        terminal.fail(f"{PROTOCOL}: no such file; run the command inside a checkout of the project")
+        raise kr5.FileError(PROTOCOL, "no such file", remedy="run the command inside a checkout of the project")
     return [e for e in load_protocol(file, cell, SEED) if e.name in EXPERIMENTS]
 
 
@@ -95,7 +96,6 @@ def picture_of(effect: str, cell: Any, experiments: list[Any]) -> EffectPicture 
 
 def _residuals(effect: str, target: str, cell: Any, experiments: list[Any]) -> tuple[Any, Any, Any] | None:
     """The cell with the effect at a typical size, what it would record, and the residuals; None where it cannot."""
-    import kr5
     import kr5.cell
     import kr5.gap
 

@@ -76,7 +76,7 @@ def load_cell(file: Path | None) -> Any:
 
     source = file or find_shipped_cell()
     if source is None:
-        terminal.fail(f"--cell: is missing, and there is no {SHIPPED_CELL} here; specify a cell")
+        raise kr5.InvalidArgument(f"--cell: is missing, and there is no {SHIPPED_CELL} here; specify a cell")
     cell = kr5.cell.load_cell(source)
     cell.effects = {}
     return cell

@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 from typing import Annotated, Any
 
+import kr5
 import typer
 
 from kr5_tools.cli import arguments, tables, terminal
@@ -54,7 +55,7 @@ def explain(
     data, found = _read(what, recording, diagnose=row is None)
     if row is not None and found is None:
         named = "logs and their model were" if "logs" in data.get("input", {}) else "recording was"
-        terminal.fail(f"{what}: its {named} not found; specify a recording with --recording FOLDER")
+        raise kr5.InvalidArgument(f"{what}: its {named} not found; specify a recording with --recording FOLDER")
     evidence = Evidence(data, found) if found else None
     told = explain_verdict(data, evidence) if row is None else explain_effect(row, target, data, evidence)
     results.write_result(json_file, "kr5-gap-explanation/1", **told, input=named_inputs(data, evidence))
@@ -111,7 +112,7 @@ def explain_effect(row: Any, target: str, data: dict[str, Any], evidence: Any) -
     cell = evidence.recording.cell
     targets, target = cell.effect_targets(row.id), known_target(target, cell)
     if target and target not in targets:
-        terminal.fail(
+        raise kr5.InvalidArgument(
             f"{row.id}: found target '{target}', expected"
             f" {'one of ' + ', '.join(targets) if targets else 'a cell that has such a part'}"
         )

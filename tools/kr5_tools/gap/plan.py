@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Annotated, Any
 
+import kr5
 import kr5.gap
 import typer
 import yaml
@@ -111,12 +112,16 @@ def parse_alternatives(text: str, cell: Any) -> list[list[Any]]:
     for part in text.split(","):
         names = [name.strip().partition(":") for name in part.split("+")]
         if any(not effect or not target for effect, _, target in names):
-            terminal.fail(f"--separate: found {part!r}, expected EFFECT:TARGET such as coulomb_friction:joint3")
+            raise kr5.InvalidArgument(
+                f"--separate: found {part!r}, expected EFFECT:TARGET such as coulomb_friction:joint3"
+            )
         out.append(
             [kr5.gap.EffectName(effect=effect, target=known_target(target, cell)) for effect, _, target in names]
         )
     if len(out) < 2:
-        terminal.fail(f"--separate: found {text!r}, expected two or more EFFECT:TARGET, separated by commas")
+        raise kr5.InvalidArgument(
+            f"--separate: found {text!r}, expected two or more EFFECT:TARGET, separated by commas"
+        )
     return out
 
 

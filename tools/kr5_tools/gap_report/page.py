@@ -1,9 +1,11 @@
 """The page about a diagnosis (kr5-gap/1): verdict, map of the cell, causes with evidence, residuals before and
 after."""
 
+import warnings
 from pathlib import Path
 from typing import Any
 
+import kr5
 import numpy as np
 
 from kr5_tools.cli import terminal
@@ -60,7 +62,11 @@ def write_gap_report(
     recording = recording or find_recording(data, source, folder)
     if recording is None:
         what = "logs and their model were" if "logs" in data.get("input", {}) else "recording was"
-        terminal.print_note(f"the {what} not found, so the page shows no curves; specify a recording with --recording")
+        warnings.warn(
+            f"the {what} not found, so the page shows no curves; specify a recording with --recording",
+            kr5.Caution,
+            stacklevel=2,
+        )
     drawn: list[Any] = []
     try:
         with terminal.spinner("Simulating and drawing …"):
@@ -78,10 +84,10 @@ def write_gap_report(
                 return write_png(drawn, png) if png else []
     except (TypeError, ValueError, KeyError, AttributeError, IndexError) as error:
         if recording is None or not _fits(data, recording):
-            terminal.fail(
-                f"{source}: does not fit its recording ({type(error).__name__}: {error});"
-                " specify the right one with --recording"
-            )
+            raise kr5.FileError(
+                source,
+                f"does not fit its recording ({type(error).__name__}: {error}); specify the right one with --recording",
+            ) from error
         raise
     finally:
         for plot in drawn:

@@ -3,12 +3,12 @@
 from pathlib import Path
 from typing import Annotated, Any
 
+import kr5
 import numpy as np
 import typer
 from kr5 import cell, io
 
 from kr5_tools.calibrate.postures import LENGTHS, values_of
-from kr5_tools.cli.terminal import fail
 
 MOST_DRAWN = 1500  # samples in a result file, for its plots
 
@@ -40,7 +40,7 @@ def believed_cell(recording: Any, cell_file: Path | None) -> Any:
 
 def need_target_cell(believed: Any, write_cell: Path | None) -> None:
     if write_cell and believed is None:
-        fail("--write-cell: --cell is missing; name the cell into which the result is put")
+        raise kr5.InvalidArgument("--write-cell: --cell is missing; name the cell into which the result is put")
 
 
 def experiments_of(recording: Any, kind: str) -> list[Any]:
@@ -48,7 +48,9 @@ def experiments_of(recording: Any, kind: str) -> list[Any]:
     found = [e for e in recording.experiments if str(e.kind) == kind and str(e.split) == "fit"]
     if not found:
         kinds = ", ".join(dict.fromkeys(str(e.kind) for e in recording.experiments))
-        fail(f"{recording.folder}: has no experiment of the kind {kind} with split fit; found the kinds {kinds}")
+        raise kr5.FileError(
+            recording.folder, f"has no experiment of the kind {kind} with split fit; found the kinds {kinds}"
+        )
     return found
 
 
@@ -76,13 +78,13 @@ def read_columns(
     which a column `run` tells."""
     table = io.load_csv(file)
     if not len(table.values):
-        fail(f"{file}: has no row of numbers")
+        raise kr5.FileError(file, "has no row of numbers")
     there = list(table.columns)
     if columns:
         named = [name.strip() for name in columns.split(",")]
         if not len(usual) <= len(named) <= len(usual) + len(optional):
             wanted = ",".join(usual) + "".join(f"[,{name}]" for name in optional)
-            fail(f"--columns: found {len(named)} names, expected {wanted}")
+            raise kr5.InvalidArgument(f"--columns: found {len(named)} names, expected {wanted}")
         roles = dict(zip((*usual, *optional), named))
     else:
         roles = {name: name for name in (*usual, *(name for name in optional if name in there))}
@@ -96,7 +98,7 @@ def read_columns(
 
 def values_of_column(file: Path, table: Any, name: str) -> np.ndarray:
     if name not in table.columns:
-        fail(f"{file}: found the columns {', '.join(table.columns)}; missing: {name} (see --columns)")
+        raise kr5.FileError(file, f"found the columns {', '.join(table.columns)}; missing: {name} (see --columns)")
     return np.asarray(values_of(file, table, [name]))[:, 0]
 
 
@@ -104,7 +106,7 @@ def check_metres(name: str, values: np.ndarray, unit: str, where: Path) -> np.nd
     """Positions in metres; refuses those that no arm reaches."""
     out = np.asarray(values, float) * LENGTHS[unit]
     if (most := float(np.abs(out).max(initial=0.0))) > 20.0:
-        fail(f"{where}: {name}: positions of up to {most:.0f} m; are they in millimetres? (--length mm)")
+        raise kr5.IoError(f"{where}: {name}: positions of up to {most:.0f} m; are they in millimetres? (--length mm)")
     return out
 
 

@@ -4,9 +4,9 @@ import re
 from pathlib import Path
 from typing import Any
 
+import kr5
 import numpy as np
 
-from kr5_tools.cli.terminal import fail
 from kr5_tools.files.writing import write_text
 
 MOST_KRL_AXES = 12  # A1 to A6, E1 to E6
@@ -29,7 +29,9 @@ def write_motion_csv(motion: Any, tau: np.ndarray, file: Path) -> None:
 def krl_files(stem: Path) -> tuple[Path, Path]:
     """The two files of a KRL module. Its name is that of the files, which KRL limits."""
     if not KRL_NAME.match(stem.name):
-        fail(f"--krl: found {stem.name!r}, expected a name of KRL: a letter, then up to 20 letters, digits or _")
+        raise kr5.InvalidArgument(
+            f"--krl: found {stem.name!r}, expected a name of KRL: a letter, then up to 20 letters, digits or _"
+        )
     return stem.with_name(stem.name + ".src"), stem.with_name(stem.name + ".dat")
 
 
@@ -45,7 +47,7 @@ def write_krl(excitation: Any, chain: Any, cell_name: str, stem: Path) -> None:
 
 def _axis_names(joints: int) -> list[str]:
     if joints > MOST_KRL_AXES:
-        fail(f"--krl: the arm has {joints} joints; KRL has {MOST_KRL_AXES} axes")
+        raise kr5.InvalidArgument(f"--krl: the arm has {joints} joints; KRL has {MOST_KRL_AXES} axes")
     return [f"A{j + 1}" if j < 6 else f"E{j - 5}" for j in range(joints)]
 
 

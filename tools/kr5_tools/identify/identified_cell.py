@@ -1,13 +1,14 @@
 """An identified arm put into a cell: links, rotors and friction."""
 
+import warnings
 from pathlib import Path
 from typing import Any
 
+import kr5
 import numpy as np
 from kr5 import cell as kr5_cell
 from kr5 import identification, kinematics
 
-from kr5_tools.cli.terminal import fail, print_note
 from kr5_tools.files.writing import beside
 
 LEAST_MASS = 1e-3  # of a link without one, for a prior [kg]
@@ -56,7 +57,7 @@ def believed_parameters(cell: Any, model: Any) -> np.ndarray:
     """Standard parameters of the arm of a cell with its tool, in the order of the regressor; terms that a cell does not
     hold are zero."""
     if not cell.robot.links:
-        fail(
+        raise kr5.InvalidArgument(
             "the cell has no links, whose masses are needed; identify the arm first: kr5 identify dynamics --write-cell"
         )
     out = np.zeros(len(identification.DynamicsRegressor(model).names))
@@ -75,10 +76,10 @@ def believed_parameters(cell: Any, model: Any) -> np.ndarray:
 def write_identified_cell(cell: Any, motion: Any, result: Any, options: Any, file: Path) -> None:
     """The cell with bodies that can exist and explain the torques; the tool stays as it is believed."""
     if not cell.robot.links:
-        fail("--write-cell: the cell has no link masses to begin with; add them to the cell")
+        raise kr5.InvalidArgument("--write-cell: the cell has no link masses to begin with; add them to the cell")
     prior = link_bodies(cell, with_tool=False)
     if min(b.mass for b in prior) < LEAST_MASS:
-        fail(
+        raise kr5.InvalidArgument(
             "--write-cell: a link of the cell has no mass; the search for physically possible bodies begins"
             " at the masses of the cell"
         )
@@ -88,14 +89,20 @@ def write_identified_cell(cell: Any, motion: Any, result: Any, options: Any, fil
     model, left_out = terms_of_a_cell(result.model)
     found = identification.identify_dynamics(without_tool(cell, motion, model), model, options)
     if not found.fit.usable:
-        fail(f"--write-cell: {found.fit.message}")
+        raise kr5.InvalidArgument(f"--write-cell: {found.fit.message}")
     with beside(file) as new:
         kr5_cell.save_cell(put_dynamics(cell, found), new)
     if left_out:
-        print_note(
-            f"{file}: links, rotors and friction were estimated without {', '.join(left_out)}, which it cannot hold"
+        warnings.warn(
+            f"{file}: links, rotors and friction were estimated without {', '.join(left_out)}, which it cannot hold",
+            kr5.Caution,
+            stacklevel=2,
         )
-    print_note(f"{file}: links, rotors and friction by the consistent estimate, whose bodies are physically possible")
+    warnings.warn(
+        f"{file}: links, rotors and friction by the consistent estimate, whose bodies are physically possible",
+        kr5.Caution,
+        stacklevel=2,
+    )
 
 
 def terms_of_a_cell(model: Any) -> tuple[Any, list[str]]:

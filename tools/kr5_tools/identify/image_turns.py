@@ -3,10 +3,10 @@
 from pathlib import Path
 from typing import Any, Literal
 
+import kr5
 import numpy as np
 from kr5 import calibration, vision
 
-from kr5_tools.cli.terminal import fail
 from kr5_tools.files.camera import load_camera
 from kr5_tools.files.images import image_files
 from kr5_tools.targets.command import find_in_images, load_target
@@ -18,10 +18,12 @@ LEAST = 4  # images of a turn
 def image_turn(folder: Path, camera: Path | None, target: str | None, mount: str) -> tuple[list[Any], list[str]]:
     """Samples of one joint from the images of a folder, in the order of their names, and those names."""
     if not folder.is_dir():
-        fail(f"{folder}: found no folder; expected one folder of images a joint, as the first input is one")
+        raise kr5.FileError(folder, "found no folder; expected one folder of images a joint, as the first input is one")
     if camera is None or target is None:
         missing = "--camera" if camera is None else "--target"
-        fail(f"{folder}: is a folder of images: {missing} is missing, e.g. --camera camera.json --target map.json")
+        raise kr5.FileError(
+            folder, f"is a folder of images: {missing} is missing, e.g. --camera camera.json --target map.json"
+        )
     seen = find_in_images(image_files([folder]), load_target(target), least=LEAST, points=4)
     lens = load_camera(camera, (seen.width, seen.height))
     samples, labels = [], []
@@ -33,8 +35,9 @@ def image_turn(folder: Path, camera: Path | None, target: str | None, mount: str
         samples.append(calibration.JointSample(T_world_tool=np.linalg.inv(T) if mount == "eye_in_hand" else T))
         labels.append(f"{folder.name}/{view.name}")
     if len(samples) < LEAST:
-        fail(
-            f"{folder}: {len(samples)} of {len(seen.views)} images give a unique pose of the target,"
-            f" expected at least {LEAST}; use a larger target or one that is not flat"
+        raise kr5.FileError(
+            folder,
+            f"{len(samples)} of {len(seen.views)} images give a unique pose of the target, expected at least {LEAST}",
+            remedy="use a larger target or one that is not flat",
         )
     return samples, labels

@@ -13,7 +13,6 @@ import numpy as np
 from kr5 import identification
 
 from kr5_tools.cli.options import options_from
-from kr5_tools.cli.terminal import fail
 from kr5_tools.log_import.importer import Importer
 from kr5_tools.log_import.log import Log
 from kr5_tools.log_import.map_file import Map, Source, load_map
@@ -60,9 +59,9 @@ def read_motions(source: Path, arm: Path | None, map_file: Path | None, held_out
     elif arm:
         out = _guessed_motions(source, arm)
     else:
-        fail(f"{source}: a log needs its arm: --cell with a cell file or a URDF, or --map with a map file")
+        raise kr5.FileError(source, "a log needs its arm: --cell with a cell file or a URDF, or --map with a map file")
     if not out.fit:
-        fail(f"{source}: found no motion with joint values and currents or torques to fit, expected one")
+        raise kr5.FileError(source, "found no motion with joint values and currents or torques to fit, expected one")
     if not out.check and held_out > 0:
         parts = [split_log(log, held_out) for log in out.fit]
         out.fit, out.check = [p[0] for p in parts], [p[1] for p in parts]
@@ -118,7 +117,7 @@ def _experiment_log(cell: Any, experiment: Any, n: int) -> Any:
     values = np.column_stack([experiment[name] for name in load])
     if load[0] == "i1":
         if cell.drives is None:
-            fail(
+            raise kr5.InvalidArgument(
                 f"{experiment.name}: needs drives (structure, torque_constant) in the cell to read currents, which it"
                 " does not have"
             )
@@ -202,7 +201,7 @@ def _times(log: Log, map: Map, rows: int) -> np.ndarray:
         if every is not None:
             return every * np.arange(rows)
         if stamps is None:
-            fail(f"{map.file}: needs a clock: {{column: NAME, unit: s}}, or {{every: SECONDS}}")
+            raise kr5.FileError(map.file, "needs a clock: {column: NAME, unit: s}, or {every: SECONDS}")
         return np.asarray(log.columns[stamps]) * 1e-9
     stamps_s = np.asarray(log.column(clock.column, f"{map.file}: clock.column")) * clock.seconds()
     return np.asarray(stamps_s - np.nanmin(stamps_s) + clock.offset)
@@ -281,7 +280,7 @@ def require_usable(parts: list[Any], where: str = "") -> None:
     bad = [p for p in parts if not p.usable]
     if bad:
         errors = [f.text for p in bad for f in p.findings if str(f.severity) == "error"]
-        fail(f"{where}the log cannot be used: " + "; ".join(errors or [p.message for p in bad]))
+        raise kr5.InvalidArgument(f"{where}the log cannot be used: " + "; ".join(errors or [p.message for p in bad]))
 
 
 def conditioning_of(options: Any, cell: Any) -> Any:

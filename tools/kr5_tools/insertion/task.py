@@ -5,9 +5,9 @@ import math
 from pathlib import Path
 from typing import Annotated, Any
 
+import kr5
 import typer
 
-from kr5_tools.cli import terminal
 from kr5_tools.files.paths import SHIPPED_CELL, find_shipped_cell
 
 Cell = Annotated[
@@ -27,7 +27,7 @@ def cell_file(given: Path | None) -> Path:
         return given
     found = find_shipped_cell()
     if found is None:
-        terminal.fail(
+        raise kr5.InvalidArgument(
             f"--cell: is missing, and there is no {SHIPPED_CELL} here; specify a cell with"
             " peg, tube, tool, contact and servo"
         )
@@ -42,7 +42,7 @@ def load_cell(given: Path | None) -> tuple[Any, Path]:
     cell = kr5.cell.load_cell(file)
     for part in ("peg", "tube"):
         if getattr(cell, part) is None:
-            terminal.fail(f"{file}: {part}: is missing; an insertion needs it, as in {SHIPPED_CELL}")
+            raise kr5.FileError(file, f"{part}: is missing; an insertion needs it, as in {SHIPPED_CELL}")
     return cell, file
 
 
@@ -59,9 +59,9 @@ def offset_in_disc(radius: float, seed: int) -> list[float]:
 def set_task(setup: Any, clearance: float, tilt: float, offset: tuple[float, float] | None, cell: Any) -> None:
     """Sets a clearance [mm], a tilt [deg] and an offset [mm], which without one is drawn from the seed of the setup."""
     if not 0 < clearance < math.inf:
-        terminal.fail(f"clearance: found {clearance:g}, expected more than 0 mm")
+        raise kr5.InvalidArgument(f"clearance: found {clearance:g}, expected more than 0 mm")
     if not 0 < tilt < 90:
-        terminal.fail(f"tilt: found {tilt:g}, expected more than 0 and less than 90 degrees")
+        raise kr5.InvalidArgument(f"tilt: found {tilt:g}, expected more than 0 and less than 90 degrees")
     setup.clearance, setup.tilt = 1e-3 * clearance, math.radians(tilt)
     setup.offset = [1e-3 * x for x in offset] if offset else offset_in_disc(cell.peg.radius, setup.seed)
     setup.validate()

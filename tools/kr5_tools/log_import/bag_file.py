@@ -1,9 +1,11 @@
 """ROS bags, of ROS 1 and of ROS 2 with SQLite storage or as a folder, read by `rosbags`."""
 
+import warnings
 from pathlib import Path
 from typing import Any
 
-from kr5_tools.cli import terminal
+import kr5
+
 from kr5_tools.log_import.log import Log
 from kr5_tools.log_import.messages import MessageTable
 
@@ -23,7 +25,7 @@ def read_bag(path: Path) -> Log:
         from rosbags.highlevel import AnyReader
         from rosbags.typesys import Stores, get_typestore
     except ImportError:
-        terminal.fail(f"{path}: to read a ROS bag, the package rosbags is needed: {INSTALL}")
+        raise kr5.FileError(path, f"to read a ROS bag, the package rosbags is needed: {INSTALL}") from None
     table, kinds = MessageTable(path), dict[str, str]()
     try:
         with AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as reader:
@@ -33,16 +35,17 @@ def read_bag(path: Path) -> Log:
                 _read_messages(reader, wanted, table)
     except Exception as error:  # what the decoders raise at damaged bytes is no closed list
         why = str(error).split("\n")[0][:200] or type(error).__name__
-        terminal.fail(
-            f"{path}: cannot be read as a ROS bag: {why}; was the recording ended properly? 'ros2 bag reindex' (ROS 2)"
-            " and 'rosbag reindex' (ROS 1) repair a bag that was cut off"
-        )
+        raise kr5.FileError(
+            path,
+            f"cannot be read as a ROS bag: {why}; was the recording ended properly? 'ros2 bag reindex' (ROS 2)"
+            " and 'rosbag reindex' (ROS 1) repair a bag that was cut off",
+        ) from error
     log = table.log()
     if not log.columns:
         topics = ", ".join(f"{t} ({k})" for t, k in sorted(kinds.items())[:12]) or "none"
-        terminal.fail(
-            f"{path}: contains no message with numbers of joints or sensors; its topics are: {topics}; record"
-            " /joint_states"
+        raise kr5.FileError(
+            path,
+            f"contains no message with numbers of joints or sensors; its topics are: {topics}; record /joint_states",
         )
     return log
 
@@ -56,9 +59,11 @@ def _read_messages(reader: Any, connections: list[Any], table: MessageTable) -> 
             message = reader.deserialize(raw, connection.msgtype)
         except KeyError:  # a type whose definition neither the bag nor rosbags has
             unknown[connection.topic] = connection.msgtype
-            terminal.print_note(
+            warnings.warn(
                 f"{table.file}: topic {connection.topic} is left out: its type {connection.msgtype} is not known, since"
-                " the bag does not hold its definition"
+                " the bag does not hold its definition",
+                kr5.Caution,
+                stacklevel=2,
             )
             continue
         table.add(connection.topic, time * 1e-9, message)

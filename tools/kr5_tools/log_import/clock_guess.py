@@ -4,9 +4,9 @@ import re
 from dataclasses import dataclass
 from typing import Any
 
+import kr5
 import numpy as np
 
-from kr5_tools.cli import terminal
 from kr5_tools.log_import.entry_words import EntryWords
 from kr5_tools.log_import.log import Log, is_time
 from kr5_tools.log_import.log_time import beginning
@@ -75,13 +75,13 @@ def _even_clock(log: Log, rows: int, cycle: float | None, given: dict[str, Any])
     step = given.get("every", cycle)
     unreadable = next((name for name in log.text_columns if is_time(name)), None)
     if step is None and unreadable is not None:
-        terminal.fail(
+        raise kr5.IoError(
             f"{log.unreadable(unreadable)}; correct it, or state the interval of the rows with --every SECONDS"
         )
     if step is None:
         return None
     if not isinstance(step, (int, float)) or not step > 0:
-        terminal.fail(f"clock.every: found {step!r:.40}, expected an interval above 0 s")
+        raise kr5.InvalidArgument(f"clock.every: found {step!r:.40}, expected an interval above 0 s")
     lacking = f"{unreadable} holds text" if unreadable else "no column looks like time"
     why = "as asked for" if "every" in given else f"{lacking}; this is the cycle of the cell"
     seconds = step * np.arange(rows) + _offset(given)
@@ -91,7 +91,7 @@ def _even_clock(log: Log, rows: int, cycle: float | None, given: dict[str, Any])
 def _offset(given: dict[str, Any]) -> float:
     offset = given.get("offset", 0.0)
     if not isinstance(offset, (int, float)):
-        terminal.fail(f"clock.offset: found {offset!r:.40}, expected a number of seconds")
+        raise kr5.InvalidArgument(f"clock.offset: found {offset!r:.40}, expected a number of seconds")
     return float(offset)
 
 
@@ -116,14 +116,16 @@ def _unit_of(step: float, usual: float) -> str:
 def require_clock(clock: GuessedClock | None, log: Log, words: EntryWords) -> GuessedClock:
     if clock is None:
         names = ", ".join(list(log.columns)[:12])
-        terminal.fail(
-            f"{log.file}: no column looks like time among {names}, and the model states no cycle; state the interval of"
-            " its rows with --every SECONDS"
+        raise kr5.FileError(
+            log.file,
+            f"no column looks like time among {names}, and the model states no cycle; state the interval of"
+            " its rows with --every SECONDS",
         )
     if not np.isfinite(clock.seconds).all() or (len(clock.seconds) > 1 and float(np.ptp(clock.seconds)) <= 0):
-        terminal.fail(
-            f"{log.file}: {clock.proposal}: found no time that goes on (no number, or too few digits), expected one in"
+        raise kr5.FileError(
+            log.file,
+            f"{clock.proposal}: found no time that goes on (no number, or too few digits), expected one in"
             f" each row; choose another column ({words.put('clock', column='NAME')}), or state the interval of its rows"
-            " with --every SECONDS"
+            " with --every SECONDS",
         )
     return clock

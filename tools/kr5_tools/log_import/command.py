@@ -70,13 +70,11 @@ def import_log(
         noise.extend(with_noise(recording))
 
     found, notes, problems = import_recording(log, map_file, add_noise)
-    for problem in problems:
-        terminal.print_problem(problem.text(), refused=not trust)
     if problems and not trust:
-        terminal.errors.print(
-            "Nothing was written. Correct the map, or write the recording as it is with --trust.", soft_wrap=True
-        )
-        raise typer.Exit(2)
+        remedy = "nothing was written; correct the map, or write the recording as it is with --trust"
+        terminal.fail(*(problem.text() for problem in problems), remedy)
+    for problem in problems:
+        terminal.print_warning(problem.text())
     notes += noise
     rows = [[e.name, str(e.kind), str(e.split), len(e.data)] for e in found.experiments]
     data = {

@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import kr5
+
 from kr5_tools.cli import terminal
 from kr5_tools.log_import.log_file import ENDINGS
 
@@ -44,13 +46,14 @@ def open_source(paths: Sequence[Path], options: SourceOptions) -> ComparedSource
     """Reads what is to be compared; ends with an error that says what is missing, and how to give it."""
     for path in paths:
         if not path.exists():
-            terminal.fail(
-                f"{path}: no such file or folder; expected the folder of a recording (recording.yaml), or a log"
-                f" ({', '.join('.' + e for e in ENDINGS)}, or the folder of a ROS 2 bag)"
+            raise kr5.FileError(
+                path,
+                f"no such file or folder; expected the folder of a recording (recording.yaml), or a log"
+                f" ({', '.join('.' + e for e in ENDINGS)}, or the folder of a ROS 2 bag)",
             )
     recordings = [p for p in paths if (p / "recording.yaml").is_file()]
     if recordings and len(paths) > 1:
-        terminal.fail(f"{recordings[0]}: is a recording, beside other sources; expected one recording, or logs")
+        raise kr5.FileError(recordings[0], "is a recording, beside other sources; expected one recording, or logs")
     out = _open_recording(paths[0], options) if recordings else _open_logs(paths, options)
     out.inputs |= _reading_inputs(options)
     out.command = shlex.join([*map(str, paths), *_option_words(options)])
@@ -134,7 +137,7 @@ def _open_recording(folder: Path, options: SourceOptions) -> ComparedSource:
     from kr5_tools.log_import.model_parts import known_errors, with_parts_of
 
     if options.every is not None or options.overrides:
-        terminal.fail(f"{folder}: is a recording; --every and --set are for logs")
+        raise kr5.FileError(folder, "is a recording; --every and --set are for logs")
     out = ComparedSource(kr5.cell.load_recording(folder), str(folder))
     out.inputs = {"recording": str(folder.resolve())}
     if options.model:
@@ -151,9 +154,10 @@ def _open_logs(paths: Sequence[Path], options: SourceOptions) -> ComparedSource:
 
     _require_logs(paths)
     if options.model is None:
-        terminal.fail(
-            f"{paths[0]}: is a log; expected --model with the model of its robot (URDF, MJCF or cell file), or the"
-            " folder of a recording (recording.yaml)"
+        raise kr5.FileError(
+            paths[0],
+            "is a log; expected --model with the model of its robot (URDF, MJCF or cell file), or the"
+            " folder of a recording (recording.yaml)",
         )
     model = _read_model(options)
     described = str(model.kind) != "cell"
@@ -176,9 +180,10 @@ def _require_logs(paths: Sequence[Path]) -> None:
 
     for path in paths:
         if path.is_dir() and not is_bag_folder(path):
-            terminal.fail(
-                f"{path}: is a folder without recording.yaml (a recording) or metadata.yaml (a ROS 2 bag); expected"
-                " one of these, or log files"
+            raise kr5.FileError(
+                path,
+                "is a folder without recording.yaml (a recording) or metadata.yaml (a ROS 2 bag); expected"
+                " one of these, or log files",
             )
 
 

@@ -40,7 +40,9 @@ class Importer:
         beside = self.default if self.default and self.map.words.by_option else self.map.file
         file = beside.parent / name if name else self.default
         if file is None:
-            terminal.fail(f"{self.map.shown}: an experiment names no log; expected log: FILE, or a log beside --map")
+            raise kr5.IoError(
+                f"{self.map.shown}: an experiment names no log; expected log: FILE, or a log beside --map"
+            )
         if file not in self.logs:
             self.logs[file] = read_log(file, self.map.header, self.map.words)
             for note in self.logs[file].notes:
@@ -95,7 +97,7 @@ class Importer:
     def chosen_rows(self, rows: int, experiment: Experiment, where: str) -> np.ndarray:
         first, last = experiment.entry.rows or (1, rows)
         if last > rows:
-            terminal.fail(f"{where}: rows: found {first} to {last}, expected rows of the log's {rows}")
+            raise kr5.IoError(f"{where}: rows: found {first} to {last}, expected rows of the log's {rows}")
         out = np.zeros(rows, bool)
         out[first - 1 : last] = True
         return out
@@ -103,7 +105,7 @@ class Importer:
     def measured_grid(self, series: dict[str, Series], experiment: Experiment, where: str) -> np.ndarray:
         """Smooths the positions, and gives the instants of the log that are kept."""
         if "q" not in series:
-            terminal.fail(
+            raise kr5.IoError(
                 f"{where}: columns.qc: found from: measured, but columns.q is missing, which contains the measured"
                 " values"
             )
@@ -130,7 +132,7 @@ class Importer:
             smoothing = ""
             if chosen.smooths:
                 smoothing = f", since smoothing the positions takes {EDGE / chosen.cutoff:.2g} s at each end"
-            terminal.fail(
+            raise kr5.IoError(
                 f"{where}: found {len(q.t)} rows over {q.t[-1] - q.t[0]:.3g} s, of which {len(out)} can be compared"
                 f"{smoothing}; expected at least {LEAST_ROWS}: log a longer motion"
             )
@@ -167,7 +169,7 @@ class Importer:
         log = self.log(source.log) if source.log else main
         raw = [log.column(n, source.where) for n in source.names]
         if len({len(r) for r in raw}) > 1:
-            terminal.fail(
+            raise kr5.IoError(
                 f"{source.where}: columns of different lengths in {log.file}:"
                 f" {', '.join(f'{n} {len(r)}' for n, r in zip(source.names, raw))}"
             )
@@ -217,7 +219,7 @@ class Importer:
         else:
             out = t
         if rows != len(out):
-            terminal.fail(
+            raise kr5.IoError(
                 f"{source.where}: found {rows} rows beside a clock of {len(out)}; specify its clock:"
                 f" {self.map.words.put(_key(source) + '.clock', column='NAME', unit='s')}"
             )
@@ -230,11 +232,12 @@ class Importer:
         rows = np.flatnonzero(lacks)
         if source.missing == "fail":
             column = source.names[int(np.flatnonzero(~np.isfinite(s.values[rows[0]]))[0])]
-            terminal.fail(
-                f"{log.file}: {log.row(rows[0])}, column '{column}': found no number (empty, NaN or infinite;"
+            raise kr5.FileError(
+                log.file,
+                f"{log.row(rows[0])}, column '{column}': found no number (empty, NaN or infinite;"
                 f" {len(rows)} of {len(s.t)} rows), expected one in each row;"
                 f" {self.map.words.put(_key(source), missing='interpolate')} fills them where the sensor is slower than"
-                f" the log, {self.map.words.put(_key(source), missing='drop')} leaves these rows out"
+                f" the log, {self.map.words.put(_key(source), missing='drop')} leaves these rows out",
             )
         what = f"{source.members[0]} and similar columns: {len(rows)} of {len(s.t)} rows without a number were "
         if source.missing == "drop" and keep is not None:
@@ -247,7 +250,7 @@ class Importer:
             every = 2 if column_family(source.members[0]) in ("tau", "i") else 1  # rows that share no reading
             return Series(t[::every], values[::every])
         if lacks.all():
-            terminal.fail(f"{source.where}: no row of {log.file} has a number in all of its columns")
+            raise kr5.IoError(f"{source.where}: no row of {log.file} has a number in all of its columns")
         return Series(s.t[~lacks], s.values[~lacks])
 
     def check_gaps(self, source: Source, log: Log, s: Series, experiment: Experiment) -> None:
@@ -258,11 +261,12 @@ class Importer:
         wide = np.flatnonzero(np.diff(t) > most)
         if len(wide) and self.map.resample.method != "previous":
             before, after = t[wide[0]], t[wide[0] + 1]
-            terminal.fail(
-                f"{log.file}: column '{source.names[0]}': found no number for {after - before:.4g} s ({len(wide)} such"
+            raise kr5.FileError(
+                log.file,
+                f"column '{source.names[0]}': found no number for {after - before:.4g} s ({len(wide)} such"
                 f" gaps), expected one about every {np.median(np.diff(t)):.4g} s; make the parts before and after two"
                 f" experiments (to: {before:.5g}, from: {after:.5g}), or allow it with clock:"
-                f" {{max_gap: {1.01 * np.diff(t).max():.3g}}}"
+                f" {{max_gap: {1.01 * np.diff(t).max():.3g}}}",
             )
 
     def in_order(self, s: Series, experiment: Experiment) -> Series:
@@ -310,7 +314,7 @@ class Importer:
                 " contains no information about the servos"
             )
             if "q1" not in columns:
-                terminal.fail(
+                raise kr5.IoError(
                     f"{where}: columns.qc: found from: measured, but columns.q is missing,"
                     " which contains the measured values"
                 )
@@ -326,13 +330,13 @@ class Importer:
                 name = column_family(column.name)
                 put = self.map.words.put("columns.qc", **{"from": "measured", "unit": "rad"})
                 remedy = f"; {put} is for logs without commands" if name == "qc" else ""
-                terminal.fail(
+                raise kr5.IoError(
                     f"{where}: columns.{name} is missing: {column.name} [{column.unit}] is required for kind"
                     f" {experiment.entry.kind}{remedy}"
                 )
         names = [c.name for c in wanted if c.name in columns]
         if other := [n for n in names if len(columns[n]) != rows]:
-            terminal.fail(
+            raise kr5.IoError(
                 f"{where}: columns.{column_family(other[0])}: found {len(columns[other[0]])} rows beside {rows} times; "
                 "streams of an "
                 f"experiment of kind {experiment.entry.kind} need the same rows"
@@ -349,17 +353,17 @@ def _with_loads(series: dict[str, Series]) -> tuple[Series, Series | None, bool]
 def _smoothing_of(series: dict[str, Series], where: str) -> Smoothing:
     q, loads, beside = _with_loads(series)
     if len(q.t) < LEAST_SMOOTHED:
-        terminal.fail(
+        raise kr5.IoError(
             f"{where}: found {len(q.t)} rows of positions without a gap, expected at least {LEAST_SMOOTHED};"
             " log a longer motion, or at a higher rate"
         )
     try:
         return choose_smoothing(q, loads.values if loads is not None and beside else None)
     except kr5.Error as error:
-        terminal.fail(
+        raise kr5.IoError(
             f"{where}: found {len(q.t)} rows over {q.t[-1] - q.t[0]:.3g} s, which do not tell how fast the arm"
             f" moves ({error}); log at a higher rate, or a longer motion"
-        )
+        ) from error
 
 
 def contiguous(t: np.ndarray, experiment: Experiment, max_gap: float | None) -> slice:

@@ -7,9 +7,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import kr5
 import numpy as np
 
-from kr5_tools.cli import terminal
 from kr5_tools.log_import.column_names import Family
 from kr5_tools.log_import.log import Log
 from kr5_tools.log_import.map_file import Source, names_of, read_source
@@ -27,10 +27,11 @@ def joint_entry(family: Family, log: Log, cell: Any, stated: GivenEntries) -> tu
         family = replace(family, motor_side=given["side"] == "motor")
     values = np.column_stack([log.columns[n] for n in family.columns])
     if empty := [name for name, column in zip(family.columns, values.T) if not np.isfinite(column).any()]:
-        terminal.fail(
-            f"{log.file}: {range_text(empty)}: found no number in any row, expected"
+        raise kr5.FileError(
+            log.file,
+            f"{range_text(empty)}: found no number in any row, expected"
             f" {'positions' if family.name in ('q', 'qc') else 'efforts'} of the joints; check that the publisher fills"
-            f" them in, or name other columns: {put(**{'from': '[...]'})}"
+            f" them in, or name other columns: {put(**{'from': '[...]'})}",
         )
     entry: dict[str, Any] = {"from": pattern_of(family.columns)}
     if "unit" in given:
@@ -89,9 +90,10 @@ def _joint_unit(
     is stated."""
     if family.unit == "%" and put is not None:
         how = put(scale="[...]", unit="A" if family.name == "i" else "N m")
-        terminal.fail(
-            f"{log.file}: {range_text(family.columns)}: found per cent of a rated value, expected N m, N or A; state"
-            f" what 1 % is for each joint, and its unit: {how}"
+        raise kr5.FileError(
+            log.file,
+            f"{range_text(family.columns)}: found per cent of a rated value, expected N m, N or A; state"
+            f" what 1 % is for each joint, and its unit: {how}",
         )
     size = float(np.nanmax(np.abs(values)))
     why = f"values up to {size:.4g}"

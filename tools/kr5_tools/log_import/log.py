@@ -5,9 +5,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import kr5
 import numpy as np
-
-from kr5_tools.cli import terminal
 
 TIME = re.compile(
     r"(^|[^a-z]|bag)(t|time|timestamp|stamp|clock|zeit|date|datetime|utc|seconds|sec|log_time|header\.stamp|header/stamp)"
@@ -89,7 +88,7 @@ class Log:
 
     def column(self, name: str, where: str) -> np.ndarray:
         if name in self.text_columns:
-            terminal.fail(self.unreadable(name))
+            raise kr5.IoError(self.unreadable(name))
         if name not in self.columns:
             import difflib
 
@@ -97,7 +96,7 @@ class Log:
             hint = f"; did you mean '{near[0]}'? It has" if near else "; it has"
             names = list(self.columns)
             shown = ", ".join(names[:12]) + (f" and {len(names) - 12} more" if len(names) > 12 else "")
-            terminal.fail(f"{where}: found '{name}', which {self.file} does not have{hint}: {shown}")
+            raise kr5.IoError(f"{where}: found '{name}', which {self.file} does not have{hint}: {shown}")
         return self.columns[name]
 
     def unreadable(self, name: str) -> str:

@@ -8,9 +8,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+import kr5
 import numpy as np
 
-from kr5_tools.cli import terminal
 from kr5_tools.files.documents import read_text
 from kr5_tools.log_import.bag_file import is_bag_folder, read_bag
 from kr5_tools.log_import.entry_words import IN_MAP, EntryWords
@@ -29,10 +29,12 @@ def read_log(file: Path, header: list[str] | None = None, words: EntryWords = IN
     if is_bag_folder(file):
         return read_bag(file)
     if not file.is_file():
-        terminal.fail(f"{file}: no such file; expected a log ({', '.join('.' + e for e in ENDINGS)})")
+        raise kr5.FileError(file, f"no such file; expected a log ({', '.join('.' + e for e in ENDINGS)})")
     ending = file.suffix.lower().lstrip(".")
     if ending not in ENDINGS:
-        terminal.fail(f"{file}: found the ending '.{ending}', expected one of {', '.join('.' + e for e in ENDINGS)}")
+        raise kr5.FileError(
+            file, f"found the ending '.{ending}', expected one of {', '.join('.' + e for e in ENDINGS)}"
+        )
     if ending == "npz":
         return read_npz(file)
     if ending in ("db3", "bag"):
@@ -48,25 +50,28 @@ def _read_text(file: Path, header: list[str] | None, words: EntryWords) -> Log:
     text = read_text(file, "a table of numbers under a line of names", MAX_BYTES)
     lines = [(i, line) for i, line in enumerate(text.splitlines(), 1) if line.strip() and not _is_comment(line)]
     if not lines:
-        terminal.fail(f"{file}: is empty; expected a line of column names and rows of numbers")
+        raise kr5.FileError(file, "is empty; expected a line of column names and rows of numbers")
     delimiter = next((d for d in (";", "\t", ",") if d in lines[0][1]), None)
     split = (lambda s: next(csv.reader([s], delimiter=delimiter))) if delimiter else str.split
     try:
         rows = [(i, [c.strip() for c in split(line)]) for i, line in lines]
     except csv.Error as error:
-        terminal.fail(f"{file}: is not a table ({error}); expected a line of column names and rows of numbers")
+        raise kr5.FileError(
+            file, f"is not a table ({error}); expected a line of column names and rows of numbers"
+        ) from error
     names = header or rows.pop(0)[1]
     if not header and all(_is_number(c) for c in names):
-        terminal.fail(
-            f"{file}: line {lines[0][0]}: found only numbers, expected the names of the columns; specify them:"
-            f" {_header_words(words, ', '.join(f'column{i + 1}' for i in range(len(names))))}"
+        raise kr5.FileError(
+            file,
+            f"line {lines[0][0]}: found only numbers, expected the names of the columns; specify them:"
+            f" {_header_words(words, ', '.join(f'column{i + 1}' for i in range(len(names))))}",
         )
     own = [r for _, r in rows if r == names]
     rows = [(i, r) for i, r in rows if r != names]
     if names and not names[-1]:  # a delimiter at the end of every line
         names, rows = names[:-1], [(i, r[:-1] if len(r) == len(names) and not r[-1] else r) for i, r in rows]
     if not rows:
-        terminal.fail(f"{file}: has a line of names and no row of numbers")
+        raise kr5.FileError(file, "has a line of names and no row of numbers")
     _check_shape(file, names, rows, words)
     log = Log(file, lines=np.array([i for i, _ in rows]))
     if own:
@@ -97,9 +102,10 @@ def _check_shape(file: Path, names: list[str], rows: list[tuple[int, list[str]]]
     twice = {n for n, count in Counter(names).items() if count > 1}
     if twice or "" in names:
         found = f"the name '{sorted(twice)[0]}' twice" if twice else "a column without a name"
-        terminal.fail(
-            f"{file}: line of names: found {found}, expected a unique name for each column; specify them"
-            f" ({_header_words(words, '...')}) and delete that line"
+        raise kr5.FileError(
+            file,
+            f"line of names: found {found}, expected a unique name for each column; specify them"
+            f" ({_header_words(words, '...')}) and delete that line",
         )
     bad = [(i, len(r)) for i, r in rows if len(r) != len(names)]
     if bad:
@@ -110,8 +116,8 @@ def _check_shape(file: Path, names: list[str], rows: list[tuple[int, list[str]]]
             if number == rows[-1][0]
             else "correct or delete the line"
         )
-        terminal.fail(
-            f"{file}: line {number}: found {count} values, expected {len(names)}, one a column{more}; {remedy}"
+        raise kr5.FileError(
+            file, f"line {number}: found {count} values, expected {len(names)}, one a column{more}; {remedy}"
         )
 
 

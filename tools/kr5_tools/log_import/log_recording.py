@@ -2,6 +2,7 @@
 
 import re
 import tempfile
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,7 +12,6 @@ import kr5
 import kr5.cell
 import yaml
 
-from kr5_tools.cli import terminal
 from kr5_tools.log_import.importer import import_recording
 from kr5_tools.log_import.map_guess import guess_map
 from kr5_tools.log_import.model_parts import known_errors, with_noise, with_parts_to_try, with_torque_constants
@@ -77,7 +77,7 @@ def record_logs(logs: Sequence[Path], cell: Any, options: LogOptions, described:
 def _require_masses(recording: Any) -> None:
     loads = any("tau1" in e.data or "i1" in e.data for e in recording.experiments)
     if loads and not recording.cell.robot.links:
-        terminal.fail(
+        raise kr5.InvalidArgument(
             "the model states no masses of its links, from which torques follow; choose a model with masses and"
             " inertias (in a URDF: <inertial> of each link)"
         )
@@ -122,7 +122,7 @@ def _with_overrides(cell: Any, overrides: list[tuple[list[str], Any]]) -> Any:
         try:
             cell = kr5.cell.parse_cell(yaml.safe_dump(data, sort_keys=False), where)
         except kr5.Error as error:
-            terminal.fail(re.sub(rf"^{re.escape(where)}:\d+: ", f"{where}: ", str(error)))
+            raise kr5.InvalidArgument(re.sub(rf"^{re.escape(where)}:\d+: ", f"{where}: ", str(error))) from error
     return cell
 
 
@@ -133,20 +133,21 @@ def _shows_nothing(recording: Any) -> bool:
 
 
 def require_plausible(found: LogRecording, trust: bool) -> None:
-    """Ends when nothing that a model predicts was measured, or when numbers of the logs are plausible only in another
-    unit, column or side of the gears."""
+    """Raises kr5.Error when nothing that a model predicts was measured, or when numbers of the logs are plausible only
+    in another unit, column or side of the gears; `trust`: of these it warns (kr5.Implausible)."""
     if not trust and _shows_nothing(found.recording):
         names = list(found.recording.cell.robot.joint_names)
-        terminal.fail(
+        raise kr5.InvalidArgument(
             "found no efforts or currents of every joint in the log"
             + (f" ({', '.join(names)})" if names else "")
             + ", and nothing else that a model predicts; name their columns: --set 'columns.tau.from=[...]', or"
             " --set 'columns.i.from=[...]' for currents"
         )
-    for problem in found.problems:
-        terminal.print_problem(problem.text(), refused=not trust)
     if found.problems and not trust:
-        terminal.fail(
+        mismatch = (
             "the log and the model do not fit together as they were read. Is this the model of the robot that was"
             " logged? If so, correct what is named above with --set, or go on with --trust"
         )
+        raise kr5.Errors([*(problem.text() for problem in found.problems), mismatch])
+    for problem in found.problems:
+        warnings.warn(problem.text(), kr5.Implausible, stacklevel=2)

@@ -2,9 +2,9 @@
 
 from collections.abc import Callable
 
+import kr5
 import numpy as np
 
-from kr5_tools.cli import terminal
 from kr5_tools.log_import.log import Log
 from kr5_tools.log_import.map_file import Clock, Experiment, Map, Source
 from kr5_tools.log_import.sparse_columns import longest_step
@@ -59,7 +59,7 @@ class LogTimes:
         if clock is None:
             if experiment.entry.kind not in STILL:
                 put = self.map.words.put
-                terminal.fail(
+                raise kr5.IoError(
                     f"{where}: needs a clock; add {put('clock', column='NAME', unit='s')}, or"
                     f" {put('clock', every='SECONDS')}"
                 )
@@ -75,9 +75,9 @@ class LogTimes:
         stamps = log.column(clock.column, f"{self.map.shown}: clock.column")
         bad = np.flatnonzero(~np.isfinite(stamps))
         if len(bad):
-            terminal.fail(
-                f"{log.file}: {log.row(bad[0])}, column '{clock.column}': found no time ({len(bad)} such rows),"
-                " expected a number"
+            raise kr5.FileError(
+                log.file,
+                f"{log.row(bad[0])}, column '{clock.column}': found no time ({len(bad)} such rows), expected a number",
             )
         t = (stamps - beginning(log, clock.column)) * clock.seconds() + clock.offset
         if is_timed(experiment):
@@ -89,9 +89,10 @@ class LogTimes:
         if len(back) and clock.repair != "sort":
             at = back[0] + 1
             what = "goes back" if t[at] < t[at - 1] else "stands still"
-            terminal.fail(
-                f"{log.file}: {log.row(at)}, column '{clock.column}': time {what}: found {t[at]:.9g} s after"
-                f" {t[at - 1]:.9g} s ({len(back)} such rows), expected increasing time; {self.order_remedy(log, t)}"
+            raise kr5.FileError(
+                log.file,
+                f"{log.row(at)}, column '{clock.column}': time {what}: found {t[at]:.9g} s after"
+                f" {t[at - 1]:.9g} s ({len(back)} such rows), expected increasing time; {self.order_remedy(log, t)}",
             )
         part = np.unique(t[inside_span(t, experiment)])
         steps = np.diff(part)
@@ -99,7 +100,7 @@ class LogTimes:
         wide = np.flatnonzero(steps > most)
         if len(wide):
             before, after = part[wide[0]], part[wide[0] + 1]
-            terminal.fail(
+            raise kr5.InvalidArgument(
                 f"{log.file}: {log.row(int(np.flatnonzero(t == after)[0]))}, column '{clock.column}': found a gap of"
                 f" {after - before:.4g} s ({len(wide)} such gaps), expected about {np.median(steps):.4g} s;"
                 + (
@@ -137,14 +138,14 @@ class LogTimes:
         end = min(s.t[-1] if len(s.t) else -np.inf for s in series.values())
         inside = t[(t >= low) & (t < high) & (t <= end)]
         if len(inside) < 10:
-            terminal.fail(
+            raise kr5.IoError(
                 f"{where}: only {len(inside)} rows of the log lie between from:"
                 f" {_given(experiment.entry.begin, 'its beginning')} and to: {_given(experiment.entry.end, 'its end')};"
                 f" its streams share {low:.4g} to {end:.4g} s. Is the unit of the clock right?"
             )
         every = self.map.resample.every
         if every and not (inside[-1] - inside[0]) / every <= MAX_ROWS:
-            terminal.fail(
+            raise kr5.IoError(
                 f"{where}: resample.every: found {every:g} s, which makes more than {MAX_ROWS} rows of "
                 f"{inside[-1] - inside[0]:.4g} s; "
                 "is the unit of the clock right, and is there a single row far from the others?"

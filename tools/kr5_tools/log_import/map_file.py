@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
+import kr5
 from pydantic import Field, field_validator, model_validator
 
-from kr5_tools.cli import terminal
 from kr5_tools.files.documents import (
     Document,
     Pose,
@@ -345,12 +345,12 @@ def names_of(given: Any, n: int, where: str) -> list[str]:
         first = 0 if "{0}" in str(given) else 1
         mark = next((m for m in ("{0}", "{1}", "{}") if m in str(given)), None)
         if mark is None:
-            terminal.fail(
+            raise kr5.IoError(
                 f"{where}: from: found '{given}', expected {n} names, or one with {{}} where the joint is counted"
             )
         names = [str(given).replace(mark, str(first + i)) for i in range(n)]
     if len(names) != n:
-        terminal.fail(f"{where}: from: found {len(names)} names, expected {n}")
+        raise kr5.IoError(f"{where}: from: found {len(names)} names, expected {n}")
     return names
 
 
@@ -358,17 +358,17 @@ def _units(given: Any, n: int, where: str, name: str) -> list[str]:
     if given is None:
         if name in ("pose", "view", "line", "run", "marker", "corner", "sphere", "qw", "qx", "qy", "qz"):
             return ["-"] * n
-        terminal.fail(f"{where}: unit: is missing; expected the unit in the log, such as deg, rad, mm, A, mA, N m")
+        raise kr5.IoError(f"{where}: unit: is missing; expected the unit in the log, such as deg, rad, mm, A, mA, N m")
     if name == "wrench" and isinstance(given, list) and len(given) == 2:
         return [str(given[0])] * 3 + [str(given[1])] * 3
     units = [str(u) for u in given] if isinstance(given, list) else [str(given)] * n
     if len(units) != n:
-        terminal.fail(f"{where}: unit: found {len(units)}, expected one, or {n}")
+        raise kr5.IoError(f"{where}: unit: found {len(units)}, expected one, or {n}")
     return units
 
 
 def _numbers(given: float | list[float], n: int, where: str, key: str) -> list[float]:
     values = given if isinstance(given, list) else [given] * n
     if len(values) != n:
-        terminal.fail(f"{where}: {key}: found {given!r}, expected a number, or a list of {n}")
+        raise kr5.IoError(f"{where}: {key}: found {given!r}, expected a number, or a list of {n}")
     return [float(v) for v in values]

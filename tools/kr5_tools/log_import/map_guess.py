@@ -8,10 +8,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+import kr5
 import kr5.cell
 import numpy as np
 
-from kr5_tools.cli import terminal
 from kr5_tools.log_import.clock_guess import USUAL_STEP, GuessedClock, guess_clock, require_clock
 from kr5_tools.log_import.column_names import Family, FoundFamilies, is_quantity, spoken_joints
 from kr5_tools.log_import.experiment_split import RawPart, split_parts
@@ -76,7 +76,7 @@ def guess_map(
         out.notes += log.notes
         parts += [_read_part(part, cell, given, out, file.name) for part in _parts_of(log, cell, given)]
     if not parts:
-        terminal.fail("no log: expected at least one")
+        raise kr5.InvalidArgument("no log: expected at least one")
     entries = split_parts([raw for raw, _, _ in parts], out.reasons)
     if len(parts) == 1:
         _, columns, clock = parts[0]
@@ -127,12 +127,13 @@ def _refuse_unknown(log: Log, families: FoundFamilies, names: list[str], number:
     shown = ", ".join(list(log.columns)[:12]) + (" ..." if len(log.columns) > 12 else "")
     topics, published = _published(log)
     if topics and not published:
-        terminal.fail(
-            f"{log.file}: found no joint states in its topics {', '.join(topics[:12])}; record /joint_states, or name"
-            " the columns of the positions in a map, see kr5 recording import --help"
+        raise kr5.FileError(
+            log.file,
+            f"found no joint states in its topics {', '.join(topics[:12])}; record /joint_states, or name"
+            " the columns of the positions in a map, see kr5 recording import --help",
         )
     if not log.columns and log.text_columns:
-        terminal.fail(log.unreadable(next(iter(log.text_columns))))
+        raise kr5.IoError(log.unreadable(next(iter(log.text_columns))))
     for quantity, what in (("q", "positions"), ("qc", "commands")):
         _refuse_lacking(log, families, quantity, what, given)
     told = [w for w in families.joint_words if re.search(r"[A-Za-z]", w) and not is_quantity(w)]
@@ -140,15 +141,17 @@ def _refuse_unknown(log: Log, families: FoundFamilies, names: list[str], number:
     expected = f"; the model names {', '.join(names)}" if names else ""
     q, tau = (given.words.put(f"columns.{name}", **{"from": "[...]"}) for name in ("q", "tau"))
     if names and words:
-        terminal.fail(
-            f"{log.file}: the log names joints such as {', '.join(words)}{expected}: is this the model of the robot in"
-            f" the log? Choose another model, or name its columns: {q}, and those of the efforts: {tau}"
+        raise kr5.FileError(
+            log.file,
+            f"the log names joints such as {', '.join(words)}{expected}: is this the model of the robot in"
+            f" the log? Choose another model, or name its columns: {q}, and those of the efforts: {tau}",
         )
     what = "column of the position of the joint" if number == 1 else f"{number} columns of joint positions"
     how = "by its name" if number == 1 else "by their names or counted (q1, pos_1, ...)"
-    terminal.fail(
-        f"{log.file}: found no {what}, {how}, among {shown}{expected}; name {'it' if number == 1 else 'them'}: {q}, or"
-        " write a map, see kr5 recording import --help"
+    raise kr5.FileError(
+        log.file,
+        f"found no {what}, {how}, among {shown}{expected}; name {'it' if number == 1 else 'them'}: {q}, or"
+        " write a map, see kr5 recording import --help",
     )
 
 
@@ -156,10 +159,11 @@ def _refuse_lacking(log: Log, families: FoundFamilies, quantity: str, what: str,
     """Ends where some joints of the model have a column of a quantity and others have none."""
     if not (lacking := families.lacking_of(quantity)):
         return
-    terminal.fail(
-        f"{log.file}: found {what} of some joints, but not of {', '.join(lacking)}; expected those of every joint of"
+    raise kr5.FileError(
+        log.file,
+        f"found {what} of some joints, but not of {', '.join(lacking)}; expected those of every joint of"
         " the model: log them, too, end the arm before them with --tip LINK, or name the columns of all joints:"
-        f" {given.words.put(f'columns.{quantity}', **{'from': '[...]'})}"
+        f" {given.words.put(f'columns.{quantity}', **{'from': '[...]'})}",
     )
 
 
@@ -239,9 +243,10 @@ def _report_partial_loads(part: LogPart, given: GivenEntries, out: GuessedMap, n
 def _refuse_two_publishers(log: Log, positions: Any) -> None:
     for name in positions.columns if positions else ():
         if found_in_turn(np.asarray(log.columns[name])):
-            terminal.fail(
-                f"{log.file}: {name} jumps to and fro from row to row: two publishers seem to take turns in this log;"
-                " record it again with one of them, or export the topic of one alone"
+            raise kr5.FileError(
+                log.file,
+                f"{name} jumps to and fro from row to row: two publishers seem to take turns in this log;"
+                " record it again with one of them, or export the topic of one alone",
             )
 
 
@@ -291,9 +296,10 @@ def _use_measured(
         _add_joints(columns, replace(qc, name="q"), part.log, cell, given, out, where)
         why = "only commands were logged and the model has no joint servo: they stand for what was measured"
     else:
-        terminal.fail(
-            f"{part.log.file}: found efforts or currents of the joints and no positions; expected positions (q1, pos_1,"
-            " position, ...), without which no motion can be simulated"
+        raise kr5.FileError(
+            part.log.file,
+            "found efforts or currents of the joints and no positions; expected positions (q1, pos_1,"
+            " position, ...), without which no motion can be simulated",
         )
     columns["qc"] = {"from": "measured", "unit": "rad"}
     out.because(where, "qc", "measured", why)
@@ -364,10 +370,11 @@ def _raw_part(part: LogPart, columns: dict[str, Any], given: GivenEntries, cell:
     q = joint_values(columns[name], name, log, cell)
     clock = require_clock(guess_clock(log, family.columns[0], _cycle(cell), given.clock), log, given.words)
     if len(clock.seconds) != len(q):
-        terminal.fail(
-            f"{log.file}: {range_text(family.columns)}: found {len(q)} rows beside {len(clock.seconds)} of the clock"
+        raise kr5.FileError(
+            log.file,
+            f"{range_text(family.columns)}: found {len(q)} rows beside {len(clock.seconds)} of the clock"
             f" {clock.proposal}; choose one with a time for each row:"
-            f" {given.words.put('clock', column='NAME')}"
+            f" {given.words.put('clock', column='NAME')}",
         )
     t, q = aligned(clock.seconds, q) if never_complete(q) else (clock.seconds, q)
     others = [f for key in ("qc", *LOADS) if key in columns and (f := part.families.first(key)) and f is not family]
@@ -376,17 +383,19 @@ def _raw_part(part: LogPart, columns: dict[str, Any], given: GivenEntries, cell:
     known[known] = covered(t[known], [_in_time(log, n, clock) for f in others for n in f.columns])
     if not known.any():
         named = f"{family.columns[0]} and {(others or [family])[0].columns[-1]}"
-        terminal.fail(
-            f"{log.file}: the columns of the joints, {named} among them, have no numbers at the same time; expected"
-            " positions and efforts of one motion: record them together"
+        raise kr5.FileError(
+            log.file,
+            f"the columns of the joints, {named} among them, have no numbers at the same time; expected"
+            " positions and efforts of one motion: record them together",
         )
     t, first = np.unique(t[known], return_index=True)
     q = q[known][first]
     if not joints_move(q):
-        terminal.fail(
-            f"{log.file}: no joint moves: the farthest goes {np.ptp(q, axis=0).max():.2g} rad (m); an arm at"
+        raise kr5.FileError(
+            log.file,
+            f"no joint moves: the farthest goes {np.ptp(q, axis=0).max():.2g} rad (m); an arm at"
             " rest shows gravity only, which many causes explain alike; log a motion of every joint, such as kr5"
-            " identify excitation makes"
+            " identify excitation makes",
         )
     commanded = columns["qc"].get("from") != "measured"
     stated = given.clock.get("max_gap")

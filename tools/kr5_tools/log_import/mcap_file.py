@@ -2,11 +2,13 @@
 
 import json
 import os
+import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, BinaryIO, cast
 
-from kr5_tools.cli import terminal
+import kr5
+
 from kr5_tools.log_import.log import Log
 from kr5_tools.log_import.messages import MessageTable
 
@@ -18,20 +20,20 @@ def read_mcap(file: Path) -> Log:
     try:
         from mcap.reader import make_reader
     except ImportError:
-        terminal.fail(f"{file}: to read MCAP, the package mcap is needed: {INSTALL}")
+        raise kr5.FileError(file, f"to read MCAP, the package mcap is needed: {INSTALL}") from None
     table = MessageTable(file)
     try:
         for topic, time, message in _messages(file, make_reader):
             table.add(topic, time, message)
     except Exception as error:  # what the decoders raise at damaged bytes is no closed list
         why = str(error).split("\n")[0][:200] or type(error).__name__
-        terminal.fail(
-            f"{file}: cannot be read as MCAP: {why}; was the recording ended properly? 'mcap recover' repairs a "
-            "file cut off"
-        )
+        raise kr5.FileError(
+            file,
+            f"cannot be read as MCAP: {why}; was the recording ended properly? 'mcap recover' repairs a file cut off",
+        ) from error
     log = table.log()
     if not log.columns:
-        terminal.fail(f"{file}: contains no readable message; expected JSON messages, or ROS 2 ones (cdr)")
+        raise kr5.FileError(file, "contains no readable message; expected JSON messages, or ROS 2 ones (cdr)")
     return log
 
 
@@ -77,9 +79,8 @@ def _ros_factory(file: Path) -> Any:
     try:
         from mcap_ros2.decoder import DecoderFactory
     except ImportError:
-        terminal.errors.print(
-            f"{file}: messages of ROS 2, if there are any, are left out; to read them: {INSTALL}", soft_wrap=True
-        )
+        text = f"{file}: messages of ROS 2, if there are any, are left out; to read them: {INSTALL}"
+        warnings.warn(text, kr5.Caution, stacklevel=2)
         return None
     return DecoderFactory()
 

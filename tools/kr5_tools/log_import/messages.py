@@ -5,9 +5,9 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+import kr5
 import numpy as np
 
-from kr5_tools.cli import terminal
 from kr5_tools.log_import.log import Log
 from kr5_tools.log_import.publishers import found_in_turn
 
@@ -60,26 +60,31 @@ class MessageTable:
         for k, names in enumerate(lists):
             for other in lists[:k]:
                 if shared := set(names) & set(other):
-                    terminal.fail(
-                        f"{self.file}: topic {topic}: found '{sorted(shared)[0]}' in messages that list"
+                    raise kr5.FileError(
+                        self.file,
+                        f"topic {topic}: found '{sorted(shared)[0]}' in messages that list"
                         f" {_listed(other)} and in messages that list {_listed(names)}: two publishers write to this"
-                        " topic; record the log again with one of them, or give each a topic of its own"
+                        " topic",
+                        remedy="record the log again with one of them, or give each a topic of its own",
                     )
 
     def _refuse_mixed(self, topic: str, columns: dict[str, list[float]], clock: str) -> None:
         steps = np.diff(np.asarray(columns[clock]))
         back = int((steps < 0).sum())
         if len(steps) > 20 and back > MIXED_SHARE * len(steps):
-            terminal.fail(
-                f"{self.file}: topic {topic}: time goes back at {back} of {len(steps)} messages: two publishers with"
-                " clocks of their own seem to write to this topic; record the log again with one of them"
+            raise kr5.FileError(
+                self.file,
+                f"topic {topic}: time goes back at {back} of {len(steps)} messages: two publishers with"
+                " clocks of their own seem to write to this topic",
+                remedy="record the log again with one of them",
             )
         for name in columns:
             if name.startswith("position.") and found_in_turn(np.asarray(columns[name])):
-                terminal.fail(
-                    f"{self.file}: topic {topic}: {name} jumps to and fro from message to message: two publishers seem"
+                raise kr5.FileError(
+                    self.file,
+                    f"topic {topic}: {name} jumps to and fro from message to message: two publishers seem"
                     " to take turns on this topic; record the log again with one of them, or give each a topic of its"
-                    " own"
+                    " own",
                 )
 
 

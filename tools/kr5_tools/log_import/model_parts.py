@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
 
+import kr5
 import kr5.cell
 import kr5.gap
 import kr5.predict
@@ -13,7 +14,6 @@ import numpy as np
 from kr5 import identification
 from scipy.optimize import minimize_scalar
 
-from kr5_tools.cli import terminal
 from kr5_tools.log_import.joint_columns import range_text
 from kr5_tools.log_import.joint_motion import arm_model, merged_motion, motion_of
 
@@ -70,14 +70,16 @@ def with_parts_of(model: Any, own: Any) -> Any:
 def _require_same_joints(model: Any, own: Any) -> None:
     cell, names = model.cell, list(own.robot.joint_names)
     if cell.robot.joints != own.robot.joints:
-        terminal.fail(
-            f"{model.file}: found {cell.robot.joints} joints, expected {own.robot.joints}, as the recording has; is"
-            " this the model of its robot, and do --base and --tip name its arm?"
+        raise kr5.FileError(
+            model.file,
+            f"found {cell.robot.joints} joints, expected {own.robot.joints}, as the recording has; is"
+            " this the model of its robot, and do --base and --tip name its arm?",
         )
     if names and cell.robot.joint_names and names != list(model.joints):
-        terminal.fail(
-            f"{model.file}: found the joints {', '.join(model.joints)}, expected {', '.join(names)}, as the recording"
-            " has; is this the model of its robot?"
+        raise kr5.FileError(
+            model.file,
+            f"found the joints {', '.join(model.joints)}, expected {', '.join(names)}, as the recording"
+            " has; is this the model of its robot?",
         )
 
 
@@ -191,7 +193,7 @@ def with_torque_constants(recording: Any) -> list[str]:
     for k in range(n):
         value, std = _torque_constant(torque[:, k], np.asarray(motion.qd)[:, k], current[:, k])
         if not value > SURE * std:
-            terminal.fail(
+            raise kr5.InvalidArgument(
                 f"the log does not tell the torque constant of joint {k + 1} ({value:.3g} ± {std:.2g}"
                 f" {_load_unit(cell, k)}/A), which the model does not state; state them:"
                 " --set 'cell.drives.torque_constant=[...]', or log torques"

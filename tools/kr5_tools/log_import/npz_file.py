@@ -5,9 +5,9 @@ import math
 import zipfile
 from pathlib import Path
 
+import kr5
 import numpy as np
 
-from kr5_tools.cli import terminal
 from kr5_tools.log_import.log import Log
 
 MAX_COLUMNS = 20_000
@@ -24,16 +24,20 @@ def read_npz(file: Path) -> Log:
         Exception
     ) as error:  # what zip, its decompressors and the parser of headers raise at damaged bytes is no closed list
         why = str(error).split("\n")[0][:200] or type(error).__name__
-        terminal.fail(f"{file}: cannot be read as NPZ: {why}; expected arrays of numbers saved with numpy.savez")
+        raise kr5.FileError(
+            file, f"cannot be read as NPZ: {why}; expected arrays of numbers saved with numpy.savez"
+        ) from error
     log.notes = _turn_arrays(arrays, file)
     for name, values in arrays.items():
         flat = values.reshape(len(values), math.prod(values.shape[1:]))
         if len(log.columns) + flat.shape[1] > MAX_COLUMNS:
-            terminal.fail(f"{file}: {name}: found {flat.shape[1]} columns, expected at most {MAX_COLUMNS} in a log")
+            raise kr5.FileError(
+                file, f"found {flat.shape[1]} columns, expected at most {MAX_COLUMNS} in a log", field=name
+            )
         for k in range(flat.shape[1]):
             log.add(name if values.ndim == 1 else f"{name}[{k}]", flat[:, k], f"{len(values)} rows")
     if not log.columns:
-        terminal.fail(f"{file}: contains no array of numbers")
+        raise kr5.FileError(file, "contains no array of numbers")
     log.join_stamps()
     return log
 
@@ -50,9 +54,10 @@ def _turn_arrays(arrays: dict[str, np.ndarray], file: Path) -> list[str]:
         fits = columns in lengths or not lengths
         if columns > MOST_JOINTS and not fits and rows not in lengths:
             vectors = ", ".join(f"{vector} has {length}" for length, vector in lengths.items())
-            terminal.fail(
-                f"{file}: {name}: found {rows} x {columns} values, expected as many rows, or columns, as a vector of"
-                f" the file has values, such as the time ({vectors})"
+            raise kr5.FileError(
+                file,
+                f"{name}: found {rows} x {columns} values, expected as many rows, or columns, as a vector of"
+                f" the file has values, such as the time ({vectors})",
             )
         if fits and (columns > MOST_JOINTS or (lengths and rows not in lengths)):
             arrays[name] = values.T

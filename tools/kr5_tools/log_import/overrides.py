@@ -3,9 +3,9 @@
 from dataclasses import dataclass, field
 from typing import Any
 
+import kr5
 import yaml
 
-from kr5_tools.cli import terminal
 from kr5_tools.log_import.entry_words import IN_MAP, EntryWords
 
 CELL = "cell."
@@ -29,11 +29,13 @@ def parse_overrides(texts: list[str]) -> tuple[list[Override], list[Override]]:
     for text in texts:
         key, equals, value = text.partition("=")
         if not equals or not key.strip():
-            terminal.fail(f"--set: found {text!r:.80}, expected KEY=VALUE, such as columns.tau.scale=0.001")
+            raise kr5.InvalidArgument(f"--set: found {text!r:.80}, expected KEY=VALUE, such as columns.tau.scale=0.001")
         try:
             parsed = yaml.safe_load(value)
         except yaml.YAMLError as error:
-            terminal.fail(f"--set {key}: found {value!r:.80}, which is no YAML value: {str(error).splitlines()[0]}")
+            raise kr5.InvalidArgument(
+                f"--set {key}: found {value!r:.80}, which is no YAML value: {str(error).splitlines()[0]}"
+            ) from error
         path = key.strip().removeprefix(CELL).split(".")
         (of_cell if key.strip().startswith(CELL) else of_map).append((path, parsed))
     return of_map, of_cell

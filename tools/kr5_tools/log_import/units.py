@@ -2,7 +2,7 @@
 
 import math
 
-from kr5_tools.cli import terminal
+import kr5
 
 UNITS: dict[str, dict[str, float]] = {
     "angle": {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180, "turn": 2 * math.pi},
@@ -23,4 +23,4 @@ def unit_factor(unit: str, quantities: tuple[str, ...], where: str) -> tuple[flo
         if unit in UNITS[quantity]:
             return UNITS[quantity][unit], quantity
     known = [u for q in quantities for u in UNITS[q]]
-    terminal.fail(f"{where}: unit: found '{unit}', expected one of {', '.join(known)}")
+    raise kr5.IoError(f"{where}: unit: found '{unit}', expected one of {', '.join(known)}")

@@ -8,7 +8,6 @@ import kr5
 import kr5.cell
 import numpy as np
 
-from kr5_tools.cli import terminal
 from kr5_tools.log_import.log import Log
 from kr5_tools.log_import.map_file import Source, Tool
 from kr5_tools.log_import.units import UNITS, unit_factor
@@ -92,7 +91,9 @@ def across_gears(source: Source, name: str, values: np.ndarray, cell: Any, note:
     if (name in ("q", "qc") and not motor) or (name == "tau" and not motor):
         return values
     if drives is None:
-        terminal.fail(f"{source.where}: needs drives (structure, torque_constant) in the cell, which it does not have")
+        raise kr5.IoError(
+            f"{source.where}: needs drives (structure, torque_constant) in the cell, which it does not have"
+        )
     S, constant = np.asarray(drives.structure), np.asarray(drives.torque_constant)
     if name in ("q", "qc"):
         note(f"{name}: motor angles were converted to joint angles by the structure matrix of the cell")
@@ -114,20 +115,20 @@ def tool_poses(tool: Tool, log: Log) -> np.ndarray:
     choices = {f["name"]: f.get("choices") for f in kr5.calibration.PoseFormat.fields()}
     for key, word in form.items():
         if choices.get(key) and word not in choices[key]:
-            terminal.fail(f"{tool.where}: {key}: found '{word}', expected one of {', '.join(choices[key])}")
+            raise kr5.IoError(f"{tool.where}: {key}: found '{word}', expected one of {', '.join(choices[key])}")
     rows = np.column_stack([log.column(n, tool.where) for n in tool.names])
     if not np.isfinite(rows).all():
         row = int(np.flatnonzero(~np.isfinite(rows).all(axis=1))[0])
-        terminal.fail(
-            f"{log.file}: {log.row(row)}: found no number in a column of the tool's pose;"
-            " delete the row, which has no measurement"
+        raise kr5.FileError(
+            log.file,
+            f"{log.row(row)}: found no number in a column of the tool's pose; delete the row, which has no measurement",
         )
     try:
         poses = kr5.calibration.to_poses(rows, kr5.calibration.PoseFormat(**form))
     except kr5.Error as error:
-        terminal.fail(
-            f"{log.file}: {', '.join(tool.names)}: {error}; are 'rotation', 'angle' and the order of columns right?"
-        )
+        raise kr5.FileError(
+            log.file, f"{', '.join(tool.names)}: {error}; are 'rotation', 'angle' and the order of columns right?"
+        ) from error
     device, mark = kr5.from_xyzrpy(tool.device), np.linalg.inv(kr5.from_xyzrpy(tool.mark))
     poses = device @ np.array(poses) @ mark
     from scipy.spatial.transform import Rotation
@@ -142,13 +143,13 @@ def low_pass(s: Series, cut: float, where: str) -> Series:
 
     step = float(np.median(np.diff(s.t)))
     if cut >= 0.5 / step:
-        terminal.fail(
+        raise kr5.IoError(
             f"{where}: resample.low_pass: found {cut:g} Hz, expected less than half the rate of the log,"
             f" {0.5 / step:.4g} Hz"
         )
     count = (s.t[-1] - s.t[0]) / step + 1
     if not 30 < count <= MAX_ROWS:
-        terminal.fail(
+        raise kr5.IoError(
             f"{where}: resample.low_pass: found {count:.4g} rows to smooth, expected 30 to {MAX_ROWS}, at even "
             f"steps of {step:.4g} s"
         )

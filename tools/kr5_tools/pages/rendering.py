@@ -6,7 +6,6 @@ import re
 from pathlib import Path
 from typing import Any
 
-from kr5_tools.cli import terminal
 from kr5_tools.cli.numbers import format_number
 from kr5_tools.files import writing
 
@@ -106,13 +105,10 @@ def themed_svg(text: str) -> str:
 
 def write_png(plots: list[Any], folder: Path) -> list[Path]:
     """Each plot as a PNG file."""
-    try:
-        writing.make_folder(folder)
-        files = [folder / f"{plot.name}.png" for plot in plots]
-        for plot, file in zip(plots, files):
-            writing.save_figure(plot.figure, file, dpi=150, metadata={"Software": None})
-    except OSError as error:
-        terminal.fail(f"{folder}: the plots cannot be written: {error.strerror}")
+    writing.make_folder(folder)
+    files = [folder / f"{plot.name}.png" for plot in plots]
+    for plot, file in zip(plots, files):
+        writing.save_figure(plot.figure, file, dpi=150, metadata={"Software": None})
     return files
 
 

@@ -8,7 +8,6 @@ import numpy as np
 from kr5 import picking
 from pydantic import Field
 
-from kr5_tools.cli.terminal import fail
 from kr5_tools.files.documents import OpenDocument, Pose, PoseMatrix, PositiveNumber, read_document
 
 EXPECTED = "a bin: T_base_bin (x y z roll pitch yaw, or a 4 x 4 matrix; origin at the centre of the inner floor, Z up)"
@@ -32,5 +31,5 @@ def read_bin(file: Path) -> Any:
         out.T_base_bin = kr5.from_xyzrpy(given) if given.shape == (6,) else given
         out.validate()
     except (kr5.Error, ValueError) as error:
-        fail(f"{file}: {error}")
+        raise kr5.FileError(file, str(error)) from error
     return out

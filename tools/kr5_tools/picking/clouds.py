@@ -4,10 +4,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import kr5
 import numpy as np
-import typer
-
-from kr5_tools.cli.terminal import fail
 
 ENDINGS = ".npz, .npy, .pcd, .ply, .csv, .txt or .xyz"
 POINT_KEYS = ("points", "xyz", "cloud", "pts")
@@ -36,39 +34,47 @@ def read_cloud(file: Path, lag: float | None = None) -> CloudFile:
         if scanned is not None:
             return CloudFile(*scanned)
     if lag is not None:
-        fail(f"--lag: {file} holds no profiles, whose stamps could be late; expected {PROFILE_KEYS} in an NPZ")
+        raise kr5.InvalidArgument(
+            f"--lag: {file} holds no profiles, whose stamps could be late; expected {PROFILE_KEYS} in an NPZ"
+        )
     readers = {".npz": _npz, ".npy": _npy, ".pcd": _pcd, ".ply": _ply, ".csv": _text, ".txt": _text, ".xyz": _text}
     reader = readers.get(file.suffix.lower())
     if reader is None:
-        fail(f"{file}: no cloud that can be read; expected a file that ends in {ENDINGS}")
+        raise kr5.FileError(file, f"no cloud that can be read; expected a file that ends in {ENDINGS}")
     if not file.is_file():
-        fail(f"{file}: No such file")
+        raise kr5.FileError(file, "No such file")
     try:
         cloud = reader(file)
-    except (MemoryError, OSError, typer.Exit):
+    except (MemoryError, OSError, kr5.Error):
         raise
     except Exception as error:  # the readers raise what they like on damaged files
-        fail(f"{file}: is damaged or no {file.suffix[1:].upper()} file: {' '.join(str(error).split())[:200]}")
+        raise kr5.FileError(
+            file, f"is damaged or no {file.suffix[1:].upper()} file: {' '.join(str(error).split())[:200]}"
+        ) from error
     cloud.points = _as_points(file, "points", cloud.points)
     if cloud.origins is not None:
         cloud.origins = _as_points(file, "origins", cloud.origins)
         if len(cloud.origins) not in (1, len(cloud.points)):
-            fail(f"{file}: origins: found {len(cloud.origins)} rows, expected 1 or {len(cloud.points)}, one a point")
+            raise kr5.FileError(
+                file,
+                f"found {len(cloud.origins)} rows, expected 1 or {len(cloud.points)}, one a point",
+                field="origins",
+            )
     return cloud
 
 
 def _as_points(file: Path, name: str, array: Any) -> np.ndarray:
     values = np.asarray(array)
     if values.dtype.kind not in "fiu":
-        fail(f"{file}: {name}: found values of type {values.dtype}, expected numbers")
+        raise kr5.FileError(file, f"found values of type {values.dtype}, expected numbers", field=name)
     if values.ndim == 1 and values.size == 3:
         values = values.reshape(1, 3)
     if values.ndim not in (2, 3) or values.shape[-1] != 3:
         shape = " x ".join(str(n) for n in values.shape)
-        fail(f"{file}: {name}: found an array of {shape}, expected n x 3, or rows x columns x 3")
+        raise kr5.FileError(file, f"found an array of {shape}, expected n x 3, or rows x columns x 3", field=name)
     values = values.reshape(-1, 3).astype(float)
     if len(values) > MAX_POINTS:
-        fail(f"{file}: {name}: found {len(values)} points, expected at most {MAX_POINTS}")
+        raise kr5.FileError(file, f"found {len(values)} points, expected at most {MAX_POINTS}", field=name)
     values[~np.isfinite(values).all(axis=1)] = np.nan
     return values
 
@@ -77,7 +83,9 @@ def _npz(file: Path) -> CloudFile:
     with np.load(file, allow_pickle=False) as data:
         points = next((key for key in POINT_KEYS if key in data), None)
         if points is None:
-            fail(f"{file}: found the arrays {', '.join(data) or 'none'}, expected one named {' or '.join(POINT_KEYS)}")
+            raise kr5.FileError(
+                file, f"found the arrays {', '.join(data) or 'none'}, expected one named {' or '.join(POINT_KEYS)}"
+            )
         origins = next((key for key in ORIGIN_KEYS if key in data), None)
         return CloudFile(data[points], data[origins] if origins else None)
 
@@ -92,7 +100,7 @@ def _pcd(file: Path) -> CloudFile:
     cloud = PointCloud.from_path(file)
     missing = [name for name in "xyz" if name not in cloud.fields]
     if missing:
-        fail(f"{file}: has no field {missing[0]}; found {', '.join(cloud.fields)}")
+        raise kr5.FileError(file, f"has no field {missing[0]}; found {', '.join(cloud.fields)}")
     view = np.asarray(cloud.metadata.viewpoint, float)[:3]
     # The default (0, 0, 0) says nothing: most programs write it whatever the frame.
     return CloudFile(cloud.numpy(("x", "y", "z")), view if view.any() else None)
@@ -104,11 +112,11 @@ def _ply(file: Path) -> CloudFile:
     data = PlyData.read(file)
     vertex = next((e for e in data.elements if e.name == "vertex"), None)
     if vertex is None:
-        fail(f"{file}: has no element vertex")
+        raise kr5.FileError(file, "has no element vertex")
     names = [p.name for p in vertex.properties]
     missing = [name for name in "xyz" if name not in names]
     if missing:
-        fail(f"{file}: vertex has no property {missing[0]}; found {', '.join(names)}")
+        raise kr5.FileError(file, f"vertex has no property {missing[0]}; found {', '.join(names)}")
     return CloudFile(np.column_stack([vertex["x"], vertex["y"], vertex["z"]]))
 
 
@@ -117,7 +125,7 @@ def _text(file: Path) -> CloudFile:
         first = stream.readline()
     comma = "," if "," in first else None
     if not first.strip():
-        fail(f"{file}: the first line is empty; expected x y z, or a header")
+        raise kr5.FileError(file, "the first line is empty; expected x y z, or a header")
     words = [w.strip().lower().lstrip("#").strip() for w in (first.split(comma) if comma else first.split())]
     header = 0 if _is_number(words[0]) else 1
     columns = tuple(words.index(n) for n in "xyz") if header and set("xyz") <= set(words) else (0, 1, 2)

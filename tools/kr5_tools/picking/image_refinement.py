@@ -8,7 +8,6 @@ import kr5
 import numpy as np
 from kr5 import picking
 
-from kr5_tools.cli.terminal import fail
 from kr5_tools.files.camera import load_camera
 from kr5_tools.files.documents import parse_json, parse_yaml, read_text
 
@@ -41,17 +40,17 @@ def read_view(
     from PIL import Image, UnidentifiedImageError
 
     if not image.is_file():
-        fail(f"{image}: No such file")
+        raise kr5.FileError(image, "No such file")
     try:
         with Image.open(image) as opened:
             grey = np.asarray(opened.convert("L"))
     except (UnidentifiedImageError, OSError, ValueError) as error:
-        fail(f"{image}: cannot be read as an image: {error}")
+        raise kr5.FileError(image, f"cannot be read as an image: {error}") from error
     lens = load_camera(camera, (grey.shape[1], grey.shape[0]), image)
     T_base_camera = pose if pose is not None else _pose_of(camera)
     for name, sigma in (("--camera-position-std", sigma_position), ("--camera-rotation-std", sigma_rotation)):
         if not (np.isfinite(sigma) and sigma > 0):
-            fail(f"{name}: found {sigma:g}, expected a positive number")
+            raise kr5.InvalidArgument(f"{name}: found {sigma:g}, expected a positive number")
     covariance = np.diag([sigma_position] * 3 + [sigma_rotation] * 3) ** 2
     in_base = kr5.UncertainPose(T=T_base_camera, covariance=covariance)
     return CameraView(grey, lens, in_base.inverse())
@@ -65,16 +64,19 @@ def _pose_of(file: Path) -> np.ndarray:
         data = parse_json(text, file, "a camera") if text.lstrip().startswith("{") else parse_yaml(text, file)
     value = data.get(POSE_KEY) if isinstance(data, dict) else None
     if value is None:
-        fail(
-            f"{file}: {POSE_KEY} is missing: the pose of the camera in the base; write it into the file as x y z roll"
-            " pitch yaw [m, rad], or give --camera-pose"
+        raise kr5.FileError(
+            file,
+            f"{POSE_KEY} is missing: the pose of the camera in the base; write it into the file as x y z roll"
+            " pitch yaw [m, rad], or give --camera-pose",
         )
     given = np.asarray(value, float) if _is_numbers(value) else np.zeros(0)
     if given.shape == (6,) and np.isfinite(given).all():
         return np.asarray(kr5.from_xyzrpy(given))
     if given.shape == (4, 4) and np.isfinite(given).all():
         return given
-    fail(f"{file}: {POSE_KEY}: found {value!r:.80}, expected six numbers x y z roll pitch yaw, or a 4 x 4 matrix")
+    raise kr5.FileError(
+        file, f"{POSE_KEY}: found {value!r:.80}, expected six numbers x y z roll pitch yaw, or a 4 x 4 matrix"
+    )
 
 
 def _is_numbers(value: Any) -> bool:
@@ -105,7 +107,7 @@ def require_seen(said: list[Refined]) -> None:
     """Ends with an error when the image shows none of the cylinders that it was asked for."""
     asked = [s for s in said if s.status != "not_needed"]
     if asked and all(s.status == "outside_image" for s in asked):
-        fail(
+        raise kr5.InvalidArgument(
             "--image: shows none of the cylinders that were to be refined; is the camera's pose in the base"
             f" ({POSE_KEY}) right, and Z of the camera the direction it looks in?"
         )

@@ -7,8 +7,6 @@ import kr5
 import numpy as np
 from kr5 import picking
 
-from kr5_tools.cli.terminal import fail
-
 NEEDED = {
     "profile_x": "places along each profile, profiles x samples [m]",
     "profile_z": "distances from the scanner, profiles x samples [m]; NaN where nothing was measured",
@@ -30,22 +28,30 @@ def read_profiles(file: Path, lag: float | None) -> tuple[np.ndarray, np.ndarray
                 return None
             arrays = {name: np.asarray(data[name]) for name in (*NEEDED, "pose_times", "lag") if name in names}
     except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
-        fail(f"{file}: is damaged or no NPZ file: {' '.join(str(error).split())[:200]}")
+        raise kr5.FileError(file, f"is damaged or no NPZ file: {' '.join(str(error).split())[:200]}") from error
     for name, meaning in NEEDED.items():
         if name not in arrays:
-            fail(f"{file}: {name} is missing: {meaning}")
+            raise kr5.FileError(file, f"{name} is missing: {meaning}")
         if arrays[name].dtype.kind not in "fiu":
-            fail(f"{file}: {name}: found values of type {arrays[name].dtype}, expected numbers: {meaning}")
+            raise kr5.FileError(
+                file, f"found values of type {arrays[name].dtype}, expected numbers: {meaning}", field=name
+            )
     poses = arrays["T_base_flange"]
     if poses.ndim != 3 or poses.shape[1:] != (4, 4):
         shape = " x ".join(str(n) for n in poses.shape)
-        fail(f"{file}: T_base_flange: found an array of {shape}, expected {NEEDED['T_base_flange']}")
+        raise kr5.FileError(
+            file, f"found an array of {shape}, expected {NEEDED['T_base_flange']}", field="T_base_flange"
+        )
     times = arrays["times"].astype(float)
     pose_times = arrays.get("pose_times", times).astype(float)
     if len(pose_times) != len(poses):
-        fail(f"{file}: T_base_flange: found {len(poses)} poses, expected one a time of pose_times, {len(pose_times)}")
+        raise kr5.FileError(
+            file,
+            f"found {len(poses)} poses, expected one a time of pose_times, {len(pose_times)}",
+            field="T_base_flange",
+        )
     if arrays["profile_x"].shape != arrays["profile_z"].shape or arrays["profile_x"].ndim != 2:
-        fail(f"{file}: profile_x and profile_z: expected arrays of the same profiles x samples [m]")
+        raise kr5.FileError(file, "profile_x and profile_z: expected arrays of the same profiles x samples [m]")
     try:
         cloud = picking.cloud_from_profiles(
             picking.ProfileScan(
@@ -59,5 +65,5 @@ def read_profiles(file: Path, lag: float | None) -> tuple[np.ndarray, np.ndarray
             )
         )
     except (kr5.Error, ValueError) as error:
-        fail(f"{file}: {error}")
+        raise kr5.FileError(file, str(error)) from error
     return np.asarray(cloud.points).T, np.asarray(cloud.origins).T

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
+import kr5
 import numpy as np
 import typer
 
@@ -116,5 +117,7 @@ def load_sdk(file: Path) -> Any:
     try:
         import rerun
     except ImportError:
-        terminal.fail(f"{file}: --rerun needs the Rerun SDK, which is not installed; run: pip install 'kr5[rerun]'")
+        raise kr5.FileError(
+            file, "--rerun needs the Rerun SDK, which is not installed", remedy="run: pip install 'kr5[rerun]'"
+        ) from None
     return rerun

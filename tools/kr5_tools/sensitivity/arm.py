@@ -1,13 +1,14 @@
 """Sensitivity of an arm's pose to its Denavit-Hartenberg parameters: at one pose, and over the workspace (Hayat et al.
 2022, section 3.3)."""
 
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import kr5
 import numpy as np
 
-from kr5_tools.cli import terminal
 from kr5_tools.files.paths import SHIPPED_CELL, find_shipped
 from kr5_tools.sensitivity.analysis import Analysis
 from kr5_tools.sensitivity.inputs_file import Quantity
@@ -52,22 +53,26 @@ def load_arm(file: Path | None, pose: str | None, workspace: bool) -> Arm:
 
     path = file or find_shipped(PRINTED_ARM)
     if path is None:
-        terminal.fail(f"--cell: is missing, and there is no {PRINTED_ARM} here; specify a cell")
+        raise kr5.InvalidArgument(f"--cell: is missing, and there is no {PRINTED_ARM} here; specify a cell")
     cell = load_cell(path)
     chain = cell.nominal_chain()
     if pose is None and len(chain.joints) != len(HOME):
-        terminal.fail(f"--pose: is missing; the arm of {path} has {len(chain.joints)} joints, give their values")
+        raise kr5.InvalidArgument(
+            f"--pose: is missing; the arm of {path} has {len(chain.joints)} joints, give their values"
+        )
     posture = parse_posture(pose, chain) if pose else tuple(np.radians(HOME).tolist())
     limits = joint_limits(cell, path, file is None)
     if workspace and limits is None:
-        terminal.fail(
-            f"{path}: robot.limits: is missing; the workspace needs the limits of the joints, as in {SHIPPED_CELL}"
+        raise kr5.FileError(
+            path,
+            f"is missing; the workspace needs the limits of the joints, as in {SHIPPED_CELL}",
+            field="robot.limits",
         )
     if limits and file is not None:
         outside = [k + 1 for k, (q, (low, high)) in enumerate(zip(posture, limits)) if not low <= q <= high]
         if outside and not workspace:
             names = ", ".join(f"joint {k}" for k in outside)
-            terminal.print_note(f"the pose lies outside the limits of {names}")
+            warnings.warn(f"the pose lies outside the limits of {names}", kr5.Caution, stacklevel=2)
     return Arm(cell.name or path.stem, cell_text(cell), chain, posture, limits if workspace else None)
 
 
@@ -86,9 +91,11 @@ def parse_posture(text: str, chain: Any) -> tuple[float, ...]:
     try:
         values = [float(part) for part in text.replace(",", " ").split()]
     except ValueError:
-        terminal.fail(f"--pose: found {text!r}, expected {len(chain.joints)} numbers [deg; mm of prismatic joints]")
+        raise kr5.InvalidArgument(
+            f"--pose: found {text!r}, expected {len(chain.joints)} numbers [deg; mm of prismatic joints]"
+        ) from None
     if len(values) != len(chain.joints) or not np.isfinite(values).all():
-        terminal.fail(
+        raise kr5.InvalidArgument(
             f"--pose: found {len(values)} numbers, expected {len(chain.joints)} that are finite"
             " [deg; mm of prismatic joints]"
         )
@@ -189,7 +196,7 @@ def check_group(group: str, arm: Arm) -> str:
     known = [p.label for p in joint_parameters(arm.chain)]
     names = [name.strip() for name in group.split(",")]
     if unknown := [name for name in names if name not in known]:
-        terminal.fail(
+        raise kr5.InvalidArgument(
             f"--group: found {unknown[0]!r}, expected {', '.join(GROUPS)}, or parameters out of {', '.join(known)}"
         )
     return ",".join(name for name in known if name in names)

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+import kr5
 from pydantic import Field, field_validator, model_validator
 
-from kr5_tools.cli import terminal
 from kr5_tools.files.documents import Document, PositiveNumber, check_names, fail_at, read_document
 from kr5_tools.log_import.units import UNITS
 
@@ -91,7 +91,7 @@ def read_inputs(file: Path) -> tuple[list[Any], list[Quantity], list[Quantity]]:
             fail_at(file, ["inputs", k], str(error))
     outputs = [Quantity(entry.name, entry.unit) for entry in document.outputs or ()]
     if len({q.name for q in outputs}) < len(outputs):
-        terminal.fail(f"{file}: outputs: two have one name")
+        raise kr5.FileError(file, "two have one name", field="outputs")
     return inputs, [Quantity(entry.name, entry.unit) for entry in document.inputs], outputs
 
 

@@ -18,7 +18,6 @@ import kr5.predict
 import numpy as np
 from pydantic import Field, create_model, field_validator
 
-from kr5_tools.cli import terminal
 from kr5_tools.files.documents import (
     Document,
     OpenDocument,
@@ -59,7 +58,7 @@ class Context:
         self.joints = cell.robot.joints
         limits = cell.robot.limits
         if limits is None:
-            terminal.fail(
+            raise kr5.IoError(
                 f"{where}: the cell states no robot.limits, within which postures are chosen; add them, or use given:"
                 " FILE.csv"
             )
@@ -68,13 +67,13 @@ class Context:
         self.speed = np.asarray(limits.velocity) if len(limits.velocity) else np.ones(self.joints)
         self.home = np.asarray(home if home is not None else (low + high) / 2, float)
         if self.home.shape != (self.joints,) or np.any(self.home < low) or np.any(self.home > high):
-            terminal.fail(
+            raise kr5.IoError(
                 f"{where}: home: found {home}, expected {self.joints} joint values within the limits of the cell [rad"
                 " or m]"
             )
 
     def fail(self, text: str) -> NoReturn:
-        terminal.fail(f"{self.where}: {text}")
+        raise kr5.IoError(f"{self.where}: {text}")
 
     def cycle(self) -> float:
         if self.cell.servo is None or not self.cell.servo.cycle > 0:

@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 
 from kr5_tools.cell.frames import joint_unit
-from kr5_tools.cli import terminal
 from kr5_tools.cli.numbers import NONE, format_count, table_unit
 from kr5_tools.pages.tables_page import write_tables_page
 from kr5_tools.replay.page import make_page
@@ -154,7 +153,7 @@ def _pushed(result: Any, t: Any) -> tuple[Any, Any]:
         )
         usable = [np.asarray(p.q) for p in found.postures if p.usable]
         if not usable:
-            terminal.fail(
+            raise kr5.InvalidArgument(
                 f"{cell.name}: tube.T_B_T: the arm cannot hold the peg at this pose, so that it cannot"
                 " be displayed; leave out -o and --rerun"
             )

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
-from kr5_tools.cli import terminal
+import kr5
+
 from kr5_tools.files import results, writing
 
 
@@ -54,9 +55,10 @@ class RunFolder(ABC):
             return
         begun = (f.name.startswith(".kr5-") or (f.name == kind.data and not f.stat().st_size) for f in path.iterdir())
         if not all(begun):
-            terminal.fail(
-                f"{path}: is a folder with other files and without {kind.description}; expected a new"
-                f" folder, or that of a {kind.what} to continue"
+            raise kr5.FileError(
+                path,
+                f"is a folder with other files and without {kind.description}; expected a new"
+                f" folder, or that of a {kind.what} to continue",
             )
 
     def __enter__(self) -> Self:
@@ -66,27 +68,26 @@ class RunFolder(ABC):
         self.file.close()
 
     def _compare(self, wanted: dict[str, Any]) -> None:
-        import kr5
-
         file = self.path / self.kind.description
         found = results.read_result(file, self.kind.format)
         for name, option in self.kind.options.items():
             now = writing.to_plain({**wanted, "version": kr5.__version__}[name])
             if found.get(name) != now:
-                terminal.fail(
-                    f"{file}: {name}: found {json.dumps(found.get(name))}, now it is {json.dumps(now)};"
+                raise kr5.FileError(
+                    file,
+                    f"{name}: found {json.dumps(found.get(name))}, now it is {json.dumps(now)};"
                     f" a {self.kind.what} continues with its original settings: the same {option}, or another"
-                    " folder (-o)"
+                    " folder (-o)",
                 )
 
     def _lock(self) -> None:
         try:
             fcntl.flock(self.file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            terminal.fail(
-                f"{self.path}: another {self.kind.what} is using this folder; wait for its end, or choose"
-                " another folder (-o)"
-            )
+            raise kr5.FileError(
+                self.path,
+                f"another {self.kind.what} is using this folder; wait for its end, or choose another folder (-o)",
+            ) from None
 
     @abstractmethod
     def _read(self) -> None:

@@ -7,10 +7,12 @@ import logging
 import os
 import signal
 import time
+import warnings
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
 from typing import Any
 
+import kr5
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from kr5_tools.cli import terminal
@@ -72,7 +74,7 @@ def run_in_process(job: Job) -> Generator[tuple[str, list[Any]], None, None]:
 def on_dask(job: Job, workers: int, scheduler: str | None) -> Generator[tuple[str, list[Any]], None, None]:
     """Batches as they are finished. A batch whose worker died is run again by another one."""
     if importlib.util.find_spec("distributed") is None:
-        terminal.fail(
+        raise kr5.InvalidArgument(
             "several workers need Dask, which is not installed: pip install 'kr5[cluster]' (or use --workers 1)"
         )
     import dask
@@ -88,15 +90,15 @@ def on_dask(job: Job, workers: int, scheduler: str | None) -> Generator[tuple[st
             try:
                 yield future.result()
             except ImportError as error:
-                terminal.fail(
+                raise kr5.InvalidArgument(
                     f"--scheduler {scheduler}: a worker has no kr5 with its simulator and commands ({error}): pip"
                     " install kr5 where the workers run"
-                )
+                ) from error
             except KilledWorker:
-                terminal.fail(
+                raise kr5.InvalidArgument(
                     f"{DEATHS} workers ended during the same {job.things}; is there enough memory? Finished"
                     f" {job.things} are kept, and the same command continues"
-                )
+                ) from None
             future.release()
 
 
@@ -114,14 +116,16 @@ def open_cluster(workers: int, scheduler: str | None) -> Iterator[Any]:
             resolve_address(scheduler)  # a client that fails at this takes long to go
             client = Client(scheduler, timeout="10s", set_as_default=False)
         except (OSError, ValueError, TimeoutError) as error:
-            terminal.fail(
+            raise kr5.InvalidArgument(
                 f"--scheduler {scheduler}: there is no scheduler ({error}); start one with `dask scheduler`, and"
                 " workers with `dask worker ADDRESS`"
-            )
+            ) from error
         with client:
             if not client.ncores():
-                terminal.print_note(
-                    f"{scheduler} has no worker yet; waiting for one, start it with: dask worker {scheduler}"
+                warnings.warn(
+                    f"{scheduler} has no worker yet; waiting for one, start it with: dask worker {scheduler}",
+                    kr5.Caution,
+                    stacklevel=2,
                 )
             yield client
         return
@@ -138,10 +142,10 @@ def open_cluster(workers: int, scheduler: str | None) -> Iterator[Any]:
                 silence_logs=logging.ERROR,
             )
         except (RuntimeError, OSError, TimeoutError) as error:  # "Nanny failed to start"
-            terminal.fail(
+            raise kr5.InvalidArgument(
                 f"--workers {workers}: a worker ended during its start ({error}); is there enough memory for this"
                 " number? The same command continues; --workers 1 runs without workers"
-            )
+            ) from error
     with own, Client(own, set_as_default=False) as client:
         yield client
 
@@ -158,10 +162,8 @@ def ignore_sigint() -> Iterator[None]:
 
 
 def check_version(found: str, scheduler: str | None) -> None:
-    import kr5
-
     if found != kr5.__version__:
-        terminal.fail(
+        raise kr5.InvalidArgument(
             f"--scheduler {scheduler}: a worker has kr5 {found}, but this machine has"
             f" {kr5.__version__}; install the same version"
         )

@@ -9,7 +9,8 @@ from dataclasses import asdict, astuple, fields
 from pathlib import Path
 from typing import Any
 
-from kr5_tools.cli import terminal
+import kr5
+
 from kr5_tools.sweep.run_folder import Kind, RunFolder
 from kr5_tools.sweep.trials import HEADER, Grid, Key, Trial, check_trial
 
@@ -46,11 +47,13 @@ def read_trials(file: Path, grid: Grid) -> list[Trial]:
     try:
         data = file.read_bytes()
     except OSError as error:
-        terminal.fail(f"{file}: {error.strerror}; expected the trials of the sweep beside its sweep.json")
+        raise kr5.FileError(
+            file, f"{error.strerror}; expected the trials of the sweep beside its sweep.json"
+        ) from error
     whole = data.rfind(b"\n") + 1
     trials = parse_trials(data[:whole], file, grid) if whole else {}
     if not trials:
-        terminal.fail(f"{file}: has no finished trial; run the sweep first: kr5 sweep insertion")
+        raise kr5.FileError(file, "has no finished trial", remedy="run the sweep first: kr5 sweep insertion")
     return [trials[key] for key in sorted(trials)]
 
 
@@ -59,9 +62,11 @@ def parse_trials(data: bytes, file: Path, grid: Grid) -> dict[Key, Trial]:
     try:
         lines = list(csv.reader(data.decode("utf-8").split("\n")[:-1]))
     except (UnicodeDecodeError, csv.Error) as error:
-        terminal.fail(f"{file}: is not a table of trials ({error}); choose another folder (-o)")
+        raise kr5.FileError(file, f"is not a table of trials ({error})", remedy="choose another folder (-o)") from error
     if tuple(lines[0]) != HEADER:
-        terminal.fail(f"{file}:1: found other columns than {','.join(HEADER)}; choose another folder (-o)")
+        raise kr5.FileError(
+            file, f"found other columns than {','.join(HEADER)}", line=1, remedy="choose another folder (-o)"
+        )
     found = (_parse_trial(line, file, number, grid) for number, line in enumerate(lines[1:], 2))
     return {trial.key: trial for trial in found}
 
@@ -74,7 +79,9 @@ def _parse_trial(line: list[str], file: Path, number: int, grid: Grid) -> Trial:
         check_trial(trial, grid)
         return trial
     except (ValueError, OverflowError) as error:
-        terminal.fail(f"{file}:{number}: is not a trial ({error}); delete this line to run the trial again")
+        raise kr5.FileError(
+            file, f"is not a trial ({error})", line=number, remedy="delete this line to run the trial again"
+        ) from error
 
 
 class SweepFolder(RunFolder):

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from kr5_tools.cli import terminal
+import kr5
 
 # Width and height, upright [mm].
 PAPERS = {
@@ -54,7 +54,7 @@ def parse_paper(text: str) -> tuple[float, float]:
     found = re.fullmatch(r"(\d+(?:\.\d+)?)x(\d+(?:\.\d+)?)", text)
     sizes = sorted(float(size) for size in found.groups()) if found else []
     if not sizes or sizes[0] < 40 or sizes[1] > 5000:
-        terminal.fail(
+        raise kr5.InvalidArgument(
             f"--paper: found {text!r}, expected one of {', '.join(PAPERS)}, or WIDTHxHEIGHT such as 330x480, from 40 to"
             " 5000 mm"
         )
@@ -82,7 +82,7 @@ def choose_sheet(target: str, parsed: Any, paper: str, orientation: str) -> tupl
             return sheet
     need = extent.needs()
     on = paper if orientation == "auto" else f"{paper} {orientation}"
-    terminal.fail(
+    raise kr5.InvalidArgument(
         f"{target}: needs {need[0]:.0f} x {need[1]:.0f} mm with its ruler, more than {on} has;"
         f" {_remedy(target, extent, (short, long), orientation)}"
     )

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import kr5
 import numpy as np
 
-from kr5_tools.cli.terminal import fail
 from kr5_tools.files.documents import read_document
 from kr5_tools.log_import.units import UNITS
 from kr5_tools.uncertainty.documents import BOOK, CameraMatrixFile
@@ -28,8 +28,6 @@ class Scene:
 
 
 def load_scene(file: Path | None, distance: float | None, columns: int | None, rows: int | None) -> Scene:
-    import kr5
-
     source = file or BOOK / "camera_matrix.yaml"
     document = read_document(source, CameraMatrixFile, "a camera before a board")
     factor = document.length_factor
@@ -67,7 +65,7 @@ def _check_length(name: str, value: float, unit: str, limits: tuple[float, float
     factor = UNITS["length"][unit]
     fits = [u for u, f in UNITS["length"].items() if low <= value / factor * f <= high]
     hint = f"; is it in {' or '.join(fits)}?" if fits else ""
-    fail(
+    raise kr5.InvalidArgument(
         f"{name}: found {value / factor:g} {unit}, expected {low / factor:.3g} to {high / factor:.3g} {unit} {of}{hint}"
     )
 
@@ -94,8 +92,6 @@ def look_at(target: np.ndarray, distance: float) -> np.ndarray:
 
 def camera_matrix_result(scene: Scene, draws: int, seed: int, noisy_pixel: bool, confidence: float) -> dict[str, Any]:
     """Parts of the page, verdict and numbers, for every noise."""
-    import kr5
-
     found = []
     for noise in scene.document.noise:
         options = kr5.BackProjectionOptions(sigma_pixel=noise, draws=draws, seed=seed, noisy_pixel=noisy_pixel)
