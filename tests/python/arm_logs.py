@@ -6,9 +6,9 @@ import kr5.cell
 import kr5.io
 import kr5.predict
 import numpy as np
+from kr5.logs.values import joint_torques
 
 from conftest import ROOT
-from kr5_tools.log_import.values import joint_torques
 
 sys.path[:0] = [str(ROOT / "tools/benchmarks"), str(ROOT / "tools")]
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 import yaml
 from kr5 import cell
+from kr5.files.paths import find_shipped_cell
 
-from kr5_tools.files.cell_output import put_target
-from kr5_tools.files.paths import find_shipped_cell
+from kr5_tools.cli.cell_output import put_target
 from test_laser_command import SCANNER, make_scans, write_poses, write_profiles
 
 

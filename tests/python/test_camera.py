@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 import yaml
 from kr5 import vision
-
-from kr5_tools.files import camera as camera_files
+from kr5.files import camera as camera_files
 
 CAMERA = {"width": 640, "height": 480, "fx": 540.0, "fy": 540.0, "cx": 325.0, "cy": 236.0, "k1": -0.2, "k2": 0.05}
 

@@ -4,8 +4,7 @@ import kr5
 import numpy as np
 import pytest
 from kr5 import cell, fit, kinematics
-
-from kr5_tools.files.paths import find_shipped_cell
+from kr5.files.paths import find_shipped_cell
 
 TIP = np.array([0.1, -0.05, 0.15])
 BASE = kr5.to_pose([1.0, -0.5, 0.3, 0.2, -0.1, 0.7])

@@ -13,14 +13,14 @@ import numpy as np
 import pytest
 import typer
 import typer.main
+from kr5.files import images, results, writing
+from kr5.logs import map_file
 from typer.testing import CliRunner
 
 from conftest import ROOT
 from kr5_tools import app as command_line
 from kr5_tools.cli import numbers, tables
 from kr5_tools.cli.options import options_from
-from kr5_tools.files import images, results, writing
-from kr5_tools.log_import import map_file
 
 
 def run(command, *args):

@@ -225,7 +225,7 @@ def test_an_mjcf_that_computes_its_masses_is_refused_before_the_diagnosis(
     diagnose, broken_log, named_arm, tmp_path, never_diagnosed
 ):
     mujoco = pytest.importorskip("mujoco", reason="pip install 'kr5[mujoco]'")
-    from kr5_tools.model_files.writing import write_model
+    from kr5.models.writing import write_model
 
     write_model(named_arm, tmp_path / "arm.xml")
     text = (tmp_path / "arm.xml").read_text()

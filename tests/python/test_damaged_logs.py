@@ -8,10 +8,10 @@ import kr5
 import numpy as np
 import pytest
 import typer
+from kr5.files.camera import load_camera
+from kr5.logs import log_file
 
 from kr5_tools.calibrate import timed
-from kr5_tools.files.camera import load_camera
-from kr5_tools.log_import import log_file
 
 
 def refusal(call):

@@ -6,9 +6,7 @@ from typing import Literal
 
 import kr5
 import pytest
-from pydantic import Field
-
-from kr5_tools.files.documents import (
+from kr5.files.documents import (
     Document,
     PoseMatrix,
     check_names,
@@ -17,6 +15,7 @@ from kr5_tools.files.documents import (
     read_text,
     validate_document,
 )
+from pydantic import Field
 
 BOMB = "a0: &a0 [x, x, x, x, x, x, x, x, x, x]\n" + "".join(
     f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 10)}]\n" for i in range(1, 10)

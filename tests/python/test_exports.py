@@ -13,14 +13,14 @@ import numpy as np
 import pytest
 import yaml
 from kr5 import calibration
+from kr5.files.camera import load_camera
+from kr5.files.results import read_result
 
 from kr5_tools.cli.terminal import console
 from kr5_tools.exports import camera_forms, pose_forms
 from kr5_tools.exports.command_line import Exports
 from kr5_tools.exports.forms import BY_NAME, FORMS, form_of
 from kr5_tools.exports.items import ExportCamera, ExportPose, items_of
-from kr5_tools.files.camera import load_camera
-from kr5_tools.files.results import read_result
 from test_hand_eye_pairs import X, pairs, write_csv
 from test_report_formats import MAKERS
 from test_report_formats import kr5 as kr5_in

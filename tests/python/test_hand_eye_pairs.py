@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 import yaml
 from kr5 import calibration, cell
-
-from kr5_tools.files.paths import find_shipped_cell
+from kr5.files.paths import find_shipped_cell
 
 X = kr5.from_xyzrpy([0.05, -0.03, 0.08, 0.1, -0.15, 1.6])  # what the flange carries: camera, or target
 Z = kr5.from_xyzrpy([0.7, 0.1, 0.05, 3.1, 0.05, 0.4])  # what stands in the base: target, or camera

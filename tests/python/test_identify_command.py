@@ -6,8 +6,8 @@ import kr5
 import numpy as np
 import pytest
 from kr5 import calibration, cell, kinematics, vision
+from kr5.files.paths import find_shipped_cell
 
-from kr5_tools.files.paths import find_shipped_cell
 from test_kinematics_command import turns, write
 
 QUARTER = np.pi / 2

@@ -5,9 +5,8 @@ import json
 import numpy as np
 import pytest
 from kr5 import cell, identification
+from kr5.files.paths import find_shipped_cell
 from scipy import signal
-
-from kr5_tools.files.paths import find_shipped_cell
 
 GEARS = (125.04, 125.05, 86.98, 74.59, 42.00, 24.13)
 

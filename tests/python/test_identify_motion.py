@@ -6,8 +6,7 @@ import re
 import numpy as np
 import pytest
 from kr5 import cell, identification, kinematics
-
-from kr5_tools.files.paths import find_shipped_cell
+from kr5.files.paths import find_shipped_cell
 
 FEW = ("--duration", "10", "--starts", "3", "--exchanges", "40")
 

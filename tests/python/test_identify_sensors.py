@@ -5,8 +5,7 @@ import json
 import numpy as np
 import pytest
 from kr5 import cell, force, identification
-
-from kr5_tools.files.paths import find_shipped_cell
+from kr5.files.paths import find_shipped_cell
 
 BOOK = {"natural_frequency": 3.064, "damping_ratio": 0.7492, "delay": 0.024}
 NOMINAL = {"mass": 2.4, "com": np.array([0.004, 0.002, 0.085])}

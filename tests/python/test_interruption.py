@@ -89,7 +89,7 @@ import signal
 import sys
 from pathlib import Path
 from kr5_tools.cli.interruption import prompt_interruption
-from kr5_tools.files import writing
+from kr5.files import writing
 try:
     with prompt_interruption(lambda: print("gave up", flush=True)), writing.held_back():
         for name in ("a", "b", "c"):

@@ -7,8 +7,7 @@ import kr5
 import numpy as np
 import pytest
 from kr5 import calibration, cell, kinematics
-
-from kr5_tools.files.paths import find_shipped_cell
+from kr5.files.paths import find_shipped_cell
 
 
 @pytest.fixture(scope="module")

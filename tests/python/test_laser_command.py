@@ -7,9 +7,8 @@ import kr5
 import numpy as np
 import pytest
 from kr5 import calibration, cell
+from kr5.files.paths import find_shipped_cell
 from PIL import Image
-
-from kr5_tools.files.paths import find_shipped_cell
 
 SCANNER = kr5.to_pose([0.114, 0.046, 0.340, 3.0, 0.2, -0.5])
 BALL, RADIUS = np.array([0.7, 0.05, 0.125]), 0.02

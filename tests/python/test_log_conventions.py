@@ -7,9 +7,9 @@ from xml.etree import ElementTree
 import kr5.cell
 import numpy as np
 import pytest
+from kr5.logs.joint_order import BETTER, _lever_arms, _plain_likeness, fitting_convention
 
 from arm_logs import NAMES, QUICK, carrying, case_logs, causes, joint_states, measured_motion, moved, refused
-from kr5_tools.log_import.joint_order import BETTER, _lever_arms, _plain_likeness, fitting_convention
 
 
 def without_limits(urdf, file):

@@ -5,11 +5,11 @@ from datetime import UTC, datetime
 import kr5
 import numpy as np
 import pytest
+from kr5.logs import diagnose_logs, read_logs
+from kr5.logs.clock_guess import _unit_since_1970
+from kr5.logs.log_file import read_log
 
 from arm_logs import NAMES, QUICK, case_logs, joint_states, moved, refused
-from kr5_tools.log_import.clock_guess import _unit_since_1970
-from kr5_tools.log_import.log_file import read_log
-from kr5_tools.logs import diagnose_logs, read_logs
 
 
 @pytest.fixture

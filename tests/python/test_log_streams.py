@@ -5,14 +5,14 @@ import re
 import kr5.cell
 import numpy as np
 import pytest
+from kr5.logs.column_names import find_families
+from kr5.logs.kind_guess import log_parts
+from kr5.logs.log import Log
+from kr5.logs.log_file import read_log
+from kr5.logs.map_guess import guess_map
+from kr5.logs.messages import MessageTable
 
 from arm_logs import NAMES, QUICK, STATES, case_logs, joint_states, moved, refused, state, swing, written_bag
-from kr5_tools.log_import.column_names import find_families
-from kr5_tools.log_import.kind_guess import log_parts
-from kr5_tools.log_import.log import Log
-from kr5_tools.log_import.log_file import read_log
-from kr5_tools.log_import.map_guess import guess_map
-from kr5_tools.log_import.messages import MessageTable
 
 EPOCH = 1_700_000_000
 WRENCH = {"/wrench": "geometry_msgs/msg/WrenchStamped"}
@@ -72,8 +72,8 @@ def test_commands_and_states_of_different_rates_are_cut_at_a_rest(share, tmp_pat
             log.add(f"{topic}:position.{name}", values, topic)
     parts, families = log_parts(log, NAMES, 6)
     assert families.first("qc").columns[0].startswith("/arm/joint_commands")
-    from kr5_tools.log_import import map_guess
-    from kr5_tools.log_import.overrides import GivenEntries
+    from kr5.logs import map_guess
+    from kr5.logs.overrides import GivenEntries
 
     out = map_guess.GuessedMap({})
     raw, _, _ = map_guess._read_part(parts[0], cell, GivenEntries(), out, "log")
@@ -325,7 +325,7 @@ def test_stamps_in_two_columns_are_one_clock(diagnose, named_arm, named_urdf, tm
 
 
 def test_a_clock_that_mostly_stands_still_tells_of_no_rest():
-    from kr5_tools.log_import.rest_guess import rests
+    from kr5.logs.rest_guess import rests
 
     t = np.repeat(np.arange(10.0), 20)
     with np.errstate(all="raise"):
@@ -334,7 +334,7 @@ def test_a_clock_that_mostly_stands_still_tells_of_no_rest():
 
 @pytest.mark.parametrize(("unit", "step"), [("s", 0.2), ("s", 0.004), ("ms", 4.0), ("us", 1000.0), ("ns", 4e6)])
 def test_the_unit_of_a_clock_without_one_is_told_by_its_steps(unit, step):
-    from kr5_tools.log_import.clock_guess import guess_clock
+    from kr5.logs.clock_guess import guess_clock
 
     log = Log("log")
     log.add("time", step * np.arange(50), "")

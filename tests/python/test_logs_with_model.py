@@ -10,6 +10,7 @@ import kr5.io
 import kr5.predict
 import numpy as np
 import pytest
+from kr5.logs.publishers import found_in_turn
 
 from arm_logs import (
     NAMES,
@@ -26,7 +27,6 @@ from arm_logs import (
     swing,
     written_bag,
 )
-from kr5_tools.log_import.publishers import found_in_turn
 
 
 def test_a_log_of_joint_states_and_a_urdf_name_the_friction_of_a_joint(diagnose, named_arm, named_urdf, tmp_path):

@@ -8,8 +8,7 @@ import kr5
 import numpy as np
 import pytest
 from kr5 import vision
-
-from kr5_tools.files.images import MOST_CAMERA_VIEWS, thinned
+from kr5.files.images import MOST_CAMERA_VIEWS, thinned
 
 
 @pytest.mark.parametrize(

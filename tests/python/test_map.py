@@ -6,8 +6,7 @@ import kr5
 import numpy as np
 import pytest
 from kr5 import cell, vision
-
-from kr5_tools.files.paths import find_shipped_cell
+from kr5.files.paths import find_shipped_cell
 
 LENS = {"width": 1280, "height": 960, "fx": 1100, "fy": 1100, "cx": 639.5, "cy": 479.5}
 SIZE = 0.05

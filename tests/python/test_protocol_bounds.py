@@ -3,8 +3,8 @@
 import kr5.cell
 import numpy as np
 import pytest
+from kr5.logs.values import Series, low_pass
 
-from kr5_tools.log_import.values import Series, low_pass
 from kr5_tools.simulation import protocol_file
 
 HOME = "format: kr5-protocol/1\nhome: [0.0, 0.02, -2.75, 0.0, -0.3, 1.571]\nexperiments:\n"

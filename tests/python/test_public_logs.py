@@ -3,9 +3,9 @@
 import sys
 
 import pytest
+from kr5.logs import read_logs
 
 from conftest import ROOT
-from kr5_tools.logs import read_logs
 
 sys.path.insert(0, str(ROOT / "tools/benchmarks"))
 

@@ -5,8 +5,7 @@ import sys
 import kr5
 import numpy as np
 import pytest
-
-from kr5_tools.model_files import Kind, read_model
+from kr5.models import Kind, read_model
 
 URDF = """<robot name="two">
   <link name="world"/>

@@ -12,10 +12,10 @@ import kr5.predict
 import numpy as np
 import pytest
 import yaml
+from kr5.logs.log_file import read_log
 from typer.testing import CliRunner
 
 from kr5_tools.app import make_app
-from kr5_tools.log_import.log_file import read_log
 
 ROWS = 400
 CUT = 3.0  # [s]

@@ -7,14 +7,14 @@ import sys
 import numpy as np
 import pytest
 from kr5 import cell
+from kr5.files import results
+from kr5.files.paths import find_shipped_cell
 
 import test_identify_elasticity
 import test_kinematics_command
 import test_laser_command
 import test_repeatability
 from conftest import ROOT
-from kr5_tools.files import results
-from kr5_tools.files.paths import find_shipped_cell
 from test_identify_motion import FEW, slow_log
 from test_tool import streams, write_stream
 

@@ -6,8 +6,8 @@ import json
 
 import kr5
 import pytest
+from kr5.files import writing
 
-from kr5_tools.files import writing
 from kr5_tools.sweep import runner, sweep_file
 from kr5_tools.sweep.trials import HEADER, Grid, Trial, seed_of
 

@@ -6,8 +6,7 @@ import kr5
 import numpy as np
 import pytest
 from kr5 import calibration, cell
-
-from kr5_tools.files.paths import find_shipped_cell
+from kr5.files.paths import find_shipped_cell
 
 TIP = np.array([0.01, -0.02, 0.15])
 

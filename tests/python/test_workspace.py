@@ -5,8 +5,7 @@ import json
 import numpy as np
 import pytest
 from kr5 import cell, kinematics
-
-from kr5_tools.files.paths import find_shipped_cell
+from kr5.files.paths import find_shipped_cell
 
 
 def planar(file, limits="limits: {lower: [-3, -2], upper: [3, 2]}"):

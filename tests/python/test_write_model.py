@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from kr5 import cell as kr5_cell
 from kr5 import physics
-
-from kr5_tools.model_files import read_model, write_model, writing
+from kr5.models import read_model, write_model, writing
 
 EFFECTS = {  # that every format holds
     "coulomb_friction": {"joint2": {"coulomb": 3.5}},

@@ -17,8 +17,8 @@ import kr5.vision
 import numpy as np
 import pytest
 import typer
+from kr5.files import writing
 
-from kr5_tools.files import writing
 from kr5_tools.pages.rendering import script_json
 
 

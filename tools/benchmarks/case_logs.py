@@ -4,8 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-
-from kr5_tools.log_import.values import joint_torques
+from kr5.logs.values import joint_torques
 
 JOINT_NAMES = ["shoulder_yaw", "shoulder_pitch", "elbow_pitch", "wrist_roll", "wrist_pitch", "flange_roll"]
 WRENCH = {"fx": "force_x", "fy": "force_y", "fz": "force_z", "tx": "torque_x", "ty": "torque_y", "tz": "torque_z"}

@@ -15,11 +15,11 @@ import kr5.gap
 import kr5.predict
 import numpy as np
 import yaml
+from kr5.logs.log_recording import LogOptions, record_logs
 
 import published_arms
 from comparison import Row, format_rate, progress
 from gap_command import Answer, run_gap
-from kr5_tools.log_import.log_recording import LogOptions, record_logs
 
 
 @dataclass

@@ -17,6 +17,8 @@ from typing import Any
 import numpy as np
 from kr5 import cell as kr5_cell
 from kr5 import identification, predict
+from kr5.logs.joint_motion import arm_model, merged_motion
+from kr5.logs.values import joint_torques
 from rich.console import Console
 
 import arguments
@@ -30,8 +32,6 @@ from kr5_tools.cli.tables import make_table
 from kr5_tools.identify.dynamics import condition_parts, torque_errors
 from kr5_tools.identify.identified_cell import believed_parameters, expected_bodies
 from kr5_tools.identify.motion_logs import conditioning_of, read_motions
-from kr5_tools.log_import.joint_motion import arm_model, merged_motion
-from kr5_tools.log_import.values import joint_torques
 
 TABLE_4_4 = (11.60, 14.36, 12.20, 21.87, 31.87, 37.80)  # test row [%]
 LEAST_SPEED = 0.02  # of the RMS speed, for arms that pause [-]

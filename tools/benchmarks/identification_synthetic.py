@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from kr5 import cell as kr5_cell
 from kr5 import identification, kinematics
+from kr5.logs.joint_motion import arm_model
 
 from comparison import Row, exact_interval, format_rate, progress
 from kr5_tools.identify.drives import read_readings
 from kr5_tools.identify.identified_cell import believed_parameters, standard_parameters
-from kr5_tools.log_import.joint_motion import arm_model
 
 SHARE = Path(__file__).resolve().parents[2] / "share"
 KR5 = SHARE / "cells/kr5_arc.yaml"

@@ -9,11 +9,11 @@ import kr5.cell
 import kr5.predict
 import numpy as np
 from kr5 import identification, kinematics
+from kr5.logs.joint_motion import arm_model, merged_motion
+from kr5.logs.values import joint_torques
 from scipy.interpolate import CubicSpline
 
 from kr5_tools.identify.identified_cell import believed_parameters, link_bodies, put_dynamics
-from kr5_tools.log_import.joint_motion import arm_model, merged_motion
-from kr5_tools.log_import.values import joint_torques
 
 SIMULATOR = kr5.predict.FastSimulator()
 

@@ -17,10 +17,10 @@ import kr5.io
 import kr5.kinematics
 import numpy as np
 import yaml
+from kr5.logs.importer import import_recording
 
 import real_arms_identify as identify
 from kr5_tools.identify.motion_logs import read_motions
-from kr5_tools.log_import.importer import import_recording
 
 H = np.pi / 2
 

@@ -35,7 +35,7 @@ OTHER_MEANING: dict[str, tuple[str, ...]] = {
     "torque_constant": (
         "libkr5/include/kr5/cell/drives.hpp",
         "libkr5/include/kr5/identification/current_model.hpp",
-        "tools/kr5_tools/log_import/log_recording.py",
+        "bindings/kr5/logs/log_recording.py",
     ),
     "tube_tilt": ("sim/include/kr5/sim/insertion.hpp", "sim/src/insertion.cpp", "tools/kr5_tools/insertion/"),
 }

@@ -4,11 +4,11 @@ import inspect
 from typing import Any
 
 import kr5.cell
+from kr5.files import result_models, results
+from kr5.logs import map_file
 
 import key_tables
 from guide_markdown import code, escape, table
-from kr5_tools.files import result_models, results
-from kr5_tools.log_import import map_file
 from kr5_tools.simulation import protocol_file
 
 JOINTS = 2  # of the arm in tables of columns: enough to see how they are numbered

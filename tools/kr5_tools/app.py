@@ -4,12 +4,21 @@ import contextlib
 import importlib
 import os
 import sys
+from collections.abc import Iterator
+from pathlib import Path
 from typing import Any, NoReturn
 
 import typer
 from typer.core import TyperGroup
 
-from kr5_tools.cli.interruption import STOPPED, end_children, prompt_interruption, stop_text, tell_when_stopped
+from kr5_tools.cli.interruption import (
+    STOPPED,
+    end_children,
+    prompt_interruption,
+    shielded,
+    stop_text,
+    tell_when_stopped,
+)
 
 PACKAGE = "kr5_tools"
 _said_stopped = False
@@ -55,7 +64,7 @@ COMMANDS: dict[str, Entry | dict[str, Entry]] = {
     "repeatability": ("repeatability.command", "Pose repeatability and accuracy after ISO 9283."),
     "workspace": ("workspace.command", "Workspace of an arm: reach and manipulability."),
     "record": ("simulation.record", "Recording of a simulated cell."),
-    "recording": ("log_import.command", "Recordings from logs of a real cell."),
+    "recording": ("recording.command", "Recordings from logs of a real cell."),
     "insert": ("insertion.command", "Simulated insertion of a peg into a tube."),
     "sweep": {
         "insertion": ("sweep.command", "Insertions over tilts and clearances: success rates and times."),
@@ -84,13 +93,12 @@ class CleanErrors(TyperGroup):
 
     def invoke(self, ctx: Any) -> Any:
         from kr5_tools.cli.terminal import cautions_printed, fail_with, is_user_error, sign_of_life
-        from kr5_tools.files.writing import held_back
 
         end = None
         tell_when_stopped(None)
         sign_of_life.begin()
         try:
-            with held_back(), cautions_printed():
+            with _held_back(), cautions_printed():
                 try:
                     super().invoke(ctx)
                 except typer.Exit as done:
@@ -108,6 +116,24 @@ class CleanErrors(TyperGroup):
             sign_of_life.end()
         if end:
             raise end
+
+
+@contextlib.contextmanager
+def _held_back() -> Iterator[None]:
+    """Files of the command appear together at the end, which Ctrl-C does not break."""
+    from kr5.files import writing
+
+    from kr5_tools.cli.terminal import sign_of_life
+
+    writing.surroundings = writing.Surroundings(shielded, sign_of_life.note_output)
+    with writing.held_back():
+        yield
+
+
+def _written_files() -> list[Path]:
+    """What this command has written so far; without the library, which takes a moment to load, there is nothing."""
+    writing = sys.modules.get("kr5.files.writing")
+    return writing.written_files() if writing else []
 
 
 def _add(parent: typer.Typer, name: str, entry: Entry, load: bool) -> None:
@@ -224,21 +250,20 @@ def _say_stopped() -> None:
     global _said_stopped
     _said_stopped = True
     from kr5_tools.cli.terminal import end_bars, errors
-    from kr5_tools.files.writing import written_files
 
     end_bars()
-    errors.print(stop_text(written_files()), soft_wrap=True)
+    errors.print(stop_text(_written_files()), soft_wrap=True)
 
 
 def _give_up() -> None:
     from kr5_tools.cli.terminal import errors
-    from kr5_tools.files.writing import discard, written_files
 
     end_children()
-    discard()
+    if writing := sys.modules.get("kr5.files.writing"):
+        writing.discard()
     moving = errors.is_terminal
     with os.fdopen(os.dup(2), "w", errors="backslashreplace") as last, open(os.devnull, "w") as nothing:
         os.dup2(nothing.fileno(), 2)  # the last word, also where another thread is drawing a bar
         if moving:
             last.write("\r\x1b[2K\x1b[?25h")  # its line is cleared, and the cursor shown
-        last.write(f"{stop_text(written_files())}\n")
+        last.write(f"{stop_text(_written_files())}\n")

@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from kr5.files import writing
+from kr5.files.documents import read_json, read_yaml
+from kr5.files.paths import find_shipped
 
 from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.cli.interruption import run_child, tell_when_stopped
 from kr5_tools.cli.numbers import format_number
-from kr5_tools.files import writing
-from kr5_tools.files.documents import read_json, read_yaml
-from kr5_tools.files.paths import find_shipped
 
 app = typer.Typer()
 

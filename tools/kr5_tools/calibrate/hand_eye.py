@@ -9,6 +9,9 @@ import kr5
 import numpy as np
 import typer
 from kr5 import calibration, vision
+from kr5.files.camera import load_camera
+from kr5.files.images import MOST_CAMERA_VIEWS, thinned
+from kr5.files.writing import check_writable
 
 from kr5_tools.calibrate.hand_eye_pairs import (
     CameraMeaning,
@@ -28,13 +31,10 @@ from kr5_tools.calibrate.hand_eye_result import (
 from kr5_tools.calibrate.pose_pairs import check_holds_no_pairs
 from kr5_tools.calibrate.tool import Convention
 from kr5_tools.cli.arguments import JsonOption, ResultOption
+from kr5_tools.cli.cell_output import CellOption, WriteCellOption, load_target_cell
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.terminal import console, fail, print_note, spinner
 from kr5_tools.exports.command_line import Exports, export_options
-from kr5_tools.files.camera import load_camera
-from kr5_tools.files.cell_output import CellOption, WriteCellOption, load_target_cell
-from kr5_tools.files.images import MOST_CAMERA_VIEWS, thinned
-from kr5_tools.files.writing import check_writable
 from kr5_tools.targets.command import Sightings, find_in_images, load_target
 
 app = typer.Typer()

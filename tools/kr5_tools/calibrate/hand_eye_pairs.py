@@ -8,6 +8,7 @@ import kr5
 import numpy as np
 import typer
 from kr5 import calibration
+from kr5.files.writing import check_writable
 
 from kr5_tools.calibrate.hand_eye_result import (
     figures_of,
@@ -20,7 +21,6 @@ from kr5_tools.calibrate.hand_eye_result import (
 from kr5_tools.calibrate.pose_pairs import PosePairs, read_pairs_file
 from kr5_tools.cli.terminal import console, spinner
 from kr5_tools.exports.command_line import Exports
-from kr5_tools.files.writing import check_writable
 
 RobotMeaning = Annotated[
     Literal["T_base_flange", "T_flange_base"] | None,

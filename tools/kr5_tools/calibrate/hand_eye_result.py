@@ -5,13 +5,13 @@ from typing import Any
 
 import numpy as np
 import typer
+from kr5.files.results import write_if_usable, write_result
 
+from kr5_tools.cli.cell_output import put_camera_pose, write_cell_file
 from kr5_tools.cli.numbers import format_percent
 from kr5_tools.cli.tables import figure_row, make_table, pose_figures, print_result
 from kr5_tools.cli.terminal import console
 from kr5_tools.exports.command_line import Exports
-from kr5_tools.files.cell_output import put_camera_pose, write_cell_file
-from kr5_tools.files.results import write_if_usable, write_result
 
 
 def held_out_figures(judged: dict[str, Any]) -> dict[str, float]:

@@ -7,6 +7,8 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from kr5 import calibration, cell
+from kr5.files.results import write_if_usable, write_result
+from kr5.files.writing import check_writable
 
 from kr5_tools.calibrate.further_postures import held_out_text, judge, need_placing
 from kr5_tools.calibrate.posture_checks import posture_doubts, require_motion
@@ -30,14 +32,12 @@ from kr5_tools.calibrate.recorded_arm import (
 )
 from kr5_tools.calibrate.tool import Convention
 from kr5_tools.cli.arguments import JsonOption, ResultOption
+from kr5_tools.cli.cell_output import write_cell_file
 from kr5_tools.cli.numbers import table_unit
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail, print_note, spinner
 from kr5_tools.exports.command_line import Exports, export_options
-from kr5_tools.files.cell_output import write_cell_file
-from kr5_tools.files.results import write_if_usable, write_result
-from kr5_tools.files.writing import check_writable
 
 app = typer.Typer()
 

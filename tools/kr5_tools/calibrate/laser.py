@@ -7,20 +7,20 @@ import kr5
 import numpy as np
 import typer
 from kr5 import calibration, cell
+from kr5.files.camera import load_camera
+from kr5.files.results import read_result, write_if_usable, write_result
+from kr5.files.writing import beside, check_writable
 
 from kr5_tools.calibrate import laser_data, laser_overlay
 from kr5_tools.calibrate.laser_cloud import check_cloud_ending, cloud_of, thinned_cloud, write_cloud
 from kr5_tools.calibrate.postures import LENGTHS, AngleUnit, Columns, LengthUnit
 from kr5_tools.calibrate.tool import Convention
 from kr5_tools.cli.arguments import JsonOption, ResultOption
+from kr5_tools.cli.cell_output import put_scanner_pose
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, pose_figures, print_result
 from kr5_tools.cli.terminal import console, fail, print_note, spinner
 from kr5_tools.exports.command_line import Exports, export_options
-from kr5_tools.files.camera import load_camera
-from kr5_tools.files.cell_output import put_scanner_pose
-from kr5_tools.files.results import read_result, write_if_usable, write_result
-from kr5_tools.files.writing import beside, check_writable
 
 app = typer.Typer()
 MOST_LISTED = 8

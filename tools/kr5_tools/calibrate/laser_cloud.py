@@ -6,8 +6,7 @@ from typing import Any
 import kr5
 import numpy as np
 from kr5 import calibration
-
-from kr5_tools.files.writing import beside
+from kr5.files.writing import beside
 
 MOST_SHOWN = 3000  # points in a result file, for its page
 

@@ -7,9 +7,8 @@ from typing import Any
 import kr5
 import numpy as np
 from kr5 import calibration
+from kr5.files.writing import beside
 from PIL import Image, ImageDraw
-
-from kr5_tools.files.writing import beside
 
 REACH = 40.0  # how far from a projected point the line is looked for, across it [px]
 LEAST_CONTRAST = 6.0  # of the line, in deviations of what is around it

@@ -8,14 +8,14 @@ import kr5
 import numpy as np
 import typer
 from kr5 import calibration, cell, kinematics, predict
+from kr5.files.paths import find_shipped_cell
+from kr5.files.results import write_result
+from kr5.files.writing import check_writable, write_json
 
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.tables import make_table, print_result
 from kr5_tools.cli.terminal import console, fail, track
 from kr5_tools.cli.value_list import parse_values
-from kr5_tools.files.paths import find_shipped_cell
-from kr5_tools.files.results import write_result
-from kr5_tools.files.writing import check_writable, write_json
 
 app = typer.Typer()
 STAND_OFFS = (5e-3, 5.0)  # of any scanner [m]

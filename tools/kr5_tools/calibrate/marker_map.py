@@ -7,17 +7,17 @@ import kr5
 import numpy as np
 import typer
 from kr5 import vision
+from kr5.files.camera import check_size, load_camera
+from kr5.files.images import image_files, short_names
+from kr5.files.results import write_result
+from kr5.files.writing import check_writable, write_json
 
 from kr5_tools.cli.arguments import JsonOption, ResultOption
+from kr5_tools.cli.cell_output import CellOption, WriteCellOption, load_target_cell, put_marker_map, write_cell_file
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, pose_figures, print_result
 from kr5_tools.cli.terminal import console, fail, spinner, track
 from kr5_tools.exports.command_line import Exports, export_options
-from kr5_tools.files.camera import check_size, load_camera
-from kr5_tools.files.cell_output import CellOption, WriteCellOption, load_target_cell, put_marker_map, write_cell_file
-from kr5_tools.files.images import image_files, short_names
-from kr5_tools.files.results import write_result
-from kr5_tools.files.writing import check_writable, write_json
 from kr5_tools.targets.command import check_target_size, load_image
 
 app = typer.Typer()

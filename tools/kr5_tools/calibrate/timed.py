@@ -6,15 +6,15 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from kr5 import calibration, io
+from kr5.files import writing
+from kr5.files.results import write_if_usable, write_result
 
 from kr5_tools.cli.arguments import JsonOption, ResultOption
+from kr5_tools.cli.cell_output import CellOption, WriteCellOption, load_target_cell, put_camera_pose, write_cell_file
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, pose_figures, print_result
 from kr5_tools.cli.terminal import console, fail, spinner
 from kr5_tools.exports.command_line import Exports, export_options
-from kr5_tools.files import writing
-from kr5_tools.files.cell_output import CellOption, WriteCellOption, load_target_cell, put_camera_pose, write_cell_file
-from kr5_tools.files.results import write_if_usable, write_result
 
 app = typer.Typer()
 SLOWEST = 10.0  # [s] between rows; slower streams show no motion to compare

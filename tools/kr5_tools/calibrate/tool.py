@@ -6,15 +6,15 @@ from typing import Annotated, Any, Literal
 import numpy as np
 import typer
 from kr5 import calibration, io
+from kr5.files.results import write_if_usable, write_result
+from kr5.files.writing import check_writable
 
 from kr5_tools.cli.arguments import JsonOption, ResultOption
+from kr5_tools.cli.cell_output import CellOption, WriteCellOption, load_target_cell, put_tool_tip, write_cell_file
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail
 from kr5_tools.exports.command_line import Exports, export_options
-from kr5_tools.files.cell_output import CellOption, WriteCellOption, load_target_cell, put_tool_tip, write_cell_file
-from kr5_tools.files.results import write_if_usable, write_result
-from kr5_tools.files.writing import check_writable
 
 app = typer.Typer()
 

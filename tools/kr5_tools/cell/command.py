@@ -4,12 +4,12 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from kr5.files import writing
 
 from kr5_tools.cell.frames import DEG, carried_frames, cell_frames, fixed_frames, is_slide
 from kr5_tools.cell.tables import cell_tables, recording_table
 from kr5_tools.cli import arguments, terminal
 from kr5_tools.cli.numbers import format_count
-from kr5_tools.files import writing
 
 app = typer.Typer(no_args_is_help=True)
 
@@ -96,8 +96,7 @@ def import_robot(
 ) -> None:
     """Cell from the URDF or MJCF of a robot: the serial arm from base to tip, with exact poses and masses."""
     import kr5.cell
-
-    from kr5_tools.model_files import read_model
+    from kr5.models import read_model
 
     writing.check_writable(output, json_file, inputs=[robot])
     found = read_model(robot, base, tip)
@@ -153,9 +152,9 @@ def export_robot(
     Every effect that the format can hold becomes a nominal value; every other one is listed with the reason.
     """
     import kr5.cell
+    from kr5.models import write_model
 
     from kr5_tools.cell.export_tables import print_export
-    from kr5_tools.model_files import write_model
 
     writing.check_writable(output, json_file, inputs=[cell, original])
     if (base or tip) and original is None:

@@ -12,7 +12,7 @@ COLUMNS = ["effect", "target", "parameter", "value"]
 
 
 def print_export(written: Any, to: Any) -> None:
-    """Tables of a `model_files.WrittenModel`."""
+    """Tables of a `kr5.models.WrittenModel`."""
     if written.folded:
         rows = [[*_cells(p), p.field or "set by its own law"] for p in written.folded]
         _print_table("Effects in the model", [*COLUMNS, "held as"], rows, to)

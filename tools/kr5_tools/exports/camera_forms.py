@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 
 import numpy as np
+from kr5.files.xml_text import number_text
 
 from kr5_tools.exports.items import ExportCamera, ExportPose
-from kr5_tools.files.xml_text import number_text
 
 PLUMB_BOB = 5  # coefficients of the usual lens model of ROS and OpenCV; the rational one has eight
 

@@ -10,10 +10,10 @@ from typing import Annotated, Any
 
 import kr5
 import typer
+from kr5.files.writing import write_text
 
 from kr5_tools.exports.forms import FORMS, Form, form_of
 from kr5_tools.exports.items import ExportItems, items_of
-from kr5_tools.files.writing import write_text
 
 PANEL = "Export"
 PARTS = {"poses": "poses", "camera": "a camera"}  # of results, in words

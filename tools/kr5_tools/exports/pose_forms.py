@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 
 import kr5
 import numpy as np
+from kr5.files.xml_text import add_element, number_text, quaternion
 
 from kr5_tools.exports.items import ExportPose
-from kr5_tools.files.xml_text import add_element, number_text, quaternion
 
 PUBLISHER = "static_transform_publisher"
 LAUNCH = '''"""Static transforms, written by kr5."""

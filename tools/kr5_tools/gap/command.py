@@ -4,10 +4,11 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from kr5.files import results, writing
+from kr5.files.documents import OpenDocument, display_value, parse_json, read_text, validate_document
+from kr5.logs.compared_source import SourceOptions, input_files
 
 from kr5_tools.cli import arguments, tables, terminal
-from kr5_tools.files import results, writing
-from kr5_tools.files.documents import OpenDocument, display_value, parse_json, read_text, validate_document
 from kr5_tools.gap import bench, diagnose, effects, explain, plan
 from kr5_tools.gap.source import (
     BaseOption,
@@ -17,9 +18,9 @@ from kr5_tools.gap.source import (
     TipOption,
     TrustOption,
     print_source,
+    read_source,
 )
 from kr5_tools.gap.terminal_report import print_measure
-from kr5_tools.log_import.compared_source import SourceOptions, input_files, open_source
 
 app = typer.Typer(no_args_is_help=True)
 bench.add_to(app)
@@ -75,7 +76,7 @@ def measure(
     own = input_files(source, reading) + ([cell_file] if cell_file else [])
     writing.check_writable(png, json_file, output, inputs=own)
     to = terminal.console(json_file)
-    compared = open_source(source, reading)
+    compared = read_source(source, reading)
     cell = kr5.cell.load_cell(cell_file) if cell_file else None
     name = Path(compared.name)
     with terminal.spinner(f"simulating {name}"):

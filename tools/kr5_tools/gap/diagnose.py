@@ -7,10 +7,12 @@ from typing import Annotated, Any
 
 import kr5.gap
 import typer
+from kr5.files import results, writing
+from kr5.logs import search_widely
+from kr5.logs.compared_source import ComparedSource, SourceOptions, input_files
 
 from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.cli.options import options_from
-from kr5_tools.files import results, writing
 from kr5_tools.gap.source import (
     BaseOption,
     ModelOption,
@@ -18,9 +20,9 @@ from kr5_tools.gap.source import (
     SourceArgument,
     TipOption,
     TrustOption,
+    read_source,
 )
 from kr5_tools.gap.terminal_report import print_diagnosis
-from kr5_tools.log_import.compared_source import ComparedSource, SourceOptions, input_files, open_source
 
 Report = Annotated[
     Path | None,
@@ -52,7 +54,6 @@ WriteRecording = Annotated[
         help="Recording made of the logs, for other commands; must not exist yet.",
     ),
 ]
-MOST_EFFECTS = 16  # that are searched for in the log of a real arm
 
 
 def add_to(app: typer.Typer) -> None:
@@ -93,7 +94,7 @@ def diagnose(
     outputs = DiagnoseOutputs(write_cell, write_model, write_recording, report, json_file, output)
     outputs.check(input_files(source, reading))
     to = terminal.console(json_file)
-    compared = open_source(source, reading)
+    compared = read_source(source, reading)
     outputs.check_model(compared)
     options = search_widely(options, compared)
     found = run_diagnosis(compared.recording, arguments.make_simulator(full), options)
@@ -119,7 +120,7 @@ class DiagnoseOutputs:
 
     def check(self, inputs: list[Path]) -> None:
         """Ends with an error where one of them cannot be written."""
-        from kr5_tools.model_files.kinds import kind_of_output
+        from kr5.models.kinds import kind_of_output
 
         writing.check_writable(self.cell, self.model, self.report, self.result, self.json_file, inputs=inputs)
         writing.check_page(self.report)
@@ -130,7 +131,7 @@ class DiagnoseOutputs:
 
     def check_model(self, compared: ComparedSource) -> None:
         """Ends with an error where the model that was read cannot be changed in place."""
-        from kr5_tools.model_files.writing import check_editable
+        from kr5.models.writing import check_editable
 
         if original := self._original(compared):
             check_editable(original.file, original.base, original.tip)
@@ -157,7 +158,7 @@ class DiagnoseOutputs:
                 kr5.cell.save_cell(cell, new)
         if not self.model:
             return None
-        from kr5_tools.model_files.writing import write_model
+        from kr5.models.writing import write_model
 
         original = self._original(compared)
         arm = (original.file, reading.base, reading.tip) if original else (None, "", "")
@@ -174,7 +175,7 @@ class DiagnoseOutputs:
 
     def _original(self, compared: ComparedSource) -> Any:
         """The model that was read, where the one to be written is this with changes."""
-        from kr5_tools.model_files.kinds import Kind, kind_of_output
+        from kr5.models.kinds import Kind, kind_of_output
 
         if self.model is None or compared.model is None:
             return None
@@ -202,22 +203,6 @@ def _reduction_text(recording: Any, tuned: Any) -> str:
     simulator = arguments.make_simulator(False)
     before, after = (kr5.gap.measure(recording, simulator, cell).gap for cell in (recording.cell, tuned))
     return f"; over all columns of this log the gap falls from {before:.3g} to {after:.3g} times the noise"
-
-
-def search_widely(options: Any, compared: ComparedSource) -> Any:
-    """Settings for the log of a real arm, whose description states friction of no joint, or a placeholder for each:
-    many effects at once, the best set of each size only. What was set by the user stays."""
-    if not compared.simulator_errors:
-        return options
-    own, options = options, kr5.gap.DiagnoseOptions.from_dict(options.to_dict())  # those of the caller stay
-    options.own_hypotheses = own.own_hypotheses
-    usual, joints = kr5.gap.DiagnoseOptions(), compared.recording.cell.robot.joints
-    for name, value in (("max_effects", min(2 * joints + 2, MOST_EFFECTS)), ("beam", 1), ("refits", 4)):
-        if getattr(options, name) == getattr(usual, name):
-            setattr(options, name, value)
-    options.simulator_errors = compared.simulator_errors
-    options.errors_of_recording = True
-    return options
 
 
 def run_diagnosis(recording: Any, simulator: Any, options: Any) -> Any:

@@ -8,10 +8,10 @@ from typing import Any
 
 import kr5
 import numpy as np
+from kr5.files import writing
+from kr5.files.paths import find_shipped
 
 from kr5_tools.cli import arguments, terminal
-from kr5_tools.files import writing
-from kr5_tools.files.paths import find_shipped
 from kr5_tools.gap_report.messages import PREDICTED, capitalised, column_text, effect_text, variable_text
 
 PROTOCOL = Path("share/protocols/standard.yaml")

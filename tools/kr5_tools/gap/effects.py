@@ -4,11 +4,11 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import typer
+from kr5.files import writing
+from kr5.files.paths import SHIPPED_CELL, find_shipped_cell
 
 from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.cli.numbers import NONE, format_count
-from kr5_tools.files import writing
-from kr5_tools.files.paths import SHIPPED_CELL, find_shipped_cell
 
 Effect = Annotated[
     str | None, typer.Argument(metavar="EFFECT", help="Id of one effect, for its details; by default all are listed.")

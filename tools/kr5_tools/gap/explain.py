@@ -6,12 +6,12 @@ from typing import Annotated, Any
 
 import kr5
 import typer
+from kr5.files import results, writing
+from kr5.logs.compared_source import command_of
 
 from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.cli.numbers import NONE, format_percent
-from kr5_tools.files import results, writing
 from kr5_tools.gap.source import known_target
-from kr5_tools.log_import.compared_source import command_of
 
 TARGET_COLUMNS = ["target", "explained [%]", "values"]
 What = Annotated[
@@ -80,10 +80,13 @@ def _read(what: Path, recording: Path | None, diagnose: bool) -> tuple[dict[str,
         return data, find_recording(data, what, recording)
     found = kr5.cell.load_recording(what)
     if diagnose:
-        from kr5_tools.gap.diagnose import run_diagnosis, search_widely
-        from kr5_tools.log_import.compared_source import SourceOptions, open_source
+        from kr5.logs import search_widely
+        from kr5.logs.compared_source import SourceOptions
 
-        compared = open_source([what], SourceOptions())
+        from kr5_tools.gap.diagnose import run_diagnosis
+        from kr5_tools.gap.source import read_source
+
+        compared = read_source([what], SourceOptions())
         options = search_widely(kr5.gap.DiagnoseOptions(), compared)
         return json.loads(run_diagnosis(found, arguments.make_simulator(False), options).to_json()), found
     return {"verdict": "unknown", "where": [], "causes": [], "unexplained": [], "warnings": []}, found

@@ -4,10 +4,11 @@ with what the recording says for it and against it."""
 from pathlib import Path
 from typing import Any
 
+from kr5.logs.compared_source import name_of
+
 from kr5_tools.cli.numbers import NONE
 from kr5_tools.gap.explain import TARGET_COLUMNS, target_rows
 from kr5_tools.gap_report.messages import capitalised, column_text
-from kr5_tools.log_import.compared_source import name_of
 from kr5_tools.pages.tables_page import write_tables_page
 
 REASONS = (("For it", "for"), ("Against it", "against"), ("Other effects in its place", "rivals"))

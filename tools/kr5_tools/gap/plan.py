@@ -7,11 +7,11 @@ import kr5
 import kr5.gap
 import typer
 import yaml
+from kr5.files import results, writing
 
 from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.cli.numbers import format_percent
 from kr5_tools.cli.options import options_from
-from kr5_tools.files import results, writing
 from kr5_tools.gap.source import known_target
 
 MOST_REPEATS = 20  # written to a protocol

@@ -5,11 +5,11 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from kr5.logs.compared_source import ComparedSource, SourceOptions, open_source
+from kr5.logs.log_file import ENDINGS
 from rich.markup import escape
 
-from kr5_tools.cli import tables
-from kr5_tools.log_import.compared_source import ComparedSource
-from kr5_tools.log_import.log_file import ENDINGS
+from kr5_tools.cli import tables, terminal
 
 SourceArgument = Annotated[
     list[Path],
@@ -51,6 +51,12 @@ SetOption = Annotated[
     ),
 ]
 TrustOption = Annotated[bool, typer.Option("--trust", help="Compare although some numbers are implausible.")]
+
+
+def read_source(paths: list[Path], options: SourceOptions) -> ComparedSource:
+    """What is to be compared, with a sign of life while logs are read."""
+    with terminal.spinner("Reading the logs"):
+        return open_source(paths, options)
 
 
 def known_target(target: str, cell: Any) -> str:

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from kr5.logs.compared_source import ComparedSource
 from rich.markup import escape
 
 from kr5_tools.cli import tables
@@ -25,7 +26,6 @@ from kr5_tools.gap_report.messages import (
     warning_notes,
 )
 from kr5_tools.gap_report.model_doubts import model_doubts
-from kr5_tools.log_import.compared_source import ComparedSource
 
 VERDICTS = {
     "no_gap": ("green", "No gap"),

@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from kr5.logs.compared_source import reopen_source
 
 from kr5_tools.cell.noise_limit import noise_limit
 from kr5_tools.cli import arguments
 from kr5_tools.cli.numbers import format_percent
 from kr5_tools.gap_report.messages import find_column
-from kr5_tools.log_import.compared_source import reopen_source
 
 
 @dataclass

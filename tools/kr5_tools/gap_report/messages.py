@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from kr5.models.kinds import ENDINGS, NAMES
+from kr5.models.writing import lost_effects
 
 from kr5_tools.cli.numbers import format_number, format_percent, text_unit
 from kr5_tools.gap_report.clock_faults import clock_faults
-from kr5_tools.model_files.kinds import ENDINGS, NAMES
-from kr5_tools.model_files.writing import lost_effects
 
 NOTICEABLE = 1.25  # times the noise, from which a gap is told although no cause need be found
 NEAR_NOISE = 2.0  # times the noise, up to which a gap is that of noise and small errors

@@ -7,10 +7,11 @@ from typing import Any
 
 import kr5
 import numpy as np
+from kr5.files import writing
+from kr5.logs.compared_source import command_of, name_of
 
 from kr5_tools.cli import terminal
 from kr5_tools.cli.numbers import format_percent
-from kr5_tools.files import writing
 from kr5_tools.gap_report.evidence import alternatives_to, evidence_against, evidence_for, parameter_rows
 from kr5_tools.gap_report.messages import (
     capitalised,
@@ -29,7 +30,6 @@ from kr5_tools.gap_report.messages import (
     wrench_component,
 )
 from kr5_tools.gap_report.model_doubts import model_doubts
-from kr5_tools.log_import.compared_source import command_of, name_of
 
 TITLE = "Why simulation and cell disagree"
 SAID = 1.15  # a gap below this is coloured, but not written beside the part

@@ -9,6 +9,8 @@ import numpy as np
 import typer
 from kr5 import calibration, io, kinematics
 from kr5.cell import load_cell
+from kr5.files.results import write_result
+from kr5.files.writing import check_writable, write_json
 
 from kr5_tools.calibrate.postures import (
     ANGLES,
@@ -26,8 +28,6 @@ from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail, spinner
-from kr5_tools.files.results import write_result
-from kr5_tools.files.writing import check_writable, write_json
 from kr5_tools.identify.image_turns import Mount, image_turn
 from kr5_tools.identify.turn_checks import (
     home_point_doubts,

@@ -6,15 +6,15 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from kr5 import cell, force, identification
+from kr5.files.results import write_result
+from kr5.files.writing import check_writable, write_json
 
 from kr5_tools.calibrate.postures import LengthUnit
 from kr5_tools.cli.arguments import JsonOption, ResultOption
+from kr5_tools.cli.cell_output import write_cell_file
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail, spinner
-from kr5_tools.files.cell_output import write_cell_file
-from kr5_tools.files.results import write_result
-from kr5_tools.files.writing import check_writable, write_json
 from kr5_tools.identify.axis_logs import (
     CellFileOption,
     ColumnsOption,

@@ -6,15 +6,15 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from kr5 import identification
+from kr5.files.results import write_if_usable, write_result
+from kr5.files.writing import check_writable
 
 from kr5_tools.calibrate.laser_data import TextTable
 from kr5_tools.cli.arguments import JsonOption, ResultOption
+from kr5_tools.cli.cell_output import CellOption, WriteCellOption, load_target_cell, write_cell_file
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, print_result
 from kr5_tools.cli.terminal import console, fail
-from kr5_tools.files.cell_output import CellOption, WriteCellOption, load_target_cell, write_cell_file
-from kr5_tools.files.results import write_if_usable, write_result
-from kr5_tools.files.writing import check_writable
 
 app = typer.Typer()
 ANGLES = {"rad": 1.0, "deg": np.pi / 180}

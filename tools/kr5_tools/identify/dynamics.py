@@ -7,17 +7,17 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from kr5 import identification
+from kr5.files.results import write_result
+from kr5.files.writing import check_writable, write_json
+from kr5.logs.joint_motion import arm_model, merged_motion
 
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail, spinner
-from kr5_tools.files.results import write_result
-from kr5_tools.files.writing import check_writable, write_json
 from kr5_tools.identify.dynamics_errors import error_rows
 from kr5_tools.identify.identified_cell import expected_bodies, write_identified_cell
 from kr5_tools.identify.motion_logs import conditioning_of, log_and_terms_options, read_motions, require_usable
-from kr5_tools.log_import.joint_motion import arm_model, merged_motion
 
 app = typer.Typer()
 SHOWN_SAMPLES = 1500  # of each part, in the result file

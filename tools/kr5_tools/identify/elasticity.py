@@ -7,15 +7,15 @@ import numpy as np
 import typer
 from kr5 import cell as kr5_cell
 from kr5 import identification
+from kr5.files.results import write_if_usable, write_result
+from kr5.files.writing import check_writable
 
 from kr5_tools.calibrate.laser_data import TextTable
 from kr5_tools.cli.arguments import JsonOption, ResultOption
+from kr5_tools.cli.cell_output import WriteCellOption, write_cell_file
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, print_result
 from kr5_tools.cli.terminal import console, fail
-from kr5_tools.files.cell_output import WriteCellOption, write_cell_file
-from kr5_tools.files.results import write_if_usable, write_result
-from kr5_tools.files.writing import check_writable
 
 app = typer.Typer()
 MOST_SHOWN = 600  # readings of a result file, for its plot

@@ -7,13 +7,13 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from kr5 import cell, identification, predict
+from kr5.files.results import write_result
+from kr5.files.writing import check_writable, write_json
 
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail, print_note, share_bar
-from kr5_tools.files.results import write_result
-from kr5_tools.files.writing import check_writable, write_json
 from kr5_tools.identify.excitation_files import krl_files, write_krl, write_motion_csv
 
 app = typer.Typer()

@@ -6,8 +6,7 @@ from typing import Any
 
 import kr5
 import numpy as np
-
-from kr5_tools.files.writing import write_text
+from kr5.files.writing import write_text
 
 MOST_KRL_AXES = 12  # A1 to A6, E1 to E6
 KRL_INTERVAL = 0.2  # between the points of a spline [s]

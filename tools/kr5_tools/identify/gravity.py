@@ -6,17 +6,17 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from kr5 import cell, identification, io
+from kr5.files.results import write_result
+from kr5.files.writing import check_writable, write_json
+from kr5.logs.values import joint_torques
 
 from kr5_tools.calibrate.postures import AngleUnit, Columns, JointColumns, LengthUnit, joint_values, values_of
 from kr5_tools.cli.arguments import JsonOption, ResultOption
+from kr5_tools.cli.cell_output import WriteCellOption, write_cell_file
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail, print_note, spinner
-from kr5_tools.files.cell_output import WriteCellOption, write_cell_file
-from kr5_tools.files.results import write_result
-from kr5_tools.files.writing import check_writable, write_json
 from kr5_tools.identify.motion_logs import FROM_THE_CELL, conditioning_of, require_usable
-from kr5_tools.log_import.values import joint_torques
 
 app = typer.Typer()
 LARGE_ERROR = 0.2  # held-out error over the torque of a joint, above which a model is doubtful [-]

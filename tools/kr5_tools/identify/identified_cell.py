@@ -8,8 +8,7 @@ import kr5
 import numpy as np
 from kr5 import cell as kr5_cell
 from kr5 import identification, kinematics
-
-from kr5_tools.files.writing import beside
+from kr5.files.writing import beside
 
 LEAST_MASS = 1e-3  # of a link without one, for a prior [kg]
 

@@ -6,9 +6,9 @@ from typing import Any, Literal
 import kr5
 import numpy as np
 from kr5 import calibration, vision
+from kr5.files.camera import load_camera
+from kr5.files.images import image_files
 
-from kr5_tools.files.camera import load_camera
-from kr5_tools.files.images import image_files
 from kr5_tools.targets.command import find_in_images, load_target
 
 Mount = Literal["eye_in_hand", "eye_to_hand"]

@@ -11,13 +11,13 @@ import kr5
 import kr5.cell
 import numpy as np
 from kr5 import identification
+from kr5.logs.importer import Importer
+from kr5.logs.log import Log
+from kr5.logs.map_file import Map, Source, load_map
+from kr5.logs.map_guess import guess_map
+from kr5.logs.values import joint_torques, to_si
 
 from kr5_tools.cli.options import options_from
-from kr5_tools.log_import.importer import Importer
-from kr5_tools.log_import.log import Log
-from kr5_tools.log_import.map_file import Map, Source, load_map
-from kr5_tools.log_import.map_guess import guess_map
-from kr5_tools.log_import.values import joint_torques, to_si
 
 SPEED = re.compile(r"(q|joint|axis|j)?_?(d|qd|dq|v|vel|velocity|speed)_?(q|joint|axis|j)?_?(act|actual|meas|ist)?_?")
 TEMPERATURE = re.compile(

@@ -7,17 +7,17 @@ import numpy as np
 import typer
 from kr5 import cell as kr5_cell
 from kr5 import identification, kinematics
+from kr5.files.results import write_result
+from kr5.files.writing import beside, check_writable, write_json
+from kr5.logs.joint_motion import arm_model, merged_motion
 
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail, print_note, spinner
-from kr5_tools.files.results import write_result
-from kr5_tools.files.writing import beside, check_writable, write_json
 from kr5_tools.identify.dynamics import SHOWN_SAMPLES, condition_parts
 from kr5_tools.identify.identified_cell import believed_parameters, tool_body
 from kr5_tools.identify.motion_logs import conditioning_of, log_and_terms_options, read_motions
-from kr5_tools.log_import.joint_motion import arm_model, merged_motion
 
 app = typer.Typer()
 MOMENTS = ("mass", "m cx", "m cy", "m cz", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")

@@ -7,13 +7,13 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from kr5 import calibration, cell, kinematics
+from kr5.files.paths import find_shipped_cell
+from kr5.files.results import write_result
+from kr5.files.writing import check_writable, write_json
 
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail, track
-from kr5_tools.files.paths import find_shipped_cell
-from kr5_tools.files.results import write_result
-from kr5_tools.files.writing import check_writable, write_json
 from kr5_tools.identify.axes import chain_of
 from kr5_tools.identify.devices import Device, make_devices
 

@@ -5,10 +5,10 @@ from typing import Annotated, Any
 
 import kr5.sim
 import typer
+from kr5.files import results, writing
 
 from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.cli.options import options_from
-from kr5_tools.files import results, writing
 from kr5_tools.insertion import directions, ending_tables, messages
 from kr5_tools.insertion.task import Cell, load_cell, set_task
 

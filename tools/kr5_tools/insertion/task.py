@@ -7,8 +7,7 @@ from typing import Annotated, Any
 
 import kr5
 import typer
-
-from kr5_tools.files.paths import SHIPPED_CELL, find_shipped_cell
+from kr5.files.paths import SHIPPED_CELL, find_shipped_cell
 
 Cell = Annotated[
     Path | None,

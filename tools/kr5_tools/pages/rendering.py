@@ -6,8 +6,9 @@ import re
 from pathlib import Path
 from typing import Any
 
+from kr5.files import writing
+
 from kr5_tools.cli.numbers import format_number
-from kr5_tools.files import writing
 
 UNITS = {"px", "mm", "deg", "m", "rad", "s", "ms"}
 

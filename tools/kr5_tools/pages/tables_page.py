@@ -3,9 +3,10 @@
 from pathlib import Path
 from typing import Any
 
+from kr5.files import writing
+
 from kr5_tools.cli import terminal
 from kr5_tools.cli.numbers import format_number
-from kr5_tools.files import writing
 from kr5_tools.pages.rendering import embed_plot, render_page, write_png
 
 ICONS = {"good": "✓", "doubtful": "!", "unusable": "✗"}

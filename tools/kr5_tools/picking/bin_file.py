@@ -6,9 +6,8 @@ from typing import Annotated, Any
 import kr5
 import numpy as np
 from kr5 import picking
+from kr5.files.documents import OpenDocument, Pose, PoseMatrix, PositiveNumber, read_document
 from pydantic import Field
-
-from kr5_tools.files.documents import OpenDocument, Pose, PoseMatrix, PositiveNumber, read_document
 
 EXPECTED = "a bin: T_base_bin (x y z roll pitch yaw, or a 4 x 4 matrix; origin at the centre of the inner floor, Z up)"
 EXAMPLE = "T_base_bin: [0.8, 0, 0.1, 0, 0, 0]\nsize: [0.2, 0.2, 0.1]\n"

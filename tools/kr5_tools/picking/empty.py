@@ -6,12 +6,12 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from kr5 import picking, sim
+from kr5.files.results import write_result
+from kr5.files.writing import check_page, check_writable, publish, write_json, write_text
 
 from kr5_tools.cli.arguments import JsonOption
 from kr5_tools.cli.tables import figure_row, print_result
 from kr5_tools.cli.terminal import console, open_page, share_bar, spinner
-from kr5_tools.files.results import write_result
-from kr5_tools.files.writing import check_page, check_writable, publish, write_json, write_text
 from kr5_tools.picking.emptying import BinRun, Emptying, EmptyingOptions
 from kr5_tools.picking.pick import height_range
 from kr5_tools.picking.simulate import bin_shape

@@ -7,9 +7,8 @@ from typing import Any
 import kr5
 import numpy as np
 from kr5 import picking
-
-from kr5_tools.files.camera import load_camera
-from kr5_tools.files.documents import parse_json, parse_yaml, read_text
+from kr5.files.camera import load_camera
+from kr5.files.documents import parse_json, parse_yaml, read_text
 
 POSE_KEY = "T_base_camera"
 # Uncertainty of a cylinder's place above which an image is asked; below, the calibration of the camera is no better.

@@ -7,13 +7,13 @@ import kr5
 import numpy as np
 import typer
 from kr5 import picking
+from kr5.files.results import write_result
+from kr5.files.writing import beside, check_writable, write_json
 
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail, print_note, spinner
-from kr5_tools.files.results import write_result
-from kr5_tools.files.writing import beside, check_writable, write_json
 from kr5_tools.picking.bin_file import EXAMPLE, read_bin
 from kr5_tools.picking.clouds import ENDINGS, CloudFile, read_cloud
 from kr5_tools.picking.image_refinement import REFINED_ABOVE, Refined, read_view, refine, require_seen

@@ -9,11 +9,11 @@ import numpy as np
 import typer
 import yaml
 from kr5 import sim
+from kr5.files.writing import check_new_folder, check_writable, folder_beside, save_figure, to_plain, write_json
 
 from kr5_tools.cli.arguments import JsonOption
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.terminal import console, fail, print_note, share_bar, spinner
-from kr5_tools.files.writing import check_new_folder, check_writable, folder_beside, save_figure, to_plain, write_json
 from kr5_tools.picking.pick import height_range
 
 app = typer.Typer()

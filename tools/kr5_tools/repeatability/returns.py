@@ -9,12 +9,12 @@ from typing import Any
 import kr5
 import numpy as np
 from kr5 import calibration, io, vision
+from kr5.files.camera import load_camera
+from kr5.files.documents import read_text
+from kr5.files.images import IMAGE_ENDINGS
+from kr5.files.results import read_result
 
 from kr5_tools.calibrate.tool import CONVENTIONS
-from kr5_tools.files.camera import load_camera
-from kr5_tools.files.documents import read_text
-from kr5_tools.files.images import IMAGE_ENDINGS
-from kr5_tools.files.results import read_result
 from kr5_tools.targets.command import find_in_images, load_target
 
 POINT_COLUMNS = ("point", "point_id", "id", "p")

@@ -4,8 +4,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from kr5.files import writing
+
 from kr5_tools.cli.numbers import format_count
-from kr5_tools.files import writing
 from kr5_tools.replay.runs import Run, page_runs
 
 

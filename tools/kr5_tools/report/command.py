@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
 import typer
+from kr5.files import results, writing
 
 from kr5_tools.cli import arguments, terminal
 from kr5_tools.cli.numbers import format_number
-from kr5_tools.files import results, writing
 from kr5_tools.pages.rendering import embed_plot, render_page, script_json, write_png
 
 app = typer.Typer()
@@ -102,7 +102,8 @@ def write_page_of(result: Path, output: Path, png: Path | None, recording: Path 
 
 
 def write_protocol_page(source: Path, output: Path, png: Path | None) -> list[Path]:
-    from kr5_tools.files.documents import read_yaml
+    from kr5.files.documents import read_yaml
+
     from kr5_tools.simulation import protocol_page
 
     content = read_yaml(source, "a protocol (kr5-protocol/1), or a result file, which is JSON")

@@ -8,8 +8,8 @@ from typing import Any
 
 import kr5
 import numpy as np
+from kr5.files.paths import SHIPPED_CELL, find_shipped
 
-from kr5_tools.files.paths import SHIPPED_CELL, find_shipped
 from kr5_tools.sensitivity.analysis import Analysis
 from kr5_tools.sensitivity.inputs_file import Quantity
 from kr5_tools.sensitivity.model import ArmModel

@@ -7,11 +7,11 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from kr5 import uncertainty
+from kr5.files import results, writing
 
 from kr5_tools.cli import arguments, terminal
 from kr5_tools.cli.interruption import tell_when_stopped
 from kr5_tools.cli.options import options_from
-from kr5_tools.files import results, writing
 from kr5_tools.sensitivity import analysis as analysis_module
 from kr5_tools.sensitivity import arm as arm_module
 from kr5_tools.sensitivity import page

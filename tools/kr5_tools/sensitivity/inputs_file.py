@@ -5,10 +5,9 @@ from pathlib import Path
 from typing import Any, Literal
 
 import kr5
+from kr5.files.documents import Document, PositiveNumber, check_names, fail_at, read_document
+from kr5.logs.units import UNITS
 from pydantic import Field, field_validator, model_validator
-
-from kr5_tools.files.documents import Document, PositiveNumber, check_names, fail_at, read_document
-from kr5_tools.log_import.units import UNITS
 
 KNOWN_UNITS = {unit: factor for units in UNITS.values() for unit, factor in units.items()}
 FIELDS = {

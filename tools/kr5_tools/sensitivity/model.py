@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
-
-from kr5_tools.files.documents import read_text
+from kr5.files.documents import read_text
 
 Numbers = np.ndarray[Any, np.dtype[np.float64]]
 

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from kr5.files.writing import to_plain
 
-from kr5_tools.files.writing import to_plain
 from kr5_tools.sensitivity.analysis import Analysis, Row
 from kr5_tools.sensitivity.model import Numbers
 from kr5_tools.sweep.run_folder import Kind, RunFolder

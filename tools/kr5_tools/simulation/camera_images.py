@@ -4,10 +4,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import yaml
+from kr5.files import writing
+from kr5.files.paths import library_path
 
 from kr5_tools.cli import terminal
-from kr5_tools.files import writing
-from kr5_tools.files.paths import library_path
 
 CONVENTION = {"position": "m", "rotation": "quaternion_xyzw", "angle": "rad", "meaning": "T_base_flange"}
 

@@ -16,9 +16,7 @@ import kr5.io
 import kr5.kinematics
 import kr5.predict
 import numpy as np
-from pydantic import Field, create_model, field_validator
-
-from kr5_tools.files.documents import (
+from kr5.files.documents import (
     Document,
     OpenDocument,
     check_names,
@@ -27,6 +25,7 @@ from kr5_tools.files.documents import (
     read_document,
     validate_document,
 )
+from pydantic import Field, create_model, field_validator
 
 MARGIN = 0.05  # of its range, by which a joint stays within its limits
 MAX_ROWS = 1_000_000  # of one motion

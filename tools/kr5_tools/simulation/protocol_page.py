@@ -4,7 +4,8 @@ import inspect
 from pathlib import Path
 from typing import Any
 
-from kr5_tools.files.documents import read_document
+from kr5.files.documents import read_document
+
 from kr5_tools.pages.tables_page import write_tables_page
 from kr5_tools.simulation.protocol_file import KINDS, ExperimentEntry, ProtocolFile
 

@@ -4,9 +4,9 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from kr5.files import writing
 
 from kr5_tools.cli import arguments, tables, terminal
-from kr5_tools.files import writing
 
 app = typer.Typer()
 

@@ -4,11 +4,11 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from kr5.files import writing
+from kr5.files.documents import read_yaml
 
 from kr5_tools.cli import arguments, terminal
 from kr5_tools.cli.numbers import format_count
-from kr5_tools.files import writing
-from kr5_tools.files.documents import read_yaml
 from kr5_tools.replay.page import make_page
 from kr5_tools.replay.rerun_log import Rerun, write_rerun
 from kr5_tools.replay.runs import Run, Skipped, experiment_runs, joint_by_joint

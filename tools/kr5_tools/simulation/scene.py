@@ -5,11 +5,11 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from kr5.files import results, writing
+from kr5.files.documents import read_yaml
 from rich.markup import escape
 
 from kr5_tools.cli import arguments, tables, terminal
-from kr5_tools.files import results, writing
-from kr5_tools.files.documents import read_yaml
 from kr5_tools.replay.rerun_log import Rerun, write_rerun
 from kr5_tools.simulation import camera_images
 from kr5_tools.simulation.scene_page import checks_table, scene_page, scene_result, scene_run, verdict_text

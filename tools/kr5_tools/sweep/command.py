@@ -5,11 +5,11 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import typer
+from kr5.files import writing
 
 from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.cli.interruption import tell_when_stopped
 from kr5_tools.cli.value_list import parse_values
-from kr5_tools.files import writing
 from kr5_tools.insertion.task import Cell, load_cell
 from kr5_tools.sweep.page import table_title, write_sweep_page
 from kr5_tools.sweep.trials import Grid, make_setup, run_trial

@@ -3,8 +3,9 @@
 from pathlib import Path
 from typing import Any
 
+from kr5.files import writing
+
 from kr5_tools.cli import terminal
-from kr5_tools.files import writing
 from kr5_tools.sweep.trials import Grid
 
 

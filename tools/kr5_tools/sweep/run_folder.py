@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import Any, Self
 
 import kr5
-
-from kr5_tools.files import results, writing
+from kr5.files import results, writing
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import typer
+from kr5.files import images, writing
+from kr5.files.documents import display_value, read_yaml
+from kr5.files.paths import library_path
 
 from kr5_tools.cli import arguments, tables, terminal
-from kr5_tools.files import images, writing
-from kr5_tools.files.documents import display_value, read_yaml
-from kr5_tools.files.paths import library_path
 from kr5_tools.targets import sheet
 
 app = typer.Typer(no_args_is_help=True)

@@ -7,16 +7,16 @@ import kr5
 import numpy as np
 import typer
 from kr5 import vision
+from kr5.files import writing
+from kr5.files.camera import load_camera
+from kr5.files.images import image_files, short_names
+from kr5.files.results import write_result
+from kr5.files.writing import write_json
 
 from kr5_tools.cli.arguments import JsonOption
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, pose_figures
 from kr5_tools.cli.terminal import console, fail, track
-from kr5_tools.files import writing
-from kr5_tools.files.camera import load_camera
-from kr5_tools.files.images import image_files, short_names
-from kr5_tools.files.results import write_result
-from kr5_tools.files.writing import write_json
 from kr5_tools.targets.command import load_image, load_target
 from kr5_tools.targets.detection_table import median_noise, print_seen
 

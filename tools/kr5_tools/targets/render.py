@@ -4,12 +4,12 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from kr5.files import writing
+from kr5.files.documents import Document, read_document
+from kr5.files.paths import library_path
 from pydantic import Field
 
 from kr5_tools.cli import arguments, terminal
-from kr5_tools.files import writing
-from kr5_tools.files.documents import Document, read_document
-from kr5_tools.files.paths import library_path
 from kr5_tools.targets.command import load_target
 
 app = typer.Typer()

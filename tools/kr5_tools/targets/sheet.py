@@ -176,8 +176,7 @@ def _draw_ruler(figure: Any, target: str, sheet: tuple[float, float], bottom: fl
 
 def save_sheet(figure: Any, output: Path, dpi: int) -> None:
     import matplotlib.pyplot as plt
-
-    from kr5_tools.files import writing
+    from kr5.files import writing
 
     try:
         writing.save_figure(figure, output, dpi=dpi)

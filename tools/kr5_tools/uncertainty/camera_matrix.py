@@ -7,9 +7,9 @@ from typing import Any
 
 import kr5
 import numpy as np
+from kr5.files.documents import read_document
+from kr5.logs.units import UNITS
 
-from kr5_tools.files.documents import read_document
-from kr5_tools.log_import.units import UNITS
 from kr5_tools.uncertainty.documents import BOOK, CameraMatrixFile
 
 MAGNIFIED = 20  # of ellipses across the board

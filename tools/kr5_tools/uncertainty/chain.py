@@ -4,10 +4,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from kr5.files.documents import read_document, read_text
 
 from kr5_tools.cli.numbers import format_number
 from kr5_tools.cli.tables import pose_figures
-from kr5_tools.files.documents import read_document, read_text
 from kr5_tools.uncertainty.documents import BOOK, ChainFile, covariance_of, pose_of
 from kr5_tools.uncertainty.tables import AXES, ellipsoid_table, matrix_table
 

@@ -5,11 +5,11 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from kr5.files import results, writing
 
 from kr5_tools.cli import terminal
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.tables import print_result
-from kr5_tools.files import results, writing
 from kr5_tools.uncertainty import camera_matrix as camera_matrix_module
 from kr5_tools.uncertainty import chain as chain_module
 from kr5_tools.uncertainty import sensors

@@ -5,10 +5,9 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
+from kr5.files.documents import Document, PositiveNumber, check_names, fail_at
+from kr5.logs.units import UNITS
 from pydantic import AfterValidator, Field, field_validator, model_validator
-
-from kr5_tools.files.documents import Document, PositiveNumber, check_names, fail_at
-from kr5_tools.log_import.units import UNITS
 
 BOOK = Path(__file__).resolve().parent / "book"
 NEARLY = 1e-3  # how far a rotation that was printed with few digits may be off

@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from kr5.files.documents import fail_at, read_document, read_text
 
 from kr5_tools.cli.tables import figure_row
-from kr5_tools.files.documents import fail_at, read_document, read_text
 from kr5_tools.uncertainty.documents import PrintedEntry, SensorsFile, covariance_of, pose_of
 from kr5_tools.uncertainty.tables import AXES, ellipsoid_table, matrix_table
 

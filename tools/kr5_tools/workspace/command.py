@@ -6,13 +6,13 @@ from typing import Annotated, Any, Literal
 import numpy as np
 import typer
 from kr5 import cell, kinematics
+from kr5.files.results import write_result
+from kr5.files.writing import check_writable, write_json
 
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, print_result
 from kr5_tools.cli.terminal import console, fail, print_note, spinner
-from kr5_tools.files.results import write_result
-from kr5_tools.files.writing import check_writable, write_json
 
 app = typer.Typer()
 Point = Literal["auto", "flange", "wrist", "tool"]

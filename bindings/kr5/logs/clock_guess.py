@@ -1,0 +1,131 @@
+"""The clock of a log: which column tells the time, and in which unit."""
+
+import re
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+import kr5
+from kr5.logs.entry_words import EntryWords
+from kr5.logs.log import Log, is_time
+from kr5.logs.log_time import beginning
+from kr5.logs.units import UNITS, unit_factor
+
+SCALES = UNITS["time"]
+USUAL_STEP = 0.005  # [s] between rows of a controller's log
+LEAST_STEP, MOST_STEP = 1e-4, 0.5  # [s] between rows of a log; numbers with such steps are seconds
+SLOWEST_STEP = 1.0  # [s], below the steps of counters of a finer unit, which are whole numbers
+CENTURY = (1e9, 4e9)  # [s] since 1970
+
+
+@dataclass
+class GuessedClock:
+    """What a map says of the clock (`None`: the log's streams have clocks of their own), and why."""
+
+    entry: dict[str, Any] | None
+    seconds: np.ndarray  # of the rows, from the beginning of the log
+    proposal: str
+    reason: str
+
+
+def guess_clock(
+    log: Log, column: str, cycle: float | None, given: dict[str, Any], usual: float | None = USUAL_STEP
+) -> GuessedClock | None:
+    """The clock of the rows of a column; nothing where no column looks like time and no interval is known. `given`:
+    what the user states of it. `usual`: step by which a unit that is not stated is told; none: stamps are in
+    seconds."""
+    rows = len(log.columns[column])
+    stream = log.streams[column]
+    own = log.clocks.get(stream)
+    name = given.get("column") or own or _time_column(log, stream)
+    if "every" in given or name is None:
+        return _even_clock(log, rows, cycle, given)
+    stamps = log.column(str(name), "clock.column")
+    steps = np.diff(stamps[np.isfinite(stamps)])
+    step = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
+    usual = cycle or usual
+    unit = str(given["unit"]) if "unit" in given else ("s" if name == own else stated_unit(name))
+    unit = unit or _unit_since_1970(stamps, step) or (_unit_of(step, usual) if usual else "s")
+    scale = unit_factor(unit, ("time",), "clock")[0]
+    reason = f"a row every {step:.4g} {unit}" + (f", which is {step * scale:.4g} s" if scale != 1 else "")
+    entry = None if name == own and not given else {"column": name, "unit": unit} | given
+    if not np.isfinite(stamps).any():
+        return GuessedClock(entry, stamps, f"{name} [{unit}]", reason)
+    seconds = (stamps - beginning(log, name)) * scale + _offset(given)
+    return GuessedClock(entry, seconds, f"{name} [{unit}]", reason)
+
+
+def _time_column(log: Log, stream: str) -> str | None:
+    """The first column of a stream that looks like time and rises in every row; else the first that goes on; else the
+    first that looks like time."""
+    names = [n for n in log.time_columns() if log.streams[n] == stream]
+    return max(names, key=lambda name: _steadiness(log.columns[name]), default=None)
+
+
+def _steadiness(stamps: np.ndarray) -> int:
+    """2: rises in every row; 1: goes on; 0: neither."""
+    if not np.isfinite(stamps).all() or not float(np.ptp(stamps)) > 0:
+        return 0
+    return 2 if (np.diff(stamps) > 0).all() else 1
+
+
+def _even_clock(log: Log, rows: int, cycle: float | None, given: dict[str, Any]) -> GuessedClock | None:
+    """Rows at the interval that the user states, or that of the cell's servo."""
+    step = given.get("every", cycle)
+    unreadable = next((name for name in log.text_columns if is_time(name)), None)
+    if step is None and unreadable is not None:
+        raise kr5.IoError(
+            f"{log.unreadable(unreadable)}; correct it, or state the interval of the rows with --every SECONDS"
+        )
+    if step is None:
+        return None
+    if not isinstance(step, (int, float)) or not step > 0:
+        raise kr5.InvalidArgument(f"clock.every: found {step!r:.40}, expected an interval above 0 s")
+    lacking = f"{unreadable} holds text" if unreadable else "no column looks like time"
+    why = "as asked for" if "every" in given else f"{lacking}; this is the cycle of the cell"
+    seconds = step * np.arange(rows) + _offset(given)
+    return GuessedClock({"every": step} | given, seconds, f"a row every {step:g} s", why)
+
+
+def _offset(given: dict[str, Any]) -> float:
+    offset = given.get("offset", 0.0)
+    if not isinstance(offset, (int, float)):
+        raise kr5.InvalidArgument(f"clock.offset: found {offset!r:.40}, expected a number of seconds")
+    return float(offset)
+
+
+def stated_unit(name: str) -> str | None:
+    """The unit that a name ends in: `time_ms`, `t [ns]`."""
+    match = re.search(r"[_\[\s(](s|ms|us|ns|sec|nsec|nanosec)[\])]?$", name.lower())
+    return {"sec": "s", "nsec": "ns", "nanosec": "ns"}.get(match[1], match[1]) if match else None
+
+
+def _unit_since_1970(stamps: np.ndarray, step: float) -> str | None:
+    """The unit in which stamps are a time of this century, with rows not too far apart for a motion."""
+    at = float(np.nanmax(stamps, initial=0.0))
+    return next((u for u, s in SCALES.items() if CENTURY[0] < at * s < CENTURY[1] and step * s < SLOWEST_STEP), None)
+
+
+def _unit_of(step: float, usual: float) -> str:
+    if LEAST_STEP <= step <= MOST_STEP:
+        return "s"
+    return min(SCALES, key=lambda u: abs(np.log(max(step, 1e-12) * SCALES[u] / usual)))
+
+
+def require_clock(clock: GuessedClock | None, log: Log, words: EntryWords) -> GuessedClock:
+    if clock is None:
+        names = ", ".join(list(log.columns)[:12])
+        raise kr5.FileError(
+            log.file,
+            f"no column looks like time among {names}, and the model states no cycle; state the interval of"
+            " its rows with --every SECONDS",
+        )
+    if not np.isfinite(clock.seconds).all() or (len(clock.seconds) > 1 and float(np.ptp(clock.seconds)) <= 0):
+        raise kr5.FileError(
+            log.file,
+            f"{clock.proposal}: found no time that goes on (no number, or too few digits), expected one in"
+            f" each row; choose another column ({words.put('clock', column='NAME')}), or state the interval of its rows"
+            " with --every SECONDS",
+        )
+    return clock

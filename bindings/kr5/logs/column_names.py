@@ -1,0 +1,237 @@
+"""What the columns of a log show, by their names: which quantity, of which joint of the arm."""
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+from kr5.logs.log import Log
+
+JOINT = "#"  # stands for the joint in a stem
+
+# Words of a name, after its joint was taken out; the first family that has one of them is meant.
+SPEED = {"v", "vel", "velocity", "velocities", "speed", "speeds", "qd", "dq", "qdot", "rate"}
+ACCELERATION = {"acc", "accel", "acceleration", "accelerations", "qdd", "ddq", "qddot"}
+TORQUE = {"tau", "taum", "torque", "torques", "eff", "effort", "efforts", "trq", "moment", "force", "forces", "mom"}
+CURRENT = {"i", "cur", "curr", "current", "currents", "amp", "amps", "strom", "ma"}
+POSITION = {"q", "qm", "pos", "position", "positions", "angle", "angles", "joint", "axis", "j", "deg", "rad"}
+COMMAND = {"c", "qc", "cmd", "command", "commanded", "commands", "des", "desired", "target", "ref", "reference", "set"}
+COMMAND |= {"setpoint", "setpoints", "soll", "goal", "trajectory"}
+MEASURED = {"act", "actual", "meas", "measured", "ist", "state", "states", "feedback", "fb", "real"}
+# Words that tell a quantity only where nothing else does: they may as well be those of a joint, a unit, a message.
+VAGUE = {"joint", "axis", "j", "deg", "rad", "rate", "c", "v", "i", "ma"}
+MOTOR_SIDE = {"qm", "taum", "motor", "rotor"}  # of angles and torques; a current is that of a motor anyway
+# Columns with one of these are no reading of a joint that a cell could show.
+OTHER = {"ext", "external", "error", "err", "diff", "std", "temp", "temperature", "temperatur", "status", "mode"}
+OTHER |= {"model", "limit", "limits", "min", "max", "voltage", "brake", "stamp", "seq", "header", "effectiveness"}
+MERGED = {"qcmd": "qc", "qdes": "qc", "qref": "qc", "qset": "qc", "qsoll": "qc", "qact": "q", "qmeas": "q", "qist": "q"}
+
+UNITS = {"deg": "deg", "rad": "rad", "ma": "mA", "mm": "mm", "nm": "N m", "nmm": "N mm", "percent": "%"}
+UNITS |= {"pct": "%", "%": "%"}
+NUMBER = re.compile(r"\d+")
+WORD = re.compile(r"mA(?![a-z])|[A-Z]+(?![a-z])|[A-Z]?[a-z]+|#|%")
+PLAIN_JOINT = re.compile(r"_?(joint|link|revolute|prismatic)_?")
+
+
+@dataclass
+class Family:
+    """Columns of one quantity, one a joint in the order of the arm."""
+
+    name: str  # q, qc, i, tau or qd
+    columns: list[str]
+    stem: str = ""
+    unit: str | None = None  # as the name says it
+    motor_side: bool = False
+    named: bool = False  # by the names of the joints, not by numbers
+
+
+@dataclass
+class FoundFamilies:
+    """What was recognised; of each quantity the family that is used first."""
+
+    families: dict[str, list[Family]] = field(default_factory=dict)
+    joint_words: list[str] = field(default_factory=list)  # what stands where a joint should, of columns that do not fit
+    lacking: dict[str, list[str]] = field(default_factory=dict)  # of a quantity of named joints, those without it
+
+    def lacking_of(self, name: str) -> list[str]:
+        """Joints without a column of a quantity that others have."""
+        return [] if name in self.families else self.lacking.get(name, [])
+
+    def first(self, name: str) -> Family | None:
+        return self.families[name][0] if name in self.families else None
+
+
+def find_families(log: Log, joints: Sequence[str], number: int) -> FoundFamilies:
+    """The families of an arm with these names of joints (none: unnamed) and this number of them.
+
+    A joint is recognised by its name; else by the name that a column of text gives for its index, as in exports of
+    joint states; else by the words in which the columns of a family differ; else by its number.
+    """
+    found = FoundFamilies()
+    stems = _stems(log, joints)
+    for stem, columns in stems.items():
+        words = words_of(stem)
+        name = _quantity(stem)
+        if name is None:
+            continue
+        ordered, named = _in_order(columns, joints, number)
+        if ordered is None:
+            found.joint_words += [key for key in columns if key not in found.joint_words]
+            if any(j in columns for j in joints):
+                found.lacking.setdefault(name, [j for j in joints if j not in columns])
+            continue
+        motor = bool(MOTOR_SIDE & set(words)) and name != "i"
+        unit = next((UNITS[w] for w in words if w in UNITS), None)
+        found.families.setdefault(name, []).append(Family(name, ordered, stem, unit, motor, named))
+    for families in found.families.values():
+        families.sort(key=_preference)
+    return found
+
+
+def spoken_joints(columns: Sequence[str]) -> list[str]:
+    """What stands in the place of joints in columns such as /joint_states/elbow/position."""
+    fields = [column.split("/") for column in columns]
+    between = [parts[-2] for parts in fields if len(parts) > 2 and {*words_of(parts[-1])} & POSITION]
+    return list(dict.fromkeys(between))
+
+
+def is_quantity(word: str) -> bool:
+    """Whether a word of a name tells a quantity or how it was come by, not a joint."""
+    return word.lower() in SPEED | ACCELERATION | TORQUE | CURRENT | POSITION | COMMAND | MEASURED | OTHER
+
+
+def words_of(stem: str) -> list[str]:
+    """The words of a stem in small letters, run-together commands parted; `#` is the joint."""
+    words = [w.lower() for w in WORD.findall(stem)]
+    return [MERGED.get(w, w) for w in words]
+
+
+def _quantity(stem: str) -> str | None:
+    """The family of a stem: its field says it, and the topic that publishes it only where the field does not."""
+    levels = [{*words_of(part)} - {JOINT} for part in _parts_of(stem)]
+    near = levels[-2] if len(levels) > 1 else levels[-1]
+    if near & OTHER:
+        return None
+    told = next((own for own in levels if own & (COMMAND | MEASURED)), set[str]())
+    command = bool(told & COMMAND) and not told & MEASURED - {"state", "states"}
+    for own in levels[:-1]:
+        if own & (SPEED | TORQUE | CURRENT | ACCELERATION | POSITION) - VAGUE:
+            return _family_of(own - VAGUE, command)
+    return _family_of(levels[-1], command)
+
+
+def _parts_of(stem: str) -> list[str]:
+    """A stem as it widens: the field, with the last part of its topic, all of it. A topic ends with a colon, or in an
+    export with the last but one of the parts between slashes."""
+    topic, colon, field_name = stem.rpartition(":")
+    if colon:
+        return [field_name, f"{topic.rsplit('/', 1)[-1]}:{field_name}", stem]
+    parts = [part for part in stem.split("/") if part.strip("[]._# ")]
+    return [parts[-1], "/".join(parts[-2:]), stem] if len(parts) > 1 else [stem]
+
+
+def _family_of(own: set[str], command: bool) -> str | None:
+    if own & SPEED:
+        return None if command else "qd"
+    if own & TORQUE:
+        return None if command else "tau"
+    if own & CURRENT:
+        return None if command else "i"
+    if own & ACCELERATION:
+        return None
+    if own & POSITION or command or own <= MEASURED:
+        return "qc" if command else "q"
+    return None
+
+
+def _preference(family: Family) -> tuple[bool, bool, bool, int]:
+    """States of joints before those of controllers, and these before what the controller puts out; names before
+    numbers; short before long."""
+    words = set(words_of(family.stem))
+    return (not family.named, "controller" in words, "output" in words, len(family.stem))
+
+
+def _stems(log: Log, joints: Sequence[str]) -> dict[str, dict[str, str]]:
+    """Columns by their names without the joint: the joint's name, or its number, to the column."""
+    by_length = sorted(joints, key=len, reverse=True)
+    out: dict[str, dict[str, str]] = {}
+    rest = []
+    for column in log.columns:
+        joint = next((j for j in by_length if _holds(column, j)), None)
+        if joint is not None:
+            out.setdefault(_replaced(column, joint), {}).setdefault(joint, column)
+        else:
+            rest.append(column)
+    spoken = _spoken_names(log)
+    for column in rest:
+        if match := list(NUMBER.finditer(column)):
+            number = match[-1]
+            stem = column[: number.start()] + JOINT + column[number.end() :]
+            key = spoken.get(_group(column), {}).get(int(number[0]), number[0])
+            out.setdefault(stem, {}).setdefault(key, column)
+    for stem, columns in _differing_words(rest).items():
+        out.setdefault(stem, columns)
+    return out
+
+
+def _holds(column: str, joint: str) -> bool:
+    return re.search(rf"(?<![A-Za-z0-9]){re.escape(joint)}(?![A-Za-z0-9])", column) is not None
+
+
+def _replaced(column: str, joint: str) -> str:
+    return re.sub(rf"(?<![A-Za-z0-9]){re.escape(joint)}(?![A-Za-z0-9])", JOINT, column, count=1)
+
+
+def _group(column: str) -> str:
+    """What stands before the last word and number: arrays of one message share it."""
+    return re.sub(r"[A-Za-z_]*\[?\d+\]?$", "", column)
+
+
+def _spoken_names(log: Log) -> dict[str, dict[int, str]]:
+    """Of each message, the names of its joints by index, where columns of text say them (`field.name0`: elbow)."""
+    out: dict[str, dict[int, str]] = {}
+    for column, cell in log.text_columns.items():
+        match = re.search(r"names?\[?(\d+)\]?$", column.lower())
+        if match:
+            out.setdefault(_group(column), {})[int(match[1])] = cell.text
+    return out
+
+
+def _differing_words(columns: Sequence[str]) -> dict[str, dict[str, str]]:
+    """Columns that differ in one word that names a part (q_torso, q_arm1): by what they have in common."""
+    out: dict[str, dict[str, str]] = {}
+    for column in columns:
+        parts = re.split(r"[_./\s]+", column)
+        for k, part in enumerate(parts):
+            if len(parts) > 1 and re.search(r"[A-Za-z]", part):
+                out.setdefault("_".join([*parts[:k], JOINT, *parts[k + 1 :]]), {}).setdefault(part, column)
+    return {stem: found for stem, found in out.items() if len(found) > 1}
+
+
+def _in_order(columns: dict[str, str], joints: Sequence[str], number: int) -> tuple[list[str] | None, bool]:
+    """The columns in the order of the arm, and whether names told it; nothing where they are not those of the arm."""
+    if joints and all(j in columns for j in joints):
+        return [columns[j] for j in joints], True
+    if joints and (match := _matched(list(columns), joints)):
+        return [columns[match[j]] for j in joints], True
+    if len(columns) == number and all(NUMBER.fullmatch(key) for key in columns):
+        return [columns[key] for key in sorted(columns, key=int)], False
+    return None, False
+
+
+def _matched(words: Sequence[str], joints: Sequence[str]) -> dict[str, str] | None:
+    """One word for each joint, where the plain names leave no choice: `torso` for `torso_lift_joint`."""
+    plain: Callable[[str], str] = lambda name: re.sub(r"[^a-z0-9]", "", PLAIN_JOINT.sub("_", name.lower()))
+    out: dict[str, str] = {}
+    for joint in joints:
+        own = plain(joint)
+        fitting = [w for w in words if re.search(r"[a-z]", w.lower()) and _same_part(plain(w), own)]
+        if len(fitting) != 1 or fitting[0] in out.values():
+            return None
+        out[joint] = fitting[0]
+    return out
+
+
+def _same_part(word: str, joint: str) -> bool:
+    """Whether one begins with the other; digits are not cut (`arm1` is no beginning of `arm10`)."""
+    short, long = sorted((word, joint), key=len)
+    return len(short) >= 2 and long.startswith(short) and not (short[-1].isdigit() and long[len(short) :][:1].isdigit())

@@ -1,0 +1,70 @@
+"""Logs of a robot with its model, from Python: what `kr5 gap diagnose LOG --model MODEL` does."""
+
+import os
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import kr5.gap
+from kr5.logs.compared_source import ComparedSource, SourceOptions, open_source
+
+MOST_EFFECTS = 16  # that are searched for in the log of a real arm
+Paths = str | os.PathLike[str] | Sequence[str | os.PathLike[str]]
+
+
+def read_logs(
+    logs: Paths,
+    model: str | os.PathLike[str],
+    *,
+    base: str = "",
+    tip: str = "",
+    every: float | None = None,
+    settings: Sequence[str] = (),
+    trust: bool = False,
+) -> ComparedSource:
+    """Logs of one robot as a recording, columns found by their names and numbers.
+
+    logs: CSV, NPZ, MCAP or bag, one or several. model: URDF, MJCF or cell file of the robot. base, tip: links of the
+    model between which the arm is. every: interval of rows without a clock [s]. settings: entries of the map or the
+    cell, such as "columns.tau.unit=N mm". trust: also numbers that are implausible.
+
+    The result has `recording` (kr5.cell.Recording), `notes` (how the columns were read) and `simulator_errors` (what
+    the best model of the arm is off in each column).
+
+    Raises kr5.FileError where a file cannot be read and kr5.Errors, with every problem, where the logs do not fit the
+    model; the text names the remedy, with `--set` for `settings`. Warns with kr5.Implausible of what `trust` lets pass.
+    """
+    paths = [logs] if isinstance(logs, (str, os.PathLike)) else list(logs)
+    options = SourceOptions(Path(model), base, tip, every, list(settings), trust)
+    return open_source([Path(path) for path in paths], options)
+
+
+def diagnose_logs(
+    logs: Paths,
+    model: str | os.PathLike[str],
+    *,
+    options: kr5.gap.DiagnoseOptions | None = None,
+    progress: Callable[[str, float], None] | None = None,
+    **reading: Any,
+) -> kr5.gap.Diagnosis:
+    """Why a model and a robot disagree. `reading`: as of read_logs; options, progress: as of kr5.gap.diagnose. The
+    search is as wide as the log of a real arm needs, unless options say otherwise."""
+    compared = read_logs(logs, model, **reading)
+    chosen = search_widely(options or kr5.gap.DiagnoseOptions(), compared)
+    return kr5.gap.diagnose(compared.recording, None, chosen, progress)
+
+
+def search_widely(options: kr5.gap.DiagnoseOptions, compared: ComparedSource) -> kr5.gap.DiagnoseOptions:
+    """Settings for the log of a real arm, whose description states friction of no joint, or a placeholder for each:
+    many effects at once, the best set of each size only. What was set by the user stays."""
+    if not compared.simulator_errors:
+        return options
+    own, options = options, kr5.gap.DiagnoseOptions.from_dict(options.to_dict())  # those of the caller stay
+    options.own_hypotheses = own.own_hypotheses
+    usual, joints = kr5.gap.DiagnoseOptions(), compared.recording.cell.robot.joints
+    for name, value in (("max_effects", min(2 * joints + 2, MOST_EFFECTS)), ("beam", 1), ("refits", 4)):
+        if getattr(options, name) == getattr(usual, name):
+            setattr(options, name, value)
+    options.simulator_errors = compared.simulator_errors
+    options.errors_of_recording = True
+    return options

@@ -1,0 +1,110 @@
+"""A log of a real cell: columns of numbers by name."""
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import kr5
+
+TIME = re.compile(
+    r"(^|[^a-z]|bag)(t|time|timestamp|stamp|clock|zeit|date|datetime|utc|seconds|sec|log_time|header\.stamp|header/stamp)"
+    r"([_ ]?[\[(]?(s|ms|us|ns)[\])]?)?$"
+)
+SECONDS = re.compile(r"^(.*?)[._/]?(secs?)$")
+FRACTIONS = {"sec": ("nanosec", "nsec"), "secs": ("nsecs", "nanosecs")}  # [ns], beside the seconds
+
+
+def is_time(name: str) -> bool:
+    """Whether the name of a column is that of a time."""
+    return TIME.search(name.lower().split(":")[-1].strip("% ")) is not None
+
+
+@dataclass(frozen=True)
+class TextCell:
+    """The first cell of a column that cannot be read as a number."""
+
+    line: int
+    text: str
+    expected: str
+
+
+@dataclass
+class Log:
+    """Columns by name. Columns of one stream have a row at the same instants; `clocks` names a stream's own time
+    column."""
+
+    file: Path
+    columns: dict[str, np.ndarray] = field(default_factory=dict)
+    streams: dict[str, str] = field(default_factory=dict)
+    clocks: dict[str, str] = field(default_factory=dict)
+    lines: np.ndarray | None = None  # of a text file, the line of each row
+    text_columns: dict[str, TextCell] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)  # what was done to the numbers when they were read
+
+    def add(self, name: str, values: Any, stream: str) -> None:
+        self.columns[name] = np.asarray(values, float)
+        self.streams[name] = stream
+
+    def join_stamps(self) -> None:
+        """Times of ROS that stand in two columns (`header.stamp.sec`, `header.stamp.nanosec`) become one [s]
+        (`header.stamp`)."""
+        for name in list(self.columns):
+            match = SECONDS.match(name)
+            if match is None:
+                continue
+            ends = FRACTIONS[match[2]]
+            rest = next((r for r in (name.removesuffix(match[2]) + end for end in ends) if r in self.columns), None)
+            joined = match[1] or "time"
+            if rest is None or joined in self.columns:
+                continue
+            values = self.columns[name] + 1e-9 * self.columns[rest]
+            kept = {
+                joined if c == name else c: values if c == name else v for c, v in self.columns.items() if c != rest
+            }
+            self.streams[joined] = self.streams[name]
+            self.columns = kept
+
+    def time_columns(self) -> list[str]:
+        """Columns whose names are those of a time."""
+        return [name for name in self.columns if is_time(name)]
+
+    def drop_repeated_rows(self) -> int:
+        """Leaves out rows equal to the one before, if a time rises in all others: a logger wrote them twice. Gives
+        their number. For logs of one stream."""
+        if not self.columns:
+            return 0
+        kept = np.zeros(len(next(iter(self.columns.values()))), bool)
+        kept[0] = True
+        for values in self.columns.values():
+            kept[1:] |= (values[1:] != values[:-1]) & ~(np.isnan(values[1:]) & np.isnan(values[:-1]))
+        clocks = [self.columns[name][kept] for name in self.time_columns()]
+        if kept.all() or kept.sum() < 2 or not any((np.diff(clock) > 0).all() for clock in clocks):
+            return 0
+        self.columns = {name: values[kept] for name, values in self.columns.items()}
+        self.lines = None if self.lines is None else self.lines[kept]
+        return int((~kept).sum())
+
+    def column(self, name: str, where: str) -> np.ndarray:
+        if name in self.text_columns:
+            raise kr5.IoError(self.unreadable(name))
+        if name not in self.columns:
+            import difflib
+
+            near = difflib.get_close_matches(name, list(self.columns), 1, 0.5)
+            hint = f"; did you mean '{near[0]}'? It has" if near else "; it has"
+            names = list(self.columns)
+            shown = ", ".join(names[:12]) + (f" and {len(names) - 12} more" if len(names) > 12 else "")
+            raise kr5.IoError(f"{where}: found '{name}', which {self.file} does not have{hint}: {shown}")
+        return self.columns[name]
+
+    def unreadable(self, name: str) -> str:
+        """Why a column of text has no numbers."""
+        cell = self.text_columns[name]
+        return f"{self.file}: line {cell.line}, column '{name}': found '{cell.text}', expected {cell.expected}"
+
+    def row(self, index: int) -> str:
+        """Where a row stands, in words."""
+        return f"line {self.lines[index]}" if self.lines is not None else f"row {index + 1}"

@@ -1,0 +1,91 @@
+"""A new SDF 1.9 of the arm of a cell, as Gazebo reads it."""
+
+import math
+import xml.etree.ElementTree as xml
+from typing import Any
+
+import numpy as np
+
+import kr5
+from kr5 import cell as kr5_cell
+from kr5.files.xml_text import add_element, document_text, rounded_pose
+from kr5.models.simulator_masses import require_masses
+
+VERSION = "1.9"
+MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")  # in the order of a Body
+
+
+def sdf_text(cell: Any, springs: np.ndarray) -> str:
+    """SDF of arm and tool, effects apart: base_link fixed to the world, links link_1 ... link_n, joint friction and
+    limits, and frames flange and tool_tip.
+
+    springs: stiffness [N m/rad or N/m] and joint value without torque, n x 2. Raises IoError for links without mass.
+    """
+    arm = kr5_cell.arm_links(cell)
+    require_masses(arm, cell.name, "Gazebo")
+    root = xml.Element("sdf", {"version": VERSION})
+    model = add_element(root, "model", name=cell.name or "robot")
+    add_element(model, "link", name="base_link")
+    _add_joint(model, "world-base_link", "fixed", "world", "base_link")
+    parent, T_base_parent = "base_link", np.eye(4)
+    for k, link in enumerate(arm.links):
+        name = f"link_{k + 1}"
+        _add_link(model, name, np.linalg.inv(T_base_parent) @ link.T_base_link, parent, link.body)
+        _add_moving_joint(model, link, parent, name, springs[k])
+        parent, T_base_parent = name, link.T_base_link
+    _add_frame(model, "flange", parent, np.linalg.inv(T_base_parent) @ arm.T_base_tip)
+    tool = cell.tool
+    if tool is not None and tool.mass > 0:
+        _add_link(model, "tool", tool.T_flange_sensor, "flange", tool)
+        _add_joint(model, "flange-tool", "fixed", parent, "tool")
+    _add_frame(model, "tool_tip", "flange", tool.T_flange_tool if tool is not None else np.eye(4))
+    return document_text(root)
+
+
+def _add_pose(parent: xml.Element, T: np.ndarray, relative_to: str | None = None) -> None:
+    add_element(parent, "pose", kr5.to_xyzrpy(rounded_pose(T)), relative_to=relative_to)
+
+
+def _add_frame(model: xml.Element, name: str, attached_to: str, T: np.ndarray) -> None:
+    _add_pose(add_element(model, "frame", name=name, attached_to=attached_to), T)
+
+
+def _add_link(model: xml.Element, name: str, T: np.ndarray, relative_to: str, body: Any) -> None:
+    link = add_element(model, "link", name=name)
+    _add_pose(link, T, relative_to)
+    inertial = add_element(link, "inertial")
+    at = np.eye(4)
+    at[:3, 3] = body.com
+    _add_pose(inertial, at)
+    add_element(inertial, "mass", body.mass)
+    inertia = add_element(inertial, "inertia")
+    for key, value in zip(MOMENTS, body.inertia):
+        add_element(inertia, key, float(value))
+
+
+def _add_joint(model: xml.Element, name: str, kind: str, parent: str, child: str) -> xml.Element:
+    joint = add_element(model, "joint", name=name, type=kind)
+    add_element(joint, "parent", parent)
+    add_element(joint, "child", child)
+    return joint
+
+
+def _add_moving_joint(model: xml.Element, link: Any, parent: str, child: str, spring: np.ndarray) -> None:
+    bounded = math.isfinite(link.lower) and math.isfinite(link.upper)
+    kind = "prismatic" if str(link.type) == "prismatic" else "revolute" if bounded else "continuous"
+    axis = add_element(_add_joint(model, link.joint, kind, parent, child), "axis")
+    add_element(axis, "xyz", "0 0 1")
+    limits = {"lower": link.lower, "upper": link.upper} if bounded else {}
+    limits |= {key: getattr(link, key) for key in ("effort", "velocity") if math.isfinite(getattr(link, key))}
+    if limits:
+        limit = add_element(axis, "limit")
+        for key, value in limits.items():
+            add_element(limit, key, value)
+    stiffness, rest = map(float, spring)
+    dynamics = {"damping": link.viscous, "friction": link.coulomb, "spring_stiffness": stiffness}
+    if stiffness:
+        dynamics["spring_reference"] = rest
+    if any(dynamics.values()):
+        element = add_element(axis, "dynamics")
+        for key, value in dynamics.items():
+            add_element(element, key, value)

@@ -1,0 +1,247 @@
+"""Cells written as models of simulators, with what was found in them; and what a format cannot hold."""
+
+import os
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import kr5
+from kr5 import cell as kr5_cell
+from kr5 import physics
+from kr5.files import writing
+from kr5.models.kinds import NAMES, Kind, kind_of_file, kind_of_output, model_text
+
+# Fields of a cell that a format has a place for, by how their path begins.
+ARM_FIELDS = ("robot.T_B_0", "robot.dh", "robot.links", "tool.mass", "tool.T_F_E", "drives.friction")
+HELD_FIELDS = {
+    Kind.URDF: ARM_FIELDS,
+    Kind.SDF: ARM_FIELDS,
+    Kind.MJCF: (*ARM_FIELDS, "drives.rotor_inertia"),
+    Kind.CELL: ("",),
+}
+# Formats in which a joint may have a spring.
+SPRUNG = (Kind.MJCF, Kind.SDF)
+# What the others are, in words.
+FIELD_WORDS = {
+    "drives.torque_constant": "the torque constant of a motor",
+    "drives.rotor_inertia": "the inertia of a rotor",
+    "drives.structure": "the coupling of motors and joints",
+    "servo": "the servo of a joint or a path",
+    "camera": "a camera",
+    "laser": "a line scanner",
+    "contact": "the contact of the tool",
+    "tube": "a tube",
+}
+# Parts of a cell that a model of a robot does not have.
+OTHER_PARTS = ("servo", "camera", "board", "targets", "laser", "contact", "peg", "tube")
+
+
+@dataclass
+class FoldedParameter:
+    """A parameter of an effect that the model holds as a nominal value."""
+
+    effect: str
+    target: str
+    parameter: str
+    value: Any  # number, list or 4x4
+    unit: str
+    field: str  # of the cell, where it is; empty for an effect of an application
+
+    def to_dict(self) -> dict[str, Any]:
+        return dict(self.__dict__)
+
+
+@dataclass
+class Loss:
+    """A parameter of an effect that the model cannot hold."""
+
+    effect: str
+    target: str
+    parameter: str
+    value: Any
+    unit: str
+    reason: str
+
+    def to_dict(self) -> dict[str, Any]:
+        return dict(self.__dict__)
+
+
+@dataclass
+class WrittenModel:
+    """What became of a cell in a model file."""
+
+    file: Path
+    kind: Kind
+    folded: list[FoldedParameter]
+    losses: list[Loss]
+    changes: list[str] = field(default_factory=list)  # elements of the original that changed, in words
+    notes: list[str] = field(default_factory=list)  # what else the model lacks, in words
+
+    def to_dict(self) -> dict[str, Any]:
+        return {**self.__dict__, "file": str(self.file), "kind": str(self.kind)}
+
+
+def write_model(
+    cell: Any, output: Path | str, original: Path | str | None = None, base: str = "", tip: str = ""
+) -> WrittenModel:
+    """Writes a cell, with its effects, as the model that the ending of `output` names: .urdf, .xml (MJCF), .sdf, or
+    .yaml (a cell, whose effects that no nominal value holds stay effects).
+
+    original: URDF or MJCF from which the cell was made, of the kind of the output. It is edited in place: names, meshes
+    and comments stay. base, tip: as given when it was read. Raises kr5.IoError for an ending, an original or a cell
+    that does not fit, before anything is written.
+    """
+    output = Path(output)
+    kind = kind_of_output(output)
+    _check_original(output, kind, original)
+    found = physics.fold_effects(cell, add_drives=kind != Kind.CELL)
+    out = WrittenModel(output, kind, *_accounts(found, kind))
+    out.notes = _notes(found, kind)
+    text = _text(found.cell, out, Path(original) if original else None, base, tip)
+    writing.write_text(text, output)
+    return out
+
+
+def check_editable(original: Path | str, base: str = "", tip: str = "") -> None:
+    """Raises kr5.IoError for a URDF or MJCF whose settings leave no place for what a cell states, whatever that is."""
+    if kind_of_file(Path(original)) == Kind.MJCF:
+        from kr5.models.mjcf_arm import load_mjcf
+        from kr5.models.mjcf_document import refuse_computed_masses
+
+        refuse_computed_masses(load_mjcf(Path(original), base, tip))
+
+
+def lost_effects(cell: Any, kind: Kind) -> list[tuple[str, str]]:
+    """The effects of a cell, with their targets, of which a model of this kind cannot hold every parameter."""
+    losses = _accounts(physics.fold_effects(cell, add_drives=kind != Kind.CELL), kind)[1]
+    return list(dict.fromkeys((loss.effect, loss.target) for loss in losses))
+
+
+def _check_original(output: Path, kind: Kind, original: Path | str | None) -> None:
+    if original is None:
+        return
+    given = kind_of_file(Path(original))
+    if kind not in (Kind.URDF, Kind.MJCF):
+        raise kr5.IoError(f"{output}: {NAMES[kind]} is written anew; an original serves .urdf and .xml only")
+    if given != kind:
+        raise kr5.IoError(
+            f"{original}: is {NAMES[given]}, and {output} asks for {NAMES[kind]}; expected an original of the same kind"
+        )
+
+
+def _text(cell: Any, out: WrittenModel, original: Path | None, base: str, tip: str) -> str:
+    springs = physics.cable_springs(cell)
+    if out.kind == Kind.CELL:
+        return str(cell.to_yaml())
+    if out.kind == Kind.SDF:
+        from kr5.models.new_sdf import sdf_text
+
+        return sdf_text(cell, springs)
+    if original is None and out.kind == Kind.URDF:
+        return str(kr5_cell.to_urdf(cell))
+    if original is None:
+        from kr5.models.new_mjcf import mjcf_text
+
+        return mjcf_text(cell, springs)
+    if out.kind == Kind.URDF:
+        return _updated_urdf(cell, out, original, base, tip)
+    return _updated_mjcf(cell, out, original, base, tip, springs)
+
+
+def _updated_urdf(cell: Any, out: WrittenModel, original: Path, base: str, tip: str) -> str:
+    update = kr5_cell.update_urdf(cell, model_text(original), str(original), base, tip)
+    out.changes = list(update.changes)
+    if out.file.resolve().parent == original.resolve().parent:
+        return str(update.xml)
+    return _with_meshes_of(update.xml, original, out.file)
+
+
+def _with_meshes_of(xml: str, original: Path, output: Path) -> str:
+    """Names of meshes without a package are named from the folder of the URDF."""
+
+    def renamed(found: re.Match[str]) -> str:
+        path = original.resolve().parent / found.group("path")
+        return found.group("before") + os.path.relpath(path, output.resolve().parent)
+
+    attribute = r"""<(?:mesh|texture)\b[^>]*?\bfilename\s*=\s*(?P<quote>["'])"""
+    named = rf"(?P<before>{attribute})(?!\w+:|/)(?P<path>.+?)(?=(?P=quote))"
+    return re.sub(named, renamed, xml)
+
+
+def _updated_mjcf(cell: Any, out: WrittenModel, original: Path, base: str, tip: str, springs: np.ndarray) -> str:
+    from kr5.models.mjcf_arm import load_mjcf
+    from kr5.models.mjcf_document import edited_mjcf
+    from kr5.models.mjcf_edits import edits_of
+
+    arm = load_mjcf(original, base, tip)
+    edits = edits_of(arm, cell, springs)
+    text, notes = edited_mjcf(arm, edits, out.file.parent)
+    out.changes = edits.changes
+    out.notes += notes
+    return text
+
+
+def _accounts(found: Any, kind: Kind) -> tuple[list[FoldedParameter], list[Loss]]:
+    """What the model holds, and what is lost."""
+    folded, losses = [], []
+    for effect in found.folded:
+        if not effect.field or effect.field.startswith(HELD_FIELDS[kind]):
+            folded += [FoldedParameter(*row, effect.field) for row in _rows(effect)]
+        else:
+            losses += [Loss(*row, f"{NAMES[kind]} has no place for {_words(effect.field)}") for row in _rows(effect)]
+    for effect in found.remaining:
+        if kind == Kind.CELL:
+            continue
+        if kind in SPRUNG and _is_spring(found, effect):
+            folded += [FoldedParameter(*row, "spring of the joint") for row in _rows(effect)]
+            continue
+        what = kr5_cell.find_effect(effect.effect).description
+        losses += [Loss(*row, f"{NAMES[kind]} cannot express this: {what}") for row in _rows(effect)]
+    return folded, losses
+
+
+def _rows(effect: Any) -> list[tuple[str, str, str, Any, str]]:
+    units = {p.name: p.unit for p in kr5_cell.find_effect(effect.effect).parameters}
+    return [
+        (effect.effect, effect.target, name, writing.to_plain(value), units[name])
+        for name, value in effect.parameters.items()
+    ]
+
+
+def _words(path: str) -> str:
+    return next(words for start, words in FIELD_WORDS.items() if path.startswith(start))
+
+
+def _is_spring(found: Any, effect: Any) -> bool:
+    """Whether an effect acts as the spring of a joint, which some formats have."""
+    bare = found.cell
+    without = bare.effects.to_dict()
+    del without[effect.effect][effect.target]
+    bare.effects = without
+    return not np.array_equal(physics.cable_springs(bare), physics.cable_springs(found.cell))
+
+
+def _notes(found: Any, kind: Kind) -> list[str]:
+    """What the model lacks beside the effects; of a cell, which of them stay effects."""
+    cell = found.cell
+    if kind == Kind.CELL:
+        left = ", ".join(f"{effect.effect} {effect.target}" for effect in found.remaining)
+        return [f"these stay effects, for no nominal value holds them: {left}"] if left else []
+    notes = []
+    if parts := [name for name in OTHER_PARTS if getattr(cell, name)]:
+        notes.append(f"{NAMES[kind]} has no place for these parts of the cell: {', '.join(parts)}")
+    drives = cell.drives
+    if drives is not None:
+        S, J = np.asarray(drives.structure), np.asarray(drives.rotor_inertia)
+        coupled = S.T @ np.diag(J) @ S
+        if kind == Kind.MJCF and np.abs(coupled - np.diag(np.diag(coupled))).max() > 1e-12 * np.abs(coupled).max():
+            notes.append("the rotors of coupled joints turn with their own joint alone: armature couples no joints")
+        if kind != Kind.MJCF and J.any():
+            notes.append(f"{NAMES[kind]} has no place for the inertia of the rotors")
+    if kind != Kind.MJCF and not np.allclose(cell.robot.gravity, (0.0, 0.0, -9.81), atol=1e-12):
+        g = " ".join(f"{v:g}" for v in cell.robot.gravity)
+        notes.append(f"gravity is the world's in {NAMES[kind]}: set it to {g} m/s^2 in axes of the base")
+    return notes

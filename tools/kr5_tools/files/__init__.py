@@ -1,1 +1,0 @@
-"""Files read and written by more than one command."""

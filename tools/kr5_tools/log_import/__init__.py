@@ -1,1 +1,0 @@
-"""Logs of a real cell turned into recordings: `kr5 recording`."""

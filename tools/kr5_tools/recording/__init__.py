@@ -1,0 +1,1 @@
+"""Recordings from logs of a real cell: `kr5 recording`."""
