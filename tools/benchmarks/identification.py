@@ -29,7 +29,8 @@ from coverage import coverage_rows
 from dynamics import rigid_body_rows
 from identification_peer import Figaroh
 from kr5_tools.cli.tables import make_table
-from kr5_tools.identify.dynamics import condition_parts, torque_errors
+from kr5_tools.identify.dynamics import torque_errors
+from kr5_tools.identify.dynamics_parts import condition_parts
 from kr5_tools.identify.identified_cell import believed_parameters, expected_bodies
 from kr5_tools.identify.motion_logs import conditioning_of, read_motions
 

@@ -24,7 +24,8 @@ from kr5 import picking, sim
 import arguments
 from comparison import Row, exact_interval, format_rate, mean_interval, print_comparisons, progress
 from kr5_tools.picking.empty import empty_one
-from kr5_tools.picking.simulate import VISIBLE, bin_shape
+from kr5_tools.picking.simulate import VISIBLE
+from kr5_tools.picking.simulated_bin import bin_shape
 
 FIRST_SEED = 101  # 1 and 2 were seen while the search was developed
 PILES = ((125, 0.22), (250, 0.25))  # cylinders, side of the bin [m]

@@ -12,14 +12,14 @@ from kr5.files.images import MOST_CAMERA_VIEWS, image_files, thinned
 from kr5.files.results import write_if_usable, write_result
 from kr5.files.writing import check_writable
 
-from kr5_tools.cli.arguments import JsonOption, ResultOption
+from kr5_tools.cli.arguments import JsonOption, ResultOption, Target
 from kr5_tools.cli.cell_output import CellOption, WriteCellOption, load_target_cell, put_intrinsics, write_cell_file
 from kr5_tools.cli.numbers import format_count, format_number
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail, print_note, spinner
 from kr5_tools.exports.command_line import Exports, export_options
-from kr5_tools.targets.command import Sightings, Target, check_target_size, find_in_images, load_target
+from kr5_tools.targets.sightings import Sightings, check_target_size, find_in_images, load_target
 
 app = typer.Typer()
 LENSES = Literal["auto", "none", "k1", "k1k2", "brown4", "brown5", "radial6", "rational8"]

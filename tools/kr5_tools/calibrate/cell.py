@@ -10,11 +10,11 @@ from kr5 import calibration, cell, io
 from kr5.files.results import write_if_usable, write_result
 from kr5.files.writing import check_writable
 
-from kr5_tools.calibrate.hand_eye import camera_of, read_dataset, residuals_of, target_of
+from kr5_tools.calibrate.datasets import camera_of, read_dataset, residuals_of, target_of
 from kr5_tools.calibrate.hand_eye_result import frames_of, predict_target
-from kr5_tools.calibrate.laser import find_views, named_targets
 from kr5_tools.calibrate.laser_data import read_scans
-from kr5_tools.calibrate.postures import AngleUnit, Columns, JointColumns, joint_values
+from kr5_tools.calibrate.laser_views import find_views, named_targets
+from kr5_tools.calibrate.postures import Columns, joint_values
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.cell_output import (
     WriteCellOption,
@@ -25,10 +25,11 @@ from kr5_tools.cli.cell_output import (
 )
 from kr5_tools.cli.numbers import format_number, table_unit
 from kr5_tools.cli.options import options_from
+from kr5_tools.cli.pose_options import AngleUnit, JointColumns
 from kr5_tools.cli.tables import figure_row, make_table, pose_figures, print_result
 from kr5_tools.cli.terminal import console, fail, print_note, spinner
 from kr5_tools.exports.command_line import Exports, export_options
-from kr5_tools.targets.command import find_in_images
+from kr5_tools.targets.sightings import find_in_images
 
 app = typer.Typer()
 MOST_TURN_DIFFERENCE = np.radians(2)  # of a turn between two stops, by the robot poses and by the joint values

@@ -1,25 +1,17 @@
 """`kr5 calibrate hand-eye`: where the camera sits on the arm, or beside it, how well that is known, and what is
 wrong."""
 
-import json
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-import kr5
 import numpy as np
 import typer
-from kr5 import calibration, vision
-from kr5.files.camera import load_camera
-from kr5.files.images import MOST_CAMERA_VIEWS, thinned
+from kr5 import calibration
+from kr5.files.images import thinned
 from kr5.files.writing import check_writable
 
-from kr5_tools.calibrate.hand_eye_pairs import (
-    CameraMeaning,
-    RobotMeaning,
-    calibrate_pairs,
-    refuse_image_options,
-    refuse_pair_options,
-)
+from kr5_tools.calibrate.datasets import camera_of, read_dataset, residuals_of, target_of
+from kr5_tools.calibrate.hand_eye_pairs import calibrate_pairs, refuse_image_options, refuse_pair_options
 from kr5_tools.calibrate.hand_eye_result import (
     figures_of,
     frames_of,
@@ -28,14 +20,13 @@ from kr5_tools.calibrate.hand_eye_result import (
     show_hand_eye,
     write_hand_eye,
 )
-from kr5_tools.calibrate.pose_pairs import check_holds_no_pairs
-from kr5_tools.calibrate.tool import Convention
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.cell_output import CellOption, WriteCellOption, load_target_cell
 from kr5_tools.cli.options import options_from
-from kr5_tools.cli.terminal import console, fail, print_note, spinner
+from kr5_tools.cli.pose_options import CameraMeaning, Convention, RobotMeaning
+from kr5_tools.cli.terminal import console, print_note, spinner
 from kr5_tools.exports.command_line import Exports, export_options
-from kr5_tools.targets.command import Sightings, find_in_images, load_target
+from kr5_tools.targets.sightings import Sightings, find_in_images
 
 app = typer.Typer()
 
@@ -115,7 +106,7 @@ def hand_eye(
     believed = load_target_cell(cell_file, write_cell)
     if folder.is_file():
         refuse_image_options(dataset, camera, target, options.sigma_pixel)
-        calibrate_pairs(
+        usable = calibrate_pairs(
             folder,
             camera_poses,
             mount,
@@ -130,6 +121,8 @@ def hand_eye(
             write_cell,
             exports,
         )
+        if not usable:
+            raise typer.Exit(1)
         return
     refuse_pair_options(camera_poses, robot_meaning, camera_meaning, convention, length, angle, sigma_camera_rotation)
     data = read_dataset(folder, dataset)
@@ -140,7 +133,8 @@ def hand_eye(
     data.target, data.camera = target or data.target, str(camera) if camera else data.camera
     keys, fit, lens = calibrate_folder(folder, data, dataset or folder / "dataset.yaml", max_views, options, judging)
     show_hand_eye(keys, console(json_file))
-    write_hand_eye(keys, fit, output, json_file, exports, believed, write_cell, lens)
+    if not write_hand_eye(keys, fit, output, json_file, exports, believed, write_cell, lens):
+        raise typer.Exit(1)
 
 
 def calibrate_folder(
@@ -168,52 +162,6 @@ def calibrate_folder(
         "convention": data.convention.to_dict(),
     }
     return keys, fit, lens
-
-
-def read_dataset(folder: Path, description: Path | None) -> Any:
-    """The data set in a folder."""
-    if not folder.is_dir():
-        fail(f"{folder}: no such folder; expected one with images and robot poses")
-    if not any(folder.iterdir()):
-        fail(f"{folder}: the folder is empty; expected images and robot poses")
-    file = description or folder / "dataset.yaml"
-    if not file.exists():
-        check_holds_no_pairs(folder)
-        fail(
-            f"{file}: no such file; write one, or let `kr5 dataset guess {folder} -o dataset.yaml` propose it, and name"
-            " it with --dataset"
-        )
-    return calibration.load_dataset(str(file), str(folder))
-
-
-def target_of(text: str, where: Path) -> Any:
-    """A target from its short form or from the JSON of its fields."""
-    if not text:
-        fail(f"{where}: target: found nothing, expected e.g. 'chessboard:6x9:0.0236'; or give it with --target")
-    return kr5.Target.from_dict(json.loads(text)) if text.startswith("{") else load_target(text)
-
-
-def camera_of(text: str, seen: Sightings) -> tuple[Any, str]:
-    """The camera named by a file or by its values; without either, calibrated from the same images."""
-    if text.startswith("{"):
-        values = {"width": seen.width, "height": seen.height, **json.loads(text)}
-        return kr5.Pinhole.from_dict(values), "values of the data set"
-    if text:
-        return load_camera(text, seen.size), text
-    views = [view for view in seen.views if view.pixels.shape[1] >= 6]
-    if not views:
-        fail(
-            "camera: is missing, and views of fewer than 6 points cannot calibrate one;"
-            " specify a camera file with --camera"
-        )
-    views = [views[i] for i in thinned(len(views), MOST_CAMERA_VIEWS)]
-    with spinner("Calibrating the camera"):
-        found = vision.calibrate_camera(
-            views, seen.width, seen.height, vision.CameraOptions(correlation=max(seen.correlation))
-        )
-    if not found.fit.usable:
-        fail(f"camera: is missing, and these images do not determine one: {found.fit.message}; name one with --camera")
-    return found.camera, "calibrated from the same images"
 
 
 def solve_hand_eye(data: Any, seen: Sightings, camera: Any, options: Any, judging: Any) -> tuple[dict[str, Any], Any]:
@@ -257,10 +205,3 @@ def solve_hand_eye(data: Any, seen: Sightings, camera: Any, options: Any, judgin
         "result": result.to_dict(),
     }
     return keys, result.fit
-
-
-def residuals_of(view: Any, camera: Any, T: np.ndarray) -> dict[str, Any]:
-    """Seen minus predicted pixels of a view whose target is at T in the camera."""
-    points = T[:3, :3] @ view.points + T[:3, 3:]
-    d = view.pixels - camera.project(points) if (points[2] > 0).all() else np.full_like(view.pixels, np.nan)
-    return {"view": view.name, "u": view.pixels[0], "v": view.pixels[1], "du": d[0], "dv": d[1]}

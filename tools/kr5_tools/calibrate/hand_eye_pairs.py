@@ -2,11 +2,10 @@
 
 import warnings
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any
 
 import kr5
 import numpy as np
-import typer
 from kr5 import calibration
 from kr5.files.writing import check_writable
 
@@ -22,14 +21,6 @@ from kr5_tools.calibrate.pose_pairs import PosePairs, read_pairs_file
 from kr5_tools.cli.terminal import console, spinner
 from kr5_tools.exports.command_line import Exports
 
-RobotMeaning = Annotated[
-    Literal["T_base_flange", "T_flange_base"] | None,
-    typer.Option(help="Pairs: meaning of the robot poses; by default as the data show, else as the format states."),
-]
-CameraMeaning = Annotated[
-    Literal["T_camera_target", "T_target_camera"] | None,
-    typer.Option(help="Pairs: meaning of the camera poses; by default as the data show, else T_camera_target."),
-]
 FOLDS = 10
 FAR_CARRIED = 0.5  # farther from the flange little is carried [m]
 
@@ -67,8 +58,8 @@ def calibrate_pairs(
     believed: Any,
     write_cell: Path | None,
     exports: Exports,
-) -> None:
-    """Calibrates, diagnoses, tells and writes."""
+) -> bool:
+    """Calibrates, diagnoses, tells and writes; says whether the result may be used."""
     exports.check_parts("poses")
     check_writable(output, json_file, write_cell, *exports.files, inputs=[file, camera_poses])
     data = read_pairs_file(file, camera_poses, *form, mount=mount)
@@ -102,7 +93,7 @@ def calibrate_pairs(
         "read_as": read_as,
     }
     show_hand_eye(keys, console(json_file))
-    write_hand_eye(keys, result.fit, output, json_file, exports, believed, write_cell)
+    return write_hand_eye(keys, result.fit, output, json_file, exports, believed, write_cell)
 
 
 def _pairs(data: PosePairs) -> list[Any]:

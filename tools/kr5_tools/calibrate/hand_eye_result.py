@@ -4,7 +4,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import typer
 from kr5.files.results import write_if_usable, write_result
 
 from kr5_tools.cli.cell_output import put_camera_pose, write_cell_file
@@ -140,14 +139,13 @@ def write_hand_eye(
     believed: Any,
     write_cell: Path | None,
     lens: Any = None,
-) -> None:
-    """Writes result, exports and the pose of the camera into the cell `believed`, if there is one; ends an unusable
-    result with exit code 1."""
+) -> bool:
+    """Writes result, exports and the pose of the camera into the cell `believed`, if there is one; says whether the
+    result may be used."""
     written = write_result(None, "kr5-hand-eye/1", **keys)
     write_if_usable(written, fit, output, json_file)
     exports.write(written, console(json_file))
     if believed:
         put_camera_pose(believed, keys["input"]["mount"], np.array(keys["result"]["T_mount_camera"]), lens)
         write_cell_file(believed, write_cell)
-    if keys["verdict"]["word"] == "unusable":
-        raise typer.Exit(1)
+    return bool(keys["verdict"]["word"] != "unusable")

@@ -12,16 +12,7 @@ from kr5.files.writing import check_writable
 
 from kr5_tools.calibrate.further_postures import held_out_text, judge, need_placing
 from kr5_tools.calibrate.posture_checks import posture_doubts, require_motion
-from kr5_tools.calibrate.postures import (
-    AngleUnit,
-    Columns,
-    JointColumns,
-    LengthUnit,
-    PositionColumns,
-    read_postures,
-    read_socket,
-    recorded_postures,
-)
+from kr5_tools.calibrate.postures import Columns, read_postures, read_socket, recorded_postures
 from kr5_tools.calibrate.recorded_arm import (
     CameraCheck,
     add_torques,
@@ -30,11 +21,11 @@ from kr5_tools.calibrate.recorded_arm import (
     refined_cell,
     use_recording,
 )
-from kr5_tools.calibrate.tool import Convention
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.cell_output import write_cell_file
 from kr5_tools.cli.numbers import table_unit
 from kr5_tools.cli.options import options_from
+from kr5_tools.cli.pose_options import AngleUnit, Convention, JointColumns, LengthUnit, PositionColumns
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail, print_note, spinner
 from kr5_tools.exports.command_line import Exports, export_options

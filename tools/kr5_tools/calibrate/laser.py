@@ -13,11 +13,12 @@ from kr5.files.writing import beside, check_writable
 
 from kr5_tools.calibrate import laser_data, laser_overlay
 from kr5_tools.calibrate.laser_cloud import check_cloud_ending, cloud_of, thinned_cloud, write_cloud
-from kr5_tools.calibrate.postures import LENGTHS, AngleUnit, Columns, LengthUnit
-from kr5_tools.calibrate.tool import Convention
+from kr5_tools.calibrate.laser_views import find_views, named_targets
+from kr5_tools.calibrate.postures import LENGTHS, Columns
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.cell_output import put_scanner_pose
 from kr5_tools.cli.options import options_from
+from kr5_tools.cli.pose_options import AngleUnit, Convention, LengthUnit
 from kr5_tools.cli.tables import figure_row, make_table, pose_figures, print_result
 from kr5_tools.cli.terminal import console, fail, print_note, spinner
 from kr5_tools.exports.command_line import Exports, export_options
@@ -152,22 +153,6 @@ def _listed(names: list[str]) -> str:
     return ", ".join(names[:MOST_LISTED]) + (f" and {more} more" if more > 0 else "")
 
 
-def named_targets(given: list[str], data: Any) -> list[Any]:
-    """The targets that the profiles name, each described by one of the texts of --target."""
-    if not given:
-        fail("--target: is missing; what do the profiles show? tip, sphere:RADIUS or plane")
-    targets = [laser_data.parse_target(text, k) for k, text in enumerate(given)]
-    if not any(data.targets):
-        if len(targets) > 1:
-            fail("--target: several targets need a column target in profiles.csv, or in poses.csv beside profile")
-        data.targets = [targets[0].name] * len(data.profiles)
-    elif len(targets) == 1 and len(set(data.targets)) == 1 and "=" not in given[0]:
-        targets[0].name = data.targets[0]
-    if unknown := sorted(set(data.targets) - {t.name for t in targets}):
-        fail(f"--target: the profiles show {', '.join(unknown)}, which is not given; expected NAME=KIND")
-    return targets
-
-
 def _arm(refine: bool, believed: Any, data: Any) -> Any:
     if not refine:
         return None
@@ -179,26 +164,6 @@ def _arm(refine: bool, believed: Any, data: Any) -> Any:
     if len(data.q[0]) != len(chain.joints):
         fail(f"--refine-arm: found {len(data.q[0])} joint values, the arm of the cell has {len(chain.joints)} joints")
     return chain
-
-
-def find_views(data: Any, targets: list[Any]) -> tuple[list[Any], list[tuple[str, str]]]:
-    """What each profile shows of its target; the profiles that show nothing, and why."""
-    by_name = {t.name: t for t in targets}
-    views, missed = [], []
-    for k, profile in enumerate(data.profiles):
-        target = by_name[data.targets[k]]
-        options = calibration.ProfileFeatureOptions(radius=target.radius)
-        feature = calibration.find_profile_feature(profile, target.kind, options)
-        if not feature.fit.usable:
-            missed.append((data.names[k], feature.fit.message))
-            continue
-        view = calibration.ScannerView(
-            name=data.names[k], target=target.name, T_base_flange=data.poses[k], feature=feature
-        )
-        if data.q:
-            view.q = data.q[k]
-        views.append(view)
-    return views, missed
 
 
 def _overlay_files(given: list[str], folder: Path) -> list[tuple[Path, str, Path]]:

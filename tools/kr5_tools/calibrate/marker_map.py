@@ -18,7 +18,7 @@ from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, pose_figures, print_result
 from kr5_tools.cli.terminal import console, fail, spinner, track
 from kr5_tools.exports.command_line import Exports, export_options
-from kr5_tools.targets.command import check_target_size, load_image
+from kr5_tools.targets.sightings import check_target_size, load_image
 
 app = typer.Typer()
 SPREAD = 3.0  # the corners of an image that miss by so many times the noise do so for a reason

@@ -12,7 +12,7 @@ from kr5 import calibration, io
 from kr5.files.documents import OpenDocument, PoseMatrix, parse_json, parse_yaml, read_text, validate_document
 from pydantic import AfterValidator, Field
 
-from kr5_tools.calibrate.tool import CONVENTIONS
+from kr5_tools.calibrate.conventions import CONVENTIONS
 
 EXPECTED = (
     "pairs of poses: a CSV with the columns robot_x … camera_x …, samples of MoveIt (effector_wrt_world,"

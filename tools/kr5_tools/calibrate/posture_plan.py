@@ -10,9 +10,10 @@ from kr5 import calibration, cell, io, kinematics
 from kr5.files.results import write_result
 from kr5.files.writing import check_writable, write_json, write_text
 
-from kr5_tools.calibrate.postures import ANGLES, AngleUnit, Columns, JointColumns, joint_values
+from kr5_tools.calibrate.postures import ANGLES, Columns, joint_values
 from kr5_tools.cli.arguments import JsonOption
 from kr5_tools.cli.options import options_from
+from kr5_tools.cli.pose_options import AngleUnit, JointColumns
 from kr5_tools.cli.tables import figure_row, print_result
 from kr5_tools.cli.terminal import console, fail, spinner
 

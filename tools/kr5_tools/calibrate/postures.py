@@ -2,25 +2,16 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any
 
 import kr5
 import numpy as np
-import typer
 from kr5 import calibration, io
 
-from kr5_tools.calibrate.tool import CONVENTIONS
+from kr5_tools.calibrate.conventions import CONVENTIONS
 
 LENGTHS = {"m": 1.0, "mm": 1e-3}
 ANGLES = {"rad": 1.0, "deg": np.pi / 180}
-
-
-JointColumns = Annotated[
-    str | None, typer.Option(help="Columns of the joints, e.g. j1,j2,j3 or joint_{}; by default q1, q2, …")
-]
-PositionColumns = Annotated[str | None, typer.Option(help="Columns of the measured points, three a point.")]
-LengthUnit = Annotated[Literal["m", "mm"], typer.Option(help="Unit of lengths.")]
-AngleUnit = Annotated[Literal["rad", "deg"], typer.Option(help="Unit of joint angles.")]
 
 
 @dataclass

@@ -1,7 +1,7 @@
 """`kr5 calibrate tool`: where the tool tip sits on the flange, from touches of one fixed point."""
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import numpy as np
 import typer
@@ -9,29 +9,16 @@ from kr5 import calibration, io
 from kr5.files.results import write_if_usable, write_result
 from kr5.files.writing import check_writable
 
+from kr5_tools.calibrate.conventions import CONVENTIONS
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.cell_output import CellOption, WriteCellOption, load_target_cell, put_tool_tip, write_cell_file
 from kr5_tools.cli.options import options_from
+from kr5_tools.cli.pose_options import Convention, PoseAngle, PoseLength
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail
 from kr5_tools.exports.command_line import Exports, export_options
 
 app = typer.Typer()
-
-CONVENTIONS = {  # name: columns after x y z, form, unit of angles
-    "quaternion": (("qx", "qy", "qz", "qw"), "quaternion_xyzw", "rad"),
-    "rotation_vector": (("rx", "ry", "rz"), "rotation_vector", "rad"),
-    "rpy": (("roll", "pitch", "yaw"), "rpy", "rad"),
-    "kuka": (("a", "b", "c"), "kuka_abc", "deg"),
-}
-Convention = Annotated[
-    str | None,
-    typer.Option(help="quaternion | rotation_vector | rpy | kuka; by default from the names of the columns."),
-]
-PoseLength = Annotated[Literal["m", "mm"] | None, typer.Option(help="Unit of x y z; by default mm for kuka, else m.")]
-PoseAngle = Annotated[
-    Literal["rad", "deg"] | None, typer.Option(help="Unit of angles; by default deg for kuka, else rad.")
-]
 
 
 @app.command(epilog="Example:  kr5 calibrate tool touches.csv --convention kuka -o tool.json")

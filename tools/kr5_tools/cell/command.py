@@ -7,6 +7,7 @@ import typer
 from kr5.files import writing
 
 from kr5_tools.cell.frames import DEG, carried_frames, cell_frames, fixed_frames, is_slide
+from kr5_tools.cell.rest_posture import rest_posture
 from kr5_tools.cell.tables import cell_tables, recording_table
 from kr5_tools.cli import arguments, terminal
 from kr5_tools.cli.numbers import format_count
@@ -227,20 +228,6 @@ def posture_text(q: list[float], cell: Any) -> str:
     return ", ".join(
         f"{1000 * v:.1f} mm" if is_slide(cell, i) else f"{round(DEG * v, 1) + 0.0:.1f}°" for i, v in enumerate(q)
     )
-
-
-def rest_posture(cell: Any, recording: Any) -> list[float]:
-    """The first posture of a recording; else zero, or the nearest to it that the limits allow."""
-    n = cell.robot.joints
-    for experiment in recording.experiments if recording else ():
-        if "q1" in experiment.data:
-            return [float(experiment[f"q{i + 1}"][0]) for i in range(n)]
-    limits = cell.robot.limits
-    if limits is None:
-        return [0.0] * n
-    inside = [min(max(0.0, low), high) for low, high in zip(limits.lower, limits.upper)]
-    middle = [(low + high) / 2 for low, high in zip(limits.lower, limits.upper)]
-    return [float(z if z == 0.0 else m) for z, m in zip(inside, middle)]
 
 
 def draw_arm(cell: Any, q: list[float], output: Path) -> None:

@@ -41,3 +41,17 @@ def make_simulator(full: bool) -> Any:
 EveryOption = Annotated[
     float | None, typer.Option("--every", metavar="SECONDS", help=r"Interval of the rows of a log without time \[s].")
 ]
+
+
+Target = Annotated[
+    str,
+    typer.Option(
+        "--target",
+        "--board",
+        metavar="TARGET",
+        help=(
+            "Short form, e.g. chessboard:6x9:0.025 (inner corners, rows first; lengths in"
+            " m), or a file. --board is the same."
+        ),
+    ),
+]

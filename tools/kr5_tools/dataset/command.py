@@ -15,13 +15,13 @@ from kr5.files.images import IMAGE_ENDINGS
 from kr5.files.paths import library_path
 from kr5.files.writing import check_writable, write_json, write_text
 
-from kr5_tools.calibrate.hand_eye import camera_of
+from kr5_tools.calibrate.datasets import camera_of
 from kr5_tools.calibrate.pose_pairs import check_holds_no_pairs
 from kr5_tools.cli.arguments import JsonOption
 from kr5_tools.cli.tables import make_table
 from kr5_tools.cli.terminal import console, fail, spinner
 from kr5_tools.dataset.target_guess import GUESSED, QUICK, guess_target
-from kr5_tools.targets.command import Sightings, find_in_images, load_image, load_target
+from kr5_tools.targets.sightings import Sightings, find_in_images, load_image, load_target
 
 app = typer.Typer()
 

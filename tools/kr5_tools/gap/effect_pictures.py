@@ -99,7 +99,7 @@ def _residuals(effect: str, target: str, cell: Any, experiments: list[Any]) -> t
     import kr5.cell
     import kr5.gap
 
-    from kr5_tools.simulation.record import simulate_experiment
+    from kr5_tools.simulation.experiments import simulate_experiment
 
     simulator = arguments.make_simulator(False)
     last = max(float(e["t"][-1]) for e in experiments if str(e.kind) == "motion")

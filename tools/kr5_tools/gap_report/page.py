@@ -102,7 +102,7 @@ def _fits(data: dict[str, Any], recording: Any) -> bool:
 
 def first_posture(recording: Any) -> list[float]:
     """In which the cell is drawn: the middle one of a measured motion, where the arm is in the open."""
-    from kr5_tools.cell.command import rest_posture
+    from kr5_tools.cell.rest_posture import rest_posture
 
     n = recording.cell.robot.joints
     for kind in ("motion", "poses", "views"):

@@ -12,22 +12,13 @@ from kr5.cell import load_cell
 from kr5.files.results import write_result
 from kr5.files.writing import check_writable, write_json
 
-from kr5_tools.calibrate.postures import (
-    ANGLES,
-    AngleUnit,
-    Columns,
-    JointColumns,
-    LengthUnit,
-    PositionColumns,
-    check_angles,
-    measured,
-    values_of,
-)
-from kr5_tools.calibrate.tool import Convention
+from kr5_tools.calibrate.postures import ANGLES, Columns, check_angles, measured, values_of
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.options import options_from
+from kr5_tools.cli.pose_options import AngleUnit, Convention, JointColumns, LengthUnit, PositionColumns
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail, spinner
+from kr5_tools.identify.axis_chain import chain_of
 from kr5_tools.identify.image_turns import Mount, image_turn
 from kr5_tools.identify.turn_checks import (
     home_point_doubts,
@@ -237,16 +228,6 @@ def _joint_names(file: Path, table: Any, wanted: Columns) -> list[str]:
     if not names:
         fail(f"{file}: found the columns {', '.join(columns)}, expected joint values q1, q2, … (see --joints)")
     return names
-
-
-def chain_of(lines: list[Any], home: np.ndarray, end: np.ndarray) -> Any:
-    """The arm whose last frame has its origin where the measured thing is when every joint is at home."""
-    z = lines[-1].direction
-    x = np.linalg.svd(z[None])[2][1]
-    flange = np.eye(4)
-    flange[:3, :3] = np.column_stack([x, np.cross(z, x), z])
-    flange[:3, 3] = end
-    return kinematics.chain_from_axes(lines, home, flange)
 
 
 def _drawn(result: Any, random: np.random.Generator) -> Any:

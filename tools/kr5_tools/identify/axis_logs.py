@@ -1,30 +1,15 @@
 """Logs that the identifications of servo, contact and force sensor read: experiments of a recording, or a CSV."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import kr5
 import numpy as np
-import typer
 from kr5 import cell, io
 
 from kr5_tools.calibrate.postures import LENGTHS, values_of
 
 MOST_DRAWN = 1500  # samples in a result file, for its plots
-
-SourceArgument = Annotated[
-    Path, typer.Argument(metavar="RECORDING|LOG.csv", help="Folder of a recording, or a CSV with a header.")
-]
-ColumnsOption = Annotated[
-    str | None,
-    typer.Option(metavar="NAMES", help="Columns of a CSV, separated by commas; a minus before a name turns its sign."),
-]
-CellFileOption = Annotated[
-    Path | None, typer.Option("--cell", metavar="CELL.yaml", help="Cell; by default that of the recording.")
-]
-WriteCellFileOption = Annotated[
-    Path | None, typer.Option("--write-cell", metavar="OUT.yaml", help="Cell to write, with the result in it.")
-]
 
 
 def is_recording(source: Path) -> bool:

@@ -9,17 +9,14 @@ from kr5 import cell, force, identification
 from kr5.files.results import write_result
 from kr5.files.writing import check_writable, write_json
 
-from kr5_tools.calibrate.postures import LengthUnit
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.cell_output import write_cell_file
+from kr5_tools.cli.log_options import CellFileOption, ColumnsOption, SourceArgument, WriteCellFileOption
 from kr5_tools.cli.options import options_from
+from kr5_tools.cli.pose_options import LengthUnit
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail, spinner
 from kr5_tools.identify.axis_logs import (
-    CellFileOption,
-    ColumnsOption,
-    SourceArgument,
-    WriteCellFileOption,
     believed_cell,
     check_metres,
     experiments_of,
@@ -30,7 +27,7 @@ from kr5_tools.identify.axis_logs import (
     thinned,
     verdict_of,
 )
-from kr5_tools.identify.servo import PATH, recorded_logs
+from kr5_tools.identify.servo_logs import PATH, recorded_logs
 
 app = typer.Typer()
 DEG = 180 / np.pi

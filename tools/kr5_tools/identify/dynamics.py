@@ -1,6 +1,5 @@
 """`kr5 identify dynamics`: inertial parameters, friction and rotors of an arm from its motion and torques."""
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -16,11 +15,11 @@ from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail, spinner
 from kr5_tools.identify.dynamics_errors import error_rows
+from kr5_tools.identify.dynamics_parts import SHOWN_SAMPLES, Part, condition_parts
 from kr5_tools.identify.identified_cell import expected_bodies, write_identified_cell
-from kr5_tools.identify.motion_logs import conditioning_of, log_and_terms_options, read_motions, require_usable
+from kr5_tools.identify.motion_logs import conditioning_of, log_and_terms_options, read_motions
 
 app = typer.Typer()
-SHOWN_SAMPLES = 1500  # of each part, in the result file
 DOUBTFUL_CONDITION = 1000.0
 OVERFIT = 1.5  # held-out error over fitted error that is a reason for doubt
 
@@ -95,32 +94,6 @@ def dynamics(
     if write_cell:
         write_identified_cell(motions.cell, merged_motion([p.motion for p in fit.parts]), result, options, write_cell)
     write_json(data, json_file)
-
-
-@dataclass
-class Part:
-    """The conditioned logs of the fit, or of the check."""
-
-    parts: list[Any]
-
-    @property
-    def findings(self) -> list[Any]:
-        return [f for p in self.parts for f in p.findings]
-
-    def measured(self) -> np.ndarray:
-        """Torques as logged, samples x joints."""
-        return np.vstack([p.tau_measured for p in self.parts])
-
-
-def condition_parts(motions: Any, options: Any) -> tuple[Part, Part]:
-    """Both parts conditioned alike; ends with every error that is found."""
-    fit, check = [identification.condition_log(log, options) for log in motions.fit], []
-    if all(p.usable for p in fit) and options.cutoff == 0:
-        options.cutoff = float(np.median([p.cutoff for p in fit]))  # the check is filtered alike
-        options.decimation = options.decimation or round(float(np.median([p.decimation for p in fit])))
-    check = [identification.condition_log(log, options) for log in motions.check]
-    require_usable([*fit, *check])
-    return Part(fit), Part(check)
 
 
 def torque_errors(measured: np.ndarray, predicted: np.ndarray) -> dict[str, Any]:

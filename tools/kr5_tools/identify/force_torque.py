@@ -9,16 +9,15 @@ from kr5 import cell, identification, io
 from kr5.files.results import write_result
 from kr5.files.writing import check_writable, write_json
 
-from kr5_tools.calibrate.postures import AngleUnit, Columns, JointColumns, joint_values, values_of
+from kr5_tools.calibrate.postures import Columns, joint_values, values_of
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.cell_output import write_cell_file
+from kr5_tools.cli.log_options import CellFileOption, SourceArgument, WriteCellFileOption
 from kr5_tools.cli.options import options_from
+from kr5_tools.cli.pose_options import AngleUnit, JointColumns
 from kr5_tools.cli.tables import figure_row, print_result
 from kr5_tools.cli.terminal import console, fail, spinner
 from kr5_tools.identify.axis_logs import (
-    CellFileOption,
-    SourceArgument,
-    WriteCellFileOption,
     believed_cell,
     experiments_of,
     is_recording,

@@ -10,10 +10,11 @@ from kr5.files.results import write_result
 from kr5.files.writing import check_writable, write_json
 from kr5.logs.values import joint_torques
 
-from kr5_tools.calibrate.postures import AngleUnit, Columns, JointColumns, LengthUnit, joint_values, values_of
+from kr5_tools.calibrate.postures import Columns, joint_values, values_of
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.cell_output import WriteCellOption, write_cell_file
 from kr5_tools.cli.options import options_from
+from kr5_tools.cli.pose_options import AngleUnit, JointColumns, LengthUnit
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail, print_note, spinner
 from kr5_tools.identify.motion_logs import FROM_THE_CELL, conditioning_of, require_usable

@@ -9,7 +9,7 @@ from kr5 import calibration, vision
 from kr5.files.camera import load_camera
 from kr5.files.images import image_files
 
-from kr5_tools.targets.command import find_in_images, load_target
+from kr5_tools.targets.sightings import find_in_images, load_target
 
 Mount = Literal["eye_in_hand", "eye_to_hand"]
 LEAST = 4  # images of a turn

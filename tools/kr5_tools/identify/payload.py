@@ -15,7 +15,7 @@ from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail, print_note, spinner
-from kr5_tools.identify.dynamics import SHOWN_SAMPLES, condition_parts
+from kr5_tools.identify.dynamics_parts import SHOWN_SAMPLES, condition_parts
 from kr5_tools.identify.identified_cell import believed_parameters, tool_body
 from kr5_tools.identify.motion_logs import conditioning_of, log_and_terms_options, read_motions
 

@@ -9,30 +9,25 @@ from kr5 import cell, identification
 from kr5.files.results import write_result
 from kr5.files.writing import check_writable, write_json
 
-from kr5_tools.calibrate.postures import LengthUnit
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.cell_output import write_cell_file
+from kr5_tools.cli.log_options import CellFileOption, ColumnsOption, SourceArgument, WriteCellFileOption
 from kr5_tools.cli.options import options_from
+from kr5_tools.cli.pose_options import LengthUnit
 from kr5_tools.cli.tables import figure_row, print_result
 from kr5_tools.cli.terminal import console, fail, spinner
 from kr5_tools.identify.axis_logs import (
-    CellFileOption,
-    ColumnsOption,
-    SourceArgument,
-    WriteCellFileOption,
     believed_cell,
     check_metres,
-    experiments_of,
     is_recording,
-    joined_runs,
     need_target_cell,
     read_columns,
     thinned,
     verdict_of,
 )
+from kr5_tools.identify.servo_logs import PATH, recorded_logs
 
 app = typer.Typer()
-PATH = "path correction"
 
 
 @app.command(epilog="Example:  kr5 identify servo RECORDING --write-cell cell.yaml -o servo.json")
@@ -87,23 +82,6 @@ def _name(joint: list[int] | None) -> str:
     if len(joint) > 1:
         fail("--joint: a CSV holds one response; give one joint")
     return f"joint {joint[0]}"
-
-
-def recorded_logs(recording: Any, joint: list[int] | None, options: Any) -> dict[str, Any]:
-    """The responses of a recording by name; joints follow smooth commands."""
-    if not joint:
-        values, starts = joined_runs(experiments_of(recording, "step"), ["t", "zc", "z"])
-        return {PATH: _log(values, starts)}
-    options.command = "smooth"
-    out = {}
-    for number in joint:
-        values, starts = joined_runs(experiments_of(recording, "motion"), ["t", f"qc{number}", f"q{number}"])
-        out[f"joint {number}"] = _log(values, starts)
-    return out
-
-
-def _log(values: np.ndarray, starts: list[int]) -> Any:
-    return identification.ServoLog(t=values[:, 0], command=values[:, 1], response=values[:, 2], run_starts=starts)
 
 
 def _csv_log(file: Path, columns: str | None, length: str) -> Any:

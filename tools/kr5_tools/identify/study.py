@@ -14,7 +14,7 @@ from kr5.files.writing import check_writable, write_json
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail, track
-from kr5_tools.identify.axes import chain_of
+from kr5_tools.identify.axis_chain import chain_of
 from kr5_tools.identify.devices import Device, make_devices
 
 app = typer.Typer()

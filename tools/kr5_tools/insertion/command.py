@@ -8,9 +8,10 @@ import typer
 from kr5.files import results, writing
 
 from kr5_tools.cli import arguments, tables, terminal
+from kr5_tools.cli.insertion_options import Cell
 from kr5_tools.cli.options import options_from
 from kr5_tools.insertion import directions, ending_tables, messages
-from kr5_tools.insertion.task import Cell, load_cell, set_task
+from kr5_tools.insertion.task import load_cell, set_task
 
 app = typer.Typer()
 

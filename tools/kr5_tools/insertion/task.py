@@ -3,21 +3,10 @@ tube is."""
 
 import math
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import kr5
-import typer
 from kr5.files.paths import SHIPPED_CELL, find_shipped_cell
-
-Cell = Annotated[
-    Path | None,
-    typer.Option(
-        "--cell",
-        metavar="CELL.yaml",
-        show_default=False,
-        help="The cell; by default the KR5 Arc that kr5 ships (share/cells/kr5_arc.yaml).",
-    ),
-]
 
 
 def cell_file(given: Path | None) -> Path:

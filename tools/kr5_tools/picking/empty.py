@@ -13,8 +13,8 @@ from kr5_tools.cli.arguments import JsonOption
 from kr5_tools.cli.tables import figure_row, print_result
 from kr5_tools.cli.terminal import console, open_page, share_bar, spinner
 from kr5_tools.picking.emptying import BinRun, Emptying, EmptyingOptions
-from kr5_tools.picking.pick import height_range
-from kr5_tools.picking.simulate import bin_shape
+from kr5_tools.picking.heights import height_range
+from kr5_tools.picking.simulated_bin import bin_shape
 
 app = typer.Typer()
 PAGE = Path("bin.html")

@@ -12,7 +12,7 @@ import numpy as np
 from kr5 import picking, sim
 
 from kr5_tools.picking.image_refinement import REFINED_ABOVE, CameraView, refine
-from kr5_tools.picking.simulate import CAMERA
+from kr5_tools.picking.simulated_bin import CAMERA
 
 REACH = 0.0015  # [m] between cup and surface within which it seals
 ANGLE = np.cos(np.radians(25.0))  # between cup and surface normal

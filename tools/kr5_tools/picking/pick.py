@@ -16,6 +16,7 @@ from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail, print_note, spinner
 from kr5_tools.picking.bin_file import EXAMPLE, read_bin
 from kr5_tools.picking.clouds import ENDINGS, CloudFile, read_cloud
+from kr5_tools.picking.heights import height_range
 from kr5_tools.picking.image_refinement import REFINED_ABOVE, Refined, read_view, refine, require_seen
 
 app = typer.Typer()
@@ -235,18 +236,6 @@ def pellet_keys(pellet: Any, g: Any) -> dict[str, Any]:
         "covered_by": list(g.covered_by),
         "rms": pellet.rms,
     }
-
-
-def height_range(text: str) -> tuple[float, float]:
-    """The range that an option states: LOW:HIGH, or one number [m]."""
-    parts = text.split(":")
-    try:
-        values = [float(p) for p in parts]
-    except ValueError:
-        values = []
-    if len(values) not in (1, 2) or not all(0 < v < np.inf for v in values) or values[0] > values[-1]:
-        fail(f"--height: found {text!r:.60}, expected LOW:HIGH or one number in metres, such as 0.014:0.017")
-    return values[0], values[-1]
 
 
 def _pose(option: str, text: str | None) -> np.ndarray | None:

@@ -14,20 +14,11 @@ from kr5.files.writing import check_new_folder, check_writable, folder_beside, s
 from kr5_tools.cli.arguments import JsonOption
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.terminal import console, fail, print_note, share_bar, spinner
-from kr5_tools.picking.pick import height_range
+from kr5_tools.picking.heights import height_range
+from kr5_tools.picking.simulated_bin import CAMERA, bin_shape
 
 app = typer.Typer()
 VISIBLE = 0.4  # share of a pellet that is exposed, from which on it counts as visible (Hayat et al. 2022, 2.5.3)
-# The book's camera (Hayat et al. 2022, appendix C.2) with pixels twice as wide.
-CAMERA: dict[str, Any] = {
-    "width": 1224,
-    "height": 1025,
-    "fx": 1164.3,
-    "fy": 1167.2,
-    "cx": 626.8,
-    "cy": 505.8,
-    "k1": -0.2018,
-}
 
 
 @app.command(
@@ -207,16 +198,6 @@ def save_image(file: Path, image: np.ndarray) -> None:
     from PIL import Image
 
     Image.fromarray(image).save(file)
-
-
-def bin_shape(file: Path | None) -> Any:
-    """The bin of a file, or the one that is taken without."""
-    if file is None:
-        return sim.BinShape(T_base_bin=kr5.from_xyzrpy([0.6, 0.0, 0.1, 0.0, 0.0, 0.0]))
-    from kr5_tools.picking.bin_file import read_bin
-
-    given = read_bin(file)
-    return sim.BinShape(T_base_bin=given.T_base_bin, size=given.size, wall=given.wall_thickness)
 
 
 def _check_fan(scanner: Any, shape: Any) -> None:

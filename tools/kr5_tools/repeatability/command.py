@@ -9,10 +9,10 @@ from kr5 import calibration
 from kr5.files.results import write_result
 from kr5.files.writing import check_writable, write_json
 
-from kr5_tools.calibrate.tool import Convention, PoseAngle, PoseLength
 from kr5_tools.cli.arguments import JsonOption, ResultOption
 from kr5_tools.cli.numbers import format_count, format_range
 from kr5_tools.cli.options import options_from
+from kr5_tools.cli.pose_options import Convention, PoseAngle, PoseLength
 from kr5_tools.cli.tables import figure_row, make_table, print_result
 from kr5_tools.cli.terminal import console, fail, spinner
 from kr5_tools.repeatability.returns import read_commanded, read_returns, see_returns

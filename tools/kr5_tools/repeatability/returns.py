@@ -14,8 +14,8 @@ from kr5.files.documents import read_text
 from kr5.files.images import IMAGE_ENDINGS
 from kr5.files.results import read_result
 
-from kr5_tools.calibrate.tool import CONVENTIONS
-from kr5_tools.targets.command import find_in_images, load_target
+from kr5_tools.calibrate.conventions import CONVENTIONS
+from kr5_tools.targets.sightings import find_in_images, load_target
 
 POINT_COLUMNS = ("point", "point_id", "id", "p")
 COMMANDED = "commanded_"

@@ -2,27 +2,14 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import kr5
 import numpy as np
-import typer
 
 from kr5_tools.cli import terminal
 from kr5_tools.replay.peg_rotation import peg_rotations
 from kr5_tools.replay.runs import Run
-
-Rerun = Annotated[
-    Path | None,
-    typer.Option(
-        "--rerun",
-        metavar="FILE.rrd",
-        help=(
-            "Rerun recording to write: poses of the links, recorded and simulated signals, residuals. Needs pip"
-            " install 'kr5\\[rerun]'."
-        ),
-    ),
-]
 
 AXES = 0.05  # length at which a pose is drawn [m]
 

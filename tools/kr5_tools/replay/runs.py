@@ -184,8 +184,8 @@ def thinned_run(run: Run, most: int) -> Run:
 
 def joint_by_joint(cell: Any) -> Run:
     """A tour from the rest posture: each joint to both sides, within its limits."""
-    from kr5_tools.cell.command import rest_posture
     from kr5_tools.cell.frames import is_slide
+    from kr5_tools.cell.rest_posture import rest_posture
 
     rest, limits = rest_posture(cell, None), cell.robot.limits
     t, q = [], []

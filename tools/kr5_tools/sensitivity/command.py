@@ -20,7 +20,7 @@ from kr5_tools.sensitivity.inputs_file import Quantity, read_inputs
 from kr5_tools.sensitivity.model import ArmModel, ModelError, function_model
 from kr5_tools.sensitivity.outputs_folder import OutputsFolder
 from kr5_tools.sweep import runner
-from kr5_tools.sweep.command import core_count
+from kr5_tools.sweep.runner import core_count
 
 app = typer.Typer()
 FORMAT = "kr5-sensitivity/1"

@@ -7,6 +7,7 @@ import typer
 from kr5.files import writing
 
 from kr5_tools.cli import arguments, tables, terminal
+from kr5_tools.simulation.experiments import simulate_experiment, with_load
 
 app = typer.Typer()
 
@@ -75,13 +76,6 @@ def record(
     )
 
 
-def with_load(cell: Any, weight: float) -> Any:
-    """The cell with the known weight of a protocol on its tool."""
-    import kr5.gap
-
-    return kr5.gap.with_load(cell, weight) if weight > 0 else cell
-
-
 def take_pictures(folder: Path, cell: Any, believed: Any, simulator: Any, views: Any, seed: int) -> None:
     """A picture of each view, and what belongs to it."""
     import numpy as np
@@ -92,36 +86,3 @@ def take_pictures(folder: Path, cell: Any, believed: Any, simulator: Any, views:
     q = np.column_stack([views[f"q{i + 1}"] for i in range(cell.robot.joints)])[first]
     shots = camera_images.shots_of(simulator, cell, q, views["t"][first])
     camera_images.write_views(folder, believed, shots, {"blur": 0.6, "noise": 1.5, "seed": seed})
-
-
-def simulate_experiment(cell: Any, simulator: Any, experiment: Any, seed: list[int]) -> Any:
-    """Given columns and what noisy sensors show. Rows in which a sensor sees nothing are left out."""
-    import kr5.cell
-    import kr5.io
-    import numpy as np
-
-    random = np.random.default_rng(seed)
-    given, predicted = experiment.data, simulator.predict(cell, experiment)
-    values = {name: np.array(given[name]) for name in given.columns} | {
-        name: np.array(predicted[name]) for name in predicted.columns
-    }
-    for column in kr5.cell.columns(experiment.kind, cell.robot.joints):
-        if column.noise and column.name in predicted and column.group != "orientation":
-            values[column.name] += random.normal(0.0, cell.noise.of(column.noise, column.joint), len(predicted))
-    if "qw" in predicted:
-        turn_a_little(values, cell.noise.pose_rotation, random)
-    table = np.column_stack(list(values.values()))
-    return kr5.io.Table(list(values), table[np.isfinite(table).all(axis=1)])
-
-
-def turn_a_little(values: dict[str, Any], sigma: float, random: Any) -> None:
-    """Turns each orientation by a random rotation vector in its own frame."""
-    import numpy as np
-    from scipy.spatial.transform import Rotation
-
-    names = ("qx", "qy", "qz", "qw")
-    turned = Rotation.from_quat(np.column_stack([values[n] for n in names])) * Rotation.from_rotvec(
-        random.normal(0.0, sigma, (len(values["qw"]), 3))
-    )
-    for name, column in zip(names, turned.as_quat(canonical=True).T):
-        values[name] = column

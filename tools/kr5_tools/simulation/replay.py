@@ -9,8 +9,9 @@ from kr5.files.documents import read_yaml
 
 from kr5_tools.cli import arguments, terminal
 from kr5_tools.cli.numbers import format_count
+from kr5_tools.cli.rerun_option import Rerun
 from kr5_tools.replay.page import make_page
-from kr5_tools.replay.rerun_log import Rerun, write_rerun
+from kr5_tools.replay.rerun_log import write_rerun
 from kr5_tools.replay.runs import Run, Skipped, experiment_runs, joint_by_joint
 
 app = typer.Typer()
@@ -120,7 +121,7 @@ def planned_runs(
 ) -> tuple[Any, list[Run], list[Skipped]]:
     """The experiments of a protocol as a cell would run them."""
     from kr5_tools.simulation import protocol_file
-    from kr5_tools.simulation.record import with_load
+    from kr5_tools.simulation.experiments import with_load
 
     if cell is None:
         terminal.fail(f"{path}: is a protocol, which needs the cell that runs it; add --cell CELL.yaml")

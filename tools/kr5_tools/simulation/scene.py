@@ -10,7 +10,8 @@ from kr5.files.documents import read_yaml
 from rich.markup import escape
 
 from kr5_tools.cli import arguments, tables, terminal
-from kr5_tools.replay.rerun_log import Rerun, write_rerun
+from kr5_tools.cli.rerun_option import Rerun
+from kr5_tools.replay.rerun_log import write_rerun
 from kr5_tools.simulation import camera_images
 from kr5_tools.simulation.scene_page import checks_table, scene_page, scene_result, scene_run, verdict_text
 

@@ -134,7 +134,7 @@ def _pushed(result: Any, t: Any) -> tuple[Any, Any]:
     """A push knows the peg alone: postures of the arm that would hold it so."""
     import kr5.kinematics
 
-    from kr5_tools.cell.command import rest_posture
+    from kr5_tools.cell.rest_posture import rest_posture
 
     cell, rows = result.cell, result.rows
     limits = cell.robot.limits

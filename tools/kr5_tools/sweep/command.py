@@ -1,6 +1,5 @@
 """`kr5 sweep insertion`: how often, and how soon, a peg goes in, over tilts and clearances."""
 
-import os
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -8,10 +7,12 @@ import typer
 from kr5.files import writing
 
 from kr5_tools.cli import arguments, tables, terminal
+from kr5_tools.cli.insertion_options import Cell
 from kr5_tools.cli.interruption import tell_when_stopped
 from kr5_tools.cli.value_list import parse_values
-from kr5_tools.insertion.task import Cell, load_cell
+from kr5_tools.insertion.task import load_cell
 from kr5_tools.sweep.page import table_title, write_sweep_page
+from kr5_tools.sweep.runner import core_count
 from kr5_tools.sweep.trials import Grid, make_setup, run_trial
 
 app = typer.Typer()
@@ -145,11 +146,6 @@ def compare_first_trial(folder: Any, cell: Any, grid: Grid) -> None:
             f"{which} gives different numbers now: the library or the machine has changed, and the tables"
             " mix both; use another folder (-o) to separate them."
         )
-
-
-def core_count() -> int:
-    """Those that this process may use."""
-    return len(os.sched_getaffinity(0))
 
 
 def parse_choice(name: str, given: str) -> tuple[str, ...]:

@@ -196,3 +196,8 @@ def progress_bar(job: Job) -> Iterator[Callable[[int], None]]:
                 )
 
         yield advance
+
+
+def core_count() -> int:
+    """Those that this process may use."""
+    return len(os.sched_getaffinity(0))

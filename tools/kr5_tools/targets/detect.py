@@ -17,8 +17,8 @@ from kr5_tools.cli.arguments import JsonOption
 from kr5_tools.cli.options import options_from
 from kr5_tools.cli.tables import figure_row, pose_figures
 from kr5_tools.cli.terminal import console, fail, track
-from kr5_tools.targets.command import load_image, load_target
 from kr5_tools.targets.detection_table import median_noise, print_seen
+from kr5_tools.targets.sightings import load_image, load_target
 
 app = typer.Typer()
 

@@ -10,7 +10,7 @@ from kr5.files.paths import library_path
 from pydantic import Field
 
 from kr5_tools.cli import arguments, terminal
-from kr5_tools.targets.command import load_target
+from kr5_tools.targets.sightings import load_target
 
 app = typer.Typer()
 

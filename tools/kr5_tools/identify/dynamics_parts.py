@@ -1,0 +1,37 @@
+"""Motions as an identification of dynamics takes them: one part to fit, one to check."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from kr5 import identification
+
+from kr5_tools.identify.motion_logs import require_usable
+
+SHOWN_SAMPLES = 1500  # of each part, in the result file
+
+
+@dataclass
+class Part:
+    """The conditioned logs of the fit, or of the check."""
+
+    parts: list[Any]
+
+    @property
+    def findings(self) -> list[Any]:
+        return [f for p in self.parts for f in p.findings]
+
+    def measured(self) -> np.ndarray:
+        """Torques as logged, samples x joints."""
+        return np.vstack([p.tau_measured for p in self.parts])
+
+
+def condition_parts(motions: Any, options: Any) -> tuple[Part, Part]:
+    """Both parts conditioned alike; ends with every error that is found."""
+    fit, check = [identification.condition_log(log, options) for log in motions.fit], []
+    if all(p.usable for p in fit) and options.cutoff == 0:
+        options.cutoff = float(np.median([p.cutoff for p in fit]))  # the check is filtered alike
+        options.decimation = options.decimation or round(float(np.median([p.decimation for p in fit])))
+    check = [identification.condition_log(log, options) for log in motions.check]
+    require_usable([*fit, *check])
+    return Part(fit), Part(check)

@@ -1,0 +1,30 @@
+"""Responses of servos in recordings."""
+
+from typing import Any
+
+import numpy as np
+from kr5 import identification
+
+from kr5_tools.identify.axis_logs import (
+    experiments_of,
+    joined_runs,
+)
+
+PATH = "path correction"
+
+
+def recorded_logs(recording: Any, joint: list[int] | None, options: Any) -> dict[str, Any]:
+    """The responses of a recording by name; joints follow smooth commands."""
+    if not joint:
+        values, starts = joined_runs(experiments_of(recording, "step"), ["t", "zc", "z"])
+        return {PATH: _log(values, starts)}
+    options.command = "smooth"
+    out = {}
+    for number in joint:
+        values, starts = joined_runs(experiments_of(recording, "motion"), ["t", f"qc{number}", f"q{number}"])
+        out[f"joint {number}"] = _log(values, starts)
+    return out
+
+
+def _log(values: np.ndarray, starts: list[int]) -> Any:
+    return identification.ServoLog(t=values[:, 0], command=values[:, 1], response=values[:, 2], run_starts=starts)
