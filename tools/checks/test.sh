@@ -72,13 +72,15 @@ tidy() {
   "$python" tools/checks/style.py tidy --build "$build/tidy"
 }
 
-# Python: one formatter, lint, no import cycles, and types, strictly those of kr5_tools against the stubs of kr5.
+# Python: one formatter, lint, who imports whom, and types, strictly those of kr5_tools and of what is Python in kr5,
+# against the stubs of its extensions.
 check_python() {
   local places=(tools tests bindings/kr5 share/notebooks)
   check "format of the Python files" "$venv/bin/ruff" format --check "${places[@]}"
   check "lint of the Python files" "$venv/bin/ruff" check "${places[@]}"
-  check "no import cycles" env PYTHONPATH=tools "$venv/bin/lint-imports"
+  check "who imports whom" env PYTHONPATH=tools "$venv/bin/lint-imports"
   check "types of the Python files" "$venv/bin/mypy"
+  check "types of the Python package" "$venv/bin/mypy" -p kr5.files -p kr5.logs -p kr5.models
 }
 
 # Runs a part and notes how long it took.

@@ -19,12 +19,15 @@ from key_tables import default_text
 MODULES = (
     "calibration",
     "cell",
+    "files",
     "fit",
     "force",
     "gap",
     "identification",
     "io",
     "kinematics",
+    "logs",
+    "models",
     "physics",
     "picking",
     "predict",
@@ -50,7 +53,7 @@ def python_pages() -> dict[str, str]:
     package = griffe.load(
         "kr5", search_paths=[Path(kr5.__file__).parents[1]], docstring_parser="numpy", allow_inspection=False
     )
-    pages = {"python-api/kr5.md": _page("kr5", package["_kr5"], kr5, ("_points", "_share", "_pose_figures"))}
+    pages = {"python-api/kr5.md": _page("kr5", package["_kr5"], kr5, ("_errors", "_points", "_share", "_pose_figures"))}
     for name in MODULES:
         pages[f"python-api/kr5.{name}.md"] = _page(f"kr5.{name}", package[name], importlib.import_module(f"kr5.{name}"))
     rows = [

@@ -13,6 +13,7 @@ from kr5.logs.compared_source import ComparedSource, SourceOptions, input_files
 
 from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.cli.options import options_from
+from kr5_tools.gap.diagnosis_run import run_diagnosis
 from kr5_tools.gap.source import (
     BaseOption,
     ModelOption,
@@ -203,25 +204,3 @@ def _reduction_text(recording: Any, tuned: Any) -> str:
     simulator = arguments.make_simulator(False)
     before, after = (kr5.gap.measure(recording, simulator, cell).gap for cell in (recording.cell, tuned))
     return f"; over all columns of this log the gap falls from {before:.3g} to {after:.3g} times the noise"
-
-
-def run_diagnosis(recording: Any, simulator: Any, options: Any) -> Any:
-    """The diagnosis, with a bar for people at a terminal."""
-    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-
-    if not terminal.errors.is_terminal:
-        return kr5.gap.diagnose(recording, simulator, options)
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TimeElapsedColumn(),
-        TextColumn("left"),
-        TimeRemainingColumn(),
-    )
-    with terminal.progress_bar(*columns) as bars:
-        bar = bars.add_task("reading", total=1.0)
-
-        def progress(stage: str, fraction: float) -> None:
-            bars.update(bar, description=stage, completed=fraction)
-
-        return kr5.gap.diagnose(recording, simulator, options, progress)

@@ -10,10 +10,10 @@ from kr5.files import results, writing
 from kr5.logs.compared_source import command_of
 
 from kr5_tools.cli import arguments, tables, terminal
-from kr5_tools.cli.numbers import NONE, format_percent
+from kr5_tools.cli.numbers import format_percent
+from kr5_tools.gap.explained_targets import TARGET_COLUMNS, target_rows
 from kr5_tools.gap.source import known_target
 
-TARGET_COLUMNS = ["target", "explained [%]", "values"]
 What = Annotated[
     Path, typer.Argument(metavar="GAP.json|RECORDING", help="Result file of a diagnosis, or the folder of a recording.")
 ]
@@ -83,7 +83,7 @@ def _read(what: Path, recording: Path | None, diagnose: bool) -> tuple[dict[str,
         from kr5.logs import search_widely
         from kr5.logs.compared_source import SourceOptions
 
-        from kr5_tools.gap.diagnose import run_diagnosis
+        from kr5_tools.gap.diagnosis_run import run_diagnosis
         from kr5_tools.gap.source import read_source
 
         compared = read_source([what], SourceOptions())
@@ -293,23 +293,6 @@ def print_explanation(told: dict[str, Any], to: Any) -> None:
     _show_reasons(best, to, say)
     if told["remedy"]:
         say(f"  Remedy if it is the cause: {told['remedy'].replace('`', '')}")
-
-
-def target_rows(targets: list[dict[str, Any]]) -> list[list[str]]:
-    """Of each target: its name, the explained part in percent, and the fitted values."""
-    return [
-        [t["target"], NONE if t["closed"] is None else f"{min(max(100 * t['closed'], 0.0), 100.0):.1f}", _values(t)]
-        for t in targets
-    ]
-
-
-def _values(trial: dict[str, Any]) -> str:
-    """The values of a trial, where it does anything."""
-    if trial["closed"] is None:
-        return "changes no recorded column"
-    if trial["closed"] < 0.005:
-        return "no effect at the best fit"
-    return "; ".join(f"{p['name']} {p['value']} {p['std']} {p['unit']}" for p in trial["parameters"])
 
 
 def _show_reasons(cause: dict[str, Any], to: Any, say: Any) -> None:

@@ -127,7 +127,7 @@ def parse_alternatives(text: str, cell: Any) -> list[list[Any]]:
 
 def tied_alternatives(recording: Any, simulator: Any) -> list[list[Any]]:
     """What a diagnosis blames, and the same with each effect that could stand in the place of a cause."""
-    from kr5_tools.gap.diagnose import run_diagnosis
+    from kr5_tools.gap.diagnosis_run import run_diagnosis
 
     found = run_diagnosis(recording, simulator, kr5.gap.DiagnoseOptions())
     return kr5.gap.tied_alternatives(found)[:MOST_ALTERNATIVES]

@@ -1,0 +1,29 @@
+"""A diagnosis that people may watch."""
+
+from typing import Any
+
+import kr5.gap
+
+from kr5_tools.cli import terminal
+
+
+def run_diagnosis(recording: Any, simulator: Any, options: Any) -> Any:
+    """The diagnosis, with a bar for people at a terminal."""
+    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+    if not terminal.errors.is_terminal:
+        return kr5.gap.diagnose(recording, simulator, options)
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TimeElapsedColumn(),
+        TextColumn("left"),
+        TimeRemainingColumn(),
+    )
+    with terminal.progress_bar(*columns) as bars:
+        bar = bars.add_task("reading", total=1.0)
+
+        def progress(stage: str, fraction: float) -> None:
+            bars.update(bar, description=stage, completed=fraction)
+
+        return kr5.gap.diagnose(recording, simulator, options, progress)
