@@ -6,7 +6,10 @@
 #include <kr5/gap/diagnose.hpp>
 #include <kr5/gap/effect_fit.hpp>
 #include <kr5/gap/measure.hpp>
+#include <kr5/gap/notes.hpp>
 #include <kr5/gap/plan.hpp>
+#include <kr5/gap/sentences.hpp>
+#include <kr5/gap/words.hpp>
 
 #include "column_conversion.hpp"
 #include "interruptible.hpp"
@@ -139,23 +142,101 @@ auto bind_options(py::module_& m, const char* name, const char* doc) {
           "Custom effects beside those of the catalogue: list of Hypothesis (a copy; assign the whole list).");
 }
 
+/// What a diagnosis says of a recording itself, and what it does not blame.
+void bind_findings(py::module_& m) {
+  bind_enum<LeftOutReason>(m, "LeftOutReason", "Why something recorded was not compared.");
+  bind_enum<ScopeReason>(m, "ScopeReason", "Why a recording cannot show something.");
+  bind_enum<NotBlamed>(m, "NotBlamed", "Why an effect that comes near is not blamed.");
+  bind_enum<NotTried>(m, "NotTried", "Why an effect was not tried.");
+  bind_struct<NoiseRatio>(m, "NoiseRatio", "Measured noise that differs from the declared one.");
+  bind_struct<ClockFault>(m, "ClockFault", "Columns that were logged late or early.")
+      .def_property_readonly("text", &fault_text, "The same as part of a sentence.")
+      .def_property_readonly("columns", &clock_text, "Name of the columns in a sentence.");
+  bind_struct<ColumnName>(m, "ColumnName", "Column of one experiment.");
+  bind_struct<LeftOut>(m, "LeftOut", "What was recorded and not compared.")
+      .def_property_readonly("text", &left_out_text, "The same as part of a sentence.");
+  bind_struct<MissingSplit>(m, "MissingSplit", "Kind of experiment with none to fit, or none to check.");
+  bind_struct<ScopeLimit>(m, "ScopeLimit", "Limit of what a recording can show.")
+      .def_property_readonly("text", &limit_text, "The same as part of a sentence.");
+  bind_struct<NearestEffect>(m, "NearestEffect", "Effect that is not blamed, although it comes near.")
+      .def_property_readonly(
+          "text", [](const NearestEffect& e) { return reason_text(e); }, "Why it is not blamed, in words.");
+  bind_struct<UntriedEffect>(m, "UntriedEffect", "Effect that this cell or recording cannot show.")
+      .def_property_readonly(
+          "text", [](const UntriedEffect& e) { return reason_text(e); }, "Why it was not tried, in words.");
+  bind_struct<NextExperiment>(m, "NextExperiment", "Experiment that would distinguish tied effects.")
+      .def_property_readonly("text", &experiment_text, "The same in words; empty where none is known.");
+  bind_struct<Note>(m, "Note", "Sentence about a recording, and what it means.");
+}
+
+void bind_dependences(py::module_& m) {
+  bind_enum<VariableKind>(m, "VariableKind", "Kind of a variable that a residual may depend on.");
+  bind_enum<Shape>(m, "Shape", "How a residual depends on a variable.");
+  bind_struct<EffectName>(m, "EffectName", "Effect and its target.");
+  bind_struct<Variable>(m, "Variable", "What the cell was doing, as a number in each row.")
+      .def_property_readonly("symbol", &symbol, "Short notation, e.g. q3, |qd3|, predicted i3.");
+  bind_struct<Dependence>(m, "Dependence", "Tested dependence of a residual on what the cell was doing.");
+}
+
+/// Names of what a diagnosis speaks of.
+void bind_words(py::module_& m) {
+  m.def("kind_text", &kind_text, py::arg("kind"), "Kind of experiment in words.");
+  m.def("column_text", &column_text, py::arg("group"), "Column such as motion.i3 in words.");
+  m.def("variable_text", &variable_text, py::arg("variable"), py::arg("kind") = "",
+        "Variable in words; kind: of the experiment whose column depends on it.");
+  m.def("part_of", &part_of, py::arg("group"), "Part of the cell that a column such as motion.i3 belongs to.");
+  m.def("part_text", &part_text, py::arg("part"), "Such a part in words.");
+  m.def("target_text", &target_text, py::arg("target"), "Target of an effect in words.");
+  m.def(
+      "effect_text",
+      [](const std::string& effect, const std::string& target) {
+        return effect_text({effect, target});
+      },
+      py::arg("effect"), py::arg("target"), "Effect on its target in words.");
+  m.def("effects_text", &effects_text, py::arg("effect"), py::arg("targets"), "Effect on several targets in words.");
+  m.def("display_unit", &display_unit, py::arg("unit"), py::arg("values"), py::arg("target"),
+        "Factor from SI, and unit, of values of an effect's parameter in a sentence.");
+  m.def("value_text", &value_text, py::arg("parameter"), py::arg("target"),
+        "Value of a parameter with uncertainty and unit; of a pose the uncertainty alone.");
+  m.def("joint_name", &joint_name, py::arg("joint_names"), py::arg("target"),
+        "Name of a joint in the description of the robot, where it says more than its number; else empty.");
+  m.def("find_variable", &find_variable, py::arg("symbol"), "Variable of a short notation, e.g. |qd3|.");
+}
+
+/// The sentences of a diagnosis.
+void bind_sentences(py::module_& m) {
+  m.def("location_text", &location_text, py::arg("where"), "Where a gap is, as a sentence.");
+  m.def("cause_text", &cause_text, py::arg("cause"), py::arg("joint_names") = std::vector<std::string>{},
+        "Name, value and probability of a cause.");
+  m.def("dependence_text", &dependence_text, py::arg("dependence"), py::arg("kind") = "",
+        "Dependence as the end of `the gap ...`; kind: of the experiment.");
+  m.def("notes", &notes, py::arg("diagnosis"), py::arg("noise_declared") = true,
+        "Notes on a recording, beside late columns. noise_declared: whether the model declares the noise of its "
+        "sensors.");
+  m.def(
+      "diagnosis_from_json", &diagnosis_from_json, py::arg("text"), py::arg("source") = "diagnosis",
+      "Diagnosis of a JSON text of format kr5-gap/2, or kr5-gap/1, whose sentences are kept as notes; it has no cell. "
+      "source names the text in errors. Raises IoError with line and field for what is no such text.");
+}
+
 void bind_diagnosis(py::module_& m) {
   bind_enum<Verdict>(m, "Verdict", "Verdict: no_gap | explained | partly_explained | unknown.");
-  bind_struct<Dependence>(m, "Dependence", "Tested dependence of a residual on a variable of the motion.");
+  bind_dependences(m);
   bind_struct<ColumnExcess>(m, "ColumnExcess", "Gap of one column over all experiments of a kind.");
   bind_struct<ParameterEstimate>(m, "ParameterEstimate", "Estimated parameter, as in a cell file.");
-  bind_struct<EffectName>(m, "EffectName", "Effect and its target.");
   bind_struct<Cause>(m, "Cause", "Cause: an effect that the diagnosis blames.");
   bind_struct<ColumnReduction>(m, "ColumnReduction", "Gap of a column before and after.");
   bind_struct<GapReduction>(m, "GapReduction", "Gap before and after.");
-  bind_struct<NearestEffect>(m, "NearestEffect", "Effect that is not blamed, although it comes near.");
-  bind_struct<UntriedEffect>(m, "UntriedEffect", "Effect that this cell or recording cannot show.");
-  bind_struct<NextExperiment>(m, "NextExperiment", "Experiment that would distinguish tied effects.");
-  bind_struct<Diagnosis>(m, "Diagnosis", "Diagnosis of the disagreement of a simulation and a cell (kr5-gap/1).")
-      .def("to_json", &to_json, "JSON text of format kr5-gap/1.")
+  bind_struct<ColumnError>(m, "ColumnError", "Known error of a simulator in one column.");
+  bind_findings(m);
+  bind_struct<Diagnosis>(m, "Diagnosis", "Diagnosis of the disagreement of a simulation and a cell (kr5-gap/2).")
+      .def("to_json", &to_json, "JSON text of format kr5-gap/2.")
+      .def_property_readonly("text", &verdict_text, "The verdict in sentences.")
+      .def_property_readonly("warnings", &warnings, "All that was found about the recording, a sentence each.")
       .def_property_readonly(
           "cell", [](const Diagnosis& d) { return d.cell; }, "Nominal cell with the causes added (a copy).");
-  bind_struct<ColumnError>(m, "ColumnError", "Known error of a simulator in one column.");
+  bind_words(m);
+  bind_sentences(m);
   bind_options<DiagnoseOptions>(m, "DiagnoseOptions", "Options of diagnose.")
       .def_property(
           "simulator_errors", [](const DiagnoseOptions& o) { return o.simulator_errors; },

@@ -107,8 +107,10 @@ TEST_CASE("noise that is twice what the cell declares is no gap, and is said", "
   const gap::Diagnosis d = gap::diagnose(r, predict::FastSimulator());
   INFO(text(d));
   CHECK(d.verdict == gap::Verdict::NoGap);
-  REQUIRE(d.warnings.size() == 1);
-  CHECK(d.warnings[0].find("current") != std::string::npos);
+  REQUIRE(d.noise.size() == 1);
+  CHECK(d.noise[0].key == "current");
+  CHECK(std::abs(d.noise[0].ratio - 2.0) < 4 * d.noise[0].std);
+  CHECK(gap::warnings(d).size() == 1);
 }
 
 TEST_CASE("a wrench that is logged late is warned of and blamed on no effect", "[not_sanitized]") {
@@ -119,8 +121,10 @@ TEST_CASE("a wrench that is logged late is warned of and blamed on no effect", "
   INFO(text(d));
   CHECK(d.causes.empty());
   CHECK(d.verdict == gap::Verdict::Unknown);
-  CHECK(std::any_of(d.warnings.begin(), d.warnings.end(),
-                    [](const std::string& w) { return w.starts_with("wrench of motion: logged 12."); }));
+  REQUIRE(d.clock_faults.size() == 1);
+  CHECK(d.clock_faults[0].group == "wrench");
+  CHECK(d.clock_faults[0].kinds == std::vector{cell::Kind::Motion});
+  CHECK(std::abs(d.clock_faults[0].delay - 0.012) < 4 * d.clock_faults[0].std);
 }
 
 TEST_CASE("spikes are left out, also of poses and views, and the effect beside them is named", "[not_sanitized]") {
@@ -132,8 +136,7 @@ TEST_CASE("spikes are left out, also of poses and views, and the effect beside t
   CHECK(d.verdict != gap::Verdict::Unknown);  // two spikes side by side may stand as a blow that stays
   REQUIRE(names_only(d, {{"encoder_offset", "joint2"}}));
   CHECK(std::abs(d.causes[0].parameters[0].value[0] - 1e-3) < 4 * d.causes[0].parameters[0].std[0]);
-  REQUIRE_FALSE(d.warnings.empty());
-  CHECK(std::stoi(d.warnings[0]) > 0.8 * spikes);
+  CHECK(d.spikes > 0.8 * spikes);
 }
 
 TEST_CASE("poses alone name what moves the tool, or tie it") {

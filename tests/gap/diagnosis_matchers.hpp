@@ -5,6 +5,7 @@
 #include <vector>
 
 #include <kr5/gap/diagnosis.hpp>
+#include <kr5/gap/notes.hpp>
 
 /// @file
 /// What a diagnosis named, for assertions.
@@ -42,19 +43,20 @@ inline bool names_only(const gap::Diagnosis& d, const std::vector<gap::EffectNam
 inline std::string text(const gap::Diagnosis& d) {
   std::string out(kr5::name_of(d.verdict));
   for (const gap::Cause& c : d.causes) out += " " + c.effect + "." + c.target + " " + std::to_string(c.probability);
-  for (const std::string& w : d.warnings) out += " (" + w + ")";
+  for (const std::string& w : gap::warnings(d)) out += " (" + w + ")";
   for (const gap::ColumnExcess& p : d.unexplained) out += " rest " + p.experiment + "." + p.column;
   return out;
 }
 
 inline bool limits(const gap::Diagnosis& d, const std::string& words) {
-  return std::any_of(d.scope.begin(), d.scope.end(),
-                     [&](const std::string& limit) { return limit.find(words) != std::string::npos; });
+  return std::any_of(d.scope.begin(), d.scope.end(), [&](const gap::ScopeLimit& limit) {
+    return gap::limit_text(limit).find(words) != std::string::npos;
+  });
 }
 
 inline bool warns(const gap::Diagnosis& d, const std::string& words) {
-  return std::any_of(d.warnings.begin(), d.warnings.end(),
-                     [&](const std::string& w) { return w.find(words) != std::string::npos; });
+  const std::vector<std::string> all = gap::warnings(d);
+  return std::any_of(all.begin(), all.end(), [&](const std::string& w) { return w.find(words) != std::string::npos; });
 }
 
 }  // namespace kr5::test

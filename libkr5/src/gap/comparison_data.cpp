@@ -11,6 +11,7 @@
 #include <Eigen/Geometry>
 
 #include <kr5/core/error.hpp>
+#include <kr5/gap/notes.hpp>
 
 namespace kr5::gap {
 namespace {
@@ -18,43 +19,21 @@ namespace {
 constexpr const char* quaternion_columns[] = {"qw", "qx", "qy", "qz"};
 constexpr double long_ago = 1e6;  // of the begin of a clock [s]
 
-/// Columns that are not compared, named together where kind and reason are the same: an arm has many joints.
-class LeftOutColumns {
- public:
-  void add(cell::Kind kind, const std::string& column, const std::string& reason) {
-    auto entry = std::find_if(entries_.begin(), entries_.end(),
-                              [&](const Entry& e) { return e.kind == kind && e.reason == reason; });
-    if (entry == entries_.end()) entry = entries_.insert(entries_.end(), {kind, reason, {}});
-    if (std::find(entry->columns.begin(), entry->columns.end(), column) == entry->columns.end())
-      entry->columns.push_back(column);
-  }
+/// Adds a column that is not compared, to those of the same kind and reason: an arm has many joints.
+void leave_out(std::vector<LeftOut>& all, cell::Kind kind, const std::string& column, LeftOutReason reason,
+               const std::string& detail = "") {
+  auto entry = std::ranges::find_if(all, [&](const LeftOut& e) {
+    return e.kind == kind && e.reason == reason && e.detail == detail && e.experiment.empty();
+  });
+  if (entry == all.end()) entry = all.insert(all.end(), {kind, "", {}, reason, detail});
+  if (std::ranges::find(entry->columns, column) == entry->columns.end()) entry->columns.push_back(column);
+}
 
-  /// `motion.i1, i2, i3 were not compared: ...`; of many columns the first and the last.
-  void append_to(std::vector<std::string>& out) const {
-    constexpr std::size_t most_named = 3;
-    for (const Entry& entry : entries_) {
-      const std::size_t count = entry.columns.size();
-      std::string names = column_name(entry.kind, entry.columns.front());
-      if (count > most_named) names += " to " + entry.columns.back() + " (" + std::to_string(count) + " columns)";
-      for (std::size_t k = 1; k < count && count <= most_named; ++k) names += ", " + entry.columns[k];
-      out.push_back(names + (count > 1 ? " were" : " was") + " not compared: " + entry.reason);
-    }
-  }
-
- private:
-  struct Entry {
-    cell::Kind kind;
-    std::string reason;
-    std::vector<std::string> columns;
-  };
-  std::vector<Entry> entries_;
-};
-
-void add_block(ComparisonData& data, int experiment, const cell::Column& column, LeftOutColumns& left_out) {
+void add_block(ComparisonData& data, int experiment, const cell::Column& column) {
   const cell::Experiment& e = data.recording->experiments[experiment];
   const cell::Noise& noise = data.recording->cell.noise;
   const double sigma = noise.of(column.noise, column.joint);
-  if (sigma <= 0.0) return left_out.add(e.kind, column.name, "the cell does not state noise." + column.noise);
+  if (sigma <= 0.0) return leave_out(data.left_out, e.kind, column.name, LeftOutReason::NoiseNotStated, column.noise);
   data.blocks_of[experiment].push_back(static_cast<int>(data.blocks.size()));
   data.blocks.push_back({experiment, e.kind, e.split, column.name, noise.field_of(column.noise, column.joint), sigma,
                          data.size, e.data.values.rows(), column.group == cell::orientation_group});
@@ -128,27 +107,23 @@ void require_joints(const cell::Recording& recording, const cell::Cell& cell) {
           "the cell has " + std::to_string(found) + " joints, the recorded cell " + std::to_string(expected));
 }
 
-std::vector<std::string> lacking_splits(const ComparisonData& data) {
+std::vector<MissingSplit> missing_splits(const ComparisonData& data) {
   std::map<cell::Kind, std::set<cell::Split>> splits;
   for (const Block& block : data.blocks) splits[block.kind].insert(block.split);
-  std::vector<std::string> out;
-  for (const auto& [kind, of_kind] : splits) {
-    if (of_kind.size() > 1) continue;
-    out.push_back(std::string(kr5::name_of(kind)) +
-                  (of_kind.contains(cell::Split::Fit)
-                       ? ": no check experiment; the gap is taken from the fit experiments"
-                       : ": no fit experiment; effects that show only there cannot be identified"));
-  }
+  std::vector<MissingSplit> out;
+  for (const auto& [kind, of_kind] : splits)
+    for (const cell::Split split : {cell::Split::Fit, cell::Split::Check})
+      if (!of_kind.contains(split)) out.push_back({kind, split});
   return out;
 }
 
 std::optional<io::Table> try_predict(const ComparisonData& data, const cell::Cell& cell, int experiment,
-                                     std::vector<std::string>& refused) {
+                                     std::vector<LeftOut>& refused) {
   const cell::Experiment& e = data.recording->experiments[experiment];
   try {
     return data.simulator->predict_unchecked(cell, e);
   } catch (const InvalidArgument& error) {
-    refused.push_back(e.name + " was not compared: " + error.what());
+    refused.push_back({e.kind, e.name, {}, LeftOutReason::Refused, error.what()});
     return std::nullopt;
   }
 }
@@ -160,20 +135,20 @@ bool has_column_of(const io::Table& predicted, const Block& block) {
 Eigen::VectorXd compare_nominal(ComparisonData& data) {
   std::vector<std::optional<io::Table>> tables(data.blocks_of.size());
   std::vector<bool> kept(data.blocks.size(), false);
-  LeftOutColumns left_out;
+  std::vector<LeftOut> not_predicted;  // after what is refused
   for (std::size_t e = 0; e < tables.size(); ++e) {
     if (data.blocks_of[e].empty()) continue;
     tables[e] = try_predict(data, data.recording->cell, static_cast<int>(e), data.left_out);
     for (const int b : data.blocks_of[e]) {
       const Block& block = data.blocks[b];
       kept[b] = tables[e] && has_column_of(*tables[e], block);
-      if (tables[e] && !kept[b]) left_out.add(block.kind, block.column, "the simulator does not predict it");
+      if (tables[e] && !kept[b]) leave_out(not_predicted, block.kind, block.column, LeftOutReason::NotPredicted);
     }
   }
-  left_out.append_to(data.left_out);
+  std::ranges::move(not_predicted, std::back_inserter(data.left_out));
   keep_blocks(data, kept);
   require(!data.blocks.empty(), "the recording has no column that can be compared" +
-                                    (data.left_out.empty() ? "" : ": " + data.left_out.front()));
+                                    (data.left_out.empty() ? "" : ": " + left_out_text(data.left_out.front())));
   Eigen::VectorXd out = Eigen::VectorXd::Zero(data.size);
   for (std::size_t e = 0; e < tables.size(); ++e)
     if (!data.blocks_of[e].empty())
@@ -192,16 +167,14 @@ ComparisonData compare_columns(const cell::Recording& recording, const cell::Sim
   data.recording = &recording;
   data.simulator = &simulator;
   data.blocks_of.resize(recording.experiments.size());
-  LeftOutColumns left_out;
   for (int e = 0; e < static_cast<int>(recording.experiments.size()); ++e) {
     const cell::Experiment& experiment = recording.experiments[e];
     for (const cell::Column& column : cell::compared_columns(experiment.kind, recording.cell.robot.joints())) {
       const bool there = column.group == cell::orientation_group ? has_orientation(experiment.data)
                                                                  : experiment.data.find(column.name) >= 0;
-      if (there) add_block(data, e, column, left_out);
+      if (there) add_block(data, e, column);
     }
   }
-  left_out.append_to(data.left_out);
   data.use = Eigen::ArrayXd::Ones(data.size);
   return data;
 }

@@ -11,6 +11,7 @@
 
 #include <kr5/cell/recording.hpp>
 #include <kr5/cell/simulator.hpp>
+#include <kr5/gap/findings.hpp>
 
 /// @file
 /// All that was recorded and can be compared, as one stacked vector.
@@ -57,7 +58,7 @@ struct ComparisonData {
   std::vector<std::vector<int>> blocks_of;  ///< Of each experiment.
   Eigen::ArrayXd use;                       ///< 1 for samples that count, 0 for spikes.
   Eigen::Index size = 0;
-  std::vector<std::string> left_out;  ///< What was recorded and could not be compared, and why.
+  std::vector<LeftOut> left_out;  ///< What was recorded and could not be compared, and why.
 
   const cell::Experiment& experiment(const Block& b) const { return recording->experiments[b.experiment]; }
 };
@@ -77,8 +78,8 @@ std::optional<cell::Recording> from_zero(const cell::Recording& recording);
 /// @throws InvalidArgument for a cell whose robot has not as many joints as the recorded one.
 void require_joints(const cell::Recording& recording, const cell::Cell& cell);
 
-/// Kinds of which nothing can be fitted, or nothing is left to check by, in words.
-std::vector<std::string> lacking_splits(const ComparisonData& data);
+/// Kinds of which nothing can be fitted, or nothing is left to check by.
+std::vector<MissingSplit> missing_splits(const ComparisonData& data);
 
 /// Residuals of the nominal cell, stacked. Experiments and columns that the simulator cannot show are taken out.
 /// @throws InvalidArgument when none is left.
@@ -89,7 +90,7 @@ Eigen::VectorXd runs(const cell::Experiment& experiment);
 
 /// What the simulator shows of an experiment; nothing, and why among `refused`, when it cannot.
 std::optional<io::Table> try_predict(const ComparisonData& data, const cell::Cell& cell, int experiment,
-                                     std::vector<std::string>& refused);
+                                     std::vector<LeftOut>& refused);
 
 /// Whether a table of predictions has what a block is compared with.
 bool has_column_of(const io::Table& predicted, const Block& block);

@@ -87,38 +87,28 @@ class Diagnoser {
   void simulate_nominal() {
     progress(simulating, 0.0);
     base_ = compare_nominal(data_);
-    out_.warnings = data_.left_out;
-    for (std::string& lack : lacking_splits(data_)) out_.warnings.push_back(std::move(lack));
+    out_.joint_names = data_.recording->cell.robot.joint_names;
+    out_.left_out = data_.left_out;
+    out_.missing_splits = missing_splits(data_);
     out_.scope = scope_limits(*data_.recording);
   }
 
-  /// Takes the noise that was seen where it is not as declared, with a word.
+  /// Takes the noise that was seen where it is not as declared.
   void take_noise(std::vector<NoiseScale> scales) {
     std::erase_if(scales, [](const NoiseScale& scale) { return !wrong(scale); });
-    for (const NoiseScale& scale : scales) {
-      char text[160];
-      const std::string where = scale.kind ? " in " + std::string(kr5::name_of(*scale.kind)) : "";
-      std::snprintf(text, sizeof text,
-                    "noise of %s%s is %.2f +- %.2f times what the cell declares; the measured noise is used",
-                    scale.key.c_str(), where.c_str(), scale.ratio, scale.std);
-      out_.warnings.emplace_back(text);
-    }
+    for (const NoiseScale& scale : scales) out_.noise.push_back({scale.key, scale.kind, scale.ratio, scale.std});
     correct(data_, scales, base_);
   }
 
   void judge_noise() {
-    std::vector<std::string> coarse;
     if (options_.simulator_errors.empty()) {
       spikes_ = mark_spikes(data_, base_) + mark_stray_corners(data_, base_);
-      take_noise(noise_scales(data_, base_, coarse));
+      take_noise(noise_scales(data_, base_, out_.coarse));
     } else {  // a spike is what stands out of noise and known errors together
-      take_noise(noise_scales(data_, base_, coarse));
+      take_noise(noise_scales(data_, base_, out_.coarse));
       add_known_errors();
       spikes_ = mark_spikes(data_, base_) + mark_stray_corners(data_, base_);
     }
-    for (const std::string& column : coarse)
-      out_.warnings.push_back(
-          column + " shows almost no noise, as with a coarse resolution or a dead sensor; the declared noise is used");
   }
 
   void require_compared(const std::vector<ColumnError>& errors) const {
@@ -134,7 +124,6 @@ class Diagnoser {
 
   /// Takes what the simulator is known to be off in a column as noise beside that of the sensor.
   void add_known_errors() {
-    std::set<std::string> widened;
     require_compared(options_.simulator_errors);
     for (Block& block : data_.blocks) {
       const double error = known_error(options_, column_name(block.kind, block.column));
@@ -143,12 +132,9 @@ class Diagnoser {
       block.widening = sigma / block.sigma;
       block.rows_of(base_) /= block.widening;
       block.sigma = sigma;
-      widened.insert(column_name(block.kind, block.column));
     }
-    if (!widened.empty())
-      out_.warnings.push_back("the error of the best model of the arm is known for " + std::to_string(widened.size()) +
-                              (widened.size() == 1 ? " column" : " columns") +
-                              " and is not blamed on an effect; gaps are relative to the sensor noise alone");
+    for (const ColumnError& own : options_.simulator_errors)
+      if (own.error > 0.0) out_.excused.push_back(own);
   }
 
   Screen make_screen() const {
@@ -169,10 +155,7 @@ class Diagnoser {
                       [&](int e) { return data_.recording->experiments[e].kind == cell::Kind::Poses; }))
         acting.push_back(&candidate->hypothesis);
     const std::vector<NoiseScale> scales = pose_noise_scales(data_, base_, acting, spikes_);
-    if (spikes_ > 0)
-      out_.warnings.push_back(std::to_string(spikes_) +
-                              (spikes_ == 1 ? " sample is a spike and was" : " samples are spikes and were") +
-                              " left out");
+    out_.spikes = spikes_;
     take_noise(scales);
   }
 
@@ -238,9 +221,7 @@ class Diagnoser {
     drop_needless_effects();
     while (const std::optional<Model> model = next_to_look_at(seen)) {
       if (seen.size() == most_examined) {
-        out_.warnings.push_back("more than " + std::to_string(most_examined) +
-                                " sets of effects are about equally likely, and the rest were not examined; a longer or"
-                                " richer recording tells them apart");
+        out_.sets_limit = static_cast<int>(most_examined);
         return;
       }
       seen.push_back(model->parts);
@@ -315,19 +296,12 @@ class Diagnoser {
     for (ResidualAnalysis* found : {&before, &rest}) describe_beyond(data_, groups_, options_, *found);
     fill(best, before, rest);
     if (rest.any()) add_nearest(best, before);
-    if (static_cast<int>(out_.causes.size()) >= options_.max_effects)
-      out_.warnings.push_back("as many causes were found as are searched for (max_effects: " +
-                              std::to_string(options_.max_effects) + "); a search for more takes longer");
+    if (static_cast<int>(out_.causes.size()) >= options_.max_effects) out_.effects_limit = options_.max_effects;
     progress(judging, 1.0);
   }
 
   /// What stands out once the best set of effects is known, also where any effect would make the residual jump.
-  void mark_late_spikes() {
-    const int found = mark_spikes(data_, models_.best().residual, true);
-    if (found > 0)
-      out_.warnings.push_back(std::to_string(found) + (found == 1 ? " more sample deviates" : " more samples deviate") +
-                              " from the fitted model and " + (found == 1 ? "was" : "were") + " left out");
-  }
+  void mark_late_spikes() { out_.outliers = mark_spikes(data_, models_.best().residual, true); }
 
   std::vector<double> trusts_of(const Model& model, const ResidualAnalysis& rest) const {
     std::vector<double> out(model.parts.size(), 1.0);
@@ -390,7 +364,10 @@ class Diagnoser {
                   const std::vector<double>& trusts) {
     for (std::size_t k = 0; k < best.parts.size(); ++k) {
       if (best.parts[k].candidate->hypothesis.of_recording) {
-        warn_of_clock(parameters(data_, best, k, weights.temperature).front(), name_of(best.parts[k]).target);
+        const ParameterEstimate delay = parameters(data_, best, k, weights.temperature).front();
+        ClockFault& fault = out_.clock_faults.emplace_back(clock_fault(name_of(best.parts[k]).target));
+        fault.delay = delay.value[0];
+        fault.std = delay.std[0];
         continue;
       }
       Cause cause;
@@ -403,15 +380,6 @@ class Diagnoser {
       cause.explained_fraction = explained_fraction(data_, groups_, above_, rest.without[k], rest.whole);
       out_.causes.push_back(std::move(cause));
     }
-  }
-
-  void warn_of_clock(const ParameterEstimate& delay, const std::string& columns) {
-    char text[160];
-    std::snprintf(text, sizeof text,
-                  "%s: logged %.2f +- %.2f ms %s relative to the other columns; this is not an effect of the cell",
-                  columns.c_str(), 1e3 * std::abs(delay.value[0]), 1e3 * delay.std[0],
-                  delay.value[0] > 0 ? "late" : "early");
-    out_.warnings.emplace_back(text);
   }
 
   void set_verdict(const ResidualAnalysis& rest) {
@@ -433,8 +401,10 @@ class Diagnoser {
       constexpr double nan = std::numeric_limits<double>::quiet_NaN();  // small errors of the cell are not taken out
       const Eigen::VectorXd left =
           model.residual.array().isNaN().select(nan, counted_residual(data_, model.residual).array());
-      out_.nearest.push_back({name.effect, name.target, gap_reduction(data_, groups_, above_, before.shown, left).after,
-                              why_not(best, model, rest)});
+      NearestEffect& nearest = out_.nearest.emplace_back(why_not(best, model, rest));
+      nearest.effect = name.effect;
+      nearest.target = name.target;
+      nearest.gap = gap_reduction(data_, groups_, above_, before.shown, left).after;
     }
     std::stable_sort(out_.nearest.begin(), out_.nearest.end(),
                      [](const NearestEffect& a, const NearestEffect& b) { return a.gap < b.gap; });
@@ -450,16 +420,21 @@ class Diagnoser {
     return -1;
   }
 
-  std::string why_not(const Model& best, const Model& model, const ResidualAnalysis& rest) const {
-    if (worsens_check(data_, groups_, model, best)) return "it fits the check experiments worse";
-    if (within_discrepancy(problem_, groups_, model, best, base_, options_))
-      return "it explains no more than the simulator may be off";
+  /// Why the effect that a model adds to the best one is not blamed.
+  NearestEffect why_not(const Model& best, const Model& model, const ResidualAnalysis& rest) const {
+    NearestEffect out;
     const auto worst = std::max_element(rest.strength.begin(), rest.strength.end());
-    if (!rest.any() || worst == rest.strength.end()) return "other sets of effects are more likely";
-    const auto at = static_cast<std::size_t>(worst - rest.strength.begin());
-    const std::vector<Dependence>& depends = rest.structure[at].dependences;
-    return "structure remains in " + groups_[at].name() +
-           (depends.empty() ? "" : ", which depends on " + depends.front().variable);
+    if (worsens_check(data_, groups_, model, best)) {
+      out.reason = NotBlamed::FitsCheckWorse;
+    } else if (within_discrepancy(problem_, groups_, model, best, base_, options_)) {
+      out.reason = NotBlamed::WithinSimulatorError;
+    } else if (rest.any() && worst != rest.strength.end()) {
+      const auto at = static_cast<std::size_t>(worst - rest.strength.begin());
+      out.reason = NotBlamed::StructureRemains;
+      out.column = groups_[at].name();
+      if (!rest.structure[at].dependences.empty()) out.variable = rest.structure[at].dependences.front().variable;
+    }
+    return out;
   }
 
   void fill(const Model& judged, const ResidualAnalysis& before, const ResidualAnalysis& rest) {
@@ -513,8 +488,7 @@ Diagnosis diagnose(const cell::Recording& recording, const cell::Simulator& simu
   recording.cell.validate();
   const std::optional<cell::Recording> reset = from_zero(recording);
   Diagnosis out = Diagnoser(reset ? *reset : recording, simulator, options).run();
-  if (reset)
-    out.warnings.insert(out.warnings.begin(), "t has a different epoch: it is counted from the first row of each kind");
+  out.clock_reset = reset.has_value();
   return out;
 }
 

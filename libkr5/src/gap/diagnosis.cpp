@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <kr5/gap/diagnosis.hpp>
+
+#include <kr5/gap/notes.hpp>
+#include <kr5/gap/sentences.hpp>
+#include <kr5/io/fields.hpp>
 #include <kr5/io/json.hpp>
-#include <kr5/io/node.hpp>
+
+#include "gap/diagnosis_reader.hpp"
 
 namespace kr5::gap {
 namespace {
@@ -38,39 +43,43 @@ Node map() {
   return out;
 }
 
-Node dependences(const std::vector<Dependence>& all) {
-  return list(all, [](const Dependence& d) {
-    Node out = map();
-    out["variable"] = text(d.variable);
-    out["how"] = text(d.how);
-    out["evidence"] = Node::make_scalar(d.evidence);
-    return out;
-  });
-}
-
-/// Adds the name that a joint has in the robot's description, where it has one.
-void add_joint(Node& out, const cell::Robot& robot, const std::string& target) {
-  for (std::size_t i = 0; i < robot.joint_names.size(); ++i)
-    if (target == "joint" + std::to_string(i + 1)) out["joint"] = text(robot.joint_names[i]);
-}
-
-Node place(const ColumnExcess& p, const cell::Robot& robot, bool with_share) {
-  Node out = map();
-  out["experiment"] = text(p.experiment);
-  out["column"] = text(p.column);
-  if (with_share) out["target"] = text(p.target);
-  add_joint(out, robot, p.target);
-  out["gap"] = Node::make_scalar(p.gap);
-  if (with_share) out["share"] = Node::make_scalar(p.share);
-  out["depends_on"] = dependences(p.depends_on);
+/// The fields of a struct, and the sentence made of them.
+template <class T>
+Node with_text(const T& value, const std::string& said) {
+  Node out = io::to_node(value);
+  out["text"] = text(said);
   return out;
 }
 
-Node cause(const Cause& c, const cell::Robot& robot) {
+Node dependences(const std::vector<Dependence>& all, const std::string& kind) {
+  return list(all, [&](const Dependence& d) { return with_text(d, dependence_text(d, kind)); });
+}
+
+using Names = std::vector<std::string>;
+
+/// Adds the name that a joint has in the robot's description, where it has one.
+void add_joint(Node& out, const Names& joints, const std::string& target) {
+  for (std::size_t i = 0; i < joints.size(); ++i)
+    if (target == "joint" + std::to_string(i + 1)) out["joint"] = text(joints[i]);
+}
+
+Node place(const ColumnExcess& p, const Names& joints) {
+  Node out = map();
+  out["experiment"] = text(p.experiment);
+  out["column"] = text(p.column);
+  out["target"] = text(p.target);
+  add_joint(out, joints, p.target);
+  out["gap"] = Node::make_scalar(p.gap);
+  out["share"] = Node::make_scalar(p.share);
+  out["depends_on"] = dependences(p.depends_on, p.experiment);
+  return out;
+}
+
+Node cause(const Cause& c, const Names& joints) {
   Node out = map();
   out["effect"] = text(c.effect);
   out["target"] = text(c.target);
-  add_joint(out, robot, c.target);
+  add_joint(out, joints, c.target);
   out["probability"] = Node::make_scalar(c.probability);
   Node parameters = map();
   for (const ParameterEstimate& p : c.parameters) {
@@ -85,7 +94,7 @@ Node cause(const Cause& c, const cell::Robot& robot) {
     Node name = map();
     name["effect"] = text(e.effect);
     name["target"] = text(e.target);
-    add_joint(name, robot, e.target);
+    add_joint(name, joints, e.target);
     return name;
   });
   return out;
@@ -104,39 +113,52 @@ Node reduction(const GapReduction& s) {
   return out;
 }
 
+/// What a recording itself is like, and how far the search went.
+void add_findings(Node& out, const Diagnosis& d) {
+  out["scope"] = list(d.scope, [](const ScopeLimit& limit) { return with_text(limit, limit_text(limit)); });
+  out["noise"] = io::to_node(d.noise);
+  out["clock_faults"] =
+      list(d.clock_faults, [](const ClockFault& fault) { return with_text(fault, fault_text(fault)); });
+  out["spikes"] = io::to_node(d.spikes);
+  out["outliers"] = io::to_node(d.outliers);
+  out["coarse"] = io::to_node(d.coarse);
+  out["left_out"] = list(d.left_out, [](const LeftOut& part) { return with_text(part, left_out_text(part)); });
+  out["missing_splits"] = io::to_node(d.missing_splits);
+  out["excused"] = io::to_node(d.excused);
+  out["clock_reset"] = io::to_node(d.clock_reset);
+  out["effects_limit"] = io::to_node(d.effects_limit);
+  out["sets_limit"] = io::to_node(d.sets_limit);
+  out["joint_names"] = io::to_node(d.joint_names);
+  out["notes"] = list(d.notes, text);
+}
+
 }  // namespace
 
 std::string to_json(const Diagnosis& d) {
+  const Names& joints = d.joint_names;
   Node out = map();
-  out["format"] = text("kr5-gap/1");
+  out["format"] = text("kr5-gap/2");
   out["verdict"] = text(kr5::name_of(d.verdict));
-  out["where"] = list(d.where, [&](const ColumnExcess& p) { return place(p, d.cell.robot, true); });
-  out["causes"] = list(d.causes, [&](const Cause& c) { return cause(c, d.cell.robot); });
-  out["unexplained"] = list(d.unexplained, [&](const ColumnExcess& p) { return place(p, d.cell.robot, false); });
+  out["text"] = text(verdict_text(d));
+  out["warnings"] = list(warnings(d), text);
+  out["where"] = list(d.where, [&](const ColumnExcess& p) { return place(p, joints); });
+  out["causes"] = list(d.causes, [&](const Cause& c) { return cause(c, joints); });
+  out["unexplained"] = list(d.unexplained, [&](const ColumnExcess& p) { return place(p, joints); });
   out["shrink"] = reduction(d.reduction);
-  Node& next = out["next_experiment"] = map();
-  next["separates"] = list(d.next_experiment.separates, [](const std::string& s) { return text(s); });
-  next["do"] = text(d.next_experiment.what);
+  out["next_experiment"] = with_text(d.next_experiment, experiment_text(d.next_experiment));
   out["nearest"] = list(d.nearest, [&](const NearestEffect& e) {
-    Node entry = map();
-    entry["effect"] = text(e.effect);
-    entry["target"] = text(e.target);
-    add_joint(entry, d.cell.robot, e.target);
-    entry["gap"] = Node::make_scalar(e.gap);
-    entry["reason"] = text(e.reason);
+    Node entry = with_text(e, reason_text(e));
+    add_joint(entry, joints, e.target);
     return entry;
   });
-  out["not_tried"] = list(d.not_tried, [](const UntriedEffect& e) {
-    Node entry = map();
-    entry["effect"] = text(e.effect);
-    entry["targets"] = list(e.targets, [](const std::string& target) { return text(target); });
-    entry["reason"] = text(e.reason);
-    return entry;
-  });
+  out["not_tried"] = list(d.not_tried, [](const UntriedEffect& e) { return with_text(e, reason_text(e)); });
   out["scatter"] = Node::make_scalar(d.scatter);
-  if (!d.scope.empty()) out["scope"] = list(d.scope, [](const std::string& s) { return text(s); });
-  out["warnings"] = list(d.warnings, [](const std::string& s) { return text(s); });
+  add_findings(out, d);
   return io::to_json(out);
+}
+
+Diagnosis diagnosis_from_json(const std::string& text, const std::string& source) {
+  return read_diagnosis(io::parse_yaml(text, source), source);
 }
 
 }  // namespace kr5::gap

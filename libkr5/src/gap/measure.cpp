@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include <kr5/core/error.hpp>
+#include <kr5/gap/notes.hpp>
 
 #include "gap/comparison_data.hpp"
 #include "gap/reporting/gap_breakdown.hpp"
@@ -17,6 +18,12 @@ std::string in_one(const std::vector<std::string>& reasons) {
   return text;
 }
 
+std::vector<std::string> texts_of(const std::vector<LeftOut>& left_out) {
+  std::vector<std::string> out;
+  for (const LeftOut& part : left_out) out.push_back(left_out_text(part));
+  return out;
+}
+
 }  // namespace
 
 Measure measure(const cell::Recording& recording, const cell::Cell& cell, const cell::Simulator& simulator) {
@@ -25,18 +32,18 @@ Measure measure(const cell::Recording& recording, const cell::Cell& cell, const 
   const ComparisonData data = compare_columns(recording, simulator);
   GapBreakdown parts(recording);
   Measure out;
+  std::vector<LeftOut> refused;
   double sum = 0.0;
   for (std::size_t e = 0; e < recording.experiments.size(); ++e) {
     if (data.blocks_of[e].empty()) continue;
-    const auto predicted = try_predict(data, cell, static_cast<int>(e), out.refused);
+    const auto predicted = try_predict(data, cell, static_cast<int>(e), refused);
     if (!predicted) continue;
     const auto residuals = compare(data, static_cast<int>(e), *predicted);
     for (std::size_t k = 0; k < residuals.size(); ++k) {
       const Block& block = data.blocks[static_cast<std::size_t>(data.blocks_of[e][k])];
       if (!has_column_of(*predicted, block)) continue;
       if (!residuals[k].array().isFinite().any()) {
-        out.refused.push_back(recording.experiments[e].name + "." + block.column +
-                              ": the simulation gives no finite value to compare");
+        refused.push_back({block.kind, recording.experiments[e].name, {block.column}, LeftOutReason::NotFinite, ""});
         continue;
       }
       out.columns.push_back(parts.add(block.experiment, block.column, block.sigma, residuals[k]));
@@ -44,7 +51,8 @@ Measure measure(const cell::Recording& recording, const cell::Cell& cell, const 
       sum += out.columns.back().gap * out.columns.back().gap;
     }
   }
-  for (const std::string& lack : data.left_out) out.refused.push_back(lack);
+  refused.insert(refused.end(), data.left_out.begin(), data.left_out.end());
+  out.refused = texts_of(refused);
   if (out.columns.empty() && !out.refused.empty()) throw InvalidArgument(in_one(out.refused));
   out.parts = parts.all();
   if (!out.columns.empty()) out.gap = std::sqrt(sum / static_cast<double>(out.columns.size()));

@@ -7,26 +7,6 @@
 namespace kr5::gap {
 namespace {
 
-const char* shown_by(cell::Kind kind) {
-  switch (kind) {
-    case cell::Kind::Motion:
-      return "the joints, their drives and the force sensor";
-    case cell::Kind::Poses:
-      return "the geometry of the arm and the tool";
-    case cell::Kind::Views:
-      return "the geometry of the arm and the camera";
-    case cell::Kind::Scan:
-      return "the geometry of the arm and the line scanner";
-    case cell::Kind::Step:
-      return "the path correction";
-    case cell::Kind::Press:
-      return "the contact, the path correction and the force sensor";
-    case cell::Kind::Profile:
-      return "the contact of peg and tube and the force sensor";
-  }
-  return "";
-}
-
 bool at_rest(const cell::Experiment& e, int joints) {
   for (int j = 1; j <= joints; ++j) {
     const int at = e.data.find("qc" + std::to_string(j));
@@ -37,22 +17,19 @@ bool at_rest(const cell::Experiment& e, int joints) {
 
 }  // namespace
 
-std::vector<std::string> scope_limits(const cell::Recording& recording) {
+std::vector<ScopeLimit> scope_limits(const cell::Recording& recording) {
   constexpr Eigen::Index least_rows = 10;
-  std::vector<std::string> out;
+  std::vector<ScopeLimit> out;
   std::set<cell::Kind> kinds;
   for (const cell::Experiment& e : recording.experiments) {
     const Eigen::Index rows = e.data.values.rows();
     kinds.insert(e.kind);
     if (rows < least_rows)
-      out.push_back(e.name + " has " + std::to_string(rows) + (rows == 1 ? " row" : " rows") +
-                    ": it can show neither a gap nor its absence");
+      out.push_back({ScopeReason::FewRows, e.kind, e.name, static_cast<int>(rows)});
     else if (e.kind == cell::Kind::Motion && at_rest(e, recording.cell.robot.joints()))
-      out.push_back(e.name + " commands no motion: it cannot show friction, inertia and servos");
+      out.push_back({ScopeReason::AtRest, e.kind, e.name, static_cast<int>(rows)});
   }
-  if (kinds.size() == 1)
-    out.push_back("the recording has experiments of the kind " + std::string(kr5::name_of(*kinds.begin())) +
-                  " only: it shows " + shown_by(*kinds.begin()) + ", not the rest of the cell");
+  if (kinds.size() == 1) out.push_back({ScopeReason::OneKind, *kinds.begin(), "", 0});
   return out;
 }
 

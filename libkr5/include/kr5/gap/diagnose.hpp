@@ -12,17 +12,6 @@
 
 namespace kr5::gap {
 
-/// What a simulator may be off in one column without any effect, where that is known of the column.
-struct ColumnError {
-  std::string column;  ///< Kind of experiment and column: `motion.tau3`.
-  double error = 0.0;  ///< RMS, in the unit of the column.
-
-  static void each_field(auto& self, auto&& visit) {
-    visit("column", self.column, "Kind of experiment and column, e.g. motion.tau3.");
-    visit("error", self.error, "RMS error, in the unit of the column.");
-  }
-};
-
 struct DiagnoseOptions {
   int max_effects = 6;
   int refits = 12;

@@ -6,10 +6,13 @@
 
 #include <kr5/cell/cell.hpp>
 #include <kr5/core/fields.hpp>
+#include <kr5/gap/dependence.hpp>
+#include <kr5/gap/findings.hpp>
+#include <kr5/gap/other_effects.hpp>
 #include <kr5/uncertainty/confidence.hpp>
 
 /// @file
-/// Why a simulation and a cell disagree: format `kr5-gap/1`.
+/// Why a simulation and a cell disagree, as data: format `kr5-gap/2`. @see sentences.hpp
 
 namespace kr5::gap {
 
@@ -24,22 +27,6 @@ constexpr auto enum_names(Verdict) {
   return names<Verdict>(
       {{NoGap, "no_gap"}, {Explained, "explained"}, {PartlyExplained, "partly_explained"}, {Unknown, "unknown"}});
 }
-
-/// A tested dependence of a residual on what the cell was doing.
-struct Dependence {
-  std::string variable;
-  std::string how;
-  double evidence = 0.0;
-  double share = 0.0;
-
-  static void each_field(auto& self, auto&& visit) {
-    visit("variable", self.variable,
-          "Variable it depends on: a column, a rate (qd3), an acceleration (qdd3), or the prediction.");
-    visit("how", self.how, "Kind of dependence, in words.");
-    visit("evidence", self.evidence, "Probability that the dependence is real, corrected for the number of tests.");
-    visit("share", self.share, "Fraction of the structured excess that this variable alone describes.");
-  }
-};
 
 /// The gap of one column, over all check experiments of a kind (over all, where none is to check).
 struct ColumnExcess {
@@ -72,17 +59,6 @@ struct ParameterEstimate {
     visit("value", self.value, "Value: a number, a vector, or a 4x4 matrix row by row.");
     visit("std", self.std, "Standard deviation of each number; of a pose x y z [m] and rotation vector [rad].");
     visit("unit", self.unit, "Unit.");
-  }
-};
-
-struct EffectName {
-  std::string effect;
-  std::string target;
-
-  friend bool operator==(const EffectName&, const EffectName&) = default;
-  static void each_field(auto& self, auto&& visit) {
-    visit("effect", self.effect, "Id in the catalogue.");
-    visit("target", self.target, "Target of the effect.");
   }
 };
 
@@ -136,45 +112,7 @@ struct GapReduction {
   }
 };
 
-/// An effect that is not blamed, although it comes near.
-struct NearestEffect {
-  std::string effect;
-  std::string target;
-  double gap = 0.0;
-  std::string reason;
-
-  static void each_field(auto& self, auto&& visit) {
-    visit("effect", self.effect, "Id in the catalogue.");
-    visit("target", self.target, "Target of the effect.");
-    visit("gap", self.gap, "Gap that it leaves beside the causes, over the columns above the floor [-].");
-    visit("reason", self.reason, "Why it is not blamed.");
-  }
-};
-
-/// An effect of the catalogue that this cell or recording cannot show.
-struct UntriedEffect {
-  std::string effect;
-  std::vector<std::string> targets;
-  std::string reason;
-
-  static void each_field(auto& self, auto&& visit) {
-    visit("effect", self.effect, "Id in the catalogue.");
-    visit("targets", self.targets, "Targets on which it was not tried; empty: on none.");
-    visit("reason", self.reason, "What is missing.");
-  }
-};
-
-/// Experiment that would distinguish tied effects.
-struct NextExperiment {
-  std::vector<std::string> separates;
-  std::string what;
-
-  static void each_field(auto& self, auto&& visit) {
-    visit("separates", self.separates, "Effects to be distinguished, with their targets.");
-    visit("do", self.what, "Experiment in words; empty when nothing is tied.");
-  }
-};
-
+/// What a diagnosis found.
 struct Diagnosis {
   Verdict verdict = Verdict::NoGap;
   std::vector<ColumnExcess> where;
@@ -185,8 +123,20 @@ struct Diagnosis {
   std::vector<NearestEffect> nearest;
   std::vector<UntriedEffect> not_tried;
   double scatter = 0.0;
-  std::vector<std::string> scope;
-  std::vector<std::string> warnings;
+  std::vector<ScopeLimit> scope;
+  std::vector<NoiseRatio> noise;
+  std::vector<ClockFault> clock_faults;
+  int spikes = 0;
+  int outliers = 0;
+  std::vector<ColumnName> coarse;
+  std::vector<LeftOut> left_out;
+  std::vector<MissingSplit> missing_splits;
+  std::vector<ColumnError> excused;
+  bool clock_reset = false;
+  int effects_limit = 0;
+  int sets_limit = 0;
+  std::vector<std::string> joint_names;
+  std::vector<std::string> notes;
   double seconds_screening = 0.0;
   double seconds = 0.0;
   cell::Cell cell;  ///< The nominal cell with the causes added.
@@ -204,14 +154,35 @@ struct Diagnosis {
     visit("scatter", self.scatter,
           "Estimated relative error of the nominal masses, torque constants and (twice that) friction; not a cause.");
     visit("scope", self.scope, "Limits of what the recording can show, within which the verdict holds; empty: none.");
-    visit("warnings", self.warnings,
-          "Warnings of noise that differs from the declared one, of spikes, and of parts that could not be compared.");
+    visit("noise", self.noise,
+          "Noise that differs from what the cell declares; gaps are in units of the measured one.");
+    visit("clock_faults", self.clock_faults, "Columns that were logged late or early; no effects of the cell.");
+    visit("spikes", self.spikes, "Number of samples that were left out as spikes.");
+    visit("outliers", self.outliers, "Number of further samples that deviate from the fitted model and were left out.");
+    visit("coarse", self.coarse, "Columns that show almost no noise, as with a coarse resolution or a dead sensor.");
+    visit("left_out", self.left_out, "What was recorded and not compared.");
+    visit("missing_splits", self.missing_splits, "Kinds of experiments with none to fit, or none to check.");
+    visit("excused", self.excused, "Columns with a known error of the simulator, which is not blamed on an effect.");
+    visit("clock_reset", self.clock_reset, "Whether t is counted from the first row of each kind, not from its epoch.");
+    visit("effects_limit", self.effects_limit,
+          "Largest number of causes searched for, where as many were found; else 0.");
+    visit("sets_limit", self.sets_limit,
+          "Number of about equally likely sets of effects that were examined, where there are more; else 0.");
+    visit("joint_names", self.joint_names, "Names of the joints in the description of the robot; empty: none.");
+    visit("notes", self.notes, "Warnings in words of a file of format kr5-gap/1, which has no fields for them.");
     visit("seconds_screening", self.seconds_screening, "Computing time of the screening [s].");
     visit("seconds", self.seconds, "Total computing time [s].");
   }
 };
 
-/// The JSON text of format `kr5-gap/1`.
+/// The JSON text of format `kr5-gap/2`: the fields, and beside them the sentences made of them (`text`, `warnings`),
+/// which are not read back.
 std::string to_json(const Diagnosis& diagnosis);
+
+/// The diagnosis of a JSON text of format `kr5-gap/2`, or `kr5-gap/1`, whose sentences are kept as notes. Keys that a
+/// result file has beside it (`version`, `created`, `command`, `input`) are left alone; there is no cell in it.
+/// @param source Names the text in errors.
+/// @throws IoError with source, line and field for what is no such text.
+Diagnosis diagnosis_from_json(const std::string& text, const std::string& source = "diagnosis");
 
 }  // namespace kr5::gap

@@ -14,8 +14,6 @@ namespace {
 constexpr double enough = 5.0;          // standard deviations that settle a question
 constexpr double slow_simulator = 0.5;  // for one short experiment, from which on a plan is no by-work [s]
 
-std::string text(const EffectName& name) { return name.effect + " " + name.target; }
-
 const Model* model_with(const std::vector<Model>& models, const EffectName& name) {
   for (const Model& m : models)
     for (const Part& part : m.parts)
@@ -35,11 +33,11 @@ std::vector<Proposal> brief_proposals(const ComparisonData& data, const std::vec
   return out;
 }
 
-/// The clearest of them in words; nothing, when the simulator is too slow to try.
-std::string clearest(const ComparisonData& data, const std::vector<Fitted>& alternatives, std::vector<Proposal> all,
-                     int threads) {
+/// The clearest of them; of no kind, when the simulator is too slow to try.
+NextExperiment clearest(const ComparisonData& data, const std::vector<Fitted>& alternatives, std::vector<Proposal> all,
+                        int threads) {
   const ExperimentScorer scorer{data, alternatives, 0.0, 0.02, highest_current(*data.recording)};
-  if (all.empty()) return "";
+  if (all.empty()) return {};
   std::vector<double> separation(all.size(), 0.0);
   const auto rate = [&](int i) {
     if (const auto score = scorer.score(all[static_cast<std::size_t>(i)], false))
@@ -47,21 +45,18 @@ std::string clearest(const ComparisonData& data, const std::vector<Fitted>& alte
   };
   const auto start = std::chrono::steady_clock::now();
   rate(0);
-  if (std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() > slow_simulator) return "";
+  if (std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() > slow_simulator) return {};
   parallel_for(static_cast<int>(all.size()) - 1, threads, [&](int i) { rate(i + 1); });
   const auto best = std::max_element(separation.begin(), separation.end());
-  if (*best <= 0.0) return "";
-  char text[96];
-  std::snprintf(text, sizeof text, " (%.1f standard deviations expected%s; kr5 gap plan writes its protocol)", *best,
-                *best < enough ? ", repeat it" : "");
-  return all[static_cast<std::size_t>(best - separation.begin())].what + text;
+  if (*best <= 0.0) return {};
+  const Proposal& found = all[static_cast<std::size_t>(best - separation.begin())];
+  return {{}, found.experiment.kind, found.what, found.seconds, *best, *best < enough};
 }
 
 }  // namespace
 
 NextExperiment next_experiment(const ComparisonData& data, const Model& best, const std::vector<Model>& models,
                                const std::vector<Cause>& causes, int threads) {
-  NextExperiment out;
   std::vector<EffectName> names;
   std::vector<Fitted> alternatives = {Fitted(best)};
   const auto add = [&](const EffectName& name) {
@@ -74,10 +69,9 @@ NextExperiment next_experiment(const ComparisonData& data, const Model& best, co
       const Model* rival = model_with(models, tied);
       if (rival && alternatives.size() < 3) alternatives.emplace_back(*rival);
     }
-  for (const EffectName& name : names) out.separates.push_back(text(name));
-  if (names.empty()) return out;
-  if (alternatives.size() > 1) out.what = clearest(data, alternatives, brief_proposals(data, names), threads);
-  if (out.what.empty()) out.what = "kr5 gap plan searches for the experiment that distinguishes them";
+  NextExperiment out;
+  if (alternatives.size() > 1) out = clearest(data, alternatives, brief_proposals(data, names), threads);
+  out.separates = std::move(names);
   return out;
 }
 

@@ -33,6 +33,12 @@ struct Sums {
 /// Samples sorted by what may matter: the sums of each piece.
 using Pieces = std::map<int, Sums>;
 
+/// What samples are sorted by, and their pieces.
+struct Sorted {
+  Variable by;
+  Pieces pieces;
+};
+
 /// Slopes of the coordinates of a part along a block; coordinates that do nothing there are zero.
 Eigen::MatrixXd slopes(const ComparisonData& data, const Model& model, std::size_t part, int block) {
   Eigen::Index first = 0;
@@ -49,8 +55,8 @@ Eigen::MatrixXd slopes(const ComparisonData& data, const Model& model, std::size
 }
 
 /// Chi-square of the sums of all pieces, and its degrees of freedom beyond one common size.
-Test test_of(const std::string& variable, const Pieces& pieces) {
-  Test out{variable, "", 0.0, 0.0};
+Test test_of(const Pieces& pieces) {
+  Test out{{}, 0.0, 0.0};
   Eigen::MatrixXd total;
   const auto take = [&](const Sums& s, bool count) {
     const SymmetricEigen eigen = symmetric_eigen(s.A);
@@ -87,7 +93,7 @@ class Splitter {
     for (std::size_t g = 0; g < groups.size(); ++g) add(groups[g], g);
   }
 
-  const std::map<std::string, Pieces>& all() const { return all_; }
+  const std::map<std::string, Sorted>& all() const { return all_; }
 
  private:
   void add(const Group& group, std::size_t g) {
@@ -107,32 +113,42 @@ class Splitter {
     at = 0;
     for (const int b : group.all) {
       const Block& block = data_.blocks[b];
-      all_["experiment"][block.experiment].add(g, slope.middleRows(at, block.rows), r.segment(at, block.rows));
+      pieces_by({VariableKind::Experiment})[block.experiment].add(g, slope.middleRows(at, block.rows),
+                                                                  r.segment(at, block.rows));
       at += block.rows;
     }
-    all_["kind of experiment"][static_cast<int>(group.kind)].add(g, slope, r);
-    all_["column"][static_cast<int>(g)].add(g, slope, r);
-    for (const Variable& v : variables(data_, group, counted_))
-      if (!v.name.starts_with("predicted"))
-        add_bins(g, std::string(kr5::name_of(group.kind)) + " " + v.name, v, slope, r);
+    pieces_by({VariableKind::ExperimentKind})[static_cast<int>(group.kind)].add(g, slope, r);
+    pieces_by({VariableKind::WhichColumn})[static_cast<int>(g)].add(g, slope, r);
+    for (const VariableValues& v : variables(data_, group, counted_)) {
+      if (v.variable.kind == VariableKind::Prediction) continue;
+      Variable by = v.variable;
+      by.experiment = std::string(kr5::name_of(group.kind));
+      add_bins(g, pieces_by(by), v, slope, r);
+    }
   }
 
-  void add_bins(std::size_t g, const std::string& name, const Variable& v, const Eigen::MatrixXd& slope,
-                const Eigen::VectorXd& r) {
+  Pieces& pieces_by(const Variable& variable) {
+    Sorted& sorted = all_[symbol(variable)];
+    sorted.by = variable;
+    return sorted.pieces;
+  }
+
+  static void add_bins(std::size_t g, Pieces& pieces, const VariableValues& v, const Eigen::MatrixXd& slope,
+                       const Eigen::VectorXd& r) {
     const std::vector<double> edges = quantile_edges(v.values, few_bins);
     std::vector<std::vector<Eigen::Index>> rows(edges.size() + 1);
     for (Eigen::Index i = 0; i < r.size(); ++i)
       rows[static_cast<std::size_t>(std::upper_bound(edges.begin(), edges.end(), v.values(i)) - edges.begin())]
           .push_back(i);
     for (std::size_t k = 0; k < rows.size(); ++k)
-      if (!rows[k].empty()) all_[name][static_cast<int>(k)].add(g, slope(rows[k], Eigen::all), r(rows[k]));
+      if (!rows[k].empty()) pieces[static_cast<int>(k)].add(g, slope(rows[k], Eigen::all), r(rows[k]));
   }
 
   const ComparisonData& data_;
   const Model& model_;
   std::size_t part_;
   const Eigen::VectorXd& counted_;
-  std::map<std::string, Pieces> all_;
+  std::map<std::string, Sorted> all_;  ///< By the notation of the variable.
 };
 
 std::size_t most_seen(const Pieces& pieces) {
@@ -150,13 +166,13 @@ Inconsistency inconsistency(const ComparisonData& data, const std::vector<Group>
   const Splitter splitter(data, groups, model, part, counted);
   Inconsistency out;
   double tests = 0.0;
-  for (const auto& [variable, pieces] : splitter.all()) {
-    const Test test = test_of(variable, pieces);
+  for (const auto& [name, sorted] : splitter.all()) {
+    const Test test = test_of(sorted.pieces);
     if (test.dof < 1.0) continue;
     tests += 1.0;
     const double p = p_value(test, discrepancy);
     if (p > out.p || (p == out.p && test.statistic - test.dof < out.strength)) continue;
-    out = {p, std::max(test.statistic - test.dof, 0.0), variable, most_seen(pieces)};
+    out = {p, std::max(test.statistic - test.dof, 0.0), sorted.by, most_seen(sorted.pieces)};
   }
   out.p = std::min(1.0, out.p * tests);
   return out;

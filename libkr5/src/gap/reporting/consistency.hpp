@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "gap/fitting/fit.hpp"
@@ -15,7 +14,7 @@ namespace kr5::gap {
 struct Inconsistency {
   double p = 1.0;         ///< Probability by chance, corrected for the number of tests.
   double strength = 0.0;  ///< What other sizes elsewhere would explain, above noise, as a sum of squares.
-  std::string variable;   ///< What the size changes with.
+  Variable variable;      ///< What the size changes with.
   std::size_t group = 0;  ///< Column that shows it most.
 };
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 
 #include <Eigen/LU>
@@ -132,9 +131,11 @@ std::optional<Dependence> main_oscillation(const ComparisonData& data, const Gro
   const double share = peak.explained / std::max(excess, 1e-9), dof = 2.0 * static_cast<double>(waves.size());
   const double p = std::min(1.0, peak.tried * (1.0 - uncertainty::chi_square_cdf(peak.explained, dof)));
   if (share < main_part || p > level) return {};
-  char how[64];
-  std::snprintf(how, sizeof how, "oscillates with a period of %.3g s", 1.0 / peak.frequency);
-  return Dependence{"t", how, 1.0 - p, std::min(share, 1.0)};
+  Dependence out{{VariableKind::Column, 0, "t"}, Shape::Oscillates};
+  out.period = 1.0 / peak.frequency;
+  out.evidence = 1.0 - p;
+  out.share = std::min(share, 1.0);
+  return out;
 }
 
 }  // namespace kr5::gap

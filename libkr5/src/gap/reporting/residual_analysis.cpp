@@ -92,9 +92,11 @@ void add_inconsistencies(const ComparisonData& data, const std::vector<Group>& g
     if (!sure) continue;
     out.structured[found.group] = true;
     Structure& s = out.structure[found.group];
-    const EffectName name = name_of(model.parts[k]);
-    s.dependences.insert(s.dependences.begin(),
-                         {found.variable, name.effect + " of " + name.target + " differs with it", 1 - found.p, 1.0});
+    Dependence differs{found.variable, Shape::EffectDiffers};
+    differs.effect = name_of(model.parts[k]);
+    differs.evidence = 1 - found.p;
+    differs.share = 1.0;
+    s.dependences.insert(s.dependences.begin(), std::move(differs));
   }
 }
 

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <string_view>
 
 #include <kr5/uncertainty/confidence.hpp>
 
@@ -13,7 +12,6 @@
 namespace kr5::gap {
 namespace {
 
-constexpr std::string_view drifts = "drifts slowly";
 constexpr int bins = 12;
 
 /// Means of a residual over bins of a variable.
@@ -46,8 +44,10 @@ Means means_over(const Eigen::VectorXd& variable, const Eigen::VectorXd& r, cons
   return out;
 }
 
-/// The shape of means over bins, in words.
-std::string shape(const Means& m, const std::string& unit) {
+/// The shape of means over bins of a variable.
+Dependence shape_of(const Means& m, const VariableValues& v) {
+  Dependence out{v.variable, Shape::Varies};
+  out.unit = v.unit;
   double mean = 0.0, n = 0.0;
   for (std::size_t k = 0; k < m.mean.size(); ++k) {
     mean += m.count[k] * m.mean[k];
@@ -65,23 +65,23 @@ std::string shape(const Means& m, const std::string& unit) {
     }
     if (k > 0 && m.mean[k] > m.mean[k - 1]) ++rising;
   }
-  if (mean * mean * n > 4 * total) return "constant offset";
-  const auto text = [&](double x) {
-    char buffer[32];
-    std::snprintf(buffer, sizeof buffer, "%.3g", x);
-    return std::string(buffer) + (unit.empty() ? "" : " " + unit);
-  };
-  if (most > 0.5 * total && at == 0) return "below " + text(m.edges.front());
-  if (most > 0.5 * total && at == m.mean.size() - 1) return "above " + text(m.edges.back());
-  if (rising + 1 >= m.mean.size() - 1) return "grows with it";
-  if (rising <= 1) return "falls with it";
-  if (most > 0.5 * total) return "between " + text(m.edges[at - 1]) + " and " + text(m.edges[at]);
-  return "varies with it";
+  const bool in_one_bin = most > 0.5 * total, first = at == 0, last = at == m.mean.size() - 1;
+  if (mean * mean * n > 4 * total) {
+    out.shape = Shape::Offset;
+  } else if (!(in_one_bin && (first || last)) && (rising + 1 >= m.mean.size() - 1 || rising <= 1)) {
+    out.shape = rising + 1 >= m.mean.size() - 1 ? Shape::Grows : Shape::Falls;
+  } else if (in_one_bin) {
+    out.shape = first ? Shape::Below : last ? Shape::Above : Shape::Between;
+    if (!first) out.lower = m.edges[at - 1];
+    if (!last) out.upper = m.edges[at];
+  }
+  return out;
 }
 
 /// Sums over pieces of `length` samples: what is slower than that stands out.
 Test run_test(const Eigen::VectorXd& r, const Eigen::ArrayXd& use, int length) {
-  Test out{"t", std::string(drifts) + ", over " + std::to_string(length) + " samples and more", 0.0, 0.0};
+  Test out{{{VariableKind::Column, 0, "t"}, Shape::Drifts}, 0.0, 0.0};
+  out.dependence.samples = length;
   for (Eigen::Index i = 0; i + length <= r.size(); i += length) {
     const double n = use.segment(i, length).sum();
     if (n <= 0) continue;
@@ -153,18 +153,18 @@ Gap gap_of(const ComparisonData& data, const std::vector<int>& blocks, const Eig
 std::vector<Test> tests(const ComparisonData& data, const Group& group, const Eigen::VectorXd& counted, double scale) {
   const Stack s = stack(data, group, scale * counted);
   std::vector<Test> out;
-  out.push_back({"", "size", s.r.squaredNorm(), std::max(s.use.sum(), 1.0)});
+  out.push_back({{}, s.r.squaredNorm(), std::max(s.use.sum(), 1.0)});
   if (group.kind != cell::Kind::Poses)
     for (const int length : {4, 16, 64, 256})
       if (s.r.size() >= 4 * length) out.push_back(run_test(s.r, s.use, length));
-  for (const Variable& v : variables(data, group, counted)) {
+  for (const VariableValues& v : variables(data, group, counted)) {
     const Means plain = means_over(v.values, s.r, s.use);
     if (plain.dof() < 2) continue;
-    out.push_back({v.name, shape(plain, v.unit), plain.statistic(), plain.dof()});
+    out.push_back({shape_of(plain, v), plain.statistic(), plain.dof()});
     if (v.sign.size() == 0) continue;
     const Means turned = means_over(v.values, s.r.cwiseProduct(v.sign), s.use);
-    out.push_back(
-        {v.name, "changes sign with " + v.sign_name + ", " + shape(turned, v.unit), turned.statistic(), turned.dof()});
+    out.push_back({shape_of(turned, v), turned.statistic(), turned.dof()});
+    out.back().dependence.sign_joint = v.variable.joint;
   }
   return out;
 }
@@ -184,12 +184,13 @@ Structure structure(const ComparisonData& data, const Group& group, const Eigen:
     const double p = std::min(1.0, count * p_value(test, discrepancy));
     out.p = std::min(out.p, p);
     if (p < level) out.strength = std::max(out.strength, test.statistic - test.dof);
-    if (test.variable.empty() || p > level) continue;
-    out.dependences.push_back(
-        {test.variable, test.how, 1.0 - p, std::clamp((test.statistic - test.dof) / excess, 0.0, 1.0)});
+    if (test.dependence.variable.kind == VariableKind::None || p > level) continue;
+    out.dependences.push_back(test.dependence);
+    out.dependences.back().evidence = 1.0 - p;
+    out.dependences.back().share = std::clamp((test.statistic - test.dof) / excess, 0.0, 1.0);
   }
   // That it lasts longer than a sample is said only where nothing tells what it depends on.
-  const auto lasts = [](const Dependence& d) { return d.how.starts_with(drifts); };
+  const auto lasts = [](const Dependence& d) { return d.shape == Shape::Drifts; };
   std::sort(out.dependences.begin(), out.dependences.end(), [&](const Dependence& a, const Dependence& b) {
     return lasts(a) != lasts(b) ? lasts(b) : a.share > b.share;
   });
@@ -210,7 +211,7 @@ double best_free_shape(const ComparisonData& data, const std::vector<Group>& gro
   for (const Group& group : groups) {
     const Stack s = stack(data, group, counted);
     take(s, Eigen::VectorXd::Ones(s.r.size()));
-    for (const Variable& v : variables(data, group, counted)) {
+    for (const VariableValues& v : variables(data, group, counted)) {
       const double mean = v.values.mean();
       take(s, (v.values.array() - mean).matrix());
       if (v.sign.size() > 0) take(s, v.sign.cwiseProduct((v.values.array() - mean).matrix()));

@@ -36,8 +36,7 @@ Gap gap_of(const ComparisonData& data, const std::vector<int>& blocks, const Eig
 
 /// One test of a column: a chi-square sum of `dof` numbers that are standard normal in noise.
 struct Test {
-  std::string variable;
-  std::string how;
+  Dependence dependence = {};  ///< That it finds, without evidence and share; of no variable: the size.
   double statistic = 0.0;
   double dof = 1.0;
 };

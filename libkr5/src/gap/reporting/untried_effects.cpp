@@ -9,7 +9,7 @@ std::vector<UntriedEffect> untried_effects(const cell::Cell& cell, const std::ve
   std::vector<UntriedEffect> out;
   for (const cell::Effect& effect : cell::effect_catalogue()) {
     if (const std::string part = cell::lacking_part(effect, cell); !part.empty()) {
-      out.push_back({effect.id, {}, "the cell has no " + part});
+      out.push_back({effect.id, {}, NotTried::PartMissing, part});
       continue;
     }
     std::vector<std::string> targets;
@@ -17,7 +17,7 @@ std::vector<UntriedEffect> untried_effects(const cell::Cell& cell, const std::ve
       if (name.effect == effect.id) targets.push_back(name.target);
     if (targets.empty()) continue;
     if (targets.size() == cell::effect_targets(effect, cell).size()) targets.clear();
-    out.push_back({effect.id, std::move(targets), "no recorded column shows it; it shows in " + effect.shows_in});
+    out.push_back({effect.id, std::move(targets), NotTried::NotRecorded});
   }
   return out;
 }

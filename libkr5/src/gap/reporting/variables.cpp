@@ -55,25 +55,26 @@ Eigen::VectorXd predicted(const ComparisonData& data, const Group& group, const 
   return Eigen::Map<const Eigen::VectorXd>(out.data(), static_cast<Eigen::Index>(out.size()));
 }
 
-void add_motion(const ComparisonData& data, const Group& group, std::vector<Variable>& out) {
+void add_motion(const ComparisonData& data, const Group& group, std::vector<VariableValues>& out) {
+  using enum VariableKind;
   const int own = cell::find_column(group.kind, group.column).joint + 1;  // 0: none
   for (int j = 1; j <= data.recording->cell.robot.joints(); ++j) {
-    const std::string number = std::to_string(j), command = "qc" + number;
+    const std::string command = "qc" + std::to_string(j);
     const Eigen::VectorXd position = stacked(data, group, command, plain), qd = stacked(data, group, command, rate);
     if (position.size() == 0) continue;
     const Eigen::VectorXd sign = qd.unaryExpr([](double v) { return v > 1e-4 ? 1.0 : v < -1e-4 ? -1.0 : 0.0; });
     const bool turns = j == own;
-    out.push_back({"q" + number, "rad", position, turns ? sign : Eigen::VectorXd(), "qd" + number});
-    out.push_back({"qd" + number, "rad/s", qd, {}, ""});
-    out.push_back({"qdd" + number, "rad/s2", stacked(data, group, command, acceleration), {}, ""});
-    if (turns) out.push_back({"|qd" + number + "|", "rad/s", qd.cwiseAbs(), sign, "qd" + number});
+    out.push_back({{JointPosition, j}, "rad", position, turns ? sign : Eigen::VectorXd()});
+    out.push_back({{JointVelocity, j}, "rad/s", qd});
+    out.push_back({{JointAcceleration, j}, "rad/s2", stacked(data, group, command, acceleration)});
+    if (turns) out.push_back({{JointSpeed, j}, "rad/s", qd.cwiseAbs(), sign});
   }
 }
 
 }  // namespace
 
-std::vector<Variable> variables(const ComparisonData& data, const Group& group, const Eigen::VectorXd& counted) {
-  std::vector<Variable> out;
+std::vector<VariableValues> variables(const ComparisonData& data, const Group& group, const Eigen::VectorXd& counted) {
+  std::vector<VariableValues> out;
   const cell::Experiment& first = data.experiment(data.blocks[group.all.front()]);
   const auto columns = cell::columns(group.kind, data.recording->cell.robot.joints());
   for (const cell::Column& column : columns) {
@@ -81,15 +82,15 @@ std::vector<Variable> variables(const ComparisonData& data, const Group& group, 
     const bool image = column.name == "u" || column.name == "v";
     if (label || first.data.find(column.name) < 0 || (column.role != cell::Role::Given && !image)) continue;
     if (group.kind == cell::Kind::Motion && column.name != "t") continue;
-    out.push_back({column.name, column.unit, stacked(data, group, column.name, plain), {}, ""});
+    out.push_back({{VariableKind::Column, 0, column.name}, column.unit, stacked(data, group, column.name, plain)});
   }
   if (group.kind == cell::Kind::Motion) add_motion(data, group, out);
   if (group.kind == cell::Kind::Step || group.kind == cell::Kind::Press)
-    out.push_back({"zcd", "m/s", stacked(data, group, "zc", rate), {}, ""});
+    out.push_back({{VariableKind::PathVelocity}, "m/s", stacked(data, group, "zc", rate)});
   if (group.kind != cell::Kind::Poses && group.kind != cell::Kind::Views)
-    out.push_back({"predicted " + group.column, "", predicted(data, group, counted), {}, ""});
+    out.push_back({{VariableKind::Prediction, 0, group.column}, "", predicted(data, group, counted)});
   // What hardly changes is no variable: its bins would sort by rounding.
-  std::erase_if(out, [](const Variable& v) {
+  std::erase_if(out, [](const VariableValues& v) {
     return v.values.size() == 0 ||
            v.values.maxCoeff() - v.values.minCoeff() < 1e-6 * (1.0 + v.values.cwiseAbs().maxCoeff());
   });

@@ -6,6 +6,8 @@
 
 #include <Eigen/Core>
 
+#include <kr5/gap/dependence.hpp>
+
 #include "gap/comparison_data.hpp"
 
 namespace kr5::gap {
@@ -13,17 +15,16 @@ namespace kr5::gap {
 struct Group;
 
 /// What a residual may depend on, over all samples of a column.
-struct Variable {
-  std::string name;
+struct VariableValues {
+  Variable variable;
   std::string unit;
   Eigen::VectorXd values;
-  Eigen::VectorXd sign;  ///< Direction of motion, for what acts against it; empty where there is none.
-  std::string sign_name;
+  Eigen::VectorXd sign = {};  ///< Direction of motion of its joint, for what acts against it; empty: there is none.
 };
 
 /// Given columns, rates and accelerations of commands, image coordinates, and what the simulator predicts for the
 /// column.
-std::vector<Variable> variables(const ComparisonData& data, const Group& group, const Eigen::VectorXd& counted);
+std::vector<VariableValues> variables(const ComparisonData& data, const Group& group, const Eigen::VectorXd& counted);
 
 /// Velocity of a joint (from 0) in each row, from its commanded or measured course; empty where there is none.
 /// [rad/s or m/s]

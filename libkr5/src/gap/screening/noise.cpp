@@ -148,7 +148,7 @@ int mark_spikes(ComparisonData& data, const Eigen::VectorXd& residual, bool near
 }
 
 std::vector<NoiseScale> noise_scales(const ComparisonData& data, const Eigen::VectorXd& residual,
-                                     std::vector<std::string>& coarse) {
+                                     std::vector<ColumnName>& coarse) {
   std::map<std::string, std::map<cell::Kind, std::vector<double>>> all;
   for (const Block& block : data.blocks) {
     std::vector<double> d;
@@ -157,7 +157,7 @@ std::vector<NoiseScale> noise_scales(const ComparisonData& data, const Eigen::Ve
     else if (block.kind == cell::Kind::Views)
       d = corner_differences(data.experiment(block), block.rows_of(residual));
     if (d.size() >= telling && mad_to_sigma * median(d) < least_noise) {
-      coarse.push_back(data.experiment(block).name + "." + block.column);
+      coarse.push_back({data.experiment(block).name, block.column});
       continue;
     }
     auto& of_kind = all[block.noise][block.kind];

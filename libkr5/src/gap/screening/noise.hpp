@@ -38,7 +38,7 @@ int mark_stray_corners(ComparisonData& data, const Eigen::VectorXd& residual);
 /// second differences (time, lines of a scan) and of the part of a marker's four corners that no smooth shift has:
 /// right while less than half of them hold a structure that fast.
 std::vector<NoiseScale> noise_scales(const ComparisonData& data, const Eigen::VectorXd& residual,
-                                     std::vector<std::string>& coarse);
+                                     std::vector<ColumnName>& coarse);
 
 /// Whether a ratio is no chance (four standard deviations, and a twelfth at least).
 bool wrong(const NoiseScale& scale);

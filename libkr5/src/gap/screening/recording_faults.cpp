@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include <kr5/core/delayed_log.hpp>
+#include <kr5/core/error.hpp>
 
 namespace kr5::gap {
 namespace {
@@ -29,6 +30,15 @@ struct Clock {
     return out;
   }
 };
+
+constexpr const char* wrench_of_contact = "wrench of contact";
+
+std::vector<Clock> all_clocks() {
+  using enum cell::Kind;
+  return {{"wrench of motion", {Motion}, "wrench"},        {"joint angles", {Motion}, "positions"},
+          {"motor currents", {Motion}, "currents"},        {"joint torques", {Motion}, "torques"},
+          {wrench_of_contact, {Press, Profile}, "wrench"}, {"wrench", {Motion, Press, Profile}, "wrench"}};
+}
 
 /// A column that is written late, run by run.
 Eigen::VectorXd delayed_runs(const Eigen::VectorXd& t, const Eigen::VectorXd& run, const Eigen::VectorXd& values,
@@ -62,15 +72,15 @@ bool recorded_experiment(const cell::Recording& recording, const Clock& clock) {
 }  // namespace
 
 std::vector<Hypothesis> recording_faults(const cell::Recording& recording) {
-  using enum cell::Kind;
-  const int n = recording.cell.robot.joints();
-  std::vector<Clock> clocks = {{"wrench of motion", {Motion}, "wrench", n},
-                               {"joint angles", {Motion}, "positions", n},
-                               {"motor currents", {Motion}, "currents", n, recording.cell.servo.has_value()},
-                               {"joint torques", {Motion}, "torques", n}};
-  const Clock contact{"wrench of contact", {Press, Profile}, "wrench", n};
-  if (recorded_experiment(recording, contact))
-    clocks.insert(clocks.end(), {contact, {"wrench", {Motion, Press, Profile}, "wrench", n}});
+  std::vector<Clock> clocks = all_clocks();
+  for (Clock& clock : clocks) {
+    clock.joints = recording.cell.robot.joints();
+    clock.early_only = clock.group == "currents" && recording.cell.servo.has_value();
+  }
+  // One clock for the wrench of all kinds, where there is more than one.
+  const auto contact = std::ranges::find(clocks, wrench_of_contact, &Clock::target);
+  if (!recorded_experiment(recording, *contact))
+    std::erase_if(clocks, [](const Clock& c) { return c.kinds.size() > 1; });
   std::vector<Hypothesis> out;
   for (const Clock& clock : clocks) {
     if (!recorded_experiment(recording, clock)) continue;
@@ -91,6 +101,12 @@ std::vector<Hypothesis> recording_faults(const cell::Recording& recording) {
     out.push_back(std::move(h));
   }
   return out;
+}
+
+ClockFault clock_fault(const std::string& target) {
+  for (const Clock& clock : all_clocks())
+    if (clock.target == target) return {clock.group, clock.kinds};
+  throw InvalidArgument("found no clock '" + target + "'");
 }
 
 }  // namespace kr5::gap
