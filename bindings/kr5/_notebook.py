@@ -44,7 +44,7 @@ def as_html(item: Any) -> str:
 def _verdict(item: Any) -> str:
     fields = {f.name: f.value for f in fields_of(item)}
     if "verdict" in fields:
-        text = fields.get("text", "")
+        text = fields.get("text") or getattr(item, "text", "")  # a field, or sentences made of the fields
         word = str(fields["verdict"]).replace("_", " ")
         return f"<p><b>{html.escape(word)}</b>{': ' + html.escape(text) if text else ''}</p>"
     if (fit := fields.get("fit")) is not None and not fit.usable:

@@ -27,7 +27,7 @@ def test_a_labelled_recording_is_diagnosed(run_kr5, reference, tmp_path):
     assert done.returncode == 0, done.stderr
     assert "tube_tilt" in done.stdout
     data = json.loads((tmp_path / "gap.json").read_text())
-    assert data["format"] == "kr5-gap/1" and data["verdict"] == "explained"
+    assert data["format"] == "kr5-gap/2" and data["verdict"] == "explained"
     assert [(c["effect"], c["target"]) for c in data["causes"]] == [("tube_tilt", "tube")]
     tilt = data["causes"][0]["parameters"]["tilt"]
     assert tilt["unit"] == "rad" and len(tilt["value"]) == len(tilt["std"]) == 2
@@ -41,32 +41,23 @@ def test_a_labelled_recording_is_diagnosed(run_kr5, reference, tmp_path):
 
 
 def has_the_keys_of_the_format(data):
-    """Those of kr5-gap/1, and beside them the scatter and the warnings."""
-    assert set(data) == {
-        "format",
-        "verdict",
-        "where",
-        "causes",
-        "unexplained",
-        "shrink",
-        "next_experiment",
-        "scatter",
-        "nearest",
-        "not_tried",
-        "warnings",
-    }
+    """Those of kr5-gap/2: the fields of a diagnosis, and beside them the sentences made of them."""
+    renamed = {"reduction": "shrink"}
+    fields = {renamed.get(name, name) for name in kr5.gap.Diagnosis().to_dict()}
+    assert set(data) == (fields - {"seconds", "seconds_screening"}) | {"format", "text", "warnings"}
+    assert data["text"].startswith("Cause: tilt of the tube")
     assert data["where"] and data["causes"]
     for place in data["where"]:
         assert set(place) == {"experiment", "column", "target", "gap", "share", "depends_on"}
         for dependence in place["depends_on"]:
-            assert set(dependence) == {"variable", "how", "evidence"}
+            assert set(dependence) == {*kr5.gap.Dependence().to_dict(), "text"}
     for cause in data["causes"]:
         assert set(cause) == {"effect", "target", "probability", "parameters", "gap_closed", "tied_with"}
         assert all(set(p) == {"value", "std", "unit"} for p in cause["parameters"].values())
         assert all(set(tie) == {"effect", "target"} for tie in cause["tied_with"])
-    assert all({"experiment", "column", "gap", "depends_on"} <= set(place) for place in data["unexplained"])
+    assert all(set(place) == set(data["where"][0]) for place in data["unexplained"])
     assert set(data["shrink"]) == {"before", "after", "floor", "before_ci", "after_ci", "columns"}
-    assert set(data["next_experiment"]) == {"separates", "do"}
+    assert set(data["next_experiment"]) == {*kr5.gap.NextExperiment().to_dict(), "text"}
 
 
 def test_bad_options_and_folders_are_refused(run_kr5, tmp_path):

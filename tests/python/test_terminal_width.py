@@ -19,7 +19,7 @@ def test_a_diagnosis_tells_the_verdict_first_and_then_the_causes(run_kr5, worn_r
     done = run_kr5("gap", "diagnose", worn_recording)
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
-    assert lines[0].startswith("Explained. The gap is ") and "times the noise in the" in lines[0]
+    assert lines[0].startswith("Explained. Cause: ") and "times the noise on experiments not used to fit" in lines[0]
     places = [done.stdout.index(word) for word in ("\nCauses", "\nWhere", "\nNext steps")]
     assert places == sorted(places)
     cause = next(line for line in lines if line.startswith("  - "))

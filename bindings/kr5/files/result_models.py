@@ -128,22 +128,42 @@ class BlamedCause(EffectOnTarget):
     tied_with: list[EffectOnTarget]
 
 
-class Dependence(OpenDocument):
+class DescribedDependence(OpenDocument):
     variable: str
     how: str
     evidence: float | None
 
 
-class GapPlace(OpenDocument):
+class Variable(OpenDocument):
+    kind: str
+    joint: int = Field(0, description="from 1; 0: none")
+    column: str = ""
+    experiment: str = ""
+
+
+class Dependence(OpenDocument):
+    """The fields of `kr5.gap.Dependence`, and the same in words."""
+
+    variable: Variable
+    shape: str
+    evidence: float | None
+    text: str = Field("", description="the dependence in words; not read back")
+
+
+class LocatedGap(OpenDocument):
     experiment: str
     column: str
+    target: str
     gap: float | None
+    share: float | None
     depends_on: list[Dependence]
 
 
-class LocatedGap(GapPlace):
-    target: str
-    share: float | None
+class DescribedGap(OpenDocument):
+    experiment: str
+    column: str
+    gap: float | None
+    depends_on: list[DescribedDependence]
 
 
 class GapReduction(OpenDocument):
@@ -153,19 +173,57 @@ class GapReduction(OpenDocument):
 
 
 class NextExperiment(OpenDocument):
+    separates: list[EffectOnTarget]
+    kind: str | None = Field(None, description="kind of the experiment; none: `kr5 gap plan` searches for one")
+    what: str = ""
+    text: str = Field("", description="the experiment in words; not read back")
+
+
+class DiagnosisFile(OpenDocument):
+    """A diagnosis, `kr5-gap/2`: the fields of `kr5.gap.Diagnosis`, `reduction` as `shrink` and `explained_fraction` as
+    `gap_closed`. The library reads it, and tells what is wrong in lists whose items are not shown here."""
+
+    verdict: Literal["no_gap", "explained", "partly_explained", "unknown"]
+    text: str = Field("", description="the verdict in sentences; not read back")
+    warnings: list[str] = Field([], description="all that was found about the recording in sentences; not read back")
+    where: list[LocatedGap]
+    causes: list[BlamedCause]
+    unexplained: list[LocatedGap]
+    shrink: GapReduction
+    next_experiment: NextExperiment
+    nearest: list[dict[str, Any]] = Field([], description="as `kr5.gap.NearestEffect`")
+    not_tried: list[dict[str, Any]] = Field([], description="as `kr5.gap.UntriedEffect`")
+    scatter: float = 0.0
+    scope: list[dict[str, Any]] = Field([], description="as `kr5.gap.ScopeLimit`")
+    noise: list[dict[str, Any]] = Field([], description="as `kr5.gap.NoiseRatio`")
+    clock_faults: list[dict[str, Any]] = Field([], description="as `kr5.gap.ClockFault`")
+    spikes: int = 0
+    outliers: int = 0
+    coarse: list[dict[str, Any]] = Field([], description="as `kr5.gap.ColumnName`")
+    left_out: list[dict[str, Any]] = Field([], description="as `kr5.gap.LeftOut`")
+    missing_splits: list[dict[str, Any]] = Field([], description="as `kr5.gap.MissingSplit`")
+    excused: list[dict[str, Any]] = Field([], description="as `kr5.gap.ColumnError`")
+    clock_reset: bool = False
+    effects_limit: int = 0
+    sets_limit: int = 0
+    joint_names: list[str] = []
+    notes: list[str] = []
+
+
+class DescribedExperiment(OpenDocument):
     separates: list[str]
     do: str
 
 
-class DiagnosisFile(OpenDocument):
-    """A diagnosis, `kr5-gap/1`."""
+class DescribedDiagnosisFile(OpenDocument):
+    """A diagnosis as versions before 0.3 wrote it, `kr5-gap/1`: what it says in sentences is shown and not used."""
 
     verdict: Literal["no_gap", "explained", "partly_explained", "unknown"]
-    where: list[LocatedGap]
+    where: list[DescribedGap]
     causes: list[BlamedCause]
-    unexplained: list[GapPlace]
+    unexplained: list[DescribedGap]
     shrink: GapReduction
-    next_experiment: NextExperiment
+    next_experiment: DescribedExperiment
     scope: list[str] = []
     warnings: list[str] = []
 
@@ -462,7 +520,8 @@ class UncertaintyFile(OpenDocument):
 
 
 MODELS: dict[str, type[Document]] = {
-    "kr5-gap/1": DiagnosisFile,
+    "kr5-gap/2": DiagnosisFile,
+    "kr5-gap/1": DescribedDiagnosisFile,
     "kr5-gap-measure/1": GapMeasureFile,
     "kr5-gap-plan/1": GapPlanFile,
     "kr5-gap-explanation/1": GapExplanationFile,

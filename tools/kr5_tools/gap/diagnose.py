@@ -24,6 +24,7 @@ from kr5_tools.gap.source import (
     read_source,
 )
 from kr5_tools.gap.terminal_report import print_diagnosis
+from kr5_tools.gap_report.diagnosis_file import DiagnosisFile, diagnosis_of
 
 Report = Annotated[
     Path | None,
@@ -99,13 +100,12 @@ def diagnose(
     outputs.check_model(compared)
     options = search_widely(options, compared)
     found = run_diagnosis(compared.recording, arguments.make_simulator(full), options)
-    data = json.loads(found.to_json())
-    result = outputs.write_results(data, found, compared)
+    diagnosis = outputs.write_results(found, compared)
     written = outputs.write_models(found.cell, compared, reading)
-    print_diagnosis(data, found.cell, compared, to, everything)
+    print_diagnosis(found, compared, to, everything)
     if written is not None:
-        print_model(written, found.cell if data["causes"] else None, compared.recording, to)
-    outputs.write_report(result, compared, to)
+        print_model(written, found.cell if found.causes else None, compared.recording, to)
+    outputs.write_report(diagnosis, compared, to)
 
 
 @dataclass
@@ -137,7 +137,7 @@ class DiagnoseOutputs:
         if original := self._original(compared):
             check_editable(original.file, original.base, original.tip)
 
-    def write_results(self, data: dict[str, Any], found: Any, compared: ComparedSource) -> dict[str, Any]:
+    def write_results(self, found: Any, compared: ComparedSource) -> DiagnosisFile:
         """The recording and the result files; returns the result."""
         import kr5.cell
 
@@ -145,10 +145,11 @@ class DiagnoseOutputs:
             with writing.folder_beside(self.recording) as new:
                 kr5.cell.save_recording(compared.recording, new)
             compared.inputs["recording"] = str(self.recording.resolve())
+        data = json.loads(found.to_json())
         keys = {key: value for key, value in data.items() if key != "format"}
-        result = results.write_result(self.result, "kr5-gap/1", **keys, input=compared.inputs, seconds=found.seconds)
+        result = results.write_result(self.result, data["format"], **keys, input=compared.inputs, seconds=found.seconds)
         writing.write_json(data, self.json_file)
-        return result
+        return diagnosis_of(found, result)
 
     def write_models(self, cell: Any, compared: ComparedSource, reading: SourceOptions) -> Any:
         """The cell and the model with the causes in them; returns what became of the model, where one is asked for."""
@@ -165,13 +166,13 @@ class DiagnoseOutputs:
         arm = (original.file, reading.base, reading.tip) if original else (None, "", "")
         return write_model(cell, self.model, *arm)
 
-    def write_report(self, result: dict[str, Any], compared: ComparedSource, to: Any) -> None:
+    def write_report(self, diagnosis: DiagnosisFile, compared: ComparedSource, to: Any) -> None:
         if not self.report:
             return
         from kr5_tools.gap_report.page import write_gap_report
 
         source = self.result or Path(compared.name)
-        write_gap_report(result, source, self.report, recording=compared.recording)
+        write_gap_report(diagnosis, source, self.report, recording=compared.recording)
         to.print(f"report: {self.report}", soft_wrap=True)
 
     def _original(self, compared: ComparedSource) -> Any:

@@ -10,9 +10,10 @@ import kr5
 import numpy as np
 from kr5.files import writing
 from kr5.files.paths import find_shipped
+from kr5.gap import Cause, ParameterEstimate, Variable, column_text, effect_text, find_variable, variable_text
 
 from kr5_tools.cli import arguments, terminal
-from kr5_tools.gap_report.messages import PREDICTED, capitalised, column_text, effect_text, variable_text
+from kr5_tools.gap_report.messages import capitalised
 
 PROTOCOL = Path("share/protocols/standard.yaml")
 # Of each kind one experiment of the protocol, and of motions one that begins late, for what builds up over the session.
@@ -131,7 +132,7 @@ def _best_variable(cell: Any, experiment: Any, column: str, change: np.ndarray) 
     """The variable whose bins explain most of the change by their means, with its name and unit."""
     use = np.isfinite(change)
     best: tuple[float, str, np.ndarray] | None = None
-    for name, unit, values in _variables(cell, experiment, column):
+    for variable, unit, values in _variables(cell, experiment, column):
         if np.ptp(values[use]) < NEGLIGIBLE:
             continue
         edges = np.unique(np.quantile(values[use], np.linspace(0, 1, BINS + 1)))
@@ -139,14 +140,15 @@ def _best_variable(cell: Any, experiment: Any, column: str, change: np.ndarray) 
         sums, counts = np.bincount(bins, change[use]), np.bincount(bins)
         explained = float(np.sum(sums[counts > 0] ** 2 / counts[counts > 0]))
         if best is None or explained > 1.02 * best[0]:
-            best = explained, f"{variable_text(name, str(experiment.kind))}{f' [{unit}]' if unit else ''}", values
+            text = variable_text(variable, str(experiment.kind))
+            best = explained, f"{text}{f' [{unit}]' if unit else ''}", values
     if best is None:
         return _course(experiment)[::-1]
     return best[1], best[2]
 
 
-def _variables(cell: Any, experiment: Any, column: str) -> list[tuple[str, str, np.ndarray]]:
-    """What a change may depend on, by name, unit and values: given columns, in views the place in the image, of motions
+def _variables(cell: Any, experiment: Any, column: str) -> list[tuple[Variable, str, np.ndarray]]:
+    """What a change may depend on, with unit and values: given columns, in views the place in the image, of motions
     also speeds and accelerations, and the simulated column itself."""
     import kr5.cell
 
@@ -156,17 +158,20 @@ def _variables(cell: Any, experiment: Any, column: str) -> list[tuple[str, str, 
         wanted = c.name in ("u", "v") if kind == "views" else str(c.role) == "given" and c.name not in ("t", *LABELS)
         if wanted and c.name in data:
             unit = c.unit.partition(" or ")[0]
-            out.append((c.name.replace("qc", "q"), "" if unit == "-" else unit, np.asarray(data[c.name])))
+            out.append(
+                (find_variable(c.name.replace("qc", "q")), "" if unit == "-" else unit, np.asarray(data[c.name]))
+            )
     if kind == "motion":
         t = np.asarray(data["t"])
         for j in range(1, cell.robot.joints + 1):
             speed = np.gradient(np.asarray(data[f"qc{j}"]), t)
-            out += [(f"qd{j}", "rad/s", speed), (f"qdd{j}", "rad/s²", np.gradient(speed, t))]
+            velocity, acceleration = (Variable(kind=f"joint_{what}", joint=j) for what in ("velocity", "acceleration"))
+            out += [(velocity, "rad/s", speed), (acceleration, "rad/s²", np.gradient(speed, t))]
     if kind != "views":
         predicted = arguments.make_simulator(False).predict(cell, experiment)
         if column in predicted:
             unit = kr5.cell.find_column(experiment.kind, column).unit.partition(" or ")[0]
-            out.append((f"{PREDICTED}{column}", unit, np.asarray(predicted[column])))
+            out.append((Variable(kind="prediction", column=column), unit, np.asarray(predicted[column])))
     return out
 
 
@@ -178,12 +183,12 @@ def _value_texts(effect: str, target: str, cell: Any, changed: Any) -> list[str]
 
     values = changed.effects.to_dict()[effect][target]
     units = {p.name: p.unit for p in kr5.cell.find_effect(effect).parameters}
-    parameters = {}
+    parameters = []
     for name, value in values.items():
-        value = np.asarray(value).tolist()
-        zeros: Any = [0.0] * (6 if np.ndim(value) == 2 else len(value)) if isinstance(value, list) else 0.0
-        parameters[name] = {"value": value, "std": zeros, "unit": units[name]}
-    rows = parameter_rows({"effect": effect, "target": target, "parameters": parameters}, cell)
+        numbers = [float(x) for x in np.ravel(value)]
+        zeros = [0.0] * (6 if np.ndim(value) == 2 else len(numbers))
+        parameters.append(ParameterEstimate(name=name, value=numbers, std=zeros, unit=units[name]))
+    rows = parameter_rows(Cause(effect=effect, target=target, parameters=parameters), cell)
     if any(row["name"].startswith("turn about") for row in rows):
         sizes = [float(row["value"]) for row in rows]
         return [f"shifted by {np.linalg.norm(sizes[:3]):.2g} mm, turned by {np.linalg.norm(sizes[3:]):.2g}°"]

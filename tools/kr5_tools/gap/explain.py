@@ -1,6 +1,5 @@
 """`kr5 gap explain`: what an effect does, and what a recording says for and against it."""
 
-import json
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,6 +12,7 @@ from kr5_tools.cli import arguments, tables, terminal
 from kr5_tools.cli.numbers import format_percent
 from kr5_tools.gap.explained_targets import TARGET_COLUMNS, target_rows
 from kr5_tools.gap.source import known_target
+from kr5_tools.gap_report.diagnosis_file import DiagnosisFile, read_diagnosis
 
 What = Annotated[
     Path, typer.Argument(metavar="GAP.json|RECORDING", help="Result file of a diagnosis, or the folder of a recording.")
@@ -52,13 +52,17 @@ def explain(
     writing.check_writable(json_file, inputs=[what])
     name, _, target = (effect or "").partition(":")
     row = _effect(name) if name else None
-    data, found = _read(what, recording, diagnose=row is None)
-    if row is not None and found is None:
-        named = "logs and their model were" if "logs" in data.get("input", {}) else "recording was"
+    diagnosis, recorded = _read(what, recording, diagnose=row is None)
+    if row is not None and recorded is None:
+        named = "logs and their model were" if diagnosis.of_logs else "recording was"
         raise kr5.InvalidArgument(f"{what}: its {named} not found; specify a recording with --recording FOLDER")
-    evidence = Evidence(data, found) if found else None
-    told = explain_verdict(data, evidence) if row is None else explain_effect(row, target, data, evidence)
-    results.write_result(json_file, "kr5-gap-explanation/1", **told, input=named_inputs(data, evidence))
+    evidence = Evidence(diagnosis.found, recorded) if recorded else None
+    told = (
+        explain_verdict(diagnosis, evidence)
+        if row is None
+        else explain_effect(row, target, diagnosis.found.causes, evidence)
+    )
+    results.write_result(json_file, "kr5-gap-explanation/1", **told, input=named_inputs(diagnosis.input, evidence))
     print_explanation(told, terminal.console(json_file))
 
 
@@ -68,7 +72,7 @@ def _effect(name: str) -> Any:
     return kr5.cell.find_effect(name)
 
 
-def _read(what: Path, recording: Path | None, diagnose: bool) -> tuple[dict[str, Any], Any]:
+def _read(what: Path, recording: Path | None, diagnose: bool) -> tuple[DiagnosisFile, Any]:
     """The diagnosis and its recording; of a bare recording made now, if it is needed, else one that blames nothing."""
     import kr5.cell
     import kr5.gap
@@ -76,9 +80,9 @@ def _read(what: Path, recording: Path | None, diagnose: bool) -> tuple[dict[str,
     from kr5_tools.gap_report.evidence_data import find_recording
 
     if not what.is_dir():
-        data = results.read_result(what, "kr5-gap/1")
-        return data, find_recording(data, what, recording)
-    found = kr5.cell.load_recording(what)
+        diagnosis = read_diagnosis(what)
+        return diagnosis, find_recording(diagnosis.input, what, recording)
+    recorded = kr5.cell.load_recording(what)
     if diagnose:
         from kr5.logs import search_widely
         from kr5.logs.compared_source import SourceOptions
@@ -88,29 +92,33 @@ def _read(what: Path, recording: Path | None, diagnose: bool) -> tuple[dict[str,
 
         compared = read_source([what], SourceOptions())
         options = search_widely(kr5.gap.DiagnoseOptions(), compared)
-        return json.loads(run_diagnosis(found, arguments.make_simulator(False), options).to_json()), found
-    return {"verdict": "unknown", "where": [], "causes": [], "unexplained": [], "warnings": []}, found
+        return DiagnosisFile(run_diagnosis(recorded, arguments.make_simulator(False), options)), recorded
+    return DiagnosisFile(kr5.gap.Diagnosis(verdict="unknown")), recorded
 
 
-def explain_verdict(data: dict[str, Any], evidence: Any) -> dict[str, Any]:
+def explain_verdict(diagnosis: DiagnosisFile, evidence: Any) -> dict[str, Any]:
     """The verdict with its causes, for and against each."""
+    import kr5.gap
+
+    from kr5_tools.gap.terminal_report import note_text
     from kr5_tools.gap_report.evidence_data import named_inputs
-    from kr5_tools.gap_report.messages import next_steps, verdict_text, warning_notes
+    from kr5_tools.gap_report.messages import next_steps
     from kr5_tools.gap_report.page import cause_rows, floor_text
 
+    found = diagnosis.found
     with terminal.spinner("Fitting other effects …"):
-        causes = cause_rows(data, evidence)
-    inputs = named_inputs(data, evidence)
+        causes = cause_rows(found, evidence)
+    inputs = named_inputs(diagnosis.input, evidence)
     return {
-        "verdict": data["verdict"],
-        "text": verdict_text(data) + floor_text(data, evidence),
+        "verdict": str(found.verdict),
+        "text": found.text + floor_text(found, evidence),
         "causes": causes,
-        "notes": [" ".join(note).strip() for note in warning_notes(data)],
-        "next": next_steps(data, command_of(inputs), inputs.get("model"), evidence.cell if evidence else None),
+        "notes": [note_text(note) for note in kr5.gap.notes(found, diagnosis.noise_declared)],
+        "next": next_steps(diagnosis, command_of(inputs), inputs.get("model"), evidence.cell if evidence else None),
     }
 
 
-def explain_effect(row: Any, target: str, data: dict[str, Any], evidence: Any) -> dict[str, Any]:
+def explain_effect(row: Any, target: str, causes: list[Any], evidence: Any) -> dict[str, Any]:
     """What the catalogue says of an effect, and what the recording says of it on each target."""
     cell = evidence.recording.cell
     targets, target = cell.effect_targets(row.id), known_target(target, cell)
@@ -129,21 +137,19 @@ def explain_effect(row: Any, target: str, data: dict[str, Any], evidence: Any) -
         "targets": [],
     }
     with terminal.spinner("Fitting …"):
-        found = best_trials(row, [target] if target else targets, data["causes"], evidence)
+        found = best_trials(row, [target] if target else targets, causes, evidence)
     for at, trial, k in found:
-        told["targets"].append(_trial_words(at, trial, row, data, evidence, k))
+        told["targets"].append(_trial_words(at, trial, row, causes, evidence, k))
     return told
 
 
-def best_trials(
-    row: Any, targets: list[str], causes: list[dict[str, Any]], evidence: Any
-) -> list[tuple[str, Any, int | None]]:
+def best_trials(row: Any, targets: list[str], causes: list[Any], evidence: Any) -> list[tuple[str, Any, int | None]]:
     """The effect on each target, in place of the cause (by its number) where it does most, or of the one it is;
     best first."""
     import kr5.gap
 
     best: dict[str, tuple[Any, int | None]] = {}
-    blamed = {c["target"]: k for k, c in enumerate(causes) if c["effect"] == row.id}
+    blamed = {c.target: k for k, c in enumerate(causes) if c.effect == row.id}
     for k in range(len(causes)) or [None]:
         names = [kr5.gap.EffectName(effect=row.id, target=at) for at in targets if blamed.get(at, k) == k]
         cell = evidence.cell_with([j for j in range(len(causes)) if j != k])
@@ -154,27 +160,12 @@ def best_trials(
     return sorted(found, key=lambda row: -(row[1].explained_fraction if row[1] else -1.0))
 
 
-def as_cause(trial: Any) -> dict[str, Any]:
-    """In the form of a cause of kr5-gap/1."""
-
-    def shaped(value: list[float]) -> Any:
-        return (
-            value[0] if len(value) == 1 else [value[i : i + 4] for i in range(0, 16, 4)] if len(value) == 16 else value
-        )
-
-    parameters = {
-        p.name: {"value": shaped(list(p.value)), "std": shaped(list(p.std)), "unit": p.unit} for p in trial.parameters
-    }
-    return {"effect": trial.effect, "target": trial.target, "parameters": parameters}
-
-
-def _trial_words(
-    target: str, trial: Any, row: Any, data: dict[str, Any], evidence: Any, k: int | None
-) -> dict[str, Any]:
+def _trial_words(target: str, trial: Any, row: Any, causes: list[Any], evidence: Any, k: int | None) -> dict[str, Any]:
     """What fitting the effect on a target showed, for it and against it; `k`: the cause that it was fitted in place
     of."""
+    from kr5.gap import effect_text
+
     from kr5_tools.gap_report.evidence import parameter_rows
-    from kr5_tools.gap_report.messages import effect_text
 
     out: dict[str, Any] = {
         "target": target,
@@ -190,18 +181,18 @@ def _trial_words(
     out |= {
         "closed": trial.explained_fraction,
         "choice": trial.choice,
-        "parameters": parameter_rows(as_cause(trial), evidence.recording.cell),
+        "parameters": parameter_rows(trial, evidence.recording.cell),
         "columns": [{"column": g, "before": b, "after": a} for g, b, a in columns],
     }
-    replaced = None if k is None else data["causes"][k]
-    if replaced and (replaced["effect"], replaced["target"]) == (row.id, target):
+    replaced = None if k is None else causes[k]
+    if replaced and (replaced.effect, replaced.target) == (row.id, target):
         blamed, replaced = replaced, None
     else:
         blamed = None
     for found in (
         _excess_words(trial.explained_fraction, columns, replaced, evidence),
         _column_words(columns, evidence),
-        _diagnosis_words(blamed, data["causes"]),
+        _diagnosis_words(blamed, causes),
     ):
         out["for"] += found[0]
         out["against"] += found[1]
@@ -212,13 +203,13 @@ Columns = list[tuple[str, float, float]]  # name, gap before, gap after
 Reasons = tuple[list[str], list[str]]  # for the effect, against it
 
 
-def _excess_words(fraction: float, columns: Columns, replaced: dict[str, Any] | None, evidence: Any) -> Reasons:
-    """How much of the excess it explains."""
-    from kr5_tools.gap_report.messages import effect_text
+def _excess_words(fraction: float, columns: Columns, replaced: Any, evidence: Any) -> Reasons:
+    """How much of the excess it explains. `replaced`: the cause in whose place it was fitted, or None."""
+    from kr5.gap import effect_text
 
     if not any(before > evidence.limit(group) for group, before, _ in columns):
         return [], ["There is no gap to explain."]
-    place = f" in place of {effect_text(replaced['effect'], replaced['target'])}" if replaced else ""
+    place = f" in place of {effect_text(replaced.effect, replaced.target)}" if replaced else ""
     if fraction <= 0.01:
         return [], [f"Fitted{place} at its best values, it explains less than 1 % of the excess."]
     held_out = any(str(e.split) == "check" for e in evidence.experiments)
@@ -228,7 +219,9 @@ def _excess_words(fraction: float, columns: Columns, replaced: dict[str, Any] | 
 
 def _column_words(columns: Columns, evidence: Any) -> Reasons:
     """In which columns the gap falls, stays and grows."""
-    from kr5_tools.gap_report.messages import column_text, join_list
+    from kr5.gap import column_text
+
+    from kr5_tools.gap_report.messages import join_list
 
     pros, cons = [], []
     if better := [f"the {column_text(g)} ({b:.2f} → {a:.2f})" for g, b, a in columns if a < b - 0.02][:4]:
@@ -243,16 +236,18 @@ def _column_words(columns: Columns, evidence: Any) -> Reasons:
     return pros, cons + [f"Worse with it: the {column_text(g)} ({b:.2f} → {a:.2f})." for g, b, a in worse]
 
 
-def _diagnosis_words(blamed: dict[str, Any] | None, causes: list[dict[str, Any]]) -> Reasons:
-    """What the diagnosis says of it."""
-    from kr5_tools.gap_report.messages import effect_text, join_list
+def _diagnosis_words(blamed: Any, causes: list[Any]) -> Reasons:
+    """What the diagnosis says of it. `blamed`: the cause that it is, or None."""
+    from kr5.gap import effect_text
+
+    from kr5_tools.gap_report.messages import join_list
 
     if blamed:
-        sure = format_percent(blamed["probability"])
+        sure = format_percent(blamed.probability)
         return [f"The diagnosis names it as a cause, with a probability of {sure}."], []
     if not causes:
         return [], []
-    return [], [f"The diagnosis names {join_list([effect_text(c['effect'], c['target']) for c in causes])}, not this."]
+    return [], [f"The diagnosis names {join_list([effect_text(c.effect, c.target) for c in causes])}, not this."]
 
 
 def print_explanation(told: dict[str, Any], to: Any) -> None:

@@ -4,11 +4,12 @@ with what the recording says for it and against it."""
 from pathlib import Path
 from typing import Any
 
+from kr5.gap import column_text
 from kr5.logs.compared_source import name_of
 
 from kr5_tools.cli.numbers import NONE
 from kr5_tools.gap.explained_targets import TARGET_COLUMNS, target_rows
-from kr5_tools.gap_report.messages import capitalised, column_text
+from kr5_tools.gap_report.messages import capitalised
 from kr5_tools.pages.tables_page import write_tables_page
 
 REASONS = (("For it", "for"), ("Against it", "against"), ("Other effects in its place", "rivals"))

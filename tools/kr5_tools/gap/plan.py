@@ -140,9 +140,7 @@ def alternative_texts(alternatives: Any) -> list[str]:
 
 def alternative_words(alternatives: Any) -> list[str]:
     """Each alternative in words."""
-    from kr5_tools.gap_report.messages import effect_text
-
-    return [" with ".join(effect_text(n.effect, n.target) for n in names) for names in alternatives]
+    return [" with ".join(kr5.gap.effect_text(n.effect, n.target) for n in names) for names in alternatives]
 
 
 def resting_posture(recording: Any) -> list[float] | None:

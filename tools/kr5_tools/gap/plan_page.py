@@ -27,7 +27,9 @@ def write_page(data: dict[str, Any], source: str, output: Path, png: Path | None
 
 def alternative_texts(alternatives: list[list[dict[str, str]]]) -> list[str]:
     """Each alternative in words: effects that act together are joined."""
-    from kr5_tools.gap_report.messages import effect_text, join_list
+    from kr5.gap import effect_text
+
+    from kr5_tools.gap_report.messages import join_list
 
     return [join_list([effect_text(e["effect"], e["target"]) for e in together]) for together in alternatives]
 

@@ -1,6 +1,5 @@
 """Options of what is compared, and what is printed of it."""
 
-import re
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -62,7 +61,7 @@ def read_source(paths: list[Path], options: SourceOptions) -> ComparedSource:
 def known_target(target: str, cell: Any) -> str:
     """The target of an effect, which may be named as the joint is in the model of the robot; `joint3` is always the
     third of the chain."""
-    if re.fullmatch(r"(joint|motor)\d+", target):
+    if target.rstrip("0123456789") in ("joint", "motor"):
         return target
     names = list(cell.robot.joint_names)
     return f"joint{names.index(target) + 1}" if target in names else target

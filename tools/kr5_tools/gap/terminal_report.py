@@ -5,26 +5,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from kr5.gap import column_text, dependence_text, display_unit, effect_text, joint_name, notes, value_text
 from kr5.logs.compared_source import ComparedSource
 from rich.markup import escape
 
 from kr5_tools.cli import tables
 from kr5_tools.cli.numbers import NONE, format_percent, root_mean_square, table_unit
 from kr5_tools.gap.source import print_source
+from kr5_tools.gap_report.diagnosis_file import DiagnosisFile
 from kr5_tools.gap_report.evidence import nominal_value, without_rounding
-from kr5_tools.gap_report.messages import (
-    capitalised,
-    column_text,
-    dependence_text,
-    display_unit,
-    effect_text,
-    join_list,
-    joint_name,
-    next_steps,
-    value_text,
-    verdict_text,
-    warning_notes,
-)
+from kr5_tools.gap_report.messages import capitalised, group_of, join_list, next_steps
 from kr5_tools.gap_report.model_doubts import model_doubts
 
 VERDICTS = {
@@ -34,39 +24,28 @@ VERDICTS = {
     "unknown": ("red", "Unknown"),
 }
 MOST_PLACES = 5  # columns that are listed without --all
-OVERLAP = 1.05  # sum of what the causes explain, above which they share parts of the gap
 LEAST_SHARE = 0.01  # of the excess that such a column holds
 MOST_PARTS = 3  # rows for each way to divide the gap, without --all
 FURTHER = "--all lists every one"
 
 
-def print_diagnosis(data: dict[str, Any], cell: Any, source: ComparedSource, to: Any, everything: bool = False) -> None:
-    """A diagnosis (kr5-gap/1) for people: the verdict, the causes, how its logs were read, where the gap is, what
-    remains, what to do. `cell`: with the causes."""
-    colour, word = VERDICTS[data["verdict"]]
-    to.print(f"[bold {colour}]{word}.[/] {escape(verdict_text(data))}", soft_wrap=True, markup=True)
+def print_diagnosis(found: Any, source: ComparedSource, to: Any, everything: bool = False) -> None:
+    """A diagnosis (kr5.gap.Diagnosis) for people: the verdict, the causes, how its logs were read, where the gap is,
+    what remains, what to do."""
+    colour, word = VERDICTS[str(found.verdict)]
+    to.print(f"[bold {colour}]{word}.[/] {escape(found.text)}", soft_wrap=True, markup=True)
     nominal = source.recording.cell
     model = str(source.model.file) if source.model else None
-    for doubt in model_doubts(data, nominal, model):
+    for doubt in model_doubts(found, nominal, model):
         to.print(f"[yellow]{escape(doubt)}[/]", soft_wrap=True, markup=True)
-    _say_list(to, "Causes", [cause_line(cause, nominal, len(data["causes"]) > 1) for cause in data["causes"]])
+    causes, names = found.causes, found.joint_names
+    _say_list(to, "Causes", [cause_line(cause, names, nominal, len(causes) > 1) for cause in causes])
     print_source(source, to, everything)
-    _print_places(data, to, everything)
-    _print_remainder(data, to, everything)
-    data = {**data, "input": source.inputs}
-    notes = [" ".join(filter(None, note)) for note in warning_notes(data)]
-    if scatter := data.get("scatter"):
-        notes.append(
-            f"Masses and torque constants are uncertain by about {100 * scatter:.1f} %, friction by"
-            f" {200 * scatter:.1f} %; that alone is not blamed."
-        )
-    if sum(cause["gap_closed"] for cause in data["causes"]) > OVERLAP:
-        notes.append(
-            "Each percentage refers to the gap that remains when all other causes are applied; the percentages may"
-            " therefore add up to more than 100 %."
-        )
-    _say_list(to, "Notes", notes)
-    steps = next_steps(data, source.command, model, cell)
+    _print_places(found, to, everything)
+    _print_remainder(found, to, everything)
+    diagnosis = DiagnosisFile(found, source.inputs)
+    _say_list(to, "Notes", [note_text(note) for note in notes(found, diagnosis.noise_declared)])
+    steps = next_steps(diagnosis, source.command, model, found.cell)
     _say_list(to, "Next steps", [step.replace("`", "") for step in steps])
 
 
@@ -78,82 +57,85 @@ def _say_list(to: Any, title: str, lines: list[str]) -> None:
         to.print(f"  - {line}", soft_wrap=True)
 
 
-def effect_id(named: dict[str, Any]) -> str:
+def note_text(note: Any) -> str:
+    """A note with what it means."""
+    return f"{note.text} {note.meaning}".strip()
+
+
+def effect_id(named: Any) -> str:
     """An effect and its target as `kr5 gap explain` and `kr5 gap plan` take them."""
-    return f"{named['effect']}:{named['target']}"
+    return f"{named.effect}:{named.target}"
 
 
-def known_as(named: dict[str, Any]) -> str:
+def known_as(named: Any, joint_names: list[str]) -> str:
     """The joint by the name of the model, and what the commands take."""
-    return _with_joint(named, effect_id(named))
+    return _with_joint(joint_name(joint_names, named.target), effect_id(named))
 
 
-def _with_joint(named: dict[str, Any], text: str) -> str:
-    return "; ".join(filter(None, (joint_name(named), text)))
+def _with_joint(joint: str, text: str) -> str:
+    return "; ".join(filter(None, (joint, text)))
 
 
-def cause_line(cause: dict[str, Any], cell: Any = None, others: bool = False) -> str:
+def cause_line(cause: Any, joint_names: list[str], cell: Any = None, others: bool = False) -> str:
     """A cause in one line: what and where it is, its size, that of the cell where it states one, and how sure it is.
     `cell`: without the causes; `others`: whether there are more of them."""
-    names = len(cause["parameters"]) > 1
+    names = len(cause.parameters) > 1
     values = [
-        (f"{name.replace('_', ' ')} " if names else "") + value_text(p, cause["target"]) + _stated(cause, name, cell)
-        for name, p in cause["parameters"].items()
+        (f"{p.name.replace('_', ' ')} " if names else "") + value_text(p, cause.target) + _stated(cause, p, cell)
+        for p in cause.parameters
     ]
     line = (
-        f"{capitalised(effect_text(cause['effect'], cause['target']))} ({known_as(cause)}): {', '.join(values)};"
-        f" {format_percent(cause['probability'])} probable; explains {format_percent(cause['gap_closed'])} of the gap"
+        f"{capitalised(effect_text(cause.effect, cause.target))} ({known_as(cause, joint_names)}): {', '.join(values)};"
+        f" {format_percent(cause.probability)} probable; explains {format_percent(cause.explained_fraction)} of the gap"
         + (" that the others leave" if others else "")
     )
-    if cause["tied_with"]:
-        ties = [f"{effect_text(t['effect'], t['target'])} ({effect_id(t)})" for t in cause["tied_with"]]
+    if cause.tied_with:
+        ties = [f"{effect_text(t.effect, t.target)} ({effect_id(t)})" for t in cause.tied_with]
         line += f"; not distinguishable from {join_list(ties, 'or')}"
     return f"{line}."
 
 
-def _stated(cause: dict[str, Any], parameter: str, cell: Any) -> str:
+def _stated(cause: Any, parameter: Any, cell: Any) -> str:
     """What the cell states of a parameter, where that is a number or three and not 0."""
-    before = nominal_value(cell, cause, parameter) if cell else None
+    before = nominal_value(cell, cause, parameter.name) if cell else None
     if before is None or np.ndim(before) > 1 or not np.any(before):
         return ""
-    p = cause["parameters"][parameter]
-    values = p["value"] if isinstance(p["value"], list) else [p["value"]]
-    factor, _ = display_unit(p["unit"], values, cause["target"])
+    factor, _ = display_unit(parameter.unit, parameter.value, cause.target)
     return f" instead of {', '.join(f'{factor * x:.4g}' for x in without_rounding(before))}"
 
 
-def _named(place: dict[str, Any]) -> str:
-    group = f"{place['experiment']}.{place['column']}"
-    return f"{column_text(group)} ({_with_joint(place, group)})"
+def _named(place: Any, joint_names: list[str]) -> str:
+    group = group_of(place)
+    return f"{column_text(group)} ({_with_joint(joint_name(joint_names, place.target), group)})"
 
 
-def _depends(place: dict[str, Any]) -> str:
+def _depends(place: Any) -> str:
     """What a residual does, in words, each once."""
-    texts = [dependence_text(d, place["experiment"]) for d in place["depends_on"][:2]]
+    texts = [dependence_text(d, place.experiment) for d in place.depends_on[:2]]
     return "; ".join(dict.fromkeys(texts))
 
 
-def _print_places(data: dict[str, Any], to: Any, everything: bool) -> None:
-    where = data["where"]
-    listed = where if everything else [p for p in where[:MOST_PLACES] if p["share"] >= LEAST_SHARE]
+def _print_places(found: Any, to: Any, everything: bool) -> None:
+    where, names = found.where, found.joint_names
+    listed = where if everything else [p for p in where[:MOST_PLACES] if p.share >= LEAST_SHARE]
     if not listed:
         return
+    with_causes = {c.column: c.after for c in found.reduction.columns} if found.causes else {}
     rows = []
     for place in listed:
-        group = f"{place['experiment']}.{place['column']}"
-        after = data["shrink"]["columns"].get(group, [None, None])[1] if data["causes"] else None
+        after = with_causes.get(group_of(place))
         rows.append(
             [
-                _named(place),
-                f"{place['gap']:.2f}",
+                _named(place, names),
+                f"{place.gap:.2f}",
                 NONE if after is None else f"{after:.2f}",
-                share_text(place["share"]),
+                share_text(place.share),
                 _depends(place) if everything else "",
             ]
         )
     more = f" ({len(listed)} of {len(where)} columns above the limit; {FURTHER})" if len(listed) < len(where) else ""
     heads = ["column", "gap [-]", "after [-]", "share [%]", "pattern of the gap"]
-    title = f"Where{', before and after the causes' if data['causes'] else ''}{more}"
+    title = f"Where{', before and after the causes' if found.causes else ''}{more}"
     to.print()
     to.print(tables.make_table(title, heads, rows, text=(4,)))
 
@@ -163,34 +145,31 @@ def share_text(share: float) -> str:
     return "< 0.1" if 0 < share < 0.001 else f"{100 * share:.1f}"
 
 
-def _print_remainder(data: dict[str, Any], to: Any, everything: bool) -> None:
+def _print_remainder(found: Any, to: Any, everything: bool) -> None:
     """What has no cause: columns, the effects that come nearest, and those that could not be tried."""
-    left = data["unexplained"]
+    left, names = found.unexplained, found.joint_names
     listed = left if everything else left[:MOST_PLACES]
     if listed:
-        rows = [[_named(p), f"{p['gap']:.2f}", _depends(p)] for p in listed]
+        rows = [[_named(p, names), f"{p.gap:.2f}", _depends(p)] for p in listed]
         more = f" ({len(listed)} of {len(left)} columns; {FURTHER})" if len(listed) < len(left) else ""
         to.print()
         to.print(
             tables.make_table(f"Not explained{more}", ["column", "gap [-]", "pattern of the gap"], rows, text=(2,))
         )
-    if nearest := data.get("nearest"):
-        rows = [
-            [f"{effect_text(n['effect'], n['target'])} ({known_as(n)})", f"{n['gap']:.2f}", n["reason"]]
-            for n in nearest
-        ]
+    if nearest := found.nearest:
+        rows = [[f"{effect_text(n.effect, n.target)} ({known_as(n, names)})", f"{n.gap:.2f}", n.text] for n in nearest]
         heads = ["effect", "gap left [-]", "why it is not blamed"]
         to.print()
         to.print(tables.make_table("Nearest effects", heads, rows, text=(2,)))
-    _print_untried(data.get("not_tried", []), to, everything)
+    _print_untried(found.not_tried, to, everything)
 
 
-def _print_untried(untried: list[dict[str, Any]], to: Any, everything: bool) -> None:
+def _print_untried(untried: list[Any], to: Any, everything: bool) -> None:
     if not untried:
         return
     reasons: dict[str, list[str]] = {}
     for effect in untried:
-        reasons.setdefault(effect["reason"], []).append(" ".join([effect["effect"], *effect["targets"]]))
+        reasons.setdefault(effect.text, []).append(" ".join([effect.effect, *effect.targets]))
     if everything:
         _say_list(to, "Not tried", [f"{', '.join(names)}: {reason}." for reason, names in reasons.items()])
         return

@@ -3,53 +3,52 @@
 from typing import Any
 
 import numpy as np
+from kr5.gap import column_text, dependence_text, display_unit, effect_text
 
 from kr5_tools.cli.numbers import format_number, format_percent
-from kr5_tools.gap_report.messages import (
-    capitalised,
-    column_text,
-    dependence_text,
-    display_unit,
-    effect_row,
-    effect_text,
-    join_list,
-)
+from kr5_tools.gap_report.evidence_data import shaped_value
+from kr5_tools.gap_report.messages import capitalised, effect_row, group_of, join_list
 
 DEG = 57.29577951308232
 
 
-def nominal_value(cell: Any, cause: dict[str, Any], parameter: str) -> Any:
+def nominal_value(cell: Any, cause: Any, parameter: str) -> Any:
     """What the cell says of a parameter that an effect replaces; None for one that is an addition."""
-    row = effect_row(cause["effect"])
+    row = effect_row(cause.effect)
     if row is None:
         return None
     choice = next((p.name for p in row.parameters if str(p.coordinate) == "choice"), None)
-    chosen = int(cause["parameters"][choice]["value"]) if choice in cause["parameters"] else 0
-    return cell.nominal_value(cause["effect"], cause["target"], parameter, chosen)
+    chosen = next((int(p.value[0]) for p in cause.parameters if p.name == choice), 0)
+    return cell.nominal_value(cause.effect, cause.target, parameter, chosen)
 
 
-def measures_size(cause: dict[str, Any], parameter: str) -> bool:
+def measures_size(effect: str, parameter: str) -> bool:
     """Whether a parameter tells how large the effect is; a time constant or a phase does not."""
-    row = effect_row(cause["effect"])
+    row = effect_row(effect)
     return row is None or any(p.name == parameter and p.measures_size for p in row.parameters)
 
 
-def parameter_rows(cause: dict[str, Any], cell: Any) -> list[dict[str, str]]:
-    """Name, value, uncertainty, unit and cell value, one row per number; a pose as its difference from the cell's."""
+def is_pose(parameter: Any) -> bool:
+    return len(parameter.value) == 16
+
+
+def parameter_rows(cause: Any, cell: Any) -> list[dict[str, str]]:
+    """Name, value, uncertainty, unit and cell value, one row per number; a pose as its difference from the cell's.
+    `cause`: anything with effect, target and parameters."""
     out = []
-    for name, p in cause["parameters"].items():
-        before = nominal_value(cell, cause, name) if cell else None
-        if isinstance(p["value"], list) and isinstance(p["value"][0], list):
+    for p in cause.parameters:
+        before = nominal_value(cell, cause, p.name) if cell else None
+        if is_pose(p):
             out += _pose_rows(p, before)
             continue
-        values, std = (v if isinstance(v, list) else [v] for v in (p["value"], p["std"]))
-        factor, unit = display_unit(p["unit"], values, cause["target"])
+        values, std = list(p.value), list(p.std)
+        factor, unit = display_unit(p.unit, values, cause.target)
         nominal = [""] * len(values) if before is None else [f"{factor * b:.6g}" for b in without_rounding(before)]
         for axis, value, error, stated in zip("xyz" if len(values) > 1 else [""], values, std, nominal):
             exact = not error  # a choice, such as the number of cycles
             out.append(
                 {
-                    "name": f"{name.replace('_', ' ')} {axis}".strip(),
+                    "name": f"{p.name.replace('_', ' ')} {axis}".strip(),
                     "unit": unit,
                     "value": f"{factor * value:g}" if exact else format_number(factor * value, factor * error),
                     "std": "" if exact else f"± {format_number(factor * error, factor * error)}",
@@ -65,13 +64,13 @@ def without_rounding(value: Any) -> np.ndarray:
     return np.where(np.abs(numbers) < 1e-12 * np.abs(numbers).max(), 0.0, numbers)
 
 
-def _pose_rows(p: dict[str, Any], before: Any) -> list[dict[str, str]]:
+def _pose_rows(p: Any, before: Any) -> list[dict[str, str]]:
     from scipy.spatial.transform import Rotation
 
-    value = np.asarray(p["value"], float)
+    value = np.asarray(shaped_value(p.value), float)
     moved = np.linalg.inv(before) @ value if before is not None else value
     numbers = [*(1e3 * moved[:3, 3]), *(DEG * Rotation.from_matrix(moved[:3, :3]).as_rotvec())]
-    std = [*(1e3 * np.asarray(p["std"][:3])), *(DEG * np.asarray(p["std"][3:]))]
+    std = [*(1e3 * np.asarray(p.std[:3])), *(DEG * np.asarray(p.std[3:]))]
     names = [f"{what} {axis}" for what in ("shift along", "turn about") for axis in "xyz"]
     return [
         {
@@ -85,22 +84,21 @@ def _pose_rows(p: dict[str, Any], before: Any) -> list[dict[str, str]]:
     ]
 
 
-def _moved(cause: dict[str, Any], cell: Any) -> float | None:
+def _moved(cause: Any, cell: Any) -> float | None:
     """By how many standard deviations the best known number of a cause is from off."""
     most = None
-    for name, p in cause["parameters"].items():
-        before = nominal_value(cell, cause, name) if cell else None
-        if isinstance(p["value"], list) and isinstance(p["value"][0], list):
+    for p in cause.parameters:
+        before = nominal_value(cell, cause, p.name) if cell else None
+        if is_pose(p):
             rows = (
                 [(float(r["value"]), float(r["std"].removeprefix("± "))) for r in _pose_rows(p, before)]
                 if before is not None
                 else []
             )
         else:
-            values, std = (v if isinstance(v, list) else [v] for v in (p["value"], p["std"]))
-            off = np.zeros(len(values)) if before is None else np.atleast_1d(before)
-            rows = [(v - b, s) for v, b, s in zip(values, off, std)]
-        if not measures_size(cause, name):
+            off = np.zeros(len(p.value)) if before is None else np.atleast_1d(before)
+            rows = [(v - b, s) for v, b, s in zip(p.value, off, p.std)]
+        if not measures_size(cause.effect, p.name):
             continue
         for value, deviation in rows:
             if deviation > 0:
@@ -139,12 +137,12 @@ def closed_by_experiment(evidence: Any, k: int) -> dict[str, float]:
     return {name: closed / excess for name, (excess, closed) in sums.items()}
 
 
-def evidence_for(data: dict[str, Any], k: int, evidence: Any) -> list[str]:
-    """What speaks for a cause."""
-    cause = data["causes"][k]
-    others = " not explained by the other causes" if len(data["causes"]) > 1 else ""
+def evidence_for(found: Any, k: int, evidence: Any) -> list[str]:
+    """What speaks for a cause of a diagnosis."""
+    cause = found.causes[k]
+    others = " not explained by the other causes" if len(found.causes) > 1 else ""
     out = [
-        f"It explains {format_percent(cause['gap_closed'])} of the excess{others}, on"
+        f"It explains {format_percent(cause.explained_fraction)} of the excess{others}, on"
         " experiments that were not used for the fit."
     ]
     if evidence and evidence.explained:
@@ -187,25 +185,21 @@ def alternatives_to(trials: list[Any], evidence: Any) -> list[str]:
     return out or ["No other effect explains more than 1 % of the part that it explains."]
 
 
-def evidence_against(data: dict[str, Any], k: int, evidence: Any) -> list[str]:
+def evidence_against(found: Any, k: int, evidence: Any) -> list[str]:
     """What speaks against a cause; says so when nothing does."""
-    cause, out = data["causes"][k], []
-    for tied in cause["tied_with"]:
-        out.append(f"{capitalised(effect_text(tied['effect'], tied['target']))} would look the same in this recording.")
-    if cause["probability"] < 0.99:
-        out.append(f"{format_percent(1 - cause['probability'])} of the probability lies with other explanations.")
+    cause, out = found.causes[k], []
+    for tied in cause.tied_with:
+        out.append(f"{capitalised(effect_text(tied.effect, tied.target))} would look the same in this recording.")
+    if cause.probability < 0.99:
+        out.append(f"{format_percent(1 - cause.probability)} of the probability lies with other explanations.")
     if evidence and evidence.explained:
         rows = columns_of(evidence, k)
         explained = {g for g, _, _, part in rows if part > 0.01}
-        for place in data["unexplained"]:
-            group = f"{place['experiment']}.{place['column']}"
+        for place in found.unexplained:
+            group = group_of(place)
             if group in explained:
-                depends = (
-                    f", and {dependence_text(place['depends_on'][0], place['experiment'])}"
-                    if place["depends_on"]
-                    else ""
-                )
-                out.append(f"In the {column_text(group)} a gap of {place['gap']:.2f} stays{depends}.")
+                depends = f", and {dependence_text(place.depends_on[0], place.experiment)}" if place.depends_on else ""
+                out.append(f"In the {column_text(group)} a gap of {place.gap:.2f} stays{depends}.")
         worse = [(g, w, a) for g, w, a, _ in rows if a > evidence.limit(g) and a > 1.02 * w]
         out += [f"It makes the {column_text(g)} worse ({w:.2f} → {a:.2f})." for g, w, a in worse[:3]]
         closed = closed_by_experiment(evidence, k)

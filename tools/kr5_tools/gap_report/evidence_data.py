@@ -1,7 +1,6 @@
 """What the pages and tables about a diagnosis know beyond its JSON: residuals row by row, at the nominal cell and with
 the causes, simulated anew."""
 
-import re
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -41,44 +40,43 @@ def gap_of(rows: np.ndarray) -> float:
     return float(np.sqrt(np.mean(rows**2))) if len(rows) else float("nan")
 
 
-def seen_noise(warnings: list[str]) -> list[Any]:
-    """The noise that a diagnosis warned of, as kr5.gap.NoiseOverride."""
+def measured_noise(found: Any) -> list[Any]:
+    """The noise that a diagnosis measured, as kr5.gap.NoiseOverride."""
     import kr5.gap
 
-    found = (re.match(r"noise of (\w+)(?: in (\w+))? is ([\d.]+)", text) for text in warnings)
-    return [kr5.gap.NoiseOverride(key=m[1], kind=m[2], ratio=float(m[3])) for m in found if m and float(m[3]) > 0]
+    return [kr5.gap.NoiseOverride(key=n.key, kind=n.kind, ratio=n.ratio) for n in found.noise]
 
 
 class Evidence:
-    """A diagnosis (dict of format kr5-gap/1) with its recording, and what both say together."""
+    """A diagnosis (kr5.gap.Diagnosis) with its recording, and what both say together."""
 
-    def __init__(self, data: dict[str, Any], recording: Any, simulator: Any = None) -> None:
-        self.data, self.recording = data, recording
+    def __init__(self, found: Any, recording: Any, simulator: Any = None) -> None:
+        self.found, self.recording = found, recording
         self.simulator = simulator or arguments.make_simulator(False)
-        self.noise = seen_noise(data.get("warnings", []))
+        self.noise = measured_noise(found)
         self.experiments = list(recording.experiments)  # once: each look makes copies
         self.unset: list[str] = []  # causes that a cell cannot hold
-        self.cell = self.cell_with(range(len(data["causes"])))
+        self.cell = self.cell_with(range(len(found.causes)))
 
     def cell_with(self, causes: Any) -> Any:
         """The recording's cell with some of the causes added."""
         import kr5.cell
 
         known = {e.id for e in kr5.cell.effect_catalogue()}
-        cell = self.recording.cell  # a copy
+        cell, named = self.recording.cell, self.found.causes  # copies
         for k in causes:
-            cause = self.data["causes"][k]
-            if cause["effect"] not in known:
-                self.unset = sorted({*self.unset, cause["effect"]})
+            cause = named[k]
+            if cause.effect not in known:
+                self.unset = sorted({*self.unset, cause.effect})
                 continue
-            for name, parameter in cause["parameters"].items():
-                cell.set_effect(cause["effect"], cause["target"], name, parameter["value"])
+            for parameter in cause.parameters:
+                cell.set_effect(cause.effect, cause.target, parameter.name, shaped_value(parameter.value))
         return cell
 
     @property
     def left_out(self) -> list[int]:
         """Causes whose part is seen by leaving them out; of a single one the nominal cell tells."""
-        count = len(self.data["causes"])
+        count = len(self.found.causes)
         return list(range(count)) if self.explained and count > 1 else []
 
     @cached_property
@@ -86,7 +84,7 @@ class Evidence:
         """kr5.gap.ResidualColumn: at the nominal cell, with the causes, and without each of them."""
         import kr5.gap
 
-        causes = range(len(self.data["causes"]))
+        causes = range(len(self.found.causes))
         others = [self.cell_with([j for j in causes if j != k]) for k in self.left_out]
         return kr5.gap.residual_columns(
             self.recording, self.simulator, [self.cell, *others] if self.explained else [], self.noise
@@ -142,8 +140,8 @@ class Evidence:
         """The other effects that explain most of what a cause explains, in its place."""
         import kr5.gap
 
-        causes = self.data["causes"]
-        taken = [kr5.gap.EffectName(effect=c["effect"], target=c["target"]) for c in causes]
+        causes = self.found.causes
+        taken = [kr5.gap.EffectName(effect=c.effect, target=c.target) for c in causes]
         cell = self.cell_with([j for j in range(len(causes)) if j != k])
         explains = {
             c.group
@@ -156,7 +154,7 @@ class Evidence:
     @property
     def explained(self) -> bool:
         """Whether there is a cell with the causes, for curves after."""
-        return bool(self.data["causes"]) and not self.unset
+        return bool(self.found.causes) and not self.unset
 
     @property
     def groups(self) -> list[str]:
@@ -175,31 +173,45 @@ class Evidence:
         return self.gap(group, which) > self.limit(group)
 
 
-def display_variable(column: Column, dependence: dict[str, Any]) -> tuple[np.ndarray, np.ndarray, str] | None:
+def shaped_value(value: list[float]) -> Any:
+    """A value as a cell file has it: a number, a list, or the rows of a matrix."""
+    if len(value) == 1:
+        return value[0]
+    return [value[i : i + 4] for i in range(0, 16, 4)] if len(value) == 16 else list(value)
+
+
+# Number of times that a position is differentiated, and the unit; in the order of the kinds of variables of a joint.
+OF_JOINTS = {
+    "joint_position": (0, "[rad]"),
+    "joint_velocity": (1, "[rad/s]"),
+    "joint_speed": (1, "[rad/s]"),
+    "joint_acceleration": (2, "[rad/s²]"),
+}
+
+
+def display_variable(column: Column, dependence: Any) -> tuple[np.ndarray, np.ndarray, str] | None:
     """Values of what a residual depends on, by what to multiply the residual (the direction of motion, where it turns
     with it), and the unit; None when the recording has not the columns."""
-    data, name = column.experiment.data, dependence["variable"].removeprefix("predicted ").strip("|")
+    variable = dependence.variable
+    kind, data = str(variable.kind), column.experiment.data
     sign = np.ones(len(column.before))
-    if m := re.match(r"changes sign with qd(\d+)", dependence["how"]):
-        speed = _joint(column.experiment, m[1], 1)
+    if dependence.sign_joint:
+        speed = _joint(column.experiment, dependence.sign_joint, 1)
         if speed is None:
             return None
         sign = np.where(np.abs(speed) > 1e-4, np.sign(speed), 0.0)
-    if m := re.fullmatch(r"(q|qd|qdd)(\d+)", name):
-        values = _joint(column.experiment, m[2], len(m[1]) - 1)
+    if kind in OF_JOINTS:
+        order, unit = OF_JOINTS[kind]
+        values = _joint(column.experiment, variable.joint, order)
         if values is None:
             return None
-        return (
-            np.abs(values) if "|" in dependence["variable"] else values,
-            sign,
-            ("[rad]", "[rad/s]", "[rad/s²]")[len(m[1]) - 1],
-        )
-    if name == "zcd" and "zc" in data:
+        return np.abs(values) if kind == "joint_speed" else values, sign, unit
+    if kind == "path_velocity" and "zc" in data:
         return np.gradient(np.asarray(data["zc"]), _cycle(column.experiment)), sign, "[m/s]"
-    if name not in data:
+    if not variable.column or variable.column not in data:
         return None
-    known = find_column(f"{column.group.partition('.')[0]}.{name}")
-    return np.asarray(data[name]), sign, f"[{known.unit}]" if known and known.unit != "-" else ""
+    known = find_column(f"{column.kind}.{variable.column}")
+    return np.asarray(data[variable.column]), sign, f"[{known.unit}]" if known and known.unit != "-" else ""
 
 
 def _cycle(experiment: Any) -> float:
@@ -207,7 +219,7 @@ def _cycle(experiment: Any) -> float:
     return max(float(t[-1] - t[0]) / max(len(t) - 1, 1), 1e-6)
 
 
-def _joint(experiment: Any, number: str, order: int) -> np.ndarray | None:
+def _joint(experiment: Any, number: int, order: int) -> np.ndarray | None:
     """Position of a joint as commanded (where it is, else as read), its rate, or its acceleration."""
     name = next((n for n in (f"qc{number}", f"q{number}") if n in experiment.data), None)
     if name is None or (order and "t" not in experiment.data):
@@ -218,20 +230,20 @@ def _joint(experiment: Any, number: str, order: int) -> np.ndarray | None:
     return values
 
 
-def find_recording(data: dict[str, Any], source: Path, given: Path | None) -> Any:
-    """The recording that a diagnosis is of, with the model that it was compared with: given, or named in the file, or
-    made anew of the logs that are named there; None when there is none (any more)."""
+def find_recording(inputs: dict[str, Any], source: Path, given: Path | None) -> Any:
+    """The recording that a diagnosis is of, with the model that it was compared with: given, or named in its `input`,
+    or made anew of the logs that are named there; None when there is none (any more)."""
     import kr5.cell
 
-    found = reopen_source(data.get("input", {}), source.parent, given)
+    found = reopen_source(inputs, source.parent, given)
     if found is None and given:
         return kr5.cell.load_recording(given)
     return found.recording if found else None
 
 
-def named_inputs(data: dict[str, Any], evidence: Evidence | None) -> dict[str, Any]:
+def named_inputs(given: dict[str, Any], evidence: Evidence | None) -> dict[str, Any]:
     """The `input` of a diagnosis, with the folder from which its recording was read."""
-    inputs = dict(data.get("input", {}))
+    inputs = dict(given)
     if evidence and "logs" not in inputs and str(evidence.recording.folder):
         inputs["recording"] = str(evidence.recording.folder)
     return inputs

@@ -4,10 +4,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from kr5.gap import effect_text, joint_name
 
 from kr5_tools.cli.numbers import format_number
 from kr5_tools.gap_report.evidence import nominal_value
-from kr5_tools.gap_report.messages import capitalised, effect_row, effect_text, join_list, joint_name, moves_tool
+from kr5_tools.gap_report.messages import capitalised, effect_row, join_list, moves_tool
 
 SURELY = 2.0  # standard deviations by which a size must be beyond what is usual
 USUAL_FACTOR = 1.5  # of a mass
@@ -16,44 +17,45 @@ USUAL = {"m": (0.01, 1e3, "mm"), "rad": (0.05, 180 / np.pi, "degrees")}  # of a 
 USUAL_ZERO = 0.1  # [rad]
 
 
-def model_doubts(data: dict[str, Any], cell: Any, model: str | None) -> list[str]:
+def model_doubts(found: Any, cell: Any, model: str | None) -> list[str]:
     """Sentences that doubt the model of a diagnosis, or the zeros of its log. `cell`: without the causes; `model`: file
     of the model that was given beside a log or a recording."""
-    far = [text for cause in data["causes"] if (text := _far_text(cause, cell))]
+    names = found.joint_names
+    far = [text for cause in found.causes if (text := _far_text(cause, cell, joint_name(names, cause.target)))]
     out = []
     if far:
-        name = Path(model).name if model else "the cell"
+        described = Path(model).name if model else "the cell"
         out.append(
-            f"Does {name} describe this robot and its payload? {capitalised(join_list(far))}"
+            f"Does {described} describe this robot and its payload? {capitalised(join_list(far))}"
             f" {'differ' if len(far) > 1 else 'differs'} by more than is usual."
         )
-    turned = [cause for cause in data["causes"] if _is_far_zero(cause)]
+    turned = [cause for cause in found.causes if _is_far_zero(cause)]
     if turned:
-        names = join_list([joint_name(cause) or cause["target"] for cause in turned])
-        sizes = join_list([f"{_zero(cause)['value']:+.3g} rad" for cause in turned])
+        joints = join_list([joint_name(names, cause.target) or cause.target for cause in turned])
+        sizes = join_list([f"{cause.parameters[0].value[0]:+.3g} rad" for cause in turned])
         out.append(
-            f"Does the log measure {names} from the same zero as the model? An encoder offset of this size is unusual;"
+            f"Does the log measure {joints} from the same zero as the model? An encoder offset of this size is unusual;"
             f" columns.q.offset corrects the log, by {sizes}."
         )
     return out
 
 
-def _far_text(cause: dict[str, Any], cell: Any) -> str:
-    """What of a cause is far from the cell's value; empty where nothing is."""
-    name, joint = effect_text(cause["effect"], cause["target"]), joint_name(cause)
+def _far_text(cause: Any, cell: Any, joint: str) -> str:
+    """What of a cause is far from the cell's value; empty where nothing is. `joint`: its name in the model."""
+    name = effect_text(cause.effect, cause.target)
     begin = f"{name} ({joint}; " if joint else f"{name} ("
-    if not cause["target"].startswith("joint"):
+    if not cause.target.startswith("joint"):
         return ""
-    for parameter, p in cause["parameters"].items():
-        before = nominal_value(cell, cause, parameter)
+    for p in cause.parameters:
+        before = nominal_value(cell, cause, p.name)
         if before is None:
             continue
-        value, std, stated = (np.atleast_1d(np.asarray(x, float)) for x in (p["value"], p["std"], before))
-        if p["unit"] == "kg" and stated[0] > 0:
+        value, std, stated = (np.atleast_1d(np.asarray(x, float)) for x in (p.value, p.std, before))
+        if p.unit == "kg" and stated[0] > 0:
             least, most = stated[0] / USUAL_FACTOR, stated[0] * USUAL_FACTOR
             if value[0] + SURELY * std[0] < least or value[0] - SURELY * std[0] > most:
                 return f"{begin}{value[0] / stated[0]:.2g} times that of the model)"
-        elif usual := USUAL.get(p["unit"]):
+        elif usual := USUAL.get(p.unit):
             limit, factor, unit = usual
             off, error = float(np.linalg.norm(value - stated)), float(np.linalg.norm(std))
             if off - SURELY * error > (USUAL_CENTRE if len(value) == 3 else limit):
@@ -61,16 +63,11 @@ def _far_text(cause: dict[str, Any], cell: Any) -> str:
     return ""
 
 
-def _is_far_zero(cause: dict[str, Any]) -> bool:
+def _is_far_zero(cause: Any) -> bool:
     """Whether a cause is the zero of a joint, an angle by which everything beyond it is moved, and far off."""
-    row, zero = effect_row(cause["effect"]), _zero(cause)
-    if not moves_tool(cause["effect"]) or len(cause["parameters"]) > 1 or zero["unit"] != "rad":
+    row, zero = effect_row(cause.effect), cause.parameters[0]
+    if not moves_tool(cause.effect) or len(cause.parameters) > 1 or zero.unit != "rad":
         return False
-    if not cause["target"].startswith("joint") or row.parameters[0].nominal_when_off:
+    if not cause.target.startswith("joint") or row.parameters[0].nominal_when_off:
         return False
-    return bool(abs(zero["value"]) - SURELY * zero["std"] > USUAL_ZERO)
-
-
-def _zero(cause: dict[str, Any]) -> dict[str, Any]:
-    """Its first parameter."""
-    return dict(next(iter(cause["parameters"].values())))
+    return bool(abs(zero.value[0]) - SURELY * zero.std[0] > USUAL_ZERO)

@@ -1,4 +1,4 @@
-"""The page about a diagnosis (kr5-gap/1): verdict, map of the cell, causes with evidence, residuals before and
+"""The page about a diagnosis (kr5-gap/2): verdict, map of the cell, causes with evidence, residuals before and
 after."""
 
 import warnings
@@ -8,27 +8,14 @@ from typing import Any
 import kr5
 import numpy as np
 from kr5.files import writing
+from kr5.gap import column_text, dependence_text, effect_text, joint_name, notes, part_of, part_text
 from kr5.logs.compared_source import command_of, name_of
 
 from kr5_tools.cli import terminal
 from kr5_tools.cli.numbers import format_percent
+from kr5_tools.gap_report.diagnosis_file import DiagnosisFile
 from kr5_tools.gap_report.evidence import alternatives_to, evidence_against, evidence_for, parameter_rows
-from kr5_tools.gap_report.messages import (
-    capitalised,
-    cause_text,
-    column_text,
-    dependence_text,
-    effect_row,
-    effect_text,
-    join_list,
-    joint_name,
-    next_steps,
-    part_of,
-    part_text,
-    verdict_text,
-    warning_notes,
-    wrench_component,
-)
+from kr5_tools.gap_report.messages import capitalised, effect_row, group_of, join_list, next_steps
 from kr5_tools.gap_report.model_doubts import model_doubts
 
 TITLE = "Why simulation and cell disagree"
@@ -42,7 +29,7 @@ LOOK = {
 
 
 def write_gap_report(
-    data: dict[str, Any],
+    diagnosis: DiagnosisFile,
     source: Path,
     output: Path,
     png: Path | None = None,
@@ -59,9 +46,10 @@ def write_gap_report(
     from kr5_tools.pages.plot_style import STYLE
     from kr5_tools.pages.rendering import write_png
 
-    recording = recording or find_recording(data, source, folder)
+    found = diagnosis.found
+    recording = recording or find_recording(diagnosis.input, source, folder)
     if recording is None:
-        what = "logs and their model were" if "logs" in data.get("input", {}) else "recording was"
+        what = "logs and their model were" if diagnosis.of_logs else "recording was"
         warnings.warn(
             f"the {what} not found, so the page shows no curves; specify a recording with --recording",
             kr5.Caution,
@@ -70,20 +58,18 @@ def write_gap_report(
     drawn: list[Any] = []
     try:
         with terminal.spinner("Simulating and drawing …"):
-            evidence = Evidence(data, recording) if recording else None
-            parts, q = parts_of(evidence, data), first_posture(recording) if recording else []
+            evidence = Evidence(found, recording) if recording else None
+            parts, q = parts_of(evidence, found), first_posture(recording) if recording else []
             task = (
-                task_terms(recording.cell, evidence.cell)
-                if evidence and data["causes"] and not evidence.unset
-                else None
+                task_terms(recording.cell, evidence.cell) if evidence and found.causes and not evidence.unset else None
             )
-            drawn = plots_of(evidence, data, parts, q)
+            drawn = plots_of(evidence, found, parts, q)
             with plt.rc_context(STYLE):
-                page = make_page(data, source, evidence, parts, q, drawn, task)
+                page = make_page(diagnosis, source, evidence, parts, q, drawn, task)
                 writing.write_text(page, output)
                 return write_png(drawn, png) if png else []
     except (TypeError, ValueError, KeyError, AttributeError, IndexError) as error:
-        if recording is None or not _fits(data, recording):
+        if recording is None or not _fits(found, recording):
             raise kr5.FileError(
                 source,
                 f"does not fit its recording ({type(error).__name__}: {error}); specify the right one with --recording",
@@ -94,10 +80,10 @@ def write_gap_report(
             plt.close(plot.figure)
 
 
-def _fits(data: dict[str, Any], recording: Any) -> bool:
+def _fits(found: Any, recording: Any) -> bool:
     """Whether the recording has the columns the diagnosis speaks of."""
     kinds = {str(e.kind) for e in recording.experiments}
-    return all(place["experiment"] in kinds for place in data["where"])
+    return all(place.experiment in kinds for place in found.where)
 
 
 def first_posture(recording: Any) -> list[float]:
@@ -113,15 +99,15 @@ def first_posture(recording: Any) -> list[float]:
     return rest_posture(recording.cell, recording)
 
 
-def parts_of(evidence: Any, data: dict[str, Any]) -> list[dict[str, Any]]:
+def parts_of(evidence: Any, found: Any) -> list[dict[str, Any]]:
     """Every part of the cell that a column shows, with the widest gap before and after, and its colour."""
     from kr5_tools.gap_report.plots import gap_colour
 
     named = {
-        "before": {f"{p['experiment']}.{p['column']}" for p in data["where"]},
-        "after": {f"{p['experiment']}.{p['column']}" for p in data["unexplained"]},
+        "before": {group_of(p) for p in found.where},
+        "after": {group_of(p) for p in found.unexplained},
     }
-    causes = {part_of_target(c["target"]): effect_text(c["effect"], c["target"]) for c in data["causes"]}
+    causes = {part_of_target(c.target): effect_text(c.effect, c.target) for c in found.causes}
     parts: dict[str, dict[str, Any]] = {}
     for group in evidence.groups if evidence else ():
         part = parts.setdefault(
@@ -165,9 +151,9 @@ def themed_parts(parts: list[dict[str, Any]]) -> Any:
     )
 
 
-def floor_text(data: dict[str, Any], evidence: Any) -> str:
+def floor_text(found: Any, evidence: Any) -> str:
     """Of a recording without gap: how near the floor its columns are."""
-    if evidence is None or data["verdict"] != "no_gap":
+    if evidence is None or str(found.verdict) != "no_gap":
         return ""
     gaps = [evidence.gap(group) for group in evidence.groups]
     return (
@@ -180,54 +166,53 @@ def part_of_target(target: str) -> str:
     """The part that an effect's target is drawn as."""
     if target.startswith("motor"):
         return target.replace("motor", "joint")
-    return {"force_torque": "sensor", "gripper": "tool", "base": "joint1"}.get(
-        target, "sensor" if wrench_component(target) else target
-    )
+    own = {"force_torque": "sensor", "gripper": "tool", "base": "joint1"}.get(target)
+    return own or ("sensor" if part_of(f"motion.{target}") == "sensor" else target)
 
 
-def depends_text(place: dict[str, Any]) -> str:
-    return capitalised("; ".join(dependence_text(d, place["experiment"]) for d in place["depends_on"]))
+def depends_text(place: Any) -> str:
+    return capitalised("; ".join(dependence_text(d, place.experiment) for d in place.depends_on))
 
 
-def place_rows(data: dict[str, Any]) -> list[dict[str, Any]]:
+def place_rows(found: Any) -> list[dict[str, Any]]:
     """The table of columns above the floor."""
-    after = {f"{p['experiment']}.{p['column']}": p for p in data["unexplained"]}
+    left = {group_of(p) for p in found.unexplained}
+    after = {column.column: column.after for column in found.reduction.columns}
     rows = []
-    for place in data["where"]:
-        group = f"{place['experiment']}.{place['column']}"
+    for place in found.where:
+        group = group_of(place)
         rows.append(
             {
                 "group": group,
                 "words": capitalised(column_text(group)),
-                "gap": place["gap"],
-                "share": format_percent(place["share"]),
-                "after": data["shrink"]["columns"].get(group, [None, None])[1],
-                "left": group in after,
+                "gap": place.gap,
+                "share": format_percent(place.share),
+                "after": after.get(group),
+                "left": group in left,
                 "depends": depends_text(place),
             }
         )
     return rows
 
 
-def cause_rows(data: dict[str, Any], evidence: Any) -> list[dict[str, Any]]:
+def cause_rows(found: Any, evidence: Any) -> list[dict[str, Any]]:
     """What is said of each cause, and what other effects do in its place."""
     out = []
-    for k, cause in enumerate(data["causes"]):
-        row = effect_row(cause["effect"])
+    for k, cause in enumerate(found.causes):
+        row, joint = effect_row(cause.effect), joint_name(found.joint_names, cause.target)
         parameters = parameter_rows(cause, evidence.recording.cell if evidence else None)
         out.append(
             {
-                "name": capitalised(effect_text(cause["effect"], cause["target"])),
-                "id": f"{cause['effect']} on {cause['target']}"
-                + (f" ({joint})" if (joint := joint_name(cause)) else ""),
-                "sure": format_percent(cause["probability"]),
+                "name": capitalised(effect_text(cause.effect, cause.target)),
+                "id": f"{cause.effect} on {cause.target}{f' ({joint})' if joint else ''}",
+                "sure": format_percent(cause.probability),
                 "what": capitalised(row.description) if row else "An effect that is not in the catalogue",
                 "shows": row.shows_in if row else "",
                 "remedy": row.remedy if row else "",
                 "parameters": parameters,
                 "nominal": any(p["nominal"] for p in parameters),
-                "for": evidence_for(data, k, evidence),
-                "against": evidence_against(data, k, evidence),
+                "for": evidence_for(found, k, evidence),
+                "against": evidence_against(found, k, evidence),
                 "rivals": alternatives_to(evidence.rivals(k), evidence) if evidence and evidence.explained else [],
             }
         )
@@ -235,7 +220,7 @@ def cause_rows(data: dict[str, Any], evidence: Any) -> list[dict[str, Any]]:
 
 
 def make_page(
-    data: dict[str, Any],
+    diagnosis: DiagnosisFile,
     source: Path,
     evidence: Any,
     parts: list[dict[str, Any]],
@@ -249,10 +234,11 @@ def make_page(
     from kr5_tools.replay.page import cell_scene
 
     plots = {p.name: embed_plot(p) for p in drawn if p.name != "map"}
-    look, icon, word = LOOK[data["verdict"]]
-    if data["verdict"] == "no_gap" and data.get("scope"):
+    found = diagnosis.found
+    look, icon, word = LOOK[str(found.verdict)]
+    if str(found.verdict) == "no_gap" and found.scope:
         word = "No gap in what the recording can show"
-    inputs = named_inputs(data, evidence)
+    inputs = named_inputs(diagnosis.input, evidence)
     scene = None
     if evidence:
         scene = {**cell_scene(evidence.recording.cell), "q": q, "parts": themed_parts(parts)}
@@ -260,40 +246,35 @@ def make_page(
         "gap.html",
         brand="kr5 gap diagnose",
         title=TITLE,
-        data=data,
+        data=diagnosis,
         source=source.name,
         look=look,
         icon=icon,
         word=word,
-        verdict=verdict_text(data) + floor_text(data, evidence),
-        doubts=model_doubts(data, evidence.recording.cell, inputs.get("model")) if evidence else [],
-        steps=next_steps(data, command_of(inputs), inputs.get("model"), evidence.cell if evidence else None),
-        places=place_rows(data),
-        causes=cause_rows(data, evidence),
+        verdict=found.text + floor_text(found, evidence),
+        doubts=model_doubts(found, evidence.recording.cell, inputs.get("model")) if evidence else [],
+        steps=next_steps(diagnosis, command_of(inputs), inputs.get("model"), evidence.cell if evidence else None),
+        places=place_rows(found),
+        causes=cause_rows(found, evidence),
         unexplained=[
-            {
-                "words": capitalised(column_text(f"{p['experiment']}.{p['column']}")),
-                "gap": p["gap"],
-                "depends": depends_text(p),
-            }
-            for p in data["unexplained"]
+            {"words": capitalised(column_text(group_of(p))), "gap": p.gap, "depends": depends_text(p)}
+            for p in found.unexplained
         ],
         ties=[
-            f"{cause_text(c).split(' (')[0]} and"
-            f" {join_list([effect_text(t['effect'], t['target']) for t in c['tied_with']])}"
-            for c in data["causes"]
-            if c["tied_with"]
+            f"{effect_text(c.effect, c.target)} and {join_list([effect_text(t.effect, t.target) for t in c.tied_with])}"
+            for c in found.causes
+            if c.tied_with
         ],
         conditions=evidence.parts() if evidence else [],
-        warnings=warning_notes(data),
-        scatter=data.get("scatter") or 0.0,
+        experiment=found.next_experiment.text,
+        notes=notes(found, diagnosis.noise_declared),
         parts=parts,
         heat=[plots[n] for n in ("heat_before", "heat_after") if n in plots],
         shrink=plots.get("shrink"),
         curves=[plots[n] for n in plots if n.startswith(("rows_", "against_"))],
         recording=name_of(inputs),
         made_of="Log" if "logs" in inputs else "Recording",
-        found=evidence is not None,
+        shown=evidence is not None,
         unset=evidence.unset if evidence else [],
         columns=len(evidence.groups) if evidence else None,
         scene=script_json(scene),

@@ -3,14 +3,16 @@
 from itertools import pairwise
 from typing import Any
 
+import kr5.gap
 import numpy as np
+from kr5.gap import column_text, part_of, part_text, variable_text
 from matplotlib.colors import LinearSegmentedColormap, LogNorm, to_hex
 from matplotlib.figure import Figure
 
 from kr5_tools.calibrate.plots import Plot
 from kr5_tools.cell.noise_limit import noise_limit
 from kr5_tools.gap_report.evidence_data import Evidence, display_variable, gap_of
-from kr5_tools.gap_report.messages import PARTS, column_text, part_text, variable_text
+from kr5_tools.gap_report.messages import group_of
 from kr5_tools.pages.plot_style import (
     BLUE,
     EDGE,
@@ -86,19 +88,19 @@ def heat_map(evidence: Evidence, which: str) -> Figure:
     return figure
 
 
-def reduction_plot(data: dict[str, Any]) -> Figure | None:
+def reduction_plot(found: Any) -> Figure | None:
     """Gap of each column before and after, against the floor."""
-    columns = sorted(data["shrink"]["columns"].items(), key=lambda row: row[1][0])[-24:]
-    if not columns or not data["causes"]:
+    columns = sorted(found.reduction.columns, key=lambda column: column.before)[-24:]
+    if not columns or not found.causes:
         return None
     figure, axes = plt.subplots(figsize=(MIDDLE, 1.3 + 0.3 * len(columns)))
     at = np.arange(len(columns))
-    before, after = (np.array([c[1][k] for c in columns]) for k in (0, 1))
+    before, after = np.array([c.before for c in columns]), np.array([c.after for c in columns])
     axes.hlines(at, before, after, color=EDGE, linewidth=1.5)
     axes.plot(before, at, "s", color=RED, label="nominal cell")
     axes.plot(after, at, "o", color=BLUE, label="with the causes")
     axes.axvline(1.0, color=GREY, linestyle="--", linewidth=1)
-    axes.set_yticks(at, [c[0] for c in columns], fontsize=9)
+    axes.set_yticks(at, [c.column for c in columns], fontsize=9)
     if before.max() > 8:
         axes.set_xscale("log")
         axes.set_xticks([t for t in (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000) if t < 1.5 * before.max()])
@@ -158,7 +160,7 @@ def _reach(values: np.ndarray) -> float:
     return max(4.0, 1.15 * float(np.nanquantile(np.abs(values), 0.998)))
 
 
-def dependence_plot(evidence: Evidence, group: str, dependence: dict[str, Any]) -> Figure | None:
+def dependence_plot(evidence: Evidence, group: str, dependence: Any) -> Figure | None:
     """The residual against what it depends on: points, and means over bins of equal numbers of rows."""
     columns = evidence.judged(group)
     found = [f for c in columns if (f := display_variable(c, dependence)) is not None]
@@ -202,7 +204,7 @@ def dependence_plot(evidence: Evidence, group: str, dependence: dict[str, Any]) 
     if not reach:
         plt.close(figure)
         return None
-    name = variable_text(dependence["variable"], group.partition(".")[0])
+    name = variable_text(dependence.variable, group.partition(".")[0])
     axes.set(
         ylim=(-reach, reach),
         xlabel=f"{name} {found[0][2]}".strip(),
@@ -224,7 +226,7 @@ def binned_means(x: np.ndarray, r: np.ndarray, bins: int = 24) -> tuple[np.ndarr
 
 def cell_map(evidence: Evidence, parts: list[dict[str, Any]], q: list[float]) -> Figure:
     """The arm in its frames, joints and sensors coloured by their gap: before, and after."""
-    cell, names = evidence.recording.cell, ["before", "after"] if evidence.data["causes"] else ["before"]
+    cell, names = evidence.recording.cell, ["before", "after"] if evidence.found.causes else ["before"]
     links = [np.asarray(cell.robot.T_base_0), *map(np.asarray, cell.link_poses(q))]
     places = _places(cell, links)
     figure = plt.figure(figsize=(WIDE * (1.7 if len(names) > 1 else 1), 5.6))
@@ -278,7 +280,7 @@ def _draw_parts(axes: Any, places: dict[str, np.ndarray], states: dict[str, dict
         state = states.get(part)
         if state is None:
             continue
-        if part in PARTS and part in places:
+        if part in places and not part.startswith("joint"):
             look = {"color": state["colour"], "markeredgecolor": SOFT, "markersize": 11, "zorder": 20}
             axes.plot(*place.reshape(3, 1), "o", **look)
         if state["label"]:
@@ -298,7 +300,7 @@ def _set_view(axes: Any, places: list[np.ndarray]) -> None:
 
 
 def plots_of(
-    evidence: Evidence | None, data: dict[str, Any], parts: list[dict[str, Any]], q: list[float], most: int = 4
+    evidence: Evidence | None, found: Any, parts: list[dict[str, Any]], q: list[float], most: int = 4
 ) -> list[Plot]:
     """Every plot of a diagnosis; without its recording only those of the JSON. Close the figures after use."""
     out = []
@@ -312,7 +314,7 @@ def plots_of(
             "shrink",
             "The gap of each column, before and after",
             "Columns above the floor, on experiments that were not used for the fit.",
-            reduction_plot(data),
+            reduction_plot(found),
         )
         if evidence is None:
             return out
@@ -330,8 +332,8 @@ def plots_of(
                 "Coloured fields are not explained; single pale fields are due to chance.",
                 heat_map(evidence, "after"),
             )
-        for place in worst_columns(evidence, data, most):
-            group = f"{place['experiment']}.{place['column']}"
+        for place in worst_columns(evidence, found, most):
+            group = group_of(place)
             add(
                 f"rows_{group}",
                 f"{group}: {column_text(group)}",
@@ -339,12 +341,12 @@ def plots_of(
                 "perfect simulation lie in it, without a pattern.",
                 residual_plot(evidence, group),
             )
-            for dependence in place["depends_on"]:
+            for dependence in place.depends_on:
                 figure = dependence_plot(evidence, group, dependence)
                 if figure is not None:
                     add(
                         f"against_{group}",
-                        f"{group} against the {variable_text(dependence['variable'], place['experiment'])}",
+                        f"{group} against the {variable_text(dependence.variable, place.experiment)}",
                         "Points: rows; squares and circles: means with twice their standard error.",
                         figure,
                     )
@@ -352,18 +354,17 @@ def plots_of(
     return out
 
 
-def worst_columns(evidence: Evidence, data: dict[str, Any], most: int) -> list[dict[str, Any]]:
+def worst_columns(evidence: Evidence, found: Any, most: int) -> list[Any]:
     """The places whose residuals are worth a look: the first column of each part, and of what stays unexplained; two at
     least. Without a gap, the widest column, to see what noise looks like."""
-    from kr5_tools.gap_report.messages import part_of
-
-    if not data["where"]:
+    where = found.where
+    if not where:
         group = max(evidence.groups, key=lambda g: evidence.gap(g) / evidence.limit(g))
         kind, column = group.split(".", 1)
-        return [{"experiment": kind, "column": column, "depends_on": []}]
-    first: dict[tuple[str, str], dict[str, Any]] = {}
-    for place in [*(p for p in data["where"] if p["share"] > 0.002 or p is data["where"][0]), *data["unexplained"]]:
-        first.setdefault((place["experiment"], part_of(f"{place['experiment']}.{place['column']}")), place)
-    first_ids = [id(p) for p in first.values()]
-    rest = [p for p in data["where"] if id(p) not in first_ids]
+        return [kr5.gap.ColumnExcess(experiment=kind, column=column)]
+    first: dict[tuple[str, str], Any] = {}
+    for place in [*(p for k, p in enumerate(where) if p.share > 0.002 or k == 0), *found.unexplained]:
+        first.setdefault((place.experiment, part_of(group_of(place))), place)
+    taken = {id(p) for p in first.values()}
+    rest = [p for p in where if id(p) not in taken]
     return [*first.values(), *rest[: max(0, 2 - len(first))]][:most]

@@ -82,10 +82,11 @@ def write_page_of(result: Path, output: Path, png: Path | None, recording: Path 
     if result.suffix.lower() in (".yaml", ".yml"):
         return write_protocol_page(result, output, png)
     data = results.read_result(result)
-    if data["format"] == "kr5-gap/1":
+    if data["format"] in ("kr5-gap/1", "kr5-gap/2"):
+        from kr5_tools.gap_report.diagnosis_file import read_diagnosis
         from kr5_tools.gap_report.page import write_gap_report
 
-        return write_gap_report(data, result, output, png, recording)
+        return write_gap_report(read_diagnosis(result), result, output, png, recording)
     if data["format"] == "kr5-sweep/1":
         from kr5_tools.sweep.page import write_page
 
