@@ -559,3 +559,48 @@ def test_an_effect_of_ones_own_has_a_page_without_curves_after(recorded, browser
     assert "my_fan is not in the catalogue" in page and "its gap grows with the position of joint 1" in page
     browser.open(tmp_path / "own.html", 390)
     assert browser.complaints() == []
+
+
+OLD = Path(__file__).parent / "data/gap-1.json"  # as version 0.2.0 wrote it of share/data/recording
+
+
+def test_a_file_of_the_format_before_is_read_and_its_sentences_are_kept_as_they_stand():
+    old, found = json.loads(OLD.read_text()), read_diagnosis(OLD).found
+    assert str(found.verdict) == old["verdict"] == "explained"
+    assert [(p.experiment, p.column, p.target, p.gap, p.share) for p in found.where] == [
+        tuple(p[key] for key in ("experiment", "column", "target", "gap", "share")) for p in old["where"]
+    ]
+    for cause, before in zip(found.causes, old["causes"], strict=True):
+        assert (cause.effect, cause.target, cause.probability) == tuple(
+            before[key] for key in ("effect", "target", "probability")
+        )
+        for p in cause.parameters:
+            assert list(p.value) == np.ravel(before["parameters"][p.name]["value"]).tolist()
+            assert list(p.std) == np.ravel(before["parameters"][p.name]["std"]).tolist()
+    assert {c.column: [c.before, c.after] for c in found.reduction.columns} == old["shrink"]["columns"]
+    depends = [d for p in found.where for d in p.depends_on]
+    assert [d.note for d in depends] == [d["how"] for p in old["where"] for d in p["depends_on"]]
+    assert all(str(d.shape) == "described" and not d.sign_joint for d in depends)
+    assert found.not_tried[0].text == old["not_tried"][0]["reason"]
+    assert "Causes: Stribeck friction of joint 2 (29.40 ± 0.15 N m, more than 99.9 % probable)" in found.text
+
+
+def test_a_file_of_the_format_before_has_a_page(kr5_here, share, tmp_path):
+    (tmp_path / "old.json").write_text(OLD.read_text())
+    done = kr5_here("report", "old.json", "-o", "old.html", "--recording", share / "data/recording")
+    assert done.exit_code == 0, done.output
+    page = html.unescape((tmp_path / "old.html").read_text())
+    assert "Causes: Stribeck friction of joint 2" in page
+    assert "depends on the speed of joint 2 (changes sign with qd2, varies with it)" in page.lower()
+
+
+def test_warnings_and_limits_of_the_format_before_are_shown_and_not_used(tmp_path):
+    warnings = ["noise of current is 1.10 +- 0.01 times what the cell declares; the measured noise is used"]
+    scope = ["motion-1 commands no motion: it cannot show friction, inertia and servos"]
+    data = {**json.loads(OLD.read_text()), "verdict": "no_gap", "where": [], "causes": [], "warnings": warnings}
+    (tmp_path / "old.json").write_text(
+        json.dumps({**data, "scope": scope, "shrink": {**data["shrink"], "before": 1.0}})
+    )
+    found = read_diagnosis(tmp_path / "old.json").found
+    assert found.noise == [] and list(found.warnings) == [f"{warnings[0]}."]
+    assert found.text.startswith("Within what the recording can show there is no gap") and scope[0][1:] in found.text

@@ -160,10 +160,11 @@ std::string no_gap_text(const Diagnosis& d) {
 
 /// The verdict without the limits of the recording.
 std::string agreement_text(const Diagnosis& d) {
-  if (d.verdict == Verdict::NoGap || d.where.empty()) return no_gap_text(d);
+  if (d.verdict == Verdict::NoGap || (d.where.empty() && d.causes.empty())) return no_gap_text(d);
   const std::string faults = faults_text(d), first = faults + (faults.empty() ? "" : " ");
   if (!d.causes.empty())
-    return first + causes_text(d) + " " + reduction_text(d) + ties_text(d) + " " + location_text(d.where);
+    return first + causes_text(d) + " " + reduction_text(d) + ties_text(d) + (d.where.empty() ? "" : " ") +
+           location_text(d.where);
   return first + "No effect of the catalogue explains the gap of " + gap_text(d.reduction.before) + " times the noise" +
          (faults.empty() ? "" : " with these times as they are") + ", so no cause is named. " + location_text(d.where);
 }
