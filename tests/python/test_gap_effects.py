@@ -4,6 +4,7 @@ import json
 
 import kr5.cell
 import kr5.gap
+import kr5.predict
 import numpy as np
 import pytest
 
@@ -107,3 +108,18 @@ def test_pictures_are_written_in_both_formats(run_kr5, tmp_path, ending):
     assert done.returncode == 0 and "new: 1 picture." in done.stdout, done.stderr
     data = (tmp_path / f"new/backlash.{ending}").read_bytes()
     assert data.startswith(b"\x89PNG" if ending == "png" else b"<?xml") and len(data) > 10000
+
+
+def test_an_effect_that_moves_the_tool_shows_in_every_sensor_that_looks_from_there(cell, experiments):
+    simulator = kr5.predict.FastSimulator()
+    columns = {"poses": "y", "views": "u", "scan": "z"}
+    seen = [e for e in experiments if str(e.kind) in columns]
+    movers = [row.id for row in kr5.cell.effect_catalogue() if row.moves_tool]
+    assert {str(e.kind) for e in seen} == set(columns)
+    assert {"encoder_offset", "link_length", "transmission_error"} <= set(movers) and "tool_offset" not in movers
+    for effect in movers:
+        targets = cell.effect_targets(effect)
+        moved = kr5.gap.with_typical_effect(cell, effect, "joint2" if "joint2" in targets else targets[0], 0.0, 3600.0)
+        for e in seen:
+            before, after = (np.asarray(simulator.predict(c, e)[columns[str(e.kind)]]) for c in (cell, moved))
+            assert np.nanmax(np.abs(after - before)) > 0, (effect, e.name)

@@ -203,6 +203,7 @@ struct Effect {
   std::string label = {};
   std::string description = {};
   std::string shows_in = {};
+  bool moves_tool = false;  ///< Where the tool is, in everything that depends on that.
   std::string remedy = {};
   std::vector<EffectParameter> parameters = {};
   double inaccuracy = 0.0;
@@ -222,6 +223,7 @@ struct Effect {
     visit("label", self.label, "Short name for reports.");
     visit("description", self.description, "Difference from the nominal cell, in a few words.");
     visit("shows_in", self.shows_in, "Columns in which the effect shows, and its form.");
+    visit("moves_tool", self.moves_tool, "Whether it changes where the tool is, in poses, views and scans alike.");
     visit("remedy", self.remedy, "Advice for the real cell.");
     visit("parameters", self.parameters, "Parameters.");
     visit("inaccuracy", self.inaccuracy,

@@ -31,7 +31,7 @@ std::vector<Effect> drive_rows() {
        .label = "viscous friction",
        .description = "slope of the viscous friction differs",
        .shows_in = in_current + ": grows in proportion to the speed",
-       .remedy = "Put the slope into the cell; it follows the temperature of the grease.",
+       .remedy = "Use this value as viscous friction; it changes with the temperature of the grease.",
        .parameters = {{.name = "viscous",
                        .unit = "N m s/rad",
                        .upper = 1e5,
