@@ -153,7 +153,7 @@ TEST_CASE("what is no diagnosis is refused with line and field") {
   };
   refused("{}", "kr5-gap/2 or kr5-gap/1");
   refused("[1, 2]", "kr5-gap/2 or kr5-gap/1");
-  refused(R"({"format": "kr5-gap/9"})", "found 'kr5-gap/9'");
+  refused(R"({"format": "kr5-gap/9"})", "'kr5-gap/9'");
   refused(R"({"format": "kr5-gap/2"})", "verdict");
   refused(replaced(old_file, "\"unknown\"", "\"fine\""), "no_gap | explained | partly_explained | unknown");
   refused(replaced(old_file, "\"gap\": 7.0", "\"gap\": \"wide\""), "where[0].gap");

@@ -60,7 +60,7 @@ using Names = std::vector<std::string>;
 /// Adds the name that a joint has in the robot's description, where it has one.
 void add_joint(Node& out, const Names& joints, const std::string& target) {
   for (std::size_t i = 0; i < joints.size(); ++i)
-    if (target == "joint" + std::to_string(i + 1)) out["joint"] = text(joints[i]);
+    if (target == "joint" + std::to_string(i + 1) && !joints[i].empty()) out["joint"] = text(joints[i]);
 }
 
 Node place(const ColumnExcess& p, const Names& joints) {

@@ -15,9 +15,12 @@ namespace {
 
 using io::Node;
 
-/// Takes the sentences and other names out, which are there for people.
+/// Takes the sentences out, and the names of joints beside targets, which are there for people.
 void strip(Node& node) {
-  std::erase_if(node.entries, [](const auto& entry) { return entry.first == "text" || entry.first == "joint"; });
+  const bool of_target = node.find("target") || node.find("column");
+  const bool named = of_target && !node.find("kind");  // a variable has a kind, and the number of a joint
+  std::erase_if(node.entries,
+                [&](const auto& entry) { return entry.first == "text" || (named && entry.first == "joint"); });
   for (auto& [key, value] : node.entries) strip(value);
   for (Node& item : node.items) strip(item);
 }

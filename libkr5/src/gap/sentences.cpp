@@ -15,10 +15,11 @@
 namespace kr5::gap {
 namespace {
 
-constexpr double noticeable = 1.25;    // times the noise, from which a gap is told although no cause need be found
-constexpr double near_noise = 2.0;     // times the noise, up to which a gap is that of noise and small errors
-constexpr std::size_t with_value = 2;  // causes whose values stand in the verdict; of more the names alone
-constexpr std::size_t most_named = 3;  // names in a sentence
+constexpr double noticeable = 1.25;        // times the noise, from which a gap is told although no cause need be found
+constexpr double near_noise = 2.0;         // times the noise, up to which a gap is that of noise and small errors
+constexpr std::size_t with_value = 2;      // causes whose values stand in the verdict; of more the names alone
+constexpr std::ptrdiff_t most_words = 40;  // of a sentence with values
+constexpr std::size_t most_named = 3;      // names in a sentence
 
 std::string group_of(const ColumnExcess& p) { return p.experiment + "." + p.column; }
 
@@ -214,10 +215,11 @@ std::string cause_text(const Cause& cause, const std::vector<std::string>& joint
 
 std::string causes_text(const Diagnosis& d) {
   if (d.causes.empty()) return "";
-  std::vector<std::string> items;
   if (d.causes.size() <= with_value) {
+    std::vector<std::string> items;
     for (const Cause& cause : d.causes) items.push_back(cause_text(cause, d.joint_names));
-    return plural(items.size(), "Cause: ", "Causes: ") + join_list(items) + ".";
+    std::string out = plural(items.size(), "Cause: ", "Causes: ") + join_list(items) + ".";
+    if (std::ranges::count(out, ' ') < most_words) return out;
   }
   std::vector<EffectName> names;
   double least = 1.0;
@@ -225,20 +227,19 @@ std::string causes_text(const Diagnosis& d) {
     names.push_back({cause.effect, cause.target});
     least = std::min(least, cause.probability);
   }
-  const std::string probable = percent_text(least);
-  return "Causes: " + join_first(grouped_effects(names)) + ", each " +
-         (probable.starts_with("more") || probable.starts_with("less") ? "" : "at least ") + probable + " probable.";
+  return plural(names.size(), "Cause: ", "Causes: ") + join_first(grouped_effects(names)) +
+         plural(names.size(), ", ", ", each ") + least_percent_text(least) + " probable.";
 }
 
 std::string location_text(const std::vector<ColumnExcess>& where) {
-  constexpr double enough = 0.8, nearly_all = 0.95;
+  constexpr double enough = 0.8, alone = 0.95;
   if (where.empty()) return "";
   const std::vector<Place> places = main_places(where);
   const std::vector<Dependence>& depends = where.front().depends_on;
   const auto pattern = [&](const std::string& its) {
     return depends.empty() ? "" : "; " + its + dependence_text(depends.front(), where.front().experiment);
   };
-  if (places.front().gap > 0 && (places.front().share > nearly_all || where.size() == 1))
+  if (places.front().gap > 0 && (places.front().share > alone || where.size() == 1))
     return "Only " + places.front().text + " disagrees clearly: " + gap_text(places.front().gap) + " times the noise" +
            pattern("its gap ") + ".";
   std::vector<std::string> said;

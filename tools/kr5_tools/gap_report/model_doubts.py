@@ -65,9 +65,9 @@ def _far_text(cause: Any, cell: Any, joint: str) -> str:
 
 def _is_far_zero(cause: Any) -> bool:
     """Whether a cause is the zero of a joint, an angle by which everything beyond it is moved, and far off."""
-    row, zero = effect_row(cause.effect), cause.parameters[0]
-    if not moves_tool(cause.effect) or len(cause.parameters) > 1 or zero.unit != "rad":
+    if not moves_tool(cause.effect) or len(cause.parameters) != 1 or not cause.target.startswith("joint"):
         return False
-    if not cause.target.startswith("joint") or row.parameters[0].nominal_when_off:
+    row, zero = effect_row(cause.effect), cause.parameters[0]
+    if zero.unit != "rad" or row.parameters[0].nominal_when_off:
         return False
     return bool(abs(zero.value[0]) - SURELY * zero.std[0] > USUAL_ZERO)

@@ -22,6 +22,8 @@ constexpr ShownUnit shown_units[] = {{"m", 1e3, "mm"},
                                      {"kg m^2", 1e6, "kg mm²"},
                                      {"-", 1.0, ""}};
 
+constexpr double nearly_all = 0.995;  // a share that is rounded to all
+
 void replace_all(std::string& text, const std::string& old, const std::string& by) {
   for (std::size_t at = text.find(old); at != std::string::npos; at = text.find(old, at + by.size()))
     text.replace(at, old.size(), by);
@@ -45,9 +47,11 @@ std::string number_text(double value, double std) {
 }
 
 std::string percent_text(double share) {
-  if (share >= 0.995) return share > 0.9995 ? "more than 99.9 %" : "more than 99 %";
+  if (share >= nearly_all) return share > 0.9995 ? "more than 99.9 %" : "more than 99 %";
   return share < 0.005 ? "less than 1 %" : format("%.0f %%", 100 * share);
 }
+
+std::string least_percent_text(double share) { return (share >= nearly_all ? "" : "at least ") + percent_text(share); }
 
 std::string gap_text(double gap) { return format(gap >= 10 ? "%.1f" : "%.2f", gap); }
 
