@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "identification/dynamics/slow_samples.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kr5::identification {
+namespace {
+
+constexpr double least_speed_spread = 0.3;  // of the speeds of a joint, over their mean
+constexpr std::size_t least_slow_rows = 10;
+
+bool at_several_speeds(const Eigen::VectorXd& speeds) {
+  if (speeds.size() == 0) return false;
+  const double mean = speeds.mean();
+  return (speeds.array() - mean).matrix().norm() > least_speed_spread * mean * std::sqrt(double(speeds.size()));
+}
+
+}  // namespace
+
+std::vector<SlowSamples> slow_samples(const JointMotion& motion, double least_speed, double greatest_speed) {
+  std::vector<SlowSamples> out(static_cast<std::size_t>(motion.joints()));
+  for (int j = 0; j < motion.joints(); ++j) out[static_cast<std::size_t>(j)].joint = j;
+  for (Eigen::Index k = 0; k < motion.samples(); ++k) {
+    if (motion.qd.row(k).cwiseAbs().maxCoeff() > greatest_speed) continue;
+    for (SlowSamples& s : out)
+      if (std::abs(motion.qd(k, s.joint)) >= least_speed) s.rows.push_back(k);
+  }
+  for (SlowSamples& s : out) {
+    Eigen::VectorXd speeds(static_cast<Eigen::Index>(s.rows.size()));
+    for (Eigen::Index r = 0; r < speeds.size(); ++r)
+      speeds[r] = std::abs(motion.qd(s.rows[static_cast<std::size_t>(r)], s.joint));
+    s.several_speeds = at_several_speeds(speeds);
+  }
+  return out;
+}
+
+Eigen::Index held_out_count(Eigen::Index samples, double part) {
+  return static_cast<Eigen::Index>(std::floor(part * static_cast<double>(samples)));
+}
+
+std::string objection(const JointMotion& motion, const std::vector<SlowSamples>& samples, double held_out) {
+  bool any = false;
+  for (const SlowSamples& s : samples) {
+    if (s.rows.empty()) continue;
+    any = true;
+    const std::string joint = "joint " + std::to_string(s.joint + 1);
+    const auto fitted = static_cast<Eigen::Index>(s.rows.size());
+    const Eigen::Index count = fitted - held_out_count(fitted, held_out);
+    if (s.rows.size() < least_slow_rows)
+      return joint + " moves slowly in " + std::to_string(s.rows.size()) + " samples only; at least " +
+             std::to_string(least_slow_rows) + " are needed, or none";
+    Eigen::Index forwards = 0;
+    for (Eigen::Index r = 0; r < count; ++r) forwards += motion.qd(s.rows[static_cast<std::size_t>(r)], s.joint) > 0;
+    if (forwards == 0 || forwards == count)
+      return joint +
+             " moved in one direction only, so its friction and its gravity cannot be separated: move it to "
+             "and fro" +
+             (held_out > 0 ? ", also in the samples that are not held out" : "");
+  }
+  return any ? "" : "no joint moves slowly: every speed is below least_speed or above greatest_speed [rad/s or m/s]";
+}
+
+}  // namespace kr5::identification
