@@ -113,6 +113,12 @@ class DynamicsRegressor {
     std::size_t row;  ///< Of the table of terms.
   };
 
+  /// Parameters that joint `i` may feel, of those that are wanted.
+  std::vector<int> columns_of_joint(int i, const Eigen::MatrixXd& structure, const std::vector<char>& wanted) const;
+  /// Columns of rotors and friction of joint `i`; those of the links stay.
+  void fill_drive_columns(int i, const JointMotion& motion, const Eigen::MatrixXd& structure,
+                          const Eigen::MatrixXd& load, JointRegressor& rows) const;
+
   DynamicsModel model_;
   std::vector<std::string> names_;
   std::vector<Term> terms_;  ///< Of parameters 13 n and up.

@@ -170,6 +170,79 @@ void check_instruments(const JointMotion& motion, const DynamicsOptions& options
               std::to_string(motion.joints()) + " joints, as the motion has");
 }
 
+void check_inputs(const JointMotion& motion, const DynamicsModel& model, const DynamicsOptions& options,
+                  const JointMotion* instruments) {
+  options.validate();
+  motion.validate();
+  require(motion.joints() == model.joints(), "motion: expected " + std::to_string(model.joints()) +
+                                                 " joints, as the chain has, found " + std::to_string(motion.joints()));
+  require(options.prior_bodies.empty() || static_cast<int>(options.prior_bodies.size()) == model.joints(),
+          "prior_bodies: expected one a link, " + std::to_string(model.joints()));
+  check_instruments(motion, options, instruments);
+}
+
+/// The linear estimate, and the friction terms and base parameters of the result that go with it.
+LinearEstimate estimate_with_terms(const DynamicsModel& given, const JointMotion& fitted,
+                                   const DynamicsOptions& options, const JointMotion* instruments,
+                                   DynamicsResult& out) {
+  const auto estimate = [&] {
+    return estimate_linear(DynamicsRegressor(out.model), out.base, fitted, options, instruments);
+  };
+  LinearEstimate linear = estimate();
+  if (!options.choose_terms) return linear;
+  const MatrixXd load = DynamicsRegressor(out.model).link_torques(fitted, out.base.standard(linear.fit.beta));
+  out.model.terms = choose_friction_terms(
+      out.model, fitted, base_rows(DynamicsRegressor(out.model), out.base, fitted, load, options.least_speed),
+      linear.fit.sigma, load, options.blocks, options.least_speed);
+  do {
+    out.base = base_parameters(out.model);
+    linear = estimate();
+  } while (take_doubtful_term(given, out.base, linear.fit, out.model.terms));
+  return linear;
+}
+
+void take_linear(const JointFit& fit, const JointMotion& fitted, DynamicsResult& out) {
+  out.observability = observability_from_factor(out.base, fitted, fit.factor);
+  out.fit.status = fit.converged ? FitStatus::Converged : FitStatus::MaxIterations;
+  out.fit.iterations = fit.iterations;
+  out.fit.message = fit.converged ? "converged" : "the weights of the joints had not settled";
+  out.values = fit.beta;
+  out.covariance = fit.covariance;
+  out.parameters = out.base.standard(out.values);
+  out.sigma = fit.sigma;
+  out.correlation = fit.correlation;
+}
+
+void inflate_covariance(double freedom, DynamicsResult& out) {
+  out.deviations =
+      (uncertainty::covariance_inflation(1, freedom) * out.covariance.diagonal().cwiseMax(0.0)).cwiseSqrt();
+  out.covariance *= uncertainty::covariance_inflation(static_cast<double>(out.values.size()), freedom);
+}
+
+/// Errors of the predicted torques, of the samples that were fitted and of those held out.
+void judge_fit(const JointMotion& motion, const JointMotion& fitted, DynamicsResult& out) {
+  const Index count = fitted.samples(), rest = motion.samples() - count;
+  out.fitted = torque_error(fitted.tau, out.predicted.topRows(count));
+  out.held_out = torque_error(motion.tau.bottomRows(rest), out.predicted.bottomRows(rest));
+  const auto whitened = [&](const MatrixXd& off) {
+    return (off * out.sigma.cwiseInverse().asDiagonal()).norm() / std::sqrt(static_cast<double>(off.size()));
+  };
+  out.fit.initial_rms = whitened(fitted.tau);
+  out.fit.final_rms = whitened(fitted.tau - out.predicted.topRows(count));
+}
+
+void say_unobservable(DynamicsResult& out) {
+  if (!out.observability.unmoved.empty()) {
+    std::string joints;
+    for (const int i : out.observability.unmoved) joints += (joints.empty() ? "" : ", ") + std::to_string(i);
+    out.fit.status = FitStatus::Degenerate;
+    out.fit.message =
+        "joint " + joints + " never moved; the motion does not determine " + joined(out.observability.unidentifiable);
+  } else if (!out.observability.unidentifiable.empty()) {
+    out.fit.message += "; the motion does not determine " + joined(out.observability.unidentifiable);
+  }
+}
+
 }  // namespace
 
 void DynamicsOptions::validate() const {
@@ -194,14 +267,7 @@ std::optional<std::pair<double, double>> DynamicsResult::parameter(const std::st
 DynamicsResult identify_dynamics(const JointMotion& motion, const DynamicsModel& model, const DynamicsOptions& given,
                                  const JointMotion* instruments) {
   DynamicsOptions options = given;
-  options.validate();
-  motion.validate();
-  require(motion.joints() == model.joints(), "motion: expected " + std::to_string(model.joints()) +
-                                                 " joints, as the chain has, found " + std::to_string(motion.joints()));
-  require(options.prior_bodies.empty() || static_cast<int>(options.prior_bodies.size()) == model.joints(),
-          "prior_bodies: expected one a link, " + std::to_string(model.joints()));
-  check_instruments(motion, options, instruments);
-
+  check_inputs(motion, model, options, instruments);
   DynamicsResult out;
   const auto count = static_cast<Index>(std::lround((1.0 - options.held_out) * static_cast<double>(motion.samples())));
   out.first_held_out = static_cast<int>(count);
@@ -219,55 +285,14 @@ DynamicsResult identify_dynamics(const JointMotion& motion, const DynamicsModel&
   out.least_speed = options.least_speed;
   std::optional<JointMotion> others;
   if (instruments) others = part_of(*instruments, 0, count);
-  const JointMotion* instrument_part = others ? &*others : nullptr;
-
-  LinearEstimate linear = estimate_linear(DynamicsRegressor(out.model), out.base, fitted, options, instrument_part);
-  if (options.choose_terms) {
-    const MatrixXd load = DynamicsRegressor(out.model).link_torques(fitted, out.base.standard(linear.fit.beta));
-    out.model.terms = choose_friction_terms(
-        out.model, fitted, base_rows(DynamicsRegressor(out.model), out.base, fitted, load, options.least_speed),
-        linear.fit.sigma, load, options.blocks, options.least_speed);
-    out.base = base_parameters(out.model);
-    linear = estimate_linear(DynamicsRegressor(out.model), out.base, fitted, options, instrument_part);
-    while (take_doubtful_term(model, out.base, linear.fit, out.model.terms)) {
-      out.base = base_parameters(out.model);
-      linear = estimate_linear(DynamicsRegressor(out.model), out.base, fitted, options, instrument_part);
-    }
-  }
+  const LinearEstimate linear = estimate_with_terms(model, fitted, options, others ? &*others : nullptr, out);
   const DynamicsRegressor regressor(out.model);
-  out.observability = observability_from_factor(out.base, fitted, linear.fit.factor);
-  out.fit.status = linear.fit.converged ? FitStatus::Converged : FitStatus::MaxIterations;
-  out.fit.iterations = linear.fit.iterations;
-  out.fit.message = linear.fit.converged ? "converged" : "the weights of the joints had not settled";
-  out.values = linear.fit.beta;
-  out.covariance = linear.fit.covariance;
-  out.parameters = out.base.standard(out.values);
-  out.sigma = linear.fit.sigma;
-  out.correlation = linear.fit.correlation;
+  take_linear(linear.fit, fitted, out);
   if (options.estimator == Estimator::Consistent) make_consistent(regressor, fitted, linear, options, out);
-  const double freedom = linear.fit.freedom, numbers = static_cast<double>(out.values.size());
-  out.deviations =
-      (uncertainty::covariance_inflation(1, freedom) * out.covariance.diagonal().cwiseMax(0.0)).cwiseSqrt();
-  out.covariance *= uncertainty::covariance_inflation(numbers, freedom);
-
+  inflate_covariance(linear.fit.freedom, out);
   out.predicted = predicted_torques(regressor, motion, fitted, linear.fit, options, out.parameters);
-  out.fitted = torque_error(fitted.tau, out.predicted.topRows(count));
-  out.held_out =
-      torque_error(motion.tau.bottomRows(motion.samples() - count), out.predicted.bottomRows(motion.samples() - count));
-  const auto whitened = [&](const MatrixXd& off) {
-    return (off * out.sigma.cwiseInverse().asDiagonal()).norm() / std::sqrt(static_cast<double>(off.size()));
-  };
-  out.fit.initial_rms = whitened(fitted.tau);
-  out.fit.final_rms = whitened(fitted.tau - out.predicted.topRows(count));
-  if (!out.observability.unmoved.empty()) {
-    std::string joints;
-    for (const int i : out.observability.unmoved) joints += (joints.empty() ? "" : ", ") + std::to_string(i);
-    out.fit.status = FitStatus::Degenerate;
-    out.fit.message =
-        "joint " + joints + " never moved; the motion does not determine " + joined(out.observability.unidentifiable);
-  } else if (!out.observability.unidentifiable.empty()) {
-    out.fit.message += "; the motion does not determine " + joined(out.observability.unidentifiable);
-  }
+  judge_fit(motion, fitted, out);
+  say_unobservable(out);
   return out;
 }
 

@@ -34,6 +34,45 @@ std::string parameter_name(int joint, int k) {
   return (k == coulomb_at ? "fc" : k == viscous_at ? "fv" : "Ia") + i;
 }
 
+/// Whether a parameter is one of the ten of a link.
+bool is_of_link(int column, int joints) {
+  return column < parameters_per_joint * joints && column % parameters_per_joint < inertial_count;
+}
+
+void check_signals(const DynamicsModel& model, const JointMotion& motion, const MatrixXd& load) {
+  const int n = model.joints();
+  require(motion.joints() == n,
+          "motion: expected " + std::to_string(n) + " joints, found " + std::to_string(motion.joints()));
+  require(load.size() == 0 || (load.rows() == motion.samples() && load.cols() == n),
+          "load: expected " + std::to_string(motion.samples()) + " x " + std::to_string(n) + " torques");
+  for (int i = 0; i < n; ++i)
+    require(!model.terms[static_cast<std::size_t>(i)].temperature || motion.temperature.size() > 0,
+            "temperature: the friction of joint " + std::to_string(i + 1) +
+                " depends on it; give the motion a temperature of each joint [deg C]");
+}
+
+/// Columns of the links, of all joints.
+void fill_link_columns(const DynamicsModel& model, const JointMotion& motion, std::vector<JointRegressor>& out) {
+  const int n = model.joints();
+  kinematics::InertialRegressor inertial(model.chain, model.gravity);
+  constexpr Index part = 64;  // samples whose regressor stays in the cache
+  for (Index first = 0; first < motion.samples(); first += part) {
+    const Index count = std::min(part, motion.samples() - first);
+    const kinematics::Rows q = motion.q.middleRows(first, count), qd = motion.qd.middleRows(first, count),
+                           qdd = motion.qdd.middleRows(first, count), Y = inertial.evaluate(q, qd, qdd);
+    for (int i = 0; i < n; ++i) {
+      JointRegressor& rows = out[static_cast<std::size_t>(i)];
+      for (std::size_t at = 0; at < rows.columns.size(); ++at) {
+        const int c = rows.columns[at];
+        if (!is_of_link(c, n)) continue;
+        const Index from = inertial_count * (c / parameters_per_joint) + regressor_column(c % parameters_per_joint);
+        double* to = rows.X.col(static_cast<Index>(at)).data() + first;
+        for (Index s = 0; s < count; ++s) to[s] = Y(s * n + i, from);
+      }
+    }
+  }
+}
+
 }  // namespace
 
 void DynamicsModel::validate() const {
@@ -78,80 +117,67 @@ int DynamicsRegressor::index(const std::string& name) const {
   return at == names_.end() ? -1 : static_cast<int>(at - names_.begin());
 }
 
+std::vector<int> DynamicsRegressor::columns_of_joint(int i, const MatrixXd& structure,
+                                                     const std::vector<char>& wanted) const {
+  const int n = joints();
+  const auto has = [&](int c) { return wanted[static_cast<std::size_t>(c)] != 0; };
+  std::vector<int> out;
+  for (int j = 0; j < n; ++j) {
+    const JointTerms& t = model_.terms[static_cast<std::size_t>(j)];
+    for (int k = 0; k < parameters_per_joint; ++k) {
+      const bool there = k < inertial_count ? j >= i
+                         : k == coulomb_at  ? j == i && t.coulomb
+                         : k == viscous_at  ? j == i && t.viscous
+                                            : structure(j, i) != 0.0 && t.rotor_inertia;
+      if (const int c = parameters_per_joint * j + k; there && has(c)) out.push_back(c);
+    }
+  }
+  for (std::size_t e = 0; e < terms_.size(); ++e) {
+    const int c = parameters_per_joint * n + static_cast<int>(e), j = terms_[e].joint;
+    if (friction_term_table()[terms_[e].row].share(structure, j, i) != 0.0 && has(c)) out.push_back(c);
+  }
+  return out;
+}
+
+void DynamicsRegressor::fill_drive_columns(int i, const JointMotion& motion, const MatrixXd& structure,
+                                           const MatrixXd& load, JointRegressor& rows) const {
+  const int links_and_drives = parameters_per_joint * joints();
+  const JointSignals signals = joint_signals(motion, load, i);
+  for (std::size_t at = 0; at < rows.columns.size(); ++at) {
+    const int c = rows.columns[at], j = c / parameters_per_joint, k = c % parameters_per_joint;
+    auto column = rows.X.col(static_cast<Index>(at));
+    if (c >= links_and_drives) {
+      const auto [joint, row] = terms_[static_cast<std::size_t>(c - links_and_drives)];
+      const FrictionTerm& term = friction_term_table()[row];
+      const JointTerms& shape = model_.terms[static_cast<std::size_t>(joint)];
+      column =
+          term.share(structure, joint, i) * term.column(shape, term.signals(structure, motion, load, joint)).matrix();
+    } else if (k == rotor_at) {
+      column = motion.qdd * structure.row(j).transpose() * (structure(j, i) / (structure(j, j) * structure(j, j)));
+    } else if (k >= inertial_count) {
+      column = (k == coulomb_at ? coulomb_column(signals) : viscous_column(signals)).matrix();
+    }
+  }
+}
+
 std::vector<JointRegressor> DynamicsRegressor::joint_regressors(const JointMotion& motion,
                                                                 const std::vector<int>& columns,
                                                                 const MatrixXd& load) const {
   const int n = joints();
-  require(motion.joints() == n,
-          "motion: expected " + std::to_string(n) + " joints, found " + std::to_string(motion.joints()));
-  require(load.size() == 0 || (load.rows() == motion.samples() && load.cols() == n),
-          "load: expected " + std::to_string(motion.samples()) + " x " + std::to_string(n) + " torques");
-  for (int i = 0; i < n; ++i)
-    require(!model_.terms[static_cast<std::size_t>(i)].temperature || motion.temperature.size() > 0,
-            "temperature: the friction of joint " + std::to_string(i + 1) +
-                " depends on it; give the motion a temperature of each joint [deg C]");
+  check_signals(model_, motion, load);
   std::vector<char> wanted(names_.size(), columns.empty());
   for (const int c : columns) wanted.at(static_cast<std::size_t>(c)) = 1;
   const MatrixXd S = model_.structure.size() > 0 ? model_.structure : MatrixXd::Identity(n, n);
-  const auto has = [&](int c) { return wanted[static_cast<std::size_t>(c)] != 0; };
-
   std::vector<JointRegressor> out(static_cast<std::size_t>(n));
   bool links = false;
   for (int i = 0; i < n; ++i) {
     JointRegressor& rows = out[static_cast<std::size_t>(i)];
-    for (int j = 0; j < n; ++j) {
-      const JointTerms& t = model_.terms[static_cast<std::size_t>(j)];
-      for (int k = 0; k < parameters_per_joint; ++k) {
-        const bool there = k < inertial_count ? j >= i
-                           : k == coulomb_at  ? j == i && t.coulomb
-                           : k == viscous_at  ? j == i && t.viscous
-                                              : S(j, i) != 0.0 && t.rotor_inertia;
-        const int c = parameters_per_joint * j + k;
-        if (!there || !has(c)) continue;
-        rows.columns.push_back(c);
-        links = links || k < inertial_count;
-      }
-    }
-    for (std::size_t e = 0; e < terms_.size(); ++e) {
-      const int c = parameters_per_joint * n + static_cast<int>(e), j = terms_[e].joint;
-      if (friction_term_table()[terms_[e].row].share(S, j, i) != 0.0 && has(c)) rows.columns.push_back(c);
-    }
+    rows.columns = columns_of_joint(i, S, wanted);
+    links = links || std::ranges::any_of(rows.columns, [&](int c) { return is_of_link(c, n); });
     rows.X.resize(motion.samples(), static_cast<Index>(rows.columns.size()));
-    const JointSignals signals = joint_signals(motion, load, i);
-    for (std::size_t at = 0; at < rows.columns.size(); ++at) {
-      const int c = rows.columns[at], j = c / parameters_per_joint, k = c % parameters_per_joint;
-      auto column = rows.X.col(static_cast<Index>(at));
-      if (c >= parameters_per_joint * n) {
-        const auto [joint, row] = terms_[static_cast<std::size_t>(c - parameters_per_joint * n)];
-        const FrictionTerm& term = friction_term_table()[row];
-        const JointTerms& shape = model_.terms[static_cast<std::size_t>(joint)];
-        column = term.share(S, joint, i) * term.column(shape, term.signals(S, motion, load, joint)).matrix();
-      } else if (k == rotor_at) {
-        column = motion.qdd * S.row(j).transpose() * (S(j, i) / (S(j, j) * S(j, j)));
-      } else if (k >= inertial_count) {
-        column = (k == coulomb_at ? coulomb_column(signals) : viscous_column(signals)).matrix();
-      }
-    }
+    fill_drive_columns(i, motion, S, load, rows);
   }
-  if (!links) return out;
-
-  kinematics::InertialRegressor inertial(model_.chain, model_.gravity);
-  constexpr Index part = 64;  // samples whose regressor stays in the cache
-  for (Index first = 0; first < motion.samples(); first += part) {
-    const Index count = std::min(part, motion.samples() - first);
-    const kinematics::Rows q = motion.q.middleRows(first, count), qd = motion.qd.middleRows(first, count),
-                           qdd = motion.qdd.middleRows(first, count), Y = inertial.evaluate(q, qd, qdd);
-    for (int i = 0; i < n; ++i) {
-      JointRegressor& rows = out[static_cast<std::size_t>(i)];
-      for (std::size_t at = 0; at < rows.columns.size(); ++at) {
-        const int c = rows.columns[at], j = c / parameters_per_joint, k = c % parameters_per_joint;
-        if (c >= parameters_per_joint * n || k >= inertial_count) continue;
-        const Index from = inertial_count * j + regressor_column(k);
-        double* to = rows.X.col(static_cast<Index>(at)).data() + first;
-        for (Index s = 0; s < count; ++s) to[s] = Y(s * n + i, from);
-      }
-    }
-  }
+  if (links) fill_link_columns(model_, motion, out);
   return out;
 }
 
