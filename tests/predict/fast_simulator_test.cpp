@@ -1,5 +1,6 @@
 #include <kr5/predict/fast_simulator.hpp>
 
+#include <algorithm>
 #include <limits>
 #include <map>
 #include <set>
@@ -10,6 +11,7 @@
 #include <kr5/core/error.hpp>
 
 #include "predict/world.hpp"
+#include "support/usual_effect.hpp"
 
 using namespace kr5;
 using namespace kr5::test;
@@ -52,8 +54,9 @@ const std::set<std::string> path = {"step.z", "press.z", "press.wrench"};
 const std::set<std::string> wrench = {"motion.wrench", "press.wrench", "profile.wrench"};
 const std::set<std::string> contact = {"press.wrench", "profile.z"};
 
-/// Every effect of the catalogue, on one target, and all it may touch.
-std::vector<Case> cases(const World& world) {
+/// Effects of the catalogue, on one target each, and all they may touch. A row that is not among them is tried at its
+/// usual size, and touches what its kin touch.
+std::vector<Case> stated_cases(const World& world) {
   const Pose nudge = from_xyzrpy(0.01 * Vector6::Ones());
   return {
       {"coulomb_friction", "joint2", {{"coulomb", 50.0}}, currents},
@@ -111,7 +114,42 @@ std::vector<Case> cases(const World& world) {
   };
 }
 
+/// Whether two effects sit on the same kind of target and act on the same part of a cell beside it.
+bool are_kin(const cell::Effect& a, const cell::Effect& b) {
+  return a.target == b.target && a.needs.part == b.needs.part;
+}
+
+/// What the kin of an effect touch; empty when it has none that all touch the same.
+std::set<std::string> touched_by_kin(const cell::Effect& effect, const std::vector<Case>& stated) {
+  std::set<std::set<std::string>> out;
+  for (const Case& c : stated)
+    if (are_kin(cell::find_effect(c.effect), effect)) out.insert(c.changes);
+  return out.size() == 1 ? *out.begin() : std::set<std::string>{};
+}
+
+/// Every effect of the catalogue.
+std::vector<Case> cases(const World& world) {
+  const std::vector<Case> stated = stated_cases(world);
+  std::vector<Case> out = stated;
+  for (const cell::Effect& effect : cell::effect_catalogue()) {
+    if (std::ranges::any_of(stated, [&](const Case& c) { return c.effect == effect.id; })) continue;
+    const std::vector<std::string> targets = cell::effect_targets(effect, world.cell);
+    const std::size_t middle = targets.size() / 2;
+    out.push_back({effect.id, targets.at(middle), usual_values(world.cell, effect, static_cast<int>(middle)),
+                   touched_by_kin(effect, stated)});
+  }
+  return out;
+}
+
 }  // namespace
+
+TEST_CASE("an effect that no test names is tried as its kin") {
+  const World world;
+  const std::vector<Case> stated = stated_cases(world);
+  CHECK(touched_by_kin(cell::find_effect("link_com"), stated) == currents);
+  CHECK(touched_by_kin(cell::find_effect("ft_gain"), stated) == wrench);
+  CHECK(touched_by_kin(cell::find_effect("encoder_offset"), stated).empty());  // a friction has the same target
+}
 
 TEST_CASE("every effect of the catalogue changes the columns it may touch, and no other") {
   const World world;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <kr5/physics/effective_arm.hpp>
 
+#include <array>
 #include <cmath>
 
 #include <kr5/physics/tool.hpp>
@@ -38,6 +39,14 @@ kinematics::Body link_com(const cell::Cell& cell, int joint, kinematics::Body li
   return link;
 }
 
+std::span<const LinkLaw> link_laws() {
+  static constexpr std::array laws = {
+      LinkLaw{"link_mass", &link_mass},
+      LinkLaw{"link_com", &link_com},
+  };
+  return laws;
+}
+
 double thermal_growth(const cell::Cell& cell, double t) {
   if (!cell.effects.carries("thermal_growth")) return 1.0;
   const double growth = cell.effects.number("thermal_growth", "growth");
@@ -63,7 +72,7 @@ std::vector<kinematics::Body> EffectiveArm::bodies() const {
   std::vector<kinematics::Body> out = cell_.robot.links;
   for (int i = 0; i < static_cast<int>(out.size()); ++i) {
     kinematics::Body& link = out[static_cast<std::size_t>(i)];
-    link = link_com(cell_, i, link_mass(cell_, i, link));
+    for (const LinkLaw& each : link_laws()) link = each.law(cell_, i, link);
   }
   out.resize(static_cast<std::size_t>(joints()));
   return out;

@@ -2,8 +2,10 @@
 #include <kr5/physics/fold_effects.hpp>
 
 #include <algorithm>
-#include <array>
+#include <functional>
+#include <iterator>
 #include <string_view>
+#include <vector>
 
 #include <kr5/physics/camera.hpp>
 #include <kr5/physics/contact.hpp>
@@ -87,59 +89,74 @@ void put_joint_delay(const Cell& from, int, Cell& to) {
 struct Place {
   std::string_view effect;
   std::string_view field;  ///< Of the cell; `[]` is the number of the joint or motor.
-  void (*put)(const Cell& from, int index, Cell& to);
+  std::function<void(const Cell& from, int index, Cell& to)> put;
   std::string_view parameter = {};  ///< The only one that has a place; empty: all.
 };
 
-/// In an order in which one may build on another: mounts that are given from the nominal tip before the tip moves, rows
-/// of the arm before the zeros of its joints.
-constexpr std::array places = {
-    Place{"base_tilt", "robot.T_B_0",
-          [](const Cell& from, int, Cell& to) { to.robot.T_base_0 = base_tilt(from) * to.robot.T_base_0; }},
-    Place{"link_length", "robot.dh[]",
-          [](const Cell& from, int i, Cell& to) { row_of(to, i) = link_length(from, i, row_of(to, i)); }},
-    Place{"link_twist", "robot.dh[]",
-          [](const Cell& from, int i, Cell& to) { row_of(to, i) = link_twist(from, i, row_of(to, i)); }},
-    Place{"link_mass", "robot.links[]",
-          [](const Cell& from, int i, Cell& to) { link_of(to, i) = link_mass(from, i, link_of(to, i)); }},
-    Place{"link_com", "robot.links[]",
-          [](const Cell& from, int i, Cell& to) { link_of(to, i) = link_com(from, i, link_of(to, i)); }},
-    Place{"encoder_offset", "robot.dh[]", &put_encoder_offset},
-    Place{"coulomb_friction", "drives.friction.coulomb[]",
-          [](const Cell& from, int i, Cell& to) { to.drives->friction.coulomb[i] = coulomb_friction(from, i); }},
-    Place{"viscous_friction", "drives.friction.viscous[]",
-          [](const Cell& from, int i, Cell& to) { to.drives->friction.viscous[i] = viscous_friction(from, i); }},
-    Place{"torque_constant", "drives.torque_constant[]",
-          [](const Cell& from, int i, Cell& to) { to.drives->torque_constant[i] = torque_constant(from)[i]; }},
-    Place{"rotor_inertia", "drives.rotor_inertia[]",
-          [](const Cell& from, int i, Cell& to) { to.drives->rotor_inertia[i] = rotor_inertia(from)[i]; }},
-    Place{"wrist_coupling", "drives.structure[]",
-          [](const Cell& from, int i, Cell& to) { to.drives->structure.row(i) = wrist_coupling(from).row(i); }},
-    Place{"joint_servo", "servo.joint[]", &put_joint_servo},
-    Place{"joint_delay", "servo.joint", &put_joint_delay},
-    Place{"tool_servo", "servo.tool",
-          [](const Cell& from, int, Cell& to) { to.servo->tool->natural_frequency = tool_servo(from); }},
-    Place{"tool_damping", "servo.tool",
-          [](const Cell& from, int, Cell& to) { to.servo->tool->damping_ratio = tool_damping(from); }},
-    Place{"tool_delay", "servo.tool",
-          [](const Cell& from, int, Cell& to) { to.servo->tool->delay = tool_delay(from); }},
-    Place{"payload", "tool.mass, tool.com, tool.inertia", &put_payload},
-    Place{"hand_eye", "camera.T_E_C", &put_camera_mount},
-    Place{"laser_mount", "laser.T_E_L", &put_scanner_mount},
-    Place{"tool_offset", "tool.T_F_E", &put_tool_offset},
-    Place{"camera_focal", "camera.fx",
-          [](const Cell& from, int, Cell& to) { to.camera->set_pinhole(camera_focal(from, to.camera->pinhole())); }},
-    Place{"lens_distortion", "camera.distortion",
+/// Places that stand for themselves.
+std::vector<Place> own_places() {
+  return {
+      Place{"base_tilt", "robot.T_B_0",
+            [](const Cell& from, int, Cell& to) { to.robot.T_base_0 = base_tilt(from) * to.robot.T_base_0; }},
+      Place{"link_length", "robot.dh[]",
+            [](const Cell& from, int i, Cell& to) { row_of(to, i) = link_length(from, i, row_of(to, i)); }},
+      Place{"link_twist", "robot.dh[]",
+            [](const Cell& from, int i, Cell& to) { row_of(to, i) = link_twist(from, i, row_of(to, i)); }},
+      Place{"encoder_offset", "robot.dh[]", &put_encoder_offset},
+      Place{"coulomb_friction", "drives.friction.coulomb[]",
+            [](const Cell& from, int i, Cell& to) { to.drives->friction.coulomb[i] = coulomb_friction(from, i); }},
+      Place{"viscous_friction", "drives.friction.viscous[]",
+            [](const Cell& from, int i, Cell& to) { to.drives->friction.viscous[i] = viscous_friction(from, i); }},
+      Place{"torque_constant", "drives.torque_constant[]",
+            [](const Cell& from, int i, Cell& to) { to.drives->torque_constant[i] = torque_constant(from)[i]; }},
+      Place{"rotor_inertia", "drives.rotor_inertia[]",
+            [](const Cell& from, int i, Cell& to) { to.drives->rotor_inertia[i] = rotor_inertia(from)[i]; }},
+      Place{"wrist_coupling", "drives.structure[]",
+            [](const Cell& from, int i, Cell& to) { to.drives->structure.row(i) = wrist_coupling(from).row(i); }},
+      Place{"joint_servo", "servo.joint[]", &put_joint_servo},
+      Place{"joint_delay", "servo.joint", &put_joint_delay},
+      Place{"tool_servo", "servo.tool",
+            [](const Cell& from, int, Cell& to) { to.servo->tool->natural_frequency = tool_servo(from); }},
+      Place{"tool_damping", "servo.tool",
+            [](const Cell& from, int, Cell& to) { to.servo->tool->damping_ratio = tool_damping(from); }},
+      Place{"tool_delay", "servo.tool",
+            [](const Cell& from, int, Cell& to) { to.servo->tool->delay = tool_delay(from); }},
+      Place{"payload", "tool.mass, tool.com, tool.inertia", &put_payload},
+      Place{"hand_eye", "camera.T_E_C", &put_camera_mount},
+      Place{"laser_mount", "laser.T_E_L", &put_scanner_mount},
+      Place{"tool_offset", "tool.T_F_E", &put_tool_offset},
+      Place{"camera_focal", "camera.fx",
+            [](const Cell& from, int, Cell& to) { to.camera->set_pinhole(camera_focal(from, to.camera->pinhole())); }},
+      Place{
+          "lens_distortion", "camera.distortion",
           [](const Cell& from, int, Cell& to) { to.camera->set_pinhole(lens_distortion(from, to.camera->pinhole())); }},
-    Place{"contact_stiffness", "contact.stiffness",
-          [](const Cell& from, int, Cell& to) { to.contact->stiffness = contact_stiffness(from); }},
-    Place{"gripper_compliance", "contact.stiffness",
-          [](const Cell& from, int, Cell& to) { to.contact->stiffness = EffectiveContact(from).stiffness(); }, "axial"},
-    Place{"contact_friction", "contact.friction",
-          [](const Cell& from, int, Cell& to) { to.contact->friction = contact_friction(from); }},
-    Place{"tube_radius", "tube.inner_radius",
-          [](const Cell& from, int, Cell& to) { to.tube->inner_radius = tube_radius(from); }},
-};
+      Place{"contact_stiffness", "contact.stiffness",
+            [](const Cell& from, int, Cell& to) { to.contact->stiffness = contact_stiffness(from); }},
+      Place{"gripper_compliance", "contact.stiffness",
+            [](const Cell& from, int, Cell& to) { to.contact->stiffness = EffectiveContact(from).stiffness(); },
+            "axial"},
+      Place{"contact_friction", "contact.friction",
+            [](const Cell& from, int, Cell& to) { to.contact->friction = contact_friction(from); }},
+      Place{"tube_radius", "tube.inner_radius",
+            [](const Cell& from, int, Cell& to) { to.tube->inner_radius = tube_radius(from); }},
+  };
+}
+
+/// All places, in an order in which one may build on another: mounts that are given from the nominal tip before the tip
+/// moves, rows of the arm before the zeros of its joints. Every law of a link has its place there.
+const std::vector<Place>& all_places() {
+  static const std::vector<Place> places = [] {
+    std::vector<Place> out = own_places();
+    auto at = std::ranges::find(out, "encoder_offset", &Place::effect);  // behind the rows of the arm
+    for (const LinkLaw& each : link_laws())
+      at = std::next(
+          out.insert(at, Place{each.effect, "robot.links[]", [law = each.law](const Cell& from, int i, Cell& to) {
+                                 link_of(to, i) = law(from, i, link_of(to, i));
+                               }}));
+    return out;
+  }();
+  return places;
+}
 
 /// Why an effect that has a place in general has none in this cell; empty: it has.
 std::string objection(const Place& place, const Cell& cell, const ActiveEffect& active) {
@@ -189,8 +206,8 @@ void apply_registered(FoldedCell& out) {
 }
 
 std::string reason_of(const ActiveEffect& active, const Cell& cell) {
-  const auto place = std::find_if(places.begin(), places.end(), [&](const Place& p) { return p.effect == active.id; });
-  const bool known = place != places.end();
+  const auto place = std::ranges::find(all_places(), active.id, &Place::effect);
+  const bool known = place != all_places().end();
   if (known && place->parameter.empty()) {
     const std::string text = objection(*place, cell, active);
     return text.empty() ? "no cell may have this value" : text;
@@ -199,7 +216,7 @@ std::string reason_of(const ActiveEffect& active, const Cell& cell) {
 }
 
 bool has_friction(const ActiveEffect& active) {
-  return std::any_of(places.begin(), places.end(), [&](const Place& place) {
+  return std::ranges::any_of(all_places(), [&](const Place& place) {
     return place.effect == active.id && place.field.starts_with("drives.friction.");
   });
 }
@@ -213,7 +230,7 @@ FoldedCell fold_effects(const Cell& cell, const FoldOptions& options) {
   if (options.add_drives && !out.cell.drives && std::any_of(active.begin(), active.end(), has_friction))
     out.cell.drives = cell::unit_drives(cell.robot.joints());
   const Cell from = out.cell;
-  for (const Place& place : places) fold(place, from, out);
+  for (const Place& place : all_places()) fold(place, from, out);
   for (ActiveEffect& left : cell::active_effects(out.cell.effects)) {
     const std::string reason = reason_of(left, out.cell);
     out.remaining.push_back({std::move(left), reason});

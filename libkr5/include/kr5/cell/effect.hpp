@@ -208,6 +208,7 @@ struct Effect {
   std::vector<EffectParameter> parameters = {};
   double inaccuracy = 0.0;
   bool one_at_a_time = false;
+  bool proven_by_poses = false;
   /// Laws of an effect that was registered: what it changes in the cell that is simulated, and in the predicted columns
   /// (a row for each row of the experiment). Called from any thread. Those of the library stand in kr5/physics.
   std::function<void(Cell&, const ActiveEffect&)> change_cell = {};
@@ -229,6 +230,10 @@ struct Effect {
     visit("inaccuracy", self.inaccuracy,
           "Assumed relative error of a simulation of this effect, beyond that of the simulator itself [-].");
     visit("one_at_a_time", self.one_at_a_time, "Whether each parameter is a hypothesis of its own.");
+    visit(
+        "proven_by_poses", self.proven_by_poses,
+        "Whether it changes lengths or angles of links, which every taught pose proves: a less probable cause where a "
+        "recording shows loads alone.");
   }
 };
 

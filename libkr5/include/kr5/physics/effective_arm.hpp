@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <span>
+#include <string_view>
 #include <vector>
 
 #include <kr5/cell/cell.hpp>
@@ -19,11 +21,20 @@ kinematics::DhJoint link_twist(const cell::Cell& cell, int joint, kinematics::Dh
 kinematics::Body link_mass(const cell::Cell& cell, int joint, kinematics::Body link);
 /// Link of a joint with the centre of mass that the effect replaces; its inertia about that centre stays.
 kinematics::Body link_com(const cell::Cell& cell, int joint, kinematics::Body link);
+
+/// A law of the mass, the centre of mass or the inertia of a link.
+struct LinkLaw {
+  std::string_view effect;
+  kinematics::Body (*law)(const cell::Cell& cell, int joint, kinematics::Body link);
+};
+/// All of them, in the order in which they act: what EffectiveArm and fold_effects know of effects of links.
+std::span<const LinkLaw> link_laws();
+
 /// Factor of all DH lengths at time t [s] of a session in which the robot warms up.
 double thermal_growth(const cell::Cell& cell, double t);
 
 /// Geometry and masses of the arm of a cell with their effects: base_tilt, link_length, link_twist, thermal_growth,
-/// link_mass, link_com and payload. Gears and drives are in kr5/physics/effective_drives.hpp.
+/// link_laws() and payload. Gears and drives are in kr5/physics/effective_drives.hpp.
 class EffectiveArm {
  public:
   /// Keeps a reference to the cell.

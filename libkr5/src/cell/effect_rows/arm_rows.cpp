@@ -127,7 +127,8 @@ std::vector<Effect> arm_rows() {
                        .description = "DH offset b",
                        .nominal = [](const Site& at) { return dh(at).b; },
                        .size = constant(typical::length)}},
-       .one_at_a_time = true},
+       .one_at_a_time = true,
+       .proven_by_poses = true},
       {.id = "link_twist",
        .target = Joint,
        .label = "link twist",
@@ -141,7 +142,8 @@ std::vector<Effect> arm_rows() {
                        .upper = turn,
                        .description = "DH twist alpha",
                        .nominal = [](const Site& at) { return dh(at).alpha; },
-                       .size = constant(typical::angle)}}},
+                       .size = constant(typical::angle)}},
+       .proven_by_poses = true},
       {.id = "transmission_error",
        .target = Joint,
        .label = "transmission error",
@@ -267,14 +269,16 @@ std::vector<Effect> arm_rows() {
        .description = "path-correction latency differs",
        .shows_in = in_path,
        .remedy = "Check the cycle time and the network of the correction; set the delay in the cell.",
-       .parameters =
-           {{.name = "delay",
-             .unit = "s",
-             .upper = 2,
-             .description = "total, from command to motion",
-             .coordinate = CoordinateKind::WholeCycles,
-             .nominal = [](const Site& at) { return at.cell.servo->tool->delay; },
-             .size = [](const Site& at) { return at.cell.servo->cycle > 0 ? at.cell.servo->cycle : typical::cycle; }}},
+       .parameters = {{.name = "delay",
+                       .unit = "s",
+                       .upper = 2,
+                       .description = "total, from command to motion",
+                       .coordinate = CoordinateKind::WholeCycles,
+                       .nominal = [](const Site& at) { return at.cell.servo->tool->delay; },
+                       .size =
+                           [](const Site& at) {
+                             return at.cell.servo->cycle > 0 ? at.cell.servo->cycle : robot::usual_cycle;
+                           }}},
        .needs = has_tool_servo},
   };
 }
