@@ -8,6 +8,7 @@
 #include <kr5/cell/import_urdf.hpp>
 #include <kr5/cell/placed_object.hpp>
 #include <kr5/cell/recording.hpp>
+#include <kr5/cell/sensor_model.hpp>
 #include <kr5/cell/simulator.hpp>
 #include <kr5/cell/update_urdf.hpp>
 
@@ -141,6 +142,8 @@ static void bind_cell_itself(py::module_& m) {
       .def("T_flange_camera", &T_flange_camera, "Nominal camera in the flange, or None.")
       .def("T_flange_scanner", &T_flange_scanner, "Nominal scanner in the flange, or None.")
       .def("nominal_chain", &nominal_chain, "Nominal arm.")
+      .def("sensor_model", &sensor_model,
+           "What turns the sensors of the cell into readings of its robot, as a controller believes it.")
       .def(
           "effect_targets",
           [](const Cell& self, const std::string& effect) { return effect_targets(find_effect(effect), self); },

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <kr5/core/error.hpp>
+#include <kr5/force/axis_force_control.hpp>
 #include <kr5/force/compliance.hpp>
 #include <kr5/force/contact_wrench.hpp>
 #include <kr5/force/depth_profile.hpp>
@@ -140,6 +141,20 @@ void bind_control(py::module_& m) {
       .def_property_readonly("limited", &ForceLoop::limited,
                              "True when a limit, or an argument that is not finite, holds the correction back.")
       .def_property_readonly("correction", &ForceLoop::correction, "Last correction [m].");
+  bind_struct<AxisForceOptions>(m, "AxisForceOptions", "Options of AxisForceControl.");
+  py::class_<AxisForceControl>(m, "AxisForceControl",
+                               "The force loop on a robot: from readings to commands that hold a force along one axis.")
+      .def(py::init<const AxisForceOptions&>(), py::arg("options") = AxisForceOptions{})
+      .def("step", &AxisForceControl::step, py::arg("reading"), py::arg("reference"),
+           "Command of this cycle, towards a force of the tool into the contact [N].")
+      .def("measured", &AxisForceControl::measured, py::arg("reading"),
+           "Force of the tool into the contact, by a reading; 0 before the first step [N].")
+      .def("reset", &AxisForceControl::reset, "Begins anew, where the tool is at the next reading.")
+      .def_property_readonly(
+          "limited", [](const AxisForceControl& self) { return self.loop().limited(); },
+          "True when a limit, or a reading that is not finite, holds the correction back.")
+      .def_property_readonly(
+          "correction", [](const AxisForceControl& self) { return self.loop().correction(); }, "Last correction [m].");
   bind_struct<GuardedMoveOptions>(m, "GuardedMoveOptions", "Options of GuardedMove.")
       .def("safe_speed", &GuardedMoveOptions::safe_speed,
            "Greatest contact speed for which the force stays within `max_force` [m/s].");
@@ -200,25 +215,18 @@ void bind_insertion(py::module_& m) {
   bind_struct<InsertionOptions>(m, "InsertionOptions", "Options of Insertion.");
   bind_struct<InsertionState>(m, "InsertionState", "State of an insertion.");
   bind_struct<ProfileRow>(m, "ProfileRow", "Measurement at one azimuth of the turn.");
-  py::class_<InsertionCommand>(m, "InsertionCommand", "Command to the cell for one cycle.")
-      .def_property_readonly(
-          "T_tube_peg", [](const InsertionCommand& c) { return c.T_tube_peg; }, "Commanded pose of the peg, in T [m].")
-      .def_readonly("hold", &InsertionCommand::hold, "True while the grip holds the peg; otherwise the peg slides.")
-      .def_readonly("air", &InsertionCommand::air, "True while compressed air pushes the peg.")
-      .def_readonly("stop", &InsertionCommand::stop, "True once the arm must stop at its present position.");
+  bind_struct<InsertionFrames>(m, "InsertionFrames", "Tube in the base and peg in the tool, as they are believed.");
+  m.def("T_tube_peg", &T_tube_peg, py::arg("frames"), py::arg("reading"),
+        "Pose of the peg against the tube, according to the arm [m].");
+  m.def("wrench_on_peg", &wrench_on_peg, py::arg("frames"), py::arg("reading"),
+        "Wrench of the environment on the peg about its bottom centre, in axes of T, without weight [N, N m].");
+  m.def("T_base_tool", &T_base_tool, py::arg("frames"), py::arg("T_tube_peg"),
+        "Pose of the tool that holds the peg at a pose in T [m].");
   py::class_<Insertion>(m, "Insertion", "Insertion of a peg into a tube by force control; call `step` once per cycle.")
-      .def(py::init<const InsertionOptions&>(), py::arg("options"))
-      .def(
-          "step",
-          [](Insertion& self, const kr5::Pose& T_tube_peg, const kr5::Vector6& sensor, const kr5::Vector6& wrench,
-             const std::vector<double>& current, bool saturated, bool gripped, bool reachable) {
-            return self.step({T_tube_peg, sensor, wrench, current, saturated, gripped, reachable});
-          },
-          py::arg("T_tube_peg"), py::arg("sensor"), py::arg("wrench"), py::arg("current") = std::vector<double>{},
-          py::arg("saturated") = false, py::arg("gripped") = true, py::arg("reachable") = true,
-          "One cycle of the controller. T_tube_peg: pose of the peg according to the arm [m]. sensor: reading of the "
-          "sensor [N, N m]. wrench: of the environment on the peg about its bottom centre, in axes of T, without "
-          "weight [N, N m].")
+      .def(py::init<const InsertionOptions&, const InsertionFrames&>(), py::arg("options"),
+           py::arg("frames") = InsertionFrames{})
+      .def("step", &Insertion::step, py::arg("reading"),
+           "One cycle of the controller: the pose at which the tool shall be, and what the gripper does.")
       .def_property_readonly("state", &Insertion::state, py::return_value_policy::copy, "State (a copy).")
       .def_property_readonly("finished", &Insertion::finished, "True when done or stopped.")
       .def_property_readonly(

@@ -187,6 +187,10 @@ static void bind_servo(py::module_& m) {
       "Observation of a target in a grey image (uint8, height x width), with the lens distortion removed.");
   m.def("observe_hole", &observe_hole, py::arg("hole"),
         "Observation of a bore from the result of find_hole; use `turn_free`.");
+  m.def("servo_command", &servo_command, py::arg("step"), py::arg("T_tool_camera"), py::arg("cycle"),
+        "Command to the robot for a cycle [s] in which its camera shall move by the twist of a step: a motion of the "
+        "tool "
+        "in its own axes; none where the twist is zero.");
   py::class_<VisualServo>(m, "VisualServo",
                           "Approach of a camera to a desired pose of the target, by ViSP's control laws\n"
                           "(Chaumette and Hutchinson 2006). Call `step` with the observation of each image until the "

@@ -5,9 +5,9 @@
 #include <limits>
 
 #include <kr5/core/error.hpp>
-#include <kr5/core/servo_lead.hpp>
 #include <kr5/physics/contact.hpp>
 #include <kr5/physics/tube.hpp>
+#include <kr5/robot/servo_feedforward.hpp>
 #include <kr5/sim/insertion_options.hpp>
 
 #include "insertion_arm.hpp"
@@ -21,7 +21,7 @@ namespace {
 using Eigen::Vector3d;
 using force::Insertion;
 using force::InsertionOptions;
-using force::InsertionReading;
+using robot::RobotReading;
 
 constexpr double carry_speed = 0.3;  // greatest, on the way there and back [m/s]
 constexpr double picking = 0.3;      // [s]
@@ -85,6 +85,7 @@ class Task {
     start.translation().z() = above;
     if (options_.hole) start.translation() += *options_.hole;
     const bool reachable = arm_.start(start, options_.tilt);
+    insertion_ = Insertion(options_, arm_.frames());
     for (int peg = 1; peg <= setup_.pegs; ++peg) {
       const double begun = arm_.time();
       if (peg > 1) fetch(peg);
@@ -125,7 +126,7 @@ class Task {
       out.hole = now.hole;
     }
     const double end = arm_.time() + (options_.insert_by == force::InsertBy::Arm ? 0.0 : falling);
-    while (arm_.time() < end && -arm_.peg().pose().translation().z() < options_.motion.depth) arm_.advance(last_);
+    while (arm_.time() < end && -arm_.peg().pose().translation().z() < options_.motion.depth) arm_.send(last_);
     const force::InsertionState& state = insertion_.state();
     out.phase = state.stopped_in;
     out.reason = state.reason;
@@ -138,10 +139,10 @@ class Task {
   }
 
   void cycle(int peg) {
-    const InsertionReading reading = arm_.read();
+    const RobotReading reading = arm_.read();
     last_ = insertion_.step(reading);
     if (setup_.log) note(peg, reading);
-    arm_.advance(last_);
+    arm_.send(last_);
   }
 
   /// Leaves the peg behind and comes back with another one.
@@ -160,32 +161,34 @@ class Task {
   }
 
   void wait(int peg) {
-    const InsertionReading reading = arm_.read();
+    const RobotReading reading = arm_.read();
     if (setup_.log) note(peg, reading);
-    arm_.advance(last_);
+    arm_.send(last_);
   }
 
   /// Smoothly to a pose, led ahead as the servo of the path needs it.
   void carry(int peg, const Pose& to) {
-    const Pose from = arm_.read().T_tube_peg;
+    const Pose from = force::T_tube_peg(arm_.frames(), arm_.read());
     const Vector3d way = to.translation() - from.translation();
     const PathLimits most = path_limits(cell_);
     const double duration =
         std::max({quintic_profile_peak.v * way.norm() / std::min(carry_speed, most.speed),
                   std::sqrt(quintic_profile_peak.a * way.norm() / most.acceleration), arm_.cycle()});
-    const ServoLead lead(options_.servo_frequency, options_.servo_damping);
+    const robot::ServoFeedforward lead(options_.servo_frequency, options_.servo_damping);
     for (double t = arm_.cycle(); t < duration + 2 * arm_.cycle(); t += arm_.cycle()) {
       const QuinticProfile now = quintic_profile(t / duration);
       const double v = now.v / duration, a = now.a / (duration * duration);
-      last_ = {};
-      last_.T_tube_peg = Pose(Eigen::Translation3d(from.translation() + way * (now.x + lead(v, a))));
+      last_ = robot::tool_command(force::T_base_tool(
+          arm_.frames(), Pose(Eigen::Translation3d(from.translation() + way * (now.x + lead(v, a))))));
       wait(peg);
     }
   }
 
-  void note(int peg, const InsertionReading& r) {
+  void note(int peg, const RobotReading& r) {
     const force::InsertionState& s = insertion_.state();
-    const Vector3d axis = r.T_tube_peg.linear().col(2), p = r.T_tube_peg.translation();
+    const Pose T_tube_peg = force::T_tube_peg(arm_.frames(), r);
+    const Vector6 wrench = force::wrench_on_peg(arm_.frames(), r);
+    const Vector3d axis = T_tube_peg.linear().col(2), p = T_tube_peg.translation();
     const Pose& real = arm_.peg().pose();
     std::vector<double> row = {arm_.time(),
                                static_cast<double>(peg),
@@ -196,7 +199,7 @@ class Task {
                                p.z(),
                                std::atan2(std::hypot(axis.x(), axis.y()), axis.z()),
                                std::atan2(axis.y(), axis.x())};
-    row.insert(row.end(), r.wrench.begin(), r.wrench.end());
+    row.insert(row.end(), wrench.begin(), wrench.end());
     row.insert(row.end(), real.translation().begin(), real.translation().end());
     row.push_back(std::acos(std::min(real.linear()(2, 2), 1.0)));
     row.insert(row.end(), arm_.position().begin(), arm_.position().end());
@@ -218,7 +221,7 @@ class Task {
   cell::Cell cell_;
   InsertionArm arm_;
   Insertion insertion_;
-  force::InsertionCommand last_;
+  robot::RobotCommand last_;
   RowTable rows_;
 };
 

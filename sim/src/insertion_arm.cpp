@@ -5,11 +5,12 @@
 #include <limits>
 #include <numbers>
 
+#include <kr5/cell/sensor_model.hpp>
 #include <kr5/core/error.hpp>
-#include <kr5/core/servo_lead.hpp>
 #include <kr5/geometry/tilt.hpp>
 #include <kr5/physics/tool.hpp>
 #include <kr5/physics/tube.hpp>
+#include <kr5/robot/servo_feedforward.hpp>
 
 namespace kr5::sim {
 namespace {
@@ -29,15 +30,6 @@ Grip grip_of(const cell::Cell& cell, const InsertionSetup& setup, const Pose& T_
           .angular = factor * believed.angular,
           .height = believed.height,
           .gravity = T_actual_base.linear() * cell.robot.gravity};
-}
-
-force::WrenchConditionerOptions weight_of(const cell::Cell& cell) {
-  force::WrenchConditionerOptions out;
-  out.cycle = cell.servo->cycle;
-  out.mass = cell.tool->mass;
-  out.com = cell.tool->com;
-  out.gravity = cell.robot.gravity;
-  return out;
 }
 
 WristSensorOptions sensor_of(const InsertionSetup& setup) {
@@ -69,7 +61,7 @@ InsertionArm::InsertionArm(const cell::Cell& real, const InsertionSetup& setup)
       peg_(real, grip_of(real, setup, (real.tube->T_base_tube * physics::T_tube_actual(real)).inverse())),
       sensor_(real, sensor_of(setup)),
       encoders_(arm_.drives(), 0.0, setup.noise ? real.noise.position : 0.0, setup.seed * 2 + 2),
-      weight_(weight_of(real)),
+      believed_(cell::sensor_model(real)),
       cycle_(real.servo->cycle),
       T_base_tube_(real.tube->T_base_tube),
       T_tube_actual_(physics::T_tube_actual(real)),
@@ -127,6 +119,7 @@ bool InsertionArm::choose_turn(const Pose& T_tube_peg, double tilt) {
 bool InsertionArm::start(const Pose& T_tube_peg, double tilt) {
   if (!choose_turn(T_tube_peg, tilt)) return false;
   const Coordinates at = seen_ = coordinates(T_tube_peg);
+  T_base_asked_ = force::T_base_tool(frames(), T_tube_peg);
   servo_.clear();
   if (cell_.servo->tool) {
     const physics::PathServo position(cell_);
@@ -162,7 +155,7 @@ VectorXd InsertionArm::led_ahead(const VectorXd& q) {
   VectorXd out = q;
   for (Eigen::Index i = 0; i < q.size(); ++i) {
     const cell::SecondOrder& servo = cell_.servo->of_joint(static_cast<int>(i));
-    const ServoLead lead(servo.natural_frequency, servo.damping_ratio);
+    const robot::ServoFeedforward lead(servo.natural_frequency, servo.damping_ratio);
     out[i] += lead(speed[i], (speed[i] - speed_[i]) / cycle_);
   }
   q_ = q;
@@ -210,16 +203,24 @@ void InsertionArm::move_peg(const Pose& to, double passed) {
 
 void InsertionArm::hold_peg() { peg_.place(held_); }
 
-void InsertionArm::advance(const force::InsertionCommand& command) {
+/// Joint values that a command asks for, if the arm has them; without a target those of the last pose.
+std::optional<VectorXd> InsertionArm::asked(const robot::RobotCommand& command) {
+  if (command.target == robot::CommandTarget::Joints) return VectorXd(robot::commanded_joints(command, told_.joints));
+  if (command.target == robot::CommandTarget::Tool) T_base_asked_ = robot::commanded_tool(command, told_.T_base_tool);
+  return ik_.posture(flange_for(commanded(T_base_tube_.inverse() * T_base_asked_ * T_peg_tool_.inverse())), q_);
+}
+
+void InsertionArm::send(const robot::RobotCommand& command) {
   const VectorXd before = command_;
-  if (!command.stop) {
-    const std::optional<VectorXd> q = ik_.posture(flange_for(commanded(command.T_tube_peg)), q_);
+  stopped_ = command.stop;
+  if (!stopped_) {
+    const std::optional<VectorXd> q = asked(command);
     reachable_ = q.has_value();
     command_ = led_ahead(reachable_ ? *q : q_);
   } else {
     command_ = q_;
   }
-  peg_.hold(command.hold, command.air);
+  peg_.hold(command.gripper.hold, command.gripper.air);
   const int steps = static_cast<int>(std::ceil(cycle_ / arm_.step() - 1e-6));
   arm_.set_step(cycle_ / steps);
   // Gears that give way swing against the contact: peg and arm then take turns step by step.
@@ -235,25 +236,17 @@ void InsertionArm::advance(const force::InsertionCommand& command) {
   time_ += cycle_;
 }
 
-force::InsertionReading InsertionArm::read() {
-  force::InsertionReading out;
+robot::RobotReading InsertionArm::read() {
   reading_ = arm_.read();
-  const Pose T_base_flange = ik_.chain().flange(encoders_.read(reading_.position));
-  const Pose T_tube_flange = T_base_tube_.inverse() * T_base_flange;
-  out.T_tube_peg = T_tube_flange * cell_.tool->T_flange_tool * T_peg_tool_.inverse();
-  seen_ = coordinates(out.T_tube_peg);
-  out.sensor = sensor_.read(reading_.wrench, time_);
-  const Pose T_tube_sensor = T_tube_flange * cell_.tool->T_flange_sensor;
-  const Vector6 felt = out.sensor - weight_.weight(T_base_flange.linear() * cell_.tool->T_flange_sensor.linear());
-  const Vector3d force = T_tube_sensor.linear() * felt.head<3>();
-  out.wrench << force, T_tube_sensor.linear() * felt.tail<3>() +
-                           (T_tube_sensor.translation() - out.T_tube_peg.translation()).cross(force);
-  current_.assign(reading_.current.begin(), reading_.current.end());
-  out.current = current_;
-  out.saturated = sensor_.saturated();
-  out.gripped = peg_.gripped();
-  out.reachable = reachable_;
-  return out;
+  robot::SensorValues values;
+  values.time = time_;
+  values.joints = robot::joint_vector(encoders_.read(reading_.position));
+  values.currents = robot::joint_vector(reading_.current);
+  values.sensor = sensor_.read(reading_.wrench, time_);
+  values.status = {stopped_, reachable_, sensor_.saturated(), peg_.gripped()};
+  told_ = robot::robot_reading(believed_, values);
+  seen_ = coordinates(force::T_tube_peg(frames(), told_));
+  return told_;
 }
 
 }  // namespace kr5::sim

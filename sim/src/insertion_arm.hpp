@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
 #include <vector>
 
-#include <kr5/force/wrench_conditioner.hpp>
+#include <kr5/force/insertion.hpp>
 #include <kr5/physics/path_correction.hpp>
+#include <kr5/robot/robot.hpp>
+#include <kr5/robot/sensing.hpp>
 #include <kr5/sim/driven_arm.hpp>
 #include <kr5/sim/insertion.hpp>
 #include <kr5/sim/sensors.hpp>
@@ -19,7 +22,7 @@ force::GripModel believed_grip(const cell::Cell& cell, const InsertionSetup& set
 
 /// The arm of a cell with a peg in its grip, cycle by cycle: path corrections with their servo and delay, joints with
 /// theirs, gears, links, encoders, the wrist sensor. T is where the tube is believed.
-class InsertionArm {
+class InsertionArm : public robot::Robot {
  public:
   InsertionArm(const cell::Cell& real, const InsertionSetup& setup);
 
@@ -27,17 +30,19 @@ class InsertionArm {
   bool start(const Pose& T_tube_peg, double tilt);
   /// A new peg in the grip: where it sits in it, and how far the arm is off, are drawn anew.
   void regrip();
-  void advance(const force::InsertionCommand& command);
+  /// Moves for a cycle.
+  void send(const robot::RobotCommand& command) override;
   /// The peg sits in the grip, whatever was before.
   void hold_peg();
-  /// What the cell tells; its spans hold until the next call.
-  force::InsertionReading read();
+  robot::RobotReading read() override;
 
   const HeldPeg& peg() const { return peg_; }
   HeldPeg& peg() { return peg_; }
   const Eigen::VectorXd& position() const { return reading_.position; }
   double time() const { return time_; }
-  double cycle() const { return cycle_; }
+  double cycle() const override { return cycle_; }
+  /// The task on this arm, as it is believed; known once it has started.
+  force::InsertionFrames frames() const { return {T_base_tube_, T_peg_tool_.inverse()}; }
   /// The tube in T, as it really stands.
   const Pose& tube() const { return T_tube_actual_; }
 
@@ -47,6 +52,7 @@ class InsertionArm {
 
   Pose flange_for(const Pose& T_tube_peg) const;
   bool choose_turn(const Pose& T_tube_peg, double tilt);
+  std::optional<Eigen::VectorXd> asked(const robot::RobotCommand& command);
   Pose commanded(const Pose& T_tube_peg);
   Eigen::VectorXd led_ahead(const Eigen::VectorXd& q);
   /// Where the grip really would hold the peg, in the real tube.
@@ -62,9 +68,11 @@ class InsertionArm {
   HeldPeg peg_;
   WristSensor sensor_;
   Encoders encoders_;
-  force::WrenchConditioner weight_;
+  robot::SensorModel believed_;
   std::vector<physics::PathCorrection> servo_;
-  bool relative_ = false, reachable_ = true;
+  bool relative_ = false, reachable_ = true, stopped_ = false;
+  robot::RobotReading told_;                ///< The last one.
+  Pose T_base_asked_ = Pose::Identity();    ///< Where the tool was last asked to be.
   Coordinates seen_ = Coordinates::Zero();  ///< What the arm last read of itself.
   double cycle_ = 0.0, time_ = 0.0;
   Pose T_base_tube_ = Pose::Identity(), T_tube_actual_ = Pose::Identity(), T_actual_base_ = Pose::Identity();
@@ -75,7 +83,6 @@ class InsertionArm {
   ArmReading reading_;
   Pose held_ = Pose::Identity();
   Vector6 on_tool_ = Vector6::Zero();  ///< Of the peg, at S, in B.
-  std::vector<double> current_;
 };
 
 }  // namespace kr5::sim

@@ -2,7 +2,7 @@
 #include "insertion_limits.hpp"
 
 #include <kr5/core/error.hpp>
-#include <kr5/core/servo_lead.hpp>
+#include <kr5/robot/servo_feedforward.hpp>
 
 namespace kr5::sim {
 namespace {
@@ -29,7 +29,7 @@ PathLimits path_limits(const cell::Cell& cell) {
   if (!cell.servo->correction || !cell.servo->correction->per_cycle) return {};
   const double limit = *cell.servo->correction->per_cycle, cycle = cell.servo->cycle;
   require(limit > 0, "servo.correction.per_cycle: must be positive [m]");
-  const ServoLead lead(cell.servo->tool->natural_frequency, cell.servo->tool->damping_ratio);
+  const robot::ServoFeedforward lead(cell.servo->tool->natural_frequency, cell.servo->tool->damping_ratio);
   PathLimits out;
   if (cell.servo->correction->mode == cell::CorrectionMode::Absolute) {
     out.speed = speed_part * limit / cycle;

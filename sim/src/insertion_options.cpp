@@ -7,6 +7,7 @@
 #include <string>
 
 #include <kr5/core/error.hpp>
+#include <kr5/robot/cycle.hpp>
 
 #include "insertion_arm.hpp"
 #include "insertion_limits.hpp"
@@ -60,7 +61,7 @@ void set_hayat2022(force::InsertionOptions& out) {
   out.localisation = force::Localisation::Cusp;
   out.entry = force::Entry::Upright;
   out.grip.corrected = false;
-  out.motion.slide_speed = 0.03e-3 / 0.012;  // 0.03 mm a cycle
+  out.motion.slide_speed = 0.03e-3 / robot::usual_cycle;  // 0.03 mm a cycle of theirs
   out.motion.roll_time = 24.0;  // not printed: with it the first attempt succeeds as often as theirs did, 70 %
 }
 

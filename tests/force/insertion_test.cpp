@@ -11,6 +11,7 @@
 #include <kr5/core/error.hpp>
 #include <kr5/core/random.hpp>
 #include <kr5/force/depth_profile.hpp>
+#include <kr5/robot/loopback.hpp>
 #include <support/trials.hpp>
 
 #include "book_peg.hpp"
@@ -42,42 +43,46 @@ InsertionOptions book_options() {
   return out;
 }
 
-/// An arm that is where it was told to be two cycles ago, over a tube whose top alone is there: what carries the peg
-/// pushes it up by a spring, forces across are left out. Enough for everything up to the slide.
+/// A loopback robot over a tube whose top alone is there: what carries the peg pushes it up by a spring, forces across
+/// are left out. Enough for everything up to the slide.
 class Cell {
  public:
-  explicit Cell(const Eigen::Vector3d& tube, std::uint64_t seed = 1) : tube_(tube), random_(seed) {
-    start_.translation() = Eigen::Vector3d(0, 0, 20 * mm);
-    line_ = {start_, start_};
+  explicit Cell(const Eigen::Vector3d& tube, std::uint64_t seed = 1, const InsertionFrames& frames = {})
+      : tube_(tube), frames_(frames), robot_({.force_noise = 0.15, .torque_noise = 0.008, .seed = seed}) {
+    robot_.place(T_base_tool(frames_, Pose(Eigen::Translation3d(0, 0, 20 * mm))));
+    robot_.set_environment([this](const Pose& T_base_tool) { return present ? push(T_base_tool) : Vector6::Zero(); });
   }
+  Cell(const Cell&) = delete;
 
-  InsertionReading read() {
-    InsertionReading out;
-    out.T_tube_peg = line_[0];
-    const double force = present ? press(line_[0]) : 0.0;
-    for (int i = 0; i < 6; ++i) out.sensor[i] = random_.normal(i < 3 ? 0.15 : 0.008);
-    out.wrench = out.sensor;
-    out.current = current;
-    out.wrench[2] += force;
-    out.sensor[2] += force;
+  robot::RobotReading read() {
+    robot::RobotReading out = robot_.read();
+    out.currents = currents;
     return out;
   }
-  void obey(const InsertionCommand& command) {
-    if (command.stop) return;
-    line_[0] = line_[1];
-    line_[1] = command.T_tube_peg;
-  }
+  void obey(const robot::RobotCommand& command) { robot_.send(command); }
   /// Steps until the phase, or to the end.
   void run(Insertion& insertion, Phase until = Phase::Done) {
     for (int i = 0; i < 10000 && !insertion.finished() && insertion.state().phase != until; ++i)
       obey(insertion.step(read()));
   }
-  const Pose& pose() const { return line_[0]; }
+  Pose pose() const { return peg_at(robot_.T_base_tool()); }
 
   bool present = true;
-  std::vector<double> current;
+  robot::JointVector currents;
 
  private:
+  Pose peg_at(const Pose& T_base_tool) const {
+    return frames_.T_base_tube.inverse() * T_base_tool * frames_.T_tool_peg;
+  }
+  /// At the bottom of the peg, along Z of the tube; about the origin of the tool.
+  Vector6 push(const Pose& T_base_tool) const {
+    const Pose T_tube_peg = peg_at(T_base_tool);
+    const Eigen::Vector3d force = frames_.T_base_tube.linear().col(2) * press(T_tube_peg);
+    const Eigen::Vector3d tool_to_peg = T_base_tool.linear() * frames_.T_tool_peg.translation();
+    Vector6 out;
+    out << force, tool_to_peg.cross(force);
+    return out;
+  }
   double press(const Pose& T_tube_peg) const {
     const Eigen::Vector3d axis = T_tube_peg.linear().col(2), p = T_tube_peg.translation();
     const double tilt = std::atan2(axis.head<2>().norm(), axis.z());
@@ -87,13 +92,12 @@ class Cell {
   }
 
   Eigen::Vector3d tube_;
-  Random random_;
-  Pose start_ = Pose::Identity();
-  std::array<Pose, 2> line_;
+  InsertionFrames frames_;
+  robot::LoopbackRobot robot_;
 };
 
-Insertion started(const InsertionOptions& options, Cell& cell, Phase phase) {
-  Insertion out(options);
+Insertion started(const InsertionOptions& options, Cell& cell, Phase phase, const InsertionFrames& frames = {}) {
+  Insertion out(options, frames);
   cell.run(out, phase);
   REQUIRE(out.state().phase == phase);
   return out;
@@ -102,12 +106,12 @@ Insertion started(const InsertionOptions& options, Cell& cell, Phase phase) {
 void check_stopped(Insertion& insertion, Cell& cell, Reason reason) {
   CHECK(insertion.state().phase == Phase::Stopped);
   CHECK(insertion.state().reason == reason);
-  const InsertionCommand first = insertion.step(cell.read());
+  const robot::RobotCommand first = insertion.step(cell.read());
   CHECK(first.stop);
   for (int i = 0; i < 20; ++i) {  // it stays so, whatever comes
-    const InsertionCommand next = insertion.step(cell.read());
+    const robot::RobotCommand next = insertion.step(cell.read());
     CHECK(next.stop);
-    CHECK(next.T_tube_peg.isApprox(first.T_tube_peg));
+    CHECK(next.tool.isApprox(first.tool));
   }
   CHECK(insertion.state().reason == reason);
 }
@@ -134,6 +138,26 @@ TEST_CASE("a peg that goes round knows where the hole is, whatever the direction
   CHECK(within == all);
   INFO(covered << " of " << all << " within 2.45 standard deviations, where 95 % are in every direction");
   CHECK(covered >= 0.95 * all - 3 * std::sqrt(0.95 * 0.05 * all));
+}
+
+TEST_CASE(
+    "wherever the tube stands on the robot, and however the tool holds the peg, the insertion finds the same hole") {
+  InsertionOptions options = book_options();
+  options.grip.angular = 1e9;
+  options.forces.angular_gain = 0;
+  const Eigen::Vector3d tube(5 * mm, -3 * mm, 0.1 * mm);
+  Random random(3);
+  for (int k = 0; k < 5; ++k) {
+    InsertionFrames frames;
+    frames.T_base_tube = to_pose((Vector6() << random.direction(), 2.5 * random.direction()).finished());
+    frames.T_tool_peg = to_pose((Vector6() << 0.1 * random.direction(), 3.0 * random.direction()).finished());
+    Cell cell(tube, 40 + static_cast<std::uint64_t>(k), frames);
+    const Insertion insertion = started(options, cell, Phase::Aim, frames);
+    CHECK((insertion.state().hole - tube).norm() < 0.1 * mm);
+  }
+  InsertionFrames stretched;
+  stretched.T_tool_peg.linear() *= 2;
+  CHECK_THROWS_WITH(Insertion(options, stretched), Catch::Contains("T_tool_peg"));
 }
 
 TEST_CASE("beyond the critical offset the least height leads the wrong way and the cusp does not") {
@@ -163,9 +187,9 @@ TEST_CASE("a step allocates nothing, whatever it is at") {
   long most = 0;
   std::set<Phase> phases;
   for (int i = 0; i < 4000 && !insertion.finished(); ++i) {
-    const InsertionReading reading = cell.read();
+    const robot::RobotReading reading = cell.read();
     const long before = allocations;
-    const InsertionCommand command = insertion.step(reading);
+    const robot::RobotCommand command = insertion.step(reading);
     most = std::max(most, allocations - before);
     phases.insert(insertion.state().phase);
     cell.obey(command);
@@ -206,37 +230,37 @@ TEST_CASE("without a tube nothing is touched, and that is said in the end") {
 TEST_CASE("a sensor that says the same for ever is dead, and stops the arm in the air") {
   Cell cell({5 * mm, 0, 0});
   Insertion insertion = started(book_options(), cell, Phase::Approach);
-  const InsertionReading frozen = cell.read();
+  const robot::RobotReading frozen = cell.read();
   int cycles = 0;
   for (; !insertion.finished() && cycles < 100; ++cycles) insertion.step(frozen);
-  CHECK(cycles * 0.012 <= 0.25 + 2 * 0.012);
+  CHECK(cycles * robot::usual_cycle <= 0.25 + 2 * robot::usual_cycle);
   CHECK(insertion.state().stopped_in == Phase::Approach);
   check_stopped(insertion, cell, Reason::SensorDead);
 }
 
 TEST_CASE("every violation stops within the cycle, from any phase, with its name") {
-  const std::vector<double> currents = {0.5, 2.5};
+  const Eigen::Vector2d currents(0.5, 2.5);
   struct Case {
     Reason reason;
-    void (*spoil)(InsertionReading&);
+    void (*spoil)(robot::RobotReading&);
   };
   const Case cases[] = {
-      {Reason::Force, [](InsertionReading& r) { r.wrench[0] = 90; }},
-      {Reason::Torque, [](InsertionReading& r) { r.wrench[4] = 9; }},
-      {Reason::SensorSaturated, [](InsertionReading& r) { r.saturated = true; }},
-      {Reason::SensorDead, [](InsertionReading& r) { r.sensor[3] = std::numeric_limits<double>::quiet_NaN(); }},
-      {Reason::SensorDead, [](InsertionReading& r) { r.wrench[3] = std::numeric_limits<double>::infinity(); }},
-      {Reason::PegLost, [](InsertionReading& r) { r.gripped = false; }},
-      {Reason::OutOfReach, [](InsertionReading& r) { r.reachable = false; }},
+      {Reason::Force, [](robot::RobotReading& r) { r.wrench[0] = 90; }},
+      {Reason::Torque, [](robot::RobotReading& r) { r.wrench[4] = 9; }},
+      {Reason::SensorSaturated, [](robot::RobotReading& r) { r.status.saturated = true; }},
+      {Reason::SensorDead, [](robot::RobotReading& r) { r.sensor[3] = std::numeric_limits<double>::quiet_NaN(); }},
+      {Reason::SensorDead, [](robot::RobotReading& r) { r.wrench[3] = std::numeric_limits<double>::infinity(); }},
+      {Reason::PegLost, [](robot::RobotReading& r) { r.status.gripped = false; }},
+      {Reason::OutOfReach, [](robot::RobotReading& r) { r.status.reachable = false; }},
       {Reason::OutOfReach,
-       [](InsertionReading& r) { r.T_tube_peg.translation().x() = std::numeric_limits<double>::quiet_NaN(); }},
+       [](robot::RobotReading& r) { r.T_base_tool.translation().x() = std::numeric_limits<double>::quiet_NaN(); }},
   };
   for (const Phase phase : {Phase::Tare, Phase::Approach, Phase::Touch, Phase::Roll, Phase::Locate, Phase::Aim,
                             Phase::Slide, Phase::Upright, Phase::Push})
     for (const Case& c : cases) {
       Cell cell({5 * mm, 2 * mm, 0});
       Insertion insertion = started(book_options(), cell, phase);
-      InsertionReading reading = cell.read();
+      robot::RobotReading reading = cell.read();
       c.spoil(reading);
       CHECK(insertion.step(reading).stop);
       CHECK(insertion.state().stopped_in == phase);
@@ -245,10 +269,10 @@ TEST_CASE("every violation stops within the cycle, from any phase, with its name
   InsertionOptions options = book_options();
   options.limits.current = Eigen::Vector2d(1.0, 2.0);
   Cell cell({5 * mm, 2 * mm, 0});
-  cell.current = {0.5, 1.5};
+  cell.currents = Eigen::Vector2d(0.5, 1.5);
   Insertion insertion = started(options, cell, Phase::Roll);
-  InsertionReading reading = cell.read();
-  reading.current = currents;
+  robot::RobotReading reading = cell.read();
+  reading.currents = currents;
   CHECK(insertion.step(reading).stop);
   check_stopped(insertion, cell, Reason::Current);
 }
@@ -275,8 +299,8 @@ TEST_CASE("what cannot be is still stated after beginning anew") {
 TEST_CASE("an insertion begins anew after a stop") {
   Cell cell({5 * mm, 2 * mm, 0});
   Insertion insertion = started(book_options(), cell, Phase::Roll);
-  InsertionReading reading = cell.read();
-  reading.saturated = true;
+  robot::RobotReading reading = cell.read();
+  reading.status.saturated = true;
   insertion.step(reading);
   REQUIRE(insertion.finished());
   insertion.restart();

@@ -5,7 +5,7 @@ import math
 import kr5
 import numpy as np
 import pytest
-from kr5 import force
+from kr5 import force, robot
 
 BOOK = force.PegTube(peg_radius=9.42e-3, inner_radius=9.7e-3, outer_radius=12.65e-3)
 TILT = math.radians(7.5)
@@ -87,10 +87,13 @@ def test_an_insertion_steps_from_python_and_says_what_stopped_it():
     random = np.random.default_rng(1)
     for _ in range(30):
         noise = random.normal(0, 0.1, 6)
-        command = insertion.step(pose, noise, noise)
-        pose = np.array(command.T_tube_peg)
-    assert str(insertion.state.phase) == "approach" and not command.stop and command.hold
-    assert insertion.step(pose, noise, noise, gripped=False).stop
+        reading = robot.RobotReading(T_base_tool=pose, sensor=noise, wrench=noise)
+        command = insertion.step(reading)
+        pose = np.array(command.tool)
+    assert str(command.target) == "tool" and str(command.mode) == "absolute"
+    assert str(insertion.state.phase) == "approach" and not command.stop and command.gripper.hold
+    reading.status.gripped = False
+    assert insertion.step(reading).stop
     assert (
         insertion.finished
         and str(insertion.state.reason) == "peg_lost"

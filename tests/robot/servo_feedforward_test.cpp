@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <kr5/core/servo_lead.hpp>
+#include <kr5/robot/servo_feedforward.hpp>
 
 #include <cmath>
 
@@ -7,10 +7,11 @@
 #include <catch2/catch.hpp>
 
 using namespace kr5;
+using robot::ServoFeedforward;
 
 TEST_CASE("a servo that is led ahead by its inverse needs no acceleration but that of the path") {
   const double w = 12.0, zeta = 0.7;
-  const ServoLead lead(w, zeta);
+  const ServoFeedforward lead(w, zeta);
   for (const double t : {0.0, 0.3, 1.1}) {
     const double x = std::sin(3 * t), v = 3 * std::cos(3 * t), a = -9 * std::sin(3 * t);
     CHECK(w * w * (x + lead(v, a) - x) - 2 * zeta * w * v == Approx(a).margin(1e-12));
@@ -20,6 +21,6 @@ TEST_CASE("a servo that is led ahead by its inverse needs no acceleration but th
 }
 
 TEST_CASE("a servo that follows at once needs no lead") {
-  const ServoLead lead(0.0, 0.7);
+  const ServoFeedforward lead(0.0, 0.7);
   CHECK(lead(5.0, 100.0) == 0.0);
 }

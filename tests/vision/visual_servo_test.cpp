@@ -6,6 +6,7 @@
 #include <string>
 
 #include <kr5/core/error.hpp>
+#include <kr5/robot/loopback.hpp>
 #include <kr5/vision/visual_servo.hpp>
 
 #include "support/servo_world.hpp"
@@ -136,6 +137,61 @@ TEST_CASE("by position the target crosses the image on a straight line, by image
     for (int k = 0; k < 4; ++k) most = std::max(most, off_line(exact(T).rays.col(k), first.col(k), last.col(k)));
   });
   CHECK(most < 0.05 * (first - last).colwise().norm().minCoeff());
+}
+
+TEST_CASE("over a loopback robot, by readings and commands alone, the camera reaches its goal") {
+  const ServoFeature by = GENERATE(ServoFeature::Position, ServoFeature::Image);
+  const bool with_arm = GENERATE(false, true);
+  robot::SensorModel model;
+  model.T_flange_tool = Pose(Eigen::Translation3d(0.0, 0.0, 0.19));
+  if (with_arm)  // six axes with a wrist
+    model.arm.joints = {{.b = 0.4, .a = 0.18, .alpha = M_PI_2},
+                        {.theta_offset = M_PI_2, .a = 0.6, .alpha = M_PI},
+                        {.a = 0.12, .alpha = M_PI_2},
+                        {.b = 0.62, .theta_offset = M_PI, .alpha = M_PI_2},
+                        {.theta_offset = -M_PI_2, .alpha = M_PI_2},
+                        {.b = 0.115}};
+  const Pose T_tool_camera = to_pose((Vector6() << 0.05, -0.02, -0.1, 0.1, -0.2, 0.4).finished());
+  const VisualServoOptions o{.feature = by};
+  Random random(21);
+  for (int k = 0; k < 8; ++k) {
+    robot::LoopbackRobot robot({.cycle = o.cycle,
+                                .delay = o.cycle + o.latency,
+                                .limits = {.translation = 0.02, .rotation = 0.1},
+                                .joint_noise = 1e-5,
+                                .position_noise = 1e-4,
+                                .rotation_noise = 1e-4,
+                                .seed = 70 + static_cast<std::uint64_t>(k)},
+                               model);
+    if (with_arm) robot.place(Eigen::Matrix<double, 6, 1>(0.2, 0.3, -2.3, 0.4, -1.0, 0.3));
+    const Pose T_base_target = robot.T_base_tool() * T_tool_camera * exact_start(random);
+    const auto seen = [&](const Pose& T_base_tool) { return (T_base_tool * T_tool_camera).inverse() * T_base_target; };
+    VisualServo servo(exact_goal(), o);
+    ServoStep step;
+    for (int i = 0; i < 200 && step.state == ServoState::Moving; ++i) {
+      const robot::RobotReading reading = robot.read();
+      REQUIRE(reading.status.reachable);
+      step = servo.step(exact(seen(robot.T_base_tool())), reading.time);
+      robot.send(servo_command(step, T_tool_camera, o.cycle));
+    }
+    CAPTURE(k, name_of(by), with_arm, step.reason);
+    CHECK(step.state == ServoState::Arrived);
+    for (int i = 0; i < 5; ++i) robot.send({});
+    const Vector6 error = to_vector(exact_goal() * seen(robot.T_base_tool()).inverse());
+    CHECK(error.head<3>().norm() < 2 * o.tolerance_position);
+    CHECK(error.tail<3>().norm() < 2 * o.tolerance_angle);
+  }
+}
+
+TEST_CASE("a step that moves nothing commands nothing, and a twist moves the camera and not the tool") {
+  ServoStep step;
+  CHECK(servo_command(step, Pose::Identity(), 0.1).target == robot::CommandTarget::None);
+  step.twist << 0.0, 0.0, 0.0, 0.0, 0.0, 0.5;
+  const Pose T_tool_camera(Eigen::Translation3d(0.1, 0.0, 0.0));
+  const Pose moved_tool = robot::commanded_tool(servo_command(step, T_tool_camera, 0.1), Pose::Identity());
+  CHECK((moved_tool * T_tool_camera).translation().isApprox(T_tool_camera.translation(), 1e-12));
+  CHECK(moved_tool.translation().norm() > 4e-3);
+  CHECK(log_rotation(moved_tool.linear()).isApprox(Vector3d(0, 0, 0.05), 1e-9));
 }
 
 TEST_CASE("a free turn is left alone and does not count") {

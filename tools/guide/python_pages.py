@@ -31,6 +31,7 @@ MODULES = (
     "physics",
     "picking",
     "predict",
+    "robot",
     "sim",
     "uncertainty",
     "vision",

@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include <kr5/core/servo_lead.hpp>
 #include <kr5/physics/cubic_spline.hpp>
+#include <kr5/robot/servo_feedforward.hpp>
 
 namespace kr5::physics {
 
@@ -30,7 +30,7 @@ Eigen::Matrix2d transition(const cell::SecondOrder& servo, double h) {
 }
 
 Eigen::Vector4d steady_response(const cell::SecondOrder& servo, const Eigen::Vector4d& c) {
-  const ServoLead lead(servo.natural_frequency, servo.damping_ratio);
+  const robot::ServoFeedforward lead(servo.natural_frequency, servo.damping_ratio);
   Eigen::Vector4d p;
   p[3] = c[3];
   p[2] = c[2] - lead(3 * p[3], 0.0);  // c = p + lead(p', p''), power by power

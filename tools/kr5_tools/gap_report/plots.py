@@ -6,6 +6,7 @@ from typing import Any
 import kr5.gap
 import numpy as np
 from kr5.gap import column_text, part_of, part_text, variable_text
+from kr5.robot import usual_cycle
 from matplotlib.colors import LinearSegmentedColormap, LogNorm, to_hex
 from matplotlib.figure import Figure
 
@@ -125,7 +126,7 @@ def residual_plot(evidence: Evidence, group: str) -> Figure:
             else np.arange(len(c.before), dtype=float)
         )
         if np.any(np.diff(t) < 0):
-            t = np.arange(len(t), dtype=float) * 0.012 if moving else np.arange(len(t), dtype=float)
+            t = np.arange(len(t), dtype=float) * usual_cycle if moving else np.arange(len(t), dtype=float)
         x.append(t - t[0] + end)
         end = x[-1][-1] + (np.median(np.diff(t)) if len(t) > 1 else 1.0)
         edges.append(end)

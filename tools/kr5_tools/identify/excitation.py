@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
-from kr5 import cell, identification, predict
+from kr5 import cell, identification, predict, robot
 from kr5.files.results import write_result
 from kr5.files.writing import check_writable, write_json
 
@@ -17,7 +17,6 @@ from kr5_tools.cli.terminal import console, fail, print_note, share_bar
 from kr5_tools.identify.excitation_files import krl_files, write_krl, write_motion_csv
 
 app = typer.Typer()
-DEFAULT_INTERVAL = 0.012  # where the cell states no cycle [s]
 MOST_SHOWN = 600  # samples of a result file, for its plots
 BOOK_CONDITION = 51.0  # Hayat et al. 2022, section 4.4.3.2 [-]
 
@@ -181,7 +180,7 @@ def _limits(believed: Any, joints: int, speed: str | None, acceleration: str | N
 def _interval(believed: Any, given: float | None) -> float:
     if given is not None and not (math.isfinite(given) and given > 0):
         fail(f"--interval: found {given}, expected a time above 0 [s]")
-    return given or (believed.servo.cycle if believed.servo else DEFAULT_INTERVAL)
+    return given or (believed.servo.cycle if believed.servo else robot.usual_cycle)
 
 
 def _keys(found: Any, believed: Any, every: float, unscaled: bool) -> dict[str, Any]:

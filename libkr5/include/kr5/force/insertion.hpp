@@ -11,6 +11,9 @@
 #include <kr5/force/insertion_options.hpp>
 #include <kr5/force/insertion_state.hpp>
 #include <kr5/geometry/pose.hpp>
+#include <kr5/robot/command.hpp>
+#include <kr5/robot/cycle.hpp>
+#include <kr5/robot/reading.hpp>
 
 /// @file
 /// Insertion of a peg into a tube by force control (Hayat et al. 2022, algorithm of section 5.6, and 6.4): tilted
@@ -22,13 +25,13 @@ namespace kr5::force {
 
 struct InsertionOptions {
   PegTube bodies;
-  double tilt = 0.2618;          ///< [rad]
-  double azimuth = 0.0;          ///< [rad]
-  double cycle = 0.012;          ///< [s]
-  double cutoff = 8.0;           ///< [Hz]
-  double delay = 0.024;          ///< [s]
-  double servo_frequency = 0.0;  ///< [rad/s]
-  double servo_damping = 0.75;   ///< [-]
+  double tilt = 0.2618;               ///< [rad]
+  double azimuth = 0.0;               ///< [rad]
+  double cycle = robot::usual_cycle;  ///< [s]
+  double cutoff = 8.0;                ///< [Hz]
+  double delay = 0.024;               ///< [s]
+  double servo_frequency = 0.0;       ///< [rad/s]
+  double servo_damping = 0.75;        ///< [-]
   Localisation localisation = Localisation::Fit;
   Entry entry = Entry::Tilted;
   InsertBy insert_by = InsertBy::Arm;
@@ -63,37 +66,40 @@ struct InsertionOptions {
   }
 };
 
-/// Reading of the cell in one cycle: pose and forces of one instant. When the forces are 18 ms older than the pose, as
-/// with an unmatched filter in a sensor, the fitted hole is some 0.3 mm off.
-struct InsertionReading {
-  Pose T_tube_peg = Pose::Identity();  ///< As the arm believes.
-  Vector6 sensor = Vector6::Zero();    ///< As the sensor tells it, in its own axes [N, N m].
-  Vector6 wrench = Vector6::Zero();    ///< Of the environment on the peg, about the origin of P, axes of T; no weight.
-  std::span<const double> current;     ///< Of each motor [A]; may be empty.
-  bool saturated = false;              ///< The sensor is at its limit.
-  bool gripped = true;                 ///< The grip holds something.
-  bool reachable = true;               ///< The arm could go where the last command was.
+/// Where the task stands on the robot: the tube in the base and the peg in the tool, as both are believed. As they are,
+/// robot and task have one frame.
+struct InsertionFrames {
+  Pose T_base_tube = Pose::Identity();
+  Pose T_tool_peg = Pose::Identity();
+
+  /// @throws InvalidArgument naming the pose that is no rigid motion.
+  void validate() const;
+
+  static void each_field(auto& self, auto&& visit) {
+    visit("T_base_tube", self.T_base_tube, "Tube in the base, as it is believed [m].");
+    visit("T_tool_peg", self.T_tool_peg, "Peg in the tool: its bottom centre, Z along its axis, up [m].");
+  }
 };
 
-/// Command to the cell for one cycle.
-struct InsertionCommand {
-  Pose T_tube_peg = Pose::Identity();  ///< What the arm is told: where it shall hold the peg, led ahead for its servo.
-  bool hold = true;                    ///< The grip holds; otherwise it lets the peg slide along.
-  bool air = false;                    ///< Compressed air on the peg.
-  bool stop = false;                   ///< Stop the arm where it is; stays so.
-};
+/// Pose of the peg against the tube, as the arm believes.
+Pose T_tube_peg(const InsertionFrames& frames, const robot::RobotReading& reading) noexcept;
+/// Wrench of the environment on the peg, about the origin of P, axes of T, without weight [N, N m].
+Vector6 wrench_on_peg(const InsertionFrames& frames, const robot::RobotReading& reading) noexcept;
+/// Where the tool is that holds the peg at a pose in T.
+Pose T_base_tool(const InsertionFrames& frames, const Pose& T_tube_peg) noexcept;
 
 /// One insertion. Everything is allocated by the constructor; `step` neither allocates nor throws.
 class Insertion {
  public:
-  /// @throws InvalidArgument as InsertionOptions::validate.
-  explicit Insertion(const InsertionOptions& options);
+  /// @throws InvalidArgument as InsertionOptions::validate and InsertionFrames::validate.
+  explicit Insertion(const InsertionOptions& options, const InsertionFrames& frames = {});
   ~Insertion();
   Insertion(Insertion&&) noexcept;
   Insertion& operator=(Insertion&&) noexcept;
 
-  /// One cycle.
-  InsertionCommand step(const InsertionReading& reading) noexcept;
+  /// One cycle: the pose at which the tool shall be, led ahead for the servo of the arm, and what the gripper does.
+  /// A command to stop stays one.
+  robot::RobotCommand step(const robot::RobotReading& reading) noexcept;
   const InsertionState& state() const noexcept;
   bool finished() const noexcept;
   /// Measured profile of the last turn, by azimuth; empty before one.

@@ -5,6 +5,7 @@
 
 #include <kr5/core/fields.hpp>
 #include <kr5/geometry/pose.hpp>
+#include <kr5/robot/cycle.hpp>
 
 /// @file
 /// What stops the arm, and how much current it may take (Hayat et al. 2022, sections 5.2 and 6.1).
@@ -12,11 +13,11 @@
 namespace kr5::force {
 
 struct SafetyLimits {
-  double force = 80.0;       ///< [N]
-  double torque = 8.0;       ///< [N m]
-  Eigen::VectorXd current;   ///< [A]
-  double dead_after = 0.25;  ///< [s]
-  double cycle = 0.012;      ///< [s]
+  double force = 80.0;                ///< [N]
+  double torque = 8.0;                ///< [N m]
+  Eigen::VectorXd current;            ///< [A]
+  double dead_after = 0.25;           ///< [s]
+  double cycle = robot::usual_cycle;  ///< [s]
 
   /// @throws InvalidArgument naming the field.
   void validate() const;

@@ -7,6 +7,7 @@
 
 #include <kr5/core/fields.hpp>
 #include <kr5/geometry/pose.hpp>
+#include <kr5/robot/cycle.hpp>
 
 /// @file
 /// From what a wrist sensor reads to what touches the tool: weight taken away, noise filtered. For one thread, cycle by
@@ -41,7 +42,7 @@ class WrenchLowPass {
 };
 
 struct WrenchConditionerOptions {
-  double cycle = 0.012;
+  double cycle = robot::usual_cycle;
   double cutoff = 8.0;
   double mass = 0.0;
   Eigen::Vector3d com = Eigen::Vector3d::Zero();

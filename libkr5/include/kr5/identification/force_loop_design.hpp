@@ -9,6 +9,7 @@
 #include <kr5/cell/drives.hpp>
 #include <kr5/core/fields.hpp>
 #include <kr5/force/force_loop.hpp>
+#include <kr5/robot/cycle.hpp>
 
 /// @file
 /// Design of the force loop of `force::ForceLoop` on an identified servo and contact (Hayat et al. 2022, section
@@ -20,7 +21,7 @@ namespace kr5::identification {
 struct ForceLoopPlant {
   cell::SecondOrder servo;
   double servo_gain = 1.0;
-  double cycle = 0.012;
+  double cycle = robot::usual_cycle;
   double stiffness = 23.38e3;
   double damping = 0.0;
 

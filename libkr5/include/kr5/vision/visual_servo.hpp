@@ -8,6 +8,7 @@
 
 #include <kr5/core/fields.hpp>
 #include <kr5/geometry/pose.hpp>
+#include <kr5/robot/command.hpp>
 #include <kr5/vision/target_observation.hpp>
 
 /// @file
@@ -113,6 +114,11 @@ struct ServoStep {
     visit("error_angle", self.error_angle, "Angle of the camera to its goal, in the same way [rad].");
   }
 };
+
+/// What the robot is told for a cycle in which its camera shall move by the twist of a step: a motion of the tool in
+/// its own axes; nothing where the twist is zero.
+/// @param T_tool_camera Where the robot carries the camera. @param cycle Until the next command [s].
+robot::RobotCommand servo_command(const ServoStep& step, const Pose& T_tool_camera, double cycle) noexcept;
 
 /// One approach. Call `step` with the observation of each image until the state is no longer Moving.
 class VisualServo {

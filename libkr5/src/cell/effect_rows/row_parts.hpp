@@ -11,6 +11,7 @@
 
 #include <kr5/cell/cell.hpp>
 #include <kr5/cell/effect.hpp>
+#include <kr5/robot/cycle.hpp>
 
 /// @file
 /// What several rows of the catalogue share: sizes that effects often have, conditions, and words.
@@ -27,7 +28,6 @@ inline constexpr double centre = 0.02;       ///< Centres of mass [m].
 inline constexpr double part = 0.2;          ///< Relative change of a bandwidth, a friction, a stiffness.
 inline constexpr double scale = 0.05;        ///< Relative error of a factor from a data sheet (gain, torque constant).
 inline constexpr double half_cycle = 0.006;  ///< Delays and lags [s].
-inline constexpr double cycle = 0.012;       ///< Period of a controller that states none [s].
 inline constexpr double reflected_inertia = 0.05;  ///< Of a rotor, joint side, of which none is known [kg m^2 or kg].
 inline constexpr double load_inertia = 0.01;       ///< 1 kg at 0.1 m from its centre [kg m^2].
 inline constexpr double coulomb = 5.0;             ///< Dry friction of a joint of which none is known [N m or N].

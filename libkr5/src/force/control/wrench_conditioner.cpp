@@ -5,6 +5,7 @@
 #include <limits>
 
 #include <kr5/core/error.hpp>
+#include <kr5/robot/sensing.hpp>
 
 namespace kr5::force {
 
@@ -52,10 +53,7 @@ WrenchConditioner::WrenchConditioner(const WrenchConditionerOptions& options)
     : options_((options.validate(), options)), filter_(options.cutoff, options.cycle) {}
 
 Vector6 WrenchConditioner::weight(const Eigen::Matrix3d& R_base_sensor) const noexcept {
-  const Eigen::Vector3d force = options_.mass * (R_base_sensor.transpose() * options_.gravity);
-  Vector6 out;
-  out << force, options_.com.cross(force);
-  return out;
+  return robot::sensed_weight(options_.mass, options_.com, options_.gravity, R_base_sensor);
 }
 
 Vector6 WrenchConditioner::step(const Vector6& reading, const Eigen::Matrix3d& R_base_sensor) noexcept {

@@ -156,7 +156,7 @@ void Insertion::Machine::finish_inserted(const ContactEstimate& now) noexcept {
 }
 
 /// A peg that is pushed by its weight or by air: nobody can tell how deep it is, but that the grip is empty.
-void Insertion::Machine::let_go(const InsertionReading& reading, const ContactEstimate& now) noexcept {
+void Insertion::Machine::let_go(const PegReading& reading, const ContactEstimate& now) noexcept {
   plan_tilt(0.0, 0.0);
   drive(holding ? lateral_admittance(now, Eigen::Vector2d::Zero()) : Eigen::Vector2d::Zero(), 0.0);
   if (holding) {
@@ -166,7 +166,7 @@ void Insertion::Machine::let_go(const InsertionReading& reading, const ContactEs
     cycles = 0;
     return;
   }
-  if (!reading.gripped) {
+  if (!reading.told.status.gripped) {
     air = false;
     return finish_inserted(now);
   }
@@ -174,7 +174,7 @@ void Insertion::Machine::let_go(const InsertionReading& reading, const ContactEs
 }
 
 /// Deeper, giving way to forces and moments across.
-void Insertion::Machine::push(const InsertionReading& reading, const ContactEstimate& now) noexcept {
+void Insertion::Machine::push(const PegReading& reading, const ContactEstimate& now) noexcept {
   const InsertionForces& f = options.forces;
   const InsertionMotion& m = options.motion;
   if (!holding || (options.insert_by != InsertBy::Arm && state.depth > entered)) return let_go(reading, now);

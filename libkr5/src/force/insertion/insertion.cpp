@@ -6,6 +6,7 @@
 #include <initializer_list>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include <kr5/core/error.hpp>
 
@@ -52,12 +53,35 @@ void InsertionOptions::validate() const {
   guarded_move_options(*this).validate();
 }
 
-Insertion::Insertion(const InsertionOptions& options) : machine_(std::make_unique<Machine>(options)) {}
+void InsertionFrames::validate() const {
+  for (const auto& [pose, name] : {std::pair{&T_base_tube, "T_base_tube"}, std::pair{&T_tool_peg, "T_tool_peg"}})
+    require(pose->matrix().allFinite() && is_rotation(pose->linear()), std::string(name) + ": must be a rigid motion");
+}
+
+Pose T_tube_peg(const InsertionFrames& frames, const robot::RobotReading& reading) noexcept {
+  return frames.T_base_tube.inverse() * reading.T_base_tool * frames.T_tool_peg;
+}
+
+Vector6 wrench_on_peg(const InsertionFrames& frames, const robot::RobotReading& reading) noexcept {
+  const Eigen::Matrix3d R_tube_base = frames.T_base_tube.linear().transpose();
+  const Eigen::Vector3d force = reading.wrench.head<3>();
+  const Eigen::Vector3d peg_to_tool = -(reading.T_base_tool.linear() * frames.T_tool_peg.translation());
+  Vector6 out;
+  out << R_tube_base * force, R_tube_base * (reading.wrench.tail<3>() + peg_to_tool.cross(force));
+  return out;
+}
+
+Pose T_base_tool(const InsertionFrames& frames, const Pose& T_tube_peg) noexcept {
+  return frames.T_base_tube * T_tube_peg * frames.T_tool_peg.inverse();
+}
+
+Insertion::Insertion(const InsertionOptions& options, const InsertionFrames& frames)
+    : machine_(std::make_unique<Machine>(options, frames)) {}
 Insertion::~Insertion() = default;
 Insertion::Insertion(Insertion&&) noexcept = default;
 Insertion& Insertion::operator=(Insertion&&) noexcept = default;
 
-InsertionCommand Insertion::step(const InsertionReading& reading) noexcept { return machine_->step(reading); }
+robot::RobotCommand Insertion::step(const robot::RobotReading& reading) noexcept { return machine_->step(reading); }
 const InsertionState& Insertion::state() const noexcept { return machine_->state; }
 bool Insertion::finished() const noexcept {
   return machine_->state.phase == Phase::Done || machine_->state.phase == Phase::Stopped;

@@ -43,13 +43,15 @@ GuardedMoveOptions guarded_move_options(const InsertionOptions& o) {
           0.8 * o.limits.force,    std::min(o.grip.axial, 1e9), loop_delay(o)};
 }
 
-Insertion::Machine::Machine(const InsertionOptions& given)
+Insertion::Machine::Machine(const InsertionOptions& given, const InsertionFrames& given_frames)
     : options(validated(given)),
+      frames(given_frames),
       guard(safety_limits(given)),
       force_filter(given.cutoff, given.cycle),
       place_filter(given.cutoff, given.cycle),
       descent(guarded_move_options(given)),
       search(given.bodies, search_iterations, compliance_uncertainty(given)) {
+  frames.validate();
   path.cycle = options.cycle;
   restart();
 }
@@ -125,7 +127,7 @@ ContactEstimate Insertion::Machine::contact_estimate(const Vector6& wrench, cons
   return out;
 }
 
-ContactEstimate Insertion::Machine::estimate_contact(const InsertionReading& reading) noexcept {
+ContactEstimate Insertion::Machine::estimate_contact(const PegReading& reading) noexcept {
   Vector6 place6;
   place6 << reading.T_tube_peg.translation(), tilt_of(reading.T_tube_peg), 0.0;
   const Vector6 wrench = force_filter.step(reading.wrench) - zero;
@@ -134,9 +136,9 @@ ContactEstimate Insertion::Machine::estimate_contact(const InsertionReading& rea
 }
 
 /// What ends everything, whatever the phase.
-void Insertion::Machine::check_limits(const InsertionReading& reading, const ContactEstimate& now) noexcept {
+void Insertion::Machine::check_limits(const PegReading& reading, const ContactEstimate& now) noexcept {
   const Vector6 raw = reading.wrench - zero;
-  switch (guard.step(reading.sensor, raw, reading.current, reading.saturated)) {
+  switch (guard.step(reading.told.sensor, raw, reading.currents(), reading.told.status.saturated)) {
     case Violation::None:
       break;
     case Violation::Force:
@@ -150,13 +152,13 @@ void Insertion::Machine::check_limits(const InsertionReading& reading, const Con
     case Violation::SensorSaturated:
       return stop_for(Reason::SensorSaturated);
   }
-  if (!reading.reachable || !reading.T_tube_peg.matrix().allFinite()) return stop_for(Reason::OutOfReach);
-  if (!reading.gripped && holding) return stop_for(Reason::PegLost);
+  if (!reading.told.status.reachable || !reading.T_tube_peg.matrix().allFinite()) return stop_for(Reason::OutOfReach);
+  if (!reading.told.status.gripped && holding) return stop_for(Reason::PegLost);
   if (state.time > options.limits.time) return stop_for(Reason::TimeOut);
   if (!now.peg.allFinite()) return stop_for(Reason::SensorDead);
 }
 
-void Insertion::Machine::run_phase(const InsertionReading& reading, const ContactEstimate& now) noexcept {
+void Insertion::Machine::run_phase(const PegReading& reading, const ContactEstimate& now) noexcept {
   switch (state.phase) {
     case Phase::Tare:
       return tare();
@@ -189,13 +191,14 @@ void Insertion::Machine::run_phase(const InsertionReading& reading, const Contac
 }
 
 /// After its end the peg comes to rest, and is watched as before.
-void Insertion::Machine::come_to_rest(const InsertionReading& reading, const ContactEstimate& now) noexcept {
+void Insertion::Machine::come_to_rest(const PegReading& reading, const ContactEstimate& now) noexcept {
   path.drive(Eigen::Vector3d::Zero(), options.motion.acceleration);
   path.turn(Eigen::Vector2d::Zero(), options.motion.turning);
   if (state.reason == Reason::Inserted) check_limits(reading, now);
 }
 
-InsertionCommand Insertion::Machine::step(const InsertionReading& reading) noexcept {
+robot::RobotCommand Insertion::Machine::step(const robot::RobotReading& robot_reading) noexcept {
+  const PegReading reading(frames, robot_reading);
   if (first && reading.T_tube_peg.matrix().allFinite()) path.rest_at(reading.T_tube_peg);
   if (state.phase != Phase::Stopped) {
     const ContactEstimate now = estimate_contact(reading);
@@ -212,10 +215,9 @@ InsertionCommand Insertion::Machine::step(const InsertionReading& reading) noexc
     if (!path.finite()) stop_for(Reason::SensorDead);
   }
   if (state.phase == Phase::Stopped) path.stand();
-  InsertionCommand out;
-  out.T_tube_peg = path.command(options.servo_frequency, options.servo_damping);
-  out.hold = holding;
-  out.air = air;
+  robot::RobotCommand out =
+      robot::tool_command(T_base_tool(frames, path.command(options.servo_frequency, options.servo_damping)));
+  out.gripper = {holding, air};
   out.stop = state.phase == Phase::Stopped;
   return out;
 }

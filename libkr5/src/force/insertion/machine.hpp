@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <span>
 
 #include <kr5/force/compliance.hpp>
 #include <kr5/force/guarded_move.hpp>
@@ -18,6 +19,19 @@ namespace kr5::force {
 SafetyLimits safety_limits(const InsertionOptions& options);
 GuardedMoveOptions guarded_move_options(const InsertionOptions& options);
 
+/// What a reading says of the peg, in T.
+struct PegReading {
+  const robot::RobotReading& told;
+  Pose T_tube_peg;
+  Vector6 wrench;  ///< As wrench_on_peg [N, N m].
+
+  PegReading(const InsertionFrames& frames, const robot::RobotReading& reading) noexcept
+      : told(reading), T_tube_peg(force::T_tube_peg(frames, reading)), wrench(wrench_on_peg(frames, reading)) {}
+  std::span<const double> currents() const noexcept {
+    return {told.currents.data(), static_cast<std::size_t>(told.currents.size())};
+  }
+};
+
 /// What is felt in a cycle, forces and places equally late.
 struct ContactEstimate {
   Eigen::Vector3d arm = Eigen::Vector3d::Zero();     ///< Bottom centre as the arm believes, in T [m].
@@ -32,6 +46,7 @@ struct ContactEstimate {
 
 struct Insertion::Machine {
   InsertionOptions options;
+  InsertionFrames frames;
   InsertionState state;
   SafetyStop guard;
   WrenchLowPass force_filter, place_filter;
@@ -54,21 +69,21 @@ struct Insertion::Machine {
   int cycles = 0, settled_cycles = 0;  ///< In this phase; of them, at rest in a row.
   bool known = false, first = true, probing = false, doubtful = false, spiralled = false, holding = true, air = false;
 
-  explicit Machine(const InsertionOptions& given);
+  Machine(const InsertionOptions& given, const InsertionFrames& given_frames);
 
-  InsertionCommand step(const InsertionReading& reading) noexcept;
+  robot::RobotCommand step(const robot::RobotReading& robot_reading) noexcept;
   void restart() noexcept;
 
   // Common to all phases.
   ContactEstimate contact_estimate(const Vector6& wrench, const Vector6& place6) const noexcept;
-  ContactEstimate estimate_contact(const InsertionReading& reading) noexcept;
+  ContactEstimate estimate_contact(const PegReading& reading) noexcept;
   void enter_phase(Phase phase) noexcept;
   void stop_for(Reason reason) noexcept;
   /// Ends the attempt: another one from above, or none.
   void end_attempt(Reason reason) noexcept;
-  void check_limits(const InsertionReading& reading, const ContactEstimate& now) noexcept;
-  void run_phase(const InsertionReading& reading, const ContactEstimate& now) noexcept;
-  void come_to_rest(const InsertionReading& reading, const ContactEstimate& now) noexcept;
+  void check_limits(const PegReading& reading, const ContactEstimate& now) noexcept;
+  void run_phase(const PegReading& reading, const ContactEstimate& now) noexcept;
+  void come_to_rest(const PegReading& reading, const ContactEstimate& now) noexcept;
   double seconds() const noexcept { return cycles * options.cycle; }
   bool settled_for(double time, bool settled_now) noexcept;
   double press_speed(double reference, const ContactEstimate& now) const noexcept;
@@ -105,9 +120,9 @@ struct Insertion::Machine {
   void slide_upright(const ContactEstimate& now) noexcept;
   void upright(const ContactEstimate& now) noexcept;
   void settle_upright(const ContactEstimate& now) noexcept;
-  void push(const InsertionReading& reading, const ContactEstimate& now) noexcept;
+  void push(const PegReading& reading, const ContactEstimate& now) noexcept;
   void confirm(const ContactEstimate& now) noexcept;
-  void let_go(const InsertionReading& reading, const ContactEstimate& now) noexcept;
+  void let_go(const PegReading& reading, const ContactEstimate& now) noexcept;
   void finish_inserted(const ContactEstimate& now) noexcept;
   void begin_spiral(const ContactEstimate& now) noexcept;
   void spiral(const ContactEstimate& now) noexcept;

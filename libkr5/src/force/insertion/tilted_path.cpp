@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <kr5/core/servo_lead.hpp>
+#include <kr5/robot/servo_feedforward.hpp>
 
 namespace kr5::force {
 namespace {
@@ -77,7 +77,7 @@ Eigen::Vector3d TiltedPath::towards(const Eigen::Vector3d& target, double speed,
 }
 
 Pose TiltedPath::command(double frequency, double damping) const noexcept {
-  const ServoLead lead(frequency, damping);
+  const robot::ServoFeedforward lead(frequency, damping);
   return tilted_pose(p + lead(v, a), rho + lead(rho_v, rho_a));
 }
 

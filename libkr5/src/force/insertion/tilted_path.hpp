@@ -2,6 +2,7 @@
 #pragma once
 
 #include <kr5/geometry/tilt.hpp>
+#include <kr5/robot/cycle.hpp>
 
 namespace kr5::force {
 
@@ -20,7 +21,7 @@ struct Axis {
 struct TiltedPath {
   Eigen::Vector3d p = Eigen::Vector3d::Zero(), v = Eigen::Vector3d::Zero(), a = Eigen::Vector3d::Zero();
   Eigen::Vector2d rho = Eigen::Vector2d::Zero(), rho_v = Eigen::Vector2d::Zero(), rho_a = Eigen::Vector2d::Zero();
-  double cycle = 0.012;
+  double cycle = robot::usual_cycle;
 
   void rest_at(const Pose& T_tube_peg) noexcept;
   /// At rest where it is.

@@ -9,6 +9,7 @@
 #include <Eigen/Geometry>
 
 #include <kr5/kinematics/inverse.hpp>
+#include <kr5/robot/cycle.hpp>
 
 #include "gap/planning/workspace.hpp"
 
@@ -54,7 +55,7 @@ Pose turned(const Eigen::Vector3d& axis, double angle) { return Pose(Eigen::Angl
 Proposal correction_runs(const Family& family, cell::Kind kind, const std::string& what, double duration,
                          const std::vector<std::function<double(double)>>& commands) {
   const cell::Cell& c = family.recording.cell;
-  const double cycle = c.servo->cycle > 0 ? c.servo->cycle : 0.012;
+  const double cycle = c.servo->cycle > 0 ? c.servo->cycle : robot::usual_cycle;
   const auto rows = static_cast<Eigen::Index>(duration / cycle);
   Proposal out{{"next", kind, "next.csv", cell::Split::Fit, {{"run", "t", "zc"}, {}}, {}, {}}, what, 0.0, set_up};
   out.seconds += duration * static_cast<double>(commands.size());

@@ -47,6 +47,12 @@ void require_sound(const TargetObservation& observation, ServoFeature feature, c
 
 }  // namespace
 
+robot::RobotCommand servo_command(const ServoStep& step, const Pose& T_tool_camera, double cycle) noexcept {
+  if (step.twist.isZero(0)) return {};
+  const Pose motion = to_pose(Vector6(step.twist * cycle));
+  return robot::tool_motion(T_tool_camera * motion * T_tool_camera.inverse(), robot::CommandFrame::Tool);
+}
+
 class VisualServo::Impl {
  public:
   Impl(const Pose& goal, const VisualServoOptions& options) : goal_(goal), options_(options) {}

@@ -11,6 +11,7 @@
 #include <kr5/cell/cell.hpp>
 #include <kr5/core/fields.hpp>
 #include <kr5/io/csv.hpp>
+#include <kr5/robot/cycle.hpp>
 #include <kr5/sim/mesh_contact.hpp>
 #include <kr5/sim/scene_view.hpp>
 
@@ -127,11 +128,11 @@ struct Scene {
   std::string name;
   std::string cell;
   std::optional<cell::Effects> effects;
-  Eigen::VectorXd start;           ///< [rad or m]
-  std::optional<Pose> start_pose;  ///< T_base_tool.
-  double duration = 1.0;           ///< [s]
-  double step = 0.0;               ///< [s]
-  double cycle = 0.012;            ///< [s]
+  Eigen::VectorXd start;              ///< [rad or m]
+  std::optional<Pose> start_pose;     ///< T_base_tool.
+  double duration = 1.0;              ///< [s]
+  double step = 0.0;                  ///< [s]
+  double cycle = robot::usual_cycle;  ///< [s]
   ContactBy contact = ContactBy::ClosedForm;
   bool frictionless = false;
   Controller controller;
