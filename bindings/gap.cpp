@@ -13,6 +13,7 @@
 
 #include "column_conversion.hpp"
 #include "interruptible.hpp"
+#include "progress.hpp"
 #include "python_simulator.hpp"
 #include "recording_source.hpp"
 #include "struct_binder.hpp"
@@ -27,17 +28,10 @@ using kr5::python::put_back_columns;
 using kr5::python::recording_from;
 using kr5::python::RecordingSource;
 using kr5::python::Shared;
+using kr5::python::shared_progress;
 using kr5::python::simulator_from;
 
 namespace {
-
-/// A Python callable that may be called from any thread, without the interpreter held.
-std::function<void(const std::string&, double)> shared(const py::object& progress) {
-  if (progress.is_none()) return {};
-  return [progress = Shared(progress)](const std::string& stage, double fraction) {
-    call_python("progress", [&] { (*progress)(stage, fraction); });
-  };
-}
 
 /// "effect:target", as on the command line, or an EffectName.
 using NameText = std::variant<EffectName, std::string>;
@@ -250,7 +244,7 @@ void bind_diagnosis(py::module_& m) {
       "diagnose",
       [](const RecordingSource& recording, const py::object& simulator, DiagnoseOptions options,
          const py::object& progress) {
-        options.progress = shared(progress);
+        options.progress = shared_progress(progress);
         const auto source = recording_from(recording);
         return compute_interruptibly(simulator_from(simulator),
                                      [&](const kr5::cell::Simulator& s) { return diagnose(*source, s, options); });
@@ -363,7 +357,7 @@ void bind_plan(py::module_& m) {
       "plan",
       [](const RecordingSource& recording, const std::vector<AlternativeText>& alternatives,
          const py::object& simulator, PlanOptions options, const py::object& progress) {
-        options.progress = shared(progress);
+        options.progress = shared_progress(progress);
         const auto source = recording_from(recording);
         const std::vector<Alternative> wanted = alternatives_from(alternatives);
         return compute_interruptibly(simulator_from(simulator),

@@ -17,6 +17,7 @@ from guide_markdown import code, escape, table
 from key_tables import default_text
 
 MODULES = (
+    "arm_log",
     "calibration",
     "cell",
     "files",

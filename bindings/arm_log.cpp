@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/arm_log/best_arm.hpp>
+#include <kr5/arm_log/diagnose_log.hpp>
+#include <kr5/arm_log/log_problem.hpp>
+#include <kr5/arm_log/measured_positions.hpp>
+#include <kr5/arm_log/model_parts.hpp>
+#include <kr5/arm_log/motion_split.hpp>
+#include <kr5/arm_log/read_log.hpp>
+#include <kr5/arm_log/torque_constants.hpp>
+
+#include "interruptible.hpp"
+#include "progress.hpp"
+#include "recording_source.hpp"
+#include "struct_binder.hpp"
+
+namespace py = pybind11;
+using namespace kr5::arm_log;
+using kr5::cell::Cell;
+using kr5::cell::Recording;
+using kr5::gap::DiagnoseOptions;
+using kr5::python::bind_enum;
+using kr5::python::bind_struct;
+using kr5::python::compute_interruptibly;
+using kr5::python::recording_from;
+using kr5::python::RecordingSource;
+using kr5::python::shared_progress;
+using kr5::python::simulator_from;
+
+namespace {
+
+void bind_log(py::module_& m) {
+  bind_struct<ArmLog>(m, "ArmLog", "What the controller of an arm logged of a motion, in SI, a row an instant.")
+      .def("validate", &ArmLog::validate, py::arg("joints"),
+           "Raises InvalidArgument naming field, row and joint, for a model with so many joints.");
+  bind_struct<LogColumns>(m, "LogColumns", "Names of the columns of a log, one a joint in the order of the model.");
+  m.def("find_columns", &find_columns, py::arg("names"), py::arg("cell"), py::arg("given") = LogColumns{},
+        "Columns of a table by the names of the joints of a model, or by numbers (q1, effort_1, position[0]).");
+  m.def("read_log", &read_log, py::arg("file"), py::arg("cell"), py::arg("columns") = LogColumns{},
+        "Log in a file of comma-separated numbers under one header line; kr5.logs reads more forms. Raises IoError or "
+        "InvalidArgument naming file, line or column.");
+  bind_enum<LogNoteKind>(m, "LogNoteKind", "What a note on a log tells.");
+  bind_struct<LogNote>(m, "LogNote", "What was taken of a log, or added to its model.")
+      .def(
+          "text", [](const LogNote& note, const Cell& cell) { return text(note, cell); }, py::arg("cell"),
+          "Sentence without full stop; the cell names joints and units.");
+}
+
+void bind_motions(py::module_& m) {
+  bind_struct<TimeSpan>(m, "TimeSpan", "Span of time.");
+  bind_struct<Smoothing>(m, "Smoothing", "How measured positions are smoothed and thinned.");
+  bind_struct<Positions>(m, "Positions", "Positions over times of their own.");
+  m.def("choose_smoothing", &choose_smoothing, py::arg("t"), py::arg("q"), py::arg("loads") = Eigen::MatrixXd(),
+        "Smoothing of a motion: five times its bandwidth; loads, in the same rows, for the meaning of uneven stamps.");
+  m.def("smooth_positions", &smooth_positions, py::arg("t"), py::arg("q"), py::arg("smoothing"),
+        "Positions at even steps, low-passed without delay.");
+  m.def("positions_at", &positions_at, py::arg("positions"), py::arg("t"),
+        "Positions at other times, by the cubic spline through them.");
+  m.def("kept_rows", &kept_rows, py::arg("t"), py::arg("smoothing"), py::arg("experiment"), py::arg("positions"),
+        py::arg("most") = 0, "Rows, from 0, that an experiment keeps of a log; most: limit of their number, 0: none.");
+  m.attr("MOST_ROWS") = most_experiment_rows;
+  m.attr("SMOOTHING_MARGIN") = smoothing_margin;
+  bind_struct<LoggedMotion>(m, "LoggedMotion", "Logged motion, as far as its split depends on it.");
+  bind_enum<CutReason>(m, "CutReason", "Why a log was cut where it was.");
+  bind_struct<MotionSpan>(m, "MotionSpan", "Experiment of a log.");
+  m.def("split_motions", &split_motions, py::arg("logs"),
+        "Experiments of logged motions: whole runs where there are several, else a log cut at rest or at 70 % of its "
+        "motion.");
+  m.def("rests", &rests, py::arg("t"), py::arg("q"), "Spans in which all joints stand; q: rows x joints [rad or m].");
+  m.def("joints_move", &joints_move, py::arg("q"),
+        "Whether any joint goes further than its noise; q: rows x joints [rad or m].");
+  m.def(
+      "parts_without_gap",
+      [](const Eigen::VectorXd& t, double max_gap) {
+        std::vector<std::pair<Eigen::Index, Eigen::Index>> out;
+        for (const auto& part : parts_without_gap(t, max_gap)) out.emplace_back(part.first, part.last);
+        return out;
+      },
+      py::arg("t"), py::arg("max_gap") = 0.0,
+      "First row and row after the last of the parts between gaps of a clock; max_gap: 0: five median steps, 10 ms at "
+      "least [s].");
+}
+
+void bind_checks(py::module_& m) {
+  bind_struct<JointReading>(m, "JointReading", "How the columns of a log are those of the joints of a model.");
+  bind_enum<LogProblemKind>(m, "LogProblemKind", "What is wrong with columns of a log.");
+  bind_enum<LogRemedy>(m, "LogRemedy", "How the numbers of a log would make sense.");
+  bind_struct<LogProblem>(m, "LogProblem", "What speaks against columns of a log as they were read.")
+      .def("found_text", &found_text, py::arg("cell"), "What was found, in words.")
+      .def("expected_text", &expected_text, py::arg("cell"), "What was expected, in words.")
+      .def(
+          "text", [](const LogProblem& problem, const Cell& cell) { return text(problem, cell); }, py::arg("cell"),
+          "Experiment, columns, found, expected and remedy in a sentence.");
+  m.def("check_positions", &check_positions, py::arg("cell"), py::arg("experiment"),
+        "What speaks against the positions and the clock of an experiment: list of LogProblem.");
+  m.def("check_loads", &check_loads, py::arg("cell"), py::arg("experiment"),
+        "What speaks against the loads of a motion whose positions are right: list of LogProblem.");
+  m.def("fitting_order", &fitting_order, py::arg("cell"), py::arg("experiment"),
+        "Joint, from 0, of each column with which the loads of a motion fit; None where that of the columns does.");
+  m.def(
+      "fitting_convention", &fitting_convention, py::arg("cell"), py::arg("experiment"),
+      "Directions and zeros of the joints with which the loads of a motion fit far better; None where there are none.");
+  m.def("load_likeness", &load_likeness, py::arg("cell"), py::arg("experiment"),
+        "Mean correlation of the loads of the joints with their simulation.");
+  m.def("lever_arms", &lever_arms, py::arg("cell"), py::arg("q"),
+        "Distance of the centre of what each joint carries from its axis [m].");
+  m.attr("BETTER_LIKENESS") = better_likeness;
+}
+
+void bind_model(py::module_& m) {
+  m.def(
+      "with_parts_to_try",
+      [](const Cell& cell) {
+        Cell out = cell;
+        auto notes = add_parts_to_try(out);
+        return std::pair(out, notes);
+      },
+      py::arg("cell"), "Cell with drives and tool where its description has none, and notes of what was added.");
+  m.def("described_cell", &described_cell, py::arg("description"), py::arg("recorded"),
+        py::arg("states_rotors") = false,
+        "Robot of a description in the cell of a recording. Raises InvalidArgument where it is another robot.");
+  bind_struct<TorqueConstants>(m, "TorqueConstants", "Torque constants from a log of currents, on the joint side.")
+      .def_property_readonly("first_unknown", &TorqueConstants::first_unknown,
+                             "First joint, from 0, whose constant the log does not tell; -1: none.");
+  m.def("estimate_torque_constants", &estimate_torque_constants, py::arg("recording"),
+        "Torque constants by the currents that the torques of the model take; empty without currents.");
+  m.def("lacks_torque_constants", &lacks_torque_constants, py::arg("cell"),
+        "Whether the torque constants of a cell are all 1, as of a description, which states none.");
+  m.def("noise_of_readings", &noise_of_readings, py::arg("parts"),
+        "Standard deviation of one reading by third differences of uninterrupted parts.");
+  m.def(
+      "with_reading_noise",
+      [](const Recording& recording, const Readings& readings) {
+        Recording out = recording;
+        auto notes = add_reading_noise(out, readings);
+        return std::pair(out.cell, notes);
+      },
+      py::arg("recording"), py::arg("readings") = Readings{},
+      "Cell of a recording with the noise of columns for which it states none, and notes of it. readings: "
+      "uninterrupted "
+      "parts of columns whose neighbours stand nearer in time than the rows of the recording.");
+  m.def(
+      "completed_model",
+      [](const Recording& recording, const Readings& readings, bool constants_stated) {
+        Recording out = recording;
+        auto notes = complete_model(out, readings, constants_stated);
+        return std::pair(out.cell, notes);
+      },
+      py::arg("recording"), py::arg("readings") = Readings{}, py::arg("constants_stated") = false,
+      "Cell of a recording with the torque constants and the noise that its motions tell, and notes of it. Raises "
+      "InvalidArgument naming a joint whose torque constant they do not tell.");
+}
+
+void bind_best_arm(py::module_& m) {
+  bind_struct<BestArmErrors>(m, "BestArmErrors", "How far the best rigid arm with friction stays off the loads.")
+      .def("notes", &notes_of, py::arg("recording"), "What a person should know of these errors: list of LogNote.");
+  m.def("best_arm_errors", &best_arm_errors, py::arg("recording"), py::call_guard<py::gil_scoped_release>(),
+        "Errors of the best rigid arm with friction in the motions to fit, on measured positions, at the delay of the "
+        "greatest likelihood.");
+  m.def("widened_search", &widened_search, py::arg("options"), py::arg("errors"), py::arg("joints"),
+        "Options of a diagnosis for the log of a real arm; what differs from the defaults stays.");
+}
+
+void bind_diagnosis(py::module_& m) {
+  py::class_<LogDiagnosis>(m, "LogDiagnosis", "Diagnosis of a log, and what it was made of.")
+      .def_readonly("diagnosis", &LogDiagnosis::diagnosis, "Diagnosis of the disagreement of model and arm.")
+      .def_readonly("recording", &LogDiagnosis::recording,
+                    "Experiments of the log, with the model and what the log tells of it as cell.")
+      .def_readonly("best_arm", &LogDiagnosis::best_arm, "Errors of the best rigid arm with friction.")
+      .def_readonly("notes", &LogDiagnosis::notes, "What was taken of the log or added to the model.")
+      .def_readonly("problems", &LogDiagnosis::problems, "What speaks against the log, where it was trusted.")
+      .def("__repr__", [](const LogDiagnosis& d) {
+        return "LogDiagnosis(" + std::string(kr5::name_of(d.diagnosis.verdict)) + ")";
+      });
+  m.def(
+      "diagnose_log",
+      [](const ArmLog& log, const Cell& model, DiagnoseOptions options, bool constants_stated, bool trust,
+         const py::object& simulator, const py::object& progress) {
+        options.progress = shared_progress(progress);
+        return compute_interruptibly(simulator_from(simulator), [&](const kr5::cell::Simulator& s) {
+          return diagnose_log(log, model, {options, constants_stated, trust}, s);
+        });
+      },
+      py::arg("log"), py::arg("model"), py::arg("options") = DiagnoseOptions{}, py::arg("constants_stated") = false,
+      py::arg("trust") = false, py::arg("simulator") = py::none(), py::arg("progress") = py::none(),
+      "Why a model and the arm of a log disagree.\n\n"
+      "Parameters\n----------\n"
+      "log : ArmLog\n"
+      "model : kr5.cell.Cell\n"
+      "options : kr5.gap.DiagnoseOptions, optional\n    What stands at its default is set for the log of a real arm.\n"
+      "constants_stated : bool\n    Whether torque constants hold although they are all 1; otherwise such are "
+      "estimated.\n"
+      "trust : bool\n    Whether numbers that are implausible are compared nevertheless.\n"
+      "simulator, progress : as of kr5.gap.diagnose, optional\n\n"
+      "Returns\n-------\nLogDiagnosis\n\n"
+      "Raises\n------\nkr5.InvalidArgument\n    A log that does not suffice or does not fit the model.");
+  m.def(
+      "diagnose",
+      [](const RecordingSource& recording, const py::object& simulator, DiagnoseOptions options,
+         const py::object& progress) {
+        options.progress = shared_progress(progress);
+        const auto source = recording_from(recording);
+        return compute_interruptibly(simulator_from(simulator), [&](const kr5::cell::Simulator& s) {
+          return kr5::arm_log::diagnose(*source, s, options);
+        });
+      },
+      py::arg("recording"), py::arg("simulator") = py::none(), py::arg("options") = DiagnoseOptions{},
+      py::arg("progress") = py::none(),
+      "Diagnosis of a gap: where it lies, which effects cause it, how far they reduce it, and what remains "
+      "unexplained. For the log of a real arm (motions on measured positions) with the errors of the best arm, and a "
+      "search as wide as it needs.\n\n"
+      "Parameters\n----------\n"
+      "recording : kr5.cell.Recording, or the folder of one\n"
+      "simulator : one of kr5, or any object with predict(cell, experiment), optional\n"
+      "    By default kr5.predict.FastSimulator(). predict returns the predicted columns (a kr5.io.Table or a dict of\n"
+      "    arrays, units of kr5.cell.columns), a value for each row of the experiment.\n"
+      "options : kr5.gap.DiagnoseOptions, optional\n"
+      "progress : callable, optional\n"
+      "    progress(stage, fraction) is called from time to time, from any thread, with the present stage (a text) "
+      "and\n"
+      "    the completed fraction of the whole.\n\n"
+      "Returns\n-------\nkr5.gap.Diagnosis\n\n"
+      "Raises\n------\nkr5.IoError\n    No recording stands in the folder, or it has errors in form.");
+}
+
+}  // namespace
+
+void bind_arm_log(py::module_& m) {
+  m.doc() = "From the log of a real arm and its model to a diagnosis.";
+  bind_log(m);
+  bind_motions(m);
+  bind_checks(m);
+  bind_model(m);
+  bind_best_arm(m);
+  bind_diagnosis(m);
+}

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/arm_log/best_arm.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <optional>
+
+#include <Eigen/LU>
+
+#include <kr5/core/statistics.hpp>
+
+#include "joint_columns.hpp"
+#include "load_delay.hpp"
+#include "neighbour_correlation.hpp"
+
+namespace kr5::arm_log {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double dead_share = 0.1;       // of the spread of the model's loads, below which a column shows nothing
+constexpr double unlike = 0.5;           // correlation, from which a column shows the loads in another unit
+constexpr double no_weight = 100.0;      // times what a column leaves, which then says nothing for any effect
+constexpr double chance_sigmas = 2.0;    // that what a model leaves may seem smaller than it is
+constexpr int most_effects_of_log = 16;  // that are searched for in the log of a real arm
+
+/// Columns that show hardly anything where the model shows a load, as of a joint whose effort is not measured.
+std::vector<int> dead_columns(const MatrixXd& measured, const MatrixXd& model) {
+  std::vector<int> out;
+  for (Index k = 0; k < measured.cols(); ++k) {
+    const VectorXd a = measured.col(k).array() - measured.col(k).mean(), b = model.col(k).array() - model.col(k).mean();
+    const double alike = std::abs(a.dot(b)) / std::max(a.norm() * b.norm(), 1e-300);
+    if (a.norm() < dead_share * b.norm() && alike < unlike) out.push_back(static_cast<int>(k));
+  }
+  return out;
+}
+
+std::vector<int> others(const std::vector<int>& joints, int n) {
+  std::vector<int> out;
+  for (int k = 0; k < n; ++k)
+    if (std::find(joints.begin(), joints.end(), k) == joints.end()) out.push_back(k);
+  return out;
+}
+
+std::vector<cell::Experiment> fitted_motions(const cell::Recording& recording) {
+  std::vector<cell::Experiment> out;
+  for (const cell::Experiment& e : recording.experiments)
+    if (e.split == cell::Split::Fit && e.joint_reference == cell::JointReference::Measured && !load_family(e).empty())
+      out.push_back(e);
+  return out;
+}
+
+/// Of each column, above what its noise makes of it [unit of the column].
+VectorXd beyond_noise(const MatrixXd& left, const VectorXd& noise) {
+  const VectorXd power = noise.cwiseAbs2();
+  const VectorXd chance = chance_sigmas * std::sqrt(2.0 / static_cast<double>(left.rows())) * power;  // of mean squares
+  const VectorXd found = left.cwiseAbs2().colwise().mean().transpose();
+  return (found - power + chance).cwiseMax(chance).cwiseSqrt();
+}
+
+/// The option, or `value` where it stands at its default.
+void widen(int& option, int usual, int value) {
+  if (option == usual) option = value;
+}
+
+}  // namespace
+
+BestArmErrors best_arm_errors(const cell::Recording& recording) {
+  const cell::Cell& cell = recording.cell;
+  const int n = cell.robot.joints();
+  const std::vector<cell::Experiment> fit = fitted_motions(recording);
+  if (fit.empty() || !cell.drives) return {};
+  std::vector<MatrixXd> measured, nominal;
+  for (const cell::Experiment& e : fit) {
+    measured.push_back(motion_of(cell, e).tau);
+    nominal.push_back(link_loads(cell, e));
+  }
+  const MatrixXd tau = stacked_rows(measured), model = stacked_rows(nominal);
+  BestArmErrors out;
+  out.unmeasured = dead_columns(tau, model);
+  const BestArm best = best_arm_with_delay(cell, fit, others(out.unmeasured, n));
+  out.delay = best.delay;
+  // Where the motion determines no such model, its error is not known to be more than chance makes of it.
+  MatrixXd left = best.left.size() > 0 ? best.left : MatrixXd::Zero(tau.rows(), n);
+  for (const int k : out.unmeasured)
+    left.col(k).setConstant(no_weight *
+                            std::sqrt((tau - model).col(k).squaredNorm() / static_cast<double>(tau.rows())));
+  const std::string family = load_family(fit.front());
+  if (family == "i")
+    left = (left * cell.drives->structure.inverse() * cell.drives->torque_constant.cwiseInverse().asDiagonal()).eval();
+  VectorXd noise(n);
+  for (int k = 0; k < n; ++k) noise[k] = cell.noise.of(family == "tau" ? "torque" : "current", k);
+  const VectorXd error = beyond_noise(left, noise);
+  for (int k = 0; k < n; ++k)
+    if (noise[k] > 0) out.errors.push_back({"motion." + family + std::to_string(k + 1), error[k]});
+  return out;
+}
+
+std::vector<LogNote> notes_of(const BestArmErrors& errors, const cell::Recording& recording) {
+  std::vector<LogNote> out;
+  if (!errors.unmeasured.empty()) out.push_back({.kind = LogNoteKind::UnmeasuredLoads, .joints = errors.unmeasured});
+  if (errors.delay == 0.0) return out;
+  const std::vector<cell::Experiment> fit = fitted_motions(recording);
+  out.push_back({.kind = LogNoteKind::DelayedLoads, .name = load_family(fit.at(0)), .value = errors.delay});
+  return out;
+}
+
+gap::DiagnoseOptions widened_search(const gap::DiagnoseOptions& options, const BestArmErrors& errors, int joints) {
+  gap::DiagnoseOptions out = options;
+  if (errors.errors.empty() || !options.simulator_errors.empty()) return out;
+  const gap::DiagnoseOptions usual;
+  widen(out.max_effects, usual.max_effects, std::min(2 * joints + 2, most_effects_of_log));
+  widen(out.beam, usual.beam, 1);
+  widen(out.refits, usual.refits, 4);
+  out.simulator_errors = errors.errors;
+  out.errors_of_recording = true;
+  return out;
+}
+
+}  // namespace kr5::arm_log

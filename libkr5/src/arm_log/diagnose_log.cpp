@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/arm_log/diagnose_log.hpp>
+
+#include <sstream>
+#include <string>
+#include <utility>
+
+#include <kr5/arm_log/model_parts.hpp>
+#include <kr5/arm_log/torque_constants.hpp>
+#include <kr5/core/error.hpp>
+
+#include "joint_columns.hpp"
+
+namespace kr5::arm_log {
+
+namespace {
+
+void append(std::vector<LogNote>& out, const std::vector<LogNote>& more) {
+  out.insert(out.end(), more.begin(), more.end());
+}
+
+std::string unknown_constant(const cell::Cell& cell, const TorqueConstants& found, int joint) {
+  std::ostringstream out;
+  out.precision(3);
+  out << "the log does not tell the torque constant of joint " << joint + 1 << " (" << found.values[joint];
+  out.precision(2);
+  out << " ± " << found.deviations[joint] << " " << load_unit(cell, joint)
+      << "/A), which the model does not state; state them in drives.torque_constant of the cell, or log torques";
+  return out.str();
+}
+
+std::vector<LogNote> add_torque_constants(cell::Recording& recording) {
+  const TorqueConstants found = estimate_torque_constants(recording);
+  if (found.values.size() == 0) return {};
+  if (const int joint = found.first_unknown(); joint >= 0)
+    throw InvalidArgument(unknown_constant(recording.cell, found, joint));
+  recording.cell.drives->torque_constant = found.values;
+  return {{.kind = LogNoteKind::TorqueConstants,
+           .values = {found.values.begin(), found.values.end()},
+           .deviations = {found.deviations.begin(), found.deviations.end()}}};
+}
+
+using ExperimentCheck = std::vector<LogProblem> (*)(const cell::Cell&, const cell::Experiment&);
+
+void collect_problems(LogRecording& out, ExperimentCheck check) {
+  for (const cell::Experiment& e : out.recording.experiments)
+    for (const LogProblem& problem : check(out.recording.cell, e)) out.problems.push_back(problem);
+}
+
+void require_plausible(const LogRecording& log) {
+  if (log.problems.empty()) return;
+  std::string out;
+  for (const LogProblem& problem : log.problems) out += text(problem, log.recording.cell) + "\n";
+  throw InvalidArgument(out +
+                        "the log and the model do not fit together; is this the model of the robot that was logged?");
+}
+
+}  // namespace
+
+std::vector<LogNote> complete_model(cell::Recording& recording, const Readings& readings, bool constants_stated) {
+  std::vector<LogNote> out;
+  if (!constants_stated && lacks_torque_constants(recording.cell)) append(out, add_torque_constants(recording));
+  append(out, add_reading_noise(recording, readings));
+  return out;
+}
+
+LogRecording prepare_log(const ArmLog& log, const cell::Cell& model, const LogDiagnosisOptions& options) {
+  cell::Cell cell = model;
+  const std::vector<LogNote> added = add_parts_to_try(cell);
+  LogRecording out = record_log(log, cell);
+  out.notes.insert(out.notes.begin(), added.begin(), added.end());
+  collect_problems(out, check_positions);
+  if (!options.trust) require_plausible(out);
+  append(out.notes, complete_model(out.recording, out.readings, options.constants_stated));
+  if (out.problems.empty()) collect_problems(out, check_loads);
+  if (!options.trust) require_plausible(out);
+  return out;
+}
+
+gap::Diagnosis diagnose(const cell::Recording& recording, const cell::Simulator& simulator,
+                        const gap::DiagnoseOptions& options) {
+  options.validate();
+  const bool known = !options.simulator_errors.empty();
+  const BestArmErrors errors = known ? BestArmErrors{} : best_arm_errors(recording);
+  return gap::diagnose(recording, simulator, widened_search(options, errors, recording.cell.robot.joints()));
+}
+
+LogDiagnosis diagnose_log(const ArmLog& log, const cell::Cell& model, const LogDiagnosisOptions& options,
+                          const cell::Simulator& simulator) {
+  options.search.validate();
+  LogRecording prepared = prepare_log(log, model, options);
+  LogDiagnosis out;
+  out.best_arm = best_arm_errors(prepared.recording);
+  out.notes = prepared.notes;
+  out.problems = prepared.problems;
+  append(out.notes, notes_of(out.best_arm, prepared.recording));
+  out.diagnosis =
+      gap::diagnose(prepared.recording, simulator, widened_search(options.search, out.best_arm, model.robot.joints()));
+  out.recording = std::move(prepared.recording);
+  return out;
+}
+
+}  // namespace kr5::arm_log

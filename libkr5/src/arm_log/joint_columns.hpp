@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+
+#include <Eigen/Core>
+
+#include <kr5/cell/recording.hpp>
+#include <kr5/identification/joint_motion.hpp>
+
+/// @file
+/// The columns of an experiment that belong to joints, as identification takes them.
+
+namespace kr5::arm_log {
+
+bool has_column(const cell::Experiment& experiment, const std::string& name);
+/// `tau` or `i`, whichever of the loads of the joints an experiment has; empty where it has none.
+std::string load_family(const cell::Experiment& experiment);
+/// Columns family1 ... familyN, rows x joints.
+Eigen::MatrixXd joint_columns(const cell::Experiment& experiment, const std::string& family, int joints);
+/// Torques on the joint side that motor currents make: S^T (k i), a row a sample.
+Eigen::MatrixXd joint_torques(const cell::Drives& drives, const Eigen::MatrixXd& currents);
+/// Torques that the links and the tool of a cell take in the motion of an experiment, without drives and friction.
+Eigen::MatrixXd link_loads(const cell::Cell& cell, const cell::Experiment& experiment);
+
+/// The motion of an experiment on measured positions, with its torques on the joint side.
+/// @param delay By which the torques were logged later than the positions [s]. Rows whose shifted time lies outside the
+/// experiment are left out.
+identification::JointMotion motion_of(const cell::Cell& cell, const cell::Experiment& experiment, double delay = 0.0);
+/// Motions one after the other, each of them a run.
+identification::JointMotion merged_motion(const std::vector<identification::JointMotion>& motions);
+
+/// "N m", or "N" of a slide.
+std::string load_unit(const cell::Cell& cell, int joint);
+/// The model's name of a joint (from 0), or "joint 3" where it has none.
+std::string joint_name(const cell::Cell& cell, int joint);
+
+}  // namespace kr5::arm_log

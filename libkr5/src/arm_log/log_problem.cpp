@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <kr5/arm_log/log_problem.hpp>
+
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <numeric>
+
+#include "joint_columns.hpp"
+
+namespace kr5::arm_log {
+
+namespace {
+
+std::string printed(const char* format, double value) {
+  char out[48];
+  std::snprintf(out, sizeof out, format, value);
+  return out;
+}
+
+std::string range_of(double from, double to, const std::string& unit) {
+  return printed("%.4g", from) + " to " + printed("%.4g", to) + " " + unit;
+}
+
+std::string position_unit(const cell::Cell& cell, int joint) { return load_unit(cell, joint) == "N" ? "m" : "rad"; }
+
+std::string times_simulation(double factor) { return printed("%.3g", factor) + " times what the simulation shows"; }
+
+std::string names_in_order(const cell::Cell& cell, const std::vector<int>& order) {
+  std::string out;
+  for (const int joint : order) {
+    const std::string name =
+        cell.robot.joint_names.empty() ? "joint" + std::to_string(joint + 1) : joint_name(cell, joint);
+    out += (out.empty() ? "" : ", ") + name;
+  }
+  return out;
+}
+
+std::vector<int> model_order(const cell::Cell& cell) {
+  std::vector<int> out(static_cast<std::size_t>(cell.robot.joints()));
+  std::iota(out.begin(), out.end(), 0);
+  return out;
+}
+
+/// Joints that are counted in another direction, or from another zero.
+std::string convention_text(const JointReading& reading, const cell::Cell& cell) {
+  std::string out;
+  for (std::size_t k = 0; k < reading.sign.size(); ++k) {
+    if (reading.sign[k] > 0 && reading.zero[k] == 0.0) continue;
+    out += (out.empty() ? "" : " and ") + joint_name(cell, static_cast<int>(k)) + " counted";
+    if (reading.sign[k] < 0) out += " in the other direction";
+    if (reading.zero[k] != 0.0)
+      out += std::string(reading.sign[k] < 0 ? " and" : "") + " from a zero " +
+             printed("%.0f", std::abs(reading.zero[k]) * 180 / std::numbers::pi) + " degrees away";
+  }
+  return out;
+}
+
+std::string cycle_text(const LogProblem& problem) {
+  return problem.expected > 0 ? "a row every " + printed("%g", problem.expected) + " s"
+                              : "speeds within the limits of the cell";
+}
+
+std::string columns_text(const LogProblem& problem, const cell::Cell& cell) {
+  const auto& names = problem.columns;
+  if (names.size() == 2) return names[0] + " and " + names[1];
+  if (names.size() > 2 && problem.kind != LogProblemKind::SomeOpposite) return names.front() + " to " + names.back();
+  std::string out;
+  for (const std::string& name : names) out += (out.empty() ? "" : ", ") + name;
+  return problem.joint >= 0 && !cell.robot.joint_names.empty() ? out + " (" + joint_name(cell, problem.joint) + ")"
+                                                               : out;
+}
+
+/// What helps where no other reading of the numbers makes sense.
+std::string check_text(const LogProblem& problem) {
+  switch (problem.kind) {
+    case LogProblemKind::BeyondLimits:
+      return "check these columns, their order and their offsets, and that this is the model of their robot";
+    case LogProblemKind::SpeedBeyond:
+    case LogProblemKind::RowsApart: return "check the unit and the column of the clock";
+    case LogProblemKind::Constant:
+      return "check that the driver measures efforts and that publishing them is turned on";
+    case LogProblemKind::Saturated:
+      return "sensor, driver or logger clip it: record again with a wider range or a gentler motion";
+    case LogProblemKind::Weightless:
+      return "the controller took gravity from what it logs, or the direction of gravity in the cell is wrong: log the "
+             "whole load of each joint";
+    case LogProblemKind::FactorOfJoint:
+      return "are they per cent of a rated torque, or currents? State what 1 of the log is for each joint";
+    case LogProblemKind::UnknownFactor:
+      return "check unit and side of these columns, and torque constants, structure and masses of the cell";
+    default:
+      return "is this the right column, did the controller remove gravity from it, is the direction of gravity in the "
+             "cell right, and are joint directions and zeros those of the log?";
+  }
+}
+
+}  // namespace
+
+std::string found_text(const LogProblem& problem, const cell::Cell& cell) {
+  switch (problem.kind) {
+    case LogProblemKind::BeyondLimits:
+      return range_of(problem.found, problem.found_to, position_unit(cell, problem.joint));
+    case LogProblemKind::HardlyMoves:
+      return "no joint farther than " + printed("%.3g", problem.found) + " rad from zero";
+    case LogProblemKind::FollowsAnother:
+      return "that it follows qc" + std::to_string(problem.other + 1) + ", and is " + printed("%.3g", problem.found) +
+             " from qc" + std::to_string(problem.joint + 1);
+    case LogProblemKind::SpeedBeyond:
+      return "joints that move at " + printed("%.3g", problem.found) + " times their limit of speed";
+    case LogProblemKind::RowsApart:
+      return "a row every " + printed("%.3g", problem.found) + " s";
+    case LogProblemKind::Constant:
+      return "the same value in every row (" + printed("%g", problem.found) + " in " + problem.columns.front() + ")";
+    case LogProblemKind::Saturated:
+      return "a value that stays at its extreme from " + printed("%.3f", problem.found) + " to " +
+             printed("%.3f", problem.found_to) + " s while the arm moves";
+    case LogProblemKind::Order:
+    case LogProblemKind::Convention:
+      return "loads that do not fit the motion";
+    case LogProblemKind::Weightless:
+      return "loads as of an arm without weight";
+    case LogProblemKind::OppositeSign:
+    case LogProblemKind::SomeOpposite:
+      return "the opposite sign to the simulation";
+    case LogProblemKind::Factor:
+    case LogProblemKind::UnknownFactor:
+      return times_simulation(problem.found);
+    case LogProblemKind::FactorOfJoint:
+      return printed("%.3g", problem.found) + " to " + times_simulation(problem.found_to) +
+             ", a different factor for each joint";
+    case LogProblemKind::Swapped:
+      return "each like the simulation of the other (correlation " + printed("%.2f", problem.found) + ", own " +
+             printed("%.2f", problem.found_to) + ")";
+    case LogProblemKind::Unlike:
+      return "a correlation of " + printed("%.2f", problem.found) + " with the simulation";
+  }
+  return {};
+}
+
+std::string expected_text(const LogProblem& problem, const cell::Cell& cell) {
+  switch (problem.kind) {
+    case LogProblemKind::BeyondLimits:
+      return range_of(problem.expected, problem.expected_to, position_unit(cell, problem.joint));
+    case LogProblemKind::HardlyMoves:
+      return "a motion of some size";
+    case LogProblemKind::FollowsAnother:
+      return "its own command";
+    case LogProblemKind::SpeedBeyond:
+    case LogProblemKind::RowsApart:
+      return cycle_text(problem);
+    case LogProblemKind::Constant:
+    case LogProblemKind::Saturated:
+      return "values that follow the motion";
+    case LogProblemKind::Order:
+      return "the order of the model: " + names_in_order(cell, model_order(cell));
+    case LogProblemKind::Convention:
+      return "joints counted as in the model";
+    case LogProblemKind::Weightless:
+      return "those of gravity, too";
+    case LogProblemKind::OppositeSign:
+      return "the same sign";
+    case LogProblemKind::SomeOpposite:
+      return "the same sign as in the other columns";
+    case LogProblemKind::Factor:
+    case LogProblemKind::UnknownFactor:
+    case LogProblemKind::FactorOfJoint:
+      return "a factor near 1";
+    case LogProblemKind::Swapped:
+      return "each similar to its own";
+    case LogProblemKind::Unlike:
+      return "visible gravity and inertia of the arm";
+  }
+  return {};
+}
+
+std::string remedy_text(const LogProblem& problem, const cell::Cell& cell) {
+  const bool loads = problem.kind == LogProblemKind::Factor;
+  switch (problem.remedy) {
+    case LogRemedy::Check: return check_text(problem);
+    case LogRemedy::Degrees: return "the numbers make sense as degrees (mm for a slide)";
+    case LogRemedy::Radians:
+      return problem.kind == LogProblemKind::HardlyMoves
+                 ? "are the numbers radians, which were read as degrees?"
+                 : "the numbers make sense as radians (m for a slide)";
+    case LogRemedy::MotorSide:
+      return loads ? "they are torques on the motor side" : "the numbers make sense on the motor side";
+    case LogRemedy::DegreesOnMotorSide: return "the numbers make sense as degrees on the motor side";
+    case LogRemedy::Milliseconds: return "the clock makes sense in ms";
+    case LogRemedy::Microseconds: return "the clock makes sense in us";
+    case LogRemedy::Nanoseconds: return "the clock makes sense in ns";
+    case LogRemedy::LongerUnit: return "the clock makes sense in a unit a thousand times longer";
+    case LogRemedy::Reverse: return "turn their sign, or correct the directions of the joints";
+    case LogRemedy::ReverseSome:
+      return "turn its sign, and that of the positions of the joint, too, if its direction is reversed";
+    case LogRemedy::Thousandth: return "the unit is a thousandth of the one that was read";
+    case LogRemedy::Thousand: return "the unit is a thousand times the one that was read";
+    case LogRemedy::PercentOfEffort: return "they are percent of the limits of effort of the model";
+    case LogRemedy::MotorTorques: return "they are torques of the motors";
+    case LogRemedy::JointTorques: return "they are torques of the joints";
+    case LogRemedy::Currents: return "they are currents";
+    case LogRemedy::Exchange: return "columns are swapped: exchange their names";
+    case LogRemedy::Rearrange:
+      return "they fit with the joints in the order " + names_in_order(cell, problem.reading.order) +
+             ": name the columns in the order of the model";
+    case LogRemedy::Recount: return "they fit with " + convention_text(problem.reading, cell);
+  }
+  return {};
+}
+
+std::string text(const LogProblem& problem, const cell::Cell& cell) {
+  return problem.experiment + ": " + columns_text(problem, cell) + ": found " + found_text(problem, cell) +
+         ", expected " + expected_text(problem, cell) + "; " + remedy_text(problem, cell);
+}
+
+}  // namespace kr5::arm_log
