@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 import kr5.cell
 import numpy as np
 import pytest
-from kr5.logs.joint_order import BETTER, _lever_arms, _plain_likeness, fitting_convention
+from kr5.arm_log import BETTER_LIKENESS, fitting_convention, lever_arms, load_likeness
 
 from arm_logs import NAMES, QUICK, carrying, case_logs, causes, joint_states, measured_motion, moved, refused
 
@@ -115,8 +115,8 @@ def test_wrong_masses_and_friction_are_no_other_direction(named_arm):
             }[effect]
             broken = carrying(broken, effect, target, **values)
         motion = measured_motion(*moved(broken, seed=seed))
-        assert fitting_convention(named_arm, motion, "tau") is None, seed
-        unlike += _plain_likeness(named_arm, motion, "tau")[0].mean + BETTER < 1
+        assert fitting_convention(named_arm, motion) is None, seed
+        unlike += load_likeness(named_arm, motion) + BETTER_LIKENESS < 1
     assert unlike >= 6, "too few logs unlike the model, for which another way is looked for at all"
 
 
@@ -152,7 +152,7 @@ def test_logs_of_an_arm_without_a_tool_are_checked_too(named_arm):
     bare = kr5.cell.Cell(robot=named_arm.robot, name="arm")
     t, q, tau = moved(bare)
     motion = measured_motion(t, *counted(q, tau, 1, -1, 0.0))
-    assert fitting_convention(bare, motion, "tau").sign == (1, -1, 1, 1, 1, 1)
+    assert fitting_convention(bare, motion).sign == [1, -1, 1, 1, 1, 1]
 
 
 def test_a_tool_makes_the_lever_arm_of_the_wrist(named_arm):
@@ -163,8 +163,8 @@ def test_a_tool_makes_the_lever_arm_of_the_wrist(named_arm):
     tool.mass, tool.com = 20.0, [0.3, 0.0, 0.0]
     aside.tool = tool
     wrist = named_arm.robot.links[5].mass
-    assert _lever_arms(bare, q)[5] < 0.02
-    assert _lever_arms(aside, q)[5] > 0.25 * 20 / (20 + wrist)
+    assert lever_arms(bare, q)[5] < 0.02
+    assert lever_arms(aside, q)[5] > 0.25 * 20 / (20 + wrist)
 
 
 def test_errors_of_usual_size_are_not_doubted(diagnose, named_arm, named_urdf, tmp_path):

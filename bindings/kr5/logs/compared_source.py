@@ -30,7 +30,7 @@ class ComparedSource:
     inputs: dict[str, Any] = field(default_factory=dict)  # of a result file
     reasons: list[list[str]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
-    simulator_errors: list[Any] = field(default_factory=list)
+    best_arm: Any = None  # kr5.arm_log.BestArmErrors
     command: str = ""  # as it is given to a command
 
 
@@ -131,7 +131,7 @@ def _option_words(options: SourceOptions) -> list[str]:
 
 def _open_recording(folder: Path, options: SourceOptions) -> ComparedSource:
     import kr5.cell
-    from kr5.logs.model_parts import known_errors, with_parts_of
+    from kr5 import arm_log
 
     if options.every is not None or options.overrides:
         raise kr5.FileError(folder, "is a recording; --every and --set are for logs")
@@ -141,9 +141,19 @@ def _open_recording(folder: Path, options: SourceOptions) -> ComparedSource:
         out.model = _read_model(options)
         out.notes = list(out.model.notes)
         described = str(out.model.kind) != "cell"
-        out.recording.cell = with_parts_of(out.model, out.recording.cell) if described else out.model.cell
-    out.simulator_errors = known_errors(out.recording).errors
+        out.recording.cell = _described_cell(out.model, out.recording.cell) if described else out.model.cell
+    out.best_arm = arm_log.best_arm_errors(out.recording)
     return out
+
+
+def _described_cell(model: Any, recorded: Any) -> Any:
+    """The robot of a description in the cell of a recording."""
+    from kr5 import arm_log
+
+    try:
+        return arm_log.described_cell(model.cell, recorded, str(model.kind) == "mjcf")
+    except kr5.InvalidArgument as error:
+        raise kr5.FileError(model.file, str(error)) from error
 
 
 def _open_logs(paths: Sequence[Path], options: SourceOptions) -> ComparedSource:
@@ -167,7 +177,7 @@ def _open_logs(paths: Sequence[Path], options: SourceOptions) -> ComparedSource:
         inputs={"logs": [str(p.resolve()) for p in paths]},
         reasons=found.reasons,
         notes=[*model.notes, *found.notes],
-        simulator_errors=found.simulator_errors,
+        best_arm=found.best_arm,
     )
 
 

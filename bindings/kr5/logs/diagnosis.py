@@ -5,10 +5,10 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+import kr5.arm_log
 import kr5.gap
 from kr5.logs.compared_source import ComparedSource, SourceOptions, open_source
 
-MOST_EFFECTS = 16  # that are searched for in the log of a real arm
 Paths = str | os.PathLike[str] | Sequence[str | os.PathLike[str]]
 
 
@@ -28,8 +28,8 @@ def read_logs(
     model between which the arm is. every: interval of rows without a clock [s]. settings: entries of the map or the
     cell, such as "columns.tau.unit=N mm". trust: also numbers that are implausible.
 
-    The result has `recording` (kr5.cell.Recording), `notes` (how the columns were read) and `simulator_errors` (what
-    the best model of the arm is off in each column).
+    The result has `recording` (kr5.cell.Recording), `notes` (how the columns were read) and `best_arm` (what the best
+    rigid arm with friction is off in each column: kr5.arm_log.BestArmErrors).
 
     Raises kr5.FileError where a file cannot be read and kr5.Errors, with every problem, where the logs do not fit the
     model; the text names the remedy, with `--set` for `settings`. Warns with kr5.Implausible of what `trust` lets pass.
@@ -57,14 +57,4 @@ def diagnose_logs(
 def search_widely(options: kr5.gap.DiagnoseOptions, compared: ComparedSource) -> kr5.gap.DiagnoseOptions:
     """Settings for the log of a real arm, whose description states friction of no joint, or a placeholder for each:
     many effects at once, the best set of each size only. What was set by the user stays."""
-    if not compared.simulator_errors:
-        return options
-    own, options = options, kr5.gap.DiagnoseOptions.from_dict(options.to_dict())  # those of the caller stay
-    options.own_hypotheses = own.own_hypotheses
-    usual, joints = kr5.gap.DiagnoseOptions(), compared.recording.cell.robot.joints
-    for name, value in (("max_effects", min(2 * joints + 2, MOST_EFFECTS)), ("beam", 1), ("refits", 4)):
-        if getattr(options, name) == getattr(usual, name):
-            setattr(options, name, value)
-    options.simulator_errors = compared.simulator_errors
-    options.errors_of_recording = True
-    return options
+    return kr5.arm_log.widened_search(options, compared.best_arm, compared.recording.cell.robot.joints)

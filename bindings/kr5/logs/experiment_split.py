@@ -1,5 +1,5 @@
-"""Which parts of logs are to fit and which to check: whole runs where there are several, else a log cut at rest, else
-one that is simulated from its beginning and judged by its last rows."""
+"""Which parts of logs are to fit and which to check: motions as the library splits them, of other kinds whole logs
+where there are several, else one cut between its runs."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -7,11 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from kr5.logs.rest_guess import LEAST_MOTION, cut_at_rest, initial_speeds, segments, time_of_share
+from kr5 import arm_log
 
-FIT_SHARE = 0.7  # of the motion, or of the rows of what does not move
-MOVING = 0.02  # [rad/s or m/s] at its first rows, above which a motion does not begin at rest
-LEAST_ROWS = 10
+FIT_SHARE = 0.7  # of the rows of what does not move
 
 
 @dataclass
@@ -30,128 +28,93 @@ class RawPart:
     max_gap: float | None = None  # [s] between rows, where the user states it
 
 
-@dataclass
-class Piece:
-    part: int
-    entry: dict[str, Any]
-    length: float  # time or rows
-    rows: tuple[int, int]
+Entry = tuple[int, dict[str, Any]]  # number of a part, experiment of a map
 
 
-def split_parts(parts: list[RawPart], reasons: list[list[str]]) -> list[tuple[int, dict[str, Any]]]:
+def split_parts(parts: list[RawPart], reasons: list[list[str]]) -> list[Entry]:
     """Experiments of a map (without their columns), each with the number of its part."""
-    pieces: list[Piece] = []
+    out: list[Entry] = []
     for kind in dict.fromkeys(p.kind for p in parts):
-        own = [piece for k, p in enumerate(parts) if p.kind == kind for piece in _pieces(k, p)]
-        pieces += _judged(own, parts, reasons)
-    count: dict[str, int] = {}
-    for piece in pieces:
-        kind = parts[piece.part].kind
-        count[kind] = count.get(kind, 0) + 1
-        piece.entry = {"name": f"{kind}-{count[kind]}", "kind": kind} | piece.entry
-    return [(piece.part, piece.entry) for piece in pieces]
-
-
-def _pieces(number: int, part: RawPart) -> list[Piece]:
-    """A log, parted where its clock stands still."""
-    if part.q is None:
-        return [Piece(number, {}, float(len(part.t)), (0, len(part.t)))]
-    t = part.t
-    found = [
-        (a, b)
-        for a, b in segments(t, part.max_gap)
-        if b - a >= LEAST_ROWS and np.ptp(part.q[a:b], axis=0).max() > LEAST_MOTION
-    ]
-    out = []
-    for a, b in found or [(0, len(t))]:
-        entry: dict[str, Any] = {}
-        if a > 0:
-            entry["from"] = _between(t, a)
-        if b < len(t):
-            entry["to"] = _between(t, b)
-        out.append(Piece(number, entry, float(t[b - 1] - t[a]), (a, b)))
+        own = [k for k, p in enumerate(parts) if p.kind == kind]
+        split = _split_motions if parts[own[0]].q is not None else _split_rows
+        for count, (number, entry) in enumerate(split(own, parts, reasons), 1):
+            out.append((number, {"name": f"{kind}-{count}", "kind": kind} | entry))
     return out
 
 
-def _between(t: np.ndarray, row: int) -> float:
-    return _rounded((t[row - 1] + t[row]) / 2)
+def _split_motions(own: list[int], parts: list[RawPart], reasons: list[list[str]]) -> list[Entry]:
+    spans = arm_log.split_motions([_motion_of(parts[k]) for k in own])
+    _tell_cut(spans, reasons)
+    out: list[Entry] = []
+    for span in spans:
+        entry: dict[str, Any] = {}
+        if np.isfinite(span.begin):
+            entry["from"] = span.begin
+        if np.isfinite(span.end):
+            entry["to"] = span.end
+        entry["split"] = str(span.split)
+        if span.lead_in > 0:
+            entry["lead_in"] = span.lead_in
+        if span.initial_speed > 0:
+            reasons.append(
+                [
+                    "lead-in",
+                    f"first {span.lead_in:.3g} s not judged",
+                    f"the log begins while a joint moves at {span.initial_speed:.2g} rad/s",
+                ]
+            )
+        out.append((own[span.log], entry))
+    return out
 
 
-def _rounded(t: float) -> float:
-    """A time to be written in a map, to a tenth of a millisecond [s]."""
-    return round(float(t), 4)
+def _motion_of(part: RawPart) -> arm_log.LoggedMotion:
+    out = arm_log.LoggedMotion(t=part.t, q=part.q, commanded=part.commanded, settle=part.settle)
+    if part.commands is not None:
+        out.command = part.commands
+    if part.max_gap is not None:
+        out.max_gap = part.max_gap
+    return out
 
 
-def _judged(pieces: list[Piece], parts: list[RawPart], reasons: list[list[str]]) -> list[Piece]:
-    """The pieces of one kind with their splits: the last ones to check, or the only one cut in two."""
-    kind = parts[pieces[0].part].kind
-    if len(pieces) == 1:
-        pieces = _halves(pieces[0], parts[pieces[0].part], reasons)
+CUTS = {
+    "at_rest": "cut where the arm rests",
+    "measured": "measured positions need no rest to begin from",
+    "lead_in": "the arm never rests: all of the log is simulated, and its last rows are judged",
+}
+
+
+def _tell_cut(spans: list[arm_log.MotionSpan], reasons: list[list[str]]) -> None:
+    fitted = [span for span in spans if str(span.split) == "fit"]
+    if str(spans[0].cut) == "uncut":
+        shares = f"{len(fitted)} to fit, {len(spans) - len(fitted)} to check"
+        reasons.append(["split of motion", shares, "the last ones are to check"])
     else:
-        reached = np.cumsum([p.length for p in pieces]) / max(sum(p.length for p in pieces), 1e-30)
-        fitted = int(np.argmin(np.abs(reached[:-1] - FIT_SHARE))) + 1
-        for k, piece in enumerate(pieces):
-            piece.entry["split"] = "fit" if k < fitted else "check"
-        shares = f"{fitted} to fit, {len(pieces) - fitted} to check"
-        reasons.append([f"split of {kind}", shares, "the last ones are to check"])
-    for piece in pieces:
-        _lead_in(piece, parts[piece.part], reasons)
-    return pieces
+        cut = max(span.end for span in fitted)
+        reasons.append(["split of motion", f"up to {cut:g} s to fit, the rest to check", CUTS[str(spans[0].cut)]])
+    if stretches := [span for span in spans if span.stretch]:
+        reasons.append(["stretches", f"{len(stretches)} of the log", "all of it is too long to be simulated"])
 
 
-def _halves(piece: Piece, part: RawPart, reasons: list[list[str]]) -> list[Piece]:
-    if part.q is None:
-        return _row_halves(piece, part, reasons)
-    a, b = piece.rows
-    t, q = part.t[a:b], part.q[a:b]
-    fit, check = dict(piece.entry), dict(piece.entry)
-    rest = cut_at_rest(t, q, FIT_SHARE)
-    cut = _rounded(rest if rest is not None else time_of_share(t, q, FIT_SHARE))
-    fit["to"] = cut
-    if rest is not None or not part.commanded:
-        check["from"] = cut
-        why = "cut where the arm rests" if rest is not None else "measured positions need no rest to begin from"
-    else:
-        check["lead_in"] = _rounded(cut - check.get("from", float(t[0])))
-        why = "the arm never rests: all of the log is simulated, and its last rows are judged"
-    reasons.append(["split of motion", f"up to {cut:g} s to fit, the rest to check", why])
-    rows = int(np.searchsorted(t, cut)) + a
-    return [
-        Piece(piece.part, fit | {"split": "fit"}, cut - float(t[0]), (a, rows)),
-        Piece(piece.part, check | {"split": "check"}, float(t[-1]) - cut, (a if "lead_in" in check else rows, b)),
-    ]
+def _split_rows(own: list[int], parts: list[RawPart], reasons: list[list[str]]) -> list[Entry]:
+    """Whole logs, the last ones to check; the only one cut in two."""
+    kind = parts[own[0]].kind
+    if len(own) == 1:
+        return [(own[0], entry) for entry in _row_halves(parts[own[0]], reasons)]
+    rows = np.array([len(parts[k].t) for k in own], float)
+    reached = np.cumsum(rows) / max(rows.sum(), 1e-30)
+    fitted = int(np.argmin(np.abs(reached[:-1] - FIT_SHARE))) + 1
+    shares = f"{fitted} to fit, {len(own) - fitted} to check"
+    reasons.append([f"split of {kind}", shares, "the last ones are to check"])
+    return [(number, {"split": "fit" if k < fitted else "check"}) for k, number in enumerate(own)]
 
 
-def _row_halves(piece: Piece, part: RawPart, reasons: list[list[str]]) -> list[Piece]:
+def _row_halves(part: RawPart, reasons: list[list[str]]) -> list[dict[str, Any]]:
     """Cut between runs, views, lines or poses, where there is more than one; else everything is to fit."""
     runs = part.runs if part.runs is not None else part.t
     starts = np.flatnonzero(np.append(True, np.diff(runs) != 0))
     if len(starts) < 2:
-        piece.entry["split"] = "fit"
         reasons.append([f"split of {part.kind}", "all to fit", "it is one run; nothing is left to check by"])
-        return [piece]
+        return [{"split": "fit"}]
     rows = int(starts[min(len(starts) - 1, max(1, round(FIT_SHARE * len(starts))))])
     reasons.append([f"split of {part.kind}", f"rows up to {rows} to fit, the rest to check", "cut between runs"])
-    a, b = piece.rows
-    return [
-        Piece(piece.part, {"split": "fit", "rows": [a + 1, rows]}, rows, (a, rows)),
-        Piece(piece.part, {"split": "check", "rows": [rows + 1, b]}, b - rows, (rows, b)),
-    ]
-
-
-def _lead_in(piece: Piece, part: RawPart, reasons: list[list[str]]) -> None:
-    """A simulation begins at rest: one of a log that begins in motion is judged once the servos have forgotten it."""
-    if part.q is None or not part.commanded or "lead_in" in piece.entry:
-        return
-    a, b = piece.rows
-    commands = None if part.commands is None else part.commands[a:b]
-    speed = float(initial_speeds(part.t[a:b], part.q[a:b], commands).max())
-    if speed > MOVING and part.settle < 0.5 * piece.length:
-        piece.entry["lead_in"] = float(f"{part.settle:.3g}")
-        reasons.append(
-            [
-                "lead-in",
-                f"first {part.settle:.3g} s not judged",
-                f"the log begins while a joint moves at {speed:.2g} rad/s",
-            ]
-        )
+    return [{"split": "fit", "rows": [1, rows]}, {"split": "check", "rows": [rows + 1, len(part.t)]}]

@@ -10,18 +10,21 @@ import numpy as np
 import kr5
 import kr5.cell
 import kr5.io
+from kr5 import arm_log
 from kr5.logs.log import Log
 from kr5.logs.log_checks import LogProblem, check_loads, check_positions, merged_problems
 from kr5.logs.log_file import read_log
 from kr5.logs.log_time import LogTimes, inside_span, is_measured, is_timed
 from kr5.logs.map_file import Clock, Experiment, Map, Source, Tool, column_family, load_map
-from kr5.logs.measured_motion import EDGE, MARGIN, Smoothing, choose_smoothing, kept_times, smoothed
-from kr5.logs.rest_guess import segments
 from kr5.logs.sparse_columns import aligned, longest_step, never_complete
 from kr5.logs.values import Series, interpolate, low_pass, to_si, tool_poses
 
 LEAST_SMOOTHED = 30  # rows of positions
 LEAST_ROWS = 10  # of an experiment once its ends are left out
+EDGE = 2.0  # periods of the cut-off at the ends of a log, where the filter knows one side of the motion only
+LOADS = ("tau", "i")
+Readings = dict[str, list[np.ndarray]]  # of columns: uninterrupted parts
+Complete = Callable[[kr5.cell.Recording, Readings], None]
 
 
 class Importer:
@@ -33,7 +36,8 @@ class Importer:
         self.logs: dict[Path, Log] = {}
         self.notes: list[str] = []
         self.time = LogTimes(map, self.log, self.note)
-        self.smoothings: dict[tuple[Path, str], Smoothing] = {}  # by log and first column: its parts are smoothed alike
+        self.smoothings: dict[tuple[Path, str], arm_log.Smoothing] = {}  # by log and first column, all parts alike
+        self.readings: Readings = {}  # of loads, before long experiments were thinned
 
     def log(self, name: str | None) -> Log:
         beside = self.default if self.default and self.map.words.by_option else self.map.file
@@ -110,7 +114,7 @@ class Importer:
             )
         q, loads, beside = _with_loads(series)
         chosen = self.smoothing(series, experiment, where)
-        if chosen.even_step is not None:
+        if chosen.even_step > 0:
             even = q.t[0] + chosen.even_step * np.arange(len(q.t))
             for name, s in series.items():
                 if np.array_equal(s.t, q.t):
@@ -118,7 +122,8 @@ class Importer:
             self.note("the time stamps came late; the samples were taken at even steps")
         q = series["q"]
         times = q.t if loads is None or beside else loads.t  # noise of the loads stays as it is, without interpolation
-        series["q"] = smoothed(q, chosen, self.map.shown)
+        even_q = arm_log.smooth_positions(q.t, q.values, chosen)
+        series["q"] = Series(np.asarray(even_q.t), np.asarray(even_q.q))
         if chosen.smooths:
             self.note(
                 f"positions were smoothed at {chosen.cutoff:.3g} Hz (no delay), since speeds and accelerations follow"
@@ -126,7 +131,9 @@ class Importer:
             )
         low = max([experiment.span()[0], *(s.t[0] for s in series.values() if len(s.t))])
         high = min([experiment.span()[1], *(np.nextafter(s.t[-1], np.inf) for s in series.values() if len(s.t))])
-        out = kept_times(times, chosen, (low, high), (q.t[0], q.t[-1]))
+        span, positions = (arm_log.TimeSpan(begin=a, end=b) for a, b in ((low, high), (q.t[0], q.t[-1])))
+        self.read_loads(series, times[arm_log.kept_rows(times, chosen, span, positions)], experiment)
+        out = times[arm_log.kept_rows(times, chosen, span, positions, arm_log.MOST_ROWS)]
         if len(out) < LEAST_ROWS:
             smoothing = ""
             if chosen.smooths:
@@ -137,7 +144,14 @@ class Importer:
             )
         return out
 
-    def smoothing(self, series: dict[str, Series], experiment: Experiment, where: str) -> Smoothing:
+    def read_loads(self, series: dict[str, Series], t: np.ndarray, experiment: Experiment) -> None:
+        """Notes the loads at the rate that the motion needs, for their noise."""
+        for name in (name for name in LOADS if name in series):
+            values = self.at(name, series[name], t, experiment)
+            for member, column in zip(self.members(name, experiment.sources), values.T):
+                self.readings.setdefault(member, []).append(column)
+
+    def smoothing(self, series: dict[str, Series], experiment: Experiment, where: str) -> arm_log.Smoothing:
         """That of the experiment of a log which moves fastest: all parts of a log are smoothed alike."""
         key = self.positions_of(experiment)
         if key not in self.smoothings:
@@ -271,7 +285,8 @@ class Importer:
     def in_order(self, s: Series, experiment: Experiment) -> Series:
         """Sorted by time, and only what the experiment needs."""
         cut = self.map.resample.low_pass
-        margin = 2.0 / cut if cut else MARGIN if is_measured(experiment) else 0.0  # a filter needs room at its ends
+        room = arm_log.SMOOTHING_MARGIN if is_measured(experiment) else 0.0
+        margin = 2.0 / cut if cut else room  # a filter needs room at its ends
         inside = inside_span(s.t, experiment, margin)
         s = Series(s.t[inside], s.values[inside])
         t, first = np.unique(s.t, return_index=True)
@@ -343,13 +358,16 @@ class Importer:
         return kr5.io.Table(names, np.column_stack([columns[n] for n in names]))
 
 
+NO_LOADS = np.zeros((0, 0))
+
+
 def _with_loads(series: dict[str, Series]) -> tuple[Series, Series | None, bool]:
     """Positions, loads, and whether both stand in the same rows."""
     q, loads = series["q"], next((series[n] for n in ("tau", "i") if n in series), None)
     return q, loads, loads is not None and np.array_equal(loads.t, q.t)
 
 
-def _smoothing_of(series: dict[str, Series], where: str) -> Smoothing:
+def _smoothing_of(series: dict[str, Series], where: str) -> arm_log.Smoothing:
     q, loads, beside = _with_loads(series)
     if len(q.t) < LEAST_SMOOTHED:
         raise kr5.IoError(
@@ -357,7 +375,7 @@ def _smoothing_of(series: dict[str, Series], where: str) -> Smoothing:
             " log a longer motion, or at a higher rate"
         )
     try:
-        return choose_smoothing(q, loads.values if loads is not None and beside else None)
+        return arm_log.choose_smoothing(q.t, q.values, loads.values if loads is not None and beside else NO_LOADS)
     except kr5.Error as error:
         raise kr5.IoError(
             f"{where}: found {len(q.t)} rows over {q.t[-1] - q.t[0]:.3g} s, which do not tell how fast the arm"
@@ -368,7 +386,8 @@ def _smoothing_of(series: dict[str, Series], where: str) -> Smoothing:
 def contiguous(t: np.ndarray, experiment: Experiment, max_gap: float | None) -> slice:
     """Rows without a gap from those of the experiment: what a filter may use beyond its ends; t rises [s]."""
     begin, end = experiment.span()
-    own = [(a, b) for a, b in segments(t, max_gap) if a < b and t[b - 1] >= begin and t[a] < end]
+    parts = arm_log.parts_without_gap(t, max_gap or 0.0)
+    own = [(a, b) for a, b in parts if t[b - 1] >= begin and t[a] < end]
     return slice(own[0][0], own[-1][1]) if own else slice(None)
 
 
@@ -378,18 +397,19 @@ def _key(source: Source) -> str:
 
 
 def import_recording(
-    log: Path | None, map_file: Path, complete: Callable[[Any], None] | None = None, shown: str | None = None
+    log: Path | None, map_file: Path, complete: Complete | None = None, shown: str | None = None
 ) -> tuple[Any, list[str], list[Any]]:
     """The recording, what was done to its numbers, and what speaks against them. `complete` may add to its cell what
-    the log tells of it, before it is checked. `shown`: what errors name in place of a map that no user wrote."""
+    the log tells of it, before it is checked; it gets the readings of loads, too, as kr5.arm_log takes them. `shown`:
+    what errors name in place of a map that no user wrote."""
     importer = Importer(load_map(map_file, shown), log)
     experiments = [importer.experiment(e) for e in importer.map.experiments]
     recording = kr5.cell.Recording(importer.cell, experiments)
     words = importer.map.words
-    found = [d for e in experiments for d in check_positions(recording.cell, e, words)]
-    if complete is not None and not found:
-        complete(recording)
     sources = [entry.sources for entry in importer.map.experiments]
+    found = [d for e, s in zip(experiments, sources) for d in check_positions(recording.cell, e, words, s)]
+    if complete is not None and not found:
+        complete(recording, importer.readings)
     found = found or [d for e, s in zip(experiments, sources) for d in check_loads(recording.cell, e, words, s)]
     return recording, importer.notes, merged_problems(found or _data_problems(recording, importer))
 

@@ -12,9 +12,9 @@ import yaml
 
 import kr5
 import kr5.cell
-from kr5.logs.importer import import_recording
+from kr5 import arm_log
+from kr5.logs.importer import Readings, import_recording
 from kr5.logs.map_guess import guess_map
-from kr5.logs.model_parts import known_errors, with_noise, with_parts_to_try, with_torque_constants
 from kr5.logs.overrides import GivenEntries, Override, apply_overrides, given_entries, parse_overrides
 
 
@@ -36,7 +36,7 @@ class LogRecording:
     reasons: list[list[str]]  # item, proposal, reason
     notes: list[str]
     problems: list[Any]
-    simulator_errors: list[Any]  # kr5.gap.ColumnError, of columns of which the best model is known
+    best_arm: arm_log.BestArmErrors
 
 
 def record_logs(logs: Sequence[Path], cell: Any, options: LogOptions, described: bool) -> LogRecording:
@@ -46,7 +46,8 @@ def record_logs(logs: Sequence[Path], cell: Any, options: LogOptions, described:
     constants_stated = not described or any(path[:2] == ["drives", "torque_constant"] for path, _ in of_cell)
     notes: list[str] = []
     if described:
-        cell, notes = with_parts_to_try(cell)
+        cell, added = arm_log.with_parts_to_try(cell)
+        notes = [note.text(cell) for note in added]
     cell = _with_overrides(cell, of_cell)
     with tempfile.TemporaryDirectory() as folder:
         cell_file, map_file = Path(folder) / "cell.yaml", Path(folder) / "map.yaml"
@@ -56,22 +57,28 @@ def record_logs(logs: Sequence[Path], cell: Any, options: LogOptions, described:
         map_file.write_text(yaml.safe_dump(guessed.entry, sort_keys=False))
         completed: list[str] = []
 
-        def complete(recording: Any) -> None:
+        def complete(recording: Any, readings: Readings) -> None:
             _require_masses(recording)
-            if described and not constants_stated:
-                completed.extend(with_torque_constants(recording))
-            completed.extend(with_noise(recording))
+            completed.extend(_complete_model(recording, readings, constants_stated))
 
         recording, said, problems = import_recording(logs[0], map_file, complete, ", ".join(log.name for log in logs))
-    known = known_errors(recording)
+    best_arm = arm_log.best_arm_errors(recording)
     notes += [
         *guessed.notes,
         *(note for note in said if note not in guessed.notes),
         *completed,
-        *_dead_notes(recording.cell, known.dead),
-        *_delay_notes(guessed.entry["columns"], known.delay),
+        *(_best_arm_text(note, recording.cell, guessed.entry["columns"]) for note in best_arm.notes(recording)),
     ]
-    return LogRecording(recording, guessed.entry, guessed.told(), notes, problems, known.errors)
+    return LogRecording(recording, guessed.entry, guessed.told(), notes, problems, best_arm)
+
+
+def _complete_model(recording: Any, readings: Readings, constants_stated: bool) -> list[str]:
+    """Torque constants and noise that the log tells; notes in words."""
+    try:
+        recording.cell, notes = arm_log.completed_model(recording, readings, constants_stated)
+    except kr5.InvalidArgument as error:
+        raise kr5.InvalidArgument(f"{error}: --set 'cell.drives.torque_constant=[...]'") from error
+    return [note.text(recording.cell) for note in notes]
 
 
 def _require_masses(recording: Any) -> None:
@@ -83,26 +90,15 @@ def _require_masses(recording: Any) -> None:
         )
 
 
-def _dead_notes(cell: Any, joints: list[int]) -> list[str]:
-    if not joints:
-        return []
-    names = list(cell.robot.joint_names) or [f"joint {k + 1}" for k in range(cell.robot.joints)]
-    return [
-        f"the loads of {', '.join(names[k] for k in joints)} show hardly anything where the model shows a load, so that"
-        " they are not judged; does the driver measure them?"
-    ]
-
-
-def _delay_notes(columns: dict[str, Any], delay: float) -> list[str]:
-    if delay == 0.0:
-        return []
-    family = "tau" if "tau" in columns else "i"
-    stated = columns[family].get("delay", 0.0) if isinstance(columns[family], dict) else 0.0
-    return [
-        f"with masses and friction fitted, the {'torques' if family == 'tau' else 'currents'} match the motion best if"
-        f" they were logged {1e3 * abs(delay):.3g} ms {'late' if delay > 0 else 'early'}; if the driver delays them,"
-        f" correct this with --set columns.{family}.delay={stated + delay:.3g}"
-    ]
+def _best_arm_text(note: arm_log.LogNote, cell: Any, columns: dict[str, Any]) -> str:
+    """A note in words, of a delay with the entry that corrects it."""
+    said = str(note.text(cell))
+    if note.kind != arm_log.LogNoteKind.DelayedLoads:
+        return said
+    entry = columns[note.name]
+    stated = entry.get("delay", 0.0) if isinstance(entry, dict) else 0.0
+    remedy = f"--set columns.{note.name}.delay={stated + note.value:.3g}"
+    return f"{said}; if the driver delays them, correct this with {remedy}"
 
 
 def _given(options: LogOptions, of_map: list[Override]) -> GivenEntries:

@@ -12,6 +12,7 @@ import numpy as np
 
 import kr5
 import kr5.cell
+from kr5 import arm_log
 from kr5.logs.clock_guess import USUAL_STEP, GuessedClock, guess_clock, require_clock
 from kr5.logs.column_names import Family, FoundFamilies, is_quantity, spoken_joints
 from kr5.logs.experiment_split import RawPart, split_parts
@@ -23,7 +24,6 @@ from kr5.logs.log_time import beginning
 from kr5.logs.map_file import JOINT_FAMILIES, names_of
 from kr5.logs.overrides import GivenEntries
 from kr5.logs.publishers import found_in_turn
-from kr5.logs.rest_guess import joints_move
 from kr5.logs.sparse_columns import aligned, covered, never_complete
 
 LENGTHS = ("x", "y", "z", "zc", "cx", "cy")
@@ -390,7 +390,7 @@ def _raw_part(part: LogPart, columns: dict[str, Any], given: GivenEntries, cell:
         )
     t, first = np.unique(t[known], return_index=True)
     q = q[known][first]
-    if not joints_move(q):
+    if not arm_log.joints_move(q):
         raise kr5.FileError(
             log.file,
             f"no joint moves: the farthest goes {np.ptp(q, axis=0).max():.2g} rad (m); an arm at"

@@ -8,6 +8,7 @@ import numpy as np
 
 import kr5
 import kr5.cell
+from kr5 import arm_log, identification
 from kr5.logs.log import Log
 from kr5.logs.map_file import Source, Tool
 from kr5.logs.units import UNITS, unit_factor
@@ -139,8 +140,6 @@ def tool_poses(tool: Tool, log: Log) -> np.ndarray:
 
 def low_pass(s: Series, cut: float, where: str) -> Series:
     """Zero-phase Butterworth low-pass of order 4 (run forth and back), on even steps."""
-    from scipy.signal import butter, sosfiltfilt
-
     step = float(np.median(np.diff(s.t)))
     if cut >= 0.5 / step:
         raise kr5.IoError(
@@ -155,15 +154,12 @@ def low_pass(s: Series, cut: float, where: str) -> Series:
         )
     t = np.arange(s.t[0], s.t[-1] + step / 2, step)
     even = interpolate(s, np.minimum(t, s.t[-1]), "linear")
-    sections = butter(4, cut, fs=1 / step, output="sos")
-    return Series(t, sosfiltfilt(sections, even, axis=0))
+    return Series(t, np.asarray(identification.zero_phase_low_pass(even, step, cut)))
 
 
 def interpolate(s: Series, grid: np.ndarray, method: str) -> np.ndarray:
     if method == "cubic":
-        from scipy.interpolate import CubicSpline
-
-        return np.asarray(CubicSpline(s.t, s.values)(grid))
+        return np.asarray(arm_log.positions_at(arm_log.Positions(t=s.t, q=s.values), grid))
     if method == "previous":
         return s.values[np.clip(np.searchsorted(s.t, grid, "right") - 1, 0, len(s.t) - 1)]
     return np.column_stack([np.interp(grid, s.t, column) for column in s.values.T])

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 from kr5.files import writing
-from kr5.logs.importer import import_recording
+from kr5.logs.importer import Readings, import_recording
 from kr5.logs.map_file import EXAMPLE
 
 from kr5_tools.cli import arguments, tables, terminal
@@ -59,14 +59,15 @@ def import_log(
     remedy; `--trust` writes the recording nevertheless.
     """
     import kr5.cell
-    from kr5.logs.model_parts import with_noise
+    from kr5 import arm_log
 
     writing.check_new_folder(output)
     writing.check_writable(json_file, inputs=[*([log] if log else []), map_file])
     noise: list[str] = []
 
-    def add_noise(recording: Any) -> None:
-        noise.extend(with_noise(recording))
+    def add_noise(recording: Any, readings: Readings) -> None:
+        recording.cell, notes = arm_log.with_reading_noise(recording, readings)
+        noise.extend(note.text(recording.cell) for note in notes)
 
     with terminal.spinner(f"Reading {log or map_file}"):
         found, notes, problems = import_recording(log, map_file, add_noise)
